@@ -6,7 +6,7 @@ import numpy as np
 
 from clearsweep.contracts.machine import Aim, Body, BodyPoint, Constant, Guide, Machine, Pin
 from clearsweep.mechanics.joint.contract import Load
-from clearsweep.mechanics.mechanism.contract import Motion, accelerate, describe, place
+from clearsweep.mechanics.mechanism.contract import Motion, accelerate, describe, pose_at
 from clearsweep.mechanics.mechanism.planar.closure import Closure
 
 CRANK = Body(0.3, 1e-4, (0.025, 0.0), {"pivot": (0.0, 0.0), "pin": (0.05, 0.0)})
@@ -174,7 +174,7 @@ def some_loads(count, rng):
 
 def read(built, y):
     """Return positions and rates (3 bodies,) of all bodies in a state, in the order of `Closure`."""
-    pose, out = place(built.value, y), np.zeros(200)
+    pose, out = pose_at(built.value, y), np.zeros(200)
     count = describe(built.value, y, pose, Motion((), 0.0, 0.0), out)
     bodies = out[6:count].reshape(-1, 6)
     return bodies[:, (0, 1, 4)].ravel(), bodies[:, (2, 3, 5)].ravel()
@@ -185,7 +185,7 @@ def advanced(built, y, loads):
 
     The accelerations are fourth-order differences of the rates along the motion.
     """
-    motion = accelerate(built.value, place(built.value, y), loads)
+    motion = accelerate(built.value, pose_at(built.value, y), loads)
     count, step = len(built.lengths), 1e-5
     slope = np.array([*y[count : 2 * count], *motion.accelerations, 1.0])
     near, far = (read(built, y + k * step * slope)[1] - read(built, y - k * step * slope)[1] for k in (1, 2))

@@ -13,7 +13,7 @@ from clearsweep.mechanics.joint.friction.sliding import Tanh
 from clearsweep.mechanics.joint.loss.hysteresis import Lossless
 from clearsweep.mechanics.joint.modes import PRESSED
 from clearsweep.mechanics.mechanism import planar
-from clearsweep.mechanics.mechanism.contract import accelerate, describe, gap_accelerations, gaps, place
+from clearsweep.mechanics.mechanism.contract import accelerate, describe, gap_accelerations, gaps, pose_at
 
 
 class Links(NamedTuple):
@@ -134,7 +134,7 @@ def expected(opening, q, v, theta, loads):
 def seen(mechanism, y, opening, motion):
     """Return coordinates and rates as `positions` has them, from what a machine says of its bodies."""
     out = np.empty(24)
-    describe(mechanism, y, place(mechanism, y), motion, out)
+    describe(mechanism, y, pose_at(mechanism, y), motion, out)
     crank, rod, slider = out[6:12], out[12:18], out[18:24]
     l1, turned = LINKS.crank_center, (np.cos(crank[4]), np.sin(crank[4]))
     pivot = crank[:2] - l1 * np.array(turned)
@@ -160,7 +160,7 @@ def test_a_slider_crank_moves_as_virtual_powers_say(opening):
         y[-1] = chance.uniform(0.0, 0.02)
         numbers = chance.uniform(-1.0, 1.0, (len(opening), 4)) * [1000.0, 1000.0, 5.0, 5.0]
         loads = tuple(Load(*row) for row in numbers)
-        pose = place(mechanism, y)
+        pose = pose_at(mechanism, y)
         motion = accelerate(mechanism, pose, loads)
         q, v, theta = seen(mechanism, y, opening, motion)
         accelerations, torque, moved = expected(opening, q, v, theta, loads)

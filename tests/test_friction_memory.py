@@ -15,7 +15,7 @@ from clearsweep.mechanics.joint.contract import Contact, every_internal_state, i
 from clearsweep.mechanics.joint.dry import FREE, PRESSED
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.offsets import with_internal_state
-from clearsweep.mechanics.mechanism.contract import gaps, place
+from clearsweep.mechanics.mechanism.contract import gaps, pose_at
 from clearsweep.simulation.run import integration_of
 
 pytestmark = pytest.mark.heavy
@@ -241,7 +241,7 @@ def test_the_first_contact_is_that_of_scipy_in_time(friction):
         return np.delete(k[:, 0], [2 * n, 2 * n + 1]) / k[2 * n, 0]
 
     def places(y, t):
-        gap = gaps(value.mechanism, place(value.mechanism, np.array([*y[: 2 * n], t])))[0]
+        gap = gaps(value.mechanism, pose_at(value.mechanism, np.array([*y[: 2 * n], t])))[0]
         return gap.x, gap.y
 
     scale = np.array([1.0, 1.0, 1e3, 1e3, 1e-3])

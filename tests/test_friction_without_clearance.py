@@ -192,7 +192,7 @@ def test_laws_of_loads_are_replaced_by_place():
     grid["loads"]["push"] = {"on": "rocker", "torque": 1.0}
     mechanism = clearsweep.load_case(grid).built.value
     other = clearsweep.mechanics.mechanism.contract.with_friction_laws(mechanism, (Dahl(0.5, 1.0, 1.0, 0.25),))
-    (rubbed,) = (load for load in other.loads if isinstance(load, planar_loads.Rubbed))
+    (rubbed,) = (load for load in other.loads if isinstance(load, planar_loads.JointFriction))
     assert rubbed.friction == Dahl(0.5, 1.0, 1.0, 0.25)
     assert [type(load) for load in other.loads] == [type(load) for load in mechanism.loads]
 

@@ -16,7 +16,7 @@ from clearsweep.mechanics.joint.contract import Load
 from clearsweep.mechanics.joint.friction.contract import friction_force
 from clearsweep.mechanics.joint.friction.sliding import Ambrosio, Stribeck, Tanh
 from clearsweep.mechanics.mechanism import planar
-from clearsweep.mechanics.mechanism.contract import accelerate, crank_rate, load_power, place
+from clearsweep.mechanics.mechanism.contract import accelerate, crank_rate, load_power, pose_at
 
 ANGLES = np.linspace(0.0, 2.0 * math.pi, 2001)
 FOUR_BAR = {
@@ -73,7 +73,7 @@ def test_the_open_machine_is_the_ideal_one_under_the_same_friction(law):
     built = planar.build(machine, {"coupler-rocker": Clearance()}, {})
     ideal = planar.ideal(machine, np.array([0.0]))
     force = ideal.reactions["coupler-rocker"][0]
-    pose = place(built.value, built.start)
+    pose = pose_at(built.value, built.start)
     motion = accelerate(built.value, pose, (Load(float(force[0]), float(force[1]), 0.0, 0.0, ()),))
     assert motion.torque == pytest.approx(float(ideal.torque[0]), rel=1e-9)
     (power,) = motion.powers

@@ -12,7 +12,7 @@ from clearsweep.mechanics.joint.contract import JointState, every_latched
 from clearsweep.mechanics.joint.dry import surface_speed
 from clearsweep.mechanics.joint.loads import loads_of
 from clearsweep.mechanics.joint.modes import AT_LIMIT_DOWN, AT_LIMIT_UP, PRESSED, STUCK
-from clearsweep.mechanics.mechanism.contract import accelerate, gap_accelerations, gaps, place
+from clearsweep.mechanics.mechanism.contract import accelerate, gap_accelerations, gaps, pose_at
 from clearsweep.simulation.outcome import trajectory_of
 from clearsweep.simulation.run import integration_of
 
@@ -42,7 +42,7 @@ def moving(*joints, seed=1, **changes):
 
 def looked_at(scene, y, state):
     """Return pose, Gaps, Loads before anything is kept."""
-    pose, first = place(scene.mechanism, y), 2 * len(scene.coordinates) + 1
+    pose, first = pose_at(scene.mechanism, y), 2 * len(scene.coordinates) + 1
     relative = gaps(scene.mechanism, pose)
     latched = np.array([1.0] * len(state) + [began for _, began in every_latched(scene.joints)])
     return pose, relative, loads_of(scene.joints, relative, JointState(y, state, latched, first))
@@ -59,7 +59,7 @@ def test_accelerations_of_gaps_and_slips_are_the_slopes_of_their_speeds(joints):
     flow = np.concatenate([y[n : 2 * n], motion.accelerations, [1.0]])
     ends = []
     for step in (-1e-7, 1e-7):
-        there = gaps(scene.mechanism, place(scene.mechanism, y[: 2 * n + 1] + step * flow))
+        there = gaps(scene.mechanism, pose_at(scene.mechanism, y[: 2 * n + 1] + step * flow))
         normals = [
             joint.side * np.array([gap.x, gap.y]) / math.hypot(gap.x, gap.y)
             for joint, gap in zip(scene.joints, there, strict=True)

@@ -75,7 +75,7 @@ def seen(slip):
 def test_friction_is_smooth_over_the_sliding_speed_between_its_kinks(name):
     """Karnopp slides to a latched side; the band in which it sticks and its static limit are events of their own."""
     friction = registry.compile_joint(joint(friction=name), "slider").friction
-    friction = friction._replace(piece=1.0) if name == "karnopp" else friction
+    friction = friction._replace(sliding_sign=1.0) if name == "karnopp" else friction
     scales = [value for value in numbers(RECIPES["friction", name].law).values() if value < 0.1]
     places = kinks(friction) if type(friction) in kinks.members else ()
     for scale in scales:

@@ -13,7 +13,7 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.compiled.attitude import to_fixed_frame
 from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.joint.spatial import SpatialLoad
-from clearsweep.mechanics.mechanism.contract import accelerate, energy, gaps, output_error, place
+from clearsweep.mechanics.mechanism.contract import accelerate, energy, gaps, output_error, pose_at
 from clearsweep.mechanics.mechanism.planar.machine_type import kinds_of
 
 GRAVITY = [1.0, -9.81, 3.0]
@@ -146,10 +146,10 @@ def lagrange(mechanism, state, n, accelerations, acting):
     """
 
     def kinetic(y):
-        return energy(mechanism, place(mechanism, y))[0]
+        return energy(mechanism, pose_at(mechanism, y))[0]
 
     def power(y):
-        pose = place(mechanism, y)
+        pose = pose_at(mechanism, y)
         total = energy(mechanism, pose)[1]
         for gap, load in zip(gaps(mechanism, pose), acting, strict=True):
             total += np.dot(load.force, gap.velocity)
@@ -190,14 +190,14 @@ def test_bodies_that_hang_in_any_way_obey_lagranges_equations(name):
     scene = clearsweep.load_case(CHAINS[name])
     mechanism, n = scene.value.mechanism, len(scene.built.lengths)
     state, acting = stirred(scene, 4), loads(len(scene.value.joints))
-    pose = place(mechanism, state)
+    pose = pose_at(mechanism, state)
     motion = accelerate(mechanism, pose, acting)
     left, size = lagrange(mechanism, state, n, motion.accelerations, acting)
     assert np.all(np.abs(left) <= 1e-7 * size.max())
     wrong, _ = lagrange(mechanism, state, n, 1.001 * np.array(motion.accelerations), acting)
     assert np.abs(wrong).max() > 1e-5 * size.max()
     later, before = (moved_by(state, n, motion.accelerations, h) for h in (1e-6, -1e-6))
-    gain = (energy(mechanism, place(mechanism, later))[0] - energy(mechanism, place(mechanism, before))[0]) / 2e-6
+    gain = (energy(mechanism, pose_at(mechanism, later))[0] - energy(mechanism, pose_at(mechanism, before))[0]) / 2e-6
     outside = energy(mechanism, pose)[1] + motion.torque * scene.case.drive.speed
     for gap, load in zip(gaps(mechanism, pose), acting, strict=True):
         outside += np.dot(load.force, gap.velocity)
@@ -207,7 +207,7 @@ def test_bodies_that_hang_in_any_way_obey_lagranges_equations(name):
 
 def test_the_start_is_that_of_the_planar_machine():
     scene = clearsweep.load_case(four_bar("crank-coupler", coupler_rocker="spherical"))
-    pose = place(scene.value.mechanism, scene.start)
+    pose = pose_at(scene.value.mechanism, scene.start)
     (gap,) = gaps(scene.value.mechanism, pose)
     offset = np.array([1e-5, 2e-5, 3e-5])
     assert np.linalg.norm(to_fixed_frame(pose.frames[2], gap.middle)[:2]) == pytest.approx(

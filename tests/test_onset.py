@@ -23,7 +23,7 @@ from clearsweep.mechanics.joint.loss.hysteresis import Hysteresis
 from clearsweep.mechanics.joint.loss.renewed import ENERGY_EXCEEDED, RATE_ZERO, renewed_law
 from clearsweep.mechanics.joint.modes import touches
 from clearsweep.mechanics.joint.rebound import approach_loss
-from clearsweep.mechanics.mechanism.contract import energy, gaps, impact_masses, place
+from clearsweep.mechanics.mechanism.contract import energy, gaps, impact_masses, pose_at
 from clearsweep.mechanics.observe.observables import Observed, contact_observables_in
 from clearsweep.mechanics.observe.stages import START
 from clearsweep.mechanics.solver import integration
@@ -131,7 +131,7 @@ def mass_by_energy(mechanism, y, n, j):
     def moving(rates):
         state = np.array(y)
         state[n : 2 * n] = rates
-        return place(mechanism, state)
+        return pose_at(mechanism, state)
 
     def kinetic(*coordinates):
         return energy(mechanism, moving(sum(np.eye(n)[i] for i in coordinates) if coordinates else np.zeros(n)))[0]
@@ -152,7 +152,7 @@ def test_masses_of_impacts_are_those_of_the_whole_mass_matrix(opening):
     value = clearsweep.load_case(slider_crank(*map(SITES.get, opening), changes=changes)).value
     n = len(value.coordinates)
     y = np.random.default_rng(1).normal(scale=0.3, size=2 * n + 1)
-    pose = place(value.mechanism, y)
+    pose = pose_at(value.mechanism, y)
     masses = impact_masses(value.mechanism, pose, gaps(value.mechanism, pose))
     expected = [mass_by_energy(value.mechanism, y, n, j) for j in range(len(masses))]
     assert masses == pytest.approx(expected, rel=1e-9)
@@ -160,7 +160,7 @@ def test_masses_of_impacts_are_those_of_the_whole_mass_matrix(opening):
 
 def test_the_mass_of_an_impact_pair_is_the_reduced_one():
     value = clearsweep.load_case(changed(PAIR, {"mechanism.masses": [0.2, 0.3]})).value
-    pose = place(value.mechanism, np.array([1e-3, 1.0, 0.0]))
+    pose = pose_at(value.mechanism, np.array([1e-3, 1.0, 0.0]))
     assert impact_masses(value.mechanism, pose, gaps(value.mechanism, pose)) == (pytest.approx(0.12, rel=1e-15),)
 
 

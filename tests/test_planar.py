@@ -134,7 +134,7 @@ def test_the_kinetic_energy_grows_by_the_powers_of_drive_gravity_loads_and_joint
     machine, rng = slider_crank(DRIVES[drive], loads=LOADS), np.random.default_rng(RNG_SEED)
     built, y = some_state(machine, opened, rng)
     loads = some_loads(len(opened), rng)
-    pose = contract.place(built.value, y)
+    pose = contract.pose_at(built.value, y)
     motion = contract.accelerate(built.value, pose, loads)
     power = motion.torque * contract.crank_rate(built.value, pose, math.nan)
     power += contract.energy(built.value, pose)[1] + contract.load_power(built.value, motion)
@@ -143,7 +143,7 @@ def test_the_kinetic_energy_grows_by_the_powers_of_drive_gravity_loads_and_joint
         power += pull.moment_proximal * gap.spin_proximal + pull.moment_distal * gap.spin_distal
 
     def kinetic(moved):
-        return contract.energy(built.value, contract.place(built.value, moved))[0]
+        return contract.energy(built.value, contract.pose_at(built.value, moved))[0]
 
     assert derivative_along(kinetic, y, motion.accelerations) == pytest.approx(power, rel=1e-7, abs=1e-6)
 
@@ -165,7 +165,7 @@ def test_the_ideal_machine_is_the_one_without_open_joints(drive):
     acceleration, *_ = ideal_machine.balance(ideal_machine.states_at(angle), rate, time)
     free = len(built.lengths)
     y = np.array([*(angle if free else ()), *(rate if free else ()), time[0]])
-    pose = contract.place(built.value, y)
+    pose = contract.pose_at(built.value, y)
     motion, ideal = contract.accelerate(built.value, pose, ()), planar.ideal(machine, angle)
     assert contract.crank_rate(built.value, pose, math.nan) == pytest.approx(rate[0], rel=1e-9)
     assert motion.output == pytest.approx(ideal.acceleration[0], rel=1e-9)
@@ -258,11 +258,11 @@ def flown(machine, end):
     built, free = planar.build(machine, {"slider-ground": BLOCK}, {}), (Load(0.0, 0.0, 0.0, 0.0, ()),)
 
     def rates(time, state):
-        pose = contract.place(built.value, np.append(state, time))
+        pose = contract.pose_at(built.value, np.append(state, time))
         return [*state[3:], *contract.accelerate(built.value, pose, free).accelerations]
 
     def gap(time, state):
-        return contract.gaps(built.value, contract.place(built.value, np.append(state, time)))[0]
+        return contract.gaps(built.value, contract.pose_at(built.value, np.append(state, time)))[0]
 
     def left(time, state):
         return 1e-3 - abs(gap(time, state).y)
@@ -295,7 +295,7 @@ def test_a_corner_presses_where_it_is_and_its_powers_add_up(tilted):
     y, count = built.start.copy(), len(built.lengths)
     y[:count] += 1e-3 * rng.normal(size=count)
     y[count : 2 * count] += rng.normal(size=count)
-    pose = contract.place(built.value, y)
+    pose = contract.pose_at(built.value, y)
     (gap,) = contract.gaps(built.value, pose)
     mode, onset = np.array([PRESSED, FREE, PRESSED, PRESSED]), np.full(4, 0.1)
     present = JointState(np.append(y, [0.01, 0.0, 0.02, 0.005]), mode, onset, y.size)
@@ -308,10 +308,10 @@ def test_a_corner_presses_where_it_is_and_its_powers_add_up(tilted):
     given = motion.torque * contract.crank_rate(built.value, pose, math.nan) + contract.energy(built.value, pose)[1]
 
     def kinetic(moved):
-        return contract.energy(built.value, contract.place(built.value, moved))[0]
+        return contract.energy(built.value, contract.pose_at(built.value, moved))[0]
 
     def depths(moved):
-        (there,) = contract.gaps(built.value, contract.place(built.value, moved))
+        (there,) = contract.gaps(built.value, contract.pose_at(built.value, moved))
         return np.array(
             [contact.depth for contact in load(BLOCK, there, Offsets(0, y.size + 4, 4, 0), present).contacts]
         )

@@ -58,7 +58,7 @@ def test_the_load_on_fractal_spots_has_its_tabulated_parts(dimension, scale, cri
     assert math.exp(log_critical_area(dimension, scale, 2.0 * MODULUS / HARDNESS)) == pytest.approx(critical, rel=5e-5)
     largest = np.log([1e-8])
     whole = math.exp(log_total_load(surface, largest)[0])
-    hard = surface._replace(pieces=(surface.pieces[0], surface.pieces[1]._replace(factor=-700.0)))
+    hard = surface._replace(pieces=(surface.pieces[0], surface.pieces[1]._replace(log_factor=-700.0)))
     yielded = math.exp(log_total_load(hard, largest)[0])
     assert yielded == pytest.approx(plastic, rel=5e-6)
     assert whole - yielded == pytest.approx(elastic, rel=5e-6)

@@ -195,7 +195,7 @@ def test_open_and_ideal_machines_agree_under_the_ideal_force():
     built = planar.build(made, {"slot": Clearance()}, {})
     ideal = planar.ideal(made, np.array([0.0]))
     force = ideal.reactions["slot"][0]
-    pose = contract.place(built.value, built.start)
+    pose = contract.pose_at(built.value, built.start)
     (gap,) = contract.gaps(built.value, pose)
     assert gap.y == pytest.approx(0.0, abs=1e-15)
     angle_rate = -(gap.axis_x * gap.x * force[1] - gap.axis_y * gap.x * force[0])  # the slot is pushed where the pin is

@@ -21,7 +21,7 @@ from clearsweep.mechanics.joint import spatial as joints
 from clearsweep.mechanics.joint.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
 from clearsweep.mechanics.joint.modes import ACTS, FREE, PRESSED
 from clearsweep.mechanics.joint.spatial.points import farthest_direction
-from clearsweep.mechanics.mechanism.contract import accelerate, energy, gaps, place
+from clearsweep.mechanics.mechanism.contract import accelerate, energy, gaps, pose_at
 from clearsweep.mechanics.mechanism.spatial.form import Loose, Slide
 
 FRICTION = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-2}
@@ -73,7 +73,7 @@ def stirred(scene, seed=3):
 def pressed(scene, state):
     """Return the Present of a state in which all contact points press that are deep, and the state with its roots."""
     value, place_of = scene.value, 2 * len(scene.value.coordinates) + 1
-    pose = place(value.mechanism, state)
+    pose = pose_at(value.mechanism, state)
     modes, rates = [], []
     for joint, gap in zip(value.joints, gaps(value.mechanism, pose), strict=True):
         first = len(modes)
@@ -95,7 +95,7 @@ def points(joint, gap):
 
 def loads_of(scene, present):
     """Return pose and loads of a scene whose joints are one behind the other in the state."""
-    pose, first, result = place(scene.value.mechanism, present.y), 0, []
+    pose, first, result = pose_at(scene.value.mechanism, present.y), 0, []
     for joint, gap in zip(scene.value.joints, gaps(scene.value.mechanism, pose), strict=True):
         result.append(load(joint, gap, Offsets(first, 0, 0, 0), present))
         first += len(result[-1].contacts)
@@ -149,7 +149,7 @@ def test_rates_of_depth_are_the_slopes_of_depth(name):
         moved = state.copy()
         moved[:n] += sign * h * state[n : 2 * n]
         moved[2 * n] += sign * h
-        relative = gaps(scene.value.mechanism, place(scene.value.mechanism, moved))
+        relative = gaps(scene.value.mechanism, pose_at(scene.value.mechanism, moved))
         ends.append([points(*pair) for pair in zip(scene.value.joints, relative, strict=True)])
     for message, before, after in zip(result, *ends, strict=True):
         for contact, a, b in zip(message.contacts, before, after, strict=False):
@@ -176,7 +176,7 @@ def test_the_powers_of_all_forces_make_the_kinetic_energy(name):
         moved[:n] += sign * h * v + 0.5 * h * h * a
         moved[n : 2 * n] += sign * h * a
         moved[2 * n] += sign * h
-        ends.append(energy(scene.value.mechanism, place(scene.value.mechanism, moved))[0])
+        ends.append(energy(scene.value.mechanism, pose_at(scene.value.mechanism, moved))[0])
     assert (ends[1] - ends[0]) / (2.0 * h) == pytest.approx(
         power, rel=1e-6, abs=1e-6 * abs(motion.torque * scene.built.rate)
     )
@@ -255,7 +255,7 @@ def test_a_free_body_turns_as_the_elliptic_functions_say():
     nothing = joints.SpatialLoad(zero, zero, zero, ())
 
     def rates(t, y):
-        pose = place(mechanism, np.append(y, t))
+        pose = pose_at(mechanism, np.append(y, t))
         return np.concatenate([y[n:], accelerate(mechanism, pose, (nothing, nothing)).accelerations])
 
     start = scene.start[: 2 * n].copy()
@@ -279,7 +279,7 @@ def test_a_free_body_turns_as_the_elliptic_functions_say():
             math.sqrt((square - twice * a) / (c * (c - a))) * dn,
         ]
     ).T
-    poses = [place(mechanism, np.append(y, 0.0)) for y in path]
+    poses = [pose_at(mechanism, np.append(y, 0.0)) for y in path]
     frames, spins = [pose.frames[body] for pose in poses], [pose.spins[body] for pose in poses]
     result = np.array([to_body_frame(*pair) for pair in zip(frames, spins, strict=True)])
     assert result == pytest.approx(known, rel=1e-9, abs=1e-9 * 60.0)

@@ -23,7 +23,7 @@ from clearsweep.mechanics.joint.elastic.contract import elastic_force
 from clearsweep.mechanics.joint.modes import ACTS, CLIPPED, FREE, PRESSED
 from clearsweep.mechanics.joint.spatial import strips
 from clearsweep.mechanics.joint.wear import wall_strips
-from clearsweep.mechanics.mechanism.contract import gaps, place
+from clearsweep.mechanics.mechanism.contract import gaps, pose_at
 
 HERTZ = {"law": "hertz", "stiffness": 1e9, "exponent": 1.5}
 THROUGH = {"flange": False, "axial_clearance": None}
@@ -339,7 +339,7 @@ def test_the_rates_of_spread_walls_are_differentiated_exactly(keys):
     state[:n] += 1e-5 * np.random.default_rng(3).standard_normal(n) / scene.built.lengths
     state[n : 2 * n] += 0.1 * np.random.default_rng(4).standard_normal(n) / scene.built.lengths
     state[0] += 2.2e-4  # pressed
-    (gap,) = gaps(value.mechanism, place(value.mechanism, state))
+    (gap,) = gaps(value.mechanism, pose_at(value.mechanism, state))
     pairs, roots = contact_modes(value.joints[0]), 2 * n + 1
     mode = np.array([pair.apart for pair in pairs])
     for c, end in enumerate(joints.ENDS):

@@ -14,7 +14,7 @@ from clearsweep.mechanics.coupling.sticking import every_grip, flatten_once, sli
 from clearsweep.mechanics.joint.contract import JointState, every_latched
 from clearsweep.mechanics.joint.loads import loads_of
 from clearsweep.mechanics.joint.modes import FREE, STUCK
-from clearsweep.mechanics.mechanism.contract import accelerate, gaps, place
+from clearsweep.mechanics.mechanism.contract import accelerate, gaps, pose_at
 from clearsweep.verify.measured import stick_slip
 
 pytestmark = pytest.mark.heavy
@@ -71,7 +71,7 @@ def seen(source, moved, stuck):
     y[n : 2 * n] += np.random.default_rng(3).normal(0.0, 2e-4, n)
     y[2 * n + 1 :] = 1e-3
     mode = np.array([STUCK if each else FREE for each in stuck])
-    pose = place(scene.mechanism, y)
+    pose = pose_at(scene.mechanism, y)
     relative = gaps(scene.mechanism, pose)
     loads = loads_of(scene.joints, relative, JointState(y, mode, latched(scene, mode), 2 * n + 1))
     return scene, y, mode, pose, relative, loads
@@ -97,7 +97,7 @@ def test_slip_rates_are_the_slopes_of_the_slips(case):
     for step in (-1e-7, 1e-7):
         there = y.copy()
         there[: 2 * n + 1] += step * flow
-        around = gaps(scene.mechanism, place(scene.mechanism, there))
+        around = gaps(scene.mechanism, pose_at(scene.mechanism, there))
         pushed = loads_of(scene.joints, around, JointState(there, mode, latched(scene, mode), 2 * n + 1))
         ends.append([grip.slip for grip in flatten_once(every_grip(scene.joints, around, pushed, mode)) if grip.limit])
     rates = [

@@ -34,7 +34,7 @@ from clearsweep.mechanics.joint.wear.step import (
     record,
     update_joint_wear,
 )
-from clearsweep.mechanics.mechanism.contract import body_angles, place
+from clearsweep.mechanics.mechanism.contract import body_angles, pose_at
 from clearsweep.mechanics.observe.histogram import (
     DEPTH_ROW,
     FORCE_ROW,
@@ -210,7 +210,7 @@ def test_the_bearings_own_axis_x_is_its_bodys_turned_by_the_tilt(opened, frame):
     assert np.dot(site.across, site.axis) == pytest.approx(0.0, rel=0.0, abs=1e-16)
     state = scene.start.copy()
     state[2 * len(scene.built.lengths)] = 0.004
-    pose = place(scene.value.mechanism, state)
+    pose = pose_at(scene.value.mechanism, state)
     (seen,) = body_angles(scene.value.mechanism, state)
     angle = 0.004 * scene.case.drive.speed if frame == "crank" else 0.0
     c, s = math.cos(angle), math.sin(angle)

@@ -194,7 +194,7 @@ def test_each_body_has_its_own_running_in():
         "distance": "2 m",
     }
     law = term(case_of({"running_in": running_in, "journal_coefficient": "2e-14 m^2/N"}))
-    assert (law.bearing, law.journal, law.distance) == ((1e-14, 5e-14), (2e-14, 3e-14), 2.0)
+    assert (law.bearing_coefficients, law.journal_coefficients, law.distance) == ((1e-14, 5e-14), (2e-14, 3e-14), 2.0)
 
 
 def test_a_swept_coefficient_that_runs_in_is_that_of_both_bodies():
@@ -209,7 +209,7 @@ def test_a_swept_coefficient_that_runs_in_is_that_of_both_bodies():
     )
     source["sweep"] = {"joints.rod-slider.wear.running_in.initial": [5e-14, 9e-14]}
     cases = grid.load(source, simulation.catalogue())
-    assert [registry.compile_wear(cases.case(k).joints[0]).bearing[1] for k in range(2)] == [5e-14, 9e-14]
+    assert [registry.compile_wear(cases.case(k).joints[0]).bearing_coefficients[1] for k in range(2)] == [5e-14, 9e-14]
     assert len(set(cases.identities())) == 2
 
 

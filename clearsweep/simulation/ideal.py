@@ -63,7 +63,7 @@ def ideal_peaks(case: Case, machine: Machine | None = None) -> Mapping[str, floa
     tables = [load.table for load in case.loads if load.table]
     turn_range = _turn_range(case, tables)
     knots = _knots(case, tables, turn_range)
-    key = planar.key_of(machine), turn_range, knots
+    key = planar.machine_key(machine), turn_range, knots
     if key not in _PEAKS:
         if len(_PEAKS) >= MAX_PEAKS:
             _PEAKS.clear()

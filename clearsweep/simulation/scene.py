@@ -27,8 +27,8 @@ from ..mechanics.joint.guide import deepest_corner
 from ..mechanics.joint.wear.contract import Worn
 from ..mechanics.joint.worn import has_worn_shape, seated_position
 from ..mechanics.mechanism import MECHANISMS, planar
-from ..mechanics.mechanism.contract import Built, body_angles, gaps, place
-from ..mechanics.mechanism.spatial import seats
+from ..mechanics.mechanism.contract import Built, body_angles, gaps, pose_at
+from ..mechanics.mechanism.spatial import initial_seats
 from . import crank_clock, links
 from .figures import catalogue as figures
 from .ideal import ideal_motion, machine_of, mechanism_of
@@ -175,7 +175,7 @@ def _build_mechanism(case: Case, mechanism: Mechanism, machine: Machine | None, 
 
 def _check_spatial_start(built: Built, joints: Mapping[str, Any]) -> None:
     """Raise InputError if a spatial journal starts outside its bearing or penetrates it."""
-    for name, contact in seats(built, joints).items():
+    for name, contact in initial_seats(built, joints).items():
         if contact.overlap <= 0.0:
             raise InputError(
                 f"joints.{name}: the journal is {-1e3 * contact.overlap:.6g} mm outside its bearing along the axis at "
@@ -190,7 +190,7 @@ def _check_spatial_start(built: Built, joints: Mapping[str, Any]) -> None:
 
 def _check_planar_start(built: Built, joints: Mapping[str, Any]) -> None:
     """Raise InputError if the bodies of a planar joint penetrate at the start."""
-    relative = gaps(built.value, place(built.value, built.start))
+    relative = gaps(built.value, pose_at(built.value, built.start))
     for (name, joint), gap in zip(joints.items(), relative, strict=True):
         if isinstance(joint, GuideTerm):
             depth = deepest_corner(joint, gap)

@@ -169,7 +169,7 @@ def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals
 
 
 def combined_account(accounts: np.ndarray, contacts: ContactTotals) -> np.ndarray:
-    """Return the wear account of a joint, (ACCOUNT,), from those of its contacts, (contacts, ACCOUNT).
+    """Return the wear account of a joint, (ACCOUNT_SIZE,), from those of its contacts, (contacts, ACCOUNT_SIZE).
 
     Maxima and the time beyond the limit are those of one contact; the mean pressure is an average over the times
     in contact of all.  contacts : sums of the contacts.

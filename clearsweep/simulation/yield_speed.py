@@ -8,7 +8,7 @@ from ..contracts.case import Joint
 from ..mechanics.joint import registry
 from ..mechanics.joint.dry import Gap
 from ..mechanics.joint.first_yield import largest_mass, yield_energy
-from ..mechanics.mechanism.contract import impact_masses, place
+from ..mechanics.mechanism.contract import impact_masses, pose_at
 from .scene import Scene
 
 DIRECTIONS = tuple(math.radians(angle) for angle in (0.0, 45.0, 90.0))  # see `largest_mass`
@@ -41,7 +41,7 @@ def _speed(joint: Joint, mass: float | None) -> float | None:
 def _masses(scene: Scene) -> list[float | None]:
     """Return the largest effective mass (kg) of each joint over all directions at the start, or None if unknown."""
     mechanism, start = scene.value.mechanism, scene.start
-    pose = place(mechanism, start)
+    pose = pose_at(mechanism, start)
     by_direction = [
         impact_masses(
             mechanism,

@@ -14,7 +14,7 @@ from scipy.integrate import solve_ivp
 from ..mechanics.compiled.family import Entry, entry, flatten, invoke, kernel, map_joints, shaped
 from ..mechanics.joint.contract import ONSET_FLOOR
 from ..mechanics.joint.dry import CLIPPED, FREE, PRESSED, joint_load
-from ..mechanics.mechanism.contract import accelerate, gaps, place
+from ..mechanics.mechanism.contract import accelerate, gaps, pose_at
 from ..mechanics.solver.integration import ONSET, SEPARATION
 from ..mechanics.trace.objects import machine_code
 
@@ -70,7 +70,7 @@ def rates_in_time(scene, y, state, onset, k, row):
     y : (n,) coordinates, rates, time; k : (ROWS, n + JOINT_WIDTH * joints); state, onset : (joints,).
     """
     half = len(scene.coordinates)
-    pose = place(scene.mechanism, y)
+    pose = pose_at(scene.mechanism, y)
     loads = loads_of(scene.joints, gaps(scene.mechanism, pose), 0, (state, onset))
     motion = accelerate(scene.mechanism, pose, loads)
     for i in range(half):

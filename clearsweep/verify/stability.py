@@ -295,7 +295,7 @@ def _reduced_machine_mass(case_scene: scene.Scene, part: JointLayout) -> float:
         at_angle = case_scene.machine._replace(drive=Constant(1.0, float(angle)), loads=())
         offset = 0.5 * term.clearance * np.array([math.cos(direction), math.sin(direction)])
         built = planar.build(at_angle, {name: term}, {name: offset})
-        pose = contract.place(built.value, built.start)
+        pose = contract.pose_at(built.value, built.start)
         largest = max(largest, contract.impact_masses(built.value, pose, contract.gaps(built.value, pose))[0])
     return float(largest)
 

@@ -10,7 +10,7 @@ from ..joint.lubricated import Lubricated
 from ..joint.modes import touches
 from ..joint.offsets import after_joint, after_number, first_offsets, with_current_state
 from ..joint.worn import WornJoint, WornOnFoundation
-from ..mechanism.contract import gaps, impact_masses, place
+from ..mechanism.contract import gaps, impact_masses, pose_at
 
 
 @family
@@ -89,7 +89,7 @@ def _joints_with_needed_mass(scene, pose, joint_gaps, state):
 
 @inlined
 def _joints_at_event(scene, y):
-    pose = place(scene.mechanism, y)
+    pose = pose_at(scene.mechanism, y)
     return _all_with_mass(scene.joints, impact_masses(scene.mechanism, pose, gaps(scene.mechanism, pose)), 0, 0)
 
 

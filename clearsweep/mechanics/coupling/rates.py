@@ -52,7 +52,7 @@ from ..mechanism.contract import (
     gaps,
     load_power,
     output_error,
-    place,
+    pose_at,
 )
 from ..observe.observables import (
     ACCELERATION,
@@ -102,7 +102,7 @@ def uses_body_angles(joint_types):
 @inlined
 def evaluate_motion(scene, y, mode, latched):
     """Return the pose at the state `y`, and the Gaps, Loads and Motion that follow from the pose."""
-    pose = place(scene.mechanism, y)
+    pose = pose_at(scene.mechanism, y)
     joint_gaps = gaps_with_angles(scene, y, gaps(scene.mechanism, pose))
     state = JointState(y, mode, latched, 2 * len(scene.coordinates) + 1)
     joints = joints_with_mass(scene, pose, joint_gaps, state)

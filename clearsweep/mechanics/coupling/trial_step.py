@@ -8,7 +8,7 @@ from ..compiled.choosing import lane_range, total_of
 from ..compiled.family import Entry, entry, inlined, shaped
 from ..joint.contract import JointState
 from ..joint.modes import touches
-from ..mechanism.contract import gaps, place
+from ..mechanism.contract import gaps, pose_at
 from ..observe.stages import END, FIRST_IMPLICIT_ROW, ROW_COUNT, STAGES
 from ..solver.accumulate.step_sums import Step
 from ..solver.collocation import A
@@ -24,7 +24,7 @@ def rates_entry(scene, y, mode, latched, k, o, row):
     y, o = shaped(y, (n,)), shaped(o, (observed_width(parameters), ROW_COUNT))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     rates(parameters, y, mode, latched, shaped(k, (n, ROW_COUNT)), o, row, row < FIRST_IMPLICIT_ROW)
-    put_error(parameters, place(parameters.mechanism, y), o, row)
+    put_error(parameters, pose_at(parameters.mechanism, y), o, row)
 
 
 @inlined
@@ -65,7 +65,7 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
         for i in lane_range(STAGES):
             state = nodes[:, i]
             joint_gaps = gaps_with_angles(
-                parameters, state, gaps(parameters.mechanism, place(parameters.mechanism, state))
+                parameters, state, gaps(parameters.mechanism, pose_at(parameters.mechanism, state))
             )
             put_root_rates(
                 parameters,
@@ -94,7 +94,7 @@ def observe_entry(scene, nodes, mode, latched, o, _):
     o = shaped(o, (observed_width(parameters), ROW_COUNT))
     for i in lane_range(STAGES):
         rates(parameters, nodes[:, i], mode, latched, None, o, i)
-    put_error(parameters, place(parameters.mechanism, nodes[:, END]), o, END)
+    put_error(parameters, pose_at(parameters.mechanism, nodes[:, END]), o, END)
 
 
 def rates_of(scene, parameters) -> Entry:

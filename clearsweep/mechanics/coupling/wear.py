@@ -19,7 +19,7 @@ from ..joint.wear.step import (
     record_positions,
     update_wear_of_joints,
 )
-from ..mechanism.contract import body_angles, gaps, place
+from ..mechanism.contract import body_angles, gaps, pose_at
 from ..observe.histogram import PARTS, STATE_POINTS, STEP_VALUE_ROWS
 
 
@@ -28,7 +28,7 @@ def _record_step_positions(scene, dense_states, step):
     """Record the contact positions of all joints on their bodies at the STATE_POINTS points of a step."""
     for i in lane_range(STATE_POINTS):
         y = dense_states[:, i]
-        pose = place(scene.mechanism, y)
+        pose = pose_at(scene.mechanism, y)
         angles = body_angles(scene.mechanism, y)
         joint_gaps = with_body_angles(scene.joints, gaps(scene.mechanism, pose), angles)
         instant = Instant(joint_gaps, angles, i, step)

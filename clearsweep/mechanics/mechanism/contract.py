@@ -71,7 +71,7 @@ class GapAcceleration(NamedTuple):
 
 
 @family
-def place(mechanism, y):
+def pose_at(mechanism, y):
     """Return the pose, a NamedTuple specific to the mechanism, at the state `y`: coordinates, rates, time."""
 
 
@@ -86,8 +86,8 @@ def accelerate(mechanism, pose, loads):
 
 
 @family
-def impact_masses(mechanism, pose, relative):
-    """Return, for each open joint, the effective mass (kg) of an impact along its Gap in `relative`.
+def impact_masses(mechanism, pose, joint_gaps):
+    """Return, for each open joint, the effective mass (kg) of an impact along its Gap in `joint_gaps`.
 
     1 / (n^T J M^-1 J^T n), n being the unit vector along the gap, M the whole mass matrix and J the gap's derivatives
     by the coordinates: force over relative acceleration.
@@ -183,8 +183,8 @@ def describe(mechanism, y, pose, motion, out):
 @inlined
 def gap_accelerations(mechanism, y, motion):
     """Return a GapAcceleration for each open joint: time derivatives of the rates from `gaps`."""
-    relative = gaps(mechanism, place(mechanism, Moving(y, motion.accelerations)))
-    return _slopes(relative, relative, 0, 0)
+    joint_gaps = gaps(mechanism, pose_at(mechanism, Moving(y, motion.accelerations)))
+    return _slopes(joint_gaps, joint_gaps, 0, 0)
 
 
 @kernel

@@ -48,16 +48,20 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
 
 def elastic_keys(path: str, points: tuple[str, ...] = ()) -> tuple[Keys, ...]:
     """Return the sections of an elastic link; `points`: its points, if its two ends are not fixed."""
-    elastic = Keys(
+    elastic_section = Keys(
         f"{path}.elastic",
         "elasticity along the line of the pins. Without this section, the body is rigid",
         _ELASTIC,
         "optional",
     )
     if not points:
-        return (elastic,)
-    labels = tuple(Choice(str(k), points, f"the {label} point") for k, label in enumerate(("first", "second")))
-    return elastic, Keys(f"{path}.elastic.between", "the two points of the body that carry its pins", words=labels)
+        return (elastic_section,)
+    endpoint_choices = tuple(
+        Choice(str(k), points, f"the {label} point") for k, label in enumerate(("first", "second"))
+    )
+    return elastic_section, Keys(
+        f"{path}.elastic.between", "the two points of the body that carry its pins", words=endpoint_choices
+    )
 
 
 def elastic_of(values: Mapping, path: str, endpoints: tuple[str, str] | None = None) -> Elastic | None:

@@ -80,7 +80,7 @@ def drive_keys(outline: Outline) -> tuple[Keys, ...]:
     return tuple(sections)
 
 
-def drive_of(drive: case.Drive, outline: Outline) -> tuple:
+def make_drive(drive: case.Drive, outline: Outline) -> tuple:
     """Return the drive as described in a machine."""
     if outline.free:
         return machine.Motor(drive.torque, drive.no_load_speed, drive.initial_speed, drive.inertia, drive.start_angle)

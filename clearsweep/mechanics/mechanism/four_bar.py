@@ -7,8 +7,8 @@ from ...contracts.catalogue import Choice, Field, JointSite, Keys, Mechanism, Ou
 from ...contracts.machine import Aim, Body, BodyPoint, Machine, Pin
 from ...contracts.outline import Outline
 from . import described
-from .drives import drive_of
-from .loads import LoadPoints, loads_of
+from .drives import make_drive
+from .loads import LoadPoints, make_loads
 
 _LENGTH = Field("length", "m", "distance between the two pins of the body")
 _LINK = (
@@ -71,10 +71,10 @@ def closed_angles(values, angle: float) -> tuple[float, float]:
     x, y = ground - crank * math.cos(angle), -crank * math.sin(angle)  # from the crank pin to the rocker pivot
     span = math.hypot(x, y) or ground
     foot = (coupler**2 - rocker**2 + span**2) / (2.0 * span)
-    transverse = math.sqrt(max(coupler**2 - foot**2, 0.0)) * (1.0 if values["branch"] == "open" else -1.0)
+    pin_offset = math.sqrt(max(coupler**2 - foot**2, 0.0)) * (1.0 if values["branch"] == "open" else -1.0)
     px, py = (
-        (foot * x - transverse * y) / span,
-        (foot * y + transverse * x) / span,
+        (foot * x - pin_offset * y) / span,
+        (foot * y + pin_offset * x) / span,
     )  # from the crank pin to the coupler's
     return math.atan2(py, px), math.atan2(py - y, px - x)
 
@@ -97,8 +97,8 @@ def machine(case: Case) -> Machine:
         Pin("rocker-ground", BodyPoint("rocker", "first"), BodyPoint("ground", "second")),
     )
     coupler, rocker = closed_angles(values, case.drive.start_angle)
-    loads = loads_of(case.loads, LoadPoints(bodies, {}))
-    drive = drive_of(case.drive, case.outline)
+    loads = make_loads(case.loads, LoadPoints(bodies, {}))
+    drive = make_drive(case.drive, case.outline)
     start = {"coupler": coupler, "rocker": rocker}
     return Machine(bodies, pins, "ground-crank", drive, values["gravity"], Aim("rocker"), start, loads)
 

@@ -16,7 +16,7 @@ from .contract import (
     gaps,
     impact_masses,
     output_error,
-    place,
+    pose_at,
 )
 
 
@@ -72,8 +72,8 @@ MECHANISM = Mechanism(
 )
 
 
-@place.member(ImpactPair)
-def _place_impact_pair(mechanism, y):
+@pose_at.member(ImpactPair)
+def _pose_at_impact_pair(mechanism, y):
     return Pose(y[0], y[1])
 
 
@@ -88,7 +88,7 @@ def _accelerate_impact_pair(mechanism, pose, loads):
 
 
 @impact_masses.member(ImpactPair)
-def _impact_masses_impact_pair(mechanism, pose, relative):
+def _impact_masses_impact_pair(mechanism, pose, joint_gaps):
     return (mechanism.mass,)
 
 

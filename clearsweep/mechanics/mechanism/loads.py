@@ -11,7 +11,7 @@ from ...contracts.outline import ANY, GROUND, SIZES, LoadOutline
 from ..joint.recipe import compile_law
 
 CENTER = "center"  # the name of a body's centre of mass as a point
-MASS = "centre of mass"
+CENTER_TEXT = "centre of mass"
 _FORCE = (
     Field("0", "N", "force along x of the fixed frame", -math.inf),
     Field("1", "N", "force along y of the fixed frame", -math.inf),
@@ -102,7 +102,7 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
         Choice(
             "point",
             tuple(dict.fromkeys((*body_points, CENTER))),
-            f"point of the body at which the load acts; {CENTER}: the {MASS}",
+            f"point of the body at which the load acts; {CENTER}: the {CENTER_TEXT}",
             CENTER,
         ),
     )
@@ -112,9 +112,9 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
     table = Keys(path, LOADS["table"].summary, (_SCALE,), "optional", target_keys, (_TABLE,))
     body_keys = tuple(Choice(str(k), tuple(points), f"the {label} body") for k, label in enumerate(("first", "second")))
     second_point_text = (
-        f"at `point`, by default the {MASS}"
+        f"at `point`, by default the {CENTER_TEXT}"
         if body_points
-        else f"at its pin if that body is a slider, otherwise at its {MASS}"
+        else f"at its pin if that body is a slider, otherwise at its {CENTER_TEXT}"
     )
     between = Keys(
         f"{path}.between",
@@ -161,28 +161,28 @@ class LoadPoints:
         """Return the point of a body at which a load with these values acts."""
         name = values.get("point", self.pins.get(body, CENTER))
         if name not in self.bodies[body].points:
-            return self.new(body, name, self.bodies[body].center)
+            return self.add_point(body, name, self.bodies[body].center)
         return machine.BodyPoint(body, name)
 
-    def new(self, body: str, name: str, position: tuple[float, float]) -> machine.BodyPoint:
+    def add_point(self, body: str, name: str, position: tuple[float, float]) -> machine.BodyPoint:
         """Return a further point of a body, at `position` (m) in its frame."""
         old_body = self.bodies[body]
         self.bodies[body] = old_body._replace(points={**old_body.points, name: position})
         return machine.BodyPoint(body, name)
 
 
-def loads_of(loads: tuple[case.Load, ...], load_points: LoadPoints) -> tuple:
+def make_loads(loads: tuple[case.Load, ...], load_points: LoadPoints) -> tuple:
     """Return the loads as described in a machine."""
-    return tuple(_FORMS[load.form](load, load_points) for load in loads)
+    return tuple(_MAKERS[load.form](load, load_points) for load in loads)
 
 
-def _push(load: case.Load, load_points: LoadPoints) -> machine.Push:
+def _make_push(load: case.Load, load_points: LoadPoints) -> machine.Push:
     values = load.values
     force = (values.get("force.0", 0.0), values.get("force.1", 0.0))
     return machine.Push(load.name, load_points.point_of_load(values["on"], values), *force, values.get("torque", 0.0))
 
 
-def _tabled(load: case.Load, load_points: LoadPoints) -> machine.TabledPush:
+def _make_tabled_push(load: case.Load, load_points: LoadPoints) -> machine.TabledPush:
     table = {name: np.array(column) for name, column in load.table.items()}
     table_variable = "angle" if "crank_angle" in table else "time"
     knots = table["crank_angle" if table_variable == "angle" else "time"]
@@ -191,9 +191,9 @@ def _tabled(load: case.Load, load_points: LoadPoints) -> machine.TabledPush:
     return machine.TabledPush(load.name, endpoint, table_variable, knots, *columns, load.values["scale"])
 
 
-def _spring(load: case.Load, load_points: LoadPoints) -> machine.Spring:
+def _make_spring(load: case.Load, load_points: LoadPoints) -> machine.Spring:
     values = load.values
-    anchor_point = load_points.new(
+    anchor_point = load_points.add_point(
         values["between.0"], f"anchor of {load.name}", (values["anchor.0"], values["anchor.1"])
     )
     second = load_points.point_of_load(values["between.1"], values)
@@ -202,20 +202,28 @@ def _spring(load: case.Load, load_points: LoadPoints) -> machine.Spring:
     )
 
 
-def _rubbing(load: case.Load, load_points: LoadPoints) -> machine.Rubbing | machine.Braking:
+def _make_rubbing(load: case.Load, load_points: LoadPoints) -> machine.Rubbing | machine.Braking:
     given_size = next((size for size in SIZES if size in load.friction.values), "")
     if given_size:
         names = {given_size: "coefficient", f"static_{given_size}": "static_coefficient"}
         values = {names.get(key, key): value for key, value in load.friction.values.items()}
-        term = compile_law("friction", load.friction.law, load._replace(friction=load.friction._replace(values=values)))
-        return machine.Braking(load.name, load.values["on"], term)
-    term = compile_law("friction", load.friction.law, load)
-    return machine.Rubbing(load.name, load.values["on"], term, load.friction.values.get("radius", 0.0))
+        friction_law = compile_law(
+            "friction", load.friction.law, load._replace(friction=load.friction._replace(values=values))
+        )
+        return machine.Braking(load.name, load.values["on"], friction_law)
+    friction_law = compile_law("friction", load.friction.law, load)
+    return machine.Rubbing(load.name, load.values["on"], friction_law, load.friction.values.get("radius", 0.0))
 
 
-def _preload(load: case.Load, load_points: LoadPoints) -> machine.Braking:
-    term = compile_law("friction", load.friction.law, load)
-    return machine.Braking(load.name, load.values["on"], term, load.values["radius"], load.values["preload"])
+def _make_preload(load: case.Load, load_points: LoadPoints) -> machine.Braking:
+    friction_law = compile_law("friction", load.friction.law, load)
+    return machine.Braking(load.name, load.values["on"], friction_law, load.values["radius"], load.values["preload"])
 
 
-_FORMS = {"preload": _preload, "force": _push, "table": _tabled, "spring": _spring, "friction": _rubbing}
+_MAKERS = {
+    "preload": _make_preload,
+    "force": _make_push,
+    "table": _make_tabled_push,
+    "spring": _make_spring,
+    "friction": _make_rubbing,
+}

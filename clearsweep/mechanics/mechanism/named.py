@@ -21,15 +21,15 @@ _ALONG = Field("along", "rad", "direction in which the motion of the point is me
 def joint_keys(joint: JointOutline, endpoints: tuple[str, ...]) -> Iterable[Keys]:
     """Yield the sections of a joint that can connect the points `endpoints`."""
     path = f"mechanism.joints.{joint.name}"
-    kind = Choice(
+    type_choice = Choice(
         "type",
         ("revolute", "prismatic", "slot"),
         "kind of the joint; revolute: a pin; prismatic: a guide; slot: a pin in a slot of the proximal body",
     )
     bodies = tuple(filter(None, joint.bodies))
     journal = (Choice("journal", bodies, "body that carries the journal", bodies[-1] if bodies else ANY),)
-    labels = (kind,) if joint.type in ("prismatic", "slot") else (kind, *journal)
-    yield Keys(path, "a joint of the mechanism", () if joint.type == "revolute" else (_AXIS,), words=labels)
+    choices = (type_choice,) if joint.type in ("prismatic", "slot") else (type_choice, *journal)
+    yield Keys(path, "a joint of the mechanism", () if joint.type == "revolute" else (_AXIS,), words=choices)
     texts = ("the proximal point, body.point", "the distal point")
     between = tuple(Choice(str(k), endpoints, text) for k, text in enumerate(texts))
     yield Keys(f"{path}.between", "the two points that the joint connects, the proximal point first", words=between)
@@ -64,7 +64,7 @@ def output_keys(outline: Outline) -> Iterable[Keys]:
     )
 
 
-def pair_of(values, path: str) -> tuple[float, float]:
+def pair_at(values, path: str) -> tuple[float, float]:
     """Return the first two numbers of a list."""
     return values[f"{path}.0"], values[f"{path}.1"]
 
@@ -74,5 +74,5 @@ def joint_of(values, joint: JointOutline) -> Pin | Guide | Slot:
     endpoints = [BodyPoint(*endpoint.split(".", 1)) for endpoint in (joint.proximal, joint.distal)]
     if joint.type == "revolute":
         return Pin(joint.name, *endpoints)
-    form = Slot if joint.type == "slot" else Guide
-    return form(joint.name, *endpoints, values[f"joints.{joint.name}.axis"])
+    joint_type = Slot if joint.type == "slot" else Guide
+    return joint_type(joint.name, *endpoints, values[f"joints.{joint.name}.axis"])

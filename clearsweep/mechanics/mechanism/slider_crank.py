@@ -7,9 +7,9 @@ from ...contracts.catalogue import Field, JointSite, Keys, Mechanism, Order, Out
 from ...contracts.machine import Aim, Body, BodyPoint, Guide, Machine, Pin
 from ...contracts.outline import Outline
 from . import described, slider_crank_in_space
-from .drives import drive_of
-from .loads import LoadPoints, loads_of
-from .spatial.described import FLAG
+from .drives import make_drive
+from .loads import LoadPoints, make_loads
+from .spatial.described import SPATIAL_FLAG
 
 _LENGTH = Field("length", "m", "distance between the two pins of the body")
 _CENTER = Field(
@@ -55,7 +55,7 @@ _KEYS = (
         "mechanism",
         "",
         (Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0),),
-        flags=(FLAG,),
+        flags=(SPATIAL_FLAG,),
     ),
 )
 
@@ -89,8 +89,8 @@ def machine(case: Case) -> Machine:
     )
     sine = (offset - radius * math.sin(angle)) / length
     start = {"rod": math.asin(min(max(sine, -1.0), 1.0))}
-    loads = loads_of(case.loads, LoadPoints(bodies, {"slider": "pin"}))
-    drive, aim = drive_of(case.drive, case.outline), Aim("slider", "pin", 0.0)
+    loads = make_loads(case.loads, LoadPoints(bodies, {"slider": "pin"}))
+    drive, aim = make_drive(case.drive, case.outline), Aim("slider", "pin", 0.0)
     return Machine(bodies, joints, "ground-crank", drive, values["gravity"], aim, start, loads)
 
 

@@ -20,34 +20,34 @@ _IDEAL = (
 
 
 def _center() -> tuple[Field, ...]:
-    along_rod, *remainder = space.along_axes("m", "centre of mass from the first pin")
-    return along_rod._replace(default=None, optional=True), *remainder
+    along_rod, *other_axes = space.along_axes("m", "centre of mass from the first pin")
+    return along_rod._replace(default=None, optional=True), *other_axes
 
 
 def _keys(outline: Outline) -> tuple[Keys, ...]:
     mass = Field("mass", "kg", "mass of the body")
-    description = "principal moments of inertia about the centre of mass, along the axes of the body frame"
-    closed = tuple(
+    inertia_text = "principal moments of inertia about the centre of mass, along the axes of the body frame"
+    pin_choices = tuple(
         Choice(name, (SPHERICAL, CYLINDRICAL, REVOLUTE), "type of this pin without clearance", REVOLUTE)
         for name in PINS
         if name not in outline.clearances
     )
-    where = (
+    center_text = (
         "position of the centre of mass relative to the first pin; a single quantity is a distance along the line of "
         "the pins; default: half the length"
     )
     inertia = space.along_axes("kg*m^2", "inertia", 0.0, None)
     return (
         Keys("mechanism.crank", "the crank", (_LENGTH, mass._replace(low_open=False))),
-        Keys("mechanism.crank.inertia", description, inertia, scalar_factors=(1, 1, 1)),
-        Keys("mechanism.crank.center", where, _center(), "implied", scalar_factors=(1, 0, 0)),
+        Keys("mechanism.crank.inertia", inertia_text, inertia, scalar_factors=(1, 1, 1)),
+        Keys("mechanism.crank.center", center_text, _center(), "implied", scalar_factors=(1, 0, 0)),
         Keys("mechanism.rod", "the rod", (_LENGTH, mass)),
-        Keys("mechanism.rod.inertia", description, tuple(field._replace(low_open=True) for field in inertia)),
-        Keys("mechanism.rod.center", where, _center(), "implied", scalar_factors=(1, 0, 0)),
+        Keys("mechanism.rod.inertia", inertia_text, tuple(field._replace(low_open=True) for field in inertia)),
+        Keys("mechanism.rod.center", center_text, _center(), "implied", scalar_factors=(1, 0, 0)),
         Keys("mechanism.slider", "the slider", (mass,)),
-        Keys("mechanism", "", flags=(space.FLAG,)),
+        Keys("mechanism", "", flags=(space.SPATIAL_FLAG,)),
         space.gravity_keys(),
-        Keys("mechanism.ideal", _IDEAL, words=closed, need="implied"),
+        Keys("mechanism.ideal", _IDEAL, words=pin_choices, need="implied"),
         space.speed_keys(),
     )
 
@@ -57,16 +57,16 @@ def mechanism(outline: Outline, planar_mechanism: Mechanism) -> Mechanism:
     assert planar_mechanism.output is not None  # the slider
     return planar_mechanism._replace(
         joints=(
-            JointSite(PINS[0], "crank", "rod", space.kind_of(outline, PINS[0])),
-            JointSite(PINS[1], "rod", "slider", space.kind_of(outline, PINS[1]), journal="rod"),
+            JointSite(PINS[0], "crank", "rod", space.site_kind_of(outline, PINS[0])),
+            JointSite(PINS[1], "rod", "slider", space.site_kind_of(outline, PINS[1]), journal="rod"),
         ),
         keys=_keys(outline),
         channels=(
             *described.channels_of(("crank",), planar_mechanism.output, ("place", "v", "a"))[:5],
             *space.body_channels(("crank", "rod", "slider")),
         ),
-        build=space.Building(_assembly, outline),
-        machine=space.planar_of(_assembly),
+        build=space.MechanismBuilder(_assembly, outline),
+        machine=space.planar_machine_of(_assembly),
         refusal=refusal,
         spatial=True,
     )
@@ -86,8 +86,8 @@ def _assembly(outline: Outline, values: Mapping, speed: float) -> Assembly:
         Pin("rod-slider", BodyPoint("rod", "far"), BodyPoint("slider", "pin")),
         Guide("slider-ground", BodyPoint("ground", "pivot"), BodyPoint("slider", "pin"), 0.0),
     )
-    gravity, aim = space.three(values, "gravity"), Aim("slider", "pin", 0.0)
-    bodies, loads = space.flattened(solids, gravity)
+    gravity, aim = space.vector_at(values, "gravity"), Aim("slider", "pin", 0.0)
+    bodies, loads = space.planar_bodies_and_loads(solids, gravity)
     machine = Machine(bodies, joints, "ground-crank", Constant(speed), -gravity[1], aim, {}, loads)
     ideal = {name: values[f"ideal.{name}"] for name in PINS if f"ideal.{name}" in values}
     return Assembly(machine, solids, ideal, gravity, dict.fromkeys(PINS, "rod"))
@@ -96,7 +96,10 @@ def _assembly(outline: Outline, values: Mapping, speed: float) -> Assembly:
 def _link(values: Mapping, name: str) -> Solid:
     points = {"near": (0.0, 0.0, 0.0), "far": (values[f"{name}.length"], 0.0, 0.0)}
     return Solid(
-        values[f"{name}.mass"], space.three(values, f"{name}.inertia"), space.three(values, f"{name}.center"), points
+        values[f"{name}.mass"],
+        space.vector_at(values, f"{name}.inertia"),
+        space.vector_at(values, f"{name}.center"),
+        points,
     )
 
 

@@ -8,10 +8,10 @@ from ...contracts.catalogue import Choice, Field, JointSite, Keys, Mechanism, Ou
 from ...contracts.machine import Aim, Body, Initial, Machine
 from ...contracts.outline import ANY, EVERYTHING, GROUND, JointOutline, Outline
 from . import described, topology_in_space
-from .drives import drive_of
-from .loads import LoadPoints, loads_of
-from .named import joint_keys, joint_of, output_keys, pair_of
-from .spatial.described import FLAG
+from .drives import make_drive
+from .loads import LoadPoints, make_loads
+from .named import joint_keys, joint_of, output_keys, pair_at
+from .spatial.described import SPATIAL_FLAG
 
 _POSITION = tuple(
     Field(str(k), "m", f"{axis} coordinate in the frame of the body", -math.inf) for k, axis in enumerate("xy")
@@ -61,13 +61,13 @@ def _keys(outline: Outline) -> Iterable[Keys]:
     """Yield the sections of the bodies, the joints and the other parts of a mechanism."""
     pins = tuple(joint.name for joint in outline.joints if joint.type not in ("prismatic", "slot"))
     driven = Choice("driven", pins, "the revolute joint that the drive turns; it connects the ground and the crank")
-    yield Keys("mechanism", "", (_GRAVITY,), words=(driven,), flags=(FLAG,))
+    yield Keys("mechanism", "", (_GRAVITY,), words=(driven,), flags=(SPATIAL_FLAG,))
     yield Keys("mechanism.bodies", "the bodies by name, `ground` among them")
     for body in outline.bodies:
         path = f"mechanism.bodies.{body.name}"
-        fixed = body.name == GROUND
-        yield Keys(path, "the fixed body" if fixed else "a body of the mechanism", () if fixed else _BODY)
-        if not fixed:
+        is_fixed = body.name == GROUND
+        yield Keys(path, "the fixed body" if is_fixed else "a body of the mechanism", () if is_fixed else _BODY)
+        if not is_fixed:
             center = tuple(field._replace(default=0.0) for field in _POSITION)
             yield Keys(f"{path}.center", "centre of mass in the frame of the body", center, "implied")
             text = (
@@ -76,7 +76,7 @@ def _keys(outline: Outline) -> Iterable[Keys]:
             )
             yield Keys(f"{path}.initial", text, _INITIAL, "optional")
         yield Keys(f"{path}.points", "points of the body, by name", need="implied")
-        if not fixed:
+        if not is_fixed:
             yield from described.elastic_keys(path, body.points)
         for point in body.points:
             yield Keys(f"{path}.points.{point}", "position of the point in the frame of its body", _POSITION)
@@ -92,18 +92,20 @@ def machine(case: Case) -> Machine:
     values, outline = case.mechanism.values, case.outline
     bodies = {}
     for body in outline.bodies:
-        prefix, fixed = f"bodies.{body.name}", body.name == GROUND
-        mass, inertia = (0.0, 0.0) if fixed else (values[f"{prefix}.mass"], values[f"{prefix}.inertia"])
-        center = (0.0, 0.0) if fixed else pair_of(values, f"{prefix}.center")
-        points = {point: pair_of(values, f"{prefix}.points.{point}") for point in body.points}
-        free = f"{prefix}.initial.x" in values
-        initial = Initial(*(values[f"{prefix}.initial.{name}"] for name in Initial._fields)) if free else None
+        prefix, is_fixed = f"bodies.{body.name}", body.name == GROUND
+        mass, inertia = (0.0, 0.0) if is_fixed else (values[f"{prefix}.mass"], values[f"{prefix}.inertia"])
+        center = (0.0, 0.0) if is_fixed else pair_at(values, f"{prefix}.center")
+        points = {point: pair_at(values, f"{prefix}.points.{point}") for point in body.points}
+        has_initial_state = f"{prefix}.initial.x" in values
+        initial = (
+            Initial(*(values[f"{prefix}.initial.{name}"] for name in Initial._fields)) if has_initial_state else None
+        )
         bodies[body.name] = Body(mass, inertia, center, points, described.elastic_of(values, prefix), initial)
     joints = tuple(joint_of(values, joint) for joint in outline.joints)
     start = {key.removeprefix("start."): angle for key, angle in values.items() if key.startswith("start.")}
     aim = Aim(values["output.body"], values.get("output.point", ""), values.get("output.along", 0.0))
-    loads = loads_of(case.loads, LoadPoints(bodies, {}))
-    drive = drive_of(case.drive, outline)
+    loads = make_loads(case.loads, LoadPoints(bodies, {}))
+    drive = make_drive(case.drive, outline)
     return Machine(bodies, joints, values["driven"], drive, values["gravity"], aim, start, loads)
 
 

@@ -68,7 +68,7 @@ def _wear_rate_running_in(law, sliding):
 
 
 def _make_wear_law(law_type, joint: Joint):
-    """Return the compiled wear law `form` of a joint, within RunningIn if the coefficient changes during running-in."""
+    """Return the compiled wear law of a joint, within RunningIn if the coefficient changes during running-in."""
     wear = joint.wear
     pressure, bins = compile_law("pressure", wear.pressure, joint), float(min(wear.bins, MAX_BINS))
     common_fields = bins, joint.length, pressure, wear.values.get("pv_limit", math.inf)

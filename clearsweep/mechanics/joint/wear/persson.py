@@ -51,12 +51,12 @@ def _pressure_beyond(x, half_angle):
 
 
 def _by_squared_half_angle(function):
-    """Return a function of squared half-angles (array, in units of LIMIT squared) from one of a single half-angle."""
+    """Return a function of squared half-angles (array, over MAX_HALF_ANGLE squared) from one of a half-angle (rad)."""
     return lambda squares: np.array([function(MAX_HALF_ANGLE * math.sqrt(max(square, 1e-9))) for square in squares])
 
 
 def _half_angle_over_root(z):
-    """Return the half-angle (rad) over the root of z at a load q (in units of E* c), with z = q / (q + HALFWAY)."""
+    """Return the half-angle (rad) over the root of z at a load q (in E* c), with z = q / (q + HALFWAY_LOAD)."""
     z = np.clip(z, 1e-12, 1.0 - 1e-12)
     return half_angle_at_load(HALFWAY_LOAD * z / (1.0 - z)) / np.sqrt(z)
 

@@ -93,7 +93,7 @@ class WearTotals(NamedTuple):
 
     depths: np.ndarray  # (2 contacts stride,) m, the bins of bearing and journal
     stride: int
-    account: np.ndarray  # (contacts, ACCOUNT)
+    account: np.ndarray  # (contacts, ACCOUNT_SIZE)
 
 
 class Instant(NamedTuple):

@@ -15,16 +15,26 @@ from ..contract import Ideal as Closed
 from . import members  # noqa: F401 - registers the equations of motion
 from .binding import choose_dependent
 from .closure import ClosureError, MobilityError, extent
-from .cycle import cycle_of
-from .drive import drive_of, driven
+from .cycle import make_cycle
+from .drive import compile_drive, drive_motion
 from .equations import function_of
-from .form import AngleAim, Hinge, Planar, PointAim, Slide, Sprung, direction_of, numbered, point_of
+from .form import (
+    AngleAim,
+    ElasticGuide,
+    Hinge,
+    Planar,
+    PointAim,
+    Slide,
+    as_empty_tuples,
+    compile_direction,
+    compile_point,
+)
 from .free_bodies import initial_coordinate
-from .ideal import Ideal, ideal_of, key_of, masses_of
-from .loads import discontinuity_times_of, loads_of
+from .ideal import IdealMachine, ideal_of, machine_key, masses_of
+from .loads import compile_loads, discontinuity_times_of
 from .machine_type import kinds_of, machine_type
 from .segments import with_segments
-from .spanning_tree import ANGLE, RUN, Coordinate
+from .spanning_tree import ANGLE, TRAVEL, Coordinate
 from .stations import AlwaysEqual, geometry_of
 
 __all__ = [
@@ -36,14 +46,14 @@ __all__ = [
     "discontinuity_times",
     "ideal",
     "ideal_of",
-    "key_of",
+    "machine_key",
 ]
 
 
 def channels(machine: Machine) -> tuple[Channel, ...]:
     """Return the time histories of a machine, in the order of `describe`."""
     unit = "m" if machine.aim.point else "rad"
-    channels = [
+    all_channels = [
         Channel("crank_angle", "rad", "crank angle, unwrapped"),
         Channel("crank/torque", "N*m", "drive torque on the crank"),
         Channel("output/place", unit, "place of the output"),
@@ -53,7 +63,7 @@ def channels(machine: Machine) -> tuple[Channel, ...]:
     for body in machine.bodies:
         name = body.replace("-", "_")
         if body != GROUND:
-            channels += [
+            all_channels += [
                 Channel(f"{name}/x", "m", f"centre of mass of {body}, x"),
                 Channel(f"{name}/y", "m", f"centre of mass of {body}, y"),
                 Channel(f"{name}/vx", "m/s", f"velocity of the centre of mass of {body}, x"),
@@ -62,8 +72,8 @@ def channels(machine: Machine) -> tuple[Channel, ...]:
                 Channel(f"{name}/rate", "rad/s", "its rate"),
             ]
             if machine.bodies[body].elastic:
-                channels.append(Channel(f"{name}/extension", "m", f"elongation of {body}"))
-    return tuple(channels)
+                all_channels.append(Channel(f"{name}/extension", "m", f"elongation of {body}"))
+    return tuple(all_channels)
 
 
 def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
@@ -113,21 +123,23 @@ def _compile(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
     """Return the compiled form of a machine with open joints of these names, and its coordinates."""
     ideal_machine, form = ideal_of(machine), _independent_form(machine, open_joints)
     structure = machine_type(kinds_of(form))
-    coordinates = [ideal_machine.coordinate_over_revolution(item) for item in structure.spanning_tree.coordinates]
+    coordinates = [
+        ideal_machine.coordinate_over_revolution(coordinate) for coordinate in structure.spanning_tree.coordinates
+    ]
     output = ideal_machine.output_at(ideal_machine.revolution)
-    form = form._replace(turn=cycle_of([output], machine.drive.start_angle))
+    form = form._replace(cycle=make_cycle([output], machine.drive.start_angle))
     dependent = _dependent_indices(ideal_machine, form, coordinates) if structure.spanning_tree.loop_joints else ()
     columns = [output, *(coordinates[i] for i in dependent)]
     form = form._replace(
-        dependent=tuple(map(numbered, dependent)), turn=cycle_of([*columns], machine.drive.start_angle)
+        dependent=tuple(map(as_empty_tuples, dependent)), cycle=make_cycle([*columns], machine.drive.start_angle)
     )
     state = machine_type(kinds_of(form)).state
     start = _initial_state(ideal_machine, state, {})
-    lengths = np.array([_length(machine, item) for item in state])
+    lengths = np.array([_length_per_unit(machine, coordinate) for coordinate in state])
     return _Compiled(form, state, lengths, start, _massless_bodies(machine, form, start))
 
 
-def _dependent_indices(ideal_machine: Ideal, form: Planar, coordinates: list) -> tuple[int, ...]:
+def _dependent_indices(ideal_machine: IdealMachine, form: Planar, coordinates: list) -> tuple[int, ...]:
     """Return the indices of the dependent coordinates: machines that differ in masses and loads share them."""
     kinds = kinds_of(form)
     inputs = AlwaysEqual((form, machine_type(kinds), coordinates))
@@ -144,19 +156,19 @@ def _massless_bodies(machine: Machine, form: Planar, start: np.ndarray) -> list[
     no_loads = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in form.joints if isinstance(joint.site, Open))
     try:
         with np.errstate(all="ignore"):
-            accelerations = function_of(form, "accelerate")(form, function_of(form, "place")(form, start), no_loads)
-        finite = bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
+            accelerations = function_of(form, "accelerate")(form, function_of(form, "pose_at")(form, start), no_loads)
+        is_finite = bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
     except ZeroDivisionError:
-        finite = False
-    if finite:
+        is_finite = False
+    if is_finite:
         return []
-    moving_bodies = _moving(machine)
+    moving_bodies = _moving_names(machine)
     return [
         name for name in moving_bodies if 0.0 in (machine.bodies[name].mass, machine.bodies[name].inertia)
     ] or moving_bodies
 
 
-def _initial_state(ideal_machine: Ideal, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
+def _initial_state(ideal_machine: IdealMachine, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
     """Return the initial state (2n+1,): n coordinates (m or rad), their rates, time (s).
 
     offsets : as for `build`; if there are any, elastic links are extended by the forces of the ideal motion.  Raises
@@ -167,13 +179,15 @@ def _initial_state(ideal_machine: Ideal, state: list[Coordinate], offsets: Mappi
     extensions = ideal_machine.static_extensions(angle, speed) if offsets and ideal_machine.closure.springs else {}
     displaced_state = ideal_machine.displaced_states({**offsets, **extensions}, angle)
     if not np.all(np.isfinite(displaced_state.q)):
-        raise ClosureError("its joints cannot have the specified initial distances", _moving(machine)[0], angle)
-    values = [ideal_machine.coordinate(item, displaced_state) for item in state]
+        raise ClosureError("its joints cannot have the specified initial distances", _moving_names(machine)[0], angle)
+    values = [ideal_machine.coordinate(coordinate, displaced_state) for coordinate in state]
     coordinates, rates = [float(value) for value, _ in values], [speed * float(slope) for _, slope in values]
-    for i, item in enumerate(state):
-        initial = None if item.kind == RUN else machine.bodies[_moving(machine)[item.owner - 1]].initial
+    for i, coordinate in enumerate(state):
+        initial = (
+            None if coordinate.kind == TRAVEL else machine.bodies[_moving_names(machine)[coordinate.owner - 1]].initial
+        )
         if initial is not None:
-            coordinates[i], rates[i] = initial_coordinate(initial, item.kind)
+            coordinates[i], rates[i] = initial_coordinate(initial, coordinate.kind)
     return np.array([*coordinates, *rates, 0.0])
 
 
@@ -181,7 +195,7 @@ def crank_speed(machine: Machine) -> float:
     """Return the initial speed (rad/s) of the crank."""
     if isinstance(machine.drive, Motor):
         return machine.drive.initial_speed
-    return driven(drive_of(machine.drive), 0.0)[1]
+    return drive_motion(compile_drive(machine.drive), 0.0)[1]
 
 
 def discontinuity_times(machine: Machine) -> list[float]:
@@ -194,57 +208,57 @@ def discontinuity_times(machine: Machine) -> list[float]:
 
 def _independent_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
     """Return the compiled form with open joints of these names, without dependent coordinates."""
-    numbers = {name: numbered(i) for i, name in enumerate([GROUND, *_moving(machine)])}
-    placed = []
+    numbers = {name: as_empty_tuples(i) for i, name in enumerate([GROUND, *_moving_names(machine)])}
+    compiled_joints = []
     for joint in machine.joints:
         site: tuple = Open() if joint.name in open_joints else Closed()
         bodies = (numbers[joint.proximal.body], numbers[joint.distal.body])
-        points = (_point(machine, joint.proximal), _point(machine, joint.distal))
+        points = (_compile_point(machine, joint.proximal), _compile_point(machine, joint.distal))
         if isinstance(joint, (Guide, Stretch, Slot)):
             is_spring = isinstance(joint, Stretch)
-            site = Sprung(joint.stiffness, joint.damping) if is_spring else site
-            axis = direction_of(math.cos(joint.axis), math.sin(joint.axis))
-            placed.append(Slide(site, *bodies, *points, axis))
+            site = ElasticGuide(joint.stiffness, joint.damping) if is_spring else site
+            axis = compile_direction(math.cos(joint.axis), math.sin(joint.axis))
+            compiled_joints.append(Slide(site, *bodies, *points, axis))
         else:
-            placed.append(Hinge(site, *bodies, *points))
+            compiled_joints.append(Hinge(site, *bodies, *points))
     crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
     return Planar(
         bodies=tuple(masses_of(machine)),
-        joints=tuple(placed),
+        joints=tuple(compiled_joints),
         dependent=(),
         crank=numbers[crank],
-        drive=drive_of(machine.drive),
+        drive=compile_drive(machine.drive),
         gravity=machine.gravity,
-        loads=loads_of(
+        loads=compile_loads(
             machine.loads,
-            lambda endpoint: (numbers[endpoint.body], _point(machine, endpoint)),
-            lambda name: numbered([joint.name for joint in machine.joints].index(name)),
+            lambda endpoint: (numbers[endpoint.body], _compile_point(machine, endpoint)),
+            lambda name: as_empty_tuples([joint.name for joint in machine.joints].index(name)),
         ),
-        aim=_aim(machine, machine.aim, numbers),
-        turn=(),
+        aim=_compile_aim(machine, machine.aim, numbers),
+        cycle=(),
     )
 
 
-def _moving(machine: Machine) -> list[str]:
+def _moving_names(machine: Machine) -> list[str]:
     return [name for name in machine.bodies if name != GROUND]
 
 
-def _point(machine: Machine, endpoint: BodyPoint) -> tuple:
+def _compile_point(machine: Machine, endpoint: BodyPoint) -> tuple:
     body = machine.bodies[endpoint.body]
     center = (0.0, 0.0) if endpoint.body == GROUND else body.center
     x, y = np.subtract(body.points[endpoint.point], center)
-    return point_of(float(x), float(y))
+    return compile_point(float(x), float(y))
 
 
-def _aim(machine: Machine, aim: Aim, numbers: Mapping) -> tuple:
+def _compile_aim(machine: Machine, aim: Aim, numbers: Mapping) -> tuple:
     if not aim.point:
         return AngleAim(numbers[aim.body])
-    direction = direction_of(math.cos(aim.direction), math.sin(aim.direction))
-    return PointAim(numbers[aim.body], _point(machine, BodyPoint(aim.body, aim.point)), direction)
+    direction = compile_direction(math.cos(aim.direction), math.sin(aim.direction))
+    return PointAim(numbers[aim.body], _compile_point(machine, BodyPoint(aim.body, aim.point)), direction)
 
 
-def _length(machine: Machine, item: Coordinate) -> float:
+def _length_per_unit(machine: Machine, coordinate: Coordinate) -> float:
     """Return the displacement (m) of bodies for a unit of a coordinate."""
-    if item.kind != ANGLE:
+    if coordinate.kind != ANGLE:
         return 1.0
-    return extent(machine.bodies[_moving(machine)[item.owner - 1]]) or 1.0
+    return extent(machine.bodies[_moving_names(machine)[coordinate.owner - 1]]) or 1.0

@@ -8,7 +8,7 @@ from .drive import Steady
 from .equations import function_of
 from .form import Planar
 from .machine_type import MachineType
-from .spanning_tree import ANGLE, RUN, Coordinate
+from .spanning_tree import ANGLE, TRAVEL, Coordinate
 
 EXAMINED_ANGLES = 36  # crank angles that are examined
 
@@ -22,21 +22,26 @@ def choose_dependent(value: Planar, machine: MachineType, profiles: list) -> lis
     from scipy.linalg import qr
 
     if not machine.free:
-        value = value._replace(drive=Steady(1.0, value.turn.start))
-    place, loops, snapshots = function_of(value, "place"), function_of(value, "loops"), []
+        value = value._replace(drive=Steady(1.0, value.cycle.start))
+    pose_at, loops, jacobians_at_angles = function_of(value, "pose_at"), function_of(value, "loop_jacobian"), []
     angles = range(0, len(profiles[0][0]) - 1, max((len(profiles[0][0]) - 1) // EXAMINED_ANGLES, 1))
     for k in angles:
         time = 2.0 * np.pi * k / (len(profiles[0][0]) - 1)
         y = np.array([*(profile[0][k] for profile in profiles), *(0.0 for _ in profiles), time])
-        snapshots.append(np.array(loops(value, place(value, y))))
-    jacobians = np.array(snapshots)
-    fixed_coordinates = {Coordinate(ANGLE, machine.spanning_tree.crank), *(Coordinate(RUN, j) for j in machine.sprung)}
-    candidates = [i for i, item in enumerate(machine.spanning_tree.coordinates) if item not in fixed_coordinates]
+        jacobians_at_angles.append(np.array(loops(value, pose_at(value, y))))
+    jacobians = np.array(jacobians_at_angles)
+    fixed_coordinates = {
+        Coordinate(ANGLE, machine.spanning_tree.crank),
+        *(Coordinate(TRAVEL, j) for j in machine.sprung),
+    }
+    candidates = [
+        i for i, coordinate in enumerate(machine.spanning_tree.coordinates) if coordinate not in fixed_coordinates
+    ]
     scale = np.max(np.abs(jacobians), axis=(0, 2), keepdims=True)
     jacobians = (jacobians / scale)[:, :, candidates]
     jacobians /= np.maximum(np.max(np.abs(jacobians), axis=(0, 1)), 1e-300)
     count = jacobians.shape[1]
-    choices = {tuple(sorted(qr(snapshot, mode="r", pivoting=True)[1][:count])) for snapshot in jacobians}
+    choices = {tuple(sorted(qr(angle_jacobian, mode="r", pivoting=True)[1][:count])) for angle_jacobian in jacobians}
     if len(candidates) <= 8:
         choices |= set(itertools.combinations(range(len(candidates)), count))
 

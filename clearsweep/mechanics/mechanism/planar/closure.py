@@ -17,7 +17,7 @@ import numpy as np
 from ....contracts.machine import GROUND, BodyPoint, Guide, Machine, Slot, Stretch
 from ...trace import portable
 from .component import put_component
-from .turn import MachineStates, interpolate
+from .machine_states import MachineStates, interpolate
 
 STATIONS = 720  # of a revolution, at which the machine is closed
 FIRST_STATIONS = 24  # of them, closed in sequence; interpolation between these gives guesses for the others
@@ -65,10 +65,10 @@ class Closure:
         self.names = [name for name in machine.bodies if name != GROUND]
         self.index = {name: i for i, name in enumerate(self.names)}
         self.size = math.fsum(extent(body) for body in machine.bodies.values()) or 1.0  # m
-        self.crank = self.index[_driven(machine).distal.body]
+        self.crank = self.index[_driven_joint(machine).distal.body]
         self.springs = [joint for joint in machine.joints if isinstance(joint, Stretch)]  # springs at rest
-        sizes = [1 if isinstance(joint, Slot) else 2 for joint in machine.joints]
-        self.first_rows = np.concatenate([[0], np.cumsum(sizes)])  # row of each joint, and of what comes behind them
+        row_ends = np.cumsum([1 if isinstance(joint, Slot) else 2 for joint in machine.joints])
+        self.first_rows = np.concatenate([[0], row_ends])  # row of each joint, and of what comes behind them
         self.rows = int(self.first_rows[-1]) + 1 + len(self.springs)
         if self.rows != 3 * len(self.names):
             freedoms = 3 * len(self.names) - self.rows + 1
@@ -208,8 +208,8 @@ class Closure:
             if np.max(np.abs(step)) < QUADRATIC_STEP * min(self.size, 1.0) or not np.all(np.isfinite(q)):
                 break
         values, jacobian, _ = self.evaluate(q, angles)
-        satisfied = np.max(np.abs(values), axis=-1, keepdims=True) < 1e-11 * max(self.size, 1.0)
-        return np.where(satisfied, q, math.nan), jacobian
+        is_satisfied = np.max(np.abs(values), axis=-1, keepdims=True) < 1e-11 * max(self.size, 1.0)
+        return np.where(is_satisfied, q, math.nan), jacobian
 
     def derivatives(self, q, angles, jacobian=None) -> tuple[np.ndarray, np.ndarray]:
         """Return first and second derivatives of `q` by the crank's angle.
@@ -223,7 +223,7 @@ class Closure:
         _, _, bias = self.evaluate(q, angles, q_rates)
         return q_rates, np.linalg.solve(jacobian, -bias[..., None])[..., 0]
 
-    def start(self, angle: float) -> np.ndarray:
+    def close_at_start(self, angle: float) -> np.ndarray:
         """Return the machine closed at an angle of its crank, near the angles given for that.  Raises ClosureError."""
         rng = np.random.default_rng(0)
         solutions: list[tuple[float, np.ndarray]] = []
@@ -235,11 +235,11 @@ class Closure:
             angles[self.crank] = angle
             q = self._close_roughly(self._assemble(angles), angle)
             if np.all(np.isfinite(q)):
-                directions = np.remainder(q[2::3] - given_angles + math.pi, 2.0 * math.pi) - math.pi
-                directions[self.crank] = 0.0
-                if attempt == 0 and np.max(np.abs(directions)) < 0.5 * math.pi:
+                deviations = np.remainder(q[2::3] - given_angles + math.pi, 2.0 * math.pi) - math.pi
+                deviations[self.crank] = 0.0
+                if attempt == 0 and np.max(np.abs(deviations)) < 0.5 * math.pi:
                     return self._wrap_angles(q, given_angles)
-                solutions.append((float(np.sum(directions**2 * np.where(is_given, 100.0, 1.0))), q))
+                solutions.append((float(np.sum(deviations**2 * np.where(is_given, 100.0, 1.0))), q))
         if not solutions:
             raise ClosureError(
                 "its loops cannot be closed at the initial crank angle with these lengths",
@@ -262,12 +262,12 @@ class Closure:
         q[2::3] = angles
         placed = {GROUND}
         while len(placed) <= len(self.names):
-            for guides in (False, True):
+            for takes_guide in (False, True):
                 joint = next(
                     (
                         joint
                         for joint in self.machine.joints
-                        if isinstance(joint, (Guide, Stretch, Slot)) == guides
+                        if isinstance(joint, (Guide, Stretch, Slot)) == takes_guide
                         and (joint.proximal.body in placed) != (joint.distal.body in placed)
                     ),
                     None,
@@ -325,7 +325,7 @@ class Closure:
         angles = start + 2.0 * math.pi * np.arange(STATIONS + 1) / STATIONS
         stride = STATIONS // FIRST_STATIONS
         coarse = np.empty((FIRST_STATIONS + 1, 3 * len(self.names)))
-        coarse[0] = self.start(start)
+        coarse[0] = self.close_at_start(start)
         jacobian = self.evaluate(coarse[0], start)[1]
         self._check(jacobian, start)
         for k in range(FIRST_STATIONS):
@@ -379,7 +379,7 @@ class Closure:
             raise ClosureError(_SINGULAR, body, angle)
 
 
-def _driven(machine: Machine):
+def _driven_joint(machine: Machine):
     return next(joint for joint in machine.joints if joint.name == machine.driven)
 
 

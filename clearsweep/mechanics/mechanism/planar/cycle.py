@@ -24,14 +24,14 @@ class Cycle(NamedTuple):
     start: float  # rad, crank's angle at the first station
 
 
-def cycle_of(columns: list[tuple[np.ndarray, np.ndarray, np.ndarray]], start: float) -> Cycle:
+def make_cycle(columns: list[tuple[np.ndarray, np.ndarray, np.ndarray]], start: float) -> Cycle:
     """Return the Cycle of quantities, each given with its derivatives at all stations."""
     table = np.array([list(column) for column in columns]).transpose(2, 0, 1)  # (stations + 1, columns, WIDTH)
     return Cycle(array_handle(table), float(table.shape[0] - 1), float(table.shape[1]), start)
 
 
 @kernel
-def at_angle(cycle, column, angle):
+def evaluate_cycle(cycle, column, angle):
     """Return value and derivative of a column of a Cycle at a crank angle (rad), continuous over revolutions."""
     stations, columns = int(cycle.stations), int(cycle.columns)
     revolutions = (angle - cycle.start) * (0.5 / math.pi)

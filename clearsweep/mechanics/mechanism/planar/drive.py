@@ -35,17 +35,17 @@ class Free(NamedTuple):
 
 
 @family
-def driven(drive, time):
+def drive_motion(drive, time):
     """Return angle (rad), rate (rad/s) and angular acceleration (rad/s^2) of a driven crank at `time` (s)."""
 
 
-@driven.member(Steady)
-def _driven_steady(drive, time):
+@drive_motion.member(Steady)
+def _drive_motion_steady(drive, time):
     return drive.speed * time + drive.start, drive.speed, 0.0
 
 
-@driven.member(Scheduled)
-def _driven_scheduled(drive, time):
+@drive_motion.member(Scheduled)
+def _drive_motion_scheduled(drive, time):
     row = row_of(drive.table, _WIDTH, int(drive.row_count), plain(time))
     elapsed, speed = time - load_item(drive.table, row), load_item(drive.table, row + 2)
     acceleration = load_item(drive.table, row + 3)
@@ -63,7 +63,7 @@ def _torque_at_free(drive, rate):
     return drive.torque - drive.slope * rate
 
 
-def drive_of(drive: Constant | Schedule | Motor) -> tuple:
+def compile_drive(drive: Constant | Schedule | Motor) -> tuple:
     """Return the compiled form of a drive."""
     if isinstance(drive, Constant):
         return Steady(drive.speed, drive.start_angle)

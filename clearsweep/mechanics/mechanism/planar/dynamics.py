@@ -8,9 +8,9 @@ its LDL factors, which are also generated.  Dependent coordinates contribute thr
 from .expressions import NO_VECTOR, ONE, ZERO, Expr, PlaneVector, sum_of, tuple_code, vector_sum
 from .kinematics import Bodies, Columns, combination
 from .ldl import LDL
-from .loops import Row, Solver, equations
+from .loops import Row, Solver, loop_equations_of
 from .machine_type import MachineType
-from .spanning_tree import ANGLE, RUN, Coordinate
+from .spanning_tree import ANGLE, TRAVEL, Coordinate
 
 
 class Dynamics(Bodies):
@@ -34,22 +34,22 @@ class Dynamics(Bodies):
 
     def _differentiate_loops(self) -> None:
         """Derive the motion of dependent coordinates from the loop equations."""
-        loop_equations = equations(self)
+        loop_equations = loop_equations_of(self)
         loop_rows = [equation.columns for equation in loop_equations]
         solver = Solver(loop_rows, self.machine.dependent)
-        self.dependent = {item: {} for item in self.machine.dependent}
-        for item in self.independent:
-            if any(item in row for row in loop_rows):
-                for dependent_item, derivative in solver.solve([-row.get(item, ZERO) for row in loop_rows]).items():
-                    self.dependent[dependent_item][item] = derivative
+        self.dependent = {coordinate: {} for coordinate in self.machine.dependent}
+        for coordinate in self.independent:
+            if any(coordinate in row for row in loop_rows):
+                for dependent, derivative in solver.solve([-row.get(coordinate, ZERO) for row in loop_rows]).items():
+                    self.dependent[dependent][coordinate] = derivative
         self.dependent_bias = solver.solve([-equation.bias for equation in loop_equations])
 
     def reduce(self, columns: Columns) -> Columns:
         """Return derivatives by the independent coordinates."""
-        reduced = {item: vector for item, vector in columns.items() if item not in self.dependent}
-        for dependent_item in columns:
-            for item, derivative in self.dependent.get(dependent_item, {}).items():
-                reduced[item] = reduced.get(item, NO_VECTOR) + derivative * columns[dependent_item]
+        reduced = {coordinate: vector for coordinate, vector in columns.items() if coordinate not in self.dependent}
+        for dependent in columns:
+            for coordinate, derivative in self.dependent.get(dependent, {}).items():
+                reduced[coordinate] = reduced.get(coordinate, NO_VECTOR) + derivative * columns[dependent]
         return reduced
 
     # ------------------------------------------------------------------------------------------ mass matrix
@@ -78,9 +78,9 @@ class Dynamics(Bodies):
     def with_dependent(self, accelerations: Row) -> Row:
         """Return the accelerations, extended by those of dependent coordinates."""
         extended = dict(accelerations)
-        for dependent_item, row in self.dependent.items():
-            terms = [derivative * accelerations.get(item, ZERO) for item, derivative in row.items()]
-            extended[dependent_item] = sum_of([self.dependent_bias[dependent_item], *terms])
+        for dependent, row in self.dependent.items():
+            terms = [derivative * accelerations.get(coordinate, ZERO) for coordinate, derivative in row.items()]
+            extended[dependent] = sum_of([self.dependent_bias[dependent], *terms])
         return extended
 
     # ------------------------------------------------------------------------------------------ forces
@@ -118,23 +118,23 @@ class Dynamics(Bodies):
             {self.crank: crank_acceleration}
         )  # accelerations before those of the coordinates
         force, moment = self.forces()
-        terms: dict[Coordinate, list[Expr]] = {item: [] for item in self.independent}
+        terms: dict[Coordinate, list[Expr]] = {coordinate: [] for coordinate in self.independent}
         for body, columns in self.reduced.items():
             mass, inertia = self.inertia_of(body)
             acceleration = self.bias(self.paths[body]) + combination(self.tree_columns[body], known_accelerations)
             net_force = vector_sum([*force[body], -(mass * acceleration)])
-            for item, column in columns.items():
-                terms[item] += column.products(net_force)
+            for coordinate, column in columns.items():
+                terms[coordinate] += column.products(net_force)
             group = self.spanning_tree.group[body]
             if group != 0:
                 net_moment = sum_of(
                     [*moment[body], -(inertia * known_accelerations.get(Coordinate(ANGLE, group), ZERO))]
                 )
-                for item, derivative in self.spins[group].items():
-                    terms[item].append(derivative * net_moment)
+                for coordinate, derivative in self.spins[group].items():
+                    terms[coordinate].append(derivative * net_moment)
         for j in self.machine.sprung:
-            terms[Coordinate(RUN, j)].append(-self.tension(j))
-        return {item: sum_of(item_terms) for item, item_terms in terms.items()}
+            terms[Coordinate(TRAVEL, j)].append(-self.tension(j))
+        return {coordinate: sum_of(item_terms) for coordinate, item_terms in terms.items()}
 
     # ------------------------------------------------------------------------------------------ motion
 
@@ -143,7 +143,7 @@ class Dynamics(Bodies):
         machine, crank = self.machine, self.crank
         alpha = ZERO
         if not (machine.free or machine.steady):
-            self.code.write("_, _, alpha = driven(mechanism.drive, pose.time)")
+            self.code.write("_, _, alpha = drive_motion(mechanism.drive, pose.time)")
             alpha = self.code.expression("alpha")
         right_side = self.generalised_forces(alpha)
         if machine.free:
@@ -151,9 +151,9 @@ class Dynamics(Bodies):
             solution = LDL(self.unknown, self.entry).solve(right_side | {crank: right_side[crank] + torque})
         else:
             solution = LDL(self.unknown, self.entry).solve(right_side)
-            inertia_terms = [self.entry(crank, item) * solution[item] for item in self.unknown]
+            inertia_terms = [self.entry(crank, coordinate) * solution[coordinate] for coordinate in self.unknown]
             torque = sum_of([*inertia_terms, -right_side[crank]])
-        accelerations = tuple_code(solution[item] for item in self.unknown)
+        accelerations = tuple_code(solution[coordinate] for coordinate in self.unknown)
         extended = self.with_dependent(solution | ({} if machine.free else {crank: alpha}))
         return f"Motion({accelerations}, {self.output(extended)}, {torque})", extended
 
@@ -166,32 +166,34 @@ class Dynamics(Bodies):
         return self.acceleration(path, accelerations).dot(self.code.vector(direction))
 
 
-def accelerate(machine: MachineType) -> str:
+def accelerate_code(machine: MachineType) -> str:
     """Return the code of the family member of that name."""
     dynamics = Dynamics(machine, "mechanism", "pose", "loads")
     motion, _ = dynamics.motion()
     return dynamics.code.function("accelerate", motion)
 
 
-def impact_masses(machine: MachineType) -> str:
+def impact_masses_code(machine: MachineType) -> str:
     """Return the code of the family member of that name.
 
     The mass is 1 / (n^T J M^-1 J^T n), see `contract.impact_masses`; 0 if a gap has no direction.
     Elastic links count as rigid: the mass at a pin would decrease indefinitely with the number of segments.
     """
-    dynamics = Dynamics(machine, "mechanism", "pose", "relative")
-    rigid = {Coordinate(RUN, j) for j in machine.sprung}
-    unknown = [item for item in dynamics.unknown if item not in rigid]
+    dynamics = Dynamics(machine, "mechanism", "pose", "joint_gaps")
+    rigid = {Coordinate(TRAVEL, j) for j in machine.sprung}
+    unknown = [coordinate for coordinate in dynamics.unknown if coordinate not in rigid]
     mass_matrix = LDL(unknown, dynamics.entry)
     masses = []
     for i, j in enumerate(machine.open):
         if machine.sites[j].link.slides:
             masses.append("0.0")  # no law of a guide needs it
             continue
-        gap = PlaneVector(*(dynamics.code.assign(f"relative[{i}].{axis}") for axis in "xy"))
+        gap = PlaneVector(*(dynamics.code.assign(f"joint_gaps[{i}].{axis}") for axis in "xy"))
         columns = dynamics.reduce(dynamics.columns(dynamics.gap(j)))
-        impulse = mass_matrix.forward({item: column.dot(gap) for item, column in columns.items()})
-        compliance = sum_of(impulse[item] * impulse[item] * mass_matrix.inverse[item] for item in unknown)
+        impulse = mass_matrix.forward({coordinate: column.dot(gap) for coordinate, column in columns.items()})
+        compliance = sum_of(
+            impulse[coordinate] * impulse[coordinate] * mass_matrix.inverse[coordinate] for coordinate in unknown
+        )
         square = gap.dot(gap)
         masses.append(f"({square} / {compliance} if {compliance} > 0.0 else as_type_of(0.0, {compliance}))")
     return dynamics.code.function("impact_masses", tuple_code(masses))

@@ -18,15 +18,15 @@ from ...joint.friction.contract import friction_force, static_limit
 from ...joint.guide import GuideGap
 from ..contract import Motion
 from . import dynamics, friction
-from .cycle import at_angle
-from .drive import driven, torque_at
+from .cycle import evaluate_cycle
+from .drive import drive_motion, torque_at
 from .expressions import ZERO, Expr, FunctionCode, PlaneVector, sum_of, tuple_code
 from .kinematics import Bodies
-from .loads import by_table
+from .loads import table_values
 from .machine_type import MachineType, kinds_of, machine_type
-from .placing import closed, loops, place, step
-from .pose import Pose, Turn
-from .spanning_tree import RUN, Coordinate
+from .pose import Orientation, Pose
+from .pose_generation import close_loops_code, loop_jacobian_code, newton_step_code, pose_code
+from .spanning_tree import TRAVEL, Coordinate
 
 
 def function_of(mechanism, name: str) -> Callable:
@@ -38,10 +38,10 @@ def generated(name: str) -> Callable:
     """Return the function `name`, generated for the type of machine at its first call."""
 
     def dispatch(mechanism, *arguments):
-        number = form_number(mechanism)
-        if number not in by_form:
-            by_form[number] = function_of(mechanism, name)
-        return by_form[number](mechanism, *arguments)
+        form = form_number(mechanism)
+        if form not in by_form:
+            by_form[form] = function_of(mechanism, name)
+        return by_form[form](mechanism, *arguments)
 
     by_form = {}  # faster than by `kinds_of`
     dispatch.body_of = functools.partial(function_of, name=name)
@@ -51,15 +51,15 @@ def generated(name: str) -> Callable:
 @functools.lru_cache(maxsize=1024)
 def _functions(kinds: tuple) -> dict[str, Callable]:
     """Return all functions of a type of machine by their names."""
-    text = source(kinds)
+    text = source_text(kinds)
     name = f"<planar machine {hash(kinds):x}>"
     linecache.cache[name] = (len(text), None, text.splitlines(keepends=True), name)  # for tracebacks
     functions: dict = {
         "direction": calculus.direction,
-        "driven": driven,
+        "drive_motion": drive_motion,
         "torque_at": torque_at,
-        "at_angle": at_angle,
-        "by_table": by_table,
+        "evaluate_cycle": evaluate_cycle,
+        "table_values": table_values,
         "as_type_of": as_type_of,
         "plain": plain,
         "math": calculus,
@@ -71,14 +71,17 @@ def _functions(kinds: tuple) -> dict[str, Callable]:
         "static_limit": static_limit,
         "where": where,
         "Pose": Pose,
-        "Turn": Turn,
+        "Orientation": Orientation,
     }
     exec(compile(text, name, "exec"), functions)
     if "under_friction" in functions:
         functions["under_friction"] = kernel(functions["under_friction"])
-    if "step" in functions:
-        functions["step"], functions["closed"] = inlined(functions["step"]), kernel(functions["closed"])
-        functions["again"] = _extra_step(functions["step"])
+    if "newton_step" in functions:
+        functions["newton_step"], functions["close_loops"] = (
+            inlined(functions["newton_step"]),
+            kernel(functions["close_loops"]),
+        )
+        functions["extra_newton_step"] = _extra_step(functions["newton_step"])
     return functions
 
 
@@ -96,31 +99,37 @@ def _extra_step(step: Callable) -> Callable:
     return repeated
 
 
-def source(kinds: tuple) -> str:
-    """Return the code of all functions of a type of machine."""
+def source_text(kinds: tuple) -> str:
+    """Return the code of all functions of a type of machine, as text."""
     machine = machine_type(kinds)
-    solvers = (step, closed) if machine.dependent else (loops,) if machine.spanning_tree.loop_joints else ()
-    accelerate_source = friction.accelerate if machine.friction_loads else dynamics.accelerate
+    solvers = (
+        (newton_step_code, close_loops_code)
+        if machine.dependent
+        else (loop_jacobian_code,)
+        if machine.spanning_tree.loop_joints
+        else ()
+    )
+    accelerate_source = friction.accelerate_code if machine.friction_loads else dynamics.accelerate_code
     return "\n\n".join(generate(machine) for generate in (*solvers, accelerate_source, *_GENERATORS))
 
 
 # ---------------------------------------------------------------------------------------------- observables
 
 
-def _gaps(machine: MachineType) -> str:
+def _gaps_code(machine: MachineType) -> str:
     bodies = Bodies(machine, "mechanism", "pose")
     gaps = []
     for j in machine.open:
         link, path = machine.sites[j].link, bodies.gap(j)
         position, velocity = bodies.position(path), bodies.velocity(path)
         if link.slides:
-            gaps.append(_guide_gap(bodies, j, position, velocity))
+            gaps.append(_guide_gap_code(bodies, j, position, velocity))
         else:
-            gaps.append(_call("Gap", *position, *velocity, bodies.spin(link.proximal), bodies.spin(link.distal)))
+            gaps.append(_call_code("Gap", *position, *velocity, bodies.spin(link.proximal), bodies.spin(link.distal)))
     return bodies.code.function("gaps", tuple_code(gaps))
 
 
-def _guide_gap(bodies: Bodies, j: int, position: PlaneVector, velocity: PlaneVector) -> str:
+def _guide_gap_code(bodies: Bodies, j: int, position: PlaneVector, velocity: PlaneVector) -> str:
     """Return the code of a GuideGap."""
     link, axis, spin = bodies.machine.sites[j].link, bodies.axis(j), bodies.spin(bodies.machine.sites[j].link.proximal)
     normal = axis.left()
@@ -129,15 +138,15 @@ def _guide_gap(bodies: Bodies, j: int, position: PlaneVector, velocity: PlaneVec
     relative_vx, relative_vy = vx + spin * y, vy - spin * x  # as seen from the rotating walls
     proximal, distal = bodies.direction(link.proximal), bodies.direction(link.distal)
     cosine, sine = proximal.dot(distal), proximal.cross(distal)
-    return _call("GuideGap", x, y, relative_vx, relative_vy, spin, bodies.spin(link.distal), *axis, cosine, sine)
+    return _call_code("GuideGap", x, y, relative_vx, relative_vy, spin, bodies.spin(link.distal), *axis, cosine, sine)
 
 
-def _call(function: str, *arguments: Expr) -> str:
+def _call_code(function: str, *arguments: Expr) -> str:
     """Return the code of a call."""
     return f"{function}({', '.join(map(str, arguments))})"
 
 
-def _energy(machine: MachineType) -> str:
+def _energy_code(machine: MachineType) -> str:
     bodies = Bodies(machine, "mechanism", "pose")
     code, twice_kinetic, vertical_momenta = bodies.code, [], []
     for body in range(1, machine.bodies):
@@ -152,23 +161,25 @@ def _energy(machine: MachineType) -> str:
         velocity = bodies.velocity(bodies.path_to(load.body, load.point))
         power += [*load.force.products(velocity), load.torque * bodies.spin(load.body)]
     for j in machine.sprung:
-        power.append(-(bodies.tension(j) * bodies.rate[Coordinate(RUN, j)]))
+        power.append(-(bodies.tension(j) * bodies.rate[Coordinate(TRAVEL, j)]))
     return code.function("energy", f"({kinetic}, {sum_of(power)})")
 
 
-def _describe(machine: MachineType) -> str:
+def _describe_code(machine: MachineType) -> str:
     bodies = Bodies(machine, "mechanism", "pose", "motion", "out")
     code, crank = bodies.code, machine.groups.index(machine.spanning_tree.crank)
-    position, velocity = _aim(bodies)
-    values = ["pose.time", f"pose.turns[{crank}].angle", "motion.torque", position, velocity, "motion.output"]
+    position, velocity = _output_motion(bodies)
+    values = ["pose.time", f"pose.orientations[{crank}].angle", "motion.torque", position, velocity, "motion.output"]
     for masses in machine.whole_bodies:
         group = machine.spanning_tree.group[masses[0]]
         values += _centre_of_mass(bodies, masses)
         values += (
-            [f"pose.turns[{machine.groups.index(group)}].angle", bodies.spin(masses[0])] if group else [ZERO, ZERO]
+            [f"pose.orientations[{machine.groups.index(group)}].angle", bodies.spin(masses[0])]
+            if group
+            else [ZERO, ZERO]
         )
         if masses[1:]:
-            values.append(sum_of(bodies.run[j] for j in machine.sprung if machine.sites[j].link.distal in masses))
+            values.append(sum_of(bodies.travel[j] for j in machine.sprung if machine.sites[j].link.distal in masses))
     for i, item in enumerate(values):
         code.write(f"out[{i}] = {item}")
     return code.function("describe", str(len(values)))
@@ -186,36 +197,39 @@ def _centre_of_mass(bodies: Bodies, masses: tuple[int, ...]) -> list[Expr]:
     return [inverse * sum_of(map(operator.mul, weights, component)) for component in components]
 
 
-def _body_angles(machine: MachineType) -> str:
+def _body_angles_code(machine: MachineType) -> str:
     pairs = []
     for j in machine.open:
         link = machine.sites[j].link
-        pairs.append(f"({_angle(machine, link.proximal)}, {_angle(machine, link.distal)})")
+        pairs.append(f"({_angle_code(machine, link.proximal)}, {_angle_code(machine, link.distal)})")
     return FunctionCode("mechanism", "pose").function("body_angles", tuple_code(pairs))
 
 
-def _angle(machine: MachineType, body: int) -> str:
+def _angle_code(machine: MachineType, body: int) -> str:
     group = machine.spanning_tree.group[body]
-    return f"pose.turns[{machine.groups.index(group)}].angle" if group else "0.0"
+    return f"pose.orientations[{machine.groups.index(group)}].angle" if group else "0.0"
 
 
-def _output_and_crank(machine: MachineType) -> str:
+def _output_and_crank_code(machine: MachineType) -> str:
     bodies = Bodies(machine, "mechanism", "pose")
-    crank, (position, rate) = f"pose.turns[{machine.groups.index(machine.spanning_tree.crank)}]", _aim(bodies)
+    crank, (position, rate) = (
+        f"pose.orientations[{machine.groups.index(machine.spanning_tree.crank)}]",
+        _output_motion(bodies),
+    )
     return bodies.code.function("output", f"({position}, {rate}, {crank}.angle, {crank}.rate)")
 
 
-def _crank_rate(machine: MachineType) -> str:
+def _crank_rate_code(machine: MachineType) -> str:
     crank = machine.groups.index(machine.spanning_tree.crank)
-    return FunctionCode("mechanism", "pose").function("crank_rate", f"pose.turns[{crank}].rate")
+    return FunctionCode("mechanism", "pose").function("crank_rate", f"pose.orientations[{crank}].rate")
 
 
-def _friction_laws(machine: MachineType) -> str:
+def _friction_laws_code(machine: MachineType) -> str:
     laws = tuple_code(f"mechanism.loads[{friction_load.load}].friction" for friction_load in machine.friction_loads)
     return FunctionCode("mechanism").function("friction_laws", laws)
 
 
-def _with_friction_laws(machine: MachineType) -> str:
+def _with_friction_laws_code(machine: MachineType) -> str:
     """Return the code of a function that replaces the laws of friction loads."""
     loads = [f"mechanism.loads[{i}]" for i in range(len(machine.loads))]
     for i, friction_load in enumerate(machine.friction_loads):
@@ -225,26 +239,26 @@ def _with_friction_laws(machine: MachineType) -> str:
     )
 
 
-def _aim(bodies: Bodies) -> tuple[Expr, Expr]:
+def _output_motion(bodies: Bodies) -> tuple[Expr, Expr]:
     """Return the output's position and its rate."""
     machine = bodies.machine
     body, point, direction = machine.aim
     if point is None:
-        return bodies.code.expression(_angle(machine, body)), bodies.spin(body)
+        return bodies.code.expression(_angle_code(machine, body)), bodies.spin(body)
     path, axis = bodies.path_to(body, bodies.code.vector(point)), bodies.code.vector(direction)
     velocity = bodies.velocity(path)
     return bodies.position(path).dot(axis), velocity.dot(axis)
 
 
 _GENERATORS = (
-    place,
-    _gaps,
-    dynamics.impact_masses,
-    _energy,
-    _describe,
-    _body_angles,
-    _output_and_crank,
-    _crank_rate,
-    _friction_laws,
-    _with_friction_laws,
+    pose_code,
+    _gaps_code,
+    dynamics.impact_masses_code,
+    _energy_code,
+    _describe_code,
+    _body_angles_code,
+    _output_and_crank_code,
+    _crank_rate_code,
+    _friction_laws_code,
+    _with_friction_laws_code,
 )

@@ -22,7 +22,7 @@ class Segment(NamedTuple):
     inertia: float  # kg m^2, about its centre of mass
 
 
-class Sprung(NamedTuple):
+class ElasticGuide(NamedTuple):
     """A guide between two masses of an elastic link, with a spring and damper along it."""
 
     stiffness: float  # N/m
@@ -39,7 +39,7 @@ class OnAxis(NamedTuple):
     x: float  # m
 
 
-class Off(NamedTuple):
+class OffAxis(NamedTuple):
     """A point anywhere."""
 
     x: float  # m
@@ -82,7 +82,7 @@ class PointAim(NamedTuple):
     """The output is the position of a point along a direction of the fixed frame."""
 
     body: tuple
-    at: tuple
+    point: tuple
     direction: tuple  # AlongX or Along
 
 
@@ -103,21 +103,21 @@ class Planar(NamedTuple):
     gravity: float  # m/s^2, along -y
     loads: tuple  # of `loads`
     aim: tuple  # PointAim or AngleAim
-    turn: tuple  # Cycle of the ideal machine: its output, then the dependent coordinates
+    cycle: tuple  # Cycle of the ideal machine: its output, then the dependent coordinates
 
 
-def numbered(count: int) -> tuple:
+def as_empty_tuples(count: int) -> tuple:
     """Return a number as a tuple of empty tuples."""
     return ((),) * count
 
 
-def point_of(x: float, y: float) -> tuple:
+def compile_point(x: float, y: float) -> tuple:
     """Return a point (m, from the centre of mass) in the form without zeros."""
     if y != 0.0:
-        return Off(x, y)
+        return OffAxis(x, y)
     return OnAxis(x) if x != 0.0 else Centre()
 
 
-def direction_of(x: float, y: float) -> tuple:
+def compile_direction(x: float, y: float) -> tuple:
     """Return a unit vector in the form without zeros."""
     return AlongX() if (x, y) == (1.0, 0.0) else Along(x, y)

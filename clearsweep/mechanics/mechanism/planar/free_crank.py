@@ -16,7 +16,7 @@ from ...compiled.choosing import lane_range
 from ...compiled.family import entry, flatten, invoke, kernel, shaped
 from ...observe.stages import POINTS, STAGES
 from ...trace.portable import Exact, coefficients_through, exact, inverse, powers
-from ..contract import accelerate, place
+from ..contract import accelerate, pose_at
 
 MAX_WAIT = 30.0  # longest wait for a free crank, in times at its nominal speed
 STEPS_PER_TURN = 300  # capacity, steps per revolution
@@ -51,7 +51,7 @@ def _sweep(mechanism, y, h, nodes, rates, weight):
     (4, STAGES) their rates, and their changes; weight : 1 / allowed error of both.
     """
     for i in lane_range(STAGES):
-        rates[1, i] = accelerate(mechanism, place(mechanism, nodes[:, i]), ()).accelerations[0]
+        rates[1, i] = accelerate(mechanism, pose_at(mechanism, nodes[:, i]), ()).accelerations[0]
     for row in (1, 0):  # the rate first, then the angle from it
         for i in lane_range(STAGES):
             if row == 0:
@@ -185,10 +185,10 @@ class CrankPassage:
         is_before_start, is_passed = step < 0, (step >= 0) & (step < len(motion.times) - 1)
         times[:, is_before_start] = np.array([[motion.times[0]], [motion.states[0, 1]]])
         step, target = step[is_passed], angles[is_passed]
-        low, high, state = np.zeros(len(step)), np.ones(len(step)), motion.interpolant(step)
+        low, high, interpolant = np.zeros(len(step)), np.ones(len(step)), motion.interpolant(step)
         fraction, length = 0.5 * (low + high), np.diff(motion.times)[step]
         for _ in range(MAX_ITERATIONS):
-            angle, rate = state(fraction)
+            angle, rate = interpolant(fraction)
             low, high = np.where(angle < target, fraction, low), np.where(angle < target, high, fraction)
             with np.errstate(divide="ignore", invalid="ignore"):
                 newton = fraction - (angle - target) / (rate * length)
@@ -196,7 +196,7 @@ class CrankPassage:
             change, fraction = np.max(np.abs(improved - fraction), initial=0.0), improved
             if change < FRACTION_TOLERANCE:
                 break
-        times[:, is_passed] = motion.times[step] + fraction * length, state(fraction)[1]
+        times[:, is_passed] = motion.times[step] + fraction * length, interpolant(fraction)[1]
         return times[0], times[1]
 
 
@@ -206,8 +206,8 @@ def _free_motion(drive: Motor, machine: tuple, rate: float, end: float) -> FreeM
     settings = np.array([end, MAX_WAIT * revolutions * 2.0 * math.pi / rate, rate, 0.0])
     times, states, powers = np.empty(capacity + 1), np.empty((capacity + 1, 2)), np.empty((capacity, 2, STAGES))
     parameters, y = flatten(machine), np.array([drive.start_angle, drive.initial_speed, 0.0])
-    code = entry(motion_entry, machine, "fffffff", parameters)
+    motion = entry(motion_entry, machine, "fffffff", parameters)
     arrays = settings, y, np.zeros((3, STAGES)), np.zeros((4, STAGES)), times, states, powers
-    invoke(code.code, code.parameters, arrays, capacity)
+    invoke(motion.code, motion.parameters, arrays, capacity)
     count = int(settings[3])
     return FreeMotion(times[: count + 1], states[: count + 1], powers[:count])

@@ -12,7 +12,7 @@ from ..contract import Motion
 from .dynamics import Dynamics
 from .expressions import NO_VECTOR, ZERO, Expr, PlaneVector, sum_of, tuple_code, vector_sum
 from .kinematics import Bodies, combination, signed
-from .loops import Row, Solver, equations
+from .loops import Row, Solver, loop_equations_of
 from .machine_type import FrictionLoad, MachineType
 from .spanning_tree import ANGLE, Coordinate
 
@@ -129,7 +129,7 @@ class FrictionDynamics(Dynamics):
                 force[body].append(friction_force)
                 moment[body].append(self.moment(body, point, friction_force))
             if j in self.machine.open:  # the walls are loaded at the position of the block
-                moment[link.proximal].append(size * _offset(self, j))
+                moment[link.proximal].append(size * _guide_offset(self, j))
         return force, moment
 
     def normals(self, accelerations: Row) -> list[Expr]:
@@ -181,8 +181,8 @@ class FrictionDynamics(Dynamics):
             mass, inertia = self.inertia_of(body)
             acceleration = self.bias(path) + combination(self.tree_columns[body], accelerations)
             force[body] = vector_sum([mass * acceleration, *(-term for term in applied_force[body])])
-            angular = accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body]), ZERO)
-            moment[body] = sum_of([inertia * angular, *(-term for term in applied_moment[body])])
+            angular_acceleration = accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body]), ZERO)
+            moment[body] = sum_of([inertia * angular_acceleration, *(-term for term in applied_moment[body])])
         return force, moment
 
     def _loop_reactions(self, force: dict[int, PlaneVector], moment: dict[int, Expr]) -> dict[int, PlaneVector]:
@@ -191,14 +191,14 @@ class FrictionDynamics(Dynamics):
         if not machine.dependent:
             return {}
         right_side: Row = {}
-        for item in machine.dependent:
+        for coordinate in machine.dependent:
             terms: list[Expr] = []
             for body, columns in self.tree_columns.items():
-                terms += columns[item].products(force[body]) if item in columns else ()
-            if item.kind == ANGLE:
-                terms += [moment[body] for body in self.paths if self.spanning_tree.group[body] == item.owner]
-            right_side[item] = sum_of(terms)
-        loop_rows = [equation.columns for equation in equations(self, with_rates=False)]
+                terms += columns[coordinate].products(force[body]) if coordinate in columns else ()
+            if coordinate.kind == ANGLE:
+                terms += [moment[body] for body in self.paths if self.spanning_tree.group[body] == coordinate.owner]
+            right_side[coordinate] = sum_of(terms)
+        loop_rows = [equation.columns for equation in loop_equations_of(self, with_rates=False)]
         multipliers = Solver(loop_rows, machine.dependent).solve_transposed(right_side)
         reactions: dict[int, PlaneVector] = {}
         row = 0
@@ -218,20 +218,20 @@ class FrictionDynamics(Dynamics):
     def _in_subtree(self, body: int, joint: int) -> bool:
         """Return whether the path from the ground to a body passes a joint of the tree."""
         while self.spanning_tree.parents[body] is not None:
-            body, passed = self.spanning_tree.parents[body]
-            if passed == joint:
+            body, passed_joint = self.spanning_tree.parents[body]
+            if passed_joint == joint:
                 return True
         return False
 
 
-def accelerate(machine: MachineType) -> str:
+def accelerate_code(machine: MachineType) -> str:
     """Return the code of `accelerate` for machines with friction in joints without clearance."""
     dynamics = FrictionDynamics(machine, "mechanism", "pose", "loads", "friction")
     motion, accelerations = dynamics.motion()
     normals = dynamics.normals(accelerations)
     slip_rates = [dynamics.slip_rate(load, accelerations) for load in machine.friction_loads if load.sticks]
-    returned = [motion, tuple_code(normals), *([tuple_code(slip_rates)] if slip_rates else [])]
-    under_friction = dynamics.code.function("under_friction", tuple_code(returned))
+    results = [motion, tuple_code(normals), *([tuple_code(slip_rates)] if slip_rates else [])]
+    under_friction = dynamics.code.function("under_friction", tuple_code(results))
     bodies = Bodies(machine, "mechanism", "pose")
     frictions = [_friction_code(bodies, i, friction_load) for i, friction_load in enumerate(machine.friction_loads)]
     powers = [f"friction[{i}] * {code.slip}" for i, code in enumerate(frictions)]
@@ -277,7 +277,7 @@ class _FrictionCode(NamedTuple):
 
 
 def _friction_code(bodies: Bodies, i: int, friction_load: FrictionLoad) -> _FrictionCode:
-    path, slip = f"mechanism.loads[{friction_load.load}]", str(_slip(bodies, friction_load))
+    path, slip = f"mechanism.loads[{friction_load.load}]", str(_slip_expression(bodies, friction_load))
     arm = "" if bodies.machine.sites[friction_load.joint].link.slides else f"{path}.radius"
     normal = f"{path}.normal" if friction_load.is_given else f"normal[{i}]"
     return _FrictionCode(path, arm, normal, slip, f"{arm} * {slip}" if arm else slip)
@@ -285,14 +285,14 @@ def _friction_code(bodies: Bodies, i: int, friction_load: FrictionLoad) -> _Fric
 
 def _sticking_code(machine: MachineType, frictions: list[_FrictionCode]) -> dict[str, str]:
     """Return the additional code for a machine whose joints can stick, by field of the template _STICKING."""
-    sticking = [i for i, friction_load in enumerate(machine.friction_loads) if friction_load.sticks]
-    rate = f"abs(pose.turns[{machine.groups.index(machine.spanning_tree.crank)}].rate)"
+    sticking_indices = [i for i, friction_load in enumerate(machine.friction_loads) if friction_load.sticks]
+    rate = f"abs(pose.orientations[{machine.groups.index(machine.spanning_tree.crank)}].rate)"
 
     def with_force(i: int, force: str) -> str:
         return tuple_code([force if j == i else f"friction[{j}]" for j in range(len(frictions))])
 
     sliding, compliances, stuck, sweep_lines = [code.force for code in frictions], [], [], []
-    for k, i in enumerate(sticking):
+    for k, i in enumerate(sticking_indices):
         sliding[i] = f"where(stuck[{k}], friction[{i}], {frictions[i].force})"
         perturbed = with_force(i, f"friction[{i}] + 1.0")
         compliances.append(f"under_friction(mechanism, pose, loads, {perturbed})[2][{k}] - slip_rates[{k}]")
@@ -310,12 +310,12 @@ def _sticking_code(machine: MachineType, frictions: list[_FrictionCode]) -> dict
         "sliding": tuple_code(sliding),
         "compliances": tuple_code(compliances),
         "stuck": tuple_code(stuck),
-        "slips": tuple_code([frictions[i].slip for i in sticking]),
+        "slips": tuple_code([frictions[i].slip for i in sticking_indices]),
         "sweep_lines": "\n".join(f"        {line}" for line in sweep_lines),
     }
 
 
-def _slip(bodies: Bodies, friction_load: FrictionLoad) -> Expr:
+def _slip_expression(bodies: Bodies, friction_load: FrictionLoad) -> Expr:
     """Return the rate at which the distal body rotates or slides on the proximal one."""
     j = friction_load.joint
     link = bodies.machine.sites[j].link
@@ -323,10 +323,10 @@ def _slip(bodies: Bodies, friction_load: FrictionLoad) -> Expr:
         return bodies.spin(link.distal) - bodies.spin(link.proximal)
     terms = [*bodies.axis(j).products(bodies.velocity(bodies.gap(j)))]
     if j in bodies.machine.open:
-        terms.append(bodies.spin(link.proximal) * _offset(bodies, j))
+        terms.append(bodies.spin(link.proximal) * _guide_offset(bodies, j))
     return sum_of(terms)
 
 
-def _offset(bodies: Bodies, joint: int) -> Expr:
+def _guide_offset(bodies: Bodies, joint: int) -> Expr:
     """Return the offset (m) of a block from the middle of its guide, normal to the walls."""
     return bodies.axis(joint).left().dot(bodies.position(bodies.gap(joint)).assigned())

@@ -28,20 +28,20 @@ from ...joint.friction.contract import friction_force, without_history
 from ...trace import portable
 from ..contract import IdealMotion
 from .closure import STATIONS, Closure
-from .drive import drive_of, scheduled_passage, torque_at
+from .drive import compile_drive, scheduled_passage, torque_at
 from .form import Mass, Segment
 from .free_bodies import initial_coordinate, without_free_bodies
 from .free_crank import CrankPassage
-from .loads import evaluate_table, table_of
-from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
+from .loads import compile_table, evaluate_table
+from .machine_states import MachineStates, interpolate
+from .spanning_tree import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
 from .stations import AlwaysEqual, stations_of
-from .turn import MachineStates, interpolate
 
 SWEEPS = 200  # iterations over reactions and the friction that they cause
 CONVERGED = 1e-14  # of the largest of these
 
 
-class Ideal:
+class IdealMachine:
     """A machine without clearance, closed at stations of a revolution of its crank."""
 
     def __init__(self, machine: Machine):
@@ -51,7 +51,7 @@ class Ideal:
         self.revolution = self.stations.states
         masses = masses_of(self.machine)
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
-        self.tables = {load.name: table_of(load) for load in machine.loads if isinstance(load, TabledPush)}
+        self.tables = {load.name: compile_table(load) for load in machine.loads if isinstance(load, TabledPush)}
         self.compiled_by_open_joints: dict[frozenset[str], Any] = {}  # compiled machine by the names of its open joints
         self._passage: CrankPassage | None = None  # motion of a free crank, as far as requested
 
@@ -97,21 +97,21 @@ class Ideal:
             return MachineStates(np.array(angle), q, q, q)
         return MachineStates(np.array(angle), q, *displaced.derivatives(q, angle))
 
-    def coordinate(self, item: Coordinate, states: MachineStates) -> tuple[np.ndarray, np.ndarray]:
+    def coordinate(self, coordinate: Coordinate, states: MachineStates) -> tuple[np.ndarray, np.ndarray]:
         """Return a coordinate of the whole machine and its derivative by the crank's angle, each (...).
 
         A coordinate that the ideal machine does not determine keeps its initial value.
         """
-        if item.kind != RUN:
-            name = [name for name in self.full_machine.bodies if name != GROUND][item.owner - 1]
+        if coordinate.kind != TRAVEL:
+            name = [name for name in self.full_machine.bodies if name != GROUND][coordinate.owner - 1]
             if name not in self.closure.index:
                 initial = self.full_machine.bodies[name].initial
-                return np.full(states.q.shape[:-1], initial_coordinate(initial, item.kind)[0]), np.zeros(
+                return np.full(states.q.shape[:-1], initial_coordinate(initial, coordinate.kind)[0]), np.zeros(
                     states.q.shape[:-1]
                 )
-            i = 3 * self.closure.index[name] + {ANGLE: 2, SHIFT_X: 0, SHIFT_Y: 1}[item.kind]
+            i = 3 * self.closure.index[name] + {ANGLE: 2, SHIFT_X: 0, SHIFT_Y: 1}[coordinate.kind]
             return states.q[..., i], states.derivative[..., i]
-        joint = self.full_machine.joints[item.owner]
+        joint = self.full_machine.joints[coordinate.owner]
         direction, spin = (
             joint.axis + self.closure.angle(joint.proximal.body, states.q),
             self.closure.angle(joint.proximal.body, states.derivative),
@@ -124,24 +124,24 @@ class Ideal:
         x, y, dx, dy = (distal.x - proximal.x, distal.y - proximal.y, distal.dx - proximal.dx, distal.dy - proximal.dy)
         return c * x + s * y, c * dx + s * dy + spin * (c * y - s * x)
 
-    def coordinate_over_revolution(self, item: Coordinate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def coordinate_over_revolution(self, coordinate: Coordinate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return a coordinate at the stations and its derivatives by the crank's angle, the second approximately."""
-        values, slopes = self.coordinate(item, self.revolution)
+        values, slopes = self.coordinate(coordinate, self.revolution)
         return values, slopes, np.gradient(slopes, self.revolution.angles, edge_order=2)
 
-    def motion(self, angles: np.ndarray, form: Callable[[], tuple]) -> IdealMotion:
+    def motion(self, angles: np.ndarray, compiled_form: Callable[[], tuple]) -> IdealMotion:
         """Return the motion of the output and the reactions at crank angles (N,) rad from its start on.
 
         form : returns the compiled form of the machine, for a free crank.
         """
-        states, (time, rate) = self.states_at(angles), self.crank_passage(angles, form)
+        states, (time, rate) = self.states_at(angles), self.crank_passage(angles, compiled_form)
         position, derivative, second_derivative = self.output_at(states)
         acceleration, reactions, torque = self.balance(states, rate, time)
         return IdealMotion(
             position, derivative * rate, second_derivative * rate**2 + derivative * acceleration, reactions, torque
         )
 
-    def crank_passage(self, angles: np.ndarray, form: Callable[[], tuple]) -> tuple[np.ndarray, np.ndarray]:
+    def crank_passage(self, angles: np.ndarray, compiled_form: Callable[[], tuple]) -> tuple[np.ndarray, np.ndarray]:
         """Return the times (s) at which the crank passes angles (rad), and its rates (rad/s); nan if it never passes.
 
         form : as for `motion`
@@ -153,7 +153,7 @@ class Ideal:
             return scheduled_passage(drive, angles)[:2]
         last_angle = float(np.max(angles))
         if self._passage is None or self._passage.end < last_angle:
-            self._passage = CrankPassage(drive, form(), self.reference_rate(), last_angle)
+            self._passage = CrankPassage(drive, compiled_form(), self.reference_rate(), last_angle)
         return self._passage.passage_at(angles)
 
     # ------------------------------------------------------------------------------------------ forces
@@ -208,13 +208,13 @@ class Ideal:
 
         solve : returns the reactions by joint, and further results, from forces of friction (N, 3 bodies)
         """
-        forces = [load for load in self.machine.loads if isinstance(load, (Rubbing, Braking))]
+        friction_loads = [load for load in self.machine.loads if isinstance(load, (Rubbing, Braking))]
         friction = np.zeros_like(states.q)
         for _ in range(SWEEPS):
             result = solve(friction)
-            if not forces:
+            if not friction_loads:
                 break
-            last_friction, friction = friction, self.friction_forces(forces, states, rate, result[0])
+            last_friction, friction = friction, self.friction_forces(friction_loads, states, rate, result[0])
             if np.max(np.abs(friction - last_friction)) <= CONVERGED * np.max(np.abs(friction)):
                 break
         return result
@@ -233,7 +233,7 @@ class Ideal:
         force[:, 1::3] -= self.inertia[1::3] * self.machine.gravity
         for load in self.machine.loads:
             if isinstance(load, Spring):
-                self._spring(load, states, rate, force)
+                self._add_spring(load, states, rate, force)
             elif isinstance(load, TabledPush):
                 load_values = evaluate_table(self.tables[load.name], states.angles if load.over == "angle" else time)
                 self.add_force(force, states, load.at, load_values[:, :2], load_values[:, 2])
@@ -249,10 +249,10 @@ class Ideal:
             return np.zeros(len(rate))
         if isinstance(drive, Schedule):
             return scheduled_passage(drive, states.angles)[2]
-        drive_torque = torque_at(drive_of(drive), rate)
+        drive_torque = torque_at(compile_drive(drive), rate)
         net_force = force - self.inertia * states.second_derivative * (rate**2)[:, None]
-        mass = np.sum(self.inertia * states.derivative**2, -1)
-        return (drive_torque + np.sum(states.derivative * net_force, -1)) / mass
+        generalised_inertia = np.sum(self.inertia * states.derivative**2, -1)
+        return (drive_torque + np.sum(states.derivative * net_force, -1)) / generalised_inertia
 
     def add_force(self, force, states: MachineStates, endpoint: BodyPoint, applied: np.ndarray, torque) -> None:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
@@ -265,22 +265,22 @@ class Ideal:
         force[:, i : i + 2] += applied
         force[:, i + 2] += motion.lever_x * applied[:, 0] + motion.lever_y * applied[:, 1] + torque
 
-    def _spring(self, load: Spring, states: MachineStates, rate, force) -> None:
+    def _add_spring(self, load: Spring, states: MachineStates, rate, forces) -> None:
         first_point, second_point = (
             self.closure.point_motion(endpoint, states.q, states.derivative) for endpoint in (load.first, load.second)
         )
         x, y = second_point.x - first_point.x, second_point.y - first_point.y
         length = np.hypot(x, y)
         direction = np.stack([x, y], -1) / length[:, None]
-        opening = (x * (second_point.dx - first_point.dx) + y * (second_point.dy - first_point.dy)) / length
-        tension = load.stiffness * (length - load.free_length) + load.damping * rate * opening
-        self.add_force(force, states, load.first, tension[:, None] * direction, 0.0)
-        self.add_force(force, states, load.second, -tension[:, None] * direction, 0.0)
+        extension_rate = (x * (second_point.dx - first_point.dx) + y * (second_point.dy - first_point.dy)) / length
+        tension = load.stiffness * (length - load.free_length) + load.damping * rate * extension_rate
+        self.add_force(forces, states, load.first, tension[:, None] * direction, 0.0)
+        self.add_force(forces, states, load.second, -tension[:, None] * direction, 0.0)
 
-    def friction_forces(self, forces: list, states: MachineStates, rate, reactions) -> np.ndarray:
+    def friction_forces(self, friction_loads: list, states: MachineStates, rate, reactions) -> np.ndarray:
         """Return the forces (N, 3 bodies) of friction in joints under their reactions."""
         forces_on_bodies = np.zeros_like(states.q)
-        for load in forces:
+        for load in friction_loads:
             joint = next(joint for joint in self.machine.joints if joint.name == load.joint)
             normal = np.hypot(*reactions[joint.name].T)
             if isinstance(load, Braking):
@@ -291,7 +291,7 @@ class Ideal:
             ]
             slip = load.radius * (turning_rates[0] - turning_rates[1])
             if isinstance(joint, Guide):
-                slip = self.coordinate(Coordinate(RUN, self.machine.joints.index(joint)), states)[1] * rate
+                slip = self.coordinate(Coordinate(TRAVEL, self.machine.joints.index(joint)), states)[1] * rate
             friction = np.array([friction_force(load.friction, n, v) for n, v in zip(normal, slip, strict=True)])
             direction = (
                 joint.axis + self.closure.angle(joint.proximal.body, states.q) if isinstance(joint, Guide) else 0.0
@@ -326,8 +326,8 @@ class Ideal:
         )
         if given_speed > 0.0:
             return given_speed
-        mass = float(np.mean(np.sum(self.inertia * states.derivative**2, -1)))
-        return math.sqrt(4.0 * math.pi * abs(drive.stall_torque) / mass) or 1.0
+        generalised_inertia = float(np.mean(np.sum(self.inertia * states.derivative**2, -1)))
+        return math.sqrt(4.0 * math.pi * abs(drive.stall_torque) / generalised_inertia) or 1.0
 
 
 def _without_history(machine: Machine) -> Machine:
@@ -352,16 +352,16 @@ def masses_of(machine: Machine) -> list[Mass | Segment]:
 
 
 @functools.lru_cache(maxsize=64)
-def _cached_ideal(key: bytes, machine: AlwaysEqual) -> Ideal:
-    return Ideal(machine.value)
+def _cached_ideal(key: bytes, machine: AlwaysEqual) -> IdealMachine:
+    return IdealMachine(machine.value)
 
 
-def ideal_of(machine: Machine) -> Ideal:
+def ideal_of(machine: Machine) -> IdealMachine:
     """Return the Ideal of a machine; the cases of a sweep share few of them."""
-    return _cached_ideal(key_of(machine), AlwaysEqual(machine))
+    return _cached_ideal(machine_key(machine), AlwaysEqual(machine))
 
 
-def key_of(machine: Machine) -> bytes:
+def machine_key(machine: Machine) -> bytes:
     """Return a key that equal machines share; a machine is pickled only once."""
     cached = _KEYS.get(id(machine))
     if cached is None:

@@ -12,9 +12,9 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from .expressions import NO_VECTOR, ONE, ZERO, Expr, FunctionCode, PlaneVector, vector_sum
-from .loads import ByAngle, Pushing, Springing
+from .loads import AngleTableLoad, PushLoad, SpringLoad
 from .machine_type import LoadKind, MachineType
-from .spanning_tree import ANGLE, RUN, SHIFT_X, SHIFT_Y, Coordinate
+from .spanning_tree import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
 
 Columns = dict[Coordinate, PlaneVector]  # derivatives of a position by coordinates
 CENTRE = NO_VECTOR  # centre of mass of a body, from which its points are given
@@ -24,8 +24,8 @@ class Path(NamedTuple):
     """The path to a point: the arms, guides and floating body on it, with signs (1 or -1) for directions."""
 
     arms: dict[int, PlaneVector]  # of each group
-    runs: dict[int, int]  # guide -> sign
-    roots: dict[int, int]  # floating body -> sign
+    travel_signs: dict[int, int]  # guide -> sign
+    floating_signs: dict[int, int]  # floating body -> sign
 
 
 class JointVectors(NamedTuple):
@@ -54,19 +54,19 @@ class Kinematics:
         self.cosine: dict[int, Expr] = {}
         self.sine: dict[int, Expr] = {}
         self.rate: dict[Coordinate, Expr] = {}  # of every coordinate, the driven crank's angle among them
-        self.run: dict[int, Expr] = {}
+        self.travel: dict[int, Expr] = {}
         self.shift: dict[int, PlaneVector] = {}
 
     def from_pose(self) -> None:
         """Take angles, rates and positions from the Pose `pose`."""
         assign = self.code.assign
         for i, g in enumerate(self.machine.groups):
-            self.cosine[g], self.sine[g] = (assign(f"pose.turns[{i}].{k}") for k in ("c", "s"))
-            self.rate[Coordinate(ANGLE, g)] = assign(f"pose.turns[{i}].rate")
-        runs = [item.owner for item in self.spanning_tree.coordinates if item.kind == RUN]
+            self.cosine[g], self.sine[g] = (assign(f"pose.orientations[{i}].{k}") for k in ("c", "s"))
+            self.rate[Coordinate(ANGLE, g)] = assign(f"pose.orientations[{i}].rate")
+        runs = [coordinate.owner for coordinate in self.spanning_tree.coordinates if coordinate.kind == TRAVEL]
         for i, j in enumerate(runs):
-            self.run[j] = assign(f"pose.runs[{i}][0]")
-            self.rate[Coordinate(RUN, j)] = assign(f"pose.runs[{i}][1]")
+            self.travel[j] = assign(f"pose.travels[{i}][0]")
+            self.rate[Coordinate(TRAVEL, j)] = assign(f"pose.travels[{i}][1]")
         for i, body in enumerate(self.spanning_tree.roots()):
             self.shift[body] = PlaneVector(*(assign(f"pose.roots[{i}][{k}]") for k in range(2)))
             for k, kind in enumerate((SHIFT_X, SHIFT_Y)):
@@ -77,24 +77,28 @@ class Kinematics:
     def path_to(self, body: int, point: PlaneVector = CENTRE) -> Path:
         """Return the path to a point of a body."""
         arms: dict[int, PlaneVector] = {}
-        runs: dict[int, int] = {}
-        roots: dict[int, int] = {}
+        travel_signs: dict[int, int] = {}
+        floating_signs: dict[int, int] = {}
         group = self.spanning_tree.group[body]
         if body != 0 and self.spanning_tree.parents[body] is None:
-            roots[body] = 1
+            floating_signs[body] = 1
         elif body != 0:
             parent, j = self.spanning_tree.parents[body]
             link, joint = self.machine.sites[j].link, self.joints[j]
             forward = link.proximal == parent
             outer_end, inner_end = (joint.far, joint.near) if forward else (joint.near, joint.far)
             path_to_parent = self.path_to(parent, inner_end)
-            arms, runs, roots = dict(path_to_parent.arms), dict(path_to_parent.runs), dict(path_to_parent.roots)
+            arms, travel_signs, floating_signs = (
+                dict(path_to_parent.arms),
+                dict(path_to_parent.travel_signs),
+                dict(path_to_parent.floating_signs),
+            )
             arms[group] = arms.get(group, NO_VECTOR) - outer_end
             if link.slides:
-                runs[j] = 1 if forward else -1
-                arms[group] += signed(runs[j], self.run[j] * joint.axis)
+                travel_signs[j] = 1 if forward else -1
+                arms[group] += signed(travel_signs[j], self.travel[j] * joint.axis)
         arms[group] = arms.get(group, NO_VECTOR) + point
-        return Path(arms, runs, roots)
+        return Path(arms, travel_signs, floating_signs)
 
     def between(self, start: Path, end: Path) -> Path:
         """Return the path from one point to another."""
@@ -102,7 +106,11 @@ class Kinematics:
         for g, arm in start.arms.items():
             other_arm = arms.get(g, NO_VECTOR)
             arms[g] = NO_VECTOR if arm == other_arm else other_arm - arm
-        return Path(arms, _difference(end.runs, start.runs), _difference(end.roots, start.roots))
+        return Path(
+            arms,
+            _difference(end.travel_signs, start.travel_signs),
+            _difference(end.floating_signs, start.floating_signs),
+        )
 
     def gap(self, j: int) -> Path:
         """Return the path from the proximal to the distal point of a joint."""
@@ -126,7 +134,7 @@ class Kinematics:
 
     def position(self, path: Path) -> PlaneVector:
         """Return the position at the end of a path."""
-        shifts = [signed(sign, self.shift[body]) for body, sign in path.roots.items()]
+        shifts = [signed(sign, self.shift[body]) for body, sign in path.floating_signs.items()]
         return vector_sum([*shifts, *(self.to_fixed_frame(g, arm) for g, arm in path.arms.items())])
 
     def axis(self, j: int) -> PlaneVector:
@@ -136,12 +144,12 @@ class Kinematics:
     def columns(self, path: Path) -> Columns:
         """Return the derivatives of the position at the end of a path."""
         columns = {Coordinate(ANGLE, g): self.to_fixed_frame(g, arm).left() for g, arm in path.arms.items() if g != 0}
-        for j, sign in path.runs.items():
-            columns[Coordinate(RUN, j)] = signed(sign, self.axis(j))
-        for body, sign in path.roots.items():
+        for j, sign in path.travel_signs.items():
+            columns[Coordinate(TRAVEL, j)] = signed(sign, self.axis(j))
+        for body, sign in path.floating_signs.items():
             columns[Coordinate(SHIFT_X, body)] = signed(sign, self.code.vector(("1.0", None)))
             columns[Coordinate(SHIFT_Y, body)] = signed(sign, self.code.vector((None, "1.0")))
-        return {item: vector for item, vector in columns.items() if vector != NO_VECTOR}
+        return {coordinate: vector for coordinate, vector in columns.items() if vector != NO_VECTOR}
 
     def velocity(self, path: Path) -> PlaneVector:
         """Return the velocity at the end of a path."""
@@ -155,10 +163,10 @@ class Kinematics:
                 rate = self.rate[Coordinate(ANGLE, g)]
                 square = self.code.assign(rate * rate)
                 terms.append(-(square * self.to_fixed_frame(g, arm)))
-        for j, sign in path.runs.items():
+        for j, sign in path.travel_signs.items():
             g = self.spanning_tree.group[self.machine.sites[j].link.proximal]
             if g != 0:
-                coriolis = self.code.assign(2.0 * self.rate[Coordinate(ANGLE, g)] * self.rate[Coordinate(RUN, j)])
+                coriolis = self.code.assign(2.0 * self.rate[Coordinate(ANGLE, g)] * self.rate[Coordinate(TRAVEL, j)])
                 terms.append(signed(sign, coriolis * self.axis(j).left()))
         return vector_sum(terms)
 
@@ -184,22 +192,22 @@ class Bodies(Kinematics):
         loads: list[Load] = []
         for i, load in enumerate(self.machine.loads):
             if load is not None:
-                loads += self._spring(i, load) if load.form is Springing else [self._push(i, load)]
+                loads += self._spring(i, load) if load.form is SpringLoad else [self._push(i, load)]
         return loads
 
     def _push(self, i: int, load: LoadKind) -> Load:
         """Return load `i`: a force and a torque on one body, constant or from a table."""
         path = f"mechanism.loads[{i}]"
-        if load.form is Pushing:
+        if load.form is PushLoad:
             fx, fy, torque = (self.code.assign(f"{path}.{component}") for component in ("fx", "fy", "torque"))
         else:
-            crank = f"pose.turns[{self.machine.groups.index(self.spanning_tree.crank)}].angle"
-            argument = crank if load.form is ByAngle else "pose.time"
-            names = [f"{component}_{i}" for component in ("fx", "fy", "torque")]
-            line = f"{', '.join(names)} = by_table({path}.table, {argument})"
+            crank = f"pose.orientations[{self.machine.groups.index(self.spanning_tree.crank)}].angle"
+            argument = crank if load.form is AngleTableLoad else "pose.time"
+            variables = [f"{component}_{i}" for component in ("fx", "fy", "torque")]
+            line = f"{', '.join(variables)} = table_values({path}.table, {argument})"
             if line not in self.code.lines:
                 self.code.write(line)
-            fx, fy, torque = map(self.code.expression, names)
+            fx, fy, torque = map(self.code.expression, variables)
         ((body, point),) = load.points
         return Load(body, self.code.vector(point), PlaneVector(fx, fy), torque)
 
@@ -208,7 +216,7 @@ class Bodies(Kinematics):
         stiffness, damping = (
             self.code.expression(f"mechanism.joints[{j}].site.{name}") for name in ("stiffness", "damping")
         )
-        return stiffness * self.run[j] + damping * self.rate[Coordinate(RUN, j)]
+        return stiffness * self.travel[j] + damping * self.rate[Coordinate(TRAVEL, j)]
 
     def _spring(self, i: int, load: LoadKind) -> list[Load]:
         """Return the forces of the load number `i`, a spring and damper, at both ends."""
@@ -234,11 +242,11 @@ def signed(sign: int, vector: PlaneVector) -> PlaneVector:
 
 def combination(columns: Columns, rates: Mapping[Coordinate, Expr]) -> PlaneVector:
     """Return the sum of columns times rates; a missing rate is zero."""
-    return vector_sum([rates[item] * column for item, column in columns.items() if item in rates])
+    return vector_sum([rates[coordinate] * column for coordinate, column in columns.items() if coordinate in rates])
 
 
 def _difference(signs: dict, removed: dict) -> dict:
     """Return the difference of two signed collections."""
-    return {item: sign for item, sign in signs.items() if item not in removed} | {
-        item: -sign for item, sign in removed.items() if item not in signs
+    return {coordinate: sign for coordinate, sign in signs.items() if coordinate not in removed} | {
+        coordinate: -sign for coordinate, sign in removed.items() if coordinate not in signs
     }

@@ -16,11 +16,11 @@ _POWERS = 4  # coefficients of the polynomials between its rows
 _WIDTH = 1 + _QUANTITIES * _POWERS  # numbers in a row: knot, then the polynomials after it
 
 
-class Pushing(NamedTuple):
+class PushLoad(NamedTuple):
     """A constant force and torque on a body."""
 
     body: tuple  # number
-    at: tuple  # point
+    point: tuple  # point
     fx: float  # N
     fy: float
     torque: float  # N m
@@ -34,23 +34,23 @@ class Table(NamedTuple):
     span: float  # rad, period; 0: constant beyond its ends
 
 
-class ByAngle(NamedTuple):
+class AngleTableLoad(NamedTuple):
     """A force and torque on a body that depend on the angle of the crank."""
 
     body: tuple
-    at: tuple
+    point: tuple
     table: Table
 
 
-class ByTime(NamedTuple):
+class TimeTableLoad(NamedTuple):
     """A force and torque on a body that depend on time."""
 
     body: tuple
-    at: tuple
+    point: tuple
     table: Table
 
 
-class Springing(NamedTuple):
+class SpringLoad(NamedTuple):
     """A spring and damper between two points."""
 
     first: tuple  # number of the body
@@ -62,7 +62,7 @@ class Springing(NamedTuple):
     damping: float  # N s/m
 
 
-class Rubbed(NamedTuple):
+class JointFriction(NamedTuple):
     """Friction in a joint without clearance."""
 
     joint: tuple  # number
@@ -70,7 +70,7 @@ class Rubbed(NamedTuple):
     radius: float  # m, of a pin
 
 
-class Braked(NamedTuple):
+class GivenFriction(NamedTuple):
     """Friction of a given size in a joint."""
 
     joint: tuple  # number
@@ -80,7 +80,7 @@ class Braked(NamedTuple):
 
 
 @kernel
-def by_table(table, argument):
+def table_values(table, argument):
     """Return force x, y (N) and torque (N m) of a Table at an angle (rad) or time (s)."""
     row_count = int(table.row_count)
     first_knot, last_knot = load_item(table.table, 0), load_item(table.table, _WIDTH * (row_count - 1))
@@ -105,19 +105,19 @@ def _polynomial(table, index, x):
     return (value * x + load_item(table, index + 2)) * x + load_item(table, index + 3)
 
 
-def table_of(load: TabledPush) -> Table:
+def compile_table(load: TabledPush) -> Table:
     """Return a table in compiled form: monotone cubics (PCHIP, Fritsch & Carlson 1980) between its rows."""
     from scipy.interpolate import PchipInterpolator
 
     knots = np.asarray(load.knots, dtype=float)
     columns = load.scale * np.stack([load.fx, load.fy, load.torque], -1)
-    repeats = load.over == "angle"
-    coefficients = _periodic(knots, columns) if repeats else PchipInterpolator(knots, columns).c
+    is_periodic = load.over == "angle"
+    coefficients = _periodic(knots, columns) if is_periodic else PchipInterpolator(knots, columns).c
     rows = np.zeros((len(knots), _WIDTH))
     rows[:, 0] = knots
     rows[:-1, 1:] = coefficients.transpose(1, 2, 0).reshape(len(knots) - 1, -1)
     rows[-1, _POWERS::_POWERS] = columns[-1]
-    return Table(array_handle(rows), float(len(knots)), float(knots[-1] - knots[0]) if repeats else 0.0)
+    return Table(array_handle(rows), float(len(knots)), float(knots[-1] - knots[0]) if is_periodic else 0.0)
 
 
 def _periodic(knots: np.ndarray, columns: np.ndarray) -> np.ndarray:
@@ -146,7 +146,7 @@ def evaluate_table(table: Table, argument: np.ndarray) -> np.ndarray:
     ) * remaining + coefficients[..., 3]
 
 
-def loads_of(loads: tuple, locate_point: Callable, joint_number: Callable) -> tuple:
+def compile_loads(loads: tuple, locate_point: Callable, joint_number: Callable) -> tuple:
     """Return the compiled forms of loads.
 
     locate_point : At -> number of the body and compiled point; joint_number : name of a joint -> its number.
@@ -154,17 +154,17 @@ def loads_of(loads: tuple, locate_point: Callable, joint_number: Callable) -> tu
     compiled_loads: list = []
     for load in loads:
         if isinstance(load, Push):
-            compiled_loads.append(Pushing(*locate_point(load.at), load.fx, load.fy, load.torque))
+            compiled_loads.append(PushLoad(*locate_point(load.at), load.fx, load.fy, load.torque))
         elif isinstance(load, TabledPush):
-            form = ByAngle if load.over == "angle" else ByTime
-            compiled_loads.append(form(*locate_point(load.at), table_of(load)))
+            table_type = AngleTableLoad if load.over == "angle" else TimeTableLoad
+            compiled_loads.append(table_type(*locate_point(load.at), compile_table(load)))
         elif isinstance(load, Spring):
             endpoints = (*locate_point(load.first), *locate_point(load.second))
-            compiled_loads.append(Springing(*endpoints, load.stiffness, load.free_length, load.damping))
+            compiled_loads.append(SpringLoad(*endpoints, load.stiffness, load.free_length, load.damping))
         elif isinstance(load, Rubbing):
-            compiled_loads.append(Rubbed(joint_number(load.joint), load.friction, load.radius))
+            compiled_loads.append(JointFriction(joint_number(load.joint), load.friction, load.radius))
         elif isinstance(load, Braking):
-            compiled_loads.append(Braked(joint_number(load.joint), load.friction, load.radius, load.normal))
+            compiled_loads.append(GivenFriction(joint_number(load.joint), load.friction, load.radius, load.normal))
     return tuple(compiled_loads)
 
 

@@ -25,35 +25,37 @@ class Equation(NamedTuple):
     bias: Expr  # its second derivative in time without accelerations
 
 
-def equations(kinematics: Kinematics, *, with_rates: bool = True) -> list[Equation]:
+def loop_equations_of(kinematics: Kinematics, *, with_rates: bool = True) -> list[Equation]:
     """Return the equations of all loops; without their bias if rates are unknown."""
     loop_equations: list[Equation] = []
     for j in kinematics.spanning_tree.loop_joints:
         slides = kinematics.machine.sites[j].link.slides
-        loop_equations += [_guide(kinematics, j, with_rates)] if slides else _pin(kinematics, j, with_rates)
+        loop_equations += (
+            [_guide_equation(kinematics, j, with_rates)] if slides else _pin_equations(kinematics, j, with_rates)
+        )
     return loop_equations
 
 
-def _pin(kinematics: Kinematics, j: int, with_rates: bool) -> list[Equation]:
+def _pin_equations(kinematics: Kinematics, j: int, with_rates: bool) -> list[Equation]:
     """Return the equations of a pin: both of its points are at the same position."""
     path = kinematics.gap(j)
     position, columns = kinematics.position(path), kinematics.columns(path)
     bias = kinematics.bias(path) if with_rates else NO_VECTOR
-    rows = ({item: getattr(column, axis) for item, column in columns.items()} for axis in "xy")
+    rows = ({coordinate: getattr(column, axis) for coordinate, column in columns.items()} for axis in "xy")
     return [
-        Equation(value, {item: entry for item, entry in row.items() if entry != ZERO}, bias_term)
+        Equation(value, {coordinate: entry for coordinate, entry in row.items() if entry != ZERO}, bias_term)
         for value, row, bias_term in zip(position, rows, bias, strict=True)
     ]
 
 
-def _guide(kinematics: Kinematics, j: int, with_rates: bool) -> Equation:
+def _guide_equation(kinematics: Kinematics, j: int, with_rates: bool) -> Equation:
     """Return the equation of a guide: the distal point is on the line through the proximal one."""
     path, group = kinematics.gap(j), kinematics.spanning_tree.group[kinematics.machine.sites[j].link.proximal]
     position, columns = kinematics.position(path), kinematics.columns(path)
     bias = kinematics.bias(path) if with_rates else NO_VECTOR
     direction = kinematics.axis(j)
     normal = direction.left()
-    row = {item: normal.dot(column) for item, column in columns.items()}
+    row = {coordinate: normal.dot(column) for coordinate, column in columns.items()}
     terms = [*normal.products(bias)]
     if group != 0:
         angle = Coordinate(ANGLE, group)
@@ -80,22 +82,22 @@ class Solver:
                 return ONE
             if (rows, columns) not in minors:
                 terms = []
-                for k, item in enumerate(columns):
-                    entry, cofactor = self._entry(rows[0], item), minor(rows[1:], columns[:k] + columns[k + 1 :])
+                for k, coordinate in enumerate(columns):
+                    entry, cofactor = self._entry(rows[0], coordinate), minor(rows[1:], columns[:k] + columns[k + 1 :])
                     terms.append(entry * cofactor if k % 2 == 0 else -(entry * cofactor))
                 minors[rows, columns] = sum_of(terms)
             return minors[rows, columns]
 
         scale = 1.0 / minor(block, unknown)
         inverse = {}
-        for (i, row), (k, item) in itertools.product(enumerate(block), enumerate(unknown)):
+        for (i, row), (k, coordinate) in itertools.product(enumerate(block), enumerate(unknown)):
             entry = minor(block[:i] + block[i + 1 :], unknown[:k] + unknown[k + 1 :]) * scale
-            inverse[item, row] = (entry if (i + k) % 2 == 0 else -entry).assigned()
+            inverse[coordinate, row] = (entry if (i + k) % 2 == 0 else -entry).assigned()
         return inverse
 
-    def _entry(self, row: int, item: Coordinate) -> Expr:
+    def _entry(self, row: int, coordinate: Coordinate) -> Expr:
         """Return the derivative of an equation by a coordinate."""
-        return self.rows[row].get(item, ZERO)
+        return self.rows[row].get(coordinate, ZERO)
 
     def solve(self, right_side: Sequence[Expr]) -> Row:
         """Return the unknowns for right-hand sides, one for each equation."""
@@ -103,10 +105,10 @@ class Solver:
         for block, unknown, inverse in self.blocks:
             residual = {}
             for row in block:
-                eliminated = [-(self._entry(row, item) * value) for item, value in solution.items()]
+                eliminated = [-(self._entry(row, coordinate) * value) for coordinate, value in solution.items()]
                 residual[row] = sum_of([right_side[row], *eliminated])
-            for item in unknown:
-                solution[item] = sum_of(inverse[item, row] * residual[row] for row in block)
+            for coordinate in unknown:
+                solution[coordinate] = sum_of(inverse[coordinate, row] * residual[row] for row in block)
         return solution
 
     def solve_transposed(self, right_side: Mapping[Coordinate, Expr]) -> list[Expr]:
@@ -114,11 +116,11 @@ class Solver:
         solution: dict[int, Expr] = {}
         for block, unknown, inverse in reversed(self.blocks):
             residual = {}
-            for item in unknown:
-                eliminated = [-(self._entry(row, item) * value) for row, value in solution.items()]
-                residual[item] = sum_of([right_side[item], *eliminated])
+            for coordinate in unknown:
+                eliminated = [-(self._entry(row, coordinate) * value) for row, value in solution.items()]
+                residual[coordinate] = sum_of([right_side[coordinate], *eliminated])
             for row in block:
-                solution[row] = sum_of(inverse[item, row] * residual[item] for item in unknown)
+                solution[row] = sum_of(inverse[coordinate, row] * residual[coordinate] for coordinate in unknown)
         return [solution[row] for row in range(len(self.rows))]
 
 
@@ -131,10 +133,15 @@ def _blocks(
         for candidate in (
             subset for size in range(1, len(open_rows) + 1) for subset in itertools.combinations(open_rows, size)
         ):
-            unknown = {item for row in candidate for item in rows[row] if item in dependent and item not in solved}
+            unknown = {
+                coordinate
+                for row in candidate
+                for coordinate in rows[row]
+                if coordinate in dependent and coordinate not in solved
+            }
             if len(unknown) == len(candidate):
                 break
-        blocks.append((candidate, tuple(item for item in dependent if item in unknown)))
+        blocks.append((candidate, tuple(coordinate for coordinate in dependent if coordinate in unknown)))
         solved |= unknown
         open_rows = [row for row in open_rows if row not in candidate]
     return blocks

@@ -6,8 +6,8 @@ from ...joint.friction.stick import Karnopp
 from ..contract import Open
 from .drive import Free, Steady
 from .expressions import Components
-from .form import AlongX, Centre, OnAxis, Planar, PointAim, Segment, Slide, Sprung
-from .loads import Braked, Rubbed, Springing
+from .form import AlongX, Centre, ElasticGuide, OnAxis, Planar, PointAim, Segment, Slide
+from .loads import GivenFriction, JointFriction, SpringLoad
 from .spanning_tree import Coordinate, Link, SpanningTree, spanning_tree
 
 
@@ -58,7 +58,7 @@ class MachineType(NamedTuple):
     @property
     def state(self) -> list[Coordinate]:
         """Return the coordinates in the order of the state."""
-        return [item for item in self.spanning_tree.coordinates if item not in self.dependent]
+        return [coordinate for coordinate in self.spanning_tree.coordinates if coordinate not in self.dependent]
 
     @property
     def groups(self) -> list[int]:
@@ -91,7 +91,10 @@ def kinds_of(value: Any) -> Any:
     """Return the types in nested tuples."""
     if not isinstance(value, tuple):
         return float
-    return (type(value), *[float if type(item) is float else kinds_of(item) for item in value])  # most items are floats
+    return (
+        type(value),
+        *[float if type(item) is float else kinds_of(item) for item in value],
+    )  # most items are floats
 
 
 def machine_type(kinds: tuple) -> MachineType:
@@ -103,15 +106,18 @@ def machine_type(kinds: tuple) -> MachineType:
     )
     friction_loads = tuple(
         FrictionLoad(
-            i, _number(_kind_of_field(kind, "joint")), kind[0] is Braked, _kind_of_field(kind, "friction")[0] is Karnopp
+            i,
+            _number(_kind_of_field(kind, "joint")),
+            kind[0] is GivenFriction,
+            _kind_of_field(kind, "friction")[0] is Karnopp,
         )
         for i, kind in enumerate(_kind_of_field(kinds, "loads")[1:])
-        if kind[0] in (Rubbed, Braked)
+        if kind[0] in (JointFriction, GivenFriction)
     )
     loads = tuple(_load(kind, f"mechanism.loads[{i}]") for i, kind in enumerate(_kind_of_field(kinds, "loads")[1:]))
     aim, path = _kind_of_field(kinds, "aim"), "mechanism.aim"
     assert kinds[0] is Planar
-    point = _components(_kind_of_field(aim, "at"), f"{path}.at") if aim[0] is PointAim else None
+    point = _components(_kind_of_field(aim, "point"), f"{path}.point") if aim[0] is PointAim else None
     direction = _components(_kind_of_field(aim, "direction"), f"{path}.direction") if aim[0] is PointAim else None
     dependent = tuple(tree.coordinates[_number(kind)] for kind in _kind_of_field(kinds, "dependent")[1:])
     return MachineType(
@@ -142,7 +148,7 @@ def _site(kinds: tuple, path: str) -> Site:
         _kind_of_field(kinds, "site")[0],
         (_number(_kind_of_field(kinds, "proximal")), _number(_kind_of_field(kinds, "distal"))),
     )
-    link = Link(slides, site is Open, *bodies, site is Sprung)
+    link = Link(slides, site is Open, *bodies, site is ElasticGuide)
     axis = _components(_kind_of_field(kinds, "axis"), f"{path}.axis") if slides else (None, None)
     return Site(
         link,
@@ -153,9 +159,9 @@ def _site(kinds: tuple, path: str) -> Site:
 
 
 def _load(kinds: tuple, path: str) -> LoadKind | None:
-    if kinds[0] in (Rubbed, Braked):
+    if kinds[0] in (JointFriction, GivenFriction):
         return None
-    pairs = (("first", "near"), ("second", "far")) if kinds[0] is Springing else (("body", "at"),)
+    pairs = (("first", "near"), ("second", "far")) if kinds[0] is SpringLoad else (("body", "point"),)
     endpoints = tuple(
         (_number(_kind_of_field(kinds, body)), _components(_kind_of_field(kinds, point), f"{path}.{point}"))
         for body, point in pairs

@@ -13,10 +13,10 @@ from ..contract import (
     impact_masses,
     load_power,
     output_error,
-    place,
+    pose_at,
     with_friction_laws,
 )
-from .cycle import at_angle
+from .cycle import evaluate_cycle
 from .equations import generated
 from .form import Planar
 from .friction import friction_powers_of, friction_slips_of
@@ -36,7 +36,7 @@ from .friction import friction_powers_of, friction_slips_of
 ) = map(
     generated,
     (
-        "place",
+        "pose_at",
         "gaps",
         "accelerate",
         "impact_masses",
@@ -51,8 +51,8 @@ from .friction import friction_powers_of, friction_slips_of
 )
 
 
-@place.member(Planar)
-def _place_planar(mechanism, y):
+@pose_at.member(Planar)
+def _pose_at_planar(mechanism, y):
     return _pose_of(mechanism, y)
 
 
@@ -67,8 +67,8 @@ def _accelerate_planar(mechanism, pose, loads):
 
 
 @impact_masses.member(Planar)
-def _impact_masses_planar(mechanism, pose, relative):
-    return _impact_masses_of(mechanism, pose, relative)
+def _impact_masses_planar(mechanism, pose, joint_gaps):
+    return _impact_masses_of(mechanism, pose, joint_gaps)
 
 
 @energy.member(Planar)
@@ -118,7 +118,7 @@ def _body_angles_planar(mechanism, y):
 @output_error.member(Planar)
 def _output_error_planar(mechanism, pose):
     output, output_rate, angle, rate = _output_of(mechanism, pose)
-    ideal_output, slope = at_angle(mechanism.turn, 0, angle)
+    ideal_output, slope = evaluate_cycle(mechanism.cycle, 0, angle)
     return output - ideal_output, output_rate - slope * rate
 
 

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 
-class Turn(NamedTuple):
+class Orientation(NamedTuple):
     """Orientation of the bodies in a group."""
 
     c: float  # cosine of their angle
@@ -15,7 +15,7 @@ class Turn(NamedTuple):
 class Pose(NamedTuple):
     """Positions and velocities of the bodies."""
 
-    turns: tuple  # a Turn for each group except the ground's
-    runs: tuple  # (m, m/s) along each guide of the tree
+    orientations: tuple  # an Orientation for each group except the ground's
+    travels: tuple  # (m, m/s) along each guide of the tree
     roots: tuple  # (x m, y m, vx m/s, vy m/s) of each floating body's centre of mass
     time: float  # s

@@ -11,7 +11,7 @@ import numpy as np
 
 from ....contracts.machine import Guide, Machine
 from .ideal import ideal_of
-from .turn import MachineStates
+from .machine_states import MachineStates
 
 
 class JointForce(NamedTuple):
@@ -40,23 +40,23 @@ class Reactions(NamedTuple):
     torque: np.ndarray  # (N,) N m, of the drive on the crank
 
 
-def reactions(machine: Machine, motion: Motion, opened: Mapping[str, JointForce]) -> Reactions:
+def reactions(machine: Machine, motion: Motion, open_joint_forces: Mapping[str, JointForce]) -> Reactions:
     """Return forces and couples of the joints without clearance, and the torque of the drive."""
     ideal_machine = ideal_of(machine)
     closure, joints = ideal_machine.closure, ideal_machine.machine.joints
     states = MachineStates(motion.crank_angle, motion.q, motion.rates, motion.accelerations)
     ones = np.ones(len(motion.time))  # derivatives by time instead of those by the crank's angle
     applied = ideal_machine.applied_forces(states, ones, motion.time) - ideal_machine.inertia * motion.accelerations
-    given_forces = {name: joint_force.force for name, joint_force in opened.items()}
+    given_forces = {name: joint_force.force for name, joint_force in open_joint_forces.items()}
     for joint in joints:
-        if joint.name in opened:
-            force, on_distal, on_proximal = opened[joint.name]
+        if joint.name in open_joint_forces:
+            force, on_distal, on_proximal = open_joint_forces[joint.name]
             ideal_machine.add_force(applied, states, joint.distal, force, on_distal)
             ideal_machine.add_force(applied, states, joint.proximal, -force, on_proximal)
     row_ranges = list(zip(joints, closure.first_rows, closure.first_rows[1:], strict=False))
     is_closed_row = np.ones(closure.rows, bool)
     for joint, begin, end in row_ranges:
-        is_closed_row[begin:end] = joint.name not in opened
+        is_closed_row[begin:end] = joint.name not in open_joint_forces
     jacobian = closure.evaluate(states.q, states.angles)[1][:, is_closed_row]
     inverse = np.linalg.pinv(np.swapaxes(jacobian, 1, 2))
 
@@ -66,7 +66,7 @@ def reactions(machine: Machine, motion: Motion, opened: Mapping[str, JointForce]
         forces = {
             joint.name: ideal_machine.reaction_of(joint, states, multipliers[:, begin:end])
             for joint, begin, end in row_ranges
-            if joint.name not in opened
+            if joint.name not in open_joint_forces
         }
         return forces | given_forces, forces, multipliers
 

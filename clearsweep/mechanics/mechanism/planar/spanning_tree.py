@@ -8,7 +8,7 @@ coordinates, and the others are attached to it.  Joints with clearance constrain
 
 from typing import NamedTuple
 
-ANGLE, RUN, SHIFT_X, SHIFT_Y = range(4)  # kinds of coordinates: of an angle group, along a guide, of a floating body
+ANGLE, TRAVEL, SHIFT_X, SHIFT_Y = range(4)  # kinds of coordinates: of an angle group, along a guide, of a floating body
 
 
 class Link(NamedTuple):
@@ -49,12 +49,12 @@ def spanning_tree(count: int, links: tuple, crank: int, *, free: bool) -> Spanni
     free : the crank's angle is one of the coordinates.
     """
     group = _groups(count, links)
-    parents, order, tree_joints = _tree(count, links)
+    parents, order, tree_joints = _shortest_tree(count, links)
     loop_joints = tuple(j for j, link in enumerate(links) if not link.open and j not in tree_joints)
     angles = [g for g in dict.fromkeys(group) if g not in (0, group[crank])]
     coordinates = [Coordinate(ANGLE, group[crank])] if free else []
     coordinates += [Coordinate(ANGLE, g) for g in angles]
-    coordinates += [Coordinate(RUN, j) for j, link in enumerate(links) if link.slides and j in tree_joints]
+    coordinates += [Coordinate(TRAVEL, j) for j, link in enumerate(links) if link.slides and j in tree_joints]
     for body in order:
         if parents[body] is None:
             coordinates += [Coordinate(SHIFT_X, body), Coordinate(SHIFT_Y, body)]
@@ -70,7 +70,7 @@ def _groups(count: int, links: tuple) -> tuple:
     return tuple(group)
 
 
-def _tree(count: int, links: tuple) -> tuple:
+def _shortest_tree(count: int, links: tuple) -> tuple:
     """Return the parent of each body, the bodies in order, and the tree joints; paths to the ground are shortest."""
     parents: list = [None] * count
     order: list[int] = []

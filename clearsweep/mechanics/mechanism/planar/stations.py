@@ -12,7 +12,7 @@ import numpy as np
 
 from ....contracts.machine import Machine, Stretch
 from .closure import STATIONS, Closure
-from .turn import MachineStates, growth_per_revolution
+from .machine_states import MachineStates, growth_per_revolution
 
 ROUNDINGS = 4.0  # roundings of an angle, by which it may differ from that of a station
 

@@ -9,13 +9,13 @@ import numpy as np
 from ....contracts.machine import GROUND, BodyPoint, Guide, Machine
 from ...compiled.vector import Vector
 from ...joint.spatial import SpatialLoad, deepest_of, overlap_of
-from ..contract import Built, accelerate, gaps, place
+from ..contract import Built, accelerate, gaps, pose_at
 from ..planar.closure import MobilityError, extent
-from ..planar.cycle import cycle_of
-from ..planar.form import numbered
+from ..planar.cycle import make_cycle
+from ..planar.form import as_empty_tuples
 from ..planar.ideal import ideal_of
 from . import members  # noqa: F401 - registers the equations of motion
-from .form import AngleAim, Ball, Driven, Hinge, Loose, Opening, Part, PointAim, Sleeve, Slide, Tree
+from .form import AngleAim, Ball, Driven, Hinge, Loose, Opening, PointAim, RigidBody, Sleeve, Slide, Tree
 from .spanning_tree import CYLINDRICAL, SPHERICAL, Attachment, spanning_tree
 
 ZERO_VECTOR = Vector(0.0, 0.0, 0.0)
@@ -59,23 +59,23 @@ def build(assembly: Assembly, joints: Mapping) -> Built:
     """
     machine, ideal_machine = assembly.machine, ideal_of(assembly.machine)
     attachments = spanning_tree(machine, joints, assembly.ideal)
-    numbers = {GROUND: ()} | {attachment.body: numbered(i + 1) for i, attachment in enumerate(attachments)}
+    numbers = {GROUND: ()} | {attachment.body: as_empty_tuples(i + 1) for i, attachment in enumerate(attachments)}
     reported = tuple(numbers[name] for name in machine.bodies if name != GROUND)
     speed = machine.drive.speed
     value = Tree(
-        parts=tuple(_compiled_body(assembly.solids[attachment.body]) for attachment in attachments),
-        attachments=tuple(_joint_to_parent(assembly, attachment, numbers) for attachment in attachments),
-        openings=tuple(_opening(assembly, name, joint, numbers) for name, joint in joints.items()),
+        parts=tuple(_compile_body(assembly.solids[attachment.body]) for attachment in attachments),
+        attachments=tuple(_compile_attachment(assembly, attachment, numbers) for attachment in attachments),
+        openings=tuple(_compile_opening(assembly, name, joint, numbers) for name, joint in joints.items()),
         reported=reported,
-        aim=_aim(assembly, numbers),
+        aim=_compile_aim(assembly, numbers),
         speed=speed,
         gravity=Vector(*assembly.gravity),
-        turn=cycle_of([ideal_machine.output_at(ideal_machine.revolution)], 0.0),
+        cycle=make_cycle([ideal_machine.output_at(ideal_machine.revolution)], 0.0),
     )
     body_poses = _planar_positions(assembly)
     values = [_coordinates(assembly, attachment, body_poses, joints) for attachment in attachments]
     start = np.array([*(q for qs, _ in values for q in qs), *(rate for _, rates in values for rate in rates), 0.0])
-    lengths = np.array([length for attachment in attachments for length in _lengths(assembly, attachment)])
+    lengths = np.array([length for attachment in attachments for length in _lengths_per_unit(assembly, attachment)])
     _check_masses(value, start)
     return Built(value, start, lengths, ideal_machine.closure.size, speed)
 
@@ -87,18 +87,18 @@ class Seat(NamedTuple):
     overlap: float  # m, overlap of journal and bore along the journal's axis; 0 or less: outside the bearing
 
 
-def seats(built: Built, joints: Mapping) -> dict[str, Seat]:
+def initial_seats(built: Built, joints: Mapping) -> dict[str, Seat]:
     """Return the initial position of each journal in its bearing.
 
     joints : compiled forms in the order of the mechanism's sites.
     """
-    relative = gaps(built.value, place(built.value, built.start))
-    pairs = zip(joints.items(), relative, strict=True)
+    joint_gaps = gaps(built.value, pose_at(built.value, built.start))
+    pairs = zip(joints.items(), joint_gaps, strict=True)
     return {name: Seat(deepest_of(joint, gap), float(overlap_of(joint, gap))) for (name, joint), gap in pairs}
 
 
-def _compiled_body(solid: Solid) -> Part:
-    return Part(solid.mass, Vector(*solid.inertia), Vector(*solid.center))
+def _compile_body(solid: Solid) -> RigidBody:
+    return RigidBody(solid.mass, Vector(*solid.inertia), Vector(*solid.center))
 
 
 def _point(assembly: Assembly, endpoint: BodyPoint) -> Vector:
@@ -116,7 +116,7 @@ def _endpoints(assembly: Assembly, attachment: Attachment) -> tuple[BodyPoint, B
     return endpoints if joint.distal.body == attachment.body else endpoints[::-1]
 
 
-def _joint_to_parent(assembly: Assembly, attachment: Attachment, numbers: Mapping) -> tuple:
+def _compile_attachment(assembly: Assembly, attachment: Attachment, numbers: Mapping) -> tuple:
     """Return the attachment of a body in compiled form."""
     if not attachment.joint:
         return Loose()
@@ -135,7 +135,7 @@ def _joint_to_parent(assembly: Assembly, attachment: Attachment, numbers: Mappin
     return attachment_type(numbers[attachment.parent], parent_point, body_point)
 
 
-def _opening(assembly: Assembly, name: str, joint, numbers: Mapping) -> Opening:
+def _compile_opening(assembly: Assembly, name: str, joint, numbers: Mapping) -> Opening:
     """Return a joint with clearance in compiled form."""
     site = _joint(assembly, name)
     bearing, journal = site.proximal, site.distal
@@ -152,7 +152,7 @@ def _opening(assembly: Assembly, name: str, joint, numbers: Mapping) -> Opening:
     )
 
 
-def _aim(assembly: Assembly, numbers: Mapping) -> tuple:
+def _compile_aim(assembly: Assembly, numbers: Mapping) -> tuple:
     aim = assembly.machine.aim
     if not aim.point:
         return AngleAim(numbers[aim.body])
@@ -181,7 +181,7 @@ def _coordinates(assembly: Assembly, attachment: Attachment, body_poses: Mapping
         return [], []
     if not attachment.joint:
         coordinates, angular_rates = _quaternion(pose)
-        return [*coordinates, pose.x, pose.y, _height(assembly, attachment.body, joints)], [
+        return [*coordinates, pose.x, pose.y, _height_of_loose_body(assembly, attachment.body, joints)], [
             *angular_rates,
             pose.vx,
             pose.vy,
@@ -225,7 +225,7 @@ def _planar_point(assembly: Assembly, endpoint: BodyPoint, body_poses: Mapping) 
     return np.array([pose.x, pose.y]) + arm, np.array([pose.vx, pose.vy]) + pose.spin * np.array([-arm[1], arm[0]])
 
 
-def _height(assembly: Assembly, body: str, joints: Mapping) -> float:
+def _height_of_loose_body(assembly: Assembly, body: str, joints: Mapping) -> float:
     """Return the height (m) of a loose body's centre of mass, with the first of its open joints centred."""
     joint = next(joint for joint in assembly.machine.joints if joint.name in joints and body in _bodies(joint))
     own_point, other_point = (
@@ -258,7 +258,7 @@ def _height_of_point(assembly: Assembly, endpoint: BodyPoint, joints: Mapping) -
     return height - _point(assembly, far_end).z + _height_of_point(assembly, near_end, joints)
 
 
-def _lengths(assembly: Assembly, attachment: Attachment) -> list[float]:
+def _lengths_per_unit(assembly: Assembly, attachment: Attachment) -> list[float]:
     """Return the displacement (m) of a body for a unit of each of its coordinates."""
     body_size = (
         extent(assembly.machine.bodies[attachment.body])
@@ -280,7 +280,7 @@ def _check_masses(value: Tree, start: np.ndarray) -> None:
     no_loads = tuple(SpatialLoad(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, ()) for _ in value.openings)
     try:
         with np.errstate(all="ignore"):
-            accelerations = accelerate(value, place(value, start), no_loads)
+            accelerations = accelerate(value, pose_at(value, start), no_loads)
         is_finite = bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
     except ZeroDivisionError:
         is_finite = False

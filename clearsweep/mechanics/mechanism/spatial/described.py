@@ -11,13 +11,13 @@ from ....contracts.outline import ANY, JointOutline, Outline
 from .. import described
 from ..contract import Built
 from .build import Assembly, Solid, build
-from .spanning_tree import UntiedError, spanning_tree
+from .spanning_tree import SpanningTreeError, spanning_tree
 
 AXES = ("x", "y", "z")
 _CENTRE = "its centre of mass"  # a point of every body, besides user-defined points
 
 #: The key that makes a mechanism spatial.
-FLAG = ("spatial", "whether the bodies move in space, connected by spatial joints")
+SPATIAL_FLAG = ("spatial", "whether the bodies move in space, connected by spatial joints")
 #: The time histories of every moving body.
 BODY = (
     *((axis, "m", f"{{}}'s centre of mass, {axis}") for axis in AXES),
@@ -45,14 +45,14 @@ def speed_keys() -> Keys:
     return Keys("drive", "the drive", (Field("speed", "rad/s", "constant crank speed"),), "implied")
 
 
-def kind_of(outline: Outline, joint: str) -> str:
+def site_kind_of(outline: Outline, joint: str) -> str:
     """Return the kind of a joint's site."""
     return "spatial" if {joint, ANY} & outline.axial else "through"
 
 
 def site_of(outline: Outline, joint: JointOutline) -> JointSite:
     """Return the site of a joint that a grid describes."""
-    return JointSite(joint.name, *joint.bodies, kind_of(outline, joint.name), joint.journal)
+    return JointSite(joint.name, *joint.bodies, site_kind_of(outline, joint.name), joint.journal)
 
 
 def body_channels(bodies: tuple[str, ...]) -> tuple[Channel, ...]:
@@ -60,7 +60,9 @@ def body_channels(bodies: tuple[str, ...]) -> tuple[Channel, ...]:
     return tuple(Channel(f"{body}/{name}", unit, text.format(body)) for body in bodies for name, unit, text in BODY)
 
 
-def flattened(solids: Mapping[str, Solid], gravity: tuple[float, ...]) -> tuple[dict[str, Body], tuple[Push, ...]]:
+def planar_bodies_and_loads(
+    solids: Mapping[str, Solid], gravity: tuple[float, ...]
+) -> tuple[dict[str, Body], tuple[Push, ...]]:
     """Return the planar bodies, and the loads from gravity along x."""
     bodies, loads = {}, []
     for name, solid in solids.items():
@@ -72,12 +74,12 @@ def flattened(solids: Mapping[str, Solid], gravity: tuple[float, ...]) -> tuple[
     return bodies, tuple(loads)
 
 
-def three(values: Mapping, path: str) -> tuple[float, ...]:
+def vector_at(values: Mapping, path: str) -> tuple[float, ...]:
     """Return the numbers of a list."""
     return tuple(values[f"{path}.{k}"] for k in range(3))
 
 
-class Building(NamedTuple):
+class MechanismBuilder(NamedTuple):
     """Builds a case's mechanism from its Assembly."""
 
     assembly: Callable[[Outline, Mapping, float], Assembly]  # of the numbers and words by key, drive : rad/s
@@ -88,7 +90,7 @@ class Building(NamedTuple):
         return build(self.assembly(self.outline, bodies, drive), joints)
 
 
-def planar_of(assembly: Callable[[Outline, Mapping, float], Assembly]) -> Callable:
+def planar_machine_of(assembly: Callable[[Outline, Mapping, float], Assembly]) -> Callable:
     """Return a function that gives the planar machine of a case, for pictures and comparisons."""
 
     def machine(case: Case):
@@ -100,7 +102,7 @@ def planar_of(assembly: Callable[[Outline, Mapping, float], Assembly]) -> Callab
 
 def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     """Return the path below `mechanism` at fault, and a sentence, if bodies are impossible or cannot be attached."""
-    assert isinstance(mechanism.build, Building)  # spatial mechanisms are built in this way
+    assert isinstance(mechanism.build, MechanismBuilder)  # spatial mechanisms are built in this way
     assembly = mechanism.build.assembly(case.outline, case.mechanism.values, case.drive.speed if case.drive else 0.0)
     for body, solid in assembly.solids.items():
         largest, sum_of_others = max(solid.inertia), sum(solid.inertia) - max(solid.inertia)
@@ -115,6 +117,6 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
         return unsound
     try:
         spanning_tree(assembly.machine, [joint.name for joint in case.joints], assembly.ideal)
-    except UntiedError as error:
+    except SpanningTreeError as error:
         return f"joints.{error.joint}", str(error)
     return None

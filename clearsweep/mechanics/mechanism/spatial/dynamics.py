@@ -194,7 +194,7 @@ class Dynamics(PosedTreeCode):
                 body, angular = i + 1, f"Vector({', '.join(map(str, own_values[:3]))})"
                 spin = self.to_body_frame(body, self.spin(body))
                 quaternion = self.code.call(
-                    "quaternion_accelerations", f"pose.turnings[{i}]", str(spin), angular, "mechanism.speed"
+                    "quaternion_accelerations", f"pose.quaternion_motions[{i}]", str(spin), angular, "mechanism.speed"
                 )
                 values += [self.code.expression(f"{quaternion}[{k}]") for k in range(4)]
                 own_values = own_values[3:]
@@ -206,7 +206,7 @@ class Dynamics(PosedTreeCode):
         tree, body = self.tree, self.tree.aimed
         if tree.aim is AngleAim:
             return sum_of(accelerations[u] for u in self.angular[body] if u != self.known)
-        arm, direction = self.arm(body, "mechanism.aim.at"), self.vector("mechanism.aim.direction")
+        arm, direction = self.arm(body, "mechanism.aim.point"), self.vector("mechanism.aim.direction")
         bias = self._point_bias(body, arm)
         terms = [ZERO if bias == NO_VECTOR else direction.dot(bias)]
         for u in {**self.linear[body], **self.angular[body]}:
@@ -227,7 +227,7 @@ def _inertia_product(inertia: SpatialVector, a: BodyAxis | SpatialVector, b: Bod
     return a.dot(inertia.componentwise(b))
 
 
-def accelerate(tree: MachineType) -> str:
+def accelerate_code(tree: MachineType) -> str:
     """Return the code of the family member of that name."""
     dynamics, speeds = Dynamics(tree), range(tree.speeds)
     solution = LDL(speeds, dynamics.entry).solve({u: dynamics.generalised(u) for u in speeds})

@@ -9,8 +9,8 @@ from ...joint.spatial import SpatialGap
 from ..contract import Motion
 from ..planar.machine_type import kinds_of
 from . import pose
-from .dynamics import accelerate
-from .kinematics import across, describe, energy, gaps, output, place
+from .dynamics import accelerate_code
+from .kinematics import bearing_axes_code, describe_code, energy_code, gaps_code, output_code, pose_code
 from .machine_type import MachineType
 
 
@@ -27,16 +27,27 @@ def generated(name: str) -> Callable:
     return dispatch
 
 
-def source(kinds: tuple) -> str:
+def source_text(kinds: tuple) -> str:
     """Return the code of all functions of a type of tree."""
     tree = MachineType(kinds)
-    return "\n\n".join(generate(tree) for generate in (place, gaps, across, energy, describe, output, accelerate))
+    return "\n\n".join(
+        generate(tree)
+        for generate in (
+            pose_code,
+            gaps_code,
+            bearing_axes_code,
+            energy_code,
+            describe_code,
+            output_code,
+            accelerate_code,
+        )
+    )
 
 
 @functools.lru_cache(maxsize=1024)
 def _functions(kinds: tuple) -> dict[str, Callable]:
     """Return all functions of a type of tree by their names."""
-    text = source(kinds)
+    text = source_text(kinds)
     name = f"<machine in space {hash(kinds):x}>"
     linecache.cache[name] = (len(text), None, text.splitlines(keepends=True), name)  # for tracebacks
     functions: dict = {

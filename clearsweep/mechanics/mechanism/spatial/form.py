@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ...compiled.vector import Vector
 
 
-class Part(NamedTuple):
+class RigidBody(NamedTuple):
     """A body that moves."""
 
     mass: float  # kg
@@ -76,7 +76,7 @@ class PointAim(NamedTuple):
     """The output is the position of a point along a direction of the fixed frame."""
 
     body: tuple
-    at: Vector  # m
+    point: Vector  # m
     direction: Vector  # unit vector
 
 
@@ -96,4 +96,4 @@ class Tree(NamedTuple):
     aim: tuple  # PointAim or AngleAim
     speed: float  # rad/s, of the crank
     gravity: Vector  # m/s^2
-    turn: tuple  # planar.cycle.Cycle of the output of the machine without clearance
+    cycle: tuple  # planar.cycle.Cycle of the output of the machine without clearance

@@ -7,7 +7,7 @@ from .machine_type import MachineType
 from .tree_code import PosedTreeCode, TreeCode
 
 
-def place(tree: MachineType) -> str:
+def pose_code(tree: MachineType) -> str:
     """Return the code of the family member of that name."""
     tree_code, n = TreeCode(tree, "mechanism", "y"), tree.coordinates
     code = tree_code.code
@@ -16,9 +16,11 @@ def place(tree: MachineType) -> str:
         _write_centre(tree_code, body)
     bodies = range(1, len(tree.parts) + 1)
     frames, spins, centres, velocities = (tuple_code(f"{letter}{body}" for body in bodies) for letter in "fwrv")
-    turnings = tuple_code(f"t{body}" if tree.part(body).turns_freely else "()" for body in bodies)
+    quaternion_motions = tuple_code(f"t{body}" if tree.part(body).turns_freely else "()" for body in bodies)
     q, rates = tuple_code(f"y[{i}]" for i in range(n)), tuple_code(f"y[{n + i}]" for i in range(n))
-    return code.function("place", f"Pose(angle, {q}, {rates}, {frames}, {spins}, {centres}, {velocities}, {turnings})")
+    return code.function(
+        "pose_at", f"Pose(angle, {q}, {rates}, {frames}, {spins}, {centres}, {velocities}, {quaternion_motions})"
+    )
 
 
 def _write_attitude(tree_code: TreeCode, body: int) -> None:
@@ -69,7 +71,7 @@ def _write_centre(tree_code: TreeCode, body: int) -> None:
     write(f"v{body} = {velocity}")
 
 
-def gaps(tree: MachineType) -> str:
+def gaps_code(tree: MachineType) -> str:
     """Return the code of the family member of that name."""
     tree_code, items = PosedTreeCode(tree, "mechanism", "pose"), []
     for j, (bearing, journal) in enumerate(tree.openings):
@@ -94,7 +96,7 @@ def _point_motion(tree_code: PosedTreeCode, body: int, point: str) -> tuple[Spat
     return tree_code.centre(body) + arm, tree_code.velocity(body) + tree_code.spin(body).cross(arm)
 
 
-def across(tree: MachineType) -> str:
+def bearing_axes_code(tree: MachineType) -> str:
     """Return the code of a function of a pose: the bearings' own x axes in the frames of the journals."""
     tree_code = PosedTreeCode(tree, "mechanism", "pose")
     axes = [
@@ -105,10 +107,10 @@ def across(tree: MachineType) -> str:
         )
         for j, (bearing, journal) in enumerate(tree.openings)
     ]
-    return tree_code.code.function("across", tuple_code(axes))
+    return tree_code.code.function("bearing_axes", tuple_code(axes))
 
 
-def energy(tree: MachineType) -> str:
+def energy_code(tree: MachineType) -> str:
     """Return the code of the family member of that name."""
     tree_code, twice_kinetic, gravity_powers = PosedTreeCode(tree, "mechanism", "pose"), [], []
     for body in range(1, len(tree.parts) + 1):
@@ -120,7 +122,7 @@ def energy(tree: MachineType) -> str:
     return tree_code.code.function("energy", f"{0.5 * sum_of(twice_kinetic)}, {sum_of(gravity_powers)}")
 
 
-def describe(tree: MachineType) -> str:
+def describe_code(tree: MachineType) -> str:
     """Return the code of the family member of that name."""
     tree_code = PosedTreeCode(tree, "mechanism", "y", "pose", "motion", "out")
     output, rate = output_motion(tree_code)
@@ -128,19 +130,19 @@ def describe(tree: MachineType) -> str:
     for body in tree.reported:
         position, velocity, spin = tree_code.centre(body), tree_code.velocity(body), tree_code.spin(body)
         values += [vector[axis] for vector in (position, velocity) for axis in range(3)]
-        values += [f"{tree_code.code.assign(_quaternion(tree, body))}[{k}]" for k in range(4)]
+        values += [f"{tree_code.code.assign(_quaternion_code(tree, body))}[{k}]" for k in range(4)]
         values += [spin[axis] for axis in range(3)]
     for i, value in enumerate(values):
         tree_code.code.write(f"out[{i}] = {value}")
     return tree_code.code.function("describe", str(len(values)))
 
 
-def _quaternion(tree: MachineType, body: int) -> str:
+def _quaternion_code(tree: MachineType, body: int) -> str:
     """Return the code of a body's unit quaternion; for an attached body, from its rotation about its own z axis."""
     part = tree.part(body)
     if part.turns_freely:
-        return f"quaternion_of(pose.turnings[{body - 1}])"
-    parent_quaternion = _quaternion(tree, part.parent) if part.parent else "(1.0, 0.0, 0.0, 0.0)"
+        return f"quaternion_of(pose.quaternion_motions[{body - 1}])"
+    parent_quaternion = _quaternion_code(tree, part.parent) if part.parent else "(1.0, 0.0, 0.0, 0.0)"
     if part.form is Slide:
         return parent_quaternion
     rotation = "pose.angle" if part.form is Driven else f"pose.q[{part.coordinate + (part.form is Sleeve)}]"
@@ -163,12 +165,12 @@ def output_motion(tree_code: PosedTreeCode) -> tuple[Expr, Expr]:
                 rates.append(expression(f"pose.rates[{rotation_index}]"))
             body = part.parent
         return sum_of(angles), sum_of(rates)
-    position, velocity = _point_motion(tree_code, body, "mechanism.aim.at")
+    position, velocity = _point_motion(tree_code, body, "mechanism.aim.point")
     direction = tree_code.vector("mechanism.aim.direction")
     return direction.dot(position), direction.dot(velocity)
 
 
-def output(tree: MachineType) -> str:
+def output_code(tree: MachineType) -> str:
     """Return the code of a function of a pose: position and rate of the output."""
     tree_code = PosedTreeCode(tree, "mechanism", "pose")
     position, rate = output_motion(tree_code)

@@ -18,7 +18,7 @@ class Pose(NamedTuple):
     spins: tuple  # rad/s, Vector in the fixed frame
     centres_of_mass: tuple  # m, Vector in the fixed frame
     velocities: tuple  # m/s
-    turnings: tuple  # QuaternionMotion of each body with a quaternion, () for the others
+    quaternion_motions: tuple  # QuaternionMotion of each body with a quaternion, () for the others
 
 
 @inlined

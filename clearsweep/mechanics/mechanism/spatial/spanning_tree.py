@@ -17,7 +17,7 @@ class Attachment(NamedTuple):
     parent: str = GROUND
 
 
-class UntiedError(ValueError):
+class SpanningTreeError(ValueError):
     """A machine that is not a tree, or that cannot leave the plane; `joint` is at fault."""
 
     def __init__(self, joint: str, text: str):
@@ -25,12 +25,12 @@ class UntiedError(ValueError):
         self.joint = joint
 
 
-def spanning_tree(machine: Machine, with_clearance: Collection[str], ideal: Mapping[str, str]) -> list[Attachment]:
+def spanning_tree(machine: Machine, open_joints: Collection[str], ideal: Mapping[str, str]) -> list[Attachment]:
     """Return the attachments of the moving bodies, parents first, beginning with the crank.
 
     with_clearance : joints with clearance; ideal : freedom of each other pin.  Raises UntiedError.
     """
-    ideal_joints = [joint for joint in machine.joints if joint.name not in with_clearance]
+    ideal_joints = [joint for joint in machine.joints if joint.name not in open_joints]
     crank = next(joint for joint in ideal_joints if joint.name == machine.driven)
     attachments = [Attachment(crank.distal.body, crank.name)]
     used_joints, placed = {crank.name}, {GROUND, crank.distal.body}
@@ -50,17 +50,17 @@ def spanning_tree(machine: Machine, with_clearance: Collection[str], ideal: Mapp
             placed.add(body)
     for joint in ideal_joints:
         if joint.name not in used_joints:
-            raise UntiedError(
+            raise SpanningTreeError(
                 joint.name,
                 "closes a loop of joints without clearance, which is not known in space: give clearance to "
                 f"{joint.name} or to another joint of that loop",
             )
-    _check_mobility(machine, with_clearance, ideal, attachments)
+    _check_mobility(machine, open_joints, ideal, attachments)
     return attachments
 
 
 def _check_mobility(
-    machine: Machine, with_clearance: Collection[str], ideal: Mapping[str, str], attachments: list[Attachment]
+    machine: Machine, open_joints: Collection[str], ideal: Mapping[str, str], attachments: list[Attachment]
 ) -> None:
     """Raise UntiedError if pins keep both bodies of an open joint in the plane."""
     flat = {GROUND}
@@ -68,13 +68,13 @@ def _check_mobility(
         if attachment.parent in flat and attachment.joint and ideal.get(attachment.joint, REVOLUTE) not in TILTING:
             flat.add(attachment.body)
     for joint in machine.joints:
-        if joint.name in with_clearance and {joint.proximal.body, joint.distal.body} <= flat:
+        if joint.name in open_joints and {joint.proximal.body, joint.distal.body} <= flat:
             pins = [
                 attachment.joint
                 for attachment in attachments[1:]
                 if attachment.body in flat and not isinstance(_joint(machine, attachment.joint), Guide)
             ]
-            raise UntiedError(
+            raise SpanningTreeError(
                 joint.name,
                 f"cannot tilt or shift: {' and '.join([machine.driven, *pins])} are revolute joints, which keep its "
                 "bodies in the plane" + (f"; write ideal: {{{pins[-1]}: spherical}} or cylindrical" if pins else ""),

@@ -105,7 +105,7 @@ class Totals(NamedTuple):
     dense_states: np.ndarray  # (2 coordinates + 1, STATE_POINTS) the state within the step, with wear
     workspace: np.ndarray  # for the wear of a step, see joint.wear.step
     wear: np.ndarray  # (2 contacts bins,) m, wear depth of bearing and journal of every joint
-    account: np.ndarray  # (contacts, ACCOUNT) see joint.wear.contract
+    account: np.ndarray  # (contacts, ACCOUNT_SIZE) see joint.wear.contract
     friction: np.ndarray  # (friction loads,) J, work of each in the window
 
 
