@@ -223,11 +223,13 @@ MUTATIONS = (
     Mutation(
         HISTOGRAM,
         "_force_quantile",
-        "offset = (higher_time - duration) / bin_time",
+        "offset = (higher_time - time_exceeded) / bin_time",
         "offset = (higher_time + duration) / bin_time",
         RAMPS,
     ),
-    Mutation(HISTOGRAM, "_force_quantile", "higher_time >= duration and", "higher_time >= 2.0 * duration and", RAMPS),
+    Mutation(
+        HISTOGRAM, "_force_quantile", "higher_time >= time_exceeded and", "higher_time >= 2.0 * duration and", RAMPS
+    ),
     Mutation(ALONG, "sum_stages", "square + weight * (force * force)", "square + weight * force", WINDOW),
     Mutation(
         TOTALS,

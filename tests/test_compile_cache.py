@@ -15,8 +15,8 @@ import sys
 from clearsweep.mechanics.trace import cache
 print(cache.prepare_cache())
 from clearsweep.mechanics.trace import objects
-made, object_of = [], objects.object_of
-objects.object_of = lambda module: made.append(module) or object_of(module)
+made, object_of = [], objects.compile_object
+objects.compile_object = lambda module: made.append(module) or object_of(module)
 sys.path.insert(0, {place!r})
 import kept
 import numpy as np
@@ -106,7 +106,7 @@ def test_code_is_not_taken_from_where_somebody_else_could_have_put_it(run, tmp_p
 
 @pytest.mark.heavy
 def test_a_predictable_directory_below_the_temporary_one_is_not_trusted(run, tmp_path):
-    planted = tmp_path / "tmp" / f"clearsweep-{os.getuid()}" / cache.stamp()
+    planted = tmp_path / "tmp" / f"clearsweep-{os.getuid()}" / cache.hash_of_sources()
     planted.mkdir(parents=True)
     used, _, message = run(home=Path("/proc/none"), TMPDIR=str(tmp_path / "tmp"))
     assert used != planted

@@ -110,11 +110,11 @@ def test_compiled_code_is_kept_under_a_stamp_of_its_sources(tmp_path, monkeypatc
 
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     place = cache.prepare_cache()
-    assert place == tmp_path / cache.stamp()
+    assert place == tmp_path / cache.hash_of_sources()
     assert os.environ["NUMBA_CACHE_DIR"] == str(place)
     assert cache.prepare_cache() == place  # a child process does not stamp again
     monkeypatch.setattr(cache, "version", lambda name: "0.0")
-    assert cache.stamp() != place.name
+    assert cache.hash_of_sources() != place.name
 
 
 @pytest.mark.parametrize("file", ["rates.py", "joint/dry.py", "mechanism/new.py", "joint/film/deeper/law.py"])
@@ -122,11 +122,11 @@ def test_the_stamp_covers_every_file_below_the_room_of_mechanics(file, tmp_path,
     from clearsweep.mechanics.trace import cache
 
     shutil.copytree(cache.SOURCES, tmp_path / "mechanics", ignore=shutil.ignore_patterns("__pycache__"))
-    before = cache.stamp()
+    before = cache.hash_of_sources()
     monkeypatch.setattr(cache, "SOURCES", tmp_path / "mechanics")
-    assert cache.stamp() == before
+    assert cache.hash_of_sources() == before
     changed = tmp_path / "mechanics" / file
     changed.parent.mkdir(parents=True, exist_ok=True)
     with changed.open("a") as stream:
         stream.write("# a comment\n")
-    assert cache.stamp() != before
+    assert cache.hash_of_sources() != before

@@ -46,12 +46,12 @@ def both_sums(numbers, out, _):
 
 def entry_of(body, items="f"):
     """Return the module of a body that is handed bare pointers."""
-    return objects._module(lambda *given: objects.run(body, *given), items)
+    return objects._trace_body(lambda *given: objects.run(body, *given), items)
 
 
 def test_a_sum_is_fused_where_it_is_written_and_nowhere_else():
     """Also after functions have been merged into their callers."""
-    code, out = objects.load_object(objects.object_of(entry_of(both_sums))), np.zeros(2)
+    code, out = objects.load_object(objects.compile_object(entry_of(both_sums))), np.zeros(2)
     objects.function_at(code.address, 1)(NUMBERS.ctypes.data, out.ctypes.data, 0)
     assert out.tolist() == [-(2.0**-60), 0.0]
 
@@ -59,7 +59,7 @@ def test_a_sum_is_fused_where_it_is_written_and_nowhere_else():
 @pytest.mark.parametrize("level", objects.LEVELS)
 def test_an_object_is_made_for_every_level_whatever_the_processor(monkeypatch, level):
     monkeypatch.setattr(objects, "_LEVELS_FOR_PACKAGE", [level])
-    assert len(objects.object_of(entry_of(both_sums))) > 200
+    assert len(objects.compile_object(entry_of(both_sums))) > 200
 
 
 def test_all_levels_that_run_here_give_the_same_bits(monkeypatch):
@@ -68,7 +68,7 @@ def test_all_levels_that_run_here_give_the_same_bits(monkeypatch):
         pytest.skip("a processor of another kind")
     for level in known[known.index(objects.level()) :]:
         monkeypatch.setattr(objects, "_LEVELS_FOR_PACKAGE", [level])
-        content, out = objects.object_of(entry_of(both_sums)), np.zeros(2)
+        content, out = objects.compile_object(entry_of(both_sums)), np.zeros(2)
         monkeypatch.setattr(objects, "_LEVELS_FOR_PACKAGE", [])
         code = objects.load_object(content)
         objects.function_at(code.address, 1)(NUMBERS.ctypes.data, out.ctypes.data, 0)
@@ -81,7 +81,7 @@ def test_an_object_for_another_kind_of_processor_asks_for_nothing_more_and_links
     case = clearsweep.load_case(slider_crank("rod-slider", changes={"joints.rod-slider.friction": TANH}))
     monkeypatch.setattr(objects, "_LEVELS_FOR_PACKAGE", ["aarch64"])
     made = objects.trace_module(trial_step.sweep_entry, case.value, "fifffff")
-    content = objects.object_of(made)
+    content = objects.compile_object(made)
     assert int.from_bytes(content[0x12:0x14], "little") == 183  # of AArch64, in ELF
     assert undefined(content) <= SYMBOLS
     linker = shutil.which("aarch64-linux-gnu-ld")
@@ -158,7 +158,7 @@ def undefined(content):
 
 
 def test_an_engine_takes_an_object_that_was_made_elsewhere():
-    content = objects.object_of(entry_of(both_sums))
+    content = objects.compile_object(entry_of(both_sums))
     assert content[:4] == b"\x7fELF" or sys.platform != "linux"
     first, second = objects.load_object(content), objects.load_object(content)
     assert first.address != second.address
@@ -171,7 +171,7 @@ def test_whole_numbers_divide_as_those_of_python():
         there = View(out.base, DOUBLE, (2,), (1,))
         there[0], there[1] = integer // 3 * 1.0, integer % 3 * 1.0
 
-    code, out = objects.load_object(objects.object_of(entry_of(divided))), np.zeros(2)
+    code, out = objects.load_object(objects.compile_object(entry_of(divided))), np.zeros(2)
     for number in (-7, -6, -1, 0, 5, 7):
         objects.function_at(code.address, 1)(out.ctypes.data, out.ctypes.data, number)
         assert out.tolist() == [number // 3, number % 3]

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import clearsweep
-from clearsweep.mechanics.trace.cache import stamp
+from clearsweep.mechanics.trace.cache import hash_of_sources
 from clearsweep.mechanics.trace.objects import LEVELS
 
 ROOT = Path(__file__).parents[1]
@@ -117,7 +117,7 @@ def test_the_wheel_has_types_one_version_and_the_loop_of_these_sources(wheel):
     assert wheel.name.startswith(f"clearsweep-{clearsweep.__version__}-py3-none-")
     if sys.platform == "linux" and platform.machine() == "x86_64":
         assert wheel.name.endswith("-manylinux_2_17_x86_64.whl")
-        assert sum(f"mechanics/objects/{stamp()}/integrate_at-" in name for name in names) == len(LEVELS)
+        assert sum(f"mechanics/objects/{hash_of_sources()}/integrate_at-" in name for name in names) == len(LEVELS)
 
 
 @pytest.mark.slow

@@ -156,10 +156,10 @@ def reference_joint(law: Law) -> Joint:
 
 def _force_table(law: Law, recipe: Recipe) -> str:
     joint = reference_joint(law)
-    term, limit, derived = recipe.make(joint), recipe.limit(joint), recipe.derived(joint)
+    elastic, limit, derived = recipe.make(joint), recipe.limit(joint), recipe.derived(joint)
     layer = ", layer 5 mm" if any(field.name == "thickness" for field in law.fields) else ""
     limit_text = "" if math.isinf(limit) else f"\n  valid up to {1e6 * limit:.4g} um"
-    rows = [(f"{1e6 * pen:g}", f"{elastic_force(term, pen):.5g}") for pen in DEPTHS]
+    rows = [(f"{1e6 * pen:g}", f"{elastic_force(elastic, pen):.5g}") for pen in DEPTHS]
     derived_lines = [
         f"\n  {key}: {value:.5g}{'' if unit == '1' else f' {unit}'}" for key, (value, unit) in derived.items()
     ]

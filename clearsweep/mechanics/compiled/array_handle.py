@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ..trace.memory import at_address
-from ..trace.primitives import primitive
+from ..trace.memory import load_at_address
+from ..trace.primitives import register_emitter
 from .family import kernel
 
 
@@ -45,4 +45,4 @@ def row_of(address, width, row_count, time):
     return width * low
 
 
-primitive(load_item)(at_address)
+register_emitter(load_item)(load_at_address)

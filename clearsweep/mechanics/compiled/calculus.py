@@ -6,7 +6,7 @@ import sys
 from math import *  # noqa: F403
 
 from ..trace.calls import call
-from ..trace.primitives import primitive, rule_of_function
+from ..trace.primitives import register_emitter, register_slope_rule
 from . import dual
 from .direction import direction as direction_of
 from .dual import FUNCTIONS, Dual, direction_of_dual
@@ -19,8 +19,8 @@ def _differentiable(function, rule):
     def differentiable(*arguments):
         return rule(*arguments) if any(isinstance(x, Dual) for x in arguments) else function(*arguments)
 
-    primitive(differentiable)(lambda *arguments: call(function, *arguments))
-    rule_of_function(differentiable, rule)
+    register_emitter(differentiable)(lambda *arguments: call(function, *arguments))
+    register_slope_rule(differentiable, rule)
     return differentiable
 
 

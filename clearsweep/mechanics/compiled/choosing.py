@@ -3,9 +3,9 @@
 import numpy as np
 
 from ..trace import lanes, symbols
-from ..trace.memory import gather, table_of
+from ..trace.memory import constant_table, gather
 from ..trace.paths import leaves, rebuild, with_common_slopes
-from ..trace.primitives import LANE_LOOPS, LOOPS, for_symbols, primitive, traceable
+from ..trace.primitives import LANE_LOOPS, LOOPS, mark_traceable, register_emitter, register_symbol_emitter
 
 
 def where(condition, a, b):
@@ -51,8 +51,8 @@ def none_of(condition):
     return not condition
 
 
-@primitive(where)
-def _selected(condition, a, b):
+@register_emitter(where)
+def _emit_where(condition, a, b):
     if not symbols.is_symbol(condition):
         return a if condition else b
     a, b = with_common_slopes([a, b])
@@ -60,8 +60,8 @@ def _selected(condition, a, b):
     return rebuild(a, iter([symbols.select(condition, x, y) for x, y in pairs]))
 
 
-primitive(none_of)(lanes.none_of)
-traceable(total_of)
+register_emitter(none_of)(lanes.none_of)
+mark_traceable(total_of)
 LOOPS.append(rolled_range)
 LANE_LOOPS.append(lane_range)
 
@@ -84,10 +84,10 @@ def table_item(table, index, column):
     return table[index, column]
 
 
-for_symbols(bits_of, symbols.bits_of)
-for_symbols(number_of, symbols.number_of)
+register_symbol_emitter(bits_of, symbols.bits_of)
+register_symbol_emitter(number_of, symbols.number_of)
 
 
-@primitive(table_item)
-def _gathered(table, index, column):
-    return gather(table_of(table), (index, column))
+@register_emitter(table_item)
+def _emit_table_item(table, index, column):
+    return gather(constant_table(table), (index, column))

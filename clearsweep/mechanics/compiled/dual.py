@@ -12,7 +12,7 @@ import builtins
 import math
 import operator
 
-from ..trace.primitives import rule_of_function, rules_of_slopes, traceable
+from ..trace.primitives import mark_traceable, register_slope_rule, register_slope_rules
 from .direction import direction
 
 
@@ -243,15 +243,15 @@ for _name, _rule in REFLECTED.items():
     setattr(Dual, _name, lambda a, b, rule=_rule: rule(b, a))
 Dual.__hash__ = None
 Seeded.traced_item = staticmethod(seeded_item)
-rules_of_slopes({name: rule for name, (_, rule) in RULES.items()})
+register_slope_rules({name: rule for name, (_, rule) in RULES.items()})
 for _name, _rule in FUNCTIONS.items():
-    rule_of_function(getattr(math, _name), _rule)
+    register_slope_rule(getattr(math, _name), _rule)
 for _function, _rule in (
     (direction, direction_of_dual),
     (builtins.max, _larger),
     (builtins.min, _smaller),
     (abs, _absolute),
 ):
-    rule_of_function(_function, _rule)
+    register_slope_rule(_function, _rule)
 for _function in (value, plain, slope, as_dual, chain_rule, rate_or_slope, as_type_of):
-    traceable(_function)
+    mark_traceable(_function)

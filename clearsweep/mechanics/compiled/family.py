@@ -17,18 +17,18 @@ import numpy as np
 
 from ..trace import objects
 from ..trace.memory import call_at, view_at
-from ..trace.primitives import SEPARATE, primitive, traceable
+from ..trace.primitives import SEPARATE, mark_traceable, register_emitter
 from .plain import is_plain
 
 
 def kernel(function):
     """Return `function`, marked for compilation to machine code; called from Python it runs as Python."""
-    return traceable(function, SEPARATE)
+    return mark_traceable(function, SEPARATE)
 
 
 def inlined(function):
     """Return `function` like `kernel`, but inlined into its callers: scenes and loads are expensive arguments."""
-    return traceable(function)
+    return mark_traceable(function)
 
 
 def family(stub):
@@ -44,15 +44,15 @@ def family(stub):
 
     @functools.wraps(stub)
     def dispatch(value, *arguments):
-        form = type(value)
-        if form not in fields:
-            narrowed = [field for narrowed, _ in members.get(form, members.get(None, ())) for field in narrowed]
-            fields[form] = tuple(dict.fromkeys(narrowed))
-        if fields[form]:
-            form = (form, *[tuple(map(type, getattr(value, field))) for field in fields[form]])
-        if form not in bodies:
-            bodies[form] = _body_of(members, value)
-        return bodies[form](value, *arguments)
+        value_type = type(value)
+        if value_type not in fields:
+            narrowed = [field for narrowed, _ in members.get(value_type, members.get(None, ())) for field in narrowed]
+            fields[value_type] = tuple(dict.fromkeys(narrowed))
+        if fields[value_type]:
+            value_type = (value_type, *[tuple(map(type, getattr(value, field))) for field in fields[value_type]])
+        if value_type not in bodies:
+            bodies[value_type] = _body_of(members, value)
+        return bodies[value_type](value, *arguments)
 
     def member(cls, **narrowed):
         def register_body(body):
@@ -71,7 +71,7 @@ def family(stub):
 def _select_body(members, cls, classes):
     """Return the body for a class, or None; `classes(field)` : the classes of the items of a field."""
     for narrowed, body in members.get(cls, members.get(None, ())):
-        if all(_fits(declared, tuple(classes(field))) for field, declared in narrowed.items()):
+        if all(_matches(declared, tuple(classes(field))) for field, declared in narrowed.items()):
             return body
     return None
 
@@ -87,23 +87,23 @@ def _body_for(members, cls):
     return body
 
 
-def _fits(declared, classes):
+def _matches(declared, classes):
     return all(cls in (None, actual) for cls, actual in zip(declared, classes, strict=True))
 
 
 def map_joints(function, next_position):
     """Return a function that calls `function` for every joint of a tuple, or for every part of a joint.
 
-    It takes (items, partners, position, shared), two tuples in step and two values of any kind, and returns the tuple
-    of `function(item, partner, position, shared)`.  `position` is as given for the first item, and
+    It takes (items, partners, position, context), two tuples in step and two values of any kind, and returns the tuple
+    of `function(item, partner, position, context)`.  `position` is as given for the first item, and
     `next_position(position, item)` after each.  Items may differ in type, so each has its own code; both functions are
     kernels.
     """
 
-    def mapped(items, partners, position, shared):
+    def mapped(items, partners, position, context):
         results = []
         for item, partner in zip(items, partners, strict=True):
-            results.append(function(item, partner, position, shared))
+            results.append(function(item, partner, position, context))
             position = next_position(position, item)
         return tuple(results)
 
@@ -269,7 +269,7 @@ def invoke_each(code, parameters, arrays, integer):
         function(int(parameters), *[address + row * stride for address, stride in address_strides], integer)
 
 
-@primitive(invoke)
+@register_emitter(invoke)
 def _emit_call(code, parameters, arrays, integer):
     call_at(code, parameters, arrays.as_named_tuple() if hasattr(arrays, "as_named_tuple") else arrays, integer)
 
@@ -284,4 +284,4 @@ def shaped(array, shape):
     return array
 
 
-primitive(shaped)(view_at)
+register_emitter(shaped)(view_at)

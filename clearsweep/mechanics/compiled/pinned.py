@@ -11,8 +11,8 @@ import numpy as np
 
 from ..trace import symbols
 from ..trace.fields import Fields
-from ..trace.memory import Pointer, view_at, word_at
-from ..trace.primitives import primitive
+from ..trace.memory import Pointer, load_word, view_at
+from ..trace.primitives import register_emitter
 from .plain import is_plain
 
 _PLAIN: dict[int, Any] = {}  # address -> value, if nothing is compiled
@@ -27,7 +27,7 @@ class Pinned:
 
     def __init__(self, value: Any):
         machine_words: list[int] = []
-        _words(value, machine_words)
+        _append_words(value, machine_words)
         buffer = np.array(machine_words, dtype=np.int64)
         self.value, self.numbers, self.address = value, buffer.view(np.float64), buffer.ctypes.data
         if is_plain():
@@ -43,11 +43,11 @@ class Pinned:
             _PLAIN[self.address] = self.value
 
 
-def _words(value: Any, machine_words: list[int]) -> None:
+def _append_words(value: Any, machine_words: list[int]) -> None:
     """Add the words of a value to a list."""
     for item in value:
         if isinstance(item, tuple):
-            _words(item, machine_words)
+            _append_words(item, machine_words)
         elif isinstance(item, (np.ndarray, Fields)):
             array = item.numbers if isinstance(item, Fields) else item
             machine_words.append(array.ctypes.data)
@@ -108,7 +108,7 @@ def pinned_at(model: Pinned, address: int) -> tuple[Any]:
     return (_PLAIN[address],)
 
 
-class Loaded:
+class LoadedValue:
     """A value at an address known only at run time; its fields are loaded on access."""
 
     def __init__(self, layout: Layout, address: symbols.Integer, offset: int = 0):
@@ -123,21 +123,21 @@ class Loaded:
         """Return the parts unknown while tracing."""
         return (self._address,)
 
-    def with_traced_parts(self, parts: list[Any]) -> "Loaded":
+    def with_traced_parts(self, parts: list[Any]) -> "LoadedValue":
         """Return a value of the same form at another address."""
-        return Loaded(self._layout, parts[0], self._offset)
+        return LoadedValue(self._layout, parts[0], self._offset)
 
     def __getattr__(self, name: str) -> Any:
         if name not in self._layout.field_layouts:
             raise AttributeError(name)
         layout, offset = self._layout.field_layouts[name], self._offset + self._layout.offsets[name]
         if isinstance(layout, Layout):
-            return Loaded(layout, self._address, offset)
+            return LoadedValue(layout, self._address, offset)
         if layout in (float, int):
-            return word_at(self._address, offset, symbols.Number if layout is float else symbols.Integer)
+            return load_word(self._address, offset, symbols.Number if layout is float else symbols.Integer)
         *named, kind, dimensions, stride = layout
-        first_word = word_at(self._address, offset, symbols.Integer)
-        shape = tuple(word_at(self._address, offset + 1 + axis, symbols.Integer) for axis in range(dimensions))
+        first_word = load_word(self._address, offset, symbols.Integer)
+        shape = tuple(load_word(self._address, offset + 1 + axis, symbols.Integer) for axis in range(dimensions))
         if not named:
             return view_at(Pointer.at(first_word, kind), shape, stride)
         fields = named[0]
@@ -151,6 +151,6 @@ class Loaded:
         return self._layout.type(*self)
 
 
-@primitive(pinned_at)
-def _loaded(model: Pinned, address: symbols.Integer) -> tuple[Loaded]:
-    return (Loaded(layout_of(model.value), address),)
+@register_emitter(pinned_at)
+def _emit_loaded_value(model: Pinned, address: symbols.Integer) -> tuple[LoadedValue]:
+    return (LoadedValue(layout_of(model.value), address),)

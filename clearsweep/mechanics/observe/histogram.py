@@ -122,7 +122,7 @@ def add_profile(histogram, j, step_values, duration):
 
 
 @kernel
-def _force_quantile(histogram, j, highest, duration):
+def _force_quantile(histogram, j, highest, time_exceeded):
     """Return the force (N) that histogram `j` exceeds during `time_exceeded` (s), or 0 if contact was shorter."""
     index, higher_time, density, force = highest, 0.0, 0.0, -1.0
     while force < 0.0:  # from the top, as most bins are below the result
@@ -131,8 +131,8 @@ def _force_quantile(histogram, j, highest, duration):
         bin_time = density * width
         bin_time = histogram[j, index, 0] - bin_time
         higher_time += bin_time
-        if higher_time >= duration and bin_time > 0.0:
-            offset = (higher_time - duration) / bin_time * width
+        if higher_time >= time_exceeded and bin_time > 0.0:
+            offset = (higher_time - time_exceeded) / bin_time * width
             force = bin_edge(index) + offset
         elif index == 0:
             force = 0.0
@@ -193,11 +193,11 @@ def force_quantile(histogram: np.ndarray, time_exceeded: float) -> float:
 
 def time_above(force: float, histogram: np.ndarray) -> float:
     """Return the time (s) at a higher force than `force` (N) in a histogram, (BINS, 2)."""
-    bins = np.max(np.flatnonzero(histogram.any(axis=1)), initial=-1) + 1
-    time, increments = histogram[:bins].T
-    bin_time = time + (np.cumsum(increments) - increments) * np.diff(EDGES[: bins + 1])
+    bin_count = np.max(np.flatnonzero(histogram.any(axis=1)), initial=-1) + 1
+    bin_base_time, increments = histogram[:bin_count].T
+    bin_time = bin_base_time + (np.cumsum(increments) - increments) * np.diff(EDGES[: bin_count + 1])
     index = int(np.searchsorted(EDGES, force, side="right")) - 1
-    if index < 0 or index >= bins:
+    if index < 0 or index >= bin_count:
         return float(bin_time.sum()) if index < 0 else 0.0
     low, high = EDGES[index], EDGES[index + 1]
     return float(bin_time[index + 1 :].sum() + bin_time[index] * (high - force) / (high - low))

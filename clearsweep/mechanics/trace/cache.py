@@ -23,7 +23,7 @@ SHIPPED = SOURCES / "objects"  # machine code in the package, below a directory 
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of every file
 
 
-def stamp() -> str:
+def hash_of_sources() -> str:
     """Return a hash of all sources of `mechanics` and of the compiler's version.
 
     The compiler itself only notices edits in the file of a cached function.
@@ -41,7 +41,7 @@ def prepare_cache() -> Path:
     It is in NUMBA_CACHE_DIR if that is set, else in the user's cache.  If that cannot be written, or is not
     private, the code is kept only for this process and its workers, with a message on stderr.
     """
-    source_stamp = stamp()
+    source_stamp = hash_of_sources()
     configured = os.environ.get("NUMBA_CACHE_DIR")
     if configured and Path(configured).name == source_stamp and not privacy_problem(Path(configured)):
         return Path(configured)  # inherited from the process that prepared it

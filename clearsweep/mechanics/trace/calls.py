@@ -27,18 +27,20 @@ from .symbols import Boolean, NotTraceableError, Symbol, is_symbol, trace
 RUNNERS: list[Callable] = []  # runs bodies; registers itself, since it calls functions of this module
 
 
-def run(function: Any, *operands: Any, **named: Any) -> Any:
+def run(function: Any, *operands: Any, **keywords: Any) -> Any:
     """Return the result of a function, emitting its operations on symbols."""
-    return run_bound(function, _bind_arguments(function, operands, named))
+    return run_bound(function, _bind_arguments(function, operands, keywords))
 
 
 def run_bound(function: Any, names: dict[str, Any]) -> Any:
     """Return the result of a function for arguments bound to names."""
     node = syntax_tree(function.__code__)
-    free = {}
+    closure_values = {}
     if function.__closure__:
-        free = dict(zip(function.__code__.co_freevars, (c.cell_contents for c in function.__closure__), strict=True))
-    activation = Activation(function, names, free)
+        closure_values = dict(
+            zip(function.__code__.co_freevars, (c.cell_contents for c in function.__closure__), strict=True)
+        )
+    activation = Activation(function, names, closure_values)
     active_trace, caller_lanes = trace(), trace().lanes
     active_trace.lanes = activation.lanes_in_all
     try:
@@ -63,12 +65,12 @@ def run_bound(function: Any, names: dict[str, Any]) -> Any:
         active_trace.lanes = caller_lanes
 
 
-def _bind_arguments(function: Any, operands: tuple, named: dict[str, Any]) -> dict[str, Any]:
+def _bind_arguments(function: Any, operands: tuple, keywords: dict[str, Any]) -> dict[str, Any]:
     code = function.__code__
     count = code.co_argcount
     names = code.co_varnames[:count]
     values = dict(zip(names, operands, strict=False))
-    values.update(named)
+    values.update(keywords)
     defaults = function.__defaults__ or ()
     for name, value in zip(names[count - len(defaults) :], defaults, strict=True):
         values.setdefault(name, value)
@@ -77,70 +79,72 @@ def _bind_arguments(function: Any, operands: tuple, named: dict[str, Any]) -> di
     return values
 
 
-def call(function: Any, *operands: Any, **named: Any) -> Any:
+def call(function: Any, *operands: Any, **keywords: Any) -> Any:
     """Return the result of a call, emitting its operations on symbols."""
     try:
         emit = PRIMITIVES.get(function)
     except TypeError:  # it cannot be looked up
         emit = None
     if emit is not None:
-        return emit(*operands, **named)
+        return emit(*operands, **keywords)
     if hasattr(function, "body_of"):
-        return call_body(function.body_of(operands[0]), operands, named)
+        return call_body(function.body_of(operands[0]), operands, keywords)
     if hasattr(function, "each"):
         return _call_each(function, *operands)
     if hasattr(function, "sides"):
         return _select_call(*function.sides, *operands)
     if hasattr(function, BODIES):
         if getattr(function, BODIES) == SEPARATE:
-            return _call_separate(function, operands, named)
-        return run(function, *operands, **named)
+            return _call_separate(function, operands, keywords)
+        return run(function, *operands, **keywords)
     if isinstance(function, Lambda):
         return function(*operands)
-    return function(*operands, **named)
+    return function(*operands, **keywords)
 
 
-class _Function(NamedTuple):
+class _CompiledFunction(NamedTuple):
     """A machine code function, compiled from a body for arguments of certain forms."""
 
     code: Any
     result: Any  # its result, with placeholders for symbols
 
 
-class _Returned:
+class _ResultPlaceholder:
     """Placeholder of a symbol in the result of a function."""
 
     def __init__(self, index: int, symbol: Symbol):
         self.index, self.kind, self.width = index, type(symbol), symbol.width
 
 
-def _call_separate(function: Any, operands: tuple, named: dict[str, Any]) -> Any:
+def _call_separate(function: Any, operands: tuple, keywords: dict[str, Any]) -> Any:
     """Return the result of a function that is compiled separately, once for each form of arguments."""
     active_trace = trace()
-    arguments = {name: map_leaves(value, rebase) for name, value in _bind_arguments(function, operands, named).items()}
+    arguments = {
+        name: map_leaves(value, rebase) for name, value in _bind_arguments(function, operands, keywords).items()
+    }
     try:
         lanes = active_trace.lanes()
         key = (function, lanes is None, *((name, type_key(value)) for name, value in arguments.items()))
         compiled = active_trace.functions.get(key, ...)
     except (TypeError, NotTraceableError):
-        return run(function, *operands, **named)
+        return run(function, *operands, **keywords)
     if compiled is ...:
         compiled = active_trace.functions[key] = _compile(function, arguments, lanes)
     if compiled is None:
-        return run(function, *operands, **named)
+        return run(function, *operands, **keywords)
     llvm_operands = [item for value in (lanes, *arguments.values()) for item in passed_values(value)]
-    returned = active_trace.builder.call(compiled.code, llvm_operands)
+    result_struct = active_trace.builder.call(compiled.code, llvm_operands)
     return map_leaves(
         compiled.result,
         lambda item: (
-            item.kind(active_trace.builder.extract_value(returned, item.index), item.width)
-            if isinstance(item, _Returned)
+            item.kind(active_trace.builder.extract_value(result_struct, item.index), item.width)
+            if isinstance(item, _ResultPlaceholder)
             else item
         ),
     )
 
 
-def _compile(function: Any, arguments: dict[str, Any], lanes: Any) -> _Function | None:
+def _compile(function: Any, arguments: dict[str, Any], lanes: Any) -> _CompiledFunction | None:
     """Return the machine code function for arguments of these forms, or None if it returns arrays."""
     active_trace, outer_builder, caller_lanes = trace(), trace().builder, trace().lanes
     llvm_operands = [x for value in (lanes, *arguments.values()) for x in passed_values(value)]
@@ -160,10 +164,10 @@ def _compile(function: Any, arguments: dict[str, Any], lanes: Any) -> _Function 
         if any(isinstance(x, (View, Lambda)) for x in items):
             del active_trace.module.globals[name]
             return None
-        returned = [x for x in items if is_symbol(x)]
-        return_type = symbols.ir.LiteralStructType([x.value.type for x in returned])
+        symbols_in_result = [x for x in items if is_symbol(x)]
+        return_type = symbols.ir.LiteralStructType([x.value.type for x in symbols_in_result])
         value: Any = symbols.ir.Constant(return_type, symbols.ir.Undefined)
-        for position, x in enumerate(returned):
+        for position, x in enumerate(symbols_in_result):
             value = active_trace.builder.insert_value(value, x.value, position)
         active_trace.builder.ret(value)
     finally:
@@ -173,22 +177,22 @@ def _compile(function: Any, arguments: dict[str, Any], lanes: Any) -> _Function 
     machine_function.return_value = type(machine_function.return_value)(machine_function, return_type)
     machine_function.linkage = "internal"
     count = itertools.count()
-    result = map_leaves(symbolic_result, lambda x: _Returned(next(count), x) if is_symbol(x) else x)
-    return _Function(machine_function, result)
+    result = map_leaves(symbolic_result, lambda x: _ResultPlaceholder(next(count), x) if is_symbol(x) else x)
+    return _CompiledFunction(machine_function, result)
 
 
-def call_body(body: Any, operands: tuple, named: dict[str, Any]) -> Any:
+def call_body(body: Any, operands: tuple, keywords: dict[str, Any]) -> Any:
     """Return the result of a registered body, a kernel or not."""
     if isinstance(body, types.FunctionType) and not any(hasattr(body, name) for name in ("body_of", "each", BODIES)):
-        return run(body, *operands, **named)
-    return call(body, *operands, **named)
+        return run(body, *operands, **keywords)
+    return call(body, *operands, **keywords)
 
 
-def _call_each(function: Any, items: tuple, partners: tuple, position: Any, shared: Any) -> tuple:
+def _call_each(function: Any, items: tuple, partners: tuple, position: Any, context: Any) -> tuple:
     body, next_position = function.each
     results = []
     for item, partner in zip(items, partners, strict=True):
-        results.append(call_body(body, (item, partner, position, shared), {}))
+        results.append(call_body(body, (item, partner, position, context), {}))
         position = call(next_position, position, item)
     return tuple(results)
 

@@ -11,7 +11,7 @@ from .activation import Activation
 from .calls import Lambda, call, run
 from .fields import Fields
 from .lanes import blend
-from .memory import gather, table_of
+from .memory import constant_table, gather
 from .paths import Path, join_paths, leaves, rebuild, with_common_slopes
 from .primitives import RULES, slope_rule
 from .symbols import Boolean, Integer, NotTraceableError, Number, is_symbol, trace
@@ -129,7 +129,7 @@ class Expressions:
         if isinstance(container, np.ndarray):
             indices = index if isinstance(index, tuple) else (index,)
             if any(map(is_symbol, indices)):
-                return gather(table_of(container), indices)
+                return gather(constant_table(container), indices)
             value = container[index]
             return value if isinstance(value, np.ndarray) else value.item()
         if hasattr(container, "traced_item"):

@@ -25,8 +25,8 @@ class _Field:
 class _WithoutDictionary(type):
     """Makes instances of all subclasses reject attributes that are no field."""
 
-    def __new__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, Any], **known: Any) -> type:
-        return super().__new__(cls, name, bases, {"__slots__": ()} | namespace, **known)
+    def __new__(cls, name: str, bases: tuple[type, ...], namespace: dict[str, Any], **keywords: Any) -> type:
+        return super().__new__(cls, name, bases, {"__slots__": ()} | namespace, **keywords)
 
 
 class Fields(metaclass=_WithoutDictionary):
@@ -45,11 +45,11 @@ class Fields(metaclass=_WithoutDictionary):
     __slots__ = ("numbers",)
     numbers: Any
 
-    def __init_subclass__(cls, like: type | None = None, **known: Any) -> None:
+    def __init_subclass__(cls, like: type | None = None, **keywords: Any) -> None:
         """Declare the fields; `like` : a NamedTuple whose fields they are, as float64, instead of annotations."""
-        super().__init_subclass__(**known)
-        own = dict.fromkeys(like.__annotations__, float) if like else cls.__annotations__
-        declared = getattr(cls, "DECLARED", {}) | own
+        super().__init_subclass__(**keywords)
+        own_fields = dict.fromkeys(like.__annotations__, float) if like else cls.__annotations__
+        declared = getattr(cls, "DECLARED", {}) | own_fields
         cls.DECLARED = declared
         cls.SIZE, (cls.DTYPE,) = len(declared), set(declared.values())
         cls.VALUES = namedtuple(f"{cls.__name__}Values", declared)
@@ -91,7 +91,7 @@ class Fields(metaclass=_WithoutDictionary):
 
     @classmethod
     def zeros(cls, *rows: int, zeros: Callable[..., np.ndarray] = np.zeros) -> Self:
-        """Return Fields of zeros, or `row_count` rows of them; `zeros` allocates the array."""
+        """Return Fields of zeros, or rows of them; `zeros` allocates the array."""
         return cls(zeros((*rows, cls.SIZE), dtype=cls.DTYPE))
 
     @classmethod

@@ -93,7 +93,7 @@ def _scale_by_power(x: Any, shifted: Any) -> Any:
 
 
 def _exp_of_sum(x: Any, low: Any) -> Any:
-    """Return e^(x + low) for LEAST <= x <= MOST, |low| < 1e-12."""
+    """Return e^(x + low) for MIN_EXPONENT <= x <= MAX_EXPONENT, |low| < 1e-12."""
     shifted, r, r_low = _reduce_exponent(x, low)
     high = 1.0 + r
     return _scale_by_power(high + (((1.0 - high) + r) + _exp_remainder(r, r_low)), shifted)

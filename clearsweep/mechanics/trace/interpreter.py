@@ -14,7 +14,7 @@ from typing import Any
 from . import functions, operations, symbols
 from .calls import RUNNERS, call
 from .loops import Loops
-from .primitives import INLINED, PRIMITIVES, SEPARATE, for_symbols, traceable
+from .primitives import INLINED, PRIMITIVES, SEPARATE, mark_traceable, register_symbol_emitter
 from .symbols import Integer, NotTraceableError, is_symbol
 
 RUNNERS.append(Loops)
@@ -26,16 +26,16 @@ def _absolute(x: Any) -> Any:
     return symbols.call_intrinsic("fabs", x)
 
 
-for_symbols(max, symbols.extremum_emitter(">"))
-for_symbols(min, symbols.extremum_emitter("<"))
-for_symbols(abs, _absolute)
-for_symbols(int, symbols.truncate)
-for_symbols(float, symbols.as_number)
-for_symbols(bool, lambda x: x)
-for_symbols(math.sqrt, lambda x: symbols.call_intrinsic("sqrt", x))
-for_symbols(math.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
-for_symbols(math.floor, lambda x: symbols.truncate(symbols.floor_number(x)))
-for_symbols(math.isfinite, lambda x: symbols.compare("<", symbols.call_intrinsic("fabs", x), math.inf))
+register_symbol_emitter(max, symbols.extremum_emitter(">"))
+register_symbol_emitter(min, symbols.extremum_emitter("<"))
+register_symbol_emitter(abs, _absolute)
+register_symbol_emitter(int, symbols.truncate)
+register_symbol_emitter(float, symbols.as_number)
+register_symbol_emitter(bool, lambda x: x)
+register_symbol_emitter(math.sqrt, lambda x: symbols.call_intrinsic("sqrt", x))
+register_symbol_emitter(math.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
+register_symbol_emitter(math.floor, lambda x: symbols.truncate(symbols.floor_number(x)))
+register_symbol_emitter(math.isfinite, lambda x: symbols.compare("<", symbols.call_intrinsic("fabs", x), math.inf))
 
 
 def _where(condition: Any, a: Any, b: Any) -> Any:
@@ -45,19 +45,19 @@ def _where(condition: Any, a: Any, b: Any) -> Any:
 
 
 PRIMITIVES[operations.where] = _where
-for_symbols(operations.fma, symbols.fma)
-for_symbols(operations.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
-for_symbols(operations.bits_of, symbols.bits_of)
-for_symbols(operations.number_of, symbols.number_of)
+register_symbol_emitter(operations.fma, symbols.fma)
+register_symbol_emitter(operations.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
+register_symbol_emitter(operations.bits_of, symbols.bits_of)
+register_symbol_emitter(operations.number_of, symbols.number_of)
 
 #: Functions of Python that are emitted from the bodies in `functions`: bits do not depend on the system's library.
 PORTABLE = ("atan", "atan2", "cos", "cosh", "exp", "expm1", "log", "log1p", "log2", "sin", "sinh", "tanh")
 for _name, _body in vars(functions).items():
     if isinstance(_body, FunctionType) and _body.__module__ == functions.__name__:
-        traceable(_body, SEPARATE if _name in (*PORTABLE, "pow") else INLINED)
+        mark_traceable(_body, SEPARATE if _name in (*PORTABLE, "pow") else INLINED)
 for _name in PORTABLE:
-    for_symbols(getattr(math, _name), functools.partial(call, getattr(functions, _name)))
-for_symbols(pow, functools.partial(call, functions.pow))
+    register_symbol_emitter(getattr(math, _name), functools.partial(call, getattr(functions, _name)))
+register_symbol_emitter(pow, functools.partial(call, functions.pow))
 
 
 def _refused(name: str, *operands: Any) -> Any:
@@ -66,4 +66,4 @@ def _refused(name: str, *operands: Any) -> Any:
 
 for _name, _function in vars(math).items():
     if callable(_function) and _function not in PRIMITIVES and not _name.startswith("_"):
-        for_symbols(_function, functools.partial(_refused, _name))
+        register_symbol_emitter(_function, functools.partial(_refused, _name))

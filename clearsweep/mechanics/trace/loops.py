@@ -151,8 +151,8 @@ class Loops(Statements):
             if any(map(is_symbol, range_arguments)):
                 return self.loop(node, self.bounds(range_arguments))
             iterations: Any = range(*[int(x) for x in range_arguments])
-            unused = isinstance(node.target, ast.Name) and node.target.id == "_"
-            if len(iterations) > 1 and (unused or self.activation.look_up(iterable.func.id) is not range):
+            is_unused = isinstance(node.target, ast.Name) and node.target.id == "_"
+            if len(iterations) > 1 and (is_unused or self.activation.look_up(iterable.func.id) is not range):
                 return self.loop(node, Bounds(iterations.start, iterations.stop, iterations.step))
         else:
             iterations = self.value(iterable)
@@ -165,7 +165,7 @@ class Loops(Statements):
         """Run all iterations of a loop simultaneously, each in a lane."""
         active_trace = trace()
         if count != WIDTH or active_trace.width != 1:
-            raise NotTraceableError(f"runs other than {WIDTH} turns at once, or in a nested loop")
+            raise NotTraceableError(f"runs other than {WIDTH} iterations at once, or in a nested loop")
         active_trace.width = WIDTH
         has_ended = self.unroll(node, [LaneIndices(0)])
         active_trace.width = 1
@@ -182,7 +182,7 @@ class Loops(Statements):
         """Run a loop for as long as a condition is true."""
         return self.loop(node, Bounds(None))
 
-    # ------------------------------------------------------------------------------------------ turns
+    # ------------------------------------------------------------------------------------------ iterations
 
     def unroll(self, node: Any, iterations: list[Any]) -> bool:
         """Unroll a loop."""
@@ -208,7 +208,7 @@ class Loops(Statements):
     def run_iteration(self, node: Any, exits: LoopExits) -> bool:
         """Run an iteration of a loop; return whether no path continues after it."""
         self.activation.loops.append(exits)
-        iteration_mask = f"{LANES}of turn {len(self.activation.loops)}"
+        iteration_mask = f"{LANES}of iteration {len(self.activation.loops)}"
         if trace().width > 1 and contains(node, ast.Continue):
             self.activation.names[iteration_mask] = all_lanes(trace().width)
         has_ended = self.block(node.body)
@@ -301,7 +301,7 @@ class Loops(Statements):
         elif condition:
             builder.branch(body)
         else:
-            raise NotTraceableError("has a loop without turns")
+            raise NotTraceableError("has a loop without iterations")
         builder.position_at_end(body)
 
 

@@ -40,7 +40,7 @@ class Pointer:
         return cls(trace().builder.inttoptr(address.value, ADDRESS), DOUBLE if kind == "f" else INT64)
 
 
-def word_at(address: "Integer", position: int, kind: type) -> Any:
+def load_word(address: "Integer", position: int, kind: type) -> Any:
     """Emit a word stored at an address, which is constant while the program runs."""
     builder = trace().builder
     words = builder.inttoptr(address.value, kind.item.as_pointer())  # type: ignore[attr-defined]
@@ -191,7 +191,7 @@ def _advance_offset(offset: Any, index: Any, stride: Any) -> Any:
     return plus(offset, increment) if is_symbol(offset) or is_symbol(increment) else offset + increment
 
 
-def table_of(array: np.ndarray) -> View:
+def constant_table(array: np.ndarray) -> View:
     """Return the constant made of a numpy array."""
     active_trace = trace()
     if id(array) not in active_trace.tables:
@@ -226,7 +226,7 @@ def gather(view: View, index: tuple) -> Number:
     return (Number if view.item is DOUBLE else Integer)(vector, width)
 
 
-def at_address(address: Number, position: Any) -> Number:
+def load_at_address(address: Number, position: Any) -> Number:
     """Emit a number stored at an address that is passed as a number."""
     builder, width = trace().builder, width_of(address, position)
 

@@ -68,7 +68,7 @@ def _own_level() -> str:
     return str(llvm.get_host_cpu_name())
 
 
-def _machine() -> Any:
+def _target_machine() -> Any:
     """Return a new target machine for this machine's level; an engine takes ownership of it."""
     if level() in OTHER_PROCESSORS:
         llvm.initialize_all_targets()
@@ -97,10 +97,10 @@ def trace_module(function: Callable, scene: Any, items: str) -> ir.Module:
         view, indices = View(numbers.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
         run(function, (map_leaves(scene, lambda _: view[next(indices)]),), *arguments)
 
-    return _module(body, items)
+    return _trace_body(body, items)
 
 
-def _module(body: Callable, items: str, width: int = 1) -> ir.Module:
+def _trace_body(body: Callable, items: str, width: int = 1) -> ir.Module:
     """Return the module of a body of pointers to numbers and to the items of arrays, and an integer."""
     active_trace = Trace(width)
     active_trace.module.triple = _triple()
@@ -124,14 +124,14 @@ def optimise(module: ir.Module) -> Any:
     parsed = llvm.parse_assembly(str(module))
     parsed.verify()
     options = llvm.create_pipeline_tuning_options(speed_level=2)
-    passes = llvm.create_pass_builder(_machine(), options)
+    passes = llvm.create_pass_builder(_target_machine(), options)
     passes.getModulePassManager().run(parsed, passes)
     return parsed
 
 
-def object_of(module: ir.Module) -> bytes:
+def compile_object(module: ir.Module) -> bytes:
     """Return a module as a plain object."""
-    return _machine().emit_object(optimise(module))
+    return _target_machine().emit_object(optimise(module))
 
 
 _LOADED = itertools.count()  # objects
@@ -157,12 +157,12 @@ def _linker() -> Any:
 
     The older loader, MCJIT, aborts in a large process whose free addresses are more than 2 GB apart.
     """
-    return llvm.create_lljit_compiler(_machine(), use_jit_link=True)
+    return llvm.create_lljit_compiler(_target_machine(), use_jit_link=True)
 
 
 def compiled_code(function: Callable, scene: Any, kinds: tuple, items: str) -> Code | None:
     """Return the machine code of `function` for scenes of these kinds, compiled or cached; see `trace_module`."""
-    return code_of(function, f"{_kinds_text(kinds)} {items}", lambda: trace_module(function, scene, items))
+    return load_or_compile(function, f"{_kinds_text(kinds)} {items}", lambda: trace_module(function, scene, items))
 
 
 def compiled_code_at(function: Callable, cache_key: str) -> Code | None:
@@ -171,17 +171,17 @@ def compiled_code_at(function: Callable, cache_key: str) -> Code | None:
     def body(numbers: Pointer, _: Any) -> None:
         run(function, Integer(symbols.trace().builder.ptrtoint(numbers.base, INT64)))
 
-    return code_of(function, cache_key, lambda: _module(body, ""))
+    return load_or_compile(function, cache_key, lambda: _trace_body(body, ""))
 
 
-def code_of(function: Callable, description: str, module: Callable[[], ir.Module]) -> Code | None:
+def load_or_compile(function: Callable, description: str, module: Callable[[], ir.Module]) -> Code | None:
     """Return the machine code of a module of a function, or of its stored object, or None if it is not available."""
     description = f"{function.__module__}.{function.__qualname__} {description} {level()}"
     name = f"{function.__name__}-{hashlib.sha256(description.encode()).hexdigest()[:32]}.o"
     content = None if _LEVELS_FOR_PACKAGE else cache.load(name)
     if content is None:
         with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
-            content = object_of(module())
+            content = compile_object(module())
         cache.store(name, content)
     return load_object(content) if content and not _LEVELS_FOR_PACKAGE else None
 
@@ -201,7 +201,7 @@ def machine_code(function: Callable) -> Callable:
     compiled_forms: dict[Any, Any] = {}
 
     @functools.wraps(function)
-    def called(*operands: Any) -> Any:
+    def call_machine_code(*operands: Any) -> Any:
         arrays = [x for x in leaves(operands) if isinstance(x, np.ndarray)]
         numbers = np.array([float(x) for x in leaves(operands) if isinstance(x, float)] or [0.0])
         key = _argument_key(operands)
@@ -219,7 +219,7 @@ def machine_code(function: Callable) -> Callable:
         values = iter(results.tolist())
         return map_leaves(result, lambda x: next(values) if x is _NUMBER else x)
 
-    return called
+    return call_machine_code
 
 
 _NUMBER = object()  # placeholder of a number in a result
@@ -257,7 +257,7 @@ def _compile_for_numbers(function: Callable, operands: tuple) -> tuple[Code, Any
         outcome.append(map_leaves(value, lambda x: _NUMBER if isinstance(x, float) or symbols.is_symbol(x) else x))
         outcome.append(next(out_indices))
 
-    content = object_of(_module(body, f"{kinds}f"))
+    content = compile_object(_trace_body(body, f"{kinds}f"))
     return load_object(content), *outcome
 
 

@@ -12,7 +12,7 @@ from typing import Any
 
 import numpy as np
 
-_ALL = (1 << 64) - 1  # bits of a number
+_ALL_BITS = (1 << 64) - 1  # bits of a number
 
 
 class Floats:
@@ -45,7 +45,7 @@ class Floats:
     @staticmethod
     def number_of(bits: int) -> float:
         """Return the number of these bits; those above the 64th are dropped."""
-        return struct.unpack("<d", struct.pack("<Q", bits & _ALL))[0]
+        return struct.unpack("<d", struct.pack("<Q", bits & _ALL_BITS))[0]
 
     @staticmethod
     def copysign(x: float, sign: float) -> float:
@@ -121,7 +121,7 @@ def _sum_to_odd(a: np.ndarray, b: np.ndarray) -> np.ndarray:
     return np.where((error != 0.0) & (bits & 1 == 0), shifted_bits, bits).view(np.float64)
 
 
-def _of(*operands: Any) -> Any:
+def _operations_for(*operands: Any) -> Any:
     """Return the class of operations for the first value that is not a plain number."""
     for x in operands:
         if isinstance(x, np.ndarray):
@@ -133,24 +133,24 @@ def _of(*operands: Any) -> Any:
 
 def fma(a: Any, b: Any, c: Any) -> Any:
     """Return a b + c, rounded once."""
-    return _of(a, b, c).fma(a, b, c)
+    return _operations_for(a, b, c).fma(a, b, c)
 
 
 def where(condition: Any, a: Any, b: Any) -> Any:
     """Return `a` where the condition is true, else `b`; both are computed."""
-    return _of(condition).where(condition, a, b)
+    return _operations_for(condition).where(condition, a, b)
 
 
 def bits_of(x: Any) -> Any:
     """Return the 64 bits of a number as an int64."""
-    return _of(x).bits_of(x)
+    return _operations_for(x).bits_of(x)
 
 
 def number_of(bits: Any) -> Any:
     """Return the number of these 64 bits."""
-    return _of(bits).number_of(bits)
+    return _operations_for(bits).number_of(bits)
 
 
 def copysign(x: Any, sign: Any) -> Any:
     """Return |x| with the sign of `sign`."""
-    return _of(x, sign).copysign(x, sign)
+    return _operations_for(x, sign).copysign(x, sign)

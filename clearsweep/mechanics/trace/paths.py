@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from llvmlite import ir
 
-from .memory import View, table_of
+from .memory import View, constant_table
 from .symbols import (
     ADDRESS,
     LaneIndices,
@@ -30,9 +30,9 @@ class Path(NamedTuple):
     value: Any
 
 
-def map_leaves(x: Any, change: Callable) -> Any:
+def map_leaves(x: Any, function: Callable) -> Any:
     """Return nested tuples with every item changed."""
-    return rebuild(x, iter([change(item) for item in leaves(x)]))
+    return rebuild(x, iter([function(item) for item in leaves(x)]))
 
 
 def type_key(x: Any) -> Any:
@@ -158,7 +158,7 @@ def merge_values(blocks: list[Any], column: list[Any], end: Any) -> Any:
     if all(x is first for x in column):
         return first
     if any(isinstance(x, (View, np.ndarray)) for x in column):
-        return _merge_views(blocks, [table_of(x) if isinstance(x, np.ndarray) else x for x in column], end)
+        return _merge_views(blocks, [constant_table(x) if isinstance(x, np.ndarray) else x for x in column], end)
     if not all(isinstance(x, (Symbol, int, float, np.number, np.bool_)) for x in column):
         if all(type(x) is type(first) and x == first for x in column):
             return first

@@ -15,9 +15,9 @@ import numpy as np
 NEWTON_STEPS = 6  # for the nodes of a rule; three are enough
 
 
-def _elementwise(function: Callable, arguments: int = 1) -> Callable[..., Any]:
+def _elementwise(function: Callable, argument_count: int = 1) -> Callable[..., Any]:
     """Return a function of the C library for arrays."""
-    ufunc = np.frompyfunc(function, arguments, 1)
+    ufunc = np.frompyfunc(function, argument_count, 1)
 
     @functools.wraps(function)
     def on_arrays(*values: Any) -> Any:

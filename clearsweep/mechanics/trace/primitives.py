@@ -14,7 +14,7 @@ BODIES = "__traced__"  # attribute of a function whose body is traced at every c
 SEPARATE, INLINED = "on its own", "inside"  # as a separate machine code function, or inlined in its caller
 
 
-def primitive(*functions: Any) -> Callable:
+def register_emitter(*functions: Any) -> Callable:
     """Return a decorator that registers the emitter of calls of these functions with symbols."""
 
     def register(emit: Callable) -> Callable:
@@ -25,12 +25,12 @@ def primitive(*functions: Any) -> Callable:
     return register
 
 
-def rules_of_slopes(rules: dict[str, Callable]) -> None:
+def register_slope_rules(rules: dict[str, Callable]) -> None:
     """Register rules for numbers with slopes, by Python operation."""
     RULES.update(rules)
 
 
-def rule_of_function(function: Any, rule: Callable) -> None:
+def register_slope_rule(function: Any, rule: Callable) -> None:
     """Register the rule of a function for numbers with slopes."""
     _SLOPE_RULES[function] = rule
 
@@ -43,17 +43,17 @@ def slope_rule(function: Any) -> Callable | None:
         return None
 
 
-def traceable(function: Any, mode: str = INLINED) -> Any:
+def mark_traceable(function: Any, mode: str = INLINED) -> Any:
     """Return a function marked as traceable."""
     setattr(function, BODIES, mode)
     return function
 
 
-def for_symbols(function: Any, emit: Callable) -> None:
+def register_symbol_emitter(function: Any, emit: Callable) -> None:
     """Register the emitter of a Python function with symbols; without symbols, Python runs the function."""
 
-    def dispatch(*operands: Any, **named: Any) -> Any:
+    def dispatch(*operands: Any, **keywords: Any) -> Any:
         items = operands[0] if len(operands) == 1 and isinstance(operands[0], (list, tuple)) else operands
-        return emit(*operands, **named) if any(map(is_symbol, items)) else function(*operands, **named)
+        return emit(*operands, **keywords) if any(map(is_symbol, items)) else function(*operands, **keywords)
 
     PRIMITIVES[function] = dispatch

@@ -182,7 +182,7 @@ class Statements(Expressions):
         """End an iteration of a loop."""
         lanes = self.activation.lanes()
         if lanes is not None:
-            self.stop(f"{LANES}of turn {len(self.activation.loops)}", lanes)
+            self.stop(f"{LANES}of iteration {len(self.activation.loops)}", lanes)
             return True
         self.activation.loops[-1].continues.append(Path(trace().builder.block, dict(self.activation.names)))
         return True

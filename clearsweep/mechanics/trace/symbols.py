@@ -213,7 +213,7 @@ def _emit(kind: type, instruction: str, a: Any, b: Any, product: Any = None) -> 
 
 
 def plus(a: Any, b: Any, origin: Any = None) -> Any:
-    """Emit a + b; `origin` : current place, see `fused`."""
+    """Emit a + b; `origin` : (activation, block) of the operation, see `_fuse`."""
     if _is_float(a, b):
         fused = _fuse(a, b, origin, ())
         return _emit(Number, "fadd", a, b) if fused is None else fused
