@@ -224,7 +224,7 @@ MUTATIONS = (
         HISTOGRAM,
         "_force_quantile",
         "offset = (higher_time - time_exceeded) / bin_time",
-        "offset = (higher_time + duration) / bin_time",
+        "offset = (higher_time + time_exceeded) / bin_time",
         RAMPS,
     ),
     Mutation(
