@@ -37,7 +37,7 @@ def given_text(path: str, value: float, unit: str, written: Mapping[str, Mapping
     scale = wording.written_scale(written.get(path), unit)
     if scale is None:
         return grid_text(value, unit, speed=path.endswith("speed"))
-    name = written[path]["unit"] if path in written and scale == wording.as_written(written[path]) else scale.unit
+    name = written[path]["unit"] if path in written and scale == wording.recorded_scale(written[path]) else scale.unit
     return f"{scale.of(value):.4g} {name}"
 
 
