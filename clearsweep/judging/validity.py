@@ -333,7 +333,7 @@ def film_temperature_remark(joints: Iterable[tuple[str, float, float, float]]) -
         + (f"uncertain by {error:.3g} K (95 %)" if math.isfinite(error) else "from too few revolutions for an interval")
         for joint, temperature, error, rise in joints
     ]
-    return f"{FILM_UNCERTAIN}{'; '.join(descriptions)}; more simulate.revolutions narrow it" if descriptions else ""
+    return f"{FILM_UNCERTAIN}{'; '.join(descriptions)}; more revolutions narrow it" if descriptions else ""
 
 
 def friction_heat_remark(joints: Iterable[tuple[str, float, float | None]]) -> str:
