@@ -60,11 +60,11 @@ class Clearance:
 def in_segments(speed: float, segments: int) -> tuple[float, float]:
     """Return peak (N) and duration (s) of the same impact from the equations of motion of a machine in segments."""
     value, start, *_ = planar.build(machine(segments), {"rod-slider": Clearance()}, {})
-    accelerate, place, gaps = (function_of(value, name) for name in ("accelerate", "place", "gaps"))
+    accelerate, pose_at, gaps = (function_of(value, name) for name in ("accelerate", "pose_at", "gaps"))
     count = (len(start) - 1) // 2
 
     def pressed(y) -> tuple[float, tuple]:
-        depth = -gaps(value, pose := place(value, y))[0].x  # the slider moves towards the crank
+        depth = -gaps(value, pose := pose_at(value, y))[0].x  # the slider moves towards the crank
         force = CONTACT * max(depth, 0.0) ** 1.5
         return force, accelerate(value, pose, (Load(force, 0.0, 0.0, 0.0, ()),)).accelerations
 
