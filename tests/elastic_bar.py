@@ -72,7 +72,7 @@ def in_segments(speed: float, segments: int) -> tuple[float, float]:
         return [*y[count : 2 * count], *pressed(y)[1], 1.0]
 
     def parted(_, y):
-        return gaps(value, place(value, y))[0].x if y[-1] > 1e-9 else -1.0
+        return gaps(value, pose_at(value, y))[0].x if y[-1] > 1e-9 else -1.0
 
     parted.terminal, parted.direction = True, 1.0
     start = np.array(start)
