@@ -143,6 +143,11 @@ def recorded_scale(written: Mapping[str, Any]) -> Scale:
     return Scale(written["factor"], unit_text(name.replace("**", "^")), written["offset"])
 
 
+def fit_scale() -> Scale:
+    """Return the scale of the clearances of fits, in which their tables are: micrometres, or thousandths of an inch."""
+    return Scale(1e-3 * _INCH, "mil") if _SYSTEM.get() == "imperial" else Scale(1e-6, "µm")
+
+
 def text(value: float | None, unit: str, digits: int = 3) -> str:
     """Return an SI value as number and unit, with a suitable prefix."""
     return DASH if value is None or is_missing(value) else scale(unit, value).text(value, digits)

@@ -75,6 +75,7 @@ def common_units(record: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         if path in written or not numbers or unit == "1":
             continue
         scale = wording.scale(unit, numbers, speed=path.endswith("speed"))
+        scale = wording.fit_scale() if (record.get("fits") or {}).get(path) else scale
         if scale.unit.replace(wording.BLANK, " ").isascii() or scale.unit.startswith("\u00b5"):
             written[path] = {"unit": scale.unit, "factor": scale.factor, "offset": scale.offset}
     return written
