@@ -11,7 +11,7 @@ import click
 import clearsweep
 
 from . import exit_codes, streams
-from .language.errors import InputError, printable, writing
+from .language.errors import InputError, convert_write_errors, escape_control_characters
 from .language.wording import SYSTEMS
 from .language.wording import unit_system as shown_in
 from .sweeping import resources
@@ -66,7 +66,7 @@ def _show_version(context: click.Context, _: click.Parameter, requested: bool) -
 
     print(f"clearsweep, version {clearsweep.__version__}, model version {clearsweep.MODEL_VERSION}")
     print(f"processor level: {objects.level()}")
-    print(f"compiled code: {printable(str(cache.prepare_cache()))}")
+    print(f"compiled code: {escape_control_characters(str(cache.prepare_cache()))}")
     context.exit()
 
 
@@ -150,7 +150,9 @@ def run(  # noqa: PLR0913 - one argument per option
 
         check(Options(jobs, executor, scheduler, case_timeout=case_timeout))
         facts = estimate(source, out, jobs=jobs, shard=shard)._asdict()
-        click.echo(json.dumps(facts, indent=2) if as_json else printable(run_summary.estimate_text(facts)))
+        click.echo(
+            json.dumps(facts, indent=2) if as_json else escape_control_characters(run_summary.estimate_text(facts))
+        )
         return 0
     result = sweep(
         source,
@@ -165,7 +167,7 @@ def run(  # noqa: PLR0913 - one argument per option
     )
     with shown_in(units):
         facts = run_summary.of_run(result)
-        click.echo(json.dumps(facts, indent=2) if as_json else printable(run_summary.run_text(facts)))
+        click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(run_summary.run_text(facts)))
     return result.exit_code
 
 
@@ -179,7 +181,7 @@ def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool
     from .sweeping import merge, run_summary
 
     facts = run_summary.of_run(result := merge.merge(directories, out, partial=partial))
-    click.echo(json.dumps(facts, indent=2) if as_json else printable(run_summary.run_text(facts)))
+    click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(run_summary.run_text(facts)))
     return result.exit_code
 
 
@@ -231,13 +233,13 @@ def report(  # noqa: PLR0913 - one argument per option
             "report: takes one run (with or without --all, --overlay), or two runs to compare; remove the others"
         )
     if len(directories) == 2:
-        with writing(), shown_in(units):
+        with convert_write_errors(), shown_in(units):
             first, second = (reports.open(directory, partial=partial) for directory in directories)
             _write(reports.compared(first, second), out or second.directory / "compared.html", **arguments)
         return
     directory = directories[0] if directories else store.newest_run(RESULTS)
     opened = complete_run(directory) if all_cases else contextlib.nullcontext(reports.open(directory, partial=partial))
-    with opened as stored, writing(), shown_in(units):
+    with opened as stored, convert_write_errors(), shown_in(units):
         page = reports.page_of(stored, typical=median, measured=overlay)
         _write(page, out or directory / "report.html", **arguments)
 
@@ -260,9 +262,9 @@ def status(directory: Path, every_file: bool, as_json: bool) -> int:
     from . import store
 
     facts = store.status(directory, every_file=every_file)
-    click.echo(json.dumps(facts, indent=2) if as_json else printable(store.status_text(facts)))
+    click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(store.status_text(facts)))
     for sentence in facts["damage"]:
-        click.echo(printable(sentence), err=True)
+        click.echo(escape_control_characters(sentence), err=True)
     return exit_codes.BAD_INPUT if facts["damage"] else 0
 
 
@@ -276,7 +278,7 @@ def clean(directory: Path, batches: bool, dry_run: bool, as_json: bool) -> None:
     from . import store
 
     facts = store.clean(directory, batches=batches, dry_run=dry_run)
-    click.echo(json.dumps(facts, indent=2) if as_json else printable(store.clean_text(facts)))
+    click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(store.clean_text(facts)))
 
 
 @verbs.command()
@@ -308,7 +310,7 @@ def list_(name: str | None, grid: Path | None) -> None:
     """
     from . import simulation
 
-    click.echo(printable(simulation.advice_text(grid, name)) if grid else simulation.laws_text(name))
+    click.echo(escape_control_characters(simulation.advice_text(grid, name)) if grid else simulation.laws_text(name))
 
 
 @verbs.command()
@@ -318,7 +320,7 @@ def draw(grid: Path, out: Path | None) -> None:
     """Draw the mechanism of a grid in its initial position. Label its bodies, joints and loads."""
     from . import report as reports
 
-    with writing():
+    with convert_write_errors():
         page = reports.draw_grid(grid, out or Path(f"{grid.stem}.svg"))
     click.echo(page)
 
@@ -339,7 +341,7 @@ def show(directory: Path, case_id: str, out: Path | None) -> None:
 
     stored = store.open(directory)
     case_id = stored.full_id(case_id)
-    with writing():
+    with convert_write_errors():
         page = reports.show(stored, case_id, out or stored.directory / f"{case_id}.html")
     click.echo(page)
 

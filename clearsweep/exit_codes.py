@@ -5,7 +5,7 @@ import traceback
 
 import click
 
-from .language.errors import ClearsweepError, printable
+from .language.errors import ClearsweepError, escape_control_characters
 from .sweeping import resources
 
 INTERNAL, BAD_INPUT, INTERRUPTED = 1, 2, 130
@@ -26,11 +26,11 @@ def run(command: click.Command, arguments: list[str] | None) -> int:
     except KeyboardInterrupt as error:
         return _report_interruption(error)
     except ClearsweepError as error:
-        print(printable(str(error)), file=sys.stderr)
+        print(escape_control_characters(str(error)), file=sys.stderr)
         return error.exit_code
     except Exception as error:
         if sentence := resources.remedy_text(error):
-            print(printable(sentence), file=sys.stderr)
+            print(escape_control_characters(sentence), file=sys.stderr)
             return BAD_INPUT
         traceback.print_exc()
         print("internal error: this is a bug in clearsweep; please report it with the lines above", file=sys.stderr)

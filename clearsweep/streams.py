@@ -6,8 +6,8 @@ import sys
 from io import BufferedWriter, FileIO, TextIOWrapper
 from typing import Any
 
-STANDARD = (0, 1, 2)
-READER_GONE = (errno.EPIPE, errno.EIO)  # the reader, as `head`, has what it wanted; the terminal is gone
+STANDARD_DESCRIPTORS = (0, 1, 2)  # of stdin, stdout, stderr
+READER_GONE_ERRORS = (errno.EPIPE, errno.EIO)  # the reader, such as `head`, or the terminal has closed the stream
 
 
 def survive_closed_streams() -> None:
@@ -15,22 +15,22 @@ def survive_closed_streams() -> None:
 
     A file opened later would else get the number of a closed stream and be written to as if it were the terminal.
     """
-    for number in STANDARD:
+    for descriptor in STANDARD_DESCRIPTORS:
         try:
-            os.fstat(number)
+            os.fstat(descriptor)
         except OSError:
-            null = os.open(os.devnull, os.O_RDWR)  # it gets the lowest free number, this one
-            os.set_inheritable(null, True)  # noqa: FBT003 - it has no name
-    for number, name in enumerate(("stdout", "stderr"), 1):
+            null_descriptor = os.open(os.devnull, os.O_RDWR)  # it gets the lowest free number, this one
+            os.set_inheritable(null_descriptor, True)  # noqa: FBT003 - it has no name
+    for descriptor, name in enumerate(("stdout", "stderr"), 1):
         stream = getattr(sys, name)
-        if stream is getattr(sys, f"__{name}__"):  # else somebody who calls us put another in its place
-            setattr(sys, name, _resilient(number, stream))
+        if stream is getattr(sys, f"__{name}__"):  # otherwise the calling program has replaced it
+            setattr(sys, name, _resilient_stream(descriptor, stream))
 
 
-def _resilient(number: int, stream: TextIOWrapper | None) -> TextIOWrapper:
+def _resilient_stream(descriptor: int, stream: TextIOWrapper | None) -> TextIOWrapper:
     """Return a stream that replaces `stream`, which is None if it was closed."""
     return TextIOWrapper(
-        BufferedWriter(_ResilientFile(number, "w", closefd=False)),
+        BufferedWriter(_ResilientFile(descriptor, "w", closefd=False)),
         stream.encoding if stream else "utf-8",
         "replace",  # a terminal that lacks a sign gets a question mark, not a traceback
         line_buffering=stream is not None and (stream.line_buffering or stream.write_through),
@@ -45,9 +45,9 @@ class _ResilientFile(FileIO):
         try:
             return super().write(content)
         except OSError as error:
-            null = os.open(os.devnull, os.O_WRONLY)
-            os.dup2(null, self.fileno())
-            os.close(null)
-            if self.fileno() == 1 and error.errno not in READER_GONE:
+            null_descriptor = os.open(os.devnull, os.O_WRONLY)
+            os.dup2(null_descriptor, self.fileno())
+            os.close(null_descriptor)
+            if self.fileno() == 1 and error.errno not in READER_GONE_ERRORS:
                 print(f"stdout: cannot be written ({error.strerror}); what is printed there is lost", file=sys.stderr)
             return len(content)

@@ -133,11 +133,11 @@ def test_the_open_end_and_the_end_that_nobody_ran_are_named():
     assert chosen.startswith("a meets the limits up to its largest clearance, which lies below one that meets them")
     assert chosen.endswith(
         "Clearances below 1e+06 µm, down to 5e+05 µm, were not run. The margin does not shrink towards them; to check "
-        "them, add 5e+05 µm to the sweep."
+        "them, add 5e+05 µm to the sweep. Wear may widen the largest clearances up to 2e+06 µm: by 5e+05 µm for a."
     )
     columns[MARGIN][0] = 0.3
     shrinking = limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})[0]
-    assert shrinking.endswith("were not run. To check them, add 5e+05 µm to the sweep.")
+    assert "were not run. To check them, add 5e+05 µm to the sweep." in shrinking
     fits[0]["low"] = 1.0
     assert "not run" not in limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})[0]
 
@@ -150,6 +150,7 @@ def test_of_a_limit_that_small_clearances_exceed_the_smallest_clearance_of_a_fit
     chosen, *_ = limited(columns, (FIT,), LIMITED | {"fits": {FIT: fits}})
     assert chosen.startswith("b meets the limits down to its smallest clearance, which lies above one that meets them")
     assert "Clearances above 3e+06 µm, up to 9e+06 µm, were not run." in chosen
+    assert "Wear may widen" not in chosen  # wear moves them away from the limit
     assert "a is open: its smallest clearance, 1e+06 µm, lies below 1.5e+06 µm (exceeded)" in chosen
     ends = [fit | {"mean": fit["mean"] + 0.25} for fit in fits]  # none of them ran
     assert not any("fit" in said for said in limited(columns, (FIT,), LIMITED | {"fits": {FIT: ends}}))
@@ -174,8 +175,9 @@ def test_a_probability_is_that_of_the_counted_revolutions_and_grows_with_longer_
     first, second = sampled.sentences(made)
     assert first == (
         "2 of 3 motions did not become periodic within the run: longer runs exceed limits on peaks more often. "
-        "The order of the drivers may change, too. The probability is a lower value. Double simulate.revolutions, "
-        "to 8 next, until a doubling no longer raises it."
+        "The order of the drivers may change, too. The probability is a lower bound: double the revolutions, "
+        "to 8 next, until it no longer rises. If it keeps rising, limit the median peak or p99 instead of the largest "
+        "peak."
     )
     assert second.startswith(
         "Force peak at most 3.5: exceeded with a probability of 67 % (95 %: 9.4 to 99 %); the worst is 5 at speed 3. "
@@ -183,7 +185,7 @@ def test_a_probability_is_that_of_the_counted_revolutions_and_grows_with_longer_
     )
     columns["pin_force_peak_median"] = np.array([1.0, 2.0, 4.0])
     typical = cases(columns, (SPEED,), record=record, figures=("force_peak", "force_peak_median"))
-    assert "speed 3. In the median revolution, 1 of 3 cases exceeds it. Its" in sampled.sentences(typical)[0]
+    assert "speed 3. By the median peak per revolution, 1 of 3 cases exceeds it. Its" in sampled.sentences(typical)[0]
     assert "to 8 next" not in sampled.longer_run_warning(
         made._replace(varied_paths=("simulate.revolutions",)), ["pin_force_peak"]
     )
@@ -207,13 +209,20 @@ def test_a_start_that_was_cut_off_is_no_rival_of_one_that_reached_its_speed():
     fraction = 99.0 / 150.0
     needed = 8.0 * (-np.log(0.05) - 0.95) / (-np.log(1.0 - fraction) - fraction)
     assert second == (
-        f"No case with speed 3 reaches it within 8 revolutions: at most 99. This case needs about {needed:.0f} by the "
-        f"motor's torque: set simulate.revolutions to {np.ceil(1.25 * needed):.0f} or more."
+        f"No case with speed 3 reaches it within 8 revolutions: at most 99. This case needs about {needed:.0f} "
+        f"revolutions by the motor's torque: run {np.ceil(1.25 * needed):.0f} or more."
     )
     assert force.startswith("Largest normal force of the started cases: 5 at speed 2 (case 0000000")
-    assert force.endswith("The peak is unknown with speed 3: at least 9 until the end of the run.")
+    last = "The peak is unknown with speed 3: at least 9 until the end of the run."
+    assert force.endswith(f"{last} In longer runs the started cases may have higher peaks, too.")
+    period = Column("period", "1", "")
+    repeating = made._replace(layout=made.layout._replace(columns=(*made.layout.columns, period)))
+    columns["period"] = [1.0, 2.0, np.nan]  # the start that was cut off does not count
+    assert answer.sentences(repeating)[2].endswith(last)
+    columns["period"] = [1.0, np.nan, np.nan]
+    assert answer.sentences(repeating)[2].endswith("may have higher peaks, too.")
     loaded = answer.sentences(made._replace(record=record | {"loads": {"pump": {}}}))[1]
-    assert loaded.endswith("To see whether it is reached later, set simulate.revolutions to 16 or more.")
+    assert loaded.endswith("To see whether it is reached later, run 16 revolutions or more.")
     (card, *_) = start_up.start_up_cards(made)
     assert card == ("Cases that reach 142.5", "2 of 3", "after 0.1 to 0.3; not with speed 3 within 8 revolutions")
     columns["start_up_time"][2] = 0.9
@@ -253,7 +262,7 @@ def test_a_first_touch_of_the_speed_is_not_steady_running_and_the_force_until_th
         "to 2. 2 of 2 started cases fall below 142.5 again."
     )
     assert force.startswith("Largest normal force within 8 revolutions: 5 at speed 2")
-    assert force.endswith("Until the start-up time: 2 at speed 1.")
+    assert force.endswith("Until the start-up time: 2 at speed 1. In longer runs the peak may be higher.")
     columns["crank_speed_after"][:] = [143.0, 144.0]
     assert "No started case falls below 142.5 again." in answer.sentences(made)[1]
     first, second = start_up.start_up_cards(made)
@@ -321,7 +330,8 @@ def film(**changed):
 
 
 def test_a_film_that_its_law_does_not_cover_is_said_to_be_so_beside_it():
-    over, first, moved, loss, share = film()
+    over, premises, first, moved, loss, share = film()
+    assert premises.endswith("The thinnest film, 1, allows a combined roughness of 0.3333.")
     assert over.startswith("Over crank speed, the film is safe in every case. Safe means within the range")
     assert first == "Thinnest film: 1 at speed 2 (case 00000000). Every case is within the range of the film law."
     assert moved == "Least film is smallest, 1, at speed 2 and largest, 3, at 1."
@@ -329,13 +339,13 @@ def test_a_film_that_its_law_does_not_cover_is_said_to_be_so_beside_it():
         loss == "Film loss: 1 to 9. It is largest at speed 1. Film loss falls from 9 to 1 as speed grows from 1 to 3."
     )
     assert share == "Dry load share in the case of the thinnest film: 20 %."
-    over, first, *_ = film(film_limit_fraction=[0.0, 0.04, 0.0])
+    over, _, first, *_ = film(film_limit_fraction=[0.0, 0.04, 0.0])
     assert over.startswith("Over crank speed, the film is unsafe in 1 of 3 cases.")
     assert first.endswith(
         " It is thinner than its law covers for 4 % of the time: do not rely on it. 2 of 3 cases are within the law. "
         "The thinnest that its law covers: 2 at speed 3."
     )
-    _, first, *_ = film(film_limit_fraction=[0.1, 0.04, 0.0])
+    _, _, first, *_ = film(film_limit_fraction=[0.1, 0.04, 0.0])
     assert "1 of 3 cases is within the law. Outside, too: speed 1. The thinnest" in first
 
 
@@ -360,7 +370,11 @@ def test_the_safest_combination_is_the_one_with_the_thickest_film_at_every_speed
     assert (
         "the range of clearance and film viscosity: a better one may lie outside. 3 of 4 combinations are safe" in first
     )
-    assert "No roughness is given: compare the films with 3 times the combined roughness of the surfaces." in first
+    assert films.sentences(lubricated())[2] == (
+        "No roughness is given: a film should exceed 3 times the combined roughness, the root of the summed squares of "
+        "both surfaces. The thinnest safe film, 3, allows a combined roughness of 1. The viscosity is that of the warm "
+        "oil in the running joint."
+    )
     assert first.endswith(" Unsafe: clearance 0.0005, viscosity 3 (1 of 2 cases).")
     assert films.sentences(lubricated())[1] == (
         "Also safe: clearance 0.0002, viscosity 3: film at least 5, loss at most 20. Clearance 0.0005, viscosity 4: "
@@ -442,7 +456,7 @@ def test_sentences_of_the_answer_have_at_most_25_words():
         *wear.sentences(made),
         *answer.figure_range_sentences(made),
     ]
-    assert len(said) == 9
+    assert len(said) == 10
     said += [
         *films.sentences(lubricated()),
         *films.sentences(lubricated(ROUGH)),
@@ -599,6 +613,14 @@ def test_a_sample_that_wears_beyond_its_clearance_has_hours_instead_of_a_depth()
     axes = (FIT, "joints.pin.wear.coefficient")
     made = cases(columns, axes, figures=("wear_rate_max", "wear_depth_max"))
     worn = sampled.sentences(made)[-1].replace("\u00a0", " ")
+    assert "worn away" not in worn
+    radius = {"joints": {PIN: {"bearing_radius": 1e-3}}}
+    alarmed = sampled.sentences(made._replace(record=radius))[-1]
+    count = int((rates > 1e-3 / 3.6e6).sum())
+    assert f"In {count} of 20 cases the bearing is worn away within 1000 h: check the wear coefficient" in alarmed
+    assert 0 < count < 20
+    (card,) = sampled.driver_cards(made)
+    assert card == ("Wear rate rises most with", "coefficient", "strength 1.0")
     assert worn.startswith("Hours until the wear equals the clearance, at the rate of the run: median 139 h; 90 %")
     assert "so no depth is forecast. The wear rate rises most with coefficient (strength 1.0): median 0.417" in worn
     assert "per 1000 h" not in worn
@@ -620,6 +642,31 @@ def test_a_figure_also_has_its_range_in_the_designs_that_meet_the_limits():
     assert sentence.startswith("Hours: 2 to 9. Where the limits are met: 7 to 9.")
     columns[MARGIN] = [0.1, 0.2, 0.1, 0.3]
     assert "Where the limits" not in answer.figure_range_sentences(made)[0]
+
+
+def test_the_range_of_a_figure_leaves_out_fits_that_are_open_and_wear_is_said_to_widen_the_clearance():
+    fits = [{"name": name, "low": 1.0, "mean": mean, "high": high} for name, mean, high in (("a", 1, 1.5), ("b", 2, 9))]
+    columns = {"hours": [9.0, 7.0, 2.0, 8.0], FIT: np.array([1.0, 1.0, 2.0, 2.0]), SPEED: [1, 2, 1, 2]}
+    columns |= {MARGIN: np.full(4, 0.5), "pin_load_peak": np.ones(4)}
+    record = LIMITED | {"figures": {"hours": "1 / pin_wear_rate_max"}, "fits": {FIT: fits}}
+    lead = ranking_of(layout("load_peak"), [Limit("pin_load_peak", "at_most", 1.0)])
+    made = cases(columns, (FIT, SPEED), lead, record, ("load_peak",))
+    (sentence,) = answer.figure_range_sentences(made)
+    assert sentence.startswith("Hours: 2 to 9. For a: 7 to 9.")
+    assert sentence.endswith("wear widens the clearance, so they may not hold until then.")
+    assert (
+        "they may not hold"
+        not in answer.figure_range_sentences(
+            made._replace(record=record | {"figures": {"hours": "1 / pin_load_peak"}})
+        )[0]
+    )
+
+
+@pytest.mark.parametrize(("margin", "is_small"), [(0.024, True), (0.0, True), (0.1, False), (-0.01, False)])
+def test_a_small_margin_is_not_stated_without_reservation(margin, is_small):
+    columns = {MARGIN: np.array([margin, 0.5]), "limits_exceeded": ["", ""], SPEED: [1, 2], "pin_load_peak": np.ones(2)}
+    (sentence,) = answer.end_of_life_limit_sentences(cases(columns, (SPEED,), record=LIMITED, figures=("load_peak",)))
+    assert ("Such a small margin is not certain" in sentence) == is_small
 
 
 def test_the_advice_on_wide_smoothing_is_text_of_the_grid_that_loads():

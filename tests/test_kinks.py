@@ -266,7 +266,7 @@ def test_the_guard_of_a_spin_is_smooth_however_close_to_the_centre_the_journal_p
 def test_a_journal_that_starts_at_the_centre_of_a_film_leaves_it_in_few_steps():
     """In thin oil it moves by 1e-15 m in the first picosecond; it once stayed there for two million steps."""
     (thin,) = [case for case in films.film_cases() if case.name.startswith("mixed film/06 finite")]
-    row = stability.run(thin)
+    row = stability.run_case(thin)
     assert (row["status"], row["failure"]) == ("ok", "")
     assert row["steps"] < 20_000
 

@@ -328,9 +328,9 @@ def test_a_life_of_one_block_that_was_killed_is_one_of_one_block():
 @heavy
 def test_a_life_whose_blocks_do_not_reach_its_limit_has_a_lower_bound_and_reports_how_far_it_is(monkeypatch, capsys):
     monkeypatch.setattr(lives.LifeRun, "identical_blocks", False)
-    monkeypatch.setattr("clearsweep.language.phases.FIRST_LINE", 0.0)
-    monkeypatch.setattr("clearsweep.language.phases.LONGEST_PAUSE", 0.0)
-    monkeypatch.setattr("clearsweep.language.phases.REFRESH", 1e-3)
+    monkeypatch.setattr("clearsweep.language.phases.FIRST_LINE_DELAY", 0.0)
+    monkeypatch.setattr("clearsweep.language.phases.MAX_INTERVAL", 0.0)
+    monkeypatch.setattr("clearsweep.language.phases.REFRESH_INTERVAL", 1e-3)
     scene = clearsweep.load_case(source(blocks=3, limit="900 um"))
     result = clearsweep.simulate(scene, progress=True)
     summary = result.summary

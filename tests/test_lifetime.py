@@ -7,7 +7,15 @@ import numpy as np
 import pytest
 
 from clearsweep.contracts.layout import Column, Layout
-from clearsweep.judging.lifetime import FIELD_BY_COLUMN, Lifetime, faster_wear_sentences, hours_text, interval_sentences
+from clearsweep.judging.lifetime import (
+    FIELD_BY_COLUMN,
+    Lifetime,
+    faster_wear_sentences,
+    hours_text,
+    interval_sentences,
+    remarks,
+    smoothing_sentences,
+)
 from clearsweep.sweeping.lives import LifeExtremes, life_lines
 
 
@@ -61,13 +69,14 @@ def test_an_uncertain_coefficient_is_reported_next_to_the_numerics():
     assert "uncertain" not in " ".join(sentences(life(0.02)))
 
 
-def test_wide_smoothing_is_reported_next_to_the_interval():
-    last = sentences(life(0.02, smoothing_width=math.radians(11.0)))[-1]
-    assert last == (
-        "Not included: the effect of smoothing the worn shapes over 11 deg, which is unknown: take the hours as an "
-        "estimate."
-    )
-    assert len(sentences(life(0.02, smoothing_width=math.radians(3.0)))) == 1
+def test_wide_smoothing_is_reported_once_for_all_lives():
+    widths = [math.radians(angle) for angle in (3.0, 17.9, 11.0)]
+    assert smoothing_sentences([*widths, math.nan]) == [
+        "Not included: the effect of smoothing the worn shapes over 11 to 18 deg, which is unknown: take the hours as "
+        "an estimate."
+    ]
+    assert " over 11 deg, which" in smoothing_sentences(widths[2:])[0]
+    assert smoothing_sentences(widths[:1]) == []
 
 
 def test_no_sentence_on_a_life_has_more_than_25_words():
@@ -77,27 +86,31 @@ def test_no_sentence_on_a_life_has_more_than_25_words():
         revolutions_high_with_wear_uncertainty=3100.0,
         smoothing_width=0.3,
     )
-    assert len(sentences(known)) == 3
-    assert max(len(sentence.split()) for sentence in sentences(known)) <= 25
+    all_sentences = [*remarks(known), *remarks(life(0.02)), *smoothing_sentences([known.smoothing_width])]
+    assert len(all_sentences) == 7
+    assert max(len(sentence.split()) for sentence in all_sentences) <= 25
     assert hours_text(known) == "85.5 h"
 
 
 def test_the_closing_lines_name_the_shortest_and_the_longest_life():
-    columns = tuple(Column(f"pin_{name}", "1", "") for name in [*FIELD_BY_COLUMN][:4])
+    columns = tuple(Column(f"pin_{name}", "1", "") for name in [*[*FIELD_BY_COLUMN][:4], "wear_smoothing"])
     lives = LifeExtremes(
         Layout("planar", True, "", (), columns, (), life="pin"), {"of": "wear_depth_max", "limit": 2e-5}
     )
     hours = np.array([40.0, 85.5, np.nan, 20.0, 60.0])
     block = {"pin_life_hours": hours, "pin_life_revolutions": np.full(5, 1000.0)}
+    block |= {"pin_wear_smoothing": np.radians([9.0, 8.0, 90.0, 7.0, 6.0])}  # the third has no life
     block |= {"pin_life_low": np.full(5, 990.0), "pin_life_high": np.full(5, 1010.0)}
     lives.add(block, lambda place: {"case_id": f"{place}" * 16, "swept": {"drive.speed": place}})
     lines = [plainly(line) for line in life_lines(lives.facts(), lambda point: f"speed {point['drive.speed']}")]
     assert lines[1] == "Answer"
     assert lines[2] == (
-        "  Shortest life of pin, until wear of one body reaches 20.0 \u00b5m: 20.0 h at speed 3 (case 33333333). "
-        "With wear 3 times as fast, within the usual uncertainty of its coefficient, it is about 6.67 h. "
+        "  Shortest life of joint pin, until wear of one body reaches 20.0 \u00b5m: 20.0 h at speed 3 (case 33333333). "
+        "This is 1000 revolutions. "
+        "With wear 3 to 10 times as fast, the usual uncertainty of its coefficient, it is about 6.67 to 2.00 h. "
         "95 % interval of the numerics alone: 19.8 h to 20.2 h."
     )
     assert lines[3].startswith("  Longest life: 85.5 h")
-    assert lines[4] == "  1 case did not reach the limit."
+    assert "over 6 to 9 deg" in lines[4]
+    assert lines[5] == "  1 case did not reach the limit."
     assert life_lines(LifeExtremes(Layout("planar", True, "", (), columns, ()), {}).facts(), str) == []

@@ -184,9 +184,9 @@ def test_a_short_film_has_the_threshold_of_its_closed_form(ratio, threshold):
     root = math.sqrt(math.pi**2 * slow_share + 16.0 * ratio**2)
     sommerfeld = 0.5 * slenderness**2 * ratio * root / slow_share**2
     attitude = math.atan2(math.pi * math.sqrt(slow_share), 4.0 * ratio)
-    film = coefficients.of_film("short", slenderness, sommerfeld, ratio, attitude)
+    film = coefficients.film_coefficients("short", slenderness, sommerfeld, ratio, attitude)
     assert film["damping Bxy"] == pytest.approx(film["damping Byx"], rel=1e-5)
-    assert coefficients.threshold(film) == pytest.approx(threshold, abs=2e-3)
+    assert coefficients.whirl_threshold(film) == pytest.approx(threshold, abs=2e-3)
 
 
 @slow
@@ -202,7 +202,7 @@ def test_pressure_laws_agree_on_the_worn_volume_and_joints_in_space_wear_at_thei
     assert ratios.pop("line contact over foundation, worn in") == pytest.approx(0.91, abs=0.02)
     assert list(ratios.values()) == pytest.approx([1.0, 1.0, 1.0], abs=0.05)
     assert largest(rows, "place of the deepest wear") == 0.0
-    profiles = worn.profiles()
+    profiles = worn.new_profiles()
     apart = [np.sqrt(np.mean((depth - profiles["persson"]) ** 2)) for depth in profiles.values()]
     assert max(apart) < 0.1 * profiles["persson"].mean()  # the page says that they hardly differ
     springs, line = (depths for _, depths in worn.worn_in_profiles().values())
@@ -246,8 +246,8 @@ def test_the_command_prints_rows_of_the_contract_as_json():
 
 def test_the_page_has_every_point_its_source_and_its_spread(tmp_path):
     rows = hertz.measure()
-    words = page.write(rows, tmp_path, (hertz,)).read_text(encoding="utf-8")
+    words = page.write_page(rows, tmp_path, (hertz,)).read_text(encoding="utf-8")
     assert words.count("| Hertz impacts |") == 12
     assert rows[0].source in words
     assert "| depth |  | published | 4 |" in words
-    assert "Hertz impacts, depth" in page.text(rows)
+    assert "Hertz impacts, depth" in page.rows_text(rows)

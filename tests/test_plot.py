@@ -50,7 +50,7 @@ def often(ax):
 def cells(ax):
     table = np.ma.masked_invalid([[1.0, 2.0, np.nan], [30.0, 4.0, 4.0]])
     mesh = ax.pcolormesh(np.arange(4) - 0.5, np.arange(3) - 0.5, table, norm=LogNorm(1.0, 30.0), cmap="viridis")
-    draw_colour_bar(ax, mesh, "peak [N]", logarithmic=True)
+    draw_colour_bar(ax, mesh, "peak [N]", is_logarithmic=True)
 
 
 def cloud(ax):
@@ -179,7 +179,7 @@ def test_ticks_follow_their_locators_and_a_logarithm_has_decades():
         360,
     ]
     assert len(side(0.0, 1.0, margin=0.0, locator=MaxNLocator(4)).ticks(200.0)) <= 5
-    assert next(name for _, name in side(1e-3, 1e3, margin=0.0, log=True).ticks(200.0)) == "10⁻³"
+    assert next(name for _, name in side(1e-3, 1e3, margin=0.0, is_log=True).ticks(200.0)) == "10⁻³"
 
 
 def test_widths_of_words_are_those_of_the_font():
@@ -221,7 +221,7 @@ def around(ax):
 
 
 def test_polar_axes_have_angles_counter_clockwise_and_radii_from_the_middle():
-    sheet = plot.sheet_of(SIZE, "polar")
+    sheet = plot.make_sheet(SIZE, "polar")
     around(sheet.axes)
     text, box = sheet.svg("f1")
     assert box.width == box.height
@@ -231,7 +231,7 @@ def test_polar_axes_have_angles_counter_clockwise_and_radii_from_the_middle():
     assert re.findall(r">(\d+)°<", text) == ["0", "90", "180", "270"]
     assert "nan" not in text
     with pytest.raises(plot.UnsupportedError):
-        plot.sheet_of(SIZE, "3d")
+        plot.make_sheet(SIZE, "3d")
 
 
 def test_a_page_loads_neither_the_figures_of_matplotlib_nor_an_optimiser():

@@ -145,7 +145,7 @@ def test_a_fault_in_one_line_does_not_end_the_progress_of_a_run(monkeypatch, cap
         message.set()
         return "still at work"
 
-    monkeypatch.setattr(phases, "REFRESH", 0.001)
+    monkeypatch.setattr(phases, "REFRESH_INTERVAL", 0.001)
     with phases.show_progress(), phases.phase(words):
         assert message.wait(10.0)
     assert "Traceback" not in capfd.readouterr().err
@@ -292,8 +292,8 @@ class Long(Fake):
 @pytest.mark.slow
 @heavy
 def test_a_run_and_its_status_report_compiling_and_a_life_at_work(tmp_path, monkeypatch, capfd):
-    monkeypatch.setattr(phases, "FIRST_LINE", 0.3)  # s
-    monkeypatch.setattr(phases, "PAUSE_GROWTH", 1.0)  # else a slow start leaves seconds between lines
+    monkeypatch.setattr(phases, "FIRST_LINE_DELAY", 0.3)  # s
+    monkeypatch.setattr(phases, "INTERVAL_GROWTH", 1.0)  # else a slow start leaves seconds between lines
     monkeypatch.setattr(progress, "LONG_CASE_TIME", 0.3)
     seen, ended = [], threading.Event()
 

@@ -18,7 +18,7 @@ from clearsweep import grid, report, simulation, store
 from clearsweep.cli import verbs
 from clearsweep.contracts.case import Contact, Joint, Material, Materials
 from clearsweep.contracts.results import Trajectory
-from clearsweep.judging import verdict
+from clearsweep.judging import labels, verdict
 from clearsweep.language.wording import TIMES
 from clearsweep.report import sections
 from clearsweep.report.blocks import section
@@ -31,7 +31,7 @@ from clearsweep.report.laws import elastic_comparison
 from clearsweep.report.one_case import worn
 from clearsweep.report.sections import curves, elastic_laws, law_choice, maps, motion_type, tradeoffs
 from clearsweep.report.statistics import kinds, spectrum, strobe
-from clearsweep.sweeping import sweep
+from clearsweep.sweeping import run_summary, settings, sweep
 from clearsweep.sweeping.simulator import SIMULATION
 
 CLEARANCE, SPEED, PEAK = "joints.rod-slider.clearance", "drive.speed", "rod_slider_force_peak"
@@ -116,12 +116,53 @@ def test_maps_of_one_figure_share_their_colours_and_hold_the_summary():
     assert 1e3 * np.asarray(cells).ravel() == pytest.approx(tables[0].unstack(0).to_numpy().ravel(), rel=1e-12)
 
 
+@pytest.mark.parametrize("figure", ["film_thickness_min", "film_loss"])
+def test_a_cell_with_an_unsafe_film_is_marked_on_the_map(figure):
+    run = Run()
+    for name, unit in (("film_thickness_min", "m"), ("film_loss", "W"), ("film_limit_fraction", "1")):
+        column = run.layout.columns[-1]._replace(name=f"rod_slider_{name}", unit=unit, figure=name, joint="rod_slider")
+        run.layout = run.layout._replace(columns=(*run.layout.columns, column))
+        run.summary[column.name] = 1e-9 * run.summary["rod_slider_force_peak"]
+        run.summary.attrs["units"][column.name] = unit
+    run.summary["rod_slider_film_limit_fraction"] = 0.0
+    run.summary.loc[0, "rod_slider_film_limit_fraction"] = 0.1
+    name = {"film_thickness_min": "Least film", "film_loss": "Film loss"}[figure]
+    (picture,) = (each for each in maps.answer_maps(study.prepare(run)) if each.title.startswith(f"{name}: "))
+    marked = [text.get_text() for text in painted(picture).texts if "unsafe" in text.get_text()]
+    assert len(marked) == 1
+    assert "Unsafe: a case of the cell is not within the range of the film law." in picture.caption
+    assert labels.column_label(run.layout, f"rod_slider_{figure}") == name.lower()  # as in the sentences
+
+
 def test_what_does_not_vary_has_neither_map_nor_cloud():
     run = Run()
     run.summary["rod_slider_impacts_per_rev"], run.summary["rod_slider_onset_rate_max"] = 0.0, 0.0
     assert not any("Impacts" in title for title in pictures(run, maps))
     assert "Force peak against onset rate" not in pictures(run, tradeoffs)
     assert "Force peak against p99" in pictures(run, tradeoffs)
+
+
+def test_clearances_of_fits_are_in_micrometres_on_the_page_and_in_the_last_lines():
+    means = [1.725e-5, 1.7e-4]
+    run = Run(sweep={CLEARANCE: means})
+    run.grid["fits"] = {
+        CLEARANCE: [
+            {"name": name, "mean": mean, "low": mean, "high": mean, "diameter": 0.08}
+            for name, mean in zip("ab", means, strict=True)
+        ]
+    }
+    run.grid |= {"written_units": {}, "units": {CLEARANCE: "m"}}
+    (axis,) = study.prepare(run).axes
+    assert [axis.text(mean).replace("\u00a0", " ") for mean in means] == ["17.25 \u00b5m (a)", "170 \u00b5m (b)"]
+    facts = {"units": {CLEARANCE: "m"}, "fits": run.grid["fits"], "written_units": settings.common_units(run.grid)}
+    assert [settings.value_text(CLEARANCE, mean, facts) for mean in means] == ["17.25 \u00b5m (a)", "170 \u00b5m (b)"]
+
+
+def test_figures_of_one_column_of_the_closing_table_have_one_unit():
+    column = [{"column": "start_up_time", "value": value} for value in (0.2478, None, 0.0910)]
+    assert run_summary.figure_texts(column, {"start_up_time": "s"}) == ["0.2478 s", "cut off", "0.091 s"]
+    mixed = [{"column": "load", "value": 2584.0}, {"column": "share", "value": 0.5}, {"column": "load", "value": 830.4}]
+    assert run_summary.figure_texts(mixed, {"load": "N"}) == ["2.584 kN", "0.5", "0.8304 kN"]
 
 
 def test_clearances_of_several_joints_have_one_unit():
@@ -462,10 +503,10 @@ def test_lives_are_reported_mapped_and_drawn_with_their_intervals():
     assert said[0].startswith(
         "Shortest life of joint rod-slider, until the clearance has grown by 50.0 µm: 4.17 h at clearance 0.2 mm, "
         "stiffness 1 \u00d7 10¹⁰ N/m¹·⁵, crank speed 1000 rpm. This is 250000 revolutions. "
-        "With wear 3 times as fast, within the usual uncertainty of its coefficient, it is about 1.39 h. "
+        "With wear 3 to 10 times as fast, the usual uncertainty of its coefficient, it is about 1.39 to 0.417 h. "
         "95 % interval of the numerics alone: 3.75 h to 5.00 h."
     )
-    assert said[1].startswith("Longest life")
+    assert said[1].startswith("Longest life: ")
     assert "16.7 h" in said[1]
     mapped, depth, growth, force = gallery.pictures
     assert "Life" in mapped.title

@@ -427,7 +427,7 @@ def test_cards_and_pictures_have_the_speed_at_which_the_joint_first_yields(wide_
 def test_unknown_strengths_are_not_judged(wide_run):
     prepared = study.prepare(wide_run)
     (cards,) = summary.sections(prepared)[0].blocks
-    assert {name: neighbour for name, _, neighbour in cards.cards}["Fastest onset"] == "first yield not computed"
+    assert "Fastest onset" not in [name for name, *_ in cards.cards]  # it has no reference
     captions = [picture.caption for _, picture in tradeoffs.sections(prepared)[0].pictures]
     assert any("is not computed, because it needs a yield strength or a hardness" in caption for caption in captions)
     assert lines(wide_run) == {}
@@ -447,7 +447,7 @@ def test_a_joint_that_cannot_be_judged_is_not_asked_for_the_strength_it_has(kind
     assert "is not computed for this kind of joint or law." in captions
     assert "it takes a yield strength" not in captions
     (cards,) = summary.sections(prepared)[0].blocks
-    assert {name: neighbour for name, _, neighbour in cards.cards}["Fastest onset"] == "first yield not computed"
+    assert "Fastest onset" not in [name for name, *_ in cards.cards]  # it has no reference
 
 
 def test_closing_lines_claim_nothing_of_joints_that_cannot_be_judged():

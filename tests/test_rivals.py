@@ -12,7 +12,7 @@ from clearsweep.mechanics.compiled.family import flatten
 from clearsweep.mechanics.joint.dry import FREE, PRESSED
 from clearsweep.simulation import catalogue
 from clearsweep.verify.problems import all_problems, scene_of
-from clearsweep.verify.rivals import DEPTH, JOINT_WIDTH, NORMAL, RATE, ROWS, rates_of
+from clearsweep.verify.rivals import DEPTH_COLUMN, JOINT_WIDTH, NORMAL_COLUMN, RATE_COLUMN, STAGES, rates_of
 from clearsweep.verify.rivals import _evaluate as evaluate
 
 pytestmark = pytest.mark.heavy
@@ -41,7 +41,7 @@ def test_accelerations_gaps_and_forces_are_those_of_the_kernels(name, pressed):
     record = mechanics.parameters(scene)
     record["state"][0, :joints] = mechanics.PRESSED if pressed else mechanics.FREE
     record["onset"][0, :joints] = onset
-    unit, k, du = mechanics.units(record, model), np.zeros((ROWS, n + 1 + JOINT_WIDTH * joints)), np.empty(n)
+    unit, k, du = mechanics.units(record, model), np.zeros((STAGES, n + 1 + JOINT_WIDTH * joints)), np.empty(n)
     forces = 0
     for _ in range(200):
         t, y = near(problem, draw)
@@ -49,13 +49,13 @@ def test_accelerations_gaps_and_forces_are_those_of_the_kernels(name, pressed):
         model.rates(t, y / unit, du, record[0])
         assert du * unit == pytest.approx(ours[:n], rel=1e-9, abs=1e-9 * np.abs(ours[:n]).max())
         seen = ours[n + 1 :].reshape(joints, JOINT_WIDTH)
-        for place, result in ((DEPTH, "depth"), (RATE, "closing_rate"), (NORMAL, "force")):
+        for place, result in ((DEPTH_COLUMN, "depth"), (RATE_COLUMN, "closing_rate"), (NORMAL_COLUMN, "force")):
             scale = np.abs(seen[:, place]).max()
             assert record[result][0, :joints] == pytest.approx(seen[:, place], rel=1e-9, abs=1e-9 * scale)
         depths = record["depth"].copy()
         model.depths(t, y / unit, record[0])
         assert record["depth"] == pytest.approx(depths, abs=1e-14)
-        forces += int(np.any(seen[:, NORMAL] > 0.0))
+        forces += int(np.any(seen[:, NORMAL_COLUMN] > 0.0))
     assert (forces > 20) == pressed
 
 

@@ -22,9 +22,9 @@ def printed_wear(*arguments):
 
 def test_the_published_table_gives_the_depths_of_its_pressures_and_speeds():
     worn = series.compute_wear(series.read_series(PUBLISHED), COEFFICIENT)
-    ends = [round(1e6 * worn.depth[rule][-1], 3) for rule in ("trapezoidal", "left", "right")]
+    ends = [round(1e6 * worn.depths[rule][-1], 3) for rule in ("trapezoidal", "left", "right")]
     assert ends == [0.281, 0.258, 0.304]
-    assert worn.implied[[0, -1]] == pytest.approx([2.245e-14, 1.133e-14], rel=1e-3)
+    assert worn.implied_coefficients[[0, -1]] == pytest.approx([2.245e-14, 1.133e-14], rel=1e-3)
 
 
 @pytest.mark.parametrize(
@@ -57,14 +57,14 @@ def test_a_table_that_follows_its_equations_is_reported_so(tmp_path):
     path = written(tmp_path / "own.csv", (time, pressure, speed, depth, 50.0 + depth), heads)
     worn = series.compute_wear(series.read_series(path), COEFFICIENT)
     assert worn.remarks == ()
-    assert worn.implied == pytest.approx(COEFFICIENT, rel=1e-9)
+    assert worn.implied_coefficients == pytest.approx(COEFFICIENT, rel=1e-9)
     assert "The table agrees with its own pressures and speeds." in printed_wear(path, "--coefficient", "2e-14 m^2/N")
 
 
 def test_the_trapezoidal_rule_is_exact_for_what_is_straight_and_sums_bound_it(tmp_path):
     time = np.linspace(0.0, 2.0, 5)
     path = written(tmp_path / "straight.csv", (time, 100.0 * time, -np.ones(5)), ("t [s]", "force [N]", "speed [m/s]"))
-    depth = series.compute_wear(series.read_series(path), 1e-12, area=1e-4).depth
+    depth = series.compute_wear(series.read_series(path), 1e-12, area=1e-4).depths
     assert depth["trapezoidal"][-1] == pytest.approx(1e-12 * 100.0 * 2.0 / 1e-4, rel=1e-14)  # integral of F |v| / A
     assert depth["left"][-1] < depth["trapezoidal"][-1] < depth["right"][-1]
 

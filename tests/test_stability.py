@@ -66,7 +66,7 @@ def test_the_table_spans_what_it_should():
 
 @pytest.mark.parametrize("case", CHOSEN, ids=lambda case: case.name)
 def test_a_case_of_the_table_passes(case):
-    assert stability.run(case)["failure"] == ""
+    assert stability.run_case(case)["failure"] == ""
 
 
 @pytest.mark.slow
@@ -82,12 +82,12 @@ def test_a_penetration_bound_is_reached_by_a_free_impact_and_by_nothing_less():
     """Two bodies meet without a load: the bound is the closed form, and the run has exactly that penetration."""
     for case in TABLE:
         if case.group == "pair":
-            assert stability.run(case)["share_of_bound"] == pytest.approx(1.0, abs=1e-6)
+            assert stability.run_case(case)["share_of_bound"] == pytest.approx(1.0, abs=1e-6)
 
 
 @pytest.mark.slow
 def test_what_is_beyond_the_bound_fails_and_is_compared_with_a_tighter_tolerance():
-    row = stability.run(next(case for case in TABLE if case.name == "mixed/10 AB"))
+    row = stability.run_case(next(case for case in TABLE if case.name == "mixed/10 AB"))
     assert row["share_of_bound"] > 1.5
     off, left = map(float, re.findall(r"\d\.\de[+-]\d+", row["failure"]))
     assert 0.0 < off < 1e-3
@@ -144,7 +144,7 @@ def test_the_order_of_joints_in_the_file_does_not_matter(names):
 
 @pytest.mark.parametrize("opening", ["C", "BC"])
 def test_a_tighter_tolerance_converges(opening):
-    names = [extremes.LETTERS[letter] for letter in opening]
+    names = [extremes.JOINT_BY_LETTER[letter] for letter in opening]
     peak = [
         run(slider_crank(*names), simulate__revolutions=0.2, simulate__tolerance=tolerance)["rod_slider_force_peak"]
         for tolerance in (1e-5, 1e-7, 1e-9, 1e-13)
@@ -174,7 +174,7 @@ def test_either_body_may_carry_the_journal_where_nothing_rubs(name):
 
 def mirrored(sign):
     """Return the state of a slider seated across its bearing's side `sign`, weightless at standstill of the rod."""
-    case = extremes.Extreme("mirror/C", extremes.slider_crank_grid("C", speed=1000.0), (0.3, 0.4 * sign))
+    case = extremes.ExtremeCase("mirror/C", extremes.slider_crank_grid("C", speed=1000.0), (0.3, 0.4 * sign))
     made, _ = stability.scene_of(case)
     return made
 

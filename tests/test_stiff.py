@@ -127,7 +127,7 @@ GAINS = {  # of evaluations at equal error, explicit at 1e-6 over automatic: lea
 @pytest.mark.slow
 @pytest.mark.parametrize("name", GAINS)
 def test_where_stability_limits_the_explicit_method_the_automatic_choice_is_far_cheaper(name):
-    case = next(case for case in stiff.cases() if case.name == name)
+    case = next(case for case in stiff.stiff_cases() if case.name == name)
     (row,) = stiff.compare_at_equal_error(case, (1e-6,))
     assert row["auto"]["error"] <= row["explicit"]["error"]
     assert row["evaluations_ratio"] > GAINS[name]
@@ -135,7 +135,7 @@ def test_where_stability_limits_the_explicit_method_the_automatic_choice_is_far_
 
 @pytest.mark.slow
 @pytest.mark.parametrize("tolerance", stiff.CHOICE_TOLERANCES)
-@pytest.mark.parametrize("case", stiff.cases(), ids=lambda case: case.name)
+@pytest.mark.parametrize("case", stiff.stiff_cases(), ids=lambda case: case.name)
 def test_the_automatic_choice_takes_little_longer_than_the_better_of_the_two_methods(case, tolerance):
     assert stiff.compare_methods(case, tolerance)["over_better"] <= 1.2
 
@@ -147,7 +147,7 @@ def test_the_automatic_choice_costs_no_more_where_nothing_is_stiff(problem):
 
 def test_a_step_cut_where_no_iteration_converges_still_gives_finite_figures():
     case = next(case for case in extremes.extreme_cases() if case.name == "stiff/BC damping 1e+06, 1500 rpm")
-    assert stability.run(case)["failure"] == ""
+    assert stability.run_case(case)["failure"] == ""
 
 
 NAMED = (
@@ -158,7 +158,7 @@ NAMED = (
     "friction/BC tanh 0.01",
     "stiff/C damping 1e+06, 300 rpm",
 )
-SCENES = [*stiff.cases(), *(case for case in extremes.extreme_cases() if case.name in NAMED)]
+SCENES = [*stiff.stiff_cases(), *(case for case in extremes.extreme_cases() if case.name in NAMED)]
 
 
 def over_half_a_turn(case, method, tolerance=1e-8):
@@ -230,7 +230,7 @@ def test_surfaces_that_hold_by_stiff_bristles_cost_little_more_the_stiffer_these
 def test_an_event_at_the_start_of_an_implicit_step_leaves_the_motion_finite():
     """Three joints with friction as steep as can be: events follow each other within rounding."""
     (case,) = (case for case in extremes.extreme_cases() if case.name == "friction/ABC tanh 1")
-    assert stability.run(case)["failure"] == ""
+    assert stability.run_case(case)["failure"] == ""
 
 
 @pytest.mark.compiled

@@ -134,14 +134,14 @@ def test_verdict_sees_a_missing_event_and_a_wrong_order():
 @pytest.fixture(scope="module")
 def results():
     """Return what two problems give, at few settings and in one round, and stiff cases of one compiled form."""
-    one_joint = [case for case in stiff.cases() if case.name.startswith(("damping/C", "stiffness/C"))]
+    one_joint = [case for case in stiff.stiff_cases() if case.name.startswith(("damping/C", "stiffness/C"))]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(accuracy, "all_problems", lambda: [PROBLEMS["b_base"], PROBLEMS["impact_pair"]])
         patch.setattr(accuracy, "QUICK_STEPS", (1e-5, 1e-6))
         patch.setattr(accuracy, "QUICK_ROUNDS", 1)
         patch.setattr(convergence, "QUICK_LENGTHS", (10, 20))
         patch.setattr(stability, "QUICK_CASES", 4)
-        patch.setattr(stiff, "cases", lambda: one_joint)
+        patch.setattr(stiff, "stiff_cases", lambda: one_joint)
         return verify.measure(quick=True)
 
 
@@ -165,8 +165,8 @@ def test_results_survive_json_and_are_complete(results):
 @pytest.mark.slow
 def test_quick_measurement_judges_every_stiff_case():
     result = stiff.measure(quick=True)
-    assert [row["name"] for row in result["rows"]] == [case.name for case in stiff.cases()]
-    assert {row["name"] for row in result["choices"]} == {case.name for case in stiff.cases()}
+    assert [row["name"] for row in result["rows"]] == [case.name for case in stiff.stiff_cases()]
+    assert {row["name"] for row in result["choices"]} == {case.name for case in stiff.stiff_cases()}
 
 
 @pytest.mark.slow

@@ -50,7 +50,7 @@ def loaded(**ways):
 def test_a_written_unit_leads_back_to_the_number_that_was_written(text, unit, factor, offset):
     known = quantity.written_unit(text, unit)
     assert known == (text.split(" ", 1)[1], pytest.approx(factor), offset)
-    scale = wording.as_written(known._asdict())
+    scale = wording.recorded_scale(known._asdict())
     assert scale.given_number(quantity.read(text, unit)) == text.split(" ")[0]
 
 
@@ -152,7 +152,7 @@ def test_imperial_units_are_those_of_handbooks(value, unit, said):
 
 
 def test_imperial_factors_are_those_of_the_unit_library():
-    for unit, steps in wording._IMPERIAL.items():
+    for unit, steps in wording._IMPERIAL_SCALES.items():
         for _, factor, name in steps:
             known = {"µin": "1e-6 in", "mil": "1e-3 in", "mil³": "1e-9 in^3", "ksi": "1e3 psi", "°": "1 deg"}
             written = known.get(name, f"1 {name}").replace("²", "^2").replace("³", "^3").replace(wording.BLANK, "*")

@@ -9,6 +9,7 @@ from . import case_ranking, designs, effects, films, fits, labels, sampled, star
 from .cases import MAX_NAMED_AXES, FinishedCases
 
 RUN_LENGTH_COLUMN = "revolutions_run"  # column
+UNWORN = "The limits are those of unworn joints: wear widens the clearance, so they may not hold until then."
 MAX_LISTED_LIMITS = 2  # limits that a sentence names
 
 __all__ = ["MAX_NAMED_AXES", "FinishedCases", "question_sentences", "sentences"]
@@ -53,6 +54,9 @@ def start_force_sentences(cases: FinishedCases) -> list[str]:
     unknown_text = start_up.force_of_cut_off(cases, worst_case[1][0]) if worst_case is not None else ""
     if unknown_text and len(started.case_ids) < len(cases.case_ids):
         lines[0] += f" The peak is {unknown_text} until the end of the run."
+    if worst_case is not None and start_up.may_peak_later(started):
+        has_cut_off = len(started.case_ids) < len(cases.case_ids)
+        lines[0] += f" {start_up.LONGER_RUNS_OF_STARTED if has_cut_off else start_up.LONGER_RUNS}"
     return lines
 
 
@@ -70,12 +74,11 @@ def life_effect_sentences(cases: FinishedCases) -> list[str]:
         *effect_sentences,
         *([f"The clearance at the start is {clearance_text}."] if clearance_text else []),
     ]
-    lines = [" ".join(life_sentences)] if life_sentences else []
-    if "uncertain" not in cases.record or not cases.record["uncertain"]:
-        lines.append(
-            "The intervals exclude the wear coefficient, often uncertain by a factor of 3 to 10: see `uncertain`."
+    if not cases.record.get("uncertain"):
+        life_sentences.append(
+            "The intervals exclude the uncertainty of the wear coefficient: add `uncertain` to the grid to include it."
         )
-    return lines
+    return [" ".join(life_sentences)] if life_sentences else []
 
 
 def end_of_life_limit_sentences(cases: FinishedCases) -> list[str]:
@@ -97,6 +100,7 @@ def end_of_life_limit_sentences(cases: FinishedCases) -> list[str]:
         exceeded = cases.values_of(verdict.EXCEEDED)[worst_case] or ""
         margin = verdict.margin_text(float(margins[worst_case]), limits, exceeded)
         text += f" Smallest margin there: {margin}{cases.setting_text(worst_case)}."
+        text += " ".join(["", *verdict.small_margin_sentences(float(margins[worst_case]))])
     return [text]
 
 
@@ -262,18 +266,33 @@ def figure_range_sentences(cases: FinishedCases) -> list[str]:
             range_text = " to ".join(dict.fromkeys((low, high)))
             text = f"{labels.capitalise(cases.column_label(name))}: {range_text}."
             lines.append(
-                " ".join([text, *_accepted_range_sentences(cases, name), *_strongest_effect_sentences(cases, name)])
+                " ".join(
+                    [
+                        text,
+                        *_accepted_range_sentences(cases, name),
+                        *_strongest_effect_sentences(cases, name),
+                        *_unworn_limit_sentences(cases, name),
+                    ]
+                )
             )
     return lines
 
 
 def _accepted_range_sentences(cases: FinishedCases, name: str) -> list[str]:
     """Return the range of a figure in the designs that meet the limits, if there are others; else []."""
-    values, accepted = cases.values_of(name).astype(float), designs.is_in_accepted_design(cases)
+    values, accepted_fits = cases.values_of(name).astype(float), fits.accepted_cases(cases)
+    accepted = designs.is_in_accepted_design(cases) if accepted_fits is None else accepted_fits
     if not accepted.any() or accepted.all() or not np.isfinite(values[accepted]).any():
         return []
     accepted_values = values[accepted]
     range_text = " to ".join(
         dict.fromkeys(cases.format_values(name, [float(np.nanmin(accepted_values)), float(np.nanmax(accepted_values))]))
     )
-    return [f"Where the limits are met: {range_text}."]
+    where = "Where the limits are met" if accepted_fits is None else f"For {fits.accepted_text(cases)}"
+    return [f"{where}: {range_text}."]
+
+
+def _unworn_limit_sentences(cases: FinishedCases, name: str) -> list[str]:
+    """Return the reservation on a figure of wear in a grid with limits, else []."""
+    is_of_wear = "_wear_" in str(cases.record["figures"][name])
+    return [UNWORN] if is_of_wear and cases.limits and cases.ranking.question == "limits" else []

@@ -61,8 +61,9 @@ def sentences(cases: FinishedCases) -> list[str]:
         cases.values_of(thinnest).astype(float),
         partial(cases.format_values, thinnest),
     )
+    effect_sentences += dominance.sentences(cases, thinnest, f"{joint}_{LOSS}")
     lines += [" ".join(effect_sentences)] if effect_sentences else []
-    lines += [*dominance.sentences(cases, thinnest, f"{joint}_{LOSS}"), *_loss_sentences(cases, joint)]
+    lines += _loss_sentences(cases, joint)
     if not np.isnan(dry_share := float(cases.values_of(f"{joint}_{DRY_SHARE}")[index])):
         lines.append(f"Dry load share in the case of the thinnest film: {dry_share_text(dry_share)}.")
     return lines
@@ -178,6 +179,11 @@ def _film_joints(cases: FinishedCases) -> list[str]:
     return [joint.name for joint in cases.layout.joints if cases.has_values(f"{joint.name}_{THICKNESS}")]
 
 
+def is_unsafe(cases: FinishedCases) -> np.ndarray:
+    """Return which cases (n,) have an unsafe film."""
+    return _is_unsafe(cases, _film_joints(cases))
+
+
 def _is_unsafe(cases: FinishedCases, joints: list[str]) -> np.ndarray:
     """Return which cases (n,) leave the range of a film law or are too thin for the surfaces' roughness."""
     is_unsafe = np.zeros(len(cases.case_ids), bool)
@@ -205,7 +211,9 @@ def _best_design_sentences(cases: FinishedCases) -> list[str]:
     axes_at_end = _axes_at_range_end(cases, best)
     if axes_at_end:
         text += f" It is at the end of the range of {wording.sentence_list(axes_at_end)}: a better one may lie outside."
-    criteria = _safety_criteria_text(cases, best.joint)
+    criteria = safety_criteria_text(cases, best.joint)
+    least_safe = min([best.thickness, *(film.thickness for film in best.others)])
+    remarks = _premise_sentences(cases, best.joint, least_safe, "thinnest safe film")
     count_text = (
         f"{best.safe_count} of {wording.count(best.total_count, 'combination')} "
         f"{'is' if best.safe_count == 1 else 'are'} safe"
@@ -215,7 +223,8 @@ def _best_design_sentences(cases: FinishedCases) -> list[str]:
         for index in best.unsafe_examples
     ]
     unsafe_sentence = f" Unsafe: {'; '.join(unsafe_texts)}." if 0 < len(unsafe_texts) <= LISTED_UNSAFE else ""
-    return [f"{text} {count_text}{conditions_text(best)}: {criteria}.{unsafe_sentence}", *_other_safe(cases, best)]
+    safe_text = f"{text} {count_text}{conditions_text(best)}: {criteria}.{unsafe_sentence}"
+    return [safe_text, *_other_safe(cases, best), *remarks]
 
 
 def _other_safe(cases: FinishedCases, best: BestDesign) -> list[str]:
@@ -278,21 +287,45 @@ def _no_safe_design_sentences(cases: FinishedCases) -> list[str]:
             if unsafe_count
             else "safe in every case"
         )
-        return [f"Over {names}, the film is {safety_text}. Safe means {_safety_criteria_text(cases, joints[0])}."]
-    return [
-        "No combination of the values is safe under every condition. Safe means "
-        f"{_safety_criteria_text(cases, joints[0])}."
-    ]
+        subject = f"Over {names}, the film is {safety_text}."
+    else:
+        subject = "No combination of the values is safe under every condition."
+    joint, thickness = _thinnest(cases, joints)
+    remarks = _premise_sentences(cases, joint, thickness, "thinnest film")
+    return [f"{subject} Safe means {safety_criteria_text(cases, joint)}.", *remarks]
 
 
-def _safety_criteria_text(cases: FinishedCases, joint: str) -> str:
+def _thinnest(cases: FinishedCases, joints: list[str]) -> tuple[str, float]:
+    """Return the joint with the thinnest film of all cases, and this film (m)."""
+    thicknesses = [float(np.nanmin(cases.values_of(f"{joint}_{THICKNESS}").astype(float))) for joint in joints]
+    return joints[int(np.argmin(thicknesses))], min(thicknesses)
+
+
+def safety_criteria_text(cases: FinishedCases, joint: str) -> str:
     """Return the criteria of a safe film: within its law, and thicker than the roughness if this is known."""
     if required_thickness(cases, joint) is None:
-        return (
-            "within the range of the film law. No roughness is given: compare the films with "
-            f"{ROUGHNESSES:g} times the combined roughness of the surfaces"
-        )
+        return "within the range of the film law"
     return f"within the range of the film law and above {ROUGHNESSES:g} times the combined roughness"
+
+
+def _premise_sentences(cases: FinishedCases, joint: str, thickness: float, name: str) -> list[str]:
+    """Return what a safe film assumes, as one line: roughness, if the grid has none, and viscosity; [] if neither.
+
+    thickness : m, of a film; name : of this film
+    """
+    lines, path = [], f"joints.{wording.joint_name(joint)}.film"
+    if required_thickness(cases, joint) is None:
+        column = f"{joint}_{THICKNESS}"
+        film_text, roughness_text = cases.format_values(column, [thickness, thickness / ROUGHNESSES])
+        lines += [
+            f"No roughness is given: a film should exceed {ROUGHNESSES:g} times the combined roughness, the root of "
+            "the summed squares of both surfaces.",
+            f"The {name}, {film_text}, allows a combined roughness of {roughness_text}.",
+        ]
+    is_given = f"{path}.viscosity" in cases.varied_paths or isinstance(_grid_value(cases, f"{path}.viscosity"), float)
+    if is_given and not _grid_value(cases, f"{path}.thermal"):
+        lines.append("The viscosity is that of the warm oil in the running joint.")
+    return [" ".join(lines)] if lines else []
 
 
 def _law_range_sentences(cases: FinishedCases, index: int, thickness_column: str, joint: str) -> list[str]:

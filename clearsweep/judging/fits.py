@@ -85,8 +85,38 @@ def sentences(cases: FinishedCases) -> list[str]:
             _micrometres_text(_critical_clearance(classified, fit)) for fit in classified.undecided
         )
         lines.append(f"To decide, add {wording.sentence_list(list(clearance_texts))} to the sweep.")
-    lines += _unchecked_end_sentences(classified)
+    lines += [*_unchecked_end_sentences(classified), *_wear_allowance_sentences(cases, classified)]
     return [" ".join(lines)]
+
+
+def accepted_cases(cases: FinishedCases) -> np.ndarray | None:
+    """Return which cases (n,) are those of accepted fits, or None without fits."""
+    classified = classify_fits(cases)
+    if classified is None:
+        return None
+    return np.isin(cases.values_of(classified.path).astype(float), [fit["mean"] for fit in classified.accepted])
+
+
+def accepted_text(cases: FinishedCases) -> str:
+    """Return the names of the accepted fits, or ''."""
+    classified = classify_fits(cases)
+    return _names_text(classified.accepted) if classified is not None else ""
+
+
+def _wear_allowance_sentences(cases: FinishedCases, classified: ClassifiedFits) -> list[str]:
+    """Return by how much wear may widen the largest clearances of accepted fits, or [] without wear."""
+    joint_name = classified.path.split(".")[1]
+    wears = any(wording.joint_name(joint.name) == joint_name and joint.wear_bins for joint in cases.layout.joints)
+    if not wears or not classified.accepted or _fails_below(classified):
+        return []
+    largest = classified.safe_clearances[-1]
+    allowances = [
+        f"{_micrometres_text(largest - fit['high'])} for {fit['name']}" for fit in classified.accepted[:MAX_LISTED]
+    ]
+    return [
+        f"Wear may widen the largest clearances up to {_micrometres_text(largest)}: "
+        f"by {wording.sentence_list(allowances)}."
+    ]
 
 
 def _fails_below(classified: ClassifiedFits) -> bool:

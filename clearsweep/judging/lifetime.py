@@ -1,13 +1,14 @@
 """Texts on a life: hours, with the intervals from numerics and from uncertain wear coefficients."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any, NamedTuple
 
 from ..language import wording
 from .validity import MAX_RELIABLE_SMOOTHING_WIDTH
 
-WEAR_UNCERTAINTY_FACTOR = 3.0  # lower end of the usual uncertainty of a wear coefficient, a factor
+WEAR_UNCERTAINTY_FACTORS = (3.0, 10.0)  # usual uncertainty of a wear coefficient
+FASTER_WEAR = "{:g} to {:g} times".format(*WEAR_UNCERTAINTY_FACTORS)
 INTERVAL_DIGITS = (3, 4, 5)  # digits: as few as distinguish the ends of an interval
 MIN_RELATIVE_HALF_WIDTH = 1e-5  # of a life: a smaller interval is reported as below this
 
@@ -59,6 +60,12 @@ def hours_text(life: Lifetime) -> str:
     return f"{wording.plain(life.hours)} h"
 
 
+def remarks(life: Lifetime) -> list[str]:
+    """Return the sentences that follow the hours of a life: revolutions, faster wear, intervals."""
+    revolutions = f"This is {wording.plain(life.revolutions)} revolutions."
+    return [revolutions, *faster_wear_sentences(life), *interval_sentences(life)]
+
+
 def faster_wear_sentences(life: Lifetime) -> list[str]:
     """Return the sentence on a larger wear coefficient, which ends a life sooner; [] if its uncertainty is known."""
     if math.isfinite(life.revolutions_low_with_wear_uncertainty) or math.isfinite(
@@ -66,18 +73,19 @@ def faster_wear_sentences(life: Lifetime) -> list[str]:
     ):
         return []
     return [
-        f"With wear {WEAR_UNCERTAINTY_FACTOR:g} times as fast, within the usual uncertainty of its coefficient, it is "
-        f"about {faster_wear_text(life.hours)}."
+        f"With wear {FASTER_WEAR} as fast, the usual uncertainty of its coefficient, it is about "
+        f"{faster_wear_text(life.hours)}."
     ]
 
 
 def faster_wear_text(hours: float) -> str:
-    """Return a life in hours with the wear WEAR_UNCERTAINTY_FACTOR times as fast."""
-    return f"{wording.plain(hours / WEAR_UNCERTAINTY_FACTOR)}{wording.BLANK}h"
+    """Return a life in hours with the wear WEAR_UNCERTAINTY_FACTORS times as fast: '159 to 47.8 h'."""
+    texts = [wording.plain(hours / factor) for factor in WEAR_UNCERTAINTY_FACTORS]
+    return f"{' to '.join(texts)}{wording.BLANK}h"
 
 
 def interval_sentences(life: Lifetime) -> list[str]:
-    """Return sentences on the intervals of a life: from numerics, from uncertain coefficients, and what they omit."""
+    """Return sentences on the intervals of a life: from numerics and from uncertain coefficients."""
     sentences = [f"95{wording.BLANK}% interval of the numerics alone: {_numerical_interval_text(life)}."]
     if math.isfinite(life.revolutions_low_with_wear_uncertainty) or math.isfinite(
         life.revolutions_high_with_wear_uncertainty
@@ -92,17 +100,22 @@ def interval_sentences(life: Lifetime) -> list[str]:
         ]
         bounds_text = " ".join(bounds).removeprefix("from ") if len(bounds) == 2 else f"{bounds[0]}, other end unknown"
         sentences.append(f"With the uncertain wear coefficients: {bounds_text}.")
-    if life.smoothing_width > MAX_RELIABLE_SMOOTHING_WIDTH:
-        sentences.append(
-            f"Not included: the effect of smoothing the worn shapes over {_degrees_text(life.smoothing_width)}, "
-            "which is unknown: take the hours as an estimate."
-        )
     return sentences
 
 
-def _degrees_text(angle: float) -> str:
-    """Return an angle (rad) in degrees."""
-    return f"{math.degrees(angle):.2g} deg"
+def smoothing_sentences(widths: Iterable[float]) -> list[str]:
+    """Return the sentence on the smoothing of the worn shapes at the end of lives, which their intervals omit, or [].
+
+    widths : rad, smoothing width of each life; NaN without smoothing
+    """
+    wide = [math.degrees(width) for width in widths if width > MAX_RELIABLE_SMOOTHING_WIDTH]
+    if not wide:
+        return []
+    range_text = " to ".join(dict.fromkeys(f"{width:.2g}" for width in (min(wide), max(wide))))
+    return [
+        f"Not included: the effect of smoothing the worn shapes over {range_text} deg, which is unknown: take the "
+        "hours as an estimate."
+    ]
 
 
 def _interval_end_text(life: Lifetime, revolutions: float, digits: int) -> str:

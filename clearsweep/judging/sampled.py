@@ -21,6 +21,7 @@ __all__ = [
     "variable_correlations",
 ]
 
+MAX_DRIVER_CARDS = 3
 MIN_CASES = 8  # cases: correlations of fewer are meaningless
 QUANTILES = (0.05, 0.5, 0.95)
 PERIOD = "period"  # column
@@ -30,6 +31,7 @@ STRENGTH_NOTE = (
     "fixed."
 )
 EXTREME_SUFFIXES = ("_peak", "_max", "_min", "_ratio")  # ends of figures that are extremes of a window
+LIMIT_MEDIAN = "If it keeps rising, limit the median peak or p99 instead of the largest peak."
 QUARTILE = 0.25  # of the cases: those with the lowest and with the highest values of a variable
 
 ValueFormatter = Callable[[Sequence[float]], list[str]]
@@ -91,6 +93,32 @@ def driver_sentences(
         ]
         lines.append(f"It also {wording.sentence_list(listed)}.")
     return lines
+
+
+def driver_cards(cases: FinishedCases) -> list[tuple[str, str, str]]:
+    """Return name, strongest driver, and remark of a card for each limited figure and for the wear rate of a joint."""
+    figures = [
+        (cases.column_label(name), cases.values_of(name).astype(float))
+        for name in dict.fromkeys(limit.column for limit in cases.limits)
+        if cases.has_values(name)
+    ]
+    for joint in cases.layout.joints:
+        if (depths := wear.depth_in_1000_hours(cases, joint)) is not None:
+            figures.append((f"wear rate{cases.joint_text(joint.name)}", depths))
+    return [card for label, values in figures[:MAX_DRIVER_CARDS] for card in _driver_card(cases, label, values)]
+
+
+def _driver_card(cases: FinishedCases, label: str, values: np.ndarray) -> list[tuple[str, str, str]]:
+    """Return the card on the drivers of a figure; [] without a clear one."""
+    drawn, names = _drawn_variables(cases)
+    clear = [(path, partial.value) for path, _, partial in variable_correlations(drawn, values) if is_clear(partial)]
+    if not clear:
+        return []
+    (path, strongest), *others = clear
+    listed = [f"{direction_verb(value)} with {names[path]}" for path, value in others[:2]]
+    note = f"strength {wording.plain(abs(strongest), 2)}"
+    note += f"; it also {wording.sentence_list(listed)}" if listed else ""
+    return [(f"{labels.capitalise(label)} {direction_verb(strongest)} most with", names[path], note)]
 
 
 def direction_verb(correlation: float) -> str:
@@ -156,6 +184,7 @@ def longer_run_warning(cases: FinishedCases, limited_columns: Sequence[str]) -> 
         "runs exceed limits on peaks more often.",
         "The order of the drivers may change, too.",
         _enough_revolutions(cases),
+        *([LIMIT_MEDIAN] if any(name.endswith("_peak") for name in limited_columns) else []),
     ]
 
 
@@ -164,10 +193,7 @@ def _enough_revolutions(cases: FinishedCases) -> str:
     revolutions = (cases.record.get("simulate") or {}).get("revolutions")
     is_varied = "simulate.revolutions" in cases.varied_paths
     next_text = f", to {2.0 * revolutions:g} next," if isinstance(revolutions, int | float) and not is_varied else ""
-    return (
-        f"The probability is a lower value. Double simulate.revolutions{next_text} until a doubling no longer "
-        "raises it."
-    )
+    return f"The probability is a lower bound: double the revolutions{next_text} until it no longer rises."
 
 
 def _wear_text(cases: FinishedCases, joint: Any, depths: np.ndarray) -> str:
@@ -185,6 +211,7 @@ def _wear_text(cases: FinishedCases, joint: Any, depths: np.ndarray) -> str:
             [
                 spread_sentence(subject, _hours_texts(np.nanquantile(hours, QUANTILES).tolist())),
                 "After that the rate changes, so no depth is forecast.",
+                *wear.worn_away_sentences(cases, joint, depths),
                 *_sentences_on_drivers(cases, depths / 1000.0, _wear_rate_texts, "The wear rate"),
             ]
         )
@@ -208,15 +235,15 @@ def _wear_rate_texts(rates: Sequence[float]) -> list[str]:
 def _sentences_on_drivers(
     cases: FinishedCases, values: np.ndarray, format_values: ValueFormatter, subject: str = "It"
 ) -> list[str]:
+    drawn, names = _drawn_variables(cases)
+    return driver_sentences(drawn, values, names, format_values, subject)
+
+
+def _drawn_variables(cases: FinishedCases) -> tuple[dict[str, np.ndarray], dict[str, str]]:
+    """Return the values (n,) of the drawn variables and their names in words, by path."""
     drawn = {path: cases.values_of(path).astype(float) for path in cases.varied_paths}
     names_and_values = {path: cases.name_and_value(0, path) for path in cases.varied_paths}
-    return driver_sentences(
-        drawn,
-        values,
-        {path: name_and_value[0] if name_and_value else path for path, name_and_value in names_and_values.items()},
-        format_values,
-        subject,
-    )
+    return drawn, {path: pair[0] if pair else path for path, pair in names_and_values.items()}
 
 
 def _exceedance_sentence(cases: FinishedCases, limit: verdict.Limit) -> str:
@@ -235,7 +262,7 @@ def _exceedance_sentence(cases: FinishedCases, limit: verdict.Limit) -> str:
 
 
 def _typical_revolution(cases: FinishedCases, limit: verdict.Limit) -> str:
-    """Return ' In a typical revolution ...': how many median peaks exceed a limit on peaks; '' if it is unknown.
+    """Return how many median peaks exceed a limit on peaks, as ' By the median peak ...'; '' if it is unknown.
 
     Unlike a largest peak, the median peak does not grow with the run.
     """
@@ -244,7 +271,7 @@ def _typical_revolution(cases: FinishedCases, limit: verdict.Limit) -> str:
         return ""
     exceeding = int(limit._replace(column=median).is_exceeded({median: cases.values_of(median).astype(float)}).sum())
     verb = "exceeds" if exceeding == 1 else "exceed"
-    return f" In the median revolution, {exceeding} of {wording.count(len(cases.case_ids), 'case')} {verb} it."
+    return f" By the median peak per revolution, {exceeding} of {wording.count(len(cases.case_ids), 'case')} {verb} it."
 
 
 def _limit_columns(cases: FinishedCases, limit: verdict.Limit) -> dict[str, np.ndarray]:

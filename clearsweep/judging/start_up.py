@@ -13,6 +13,9 @@ from .cases import FinishedCases
 
 FORCE_DURING_START = "force_peak_start"  # figure of a joint
 SWING_ENDS = (SPEED_AFTER_START, MAX_SPEED)  # columns: lowest and highest speed after the start-up time
+PERIOD = "period"  # column
+LONGER_RUNS = "In longer runs the peak may be higher."
+LONGER_RUNS_OF_STARTED = "In longer runs the started cases may have higher peaks, too."
 MAX_SHARED = 4  # varied values in one sentence
 REVOLUTION_MARGIN = 1.25  # revolutions to set over those estimated: the speed swings, so that the estimate is too low
 
@@ -194,13 +197,13 @@ def _remedy(cases: FinishedCases, speed_fraction: float, is_cut_off: np.ndarray)
     """Return the sentences on the revolutions to set; speed_fraction : highest speed over that without load."""
     revolutions = _fixed_revolutions(cases)
     if not revolutions:
-        return "To see whether it is reached later, raise simulate.revolutions."
+        return "To see whether it is reached later, run more revolutions."
     needed = _needed_revolutions(cases, revolutions, speed_fraction)
     if needed is None:
-        return f"To see whether it is reached later, set simulate.revolutions to {2.0 * revolutions:g} or more."
+        return f"To see whether it is reached later, run {2.0 * revolutions:g} revolutions or more."
     subject = "This case needs" if is_cut_off.sum() == 1 else "These cases need"
     rounded = max(math.ceil(REVOLUTION_MARGIN * needed), math.floor(revolutions) + 1)
-    return f"{subject} about {needed:.0f} by the motor's torque: set simulate.revolutions to {rounded} or more."
+    return f"{subject} about {needed:.0f} revolutions by the motor's torque: run {rounded} or more."
 
 
 def _needed_revolutions(cases: FinishedCases, revolutions: float, speed_fraction: float) -> float | None:
@@ -241,6 +244,12 @@ def force_of_cut_off(cases: FinishedCases, column: str) -> str:
     force = float(cases.values_of(column)[is_cut_off].max())
     subject = _missing_text(cases, is_cut_off) or "of the starts that were cut off"
     return f"unknown {subject}: at least {cases.format_values(column, [force])[0]}"
+
+
+def may_peak_later(started: FinishedCases) -> bool:
+    """Return whether a longer run may have higher peaks: the motion of some started case is not known to repeat."""
+    periods = started.values_of(PERIOD).astype(float) if started.has_values(PERIOD) else np.array([np.nan])
+    return _no_load_speed(started) is not None and bool(np.isnan(periods).any())
 
 
 def started_cases(cases: FinishedCases) -> FinishedCases:

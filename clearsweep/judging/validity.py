@@ -270,8 +270,9 @@ def smoothing_remark(widths: Iterable[tuple[str, float | None]]) -> str:
     ]
     hint = (
         ". Contact at one point needs this where the surfaces become conformal. The effect on the life is "
-        "unknown and not part of its interval. Contact on springs needs less: `contact: {elastic: winkler, "
-        "thickness: 0.5 mm, material: {young: 207 GPa, poisson: 0.3}}` without a stiffness, `wear: {pressure: winkler}`"
+        "unknown and not part of its interval. Contact on springs needs less, but can take 100 times as long: "
+        "`contact: {elastic: winkler, thickness: 0.5 mm, material: {young: 207 GPa, poisson: 0.3}}` without a "
+        "stiffness, `wear: {pressure: winkler}`"
     )
     return SMOOTHED + "; ".join(remarks) + hint if remarks else ""
 
@@ -332,7 +333,7 @@ def film_temperature_remark(joints: Iterable[tuple[str, float, float, float]]) -
         + (f"uncertain by {error:.3g} K (95 %)" if math.isfinite(error) else "from too few revolutions for an interval")
         for joint, temperature, error, rise in joints
     ]
-    return f"{FILM_UNCERTAIN}{'; '.join(descriptions)}; more simulate.revolutions narrow it" if descriptions else ""
+    return f"{FILM_UNCERTAIN}{'; '.join(descriptions)}; more revolutions narrow it" if descriptions else ""
 
 
 def friction_heat_remark(joints: Iterable[tuple[str, float, float | None]]) -> str:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 EXCEEDED, MARGIN = "limits_exceeded", "margin"  # columns
 KINDS = ("at_most", "at_least")
+SMALL_MARGIN = 0.1  # margins below this are not certain
 
 
 class Limit(NamedTuple):
@@ -190,6 +191,13 @@ def margin_text(margin: float, limits: Iterable[Limit], exceeded: str) -> str:
     if margin < -1.0 and all(limit.kind == "at_most" and limit.value > 0.0 for limit in exceeded_limits):
         return f"{percentage} ({wording.plain(1.0 - margin, 2)} times the limit)"
     return percentage
+
+
+def small_margin_sentences(margin: float) -> list[str]:
+    """Return the reservation on a margin that is met, but smaller than SMALL_MARGIN; else []."""
+    if not 0.0 <= margin < SMALL_MARGIN:
+        return []
+    return ["Such a small margin is not certain: other contact laws, or higher peaks in longer runs, may use it up."]
 
 
 def limits_of(section: Mapping[str, Any], columns: Iterable[Column] = ()) -> tuple[Limit, ...]:

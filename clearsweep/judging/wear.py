@@ -28,6 +28,7 @@ def sentences(cases: FinishedCases) -> list[str]:
             f"h{cases.setting_text(worst_case)}."
         )
         depth_lines = [text, *forecast_remark(cases, joint, worst_case, float(depths[worst_case]))]
+        depth_lines += worn_away_sentences(cases, joint, depths)
         lines.append(" ".join([*depth_lines, *effects.sentences(cases, effects.PRONOUN, depths, _depth_texts, 1)]))
     return lines
 
@@ -67,6 +68,21 @@ def clearance_hours_text(cases: FinishedCases, joint: JointLayout, index: int, d
     return f"{wording.plain(1000.0 * clearance / depth, 2)} h"
 
 
+def worn_away_count(cases: FinishedCases, joint: JointLayout, depths: np.ndarray) -> int:
+    """Return the number of cases whose wear exceeds the bearing radius; depths : (n,) m in 1000 hours."""
+    radii = _lengths(cases, joint, "bearing_radius")
+    return 0 if radii is None else int((depths > radii).sum())
+
+
+def worn_away_sentences(cases: FinishedCases, joint: JointLayout, depths: np.ndarray) -> list[str]:
+    """Return the alarm on bearings that are worn away within 1000 hours, or []; depths : (n,) m in 1000 hours."""
+    count = worn_away_count(cases, joint, depths)
+    if not count:
+        return []
+    total = wording.count(len(depths), "case")
+    return [f"In {count} of {total} the bearing is worn away within 1000 h: check the wear coefficient and its unit."]
+
+
 def _depth_texts(values: Sequence[float]) -> list[str]:
     return wording.in_common_unit(values, "m")
 
@@ -96,10 +112,15 @@ def initial_clearance_text(cases: FinishedCases, name: str) -> str:
 
 def clearances(cases: FinishedCases, joint: JointLayout) -> np.ndarray | None:
     """Return the clearance (m) of a joint in each case (n,), or None if one is not a number above zero."""
+    return _lengths(cases, joint, "clearance")
+
+
+def _lengths(cases: FinishedCases, joint: JointLayout, key: str) -> np.ndarray | None:
+    """Return a length (m) of a joint in each case (n,), or None if one is not a number above zero."""
     title = wording.joint_name(joint.name)
-    path = f"joints.{title}.clearance"
+    path = f"joints.{title}.{key}"
     section: Mapping = (cases.record.get("joints") or {}).get(title) or {}
-    value = cases.values_of(path) if path in cases.varied_paths else section.get("clearance")
+    value = cases.values_of(path) if path in cases.varied_paths else section.get(key)
     if not isinstance(value, float | np.ndarray):
         return None
     sizes = np.broadcast_to(np.asarray(value, float), (len(cases.case_ids),))

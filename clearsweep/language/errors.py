@@ -50,15 +50,15 @@ class SchedulerLostError(ClearsweepError, ConnectionError):
     exit_code = 4
 
 
-def brief(error: BaseException) -> str:
-    """Return an error as one short line that begins with its type."""
+def error_line(error: BaseException) -> str:
+    """Return an error as one line of at most MAX_LINE characters after its type."""
     first_line = (str(error).strip().splitlines() or [""])[0]
     text = first_line if len(first_line) <= MAX_LINE else first_line[:MAX_LINE] + "..."
     return f"{type(error).__name__}: {text}"
 
 
-def printable(text: str) -> str:
-    """Return text without control characters such as `\\x1b`; line ends are kept."""
+def escape_control_characters(text: str) -> str:
+    """Return text with control characters such as `\\x1b` escaped; line ends are kept."""
     return "".join(
         char if char == "\n" or category(char) not in _INVISIBLE_CATEGORIES else char.encode("unicode_escape").decode()
         for char in text
@@ -95,16 +95,16 @@ def similar_words(word: str, names: Iterable[str]) -> list[str]:
 
 
 def quoted(value: object) -> str:
-    """Return a value for a message: shortened, text in quotes."""
+    """Return a value as a message cites it: at most 60 characters, text in quotes."""
     if isinstance(value, (dict, list)):
         return "a section" if isinstance(value, dict) else "a list"
-    texts = {True: "true", False: "false", None: "nothing"}
-    text = texts[value] if value is None or isinstance(value, bool) else repr(value)
+    constant_texts = {True: "true", False: "false", None: "nothing"}
+    text = constant_texts[value] if value is None or isinstance(value, bool) else repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 @contextlib.contextmanager
-def writing() -> Iterator[None]:
+def convert_write_errors() -> Iterator[None]:
     """Convert an OSError for a path that the user chose into an InputError."""
     try:
         yield

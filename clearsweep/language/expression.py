@@ -19,9 +19,9 @@ if TYPE_CHECKING:
     import numpy as np  # imported only when values are computed
 
 MAX_LENGTH = 500  # characters
-_SUMS: dict[type, Callable] = {ast.Add: operator.add, ast.Sub: operator.sub}
-_PRODUCTS: dict[type, tuple[Callable, int]] = {ast.Mult: (operator.mul, 1), ast.Div: (operator.truediv, -1)}
-_SIGNS: dict[type, Callable] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
+_SUM_OPERATORS: dict[type, Callable] = {ast.Add: operator.add, ast.Sub: operator.sub}
+_PRODUCT_OPERATORS: dict[type, tuple[Callable, int]] = {ast.Mult: (operator.mul, 1), ast.Div: (operator.truediv, -1)}
+_SIGN_OPERATORS: dict[type, Callable] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
 _SAME_UNIT_FUNCTIONS = {"min": "minimum", "max": "maximum"}  # functions of two or more arguments -> name in numpy
 _ONE_ARGUMENT_FUNCTIONS = {"abs": Fraction(1), "sqrt": Fraction(1, 2)}  # function -> power of the unit
 FUNCTIONS = (*_SAME_UNIT_FUNCTIONS, *_ONE_ARGUMENT_FUNCTIONS)
@@ -59,6 +59,7 @@ def unit_of_defined(text: str, units: Mapping[str, str]) -> str:
 
 
 def _si_unit(text: str, units: Mapping[str, str], vocabulary: Vocabulary) -> str:
+    """Return the SI unit of an expression over names with the SI units `units`."""
     dimension = _DimensionChecker(units, vocabulary).dimension(_parse(text, vocabulary))
     return quantity.unit_of(tuple(sorted(dimension.items())))
 
@@ -90,6 +91,7 @@ def exact_value(text: str, values: Mapping[str, Fraction]) -> Fraction:
 
 @lru_cache(256)
 def _parse(text: str, vocabulary: Vocabulary = COLUMNS) -> ast.expr:
+    """Return the syntax tree of an expression; InputError if it cannot be read."""
     if len(text) > MAX_LENGTH:
         raise InputError(f"found {len(text):,} characters; expected at most {MAX_LENGTH}")
     try:
@@ -120,6 +122,7 @@ def names_in(text: str, vocabulary: Vocabulary = COLUMNS) -> set[str]:
 
 
 def _expected_text(vocabulary: Vocabulary) -> str:
+    """Return the allowed parts of an expression, as the second half of a message."""
     functions = ", ".join(FUNCTIONS)
     return f"expected {vocabulary.noun}, numbers, + - * / **, brackets, {functions}, such as {vocabulary.example}"
 
@@ -138,28 +141,29 @@ class _DimensionChecker:
             case ast.Constant(value=str(quoted_quantity)):
                 return dict(quantity.value_and_dimension(quoted_quantity)[1])
             case ast.Constant(value=int() | float()):
-                _number(node)
+                _signed_number(node)
                 return {}
             case ast.Name(id=name):
                 return self._name_dimension(name)
-            case ast.UnaryOp(op=operation, operand=operand) if type(operation) in _SIGNS:
+            case ast.UnaryOp(op=operation, operand=operand) if type(operation) in _SIGN_OPERATORS:
                 return self.dimension(operand)
             case ast.BinOp(left=left, op=ast.Pow(), right=power):
-                return _to_power(self.dimension(left), Fraction(repr(_number(power))))
-            case ast.BinOp(left=left, op=operation, right=right) if type(operation) in _PRODUCTS:
-                exponent = Fraction(_PRODUCTS[type(operation)][1])
-                return _multiply(self.dimension(left), _to_power(self.dimension(right), exponent))
-            case ast.BinOp(left=left, op=operation, right=right) if type(operation) in _SUMS:
+                return _dimension_power(self.dimension(left), Fraction(repr(_signed_number(power))))
+            case ast.BinOp(left=left, op=operation, right=right) if type(operation) in _PRODUCT_OPERATORS:
+                exponent = Fraction(_PRODUCT_OPERATORS[type(operation)][1])
+                return _multiply_dimensions(self.dimension(left), _dimension_power(self.dimension(right), exponent))
+            case ast.BinOp(left=left, op=operation, right=right) if type(operation) in _SUM_OPERATORS:
                 return self._common_dimension(left, right)
             case ast.Call(func=ast.Name(id=name), args=[_, _, *_] as arguments, keywords=[]) if (
                 name in _SAME_UNIT_FUNCTIONS
             ):
                 return [self._common_dimension(arguments[0], argument) for argument in arguments[1:]][-1]
             case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in _ONE_ARGUMENT_FUNCTIONS:
-                return _to_power(self.dimension(argument), _ONE_ARGUMENT_FUNCTIONS[name])
+                return _dimension_power(self.dimension(argument), _ONE_ARGUMENT_FUNCTIONS[name])
         raise InputError(f"found {quoted(ast.unparse(node))}; {_expected_text(self.vocabulary)}")
 
     def _name_dimension(self, name: str) -> Dimension:
+        """Return the dimension of a name; InputError if it is unknown."""
         if name not in self.units:
             names = ", ".join(self.units) or "none"
             raise InputError(
@@ -183,22 +187,22 @@ class _DimensionChecker:
 
 
 def _evaluate(node: Any, columns: "Mapping[str, np.ndarray]") -> Any:
-    """Return the value of an expression that `_Checked.dimension` accepts."""
+    """Return the value of an expression that `_DimensionChecker.dimension` accepts."""
     import numpy as np
 
     match node:
         case ast.Constant(value=str(quoted_quantity)):
             return quantity.value_and_dimension(quoted_quantity)[0]
         case ast.Constant():
-            return _number(node)
+            return _signed_number(node)
         case ast.Name(id=name):
             return columns[name]
         case ast.UnaryOp(op=operation, operand=operand):
-            return _SIGNS[type(operation)](_evaluate(operand, columns))
+            return _SIGN_OPERATORS[type(operation)](_evaluate(operand, columns))
         case ast.BinOp(left=left, op=ast.Pow(), right=power):
-            return np.asarray(_evaluate(left, columns), float) ** _number(power)
+            return np.asarray(_evaluate(left, columns), float) ** _signed_number(power)
         case ast.BinOp(left=left, op=operation, right=right):
-            function = _SUMS.get(type(operation)) or _PRODUCTS[type(operation)][0]
+            function = _SUM_OPERATORS.get(type(operation)) or _PRODUCT_OPERATORS[type(operation)][0]
             return function(_evaluate(left, columns), _evaluate(right, columns))
         case ast.Call(func=ast.Name(id=name), args=arguments):
             values = [_evaluate(argument, columns) for argument in arguments]
@@ -211,30 +215,30 @@ def _evaluate(node: Any, columns: "Mapping[str, np.ndarray]") -> Any:
 
 
 def _evaluate_exactly(node: Any, values: Mapping[str, Fraction]) -> Fraction:
-    """Return the exact value of an expression that `_Checked.dimension` accepts."""
+    """Return the exact value of an expression that `_DimensionChecker.dimension` accepts."""
     match node:
         case ast.Constant(value=str(quoted_quantity)):
             return Fraction(repr(quantity.value_and_dimension(quoted_quantity)[0]))
         case ast.Constant():
-            return Fraction(repr(_number(node)))
+            return Fraction(repr(_signed_number(node)))
         case ast.Name(id=name):
             return values[name]
         case ast.UnaryOp(op=operation, operand=operand):
-            return Fraction(_SIGNS[type(operation)](_evaluate_exactly(operand, values)))
+            return Fraction(_SIGN_OPERATORS[type(operation)](_evaluate_exactly(operand, values)))
         case ast.BinOp(left=left, op=ast.Pow(), right=power):
-            return _power(_evaluate_exactly(left, values), _number(power))
+            return _rounded_power(_evaluate_exactly(left, values), _signed_number(power))
         case ast.BinOp(left=left, op=operation, right=right):
-            function = _SUMS.get(type(operation)) or _PRODUCTS[type(operation)][0]
+            function = _SUM_OPERATORS.get(type(operation)) or _PRODUCT_OPERATORS[type(operation)][0]
             return Fraction(function(_evaluate_exactly(left, values), _evaluate_exactly(right, values)))
         case ast.Call(func=ast.Name(id="sqrt"), args=[argument]):
-            return _power(_evaluate_exactly(argument, values), 0.5)
+            return _rounded_power(_evaluate_exactly(argument, values), 0.5)
         case ast.Call(func=ast.Name(id=name), args=arguments):
             built_in: Any = {"min": min, "max": max, "abs": abs}[name]
             return Fraction(built_in(*(_evaluate_exactly(argument, values) for argument in arguments)))
     raise AssertionError(node)  # `unit_of_defined` has refused it
 
 
-def _power(base: Fraction, power: float) -> Fraction:
+def _rounded_power(base: Fraction, power: float) -> Fraction:
     """Return a power as floats give it; ValueError if it is not real."""
     result = float(base) ** power
     if isinstance(result, complex):
@@ -242,20 +246,22 @@ def _power(base: Fraction, power: float) -> Fraction:
     return Fraction(repr(result))
 
 
-def _number(node: ast.expr) -> float:
+def _signed_number(node: ast.expr) -> float:
     """Return a written number with its sign."""
     match node:
         case ast.UnaryOp(op=ast.USub(), operand=operand):
-            return -_number(operand)
+            return -_signed_number(operand)
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool) and abs(value) < 1e300:
             return float(value)
     raise InputError(f"found {quoted(ast.unparse(node))}; expected a plain number below 1e300")
 
 
-def _multiply(left: Dimension, right: Dimension) -> Dimension:
+def _multiply_dimensions(left: Dimension, right: Dimension) -> Dimension:
+    """Return the dimension of a product."""
     powers = {name: left.get(name, Fraction(0)) + right.get(name, Fraction(0)) for name in (*left, *right)}
     return {name: power for name, power in powers.items() if power}
 
 
-def _to_power(dimension: Dimension, power: Fraction) -> Dimension:
+def _dimension_power(dimension: Dimension, power: Fraction) -> Dimension:
+    """Return a dimension raised to a power."""
     return {name: power * exponent for name, exponent in dimension.items() if power}

@@ -14,13 +14,13 @@ from collections.abc import Callable, Iterator, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol
 
-from .errors import printable
+from .errors import escape_control_characters
 from .wording import duration
 
-FIRST_LINE = 5.0  # s without a line before the first one is printed
-PAUSE_GROWTH = 1.5  # factor by which the next pause is longer
-LONGEST_PAUSE = 60.0  # s
-REFRESH = 0.25  # s between two looks at the open phases, and between two drawings on a terminal
+FIRST_LINE_DELAY = 5.0  # s without a line before the first one is printed
+INTERVAL_GROWTH = 1.5  # factor by which the next pause is longer
+MAX_INTERVAL = 60.0  # s
+REFRESH_INTERVAL = 0.25  # s between two looks at the open phases, and between two drawings on a terminal
 MIN_ELAPSED = 1.0  # s of work before its time left is estimated, before a terminal shows it, and between two writes
 BAR_WIDTH = 24  # characters of a bar
 
@@ -28,10 +28,10 @@ BAR_WIDTH = 24  # characters of a bar
 class Progress(NamedTuple):
     """The progress of some work at one time."""
 
-    what: str
-    seconds: float  # so far
-    left: float | None = None  # s, None: unknown
-    facts: Mapping[str, Any] = MappingProxyType({})  # the same for programs, such as the number of a block
+    what: str  # names of the open phases
+    seconds: float  # elapsed
+    left: float | None = None  # s until the end, None: unknown
+    facts: Mapping[str, Any] = MappingProxyType({})  # further values for programs, such as the number of a block
     share: float | None = None  # finished share of the work
     once: bool = False  # the result of the work is kept for later runs
 
@@ -45,8 +45,8 @@ class Progress(NamedTuple):
 class Phase:
     """A section of work.
 
-    what : its name, '' for a phase that only carries facts.
-    whole : it estimates the time of all nested work, so the estimates of nested phases do not count.
+    name : '' for a phase that only carries facts.
+    whole : its estimate of the time covers all nested work, so the estimates of nested phases do not count.
     once : its result is stored for later runs, such as compiled code.
     since : s of the monotonic clock, start of the work if an earlier phase did part of it.
     """
@@ -54,7 +54,7 @@ class Phase:
     def __init__(
         self, name: str | Callable[[], str], *, whole: bool = False, once: bool = False, since: float | None = None
     ):
-        self._what, self.whole, self.once = name, whole, once
+        self._name, self.whole, self.once = name, whole, once
         self.opened = time.monotonic()
         self.begin = self.opened if since is None else since
         self.share: float | None = None
@@ -72,9 +72,9 @@ class Phase:
 
     def what(self) -> str:
         """Return the present name of the phase, with the finished share of the work."""
-        if not isinstance(self._what, str):
-            return self._what()
-        return self._what if self.share is None else f"{self._what}, {100.0 * self.share:.0f} %"
+        if not isinstance(self._name, str):
+            return self._name()
+        return self._name if self.share is None else f"{self._name}, {100.0 * self.share:.0f} %"
 
     def remaining_time(self, now: float) -> float | None:
         """Return the time (s) left, or None if unknown."""
@@ -100,6 +100,7 @@ _compile_seconds = [0.0]  # s of finished phases of the kind `once`
 
 
 def _notify_listeners() -> None:
+    """Tell all listeners that the open phases changed."""
     for listener in _listeners:
         listener.changed()
 
@@ -121,14 +122,14 @@ def start(new_phase: Phase) -> Phase:
     return new_phase
 
 
-def end(ended: Phase) -> None:
+def end(ended_phase: Phase) -> None:
     """Close a phase."""
-    _open_phases[:] = [other for other in _open_phases if other is not ended]
-    if ended.once and not any(other.once for other in _open_phases):
-        elapsed = time.monotonic() - ended.opened
+    _open_phases[:] = [open_phase for open_phase in _open_phases if open_phase is not ended_phase]
+    if ended_phase.once and not any(open_phase.once for open_phase in _open_phases):
+        elapsed = time.monotonic() - ended_phase.opened
         _compile_seconds[0] += elapsed
-        for other in _open_phases:
-            other.compile_time += elapsed
+        for open_phase in _open_phases:
+            open_phase.compile_time += elapsed
     _notify_listeners()
 
 
@@ -137,12 +138,12 @@ def compile_seconds() -> float:
     return _compile_seconds[0]
 
 
-def progress(first: int = 0) -> Progress | None:
+def progress(first_index: int = 0) -> Progress | None:
     """Return the progress of the open phases from index `first` on, or None if none is open.
 
     The time left is that of the outermost `whole` phase, or else of the innermost phase with an estimate.
     """
-    phases, now = list(_open_phases)[first:], time.monotonic()
+    phases, now = list(_open_phases)[first_index:], time.monotonic()
     if not phases:
         return None
     whole_phase = next((open_phase for open_phase in phases if open_phase.whole), None)
@@ -166,9 +167,9 @@ def is_innermost_once() -> bool:
     return bool(_open_phases) and _open_phases[-1].once
 
 
-def outermost_phase(first: int = 0) -> Phase | None:
+def outermost_phase(first_index: int = 0) -> Phase | None:
     """Return the outermost open phase from index `first` on."""
-    return next(iter(list(_open_phases)[first:]), None)
+    return next(iter(list(_open_phases)[first_index:]), None)
 
 
 # ---------------------------------------------------------------------------------------------- on stderr
@@ -181,7 +182,7 @@ class Display:
         self.lock = threading.RLock()
         self.is_terminal = sys.stderr is not None and sys.stderr.isatty()
         self.bar: Any = None  # progress bar on a terminal
-        self.last_printed, self.interval = time.monotonic(), FIRST_LINE
+        self.last_printed, self.interval = time.monotonic(), FIRST_LINE_DELAY
         self.printed_phase: Phase | None = None  # phase printed last
 
     def refresh(self) -> None:
@@ -195,9 +196,9 @@ class Display:
                 self._draw(current_progress, open_phase.line_suffix())
             return
         if open_phase is not self.printed_phase:
-            self.printed_phase, self.interval = open_phase, FIRST_LINE
+            self.printed_phase, self.interval = open_phase, FIRST_LINE_DELAY
         if now - self.last_printed >= self.interval:
-            self.interval = min(PAUSE_GROWTH * self.interval, LONGEST_PAUSE)
+            self.interval = min(INTERVAL_GROWTH * self.interval, MAX_INTERVAL)
             self.print_line(current_progress.text + open_phase.line_suffix())
 
     def print_line(self, sentence: str) -> None:
@@ -206,7 +207,7 @@ class Display:
             self._clear()
             self.last_printed = time.monotonic()
             if sys.stderr is not None:  # None would mean stdout
-                print(printable(sentence), file=sys.stderr, flush=True)
+                print(escape_control_characters(sentence), file=sys.stderr, flush=True)
 
     def close(self) -> None:
         """Remove the redrawn line from the terminal."""
@@ -221,7 +222,7 @@ class Display:
                 self.bar = tqdm(total=1.0, file=sys.stderr, leave=False, dynamic_ncols=True, bar_format="{desc}")
             self.bar.n = current_progress.share or 0.0
             self.bar.bar_format = "{desc}" if current_progress.share is None else f"|{{bar:{BAR_WIDTH}}}| {{desc}}"
-            self.bar.set_description_str(printable(current_progress.text + suffix).replace("\n", " "))
+            self.bar.set_description_str(escape_control_characters(current_progress.text + suffix).replace("\n", " "))
 
     def _clear(self) -> None:
         if self.bar is not None:
@@ -241,7 +242,7 @@ def show_progress(enabled: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT0
     display, stopped = Display(), threading.Event()
 
     def watch() -> None:
-        while not stopped.wait(REFRESH):
+        while not stopped.wait(REFRESH_INTERVAL):
             with contextlib.suppress(Exception):  # stderr may be closed; an error in one line must not end the others
                 display.refresh()
 
@@ -272,9 +273,14 @@ class ProgressWriter:
     A phase that ends within MIN_ELAPSED s leaves nothing, unless later runs do not repeat its work.
     """
 
-    def __init__(self, put: Callable[[bytes | None], None]):
-        """Prepare to replace the stored content by `put`; put(None) removes it."""
-        self.put, self.next_write, self.is_stored, self.first_phase = put, 0.0, False, len(_open_phases)
+    def __init__(self, replace_content: Callable[[bytes | None], None]):
+        """Prepare to replace the stored content by `replace_content`; None removes it."""
+        self.replace_content, self.next_write, self.is_stored, self.first_phase = (
+            replace_content,
+            0.0,
+            False,
+            len(_open_phases),
+        )
         self.once = False  # whether the last written phase is of the kind `once`
 
     def changed(self) -> None:
@@ -287,7 +293,7 @@ class ProgressWriter:
             current_progress := progress(self.first_phase)
         ):
             self.next_write, self.is_stored, self.once = now + MIN_ELAPSED, True, current_progress.once
-            self.put(
+            self.replace_content(
                 json.dumps(
                     current_progress._asdict() | {"facts": dict(current_progress.facts), "time": time.time()}
                 ).encode()
@@ -297,13 +303,13 @@ class ProgressWriter:
         """Remove the stored progress."""
         if self.is_stored:
             self.is_stored = False
-            self.put(None)
+            self.replace_content(None)
 
 
 @contextlib.contextmanager
-def store_progress(put: Callable[[bytes | None], None]) -> Iterator[None]:
-    """Write the progress of the work in this context by `put`, see ProgressWriter; `stored_progress` reads it."""
-    listener = ProgressWriter(put)
+def store_progress(replace_content: Callable[[bytes | None], None]) -> Iterator[None]:
+    """Write the progress of the work in this context by `replace_content`; `stored_progress` reads it."""
+    listener = ProgressWriter(replace_content)
     _listeners.append(listener)
     try:
         yield
@@ -329,14 +335,14 @@ class EstimateListener:
 
     def __init__(self) -> None:
         self.begin, self.first_phase = time.monotonic(), len(_open_phases)
-        self.total: float | None = None
+        self.total_time: float | None = None
 
     def changed(self) -> None:
         """Store the latest estimate."""
-        if any(opened.once for opened in _open_phases):
+        if any(open_phase.once for open_phase in _open_phases):
             return  # the estimate of this phase only
         if (latest := progress(self.first_phase)) and latest.left is not None:
-            self.total = time.monotonic() - self.begin + latest.left
+            self.total_time = time.monotonic() - self.begin + latest.left
 
 
 @contextlib.contextmanager

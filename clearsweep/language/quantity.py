@@ -87,7 +87,7 @@ _UNIT = re.compile(rf"(?:[^\W\d_]+|°|[*/·()\s]|1(?=\s*/)|[²³]|{_POWER})*")
 _UNIT_TOKEN = re.compile(rf"(?P<power>{_POWER}|[²³])|(?P<name>[^\W\d_]+|°)|(?P<bracket>[()])|(?P<sign>[*/·1])")
 _PER_MINUTE = r"(1\s*)?/\s*min|min\s*(\^|\*\*)\s*\(?\s*-1\s*\)?"
 _CELSIUS, _FREEZING = ("degC", "°C"), Fraction("273.15")  # K; temperatures may have another zero
-_UNREADABLE = (tokenize.TokenError, SyntaxError, AssertionError, ArithmeticError, ValueError)  # pint's parser
+_PARSER_ERRORS = (tokenize.TokenError, SyntaxError, AssertionError, ArithmeticError, ValueError)  # pint's parser
 _MAX_LENGTH = 200  # characters of a quantity
 
 
@@ -111,9 +111,9 @@ def exact(value: Any, unit: str) -> Fraction:
     Raises InputError like `read`.
     """
     if isinstance(value, str):
-        return _read_text(value, unit)
+        return _parse_quantity(value, unit)
     if isinstance(value, bool) or not hasattr(value, "__float__"):
-        raise InputError(f"found {quoted(value)}; {expected(unit)}")
+        raise InputError(f"found {quoted(value)}; {expected_text(unit)}")
     try:
         return Fraction(repr(float(value)))
     except (OverflowError, ValueError):
@@ -165,17 +165,17 @@ def written_text(value: Any, unit: str) -> str:
     return text if has_unit(value) or unit in ("1", "") else f"{text} {unit}"
 
 
-def expected(unit: str) -> str:
+def expected_text(unit: str) -> str:
     """Return the expected form of a quantity of this SI unit, with examples, as the second half of a message."""
     if unit == "1":
         return f"expected a number without unit, such as {_EXAMPLES[unit]}"
     return f"expected a quantity in {unit}, such as {_EXAMPLES.get(unit, f'1e9 {unit} or 1e9')}"
 
 
-def example(unit: str) -> str:
+def example_text(unit: str) -> str:
     """Return an example of a quantity of this SI unit."""
-    first, *_ = re.split(r", | or ", _EXAMPLES.get(unit, f"1e9 {unit}"))
-    return first
+    first_example, *_ = re.split(r", | or ", _EXAMPLES.get(unit, f"1e9 {unit}"))
+    return first_example
 
 
 def replace_exponent(unit: str, exponent: float) -> str:
@@ -197,9 +197,9 @@ def unit_of(dimension: tuple[tuple[str, Fraction], ...]) -> str:
     for unit in _EXAMPLES:
         if dimension_of(unit) == dimension:
             return unit
-    parts = [(_BASE_UNITS[name], float(power)) for name, power in dimension]
+    factors = [(_BASE_UNITS[name], float(power)) for name, power in dimension]
     numerator, denominator = (
-        "*".join(f"{name}^{sign * power:.15g}".removesuffix("^1") for name, power in parts if sign * power > 0.0)
+        "*".join(f"{name}^{sign * power:.15g}".removesuffix("^1") for name, power in factors if sign * power > 0.0)
         for sign in (1, -1)
     )
     denominator = f"({denominator})" if "*" in denominator else denominator
@@ -216,16 +216,16 @@ def value_and_dimension(text: str) -> tuple[float, tuple[tuple[str, Fraction], .
     return read(text, unit_of(dimension)), dimension
 
 
-def _read_text(text: str, unit: str) -> Fraction:
+def _parse_quantity(text: str, unit: str) -> Fraction:
     """Return the quantity in `text` in SI, exactly."""
     if text.strip().lower().lstrip("+-.") in ("inf", "infinity", "nan"):
         raise InputError(_not_finite_message(text, unit))
     match = _QUANTITY.fullmatch(text) if len(text) <= _MAX_LENGTH else None
     if not match:
-        raise InputError(f"found {quoted(text)}, which does not begin with a number; {expected(unit)}")
+        raise InputError(f"found {quoted(text)}, which does not begin with a number; {expected_text(unit)}")
     digits, unit_name = match.groups()
     if unit_name.startswith(","):
-        raise InputError(f"found {quoted(text)}; write a decimal point, not a comma ({expected(unit)})")
+        raise InputError(f"found {quoted(text)}; write a decimal point, not a comma ({expected_text(unit)})")
     zero_offset = Fraction(0)
     if not unit_name:
         scale = Fraction(1)
@@ -240,7 +240,9 @@ def _read_text(text: str, unit: str) -> Fraction:
         size, expected_dimension = _require_unit(unit, unit)
         scale /= size  # 1, or the unit of a column in hours
         if dimension != expected_dimension:
-            raise InputError(f"found {quoted(text)}, whose unit {unit_name} has another dimension; {expected(unit)}")
+            raise InputError(
+                f"found {quoted(text)}, whose unit {unit_name} has another dimension; {expected_text(unit)}"
+            )
     approximate = float(digits)  # 0 and infinity would need too much memory as exact digits (1e-999999999)
     if approximate - approximate != 0.0:
         raise InputError(_not_finite_message(text, unit))
@@ -267,7 +269,7 @@ def _has_power_of_power(unit_name: str) -> bool:
 
 def _not_finite_message(value: Any, unit: str) -> str:
     """Return the message for a number beyond the range of floats."""
-    return f"found {quoted(value)}, which is not a finite number; {expected(unit)}"
+    return f"found {quoted(value)}, which is not a finite number; {expected_text(unit)}"
 
 
 @contextlib.contextmanager
@@ -295,7 +297,7 @@ def _unit_registry() -> "pint.UnitRegistry":
 
 
 def _require_unit(unit_name: str, quantity_text: str) -> tuple[Fraction, tuple]:
-    """Return the exact size of a unit in SI and its dimension; `text` is the whole quantity."""
+    """Return the exact size of a unit in SI and its dimension; InputError cites `quantity_text`."""
     size_and_dimension = _parse_unit(unit_name)
     if isinstance(size_and_dimension, str):
         raise InputError(f"found {quoted(quantity_text)}; {size_and_dimension}")
@@ -324,5 +326,5 @@ def _parse_unit(unit_name: str) -> tuple[Fraction, tuple] | str:
                 return f"unknown unit '{name}'{suggestion} (known: {_COMMON_UNITS}, N*s/m, m^2)"
         base_quantity: Any = registry.Quantity(registry.parse_expression(unit_name)).to_base_units()
         return Fraction(base_quantity.magnitude), tuple(sorted(base_quantity.dimensionality.items()))
-    except (pint.PintError, *_UNREADABLE):
+    except (pint.PintError, *_PARSER_ERRORS):
         return unreadable

@@ -14,7 +14,7 @@ SHORT_ID = 8  # characters of a case_id: 10,000 cases collide in one run of a hu
 _RAD_PER_S_OF_RPM = 2.0 * math.pi / 60.0  # rad/s in one revolution per minute
 
 #: SI unit -> (smallest magnitude, factor, unit shown), largest first.
-_METRIC = {
+_METRIC_SCALES = {
     "m": ((1.0, 1.0, "m"), (1e-4, 1e-3, "mm"), (1e-7, 1e-6, "µm"), (1e-10, 1e-9, "nm"), (0.0, 1e-12, "pm")),
     "N": ((1e6, 1e6, "MN"), (1e3, 1e3, "kN"), (0.1, 1.0, "N"), (1e-4, 1e-3, "mN"), (0.0, 1e-6, "µN")),
     "m/s": (
@@ -36,7 +36,7 @@ _METRIC = {
 _INCH, _FOOT, _POUND, _POUND_FORCE, _PSI = 0.0254, 0.3048, 0.45359237, 4.4482216152605, 6894.757293168361
 
 #: The same for US customary units, and the factor and the unit shown of those without prefixes.
-_IMPERIAL = {
+_IMPERIAL_SCALES = {
     "m": ((0.05 * _INCH, _INCH, "in"), (1e-5 * _INCH, 1e-3 * _INCH, "mil"), (0.0, 1e-6 * _INCH, "µin")),
     "N": ((0.0, _POUND_FORCE, "lbf"),),
     "m/s": ((10.0 * _FOOT, _FOOT, "ft/s"), (0.0, _INCH, "in/s")),
@@ -47,10 +47,10 @@ _IMPERIAL = {
     "W/m^2": ((0.0, _PSI * _FOOT / 60.0, f"psi{BLANK}ft/min"),),
     "kg": ((0.0, _POUND, "lb"),),
     "kg*m^2": ((0.0, _POUND * _INCH**2, f"lb{BLANK}in²"),),
-    "s": _METRIC["s"],
-    "rad": _METRIC["rad"],
+    "s": _METRIC_SCALES["s"],
+    "rad": _METRIC_SCALES["rad"],
 }
-_IMPERIAL_UNITS = {
+_IMPERIAL_FIXED_UNITS = {
     "m^2": (_INCH**2, "in²"),
     "m^2/N": (_INCH**2 / _POUND_FORCE, "in²/lbf"),
     "N/m": (_POUND_FORCE / _INCH, "lbf/in"),
@@ -110,10 +110,12 @@ def scale(unit: str, values: Iterable[float | None] | float, *, speed: bool = Fa
     if speed and unit == "rad/s":
         return Scale(_RAD_PER_S_OF_RPM, "rpm")
     largest = _largest_magnitude(values)
-    for smallest, factor, shown_unit in (_IMPERIAL if _SYSTEM.get() == "imperial" else _METRIC).get(unit, ()):
+    for smallest, factor, shown_unit in (_IMPERIAL_SCALES if _SYSTEM.get() == "imperial" else _METRIC_SCALES).get(
+        unit, ()
+    ):
         if largest >= smallest:
             return Scale(factor, shown_unit) if largest > 0.0 else Scale(1.0, unit_text(unit))
-    imperial = _IMPERIAL_UNITS.get(unit) if _SYSTEM.get() == "imperial" else None
+    imperial = _IMPERIAL_FIXED_UNITS.get(unit) if _SYSTEM.get() == "imperial" else None
     factor, shown_unit = imperial or (1.0, unit_text(unit))
     largest /= factor
     if unit in ("1", "", None) or 1e-3 <= largest < 1e5 or largest == 0.0:
@@ -130,15 +132,20 @@ def written_scale(written: Mapping[str, Any] | None, unit: str) -> Scale | None:
     if _SYSTEM.get() == "imperial":
         if unit == "K":
             return Scale(5.0 / 9.0, "°F", 273.15 - 160.0 / 9.0)
-        if unit in _IMPERIAL or unit in _IMPERIAL_UNITS:
+        if unit in _IMPERIAL_SCALES or unit in _IMPERIAL_FIXED_UNITS:
             return None
-    return as_written(written) if written else None
+    return recorded_scale(written) if written else None
 
 
-def as_written(written: Mapping[str, Any]) -> Scale:
+def recorded_scale(written: Mapping[str, Any]) -> Scale:
     """Return the scale of a written unit from its record in a run: `unit`, `factor`, `offset`."""
     name = {"degC": "°C", "deg": "°", "um": "µm", "us": "µs"}.get(written["unit"], written["unit"])
     return Scale(written["factor"], unit_text(name.replace("**", "^")), written["offset"])
+
+
+def fit_scale() -> Scale:
+    """Return the scale of the clearances of fits, in which their tables are: micrometres, or thousandths of an inch."""
+    return Scale(1e-3 * _INCH, "mil") if _SYSTEM.get() == "imperial" else Scale(1e-6, "µm")
 
 
 def text(value: float | None, unit: str, digits: int = 3) -> str:
@@ -163,8 +170,8 @@ def is_missing(value: object) -> bool:
 
 def unit_text(unit: str | None) -> str:
     """Return an SI unit in printed form; '' for a pure number."""
-    raised = re.sub(r"\^(-?[0-9.]+)", lambda power: power[1].translate(_SUPERSCRIPTS), unit or "1")
-    return "" if raised == "1" else raised.replace("*", BLANK)
+    superscripted = re.sub(r"\^(-?[0-9.]+)", lambda power: power[1].translate(_SUPERSCRIPTS), unit or "1")
+    return "" if superscripted == "1" else superscripted.replace("*", BLANK)
 
 
 def plain(number: float, digits: int = 3) -> str:
@@ -255,23 +262,23 @@ def _key_words(parts: list[str]) -> str:
         return f"material of the {parts[-2]}"
     if len(parts) > 1 and parts[-1] in _AXES and parts[-2] in _AXIS_PREPOSITIONS:
         return f"{_key_words(parts[:-1])} {_AXIS_PREPOSITIONS[parts[-2]]} {_AXES[parts[-1]]}"
-    if parts[-1] in _NAMES:
+    if parts[-1] in _KEY_NAMES:
         body = parts[-2] if len(parts) > 1 and parts[-2] in ("bearing", "journal") else ""
-        return _NAMES[parts[-1]] + (f" of the {body}" if body else "")
-    informative = parts if len(parts) < 2 or parts[-1] not in _UNAMBIGUOUS_KEYS else parts[-1:]
-    return " ".join(informative).replace("_", " ").replace("-", " ")
+        return _KEY_NAMES[parts[-1]] + (f" of the {body}" if body else "")
+    named_parts = parts if len(parts) < 2 or parts[-1] not in _UNAMBIGUOUS_KEYS else parts[-1:]
+    return " ".join(named_parts).replace("_", " ").replace("-", " ")
 
 
 _AXES = {"0": "x", "1": "y", "2": "z"}  # of the list that a key contains
 _AXIS_PREPOSITIONS = {"tilt": "about", "inertia": "about", "offset": "along", "center": "along"}
-_NAMES = {"young": "Young's modulus", "poisson": "Poisson's ratio"}
+_KEY_NAMES = {"young": "Young's modulus", "poisson": "Poisson's ratio"}
 _UNAMBIGUOUS_KEYS = {"stiffness", "restitution", "damping", "exponent"}
 
 
 def _largest_magnitude(values: Iterable[float | None] | float) -> float:
     all_values = values if isinstance(values, Iterable) else (values,)
-    sizes = [abs(float(value)) for value in all_values if value is not None and not is_missing(value)]
-    return max((size for size in sizes if math.isfinite(size)), default=0.0)
+    magnitudes = [abs(float(value)) for value in all_values if value is not None and not is_missing(value)]
+    return max((magnitude for magnitude in magnitudes if math.isfinite(magnitude)), default=0.0)
 
 
 def _group_thousands(digits: str) -> str:

@@ -13,7 +13,7 @@ from .. import store
 from ..contracts.results import Peak
 from ..grid import Grid
 from ..language import phases
-from ..language.errors import ClearsweepError, brief
+from ..language.errors import ClearsweepError, error_line
 from ..store import durable
 from . import progress, signals
 from .case_runner import CaseRunner, Options, Pending, failure_limit, is_common, missing_indices
@@ -220,7 +220,7 @@ class BlockRunner:
             except Exception as error:
                 if attempt == MAX_RESTARTS:
                     raise ClearsweepError(
-                        f"a block cannot be finished ({brief(error)}); run the same command again"
+                        f"a block cannot be finished ({error_line(error)}); run the same command again"
                     ) from error
                 try:
                     future = submit()

@@ -16,7 +16,7 @@ from ..contracts.case import Case
 from ..contracts.results import Peak
 from ..judging import case_ranking
 from ..language import phases
-from ..language.errors import InputError, brief
+from ..language.errors import InputError, error_line
 from . import executors, progress, signals
 from .driver import CHECK_INTERVAL, Batches, Driver
 from .worker import RunContext, Simulator, find_peak, prepare
@@ -161,7 +161,7 @@ class CaseRunner:
             try:
                 peak = _await_result(task)
             except Exception as error:
-                reason, peak = brief(error), None
+                reason, peak = error_line(error), None
             else:
                 is_same_peak = peak.path.status == "ok" and peak.path.summary[column] == worst_case.peak
                 reason, peak = "its motion differs on this machine", peak if is_same_peak else None
@@ -294,7 +294,7 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
         workers.restart()
     elif compile_failure := next(filter(None, failures), None):
         progress.print_line(
-            f"compiling in advance failed ({brief(compile_failure)}); cases that need this code will report it"
+            f"compiling in advance failed ({error_line(compile_failure)}); cases that need this code will report it"
         )
     return seconds
 

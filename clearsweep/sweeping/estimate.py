@@ -297,7 +297,7 @@ def _time_cases(
         task, begin = workers.submit(time_case, simulator, case, PILOT_SHARE * PILOT_TIME, working), time.monotonic()
         while True:
             try:
-                timed: CaseTime = task.result(timeout=phases.FIRST_LINE)
+                timed: CaseTime = task.result(timeout=phases.FIRST_LINE_DELAY)
                 return timed
             except LateError:
                 compiles = (at_work := working.read()) and at_work.once

@@ -20,7 +20,7 @@ from typing import Any, Protocol, TypeVar
 
 from pebble import CONSTS, ProcessExpired, ProcessPool
 
-from ..language.errors import InputError, SchedulerLostError, brief
+from ..language.errors import InputError, SchedulerLostError, error_line
 from . import resources, signals, worker
 
 THREAD_VARIABLES = (
@@ -119,7 +119,7 @@ class Local:
                     return pool
                 reason = ""
             except (OSError, BrokenExecutor) as error:
-                reason = f" ({brief(error.__cause__ or error)})"
+                reason = f" ({error_line(error.__cause__ or error)})"
         raise InputError(
             f"jobs: {self.worker_count} worker processes could not be started{reason}; reduce --jobs, or raise the "
             "limit (ulimit -a)"
@@ -210,7 +210,7 @@ class Dask:
         try:
             future: Future = self._executor.submit(worker.run_packed, content)
         except Exception as error:  # a closed client raises its own error
-            raise BrokenExecutor(brief(error)) from None
+            raise BrokenExecutor(error_line(error)) from None
         return future
 
     def restart(self) -> None:
@@ -285,7 +285,7 @@ def client(address: Any) -> Any:
 def _no_answer(address: Any, error: Exception) -> InputError:
     """Return the error for an address at which no scheduler answers."""
     return InputError(
-        f"scheduler: {address} does not answer ({brief(error)}); expected the address that "
+        f"scheduler: {address} does not answer ({error_line(error)}); expected the address that "
         "`dask scheduler` prints, such as tcp://10.0.0.1:8786"
     )
 

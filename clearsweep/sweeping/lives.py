@@ -26,7 +26,7 @@ class LifeExtremes:
         )
         self.columns = [*self.columns_by_name.values()]
         self.until = lifetime.criterion_text(section)
-        self.unreached = 0
+        self.unreached, self.widths = 0, list[float]()  # rad, smoothing of the worn shapes
         self.extremes: dict[str, dict[str, Any]] = {}  # key of COMPARISONS -> the case
 
     def add(self, block: Mapping[str, np.ndarray], describe: Callable[[int], dict[str, Any]]) -> None:
@@ -37,6 +37,10 @@ class LifeExtremes:
         self.unreached += int(np.isnan(hours).sum())
         if np.isnan(hours).all():
             return
+        if width_column := self.columns_by_name.get("wear_smoothing"):
+            widths = block[width_column].astype(float)[np.isfinite(hours)]
+            known = [*self.widths, *widths[np.isfinite(widths)].tolist()]
+            self.widths = [min(known), max(known)] if known else []
         for index in dict.fromkeys((int(np.nanargmin(hours)), int(np.nanargmax(hours)))):
             life = lifetime.read_lifetime(
                 {name: float(block[column].astype(float)[index]) for name, column in self.columns_by_name.items()}
@@ -46,13 +50,14 @@ class LifeExtremes:
                     self.extremes[key] = describe(index) | {
                         "hours": life.hours,
                         "text": lifetime.hours_text(life),
-                        "remarks": [*lifetime.faster_wear_sentences(life), *lifetime.interval_sentences(life)],
+                        "remarks": lifetime.remarks(life),
                     }
 
     def facts(self) -> dict[str, Any] | None:
         """Return both lives and the number of cases that did not reach their limit, for JSON, or None without lives."""
         return (
             {"joint": self.joint, "until": self.until, **self.extremes, "unreached": self.unreached}
+            | {"omitted": lifetime.smoothing_sentences(self.widths)}
             if self.columns
             else None
         )
@@ -70,11 +75,12 @@ def life_lines(life: dict[str, Any] | None, setting: Callable[[dict[str, Any]], 
             case_setting = setting(life[key]["swept"])
             setting_text = f" at {case_setting}" if case_setting else ""
             case_text = f"{setting_text} (case {wording.short_id(life[key]['case_id'])})"
-            joint_text = "" if listed_ids[1:] else f" of {wording.joint_name(life['joint'])}{until_text}"
+            joint_text = "" if listed_ids[1:] else f" of joint {wording.joint_name(life['joint'])}{until_text}"
             lines.append(
                 f"  {key.capitalize()} life{joint_text}: {life[key]['text']}{case_text}. "
                 f"{' '.join(life[key]['remarks'])}"
             )
+    lines += [f"  {sentence}" for sentence in life["omitted"]]
     if life["unreached"]:
         lines.append(f"  {wording.count(life['unreached'], 'case')} did not reach the limit.")
     return lines

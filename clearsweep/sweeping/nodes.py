@@ -10,7 +10,7 @@ from typing import Any
 
 from .. import store
 from ..language import phases
-from ..language.errors import InputError, SchedulerLostError, StorageError, brief
+from ..language.errors import InputError, SchedulerLostError, StorageError, error_line
 from ..store import durable
 from . import executors, node, progress, signals
 from .blockwise import BlockJob, BlocksOutcome, allowed_failures, finished_mark, unfinished_blocks
@@ -71,7 +71,7 @@ class Cluster:
                 self.close()
                 reason = "it has no nodes"
             except Exception as error:
-                reason = brief(error)
+                reason = error_line(error)
             time.sleep(0.5)
         raise SchedulerLostError(
             f"scheduler: {self.address} was lost ({reason}); finished blocks are stored: run the same command again "
@@ -202,9 +202,9 @@ class NodesDriver:
                 raise
             self.tasks.remove(task)
             if type(error).__name__ != "KilledWorker":
-                progress.print_line(f"block {task.number + 1:,}: {brief(error)}; it is tried again")
+                progress.print_line(f"block {task.number + 1:,}: {error_line(error)}; it is tried again")
                 if not isinstance(error, OSError):
-                    raise InputError(f"block {task.number + 1:,}: {brief(error)}") from error
+                    raise InputError(f"block {task.number + 1:,}: {error_line(error)}") from error
             if not task.is_helping:
                 queue.append(task.number)
             return

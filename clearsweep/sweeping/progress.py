@@ -12,7 +12,7 @@ __all__ = ["CaseProgress", "CompilationProgress", "CompletionRate", "print_line"
 
 SETTLING_TIME = 1.0  # s after the first case before the time left is shown
 MAX_LISTED_CASES = 3  # most running cases in a line
-LONG_CASE_TIME = phases.FIRST_LINE  # s after which a running case is listed
+LONG_CASE_TIME = phases.FIRST_LINE_DELAY  # s after which a running case is listed
 
 
 class CompletionRate:
@@ -56,7 +56,7 @@ class CaseProgress(phases.Phase):
     def running_cases(self) -> tuple[int, Sequence[phases.Progress]]:
         """Return the number of finished cases and the progress of the running ones; files are read once in a while."""
         now = time.monotonic()
-        if now - self._last_read[0] >= phases.REFRESH:
+        if now - self._last_read[0] >= phases.REFRESH_INTERVAL:
             self._last_read = now, self.read_progress()
         return self._last_read[1]
 

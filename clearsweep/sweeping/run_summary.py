@@ -310,20 +310,38 @@ def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
     of_joint = facts["question"] in ("life", "film", "force")
     headings = ["case_id", *(setting_name(path, paths, facts) for path in paths)]
     rows = [[*headings, *(["joint"] if of_joint else []), *facts["ranked"]["headings"]]]
-    for entry in facts["worst"]:
+    entries = zip(*(entry["figures"] for entry in facts["worst"]), strict=True)
+    columns = [figure_texts([*column], facts["ranked"]["units"]) for column in entries]
+    for index, entry in enumerate(facts["worst"]):
         rows.append(
             [
                 wording.short_id(entry["case_id"]),
                 *(value_text(path, entry["swept"][path], facts) for path in paths),
                 *([wording.joint_name(entry["joint"])] if of_joint else []),
-                *(_figure(figure, facts["ranked"]["units"]) for figure in entry["figures"]),
+                *(texts[index] for texts in columns),
             ]
         )
     return rows
 
 
-def _figure(figure: dict[str, Any], units: Mapping[str, str]) -> str:
-    """Return a figure with its unit, shares in per cent, lives in hours."""
+def figure_texts(column: list[dict[str, Any]], units: Mapping[str, str]) -> list[str]:
+    """Return the figures of a column of the table, in words; those of one quantity have the unit of the largest."""
+    texts = [_figure(figure) for figure in column]
+    numbers: dict[str, list[int]] = {}
+    for index, (figure, text) in enumerate(zip(column, texts, strict=True)):
+        if text is None:
+            numbers.setdefault(units.get(figure["column"], "1"), []).append(index)
+    for unit, indices in numbers.items():
+        is_speed = "speed" in column[indices[0]]["column"]
+        for index, text in zip(
+            indices, grid_texts([column[index]["value"] for index in indices], unit, speed=is_speed), strict=True
+        ):
+            texts[index] = text
+    return [str(text) for text in texts]
+
+
+def _figure(figure: dict[str, Any]) -> str | None:
+    """Return a figure in words, shares in per cent, lives in hours; None for a number with a unit of its column."""
     name, value = figure["column"], figure["value"]
     if value is None and name.endswith("_dry_load_share"):
         return films.NOT_MODELLED
@@ -335,7 +353,7 @@ def _figure(figure: dict[str, Any], units: Mapping[str, str]) -> str:
         return f"{value:.4g} h"
     if name.endswith("_dry_load_share"):
         return films.dry_share_text(value)
-    return grid_texts([value], units.get(name, "1"), speed="speed" in name)[0]
+    return None
 
 
 def _aligned(rows: list[list[str]]) -> list[str]:

@@ -37,7 +37,7 @@ def given_text(path: str, value: float, unit: str, written: Mapping[str, Mapping
     scale = wording.written_scale(written.get(path), unit)
     if scale is None:
         return grid_text(value, unit, speed=path.endswith("speed"))
-    name = written[path]["unit"] if path in written and scale == wording.as_written(written[path]) else scale.unit
+    name = written[path]["unit"] if path in written and scale == wording.recorded_scale(written[path]) else scale.unit
     return f"{scale.of(value):.4g} {name}"
 
 
@@ -75,6 +75,7 @@ def common_units(record: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
         if path in written or not numbers or unit == "1":
             continue
         scale = wording.scale(unit, numbers, speed=path.endswith("speed"))
+        scale = wording.fit_scale() if (record.get("fits") or {}).get(path) else scale
         if scale.unit.replace(wording.BLANK, " ").isascii() or scale.unit.startswith("\u00b5"):
             written[path] = {"unit": scale.unit, "factor": scale.factor, "offset": scale.offset}
     return written

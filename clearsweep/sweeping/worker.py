@@ -24,7 +24,7 @@ from ..contracts.results import Peak, Trajectory
 from ..grid import Grid
 from ..judging.validity import LIFE_FAILED
 from ..language import phases
-from ..language.errors import ClearsweepError, DirectoryError, InputError, StorageError, brief
+from ..language.errors import ClearsweepError, DirectoryError, InputError, StorageError, error_line
 from ..store import durable
 from . import resources, signals
 from .tasks import Batch, Task
@@ -182,7 +182,7 @@ def time_case(simulator: Simulator, case: Case, patience: float, working: store.
     status_texts = [trajectory.status, *trajectory.message.partition(LIFE_FAILED)[2:]]  # of the case, of a further life
     if not any(OUT_OF_TIME in text for text in status_texts) or budget == case.simulate.time_budget:
         return CaseTime(elapsed, len(trajectory.events), elapsed, compile_time)
-    total = latest.total and max(latest.total - compile_time, elapsed)
+    total = latest.total_time and max(latest.total_time - compile_time, elapsed)
     if total and case.simulate.error_check:
         total *= 1.0 + ERROR_CHECK_COST
     is_over_budget = total is not None and total > case.simulate.time_budget
@@ -379,7 +379,7 @@ def _result_of_error(error: Exception) -> Trajectory:
     """Return the result of a case that ended with an exception."""
     if isinstance(error, InputError):
         return failure("refused", str(error))
-    return failure("crashed", resources.remedy_text(error) or brief(error))
+    return failure("crashed", resources.remedy_text(error) or error_line(error))
 
 
 def failure(status: str, message: str) -> Trajectory:

@@ -25,24 +25,26 @@ def main(*, json: bool = False, quick: bool = False, directory: str | Path | Non
 
     latest_line = ["verify"]
 
-    def note(sentence: str) -> None:
+    def report_progress(sentence: str) -> None:
         latest_line[0] = f"verify: {sentence}"
         phases.print_line(latest_line[0])
 
     with phases.phase(lambda: latest_line[0]):
-        results = measure(quick=quick, note=note)
+        results = measure(quick=quick, report_progress=report_progress)
     print(dumps(results, indent=2, allow_nan=False) if json else text.results_text(results), flush=True)
     if directory is not None:
         phases.print_line(f"verify: wrote {write(results, directory)}")
 
 
-def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
+def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return all figures as a dict for JSON; see `measure` of each of the modules named above."""
     from . import accuracy, convergence, known_machines, stability, stiff
 
     modules = {"machines": known_machines, "convergence": convergence, "stability": stability, "stiffness": stiff}
-    results = accuracy.measure(quick=quick, note=note)
-    return results | {name: module.measure(quick=quick, note=note) for name, module in modules.items()}
+    results = accuracy.measure(quick=quick, report_progress=report_progress)
+    return results | {
+        name: module.measure(quick=quick, report_progress=report_progress) for name, module in modules.items()
+    }
 
 
 def write(results: dict[str, Any], directory: str | Path) -> Path:

@@ -31,8 +31,8 @@ STEPS = (1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8)  # s
 QUICK_STEPS = (1e-5, 1e-6, 1e-7)  # s
 ROUNDS, QUICK_ROUNDS = 7, 2
 SINGLE_ROUND_TIME = 0.2  # s, a run of this duration has one round: short disturbances hardly affect it
-SHORTEST_ROUND = 0.02  # s, a round repeats a short run until this time has passed
-FLAGSHIP, TOLERANCE = "b_base", 1e-9
+MIN_ROUND_TIME = 0.02  # s, a round repeats a short run until this time has passed
+FLAGSHIP, HEADLINE_TOLERANCE = "b_base", 1e-9
 #: ms per revolution of scipy's DOP853 on the flagship when it was first measured, by tolerance (2-core x86-64 machine):
 #: a rival that takes far more or less than this is not the one that a ratio is quoted against.
 FIRST_MEASURED_MS = {1e-6: 74.0, 1e-9: 127.0}
@@ -49,29 +49,35 @@ class Method(NamedTuple):
 
 
 def _solve_ours(problem, tolerance: float, method: str) -> Solution:
+    """Return the solution of `clearsweep.simulate` at the times of a problem."""
     times = problem.times if len(problem.times) else [0.0]  # with times, events are kept
     return solution_of(problem, simulate(scene_of(problem, tolerance, method), times=times))
 
 
 def _repeat_ours(problem, tolerance: float, method: str):
+    """Return a function that runs `clearsweep.simulate` and returns the time (s) of the integration."""
     scene = scene_of(problem, tolerance, method)
     return lambda: simulate(scene).summary["run_time"]
 
 
 def _solve_runge_kutta(problem, step: float) -> Solution:
-    return runge_kutta_4(scene_of(problem, TOLERANCE), problem.times, step, problem.separations)
+    """Return the solution of Runge-Kutta 4 with a `step` (s)."""
+    return runge_kutta_4(scene_of(problem, HEADLINE_TOLERANCE), problem.times, step, problem.separations)
 
 
 def _repeat_runge_kutta(problem, step: float):
-    scene = scene_of(problem, TOLERANCE)
+    """Return a function that runs Runge-Kutta 4."""
+    scene = scene_of(problem, HEADLINE_TOLERANCE)
     return lambda: runge_kutta_4(scene, problem.times, step, problem.separations) and None
 
 
 def _solve_scipy(problem, tolerance: float, method: str) -> Solution:
+    """Return the solution of a `method` of scipy at the times of a problem."""
     return _repeat_scipy(problem, tolerance, method, problem.times)()
 
 
 def _repeat_scipy(problem, tolerance: float, method: str, times=()):
+    """Return a function that runs a `method` of scipy."""
     scene = scene_of(problem, tolerance)
     return lambda: scipy_ivp(scene, times, problem.end, tolerance, problem.separations, method)
 
@@ -81,24 +87,24 @@ def all_methods(*, quick: bool) -> list[Method]:
     tolerances, steps = (QUICK_TOLERANCES, QUICK_STEPS) if quick else (TOLERANCES, STEPS)
     coarse_tolerances = QUICK_COARSE_TOLERANCES if quick else COARSE_TOLERANCES
 
-    def adaptive(name, settings, solve, repeat, method):
+    def adaptive_method(name, settings, solve, repeat, method):
         return Method(name, "tolerance", settings, partial(solve, method=method), partial(repeat, method=method))
 
     return [
-        adaptive("event-driven", tolerances, _solve_ours, _repeat_ours, "auto"),
-        adaptive("explicit only", coarse_tolerances, _solve_ours, _repeat_ours, "explicit"),
-        adaptive("implicit only", coarse_tolerances, _solve_ours, _repeat_ours, "implicit"),
-        adaptive("scipy DOP853", tolerances, _solve_scipy, _repeat_scipy, "DOP853"),
-        adaptive("scipy LSODA", coarse_tolerances, _solve_scipy, _repeat_scipy, "LSODA"),
-        adaptive("scipy Radau", coarse_tolerances, _solve_scipy, _repeat_scipy, "Radau"),
+        adaptive_method("event-driven", tolerances, _solve_ours, _repeat_ours, "auto"),
+        adaptive_method("explicit only", coarse_tolerances, _solve_ours, _repeat_ours, "explicit"),
+        adaptive_method("implicit only", coarse_tolerances, _solve_ours, _repeat_ours, "implicit"),
+        adaptive_method("scipy DOP853", tolerances, _solve_scipy, _repeat_scipy, "DOP853"),
+        adaptive_method("scipy LSODA", coarse_tolerances, _solve_scipy, _repeat_scipy, "LSODA"),
+        adaptive_method("scipy Radau", coarse_tolerances, _solve_scipy, _repeat_scipy, "Radau"),
         Method("fixed-step RK4", "step", steps, _solve_runge_kutta, _repeat_runge_kutta),
     ]
 
 
-def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
+def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return every figure of every method on every problem, as `results["problems"][i]["rows"]`, and `headline`.
 
-    `note` : called with progress messages.  Times are the least of several rounds, in each of which every method has
+    `report_progress` : called with messages.  Times are the least of several rounds, in each of which every method has
     one turn, after compilation.  Our time is that of the whole call of `simulate` with every figure of the summary and
     no history; `integration_ms_per_revolution` is the part that the summary calls `run_time`.
     """
@@ -108,27 +114,31 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
         "problems": [],
     }
     for problem in all_problems():
-        if note:
-            note(f"{problem.name}: {problem.title}")
-        results["problems"].append(measure_one(problem, all_methods(quick=quick), results["rounds"]))
+        if report_progress:
+            report_progress(f"{problem.name}: {problem.title}")
+        results["problems"].append(measure_problem(problem, all_methods(quick=quick), results["rounds"]))
     results["headline"] = headline_figures(results["problems"])
     return results
 
 
-def measure_one(
-    problem, selected: list[Method], repetitions: int, slow: float = SINGLE_ROUND_TIME, timer=time.perf_counter
+def measure_problem(
+    problem,
+    methods: list[Method],
+    repetitions: int,
+    single_round_time: float = SINGLE_ROUND_TIME,
+    timer=time.perf_counter,
 ) -> dict:
-    """Return the figures of all methods on one problem; runs that take `slow` s or more have one round."""
+    """Return the figures of all methods on one problem; runs that take `single_round_time` s or more have one round."""
     rows, runs = [], []
-    for method in selected:
+    for method in methods:
         for setting in method.settings:
-            if method.name.startswith("scipy") and setting < problem.tightest:
+            if method.name.startswith("scipy") and setting < problem.min_rival_tolerance:
                 continue
             solution = method.solve(problem, setting)
             rows.append(_result_row(method, setting, problem.assess(solution), solution))
             runs.append(method.repeat(problem, setting))
-    least, integrations = _least_times(runs, repetitions, slow, timer)
-    for row, total, integration in zip(rows, least, integrations, strict=True):
+    least_times, integrations = _least_times(runs, repetitions, single_round_time, timer)
+    for row, total, integration in zip(rows, least_times, integrations, strict=True):
         row["ms_per_revolution"] = 1e3 * total / problem.revolutions
         row["integration_ms_per_revolution"] = 1e3 * integration / problem.revolutions if integration else None
     return {
@@ -142,6 +152,7 @@ def measure_one(
 
 
 def _result_row(method: Method, setting: float, errors: Errors, solution: Solution) -> dict:
+    """Return the errors and the cost of a method with a setting, for JSON."""
     figures = {name: _json_number(value) for name, value in errors._asdict().items()}
     return {
         "method": method.name,
@@ -163,26 +174,26 @@ def _json_number(value):
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _least_times(runs: list, repetitions: int, slow: float, timer) -> tuple[np.ndarray, list]:
+def _least_times(runs: list, repetitions: int, single_round_time: float, timer) -> tuple[np.ndarray, list]:
     """Return the least time (s) of each of `runs`, and the least time reported by the run itself, if any."""
-    least, integrations = np.full(len(runs), math.inf), [None] * len(runs)
+    least_times, integrations = np.full(len(runs), math.inf), [None] * len(runs)
     for _ in range(repetitions):
         for i, run in enumerate(runs):
-            if math.isfinite(least[i]) and least[i] > slow:
+            if math.isfinite(least_times[i]) and least_times[i] > single_round_time:
                 continue
             elapsed = 0.0
-            while elapsed < SHORTEST_ROUND:
+            while elapsed < MIN_ROUND_TIME:
                 start = timer()
                 result = run()
                 duration = timer() - start
                 elapsed += duration
-                least[i] = min(least[i], duration)
+                least_times[i] = min(least_times[i], duration)
                 if isinstance(result, float):
                     integrations[i] = min(integrations[i] or math.inf, result)
-    return least, integrations
+    return least_times, integrations
 
 
-def row_of(entry: dict, method: str, tolerance: float) -> dict:
+def find_row(entry: dict, method: str, tolerance: float) -> dict:
     """Return the row of a problem's entry for a method at a tolerance."""
     return next(row for row in entry["rows"] if row["method"] == method and row.get("tolerance") == tolerance)
 
@@ -190,11 +201,11 @@ def row_of(entry: dict, method: str, tolerance: float) -> dict:
 def headline_figures(entries: list[dict]) -> dict:
     """Return the figures on the flagship problem: time and error of ours and of scipy's, and their ratios."""
     entry = next(entry for entry in entries if entry["name"] == FLAGSHIP)
-    event_driven, rival = (row_of(entry, name, TOLERANCE) for name in ("event-driven", "scipy DOP853"))
+    event_driven, rival = (find_row(entry, name, HEADLINE_TOLERANCE) for name in ("event-driven", "scipy DOP853"))
     time_at_equal_error = time_at_error(entry, "scipy DOP853", event_driven["error_first_half"])
     return {
         "problem": FLAGSHIP,
-        "tolerance": TOLERANCE,
+        "tolerance": HEADLINE_TOLERANCE,
         "ms_per_revolution": event_driven["ms_per_revolution"],
         "integration_ms_per_revolution": event_driven["integration_ms_per_revolution"],
         "error_first_half": event_driven["error_first_half"],
@@ -206,8 +217,8 @@ def headline_figures(entries: list[dict]) -> dict:
         if time_at_equal_error
         else None,
         "scipy_over_first_measured": {
-            f"{tolerance:g}": row_of(entry, "scipy DOP853", tolerance)["ms_per_revolution"] / first
-            for tolerance, first in FIRST_MEASURED_MS.items()
+            f"{tolerance:g}": find_row(entry, "scipy DOP853", tolerance)["ms_per_revolution"] / first_measured
+            for tolerance, first_measured in FIRST_MEASURED_MS.items()
         },
     }
 

@@ -46,22 +46,22 @@ class LengthObserver:
         return False
 
 
-def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
+def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return the figures and intervals of every tolerance and length as `rows`, and their agreement.
 
     `within` : share of the pairs of tolerances, over all figures and lengths, whose difference is within both intervals
     combined (root of the sum of squares); 0.95 for correct intervals.
     """
     tolerances, lengths = (QUICK_TOLERANCES, QUICK_LENGTHS) if quick else (TOLERANCES, LENGTHS)
-    begin, rows = time.perf_counter(), []
+    start_time, rows = time.perf_counter(), []
     for tolerance in tolerances:
-        if note:
-            note(f"convergence of statistics: tolerance {tolerance:g}")
+        if report_progress:
+            report_progress(f"convergence of statistics: tolerance {tolerance:g}")
         rows += run_at_tolerance(tolerance, lengths)
     pairs = [
-        (first[figure], second[figure])
+        (first_row[figure], second_row[figure])
         for length in lengths
-        for first, second in itertools.combinations([row for row in rows if row["revolutions"] == length], 2)
+        for first_row, second_row in itertools.combinations([row for row in rows if row["revolutions"] == length], 2)
         for figure in FIGURES
     ]
     is_within = [abs(a["value"] - b["value"]) <= math.hypot(a["half_width"], b["half_width"]) for a, b in pairs]
@@ -71,7 +71,7 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
         "figures": list(FIGURES),
         "rows": rows,
         "within": sum(is_within) / len(is_within),
-        "seconds": time.perf_counter() - begin,
+        "seconds": time.perf_counter() - start_time,
     }
 
 

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 JOINTS = ("ground-crank", "crank-rod", "rod-slider")
-LETTERS = dict(zip("ABC", JOINTS, strict=True))
+JOINT_BY_LETTER = dict(zip("ABC", JOINTS, strict=True))
 OPENINGS = ("A", "B", "C", "AB", "AC", "BC", "ABC")
 STIFFNESS_AND_SPEED = {  # N/m^1.5 -> rpm
     1e5: 100,
@@ -41,10 +41,10 @@ SPEED_AND_STIFFNESS = {  # rpm -> N/m^1.5
     20000: 1e12,
     50000: 1e12,
 }
-MIXED_CASES, SEED = 48, 20240229  # drawn at random with a fixed seed
+MIXED_CASE_COUNT, SEED = 48, 20240229  # drawn at random with a fixed seed
 SURFACES = ("johnson/fractal", "compatible/kogut-etsion", "compatible/", "power/fractal")  # elastic law/roughness
-ROUGH_CASES, ROUGH_SEED = 10, 20261122
-CYCLES = 5e4  # largest number of oscillations in contact per revolution of a mixed case
+ROUGH_CASE_COUNT, ROUGH_SEED = 10, 20261122
+MAX_OSCILLATIONS = 5e4  # largest number of oscillations in contact per revolution of a mixed case
 
 Section = dict[str, Any]  # of a grid, in SI
 
@@ -52,12 +52,12 @@ Section = dict[str, Any]  # of a grid, in SI
 Levels = dict[str, float]  # factor -> level
 
 
-class Extreme(NamedTuple):
-    """A row of the table."""
+class ExtremeCase(NamedTuple):
+    """A case of the stability table."""
 
-    name: str  # group/what
+    name: str  # group/description
     grid: Section
-    shift: tuple = ()  # clearances by which the slider, and lengths of the rod's end, are displaced at the start
+    displacement: tuple = ()  # clearances by which the slider, and lengths of the rod's end, are displaced at the start
     tuning: tuple = ()  # (kind: graze or meet, dotted path, low, high): found by bisection, see `tuning`
 
     @property
@@ -66,22 +66,22 @@ class Extreme(NamedTuple):
         return self.name.split("/", maxsplit=1)[0]
 
 
-def contact(stiffness: float = 6.61e10, restitution: float = 0.9) -> Section:
+def contact_section(stiffness: float = 6.61e10, restitution: float = 0.9) -> Section:
     """Return a contact section whose free impact has exactly this `restitution`."""
     return {"law": "exact", "stiffness": stiffness, "restitution": restitution}
 
 
-def voigt(damping: float, stiffness: float = 1e8) -> Section:
+def voigt_section(damping: float, stiffness: float = 1e8) -> Section:
     """Return a contact section of a linear spring (N/m) and damper (N s/m)."""
     return {"law": "kelvin-voigt", "stiffness": stiffness, "damping": damping}
 
 
-def tanh(coefficient: float, scale: float = 1e-3) -> Section:
+def tanh_section(coefficient: float, scale: float = 1e-3) -> Section:
     """Return a friction section."""
     return {"law": "tanh", "coefficient": coefficient, "velocity_scale": scale}
 
 
-def ambrosio(coefficient: float) -> Section:
+def ambrosio_section(coefficient: float) -> Section:
     """Return a friction section with a dead band."""
     return {"law": "ambrosio", "coefficient": coefficient, "v0": 1e-3, "v1": 1e-2}
 
@@ -90,31 +90,31 @@ def slider_crank_grid(  # noqa: PLR0913 - parameters that differ between cases, 
     opening: str,
     *,
     speed: float = 5000.0,
-    law: Section | None = None,
+    contact: Section | None = None,
     clearance: float = 5e-4,
     friction: Section | None = None,
-    mass: float = 1.0,
-    slider: float = 0.14,
+    mass_factor: float = 1.0,
+    slider_mass: float = 0.14,
     gravity: float = 0.0,
     start: str = "centred",
 ) -> Section:
     """Return a grid of a slider-crank open at the joints given by the letters of `opening`.
 
-    `speed` : rpm; `mass` : factor on all masses and inertias.
+    `speed` : rpm; `mass_factor` : on all masses and inertias; `slider_mass` : kg; `contact` : section of the contact.
     """
-    joint: Section = {"clearance": clearance, "bearing_radius": 0.01, "contact": law or contact()}
+    joint: Section = {"clearance": clearance, "bearing_radius": 0.01, "contact": contact or contact_section()}
     if friction:
         joint["friction"] = friction
     return {
         "mechanism": {
             "type": "slider-crank",
-            "crank": {"length": 0.05, "mass": 0.3 * mass, "inertia": 1e-4 * mass},
-            "rod": {"length": 0.12, "mass": 0.21 * mass, "inertia": 2.5e-4 * mass},
-            "slider": {"mass": slider * mass},
+            "crank": {"length": 0.05, "mass": 0.3 * mass_factor, "inertia": 1e-4 * mass_factor},
+            "rod": {"length": 0.12, "mass": 0.21 * mass_factor, "inertia": 2.5e-4 * mass_factor},
+            "slider": {"mass": slider_mass * mass_factor},
             "gravity": gravity,
         },
         "drive": {"speed": speed * math.pi / 30.0},
-        "joints": {LETTERS[letter]: dict(joint) for letter in opening},
+        "joints": {JOINT_BY_LETTER[letter]: dict(joint) for letter in opening},
         "simulate": {"revolutions": 2, "discard": 0, "start": start},
         "save": {"orbits": "none"},
     }
@@ -130,7 +130,7 @@ def impact_pair_grid(
     """Return a grid of two bodies that bounce ten times."""
     return {
         "mechanism": {"type": "impact-pair", "masses": list(masses), "speed": speed},
-        "joints": {"pair": {"clearance": clearance, "contact": contact(stiffness, restitution)}},
+        "joints": {"pair": {"clearance": clearance, "contact": contact_section(stiffness, restitution)}},
         "simulate": {"impacts": 10},
         "save": {"orbits": "none"},
     }
@@ -145,128 +145,159 @@ def balanced_levels(
         yield {name: float(column[row]) for name, column in columns.items()}
 
 
-def extreme_cases() -> list[Extreme]:
+def extreme_cases() -> list[ExtremeCase]:
     """Return all cases of the table except those of `machines`."""
-    return [*_along_the_axes(), *_degenerate(), *_tuned(), *_stiff(), *_mixed(), *_pairs(), *_surfaces(), *_expensive()]
+    return [
+        *_one_quantity_cases(),
+        *_degenerate_cases(),
+        *_tuned_cases(),
+        *_stiff_cases(),
+        *_mixed_cases(),
+        *_impact_pair_cases(),
+        *_rough_cases(),
+        *_expensive_cases(),
+    ]
 
 
-def _along_the_axes() -> Iterator[Extreme]:
+def _one_quantity_cases() -> Iterator[ExtremeCase]:
     """Yield cases in which one quantity varies over its range."""
     for (stiffness, speed), opening in itertools.product(STIFFNESS_AND_SPEED.items(), ("C", "BC", "ABC")):
-        yield Extreme(
-            f"stiffness/{opening} {stiffness:.0e}", slider_crank_grid(opening, speed=speed, law=contact(stiffness))
+        yield ExtremeCase(
+            f"stiffness/{opening} {stiffness:.0e}",
+            slider_crank_grid(opening, speed=speed, contact=contact_section(stiffness)),
         )
     for clearance, opening in itertools.product((1e-7, 1e-6, 1e-5, 5e-5, 2e-4, 1e-3, 2e-3, 5e-3), ("C", "AB", "ABC")):
-        yield Extreme(
+        yield ExtremeCase(
             f"clearance/{opening} {clearance:.0e} m", slider_crank_grid(opening, speed=1500, clearance=clearance)
         )
     for restitution, opening in itertools.product((0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 1.0), ("C", "BC")):
-        law = contact(restitution=restitution)
-        yield Extreme(f"restitution/{opening} {restitution:g}", slider_crank_grid(opening, law=law))
+        contact = contact_section(restitution=restitution)
+        yield ExtremeCase(f"restitution/{opening} {restitution:g}", slider_crank_grid(opening, contact=contact))
     for (speed, stiffness), opening in itertools.product(SPEED_AND_STIFFNESS.items(), ("C", "ABC")):
-        grid = slider_crank_grid(opening, speed=speed, law=contact(stiffness, 0.7), gravity=9.81)
-        yield Extreme(f"speed/{opening} {speed} rpm", grid)
-    for smooth, opening in ((tanh, "C"), (ambrosio, "C"), (tanh, "BC"), (tanh, "ABC")):
+        grid = slider_crank_grid(opening, speed=speed, contact=contact_section(stiffness, 0.7), gravity=9.81)
+        yield ExtremeCase(f"speed/{opening} {speed} rpm", grid)
+    sections = {"tanh": tanh_section, "ambrosio": ambrosio_section}
+    for friction_law, opening in (("tanh", "C"), ("ambrosio", "C"), ("tanh", "BC"), ("tanh", "ABC")):
         for coefficient in (0.01, 0.1, 0.3, 0.5, 1.0):
-            name = f"friction/{opening} {smooth.__name__} {coefficient:g}"
-            yield Extreme(name, slider_crank_grid(opening, speed=3000, friction=smooth(coefficient), gravity=9.81))
-    for mass, opening in itertools.product((1e-2, 1e-1, 10.0, 1e2), ("C", "BC", "ABC")):
-        yield Extreme(f"mass/{opening} all x {mass:g}", slider_crank_grid(opening, mass=mass, speed=2000))
-    for slider, opening in itertools.product((1e-3, 1e-2, 1.0, 10.0), ("C", "BC")):
-        yield Extreme(f"mass/{opening} slider {slider:g} kg", slider_crank_grid(opening, slider=slider, speed=2000))
-
-
-def _degenerate() -> Iterator[Extreme]:
-    """Yield starts in contact, exactly centred without gravity, and at the bearing's edge without force or speed."""
-    for opening, speed in itertools.product(OPENINGS, (300, 5000)):
-        grid = slider_crank_grid(opening, speed=speed, law=contact(restitution=0.5), gravity=9.81, start="seated")
-        yield Extreme(f"seated/{opening} {speed} rpm", grid)
-    for opening in OPENINGS:
-        yield Extreme(f"centred/{opening} weightless", slider_crank_grid(opening, speed=1000, law=contact(1e9, 0.5)))
-    for speed in (1, 10, 100):
-        yield Extreme(f"centred/C weightless, {speed} rpm", slider_crank_grid("C", speed=speed, law=contact(1e7, 0.1)))
-    for forward, sideways in ((1, 0), (-1, 0), (0, 1), (0, -1), (math.sqrt(0.5), math.sqrt(0.5))):
-        for speed in (100, 3000):
-            name = f"touching/C at {forward:.2g}, {sideways:.2g} clearances, {speed} rpm"
-            yield Extreme(name, slider_crank_grid("C", speed=speed, law=contact(1e10, 0.5)), (forward, sideways))
-
-
-def _tuned() -> Iterator[Extreme]:
-    """Yield grazing onsets, and simultaneous onsets of two joints."""
-    for opening, speed, restitution in itertools.product("ABC", (1000, 5000), (0.9, 0.7)):
-        grid = slider_crank_grid(opening, speed=speed, law=contact(restitution=restitution))
-        tuning = ("graze", f"joints.{LETTERS[opening]}.clearance", 1e-4, 3e-3)
-        yield Extreme(f"graze/{opening} {speed} rpm {restitution:g}", grid, tuning=tuning)
-    for (free, opening), speed in itertools.product((("C", "BC"), ("C", "AC"), ("B", "AB")), (1000, 5000)):
-        tuning = ("meet", f"joints.{LETTERS[free]}.clearance", 1e-6, 4e-3)
-        yield Extreme(f"simultaneous/{opening} {speed} rpm", slider_crank_grid(opening, speed=speed), tuning=tuning)
-    for opening in ("BC", "ABC"):  # all separate together, from rest under their static load
-        yield Extreme(
-            f"simultaneous/{opening} equal joints, seated",
-            slider_crank_grid(opening, law=contact(1e12), start="seated"),
+            name = f"friction/{opening} {friction_law} {coefficient:g}"
+            yield ExtremeCase(
+                name, slider_crank_grid(opening, speed=3000, friction=sections[friction_law](coefficient), gravity=9.81)
+            )
+    for mass_factor, opening in itertools.product((1e-2, 1e-1, 10.0, 1e2), ("C", "BC", "ABC")):
+        yield ExtremeCase(
+            f"mass/{opening} all x {mass_factor:g}", slider_crank_grid(opening, mass_factor=mass_factor, speed=2000)
+        )
+    for slider_mass, opening in itertools.product((1e-3, 1e-2, 1.0, 10.0), ("C", "BC")):
+        yield ExtremeCase(
+            f"mass/{opening} slider {slider_mass:g} kg", slider_crank_grid(opening, slider_mass=slider_mass, speed=2000)
         )
 
 
-def _stiff() -> Iterator[Extreme]:
+def _degenerate_cases() -> Iterator[ExtremeCase]:
+    """Yield starts in contact, exactly centred without gravity, and at the bearing's edge without force or speed."""
+    for opening, speed in itertools.product(OPENINGS, (300, 5000)):
+        grid = slider_crank_grid(
+            opening, speed=speed, contact=contact_section(restitution=0.5), gravity=9.81, start="seated"
+        )
+        yield ExtremeCase(f"seated/{opening} {speed} rpm", grid)
+    for opening in OPENINGS:
+        yield ExtremeCase(
+            f"centred/{opening} weightless", slider_crank_grid(opening, speed=1000, contact=contact_section(1e9, 0.5))
+        )
+    for speed in (1, 10, 100):
+        yield ExtremeCase(
+            f"centred/C weightless, {speed} rpm", slider_crank_grid("C", speed=speed, contact=contact_section(1e7, 0.1))
+        )
+    for forward, sideways in ((1, 0), (-1, 0), (0, 1), (0, -1), (math.sqrt(0.5), math.sqrt(0.5))):
+        for speed in (100, 3000):
+            name = f"touching/C at {forward:.2g}, {sideways:.2g} clearances, {speed} rpm"
+            yield ExtremeCase(
+                name, slider_crank_grid("C", speed=speed, contact=contact_section(1e10, 0.5)), (forward, sideways)
+            )
+
+
+def _tuned_cases() -> Iterator[ExtremeCase]:
+    """Yield grazing onsets, and simultaneous onsets of two joints."""
+    for opening, speed, restitution in itertools.product("ABC", (1000, 5000), (0.9, 0.7)):
+        grid = slider_crank_grid(opening, speed=speed, contact=contact_section(restitution=restitution))
+        tuning = ("graze", f"joints.{JOINT_BY_LETTER[opening]}.clearance", 1e-4, 3e-3)
+        yield ExtremeCase(f"graze/{opening} {speed} rpm {restitution:g}", grid, tuning=tuning)
+    for (tuned_letter, opening), speed in itertools.product((("C", "BC"), ("C", "AC"), ("B", "AB")), (1000, 5000)):
+        tuning = ("meet", f"joints.{JOINT_BY_LETTER[tuned_letter]}.clearance", 1e-6, 4e-3)
+        yield ExtremeCase(f"simultaneous/{opening} {speed} rpm", slider_crank_grid(opening, speed=speed), tuning=tuning)
+    for opening in ("BC", "ABC"):  # all separate together, from rest under their static load
+        yield ExtremeCase(
+            f"simultaneous/{opening} equal joints, seated",
+            slider_crank_grid(opening, contact=contact_section(1e12), start="seated"),
+        )
+
+
+def _stiff_cases() -> Iterator[ExtremeCase]:
     """Yield contacts whose damping or friction is faster than the motion."""
     for damping, opening, speed in itertools.product((1e6, 1e7), ("C", "BC"), (300, 1500, 5000)):
-        grid = slider_crank_grid(opening, speed=speed, law=voigt(damping))
-        yield Extreme(f"stiff/{opening} damping {damping:.0e}, {speed} rpm", grid)
+        grid = slider_crank_grid(opening, speed=speed, contact=voigt_section(damping))
+        yield ExtremeCase(f"stiff/{opening} damping {damping:.0e}, {speed} rpm", grid)
     for stiffness, opening in itertools.product((1e12, 1e13, 1e14), ("C", "B")):
-        grid = slider_crank_grid(opening, speed=300, law=contact(stiffness, 0.01), gravity=9.81)
-        yield Extreme(f"stiff/{opening} {stiffness:.0e}, restitution 0.01", grid)
+        grid = slider_crank_grid(opening, speed=300, contact=contact_section(stiffness, 0.01), gravity=9.81)
+        yield ExtremeCase(f"stiff/{opening} {stiffness:.0e}, restitution 0.01", grid)
     for scale, opening in itertools.product((1e-3, 1e-4, 1e-5), ("C", "B")):
-        grid = slider_crank_grid(opening, speed=60, law=contact(1e9, 0.1), friction=tanh(0.3, scale), gravity=9.81)
-        yield Extreme(f"stiff/{opening} friction full at {scale:.0e} m/s", grid)
+        grid = slider_crank_grid(
+            opening, speed=60, contact=contact_section(1e9, 0.1), friction=tanh_section(0.3, scale), gravity=9.81
+        )
+        yield ExtremeCase(f"stiff/{opening} friction full at {scale:.0e} m/s", grid)
 
 
-def _mixed() -> Iterator[Extreme]:
+def _mixed_cases() -> Iterator[ExtremeCase]:
     """Yield cases in which all quantities differ."""
     generator = np.random.default_rng(SEED)
-    for number in range(MIXED_CASES):
+    for number in range(MIXED_CASE_COUNT):
         opening = OPENINGS[number % len(OPENINGS)]
         speed, clearance = (
             10.0 ** generator.uniform(0.0, math.log10(5e4)),
             10.0 ** generator.uniform(-7.0, math.log10(5e-3)),
         )
-        mass, restitution = (
+        mass_factor, restitution = (
             10.0 ** generator.uniform(-2.0, 2.0),
             float(generator.choice([0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0])),
         )
         coefficient, gravity = float(generator.choice([0.0, 0.05, 0.3, 1.0])), float(generator.choice([0.0, 9.81]))
-        load = 0.65 * mass * (gravity + 0.05 * (speed * math.pi / 30.0) ** 2)
-        softest = max(1e5, load / 5e-4**1.5)  # penetration of half a millimetre
+        load = 0.65 * mass_factor * (gravity + 0.05 * (speed * math.pi / 30.0) ** 2)
+        min_stiffness = max(1e5, load / 5e-4**1.5)  # penetration of half a millimetre
         # the frequency of small oscillations, sqrt(1.5 K^(2/3) F^(1/3) / m), times the duration of a revolution
-        stiffest = ((CYCLES * speed / 60.0 * 2.0 * math.pi) ** 2 * 0.14 * mass / (1.5 * load ** (1.0 / 3.0))) ** 1.5
-        stiffest = min(max(stiffest, softest), 1e14)
-        stiffness = softest * (stiffest / softest) ** generator.uniform()
-        friction = tanh(coefficient, 1e-2) if coefficient else None
+        max_stiffness = (
+            (MAX_OSCILLATIONS * speed / 60.0 * 2.0 * math.pi) ** 2 * 0.14 * mass_factor / (1.5 * load ** (1.0 / 3.0))
+        ) ** 1.5
+        max_stiffness = min(max(max_stiffness, min_stiffness), 1e14)
+        stiffness = min_stiffness * (max_stiffness / min_stiffness) ** generator.uniform()
+        friction = tanh_section(coefficient, 1e-2) if coefficient else None
         grid = slider_crank_grid(
             opening,
             speed=speed,
-            law=contact(stiffness, restitution),
+            contact=contact_section(stiffness, restitution),
             clearance=clearance,
-            mass=mass,
+            mass_factor=mass_factor,
             friction=friction,
             gravity=gravity,
         )
-        yield Extreme(f"mixed/{number:02d} {opening}", grid)
+        yield ExtremeCase(f"mixed/{number:02d} {opening}", grid)
 
 
-def _pairs() -> Iterator[Extreme]:
+def _impact_pair_cases() -> Iterator[ExtremeCase]:
     """Yield impacts of two bodies."""
     for stiffness, restitution in itertools.product((1e5, 1e9, 1e14), (0.01, 0.5, 1.0)):
-        yield Extreme(f"pair/{stiffness:.0e}, restitution {restitution:g}", impact_pair_grid(stiffness, restitution))
-    yield Extreme("pair/mass ratio 1e4", impact_pair_grid(1e9, 0.5, masses=(0.01, 100.0)))
-    yield Extreme("pair/creeping", impact_pair_grid(1e5, 0.5, speed=1e-4))
-    yield Extreme("pair/tight", impact_pair_grid(1e10, 0.5, clearance=1e-7))
+        yield ExtremeCase(
+            f"pair/{stiffness:.0e}, restitution {restitution:g}", impact_pair_grid(stiffness, restitution)
+        )
+    yield ExtremeCase("pair/mass ratio 1e4", impact_pair_grid(1e9, 0.5, masses=(0.01, 100.0)))
+    yield ExtremeCase("pair/creeping", impact_pair_grid(1e5, 0.5, speed=1e-4))
+    yield ExtremeCase("pair/tight", impact_pair_grid(1e10, 0.5, clearance=1e-7))
 
 
-def _surfaces() -> Iterator[Extreme]:
+def _rough_cases() -> Iterator[ExtremeCase]:
     """Yield rough and conformal joints in which all quantities differ."""
     generator = np.random.default_rng(ROUGH_SEED)
-    for number in range(ROUGH_CASES):
-        elastic, _, rough = SURFACES[number % len(SURFACES)].partition("/")
+    for number in range(ROUGH_CASE_COUNT):
+        elastic_law, _, roughness_law = SURFACES[number % len(SURFACES)].partition("/")
         speed, clearance = 10.0 ** generator.uniform(1.8, 4.0), 10.0 ** generator.uniform(-5.3, -3.0)
         texture = {"dimension": generator.uniform(1.1, 1.9), "scale": 10.0 ** generator.uniform(-13.0, -8.0)}
         hardness, young = 10.0 ** generator.uniform(8.0, 10.0), 10.0 ** generator.uniform(9.0, 11.6)
@@ -274,20 +305,27 @@ def _surfaces() -> Iterator[Extreme]:
             float(generator.choice([0.01, 0.1, 0.5, 0.9, 1.0])),
             float(generator.choice([0.0, 0.1, 0.5])),
         )
-        law = {"law": "exact", "elastic": elastic, "restitution": restitution}
-        law["material"] = {"young": young, "poisson": 0.3}
-        friction = tanh(coefficient, 1e-2) if coefficient else None
-        grid = slider_crank_grid("C", speed=speed, law=law, clearance=clearance, friction=friction, gravity=9.81)
-        grid["joints"][LETTERS["C"]]["length"] = 0.02
-        if rough:
-            grid["joints"][LETTERS["C"]]["roughness"] = {"law": rough, "hardness": hardness, **texture}
-        yield Extreme(f"rough/{number:02d} {elastic}{' ' * bool(rough)}{rough}", grid)
+        contact = {"law": "exact", "elastic": elastic_law, "restitution": restitution}
+        contact["material"] = {"young": young, "poisson": 0.3}
+        friction = tanh_section(coefficient, 1e-2) if coefficient else None
+        grid = slider_crank_grid(
+            "C", speed=speed, contact=contact, clearance=clearance, friction=friction, gravity=9.81
+        )
+        grid["joints"][JOINT_BY_LETTER["C"]]["length"] = 0.02
+        if roughness_law:
+            grid["joints"][JOINT_BY_LETTER["C"]]["roughness"] = {"law": roughness_law, "hardness": hardness, **texture}
+        yield ExtremeCase(f"rough/{number:02d} {elastic_law}{' ' * bool(roughness_law)}{roughness_law}", grid)
 
 
-def _expensive() -> Iterator[Extreme]:
+def _expensive_cases() -> Iterator[ExtremeCase]:
     """Yield contacts with so many oscillations per revolution that they may exceed the budget of steps."""
-    yield Extreme("dear/C undamped 1e14, 1 rpm", slider_crank_grid("C", speed=1, law=contact(1e14, 1.0)))
-    yield Extreme(
-        "dear/ABC undamped 1e14, 1 rpm", slider_crank_grid("ABC", speed=1, law=contact(1e14, 1.0), gravity=9.81)
+    yield ExtremeCase(
+        "dear/C undamped 1e14, 1 rpm", slider_crank_grid("C", speed=1, contact=contact_section(1e14, 1.0))
     )
-    yield Extreme("dear/C 1e14, 10 rpm", slider_crank_grid("C", speed=10, law=contact(1e14, 0.9), gravity=9.81))
+    yield ExtremeCase(
+        "dear/ABC undamped 1e14, 1 rpm",
+        slider_crank_grid("ABC", speed=1, contact=contact_section(1e14, 1.0), gravity=9.81),
+    )
+    yield ExtremeCase(
+        "dear/C 1e14, 10 rpm", slider_crank_grid("C", speed=10, contact=contact_section(1e14, 0.9), gravity=9.81)
+    )

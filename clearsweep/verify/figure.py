@@ -27,16 +27,16 @@ def draw(results: dict[str, Any], path: str | Path) -> Path:
     """
     entries = results["problems"]
     rows = -(-len(entries) // COLUMNS)
-    page = Figure(figsize=(4.0 * COLUMNS, 3.3 * rows + 0.5), layout="constrained")
-    panels = page.subplots(rows, COLUMNS, squeeze=False).ravel()
+    figure = Figure(figsize=(4.0 * COLUMNS, 3.3 * rows + 0.5), layout="constrained")
+    panels = figure.subplots(rows, COLUMNS, squeeze=False).ravel()
     for panel, entry in zip(panels, entries, strict=False):
         _draw_panel(panel, entry)
     for panel in panels[len(entries) :]:
         panel.set_axis_off()
     handles, names = panels[0].get_legend_handles_labels()
-    page.legend(handles, names, loc="outside upper center", ncols=len(names), frameon=False)
+    figure.legend(handles, names, loc="outside upper center", ncols=len(names), frameon=False)
     path = Path(path)
-    page.savefig(path, dpi=150)
+    figure.savefig(path, dpi=150)
     return path
 
 

@@ -32,7 +32,7 @@ class Solution(NamedTuple):
 
     radial: float  # integral of p cos(theta) over theta and half of the pin, y from 0 to 1
     tangential: float  # of p sin(theta)
-    highest: float  # largest p
+    max_pressure: float  # largest p
 
 
 class Film:
@@ -42,46 +42,50 @@ class Film:
         """Take length / diameter, the eccentricity ratio, and the numbers of cells around and along half of the pin."""
         circumferential, axial = grid
         faces, self.angles = _circumferential_cells(ratio, circumferential)
-        steps = np.arange(2 * axial + 1) / (2.0 * axial)
-        heights = np.tanh(CLUSTERING * steps) / math.tanh(CLUSTERING)
+        fractions = np.arange(2 * axial + 1) / (2.0 * axial)
+        heights = np.tanh(CLUSTERING * fractions) / math.tanh(CLUSTERING)
         widths, spans, self.heights = np.diff(faces), np.diff(heights[::2]), heights[1::2]
         distances = (self.angles - np.roll(self.angles, 1)) % (2.0 * math.pi)
-        upstream = ((1.0 + ratio * np.cos(faces[:-1])) ** 3 / distances)[:, None] * spans
-        outwards = np.append(1.0 / np.diff(self.heights), 1.0 / (1.0 - self.heights[-1]))
-        outward_flow = ((1.0 + ratio * np.cos(self.angles)) ** 3 * widths)[:, None] * outwards / slenderness**2
-        diagonal = upstream + np.roll(upstream, -1, 0) + outward_flow
-        diagonal[:, 1:] += outward_flow[:, :-1]
+        circumferential_flow = ((1.0 + ratio * np.cos(faces[:-1])) ** 3 / distances)[:, None] * spans
+        axial_weights = np.append(1.0 / np.diff(self.heights), 1.0 / (1.0 - self.heights[-1]))
+        axial_flow = ((1.0 + ratio * np.cos(self.angles)) ** 3 * widths)[:, None] * axial_weights / slenderness**2
+        diagonal = circumferential_flow + np.roll(circumferential_flow, -1, 0) + axial_flow
+        diagonal[:, 1:] += axial_flow[:, :-1]
         cells = np.arange(circumferential * axial).reshape(circumferential, axial)
-        pairs = ((cells, np.roll(cells, 1, 0), upstream), (cells[:, 1:], cells[:, :-1], outward_flow[:, :-1]))
-        rows = [cells, *(x for cell, neighbour, _ in pairs for x in (cell, neighbour))]
-        columns = [cells, *(x for cell, neighbour, _ in pairs for x in (neighbour, cell))]
-        values = [diagonal, *(-x for _, _, flow in pairs for x in (flow, flow))]
-        flattened = [np.concatenate([array.ravel() for array in parts]) for parts in (values, rows, columns)]
+        pairs = ((cells, np.roll(cells, 1, 0), circumferential_flow), (cells[:, 1:], cells[:, :-1], axial_flow[:, :-1]))
+        rows = [cells, *(part for cell, neighbour, _ in pairs for part in (cell, neighbour))]
+        columns = [cells, *(part for cell, neighbour, _ in pairs for part in (neighbour, cell))]
+        values = [diagonal, *(-part for _, _, flow in pairs for part in (flow, flow))]
+        flattened = [np.concatenate([array.ravel() for array in arrays]) for arrays in (values, rows, columns)]
         self.matrix = sparse.csr_matrix((flattened[0], (flattened[1], flattened[2])), shape=(cells.size, cells.size))
         self.areas = widths[:, None] * spans
         self.cosines, self.sines = np.cos(self.angles), np.sin(self.angles)
-        self.filled: np.ndarray | None = None  # cells under pressure at the last motion, an initial guess for the next
+        self.is_pressurised: np.ndarray | None = (
+            None  # (cells,) those under pressure at the last motion, the initial guess for the next
+        )
 
     def solve(self, squeeze: float, wedge: float) -> Solution:
         """Return the Solution for 2 eps' and w eps; the set of cells under pressure is iterated until consistent."""
         source = (self.areas * (wedge * self.sines - squeeze * self.cosines)[:, None]).ravel()
-        previous = source > 0.0 if self.filled is None else self.filled
+        was_filled = source > 0.0 if self.is_pressurised is None else self.is_pressurised
         for _ in range(60):
-            inside = np.flatnonzero(previous)
+            filled_cells = np.flatnonzero(was_filled)
             pressure = np.zeros(source.size)
-            pressure[inside] = spsolve(self.matrix[inside][:, inside].tocsc(), source[inside], "MMD_AT_PLUS_A")
-            is_reformed = source - self.matrix @ pressure > 1e-14 * np.abs(source).max()
-            is_filled = np.where(previous, pressure > 0.0, is_reformed)
-            if np.array_equal(is_filled, previous):
+            pressure[filled_cells] = spsolve(
+                self.matrix[filled_cells][:, filled_cells].tocsc(), source[filled_cells], "MMD_AT_PLUS_A"
+            )
+            would_refill = source - self.matrix @ pressure > 1e-14 * np.abs(source).max()
+            is_filled = np.where(was_filled, pressure > 0.0, would_refill)
+            if np.array_equal(is_filled, was_filled):
                 break
-            previous = is_filled
+            was_filled = is_filled
         else:
             raise RuntimeError("the cavity of a film was not found")
-        self.filled, field = previous, pressure.reshape(self.areas.shape)
+        self.is_pressurised, field = was_filled, pressure.reshape(self.areas.shape)
         integrated = (self.areas * field).sum(axis=1)
-        return Solution(float(integrated @ self.cosines), float(integrated @ self.sines), self._highest(field))
+        return Solution(float(integrated @ self.cosines), float(integrated @ self.sines), self._max_pressure(field))
 
-    def _highest(self, field: np.ndarray) -> float:
+    def _max_pressure(self, field: np.ndarray) -> float:
         """Return the largest pressure, by a parabola along y and one along theta."""
         low, high = self.heights[:2]
         midplane = field[:, 0] - low**2 * (field[:, 1] - field[:, 0]) / (high**2 - low**2)
@@ -93,10 +97,12 @@ class Film:
 
 def _circumferential_cells(ratio: float, cells: int) -> tuple[np.ndarray, np.ndarray]:
     """Return the angles of the faces of cells, and of their centres."""
-    fine = np.linspace(0.0, 2.0 * math.pi, 40001)
-    density = EVEN_SHARE + (1.0 - EVEN_SHARE) * math.sqrt(1.0 - ratio * ratio) / (1.0 + ratio * np.cos(fine))
-    counted = np.concatenate([[0.0], np.cumsum(density[1:] + density[:-1])])
-    angles = np.interp(np.arange(2 * cells + 1) / (2.0 * cells), counted / counted[-1], fine)
+    fine_angles = np.linspace(0.0, 2.0 * math.pi, 40001)
+    density = EVEN_SHARE + (1.0 - EVEN_SHARE) * math.sqrt(1.0 - ratio * ratio) / (1.0 + ratio * np.cos(fine_angles))
+    cumulative_density = np.concatenate([[0.0], np.cumsum(density[1:] + density[:-1])])
+    angles = np.interp(
+        np.arange(2 * cells + 1) / (2.0 * cells), cumulative_density / cumulative_density[-1], fine_angles
+    )
     return angles[::2], angles[1::2]
 
 
@@ -131,9 +137,12 @@ def logarithms_over_short(slenderness: float, ratio: float, directions: np.ndarr
         film, rows = Film(slenderness, ratio, grid), []
         for direction in directions:
             squeeze, wedge = direction, math.sqrt(1.0 - direction**2) / (1.0 - ratio * ratio) ** 0.25
-            solution, (power, highest) = film.solve(squeeze, wedge), short_film(slenderness, ratio, squeeze, wedge)
+            solution, (power, short_max_pressure) = (
+                film.solve(squeeze, wedge),
+                short_film(slenderness, ratio, squeeze, wedge),
+            )
             work = wedge * solution.tangential - squeeze * solution.radial
-            rows.append((math.log(work / power), math.log(solution.highest / highest)))
+            rows.append((math.log(work / power), math.log(solution.max_pressure / short_max_pressure)))
         results.append(np.array(rows).T)
     extrapolated: np.ndarray = (4.0 * results[1] - results[0]) / 3.0
     return extrapolated
@@ -148,11 +157,11 @@ def expansion_coefficients(slenderness: float) -> np.ndarray:
     harmonics = 2.0 / DIRECTION_NODES * values @ np.cos(np.outer(directions, np.arange(law.TERMS)))
     harmonics[:, :, 0] *= 0.5
     powers = np.polynomial.chebyshev.chebvander(2.0 * depths**2 - 1.0, law.POWERS - 1)
-    fitted = np.empty((2, law.TERMS, law.POWERS))
+    coefficients = np.empty((2, law.TERMS, law.POWERS))
     for term in range(law.TERMS):
         basis = powers * depths[:, None] ** (term % 2)
-        fitted[:, term] = np.linalg.lstsq(basis, harmonics[:, :, term], rcond=None)[0].T
-    return fitted
+        coefficients[:, term] = np.linalg.lstsq(basis, harmonics[:, :, term], rcond=None)[0].T
+    return coefficients
 
 
 def main() -> None:

@@ -10,11 +10,11 @@ import math
 
 import numpy as np
 
-from .extremes import CYCLES, Extreme, Levels, Section, balanced_levels, contact, tanh
+from .extremes import MAX_OSCILLATIONS, ExtremeCase, Levels, Section, balanced_levels, contact_section, tanh_section
 
 SEED, CASES_PER_FAMILY = 20261123, 15
 RADIUS, LENGTH = 0.02, 0.04  # m
-CRANK, ROD, SLIDER = 0.05, 0.12, 0.14  # m, m, kg
+CRANK_LENGTH, ROD_LENGTH, SLIDER_MASS = 0.05, 0.12, 0.14  # m, m, kg
 FACTORS = {
     "speed": (60.0, 300.0, 1500.0, 3000.0, 6000.0),  # rpm
     "clearance": (1e-5, 3e-5, 1e-4, 2e-4, 5e-4),  # m
@@ -31,31 +31,33 @@ LAWS = ("finite", "short", "long", "pinkus-sternlicht", "reynolds")
 OPENINGS = (("rod-slider",), ("crank-rod",), ("crank-rod", "rod-slider"))
 
 
-def film_cases() -> list[Extreme]:
+def film_cases() -> list[ExtremeCase]:
     """Return all cases."""
     generator = np.random.default_rng(SEED)
     return [
-        Extreme(f"{family}/{number:02d} {_levels_text(levels)}", _grid(levels, dry=family == "mixed film"))
+        ExtremeCase(f"{family}/{number:02d} {_levels_text(levels)}", _grid(levels, dry=family == "mixed film"))
         for family in ("film", "mixed film")
         for number, levels in enumerate(balanced_levels(generator, FACTORS, CASES_PER_FAMILY))
     ]
 
 
 def _levels_text(levels: Levels) -> str:
+    """Return the main levels of a case in words."""
     law, joints = LAWS[int(levels["law"])], " and ".join(OPENINGS[int(levels["opening"])])
     return f"{law} in {joints}, {levels['speed']:g} rpm, {levels['clearance']:.0e} m, load {levels['scarcity']:g}"
 
 
 def _grid(levels: Levels, *, dry: bool) -> Section:
+    """Return the grid of a slider-crank with films, and with dry contact behind them if `dry`."""
     mass, rate = levels["mass"], levels["speed"] * math.pi / 30.0
     load = 0.65 * mass * (9.81 + 0.05 * rate**2)
     joint = _joint(levels, load, dry=dry)
     return {
         "mechanism": {
             "type": "slider-crank",
-            "crank": {"length": CRANK, "mass": 0.3 * mass, "inertia": 1e-4 * mass},
-            "rod": {"length": ROD, "mass": 0.21 * mass, "inertia": 2.5e-4 * mass},
-            "slider": {"mass": SLIDER * mass},
+            "crank": {"length": CRANK_LENGTH, "mass": 0.3 * mass, "inertia": 1e-4 * mass},
+            "rod": {"length": ROD_LENGTH, "mass": 0.21 * mass, "inertia": 2.5e-4 * mass},
+            "slider": {"mass": SLIDER_MASS * mass},
             "gravity": 9.81,
         },
         "drive": {"speed": rate},
@@ -74,8 +76,8 @@ def _joint(levels: Levels, load: float, *, dry: bool) -> Section:
     if not dry:
         return joint
     film["transition"] = {"width": levels["width"]}
-    softest = max(1e5, load / 5e-4**1.5)
-    stiffest = ((CYCLES * rate) ** 2 * SLIDER * levels["mass"] / (1.5 * load ** (1.0 / 3.0))) ** 1.5
-    stiffness = softest * (min(max(stiffest, softest), 1e14) / softest) ** levels["softness"]
-    joint["contact"] = contact(stiffness, levels["restitution"])
-    return joint | ({"friction": tanh(levels["friction"], 1e-2)} if levels["friction"] else {})
+    min_stiffness = max(1e5, load / 5e-4**1.5)
+    max_stiffness = ((MAX_OSCILLATIONS * rate) ** 2 * SLIDER_MASS * levels["mass"] / (1.5 * load ** (1.0 / 3.0))) ** 1.5
+    stiffness = min_stiffness * (min(max(max_stiffness, min_stiffness), 1e14) / min_stiffness) ** levels["softness"]
+    joint["contact"] = contact_section(stiffness, levels["restitution"])
+    return joint | ({"friction": tanh_section(levels["friction"], 1e-2)} if levels["friction"] else {})

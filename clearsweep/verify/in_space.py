@@ -8,7 +8,7 @@ import math
 
 import numpy as np
 
-from .extremes import CYCLES, Extreme, Section, contact, tanh
+from .extremes import MAX_OSCILLATIONS, ExtremeCase, Section, contact_section, tanh_section
 
 SEED, CASES_PER_FORM = 20261122, 8
 RADIUS, LENGTH = 0.01, 0.02  # m, of the bearing
@@ -32,9 +32,9 @@ FORMS = {
 Levels = dict[str, float]
 
 
-def spatial_cases() -> list[Extreme]:
+def spatial_cases() -> list[ExtremeCase]:
     """Return all cases."""
-    generator, listed = np.random.default_rng(SEED), []
+    generator, cases = np.random.default_rng(SEED), []
     for name, (clearance_joint, freedoms, flange) in FORMS.items():
         columns = {
             key: generator.permutation(np.tile(values, CASES_PER_FORM // len(values)))
@@ -44,11 +44,12 @@ def spatial_cases() -> list[Extreme]:
             levels = {key: float(column[number]) for key, column in columns.items()}
             grid = _grid(levels, clearance_joint, freedoms)
             grid["joints"][clearance_joint] |= _axial_sections(levels, flange=flange)
-            listed.append(Extreme(f"in space/{name} {number} {_levels_text(levels)}", grid))
-    return listed
+            cases.append(ExtremeCase(f"in space/{name} {number} {_levels_text(levels)}", grid))
+    return cases
 
 
 def _levels_text(levels: Levels) -> str:
+    """Return the main levels of a case in words."""
     return f"{levels['speed']:g} rpm, {levels['clearance']:.0e} m, e {levels['restitution']:g}, tilt {levels['tilt']:g}"
 
 
@@ -63,19 +64,20 @@ def _axial_sections(levels: Levels, *, flange: bool) -> Section:
 
 
 def _grid(levels: Levels, clearance_joint: str, freedoms: str) -> Section:
+    """Return the grid of a spatial slider-crank; `freedoms` : of its ideal joint."""
     rate, mass = levels["speed"] * math.pi / 30.0, levels["mass"]
     load = 0.65 * mass * (9.81 + 0.05 * rate**2)
-    softest = max(1e5, load / min(5e-4, levels["clearance"] * 10.0) ** 1.5)
-    stiffest = ((CYCLES * rate) ** 2 * 0.14 * mass / (1.5 * load ** (1.0 / 3.0))) ** 1.5
-    stiffness = softest * (min(max(stiffest, softest), 1e14) / softest) ** levels["softness"]
+    min_stiffness = max(1e5, load / min(5e-4, levels["clearance"] * 10.0) ** 1.5)
+    max_stiffness = ((MAX_OSCILLATIONS * rate) ** 2 * 0.14 * mass / (1.5 * load ** (1.0 / 3.0))) ** 1.5
+    stiffness = min_stiffness * (min(max(max_stiffness, min_stiffness), 1e14) / min_stiffness) ** levels["softness"]
     (ideal_joint,) = {"crank-rod", "rod-slider"} - {clearance_joint}
     joint = {
         "type": "spatial",
         "clearance": levels["clearance"],
         "bearing_radius": RADIUS,
         "length": LENGTH,
-        "contact": contact(stiffness, levels["restitution"]) | {"onset": "first"},
-        "friction": tanh(levels["friction"], 1e-2),
+        "contact": contact_section(stiffness, levels["restitution"]) | {"onset": "first"},
+        "friction": tanh_section(levels["friction"], 1e-2),
     }
     return {
         "mechanism": {

@@ -36,12 +36,12 @@ def read_references() -> dict[str, Any]:
     return problems
 
 
-def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
+def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return `rows`, one for every machine and tolerance; none if `quick`, because each machine compiles a scene."""
     rows = []
     for name, entry in ({} if quick else read_references()).items():
-        if note:
-            note(f"machines: {name}")
+        if report_progress:
+            report_progress(f"machines: {name}")
         rows += [run_machine(name, entry, tolerance) for tolerance in TOLERANCES]
     return {"rows": rows}
 
@@ -51,26 +51,26 @@ def run_machine(name: str, entry: dict[str, Any], tolerance: float) -> dict[str,
     source, times = copy.deepcopy(entry["grid"]), np.array(entry["samples"]["t"])
     source["simulate"]["tolerance"] = tolerance
     loaded_scene = scene.load_case(source)
-    comparable = times[times <= entry["fair"]]
-    trajectory = simulate(loaded_scene, times=comparable)
-    seconds = min(simulate(loaded_scene, times=comparable).summary["run_time"] for _ in range(ROUNDS))
-    worst = max(
-        _error(trajectory[channel], np.array(values)[: comparable.size])
+    compared_times = times[times <= entry["fair"]]
+    trajectory = simulate(loaded_scene, times=compared_times)
+    run_time = min(simulate(loaded_scene, times=compared_times).summary["run_time"] for _ in range(ROUNDS))
+    max_error = max(
+        _relative_error(trajectory[channel], np.array(values)[: compared_times.size])
         for channel, values in entry["samples"].items()
         if "force" not in channel and "torque" not in channel
     )
     event_times, reference = trajectory.events["t"], np.array([row[0] for row in entry["events"]])
-    same_count = len(event_times) == len(reference)
+    has_same_count = len(event_times) == len(reference)
     return {
         "name": name,
         "tolerance": tolerance,
-        "error": worst,
+        "error": max_error,
         "events": len(event_times),
         "events_expected": len(reference),
-        "event_error": event_error(event_times, reference) if same_count else None,  # s
+        "event_error": event_error(event_times, reference) if has_same_count else None,  # s
         "rhs_evaluations": trajectory.summary["rhs_evaluations"],
         "energy_residual": trajectory.summary["energy_residual"],
-        "ms": 1e3 * seconds,
+        "ms": 1e3 * run_time,
     }
 
 
@@ -79,7 +79,7 @@ def event_error(times: np.ndarray, reference: np.ndarray) -> float:
     return float(np.max(np.abs(times - reference), initial=0.0))
 
 
-def _error(computed: np.ndarray, reference: np.ndarray) -> float:
+def _relative_error(computed: np.ndarray, reference: np.ndarray) -> float:
     """Return the largest error over the largest value, 0 for a channel at rest."""
     largest = float(np.max(np.abs(reference)))
     return (

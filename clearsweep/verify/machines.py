@@ -1,7 +1,7 @@
 """Cases of the stability table with loads, free cranks, four-bars, guides, elastic rods: a factorial drawn by a seed.
 
 Each family has CASES_PER_FAMILY cases.  In every factor each level occurs equally often, in random order: a balanced
-factorial. Stiffness is between that with a penetration of half a millimetre under load and that with CYCLES
+factorial. Stiffness is between that with a penetration of half a millimetre under load and that with MAX_OSCILLATIONS
 oscillations per revolution, as in the mixed cases of `extremes`.
 """
 
@@ -9,7 +9,7 @@ import math
 
 import numpy as np
 
-from .extremes import CYCLES, Extreme, Levels, Section, balanced_levels, contact, tanh
+from .extremes import MAX_OSCILLATIONS, ExtremeCase, Levels, Section, balanced_levels, contact_section, tanh_section
 
 SEED, CASES_PER_FAMILY = 20261122, 16
 LINKS = {"crank": (0.05, 0.3, 1e-4), "rod": (0.12, 0.21, 2.5e-4), "rocker": (0.1, 0.25, 2.2e-4)}  # m, kg, kg m^2
@@ -24,7 +24,7 @@ FACTORS = {
 }
 
 
-def machine_cases() -> list[Extreme]:
+def machine_cases() -> list[ExtremeCase]:
     """Return all cases."""
     families = {
         "loaded": _loaded_grid,
@@ -35,17 +35,19 @@ def machine_cases() -> list[Extreme]:
     }
     generator = np.random.default_rng(SEED)
     return [
-        Extreme(f"{name}/{number:02d} {_levels_text(levels)}", family(levels))
+        ExtremeCase(f"{name}/{number:02d} {_levels_text(levels)}", family(levels))
         for name, family in families.items()
         for number, levels in enumerate(balanced_levels(generator, FACTORS, CASES_PER_FAMILY))
     ]
 
 
 def _levels_text(levels: Levels) -> str:
+    """Return the main levels of a case in words."""
     return f"{levels['speed']:g} rpm, {levels['clearance']:.0e} m, e {levels['restitution']:g}, load {levels['load']:g}"
 
 
 def _link(name: str, levels: Levels) -> Section:
+    """Return the section of a link of LINKS."""
     length, mass, inertia = LINKS[name]
     return {"length": length, "mass": mass * levels["mass"], "inertia": inertia * levels["mass"]}
 
@@ -54,14 +56,15 @@ def _joint(levels: Levels) -> Section:
     """Return the joint with clearance."""
     rate = levels["speed"] * math.pi / 30.0
     load = 0.65 * levels["mass"] * (9.81 + 0.05 * rate**2) + levels["load"]
-    softest = max(1e5, load / 5e-4**1.5)
-    stiffest = ((CYCLES * rate) ** 2 * 0.14 * levels["mass"] / (1.5 * load ** (1.0 / 3.0))) ** 1.5
-    stiffness = softest * (min(max(stiffest, softest), 1e14) / softest) ** levels["softness"]
-    joint: Section = {"clearance": levels["clearance"], "contact": contact(stiffness, levels["restitution"])}
-    return joint | ({"friction": tanh(levels["friction"], 1e-2)} if levels["friction"] else {})
+    min_stiffness = max(1e5, load / 5e-4**1.5)
+    max_stiffness = ((MAX_OSCILLATIONS * rate) ** 2 * 0.14 * levels["mass"] / (1.5 * load ** (1.0 / 3.0))) ** 1.5
+    stiffness = min_stiffness * (min(max(max_stiffness, min_stiffness), 1e14) / min_stiffness) ** levels["softness"]
+    joint: Section = {"clearance": levels["clearance"], "contact": contact_section(stiffness, levels["restitution"])}
+    return joint | ({"friction": tanh_section(levels["friction"], 1e-2)} if levels["friction"] else {})
 
 
 def _grid(levels: Levels, mechanism: Section, joints: Section, loads: Section, drive: Section | None = None) -> Section:
+    """Return a grid of these sections; the default drive has constant speed."""
     return {
         "mechanism": mechanism | {"gravity": 9.81},
         "drive": drive or {"speed": levels["speed"] * math.pi / 30.0},
@@ -73,11 +76,13 @@ def _grid(levels: Levels, mechanism: Section, joints: Section, loads: Section, d
 
 
 def _slider_crank(levels: Levels, **slider: float) -> Section:
+    """Return the mechanism of a slider-crank; `slider` : further keys of its slider."""
     slider = {"mass": 0.14 * levels["mass"], **slider}
     return {"type": "slider-crank", **{name: _link(name, levels) for name in ("crank", "rod")}, "slider": slider}
 
 
 def _press_load(levels: Levels) -> Section:
+    """Return a load that presses on the slider."""
     return {"press": {"on": "slider", "force": [-levels["load"], 0.1 * levels["load"]]}}
 
 
@@ -90,9 +95,9 @@ def _loaded_grid(levels: Levels) -> Section:
 
 def _free_crank_grid(levels: Levels) -> Section:
     """Return a slider-crank with a motor, from half its speed, and a flywheel whose energy exceeds the load's work."""
-    rate, lift = levels["speed"] * math.pi / 30.0, 0.1 * (levels["load"] + 0.7 * 9.81 * levels["mass"])
-    motor = {"stall_torque": 2.0 * lift + 1.0, "no_load_speed": rate}
-    flywheel = 2.0 * lift * 2.0 * math.pi / (0.25 * rate**2) + 1e-3 * levels["mass"]
+    rate, load_torque = levels["speed"] * math.pi / 30.0, 0.1 * (levels["load"] + 0.7 * 9.81 * levels["mass"])
+    motor = {"stall_torque": 2.0 * load_torque + 1.0, "no_load_speed": rate}
+    flywheel = 2.0 * load_torque * 2.0 * math.pi / (0.25 * rate**2) + 1e-3 * levels["mass"]
     drive = {"motor": motor, "initial_speed": 0.5 * rate, "inertia": flywheel}
     joints = {"rod-slider": _joint(levels) | {"bearing_radius": 0.01}}
     return _grid(levels, _slider_crank(levels), joints, _press_load(levels), drive)
@@ -116,7 +121,7 @@ def _guide_grid(levels: Levels) -> Section:
 def _elastic_rod_grid(levels: Levels) -> Section:
     """Return a slider-crank with an elastic rod: from as soft as rubber to ten times as stiff as steel."""
     mechanism = _slider_crank(levels)
-    softer = levels["softness"] * (1.0 if levels["restitution"] < 0.8 else 0.5)
+    softness = levels["softness"] * (1.0 if levels["restitution"] < 0.8 else 0.5)
     damping = 0.1 if levels["restitution"] < 0.1 else 0.01
-    mechanism["rod"]["elastic"] = {"axial_stiffness": 4e9 * 1e-4**softer, "segments": 4, "damping": damping}
+    mechanism["rod"]["elastic"] = {"axial_stiffness": 4e9 * 1e-4**softness, "segments": 4, "damping": damping}
     return _grid(levels, mechanism, {"rod-slider": _joint(levels) | {"bearing_radius": 0.01}}, _press_load(levels))

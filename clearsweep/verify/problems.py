@@ -21,7 +21,7 @@ from ..simulation.trajectory import simulate
 from .rivals import Solution
 
 CRANK, ROD = 0.05, 0.12  # m
-STIFF_TURNS, TIGHT = 0.25, 1e-12  # revolutions; tolerance of the trajectory of the stiff problem
+STIFF_TURNS, REFERENCE_TOLERANCE = 0.25, 1e-12  # revolutions; tolerance of the trajectory of the stiff problem
 EVENT_KINDS = {"on": ONSET, "off": SEPARATION}
 
 
@@ -49,7 +49,7 @@ class ReferenceTrajectory(NamedTuple):
     revolutions: float
     separations: int = 0
     measure: str = "pointwise"
-    tightest: float = 0.0  # tolerance below which the rivals would take minutes
+    min_rival_tolerance: float = 0.0  # tolerance below which the rivals would take minutes
 
     @property
     def end(self) -> float:
@@ -65,7 +65,7 @@ class ReferenceTrajectory(NamedTuple):
             if is_complete
             else np.full((2 * half_count, 1), np.nan)
         )
-        are_events_exact = _same_events(solution.events, self.events)
+        are_events_exact = _have_same_events(solution.events, self.events)
         peaks = self._peak_error(solution) if is_complete else None
         first_peaks = self._peak_error(solution, 3) if is_complete else None
         return Errors(
@@ -100,7 +100,7 @@ class ImpactPair(NamedTuple):
     times: np.ndarray = np.empty(0)
     revolutions: float = 1.0  # cost is measured over the whole run
     measure: str = "restitution"
-    tightest: float = 0.0
+    min_rival_tolerance: float = 0.0
 
     @property
     def events(self) -> np.ndarray:
@@ -109,13 +109,13 @@ class ImpactPair(NamedTuple):
 
     def assess(self, solution: Solution) -> Errors:
         """Return the largest error of the ratio of rebound to approach speed."""
-        are_events_exact = _same_events(solution.events, self.events)
+        are_events_exact = _have_same_events(solution.events, self.events)
         rates = solution.events[:, 3]
         worst = float(np.max(np.abs(-rates[1::2] / rates[::2] - self.restitution))) if are_events_exact else math.nan
         return Errors(None, worst, len(solution.events), are_events_exact, None, None)
 
 
-def _same_events(computed: np.ndarray, reference: np.ndarray) -> bool:
+def _have_same_events(computed: np.ndarray, reference: np.ndarray) -> bool:
     return len(computed) == len(reference) and bool(np.all(computed[:, 1:3] == reference[:, 1:3]))
 
 
@@ -142,7 +142,7 @@ def _reference_entries() -> dict:
 def all_problems() -> list:
     """Return all problems."""
     return [
-        *(_trajectory(name, entry) for name, entry in _reference_entries().items()),
+        *(_reference_problem(name, entry) for name, entry in _reference_entries().items()),
         _stiff_problem(),
         _impact_pair_problem(),
     ]
@@ -153,7 +153,7 @@ def _stiff_problem() -> ReferenceTrajectory:
 
     scipy's methods, which share only the force law with it, give the same trajectory.
     """
-    source = copy.deepcopy(_trajectory("", _reference_entries()["b_base"]).grid)
+    source = copy.deepcopy(_reference_problem("", _reference_entries()["b_base"]).grid)
     (joint,) = source["joints"]
     source["joints"][joint]["contact"] = {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 1e6}
     source["simulate"]["revolutions"] = STIFF_TURNS
@@ -162,13 +162,21 @@ def _stiff_problem() -> ReferenceTrajectory:
     scales = np.array([0.05, 0.05, speed, speed * CRANK])
     title = "rod-slider, damped by 1e6 N s/m; reference: ours at 1e-12"
     without_samples = ReferenceTrajectory(
-        "b_damped", title, source, scales, np.empty((0, 0)), times, np.empty((0, 5)), STIFF_TURNS, tightest=1e-6
+        "b_damped",
+        title,
+        source,
+        scales,
+        np.empty((0, 0)),
+        times,
+        np.empty((0, 5)),
+        STIFF_TURNS,
+        min_rival_tolerance=1e-6,
     )
-    reference = solution_of(without_samples, simulate(scene_of(without_samples, TIGHT), times=times))
+    reference = solution_of(without_samples, simulate(scene_of(without_samples, REFERENCE_TOLERANCE), times=times))
     return without_samples._replace(samples=reference.states, events=reference.events)
 
 
-def _trajectory(name: str, entry: dict) -> ReferenceTrajectory:
+def _reference_problem(name: str, entry: dict) -> ReferenceTrajectory:
     """Return a reference trajectory as a problem."""
     joint = {
         "clearance": entry["clearance"],
@@ -237,7 +245,10 @@ def solution_of(problem, trajectory) -> Solution:
     names = _channel_names(problem)
     states = np.column_stack([channels[name] for name in names]) if channels and names else np.empty((0, 0))
     events, joints = trajectory.events, [column_name(joint) for joint in problem.grid["joints"]]
-    rows = [(e["t"], joints.index(e["joint"]), EVENT_KINDS[e["kind"]], e["rate"], e["force_peak"]) for e in events]
+    rows = [
+        (event["t"], joints.index(event["joint"]), EVENT_KINDS[event["kind"]], event["rate"], event["force_peak"])
+        for event in events
+    ]
     return Solution(
         states, np.array(rows).reshape(-1, 5), summary["steps"], summary["steps_rejected"], summary["rhs_evaluations"]
     )

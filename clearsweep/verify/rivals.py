@@ -18,8 +18,8 @@ from ..mechanics.mechanism.contract import accelerate, gaps, place
 from ..mechanics.solver.integration import ONSET, SEPARATION
 from ..mechanics.trace.objects import machine_code
 
-ROWS = 4  # of the rates: the stages of Runge-Kutta 4
-DEPTH, RATE, NORMAL, JOINT_WIDTH = 0, 1, 2, 3  # numbers after the rates, for every joint
+STAGES = 4  # of the rates: the stages of Runge-Kutta 4
+DEPTH_COLUMN, RATE_COLUMN, NORMAL_COLUMN, JOINT_WIDTH = 0, 1, 2, 3  # numbers after the rates, for every joint
 TINY_DEPTH = 1e-300  # m
 LEAST_RELATIVE_TOLERANCE = 2.3e-14  # least relative tolerance of scipy
 EVENT_DEAD_TIME = 1e-9  # turns of the crank after an event during which its joint has no other event
@@ -69,30 +69,30 @@ def rates_in_time(scene, y, state, onset, k, row):
 
     y : (n,) coordinates, rates, time; k : (ROWS, n + JOINT_WIDTH * joints); state, onset : (joints,).
     """
-    half = len(scene.coordinates)
+    coordinate_count = len(scene.coordinates)
     pose = place(scene.mechanism, y)
     loads = loads_of(scene.joints, gaps(scene.mechanism, pose), 0, (state, onset))
     motion = accelerate(scene.mechanism, pose, loads)
-    for i in range(half):
-        k[row, i] = y[half + i]
-        k[row, half + i] = motion.accelerations[i]
-    k[row, 2 * half] = 1.0
+    for i in range(coordinate_count):
+        k[row, i] = y[coordinate_count + i]
+        k[row, coordinate_count + i] = motion.accelerations[i]
+    k[row, 2 * coordinate_count] = 1.0
     for j in range(len(scene.joints)):
-        contact, first = loads[j].contacts[0], 2 * half + 1 + JOINT_WIDTH * j
-        k[row, first + DEPTH], k[row, first + RATE] = contact.depth, contact.rate
-        k[row, first + NORMAL] = contact.normal
+        contact, first_column = loads[j].contacts[0], 2 * coordinate_count + 1 + JOINT_WIDTH * j
+        k[row, first_column + DEPTH_COLUMN], k[row, first_column + RATE_COLUMN] = contact.depth, contact.rate
+        k[row, first_column + NORMAL_COLUMN] = contact.normal
 
 
 def rates_entry(scene, y, state, onset, k, row):
     """Evaluate `rates_in_time` with arrays from bare pointers; `scene` is a pointer to the Scene."""
-    value = scene[0]
-    joints, n = len(value.joints), 2 * len(value.coordinates) + 1
+    compiled_scene = scene[0]
+    joints, n = len(compiled_scene.joints), 2 * len(compiled_scene.coordinates) + 1
     rates_in_time(
-        value,
+        compiled_scene,
         shaped(y, (n,)),
         shaped(state, (joints,)),
         shaped(onset, (joints,)),
-        shaped(k, (ROWS, n + JOINT_WIDTH * joints)),
+        shaped(k, (STAGES, n + JOINT_WIDTH * joints)),
         row,
     )
 
@@ -126,7 +126,7 @@ def runge_kutta_4(scene, times, step, separations=0) -> Solution:
     work = RungeKuttaState(
         y=scene.start[:n].copy(),
         z=np.zeros(n),
-        k=np.zeros((ROWS, n + JOINT_WIDTH * joints)),
+        k=np.zeros((STAGES, n + JOINT_WIDTH * joints)),
         state=np.full(joints, FREE),
         onset=np.ones(joints),
         peak=np.zeros(joints),
@@ -153,7 +153,7 @@ MAX_EVENTS = 1 << 16  # capacity of the log
 
 @machine_code
 def _march(work, counts, states, log, step):
-    """Take steps of Runge-Kutta 4; fill a row of `states` every counts[EACH] steps.
+    """Take steps of Runge-Kutta 4; fill a row of `states` every counts[STEPS_PER_SAMPLE] steps.
 
     A contact begins at the first step with penetration, which also sets the onset rate, and ends at the first step
     without penetration.
@@ -166,23 +166,23 @@ def _march(work, counts, states, log, step):
         is_changed = False
         for j in range(joints):
             column = n + JOINT_WIDTH * j
-            inside, rate = k[0, column + DEPTH] > 0.0, k[0, column + RATE]
-            if inside != (state[j] != FREE) and counts[EVENTS] < MAX_EVENTS:
+            is_inside, rate = k[0, column + DEPTH_COLUMN] > 0.0, k[0, column + RATE_COLUMN]
+            if is_inside != (state[j] != FREE) and counts[EVENTS] < MAX_EVENTS:
                 event = counts[EVENTS]
                 log[event, 0], log[event, 1], log[event, 3] = y[n - 1], j, rate
-                log[event, 2], log[event, 4] = (ONSET, 0.0) if inside else (SEPARATION, peak[j])
+                log[event, 2], log[event, 4] = (ONSET, 0.0) if is_inside else (SEPARATION, peak[j])
                 counts[EVENTS] += 1
-            if inside and state[j] == FREE:
+            if is_inside and state[j] == FREE:
                 state[j], onset[j], peak[j], is_changed = PRESSED, max(rate, ONSET_FLOOR), 0.0, True
-            elif not inside and state[j] != FREE:
+            elif not is_inside and state[j] != FREE:
                 state[j], is_changed = FREE, True
                 separations += 1
         if is_changed:
             invoke(counts[CODE], counts[PARAMETERS], (y, state, onset, k), 0)
             counts[EVALUATIONS] += 1
         for j in range(joints):
-            peak[j] = max(peak[j], k[0, n + JOINT_WIDTH * j + NORMAL])
-        for row in range(1, ROWS):
+            peak[j] = max(peak[j], k[0, n + JOINT_WIDTH * j + NORMAL_COLUMN])
+        for row in range(1, STAGES):
             length = step if row == 3 else 0.5 * step
             for i in range(n):
                 z[i] = y[i] + length * k[row - 1, i]
@@ -206,12 +206,16 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
     as ours are, in clearances: the error of a step is at most `tolerance` times clearance, of rates times crank speed,
     regardless of the size of the coordinates.  There is no search for force peaks.
     """
-    value = scene.value
-    parameters = flatten(value)
-    rates = rates_of(value, parameters)
-    half, joints, turn = len(value.coordinates), len(value.joints), 2.0 * math.pi / value.reference_rate
+    compiled_scene = scene.value
+    parameters = flatten(compiled_scene)
+    rates = rates_of(compiled_scene, parameters)
+    coordinate_count, joints, period = (
+        len(compiled_scene.coordinates),
+        len(compiled_scene.joints),
+        2.0 * math.pi / compiled_scene.reference_rate,
+    )
     state, onset = np.full(joints, FREE), np.ones(joints)
-    k, z = np.zeros((ROWS, 2 * half + 1 + JOINT_WIDTH * joints)), np.empty(2 * half + 1)
+    k, z = np.zeros((STAGES, 2 * coordinate_count + 1 + JOINT_WIDTH * joints)), np.empty(2 * coordinate_count + 1)
     evaluations = 0
 
     def evaluate(t, y):
@@ -220,10 +224,10 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
         return _evaluate(rates, t, y, z, state, onset, k)
 
     def state_rates(t, y):
-        return evaluate(t, y)[: 2 * half].copy()
+        return evaluate(t, y)[: 2 * coordinate_count].copy()
 
     def depth_of(j):
-        row = 2 * half + 1 + JOINT_WIDTH * j + DEPTH
+        row = 2 * coordinate_count + 1 + JOINT_WIDTH * j + DEPTH_COLUMN
 
         def depth(t, y):
             if (
@@ -236,10 +240,10 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
         return depth
 
     depths = [depth_of(j) for j in range(joints)]
-    clearance = min(joint.clearance for joint in value.joints)
-    absolute_tolerance = tolerance * clearance * np.repeat([1.0, value.reference_rate], half)
-    begin, y, at_event = 0.0, scene.start[: 2 * half], -1
-    dead_time, max_step = EVENT_DEAD_TIME * turn, math.inf if separations else MAX_STEP_TURNS * turn
+    clearance = min(joint.clearance for joint in compiled_scene.joints)
+    absolute_tolerance = tolerance * clearance * np.repeat([1.0, compiled_scene.reference_rate], coordinate_count)
+    begin, y, at_event = 0.0, scene.start[: 2 * coordinate_count], -1
+    dead_time, max_step = EVENT_DEAD_TIME * period, math.inf if separations else MAX_STEP_TURNS * period
     states, events, steps, separation_count = [], [], 0, 0
     while begin < end:
         for j in range(joints):
@@ -266,7 +270,7 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
             (j for j in range(joints) if len(solution.t_events[j])), key=lambda j: solution.t_events[j][0]
         )
         begin, y = solution.t_events[j][0], solution.y_events[j][0]
-        rate = evaluate(begin, y)[2 * half + 1 + JOINT_WIDTH * j + RATE]
+        rate = evaluate(begin, y)[2 * coordinate_count + 1 + JOINT_WIDTH * j + RATE_COLUMN]
         kind = ONSET if state[j] == FREE else SEPARATION
         events.append((begin, j, kind, rate, 0.0))
         state[j], onset[j] = (PRESSED, max(rate, ONSET_FLOOR)) if kind == ONSET else (FREE, 1.0)

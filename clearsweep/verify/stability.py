@@ -3,7 +3,7 @@
 A case runs two revolutions (impact pair: ten impacts) with the default tolerance and budgets.  It passes if
 
 * it ends `ok` and all its values are finite,
-* its energies balance to ENERGY tolerances per revolution,
+* its energies balance to ENERGY_TOLERANCES tolerances per revolution,
 * a journal is outside its clearance only during a contact of the event log,
 * no penetration exceeds its bound.
 
@@ -57,10 +57,10 @@ from ..simulation.ideal import ideal_peaks
 from ..simulation.run import integration_of
 from ..simulation.trajectory import simulate
 from . import extremes, films, in_space, machines
-from .extremes import Extreme
+from .extremes import ExtremeCase
 from .tuning import tune_case
 
-ENERGY = 1000.0  # tolerances per revolution
+ENERGY_TOLERANCES = 1000.0  # tolerances per revolution
 LOAD_FACTOR = 2.0
 BOUND_TOLERANCE = 1e-6  # of the bound, and of the clearance outside of contacts: permitted by the tolerance
 SAMPLES = 4000  # samples of every joint per run
@@ -68,19 +68,19 @@ QUICK_CASES = 30
 ANGLES = np.linspace(0.0, 2.0 * math.pi, 361)
 
 
-def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> dict[str, Any]:
+def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return the results of all cases of the table, `rows`, and their summary.
 
     `quick` runs some of each group, and none of `machines`, `films` and `in_space`, each kind of which compiles a
-    scene; `note` is called with progress messages.
+    scene; `report_progress` is called with messages.
     """
     rows, begin = [], time.perf_counter()
     all_cases = (*extremes.extreme_cases(), *machines.machine_cases(), *films.film_cases(), *in_space.spatial_cases())
     selected = select_evenly(extremes.extreme_cases(), QUICK_CASES) if quick else all_cases
     for group in dict.fromkeys(case.group for case in selected):
-        if note:
-            note(f"stability: {group}")
-        rows += [run(case) for case in selected if case.group == group]
+        if report_progress:
+            report_progress(f"stability: {group}")
+        rows += [run_case(case) for case in selected if case.group == group]
     failures = [row for row in rows if row["failure"]]
     return {
         "cases": len(rows),
@@ -94,16 +94,16 @@ def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -
     }
 
 
-def select_evenly(table: list[Extreme], count: int) -> list[Extreme]:
+def select_evenly(table: list[ExtremeCase], count: int) -> list[ExtremeCase]:
     """Return `count` cases, evenly spaced within each group, without cases that are expensive to run or compile."""
     groups = [[case for case in table if case.group == name] for name in dict.fromkeys(case.group for case in table)]
     groups = [group for group in groups if group[0].group not in ("dear", "rough")]
     stride = math.ceil(count / len(groups))
-    picked = [group[(2 * i + 1) * len(group) // (2 * stride)] for i in range(stride) for group in groups]
-    return picked[:count]
+    selected = [group[(2 * i + 1) * len(group) // (2 * stride)] for i in range(stride) for group in groups]
+    return selected[:count]
 
 
-def run(case: Extreme) -> dict[str, Any]:
+def run_case(case: ExtremeCase) -> dict[str, Any]:
     """Return the row of a case; `failure` is empty if it passes."""
     case_scene, note = scene_of(case)
     turns = case_scene.case.simulate.revolutions if case_scene.layout.turns else 1.0
@@ -130,23 +130,23 @@ def run(case: Extreme) -> dict[str, Any]:
     }
     if trajectory.status != "ok":
         return row | {"failure": f"{trajectory.status}: {trajectory.message}"}
-    tolerance = ENERGY * case_scene.case.simulate.tolerance * turns
+    tolerance = ENERGY_TOLERANCES * case_scene.case.simulate.tolerance * turns
     row["share_of_energy"] = summary["energy_residual"] / tolerance
     if not case_scene.mechanism.spatial:
         row["share_of_bound"] = share_of_bound(case_scene, summary)
     return row | {"failure": _failure_text(case_scene, trajectory, row)}
 
 
-def scene_of(case: Extreme) -> tuple[scene.Scene, str]:
+def scene_of(case: ExtremeCase) -> tuple[scene.Scene, str]:
     """Return the Scene of a case, tuned and displaced as specified, and a note on that."""
     source, note = tune_case(case) if case.tuning else (case.grid, "")
     case_scene = scene.build(grid.load(source, scene.catalogue()).case(0))
-    if case.shift:
+    if case.displacement:
         clearance, length = case_scene.value.joints[0].clearance, case.grid["mechanism"]["rod"]["length"]
         start = case_scene.start.copy()
-        start[0] = math.asin(-case.shift[1] * clearance / length)
+        start[0] = math.asin(-case.displacement[1] * clearance / length)
         pin = case.grid["mechanism"]["crank"]["length"]
-        start[1] = pin + length * math.cos(start[0]) + case.shift[0] * clearance
+        start[1] = pin + length * math.cos(start[0]) + case.displacement[0] * clearance
         case_scene = dataclasses.replace(case_scene, start=start)
     return case_scene, note
 
@@ -162,12 +162,15 @@ def _failure_text(case_scene: scene.Scene, trajectory: Trajectory, row: dict[str
         return ""
     if row["share_of_bound"] > 1.0 + BOUND_TOLERANCE:
         return f"penetration: {row['share_of_bound']:.2f} of its bound; {_accuracy_note(case_scene)}"
-    for index, part in enumerate(case_scene.layout.joints):
+    for index, joint_layout in enumerate(case_scene.layout.joints):
         if (
             trajectory.channels
-            and (escape := _largest_escape(case_scene, trajectory, index, part.name)) > BOUND_TOLERANCE
+            and (escape := _largest_escape(case_scene, trajectory, index, joint_layout.name)) > BOUND_TOLERANCE
         ):
-            return f"contact lost: {part.name} is {escape:.1e} clearances beyond its bearing, and no contact is logged"
+            return (
+                f"contact lost: {joint_layout.name} is {escape:.1e} clearances beyond its bearing, and no contact is "
+                "logged"
+            )
     return ""
 
 
@@ -176,22 +179,24 @@ def _accuracy_note(case_scene: scene.Scene) -> str:
     settings = case_scene.case.simulate
     tighter = settings._replace(tolerance=0.1 * settings.tolerance, step_budget=10 * settings.step_budget)
     end = case_scene.crank_clock.value_after(settings.revolutions) if case_scene.layout.turns else math.inf
-    run, tighter_run = (
+    default_run, tighter_run = (
         integration_of(
-            dataclasses.replace(case_scene, case=case_scene.case._replace(simulate=simulate)), np.empty(0), end
+            dataclasses.replace(case_scene, case=case_scene.case._replace(simulate=run_settings)), np.empty(0), end
         )
-        for simulate in (settings, tighter)
+        for run_settings in (settings, tighter)
     )
-    if tighter_run.status != run.status:
+    if tighter_run.status != default_run.status:
         return "it does not end at a tenth of the tolerance"
-    depths, tighter_depths = (integration.totals.joint.column("depth_max") for integration in (run, tighter_run))
-    stored = max(
+    depths, tighter_depths = (
+        integration.totals.joint.column("depth_max") for integration in (default_run, tighter_run)
+    )
+    contact_energy = max(
         elastic_energy(joint.elastic, depth) for joint, depth in zip(case_scene.value.joints, depths, strict=True)
     )
     difference = float(np.max(np.abs(tighter_depths / depths - 1.0)))
     return (
         f"at a tenth of the tolerance it differs by {difference:.1e} of itself, and the energies are out of balance by "
-        f"{run.totals.mechanism.residual / stored:.1e} of the contact's"
+        f"{default_run.totals.mechanism.residual / contact_energy:.1e} of the contact's"
     )
 
 
@@ -232,20 +237,22 @@ def share_of_bound(case_scene: scene.Scene, summary: dict[str, Any]) -> float:
     energies, loads = [], []
     joints = zip(case_scene.layout.joints, case_scene.case.joints, case_scene.value.joints, strict=True)
     dry_joints = [joint_terms for joint_terms in joints if not isinstance(joint_terms[2], Film)]
-    for part, case_joint, joint in dry_joints:
-        rate = summary[f"{part.name}_onset_rate_max"]
+    for joint_layout, case_joint, joint in dry_joints:
+        rate = summary[f"{joint_layout.name}_onset_rate_max"]
         impact = getattr(joint.law, "impact", joint.law)
         factor = getattr(impact, "factor", 0.0) * min(1.0, rate / ONSET_FLOOR)  # laws do not divide by less
         mass = (
-            _reduced_machine_mass(case_scene, part) if case_scene.machine else _reduced_mass(case_scene.case, part.name)
+            _reduced_machine_mass(case_scene, joint_layout)
+            if case_scene.machine
+            else _reduced_mass(case_scene.case, joint_layout.name)
         )
         energies.append(_damped_energy(mass, rate, factor))
         loads.append(_largest_load(case_scene, case_joint.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
-    for (part, _, joint), load in zip(dry_joints, loads, strict=True):
-        deepest = _penetration_bound(joint.elastic, sum(energies), load)
-        deepest += joint.corners.end if type(joint) in (Lubricated,) else 0.0
-        shares.append(summary[f"{part.name}_penetration_max"] / deepest if deepest > 0.0 else 0.0)
+    for (joint_layout, _, joint), load in zip(dry_joints, loads, strict=True):
+        max_depth = _penetration_bound(joint.elastic, sum(energies), load)
+        max_depth += joint.corners.end if type(joint) in (Lubricated,) else 0.0
+        shares.append(summary[f"{joint_layout.name}_penetration_max"] / max_depth if max_depth > 0.0 else 0.0)
     return max(shares, default=0.0)
 
 
@@ -259,8 +266,10 @@ def _penetration_bound(elastic: Any, energy: float, load: float) -> float:
     while elastic_energy(elastic, high) < energy + load * high:
         high *= 2.0
     for _ in range(60):
-        mid = 0.5 * (low + high)
-        low, high = (mid, high) if elastic_energy(elastic, mid) < energy + load * mid else (low, mid)
+        midpoint = 0.5 * (low + high)
+        low, high = (
+            (midpoint, high) if elastic_energy(elastic, midpoint) < energy + load * midpoint else (low, midpoint)
+        )
     return high
 
 
@@ -280,21 +289,21 @@ def _largest_load(case_scene: scene.Scene, name: str) -> float:
     return LOAD_FACTOR * ideal_peaks(case_scene.case).get(name, 0.0)
 
 
-def _reduced_machine_mass(case_scene: scene.Scene, part: JointLayout) -> float:
+def _reduced_machine_mass(case_scene: scene.Scene, joint_layout: JointLayout) -> float:
     """Return the largest reduced mass (kg) of a machine's joint, the others closed, its crank driven at its speed.
 
     For a guide it is the total moving mass: only its block is struck there, and a rod that pushes it.
     """
     assert case_scene.machine is not None  # called for machines only
-    index = case_scene.layout.joints.index(part)
+    index = case_scene.layout.joints.index(joint_layout)
     name, term = case_scene.case.joints[index].name, case_scene.value.joints[index]
-    if part.corners:
+    if joint_layout.corners:
         return float(sum(body.mass for body in case_scene.machine.bodies.values()))
     largest = 0.0
     for angle, direction in itertools.product(ANGLES[:-1:15], ANGLES[:-1:45]):
-        at_angle = case_scene.machine._replace(drive=Constant(1.0, float(angle)), loads=())
+        machine_at_angle = case_scene.machine._replace(drive=Constant(1.0, float(angle)), loads=())
         offset = 0.5 * term.clearance * np.array([math.cos(direction), math.sin(direction)])
-        built = planar.build(at_angle, {name: term}, {name: offset})
+        built = planar.build(machine_at_angle, {name: term}, {name: offset})
         pose = contract.place(built.value, built.start)
         largest = max(largest, contract.impact_masses(built.value, pose, contract.gaps(built.value, pose))[0])
     return float(largest)

@@ -10,43 +10,43 @@ from .. import grid
 from ..contracts.case import column_name
 from ..simulation import scene
 from ..simulation.trajectory import simulate
-from .extremes import Extreme
+from .extremes import ExtremeCase
 
-TUNED_REVOLUTIONS = 0.25  # revolutions, within which it shall happen
-SCAN_VALUES = 64  # values of the parameter among which a change is looked for
+TUNED_REVOLUTIONS = 0.25  # revolutions within which the onsets are compared
+SCAN_VALUES = 64  # values of the parameter between which a change of the count of onsets is searched for
 MAX_HALVINGS = 60
 GRAZE_RATIO = 1e-4  # of the largest onset rate: a graze closes slower
 
 
-def tune_case(case: Extreme) -> tuple[dict[str, Any], str]:
+def tune_case(case: ExtremeCase) -> tuple[dict[str, Any], str]:
     """Return the grid of a case with its tuned parameter, and a note with the value."""
     kind, path, low, high = case.tuning
     search = _find_graze if kind == "graze" else _find_meeting
-    value, rate = search(case, path, low, high)
-    return replace_value(case.grid, path, value), f"{path} = {value!r}; {rate}"
+    value, remark = search(case, path, low, high)
+    return replace_value(case.grid, path, value), f"{path} = {value!r}; {remark}"
 
 
 def replace_value(source: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
     """Return a grid with the value at a dotted path replaced."""
     source = copy.deepcopy(source)
     section = source
-    *parents, last = path.split(".")
+    *parents, last_key = path.split(".")
     for key in parents:
         section = section[key]
-    section[last] = value
+    section[last_key] = value
     return source
 
 
 def find_onsets(source: dict[str, Any], path: str, value: float) -> np.ndarray:
-    """Return the event log's onsets within HORIZON revolutions."""
+    """Return the event log's onsets within TUNED_REVOLUTIONS revolutions."""
     shortened = replace_value(replace_value(source, path, value), "simulate.revolutions", TUNED_REVOLUTIONS)
     events = simulate(scene.build(grid.load(shortened, scene.catalogue()).case(0)), times=[0.0]).events
-    onset_times: np.ndarray = events[events["kind"] == "on"]
-    return onset_times
+    onsets: np.ndarray = events[events["kind"] == "on"]
+    return onsets
 
 
 def bisect(predicate: Callable[[float], bool], low: float, high: float) -> tuple[float, float]:
-    """Return neighbours between `low`, where `predicate`, and `high`, where it does not."""
+    """Return neighbours between `low`, where `predicate` is true, and `high`, where it is not."""
     for _ in range(MAX_HALVINGS):
         midpoint = 0.5 * (low + high)
         if midpoint in (low, high):
@@ -55,7 +55,7 @@ def bisect(predicate: Callable[[float], bool], low: float, high: float) -> tuple
     return low, high
 
 
-def _find_graze(case: Extreme, path: str, low: float, high: float) -> tuple[float, str]:
+def _find_graze(case: ExtremeCase, path: str, low: float, high: float) -> tuple[float, str]:
     """Return the value at which an onset is about to vanish, closing ever slower."""
     values = np.geomspace(low, high, SCAN_VALUES)
     counts = [len(find_onsets(case.grid, path, value)) for value in values]
@@ -73,7 +73,7 @@ def _find_graze(case: Extreme, path: str, low: float, high: float) -> tuple[floa
     raise LookupError(f"{case.name}: no graze between {low:g} and {high:g}")
 
 
-def _find_meeting(case: Extreme, path: str, low: float, high: float) -> tuple[float, str]:
+def _find_meeting(case: ExtremeCase, path: str, low: float, high: float) -> tuple[float, str]:
     """Return the clearance at which the first onset of its joint falls upon one of the other joint."""
     joint = column_name(path.split(".")[1])
 

@@ -20,7 +20,7 @@ import speed_page
 
 from clearsweep.simulation.trajectory import work_counts
 from clearsweep.verify import accuracy
-from clearsweep.verify.accuracy import FLAGSHIP, TOLERANCE, Method
+from clearsweep.verify.accuracy import FLAGSHIP, HEADLINE_TOLERANCE, Method
 from clearsweep.verify.problems import all_problems, scene_of
 
 from . import parts, stepwise
@@ -76,9 +76,9 @@ def measure(repetitions: int, note) -> dict:
         if problem.name in NAMES:
             note(f"{problem.name}: {problem.title}")
             able = [method for method in chosen if method.name != "heyoka" or problem.name == FLAGSHIP]
-            result["problems"].append(accuracy.measure_one(problem, able, repetitions, math.inf, time.process_time))
+            result["problems"].append(accuracy.measure_problem(problem, able, repetitions, math.inf, time.process_time))
             if problem.name == FLAGSHIP:
-                result["work"] = work_counts(scene_of(problem, TOLERANCE))
+                result["work"] = work_counts(scene_of(problem, HEADLINE_TOLERANCE))
     result["parts"] = parts.measure(repetitions, note)
     result["ratios"] = [ratio for entry in result["problems"] for ratio in ratios(entry)]
     return result
@@ -186,7 +186,7 @@ def _ratio(ratio: dict) -> str:
 def _work(work: dict) -> list[str]:
     tried = work["steps"] + work["steps_rejected"]
     return [
-        f"What clearsweep does on {FLAGSHIP} at {TOLERANCE:g}: {work['rhs_evaluations']} evaluations, "
+        f"What clearsweep does on {FLAGSHIP} at {HEADLINE_TOLERANCE:g}: {work['rhs_evaluations']} evaluations, "
         f"{100.0 * work['rhs_evaluations_locating'] / work['rhs_evaluations']:.1f} % of them to locate events; "
         f"{tried} steps tried, {100.0 * work['steps_rejected'] / tried:.1f} % of them rejected",
     ]

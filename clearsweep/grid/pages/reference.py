@@ -276,8 +276,8 @@ def _example_value(field: Field) -> str:
     unit = quantity.replace_exponent(field.unit, 1.5)
     if field.default == 0.0 and unit == "1" and field.contains(_SMALL_SHARE):
         return _number_text(_SMALL_SHARE)
-    if not field.default and field.contains(quantity.read(quantity.example(unit), unit)):
-        return quantity.example(unit)
+    if not field.default and field.contains(quantity.read(quantity.example_text(unit), unit)):
+        return quantity.example_text(unit)
     bounds = [limit for limit in (field.low, field.high) if math.isfinite(limit)]
     numbers = (field.default, sum(bounds) / 2.0, field.low + 1.0, field.high - 1.0)
     value = next((number for number in numbers if number and field.contains(number)), 0.0)

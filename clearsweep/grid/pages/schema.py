@@ -200,5 +200,5 @@ def _number_description(key: Number) -> str:
         laws = f"{', '.join(sorted(when[-1][1]))}: " if when else ""
         default = "" if field.default is None else f"; default {field.default:.15g}"
         unit = quantity.replace_exponent(field.unit, 1.5)
-        lines.append(f"{laws}{field.text}; {field.allowed()}{default}; {quantity.expected(unit)}")
+        lines.append(f"{laws}{field.text}; {field.allowed()}{default}; {quantity.expected_text(unit)}")
     return "\n".join(dict.fromkeys(lines))

@@ -142,7 +142,7 @@ def _report_missing(reader: Reader, path: str, key: Number, field: Field) -> Non
         name for name in sorted(law_names) if any(name in reader.names[chooser] for chooser in key.deciding_paths())
     ]
     laws_text = f" for {' and '.join(laws_needing)}" if laws_needing else ""
-    unit_text = quantity.expected(quantity.replace_exponent(field.unit, 1.5))
+    unit_text = quantity.expected_text(quantity.replace_exponent(field.unit, 1.5))
     reader.problems.add(
         reader.position_of(path), path, f"is missing{laws_text} ({field.text or field.name}); {unit_text}"
     )

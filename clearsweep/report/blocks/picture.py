@@ -76,7 +76,7 @@ def draw_svg(picture: Picture, key: str) -> str:
 
 def _drawn_by_plot(picture: Picture, key: str) -> tuple[str, ToPoints]:
     """Return a picture as SVG drawn by `plot`, and the mapping of its points."""
-    sheet = plot.sheet_of(picture.size, picture.projection)
+    sheet = plot.make_sheet(picture.size, picture.projection)
     picture.paint(sheet.axes)
     text, box = sheet.svg(key)
 

@@ -138,8 +138,10 @@ def _with_fits(axis: Axis, fits: Iterable[Fit], *, drawn: bool) -> Axis:
     names = {fit.mean: fit.name for fit in fits}
     radial_name = axis.name.replace("clearance", "radial clearance", 1) if names else axis.name
     if drawn and names:
-        return axis._replace(name=f"{radial_name} ({wording.sentence_list(list(names.values()))})")
-    return axis._replace(name=radial_name, names=names)
+        name = f"{radial_name} ({wording.sentence_list(list(names.values()))})"
+        return axis._replace(name=name, scale=axis.scale if axis.written else wording.fit_scale())
+    scale = wording.fit_scale() if names and not axis.written else axis.scale
+    return axis._replace(name=radial_name, names=names, scale=scale)
 
 
 def _axis(path: str, values: tuple, unit: str, joints: int) -> Axis:

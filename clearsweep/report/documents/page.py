@@ -119,8 +119,14 @@ def render(template: str, *, picture_count: int = 0, **content: object) -> str:
         "json": interactive.safe_json,
         "short_id": wording.short_id,
         "with_code": with_code,
+        "is_words": is_words,
     }
     return environment.get_template(template).render(content)
+
+
+def is_words(text: str) -> bool:
+    """Return whether a card shows words, not a number; words are smaller, so that they fit."""
+    return not any(character.isdigit() for character in text)
 
 
 def with_code(text: str) -> Markup:

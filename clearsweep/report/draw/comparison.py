@@ -25,9 +25,9 @@ from .style import (
     RED,
     draw_axis_colour_bar,
     label_values,
+    label_with_unit,
     set_log_scale,
     set_plain_axes,
-    with_unit,
 )
 
 if TYPE_CHECKING:
@@ -38,7 +38,7 @@ MAX_BIN_EDGES = 41  # largest number of bin edges of a histogram
 MAX_VECTOR_POINTS = 300  # points of a cloud above which they are drawn as pixels
 MAX_POINTS = 50_000  # points of a cloud above which covered points are omitted
 MIN_LABEL_LINES, LABEL_FONT_SIZE = 24, 6.5  # lines available for names next to a drawing; font size, points
-LONG_NAME = 10  # letters of a curve's name above which names are placed at the top
+MAX_SIDE_NAME_LENGTH = 10  # letters of a curve's name above which names are placed at the top
 GRID_CELLS = 300  # per side of a cloud: each is smaller than a point
 LOG_SCALE_RATIO = 8.0  # ratio of largest to smallest value above which an axis is logarithmic
 
@@ -66,16 +66,16 @@ def draw_family(ax: "Axes", family: CurveFamily, scale: wording.Scale, name: str
     """Draw the curves of a family in the unit `scale`, and the limit as a horizontal line."""
     known_values = family.curves[np.isfinite(family.curves)]
     positions, spacing = _positions(family.axis)
-    shades = colormaps["viridis"](np.linspace(0.0, 0.85, len(family.names)))
-    for curve, label, shade in zip(family.curves, family.names, shades, strict=True):
+    colours = colormaps["viridis"](np.linspace(0.0, 0.85, len(family.names)))
+    for curve, label, colour in zip(family.curves, family.names, colours, strict=True):
         is_known = np.isfinite(curve)
         marker = "o" if len(positions) <= MAX_LABELLED_TICKS else None
         style: dict[str, Any] = {"marker": marker, "markersize": 3.5, "linewidth": 1.4}
-        ax.plot(positions[is_known], curve[is_known] / scale.factor, color=shade, label=label or None, **style)
+        ax.plot(positions[is_known], curve[is_known] / scale.factor, color=colour, label=label or None, **style)
     if family.limit_values is not None:
         ax.plot(positions, family.limit_values / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="limit")
         known_values = np.concatenate([known_values, family.limit_values[np.isfinite(family.limit_values)]])
-    ax.set(xlabel=family.axis.label(), ylabel=with_unit(name, scale))
+    ax.set(xlabel=family.axis.label(), ylabel=label_with_unit(name, scale))
     if spacing == "log":
         ax.set_xscale("log")
     if len(positions) <= MAX_LABELLED_TICKS:
@@ -90,7 +90,7 @@ def draw_family(ax: "Axes", family: CurveFamily, scale: wording.Scale, name: str
     if any(family.names):
         placement: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.03)}
         title = re.sub(r" (?=[\[(])", "\n", family.title)
-        if max(map(len, family.names)) > LONG_NAME:
+        if max(map(len, family.names)) > MAX_SIDE_NAME_LENGTH:
             placement, title = {"loc": "lower left", "bbox_to_anchor": (-0.12, 1.0), "ncols": 2}, ""
         ax.legend(title=title, handlelength=1.4, frameon=False, **placement)
 
@@ -101,14 +101,14 @@ def draw_effect(
     """Draw medians of a figure, within `limits` (SI), in the unit `scale` over the values of one axis."""
     axis = curves[0].effect.axis
     positions, spacing = _positions(axis)
-    ticks, has_names = positions, spacing == "name"
+    tick_positions, has_names = positions, spacing == "name"
     joint_colours = list(dict.fromkeys(curve.colour for curve in curves if curve.has_band))
     band_alpha = 0.15 if len(curves) <= 2 else 0.06
     for curve in curves:
         low, high = curve.effect.low / scale.factor, curve.effect.high / scale.factor
         if has_names:  # no line between names
             offset = joint_colours.index(curve.colour) if curve.colour in joint_colours else 0
-            positions = ticks + 0.16 * (offset - 0.5 * (len(joint_colours) - 1))
+            positions = tick_positions + 0.16 * (offset - 0.5 * (len(joint_colours) - 1))
         if curve.has_band and has_names:
             ax.vlines(positions, low, high, color=curve.colour, alpha=0.3, linewidth=6)
         elif curve.has_band:
@@ -123,13 +123,13 @@ def draw_effect(
             markersize=4,
             marker=("o" if curve.has_band else "s") if has_names or len(positions) <= MAX_LABELLED_TICKS else None,
         )
-    ax.set(xlabel=axis.label(), ylabel=with_unit(name, scale))
+    ax.set(xlabel=axis.label(), ylabel=label_with_unit(name, scale))
     if spacing == "log":
         ax.set_xscale("log")
     if has_names:
         ax.set_xlim(-0.5, len(positions) - 0.5)
     if has_names or len(positions) <= MAX_LABELLED_TICKS:
-        label_values(ax.xaxis, axis, ticks)
+        label_values(ax.xaxis, axis, tick_positions)
     elif spacing == "log":
         set_log_scale(ax, "x")
     if limits[0] > 0.0 and limits[1] > LOG_SCALE_RATIO * limits[0]:
@@ -163,14 +163,14 @@ def draw_strip(ax: "Axes", groups: Sequence[tuple[str, np.ndarray]], name: str, 
     all_values = np.concatenate([values for _, values in groups])
     if all_values.min() > 0.0 and all_values.max() > 4.0 * all_values.min():  # else a log axis has no ticks
         set_log_scale(ax, "x")
-    _label_rows(ax, [law for law, _ in groups])
-    ax.set_xlabel(with_unit(name, scale))
+    _label_rows(ax, [group_name for group_name, _ in groups])
+    ax.set_xlabel(label_with_unit(name, scale))
 
 
 def draw_restitutions(ax: "Axes", rows: Sequence[tuple[str, float, float]]) -> None:
     """Draw the specified and the effective restitution by law; a row is (name, specified, effective)."""
     names = list(dict.fromkeys(row[0] for row in rows))[::-1]
-    for number, (name, specified, effective) in enumerate(rows):
+    for row_index, (name, specified, effective) in enumerate(rows):
         position = names.index(name)
         ax.plot([specified, effective], [position, position], "-", color=GREY, linewidth=1.2, zorder=1)
         ax.plot(
@@ -180,9 +180,9 @@ def draw_restitutions(ax: "Axes", rows: Sequence[tuple[str, float, float]]) -> N
             markerfacecolor="white",
             color=INK,
             markersize=6,
-            label="specified" if number == 0 else None,
+            label="specified" if row_index == 0 else None,
         )
-        ax.plot(effective, position, "D", color=RED, markersize=4.5, label="computed" if number == 0 else None)
+        ax.plot(effective, position, "D", color=RED, markersize=4.5, label="computed" if row_index == 0 else None)
     _label_rows(ax, names)
     ax.set_xlabel("restitution")
     ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.2)
@@ -191,12 +191,12 @@ def draw_restitutions(ax: "Axes", rows: Sequence[tuple[str, float, float]]) -> N
 def draw_elastic_forces(ax: "Axes", depths: np.ndarray, curves: Sequence[tuple[str, np.ndarray, bool]]) -> None:
     """Draw forces (N) over penetration (m); a curve is (name, forces, whether it is used); others are grey."""
     scale = wording.scale("m", depths)
-    for (name, forces, is_used), number in zip(curves, _used_before(curves), strict=True):
-        dash = ("-", "--", ":")[number // len(CURVE_COLOURS) % 3]
+    for (name, forces, is_used), used_count in zip(curves, _used_counts_before(curves), strict=True):
+        dash = ("-", "--", ":")[used_count // len(CURVE_COLOURS) % 3]
         ax.plot(
             depths / scale.factor,
             forces,
-            color=CURVE_COLOURS[number % len(CURVE_COLOURS)] if is_used else PALE,
+            color=CURVE_COLOURS[used_count % len(CURVE_COLOURS)] if is_used else PALE,
             linestyle=dash if is_used else "-",
             linewidth=1.6 if is_used else 1.1,
             label=name if is_used else None,
@@ -237,7 +237,7 @@ def _label_curve_ends(ax: "Axes", depth: float, curve_ends: Sequence[tuple[str, 
         )
 
 
-def _used_before(curves: Sequence[tuple[str, np.ndarray, bool]]) -> list[int]:
+def _used_counts_before(curves: Sequence[tuple[str, np.ndarray, bool]]) -> list[int]:
     """Return, for each curve, the number of used curves before it."""
     return [sum(is_used for *_, is_used in curves[:index]) for index in range(len(curves))]
 
@@ -260,7 +260,7 @@ def draw_cloud(
 ) -> None:
     """Draw one point per case (SI, scaled); `colour` : index of its value on an axis."""
     x, y = x / scales[0].factor, y / scales[1].factor
-    is_wide = [_needs_log_scale(values) for values in (x, y)]
+    is_logarithmic = [_needs_log_scale(values) for values in (x, y)]
     style: dict[str, Any] = {
         "s": 16 if len(x) <= MAX_VECTOR_POINTS else 6,
         "linewidths": 0,
@@ -274,10 +274,10 @@ def draw_cloud(
         norm = Normalize(0, max(len(axis.values) - 1, 1))
         ax.scatter(x, y, c=value_indices, norm=norm, cmap="viridis", **style)
         draw_axis_colour_bar(ax, axis, norm)
-    for side, is_logarithmic in zip(("x", "y"), is_wide, strict=True):
-        if is_logarithmic:
+    for side, is_log_side in zip(("x", "y"), is_logarithmic, strict=True):
+        if is_log_side:
             set_log_scale(ax, side)
-    ax.set(xlabel=with_unit(names[0], scales[0]), ylabel=with_unit(names[1], scales[1]))
+    ax.set(xlabel=label_with_unit(names[0], scales[0]), ylabel=label_with_unit(names[1], scales[1]))
     set_plain_axes(ax)
 
 
@@ -303,8 +303,8 @@ def _visible_points(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     cells = np.zeros(len(finite), np.int32)
     for values in (x, y):
         cells = cells * GRID_CELLS + _cell_indices(values[finite])
-    _, last = np.unique(cells[::-1], return_index=True)
-    return np.sort(finite[len(finite) - 1 - last])
+    _, last_indices = np.unique(cells[::-1], return_index=True)
+    return np.sort(finite[len(finite) - 1 - last_indices])
 
 
 def _cell_indices(values: np.ndarray) -> np.ndarray:
@@ -315,21 +315,26 @@ def _cell_indices(values: np.ndarray) -> np.ndarray:
 
 
 def draw_histogram(
-    ax: "Axes", values: np.ndarray, name: str, scale: Scale, marks: tuple[float, ...], limit: float | None
+    ax: "Axes", values: np.ndarray, name: str, scale: Scale, marked_values: tuple[float, ...], limit: float | None
 ) -> None:
     """Draw the distribution of values (SI, scaled), with marked values and a limit."""
-    scaled = values / scale.factor
-    bins = "auto" if np.ptp(scaled) > 1e-9 * np.abs(scaled).max() else 1
-    edges = np.histogram_bin_edges(scaled, bins)
+    scaled_values = values / scale.factor
+    bins = "auto" if np.ptp(scaled_values) > 1e-9 * np.abs(scaled_values).max() else 1
+    edges = np.histogram_bin_edges(scaled_values, bins)
     edges = edges if len(edges) <= MAX_BIN_EDGES else np.linspace(edges[0], edges[-1], MAX_BIN_EDGES)
     ax.hist(
-        scaled, edges.tolist(), weights=np.full(len(scaled), 100.0 / len(scaled)), color=BLUE, alpha=0.85, linewidth=0
+        scaled_values,
+        edges.tolist(),
+        weights=np.full(len(scaled_values), 100.0 / len(scaled_values)),
+        color=BLUE,
+        alpha=0.85,
+        linewidth=0,
     )
-    for mark in marks:
-        ax.axvline(mark / scale.factor, color=INK, linewidth=0.9, linestyle=":")
+    for marked_value in marked_values:
+        ax.axvline(marked_value / scale.factor, color=INK, linewidth=0.9, linestyle=":")
     if limit is not None:
         ax.axvline(limit / scale.factor, color=RED, linewidth=1.4)
-    ax.set(xlabel=with_unit(name, scale), ylabel="cases [%]")
+    ax.set(xlabel=label_with_unit(name, scale), ylabel="cases [%]")
     set_plain_axes(ax)
 
 

@@ -13,7 +13,7 @@ from ..data.axis import Axis
 from ..statistics.spectrum import Spectrum
 from ..statistics.strobe import Points
 from .heat_map import MAX_LABELLED_SHAPE, MAX_VECTOR_CELLS
-from .pass_share import UNKNOWN
+from .pass_share import UNKNOWN_COLOUR
 from .style import BLUE, GREY, INK, PALE, RED, draw_colour_bar, label_values, set_log_scale, set_plain_axes, stem_lines
 
 if TYPE_CHECKING:
@@ -43,8 +43,8 @@ def draw_bifurcation(ax: "Axes", points: Points, axis: Axis) -> None:
             ax.plot(abscissae, sign * points.clearance / scale.factor, color=GREY, linewidth=0.8, linestyle=":")
     for values, name, colour in ((points.x, "x", BLUE), (points.y, "y", RED)):
         ax.plot(abscissae, values / scale.factor, "o", color=colour, label=name, **style)
-    distinct = np.unique(abscissae)
-    if distinct.min() > 0.0 and distinct.max() >= 8.0 * distinct.min():
+    distinct_abscissae = np.unique(abscissae)
+    if distinct_abscissae.min() > 0.0 and distinct_abscissae.max() >= 8.0 * distinct_abscissae.min():
         set_log_scale(ax, "x")
     ax.set(xlabel=axis.label(), ylabel=f"journal centre [{scale.unit}]")
     set_plain_axes(ax)
@@ -56,7 +56,7 @@ def draw_section(ax: "Axes", revolution: np.ndarray, x: np.ndarray, y: np.ndarra
     scale = wording.scale("m", [*np.abs(x), *np.abs(y), clearance])
     if clearance is not None:
         ax.add_patch(Circle((0.0, 0.0), clearance / scale.factor, facecolor="#f3f6f9", edgecolor=INK, zorder=0))
-    _coloured(ax, x / scale.factor, y / scale.factor, revolution)
+    _draw_coloured_points(ax, x / scale.factor, y / scale.factor, revolution)
     half_width = 1.08 * max(float(np.hypot(x, y).max()), clearance or 0.0) / scale.factor
     ax.set(xlim=(-half_width, half_width), ylim=(-half_width, half_width), aspect="equal")
     ax.set(xlabel=f"journal x [{scale.unit}]", ylabel=f"journal y [{scale.unit}]")
@@ -65,33 +65,35 @@ def draw_section(ax: "Axes", revolution: np.ndarray, x: np.ndarray, y: np.ndarra
 def draw_velocities(ax: "Axes", revolution: np.ndarray, vx: np.ndarray, vy: np.ndarray) -> None:
     """Draw velocities (m/s) of a journal at crank angle 0, coloured by the revolution."""
     scale = wording.scale("m/s", [*np.abs(vx), *np.abs(vy)])
-    _coloured(ax, vx / scale.factor, vy / scale.factor, revolution)
+    _draw_coloured_points(ax, vx / scale.factor, vy / scale.factor, revolution)
     ax.set(xlabel=f"journal vx [{scale.unit}]", ylabel=f"journal vy [{scale.unit}]")
     set_plain_axes(ax)
 
 
-def _coloured(ax: "Axes", x: np.ndarray, y: np.ndarray, revolution: np.ndarray) -> None:
+def _draw_coloured_points(ax: "Axes", x: np.ndarray, y: np.ndarray, revolution: np.ndarray) -> None:
     points = ax.scatter(x, y, c=revolution, s=14, cmap="viridis", linewidths=0, zorder=3, rasterized=len(x) > 2000)
-    draw_colour_bar(ax, points, "revolution", integers=True)
+    draw_colour_bar(ax, points, "revolution", integers_only=True)
     for side in (ax.xaxis, ax.yaxis):
         side.set_major_locator(MaxNLocator(5))
 
 
 def draw_spectrum(ax: "Axes", actual: Spectrum, ideal: Spectrum | None, unit: str, name: str) -> None:
     """Draw amplitudes (SI) over the crank's orders, with its harmonics marked, and those of the ideal mechanism."""
-    largest = float(actual.amplitude.max())
-    scale = wording.scale(unit, largest)
+    max_amplitude = float(actual.amplitude.max())
+    scale = wording.scale(unit, max_amplitude)
     in_range = actual.order <= MAX_ORDER
     gridlines = stem_lines(np.arange(1, MAX_ORDER + 1), 0.0, 1.0)
     ax.plot(*gridlines, transform=ax.get_xaxis_transform(), color=PALE, linewidth=0.5)
-    floor = MIN_AMPLITUDE * largest / scale.factor
-    height = actual.amplitude[in_range] / scale.factor
-    lines = stem_lines(actual.order[in_range], floor, height.clip(min=floor))
+    floor = MIN_AMPLITUDE * max_amplitude / scale.factor
+    heights = actual.amplitude[in_range] / scale.factor
+    lines = stem_lines(actual.order[in_range], floor, heights.clip(min=floor))
     ax.plot(*lines, color=BLUE, linewidth=1.1, label="with clearance")
     if ideal is not None:
-        drawn = (ideal.order <= MAX_ORDER) & (ideal.amplitude > MIN_AMPLITUDE * largest)
-        ax.plot(ideal.order[drawn], ideal.amplitude[drawn] / scale.factor, "_", color=RED, markersize=6, label="ideal")
-    ax.set(yscale="log", xlim=(0.0, MAX_ORDER + 0.5), ylim=(floor, 3.0 * largest / scale.factor))
+        is_drawn = (ideal.order <= MAX_ORDER) & (ideal.amplitude > MIN_AMPLITUDE * max_amplitude)
+        ax.plot(
+            ideal.order[is_drawn], ideal.amplitude[is_drawn] / scale.factor, "_", color=RED, markersize=6, label="ideal"
+        )
+    ax.set(yscale="log", xlim=(0.0, MAX_ORDER + 0.5), ylim=(floor, 3.0 * max_amplitude / scale.factor))
     ax.set(xlabel="order of the crank [1 / turn]", ylabel=f"amplitude of {name} [{scale.unit}]")
     ax.spines[["top", "right"]].set_visible(False)
     if ideal is not None:
@@ -119,7 +121,7 @@ def draw_kinds(
     `cell_texts` : texts of the cells in the same shape, drawn if they are few
     """
     x_axis, y_axis = axes
-    ax.set_facecolor(UNKNOWN)
+    ax.set_facecolor(UNKNOWN_COLOUR)
     edges = [np.arange(size + 1) - 0.5 for size in table.shape[::-1]]
     ax.pcolormesh(
         *edges,
@@ -138,6 +140,6 @@ def draw_kinds(
     label_values(ax.yaxis, y_axis, np.arange(len(y_axis.values), dtype=float))
     ax.set(xlabel=x_axis.label(), ylabel=y_axis.label())
     ax.tick_params(length=0)
-    present = [kind for kind in range(len(names)) if (table == kind).any()]
-    patches = [Patch(color=KIND_COLOURS[kind], label=names[kind]) for kind in present]
+    present_kinds = [kind for kind in range(len(names)) if (table == kind).any()]
+    patches = [Patch(color=KIND_COLOURS[kind], label=names[kind]) for kind in present_kinds]
     ax.legend(handles=patches, ncols=4, **LEGEND_ABOVE)

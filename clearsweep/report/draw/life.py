@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...language import wording
-from .style import BLUE, GREEN, GREY, RED, set_plain_axes, with_unit
+from .style import BLUE, GREEN, GREY, RED, label_with_unit, set_plain_axes
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -28,8 +28,8 @@ def draw_over_revolutions(
 ) -> None:
     """Draw a figure (SI, of `unit`) over revolutions, with the interval of each end, and any limit."""
     scale = wording.scale(unit, [*(value for curve in curves for value in curve.values), limit])
-    ends = [curve.revolutions[-1] for curve in curves]
-    revolution_scale = wording.scale("revolutions", ends)
+    last_revolutions = [curve.revolutions[-1] for curve in curves]
+    revolution_scale = wording.scale("revolutions", last_revolutions)
     for curve, colour in zip(curves, COLOURS, strict=False):
         x, y = curve.revolutions / revolution_scale.factor, curve.values / scale.factor
         ax.plot(x, y, color=colour, linewidth=1.4, marker="o", markersize=3, label=curve.name)
@@ -39,8 +39,8 @@ def draw_over_revolutions(
             )
     if limit is not None:
         ax.axhline(limit / scale.factor, color=GREY, linewidth=1.0, linestyle=":")
-    power = revolution_scale.unit.removesuffix("revolutions").rstrip()
-    ax.set(xlabel=f"revolutions [{power}]" if power else "revolutions", ylabel=with_unit(name, scale))
+    power_text = revolution_scale.unit.removesuffix("revolutions").rstrip()
+    ax.set(xlabel=f"revolutions [{power_text}]" if power_text else "revolutions", ylabel=label_with_unit(name, scale))
     ax.set_xlim(0.0, None)
     ax.set_ylim(0.0, None)
     set_plain_axes(ax)

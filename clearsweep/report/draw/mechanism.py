@@ -68,8 +68,8 @@ def draw_mechanism(ax: "Axes", sketch: simulation.Sketch) -> None:
     for joint in sketch.joints:
         if joint.guide is not None:
             labels.avoid(_draw_guide(ax, joint, joint.guide, size))
-    moving = [body for body in sketch.bodies if body.name != GROUND]
-    for number, body in enumerate(moving):
+    moving_bodies = [body for body in sketch.bodies if body.name != GROUND]
+    for number, body in enumerate(moving_bodies):
         colour = _COLOURS[number % len(_COLOURS)]
         labels.avoid(_draw_body(ax, body, colour))
         labels.add(body.name, body.points.mean(axis=0), colour, weight="bold")
@@ -129,14 +129,14 @@ class _Labels:
             half_size = metres_per_point * np.array([0.5 * _LETTER_WIDTH * len(text) + 2.0, 0.5 * _LINE_HEIGHT])
             centres = position + _LABEL_OFFSETS * (half_size + _LABEL_GAP * self.size)
             low, high = centres - half_size, centres + half_size
-            covered = ((obstacles > low[:, None]) & (obstacles < high[:, None])).all(-1).sum(-1)
-            overlapping = ((low[:, None] < occupied[:, 2:]) & (high[:, None] > occupied[:, :2])).all(-1).sum(-1)
-            outside = (low < (left, bottom)).any(-1) | (high > (right, top)).any(-1)
-            best = np.argmin(covered + 100.0 * overlapping + 100.0 * outside + _DISTANCE_COST)
-            occupied = np.vstack([occupied, np.append(low[best], high[best])])
-            if _DISTANCE_COST[best] > 1.0:
-                ax.plot(*np.stack([position, centres[best]]).T, color=colour, lw=0.5, zorder=5)
-            x, y = centres[best]
+            covered_counts = ((obstacles > low[:, None]) & (obstacles < high[:, None])).all(-1).sum(-1)
+            overlap_counts = ((low[:, None] < occupied[:, 2:]) & (high[:, None] > occupied[:, :2])).all(-1).sum(-1)
+            is_outside = (low < (left, bottom)).any(-1) | (high > (right, top)).any(-1)
+            best_index = np.argmin(covered_counts + 100.0 * overlap_counts + 100.0 * is_outside + _DISTANCE_COST)
+            occupied = np.vstack([occupied, np.append(low[best_index], high[best_index])])
+            if _DISTANCE_COST[best_index] > 1.0:
+                ax.plot(*np.stack([position, centres[best_index]]).T, color=colour, lw=0.5, zorder=5)
+            x, y = centres[best_index]
             ax.text(x, y, text, color=colour, weight=weight, zorder=6, **_LABEL_STYLE)
 
     def _metres_per_point(self, ax: "Axes") -> float:
@@ -171,22 +171,22 @@ def _draw_body(ax: "Axes", body: simulation.SketchedBody, colour: str) -> np.nda
 def _zigzag(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     """Return the corners (m) of a zigzag between two places, straight at its ends."""
     vector = end - start
-    across = 0.02 * np.array([-vector[1], vector[0]])
+    perpendicular = 0.02 * np.array([-vector[1], vector[0]])
     fractions = np.concatenate([[0.0, 0.15], np.linspace(0.175, 0.825, 14), [0.85, 1.0]])
     signs = np.concatenate([[0.0, 0.0], np.resize([1.0, -1.0], 14), [0.0, 0.0]])
-    corners: np.ndarray = start + fractions[:, None] * vector + signs[:, None] * across
+    corners: np.ndarray = start + fractions[:, None] * vector + signs[:, None] * perpendicular
     return corners
 
 
 def _draw_guide(ax: "Axes", joint: simulation.SketchedJoint, direction: float, size: float) -> np.ndarray:
     """Draw the line of a guide and the block that moves along it; return points (m) of the block."""
-    unit = np.array([math.cos(direction), math.sin(direction)])
-    ends = joint.position + 0.2 * size * np.array([[-1.0], [1.0]]) * unit
+    unit_vector = np.array([math.cos(direction), math.sin(direction)])
+    ends = joint.position + 0.2 * size * np.array([[-1.0], [1.0]]) * unit_vector
     ax.plot(ends[:, 0], ends[:, 1], color=GREY, lw=0.8, ls=(0, (6, 3)), zorder=1)
     width, height = 0.14 * size, 0.08 * size
-    across = np.array([-unit[1], unit[0]])
+    perpendicular = np.array([-unit_vector[1], unit_vector[0]])
     outline = joint.position + 0.5 * (
-        np.array(_BLOCK_CORNERS)[:, :1] * width * unit + np.array(_BLOCK_CORNERS)[:, 1:] * height * across
+        np.array(_BLOCK_CORNERS)[:, :1] * width * unit_vector + np.array(_BLOCK_CORNERS)[:, 1:] * height * perpendicular
     )
     ax.fill(*outline[:-1].T, facecolor=PALE, edgecolor=RED if joint.has_clearance else GREY, linewidth=1.0)
     return _interpolate(outline)
@@ -226,9 +226,9 @@ def _draw_load(ax: "Axes", load: simulation.SketchedLoad, size: float) -> np.nda
     """Draw a load; return the position (m) of its name."""
     if load.anchor is not None:
         line = np.linspace(load.anchor, load.position, 15)
-        across = load.position - load.anchor
-        across = np.array([-across[1], across[0]]) / max(float(np.hypot(*across)), 1e-12)
-        line[2:-2] += 0.02 * size * np.where(np.arange(11) % 2, 1.0, -1.0)[:, None] * across
+        perpendicular = load.position - load.anchor
+        perpendicular = np.array([-perpendicular[1], perpendicular[0]]) / max(float(np.hypot(*perpendicular)), 1e-12)
+        line[2:-2] += 0.02 * size * np.where(np.arange(11) % 2, 1.0, -1.0)[:, None] * perpendicular
         ax.plot(line[:, 0], line[:, 1], color=INK, lw=0.9, zorder=3)
         return 0.5 * (load.anchor + load.position)
     if load.direction is None:
@@ -243,5 +243,10 @@ def _draw_load(ax: "Axes", load: simulation.SketchedLoad, size: float) -> np.nda
 def _draw_arrow_head(ax: "Axes", tip: np.ndarray, direction: np.ndarray, length: float) -> None:
     """Draw the head of an arrow at `tip` (m) that points in a direction; length : m."""
     back = -length * direction / max(float(np.hypot(*direction)), 1e-12)
-    across = 0.4 * np.array([-back[1], back[0]])
-    ax.fill(*np.stack([tip, tip + back + across, tip + back - across]).T, facecolor=INK, edgecolor=INK, zorder=5)
+    perpendicular = 0.4 * np.array([-back[1], back[0]])
+    ax.fill(
+        *np.stack([tip, tip + back + perpendicular, tip + back - perpendicular]).T,
+        facecolor=INK,
+        edgecolor=INK,
+        zorder=5,
+    )

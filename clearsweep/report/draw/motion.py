@@ -58,7 +58,7 @@ def draw_unrolled_orbit(ax: "Axes", x: np.ndarray, y: np.ndarray, force: np.ndar
     """Draw the gap of a journal (m) over the direction of its centre; penetration is magnified."""
     scale, direction = wording.scale("m", clearance), np.degrees(np.arctan2(y, x))
     gap, magnification = clearance - np.hypot(x, y), penetration_magnification(x, y, clearance)
-    deepest = max(float(-gap.min()), 0.0)
+    max_penetration = max(float(-gap.min()), 0.0)
     height = np.where(gap < 0.0, magnification * gap, gap) / scale.factor
     crosses_seam = np.abs(np.diff(direction)) > 180.0  # a line that crosses +-180 degrees
     ax.plot(
@@ -73,13 +73,15 @@ def draw_unrolled_orbit(ax: "Axes", x: np.ndarray, y: np.ndarray, force: np.ndar
     ax.axhline(0.0, color=INK, linewidth=1.0)
     _draw_contact_points(ax, direction, height, force)
     high, low = 1.05 * max(float(height.max()), 0.2 * clearance / scale.factor), 1.1 * min(float(height.min()), 0.0)
-    penetration_ticks = [] if deepest == 0.0 else [-deepest, -0.5 * deepest]
+    penetration_ticks = [] if max_penetration == 0.0 else [-max_penetration, -0.5 * max_penetration]
     gap_ticks = np.asarray(MaxNLocator(max(1, round(4.0 * high / (high - low)))).tick_values(0.0, high))
     gap_ticks = gap_ticks[(gap_ticks >= 0.0) & (gap_ticks <= high)]
-    names = [wording.short(value / scale.factor, 2).replace("-", wording.MINUS) for value in penetration_ticks]
+    penetration_labels = [
+        wording.short(value / scale.factor, 2).replace("-", wording.MINUS) for value in penetration_ticks
+    ]
     ax.set_yticks(
         [*(magnification * value / scale.factor for value in penetration_ticks), *gap_ticks],
-        [*names, *map(_short_text, gap_ticks)],
+        [*penetration_labels, *map(_short_text, gap_ticks)],
     )
     ax.set(
         xlim=(-180.0, 180.0),
@@ -93,8 +95,8 @@ def draw_unrolled_orbit(ax: "Axes", x: np.ndarray, y: np.ndarray, force: np.ndar
 
 def penetration_magnification(x: np.ndarray, y: np.ndarray, clearance: float) -> float:
     """Return the magnification of penetration relative to the gap: one digit, at least 1."""
-    deepest = float(np.hypot(x, y).max()) - clearance
-    return max(float(f"{DRAWN_PENETRATION * clearance / deepest:.1g}"), 1.0) if deepest > 0.0 else 1.0
+    max_penetration = float(np.hypot(x, y).max()) - clearance
+    return max(float(f"{DRAWN_PENETRATION * clearance / max_penetration:.1g}"), 1.0) if max_penetration > 0.0 else 1.0
 
 
 def _short_text(value: float) -> str:
@@ -108,7 +110,7 @@ def draw_force(ax: "Axes", angle: np.ndarray, normal: np.ndarray, levels: Sequen
     for (name, level), colour, line_style in zip(levels, (RED, INK), ("--", ":"), strict=False):
         ax.axhline(level / scale.factor, color=colour, linewidth=1.1, linestyle=line_style, label=name)
     ax.set(ylabel=f"normal force [{scale.unit}]", ylim=(0.0, None))
-    set_crank_angle_axis(ax, angle, legend=bool(levels))
+    set_crank_angle_axis(ax, angle, has_legend=bool(levels))
 
 
 def draw_against_ideal(
@@ -127,7 +129,7 @@ def draw_against_ideal(
     if ideal is not None:
         ax.plot(np.degrees(angle), ideal / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="ideal")
     ax.set(ylabel=f"{name} [{scale.unit}]")
-    set_crank_angle_axis(ax, angle, legend=ideal is not None)
+    set_crank_angle_axis(ax, angle, has_legend=ideal is not None)
 
 
 def draw_over_time(ax: "Axes", t: np.ndarray, values: np.ndarray, unit: str, name: str) -> None:
@@ -140,10 +142,10 @@ def draw_over_time(ax: "Axes", t: np.ndarray, values: np.ndarray, unit: str, nam
 
 def draw_phase_portrait(ax: "Axes", quantity: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, str, str]) -> None:
     """Draw a rate over its quantity; each : values in SI, unit, name."""
-    (x, *x_words), (v, *v_words) = quantity, rate
-    x_scale, v_scale = wording.scale(x_words[0], x), wording.scale(v_words[0], v)
+    (x, *x_unit_and_name), (v, *v_unit_and_name) = quantity, rate
+    x_scale, v_scale = wording.scale(x_unit_and_name[0], x), wording.scale(v_unit_and_name[0], v)
     ax.plot(x / x_scale.factor, v / v_scale.factor, color=BLUE, linewidth=0.8, rasterized=len(x) > 5000)
-    ax.set(xlabel=f"{x_words[1]} [{x_scale.unit}]", ylabel=f"{v_words[1]} [{v_scale.unit}]")
+    ax.set(xlabel=f"{x_unit_and_name[1]} [{x_scale.unit}]", ylabel=f"{v_unit_and_name[1]} [{v_scale.unit}]")
     set_plain_axes(ax)
 
 
@@ -157,5 +159,5 @@ def draw_onsets(ax: "Axes", angle: np.ndarray, rate: np.ndarray, limits: Sequenc
         ax.axhline(limit / scale.factor, color=RED, linewidth=1.1, linestyle=dash, label=label)
     ax.set(ylabel=f"closing rate at onset [{scale.unit}]", ylim=(0.0, None))
     set_crank_angle_axis(
-        ax, np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))]), legend=bool(limits)
+        ax, np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))]), has_legend=bool(limits)
     )  # full turns

@@ -13,15 +13,17 @@ from .style import INK, label_values
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-GOOD, BAD, UNKNOWN = "#9fd0e8", "#f2b28c", "#e8ebee"  # pale blue and orange: distinguished by any eye, and in grey
-
-
-PARTLY = "#dcecf5"  # passes, but its design fails elsewhere
-UNDECIDED = "#f5efc4"  # passes at the mean clearance of a fit whose tolerance is not covered; pale yellow
-ELSEWHERE, OPEN = 1.0, 2.0  # reservations of a cell that passes
-FAILING = 3.0  # code of a failing cell
-RESERVATION_TEXTS = {ELSEWHERE: "(ok)", OPEN: "open"}
-DOT_GOOD, DOT_BAD = "#1f5f86", "#a34a12"
+PASS_COLOUR, FAIL_COLOUR, UNKNOWN_COLOUR = (
+    "#9fd0e8",
+    "#f2b28c",
+    "#e8ebee",
+)  # pale blue and orange: distinguished by any eye, and in grey
+PARTLY_COLOUR = "#dcecf5"  # passes, but its design fails elsewhere
+UNDECIDED_COLOUR = "#f5efc4"  # passes at the mean clearance of a fit whose tolerance is not covered; pale yellow
+FAILS_ELSEWHERE, TOLERANCE_OPEN = 1.0, 2.0  # reservations of a cell that passes
+FAILING_CODE = 3.0  # code of a failing cell
+RESERVATION_TEXTS = {FAILS_ELSEWHERE: "(ok)", TOLERANCE_OPEN: "open"}
+PASS_DOT_COLOUR, FAIL_DOT_COLOUR = "#1f5f86", "#a34a12"
 
 
 class Dots(NamedTuple):
@@ -41,14 +43,14 @@ def draw_margin_cells(
     cell fails, else 0; its reservation, a key of RESERVATION_TEXTS or 0.  The cases in `added_cases` are drawn on top.
     """
     (margins, failing, reservations), (x_axis, y_axis) = tables, axes
-    ax.set_facecolor(UNKNOWN)
+    ax.set_facecolor(UNKNOWN_COLOUR)
     edges = [np.arange(size + 1) - 0.5 for size in failing.shape[::-1]]
     ax.pcolormesh(
         *edges,
-        np.ma.masked_invalid(np.where(failing == 0.0, reservations, FAILING * failing)),
-        cmap=ListedColormap([GOOD, PARTLY, UNDECIDED, BAD]),
+        np.ma.masked_invalid(np.where(failing == 0.0, reservations, FAILING_CODE * failing)),
+        cmap=ListedColormap([PASS_COLOUR, PARTLY_COLOUR, UNDECIDED_COLOUR, FAIL_COLOUR]),
         vmin=0.0,
-        vmax=FAILING,
+        vmax=FAILING_CODE,
         rasterized=failing.size > MAX_VECTOR_CELLS,
         edgecolors="face",
         linewidth=0.3,
@@ -69,7 +71,7 @@ def draw_margin_cells(
             ax.text(
                 column, row, text, ha="center", va="center", fontsize=cell_font_size(failing.shape[1], 5), color="black"
             )
-    for is_failing, colour, marker in ((False, DOT_GOOD, "o"), (True, DOT_BAD, "X")):
+    for is_failing, colour, marker in ((False, PASS_DOT_COLOUR, "o"), (True, FAIL_DOT_COLOUR, "X")):
         is_matching = added_cases.failing == is_failing
         ax.scatter(
             added_cases.x[is_matching],

@@ -10,7 +10,7 @@ from .style import BLUE, set_plain_axes
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-BINS = 40
+BIN_COUNT = 40
 
 
 def draw_density(
@@ -18,7 +18,7 @@ def draw_density(
 ) -> None:
     """Draw a histogram of weighted values; quantiles : of the interval, and the median, on `axis`, SI."""
     scale = axis.scale
-    ax.hist(scale.of(values), BINS, weights=weights, color=BLUE, alpha=0.5, density=True)
+    ax.hist(scale.of(values), BIN_COUNT, weights=weights, color=BLUE, alpha=0.5, density=True)
     for quantile, style in zip(quantiles, ("--", "-", "--"), strict=True):
         ax.axvline(scale.of(quantile), color=BLUE, linestyle=style, linewidth=1.0)
     ax.set(xlabel=axis.label(), ylabel="probability density")
@@ -31,6 +31,6 @@ def draw_joint_density(
 ) -> None:
     """Draw the weighted values of two keys as a grid of shades."""
     x_values, y_values = (axis.scale.of(values) for values, axis in zip(values_of_keys, axes, strict=True))
-    counts, x, y = np.histogram2d(x_values, y_values, BINS // 2, weights=weights)
-    ax.pcolormesh(x, y, counts.T, cmap="Blues", rasterized=True)
+    counts, x_edges, y_edges = np.histogram2d(x_values, y_values, BIN_COUNT // 2, weights=weights)
+    ax.pcolormesh(x_edges, y_edges, counts.T, cmap="Blues", rasterized=True)
     ax.set(xlabel=axes[0].label(), ylabel=axes[1].label())

@@ -11,9 +11,9 @@ from .style import BLUE, GREY, INK, PALE, RED, set_crank_angle_axis
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-COLOURS = (BLUE, RED)  # of the end at +z, at -z
-POSITIONS = 24  # number of drawn positions of the axis
-CIRCLE = np.linspace(0.0, 2.0 * np.pi, 73)
+END_COLOURS = (BLUE, RED)  # of the end at +z, at -z
+MAX_DRAWN_POSITIONS = 24  # number of drawn positions of the axis
+CIRCLE_ANGLES = np.linspace(0.0, 2.0 * np.pi, 73)
 
 
 def draw_axis(ax: Any, journal_ends: np.ndarray, half_lengths: tuple[float, float], clearance: float) -> None:
@@ -23,13 +23,13 @@ def draw_axis(ax: Any, journal_ends: np.ndarray, half_lengths: tuple[float, floa
     """
     radial_scale, axial_scale = wording.scale("m", clearance), wording.scale("m", half_lengths[0])
     circle_x, circle_y = (
-        clearance / radial_scale.factor * np.cos(CIRCLE),
-        clearance / radial_scale.factor * np.sin(CIRCLE),
+        clearance / radial_scale.factor * np.cos(CIRCLE_ANGLES),
+        clearance / radial_scale.factor * np.sin(CIRCLE_ANGLES),
     )
     ax.plot(
         [0.0, 0.0], [0.0, 0.0], np.array([-1.2, 1.2]) * half_lengths[1] / axial_scale.factor, color=GREY, linewidth=0.8
     )
-    for end, colour, sign in zip(journal_ends, COLOURS, (1.0, -1.0), strict=True):
+    for end, colour, sign in zip(journal_ends, END_COLOURS, (1.0, -1.0), strict=True):
         ax.plot(
             circle_x,
             circle_y,
@@ -38,7 +38,7 @@ def draw_axis(ax: Any, journal_ends: np.ndarray, half_lengths: tuple[float, floa
             linewidth=0.8,
         )
         ax.plot(*(end[:, :2].T / radial_scale.factor), end[:, 2] / axial_scale.factor, color=colour, linewidth=0.6)
-    for k in np.linspace(0, journal_ends.shape[1] - 1, min(POSITIONS, journal_ends.shape[1])).astype(int):
+    for k in np.linspace(0, journal_ends.shape[1] - 1, min(MAX_DRAWN_POSITIONS, journal_ends.shape[1])).astype(int):
         x, y, z = journal_ends[:, k].T
         ax.plot(
             x / radial_scale.factor,
@@ -63,8 +63,8 @@ def draw_end_orbits(ax: "Axes", journal_ends: np.ndarray, clearance: float) -> N
     """Draw the view along the bearing: the orbits (2, n, 3) m of both ends in the clearance circle."""
     scale = wording.scale("m", clearance)
     radius = clearance / scale.factor
-    ax.plot(radius * np.cos(CIRCLE), radius * np.sin(CIRCLE), color=INK, linewidth=1.0)
-    for end, colour, name in zip(journal_ends, COLOURS, ("end +z", "end -z"), strict=True):
+    ax.plot(radius * np.cos(CIRCLE_ANGLES), radius * np.sin(CIRCLE_ANGLES), color=INK, linewidth=1.0)
+    for end, colour, name in zip(journal_ends, END_COLOURS, ("end +z", "end -z"), strict=True):
         ax.plot(*(end[:, :2].T / scale.factor), color=colour, linewidth=0.5, alpha=0.6, label=name)
     ax.set(aspect="equal", xlabel=f"x [{scale.unit}]", ylabel=f"y [{scale.unit}]")
     ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
@@ -76,4 +76,4 @@ def draw_tilt(ax: "Axes", angle: np.ndarray, tilt: np.ndarray, limit: float | No
     if limit is not None:
         ax.axhline(np.degrees(limit), color=RED, linewidth=1.1, linestyle="--", label="jams")
     ax.set(ylabel="tilt [°]", ylim=(0.0, None))
-    set_crank_angle_axis(ax, angle, legend=limit is not None)
+    set_crank_angle_axis(ax, angle, has_legend=limit is not None)

@@ -19,7 +19,7 @@ BLUE, RED, GREEN, ORANGE, PURPLE = "#0072B2", "#D55E00", "#009E73", "#E69F00", "
 INK, GREY, PALE = "#1f2933", "#6b7785", "#c3ccd5"
 JOINT_COLOURS = (BLUE, RED, GREEN)
 MAX_LABELLED_TICKS = 9  # axes with more values label only some of them
-SLANTED_LABELS: dict[str, Any] = {
+SLANTED_LABEL_STYLE: dict[str, Any] = {
     "rotation": 40,
     "ha": "right",
     "rotation_mode": "anchor",
@@ -27,7 +27,7 @@ SLANTED_LABELS: dict[str, Any] = {
 AXIS_CHARACTERS = 36  # characters that fit side by side below a figure
 
 
-def set_crank_angle_axis(ax: "Axes", angle: np.ndarray, *, legend: bool) -> None:
+def set_crank_angle_axis(ax: "Axes", angle: np.ndarray, *, has_legend: bool) -> None:
     """Set up the crank angle as abscissa."""
     degrees = np.round(np.degrees(angle), 3)  # so that full turns end on a tick
     turns = (degrees.max() - degrees.min()) / 360.0 if len(degrees) else 1.0
@@ -37,26 +37,26 @@ def set_crank_angle_axis(ax: "Axes", angle: np.ndarray, *, legend: bool) -> None
         ax.set_xlim(degrees.min(), max(degrees.max(), degrees.min() + 1.0))
     ax.set_xlabel("crank angle [°]")
     set_plain_axes(ax)
-    if legend:
+    if has_legend:
         ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)
 
 
 def label_values(side: "XAxis | YAxis", axis: Axis, positions: np.ndarray) -> None:
     """Label the values of a grid axis at their positions; of many numbers, only some."""
-    longest = max(len(axis.short(value)) for value in axis.values)
+    longest_label = max(len(axis.short(value)) for value in axis.values)
     if not axis.numeric:
-        is_slanted = side.axis_name == "x" and len(axis.values) * (longest + 2) > AXIS_CHARACTERS
-        side.set_ticks(positions, axis.values, **(SLANTED_LABELS if is_slanted else {}))
+        is_slanted = side.axis_name == "x" and len(axis.values) * (longest_label + 2) > AXIS_CHARACTERS
+        side.set_ticks(positions, axis.values, **(SLANTED_LABEL_STYLE if is_slanted else {}))
         return
-    max_ticks = MAX_LABELLED_TICKS if side.axis_name == "y" else max(2, AXIS_CHARACTERS // (longest + 2))
+    max_ticks = MAX_LABELLED_TICKS if side.axis_name == "y" else max(2, AXIS_CHARACTERS // (longest_label + 2))
     distances = np.log(positions) if side.get_scale() == "log" else positions
-    labelled, min_distance = [0], 0.99 * (distances.max() - distances.min()) / max_ticks
+    labelled_indices, min_distance = [0], 0.99 * (distances.max() - distances.min()) / max_ticks
     for k in range(1, len(distances)):
-        if abs(distances[k] - distances[labelled[-1]]) >= min_distance:
-            labelled.append(k)
+        if abs(distances[k] - distances[labelled_indices[-1]]) >= min_distance:
+            labelled_indices.append(k)
     side.set_major_locator(NullLocator())
     side.set_minor_locator(NullLocator())
-    side.set_ticks(positions[labelled], [axis.short(axis.values[k]) for k in labelled])
+    side.set_ticks(positions[labelled_indices], [axis.short(axis.values[k]) for k in labelled_indices])
 
 
 def set_log_scale(ax: "Axes", side_name: str) -> None:
@@ -69,30 +69,30 @@ def set_log_scale(ax: "Axes", side_name: str) -> None:
 
 
 def draw_colour_bar(
-    ax: "Axes", coloured: ScalarMappable, name: str, *, logarithmic: bool = False, integers: bool = False
+    ax: "Axes", mappable: ScalarMappable, name: str, *, is_logarithmic: bool = False, integers_only: bool = False
 ) -> None:
     """Draw the colour bar of a drawing; `integers`: only integers have ticks."""
-    bar = ax.figure.colorbar(coloured, ax=ax, fraction=0.05, pad=0.03)
-    bar.set_label(name)
-    bar.outline.set_visible(False)
-    if bar.solids is not None:
-        bar.solids.set_rasterized(True)
-    if logarithmic:
-        bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-        bar.ax.yaxis.set_minor_locator(NullLocator())
-    if integers:
-        bar.ax.yaxis.set_major_locator(MaxNLocator(6, integer=True))
-    bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 3)))
+    colour_bar = ax.figure.colorbar(mappable, ax=ax, fraction=0.05, pad=0.03)
+    colour_bar.set_label(name)
+    colour_bar.outline.set_visible(False)
+    if colour_bar.solids is not None:
+        colour_bar.solids.set_rasterized(True)
+    if is_logarithmic:
+        colour_bar.ax.yaxis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        colour_bar.ax.yaxis.set_minor_locator(NullLocator())
+    if integers_only:
+        colour_bar.ax.yaxis.set_major_locator(MaxNLocator(6, integer=True))
+    colour_bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 3)))
 
 
 def draw_axis_colour_bar(ax: "Axes", axis: Axis, norm: Normalize) -> None:
     """Draw the colour bar of the values of a grid axis."""
-    bar = ax.figure.colorbar(ScalarMappable(norm, "viridis"), ax=ax, fraction=0.05, pad=0.03)
-    label_values(bar.ax.yaxis, axis, np.arange(len(axis.values), dtype=float))
-    bar.set_label(axis.label())
-    bar.outline.set_visible(False)
-    if bar.solids is not None:
-        bar.solids.set_rasterized(True)
+    colour_bar = ax.figure.colorbar(ScalarMappable(norm, "viridis"), ax=ax, fraction=0.05, pad=0.03)
+    label_values(colour_bar.ax.yaxis, axis, np.arange(len(axis.values), dtype=float))
+    colour_bar.set_label(axis.label())
+    colour_bar.outline.set_visible(False)
+    if colour_bar.solids is not None:
+        colour_bar.solids.set_rasterized(True)
 
 
 def stem_lines(x: np.ndarray, low: float, high: np.ndarray | float) -> tuple[np.ndarray, np.ndarray]:
@@ -108,6 +108,6 @@ def set_plain_axes(ax: "Axes") -> None:
     ax.spines[["top", "right"]].set_visible(False)
 
 
-def with_unit(name: str, scale: Scale) -> str:
-    """Return name and unit, for an axis of a drawing."""
+def label_with_unit(name: str, scale: Scale) -> str:
+    """Return a name with the unit of its scale, as the label of a drawing's axis."""
     return f"{name} [{scale.unit}]" if scale.unit else name

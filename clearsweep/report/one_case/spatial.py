@@ -27,7 +27,7 @@ def spatial_pictures(
     scale_factor, stride = wording.scale("m", joint.clearance).factor, -(-ends_of_journal.shape[1] // MAX_DOT_POSITIONS)
     dots = [
         Dot(end[::stride, :2] / scale_factor, colour)
-        for end, colour in zip(ends_of_journal, spatial.COLOURS, strict=True)
+        for end, colour in zip(ends_of_journal, spatial.END_COLOURS, strict=True)
     ]
     return [
         Picture(

@@ -43,7 +43,7 @@ def wear_pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> l
             body_name,
             depth_text(depth),
             f"{body_name}: wear depth around it. {depth_text(depth)}",
-            partial(wear.draw_around, depth=depth, body=body, scale=scale, largest=largest),
+            partial(wear.draw_around, depth=depth, body=body, scale=scale, max_depth=largest),
             POLAR_SIZE,
             "polar",
         )

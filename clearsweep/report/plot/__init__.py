@@ -8,7 +8,7 @@ from .side import UnsupportedError
 __all__ = ["Axes", "PolarSheet", "Sheet", "UnsupportedError", "sheet_of"]
 
 
-def sheet_of(size: tuple[float, float], projection: str | None) -> Sheet:
+def make_sheet(size: tuple[float, float], projection: str | None) -> Sheet:
     """Return a sheet for a projection: None or 'polar'; raise UnsupportedError for others.  size : inches."""
     if projection not in (None, "polar"):
         raise UnsupportedError(str(projection))

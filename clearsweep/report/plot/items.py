@@ -17,27 +17,27 @@ class Stroke(NamedTuple):
     cap: str = "butt"
 
 
-class Marks(NamedTuple):
+class MarkerStyle(NamedTuple):
     """Style of points."""
 
     shape: str
     colour: str
     size: float  # points
     alpha: float = 1.0
-    filled: str = ""  # fill colour of an open circle
-    edge: float = 1.0  # points, for markers drawn as lines
+    fill_colour: str = ""  # fill colour of an open circle
+    edge_width: float = 1.0  # points, for markers drawn as lines
 
 
 class Item(NamedTuple):
     """One item on the axes, in data coordinates."""
 
-    kind: str  # 'line', 'points', 'area', 'cells', 'ellipse' or 'words'
+    kind: str  # 'line', 'points', 'area', 'cells', 'ellipse' or 'text'
     x: np.ndarray
     y: np.ndarray
     style: Any
     order: float
-    spans_height: bool = False  # whether y is a share of the height or, for 'upright', x of the width
-    spans_width: bool = False
+    spans_height: bool = False  # y is a share of the height of the axes
+    spans_width: bool = False  # x is a share of their width
 
 
 class LegendEntry(NamedTuple):
@@ -45,8 +45,8 @@ class LegendEntry(NamedTuple):
 
     name: str
     stroke: Stroke | None = None
-    marks: Marks | None = None
-    fill: str = ""
+    marker_style: MarkerStyle | None = None
+    fill_colour: str = ""
 
 
 class TextStyle(NamedTuple):
@@ -67,15 +67,15 @@ class Spines(dict):
     def __getitem__(self, names: Any) -> Any:
         edges = self
 
-        class Chosen:
+        class EdgeSelection:
             """Edges that are changed together."""
 
             @staticmethod
-            def set_visible(shown: bool) -> None:
+            def set_visible(visible: bool) -> None:
                 """Show or hide the edges."""
-                edges.update(dict.fromkeys([names] if isinstance(names, str) else names, shown))
+                edges.update(dict.fromkeys([names] if isinstance(names, str) else names, visible))
 
-        return Chosen
+        return EdgeSelection
 
 
 class Box(NamedTuple):

@@ -19,9 +19,9 @@ def legend_size(ax: Axes) -> tuple[float, float]:
     """Return the height above axes and the width to their right of their legend, in points."""
     if ax.legend_options is None or not ax.legend_entries:
         return 0.0, 0.0
-    if ax.legend_options["where"] == "above":
+    if ax.legend_options["placement"] == "above":
         return ROW_HEIGHT * len(_rows(ax)) + 3.0, 0.0
-    if ax.legend_options["where"] == "right":
+    if ax.legend_options["placement"] == "right":
         title = ax.legend_options.get("title") or ""
         widest = max(
             [_sample_width(ax) + SAMPLE_GAP + text_width(entry.name, FONT_SIZE) for entry in ax.legend_entries]
@@ -47,7 +47,7 @@ def legend_svg(ax: Axes, box: Box) -> list[str]:
     """Return the legend of axes as SVG."""
     if ax.legend_options is None or not ax.legend_entries:
         return []
-    placement, parts, sample_width = ax.legend_options["where"], list[str](), _sample_width(ax)
+    placement, parts, sample_width = ax.legend_options["placement"], list[str](), _sample_width(ax)
     if placement == "above":
         rows = _rows(ax)
         anchor = ax.legend_options["bbox_to_anchor"][0]
@@ -57,13 +57,13 @@ def legend_svg(ax: Axes, box: Box) -> list[str]:
         column_widths = [
             max(text_width(row[k].name, FONT_SIZE) for row in rows if k < len(row)) for k in range(columns)
         ]
-        starts = left + np.cumsum(
+        entry_lefts = left + np.cumsum(
             [0.0, *(sample_width + SAMPLE_GAP + column_width + column_gap for column_width in column_widths)]
         )
         for k, row in enumerate(rows):
             y = box.top - 3.0 - ROW_HEIGHT * (len(rows) - k - 0.5)
-            for start, entry in zip(starts.tolist(), row, strict=False):
-                parts += _entry_svg(entry, start, y, sample_width)
+            for entry_left, entry in zip(entry_lefts.tolist(), row, strict=False):
+                parts += _entry_svg(entry, entry_left, y, sample_width)
         return parts
     x = box.left + box.width + AXES_GAP if placement == "right" else box.left + AXES_GAP
     title = ax.legend_options.get("title") or ""
@@ -81,14 +81,15 @@ def legend_svg(ax: Axes, box: Box) -> list[str]:
 def _entry_svg(entry: LegendEntry, x: float, y: float, sample_width: float) -> list[str]:
     """Return a row of a legend: a sample and its name; y : of its centre."""
     parts = []
-    if entry.fill:
+    if entry.fill_colour:
         parts.append(
-            f'<rect x="{x:.2f}" y="{y - 2.8:.2f}" width="{sample_width:.2f}" height="5.6" style="fill: {entry.fill}"/>'
+            f'<rect x="{x:.2f}" y="{y - 2.8:.2f}" width="{sample_width:.2f}" height="5.6" '
+            f'style="fill: {entry.fill_colour}"/>'
         )
     if entry.stroke:
         parts.append(marks.line_svg(f"M{x:.2f} {y:.2f}h{sample_width:.2f}", entry.stroke))
-    if entry.marks:
-        marker_style = entry.marks._replace(size=max(entry.marks.size, 4.0), alpha=1.0)
+    if entry.marker_style:
+        marker_style = entry.marker_style._replace(size=max(entry.marker_style.size, 4.0), alpha=1.0)
         parts.append(marks.points_svg(np.array([x + 0.5 * sample_width]), np.array([y]), marker_style))
     parts.append(text_svg(entry.name, x + sample_width + SAMPLE_GAP, y, FONT_SIZE, "start", is_centred=True))
     return parts

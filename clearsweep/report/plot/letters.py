@@ -12,7 +12,7 @@ _WIDTH_ROWS = (
     (611, 685, 390, 337, 390, 838, 500, 500, 613, 635, 550, 635, 615, 352, 635, 634, 278, 278, 579),
     (278, 974, 634, 612, 635, 635, 411, 521, 392, 634, 592, 818, 592, 592, 525, 636, 337, 636, 838),
 )
-_WIDTHS = [text_width for row in _WIDTH_ROWS for text_width in row]
+_WIDTHS = [width for row in _WIDTH_ROWS for width in row]
 _OTHER_WIDTHS = {
     "\u00a0": 318,
     "°": 500,
@@ -47,7 +47,7 @@ def _letter_width(letter: str) -> int:
 
 
 def text_svg(
-    words: str,
+    text: str,
     x: float,
     y: float,
     size: float,
@@ -55,15 +55,15 @@ def text_svg(
     *,
     rotation: float = 0.0,
     is_centred: bool = False,
-    look: str = "",
+    style: str = "",
 ) -> str:
     """Return a text as SVG; `is_centred`: y is its centre, not its first baseline; rotation : degrees."""
-    if not words:
+    if not text:
         return ""
-    lines = words.split("\n")
+    lines = text.split("\n")
     y = y + (0.36 * size - 0.5 * 1.17 * size * (len(lines) - 1) if is_centred else 0.0)
     transform = f' transform="rotate({rotation:g} {x:.2f} {y:.2f})"' if rotation else ""
-    style_text = f"font-size: {size:g}px; {_FAMILY}; text-anchor: {anchor}; {look or f'fill: {INK}'}"
+    style_text = f"font-size: {size:g}px; {_FAMILY}; text-anchor: {anchor}; {style or f'fill: {INK}'}"
     content = html.escape(lines[0])
     if len(lines) > 1:
         rows = (

@@ -1,10 +1,10 @@
-"""Lines, points, areas, cells and words as SVG."""
+"""Lines, points, areas, cells and texts as SVG."""
 
 import numpy as np
 from matplotlib.colors import to_hex
 
 from .axes import Axes
-from .items import Box, Item, Marks, Stroke, TextStyle
+from .items import Box, Item, MarkerStyle, Stroke, TextStyle
 from .letters import text_height, text_svg, text_width
 
 LONG_PATH = 300  # corners of a path above which it is rounded to a tenth of a point
@@ -27,9 +27,9 @@ def item_svg(item: Item, ax: Axes, box: Box) -> str:
             return points_svg(x, y, item.style)
         case "area":
             colour, alpha = item.style
-            shape = path_data(x, y, closed=True)
+            path = path_data(x, y, closed=True)
             opacity = f"; fill-opacity: {alpha:g}" if alpha < 1.0 else ""
-            return f'<path d="{shape}" style="fill: {colour}{opacity}"/>' if shape else ""
+            return f'<path d="{path}" style="fill: {colour}{opacity}"/>' if path else ""
         case _:
             return _text_svg(float(x[0]), float(y[0]), item.style)
 
@@ -50,55 +50,61 @@ def path_data(x: np.ndarray, y: np.ndarray, *, closed: bool = False) -> str:
     return "".join(parts)
 
 
-def line_svg(shape: str, stroke: Stroke) -> str:
+def line_svg(path: str, stroke: Stroke) -> str:
     """Return a path as a line."""
     dash = " ".join(f"{float(part) * stroke.width:g}" for part in stroke.dash.split())
     style = f"fill: none; stroke: {stroke.colour}; stroke-width: {stroke.width:g}"
     style += f"; stroke-dasharray: {dash}" if dash else ""
     style += f"; stroke-opacity: {stroke.alpha:g}" if stroke.alpha < 1.0 else ""
     style += f"; stroke-linecap: {stroke.cap}" if stroke.cap != "butt" else ""
-    return f'<path d="{shape}" style="{style}; stroke-linejoin: round"/>' if shape else ""
+    return f'<path d="{path}" style="{style}; stroke-linejoin: round"/>' if path else ""
 
 
-def points_svg(x: np.ndarray, y: np.ndarray, marks: Marks) -> str:
+def points_svg(x: np.ndarray, y: np.ndarray, marker_style: MarkerStyle) -> str:
     """Return points of one style as one path."""
     finite = np.isfinite(x) & np.isfinite(y)
     digits = 1 if finite.sum() > LONG_PATH else 2
     positions = list(zip(x[finite].round(digits).tolist(), y[finite].round(digits).tolist(), strict=True))
     if not positions:
         return ""
-    half_size, opacity = 0.5 * marks.size, f"; stroke-opacity: {marks.alpha:g}" if marks.alpha < 1.0 else ""
-    if marks.filled:
-        look = f"fill: {marks.filled}; stroke: {marks.colour}; stroke-width: {marks.edge:g}"
-        return "".join(f'<circle cx="{a:g}" cy="{b:g}" r="{half_size:g}" style="{look}"/>' for a, b in positions)
-    style = f"fill: none; stroke: {marks.colour}{opacity}"
-    if marks.shape == "s":
-        return _squares(positions, marks)
-    if marks.shape in "o.":
-        shape = "".join(f"M{a:g} {b:g}h0" for a, b in positions)
-        return f'<path d="{shape}" style="{style}; stroke-width: {marks.size:g}; stroke-linecap: round"/>'
-    if marks.shape == "D":
-        shape = "".join(
+    half_size, opacity = (
+        0.5 * marker_style.size,
+        f"; stroke-opacity: {marker_style.alpha:g}" if marker_style.alpha < 1.0 else "",
+    )
+    if marker_style.fill_colour:
+        circle_style = f"fill: {marker_style.fill_colour}; stroke: {marker_style.colour}"
+        circle_style += f"; stroke-width: {marker_style.edge_width:g}"
+        return "".join(
+            f'<circle cx="{a:g}" cy="{b:g}" r="{half_size:g}" style="{circle_style}"/>' for a, b in positions
+        )
+    style = f"fill: none; stroke: {marker_style.colour}{opacity}"
+    if marker_style.shape == "s":
+        return _squares_svg(positions, marker_style)
+    if marker_style.shape in "o.":
+        path = "".join(f"M{a:g} {b:g}h0" for a, b in positions)
+        return f'<path d="{path}" style="{style}; stroke-width: {marker_style.size:g}; stroke-linecap: round"/>'
+    if marker_style.shape == "D":
+        path = "".join(
             f"M{a:g} {b - half_size:g}l{half_size:g} {half_size:g}l{-half_size:g} {half_size:g}l{-half_size:g} "
             f"{-half_size:g}Z"
             for a, b in positions
         )
-        return f'<path d="{shape}" style="fill: {marks.colour}{opacity.replace("stroke", "fill")}"/>'
+        return f'<path d="{path}" style="fill: {marker_style.colour}{opacity.replace("stroke", "fill")}"/>'
     directions = {"|": [(0, 1)], "_": [(1, 0)], "+": [(0, 1), (1, 0)], "x": [(1, 1), (1, -1)], "X": [(1, 1), (1, -1)]}
-    shape = "".join(
+    path = "".join(
         f"M{a - u * half_size:g} {b - v * half_size:g}l{2 * u * half_size:g} {2 * v * half_size:g}"
         for a, b in positions
-        for u, v in directions[marks.shape]
+        for u, v in directions[marker_style.shape]
     )
-    stroke_width = max(0.35 * marks.size, 1.0) if marks.shape == "X" else marks.edge
-    return f'<path d="{shape}" style="{style}; stroke-width: {stroke_width:g}"/>'
+    stroke_width = max(0.35 * marker_style.size, 1.0) if marker_style.shape == "X" else marker_style.edge_width
+    return f'<path d="{path}" style="{style}; stroke-width: {stroke_width:g}"/>'
 
 
-def _squares(positions: list[tuple[float, float]], marks: Marks) -> str:
-    side = marks.size
-    shape = "".join(f"M{a - 0.5 * side:g} {b - 0.5 * side:g}h{side:g}v{side:g}h{-side:g}Z" for a, b in positions)
-    opacity = f"; fill-opacity: {marks.alpha:g}" if marks.alpha < 1.0 else ""
-    return f'<path d="{shape}" style="fill: {marks.colour}{opacity}"/>'
+def _squares_svg(positions: list[tuple[float, float]], marker_style: MarkerStyle) -> str:
+    side = marker_style.size
+    path = "".join(f"M{a - 0.5 * side:g} {b - 0.5 * side:g}h{side:g}v{side:g}h{-side:g}Z" for a, b in positions)
+    opacity = f"; fill-opacity: {marker_style.alpha:g}" if marker_style.alpha < 1.0 else ""
+    return f'<path d="{path}" style="fill: {marker_style.colour}{opacity}"/>'
 
 
 def _cells_svg(item: Item, ax: Axes, box: Box) -> str:
@@ -106,7 +112,7 @@ def _cells_svg(item: Item, ax: Axes, box: Box) -> str:
     colours, edge, edge_width = item.style
     x = (box.left + ax.xaxis.fraction(item.x) * box.width).round(2)
     y = (box.top + (1.0 - ax.yaxis.fraction(item.y)) * box.height).round(2)
-    shapes: dict[str, list[str]] = {}
+    paths: dict[str, list[str]] = {}
     for row, row_colours in enumerate(colours):
         column = 0
         while column < len(row_colours):
@@ -115,14 +121,14 @@ def _cells_svg(item: Item, ax: Axes, box: Box) -> str:
                 end += 1
             if row_colours[column]:
                 cell_width, cell_height = x[end] - x[column], y[row + 1] - y[row]
-                shapes.setdefault(row_colours[column], []).append(
+                paths.setdefault(row_colours[column], []).append(
                     f"M{x[column]:g} {y[row]:g}h{cell_width:.2f}v{cell_height:.2f}h{-cell_width:.2f}Z"
                 )
             column = end
     edge_style = f"; stroke: {edge}; stroke-width: {edge_width:g}" if edge else ""
     rendering = "" if edge else ' shape-rendering="crispEdges"'
     cells = "\n".join(
-        f'<path d="{"".join(shape)}" style="fill: {colour}{edge_style}"/>' for colour, shape in shapes.items()
+        f'<path d="{"".join(path)}" style="fill: {colour}{edge_style}"/>' for colour, path in paths.items()
     )
     return f"<g{rendering}>\n{cells}\n</g>"
 
@@ -142,24 +148,30 @@ def _ellipse_svg(item: Item, ax: Axes, box: Box) -> str:
     )
 
 
-def _text_svg(x: float, y: float, words: TextStyle) -> str:
-    weight = f"font-weight: {words.weight}; " if words.weight != "normal" else ""
-    look = f"{weight}fill: {words.colour}"
-    return _halo(x, y, words) + text_svg(
-        words.text, x, y, words.size, _ANCHORS[words.ha], look=look, is_centred=words.va == "center"
+def _text_svg(x: float, y: float, text_style: TextStyle) -> str:
+    weight = f"font-weight: {text_style.weight}; " if text_style.weight != "normal" else ""
+    style = f"{weight}fill: {text_style.colour}"
+    return _halo(x, y, text_style) + text_svg(
+        text_style.text,
+        x,
+        y,
+        text_style.size,
+        _ANCHORS[text_style.ha],
+        style=style,
+        is_centred=text_style.va == "center",
     )
 
 
-def _halo(x: float, y: float, words: TextStyle) -> str:
+def _halo(x: float, y: float, text_style: TextStyle) -> str:
     """Return the background of a text centred at a position, or ''."""
-    if not words.halo:
+    if not text_style.halo:
         return ""
-    pad = float(words.halo.get("pad", 1.0))
+    pad = float(text_style.halo.get("pad", 1.0))
     halo_width, halo_height = (
-        text_width(words.text, words.size) + 2.0 * pad,
-        text_height(words.text, words.size) + 2.0 * pad,
+        text_width(text_style.text, text_style.size) + 2.0 * pad,
+        text_height(text_style.text, text_style.size) + 2.0 * pad,
     )
-    style = f"fill: {to_hex(words.halo['facecolor'])}; fill-opacity: {words.halo.get('alpha', 1.0):g}"
+    style = f"fill: {to_hex(text_style.halo['facecolor'])}; fill-opacity: {text_style.halo.get('alpha', 1.0):g}"
     return (
         f'<rect x="{x - 0.5 * halo_width:.2f}" y="{y - 0.5 * halo_height:.2f}" '
         f'width="{halo_width:.2f}" height="{halo_height:.2f}" '

@@ -19,7 +19,7 @@ PAD, GAP, LABEL_SIZE = (
     9.0,
 )  # points: margin of the sheet, gap from a tick to its label, font size of an axis label
 BAR_WIDTH, BAR_GAP = 10.0, 7.0  # points: width of a colour bar, distance from the axes
-STOPS = 12  # colour stops of a colour bar
+COLOUR_STOPS = 12  # colour stops of a colour bar
 
 
 class ColourBar:
@@ -29,8 +29,8 @@ class ColourBar:
         """Take the coloured item."""
         self.coloured, self.solids = coloured, None
         side = Side("y")
-        side.log = isinstance(coloured.norm, LogNorm)
-        side.set_limits = [float(np.asarray(end)) for end in (coloured.norm.vmin, coloured.norm.vmax)]
+        side.is_log = isinstance(coloured.norm, LogNorm)
+        side.fixed_limits = [float(np.asarray(end)) for end in (coloured.norm.vmin, coloured.norm.vmax)]
         self.ax, self.outline = _BarAxes(side), _NoOutline()
 
     def set_label(self, name: str) -> None:
@@ -63,13 +63,13 @@ class Sheet:
 
     def colorbar(self, coloured: ScalarMappable, **_: Any) -> ColourBar:
         """Return a colour bar to the right of the axes."""
-        self.bar = made = ColourBar(coloured)
-        return made
+        self.bar = bar = ColourBar(coloured)
+        return bar
 
     def box(self) -> Box:
         """Return the position of the axes within labels, ticks, legend and bar."""
         ax = self.axes
-        above, right = legends.legend_size(ax)
+        space_above, right = legends.legend_size(ax)
         left = PAD + _tick_width(ax.yaxis, self.height - 50.0) + label_space(ax.yaxis)
         right += PAD + (
             BAR_GAP + BAR_WIDTH + _tick_width(self.bar.ax.yaxis, self.height - 50.0) + label_space(self.bar.ax.yaxis)
@@ -77,15 +77,15 @@ class Sheet:
             else 0.0
         )
         names = ax.xaxis.ticks(self.width - left - right)
-        below = PAD + _tick_height(ax.xaxis, [name for _, name in names]) + label_space(ax.xaxis)
-        top = PAD + max(above, 0.5 * ax.yaxis.size)
-        if names and not self.bar and not ax.xaxis.style.get("rotation"):
+        space_below = PAD + _tick_height(ax.xaxis, [name for _, name in names]) + label_space(ax.xaxis)
+        top = PAD + max(space_above, 0.5 * ax.yaxis.font_size)
+        if names and not self.bar and not ax.xaxis.label_style.get("rotation"):
             tick, name = names[-1]
-            overhang = 0.5 * text_width(name, ax.xaxis.size) - (1.0 - float(ax.xaxis.fraction(tick))) * (
+            overhang = 0.5 * text_width(name, ax.xaxis.font_size) - (1.0 - float(ax.xaxis.fraction(tick))) * (
                 self.width - left - right
             )
             right = max(right, PAD + overhang)
-        box = Box(left, top, max(self.width - left - right, 20.0), max(self.height - top - below, 20.0))
+        box = Box(left, top, max(self.width - left - right, 20.0), max(self.height - top - space_below, 20.0))
         if not ax.equal_aspect:
             return box
         x_range, y_range = (abs(np.subtract(*side.limits())) for side in (ax.xaxis, ax.yaxis))
@@ -93,14 +93,14 @@ class Sheet:
         width, height = scale * x_range, scale * y_range
         return Box(box.left + 0.5 * (box.width - width), box.top + 0.5 * (box.height - height), width, height)
 
-    def svg(self, key: str) -> tuple[str, Box]:
-        """Return the sheet as an SVG element, with ids prefixed by `key`, and the position of the axes."""
+    def svg(self, id_prefix: str) -> tuple[str, Box]:
+        """Return the sheet as an SVG element, with ids prefixed by `id_prefix`, and the position of the axes."""
         ax, box = self.axes, self.box()
-        clip = f"{key}-clip"
+        clip_id = f"{id_prefix}-clip"
         parts = [
             f'<svg width="{self.width:g}pt" height="{self.height:g}pt" viewBox="0 0 {self.width:g} {self.height:g}" '
             'xmlns="http://www.w3.org/2000/svg">',
-            f'<clipPath id="{clip}"><rect x="{box.left:.2f}" y="{box.top:.2f}" width="{box.width:.2f}" '
+            f'<clipPath id="{clip_id}"><rect x="{box.left:.2f}" y="{box.top:.2f}" width="{box.width:.2f}" '
             f'height="{box.height:.2f}"/></clipPath>',
             f'<rect width="{self.width:g}" height="{self.height:g}" style="fill: {PAPER}"/>',
         ]
@@ -111,60 +111,63 @@ class Sheet:
                 f'style="fill: {ax.face_colour}"/>'
             )
         if ax.grid_style:
-            parts.append(self._grid(ticks, box))
+            parts.append(self._grid_svg(ticks, box))
         items = sorted(ax.items, key=lambda item: item.order)
-        parts.append(f'<g clip-path="url(#{clip})">')
-        parts += [marks.item_svg(item, ax, box) for item in items if item.kind != "words"]
+        parts.append(f'<g clip-path="url(#{clip_id})">')
+        parts += [marks.item_svg(item, ax, box) for item in items if item.kind != "text"]
         parts.append("</g>")
-        parts += [marks.item_svg(item, ax, box) for item in items if item.kind == "words"]
-        parts += [self._edges(box), self._ticks(ticks, box)]
+        parts += [marks.item_svg(item, ax, box) for item in items if item.kind == "text"]
+        parts += [self._edges_svg(box), self._ticks_svg(ticks, box)]
         parts += legends.legend_svg(ax, box)
         if self.bar:
-            parts.append(self._bar(self.bar, box, key))
+            parts.append(self._bar_svg(self.bar, box, id_prefix))
         return "\n".join([*filter(None, parts), "</svg>\n"]), box
 
-    def _grid(self, ticks: dict[str, list[tuple[float, str]]], box: Box) -> str:
+    def _grid_svg(self, ticks: dict[str, list[tuple[float, str]]], box: Box) -> str:
         ax, path = self.axes, []
-        for place, _ in ticks["x"]:
-            x = box.left + float(ax.xaxis.fraction(place)) * box.width
+        for tick, _ in ticks["x"]:
+            x = box.left + float(ax.xaxis.fraction(tick)) * box.width
             path.append(f"M{x:.2f} {box.top:.2f}v{box.height:.2f}")
-        for place, _ in ticks["y"]:
-            y = box.top + (1.0 - float(ax.yaxis.fraction(place))) * box.height
+        for tick, _ in ticks["y"]:
+            y = box.top + (1.0 - float(ax.yaxis.fraction(tick))) * box.height
             path.append(f"M{box.left:.2f} {y:.2f}h{box.width:.2f}")
-        look = ax.grid_style
+        grid_style = ax.grid_style
         style = (
-            f"fill: none; stroke: {look['colour']}; stroke-width: {look['width']}; stroke-opacity: {look['alpha']:g}"
+            f"fill: none; stroke: {grid_style['colour']}; stroke-width: {grid_style['width']}; "
+            f"stroke-opacity: {grid_style['alpha']:g}"
         )
         return f'<path d="{"".join(path)}" style="{style}"/>' if path else ""
 
-    def _edges(self, box: Box) -> str:
-        left, top, wide, high = box
+    def _edges_svg(self, box: Box) -> str:
+        left, top, width, height = box
         lines = {
-            "left": f"M{left:.2f} {top:.2f}v{high:.2f}",
-            "right": f"M{left + wide:.2f} {top:.2f}v{high:.2f}",
-            "top": f"M{left:.2f} {top:.2f}h{wide:.2f}",
-            "bottom": f"M{left:.2f} {top + high:.2f}h{wide:.2f}",
+            "left": f"M{left:.2f} {top:.2f}v{height:.2f}",
+            "right": f"M{left + width:.2f} {top:.2f}v{height:.2f}",
+            "top": f"M{left:.2f} {top:.2f}h{width:.2f}",
+            "bottom": f"M{left:.2f} {top + height:.2f}h{width:.2f}",
         }
         path = "".join(line for name, line in lines.items() if self.axes.spines.get(name))
         style = f"fill: none; stroke: {GREY}; stroke-width: 0.8; stroke-linecap: square"
         return f'<path d="{path}" style="{style}"/>' if path else ""
 
-    def _ticks(self, ticks: dict[str, list[tuple[float, str]]], box: Box) -> str:
-        ax, path, words = self.axes, [], []
+    def _ticks_svg(self, ticks: dict[str, list[tuple[float, str]]], box: Box) -> str:
+        ax, path, texts = self.axes, [], []
         side, bottom = ax.xaxis, box.top + box.height
-        rotation = side.style.get("rotation")
-        for place, name in ticks["x"]:
-            x, y = box.left + float(side.fraction(place)) * box.width, bottom + side.tick_length + GAP
+        rotation = side.label_style.get("rotation")
+        for tick, name in ticks["x"]:
+            x, y = box.left + float(side.fraction(tick)) * box.width, bottom + side.tick_length + GAP
             path.append(f"M{x:.2f} {bottom:.2f}v{side.tick_length:g}" if side.tick_length else "")
             if rotation:
-                words.append(text_svg(name, x, y + 0.5 * side.size, side.size, "end", rotation=-float(rotation)))
+                texts.append(
+                    text_svg(name, x, y + 0.5 * side.font_size, side.font_size, "end", rotation=-float(rotation))
+                )
             else:
-                words.append(text_svg(name, x, y + 0.8 * side.size, side.size, "middle"))
+                texts.append(text_svg(name, x, y + 0.8 * side.font_size, side.font_size, "middle"))
         side = ax.yaxis
-        for place, name in ticks["y"]:
-            y = box.top + (1.0 - float(side.fraction(place))) * box.height
+        for tick, name in ticks["y"]:
+            y = box.top + (1.0 - float(side.fraction(tick))) * box.height
             path.append(f"M{box.left:.2f} {y:.2f}h{-side.tick_length:g}" if side.tick_length else "")
-            words.append(text_svg(name, box.left - side.tick_length - GAP, y, side.size, "end", is_centred=True))
+            texts.append(text_svg(name, box.left - side.tick_length - GAP, y, side.font_size, "end", is_centred=True))
         label_baseline = self.height - PAD - 0.22 * LABEL_SIZE
         if ax.equal_aspect:
             label_baseline = (
@@ -173,38 +176,38 @@ class Sheet:
                 + label_space(ax.xaxis)
                 - 0.22 * LABEL_SIZE
             )
-        words.append(text_svg(ax.xaxis.label, box.left + 0.5 * box.width, label_baseline, LABEL_SIZE, "middle"))
+        texts.append(text_svg(ax.xaxis.label, box.left + 0.5 * box.width, label_baseline, LABEL_SIZE, "middle"))
         baseline = box.left - _tick_width(ax.yaxis, box.height) - 0.5 * LABEL_SIZE
-        words.append(self._vertical_label(ax.yaxis.label, baseline, box))
+        texts.append(self._vertical_label(ax.yaxis.label, baseline, box))
         lines = "".join(path)
-        drawn = f'<path d="{lines}" style="stroke: {GREY}; stroke-width: 0.8"/>' if lines else ""
-        return "\n".join([each for each in (drawn, *words) if each])
+        ticks_svg = f'<path d="{lines}" style="stroke: {GREY}; stroke-width: 0.8"/>' if lines else ""
+        return "\n".join([part for part in (ticks_svg, *texts) if part])
 
     def _vertical_label(self, label: str, x: float, box: Box) -> str:
         """Return the label of a vertical side, centred on the axes as far as the sheet allows."""
         longest = self.height - 2.0 * PAD
         size = min(LABEL_SIZE, LABEL_SIZE * longest / max(text_width(label, LABEL_SIZE), 1.0))
-        half = 0.5 * text_width(label, size)
-        middle = min(max(box.top + 0.5 * box.height, PAD + half), self.height - PAD - half)
-        return text_svg(label, x, middle, size, "middle", rotation=-90.0)
+        half_length = 0.5 * text_width(label, size)
+        centre = min(max(box.top + 0.5 * box.height, PAD + half_length), self.height - PAD - half_length)
+        return text_svg(label, x, centre, size, "middle", rotation=-90.0)
 
-    def _bar(self, bar: ColourBar, box: Box, key: str) -> str:
+    def _bar_svg(self, bar: ColourBar, box: Box, id_prefix: str) -> str:
         left, side = box.left + box.width + BAR_GAP, bar.ax.yaxis
         stops = "".join(
             f'<stop offset="{share:.3f}" stop-color="{to_hex(bar.coloured.cmap(share))}"/>'
-            for share in np.linspace(0.0, 1.0, STOPS)
+            for share in np.linspace(0.0, 1.0, COLOUR_STOPS)
         )
         parts = [
-            f'<linearGradient id="{key}-bar" x1="0" y1="1" x2="0" y2="0">{stops}</linearGradient>',
+            f'<linearGradient id="{id_prefix}-bar" x1="0" y1="1" x2="0" y2="0">{stops}</linearGradient>',
             f'<rect x="{left:.2f}" y="{box.top:.2f}" width="{BAR_WIDTH:g}" height="{box.height:.2f}" '
-            f'fill="url(#{key}-bar)"/>',
+            f'fill="url(#{id_prefix}-bar)"/>',
         ]
         path = []
-        for place, name in side.ticks(box.height):
-            y = box.top + (1.0 - float(side.fraction(place))) * box.height
+        for tick, name in side.ticks(box.height):
+            y = box.top + (1.0 - float(side.fraction(tick))) * box.height
             path.append(f"M{left + BAR_WIDTH:.2f} {y:.2f}h{side.tick_length:g}")
             parts.append(
-                text_svg(name, left + BAR_WIDTH + side.tick_length + GAP, y, side.size, "start", is_centred=True)
+                text_svg(name, left + BAR_WIDTH + side.tick_length + GAP, y, side.font_size, "start", is_centred=True)
             )
         parts.append(f'<path d="{"".join(path)}" style="stroke: {GREY}; stroke-width: 0.8"/>' if path else "")
         x = left + BAR_WIDTH + _tick_width(side, box.height) + label_space(side) - 0.3 * LABEL_SIZE
@@ -215,15 +218,15 @@ class Sheet:
 def _tick_width(side: Side, length: float) -> float:
     """Return the width of the ticks of a vertical side and of their labels, in points."""
     names = [name for _, name in side.ticks(length)]
-    return side.tick_length + GAP + max((text_width(name, side.size) for name in names), default=0.0)
+    return side.tick_length + GAP + max((text_width(name, side.font_size) for name in names), default=0.0)
 
 
 def _tick_height(side: Side, names: list[str]) -> float:
     """Return the total height (points) of the ticks of a horizontal side and their labels."""
-    if turned := side.style.get("rotation"):
-        longest = max((text_width(name, side.size) for name in names), default=0.0)
-        return side.tick_length + GAP + longest * float(np.sin(np.radians(turned))) + side.size
-    return side.tick_length + GAP + max((text_height(name, side.size) for name in names), default=0.0)
+    if rotation := side.label_style.get("rotation"):
+        longest = max((text_width(name, side.font_size) for name in names), default=0.0)
+        return side.tick_length + GAP + longest * float(np.sin(np.radians(rotation))) + side.font_size
+    return side.tick_length + GAP + max((text_height(name, side.font_size) for name in names), default=0.0)
 
 
 def label_space(side: Side) -> float:

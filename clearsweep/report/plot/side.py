@@ -27,15 +27,15 @@ class Side:
 
     def __init__(self, axis_name: str):
         """Take the letter of the side, 'x' or 'y'."""
-        self.axis_name, self.label, self.log = axis_name, "", False
-        self.set_limits: list[float | None] = [None, None]  # the limits set by a drawing
+        self.axis_name, self.label, self.is_log = axis_name, "", False
+        self.fixed_limits: list[float | None] = [None, None]  # the limits set by a drawing
         self.data: list[np.ndarray] = []
-        self.sticky: set[float] = set()  # ends without margin
+        self.sticky_ends: set[float] = set()  # ends without margin
         self.locator: Any = None
         self.formatter: Callable[[float, Any], str] | None = None
         self.fixed_ticks: tuple[list[float], list[str] | None] | None = None
-        self.style: dict[str, Any] = {}  # of the tick labels
-        self.tick_length, self.size, self.margin = 3.5, 8.0, MARGIN
+        self.label_style: dict[str, Any] = {}  # of the tick labels
+        self.tick_length, self.font_size, self.margin = 3.5, 8.0, MARGIN
 
     def extend_data(self, values: Any) -> None:
         """Extend the data by values; non-finite ones are ignored."""
@@ -44,22 +44,22 @@ class Side:
 
     def get_scale(self) -> str:
         """Return 'log' or 'linear'."""
-        return "log" if self.log else "linear"
+        return "log" if self.is_log else "linear"
 
     def limits(self) -> tuple[float, float]:
         """Return both ends: as set, or those of the data with a margin."""
         values = np.concatenate([np.empty(0), *self.data])
-        values = values[values > 0.0] if self.log else values
-        low, high = (float(values.min()), float(values.max())) if len(values) else (1.0 if self.log else 0.0, 1.0)
-        a, b = (math.log10(low), math.log10(high)) if self.log else (low, high)
+        values = values[values > 0.0] if self.is_log else values
+        low, high = (float(values.min()), float(values.max())) if len(values) else (1.0 if self.is_log else 0.0, 1.0)
+        a, b = (math.log10(low), math.log10(high)) if self.is_log else (low, high)
         margin = self.margin * (b - a) if b > a else 0.05 * (abs(a) or 1.0)
         limits = [
-            end if data_end in self.sticky else end + sign * margin
+            end if data_end in self.sticky_ends else end + sign * margin
             for end, data_end, sign in ((a, low, -1.0), (b, high, 1.0))
         ]
-        limits = [10.0**end for end in limits] if self.log else limits
+        limits = [10.0**end for end in limits] if self.is_log else limits
         low, high = (
-            end if set_limit is None else set_limit for end, set_limit in zip(limits, self.set_limits, strict=True)
+            end if set_limit is None else set_limit for end, set_limit in zip(limits, self.fixed_limits, strict=True)
         )
         return low, high
 
@@ -67,7 +67,7 @@ class Side:
         """Return values relative to both ends, 0 to 1."""
         low, high = self.limits()
         values = np.asarray(values, float)
-        if self.log:
+        if self.is_log:
             with np.errstate(all="ignore"):
                 values = np.log10(np.where(values > 0.0, values, np.nan))
             low, high = math.log10(low), math.log10(high)
@@ -84,15 +84,15 @@ class Side:
         """Take the formatter of tick labels."""
         self.formatter = formatter
 
-    def set_ticks(self, places: Sequence[float], labels: Sequence[str] | None = None, **style: Any) -> None:
+    def set_ticks(self, ticks: Sequence[float], labels: Sequence[str] | None = None, **style: Any) -> None:
         """Take ticks and their labels."""
         if not {*style} <= {"rotation", "ha", "rotation_mode", "fontsize"}:
             raise UnsupportedError(f"style of ticks: {style}")
         self.fixed_ticks = (
-            [float(position) for position in places],
+            [float(position) for position in ticks],
             None if labels is None else [str(label) for label in labels],
         )
-        self.style, self.size = style, style.get("fontsize", self.size)
+        self.label_style, self.font_size = style, style.get("fontsize", self.font_size)
 
     def ticks(self, length: float) -> list[tuple[float, str]]:
         """Return the ticks within both ends and their labels; length : of the side, in points."""
@@ -103,12 +103,12 @@ class Side:
             labels = None
             if self.locator is not None:
                 positions = [float(value) for value in self.locator.tick_values(low, high)]
-            elif self.log:
+            elif self.is_log:
                 positions = _decades(low, high)
             else:
                 max_ticks = max(2, min(_MAX_TICKS, int(length / _MIN_TICK_DISTANCE[self.axis_name])))
                 positions = [float(value) for value in MaxNLocator(max_ticks, steps=_STEPS).tick_values(low, high)]
-        names = labels if labels is not None else self._names(positions)
+        names = labels if labels is not None else self._tick_labels(positions)
         tolerance = 1e-9 * (high - low)
         visible_ticks = [
             (position, name)
@@ -117,10 +117,10 @@ class Side:
         ]
         return visible_ticks
 
-    def _names(self, positions: Sequence[float]) -> list[str]:
+    def _tick_labels(self, positions: Sequence[float]) -> list[str]:
         if self.formatter is not None:
             return [self.formatter(position, None) for position in positions]
-        if self.log:
+        if self.is_log:
             return [f"10{f'{round(math.log10(position))}'.translate(_SUPERSCRIPTS)}" for position in positions]
         step = min((b - a for a, b in itertools.pairwise(positions)), default=1.0) or 1.0
         largest = max(map(abs, positions), default=0.0)

@@ -139,8 +139,13 @@ def ideal_varies(study: Study, joint: Joint) -> bool:
 
 
 def _note(study: Study) -> str:
-    band = "; the band contains the middle 80 %" if len(study.swept()) > 1 else ""
-    note = f"Each point is the median of the cases with that value{band}. Panels share their scale."
+    has_several = len(study.swept()) > 1
+    note = (
+        "Each point is the median of the cases with that value; the band contains the middle 80 %. "
+        if has_several
+        else ""
+    )
+    note += "Panels share their scale." if has_several else "Each point is a case."
     if len(study.joints) > 1 and study.lead is PEAK:
         note += " Solid lines or dots are the peaks of a joint, dashed lines or squares its rms values."
     if excludes_cut_off_starts(study, study.most_loaded_joint().column(study.lead.figure)):

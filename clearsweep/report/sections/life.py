@@ -43,18 +43,20 @@ def life_sentences(study: Study) -> list[str]:
 def _extreme_life_sentences(study: Study, joint: Joint) -> list[str]:
     """Return the shortest and the longest life, and the number of cases that did not reach their limit."""
     life_section, hours = study.run.grid["life"], joint.column("life_hours")
-    criterion_text = f"of joint {joint.title}, {lifetime.criterion_text(life_section | study.base.get('life', {}))}"
-    points = []
+    criterion_text = lifetime.criterion_text(life_section | study.base.get("life", {}))
+    points: list[str] = []
     if study.has(hours):
         hours_by_case = study.cases[hours]
         extreme_ids = dict.fromkeys((hours_by_case.idxmin(), hours_by_case.idxmax()))
         for case_id, lead_in in zip(extreme_ids, ("Shortest life", "Longest life"), strict=False):
             setting_text = f" at {study.setting(case_id)}" if study.swept() else ""
             life = _lifetime(study, joint, case_id)
-            life_sentence = f"{lead_in} {criterion_text}: {lifetime.hours_text(life)}{setting_text}."
-            revolutions_sentence = f"This is {wording.plain(life.revolutions)} revolutions."
-            remarks = [*lifetime.faster_wear_sentences(life), *lifetime.interval_sentences(life)]
-            points.append(" ".join([life_sentence, revolutions_sentence, *remarks]))
+            criterion = "" if points else f" of joint {joint.title}, {criterion_text}"
+            life_sentence = f"{lead_in}{criterion}: {lifetime.hours_text(life)}{setting_text}."
+            points.append(" ".join([life_sentence, *lifetime.remarks(life)]))
+        column, is_known = joint.column("wear_smoothing"), hours_by_case.notna().to_numpy()
+        widths = study.cases[column].to_numpy(float)[is_known] if column in study.cases else ()
+        points += lifetime.smoothing_sentences(widths)
     unreached_count = int(study.cases[hours].isna().sum())
     if unreached_count:
         points.append(

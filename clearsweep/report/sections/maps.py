@@ -16,6 +16,7 @@ from ...judging.verdict import MARGIN
 from ...language import wording
 from ..blocks.picture import Picture, Spot, capitalise
 from ..blocks.section import Gallery, Section, without_empty
+from ..data.answered import answer_cases
 from ..data.axis import Axis
 from ..data.comparable import EXCLUDED_STARTS_NOTE, comparable_values, excludes_cut_off_starts
 from ..data.dotted_paths import value_at
@@ -42,7 +43,7 @@ LOWER_IS_WORSE_SUFFIXES = ("film_thickness_min", "life_hours", MARGIN)
 FIGURES = (  # of a joint
     ("contact_fraction", "time in contact"),
     ("film_thickness_min", "least film"),
-    ("film_loss", "loss in the film"),
+    ("film_loss", "film loss"),
     ("restitution", "measured restitution"),
 )
 
@@ -218,15 +219,31 @@ def _picture(study: Study, figure_map: FigureMap, value_range: tuple[float, floa
         revolutions = value_at(study.base, "simulate.revolutions")
         end_text = f" after {revolutions:g} revolutions" if isinstance(revolutions, int | float) else ""
         caption += f" In a cell marked as cut off, at least one case ends{end_text}, before the motor's speed."
+    unsafe = _unsafe_cells(study, figure_map)
+    if unsafe.any():
+        criteria = films.safety_criteria_text(answer_cases(study), figure_map.joint.name)
+        caption += f" Unsafe: a case of the cell is not {criteria}."
     caption += EXCLUDED_STARTS_NOTE if excludes_cut_off_starts(study, figure_map.column) else ""
     return Picture(
         f"{capitalise(figure_map.name)}: {x_axis.name} {wording.TIMES} {y_axis.name}",
         caption,
         f"Heat map of {figure_map.name} over {x_axis.name} and {y_axis.name}, from {lowest} to {highest}. {caption}",
-        lambda ax: heat_map.draw_heat_map(ax, table, figure_map.pair, scale, figure_map.name, value_range),
+        lambda ax: heat_map.draw_heat_map(
+            ax, heat_map.Cells(table, unsafe), figure_map.pair, scale, figure_map.name, value_range
+        ),
         heat_map.SIZE,
         spots=_spots(study, figure_map, scale),
     )
+
+
+def _unsafe_cells(study: Study, figure_map: FigureMap) -> np.ndarray:
+    """Return which cells of a map of a film or of its loss have a case with an unsafe film."""
+    is_of_film = figure_map.column.endswith((films.THICKNESS, films.LOSS))
+    if not (is_of_film and study.has(figure_map.joint.column(films.LIMIT_FRACTION))):
+        return np.zeros(figure_map.table.shape, bool)
+    is_unsafe = films.is_unsafe(answer_cases(study)).astype(float)
+    unsafe: np.ndarray = reduce_over_other_axes(study, is_unsafe, figure_map.pair, largest) == 1.0
+    return unsafe
 
 
 def _spots(study: Study, figure_map: FigureMap, scale: wording.Scale) -> tuple[Spot, ...]:

@@ -4,6 +4,7 @@ import numpy as np
 
 from ...judging import designs, films, fits, lifetime, probability, sampled, start_up, verdict, wear
 from ...judging.case_ranking import Candidate
+from ...judging.validity import YIELD_SPEED
 from ...language import wording
 from ..blocks.section import Cards, Section
 from ..data.answered import answer_cases
@@ -32,25 +33,34 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
     missing = study.run.grid.get("counts", {}).get("missing", 0)
     note = (f"{failed} failed" if failed else "none failed") + (f", {missing} not run yet" if missing else "")
     cards = [] if study.cases.empty else _answer_cards(study)
-    cards.append(("Cases finished", f"{finished} of {finished + failed + missing}", note))
+    finished_card = ("Cases finished", f"{finished} of {finished + failed + missing}", note)
+    is_complete = not (failed or missing)
+    cards += [] if is_complete else [finished_card]
     if study.run.marks():
         sample_note = "a random sample, and the cases with the smallest and the largest value of each figure"
         cards.append(("Shown on this page", f"{len(study.cases) + len(study.failed)} cases", sample_note))
     if study.cases.empty:
         return cards
-    if case_ranking_of(study).question == "identify":
-        return cards  # the others would be of machines that were only tried
+    if case_ranking_of(study).question == "identify":  # the others would be of machines that were only tried
+        return [*cards, finished_card] if is_complete else cards
     wear_card = (WEAR_PER_1000_HOURS, "Deepest wear in 1000 h", WEAR_NOTE)
     figures = (
         *(() if case_ranking_of(study).question == "force" else ((PEAK.figure, "Largest normal force", ""),)),
         ("force_peak_ratio", "Load over ideal peak", "relative to the mechanism without clearance"),
-        ("force_rms", "Largest force rms", ""),
+        *((("force_rms", "Largest force rms", ""),) if case_ranking_of(study).question == "force" else ()),
         (ONSET_FIGURE, "Fastest onset", ""),
         ("error_max", f"Largest {study.run.layout.output} error", "from the ideal position"),
         ("restitution", "Measured restitution", "largest of all cases"),
         *(() if case_ranking_of(study).question == "life" else (wear_card,)),
     )
-    return cards + [card for figure in figures for card in _largest_cards(study, *figure)]
+    limited_columns = [limit.column for limit in study.limits] if sampled.is_one_sample(study.run.grid) else []
+    cards += [
+        card
+        for figure in figures
+        if _worst_column(study, figure[0])[0] not in limited_columns  # the answer has its spread
+        for card in _largest_cards(study, *figure)
+    ]
+    return [*cards, finished_card] if is_complete else cards
 
 
 def _largest_cards(study: Study, figure: str, name: str, suffix: str) -> list[tuple[str, str, str]]:
@@ -71,7 +81,7 @@ def _largest_cards(study: Study, figure: str, name: str, suffix: str) -> list[tu
             (
                 "Wear equals the clearance",
                 f"after {hours}".replace(" ", wording.BLANK),
-                "in the worst case, at the wear rate of the window",
+                "in the worst case, at the wear rate of the window" + _worn_away_note(study, joint, values),
             )
         ]
     start_note = "of the started cases" if excludes_cut_off_starts(study, column) else ""
@@ -80,12 +90,25 @@ def _largest_cards(study: Study, figure: str, name: str, suffix: str) -> list[tu
         until_note = force_until_start and f"until the start: {force_until_start}"
         unknown_note = start_up.force_of_cut_off(answer_cases(study), column) if start_note else ""
         location_note = _setting_text(study, str(worst)) + start_up.within_revolutions_text(answer_cases(study))
-        start_note = "; ".join(filter(None, (location_note, until_note, unknown_note)))
-    elastic_note = elastic_range.first_yield_text(study, joint, worst) if joint and figure == ONSET_FIGURE else ""
+        can_rise = start_up.may_peak_later(start_up.started_cases(answer_cases(study)))
+        later_note = "higher peaks possible in longer runs" if can_rise else ""
+        start_note = "; ".join(filter(None, (location_note, until_note, unknown_note, later_note)))
+    elastic_note = ""
+    if joint and figure == ONSET_FIGURE:
+        if not study.has(joint.column(YIELD_SPEED)):
+            return []  # without the speed of first yield it has no reference
+        elastic_note = elastic_range.first_yield_text(study, joint, worst)
     note = "; ".join(filter(None, (joint_text, suffix, start_note, elastic_note))) or (
         f"joint {joint.title}" if joint else ""
     )
     return [(name, study.text(worst, column), note)]
+
+
+def _worn_away_note(study: Study, joint: Joint, depths: np.ndarray) -> str:
+    """Return the remark on bearings that are worn away within 1000 hours, or ''; depths : (n,) m in 1000 hours."""
+    layout = next(joint_layout for joint_layout in study.run.layout.joints if joint_layout.name == joint.name)
+    count = wear.worn_away_count(answer_cases(study), layout, depths)
+    return f"; worn away within 1000 h in {count} of {len(depths)}" if count else ""
 
 
 def _clearance_hours_text(study: Study, joint: Joint, row: int, depth: float) -> str:
@@ -112,18 +135,15 @@ def _worst_case_cards(study: Study) -> list[tuple[str, str, str]]:
     setting_text = _setting_text(study, case_id)
     if ranking.question == "life":
         faster = lifetime.faster_wear_text(value)
-        condition_note = (
-            "; for the given wear coefficient, "
-            + faster
-            + f" if wear is {lifetime.WEAR_UNCERTAINTY_FACTOR:g} times as fast"
-        )
+        condition_note = f"; for the given wear coefficient; {faster} if wear is {lifetime.FASTER_WEAR} as fast"
         condition_note = "" if study.run.grid.get("uncertain") else condition_note
         return [
             (
                 "Shortest life",
                 f"{wording.plain(value)}{wording.BLANK}h",
                 f"{setting_text}{condition_note}".removeprefix("; "),
-            )
+            ),
+            *_end_of_life_cards(study),
         ]
     if ranking.question == "start-up":
         return []
@@ -135,7 +155,11 @@ def _worst_case_cards(study: Study) -> list[tuple[str, str, str]]:
             *seek.answer_cards(study),
             *_probability_cards(study),
             *_design_cards(study),
-            ("Within the limits", f"{limits.cases - limits.exceeding} of {limits.cases}", "finished cases"),
+            *(
+                sampled.driver_cards(answer_cases(study))
+                if sampled.is_one_sample(study.run.grid)
+                else [("Within the limits", f"{limits.cases - limits.exceeding} of {limits.cases}", "finished cases")]
+            ),
             ("Smallest margin", margin, "; ".join(filter(None, (times.strip("( )"), setting_text)))),
         ]
     if ranking.question == "optimise":
@@ -177,6 +201,21 @@ def _film_cards(study: Study, case_id: str, candidate: Candidate) -> list[tuple[
     )
 
 
+def _end_of_life_cards(study: Study) -> list[tuple[str, str, str]]:
+    """Return the card on the limits at the end of lives, or [] without limits."""
+    if not study.limits:
+        return []
+    counted = counts.limit_counts(study)
+    note = ""
+    if study.has(verdict.MARGIN):
+        worst = str(study.cases[verdict.MARGIN].idxmin())
+        exceeded = study.cases.at[worst, verdict.EXCEEDED]
+        margin = verdict.margin_text(float(study.cases.at[worst, verdict.MARGIN]), study.limits, exceeded)
+        only = " only" if verdict.small_margin_sentences(float(study.cases.at[worst, verdict.MARGIN])) else ""
+        note = f"cases; smallest margin{only} {margin}, {_setting_text(study, worst)}".removesuffix(", ")
+    return [("Limits met at the end of life", f"{counted.cases - counted.exceeding} of {counted.cases}", note)]
+
+
 def _design_cards(study: Study) -> list[tuple[str, str, str]]:
     """Return the card on designs that meet the limits under every condition, or [] without designs."""
     cases = answer_cases(study)
@@ -208,7 +247,7 @@ def _probability_cards(study: Study) -> list[tuple[str, str, str]]:
     ).partition(" (")
     window = probability.window_text(study.run.grid).strip()
     if sampled.longer_run_warning(answer_cases(study), [limit.column for limit in study.limits]):
-        window += "; longer runs exceed limits more often"
+        window += "; a lower bound: longer runs exceed limits more often"
     note = f"{window}; {interval.removesuffix(')')}, from the number of cases only"
     return [("Probability of exceeding a limit", value, note)]
 

@@ -270,20 +270,21 @@ def _margin_map(study: Study, x_axis: Axis, y_axis: Axis) -> Picture:
 def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, str]:
     """Return the reservation of each cell, and the remark on it.
 
-    It is `pass_share.ELSEWHERE` where the design exceeds a limit under some condition, `OPEN` for an open fit, else 0.
+    It is `pass_share.FAILS_ELSEWHERE` where the design exceeds a limit under some condition, `TOLERANCE_OPEN` for
+    an open fit, else 0.
     """
     cases = answer_cases(study)
     design_groups = designs.designs_of(cases.varied_paths, cases.values_of, len(cases.case_ids))
     codes = np.zeros(len(cases.case_ids))
     if design_groups is not None and any(axis.path in design_groups.condition_paths for axis in pair):
         for margin, members in zip(design_groups.margins, design_groups.members, strict=True):
-            codes[list(members)] = pass_share.ELSEWHERE * (margin < 0.0)
+            codes[list(members)] = pass_share.FAILS_ELSEWHERE * (margin < 0.0)
     names = [wording.axis_name(path) for path in design_groups.condition_paths] if design_groups is not None else []
     remark = f" (ok): met here, but not at every {wording.sentence_list(names)}." if codes.any() else ""
     fit_states = fits.classify_fits(cases)
     if fit_states is not None and fit_states.undecided and any(axis.path == fit_states.path for axis in pair):
         codes[np.isin(cases.values_of(fit_states.path), [fit["mean"] for fit in fit_states.undecided])] = (
-            pass_share.OPEN
+            pass_share.TOLERANCE_OPEN
         )
         remark += " open: met at the mean clearance; an end of the fit's tolerance was not covered."
     return reduce_over_other_axes(study, codes, pair, largest), remark

@@ -25,27 +25,29 @@ def main(*, json: bool = False, quick: bool = False, directory: str | Path | Non
 
     latest_line = ["verify"]
 
-    def note(sentence: str) -> None:
+    def report_progress(sentence: str) -> None:
         latest_line[0] = f"verify: {sentence}"
         phases.print_line(latest_line[0])
 
     with phases.phase(lambda: latest_line[0]):
-        rows = measure(quick=quick, note=note)
-    print(json_format.dumps(listed(rows), indent=2, allow_nan=False) if json else page.text(rows), flush=True)
+        rows = measure(quick=quick, report_progress=report_progress)
+    print(
+        json_format.dumps(rows_as_dicts(rows), indent=2, allow_nan=False) if json else page.rows_text(rows), flush=True
+    )
     if directory is not None:
-        phases.print_line(f"verify: wrote {page.write(rows, directory, BENCHMARKS)}")
+        phases.print_line(f"verify: wrote {page.write_page(rows, directory, BENCHMARKS)}")
 
 
-def measure(*, quick: bool = False, note: Callable[[str], None] | None = None) -> list[Row]:
+def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> list[Row]:
     """Return the rows of all benchmarks."""
     rows: list[Row] = []
     for benchmark in BENCHMARKS:
-        if note:
-            note(benchmark.NAME)
+        if report_progress:
+            report_progress(benchmark.NAME)
         rows += benchmark.measure(quick=quick)
     return rows
 
 
-def listed(rows: list[Row]) -> list[dict[str, Any]]:
+def rows_as_dicts(rows: list[Row]) -> list[dict[str, Any]]:
     """Return rows for JSON."""
     return [row._asdict() for row in rows]

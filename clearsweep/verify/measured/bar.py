@@ -4,7 +4,7 @@ import math
 
 from ...simulation.scene import load_case
 from ...simulation.trajectory import simulate
-from .points import Row, reference
+from .points import Row, read_reference
 
 NAME = "Axial impact on an elastic bar"
 TEXT = """A mass of 0.14 kg strikes the end of a steel bar of 0.21 kg and 3.9e8 N/m, whose other end is fixed. The
@@ -13,9 +13,9 @@ Sears had it. In the grid the bar is an `elastic` link of six segments, and the 
 joint with clearance. Nothing is fitted. A chain of six springs spreads the wave front over a segment, so it errs most
 where the contact is shortest."""
 SEGMENTS = 6
-STIFFNESS, BAR, HAMMER, CONTACT = 3.9e8, 0.21, 0.14, 6.61e10  # N/m, kg, kg, N/m^1.5
+STIFFNESS, BAR_MASS, HAMMER_MASS, CONTACT_STIFFNESS = 3.9e8, 0.21, 0.14, 6.61e10  # N/m, kg, kg, N/m^1.5
 CLEARANCE = 1e-4  # m
-TURNING = 1e-3  # rad/s, of the bar: a crank must rotate
+CRANK_SPEED = 1e-3  # rad/s, of the bar: a crank must rotate
 SPEEDS = (0.2, 1.0, 4.4)  # m/s
 
 
@@ -27,14 +27,14 @@ def grid(speed: float) -> dict:
             "bodies": {
                 "ground": {"points": {"wall": [0.0, 0.0]}},
                 "bar": {
-                    "mass": BAR,
-                    "inertia": BAR * 0.12**2 / 12.0,
+                    "mass": BAR_MASS,
+                    "inertia": BAR_MASS * 0.12**2 / 12.0,
                     "center": [0.06, 0.0],
                     "points": {"fixed": [0.0, 0.0], "end": [0.12, 0.0]},
                     "elastic": {"between": ["fixed", "end"], "axial_stiffness": STIFFNESS, "segments": SEGMENTS},
                 },
                 "hammer": {
-                    "mass": HAMMER,
+                    "mass": HAMMER_MASS,
                     "inertia": 1e-4,
                     "points": {"face": [0.0, 0.0]},
                     "initial": {"x": 0.12, "vx": -speed},
@@ -47,16 +47,16 @@ def grid(speed: float) -> dict:
             "driven": "wall",
             "output": {"body": "bar"},
         },
-        "drive": {"speed": TURNING},
+        "drive": {"speed": CRANK_SPEED},
         "joints": {
             "face": {
                 "clearance": CLEARANCE,
                 "bearing_radius": 0.01,
-                "contact": {"law": "hertz", "stiffness": CONTACT, "exponent": 1.5},
+                "contact": {"law": "hertz", "stiffness": CONTACT_STIFFNESS, "exponent": 1.5},
             }
         },
         "simulate": {
-            "revolutions": TURNING * (CLEARANCE / speed + 2e-4) / (2.0 * math.pi),
+            "revolutions": CRANK_SPEED * (CLEARANCE / speed + 2e-4) / (2.0 * math.pi),
             "discard": 0,
             "tolerance": 1e-10,
         },
@@ -67,13 +67,13 @@ def grid(speed: float) -> dict:
 def impact(speed: float) -> dict[str, float]:
     """Return force (kN) and duration (us) of the first impact at a speed (m/s)."""
     events = simulate(load_case(grid(speed)), times=[0.0]).events
-    first = events[events["joint"] == events["joint"][0]]
-    begins, ends = (first[first["kind"] == kind][0] for kind in ("on", "off"))
-    return {"force": 1e-3 * float(ends["force_peak"]), "duration": 1e6 * float(ends["t"] - begins["t"])}
+    first_events = events[events["joint"] == events["joint"][0]]
+    onset, separation = (first_events[first_events["kind"] == kind][0] for kind in ("on", "off"))
+    return {"force": 1e-3 * float(separation["force_peak"]), "duration": 1e6 * float(separation["t"] - onset["t"])}
 
 
 def measure(*, quick: bool = False) -> list[Row]:
     """Return force and duration at three speeds."""
-    return reference(NAME).rows(
+    return read_reference(NAME).rows(
         {(f"{speed} m/s", name): value for speed in SPEEDS for name, value in impact(speed).items()}
     )

@@ -14,7 +14,9 @@ STEP = 1e-5  # of the clearance, and of clearance times speed; the error of cent
 AXES = ("x", "y")
 
 
-def of_film(law: str, slenderness: float, sommerfeld: float, ratio: float, attitude: float) -> dict[str, float]:
+def film_coefficients(
+    law: str, slenderness: float, sommerfeld: float, ratio: float, attitude: float
+) -> dict[str, float]:
     """Return stiffness K (W / c) and damping B (W / (c w)) of a film with a journal in equilibrium.
 
     ratio, attitude : eccentricity ratio and angle (rad) from the load to the eccentricity, in the sense of rotation.
@@ -35,8 +37,8 @@ def of_film(law: str, slenderness: float, sommerfeld: float, ratio: float, attit
         """Return the (2,) force on the journal over the load, for its (4,) position and velocity over `scales`."""
         x, y, vx, vy = (float(number) for number in motion * scales)
         film = film_load(term, Gap(x, y, vx, vy, spin_proximal=0.0, spin_distal=speed))
-        towards, across = np.array([film.nx, film.ny]), np.array([-film.ny, film.nx])
-        return np.asarray((film.radial * towards + film.tangential * across) / load)
+        radial_direction, tangential_direction = np.array([film.nx, film.ny]), np.array([-film.ny, film.nx])
+        return np.asarray((film.radial * radial_direction + film.tangential * tangential_direction) / load)
 
     slopes = [
         (force(equilibrium - STEP * direction) - force(equilibrium + STEP * direction)) / (2.0 * STEP)
@@ -44,21 +46,29 @@ def of_film(law: str, slenderness: float, sommerfeld: float, ratio: float, attit
     ]
     stiffness, damping = np.array(slopes[:2]).T, np.array(slopes[2:]).T
     result = {}
-    for i, first in enumerate(AXES):
-        for j, second in enumerate(AXES):
-            result[f"stiffness K{first}{second}"] = float(stiffness[i, j])
-            result[f"damping B{first}{second}"] = float(damping[i, j])
+    for i, row_axis in enumerate(AXES):
+        for j, column_axis in enumerate(AXES):
+            result[f"stiffness K{row_axis}{column_axis}"] = float(stiffness[i, j])
+            result[f"damping B{row_axis}{column_axis}"] = float(damping[i, j])
     return result
 
 
-def threshold(values: dict[str, float]) -> float:
+def whirl_threshold(values: dict[str, float]) -> float:
     """Return the whirl threshold of a rigid rotor of this weight, speed w over sqrt(g / c); inf if it never whirls.
 
-    values : result of `of_film`.  Routh's criterion: at the threshold M s^2 c / W is the stiffness `whirling`, s the
-    whirl speed, and `square` is (s / w)^2 (Lund & Thomsen 1978).
+    values : result of `film_coefficients`.  Routh's criterion: at the threshold M s^2 c / W is the `whirl_stiffness`,
+    s the whirl speed, and `whirl_ratio_squared` is (s / w)^2 (Lund & Thomsen 1978).
     """
     names = [first + second for first in AXES for second in AXES]
     k, b = ({name: values[f"{kind}{name}"] for name in names} for kind in ("stiffness K", "damping B"))
-    whirling = (k["xx"] * b["yy"] + k["yy"] * b["xx"] - k["xy"] * b["yx"] - k["yx"] * b["xy"]) / (b["xx"] + b["yy"])
-    square = ((k["xx"] - whirling) * (k["yy"] - whirling) - k["xy"] * k["yx"]) / (b["xx"] * b["yy"] - b["xy"] * b["yx"])
-    return math.sqrt(whirling / square) if square > 0.0 and whirling > 0.0 else math.inf
+    whirl_stiffness = (k["xx"] * b["yy"] + k["yy"] * b["xx"] - k["xy"] * b["yx"] - k["yx"] * b["xy"]) / (
+        b["xx"] + b["yy"]
+    )
+    whirl_ratio_squared = ((k["xx"] - whirl_stiffness) * (k["yy"] - whirl_stiffness) - k["xy"] * k["yx"]) / (
+        b["xx"] * b["yy"] - b["xy"] * b["yx"]
+    )
+    return (
+        math.sqrt(whirl_stiffness / whirl_ratio_squared)
+        if whirl_ratio_squared > 0.0 and whirl_stiffness > 0.0
+        else math.inf
+    )

@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from . import bearing
-from .drawing import COLOURS, REFERENCE, tidy
-from .points import Row, reference
+from .drawing import COLOURS, REFERENCE_STYLE, style_axes
+from .points import Row, read_reference
 
 NAME = "Crank-pin rig"
 TEXT = """A shaft in three plain bearings: the big end of a connecting rod, loaded with 4 or 8 kN, and two supports
@@ -33,8 +33,8 @@ LOADS = (4.0, 8.0)  # kN
 MEAN_HEIGHTS = "reynolds, mean heights"
 LAWS = ("reynolds", "finite", MEAN_HEIGHTS)
 VISCOSITY = 6.8e-3  # Pa s
-TEST = {"bearing_radius": 23.9e-3, "length": 17.2e-3, "clearance": 23.9e-6}  # m
-SUPPORT = {"bearing_radius": 27e-3, "length": 25e-3, "clearance": 27e-6}
+TEST_BEARING = {"bearing_radius": 23.9e-3, "length": 17.2e-3, "clearance": 23.9e-6}  # m
+SUPPORT_BEARING = {"bearing_radius": 27e-3, "length": 25e-3, "clearance": 27e-6}
 ASPERITIES = {
     "law": "greenwood-tripp",
     "roughness": 0.309e-6,
@@ -49,35 +49,35 @@ FRICTION = {"law": "tanh", "coefficient": 0.02, "velocity_scale": 1e-3}
 MASS, REVOLUTIONS = 0.02, 40  # kg, light enough to avoid whirl; revolutions until equilibrium
 
 
-def equilibrium(size: dict[str, float], load: float, rate: float, law: str) -> tuple[float, float]:
+def equilibrium(bearing_size: dict[str, float], load: float, rate: float, law: str) -> tuple[float, float]:
     """Return torque (N m) and least film (um) of one bearing that carries `load` (N) at `rate` (rad/s)."""
     asperities = ASPERITIES | ({"mean_height": MEAN_HEIGHT} if law == MEAN_HEIGHTS else {})
     film: dict[str, Any] = {"law": law.partition(",")[0], "viscosity": VISCOSITY}
-    if size is TEST:  # the source has asperities for this bearing only
+    if bearing_size is TEST_BEARING:  # the source has asperities for this bearing only
         film["transition"] = asperities
-    joint: dict[str, Any] = {**size, "film": film, "contact": DRY_CONTACT, "friction": FRICTION}
+    joint: dict[str, Any] = {**bearing_size, "film": film, "contact": DRY_CONTACT, "friction": FRICTION}
     trajectory = bearing.run(bearing.grid(joint, rate, load, mass=MASS, revolutions=REVOLUTIONS))
-    return bearing.torque(trajectory), 1e6 * (size["clearance"] - bearing.eccentricity(trajectory))
+    return bearing.torque(trajectory), 1e6 * (bearing_size["clearance"] - bearing.eccentricity(trajectory))
 
 
-def rig(load: float, rpm: float, law: str) -> dict[str, float]:
+def rig_figures(load: float, rpm: float, law: str) -> dict[str, float]:
     """Return the torque of the shaft and the least film of the test bearing under a load (N)."""
     rate = rpm * math.pi / 30.0
-    torque, film_thickness = equilibrium(TEST, load, rate, law)
-    support, _ = equilibrium(SUPPORT, 0.5 * load, rate, law)
-    return {"shaft torque": torque + 2.0 * support, "least film": film_thickness}
+    torque, film_thickness = equilibrium(TEST_BEARING, load, rate, law)
+    support_torque, _ = equilibrium(SUPPORT_BEARING, 0.5 * load, rate, law)
+    return {"shaft torque": torque + 2.0 * support_torque, "least film": film_thickness}
 
 
 def measure(*, quick: bool = False) -> list[Row]:
     """Return the rows of both loads; `quick`: three points of one law."""
-    table = reference(NAME)
+    table = read_reference(NAME)
     points = list(dict.fromkeys(point for point, *_ in table.points))
     rows = []
     for law in LAWS[: 1 if quick else None]:
         computed = {
             (point, name): value
             for point in (points[:2] + points[-2:-1] if quick else points)
-            for name, value in rig(*_load_and_speed(point), law).items()
+            for name, value in rig_figures(*_load_and_speed(point), law).items()
         }
         rows += table.rows(computed, law)
     return rows
@@ -94,13 +94,13 @@ def picture(rows: list[Row]) -> Figure:
     page = Figure(figsize=(9.0, 3.6), layout="constrained")
     for panel, load in zip(page.subplots(1, 2), LOADS, strict=True):
         for law, colour in zip(LAWS, COLOURS, strict=False):
-            selected = [r for r in rows if (r.variant, r.quantity) == (law, "shaft torque")]
-            selected = [r for r in selected if _load_and_speed(r.point)[0] == 1e3 * load]
-            order = np.argsort([_load_and_speed(r.point)[1] for r in selected])
+            selected = [row for row in rows if (row.variant, row.quantity) == (law, "shaft torque")]
+            selected = [row for row in selected if _load_and_speed(row.point)[0] == 1e3 * load]
+            order = np.argsort([_load_and_speed(row.point)[1] for row in selected])
             speeds = [_load_and_speed(selected[i].point)[1] for i in order]
             panel.plot(speeds, [selected[i].computed for i in order], color=colour, marker=".", label=law)
-        panel.plot(speeds, [selected[i].reference for i in order], **REFERENCE, label="Sander et al., digitised")
+        panel.plot(speeds, [selected[i].reference for i in order], **REFERENCE_STYLE, label="Sander et al., digitised")
         panel.set(xscale="log", xlabel="speed [rpm]", ylabel="shaft torque [N m]", title=f"{load:g} kN")
-        tidy(panel)
+        style_axes(panel)
     panel.legend(frameon=False)
     return page

@@ -4,10 +4,10 @@ import math
 
 from matplotlib.figure import Figure
 
-from .coefficients import of_film, threshold
-from .drawing import LINE_STYLES, REFERENCE, tidy
+from .coefficients import film_coefficients, whirl_threshold
+from .drawing import LINE_STYLES, REFERENCE_STYLE, style_axes
 from .film_at_rest import equilibrium_of
-from .points import Row, reference
+from .points import Row, read_reference
 
 NAME = "Spread of film models"
 TEXT = """Two databooks of bearings with two axial grooves, of 20 and 10 deg, and a plain bearing by `reynolds`
@@ -36,46 +36,54 @@ def measure(*, quick: bool = False) -> list[Row]:
     """Return the rows of both databooks; `quick`: every sixth point."""
     rows = []
     for book in BOOKS:
-        table = reference(NAME, book)
+        table = read_reference(NAME, book)
         points = list(dict.fromkeys(point for point, *_ in table.points))[:: 6 if quick else 1]
         for law in LAWS:
-            values = {(point, name): value for point in points for name, value in figures(law, *numbers(point)).items()}
+            values = {
+                (point, name): value
+                for point in points
+                for name, value in bearing_figures(law, *parse_point(point)).items()
+            }
             rows += table.rows(values, law)
     return rows
 
 
-def numbers(point: str) -> tuple[float, float]:
+def parse_point(point: str) -> tuple[float, float]:
     """Return length / diameter and So of a point, such as 'L/D 0.5, S 1.656'; So = 1 / (2 pi S)."""
     words = point.replace(",", "").split()
     return float(words[1]), 0.5 / (math.pi * float(words[3]))
 
 
-def figures(law: str, slenderness: float, sommerfeld: float) -> dict[str, float | None]:
+def bearing_figures(law: str, slenderness: float, sommerfeld: float) -> dict[str, float | None]:
     """Return the equilibrium of a journal, stiffness and damping of its film there, and its whirl threshold."""
     equilibrium = equilibrium_of(law, slenderness, sommerfeld)
-    film = of_film(
+    film = film_coefficients(
         law, slenderness, sommerfeld, equilibrium["eccentricity ratio"], math.radians(equilibrium["attitude"])
     )
-    limit = threshold(film)
-    return {**equilibrium, **film, "threshold speed": limit if math.isfinite(limit) else None}
+    threshold_speed = whirl_threshold(film)
+    return {**equilibrium, **film, "threshold speed": threshold_speed if math.isfinite(threshold_speed) else None}
 
 
 def picture(rows: list[Row]) -> Figure:
     """Draw stiffness and damping of the longer bearings of the second book over the load number S."""
     page = Figure(figsize=(9.0, 4.6), layout="constrained")
-    source, kinds = rows[-1].source, ("Kxx", "Kxy", "Kyx", "Kyy", "Bxx", "Bxy", "Byy")
+    source, coefficient_names = rows[-1].source, ("Kxx", "Kxy", "Kyx", "Kyy", "Bxx", "Bxy", "Byy")
     panels = page.subplots(2, 4, sharex=True).ravel()
-    for panel, kind in zip(panels, kinds, strict=False):
-        selected = [row for row in rows if row.source == source and row.quantity.endswith(kind)]
-        longer = [row for row in selected if row.point.startswith("L/D 1,")]
+    for panel, coefficient_name in zip(panels, coefficient_names, strict=False):
+        selected = [row for row in rows if row.source == source and row.quantity.endswith(coefficient_name)]
+        longer_bearings = [row for row in selected if row.point.startswith("L/D 1,")]
         for law in LAWS:
-            points = [(_load_number(row), row.computed) for row in longer if row.variant == law]
+            points = [(_load_number(row), row.computed) for row in longer_bearings if row.variant == law]
             panel.plot(*zip(*points, strict=True), **LINE_STYLES[law], label=law)
-        table = dict.fromkeys((_load_number(row), row.reference) for row in longer)
-        panel.plot(*zip(*table, strict=True), **REFERENCE, label="Someya 1989")
-        signed = {"Kyx": "symlog", "Bxy": "linear"}  # figures that may change sign
-        panel.set(xscale="log", title=f"{kind} [{longer[0].unit}]", yscale=signed.get(kind, "log"))
-        tidy(panel)
+        table = dict.fromkeys((_load_number(row), row.reference) for row in longer_bearings)
+        panel.plot(*zip(*table, strict=True), **REFERENCE_STYLE, label="Someya 1989")
+        signed_scales = {"Kyx": "symlog", "Bxy": "linear"}  # figures that may change sign
+        panel.set(
+            xscale="log",
+            title=f"{coefficient_name} [{longer_bearings[0].unit}]",
+            yscale=signed_scales.get(coefficient_name, "log"),
+        )
+        style_axes(panel)
     for panel in panels[4:7]:
         panel.set_xlabel("S [1]")
     handles, labels = panels[0].get_legend_handles_labels()

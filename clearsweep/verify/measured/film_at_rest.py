@@ -7,8 +7,8 @@ from typing import Any
 from matplotlib.figure import Figure
 
 from . import bearing
-from .drawing import LINE_STYLES, REFERENCE, tidy
-from .points import Reference, Row, reference
+from .drawing import LINE_STYLES, REFERENCE_STYLE, style_axes
+from .points import Reference, Row, read_reference
 
 NAME = "Films at rest in their load"
 TEXT = """A housing that shifts but does not turn carries a constant load on a shaft that turns. The run starts with
@@ -27,9 +27,16 @@ are results.
 RADIUS, CLEARANCE, VISCOSITY, SPEED = 0.02, 2e-5, 0.01, 100.0  # m, m, Pa s, rad/s: without effect on the figures
 MASS = 0.01  # kg: light enough to prevent whirl
 REVOLUTIONS = 30
-_LONG, _SHORT = ("reynolds", "finite"), ("reynolds", "finite", "short")
-LAWS = {"1": _LONG, "0.5": _LONG, "0.4": _LONG, "0.333333": _LONG, "0.25": _SHORT, "0.2": _SHORT}
-DRAWN = ("1", "0.5", "0.25")  # length / diameter
+_LONG_BEARING_LAWS, _SHORT_BEARING_LAWS = ("reynolds", "finite"), ("reynolds", "finite", "short")
+LAWS = {
+    "1": _LONG_BEARING_LAWS,
+    "0.5": _LONG_BEARING_LAWS,
+    "0.4": _LONG_BEARING_LAWS,
+    "0.333333": _LONG_BEARING_LAWS,
+    "0.25": _SHORT_BEARING_LAWS,
+    "0.2": _SHORT_BEARING_LAWS,
+}
+DRAWN_SLENDERNESSES = ("1", "0.5", "0.25")  # length / diameter
 
 
 def load_of(slenderness: float, sommerfeld: float) -> float:
@@ -57,11 +64,11 @@ def equilibrium_of(law: str, slenderness: float, sommerfeld: float) -> dict[str,
 
 def measure(*, quick: bool = False) -> list[Row]:
     """Return the rows of both tables."""
-    rows = _rows(reference(NAME, "butenschoen"), lambda number: number, LAWS, stride=8 if quick else 1)
+    rows = _rows(read_reference(NAME, "butenschoen"), lambda number: number, LAWS, stride=8 if quick else 1)
     if quick:
         return rows
     laws = dict.fromkeys(LAWS, ("reynolds",))
-    return rows + _rows(reference(NAME, "raimondi-boyd"), lambda s: 0.5 / (math.pi * s), laws)
+    return rows + _rows(read_reference(NAME, "raimondi-boyd"), lambda s: 0.5 / (math.pi * s), laws)
 
 
 def _rows(
@@ -81,19 +88,26 @@ def picture(rows: list[Row]) -> Figure:
     """Draw attitude over eccentricity ratio."""
     page = Figure(figsize=(9.0, 3.4), layout="constrained")
     panels = page.subplots(1, 3, sharey=True)
-    for panel, slenderness in zip(panels, DRAWN, strict=True):
+    for panel, slenderness in zip(panels, DRAWN_SLENDERNESSES, strict=True):
         selected = [row for row in rows if row.point.startswith(f"L/D {slenderness},") and row.kind == "published"]
         for law in LAWS[slenderness]:
             ratio, angle = (
-                [r.computed for r in selected if r.variant == law and r.quantity == name]
+                [
+                    table_row.computed
+                    for table_row in selected
+                    if table_row.variant == law and table_row.quantity == name
+                ]
                 for name in ("eccentricity ratio", "attitude")
             )
             panel.plot(ratio, angle, **LINE_STYLES[law], label=law)
-        table = [r for r in selected if r.variant == "reynolds"]
-        values = [[r.reference for r in table if r.quantity == name] for name in ("eccentricity ratio", "attitude")]
-        panel.plot(*values, **REFERENCE, label="Butenschoen 1976")
+        table = [table_row for table_row in selected if table_row.variant == "reynolds"]
+        values = [
+            [table_row.reference for table_row in table if table_row.quantity == name]
+            for name in ("eccentricity ratio", "attitude")
+        ]
+        panel.plot(*values, **REFERENCE_STYLE, label="Butenschoen 1976")
         panel.set(title=f"length / diameter {slenderness}", xlabel="eccentricity ratio [1]")
-        tidy(panel)
+        style_axes(panel)
     panels[0].set_ylabel("attitude [deg]")
     panels[-1].legend(frameon=False)
     return page

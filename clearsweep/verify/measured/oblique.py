@@ -7,8 +7,8 @@ from matplotlib.figure import Figure
 
 from ...simulation.scene import load_case
 from ...simulation.trajectory import simulate
-from .drawing import COLOURS, REFERENCE, tidy
-from .points import Row, reference
+from .drawing import COLOURS, REFERENCE_STYLE, style_axes
+from .points import Row, read_reference
 
 NAME = "Oblique impact of a ball"
 TEXT = """An aluminium oxide ball of 5 mm meets thick glass at 3.9 m/s. In the grid the ball is a free body with
@@ -32,13 +32,17 @@ stiffness over the load, 6 G* / (E* depth) = 1.61e5 /m, at the greatest depth of
 
 RADIUS, DENSITY, SPEED = 2.5e-3, 4000.0, 3.9  # m, kg/m^3, m/s
 STIFFNESS, RESTITUTION, FRICTION = 2.672e10, 0.98, 0.092
-BRISTLES = 1.61e5  # 1/m
-WALL = 1.0  # m, radius of the bearing that represents the wall
+BRISTLE_STIFFNESS = 1.61e5  # 1/m
+WALL_RADIUS = 1.0  # m, radius of the bearing that represents the wall
 INITIAL_GAP = 1e-6  # m, initial distance of the ball
 FULL_FRICTION_SPEED = 1e-3  # m/s: sliding speed of fully developed friction; far below all speeds of the impact
 FREE_FLIGHT_TIME = 20e-6  # s, after the end of the contact
-_STRIBECK = {"coefficient": FRICTION, "static_coefficient": FRICTION, "stribeck_velocity": FULL_FRICTION_SPEED}
-_BRISTLES = _STRIBECK | {"bristle_stiffness": BRISTLES, "bristle_damping": 0.0}
+_STRIBECK_PARAMETERS = {
+    "coefficient": FRICTION,
+    "static_coefficient": FRICTION,
+    "stribeck_velocity": FULL_FRICTION_SPEED,
+}
+_BRISTLE_PARAMETERS = _STRIBECK_PARAMETERS | {"bristle_stiffness": BRISTLE_STIFFNESS, "bristle_damping": 0.0}
 LAWS: dict[str, dict[str, float]] = {
     "tanh": {"coefficient": FRICTION, "velocity_scale": FULL_FRICTION_SPEED},
     "ambrosio": {"coefficient": FRICTION, "v0": 0.1 * FULL_FRICTION_SPEED, "v1": FULL_FRICTION_SPEED},
@@ -49,26 +53,26 @@ LAWS: dict[str, dict[str, float]] = {
         "velocity_scale": FULL_FRICTION_SPEED,
         "decay": 0.0,
     },
-    "brown-mcphee": _STRIBECK,
-    "stribeck": _STRIBECK | {"velocity_scale": FULL_FRICTION_SPEED},
-    "karnopp": _STRIBECK | {"band": FULL_FRICTION_SPEED},
-    "dahl": {"coefficient": FRICTION, "bristle_stiffness": BRISTLES},
-    "lugre": _BRISTLES,
-    "elasto-plastic": _BRISTLES,
+    "brown-mcphee": _STRIBECK_PARAMETERS,
+    "stribeck": _STRIBECK_PARAMETERS | {"velocity_scale": FULL_FRICTION_SPEED},
+    "karnopp": _STRIBECK_PARAMETERS | {"band": FULL_FRICTION_SPEED},
+    "dahl": {"coefficient": FRICTION, "bristle_stiffness": BRISTLE_STIFFNESS},
+    "lugre": _BRISTLE_PARAMETERS,
+    "elasto-plastic": _BRISTLE_PARAMETERS,
 }
-DRAWN = ("tanh", "karnopp", "dahl", "lugre", "elasto-plastic")
+DRAWN_LAWS = ("tanh", "karnopp", "dahl", "lugre", "elasto-plastic")
 
 
 def grid(incidence: float, friction: dict[str, Any]) -> dict[str, Any]:
     """Return the grid of an impact at an angle (rad) from the normal, which is the x axis."""
-    mass, reach = 4.0 / 3.0 * math.pi * RADIUS**3 * DENSITY, WALL - RADIUS
+    mass, clearance = 4.0 / 3.0 * math.pi * RADIUS**3 * DENSITY, WALL_RADIUS - RADIUS
     origin = [0.0, 0.0]
     speed = {"vx": SPEED * math.cos(incidence), "vy": SPEED * math.sin(incidence)}
     ball = {
         "mass": mass,
         "inertia": 0.4 * mass * RADIUS**2,
         "points": {"middle": origin},
-        "initial": {"x": reach - INITIAL_GAP, **speed},
+        "initial": {"x": clearance - INITIAL_GAP, **speed},
     }
     return {
         "mechanism": {
@@ -88,8 +92,8 @@ def grid(incidence: float, friction: dict[str, Any]) -> dict[str, Any]:
         "drive": {"speed": 2.0 * math.pi / (FREE_FLIGHT_TIME / math.cos(incidence) ** 0.2 + INITIAL_GAP / speed["vx"])},
         "joints": {
             "wall": {
-                "clearance": reach,
-                "bearing_radius": WALL,
+                "clearance": clearance,
+                "bearing_radius": WALL_RADIUS,
                 "contact": {"law": "exact", "stiffness": STIFFNESS, "exponent": 1.5, "restitution": RESTITUTION},
                 "friction": friction,
             }
@@ -114,7 +118,7 @@ def impact(incidence: float, friction: dict[str, Any]) -> dict[str, float]:
 
 def measure(*, quick: bool = False) -> list[Row]:
     """Return the rows of every law at every incidence; `quick`: three incidences and two laws."""
-    table = reference(NAME)
+    table = read_reference(NAME)
     points = list(dict.fromkeys(point for point, *_ in table.points))
     laws = ("tanh", "dahl") if quick else tuple(LAWS)
     rows = []
@@ -134,12 +138,12 @@ def picture(rows: list[Row]) -> Figure:
     names = list(dict.fromkeys((row.quantity, row.unit) for row in rows))
     for panel, (quantity, unit) in zip(page.subplots(1, 3), names, strict=True):
         selected = [row for row in rows if row.quantity == quantity]
-        for law, colour in zip(DRAWN, COLOURS, strict=False):
+        for law, colour in zip(DRAWN_LAWS, COLOURS, strict=False):
             values = [(float(row.point.split()[1]), row.computed) for row in selected if row.variant == law]
             panel.plot(*zip(*values, strict=True), color=colour, label=law)
-        values = [(float(row.point.split()[1]), row.reference) for row in selected if row.variant == DRAWN[0]]
-        panel.plot(*zip(*values, strict=True), **REFERENCE, label="measured")
+        values = [(float(row.point.split()[1]), row.reference) for row in selected if row.variant == DRAWN_LAWS[0]]
+        panel.plot(*zip(*values, strict=True), **REFERENCE_STYLE, label="measured")
         panel.set(xlabel="incidence from the normal [deg]", ylabel=f"{quantity} [{unit}]")
-        tidy(panel)
+        style_axes(panel)
     page.axes[0].legend(frameon=False, fontsize=8)
     return page

@@ -7,15 +7,15 @@ from typing import Any
 
 from .points import KINDS, Row
 
-PICTURES = "measured"  # folder of the pictures, next to the page
+PICTURE_FOLDER = "measured"  # folder of the pictures, next to the page
 
 
-def text(rows: list[Row]) -> str:
+def rows_text(rows: list[Row]) -> str:
     """Return the differences of each quantity of each benchmark from its reference."""
     lines = [f"{'benchmark and quantity':<86}{'kind':<12}{'points':>7}{'rms':>12}{'largest':>12}  unit"]
-    for group in groups(rows):
+    for group in group_rows(rows):
         name = ", ".join(filter(None, (group[0].benchmark, group[0].quantity, group[0].variant)))
-        rms, largest = spread(group)
+        rms, largest = difference_spread(group)
         numbers = f"{len(group):>7}{rms:>12.3g}{largest:>12.3g}"
         lines.append(f"{name:<86}{group[0].kind:<12}{numbers}  {group[0].unit}")
     lines.append(
@@ -24,7 +24,7 @@ def text(rows: list[Row]) -> str:
     return "\n".join(lines)
 
 
-def groups(rows: list[Row]) -> list[list[Row]]:
+def group_rows(rows: list[Row]) -> list[list[Row]]:
     """Return the rows that have a computed value, by source, quantity and variant."""
     by_key: dict[tuple, list[Row]] = {}
     for row in rows:
@@ -33,10 +33,10 @@ def groups(rows: list[Row]) -> list[list[Row]]:
     return list(by_key.values())
 
 
-def spread(rows: list[Row]) -> tuple[float, float]:
+def difference_spread(rows: list[Row]) -> tuple[float, float]:
     """Return the root mean square and the largest magnitude of the differences of rows."""
     differences = [abs(row.difference) for row in rows if row.difference is not None]
-    return math.sqrt(sum(d * d for d in differences) / len(differences)), max(differences)
+    return math.sqrt(sum(difference * difference for difference in differences) / len(differences)), max(differences)
 
 
 def expected_difference(rows: list[Row]) -> float | None:
@@ -46,14 +46,14 @@ def expected_difference(rows: list[Row]) -> float | None:
     """
     from scipy.stats import t
 
-    (rms, largest), count = spread(rows), len(rows)
+    (rms, largest), count = difference_spread(rows), len(rows)
     return max(largest, float(t.ppf(0.975, count)) * rms * math.sqrt(1.0 + 1.0 / count)) if count > 1 else None
 
 
-def write(rows: list[Row], directory: str | Path, benchmarks: Sequence[Any]) -> Path:
+def write_page(rows: list[Row], directory: str | Path, benchmarks: Sequence[Any]) -> Path:
     """Write `measured.md` and its pictures below `directory`, a section for each benchmark; return its path."""
     directory = Path(directory)
-    (directory / PICTURES).mkdir(parents=True, exist_ok=True)
+    (directory / PICTURE_FOLDER).mkdir(parents=True, exist_ok=True)
     lines = list(_introduction(rows))
     for number, benchmark in enumerate(benchmarks, 1):
         selected = [row for row in rows if row.benchmark == benchmark.NAME]
@@ -61,7 +61,7 @@ def write(rows: list[Row], directory: str | Path, benchmarks: Sequence[Any]) -> 
             continue
         lines += ["", f"## {number}. {benchmark.NAME}", "", benchmark.TEXT]
         if hasattr(benchmark, "picture"):
-            file = f"{PICTURES}/{benchmark.__name__.rpartition('.')[2]}.svg"
+            file = f"{PICTURE_FOLDER}/{benchmark.__name__.rpartition('.')[2]}.svg"
             benchmark.picture(selected).savefig(directory / file, metadata={"Date": None})
             lines += ["", f"![{benchmark.NAME}]({file})"]
         lines += ["", *_sources(selected), "", *_spreads(selected)]
@@ -73,12 +73,13 @@ def write(rows: list[Row], directory: str | Path, benchmarks: Sequence[Any]) -> 
 
 def _introduction(rows: list[Row]) -> Iterator[str]:
     """Yield the introduction."""
-    count = {kind: len({row[:5] for row in rows if row.kind == kind}) for kind in KINDS}
+    point_counts = {kind: len({row[:5] for row in rows if row.kind == kind}) for kind in KINDS}
     yield "# Comparison with measurements and published solutions"
     yield ""
     yield (
-        f"Written by `clearsweep verify --measured --write`: {sum(count.values())} points, of which "
-        f"{count['measured']} are measured, {count['published']} published and {count['remembered']} remembered."
+        f"Written by `clearsweep verify --measured --write`: {sum(point_counts.values())} points, of which "
+        f"{point_counts['measured']} are measured, {point_counts['published']} published and "
+        f"{point_counts['remembered']} remembered."
     )
     yield ""
     yield "* **measured**: an experiment; **published**: a table or a computation by others that we read;"
@@ -102,11 +103,11 @@ def _spreads(rows: list[Row]) -> Iterator[str]:
     """Yield a table of the spread of rows."""
     yield "| quantity | by | kind | points | rms difference | largest | 95 % of further points within | unit |"
     yield "| --- | --- | --- | ---: | ---: | ---: | ---: | --- |"
-    for group in groups(rows):
-        rms, largest = spread(group)
-        first = group[0]
+    for group in group_rows(rows):
+        rms, largest = difference_spread(group)
+        first_row = group[0]
         numbers = (len(group), f"{rms:.3g}", f"{largest:.3g}", _number(expected_difference(group), 3))
-        cells = (first.quantity, first.variant, first.kind, *numbers, first.unit)
+        cells = (first_row.quantity, first_row.variant, first_row.kind, *numbers, first_row.unit)
         yield f"| {' | '.join(map(str, cells))} |"
 
 

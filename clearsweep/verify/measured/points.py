@@ -54,14 +54,15 @@ class Reference(NamedTuple):
 
 
 @functools.cache
-def _file() -> dict[str, Any]:
+def _read_references() -> dict[str, Any]:
+    """Return the content of FILE."""
     file = resources.files(__package__).joinpath("..", "references", FILE)
     points: dict[str, Any] = json.loads(file.read_text(encoding="utf-8"))
     return points
 
 
-def reference(benchmark: str, name: str = "") -> Reference:
+def read_reference(benchmark: str, name: str = "") -> Reference:
     """Return the Reference of a benchmark; `name` selects one of several."""
-    entry = _file()[f"{benchmark}/{name}" if name else benchmark]
+    entry = _read_references()[f"{benchmark}/{name}" if name else benchmark]
     points = tuple((str(point), quantity, unit, float(value)) for point, quantity, unit, value in entry["points"])
     return Reference(benchmark, entry["kind"], entry["source"], entry["note"], points)

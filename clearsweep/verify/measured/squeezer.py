@@ -6,7 +6,7 @@ import numpy as np
 
 from ...simulation.scene import load_case
 from ...simulation.trajectory import simulate
-from .points import Row, reference
+from .points import Row, read_reference
 
 NAME = "Andrews' squeezer"
 TEXT = """Seven bodies, ten pins, one spring, a constant torque on the free crank, at rest at first. Links of 7 to
@@ -17,10 +17,10 @@ no contact: it tests the closure of loops, the free drive and the integrator. To
 * The rows "one pin open" have a clearance of 10 um in the pin between crank and link (Lankarani-Nikravesh, 1e9
   N/m^1.5, restitution 0.9). Their differences are no errors. They show what the clearance changes after two and a
   half turns: 0.07 rad of the crank, and the sign of the slow links' rates."""
-END = 0.03  # s
+END_TIME = 0.03  # s
 TOLERANCE = 1e-11
-START = {"crank": -0.0617138900142764496, "theta": 0.0, "b": 0.455279819163070380, "phi": 0.222668390165885885}
-START |= {"delta": 0.487364979543842550, "omega": -0.222668390165885885, "epsilon": 1.23054744454982119}
+START_ANGLES = {"crank": -0.0617138900142764496, "theta": 0.0, "b": 0.455279819163070380, "phi": 0.222668390165885885}
+START_ANGLES |= {"delta": 0.487364979543842550, "omega": -0.222668390165885885, "epsilon": 1.23054744454982119}
 #: Name in the source -> (body, body from which the source measures its angle; None: the ground).
 ANGLES = {
     "beta": ("crank", None),
@@ -45,13 +45,13 @@ def grid(clearance: float = 0.0) -> dict[str, Any]:
     """Return the machine, with a clearance (m) in the pin between crank and link unless that is 0."""
     a, origin = [-0.06934, -0.00227], [0.0, 0.0]
     angles = {
-        "crank": START["crank"],
-        "link": START["crank"] + START["theta"],
-        "lever": START["b"],
-        "upper": START["phi"] + START["delta"],
-        "left": START["delta"],
-        "lower": START["omega"] + START["epsilon"],
-        "right": START["epsilon"],
+        "crank": START_ANGLES["crank"],
+        "link": START_ANGLES["crank"] + START_ANGLES["theta"],
+        "lever": START_ANGLES["b"],
+        "upper": START_ANGLES["phi"] + START_ANGLES["delta"],
+        "left": START_ANGLES["delta"],
+        "lower": START_ANGLES["omega"] + START_ANGLES["epsilon"],
+        "right": START_ANGLES["epsilon"],
     }
     bodies = {
         "ground": {"points": {"o": origin, "a": a, "b": [-0.03635, 0.03273], "c": [0.014, 0.072]}},
@@ -78,7 +78,7 @@ def grid(clearance: float = 0.0) -> dict[str, Any]:
             "start": {name: angle for name, angle in angles.items() if name != "crank"},
             "output": {"body": "lever"},
         },
-        "drive": {"torque": 0.033, "initial_speed": 0.0, "start_angle": START["crank"]},
+        "drive": {"torque": 0.033, "initial_speed": 0.0, "start_angle": START_ANGLES["crank"]},
         "loads": {"spring": SPRING},
         "joints": {"p1": joint} if clearance else {"rest": joint | {"clearance": 1e-3}},
         "simulate": {"revolutions": 2.7, "discard": 0, "tolerance": TOLERANCE, "time_limit": 0.1},
@@ -92,19 +92,19 @@ def _body(mass: float, inertia: float, center: list[float], **points: list[float
 
 def end_state(clearance: float = 0.0) -> dict[tuple[str, str], float]:
     """Return angles and rates at the end, by the names of the source."""
-    trajectory = simulate(load_case(grid(clearance)), times=np.array([END]))
+    trajectory = simulate(load_case(grid(clearance)), times=np.array([END_TIME]))
     if trajectory.status != "ok":
         raise RuntimeError(f"the squeezer did not run: {trajectory.message}")
     values = {}
-    for name, (body, other) in ANGLES.items():
+    for name, (body, base_body) in ANGLES.items():
         for quantity, channel in (("angle at 0.03 s", "angle"), ("rate at 0.03 s", "rate")):
-            base = float(trajectory[f"{other}/{channel}"][0]) if other else 0.0
-            values[name, quantity] = float(trajectory[f"{body}/{channel}"][0]) - base
+            base_value = float(trajectory[f"{base_body}/{channel}"][0]) if base_body else 0.0
+            values[name, quantity] = float(trajectory[f"{body}/{channel}"][0]) - base_value
     return values
 
 
 def measure(*, quick: bool = False) -> list[Row]:
     """Return the rows of the machine without clearance and with clearance in one pin."""
-    table = reference(NAME)
+    table = read_reference(NAME)
     rows = table.rows(end_state(), "all pins ideal")
     return rows if quick else rows + table.rows(end_state(1e-5), "one pin open")

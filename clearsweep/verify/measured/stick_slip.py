@@ -11,8 +11,8 @@ from ...mechanics.joint.friction.contract import friction_force
 from ...mechanics.joint.registry import friction_term
 from ...simulation.scene import load_case
 from ...simulation.trajectory import simulate
-from .drawing import COLOURS, REFERENCE, tidy
-from .points import Row, reference
+from .drawing import COLOURS, REFERENCE_STYLE, style_axes
+from .points import Row, read_reference
 
 NAME = "Stick-slip of the LuGre paper"
 TEXT = """A block of 1 kg is drawn along a guide through a spring of 2 N/m whose end moves at 0.1 m/s. In the grid
@@ -25,7 +25,7 @@ s/m that do not fall. Nothing is fitted.
 * `elasto-plastic` has the same cycle. It does not creep before it breaks away, so it rests a little elsewhere.
 * `karnopp` has no bristles: the block rests until the spring draws with 1.5 N. With bristles it creeps before, and
   breaks away 0.1 s earlier."""
-END, STEP = 25.0, 1e-3  # s
+END_TIME, TIME_STEP = 25.0, 1e-3  # s
 SLIP_SPEED = 1e-3  # m/s: sliding speed from which it slips
 DAMPING = 1e5**0.5
 LAW = {
@@ -61,10 +61,10 @@ def grid(friction: dict[str, Any]) -> dict[str, Any]:
             "driven": "axle",
             "output": {"body": "wheel"},
         },
-        "drive": {"speed": 2.0 * np.pi / END},
+        "drive": {"speed": 2.0 * np.pi / END_TIME},
         "loads": {
             "weight": {"on": "block", "force": [0.0, -1.0]},
-            "pull": {"on": "block", "table": {"time [s]": [0.0, END], "fx [N]": [0.0, 0.2 * END]}},
+            "pull": {"on": "block", "table": {"time [s]": [0.0, END_TIME], "fx [N]": [0.0, 0.2 * END_TIME]}},
             "spring": {
                 "between": ["ground", "block"],
                 "anchor": [-SPRING_LENGTH, 0.0],
@@ -89,14 +89,14 @@ def grid(friction: dict[str, Any]) -> dict[str, Any]:
 
 def run(law: str) -> Trajectory:
     """Return the run with a law of LAWS.  Raises RuntimeError."""
-    times = np.linspace(0.0, END, round(END / STEP) + 1)
+    times = np.linspace(0.0, END_TIME, round(END_TIME / TIME_STEP) + 1)
     trajectory = simulate(load_case(grid({"law": law, **LAWS[law]})), times=times)
     if trajectory.status != "ok":
         raise RuntimeError(f"a block did not slip: {trajectory.message}")
     return trajectory
 
 
-def bend(law: str, trajectory: Trajectory) -> float:
+def bristle_deflection(law: str, trajectory: Trajectory) -> float:
     """Return the deflection (m) of the bristles at the friction force at the end of a run."""
     (joint,) = load_case(grid({"law": law, **LAWS[law]})).case.joints
     term = friction_term(joint)
@@ -114,43 +114,45 @@ def bend(law: str, trajectory: Trajectory) -> float:
     )
 
 
-def figures(law: str, trajectory: Trajectory) -> dict[tuple[str, str], float]:
+def slip_figures(law: str, trajectory: Trajectory) -> dict[tuple[str, str], float]:
     """Return the figures of the reference, for a run."""
     t, x, v = trajectory.t, trajectory["block/x"], trajectory["block/vx"]
     crossings = np.flatnonzero(np.diff((v > SLIP_SPEED).astype(int)))
-    crossing_times = t[crossings] + STEP * (SLIP_SPEED - v[crossings]) / (v[crossings + 1] - v[crossings])
-    begins, ends = crossing_times[::2], crossing_times[1::2]
+    crossing_times = t[crossings] + TIME_STEP * (SLIP_SPEED - v[crossings]) / (v[crossings + 1] - v[crossings])
+    slip_starts, slip_ends = crossing_times[::2], crossing_times[1::2]
     values = {("at 25 s", "place"): x[-1], ("at 25 s", "velocity"): v[-1], ("all slips", "peak speed"): v.max()}
-    for i, (begin, end) in enumerate(zip(begins, ends, strict=False), 1):
-        values[f"slip {i}", "begins"] = begin
-        values[f"slip {i}", "ends"] = end
-        values[f"slip {i}", "rests at"] = np.interp(end + 0.2, t, x)
+    for i, (slip_start, slip_end) in enumerate(zip(slip_starts, slip_ends, strict=False), 1):
+        values[f"slip {i}", "begins"] = slip_start
+        values[f"slip {i}", "ends"] = slip_end
+        values[f"slip {i}", "rests at"] = np.interp(slip_end + 0.2, t, x)
     if law in BRISTLES:
-        values["at 25 s", "bend of the bristles"] = bend(law, trajectory)
-    values["slip 1", "spring force where it begins"] = 0.2 * begins[0] - 2.0 * np.interp(begins[0], t, x)
+        values["at 25 s", "bend of the bristles"] = bristle_deflection(law, trajectory)
+    values["slip 1", "spring force where it begins"] = 0.2 * slip_starts[0] - 2.0 * np.interp(slip_starts[0], t, x)
     return {key: float(value) for key, value in values.items()}
 
 
 def measure(*, quick: bool = False) -> list[Row]:
     """Return the rows of both laws."""
     laws = tuple(LAWS)[: 1 if quick else None]
-    return [row for law in laws for row in reference(NAME).rows(figures(law, run(law)), law)]
+    return [row for law in laws for row in read_reference(NAME).rows(slip_figures(law, run(law)), law)]
 
 
 def picture(rows: list[Row]) -> Figure:
     """Draw position and speed over time."""
     page = Figure(figsize=(9.0, 3.2), layout="constrained")
-    left, right = page.subplots(1, 2)
+    position_panel, speed_panel = page.subplots(1, 2)
     for law, colour in zip(LAWS, COLOURS, strict=False):
         trajectory = run(law)
-        left.plot(trajectory.t, trajectory["block/x"], color=colour, label=law)
-        right.plot(trajectory.t, trajectory["block/vx"], color=colour, label=law)
-    table = reference(NAME)
+        position_panel.plot(trajectory.t, trajectory["block/x"], color=colour, label=law)
+        speed_panel.plot(trajectory.t, trajectory["block/vx"], color=colour, label=law)
+    table = read_reference(NAME)
     rests, ends = table.values("rests at"), table.values("ends")
-    left.plot([ends[slip] + 0.2 for slip in rests], list(rests.values()), **REFERENCE, label="published run")
-    left.set(xlabel="time [s]", ylabel="place [m]")
-    right.set(xlabel="time [s]", ylabel="speed [m/s]")
-    left.legend(frameon=False)
-    for panel in (left, right):
-        tidy(panel)
+    position_panel.plot(
+        [ends[slip] + 0.2 for slip in rests], list(rests.values()), **REFERENCE_STYLE, label="published run"
+    )
+    position_panel.set(xlabel="time [s]", ylabel="place [m]")
+    speed_panel.set(xlabel="time [s]", ylabel="speed [m/s]")
+    position_panel.legend(frameon=False)
+    for panel in (position_panel, speed_panel):
+        style_axes(panel)
     return page

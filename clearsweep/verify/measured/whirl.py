@@ -10,7 +10,7 @@ from ...simulation.scene import load_case
 from ...simulation.trajectory import simulate
 from ...sweeping.sweep import sweep
 from . import bearing
-from .points import Row, reference
+from .points import Row, read_reference
 
 NAME = "Onset of oil whirl"
 TEXT = """A housing of mass M hangs on a turning shaft by its film alone; its weight M g is the load. It is a free
@@ -30,18 +30,18 @@ RADIUS, CLEARANCE, MASS, SLENDERNESS = 0.02, 4e-5, 10.0, 0.25  # m, m, kg, of th
 HOUSING_INERTIA = 1e3  # kg m^2: a housing that does not rotate
 INITIAL_OFFSET = 0.02  # of the clearance: initial distance of the housing from its equilibrium
 LOAD_FACTOR = 1.02  # times the weight: a film in equilibrium carries the weight only, a whirl more
-REVOLUTIONS, WINDOW = 1000, 60  # revolutions of a probe, and of its evaluated part
+REVOLUTIONS, EVALUATED_REVOLUTIONS = 1000, 60  # revolutions of a probe, and of its evaluated part
 SPEED_TOLERANCE = 0.003  # of the speed
 
 
-def short_film(ratio: float, speed: float) -> float:
+def short_film_viscosity(ratio: float, speed: float) -> float:
     """Return the viscosity (Pa s) with which a short half film carries MASS at an eccentricity ratio."""
     length = 2.0 * RADIUS * SLENDERNESS
     shape = ratio / (1.0 - ratio**2) ** 2 * math.sqrt(math.pi**2 * (1.0 - ratio**2) + 16.0 * ratio**2)
     return MASS * GRAVITY * 4.0 * CLEARANCE**2 / (RADIUS * speed * length**3 * shape)
 
 
-def joint(law: str, viscosity: float, slenderness: float, radius: float, clearance: float) -> dict[str, Any]:
+def film_joint(law: str, viscosity: float, slenderness: float, radius: float, clearance: float) -> dict[str, Any]:
     """Return a joint that has a film and no contact law."""
     film = {"law": law, "viscosity": viscosity}
     return {"clearance": clearance, "bearing_radius": radius, "length": 2.0 * radius * slenderness, "film": film}
@@ -82,13 +82,13 @@ def grid(film: dict[str, Any], speed: float, mass: float) -> dict[str, Any]:
         },
         "drive": {"speed": speed},
         "joints": {"film": film},
-        "simulate": {"revolutions": REVOLUTIONS, "discard": REVOLUTIONS - WINDOW, "tolerance": 1e-7},
+        "simulate": {"revolutions": REVOLUTIONS, "discard": REVOLUTIONS - EVALUATED_REVOLUTIONS, "tolerance": 1e-7},
         "save": {"orbits": "none"},
         "limits": {"film_load_peak": LOAD_FACTOR * mass * GRAVITY},
     }
 
 
-def threshold(source: dict[str, Any], between: tuple[float, float]) -> float:
+def seek_threshold(source: dict[str, Any], between: tuple[float, float]) -> float:
     """Return the largest stable speed (rad/s) by `seek`.  Raise RuntimeError if it is outside the range."""
     seek = {
         "largest": "drive.speed",
@@ -118,14 +118,16 @@ def whirl_ratio(source: dict[str, Any], speed: float) -> float:
 
 def measure(*, quick: bool = False) -> list[Row]:
     """Return the rows of the closed form and of Nicholas' two bearings."""
-    table = reference(NAME, "short film")
+    table = read_reference(NAME, "short film")
     speeds = table.values("threshold speed")
     values = {}
     for point in list(speeds)[2:3] if quick else speeds:
-        dimensionless_speed = speeds[point] * math.sqrt(GRAVITY / CLEARANCE)
-        film = joint("short", short_film(float(point.split()[-1]), dimensionless_speed), SLENDERNESS, RADIUS, CLEARANCE)
-        source = grid(film, dimensionless_speed, MASS)
-        onset = threshold(source, (0.94 * dimensionless_speed, 1.06 * dimensionless_speed))
+        threshold_speed = speeds[point] * math.sqrt(GRAVITY / CLEARANCE)
+        film = film_joint(
+            "short", short_film_viscosity(float(point.split()[-1]), threshold_speed), SLENDERNESS, RADIUS, CLEARANCE
+        )
+        source = grid(film, threshold_speed, MASS)
+        onset = seek_threshold(source, (0.94 * threshold_speed, 1.06 * threshold_speed))
         values[point, "threshold speed"] = onset * math.sqrt(CLEARANCE / GRAVITY)
         values[point, "whirl over shaft speed"] = whirl_ratio(source, onset)
     rows = table.rows(values, "short")
@@ -134,11 +136,13 @@ def measure(*, quick: bool = False) -> list[Row]:
 
 def _plain_bearings() -> list[Row]:
     """Return the rows of plain bearings like those of Nicholas, Barrett & Leader."""
-    table, values = reference(NAME, "nicholas"), {}
+    table, values = read_reference(NAME, "nicholas"), {}
     for point, *_ in table.points:
         clearance = 1e-6 * float(point.split()[-2])
-        unit = math.sqrt(GRAVITY / clearance)
-        film = joint("reynolds", 0.0524, 1.0, 0.0127, clearance)
-        source = grid(film, 2.5 * unit, 66.278 / GRAVITY)
-        values[point, "threshold speed"] = threshold(source, (2.0 * unit, 3.2 * unit)) / unit
+        reference_speed = math.sqrt(GRAVITY / clearance)
+        film = film_joint("reynolds", 0.0524, 1.0, 0.0127, clearance)
+        source = grid(film, 2.5 * reference_speed, 66.278 / GRAVITY)
+        values[point, "threshold speed"] = (
+            seek_threshold(source, (2.0 * reference_speed, 3.2 * reference_speed)) / reference_speed
+        )
     return table.rows(values, "reynolds")

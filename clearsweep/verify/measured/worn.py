@@ -9,8 +9,8 @@ from matplotlib.figure import Figure
 from ...contracts.results import Trajectory
 from ...simulation.scene import load_case
 from ...simulation.trajectory import simulate
-from .drawing import COLOURS, tidy
-from .points import Row, reference
+from .drawing import COLOURS, style_axes
+from .points import Row, read_reference
 
 NAME = "Trends of wear"
 TEXT = """No measured depth with all parameters was available. Two trends are compared.
@@ -29,12 +29,12 @@ TEXT = """No measured depth with all parameters was available. Two trends are co
 * **A joint in space** (Zhang et al. 2023): the bearing wears deepest at its edges. So it does here, in a bearing
   that is aligned and in one tilted by 0.3 deg."""
 PRESSURES = ("persson", "winkler", "hertz-line", "mean")
-WORN_IN = {"foundation": {"elastic": "winkler", "thickness": 3e-3}, "line contact": {}}  # keys of its contact
-WORN_BY = 6e-5  # m
+WORN_IN_CONTACTS = {"foundation": {"elastic": "winkler", "thickness": 3e-3}, "line contact": {}}  # keys of its contact
+WORN_DEPTH = 6e-5  # m
 TILTS = {"aligned": 0.0, "tilted by 0.3 deg": np.radians(0.3)}
 
 
-def bushing(pressure: str) -> dict[str, Any]:
+def bushing_grid(pressure: str) -> dict[str, Any]:
     """Return the grid of a slider-crank whose PTFE bushing runs dry at 30 rpm under a spring."""
     material = {"bearing": {"young": 0.5e9, "poisson": 0.46}, "journal": {"young": 206e9, "poisson": 0.3}}
     spring = {"between": ["ground", "slider"], "anchor": [0.4, 0.0], "stiffness": 2000.0, "free_length": 0.2}
@@ -67,19 +67,19 @@ def bushing(pressure: str) -> dict[str, Any]:
     }
 
 
-def worn_in(kind: str) -> dict[str, Any]:
-    """Return the grid of a bushing that wears by WORN_BY, with its worn shape in contact; `kind`: one of WORN_IN."""
-    source = bushing("winkler" if kind == "foundation" else "hertz-line")
+def worn_in_grid(kind: str) -> dict[str, Any]:
+    """Return the grid of a bushing worn by WORN_DEPTH whose worn shape acts back; `kind`: key of WORN_IN_CONTACTS."""
+    source = bushing_grid("winkler" if kind == "foundation" else "hertz-line")
     joint = source["joints"]["crank-rod"]
-    joint["contact"] |= WORN_IN[kind]
+    joint["contact"] |= WORN_IN_CONTACTS[kind]
     joint["wear"] |= {"evolve": True, "bins": 180}
-    return source | {"life": {"limit": WORN_BY, "joint": "crank-rod"}}
+    return source | {"life": {"limit": WORN_DEPTH, "joint": "crank-rod"}}
 
 
 @functools.cache
 def worn_in_profiles() -> dict[str, tuple[np.ndarray, np.ndarray]]:
-    """Return the (nodes,) revolutions and (nodes, bins) depths (m) of both kinds of WORN_IN."""
-    histories = {kind: run(worn_in(kind)).history for kind in WORN_IN}
+    """Return the (nodes,) revolutions and (nodes, bins) depths (m) of both kinds of WORN_IN_CONTACTS."""
+    histories = {kind: run(worn_in_grid(kind)).history for kind in WORN_IN_CONTACTS}
     return {kind: (history["revolutions"], history["crank_rod/profile_bearing"]) for kind, history in histories.items()}
 
 
@@ -130,7 +130,7 @@ def run(source: dict[str, Any]) -> Trajectory:
     return trajectory
 
 
-def deepest(trajectory: Trajectory) -> float:
+def deepest_wear_position(trajectory: Trajectory) -> float:
     """Return the axial place of the deepest wear of the bearing: 0 in the middle, 1 in the strip at an edge."""
     depth = trajectory.wear["crank_rod"][0].max(axis=0)
     middle = 0.5 * (len(depth) - 1)
@@ -138,40 +138,43 @@ def deepest(trajectory: Trajectory) -> float:
 
 
 @functools.cache
-def profiles() -> dict[str, np.ndarray]:
+def new_profiles() -> dict[str, np.ndarray]:
     """Return the (bins,) depth (m) of the new bushing by pressure law."""
-    return {law: run(bushing(law)).wear["crank_rod"][0] for law in PRESSURES}
+    return {law: run(bushing_grid(law)).wear["crank_rod"][0] for law in PRESSURES}
 
 
 def measure(*, quick: bool = False) -> list[Row]:
     """Return the rows of both trends; `quick` limits the first trend to two laws."""
     laws = PRESSURES[: 2 if quick else None]
-    volume = {law: run(bushing(law)).summary["crank_rod_wear_volume"] for law in laws}
+    volume = {law: run(bushing_grid(law)).summary["crank_rod_wear_volume"] for law in laws}
     ratios = {(f"{law} over persson", "ratio of worn volumes"): volume[law] / volume["persson"] for law in laws[1:]}
-    rows = reference(NAME, "bushing").rows(ratios)
+    rows = read_reference(NAME, "bushing").rows(ratios)
     if quick:
         return rows
     rates = {kind: depths[-1].mean() / turns[-1] for kind, (turns, depths) in worn_in_profiles().items()}
     ratio = float(rates["line contact"] / rates["foundation"])
-    rows += reference(NAME, "bushing").rows({("line contact over foundation, worn in", "ratio of worn volumes"): ratio})
+    rows += read_reference(NAME, "bushing").rows(
+        {("line contact over foundation, worn in", "ratio of worn volumes"): ratio}
+    )
     axial_positions = {
-        (name, "place of the deepest wear"): deepest(run(spatial_grid(tilt))) for name, tilt in TILTS.items()
+        (name, "place of the deepest wear"): deepest_wear_position(run(spatial_grid(tilt)))
+        for name, tilt in TILTS.items()
     }
-    return rows + reference(NAME, "in space").rows(axial_positions)
+    return rows + read_reference(NAME, "in space").rows(axial_positions)
 
 
 def picture(rows: list[Row]) -> Figure:
     """Draw the worn profile of the bushing by pressure law."""
     page = Figure(figsize=(9.0, 3.4), layout="constrained")
-    new, old = page.subplots(1, 2)
-    for (law, depth), colour in zip(profiles().items(), COLOURS, strict=False):
-        new.plot(np.arange(len(depth)) * 360.0 / len(depth), 1e9 * depth, color=colour, label=law)
+    new_panel, worn_panel = page.subplots(1, 2)
+    for (law, depth), colour in zip(new_profiles().items(), COLOURS, strict=False):
+        new_panel.plot(np.arange(len(depth)) * 360.0 / len(depth), 1e9 * depth, color=colour, label=law)
     for (kind, (_, depths)), colour in zip(worn_in_profiles().items(), COLOURS[1:], strict=False):
         depth = depths[-1]
-        old.plot(np.arange(len(depth)) * 360.0 / len(depth), 1e6 * depth, color=colour, label=kind)
-    new.set(xlabel="angle on the bushing [deg]", ylabel="worn in 3 revolutions [nm]")
-    old.set(xlabel="angle on the bushing [deg]", ylabel="worn in a life [um]")
-    for panel in (new, old):
+        worn_panel.plot(np.arange(len(depth)) * 360.0 / len(depth), 1e6 * depth, color=colour, label=kind)
+    new_panel.set(xlabel="angle on the bushing [deg]", ylabel="worn in 3 revolutions [nm]")
+    worn_panel.set(xlabel="angle on the bushing [deg]", ylabel="worn in a life [um]")
+    for panel in (new_panel, worn_panel):
         panel.legend(frameon=False)
-        tidy(panel)
+        style_axes(panel)
     return page
