@@ -455,9 +455,13 @@ MUTATIONS = (
         "tests/test_sweep.py -k merged_file",
     ),
     Mutation(
-        "store/compare.py", "_in_orbits", "if values[0] != values[1]:", "if len(values[0]) != len(values[1]):", SHARDS
+        "store/compare.py",
+        "_orbits_difference",
+        "if values[0] != values[1]:",
+        "if len(values[0]) != len(values[1]):",
+        SHARDS,
     ),
-    Mutation("store/compare.py", "_in_summary", "if name in TIMINGS or", "if", SHARDS),
+    Mutation("store/compare.py", "_summary_difference", "if name in TIMINGS or", "if", SHARDS),
     Mutation(
         "store/read.py", "newest_run", "return max(records", "return min(records", "tests/test_store.py -k newest_run"
     ),

@@ -303,7 +303,7 @@ def said(sections, *keys):
 
 def test_counts_on_the_page_of_a_sample_are_of_all_cases_or_say_of_which(pair, tmp_path, monkeypatch):
     monkeypatch.setattr(blocks, "SAMPLED_ROWS", 0)
-    monkeypatch.setattr(blocks, "MIN_SAMPLED", 1)
+    monkeypatch.setattr(blocks, "MIN_SAMPLED_ROWS", 1)
     limits = {"rod_slider_force_peak": {"at_most": 0.105, "times": "rod_slider_force_peak_ideal"}}
     limits |= {"rod_slider_penetration_max": {"at_least": 0.11}}
     limited = MIXED | {"limits": limits}

@@ -13,7 +13,8 @@ from clearsweep.contracts.case import Contact, Joint, Material, Materials, Wear
 from clearsweep.mechanics.joint import first_yield, registry
 from clearsweep.mechanics.joint.elastic.contract import elastic_force, static_penetration
 from clearsweep.mechanics.joint.material import plane_strain_modulus, relative_radius
-from clearsweep.simulation.yield_speed import yield_speeds
+from clearsweep.simulation.scene import build, catalogue
+from clearsweep.simulation.yield_speed import _largest_masses, yield_speeds
 
 STEEL = Material(207e9, 0.3, 600e6)
 RADIUS, LENGTH, MASS = 10e-3, 20e-3, 0.14
@@ -159,3 +160,14 @@ def test_the_speed_can_be_limited_and_an_impact_pair_has_its_own():
     energy = first_yield.yield_energy(scene.case.joints[0], registry.contact_terms(scene.case.joints[0])[1])
     reduced = masses[0] * masses[1] / sum(masses)
     assert yield_speeds(scene)["pair_yield_speed"] == pytest.approx(math.sqrt(2.0 * energy / reduced), rel=1e-9)
+
+
+def test_cases_with_one_mechanism_and_start_share_the_effective_masses():
+    contact = {"law": "hertz", "elastic": "johnson", "material": MATERIAL}
+    source = slider_crank("rod-slider", changes={"joints.rod-slider.contact": contact, "simulate.start": "centred"})
+    source["sweep"] = {"joints.rod-slider.clearance": {"linspace": ["0.05 mm", "0.5 mm", 10]}}
+    cases = clearsweep.grid.load(source, catalogue())
+    _largest_masses.cache_clear()
+    for index in range(len(cases)):
+        yield_speeds(build(cases.case(index)))
+    assert _largest_masses.cache_info().misses == 1

@@ -5,7 +5,7 @@ import re
 from fake_runs import Run
 from matplotlib.backends.backend_agg import RendererAgg
 
-from clearsweep.report.blocks.picture import Picture, _drawn_by_matplotlib, draw_svg
+from clearsweep.report.blocks.picture import Picture, _draw_by_matplotlib, draw_svg
 from clearsweep.report.data import study
 from clearsweep.report.draw.style import BLUE
 
@@ -19,9 +19,9 @@ def test_texts_of_pictures_are_measured_once(monkeypatch):
 
     monkeypatch.setattr(RendererAgg, "get_text_width_height_descent", counted)
     picture = Picture("A line", "", "A line.", lambda ax: ax.plot([0.0, 71.3], [0.0, 1.0]) and ax.set_xlabel("once"))
-    first, _ = _drawn_by_matplotlib(picture, "f1")
+    first, _ = _draw_by_matplotlib(picture, "f1")
     assert asked.count("once") == 1
-    again, _ = _drawn_by_matplotlib(picture, "f1")
+    again, _ = _draw_by_matplotlib(picture, "f1")
     assert asked.count("once") == 1
     assert first == again
 

@@ -247,5 +247,5 @@ def test_a_page_loads_neither_the_figures_of_matplotlib_nor_an_optimiser():
 
 
 def test_a_page_is_drawn_without_matplotlib(monkeypatch):
-    monkeypatch.setattr(picture, "_drawn_by_matplotlib", lambda shown, key: pytest.fail(shown.title))
+    monkeypatch.setattr(picture, "_draw_by_matplotlib", lambda shown, key: pytest.fail(shown.title))
     assert report.page_of(Run(wear=True)).text().count("<svg ") > 20

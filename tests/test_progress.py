@@ -447,7 +447,7 @@ def test_the_cases_of_an_unfinished_run_are_read_as_those_of_the_finished_one(tm
         "missing": 5 - len(run),
     }
     assert run.grid["derived"]
-    place = run.place
+    place = run.files_directory
     assert place.exists()
     assert sorted(path.name for path in (tmp_path / "run").rglob("*")) == before
     whole = sweep(grid(5, orbits=orbits, wear=True), tmp_path / "whole", executor="serial", show_progress=False).open()
@@ -480,7 +480,7 @@ def test_the_page_of_an_unfinished_run_says_how_many_cases_it_has(tmp_path):
 def test_a_finished_run_is_opened_as_it_is_and_an_empty_one_is_refused(tmp_path):
     sweep(grid(2), tmp_path / "run", executor="serial", show_progress=False)
     run = clearsweep.open(tmp_path / "run", partial=True)
-    assert run.place == run.directory
+    assert run.files_directory == run.directory
     with pytest.raises(StorageError):
         sweep(grid(1, sweep={"mechanism.slider.mass": [0.2]}), tmp_path / "none", executor="serial", simulator=Full)
     with pytest.raises(clearsweep.DirectoryError, match="no case of its run is finished yet"):

@@ -129,8 +129,8 @@ def test_a_table_called_like_its_section_has_no_second_heading(tmp_path):
 
 def test_a_cell_with_a_unit_of_its_own_is_a_number_in_the_file():
     table = Table("own", "", "", (Column("a"), Column("b", file_only=True)), [(Quantity(2e-3, "2 mm"), "m")])
-    assert table.shown().rows == [["2 mm"]]
-    assert table.shown().heads[0].numeric
+    assert table.to_text().rows == [["2 mm"]]
+    assert table.to_text().heads[0].numeric
     assert table.csv().splitlines() == ["a,b", "0.002,m"]
 
 
@@ -186,7 +186,7 @@ def test_what_does_not_answer_the_question_is_folded_by_subject_and_no_picture_r
     assert seen.count("<details>") == 1  # what the player of the worst case does not show
     (worst,) = sections.cases.sections(study.prepare(Run(failures=8)))
     (detail,) = worst.blocks
-    if detail.moving:
+    if detail.player:
         assert not {picture.title for picture in detail.pictures} & {"Journal orbit", "Normal force", "Crank torque"}
     assert "Normal force" in {picture.title for _, picture in worst.pictures}  # for files
 

@@ -221,7 +221,7 @@ def test_one_at_a_time_gives_each_variable_its_effect(run):
     result = sensitivity.single_effects(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert [effect.path for effect in result] == [CLEARANCE, SPEED, YOUNG]
     assert [effect.high - effect.low for effect in result] == pytest.approx([3.6, 1.8, 0.0])
-    assert not any(effect.chaotic for effect in result)
+    assert not any(effect.is_chaotic for effect in result)
 
 
 def test_an_effect_within_the_scatter_is_called_chaotic(run):
@@ -229,7 +229,7 @@ def test_an_effect_within_the_scatter_is_called_chaotic(run):
     (first,) = sensitivity.samples_of(made)
     result = sensitivity.single_effects(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert result[0].scatter > 5.0
-    assert any(effect.chaotic for effect in result)
+    assert any(effect.is_chaotic for effect in result)
 
 
 def chance(made):
@@ -264,17 +264,17 @@ def test_the_share_of_chance_is_measured_by_cases_run_again(run, share, chaotic)
     made, again = noisy(run, share)
     made.summary[f"{PEAK}_difference"] = again - made.summary[PEAK]
     result = chance(made)
-    assert result.measured
+    assert result.is_measured
     assert result.share == pytest.approx(share, abs=0.1)
-    assert result.chaotic == chaotic
+    assert result.is_chaotic == chaotic
 
 
 @pytest.mark.parametrize(("share", "chaotic"), [(0.0, False), (0.2, False), (0.7, True), (1.0, True)])
 def test_the_design_alone_bounds_the_share_of_chance(run, share, chaotic):
     result = chance(noisy(run, share)[0])
-    assert not result.measured
+    assert not result.is_measured
     assert share - 0.1 < result.share < share + 0.2  # the weakest variable has no part of its own
-    assert result.chaotic == chaotic
+    assert result.is_chaotic == chaotic
 
 
 def test_a_variable_that_leaves_the_motion_alone_does_not_bound_chance(run):
@@ -284,7 +284,7 @@ def test_a_variable_that_leaves_the_motion_alone_does_not_bound_chance(run):
     (first,) = sensitivity.samples_of(made)
     indices = sensitivity.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert [index.total.value for index in indices if index.path == YOUNG] == [0.0]
-    assert sensitivity.share_of_chance(first, PEAK, indices).chaotic
+    assert sensitivity.share_of_chance(first, PEAK, indices).is_chaotic
 
 
 def test_a_tenth_of_the_tolerance_counts_as_a_disturbance(run):
@@ -295,8 +295,8 @@ def test_a_tenth_of_the_tolerance_counts_as_a_disturbance(run):
         effect.path: effect for effect in sensitivity.single_effects(first, PEAK, list(made.grid["sample"]["drawn"]))
     }
     assert result[SPEED].scatter == pytest.approx(2.0)
-    assert result[SPEED].chaotic  # its effect is 1.8
-    assert not result[CLEARANCE].chaotic  # 3.6
+    assert result[SPEED].is_chaotic  # its effect is 1.8
+    assert not result[CLEARANCE].is_chaotic  # 3.6
     assert result[CLEARANCE].blurred() == pytest.approx(2.0 / 3.6)
 
 

@@ -181,5 +181,5 @@ def test_a_report_in_imperial_units_has_no_metric_ones_but_its_tables_are_in_si(
         axes = {axis.path: axis for axis in study.prepare(run).axes}
         assert axes[CLEARANCE].scale.unit == "mil"
         table = Table("k", "t", "", (Column("clearance", "m", axis=axes[CLEARANCE]),), [(1e-4,)])
-        assert table.shown().heads[0].unit == "mil"
+        assert table.to_text().heads[0].unit == "mil"
         assert next(csv.reader(io.StringIO(table.csv()))) == ["clearance [m]"]

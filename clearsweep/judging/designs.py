@@ -12,7 +12,7 @@ from .cases import FinishedCases
 from .verdict import MARGIN, small_margin_sentences
 
 OPERATING_PREFIXES = ("drive.speed", "loads.")  # beginnings of the paths that are operating conditions
-MAX_LISTED = 4  # designs in one sentence
+MAX_LISTED_DESIGNS = 4  # designs in one sentence
 
 
 class Designs(NamedTuple):
@@ -136,8 +136,10 @@ def _boundary_sentences(cases: FinishedCases, designs: Designs) -> list[str]:
             ]
             if len(change_ranks) == 1:
                 return _single_boundary_sentences(cases, designs, order[change_ranks[0] : change_ranks[0] + 2])
-    designs_text = "; ".join(_design_text(cases, designs, rank) for rank in accepted_ranks[:MAX_LISTED])
-    more_text = f"; and {len(accepted_ranks) - MAX_LISTED} more" if len(accepted_ranks) > MAX_LISTED else ""
+    designs_text = "; ".join(_design_text(cases, designs, rank) for rank in accepted_ranks[:MAX_LISTED_DESIGNS])
+    more_text = (
+        f"; and {len(accepted_ranks) - MAX_LISTED_DESIGNS} more" if len(accepted_ranks) > MAX_LISTED_DESIGNS else ""
+    )
     return [f"Smallest margins, best first: {designs_text}{more_text}."] if designs.design_paths else []
 
 

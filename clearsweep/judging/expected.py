@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-FIGURE = "force_peak_million"
+EXPECTED_PEAK_FIGURE = "force_peak_million"
 MIN_REVOLUTIONS = 100  # independent revolutions
 BOUND_SUFFIXES = ("", "_high")
 
@@ -30,9 +30,9 @@ def largest_expected_peak(table: Mapping[str, np.ndarray], joints: list[str]) ->
     largest_peak: ExpectedPeak | None = None
     is_irregular = np.isnan(np.asarray(table["period"], float)) if "period" in table else np.zeros(0, bool)
     for joint in joints:
-        if f"{joint}_{FIGURE}" not in table or not is_irregular.any():
+        if f"{joint}_{EXPECTED_PEAK_FIGURE}" not in table or not is_irregular.any():
             continue
-        values = np.where(is_irregular, np.asarray(table[f"{joint}_{FIGURE}"], float), np.nan)
+        values = np.where(is_irregular, np.asarray(table[f"{joint}_{EXPECTED_PEAK_FIGURE}"], float), np.nan)
         if np.isnan(values).all():
             continue
         index = int(np.nanargmax(values))
@@ -57,4 +57,4 @@ def expected_peak_sentence(peak_texts: list[str], location: str) -> str:
 
 
 def _prediction_columns(joint: str) -> list[str]:
-    return [f"{joint}_{FIGURE}{suffix}" for suffix in BOUND_SUFFIXES]
+    return [f"{joint}_{EXPECTED_PEAK_FIGURE}{suffix}" for suffix in BOUND_SUFFIXES]

@@ -36,7 +36,7 @@ class Features(NamedTuple):
 class RevolutionStatistics(NamedTuple):
     """Statistics of each revolution of a signal, from which its features follow."""
 
-    square: "np.ndarray"  # (revolutions,) mean square about the mean of the signal
+    mean_square: "np.ndarray"  # (revolutions,) mean square about the mean of the signal
     peak: "np.ndarray"  # (revolutions,)
     power: "np.ndarray"  # (revolutions, bands) mean square in each of BANDS
     impacts: "np.ndarray"  # (revolutions,)
@@ -49,7 +49,7 @@ class RevolutionStatistics(NamedTuple):
         peaks, power, energy = self.peak[rows], self.power[rows].mean(axis=0), self.energy[rows].mean(axis=0)
         relative_energy = energy[1:] / max(float(energy[0].real), np.finfo(float).tiny)
         return Features(
-            float(np.sqrt(self.square[rows].mean())),
+            float(np.sqrt(self.mean_square[rows].mean())),
             float(np.median(peaks)),
             float(np.percentile(peaks, 95.0)),
             tuple(np.sqrt(power).tolist()),

@@ -34,17 +34,17 @@ def variance_shares(values: np.ndarray, value_indices: list[np.ndarray]) -> list
     total = float(residuals @ residuals)
     if residual_freedom <= 0 or total <= 1e-20 * len(residuals):  # all values equal, except for rounding
         return [(np.nan, np.nan)] * len(value_indices)
-    between = [float(np.bincount(group) @ _means(group, residuals) ** 2) for group in groups]
+    sums_between = [float(np.bincount(group) @ _group_means(group, residuals) ** 2) for group in groups]
     for _ in range(PASSES):
         for group in groups:
-            residuals -= _means(group, residuals)[group]
+            residuals -= _group_means(group, residuals)[group]
     scatter = max(float(residuals @ residuals) / residual_freedom, 1e-12 * total)
     return [
         (
             max(0.0, (sum_of_squares - freedom * scatter) / total),
             sum_of_squares / freedom / scatter if freedom else np.nan,
         )
-        for sum_of_squares, freedom in zip(between, freedoms, strict=True)
+        for sum_of_squares, freedom in zip(sums_between, freedoms, strict=True)
     ]
 
 
@@ -54,6 +54,6 @@ def _renumbered(indices: np.ndarray) -> np.ndarray:
     return renumbered
 
 
-def _means(group: np.ndarray, values: np.ndarray) -> np.ndarray:
+def _group_means(group: np.ndarray, values: np.ndarray) -> np.ndarray:
     means: np.ndarray = np.bincount(group, values) / np.bincount(group)
     return means

@@ -1,10 +1,12 @@
 """The approach speed at which the contacts of a scene first yield."""
 
+import functools
 import math
 
 import numpy as np
 
 from ..contracts.case import Joint
+from ..mechanics.compiled.family import Identity
 from ..mechanics.joint import registry
 from ..mechanics.joint.dry import Gap
 from ..mechanics.joint.first_yield import largest_mass, yield_energy
@@ -24,7 +26,9 @@ def yield_speeds(scene: Scene) -> dict[str, float | None]:
         for index, (case_joint, joint) in enumerate(zip(scene.case.joints, scene.layout.joints, strict=True))
         if joint.strength
     ]
-    masses = _masses(scene) if elastic_joints else []
+    if not elastic_joints:
+        return {}
+    masses = _largest_masses(Identity(scene.value.mechanism), scene.start.tobytes(), len(scene.case.joints))
     return {
         f"{case_joint.column}_yield_speed": _speed(case_joint, masses[index]) for index, case_joint in elastic_joints
     }
@@ -38,15 +42,18 @@ def _speed(joint: Joint, mass: float | None) -> float | None:
     return None if energy is None else math.sqrt(2.0 * energy / mass)
 
 
-def _masses(scene: Scene) -> list[float | None]:
-    """Return the largest effective mass (kg) of each joint over all directions at the start, or None if unknown."""
-    mechanism, start = scene.value.mechanism, scene.start
-    pose = place(mechanism, start)
+@functools.lru_cache(maxsize=256)  # the cases of a sweep share mechanisms and starts
+def _largest_masses(mechanism: Identity, start: bytes, joint_count: int) -> list[float | None]:
+    """Return the largest effective mass (kg) of each joint over all directions at a start, or None if unknown.
+
+    mechanism : compiled; start : the initial state of the scene, as bytes of float64.
+    """
+    pose = place(mechanism.value, np.frombuffer(start))
     by_direction = [
         impact_masses(
-            mechanism,
+            mechanism.value,
             pose,
-            (Gap(math.cos(direction), math.sin(direction), 0.0, 0.0, 0.0, 0.0),) * len(scene.case.joints),
+            (Gap(math.cos(direction), math.sin(direction), 0.0, 0.0, 0.0, 0.0),) * joint_count,
         )
         for direction in DIRECTIONS
     ]

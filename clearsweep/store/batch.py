@@ -71,8 +71,8 @@ class ResultSchema(NamedTuple):
     def content(self) -> str:
         """Return a text of everything that determines the values in the files; descriptions of columns do not."""
         columns, channels = (
-            tuple(column._replace(description="") for column in each)
-            for each in (self.layout.columns, self.layout.channels)
+            tuple(column._replace(description="") for column in group)
+            for group in (self.layout.columns, self.layout.channels)
         )
         return repr(self._replace(layout=self.layout._replace(columns=columns, channels=channels)))
 
@@ -146,25 +146,25 @@ def _values_by_column(names: list[str], rows: list[dict]) -> dict[str, list]:
 
 def datasets(schema: ResultSchema) -> tuple[Dataset, ...]:
     """Return the datasets of the orbits for `case_id` and the offsets."""
-    listed = []
+    all_datasets = []
     if schema.histories:
-        listed += [
+        all_datasets += [
             Dataset(column.name, np.dtype("f8"), column.unit, column.description, SAMPLE)
             for column in schema.layout.stored
         ]
-        listed += event_datasets(schema.layout)
-        listed += section_datasets(schema.layout)
+        all_datasets += event_datasets(schema.layout)
+        all_datasets += section_datasets(schema.layout)
     for joint in schema.layout.joints:
         if joint.wear_bins:
             text = "wear depth of the {} in angular bins of its own frame"
             shape: tuple[int, ...] = (joint.wear_bins,)
             if joint.auxiliary:
                 text, shape = f"{text}, and in bins along its axis", (*shape, joint.wear_rows)
-            listed += [
+            all_datasets += [
                 Dataset(f"wear/{joint.name}/{body}", np.dtype("f8"), "m", text.format(body), CASE, shape)
                 for body in ("bearing", "journal")
             ]
-    return (*listed, *life_datasets(schema.layout))
+    return (*all_datasets, *life_datasets(schema.layout))
 
 
 def offset_datasets(schema: ResultSchema) -> dict[str, Dataset]:

@@ -27,11 +27,11 @@ from .directory import BLOCKS, DATASET, ORBITS_FILE, SUMMARY_FILE, RunDirectory
 BLOCK = 2**17  # consecutive indices of a grid in a block; a grid of more cases is cut
 MARK_FILE, IDS_FILE, SAMPLE_FILE = "block.json", "ids.bin", "sample.parquet"
 SAMPLED_ROWS = 2**15  # rows of all blocks that are drawn for reports
-MIN_SAMPLED = 16  # of them from each block
+MIN_SAMPLED_ROWS = 16  # of them from each block
 MAX_CASES = 10**12  # number of cases that a mark may have
 _NAME = re.compile(r"\d{5}")
-_COUNTS = ("cases", "ok", "failed", "missing", "others", "drawn")  # of a mark
-_COUNTED = ("statuses", "remarks", "limits", "exceeded", "unknown", "fails", "unjudged")  # below its `counts`
+_MARK_COUNTS = ("cases", "ok", "failed", "missing", "others", "drawn")  # of a mark
+_COUNT_SECTIONS = ("statuses", "remarks", "limits", "exceeded", "unknown", "fails", "unjudged")  # below its `counts`
 
 
 class Block(NamedTuple):
@@ -103,7 +103,7 @@ class Division:
     @property
     def sampled(self) -> int:
         """Return the number of rows that each block gives to the sample of a report."""
-        return max(SAMPLED_ROWS // self.count, MIN_SAMPLED)
+        return max(SAMPLED_ROWS // self.count, MIN_SAMPLED_ROWS)
 
     def part(self, number: int) -> range:
         """Return the indices of a block."""
@@ -139,7 +139,7 @@ def _is_complete(mark: dict[str, Any]) -> bool:
     counts = mark.get("counts")
     ranges = mark.get("ranges")
     return (
-        all(isinstance(mark.get(name), int) and 0 <= mark[name] <= MAX_CASES for name in _COUNTS)
+        all(isinstance(mark.get(name), int) and 0 <= mark[name] <= MAX_CASES for name in _MARK_COUNTS)
         and isinstance(ranges, dict)
         and all(
             isinstance(extremes, list) and [type(value) for value in extremes] == [float, float, str, str]
@@ -149,7 +149,7 @@ def _is_complete(mark: dict[str, Any]) -> bool:
         and isinstance(counts.get("unreached"), int)
         and all(
             isinstance(counts.get(name), dict) and all(isinstance(count, int) for count in counts[name].values())
-            for name in _COUNTED
+            for name in _COUNT_SECTIONS
         )
         and {"cases"} <= counts["remarks"].keys()
         and {"cases", "any", "unknown"} <= counts["limits"].keys()
@@ -249,7 +249,7 @@ class Sampler:
         self.selected = {case_id: row for case_id, row in self.selected.items() if case_id in selected_ids}
 
     def table(self, schema: pa.Schema) -> pa.Table:
-        """Return the random rows, `taken` of them, followed by the others, each once."""
+        """Return the random rows, followed by the others, each once."""
         random_rows = pa.concat_tables([pa.Table.from_batches([], schema), *self.random_rows])
         drawn_ids = set(random_rows["case_id"].to_pylist())
         others = [row for case_id, row in sorted(self.selected.items()) if case_id not in drawn_ids]

@@ -155,12 +155,12 @@ def _answers_bytes(result_schema: ResultSchema, paths: Sequence[str], answers: S
     values = [[answer.point[column.name] for answer in answers] for column in columns]
     fits = any(answer.fits for answer in answers)
     columns += [
-        *(Column(f"seek.{path}", unit, _VALUE) for path in paths),
+        *(Column(f"seek.{path}", unit, _VALUE_TEXT) for path in paths),
         *([Column("seek_fit", "", "the answer as a fit, assessed at its largest clearance", "text")] if fits else []),
         *([Column("seek_beyond", "", "fits beyond the border that meet the limits", "text")] if fits else []),
         Column("seek_low", unit, "lower end of the interval that contains the border"),
         Column("seek_high", unit, "upper end of the interval that contains the border"),
-        Column("limiting", "", _LIMITING, "text"),
+        Column("limiting", "", _LIMITING_TEXT, "text"),
         Column("probes", "1", "cases that the search used", "int"),
     ]
     values += [[answer.value for answer in answers]] * len(paths)
@@ -179,5 +179,7 @@ def _table_bytes(columns: Sequence[Column], values: Sequence[Sequence[Any]]) -> 
     return content.getvalue()
 
 
-_VALUE = "the answer: this value and all tried values on its safe side meet the limits; null: none does"
-_LIMITING = "column whose limit is exceeded first beyond the answer, or the status of a failed case there; null: none"
+_VALUE_TEXT = "the answer: this value and all tried values on its safe side meet the limits; null: none does"
+_LIMITING_TEXT = (
+    "column whose limit is exceeded first beyond the answer, or the status of a failed case there; null: none"
+)

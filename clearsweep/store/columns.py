@@ -21,8 +21,8 @@ def column_of(values: list, kind: pa.DataType) -> pa.Array:
     else:
         numbers = np.array(values, float)  # None is NaN
         valid = np.isfinite(numbers)
-        exact = numbers if kind == pa.float64() else np.array(values, object)  # a count may exceed 2**53
-        content = [np.where(valid, exact, 0).astype(kind.to_pandas_dtype())]
+        exact_values = numbers if kind == pa.float64() else np.array(values, object)  # a count may exceed 2**53
+        content = [np.where(valid, exact_values, 0).astype(kind.to_pandas_dtype())]
     return array_of([np.packbits(valid, bitorder="little"), *content], kind, len(values))
 
 

@@ -27,12 +27,12 @@ def difference(
     names = [np.array([batch.name for batch in run.batches], "S") for run in (first, second)]
     is_different = names[0][first_rows["batch"]] != names[1][second_rows["batch"]]  # batches are named by their content
     first_rows, second_rows = first_rows[is_different], second_rows[is_different]
-    return _in_summary(result_schema, first, first_rows, second, second_rows) or _in_orbits(
+    return _summary_difference(result_schema, first, first_rows, second, second_rows) or _orbits_difference(
         result_schema, first, first_rows, second, second_rows
     )
 
 
-def _in_summary(
+def _summary_difference(
     result_schema: ResultSchema,
     first: RunDirectory,
     first_rows: np.ndarray,
@@ -51,7 +51,7 @@ def _in_summary(
     return None
 
 
-def _in_orbits(
+def _orbits_difference(
     result_schema: ResultSchema,
     first: RunDirectory,
     first_rows: np.ndarray,

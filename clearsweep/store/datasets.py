@@ -13,18 +13,18 @@ CASE, SAMPLE, EVENT, SECTION, NODE = "case", "sample", "event", "section", "node
 
 
 class Dataset(NamedTuple):
-    """One dataset of the orbits: an array of `shape` per `each` (case, sample, event, section or node of a life)."""
+    """One dataset of the orbits: an array of `shape` per `item` (case, sample, event, section or node of a life)."""
 
     path: str
     dtype: np.dtype
     unit: str
     description: str
-    item: str
+    item: str  # CASE, SAMPLE, EVENT, SECTION or NODE
     shape: tuple[int, ...] = ()
 
     @property
     def width(self) -> int:
-        """Return the number of values per `each`."""
+        """Return the number of values per `item`."""
         return math.prod(self.shape)
 
 

@@ -47,8 +47,8 @@ ANSWER_FILES = (SEEK_FILE, OPTIMISE_FILE, IDENTIFY_FILE) = (
     "optimise.parquet",
     "identify.parquet",
 )  # results of searches; run.json has their checksums
-_OWN_NAMES = {LOCK, SCRATCH, ORBITS, SUMMARIES}  # what may be there before run.json is
-_HOLDER = re.compile(rb"(process \d+ on .* since \S+)?\s*")  # what a lock says
+_OWN_NAMES = {LOCK, SCRATCH, ORBITS, SUMMARIES}  # files of a run that may exist before run.json
+_HOLDER = re.compile(rb"(process \d+ on .* since \S+)?\s*")  # content of the lock file
 
 
 class RunDirectory:
@@ -60,10 +60,10 @@ class RunDirectory:
         self.scratch = self.path / SCRATCH
         self.record = self.path / RECORD_FILE
         self.cached: dict[Path, tuple[np.ndarray, np.ndarray]] = {}  # cases of small batches and whether they failed
-        self.batches: list[BatchFiles] = []  # those that were looked at, adopted or taken over
-        self.others: list[BatchFiles] = []  # those of another grid
+        self.batches: list[BatchFiles] = []  # committed batches with valid checksums
+        self.others: list[BatchFiles] = []  # batches of another grid
         self.frame: str | None = None  # `ResultSchema.frame` of the batches that count; None: of all
-        self.record_damage: str | None = None  # what is wrong with run.json, where the batches say all that it did
+        self.record_damage: str | None = None  # damage of run.json, if it can be restored from the batches
 
     def check(self, grid: Grid) -> None:
         """Raise DirectoryError if the directory cannot hold the results of `grid`; change nothing."""
@@ -147,7 +147,7 @@ class RunDirectory:
                     durable.make_folder(folder)
                 self._lock(exit_stack.enter_context(durable.open_lock(self.path / LOCK)))
                 durable.make_folder(self.scratch)  # under the lock: a run removes it at its end
-                exit_stack.callback(durable.remove_temporaries, self.scratch, remove=True)
+                exit_stack.callback(durable.remove_temporaries, self.scratch, remove_folder=True)
                 durable.remove_temporaries(self.scratch)
                 durable.check_writable(self.scratch)
             except DirectoryError:

@@ -15,7 +15,7 @@ from .directory import ANSWER_FILES, FINAL_FILES, RunDirectory, batch_files_in
 from .read import verify
 from .record import RECORD_FILE, check_format, read_record
 
-RESULTS = (*FINAL_FILES, *ANSWER_FILES, RECORD_FILE)
+RESULT_FILES = (*FINAL_FILES, *ANSWER_FILES, RECORD_FILE)
 
 #: Removable files: kind -> description, in the order of the report.
 KINDS = {
@@ -49,29 +49,28 @@ def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> d
     check_format(directory, record)
     run = RunDirectory(directory)
     with run.locked():
-        finished = "merged" in record
-        if batches and finished:
+        is_finished = "merged" in record
+        if batches and is_finished:
             verify(directory, record)
         damage = run.load_batches(histories=False)
-        removable = unneeded_files(run, damage, batches=batches and finished)
+        removable = unneeded_files(run, damage, batches=batches and is_finished)
         counts = record.get("counts", {})
-        unused_rows = len(run.rows()) - counts.get("ok", 0) - counts.get("failed", 0) if batches and finished else 0
-        for path in (path for waste_of_kind in removable for path in waste_of_kind.paths if not dry_run):
+        unused_rows = len(run.rows()) - counts.get("ok", 0) - counts.get("failed", 0) if batches and is_finished else 0
+        for path in (path for unneeded in removable for path in unneeded.paths if not dry_run):
             durable.discard(path)
         if not dry_run:
-            durable.remove_temporaries(run.scratch, remove=True)
+            durable.remove_temporaries(run.scratch, remove_folder=True)
             for folder in (run.orbits, run.summaries):
                 durable.sync(folder)
     sizes = disk_use(directory)
     return {
         "directory": str(directory),
-        "finished": finished,
+        "finished": is_finished,
         "dry_run": dry_run,
         "removed": [
-            {"kind": waste_of_kind.kind, "files": len(waste_of_kind.paths), "bytes": waste_of_kind.size}
-            for waste_of_kind in removable
+            {"kind": unneeded.kind, "files": len(unneeded.paths), "bytes": unneeded.size} for unneeded in removable
         ],
-        "bytes": sum(waste_of_kind.size for waste_of_kind in removable),
+        "bytes": sum(unneeded.size for unneeded in removable),
         "other_cases": max(unused_rows, 0),
         "left": sizes,
     }
@@ -87,9 +86,11 @@ def unneeded_files(run: RunDirectory, damage: Iterable[Path] = (), *, batches: b
     repeated = [batch for number, batch in enumerate(run.batches) if number not in used]
     unneeded = run.batches if batches else repeated
     orbit_files = {batch.orbits for batch in run.batches}
-    started = {path.name.partition("-")[0] for path in damage}
+    damaged_batches = {path.name.partition("-")[0] for path in damage}
     unused = [path for path in batch_files_in(run.orbits) if path not in orbit_files]
-    unused = [path for path in unused if path.name.partition("-")[0] not in started and _has_named_checksum(path)]
+    unused = [
+        path for path in unused if path.name.partition("-")[0] not in damaged_batches and _has_named_checksum(path)
+    ]
     finished_ids = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
     lives = [path for case_id, path in durable.find_life_logs(run.scratch).items() if case_id in finished_ids]
     removable = {
@@ -115,7 +116,7 @@ def disk_use(directory: Path) -> dict[str, int]:
     for folder, _, names in os.walk(directory):
         for path in (Path(folder) / name for name in names):
             batch = path.parent in (run.orbits, run.summaries)
-            result = path.parent == directory and path.name in RESULTS
+            result = path.parent == directory and path.name in RESULT_FILES
             sizes["batches" if batch else "results" if result else "other"] += _size(path)
     return sizes | {"all": sum(sizes.values())}
 

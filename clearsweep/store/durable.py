@@ -55,15 +55,15 @@ def make_folder(path: Path) -> None:
 def open_regular(path: Path) -> BufferedReader:
     """Return a regular file opened for reading; DirectoryError for anything else, FileNotFoundError if missing."""
     with _reading(path):
-        return os.fdopen(_handle(path, os.O_RDONLY), "rb")
+        return os.fdopen(_open_handle(path, os.O_RDONLY), "rb")
 
 
 def open_lock(path: Path) -> FileIO:
     """Return a regular file opened for reading and writing; create it if it is missing."""
-    return os.fdopen(_handle(path, os.O_RDWR | os.O_CREAT), "r+b", buffering=0)
+    return os.fdopen(_open_handle(path, os.O_RDWR | os.O_CREAT), "r+b", buffering=0)
 
 
-def _handle(path: Path, flags: int) -> int:
+def _open_handle(path: Path, flags: int) -> int:
     check_regular(path)  # before opening, since opening a device may have effects
     handle = os.open(path, flags | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC, 0o666)
     if not stat.S_ISREG(os.fstat(handle).st_mode):
@@ -96,7 +96,7 @@ def _reading(path: Path) -> Iterator[None]:
         ) from error
 
 
-def create(path: Path) -> int:
+def create_file(path: Path) -> int:
     """Return the descriptor of a new file opened for writing; raise FileExistsError if the name exists."""
     return os.open(path, os.O_WRONLY | os.O_CREAT | os.O_EXCL | os.O_CLOEXEC, 0o666)
 
@@ -125,7 +125,7 @@ def batch_of_progress(name: str) -> str | None:
 
 def overwrite_temporary(path: Path, content: bytes) -> None:
     """Write a temporary file, creating it if missing; a concurrent reader may see a part of it."""
-    with os.fdopen(_handle(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), "wb") as file:
+    with os.fdopen(_open_handle(path, os.O_WRONLY | os.O_CREAT | os.O_TRUNC), "wb") as file:
         file.write(content)
 
 
@@ -152,7 +152,7 @@ def publishing(path: Path, scratch: Path | None = None) -> Iterator[Path]:
 
 def replace(path: Path, content: bytes, scratch: Path | None = None) -> None:
     """Write a file atomically: after a crash `path` has the old or the new content."""
-    with publishing(path, scratch) as temporary, os.fdopen(create(temporary), "wb") as file:
+    with publishing(path, scratch) as temporary, os.fdopen(create_file(temporary), "wb") as file:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
@@ -165,7 +165,7 @@ def link_or_copy(source: Path, path: Path, scratch: Path) -> None:
         try:
             os.link(source, temporary, follow_symlinks=False)
         except OSError:
-            with open_regular(source) as original, os.fdopen(create(temporary), "wb") as file:
+            with open_regular(source) as original, os.fdopen(create_file(temporary), "wb") as file:
                 shutil.copyfileobj(original, file)
             sync(temporary)
 
@@ -184,13 +184,13 @@ def set_aside(path: Path) -> None:
     os.replace(path, aside)
 
 
-def remove_temporaries(folder: Path, *, remove: bool = False) -> None:
+def remove_temporaries(folder: Path, *, remove_folder: bool = False) -> None:
     """Remove the temporary files of runs in a folder; `remove`: also the folder, if it is then empty."""
     with contextlib.suppress(OSError):
         for name in os.listdir(folder):
             if _TEMPORARY.fullmatch(name):
                 discard(folder / name)
-        if remove:
+        if remove_folder:
             os.rmdir(folder)
 
 
@@ -209,7 +209,7 @@ def find_set_aside(folder: Path) -> list[Path]:
 def check_writable(folder: Path) -> None:
     """Raise OSError if no file can be written in a folder for temporary files."""
     probe = scratch_file(folder, f"{secrets.token_hex(8)}.part")
-    with os.fdopen(create(probe), "wb") as file:
+    with os.fdopen(create_file(probe), "wb") as file:
         file.write(b"x")
     discard(probe)
 

@@ -65,7 +65,7 @@ def _finish(
     for sentence in run.load_batches(rows_kept=ROWS_IN_MEMORY).values():
         report(f"{block.path}: {sentence}; its cases run again")
     rows = run.rows()
-    stored = len(rows)
+    stored_count = len(rows)
     if not np.array_equal(rows["id"], requested):
         rows = rows[np.isin(rows["id"], requested, assume_unique=True)]
     mark = mark_of(run, result_schema, rows)
@@ -73,11 +73,11 @@ def _finish(
     if existing and existing["mark"] == mark:
         return existing
 
-    def named_ids(columns: dict[str, np.ndarray]) -> set[str]:
+    def add_and_mention(columns: dict[str, np.ndarray]) -> set[str]:
         facts.add(columns)
         return facts.case_ids()
 
-    sampler = Sampler(division.sampled, named_ids)
+    sampler = Sampler(division.sampled, add_and_mention)
     worst = (
         worst_cases(result_schema, lambda schema: summary_groups(run, schema, rows))
         if result_schema.worst and len(rows)
@@ -87,9 +87,9 @@ def _finish(
     with durable.storing(block.path):
         durable.discard(block.mark)
         durable.make_folder(block.run / DATASET)
-        with contextlib.ExitStack() as finished:
+        with contextlib.ExitStack() as exit_stack:
             targets = {
-                name: finished.enter_context(durable.publishing(path, run.scratch))
+                name: exit_stack.enter_context(durable.publishing(path, run.scratch))
                 for name, path in block.files.items()
             }
             write_orbits(targets[ORBITS_FILE], run, result_schema, rows, mark)
@@ -122,7 +122,7 @@ def _finish(
             "ok": len(rows) - failed,
             "failed": failed,
             "missing": len(requested) - len(rows),
-            "others": stored - len(rows),
+            "others": stored_count - len(rows),
             "drawn": sampler.random_count,
             "ranges": sampler.ranges,
             "counts": facts.counts(),

@@ -72,7 +72,7 @@ class Filter:
             case_id for case_id in set.intersection(*sets) if len(case_id) == ID_LENGTH and letters.issuperset(case_id)
         }
 
-    def possible(self, ranges: dict[str, list[Any]]) -> bool:
+    def may_match_ranges(self, ranges: dict[str, list[Any]]) -> bool:
         """Return whether values in these ranges (column -> smallest, largest) can meet all conditions."""
         return all(
             may_match(comparison, value, *ranges[column][:2])
@@ -83,7 +83,7 @@ class Filter:
     def groups(self, file: pq.ParquetFile, rows_between: Callable[[int, int], np.ndarray]) -> list[int]:
         """Return the row groups of a summary that may contain matching rows.
 
-        between : range of identities -> range of rows.
+        rows_between : range of identities -> range of rows.
         """
         groups = range(file.metadata.num_row_groups)
         ids = self.case_ids

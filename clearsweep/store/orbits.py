@@ -42,8 +42,8 @@ class OrbitFiles:
 
     def __init__(self, run: RunDirectory, result_schema: ResultSchema):
         self.paths, self.result_schema = [batch.orbits for batch in run.batches], result_schema
-        self.files: dict[int, _OrbitFile] = {}  # number of a batch -> value
-        self.handles: dict[int, BinaryIO] = {}  # number of a batch -> value
+        self.files: dict[int, _OrbitFile] = {}  # number of a batch -> its datasets
+        self.handles: dict[int, BinaryIO] = {}  # number of a batch -> its open file
 
     def __enter__(self) -> Self:
         return self
@@ -120,7 +120,7 @@ def _case_values(
 def _write_dataset(
     file: h5py.File, dataset: Dataset, case_values: Iterator[bytes], value_count: int, threads: ThreadPoolExecutor
 ) -> None:
-    """Write the pieces one after another, each with a checksum, filtered in threads: h5py would use one core."""
+    """Write the values of all cases, compressed in threads and with checksums: h5py would use one core."""
     items = int(value_count) // dataset.width
     shape = (items, *dataset.shape)
     rows = max(1, min(items, CHUNK_VALUES // dataset.width))
@@ -142,7 +142,7 @@ def _write_dataset(
 
 
 def _rechunk(case_values: Iterator[bytes], size: int) -> Iterator[bytes]:
-    """Yield the bytes of `pieces` in chunks of `size` bytes, the last one filled up with zeros."""
+    """Yield the bytes of `case_values` in chunks of `size` bytes, the last one filled up with zeros."""
     chunk = bytearray()
     for values in case_values:
         chunk += values

@@ -27,8 +27,8 @@ from .worst import GROUP, JOINT, OFFSETS, TURNS
 if TYPE_CHECKING:
     import pandas as pd  # imported only for frames
 
-TYPES = {pa.float64(), pa.int64(), pa.string()}  # of columns
-OFFSETS_BY = {SAMPLE: "offsets", EVENT: "events/offsets", SECTION: "poincare/offsets", NODE: "history/offsets"}
+COLUMN_TYPES = {pa.float64(), pa.int64(), pa.string()}  # of columns
+OFFSETS_BY_ITEM = {SAMPLE: "offsets", EVENT: "events/offsets", SECTION: "poincare/offsets", NODE: "history/offsets"}
 
 
 class StoredRun:
@@ -42,17 +42,17 @@ class StoredRun:
     summary : DataFrame, one row per case in case_id order; `attrs["units"]` and `attrs["descriptions"]` by column.
     """
 
-    def __init__(self, directory: str | Path, place: Path | None = None):
-        """Open a directory; `place` is the location of its files if they were assembled elsewhere."""
+    def __init__(self, directory: str | Path, files_directory: Path | None = None):
+        """Open a directory; `files_directory` contains its files if they were assembled elsewhere."""
         self.directory = Path(directory)
-        self.place = place or self.directory
-        self.grid = read_record(self.place)
+        self.files_directory = files_directory or self.directory
+        self.grid = read_record(self.files_directory)
         self._check()
         self.layout = Layout.read(self.grid["layout"])
 
     def _path(self, name: str) -> Path:
         """Return the path of a final file."""
-        return self.place / name
+        return self.files_directory / name
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -69,20 +69,20 @@ class StoredRun:
 
     def _check(self) -> None:
         """Raise DirectoryError if the merged files are missing, damaged, of different runs or of another format."""
-        check_format(self.place, self.grid)
-        verify(self.place, self.grid, (SUMMARY_FILE, *ANSWER_FILES))
+        check_format(self.files_directory, self.grid)
+        verify(self.files_directory, self.grid, (SUMMARY_FILE, *ANSWER_FILES))
         self._check_columns()
         with self._orbits() as file:
             is_same_run = file.attrs["clearsweep"] == self.grid["merged"]["mark"]
         if not is_same_run:
-            raise damaged_error(self.place / ORBITS_FILE, "it belongs to another run than summary.parquet")
+            raise damaged_error(self.files_directory / ORBITS_FILE, "it belongs to another run than summary.parquet")
 
     def _check_columns(self) -> None:
         """Raise DamagedError if the columns of a table disagree with run.json."""
         try:
             computed = [column.name for column in verdict.limits_and_figures_of(self.grid).columns]
         except InputError as error:
-            raise damaged_error(self.place / RECORD_FILE, f"figures: {error}") from error
+            raise damaged_error(self.files_directory / RECORD_FILE, f"figures: {error}") from error
         paths = list(self.grid["units"])
         layout_names = [column["name"] for column in self.grid["layout"]["columns"]]
         expected = {SUMMARY_FILE: {"case_id", *paths, "status", "message", *layout_names, *computed}}
@@ -106,10 +106,10 @@ class StoredRun:
             is_described = all({b"unit", b"description"} <= (field.metadata or {}).keys() for field in fields)
             if (
                 not is_described
-                or not {field.type for field in fields} <= TYPES
+                or not {field.type for field in fields} <= COLUMN_TYPES
                 or {field.name for field in fields} != names
             ):
-                raise damaged_error(self.place / name, "its columns differ from those in run.json")
+                raise damaged_error(self.files_directory / name, "its columns differ from those in run.json")
 
     @contextlib.contextmanager
     def _orbits(self) -> Iterator[h5py.File]:
@@ -330,7 +330,7 @@ class StoredRun:
             return {}
         row = self._row_of(case_id)
         with self._orbits() as file:
-            start, stop = file[OFFSETS_BY[NODE]][row : row + 2]
+            start, stop = file[OFFSETS_BY_ITEM[NODE]][row : row + 2]
             names: list[str] = []
             group = file[results.HISTORY]
             group.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
@@ -360,7 +360,7 @@ class StoredRun:
         row = self._row_of(case_id)
         with self._orbits() as file:
             stored = bool(paths) and "t" in file  # there is nothing if save.orbits is none
-            start, stop = file[OFFSETS_BY[item]][row : row + 2] if stored else (0, 0)
+            start, stop = file[OFFSETS_BY_ITEM[item]][row : row + 2] if stored else (0, 0)
             frame = pd.DataFrame({path: file[path][start:stop] if stored else [] for path in paths})
         return frame
 

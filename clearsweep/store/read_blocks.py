@@ -34,7 +34,13 @@ class OneBlock(StoredRun):
 
     def __init__(self, directory: Path, block: Block, grid: dict[str, Any], layout: Layout):
         """Prepare with the run's directory, the block, the content of run.json and the layout."""
-        self.directory, self.place, self.block, self.grid, self.layout = directory, directory, block, grid, layout
+        self.directory, self.files_directory, self.block, self.grid, self.layout = (
+            directory,
+            directory,
+            block,
+            grid,
+            layout,
+        )
 
     def _path(self, name: str) -> Path:
         return self.block.files.get(name, self.directory / name)
@@ -86,7 +92,7 @@ class BlockedRun(StoredRun):
 
     def __init__(self, directory: str | Path, *, partial: bool = False):
         """Open a directory; with `partial`, an unfinished run has the blocks that are finished so far."""
-        self.directory = self.place = Path(directory)
+        self.directory = self.files_directory = Path(directory)
         self.grid = read_record(self.directory)
         check_format(self.directory, self.grid)
         if "merged" not in self.grid and not partial:
@@ -120,10 +126,10 @@ class BlockedRun(StoredRun):
     @cached_property
     def _marks(self) -> list[dict[str, Any]]:
         marks = []
-        for part in self.block_runs:
-            mark = read_mark(part.block)
+        for block_run in self.block_runs:
+            mark = read_mark(block_run.block)
             if mark is None:
-                raise damaged_error(part.block.mark, "it or one of its files has changed since it was written")
+                raise damaged_error(block_run.block.mark, "it or one of its files has changed since it was written")
             marks.append(mark)
         return marks
 
@@ -132,7 +138,7 @@ class BlockedRun(StoredRun):
         return self._marks
 
     def __len__(self) -> int:
-        return sum(len(part) for part in self.block_runs)
+        return sum(len(block_run) for block_run in self.block_runs)
 
     @property
     def summary(self) -> LazySummary:
@@ -148,13 +154,13 @@ class BlockedRun(StoredRun):
 
     def blocks(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
         """Yield these columns of the summary, name -> values, for a few thousand rows at a time, block after block."""
-        for part in self.block_runs:
-            yield from part.blocks(columns)
+        for block_run in self.block_runs:
+            yield from block_run.blocks(columns)
 
     def sample_and_extremes(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
         """Yield these columns for the random and the extreme rows of every block."""
-        for part in self.block_runs:
-            table = _read_sample(part.block)
+        for block_run in self.block_runs:
+            table = _read_sample(block_run.block)
             if len(table):
                 yield {name: values_of(table[name].combine_chunks()) for name in columns}
 
@@ -164,11 +170,11 @@ class BlockedRun(StoredRun):
         for name in {name for mark in self._marks for name in mark["ranges"]}:
             ranges = [mark["ranges"][name] for mark in self._marks if name in mark["ranges"]]
             extreme_ids |= {min(ranges)[2], max(ranges, key=lambda extreme: extreme[1])[3]}
-        for part, mark in zip(self.block_runs, self._marks, strict=True):
-            table = _read_sample(part.block)
+        for block_run, mark in zip(self.block_runs, self._marks, strict=True):
+            table = _read_sample(block_run.block)
             ids = table["case_id"].to_pylist()
             selected = [index for index, case_id in enumerate(ids) if index < mark["drawn"] or case_id in extreme_ids]
-            yield part, table.take(pa.array(selected, pa.int64()))
+            yield block_run, table.take(pa.array(selected, pa.int64()))
 
     def block_of(self, prefix: str) -> OneBlock:
         """Return the block of the case whose case_id begins with `prefix`; InputError if none or several do."""
@@ -176,9 +182,9 @@ class BlockedRun(StoredRun):
         matches = []
         if 0 < len(text) <= ID_LENGTH and all(letter in "0123456789abcdef" for letter in text):
             low, high = int(text.ljust(ID_LENGTH, "0"), 16), int(text.ljust(ID_LENGTH, "f"), 16)
-            for part in self.block_runs:
-                first, last = part.rows_between(low, high).tolist()
-                matches += [(part.id_at(index), part) for index in range(first, min(last, first + MAX_NAMED))]
+            for block_run in self.block_runs:
+                first, last = block_run.rows_between(low, high).tolist()
+                matches += [(block_run.id_at(index), block_run) for index in range(first, min(last, first + MAX_NAMED))]
         if not matches:
             raise InputError(f"{self.directory}: no case {prefix!r}; the case_id column of summary/ lists them")
         if len(matches) > 1:
@@ -219,20 +225,24 @@ class BlockedRun(StoredRun):
     @property
     def worst(self) -> list[str]:
         """Return the cases whose peak revolution was saved, block after block."""
-        return [case_id for part in self.block_runs for case_id in part.worst] if self.grid["save"].get("worst") else []
+        return (
+            [case_id for block_run in self.block_runs for case_id in block_run.worst]
+            if self.grid["save"].get("worst")
+            else []
+        )
 
     def event_blocks(self) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
         """Yield the results of `StoredRun.event_blocks`, block after block."""
-        for part in self.block_runs:
-            yield from part.event_blocks()
+        for block_run in self.block_runs:
+            yield from block_run.event_blocks()
 
     def matching(self, filters: Filter, columns: list[str] | None = None) -> "pd.DataFrame":
         """Return the rows of the summary that pass some filters; blocks that cannot contain any are not read."""
         tables, schema = [], None
-        for part in self._possible(filters):
-            with open_table(part._path(SUMMARY_FILE)) as file:
+        for block_run in self._matching_blocks(filters):
+            with open_table(block_run._path(SUMMARY_FILE)) as file:
                 schema = file.schema_arrow
-                groups = filters.groups(file, part.rows_between)
+                groups = filters.groups(file, block_run.rows_between)
                 names = None if columns is None else list(dict.fromkeys([*columns, *filters.columns]))
                 for group in groups:
                     table = file.read_row_group(group, names, use_threads=False)
@@ -246,18 +256,18 @@ class BlockedRun(StoredRun):
         table = pa.concat_tables([selected.empty_table(), *(table.select(selected.names) for table in tables)])
         return to_frame(table)
 
-    def _possible(self, filters: Filter) -> Iterator[OneBlock]:
+    def _matching_blocks(self, filters: Filter) -> Iterator[OneBlock]:
         """Yield the blocks that may have matching rows."""
         ids = filters.case_ids
         if ids is not None:
             numbers = [int(case_id, 16) for case_id in ids]
-            for part in self.block_runs:
-                if any(np.ptp(part.rows_between(value, value)) for value in numbers):
-                    yield part
+            for block_run in self.block_runs:
+                if any(np.ptp(block_run.rows_between(value, value)) for value in numbers):
+                    yield block_run
             return
-        for part, mark in zip(self.block_runs, self._marks, strict=True):
-            if filters.possible(mark["ranges"]):
-                yield part
+        for block_run, mark in zip(self.block_runs, self._marks, strict=True):
+            if filters.may_match_ranges(mark["ranges"]):
+                yield block_run
 
 
 def _summary_names(folder: Path) -> list[str]:

@@ -61,23 +61,23 @@ def _check_plain(value: Any, path: str, depth: int = 0) -> None:
 def _type_check(kinds: type | tuple[type, ...], expected: str) -> Check:
     """Return a check of the type of a value; a bool is no number."""
 
-    def checked(value: Any, path: str) -> None:
+    def check_type(value: Any, path: str) -> None:
         is_bool = isinstance(value, bool)
         if not isinstance(value, kinds) or (is_bool and kinds is not bool):
             raise _refusal(path, value, expected)
 
-    return checked
+    return check_type
 
 
 def _text_check(pattern: str, expected: str, flags: re.RegexFlag = re.ASCII) -> Check:
     """Return a check that a value is text of a form."""
     compiled_pattern = re.compile(pattern, flags)
 
-    def checked(value: Any, path: str) -> None:
+    def check_text(value: Any, path: str) -> None:
         if not isinstance(value, str) or not compiled_pattern.fullmatch(value):
             raise _refusal(path, value, expected)
 
-    return checked
+    return check_text
 
 
 def _any_check(*checks: Check) -> Check:
@@ -97,30 +97,30 @@ def _any_check(*checks: Check) -> Check:
 def _list_check(check_item: Check) -> Check:
     """Return a check of a list, item by item."""
 
-    def checked(value: Any, path: str) -> None:
+    def check_list(value: Any, path: str) -> None:
         _type_check(list, "a list")(value, path)
         for index, item in enumerate(value):
             check_item(item, f"{path}[{index}]")
 
-    return checked
+    return check_list
 
 
-def _mapping_check(key: Check, check_item: Check) -> Check:
+def _mapping_check(check_key: Check, check_item: Check) -> Check:
     """Return a check of a section whose keys are chosen freely."""
 
-    def checked(value: Any, path: str) -> None:
+    def check_mapping(value: Any, path: str) -> None:
         _type_check(dict, "a section")(value, path)
         for name, item in value.items():
-            key(name, f"a key of {path}")
+            check_key(name, f"a key of {path}")
             check_item(item, f"{path}.{name}")
 
-    return checked
+    return check_mapping
 
 
 def _section_check(required: dict[str, Check], optional: dict[str, Check]) -> Check:
     """Return a check of a section with some keys; other keys are not checked."""
 
-    def checked(value: Any, path: str) -> None:
+    def check_section(value: Any, path: str) -> None:
         _type_check(dict, "a section")(value, path)
         for name, check_key in (required | optional).items():
             key_path = f"{path}.{name}" if path else name
@@ -129,7 +129,7 @@ def _section_check(required: dict[str, Check], optional: dict[str, Check]) -> Ch
             elif name in required:
                 raise MisshapenError(f"{key_path} is missing")
 
-    return checked
+    return check_section
 
 
 def _fields_check(kind: Any, checks: dict[str, Check]) -> Check:
@@ -137,13 +137,13 @@ def _fields_check(kind: Any, checks: dict[str, Check]) -> Check:
     required = {name: checks[name] for name in kind._fields if name not in kind._field_defaults}
     check_section = _section_check(required, {name: checks[name] for name in kind._field_defaults})
 
-    def checked(value: Any, path: str) -> None:
+    def check_fields(value: Any, path: str) -> None:
         check_section(value, path)
         unknown = [name for name in value if name not in kind._fields]
         if unknown:
             raise MisshapenError(f"{path}.{unknown[0]} is unknown")
 
-    return checked
+    return check_fields
 
 
 def _accept_any(value: Any, path: str) -> None:
@@ -182,44 +182,52 @@ _NOTHING = _type_check(type(None), "null")
 _SECTION = _type_check(dict, "a section")
 _CHECKSUM = _text_check(r"[0-9a-f]{1,64}", "a checksum")
 _DIGESTS = _mapping_check(_text_check(r"mark|[a-z]+\.(parquet|h5)", "the name of a file of results"), _CHECKSUM)
-_LISTED = _mapping_check(_PATH, _check_list_of_values)
-_COLUMN = _TEXT  # of a user's own figures: any identifier, checked where it is read
-_BOUND = _any_check(_section_check({}, {"at_most": _NUMBER, "at_least": _NUMBER, "times": _COLUMN}), _NUMBER)
-_JOINT = {name: {str: _NAME, int: _COUNT, bool: _FLAG}[kind] for name, kind in JointLayout.__annotations__.items()}
-_KINDS = _text_check("float|int|text", "float, int or text")
-_GIVEN = {"unit": _UNIT, "description": _TEXT, "kind": _KINDS, "figure": _NAME_OR_NONE, "joint": _NAME_OR_NONE}
-_GIVEN["null"] = _text_check("|nothing|endless", "nothing or endless")
-_LAYOUT = {
+_VALUES_BY_PATH = _mapping_check(_PATH, _check_list_of_values)
+_COLUMN_NAME = _TEXT  # of a user's own figures: any identifier, checked where it is read
+_LIMIT = _any_check(_section_check({}, {"at_most": _NUMBER, "at_least": _NUMBER, "times": _COLUMN_NAME}), _NUMBER)
+_JOINT_FIELDS = {
+    name: {str: _NAME, int: _COUNT, bool: _FLAG}[kind] for name, kind in JointLayout.__annotations__.items()
+}
+_COLUMN_KIND = _text_check("float|int|text", "float, int or text")
+_COLUMN_FIELDS = {
+    "unit": _UNIT,
+    "description": _TEXT,
+    "kind": _COLUMN_KIND,
+    "figure": _NAME_OR_NONE,
+    "joint": _NAME_OR_NONE,
+}
+_COLUMN_FIELDS["null"] = _text_check("|nothing|endless", "nothing or endless")
+_LAYOUT_FIELDS = {
     "mechanism": _WORD,
     "output": _WORD_OR_NONE,
-    "joints": _list_check(_fields_check(JointLayout, _JOINT)),
-    "columns": _list_check(_fields_check(Column, _GIVEN | {"name": _NAME})),
-    "channels": _list_check(_fields_check(Column, _GIVEN | {"name": _CHANNEL})),
+    "joints": _list_check(_fields_check(JointLayout, _JOINT_FIELDS)),
+    "columns": _list_check(_fields_check(Column, _COLUMN_FIELDS | {"name": _NAME})),
+    "channels": _list_check(_fields_check(Column, _COLUMN_FIELDS | {"name": _CHANNEL})),
     "until": _NAME_OR_NONE,
     "life": _NAME_OR_NONE,
     "frictions": _list_check(_NAME),
     "listed": _list_check(_CHANNEL),
     **dict.fromkeys(_names("turns", "horizon", "error_check"), _FLAG),
 }
-_SPAN = _section_check({"unit": _UNIT, "min": _NUMBER, "max": _NUMBER}, {})
+_RANGE = _section_check({"unit": _UNIT, "min": _NUMBER, "max": _NUMBER}, {})
 _FIT = _fields_check(Fit, {"name": _TEXT, **dict.fromkeys(_names("diameter", "low", "mean", "high"), _NUMBER)})
-_PART = _section_check({}, {"law": _WORD, "elastic": _WORD, "exponent": _NUMBER, "pressure": _WORD})
-_FITTED = {**dict.fromkeys(_names("channel", "kind", "feature"), _TEXT), "unit": _UNIT}
-_FITTED |= dict.fromkeys(_names("measured", "computed", "deviations"), _NUMBER)
-_READ = {"file": _TEXT, "channel": _TEXT, "revolutions": _COUNT, "speed": _any_check(_NOTHING, _NUMBER)}
-_READ |= dict.fromkeys(_names("samples", "orders", "angle"), _NUMBER) | {"noise": _list_check(_NUMBER)}
-_FOUND = {
+_LAW_SECTION = _section_check({}, {"law": _WORD, "elastic": _WORD, "exponent": _NUMBER, "pressure": _WORD})
+_FEATURE_FIELDS = {**dict.fromkeys(_names("channel", "kind", "feature"), _TEXT), "unit": _UNIT}
+_FEATURE_FIELDS |= dict.fromkeys(_names("measured", "computed", "deviations"), _NUMBER)
+_SIGNAL_FIELDS = {"file": _TEXT, "channel": _TEXT, "revolutions": _COUNT, "speed": _any_check(_NOTHING, _NUMBER)}
+_SIGNAL_FIELDS |= dict.fromkeys(_names("samples", "orders", "angle"), _NUMBER) | {"noise": _list_check(_NUMBER)}
+_PARAMETER_FIELDS = {
     "path": _PATH,
     "determined": _text_check("well|weakly|not", "well, weakly or not"),
     "ends": _list_check(_WORD),
 }
-_FOUND |= dict.fromkeys(_names("value", "low", "high"), _NUMBER)
+_PARAMETER_FIELDS |= dict.fromkeys(_names("value", "low", "high"), _NUMBER)
 _IDENTIFIED = _section_check(
     {
-        "parameters": _list_check(_section_check(_FOUND, {})),
+        "parameters": _list_check(_section_check(_PARAMETER_FIELDS, {})),
         "traded": _list_check(_list_check(_any_check(_PATH, _NUMBER))),
-        "fits": _list_check(_section_check(_FITTED, {})),
-        "signals": _list_check(_section_check(_READ, {})),
+        "fits": _list_check(_section_check(_FEATURE_FIELDS, {})),
+        "signals": _list_check(_section_check(_SIGNAL_FIELDS, {})),
         "misfit": _NUMBER,
         "explained": _FLAG,
         **dict.fromkeys(_names("looked_at", "finished"), _COUNT),
@@ -234,25 +242,25 @@ _BEST = _section_check(
         "point": _mapping_check(_PATH, _any_check(_NOTHING, _TEXT, _FLAG, _NUMBER)),
         "value": _NUMBER,
         "margin": _NUMBER_OR_NONE,
-        "needed": _mapping_check(_COLUMN, _TEXT),
+        "needed": _mapping_check(_COLUMN_NAME, _TEXT),
         **dict.fromkeys(_names("fit", "limiting"), _any_check(_NOTHING, _TEXT)),
     },
     {},
 )
-_EFFECT = {"path": _PATH, "unit": _UNIT, "value": _NUMBER, "margin": _NUMBER}
-_EFFECT |= dict.fromkeys(_names("lower", "upper"), _NUMBER_OR_NONE)
-_NEAREST = {
+_EFFECT_FIELDS = {"path": _PATH, "unit": _UNIT, "value": _NUMBER, "margin": _NUMBER}
+_EFFECT_FIELDS |= dict.fromkeys(_names("lower", "upper"), _NUMBER_OR_NONE)
+_NEAREST_FIELDS = {
     "best": _list_check(_BEST),
-    "needed": _mapping_check(_COLUMN, _TEXT),
-    "effects": _list_check(_section_check(_EFFECT, {})),
+    "needed": _mapping_check(_COLUMN_NAME, _TEXT),
+    "effects": _list_check(_section_check(_EFFECT_FIELDS, {})),
 }
-_NEAREST["furthest"] = _any_check(
+_NEAREST_FIELDS["furthest"] = _any_check(
     _NOTHING, _section_check({"point": _SECTION, "value": _NUMBER, "margin": _NUMBER}, {})
 )
 _REQUIRED: dict[str, Check] = {
     "frame": _SECTION,
     "keys": _list_check(_WORD),
-    "layout": _fields_check(Layout, _LAYOUT),
+    "layout": _fields_check(Layout, _LAYOUT_FIELDS),
     "units": _mapping_check(_PATH, _UNIT),
 }
 _OPTIONAL: dict[str, Check] = {
@@ -261,23 +269,23 @@ _OPTIONAL: dict[str, Check] = {
     **dict.fromkeys(_names("drive", "loads", "simulate", "save", "refine"), _SECTION),
     "life": _section_check({}, {"limit": _NUMBER, "of": _WORD, "joint": _WORD}),
     "joints": _mapping_check(
-        _WORD, _section_check({}, dict.fromkeys(("contact", "friction", "wear", "film", "roughness"), _PART))
+        _WORD, _section_check({}, dict.fromkeys(("contact", "friction", "wear", "film", "roughness"), _LAW_SECTION))
     ),
-    **dict.fromkeys(_names("sweep", "zip", "cases"), _LISTED),
-    "sample": _section_check({"method": _WORD, "drawn": _LISTED}, {"seed": _COUNT}),
+    **dict.fromkeys(_names("sweep", "zip", "cases"), _VALUES_BY_PATH),
+    "sample": _section_check({"method": _WORD, "drawn": _VALUES_BY_PATH}, {"seed": _COUNT}),
     "check_laws": _any_check(_FLAG, _SECTION),
-    "limits": _mapping_check(_COLUMN, _BOUND),
-    "figures": _mapping_check(_COLUMN, _TEXT),
+    "limits": _mapping_check(_COLUMN_NAME, _LIMIT),
+    "figures": _mapping_check(_COLUMN_NAME, _TEXT),
     "seek": _section_check(
         {}, {**dict.fromkeys(_names("largest", "smallest"), _any_check(_PATH, _list_check(_PATH))), "for": _WORD}
     ),
     "optimise": _section_check(
         {"over": _mapping_check(_PATH, _accept_any)},
-        dict.fromkeys(_names("minimise", "maximise"), _list_check(_COLUMN)),
+        dict.fromkeys(_names("minimise", "maximise"), _list_check(_COLUMN_NAME)),
     ),
     "identify": _section_check({"over": _mapping_check(_PATH, _accept_any)}, {}),
     "identified": _any_check(_NOTHING, _IDENTIFIED),
-    "nearest": _section_check(_NEAREST, {}),
+    "nearest": _section_check(_NEAREST_FIELDS, {}),
     "define": _mapping_check(_NAME, _TEXT),
     "source": _any_check(_TEXT, _NOTHING),
     "fits": _mapping_check(_PATH, _list_check(_FIT)),
@@ -291,7 +299,7 @@ _OPTIONAL: dict[str, Check] = {
     "merged": _DIGESTS,
     "blocks": _section_check({"size": _COUNT, "count": _COUNT, "numbers": _list_check(_COUNT)}, {}),
     "answers": _DIGESTS,
-    "derived": _mapping_check(_TEXT, _SPAN),
+    "derived": _mapping_check(_TEXT, _RANGE),
     "warnings": _list_check(_TEXT),
     "shard": _any_check(_NOTHING, _text_check(r"\d{1,9}/\d{1,9}", "a shard such as 2/8")),
     "joined": _list_check(_TEXT),

@@ -11,7 +11,7 @@ import pyarrow.compute as pc
 from .batch import GROUP_ROWS
 from .columns import values_of
 from .datasets import EVENT
-from .read import OFFSETS_BY
+from .read import OFFSETS_BY_ITEM
 from .read_blocks import BlockedRun, OneBlock, to_frame
 
 if TYPE_CHECKING:
@@ -23,7 +23,12 @@ class SampledRun(BlockedRun):
 
     def __init__(self, run: BlockedRun):
         """Take the run."""
-        self.directory, self.place, self.grid, self.layout = run.directory, run.place, run.grid, run.layout
+        self.directory, self.files_directory, self.grid, self.layout = (
+            run.directory,
+            run.files_directory,
+            run.grid,
+            run.layout,
+        )
         self.block_runs, self._marks = run.block_runs, run.marks()
         all_rows = pa.concat_tables([table for _, table in self.sampled_parts()])
         self._table_of_sample = all_rows.take(pc.sort_indices(all_rows, [("case_id", "ascending")])).combine_chunks()
@@ -77,9 +82,9 @@ def _events(part: OneBlock, identities: list[int]) -> list[dict[str, np.ndarray]
     row_indices = np.searchsorted(part.numbers, np.array(identities, "u8"))
     events: list[dict[str, np.ndarray]] = [{name: np.empty(0) for name in _NAMES} for _ in identities]
     with part.orbits() as file:
-        if OFFSETS_BY[EVENT] not in file or not len(row_indices):
+        if OFFSETS_BY_ITEM[EVENT] not in file or not len(row_indices):
             return events
-        offsets = file[OFFSETS_BY[EVENT]][:]
+        offsets = file[OFFSETS_BY_ITEM[EVENT]][:]
         runs = np.split(np.arange(len(row_indices)), np.flatnonzero(np.diff(row_indices) != 1) + 1)
         for run in runs:
             start, stop = int(offsets[row_indices[run[0]]]), int(offsets[row_indices[run[-1]] + 1])

@@ -32,7 +32,7 @@ def write_summary(
     verdict_fields = [field_of(column) for column in result_schema.verdict.columns]
     full_schema = pa.schema([*schema, *verdict_fields], {"clearsweep": mark})
     with (
-        os.fdopen(durable.create(path), "wb") as file,
+        os.fdopen(durable.create_file(path), "wb") as file,
         pq.ParquetWriter(
             file, full_schema, write_page_checksum=True, use_dictionary=repetitive_columns(full_schema)
         ) as writer,
@@ -69,7 +69,7 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
             with pa.ipc.new_stream(file, schema) as writer:
                 in_memory = list(columns)
                 for first, last in itertools.pairwise(bounds.tolist()):
-                    positions_in_batches = _indices(order[first:last])
+                    positions_in_batches = _index_array(order[first:last])
                     writer.write_batch(
                         pa.RecordBatch.from_arrays(
                             [column.take(positions_in_batches) for column in in_memory], schema=schema
@@ -82,12 +82,12 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
             order = np.argsort(
                 np.concatenate([positions[bounds[k] : bounds[k + 1]] for positions, bounds, _ in sorted_rows])
             )
-            yield group.take(_indices(order)).combine_chunks()
+            yield group.take(_index_array(order)).combine_chunks()
 
 
 def _groups(columns: Iterable[pa.Array], order: np.ndarray, schema: pa.Schema) -> Iterator[pa.Table]:
     """Yield rows in an order, GROUP_ROWS at a time."""
-    positions = _indices(order)
+    positions = _index_array(order)
     # column by column: one of them fits into the processor's cache, all of them do not
     ordered = pa.Table.from_arrays([column.take(positions) for column in columns], schema=schema)
     for first in range(0, len(order), GROUP_ROWS):
@@ -127,5 +127,5 @@ def _join_columns(tables: list[list[pa.ChunkedArray]], schema: pa.Schema) -> Ite
             pa.default_memory_pool().release_unused()  # the parts are small: malloc would keep the gaps they leave
 
 
-def _indices(values: np.ndarray) -> pa.Array:
+def _index_array(values: np.ndarray) -> pa.Array:
     return array_of([None, np.ascontiguousarray(values, "i8")], pa.int64(), len(values))

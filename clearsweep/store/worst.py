@@ -13,8 +13,8 @@ from .columns import values_of
 
 GROUP = "worst"  # of orbits.h5
 JOINT, TURNS, OFFSETS = f"{GROUP}/joint", f"{GROUP}/turns", f"{GROUP}/offsets"
-RANKED_BY = ("force_peak_ratio", "force_peak")  # figures of a joint: the first of which any case has a value
-_RUN = "revolutions_run"  # of `simulate.until`
+RANKING_FIGURES = ("force_peak_ratio", "force_peak")  # figures of a joint: the first of which any case has a value
+_LENGTH_COLUMN = "revolutions_run"  # of `simulate.until`
 
 
 class Worst(NamedTuple):
@@ -28,17 +28,17 @@ class Worst(NamedTuple):
 
 
 #: Reads columns of the summary, some rows at a time.
-Groups = Callable[[pa.Schema], Iterator[pa.Table]]
+ReadGroups = Callable[[pa.Schema], Iterator[pa.Table]]
 #: Computes the revolution of the largest peak of some cases again, or None if that failed.
 FindPeaks = Callable[[Sequence[Worst]], Sequence[Peak | None]]
 
 
-def worst_cases(result_schema: ResultSchema, groups: Groups) -> list[Worst]:
+def worst_cases(result_schema: ResultSchema, groups: ReadGroups) -> list[Worst]:
     """Return the worst cases of a summary, the worst first: those with the largest load ratio of any joint.
 
     If no case has one, the largest normal force counts.
     """
-    for figure in RANKED_BY:
+    for figure in RANKING_FIGURES:
         names = [f"{joint.name}_{figure}" for joint in result_schema.layout.joints]
         if {column.name for column in result_schema.layout.columns}.issuperset(names):
             largest = _cases_with_largest(result_schema, groups, names)
@@ -47,12 +47,12 @@ def worst_cases(result_schema: ResultSchema, groups: Groups) -> list[Worst]:
     return []
 
 
-def _cases_with_largest(result_schema: ResultSchema, groups: Groups, names: list[str]) -> list[Worst]:
+def _cases_with_largest(result_schema: ResultSchema, groups: ReadGroups, names: list[str]) -> list[Worst]:
     """Return the cases with the largest value of any of some columns, one for each joint."""
     joints, paths = result_schema.layout.joints, [axis.path for axis in result_schema.axes]
     peaks = [f"{joint.name}_force_peak" for joint in joints]
     full_schema = summary_schema(result_schema)
-    optional = [_RUN] if _RUN in full_schema.names else []
+    optional = [_LENGTH_COLUMN] if _LENGTH_COLUMN in full_schema.names else []
     names_to_read = dict.fromkeys(["case_id", "status", *paths, *names, *peaks, *optional])
     ranked: list[tuple[float, Worst]] = []
     for group in groups(pa.schema([full_schema.field(name) for name in names_to_read])):
@@ -64,7 +64,7 @@ def _cases_with_largest(result_schema: ResultSchema, groups: Groups, names: list
             if np.isfinite(largest[row]):
                 joint = int(np.nanargmax(figures[:, row]))
                 point = {path: _plain_value(columns[path][row]) for path in paths}
-                length = float(columns[_RUN][row]) if optional else None
+                length = float(columns[_LENGTH_COLUMN][row]) if optional else None
                 case = Worst(columns["case_id"][row], point, joint, float(columns[peaks[joint]][row]), length)
                 ranked.append((float(largest[row]), case))
     ranked.sort(key=lambda entry: (-entry[0], entry[1].case_id))

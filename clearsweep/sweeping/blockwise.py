@@ -204,7 +204,7 @@ class BlockRunner:
             self.marks[number] = self._await_mark(future, submit)
             del self.finishing[number]
             scratch = store.Block(self.job.directory, number).path / store.SCRATCH
-            durable.remove_temporaries(scratch, remove=True)
+            durable.remove_temporaries(scratch, remove_folder=True)
 
     def _await_mark(self, future: Future, submit: Callable[[], Future]) -> dict[str, Any]:
         """Return the mark from a worker; a dead worker is replaced."""

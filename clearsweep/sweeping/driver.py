@@ -297,7 +297,7 @@ class Driver:
     def _drain(self) -> None:
         """Wait until the workers have finished their current cases, end them, and record their commits."""
         with contextlib.suppress(OSError):  # a full disk: end them without a warning
-            os.close(durable.create(self.context.stop))
+            os.close(durable.create_file(self.context.stop))
         for future in wait(self.running, timeout=STOP_TIMEOUT).done:
             with contextlib.suppress(Exception):
                 self._record_result(self.running[future], future.result())

@@ -276,5 +276,5 @@ def run_on_nodes(job: BlockJob) -> BlocksOutcome:
     for number in numbers:
         if mark := finished_mark(job, number):
             marks[number] = mark
-        durable.remove_temporaries(store.Block(job.directory, number).path / store.SCRATCH, remove=True)
+        durable.remove_temporaries(store.Block(job.directory, number).path / store.SCRATCH, remove_folder=True)
     return BlocksOutcome(marks, driver.ran, driver.case_seconds, complete)

@@ -332,7 +332,7 @@ def _new_status_file(path: Path) -> Iterator[_StatusWriter]:
     """Yield a new status file; AbandonedError if one exists: the scheduler repeats a batch that killed a worker."""
     with durable.storing(path):
         try:
-            handle = durable.create(path)
+            handle = durable.create_file(path)
         except FileExistsError:
             raise AbandonedError(f"{path.name}: its batch was begun before") from None
     try:

@@ -73,7 +73,9 @@ def ours(short: list, tolerance: float) -> np.ndarray:
 def ways_of(like: list, short: list, *, flagship: bool) -> list[Route]:
     """Return all ways to integrate problems `like` one, of which `short` are some up to half a revolution."""
     scenes = [scene_of(first, TOLERANCE) for first in like]  # to build one takes ten times as long as to run it
-    cases, scenes_of_short = [built.case for built in scenes], scenes[:: len(like) // len(short)]
+    shared = {section: getattr(scenes[0].case, section) for section in ("mechanism", "loads", "outline")}
+    cases = [built.case._replace(**shared) for built in scenes]  # as the cases of one grid share what does not vary
+    scenes_of_short = scenes[:: len(like) // len(short)]
 
     def neighbour():
         return sum(path.summary["run_time"] for _, path in simulation.solve_each(cases))

@@ -184,23 +184,32 @@ def kinds(value):
     return _walk(value, [])
 
 
+class Identity:
+    """A value as part of a cache's key: equal to nothing but itself.  The cache keeps the value alive."""
+
+    __slots__ = ("value",)
+
+    def __init__(self, value):
+        self.value = value
+
+    def __eq__(self, other):
+        return self.value is other.value
+
+    def __hash__(self):
+        return id(self.value)
+
+
 def _walk_cached(part, numbers):
     """Return the result of `_walk` for a part of a scene, cached because the cases of a sweep share their mechanism."""
-    cached = _CACHED_PARTS.get(id(part))
-    if cached is None:
-        number_list: list[float] = []
-        cached = part, _walk(part, number_list), number_list
-        if len(_CACHED_PARTS) >= MAX_CACHED_PARTS:
-            _CACHED_PARTS.clear()
-        _CACHED_PARTS[id(part)] = cached
-    numbers += cached[2]
-    return cached[1]
+    form, part_numbers = _walk_part(Identity(part))
+    numbers += part_numbers
+    return form
 
 
-MAX_CACHED_PARTS = 256
-_CACHED_PARTS: dict[
-    int, tuple
-] = {}  # id of a part, which stays as long as it is in here -> part, its types, its numbers
+@functools.lru_cache(maxsize=256)
+def _walk_part(part):
+    numbers: list[float] = []
+    return _walk(part.value, numbers), numbers
 
 
 def _walk(value, numbers, walk=None):

@@ -45,6 +45,7 @@ class CaseRows(Sequence):
         return len(self.cases)
 
     def _order(self) -> np.ndarray:
+        """Return the row numbers in the order of the table."""
         if not self.sort_column:
             return np.arange(len(self))
         return self.cases.ordered(self.sort_column, smallest=self.smallest)
@@ -52,12 +53,12 @@ class CaseRows(Sequence):
     @overload
     def __getitem__(self, selection: int) -> tuple: ...
     @overload
-    def __getitem__(self, rows_wanted: slice) -> list[tuple]: ...
-    def __getitem__(self, rows_wanted: int | slice) -> tuple | list[tuple]:
-        if isinstance(rows_wanted, int):
-            return self[rows_wanted : rows_wanted + 1 or None][0]
+    def __getitem__(self, selection: slice) -> list[tuple]: ...
+    def __getitem__(self, selection: int | slice) -> tuple | list[tuple]:
+        if isinstance(selection, int):
+            return self[selection : selection + 1 or None][0]
         row_numbers = self._order()[
-            rows_wanted
+            selection
         ].copy()  # a view would keep the indices of all cases while columns are read
         values = [self.cases.index[row_numbers].tolist()]
         values += [self.cases[column].iloc[row_numbers].tolist() for column in self.columns]

@@ -40,7 +40,7 @@ STYLE: dict[Any, Any] = {
 LONG_CURVE = 1000  # characters of a curve's coordinates above which they are rounded more
 
 
-class Painted(Protocol):
+class Drawable(Protocol):
     """The fields of a picture that matplotlib needs."""
 
     @property
@@ -72,7 +72,7 @@ def _renderer(dpi: float) -> RendererAgg:
     return RendererAgg(1, 1, dpi)
 
 
-def draw_figure(picture: Painted) -> tuple[Figure, Axes]:
+def draw_figure(picture: Drawable) -> tuple[Figure, Axes]:
     """Return a picture on a canvas of its size, and its axes."""
     figure = Figure(figsize=picture.size, dpi=150, layout="constrained")
     MeasuringCanvas(figure)
@@ -89,17 +89,17 @@ def lay_out_once(figure: Figure) -> None:
     figure.set_layout_engine(None)
 
 
-def svg(picture: Painted, key: str) -> tuple[str, Callable[[Any], np.ndarray]]:
-    """Return a picture as SVG with ids prefixed with `key`, and the mapping of its own units to points."""
-    with rc_context({**STYLE, "svg.hashsalt": key}):
+def draw_svg(picture: Drawable, id_prefix: str) -> tuple[str, Callable[[Any], np.ndarray]]:
+    """Return a picture as SVG with ids prefixed with `id_prefix`, and the mapping of its own units to points."""
+    with rc_context({**STYLE, "svg.hashsalt": id_prefix}):
         figure, axes = draw_figure(picture)
         lay_out_once(figure)
         stream = io.StringIO()
         figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None, "Format": None, "Type": None})
     text = stream.getvalue()
     text = re.sub(r"<metadata>.*?</metadata>", "", text[text.index("<svg") :], flags=re.DOTALL)
-    text = re.sub(r'\bid="([^"]+)"', rf'id="{key}-\1"', text)
-    text = re.sub(r'(href="#|url\(#)', rf"\1{key}-", text)
+    text = re.sub(r'\bid="([^"]+)"', rf'id="{id_prefix}-\1"', text)
+    text = re.sub(r'(href="#|url\(#)', rf"\1{id_prefix}-", text)
     text = re.sub(r' (?:d|x|y)="[^"]+"', _round_coordinates, text)
     text = re.sub(r"\s*\n\s*", "\n", text)
     height_points, points_per_pixel = 72.0 * figure.get_figheight(), 72.0 / figure.dpi

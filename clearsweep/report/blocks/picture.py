@@ -17,7 +17,9 @@ THEME_VARIABLES["#f3f6f9"] = "--tint"  # the area of a journal
 _COLOUR = re.compile(rf"((?:fill|stroke): )({'|'.join(THEME_VARIABLES)})\b")
 _WHITE_TEXT = re.compile(r"(?<=; fill: )#ffffff(?=\")")  # white text on a dark cell of a map, in any theme
 ANIMATION_TIME = 8  # s, duration of a dot's movement
-ToPoints = Callable[[Any], np.ndarray]  # places in a picture's own units -> points from its upper left corner, (n, 2)
+ToPoints = Callable[
+    [Any], np.ndarray
+]  # positions (n, 2) in a picture's own units -> points from its upper left corner, (n, 2)
 
 
 class Spot(NamedTuple):
@@ -55,12 +57,12 @@ class Picture(NamedTuple):
         return self.size[0] > COLUMN_WIDTH
 
 
-def draw_svg(picture: Picture, key: str) -> str:
-    """Return a picture as an SVG element for a page: no metadata, ids prefixed with `key`, labelled by its text."""
+def draw_svg(picture: Picture, id_prefix: str) -> str:
+    """Return a picture as an SVG element for a page: ids prefixed with `id_prefix`, labelled by its text."""
     try:
-        svg_text, to_points = _drawn_by_plot(picture, key)
+        svg_text, to_points = _draw_by_plot(picture, id_prefix)
     except plot.UnsupportedError:
-        svg_text, to_points = _drawn_by_matplotlib(picture, key)
+        svg_text, to_points = _draw_by_matplotlib(picture, id_prefix)
     svg_text = _COLOUR.sub(_theme_variable, _WHITE_TEXT.sub("white", svg_text))
     if picture.spots:
         svg_text = (
@@ -68,17 +70,19 @@ def draw_svg(picture: Picture, key: str) -> str:
         )
     if picture.dots:
         svg_text = (
-            svg_text.removesuffix("\n").removesuffix("</svg>") + _dot_elements(picture, to_points, key) + "</svg>\n"
+            svg_text.removesuffix("\n").removesuffix("</svg>")
+            + _dot_elements(picture, to_points, id_prefix)
+            + "</svg>\n"
         )
     role = "group" if any(spot.case_id for spot in picture.spots) else "img"  # an image contains no links
     return svg_text.replace("<svg ", f'<svg role="{role}" aria-label="{html.escape(picture.alt)}" ', 1)
 
 
-def _drawn_by_plot(picture: Picture, key: str) -> tuple[str, ToPoints]:
+def _draw_by_plot(picture: Picture, id_prefix: str) -> tuple[str, ToPoints]:
     """Return a picture as SVG drawn by `plot`, and the mapping of its points."""
     sheet = plot.make_sheet(picture.size, picture.projection)
     picture.paint(sheet.axes)
-    text, box = sheet.svg(key)
+    text, box = sheet.svg(id_prefix)
 
     def to_points(points: Any) -> np.ndarray:
         x, y = np.asarray(points, float).T
@@ -87,14 +91,14 @@ def _drawn_by_plot(picture: Picture, key: str) -> tuple[str, ToPoints]:
     return text, to_points
 
 
-def _drawn_by_matplotlib(picture: Picture, key: str) -> tuple[str, ToPoints]:
+def _draw_by_matplotlib(picture: Picture, id_prefix: str) -> tuple[str, ToPoints]:
     """Return a picture as SVG drawn by matplotlib, and the mapping of its points.
 
     Matplotlib draws spatial pictures, arrows and thousands of points.
     """
     from . import matplotlib_figure  # loads in as much time as a page of few cases takes
 
-    return matplotlib_figure.svg(picture, key)
+    return matplotlib_figure.draw_svg(picture, id_prefix)
 
 
 def _spot_elements(spots: tuple[Spot, ...], to_points: ToPoints) -> str:
@@ -123,7 +127,7 @@ def _theme_variable(colour: re.Match[str]) -> str:
     return f"{colour[1]}var({THEME_VARIABLES[colour[2]]}, {colour[2]})"
 
 
-def _dot_elements(picture: Picture, to_points: ToPoints, key: str) -> str:
+def _dot_elements(picture: Picture, to_points: ToPoints, id_prefix: str) -> str:
     """Return the dots of a picture as SVG: they move once over their positions when the picture is clicked."""
     (width, height), parts = (72.0 * inches for inches in picture.size), []
     for dot in picture.dots:
@@ -131,9 +135,9 @@ def _dot_elements(picture: Picture, to_points: ToPoints, key: str) -> str:
         start_attributes = " ".join(f'{name}="{points[0]:.1f}"' for name, points in coordinates.items())
         animations = "".join(
             f'<animate attributeName="{name}" values="{";".join(f"{x:.1f}" for x in points)}" dur="{ANIMATION_TIME}s" '
-            f'begin="{key}-play.click"/>'
+            f'begin="{id_prefix}-play.click"/>'
             for name, points in coordinates.items()
         )
         parts.append(f'<circle {start_attributes} r="3.5" fill="{dot.colour}">{animations}</circle>')
-    click_area = f'<rect id="{key}-play" width="{width:g}" height="{height:g}" fill="none" pointer-events="all"/>'
+    click_area = f'<rect id="{id_prefix}-play" width="{width:g}" height="{height:g}" fill="none" pointer-events="all"/>'
     return "".join([*parts, click_area])

@@ -42,13 +42,13 @@ class Gallery(NamedTuple):
 class Detail(NamedTuple):
     """One case: reason for showing it, id, settings in words, figures (name, value with unit), pictures."""
 
-    why: str
+    reason: str
     case_id: str
     setting: str
     figures: list[tuple[str, str]]
     pictures: list[Picture]
-    moving: "Interactive | None" = None
-    key: str = "motion"  # of the content shown of a case, unique on a page for each case
+    player: "Interactive | None" = None  # the case in motion
+    key: str = "motion"  # prefix of the id of the block on the page
     player_pictures: tuple[Picture, ...] = ()  # shown by the player as well: only for files
     note: str = ""  # below the figures
 
@@ -108,7 +108,7 @@ class Section(NamedTuple):
     def has_scripts(self) -> bool:
         """Return whether the section contains data for scripts."""
         return any(
-            isinstance(block, Interactive) or (isinstance(block, Detail) and block.moving) for block in self.blocks
+            isinstance(block, Interactive) or (isinstance(block, Detail) and block.player) for block in self.blocks
         )
 
 
@@ -130,11 +130,12 @@ def without_empty(blocks: Iterable[Block]) -> list[Block]:
 
 
 def _pictures(block: Block) -> list[tuple[str, Picture]]:
+    """Return the pictures of a block, each with the reason for its case, or ''."""
     match block:
         case Gallery():
             return [("", picture) for picture in block.pictures]
         case Detail():
-            return [(block.why, picture) for picture in (*block.pictures, *block.player_pictures)]
+            return [(block.reason, picture) for picture in (*block.pictures, *block.player_pictures)]
         case Columns():
             return [picture for column in block.columns for inner_block in column for picture in _pictures(inner_block)]
         case _:

@@ -28,7 +28,7 @@ class Column(NamedTuple):
     name: str
     unit: str = "1"
     axis: Axis | None = None
-    file_only: bool = False  # left out on the page, where the cells carry it
+    file_only: bool = False  # only in the CSV
     heading: str = ""  # on the page, if it differs from the name in the file
 
 
@@ -44,7 +44,7 @@ class Head(NamedTuple):
 
     name: str
     unit: str  # '' for none
-    numeric: bool  # nothing in it is a word
+    numeric: bool  # no cell is a word
 
 
 class TableText(NamedTuple):
@@ -52,7 +52,7 @@ class TableText(NamedTuple):
 
     heads: list[Head]
     rows: list[list[str]]
-    total: int  # rows there are in all
+    total_rows: int  # of the whole table
 
 
 class Table(NamedTuple):
@@ -65,7 +65,7 @@ class Table(NamedTuple):
     rows: Sequence[tuple]
     is_file: bool = True  # whether it is written as a file; not if another table has all its rows
 
-    def shown(self) -> TableText:
+    def to_text(self) -> TableText:
         """Return the table in text: heads with readable units, the first PAGE_ROWS rows."""
         heads, column_texts, first_rows = [], [], self.rows[:PAGE_ROWS]
         for column_index, column in enumerate(self.columns):
@@ -102,25 +102,25 @@ class Table(NamedTuple):
 
     def markdown(self) -> str:
         """Return the table as Markdown, with the rows of the page, numbers to the right and units in the header."""
-        table_text = self.shown()
-        escaped_names = [in_markdown(head.name) for head in table_text.heads]
+        table_text = self.to_text()
+        escaped_names = [escape_markdown(head.name) for head in table_text.heads]
         heads = [
             f"{name} [{head.unit}]" if head.unit else name
             for name, head in zip(escaped_names, table_text.heads, strict=True)
         ]
         alignments = ["---:" if head.numeric else "---" for head in table_text.heads]
-        body = [[in_markdown(cell) for cell in cells] for cells in table_text.rows]
+        body = [[escape_markdown(cell) for cell in cells] for cells in table_text.rows]
         rows = [f"| {' | '.join(cells)} |" for cells in (heads, alignments, *body)]
         cut_note = (
-            f" The first {PAGE_ROWS} of {table_text.total} rows; {self.key}.csv has all."
-            if table_text.total > PAGE_ROWS
+            f" The first {PAGE_ROWS} of {table_text.total_rows} rows; {self.key}.csv has all."
+            if table_text.total_rows > PAGE_ROWS
             else ""
         )
-        note = in_markdown(f"{self.note}{cut_note}".strip())
-        return "\n".join([f"### {in_markdown(self.title)}", "", *([note, ""] if note else []), *rows, ""])
+        note = escape_markdown(f"{self.note}{cut_note}".strip())
+        return "\n".join([f"### {escape_markdown(self.title)}", "", *([note, ""] if note else []), *rows, ""])
 
 
-def in_markdown(text: str) -> str:
+def escape_markdown(text: str) -> str:
     """Return a text escaped for Markdown, so that no part of it is markup, a link or the end of a cell."""
     return text.translate(_MARKDOWN_ESCAPES)
 
@@ -131,16 +131,19 @@ def count_cell(count: int) -> Quantity:
 
 
 def _file_heads(column: Column) -> list[str]:
+    """Return the heads in the CSV of a column and, if its axis has labels, of its labels."""
     labels = [_without_formula(f"{column.name} label")] if column.axis is not None and column.axis.labels else []
     return [_file_head(column), *labels]
 
 
 def _file_cells(value: Any, column: Column) -> list[object]:
+    """Return the cells in the CSV of a value and, if its axis has labels, its label."""
     labels = column.axis.labels if column.axis is not None else {}
     return [_file_value(value, column), *([_without_formula(labels.get(_si_value(value), ""))] if labels else [])]
 
 
 def _file_head(column: Column) -> str:
+    """Return the head of a column in the CSV, with its unit."""
     unit = column.unit
     if column.axis is not None and column.axis.written:
         unit = column.axis.scale.unit.replace(wording.BLANK, "*")
@@ -148,6 +151,7 @@ def _file_head(column: Column) -> str:
 
 
 def _scale(column: Column, values: list) -> wording.Scale:
+    """Return the unit in which the page shows a column."""
     if column.axis is not None:
         return column.axis.scale
     if values and all(isinstance(value, Quantity) for value in values):
@@ -156,6 +160,7 @@ def _scale(column: Column, values: list) -> wording.Scale:
 
 
 def _cell_text(value: Any, column: Column, scale: wording.Scale) -> str:
+    """Return a cell as the page shows it."""
     if isinstance(value, Quantity):
         return value.text
     if is_missing(value):
@@ -166,6 +171,7 @@ def _cell_text(value: Any, column: Column, scale: wording.Scale) -> str:
 
 
 def _file_value(value: Any, column: Column) -> object:
+    """Return a cell as the CSV contains it: in SI, or in the written unit of its axis."""
     value = _si_value(value)
     if column.axis is not None and column.axis.written and not isinstance(value, str) and not is_missing(value):
         value = float(f"{column.axis.scale.of(value):.{CONVERTED_DIGITS}g}")
@@ -178,6 +184,7 @@ def _without_formula(text: str) -> str:
 
 
 def _si_value(value: Any) -> Any:
+    """Return the SI value of a cell."""
     return value.value if isinstance(value, Quantity) else value
 
 

@@ -11,7 +11,7 @@ from ... import grid
 from ...grid import Fit
 from ...language import wording
 
-CHUNK = 65_536  # values looked up together
+CHUNK_VALUES = 65_536  # values looked up together
 MIN_DIGITS = 4  # of a swept value, if these distinguish its values
 MAX_LISTED_NUMBERS, MAX_LISTED_NAMES = 6, 16  # most values of an axis that a sentence lists
 MAX_LEVELS = 30  # distinct values of a parallel axis above which it is scattered and its levels are not compared
@@ -82,12 +82,12 @@ def index_on_axis(axis: Axis, values: pd.Series) -> np.ndarray:
         return values.map({value: index for index, value in enumerate(axis.values)}).fillna(-1).to_numpy(np.int32)
     axis_values, case_values = np.asarray(axis.values, float), values.to_numpy(float)
     order, indices = np.argsort(axis_values), np.empty(len(case_values), np.int32)
-    for start in range(0, len(case_values), CHUNK):
-        chunk = case_values[start : start + CHUNK]
-        above = np.searchsorted(axis_values[order], chunk).clip(1, max(len(axis_values) - 1, 1))
-        neighbours = order[np.stack([above - 1, above.clip(max=len(axis_values) - 1)])]
+    for start in range(0, len(case_values), CHUNK_VALUES):
+        chunk = case_values[start : start + CHUNK_VALUES]
+        upper_neighbours = np.searchsorted(axis_values[order], chunk).clip(1, max(len(axis_values) - 1, 1))
+        neighbours = order[np.stack([upper_neighbours - 1, upper_neighbours.clip(max=len(axis_values) - 1)])]
         nearest = neighbours[np.abs(axis_values[neighbours] - chunk).argmin(axis=0), np.arange(len(chunk))]
-        indices[start : start + CHUNK] = np.where(
+        indices[start : start + CHUNK_VALUES] = np.where(
             np.isclose(axis_values[nearest], chunk, rtol=1e-9, atol=0.0), nearest, -1
         )
     return indices
@@ -96,16 +96,19 @@ def index_on_axis(axis: Axis, values: pd.Series) -> np.ndarray:
 def axes_of(record: Mapping, tried: dict, units: Mapping[str, str], joints: int) -> tuple[Axis, ...]:
     """Return the axes of a run: swept, parallel, drawn, and `tried` by a search; without values added by `refine`."""
     swept, parallel = record.get("sweep") or {}, (record.get("zip") or {}) | (record.get("cases") or {}) | tried
-    drawn, has_candidates = (record.get("sample") or {}).get("drawn", {}), bool((record.get("seek") or {}).get("among"))
+    drawn_values, has_candidates = (
+        (record.get("sample") or {}).get("drawn", {}),
+        bool((record.get("seek") or {}).get("among")),
+    )
     axes = [_axis(path, tuple(values), units.get(path, "1"), joints) for path, values in swept.items()]
-    for path, values in (parallel | drawn).items():
-        distinct = tuple(dict.fromkeys(values))
-        if path in drawn or (path in tried and not has_candidates) or len(distinct) > MAX_LEVELS:
-            ascending = tuple(sorted(distinct))
-            end_axis = _axis(path, ascending[:: max(len(ascending) - 1, 1)], units.get(path, "1"), joints)
-            axes.append(end_axis._replace(values=ascending, digits=MIN_DIGITS, is_scattered=True))
+    for path, values in (parallel | drawn_values).items():
+        distinct_values = tuple(dict.fromkeys(values))
+        if path in drawn_values or (path in tried and not has_candidates) or len(distinct_values) > MAX_LEVELS:
+            ascending_values = tuple(sorted(distinct_values))
+            end_axis = _axis(path, ascending_values[:: max(len(ascending_values) - 1, 1)], units.get(path, "1"), joints)
+            axes.append(end_axis._replace(values=ascending_values, digits=MIN_DIGITS, is_scattered=True))
         else:
-            axes.append(_axis(path, distinct, units.get(path, "1"), joints))
+            axes.append(_axis(path, distinct_values, units.get(path, "1"), joints))
     axes, fits = _with_common_units(axes, units), grid.recorded_fits(record)
     written_units = record.get("written_units", {})
     written_scales = {
@@ -114,7 +117,7 @@ def axes_of(record: Mapping, tried: dict, units: Mapping[str, str], joints: int)
     axes = [axis._replace(scale=scale, written=True) if (scale := written_scales[axis.path]) else axis for axis in axes]
     labels = grid.recorded_labels(record)
     axes = [axis._replace(labels={value: label for label, value in labels.get(axis.path, {}).items()}) for axis in axes]
-    return tuple(_with_fits(axis, fits.get(axis.path, ()), drawn=axis.path in drawn) for axis in axes)
+    return tuple(_with_fits(axis, fits.get(axis.path, ()), drawn=axis.path in drawn_values) for axis in axes)
 
 
 def _with_common_units(axes: list[Axis], units: Mapping[str, str]) -> list[Axis]:

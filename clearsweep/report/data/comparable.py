@@ -14,16 +14,16 @@ def comparable_values(study: Study, column: str) -> np.ndarray:
     values = study.cases[column].to_numpy(float)
     if not excludes_cut_off_starts(study, column):
         return values
-    finished = np.where(_cut_off(study), np.nan, values)
+    finished = np.where(_is_cut_off(study), np.nan, values)
     return finished if np.isfinite(finished).any() else values
 
 
 def excludes_cut_off_starts(study: Study, column: str) -> bool:
     """Return whether a figure leaves out starts that were cut off."""
-    return column not in (START_UP, MAX_SPEED, SPEED_AFTER_START) and bool(_cut_off(study).any())
+    return column not in (START_UP, MAX_SPEED, SPEED_AFTER_START) and bool(_is_cut_off(study).any())
 
 
-def _cut_off(study: Study) -> np.ndarray:
+def _is_cut_off(study: Study) -> np.ndarray:
     """Return which starts did not reach the motor's speed; none if all or nothing starts."""
     count = len(study.cases)
     if case_ranking_of(study).question != "start-up" or not study.has(START_UP):

@@ -24,7 +24,7 @@ LEADING_FIGURES = {
 
 
 def leading_figure(
-    layout: Layout, limits: Iterable[Limit], has: Callable[[str], bool], grid: Mapping[str, Any]
+    layout: Layout, limits: Iterable[Limit], has_figure: Callable[[str], bool], grid: Mapping[str, Any]
 ) -> LeadingFigure:
     """Return the leading figure of a page.
 
@@ -39,7 +39,7 @@ def leading_figure(
     layout_columns = {column.name: column for column in layout.columns}
     for limit in limits:
         column = layout_columns.get(limit.column)
-        if column and column.joint and column.figure and has(column.name):
+        if column and column.joint and column.figure and has_figure(column.name):
             name = labels.column_label(layout._replace(joints=layout.joints[:1]), column.name)  # without the joint
             return LeadingFigure(column.figure, name, limit.kind == "at_least")
     return PEAK

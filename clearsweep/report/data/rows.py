@@ -25,14 +25,14 @@ class Rows:
         self,
         run: StoredRun,
         ids: pd.Series,
-        chosen: np.ndarray,
-        texts: set[str],
+        is_selected: np.ndarray,
+        text_columns: set[str],
         derived: Mapping[str, Callable[["Rows"], pd.Series]] | None = None,
     ) -> None:
-        """Take the case_id of all rows of a summary, the `chosen` rows, its text columns, and the computed columns."""
-        self._run, self._texts, self._derived = run, texts, derived or {}
-        self.selected = chosen  # (rows of the summary,)
-        self._selection = slice(None) if chosen.all() else chosen
+        """Take the case_id of all rows of a summary, the mask of these cases, text and computed columns."""
+        self._run, self._text_columns, self._derived = run, text_columns, derived or {}
+        self.selected = is_selected  # (rows of the summary,)
+        self._selection = slice(None) if is_selected.all() else is_selected
         self.index = pd.Index(ids[self._selection], name="case_id")
         self.columns = [name for name in run.columns if name != "case_id"] + list(self._derived)
         self._names = frozenset(self.columns)
@@ -66,7 +66,7 @@ class Rows:
 
     def _read(self, column: str) -> pd.Series:
         values = self._run.column(column)[self._selection]
-        if column in self._texts:
+        if column in self._text_columns:
             return values.set_axis(self.index)
         return pd.Series(values.to_numpy(float, na_value=np.nan), self.index, name=column)
 

@@ -103,20 +103,22 @@ class Study(NamedTuple):
         """Return the axes whose values are few and shared by many cases, so that cases can be compared."""
         return tuple(axis for axis in self.swept() if not axis.is_scattered)
 
-    def setting(self, case_id: str, without: Axis | None = None) -> str:
-        """Return the swept values of a case in words, except those of the axis `without`; '' if nothing is swept.
+    def setting(self, case_id: str, omitted_axis: Axis | None = None) -> str:
+        """Return the swept values of a case in words, except those of `omitted_axis`; '' if nothing is swept.
 
         If there are more than MAX_NAMED_AXES axes, values that most cases share are left out.
         """
-        axis_values = [(axis, self._value_of(case_id, axis.path)) for axis in self.swept() if axis is not without]
-        used = [(axis, value) for axis, value in axis_values if not pd.isna(value)]
+        axis_values = [(axis, self._value_of(case_id, axis.path)) for axis in self.swept() if axis is not omitted_axis]
+        used_values = [(axis, value) for axis, value in axis_values if not pd.isna(value)]
         distinctive = [
             axis_value
-            for axis_value in used
-            if len(used) <= MAX_NAMED_AXES or axis_value[1] != self._most_common_value(axis_value[0])
+            for axis_value in used_values
+            if len(used_values) <= MAX_NAMED_AXES or axis_value[1] != self._most_common_value(axis_value[0])
         ]
-        words = [f"{axis.name} {axis.text(value)}" for axis, value in distinctive]
-        return ", ".join([*words, "all other values as in most cases"] if len(distinctive) < len(used) else words)
+        value_texts = [f"{axis.name} {axis.text(value)}" for axis, value in distinctive]
+        return ", ".join(
+            [*value_texts, "all other values as in most cases"] if len(distinctive) < len(used_values) else value_texts
+        )
 
     def value(self, case_id: str, path: str) -> float | str | None:
         """Return the value (SI) of a case at a dotted path, swept or not, or None if it has none."""
@@ -192,7 +194,7 @@ class Study(NamedTuple):
 
 
 def prepare(run: StoredRun, *, shows_median: bool = False) -> Study:
-    """Return a run, as the store opens it, prepared for reading; `typical` as in Study."""
+    """Return a run, as the store opens it, prepared for reading; `shows_median` as in Study."""
     if isinstance(run, BlockedRun):
         run = SampledRun(run)
     layout, record = run.layout, run.grid
@@ -235,12 +237,13 @@ def _is_grid_case(run: StoredRun | SampledRun) -> np.ndarray:
 
 def _law_checks(run: StoredRun | SampledRun, selected: np.ndarray) -> tuple[law_check.LawResult, ...]:
     """Return the results of the finished cases that check laws."""
-    grid_laws, lead = grid.base_laws(run.grid), case_ranking.ranking_of(run.layout, _limits(run), run.grid)
-    table = {name: run.column(name).to_numpy()[selected] for name in ("case_id", *grid_laws, *lead.columns)}
-    return tuple(law_check.law_results(table, grid_laws, lead))
+    grid_laws, ranking = grid.base_laws(run.grid), case_ranking.ranking_of(run.layout, _limits(run), run.grid)
+    table = {name: run.column(name).to_numpy()[selected] for name in ("case_id", *grid_laws, *ranking.columns)}
+    return tuple(law_check.law_results(table, grid_laws, ranking))
 
 
 def _limits(run: StoredRun | SampledRun) -> tuple[Limit, ...]:
+    """Return the limits of the grid of a run."""
     return limits_of(run.grid.get("limits") or {}, run.layout.columns)
 
 

@@ -18,7 +18,7 @@ from ...store import durable
 from ..blocks.matplotlib_figure import STYLE, draw_figure
 from ..blocks.picture import Picture
 from ..blocks.section import Section
-from ..blocks.table import in_markdown
+from ..blocks.table import escape_markdown
 from .figure_options import FigureOptions
 
 FORMS = ("svg", "pdf", "png")
@@ -48,10 +48,10 @@ def write_figures(sections: Iterable[Section], options: FigureOptions) -> list[P
             raise InputError(f"{option} of figures: found {value!r}; expected one of {', '.join(allowed)}")
     options.directory.mkdir(parents=True, exist_ok=True)
     lines, files = ["| file | figure | what it shows |", "| --- | --- | --- |"], []
-    listed, phase = named_pictures(sections), phases.innermost_phase()
-    for number, (name, picture) in enumerate(listed):
+    pictures, phase = named_pictures(sections), phases.innermost_phase()
+    for number, (name, picture) in enumerate(pictures):
         if phase:
-            phase.note(share=number / len(listed))
+            phase.note(share=number / len(pictures))
         file = options.directory / f"{name}.{options.form}"
         durable.replace(file, picture_bytes(picture, options.form, WIDTHS[options.width]))
         files.append(file)
@@ -117,4 +117,4 @@ def _slug(words: str) -> str:
 
 
 def _table_cell(text: str) -> str:
-    return in_markdown(text.strip())
+    return escape_markdown(text.strip())

@@ -23,7 +23,7 @@ from .page import Page
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
-NAMES = ("A", "B")
+RUN_NAMES = ("A", "B")
 
 
 class Pairs(NamedTuple):
@@ -55,7 +55,7 @@ def page_of(pairs: Pairs) -> Page:
 def pair_cases(first: Study, second: Study) -> Pairs:
     """Return the finished cases of two runs with equal values on all axes of either."""
     paths = list(dict.fromkeys(axis.path for study in (first, second) for axis in study.axes))
-    keyed_cases = [_keyed_cases(study, paths, name) for study, name in zip((first, second), NAMES, strict=True)]
+    keyed_cases = [_keyed_cases(study, paths, name) for study, name in zip((first, second), RUN_NAMES, strict=True)]
     paired_cases = (
         pd.merge(*keyed_cases, on=paths, how="inner")
         if paths
@@ -66,7 +66,7 @@ def pair_cases(first: Study, second: Study) -> Pairs:
             f"{first.run.directory} and {second.run.directory}: no finished case of one has the same values of "
             f"{', '.join(paths)} as a case of the other; compare runs that share some cases"
         )
-    ids = paired_cases[list(NAMES)].reset_index(drop=True)
+    ids = paired_cases[list(RUN_NAMES)].reset_index(drop=True)
     return Pairs(
         first, second, ids, (len(keyed_cases[0]) - ids["A"].nunique(), len(keyed_cases[1]) - ids["B"].nunique())
     )
@@ -100,25 +100,25 @@ def sections(pairs: Pairs) -> list[Section]:
 def _comparison_sentences(pairs: Pairs) -> list[str]:
     """Return sentences on the number of compared cases, and of those identical to the last bit."""
     column = _leading_column(pairs)
-    ratio = _ratio(pairs, column)
-    equal_count = int(np.count_nonzero(ratio == 1.0))
+    ratios = _ratios(pairs, column)
+    equal_count = int(np.count_nonzero(ratios == 1.0))
     sentences = [
         f"{wording.count(len(pairs.case_ids), 'case')} finished in both runs. Of these, {equal_count} have exactly the "
         f"same {column_label(pairs.first, column)}. Cases in A alone: {pairs.unpaired[0]}; in B alone: "
         f"{pairs.unpaired[1]}."
     ]
-    finite = ratio[np.isfinite(ratio)]
-    if finite.size and equal_count < len(ratio):
-        low, middle, high = np.quantile(finite, [0.05, 0.5, 0.95])
-        low, middle, high = (wording.plain(float(quantile)) for quantile in (low, middle, high))
+    finite_ratios = ratios[np.isfinite(ratios)]
+    if finite_ratios.size and equal_count < len(ratios):
+        low, median, high = np.quantile(finite_ratios, [0.05, 0.5, 0.95])
+        low, median, high = (wording.plain(float(quantile)) for quantile in (low, median, high))
         spread = f"and {low} to {high} times in nine of ten cases"
         sentences.append(
-            f"The {column_label(pairs.first, column)} of B is {middle} times that of A in the median case, {spread}."
+            f"The {column_label(pairs.first, column)} of B is {median} times that of A in the median case, {spread}."
         )
     equal_figures = [
-        name for name in _columns(pairs) if np.all(_ratio(pairs, name) == 1.0) and _has_values(pairs, name)
+        name for name in _columns(pairs) if np.all(_ratios(pairs, name) == 1.0) and _has_values(pairs, name)
     ]
-    if equal_figures and equal_count < len(ratio):
+    if equal_figures and equal_count < len(ratios):
         sentences.append(
             f"Equal in every case: {wording.sentence_list([column_label(pairs.first, key) for key in equal_figures])}."
         )
@@ -127,7 +127,7 @@ def _comparison_sentences(pairs: Pairs) -> list[str]:
 
 def _has_values(pairs: Pairs, column: str) -> bool:
     """Return whether any case has a figure."""
-    return bool(np.isfinite(_values(pairs, column)[0]).any())
+    return bool(np.isfinite(_paired_values(pairs, column)[0]).any())
 
 
 def _pictures(pairs: Pairs) -> Gallery:
@@ -147,7 +147,7 @@ def _pictures(pairs: Pairs) -> Gallery:
 
 def _scatter_picture(pairs: Pairs, column: str) -> Picture:
     """Return the picture of a figure of B over the same figure of A."""
-    first_values, second_values = _values(pairs, column)
+    first_values, second_values = _paired_values(pairs, column)
     scale = wording.scale(
         pairs.first.unit(column), [*first_values[np.isfinite(first_values)], *second_values[np.isfinite(second_values)]]
     )
@@ -167,12 +167,19 @@ def _figure_table(pairs: Pairs) -> Table:
     """Return the table of all common figures: B over A, and the number of different cases."""
     rows = []
     for column in _columns(pairs):
-        ratio = _ratio(pairs, column)
-        finite = ratio[np.isfinite(ratio)]
-        if finite.size and np.any(ratio != 1.0):
-            share = float(np.mean(ratio != 1.0))
-            differ = Quantity(share, wording.percent(share))
-            rows.append((column, column_label(pairs.first, column), *np.quantile(finite, [0.5, 0.05, 0.95]), differ))
+        ratios = _ratios(pairs, column)
+        finite_ratios = ratios[np.isfinite(ratios)]
+        if finite_ratios.size and np.any(ratios != 1.0):
+            differing_fraction = float(np.mean(ratios != 1.0))
+            differing_share = Quantity(differing_fraction, wording.percent(differing_fraction))
+            rows.append(
+                (
+                    column,
+                    column_label(pairs.first, column),
+                    *np.quantile(finite_ratios, [0.5, 0.05, 0.95]),
+                    differing_share,
+                )
+            )
     heads = ("figure", "B over A, median", "5 %", "95 %", "cases that differ")
     columns = (Column("column", file_only=True), *map(Column, heads))
     return Table("compared_figures", "Figures of B over those of A", "", columns, rows)
@@ -181,9 +188,9 @@ def _figure_table(pairs: Pairs) -> Table:
 def _case_table(pairs: Pairs) -> Table:
     """Return the table of cases, by the difference of the leading figure."""
     column, study = _leading_column(pairs), pairs.first
-    first_values, second_values, ratio = (*_values(pairs, column), _ratio(pairs, column))
+    first_values, second_values, ratios = (*_paired_values(pairs, column), _ratios(pairs, column))
     with np.errstate(all="ignore"):
-        difference = np.nan_to_num(np.abs(np.log(ratio)), nan=-1.0)
+        difference = np.nan_to_num(np.abs(np.log(ratios)), nan=-1.0)
     axes = study.swept()
     heads = (
         Column("case_id"),
@@ -196,7 +203,7 @@ def _case_table(pairs: Pairs) -> Table:
     for row in np.argsort(-difference, kind="stable").tolist():
         case_id = pairs.case_ids["A"][row]
         values = (study.value(case_id, axis.path) for axis in axes)
-        rows.append((case_id, *values, float(first_values[row]), float(second_values[row]), float(ratio[row])))
+        rows.append((case_id, *values, float(first_values[row]), float(second_values[row]), float(ratios[row])))
     note = "Case ids are those of A. The largest difference comes first."
     return Table("compared_cases", "Comparison of the cases", note, heads, rows)
 
@@ -207,15 +214,15 @@ def _differing_settings(pairs: Pairs) -> list[tuple[str, str]]:
     for study in (pairs.first, pairs.second):
         swept = {axis.path for axis in study.axes}
         record = study.run.grid
-        first_setting = {path: str(value) for path, value in leaves(study.base) if path not in swept}
-        first_setting |= {axis.path: f"swept, {axis.listed()}" for axis in study.axes}
-        values.append(first_setting | {"model version": str(record.get("model_version"))})
+        setting = {path: str(value) for path, value in leaves(study.base) if path not in swept}
+        setting |= {axis.path: f"swept, {axis.listed()}" for axis in study.axes}
+        values.append(setting | {"model version": str(record.get("model_version"))})
     paths = list(dict.fromkeys([*values[0], *values[1]]))
     settings = [(path, *(value.get(path, "nothing") for value in values)) for path in paths]
     return [
-        (path, f"A: {first_setting}; B: {second_setting}")
-        for path, first_setting, second_setting in settings
-        if first_setting != second_setting
+        (path, f"A: {setting}; B: {second_setting}")
+        for path, setting, second_setting in settings
+        if setting != second_setting
     ]
 
 
@@ -231,15 +238,15 @@ def _leading_column(pairs: Pairs) -> str:
     return column if column in pairs.second.cases else _columns(pairs)[0]
 
 
-def _values(pairs: Pairs, column: str) -> tuple[np.ndarray, np.ndarray]:
+def _paired_values(pairs: Pairs, column: str) -> tuple[np.ndarray, np.ndarray]:
     """Return a figure of the paired cases in A and in B, SI."""
     first = pairs.first.cases[column].reindex(pairs.case_ids["A"]).to_numpy(float)
     return first, pairs.second.cases[column].reindex(pairs.case_ids["B"]).to_numpy(float)
 
 
-def _ratio(pairs: Pairs, column: str) -> np.ndarray:
+def _ratios(pairs: Pairs, column: str) -> np.ndarray:
     """Return the ratio of a figure in B to that in A; 1 if both are equal, including zeros and missing values."""
-    first, second = _values(pairs, column)
+    first, second = _paired_values(pairs, column)
     with np.errstate(all="ignore"):
         ratio: np.ndarray = np.where((first == second) | (np.isnan(first) & np.isnan(second)), 1.0, second / first)
     return ratio

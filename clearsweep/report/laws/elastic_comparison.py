@@ -16,10 +16,10 @@ from ..data.leading import PEAK
 from ..data.study import Joint, Study, joint_of, resolve_cases
 from ..draw import comparison
 
-UNKNOWN = "This version does not know every law of this run, so it does not compare their forces."
+UNKNOWN_LAW_TEXT = "This version does not know every law of this run, so it does not compare their forces."
 DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m, at which forces are tabulated
 REFERENCE_DEPTH = 1  # index in DEPTHS of the depth by which laws are ordered
-VALID = (simulation.SUITABLE, "")  # verdict on a law without objection
+VALID_VERDICT = (simulation.SUITABLE, "")  # verdict on a law without objection
 CURVE_DEPTHS = np.geomspace(DEPTHS[0], DEPTHS[-1], 25)  # m, at which they are drawn
 
 
@@ -28,23 +28,23 @@ def compare_swept_laws(study: Study, axis: Axis, joint: Joint) -> Part:
 
     Each law is evaluated in the case that shares the most other axis values with the case of largest peak force.
     """
-    hardest = study.cases[joint.column(PEAK.figure)].idxmax()
-    others = [other.path for other in study.swept() if other is not axis]
+    hardest_case_id = study.cases[joint.column(PEAK.figure)].idxmax()
+    other_paths = [other.path for other in study.swept() if other is not axis]
     shared_axis_values = pd.Series(0, study.cases.index)
-    for path in others:
-        shared_axis_values += study.cases[path] == study.cases.at[hardest, path]
+    for path in other_paths:
+        shared_axis_values += study.cases[path] == study.cases.at[hardest_case_id, path]
     laws_with_cases = [law for law in axis.values if (study.cases[axis.path] == law).any()]
-    closest = [shared_axis_values[study.cases[axis.path] == law].idxmax() for law in laws_with_cases]
+    closest_case_ids = [shared_axis_values[study.cases[axis.path] == law].idxmax() for law in laws_with_cases]
     try:
-        sections = [joint_of(resolved_case, joint) for resolved_case in resolve_cases(study, closest)]
+        sections = [joint_of(resolved_case, joint) for resolved_case in resolve_cases(study, closest_case_ids)]
     except InputError:
-        return Part([UNKNOWN], [], [])
-    by_law = dict(zip(laws_with_cases, sections, strict=True))
+        return Part([UNKNOWN_LAW_TEXT], [], [])
+    section_by_law = dict(zip(laws_with_cases, sections, strict=True))
     verdicts = {
-        law: _verdicts(study, joint, case_id, by_law[law]).get(law, VALID)
-        for law, case_id in zip(laws_with_cases, closest, strict=True)
+        law: _verdicts(study, joint, case_id, section_by_law[law]).get(law, VALID_VERDICT)
+        for law, case_id in zip(laws_with_cases, closest_case_ids, strict=True)
     }
-    return _law_comparison(joint, by_law, laws_with_cases, verdicts)
+    return _law_comparison(joint, section_by_law, laws_with_cases, verdicts)
 
 
 def compare_allowed_laws(study: Study, joint: Joint) -> Part | None:
@@ -55,13 +55,13 @@ def compare_allowed_laws(study: Study, joint: Joint) -> Part | None:
     path = f"joints.{joint.title}.contact.material"
     if value_at(study.base, path) is None and not any(axis.path.startswith(path) for axis in study.axes):
         return None
-    hardest = study.cases[joint.column(PEAK.figure)].idxmax()
+    hardest_case_id = study.cases[joint.column(PEAK.figure)].idxmax()
     try:
-        section = joint_of(resolve_cases(study, [hardest])[0], joint)
+        section = joint_of(resolve_cases(study, [hardest_case_id])[0], joint)
     except InputError:  # laws of another version
         return None
     sections = simulation.elastic_choices(section)
-    verdicts = _verdicts(study, joint, hardest, section)
+    verdicts = _verdicts(study, joint, hardest_case_id, section)
     return _law_comparison(joint, sections, [section.elastic_name], verdicts) if len(sections) > 1 else None
 
 
@@ -85,12 +85,14 @@ def _law_comparison(
     verdicts : name -> verdict and reason; valid laws come first in the table; valid laws and those in use are drawn
     """
     forces = {law: np.array(simulation.elastic_forces(section, DEPTHS)) for law, section in sections.items()}
-    valid_laws = {law for law in sections if verdicts.get(law, VALID)[0] == VALID[0]}
-    ordered = sorted(forces, key=lambda law: (law not in valid_laws, forces[law][REFERENCE_DEPTH]))
-    sentences = _sentences(forces, [law for law in ordered if law in valid_laws])
-    drawn = [law for law in ordered if law in valid_laws or law in used_laws]
-    table = _table(joint, sections, forces, ordered, used_laws, verdicts)
-    return Part(sentences, [_force_curves({law: sections[law] for law in drawn}, used_laws)] if drawn else [], [table])
+    valid_laws = {law for law in sections if verdicts.get(law, VALID_VERDICT)[0] == VALID_VERDICT[0]}
+    ordered_laws = sorted(forces, key=lambda law: (law not in valid_laws, forces[law][REFERENCE_DEPTH]))
+    sentences = _sentences(forces, [law for law in ordered_laws if law in valid_laws])
+    drawn_laws = [law for law in ordered_laws if law in valid_laws or law in used_laws]
+    table = _table(joint, sections, forces, ordered_laws, used_laws, verdicts)
+    return Part(
+        sentences, [_force_curves({law: sections[law] for law in drawn_laws}, used_laws)] if drawn_laws else [], [table]
+    )
 
 
 def _sentences(forces: dict[str, np.ndarray], valid_laws: list[str]) -> list[str]:
@@ -98,15 +100,15 @@ def _sentences(forces: dict[str, np.ndarray], valid_laws: list[str]) -> list[str
     if len(forces) < 2:
         return []
     values, depth_texts = np.array(list(forces.values())), [wording.scale("m", depth).given(depth) for depth in DEPTHS]
-    all_laws = wording.plain(float(values.max(axis=0)[REFERENCE_DEPTH] / values.min(axis=0)[REFERENCE_DEPTH]))
-    doubtful = len(forces) - len(valid_laws)
-    doubtful_laws = "doubtful one" if doubtful == 1 else f"{doubtful} doubtful ones"
-    doubtful_text = f"With the {doubtful_laws}, the factor is {all_laws}." if doubtful else ""
+    all_laws_factor = wording.plain(float(values.max(axis=0)[REFERENCE_DEPTH] / values.min(axis=0)[REFERENCE_DEPTH]))
+    doubtful_count = len(forces) - len(valid_laws)
+    doubtful_laws_text = "doubtful one" if doubtful_count == 1 else f"{doubtful_count} doubtful ones"
+    doubtful_text = f"With the {doubtful_laws_text}, the factor is {all_laws_factor}." if doubtful_count else ""
     if len(valid_laws) < 2:
         validity_text = f"only {valid_laws[0]} is valid" if valid_laws else "none is valid"
         return [
             f"Of {len(forces)} elastic laws {validity_text} in this joint. Their forces differ by a factor of "
-            f"{all_laws}."
+            f"{all_laws_factor}."
         ]
     valid_forces = np.array([forces[law] for law in valid_laws])
     factors = [wording.plain(factor) for factor in valid_forces.max(axis=0) / valid_forces.min(axis=0)]
@@ -132,19 +134,21 @@ def _table(
     joint: Joint,
     sections: dict[str, case.Joint],
     forces: dict,
-    ordered: list[str],
+    ordered_laws: list[str],
     used_laws: list[str],
     verdicts: dict[str, tuple[str, str]],
 ) -> Table:
     rows = []
-    softest = min(forces[law][REFERENCE_DEPTH] for law in ordered)
-    for law in ordered:
+    softest = min(forces[law][REFERENCE_DEPTH] for law in ordered_laws)
+    for law in ordered_laws:
         limit = simulation.penetration_limit(sections[law])
         is_used_text = "yes" if law in used_laws else ""
-        verdict_word, reason = verdicts.get(law, VALID)
-        verdict_text = verdict_word if verdict_word == VALID[0] else f"{verdict_word}: {reason}"
-        deepest = limit if np.isfinite(limit) else np.nan
-        rows.append((law, is_used_text, *forces[law], forces[law][REFERENCE_DEPTH] / softest, deepest, verdict_text))
+        verdict_word, reason = verdicts.get(law, VALID_VERDICT)
+        verdict_text = verdict_word if verdict_word == VALID_VERDICT[0] else f"{verdict_word}: {reason}"
+        depth_limit = limit if np.isfinite(limit) else np.nan
+        rows.append(
+            (law, is_used_text, *forces[law], forces[law][REFERENCE_DEPTH] / softest, depth_limit, verdict_text)
+        )
     depth_texts = [wording.scale("m", depth).given(depth) for depth in DEPTHS]
     columns = (
         Column("elastic law"),
@@ -154,7 +158,7 @@ def _table(
         Column("valid up to", "m"),
         Column("in this joint"),
     )
-    note = f'{_joint_text(sections[ordered[0]])}. A dash under "valid up to" means any penetration.'
+    note = f'{_joint_text(sections[ordered_laws[0]])}. A dash under "valid up to" means any penetration.'
     title = f"Elastic force against penetration, joint {joint.title}"
     return Table(f"elastic_force_{joint.name}", title, note, columns, rows)
 
@@ -179,7 +183,7 @@ def _force_curves(sections: dict[str, case.Joint], used_laws: list[str]) -> Pict
     """Return the picture of force over penetration of elastic laws: name -> section of the joint with that law."""
     curves = {law: np.array(simulation.elastic_forces(section, CURVE_DEPTHS)) for law, section in sections.items()}
     by_last_force = sorted(curves, key=lambda law: -curves[law][-1])
-    drawn = [(law, curves[law], law in used_laws) for law in by_last_force]
+    drawn_curves = [(law, curves[law], law in used_laws) for law in by_last_force]
     forces = {law: simulation.elastic_forces(section, DEPTHS)[REFERENCE_DEPTH] for law, section in sections.items()}
     softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
     depth = wording.scale("m", DEPTHS[REFERENCE_DEPTH]).given(DEPTHS[REFERENCE_DEPTH])
@@ -190,6 +194,6 @@ def _force_curves(sections: dict[str, case.Joint], used_laws: list[str]) -> Pict
         "Elastic force against penetration",
         "",
         alt,
-        lambda ax: comparison.draw_elastic_forces(ax, CURVE_DEPTHS, drawn),
+        lambda ax: comparison.draw_elastic_forces(ax, CURVE_DEPTHS, drawn_curves),
         size=(4.6, 3.4),
     )

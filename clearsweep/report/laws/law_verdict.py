@@ -29,7 +29,7 @@ def compare_verdicts(study: Study, matched_cases: MatchedCases) -> Part:
 def _sentence(study: Study, matched_cases: MatchedCases, table: pd.DataFrame) -> str:
     """Return a sentence on the number of designs whose verdict depends on the law, and where."""
     changed = table[table.max(axis=1) > table.min(axis=1)]
-    designs = wording.count(len(table), "design")
+    designs_text = wording.count(len(table), "design")
     if changed.empty:
         common_verdict = "meets the limits" if not table.max().max() else "exceeds a limit" if table.min().min() else ""
         reason = (
@@ -37,22 +37,21 @@ def _sentence(study: Study, matched_cases: MatchedCases, table: pd.DataFrame) ->
             if common_verdict
             else "each meets the limits with all laws, or with none"
         )
-        return f"The choice of {matched_cases.axis.name} does not change the verdict on {designs}: {reason}."
+        return f"The choice of {matched_cases.axis.name} does not change the verdict on {designs_text}: {reason}."
     group = changed.index[0]
     row = changed.loc[group].dropna()
     meeting, exceeding = (
         [law for law, exceeds in row.items() if bool(exceeds) is is_exceeding] for is_exceeding in (False, True)
     )
-    setting = study.setting(matched_cases.case_id(group, exceeding[0]), without=matched_cases.axis)
+    setting = study.setting(matched_cases.case_id(group, exceeding[0]), omitted_axis=matched_cases.axis)
     setting_text = f" at {setting}" if setting else ""
-    laws = (
+    example = (
         f"they are met with {wording.sentence_list(meeting)} and exceeded with "
         f"{wording.sentence_list(exceeding)}{setting_text}"
     )
-    changed_count = f"{len(changed)} of {designs}"
-    return (
-        f"The choice of {matched_cases.axis.name} decides whether {changed_count} meet the limits. For example, {laws}."
-    )
+    changed_count = f"{len(changed)} of {designs_text}"
+    name = matched_cases.axis.name
+    return f"The choice of {name} decides whether {changed_count} meet the limits. For example, {example}."
 
 
 def _table(matched_cases: MatchedCases, compared: pd.DataFrame) -> Table:

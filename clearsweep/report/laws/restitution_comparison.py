@@ -16,7 +16,7 @@ from ..data.dotted_paths import value_at
 from ..data.study import Joint, Study, joint_of, resolve_cases
 from ..draw import comparison
 from ..statistics.matching import axis_key
-from .elastic_comparison import UNKNOWN
+from .elastic_comparison import UNKNOWN_LAW_TEXT
 
 MAX_VALUES = 5  # largest number of displayed values of the restitution, evenly spaced
 MIN_DIFFERENCE = 5e-4  # smaller differences of restitution count as equal
@@ -38,16 +38,18 @@ class EffectiveRestitution(NamedTuple):
 
 def compare_restitutions(study: Study, axis: Axis, joint: Joint) -> Part:
     """Return sentence, picture and table of the swept laws of a joint."""
-    points = _points(study, axis, joint)
-    one_per_law = points.drop_duplicates()
+    points = _restitution_points(study, axis, joint)
+    representatives = points.drop_duplicates()
     displayed = _displayed_values(points["specified"])
-    one_per_law = one_per_law[one_per_law["specified"].isna() | one_per_law["specified"].isin(displayed)]
+    representatives = representatives[
+        representatives["specified"].isna() | representatives["specified"].isin(displayed)
+    ]
     try:
-        sections = [joint_of(case, joint) for case in resolve_cases(study, one_per_law.index)]
+        sections = [joint_of(case, joint) for case in resolve_cases(study, representatives.index)]
     except InputError:
-        return Part([UNKNOWN], [], [])
+        return Part([UNKNOWN_LAW_TEXT], [], [])
     rows = []
-    for (law, value), section in zip(one_per_law.itertuples(index=False), sections, strict=True):
+    for (law, value), section in zip(representatives.itertuples(index=False), sections, strict=True):
         effective = simulation.restitution(section)
         rows.append(
             EffectiveRestitution(
@@ -64,7 +66,7 @@ def compare_restitutions(study: Study, axis: Axis, joint: Joint) -> Part:
     )
 
 
-def _points(study: Study, axis: Axis, joint: Joint) -> pd.DataFrame:
+def _restitution_points(study: Study, axis: Axis, joint: Joint) -> pd.DataFrame:
     """Return law and specified restitution of each case."""
     path = f"joints.{joint.title}.contact.restitution"
     specified = study.cases[path] if path in study.cases else value_at(study.base, path)

@@ -25,7 +25,7 @@ def player_data(study: Study, case_id: str, channels: Mapping) -> Interactive | 
     """Return the data of a case for the player, or None without rotation, picture or complete channels."""
     if not all(f"joints/{joint.name}/{name}" in channels for joint in study.joints for name in ORBIT_CHANNELS):
         return None
-    history, sketch = history_of(study, case_id, channels), _sketch(study, case_id)
+    history, sketch = history_of(study, case_id, channels), _load_sketch(study, case_id)
     bodies = _bodies(sketch, channels) if sketch else []
     if history.angle is None or sketch is None or not bodies:
         return None
@@ -49,7 +49,7 @@ def _shown_samples(study: Study, channels: Mapping) -> slice:
     return slice(start, start + MAX_SAMPLES)
 
 
-def _sketch(study: Study, case_id: str) -> simulation.Sketch | None:
+def _load_sketch(study: Study, case_id: str) -> simulation.Sketch | None:
     """Return the mechanism of a case at its start, or None if it has no picture or is from another version."""
     try:
         return simulation.sketch(resolve_cases(study, [case_id])[0])
@@ -129,7 +129,7 @@ def _block(
     return 0.5 * float(study.value(case_id, f"joints.{joint.title}.length") or 0.0), tilt
 
 
-def _without_rounding(values: np.ndarray) -> np.ndarray:
+def _zero_rounding_errors(values: np.ndarray) -> np.ndarray:
     """Return values; those within the rounding error of the largest are set to 0."""
     clean: np.ndarray = np.where(
         np.abs(values) < RELATIVE_ROUNDING * np.nanmax(np.abs(values), initial=0.0), 0.0, values
@@ -141,9 +141,9 @@ def _charts(study: Study, case_id: str, history: History, samples: slice) -> lis
     charts = []
     for curve in joint_histories(study, case_id, history):
         scale = wording.scale(curve.unit, curve.actual[samples])
-        lines = [("with clearance", _without_rounding(curve.actual), "accent", False)]
+        lines = [("with clearance", _zero_rounding_errors(curve.actual), "accent", False)]
         if curve.ideal is not None:
-            lines.append(("ideal", _without_rounding(curve.ideal), "mark", True))
+            lines.append(("ideal", _zero_rounding_errors(curve.ideal), "mark", True))
         charts.append(
             {
                 "name": curve.name,

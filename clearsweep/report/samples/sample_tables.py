@@ -14,7 +14,7 @@ from ..data.axis import Axis
 from ..data.study import Study
 from ..data.table_columns import columns_in_table
 from ..statistics import sensitivity
-from ..statistics.sensitivity import Chance, Effect, Sample
+from ..statistics.sensitivity import ChanceShare, Sample, SingleEffect
 
 
 class LimitedFigure(NamedTuple):
@@ -176,7 +176,7 @@ def index_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]:
         for sample in samples:
             indices = sensitivity.sobol_indices(sample, figure.column, list(names))
             chance = sensitivity.share_of_chance(sample, figure.column, indices)
-            measured |= chance.measured
+            measured |= chance.is_measured
             verdict = _chaos_verdict(chance)
             if verdict:
                 verdicts[figure.name] = verdict
@@ -219,7 +219,7 @@ def effect_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]
     for figure in limited_figures(study):
         for sample in samples:
             for effect in sensitivity.single_effects(sample, figure.column, list(names)):
-                if effect.chaotic:
+                if effect.is_chaotic:
                     chaotic[figure.name] = None
                 numbers = (effect.low, effect.median, effect.high, effect.scatter)
                 texts = wording.in_common_unit(numbers, figure.unit)
@@ -234,22 +234,22 @@ def effect_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]
     return Table("one_at_a_time", "One-at-a-time effects", note, columns, rows), sentences
 
 
-def _chaos_verdict(chance: Chance) -> str:
-    if not chance.chaotic:
+def _chaos_verdict(chance: ChanceShare) -> str:
+    if not chance.is_chaotic:
         return ""
-    return "chaotic" if chance.measured else "may be chaotic"
+    return "chaotic" if chance.is_measured else "may be chaotic"
 
 
-def _chance_cells(chance: Chance, verdict: str, *, is_shown: bool) -> list[Quantity | str]:
+def _chance_cells(chance: ChanceShare, verdict: str, *, is_shown: bool) -> list[Quantity | str]:
     """Return the share of chance, its source and the verdict; the page shows them once per figure."""
-    limit_text = "at most about " if not chance.measured and chance.share >= 0.01 else ""
+    limit_text = "at most about " if not chance.is_measured and chance.share >= 0.01 else ""
     share = Quantity(chance.share, limit_text + wording.percent(chance.share) if is_shown else "")
-    return [share, "measured" if chance.measured else "bounded", Quantity(verdict, verdict if is_shown else "")]
+    return [share, "measured" if chance.is_measured else "bounded", Quantity(verdict, verdict if is_shown else "")]
 
 
-def _scatter_remark(effect: Effect) -> str:
+def _scatter_remark(effect: SingleEffect) -> str:
     """Return the remark on an effect compared with its scatter, or '' if none is needed."""
-    if effect.chaotic:
+    if effect.is_chaotic:
         return "chaotic: scatter as large as the effect"
     blurred = effect.blurred()
     return "" if np.isnan(blurred) else f"blurred: scatter is {wording.percent(blurred)} of the effect"
@@ -258,10 +258,10 @@ def _scatter_remark(effect: Effect) -> str:
 def _chaos_advice(figures: list[str], verdict: str) -> str:
     """Return advice on figures that are chaotic or may be."""
     is_plural = len(figures) > 1
-    state = f"{'are' if is_plural else 'is'} {'' if verdict == 'chaotic' else 'not known to be free of '}"
-    state += "chaotic here" if verdict == "chaotic" else "chaos here"
+    state_text = f"{'are' if is_plural else 'is'} {'' if verdict == 'chaotic' else 'not known to be free of '}"
+    state_text += "chaotic here" if verdict == "chaotic" else "chaos here"
     names = wording.sentence_list(figures)
-    sentence = f"{names} {state}: apparent effects of a variable may be chance."
+    sentence = f"{names} {state_text}: apparent effects of a variable may be chance."
     return f"{sentence[0].upper()}{sentence[1:]} Use p99 or rms instead of peaks, or a longer run."
 
 

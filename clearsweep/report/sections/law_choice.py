@@ -121,7 +121,7 @@ def _spread_table(study: Study, matched_cases: MatchedCases) -> Table:
             factor = table.max(axis=1) / table.min(axis=1)
             worst = table.loc[factor.idxmax()].dropna()
             weakest, strongest = worst.idxmin(), worst.idxmax()
-            setting = study.setting(matched_cases.case_id(factor.idxmax(), weakest), without=matched_cases.axis)
+            setting = study.setting(matched_cases.case_id(factor.idxmax(), weakest), omitted_axis=matched_cases.axis)
             extreme_cells: list[Quantity | str] = []
             extremes = wording.in_common_unit((worst[law] for law in (weakest, strongest)), study.unit(column))
             for law, text in zip((weakest, strongest), extremes, strict=True):

@@ -156,7 +156,7 @@ def _bifurcation_diagram(study: Study, joint: Joint, axis: Axis, reference: str)
     points = strobe.points_along_axis(study, joint, axis, reference)
     if points.cases < MIN_CASES:
         return None
-    fixed_setting = study.setting(reference, without=axis) if not axis.is_scattered else ""
+    fixed_setting = study.setting(reference, omitted_axis=axis) if not axis.is_scattered else ""
     return Picture(
         f"Bifurcation diagram over {axis.name}{study.joint_text(joint, ', joint {}')}",
         f"{f'At {fixed_setting}. ' if fixed_setting else ''}The dotted lines are the clearance.",

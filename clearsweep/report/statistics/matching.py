@@ -32,10 +32,10 @@ def match_cases(study: Study, axis: Axis) -> MatchedCases:
     A value that a law does not use does not separate cases: the case then belongs to every group that shares the
     others.
     """
-    others = [other.path for other in study.swept() if other is not axis]
-    codes = pd.DataFrame({path: pd.factorize(study.cases[path])[0] for path in others}, index=study.cases.index)
+    other_paths = [other.path for other in study.swept() if other is not axis]
+    codes = pd.DataFrame({path: pd.factorize(study.cases[path])[0] for path in other_paths}, index=study.cases.index)
     groups = codes.drop_duplicates().rename_axis(None).reset_index(drop=True).rename_axis("group").reset_index()
-    used_paths = [tuple(path for path in others if code[path] >= 0) for code in codes.to_dict("records")]
+    used_paths = [tuple(path for path in other_paths if code[path] >= 0) for code in codes.to_dict("records")]
     groups_with_cases = []
     for shared_paths in dict.fromkeys(used_paths):
         rows = codes[[paths == shared_paths for paths in used_paths]].reset_index()[["case_id", *shared_paths]]

@@ -22,7 +22,7 @@ from ..data.rows import CACHED_VALUES
 
 CHAOTIC_SHARE = 0.5  # share of chance in a figure's variance from which its indices are meaningless
 BLURRED_RATIO = 0.3  # scatter over effect from which an effect is called blurred
-MOTION = "energy_residual"  # differs whenever the motion differs, even in rounding
+MOTION_COLUMN = "energy_residual"  # differs whenever the motion differs, even in rounding
 RESAMPLES = 1000  # of the bootstrap
 _SEED = 1  # of the bootstrap: intervals depend only on the run
 
@@ -64,7 +64,7 @@ class Spread(NamedTuple):
     quantiles: tuple[Estimate, ...]  # of QUANTILES
 
 
-class Effect(NamedTuple):
+class SingleEffect(NamedTuple):
     """Effect of a single variable on a figure, from its 5 % to its 95 % quantile."""
 
     path: str
@@ -72,19 +72,19 @@ class Effect(NamedTuple):
     median: float
     high: float
     scatter: float  # spread of the figure under negligible disturbances
-    chaotic: bool  # the scatter is as large as the effect, which is then meaningless
+    is_chaotic: bool  # the scatter is as large as the effect, which is then meaningless
 
     def blurred(self) -> float:
         """Return the scatter over the effect for a blurred effect that is not chaotic, else NaN."""
         effect_size = max(self.low, self.median, self.high) - min(self.low, self.median, self.high)
         return (
             self.scatter / effect_size
-            if not self.chaotic and 0.0 < BLURRED_RATIO * effect_size <= self.scatter
+            if not self.is_chaotic and 0.0 < BLURRED_RATIO * effect_size <= self.scatter
             else np.nan
         )
 
 
-class Index(NamedTuple):
+class SobolIndex(NamedTuple):
     """The share of one variable in the variance of a figure, by itself and with all its interactions."""
 
     path: str
@@ -92,14 +92,14 @@ class Index(NamedTuple):
     total: Estimate
 
 
-class Chance(NamedTuple):
+class ChanceShare(NamedTuple):
     """Share of chance in a figure's variance over a design: chaos, or the tolerance."""
 
     share: float  # 0 to 1; NaN for a figure that does not vary
-    measured: bool  # from repeated cases; else the upper bound from the design
+    is_measured: bool  # from repeated cases; else the upper bound from the design
 
     @property
-    def chaotic(self) -> bool:
+    def is_chaotic(self) -> bool:
         """Return whether chance contributes, or may contribute, as much to the variance as the variables do."""
         return bool(self.share >= CHAOTIC_SHARE)
 
@@ -113,10 +113,10 @@ def samples_of(run: StoredRun) -> list[Sample]:
     if not sample:
         return []
     paths = list(sample["drawn"])
-    others = [path for path in run.grid.get("units", {}) if path not in paths]
+    other_paths = [path for path in run.grid.get("units", {}) if path not in paths]
     rows = list(zip(*sample["drawn"].values(), strict=True))
     rows_of_point: dict = {}
-    keys = [_values_by_row(run, others), _values_by_row(run, paths)]
+    keys = [_values_by_row(run, other_paths), _values_by_row(run, paths)]
     for row_number, (point, drawn) in enumerate(zip(*keys, strict=True)):
         rows_of_point.setdefault(point, {})[drawn] = row_number
     ids, failed = run.column("case_id").to_numpy(), (run.column("status") != "ok").to_numpy(bool)
@@ -127,16 +127,16 @@ def samples_of(run: StoredRun) -> list[Sample]:
         return np.where(failed, np.nan, run.column(column).to_numpy(float, na_value=np.nan))
 
     samples = []
-    for point, row_of in sorted(rows_of_point.items(), key=lambda item: _sort_key(item[0])):
-        if any(row not in row_of for row in rows):
-            missing = sum(row not in row_of for row in rows)
+    for point, row_by_values in sorted(rows_of_point.items(), key=lambda item: _sort_key(item[0])):
+        if any(row not in row_by_values for row in rows):
+            missing = sum(row not in row_by_values for row in rows)
             raise InputError(
                 f"{missing} of the {len(rows)} cases of the sample have no result; run the grid again to the end"
             )
-        row_numbers = np.array([row_of[row] for row in rows])
+        row_numbers = np.array([row_by_values[row] for row in rows])
         drawn, figures = ids[row_numbers], Figures(names, read, row_numbers)
         failed_ids = tuple(dict.fromkeys(drawn[failed[row_numbers]]))
-        samples.append(Sample(dict(zip(others, point, strict=True)), tuple(drawn), figures, failed_ids))
+        samples.append(Sample(dict(zip(other_paths, point, strict=True)), tuple(drawn), figures, failed_ids))
     return samples
 
 
@@ -204,16 +204,16 @@ def exceedance_probability(beyond: np.ndarray) -> Estimate:
     return Estimate(*probability.binomial_interval(int(beyond.sum()), len(beyond)))
 
 
-def sobol_indices(sample: Sample, figure: str, paths: list[str]) -> list[Index]:
+def sobol_indices(sample: Sample, figure: str, paths: list[str]) -> list[SobolIndex]:
     """Return the first-order and total indices of all variables, from a design of method saltelli.
 
     Raise InputError with the failed cases.  A constant figure has no indices: NaN.
     """
-    values = _complete(sample, figure).reshape(len(paths) + 2, -1)
+    values = _complete_values(sample, figure).reshape(len(paths) + 2, -1)
     values = values - values[:2].mean()  # the estimators lose digits to a large mean
     if np.ptp(values[:2]) == 0.0:
         undefined = Estimate(np.nan, np.nan, np.nan)
-        return [Index(path, undefined, undefined) for path in paths]
+        return [SobolIndex(path, undefined, undefined) for path in paths]
     generator, count = np.random.default_rng(_SEED), values.shape[1]
     resampled_indices = [_indices(values[:, generator.integers(0, count, count)]) for _ in range(RESAMPLES)]
     interval_ends = np.nanquantile(
@@ -223,10 +223,10 @@ def sobol_indices(sample: Sample, figure: str, paths: list[str]) -> list[Index]:
     return [_index(path, estimates[:, :, k]) for k, path in enumerate(paths)]
 
 
-def _index(path: str, estimates: np.ndarray) -> Index:
+def _index(path: str, estimates: np.ndarray) -> SobolIndex:
     """Return the indices of one variable from (estimate, low, high) by (first-order, total)."""
     first, total = (Estimate(*map(float, column)) for column in estimates.T)
-    return Index(path, first, total)
+    return SobolIndex(path, first, total)
 
 
 def _indices(values: np.ndarray) -> np.ndarray:
@@ -241,7 +241,7 @@ def _indices(values: np.ndarray) -> np.ndarray:
     return np.array([(second * (mixed - first)).mean(axis=1), 0.5 * ((first - mixed) ** 2).mean(axis=1)]) / variance
 
 
-def share_of_chance(sample: Sample, figure: str, indices: list[Index]) -> Chance:
+def share_of_chance(sample: Sample, figure: str, indices: list[SobolIndex]) -> ChanceShare:
     """Return the share of chance in the variance of a figure over a design of method saltelli.
 
     Cases that diverge under a disturbance are two samples of the same figure: their mean squared difference is twice
@@ -251,11 +251,17 @@ def share_of_chance(sample: Sample, figure: str, indices: list[Index]) -> Chance
     blocks = (len(indices) + 2, -1)
     variance, scatter = sample.figures[figure].reshape(blocks)[:2].var(), disturbance_rms(sample, figure)
     if variance > 0.0 and np.isfinite(scatter):
-        return Chance(float(min(1.0, 0.5 * scatter**2 / variance)), True)
-    first, _, *mixed = sample.figures.get(MOTION, np.arange(sample.figures[figure].size)).reshape(blocks)
-    is_disturbed = [bool(np.any(disturbed != first)) for disturbed in mixed]
-    totals = [index.total.value for index, is_moved in zip(indices, is_disturbed, strict=True) if is_moved]
-    return Chance(float(np.clip(min(totals), 0.0, 1.0)) if totals else np.nan, False)
+        return ChanceShare(float(min(1.0, 0.5 * scatter**2 / variance)), True)
+    first, _, *disturbed_rows = sample.figures.get(MOTION_COLUMN, np.arange(sample.figures[figure].size)).reshape(
+        blocks
+    )
+    is_disturbed = [bool(np.any(disturbed != first)) for disturbed in disturbed_rows]
+    totals = [
+        index.total.value
+        for index, is_disturbed_variable in zip(indices, is_disturbed, strict=True)
+        if is_disturbed_variable
+    ]
+    return ChanceShare(float(np.clip(min(totals), 0.0, 1.0)) if totals else np.nan, False)
 
 
 def disturbance_rms(sample: Sample, figure: str) -> float:
@@ -265,23 +271,23 @@ def disturbance_rms(sample: Sample, figure: str) -> float:
     return float(np.sqrt(np.mean(changes**2))) if changes.size else np.nan
 
 
-def single_effects(sample: Sample, figure: str, paths: list[str]) -> list[Effect]:
+def single_effects(sample: Sample, figure: str, paths: list[str]) -> list[SingleEffect]:
     """Return the effect of each single variable, from a design of method one-at-a-time, the largest first.
 
     The scatter is that of the design's own disturbed cases, or the `disturbance_rms` if that is larger.
     Raise InputError with the failed cases.
     """
-    middle, *changed = _complete(sample, figure).tolist()
+    middle, *changed = _complete_values(sample, figure).tolist()
     low, high, disturbed = (changed[start::3] for start in range(3))
     scatter = float(np.nanmax([max(middle, *disturbed) - min(middle, *disturbed), disturbance_rms(sample, figure)]))
-    single = []
+    effects = []
     for path, at_low, at_high in zip(paths, low, high, strict=True):
         effect_range = max(at_low, middle, at_high) - min(at_low, middle, at_high)
-        single.append(Effect(path, at_low, middle, at_high, scatter, 0.0 < effect_range <= scatter))
-    return sorted(single, key=lambda effect: -abs(effect.high - effect.low))
+        effects.append(SingleEffect(path, at_low, middle, at_high, scatter, 0.0 < effect_range <= scatter))
+    return sorted(effects, key=lambda effect: -abs(effect.high - effect.low))
 
 
-def _complete(sample: Sample, figure: str) -> np.ndarray:
+def _complete_values(sample: Sample, figure: str) -> np.ndarray:
     """Return a figure on every row of the design; raise InputError if a case failed."""
     if sample.failed:
         failed_text = ", ".join(itertools.islice(sample.failed, 10)) + (", ..." if len(sample.failed) > 10 else "")

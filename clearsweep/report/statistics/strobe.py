@@ -42,13 +42,13 @@ def points_along_axis(study: Study, joint: Joint, axis: Axis, reference: str) ->
     clearances = [_clearance(study, joint, study.cases.index[index]) for index, _ in histories]
     counts = [len(frame) for _, frame in histories]
 
-    def gathered(name: str) -> np.ndarray:
+    def concatenate(name: str) -> np.ndarray:
         return np.concatenate([np.empty(0), *(frame[name].to_numpy(float) for _, frame in histories)])
 
     return Points(
         np.repeat(values[[index for index, _ in histories]], counts),
-        gathered("x"),
-        gathered("y"),
+        concatenate("x"),
+        concatenate("y"),
         np.repeat(np.array(clearances, float), counts),
         len(histories),
     )
