@@ -196,7 +196,7 @@ def test_a_life_with_limits_has_a_card_on_them(rank, met, words):
 
 def test_the_head_of_a_column_may_differ_on_the_page_and_in_the_file():
     table = Table("best", "Best", "", (Column("rod_slider_load_peak", "N", heading="load peak"),), [(1.0,)])
-    assert [head.name for head in table.shown().heads] == ["load peak"]
+    assert [head.name for head in table.to_text().heads] == ["load peak"]
     assert table.csv().startswith("rod_slider_load_peak")
 
 
