@@ -295,4 +295,4 @@ def _accepted_range_sentences(cases: FinishedCases, name: str) -> list[str]:
 def _unworn_limit_sentences(cases: FinishedCases, name: str) -> list[str]:
     """Return the reservation on a figure of wear in a grid with limits, else []."""
     is_of_wear = "_wear_" in str(cases.record["figures"][name])
-    return [UNWORN] if is_of_wear and cases.limits and cases.ranking.question == "limits" else []
+    return [UNWORN] if is_of_wear and cases.limits and cases.ranking.question != "life" else []

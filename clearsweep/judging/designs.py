@@ -9,7 +9,7 @@ import numpy as np
 from ..language import wording
 from . import fits
 from .cases import FinishedCases
-from .verdict import MARGIN
+from .verdict import MARGIN, small_margin_sentences
 
 OPERATING_PREFIXES = ("drive.speed", "loads.")  # beginnings of the paths that are operating conditions
 MAX_LISTED_DESIGNS = 4  # designs in one sentence
@@ -155,6 +155,7 @@ def _single_boundary_sentences(cases: FinishedCases, designs: Designs, neighbour
     return [
         f"The limits are met {preposition} {design_text} (smallest margin "
         f"{_margin_text(designs.margins[accepted_rank])}).",
+        *small_margin_sentences(designs.margins[accepted_rank]),
         f"{opposite_preposition} {name_and_value[1] if name_and_value else ''} a limit is exceeded "
         f"(margin {margin_text} there{condition_text}).",
     ]

@@ -27,9 +27,9 @@ def sentences(cases: FinishedCases) -> list[str]:
             f"Deepest wear of one body{cases.joint_text(joint.name)}: {depth_text} per 1000 "
             f"h{cases.setting_text(worst_case)}."
         )
-        depth_lines = [text, *forecast_remark(cases, joint, worst_case, float(depths[worst_case]))]
-        depth_lines += worn_away_sentences(cases, joint, depths)
-        lines.append(" ".join([*depth_lines, *effects.sentences(cases, effects.PRONOUN, depths, _depth_texts, 1)]))
+        depth_lines = [text, *effects.sentences(cases, effects.PRONOUN, depths, _depth_texts, 1)]
+        depth_lines += forecast_remark(cases, joint, worst_case, float(depths[worst_case]), "The depth")
+        lines.append(" ".join([*depth_lines, *worn_away_sentences(cases, joint, depths)]))
     return lines
 
 

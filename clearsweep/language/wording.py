@@ -265,6 +265,8 @@ def _key_words(parts: list[str]) -> str:
     if parts[-1] in _KEY_NAMES:
         body = parts[-2] if len(parts) > 1 and parts[-2] in ("bearing", "journal") else ""
         return _KEY_NAMES[parts[-1]] + (f" of the {body}" if body else "")
+    if len(parts) > 2 and parts[-2] in ("bearing", "journal"):  # a key of one of two bodies
+        return f"{_key_words([*parts[:-2], parts[-1]])} of the {parts[-2]}"
     named_parts = parts if len(parts) < 2 or parts[-1] not in _UNAMBIGUOUS_KEYS else parts[-1:]
     return " ".join(named_parts).replace("_", " ").replace("-", " ")
 

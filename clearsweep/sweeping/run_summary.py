@@ -48,6 +48,9 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "warnings": [*result.warnings, *run_facts.remarks.sentences()],
         "limits": limits.facts(),
         "limit_labels": _limit_labels(run.layout, limits.verdict.limits, limits.units),
+        "limited_figures": {
+            limit.column: labels.column_label(run.layout, limit.column) for limit in limits.verdict.limits
+        },
         "probability": chance,
         "life": run_facts.lives.facts(),
         "slowest": run_facts.slowest_case.slowest,

@@ -68,7 +68,8 @@ def common_units(record: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """
     written = dict(record.get("written_units") or {})
     drawn = (record.get("sample") or {}).get("drawn", {})
-    varied = dict(record.get("sweep") or {}) | dict(record.get("zip") or {}) | drawn
+    labelled = {path: [*values.values()] for path, values in (record.get("labels") or {}).items()}
+    varied = labelled | dict(record.get("sweep") or {}) | dict(record.get("zip") or {}) | drawn
     for path, values in varied.items():
         numbers = [value for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
         unit = record["units"].get(path, "1")

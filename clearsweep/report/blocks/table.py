@@ -29,6 +29,7 @@ class Column(NamedTuple):
     unit: str = "1"
     axis: Axis | None = None
     file_only: bool = False  # only in the CSV
+    heading: str = ""  # on the page, if it differs from the name in the file
 
 
 class Quantity(NamedTuple):
@@ -73,7 +74,7 @@ class Table(NamedTuple):
             values = [row[column_index] for row in first_rows]
             scale = _scale(column, values)
             numeric = not any(isinstance(_si_value(value), str) for value in values)
-            heads.append(Head(column.name, scale.unit, numeric))
+            heads.append(Head(column.heading or column.name, scale.unit, numeric))
             column_texts.append([_cell_text(value, column, scale) for value in values])
         return TableText(heads, [list(row) for row in zip(*column_texts, strict=True)], len(self.rows))
 

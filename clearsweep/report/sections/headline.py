@@ -124,7 +124,7 @@ def periodicity_sentences(study: Study) -> list[str]:
     known_periods, points = periods.to_numpy()[periods.notna()], []
     if len(known_periods):
         cases = (
-            "Every motion"
+            ("Every motion" if count > 1 else "The motion")
             if len(known_periods) == count
             else f"{len(known_periods)} of {wording.count(count, 'motion')}"
         )
@@ -139,8 +139,9 @@ def periodicity_sentences(study: Study) -> list[str]:
     points += _chaos_sentences(study)
     if len(known_periods) < count:
         motions, suffix = wording.count(count, "motion"), _ratio_to_median_text(study, study.most_loaded_joint())
+        subject = f"{count - len(known_periods)} of {motions}" if count > 1 else "The motion"
         points.append(
-            f"{count - len(known_periods)} of {motions} did not become periodic within the run, so the largest peak is "
+            f"{subject} did not become periodic within the run, so the largest peak is "
             f"partly random{suffix}. Compare the median peak, rms or p99, the force exceeded during 1 % of the time."
         )
         points += _expected_peak_sentences(study)

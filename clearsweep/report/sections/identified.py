@@ -7,7 +7,7 @@ import pandas as pd
 
 from ...judging import identification
 from ...language import wording
-from ..blocks.picture import Picture
+from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..data.axis import Axis
@@ -60,7 +60,7 @@ def parameter_cards(study: Study) -> list[tuple[str, str, str]]:
     identified = study.run.grid.get("identified") or {}
     return [
         (
-            axes[parameter["path"]].name,
+            capitalise(axes[parameter["path"]].name),
             axes[parameter["path"]].scale.text(parameter["value"]),
             _interval_text(axes[parameter["path"]], parameter),
         )

@@ -187,7 +187,7 @@ def _table(study: Study, rows: list[dict[str, Any]], names: list[str], written_i
     """Return a row for each of the best cases, and one for the case as written in the grid."""
     columns = (
         *axis_columns(study, study.axes),
-        *(Column(name, study.unit(name)) for name in names),
+        *(Column(name, study.unit(name), heading=column_label(study, name)) for name in names),
         Column("margin"),
         Column("nearest limit"),
         Column("case"),

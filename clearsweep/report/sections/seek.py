@@ -175,11 +175,19 @@ def _table(study: Study, answers: _Answers) -> Table:
             (
                 *(row[other.path] for other in answers.other_axes),
                 *(float("nan") if value is None else value for value in values),
-                row["limiting"] or wording.DASH,
+                _limit_cell(study, row["limiting"]),
                 count_cell(row["probes"]),
             )
         )
     return Table("seek", "Results of the search", "", columns, rows)
+
+
+def _limit_cell(study: Study, columns: str | None) -> Quantity:
+    """Return the cell of limited columns, separated by commas, in words on the page."""
+    names = columns.split(",") if columns else []
+    return Quantity(
+        columns or wording.DASH, wording.sentence_list([column_label(study, name) for name in names]) or wording.DASH
+    )
 
 
 def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
@@ -200,7 +208,7 @@ def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
             *(case["point"].get(other.path) for other in answers.other_axes),
             case["value"],
             _margin_cell(case["margin"]),
-            case["limiting"] or wording.DASH,
+            _limit_cell(study, case["limiting"]),
             _needed_text(case["needed"]) or wording.DASH,
         )
         for case in best

@@ -1,6 +1,7 @@
 """The verdict: first the answer to the question of the grid, then the cases that meet or exceed the limits."""
 
 import itertools
+import re
 
 import numpy as np
 
@@ -69,7 +70,8 @@ def _advice_sentences(study: Study) -> list[str]:
     """Return the limit to add to a grid without limits."""
     if case_ranking_of(study).question not in case_ranking.CONTENT_QUESTIONS:
         return []
-    return [f"{advice.suggest_limit(answer_cases(study))}."]
+    text = advice.suggest_limit(answer_cases(study))
+    return [f"{re.sub(r'limits: .*$', lambda found: f'`{found[0]}`', text)}".removesuffix(".") + "."]
 
 
 def force_ratio_sentences(study: Study) -> list[str]:
