@@ -131,7 +131,7 @@ def run_length_sentences(cases: FinishedCases) -> list[str]:
 
 
 def largest_force_sentences(cases: FinishedCases) -> list[str]:
-    """Return sentences on the largest normal force and the effects on it."""
+    """Return sentences on the largest normal force and the inputs that affect it most."""
     worst_case = cases.worst_case(case_ranking.force_ranking(cases.layout))
     if worst_case is None:
         return []
