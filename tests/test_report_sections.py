@@ -366,8 +366,8 @@ def units(text):
 
 
 def test_values_that_are_compared_have_the_unit_of_the_largest():
-    assert wording.in_common_unit((18.8e3, 109.0, None), "N") == ["18.8\u00a0kN", "0.109\u00a0kN", wording.DASH]
-    assert wording.in_common_unit((3e-6, 2e-4), "m") == ["0.00300\u00a0mm", "0.200\u00a0mm"]
+    assert wording.texts_in_common_unit((18.8e3, 109.0, None), "N") == ["18.8\u00a0kN", "0.109\u00a0kN", wording.DASH]
+    assert wording.texts_in_common_unit((3e-6, 2e-4), "m") == ["0.00300\u00a0mm", "0.200\u00a0mm"]
 
 
 def test_a_sentence_has_one_unit_of_force(wide_run):

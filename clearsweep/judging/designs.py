@@ -106,7 +106,7 @@ def sentences(cases: FinishedCases, limits: str) -> list[str]:
         if not accepted_count or total == 1
         else f"{noun}s"
         if accepted_count == total
-        else wording.count(total, noun)
+        else wording.count_text(total, noun)
     )
     subject = f"{quantity} {nouns}" if quantity in ("No", "All", "The") else f"{accepted_count} of {nouns}"
     if fits.classify_fits(cases) is not None:
@@ -166,4 +166,4 @@ def _design_text(cases: FinishedCases, designs: Designs, rank: int) -> str:
 
 
 def _margin_text(margin: float) -> str:
-    return f"{wording.short(100.0 * margin, 3)}{wording.BLANK}%" if np.isfinite(margin) else "unknown"
+    return f"{wording.short_number_text(100.0 * margin, 3)}{wording.BLANK}%" if np.isfinite(margin) else "unknown"

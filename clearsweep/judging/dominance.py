@@ -32,7 +32,7 @@ def sentences(cases: FinishedCases, thickness_column: str, loss_column: str) -> 
     best_clearance = max(sorted(set(thickest_clearances)), key=thickest_clearances.count)
     group_count = len(groups)
     clearance_text = labels.capitalise(cases.values_text(groups[0][best_clearance], (clearance_path,)))
-    combinations = wording.count(group_count, "combination")
+    combinations = wording.count_text(group_count, "combination")
     text = (
         f"{clearance_text} has the thickest film in {thickest_clearances.count(best_clearance)} of {combinations} of "
         "the other values"

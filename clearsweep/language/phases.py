@@ -15,7 +15,7 @@ from types import MappingProxyType
 from typing import Any, NamedTuple, Protocol
 
 from .errors import escape_control_characters
-from .wording import duration
+from .wording import duration_text
 
 FIRST_LINE_DELAY = 5.0  # s without a line before the first one is printed
 INTERVAL_GROWTH = 1.5  # factor by which the next pause is longer
@@ -38,8 +38,8 @@ class Progress(NamedTuple):
     @property
     def text(self) -> str:
         """Return the progress as 'writing orbits.h5, 37 %, 8 s spent, about 14 s left'."""
-        left = "" if self.left is None else f"about {duration(self.left)} left"
-        return ", ".join(filter(None, [self.what, f"{duration(self.seconds)} spent", left]))
+        left = "" if self.left is None else f"about {duration_text(self.left)} left"
+        return ", ".join(filter(None, [self.what, f"{duration_text(self.seconds)} spent", left]))
 
 
 class Phase:

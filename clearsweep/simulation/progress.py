@@ -4,7 +4,7 @@ import time
 from typing import NamedTuple
 
 from ..language import phases
-from ..language.wording import text
+from ..language.wording import quantity_text
 from .scene import Scene
 
 
@@ -51,7 +51,7 @@ class Life(phases.Phase):
 
     def _text(self) -> str:
         life = f"{self.name}, " if self.name else ""
-        return f"{life}block {self.block}, {text(self.worn, 'm')} of {text(self.limits.limit, 'm')}"
+        return f"{life}block {self.block}, {quantity_text(self.worn, 'm')} of {quantity_text(self.limits.limit, 'm')}"
 
     def reached(self, worn: float) -> None:
         """Record the end of a block, with the wear depth (m) that the limit refers to."""

@@ -192,7 +192,7 @@ def optimise_lines(facts: dict[str, Any]) -> list[str]:
     if len(best) > LISTED_ANSWERS:
         lines.append(f"  and {len(best) - LISTED_ANSWERS:,} more")
     if optimum["alike"]:
-        equivalent = wording.count(optimum["alike"], "other case") + (
+        equivalent = wording.count_text(optimum["alike"], "other case") + (
             " within the limits" if best[0]["limiting"] else ""
         )
         lines.append(f"  {equivalent} cannot be distinguished from it: the 95 % intervals overlap")

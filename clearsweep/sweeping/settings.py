@@ -38,7 +38,7 @@ def given_text(path: str, value: float, unit: str, written: Mapping[str, Mapping
     if scale is None:
         return grid_text(value, unit, speed=path.endswith("speed"))
     name = written[path]["unit"] if path in written and scale == wording.recorded_scale(written[path]) else scale.unit
-    return f"{scale.of(value):.4g} {name}"
+    return f"{scale.from_si(value):.4g} {name}"
 
 
 def number_of_joints(paths: Iterable[str]) -> int:

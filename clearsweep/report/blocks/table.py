@@ -145,7 +145,7 @@ def _file_cells(value: Any, column: Column) -> list[object]:
 def _file_head(column: Column) -> str:
     """Return the head of a column in the CSV, with its unit."""
     unit = column.unit
-    if column.axis is not None and column.axis.written:
+    if column.axis is not None and column.axis.has_written_unit:
         unit = column.axis.scale.unit.replace(wording.BLANK, "*")
     return _without_formula(column.name if unit in ("1", "") else f"{column.name} [{unit}]")
 
@@ -167,14 +167,19 @@ def _cell_text(value: Any, column: Column, scale: wording.Scale) -> str:
         return wording.DASH
     if isinstance(value, str):
         return value
-    return scale.number(value) if column.axis is None else column.axis.number(value)
+    return scale.number_text(value) if column.axis is None else column.axis.number_text(value)
 
 
 def _file_value(value: Any, column: Column) -> object:
     """Return a cell as the CSV contains it: in SI, or in the written unit of its axis."""
     value = _si_value(value)
-    if column.axis is not None and column.axis.written and not isinstance(value, str) and not is_missing(value):
-        value = float(f"{column.axis.scale.of(value):.{CONVERTED_DIGITS}g}")
+    if (
+        column.axis is not None
+        and column.axis.has_written_unit
+        and not isinstance(value, str)
+        and not is_missing(value)
+    ):
+        value = float(f"{column.axis.scale.from_si(value):.{CONVERTED_DIGITS}g}")
     return _without_formula(value) if isinstance(value, str) else "" if is_missing(value) else value
 
 

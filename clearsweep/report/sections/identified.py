@@ -80,7 +80,7 @@ def _joint_count(identified: dict[str, Any]) -> int:
 
 def _interval_text(axis: Axis, parameter: dict[str, Any]) -> str:
     """Return the interval of a key."""
-    return f"95 %: {axis.scale.number(parameter['low'])} to {axis.scale.text(parameter['high'])}"
+    return f"95 %: {axis.scale.number_text(parameter['low'])} to {axis.scale.text(parameter['high'])}"
 
 
 def _estimate_text(axis: Axis, parameter: dict[str, Any]) -> str:
@@ -138,7 +138,9 @@ def _fit_table(identified: dict[str, Any]) -> Table:
     """Return a row for each feature."""
     rows = []
     for fit in identified["fits"]:
-        cells = [Quantity(fit[name], wording.text(fit[name], fit["unit"])) for name in ("measured", "computed")]
+        cells = [
+            Quantity(fit[name], wording.quantity_text(fit[name], fit["unit"])) for name in ("measured", "computed")
+        ]
         rows.append((fit["channel"], fit["feature"], *cells, fit["deviations"]))
     columns = (Column("signal"), Column("feature"), Column("measured"), Column("computed"), Column("deviations"))
     note = (

@@ -141,7 +141,7 @@ def _worst_case_cards(study: Study) -> list[tuple[str, str, str]]:
         return [
             (
                 "Shortest life",
-                f"{wording.plain(value)}{wording.BLANK}h",
+                f"{wording.number_text(value)}{wording.BLANK}h",
                 f"{setting_text}{condition_note}".removeprefix("; "),
             ),
             *_end_of_life_cards(study),
