@@ -393,6 +393,19 @@ def test_the_strongest_axis_of_another_figure_of_the_question_is_named():
     assert not any("slider error" in sentence for sentence in drivers.sentences(study.prepare(made), joint))
 
 
+def test_drivers_without_a_share_of_the_variation_have_no_dash_instead():
+    base = {"joints.rod-slider.clearance": 1e-4, "drive.speed": 100.0}
+    made = Run(sweep={"joints.rod-slider.clearance": [1e-4, 2e-4, 4e-4], "drive.speed": [100.0, 200.0, 400.0]})
+    varied = sum((made.summary[path] != value).astype(int) for path, value in base.items())
+    units = made.summary.attrs["units"]
+    made.summary = made.summary[varied <= 1].reset_index(drop=True)  # each case varies one value
+    made.summary.attrs["units"] = units
+    prepared = study.prepare(made)
+    text, *_ = drivers.sentences(prepared, prepared.joints[0])
+    assert "caused by" in text
+    assert "\u2013" not in text
+
+
 def test_the_rows_of_a_figure_have_one_unit(wide_run):
     (table,) = drivers.folded_sections(study.prepare(wide_run))[0].tables
     cells = [cell.text for row in table.rows if row[0] == "force peak" for cell in (row[4], row[6])]

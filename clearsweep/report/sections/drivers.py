@@ -53,7 +53,12 @@ def sentences(study: Study, joint: Joint) -> list[str]:
         return _other_driver_sentences(study, joint)  # as the answer says
     if len(effects) == 1:  # the answer has its effect
         return _other_driver_sentences(study, joint)
-    driver_texts = [f"{effect.axis.name} ({wording.percent_text(effect.share)})" for effect in clear_effects]
+    driver_texts = [
+        effect.axis.name
+        if wording.is_missing(effect.share)  # each case varies one value, so that shares are undefined
+        else f"{effect.axis.name} ({wording.percent_text(effect.share)})"
+        for effect in clear_effects
+    ]
     text = f"The variation of the {study.lead.name} is caused by {wording.sentence_list(driver_texts)}."
     if unclear_names:
         scope_text = " among the started cases" if excludes_cut_off_starts(study, column) else ""

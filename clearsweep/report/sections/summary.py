@@ -254,7 +254,7 @@ def _probability_cards(study: Study) -> list[tuple[str, str, str]]:
     if sampled.longer_run_warning(answer_cases(study), [limit.column for limit in study.limits]):
         window += "; a lower bound: longer runs exceed limits more often"
     note = f"{window}; {interval.removesuffix(')')}, from the number of cases only"
-    return [("Probability of exceeding a limit", value, note)]
+    return [("Probability of exceeding a limit", value, note.replace(" %", f"{wording.BLANK}%"))]
 
 
 def _setting_text(study: Study, case_id: str) -> str:
