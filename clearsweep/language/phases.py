@@ -144,7 +144,7 @@ def compile_seconds() -> float:
 
 
 def progress(first_index: int = 0) -> Progress | None:
-    """Return the progress of the open phases from index `first` on, or None if none is open.
+    """Return the progress of the open phases from index `first_index` on, or None if none is open.
 
     The time left is that of the outermost phase that `covers_nested`, or else of the innermost with an estimate.
     """
@@ -173,7 +173,7 @@ def is_innermost_once() -> bool:
 
 
 def outermost_phase(first_index: int = 0) -> Phase | None:
-    """Return the outermost open phase from index `first` on."""
+    """Return the outermost open phase from index `first_index` on."""
     return next(iter(list(_open_phases)[first_index:]), None)
 
 
