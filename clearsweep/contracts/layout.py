@@ -223,8 +223,8 @@ def columns_of(
     """Return the figures of merit of a case, in the order of the summary's columns.
 
     features_by_joint : clearance joint ('rod_slider') -> its features ('wear', 'film'); requested : those of
-    REQUESTED_COLUMNS that the grid requests; until : the figure in `simulate.until`; frictions : the joints of friction loads.  Joints without
-    clearance among these have a friction power.
+    REQUESTED_COLUMNS that the grid requests; until : the figure in `simulate.until`; frictions : the joints of
+    friction loads. Joints without clearance among these have a friction power.
     """
     features = {*requested, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
     columns: list[Column] = []
