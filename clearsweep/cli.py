@@ -137,7 +137,8 @@ def run(  # noqa: PLR0913 - one argument per option
     \b
     Examples:
       clearsweep run machine.yaml --dry-run
-      clearsweep run machine.yaml --set simulate.revolutions=50 --sweep "drive.speed=20 rpm,40 rpm"
+      clearsweep run machine.yaml --set simulate.revolutions=50
+      clearsweep run machine.yaml --sweep "drive.speed=20 rpm,40 rpm"
     """
     from . import grid as grids
     from .sweeping import run_summary

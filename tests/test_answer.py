@@ -78,6 +78,8 @@ def test_a_design_keeps_to_the_limits_if_it_does_at_every_speed():
     assert first.startswith("2 of 3 designs meet the limits at every crank speed: load peak at most 1.")
     assert "The limits are met up to clearance 2 (smallest margin 40 %)." in first
     assert first.endswith("From 3 a limit is exceeded (margin \u221220 % there, at speed 8).")
+    columns[MARGIN] = [0.9, 0.1, 0.5, 0.04, 0.95, -0.2]
+    assert "(smallest margin 4 %). Such a small margin is not certain: " in limited(columns, (FIT, SPEED))[0]
     columns[MARGIN] = [0.9, -0.1, 0.5, np.nan, 0.95, -0.2]  # the second cannot be assessed at one speed
     first, *_ = limited(columns, (FIT, SPEED))
     assert first.startswith("No design meets the limits at every crank speed")
@@ -591,6 +593,9 @@ def test_wear_is_that_of_the_fastest_rate_not_of_the_deepest_window():
     (sentence,) = wear.sentences(made)
     assert sentence.startswith("Deepest wear of one body: 1.08")  # 3 m/s for 3.6e6 s
     assert " per 1000 h at speed 2. It is smallest, " in sentence
+    worn = made._replace(record={"joints": {PIN: {"bearing_radius": 1e6}}})
+    assert "In 3 of 3 cases the bearing is worn away" in wear.sentences(worn)[0]
+    assert ". The depth is smallest, " in wear.sentences(worn)[0]
 
 
 def test_wear_beyond_the_clearance_is_no_forecast():

@@ -88,9 +88,9 @@ def test_a_label_is_before_the_number_and_alone_at_the_edge_of_a_figure():
     values = axis_of({}).values
     axis = axis_of({"tight": values[0]})
     assert axis.text(values[0]).startswith("tight (")
-    assert axis.short(values[0]) == "tight"
+    assert axis.short_text(values[0]) == "tight"
     assert "tight" not in axis.text(values[1])
-    assert axis.listed().startswith("tight (")
+    assert axis.values_text().startswith("tight (")
 
 
 def test_a_csv_file_has_a_column_of_labels():

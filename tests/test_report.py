@@ -315,11 +315,11 @@ def test_without_two_cases_per_value_there_is_no_scatter_to_compare_with():
     ],
 )
 def test_quantities_read_like_an_engineer_writes_them(value, unit, text):
-    assert wording.text(value, unit).replace("\u00a0", " ") == text
+    assert wording.quantity_text(value, unit).replace("\u00a0", " ") == text
 
 
 def test_swept_speeds_are_given_in_revolutions_per_minute():
-    assert wording.scale("rad/s", [1000 * RPM, 5000 * RPM], speed=True).given(3000 * RPM) == "3000\u00a0rpm"
+    assert wording.scale("rad/s", [1000 * RPM, 5000 * RPM], speed=True).exact_text(3000 * RPM) == "3000\u00a0rpm"
 
 
 def _trajectory(run):

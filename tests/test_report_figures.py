@@ -19,17 +19,17 @@ from clearsweep.cli import verbs
 from clearsweep.contracts.case import Contact, Joint, Material, Materials
 from clearsweep.contracts.results import Trajectory
 from clearsweep.judging import labels, verdict
-from clearsweep.language.wording import TIMES
+from clearsweep.language.wording import TIMES, axis_name
 from clearsweep.report import sections
 from clearsweep.report.blocks import section
 from clearsweep.report.blocks.picture import draw_svg
 from clearsweep.report.blocks.section import Gallery, Sentences
-from clearsweep.report.blocks.table import Table
+from clearsweep.report.blocks.table import Column, Table
 from clearsweep.report.data import study
 from clearsweep.report.documents import single
 from clearsweep.report.laws import elastic_comparison
 from clearsweep.report.one_case import worn
-from clearsweep.report.sections import curves, elastic_laws, law_choice, maps, motion_type, tradeoffs
+from clearsweep.report.sections import curves, elastic_laws, law_choice, maps, motion_type, summary, tradeoffs
 from clearsweep.report.statistics import kinds, spectrum, strobe
 from clearsweep.sweeping import run_summary, settings, sweep
 from clearsweep.sweeping.simulator import SIMULATION
@@ -156,6 +156,48 @@ def test_clearances_of_fits_are_in_micrometres_on_the_page_and_in_the_last_lines
     assert [axis.text(mean).replace("\u00a0", " ") for mean in means] == ["17.25 \u00b5m (a)", "170 \u00b5m (b)"]
     facts = {"units": {CLEARANCE: "m"}, "fits": run.grid["fits"], "written_units": settings.common_units(run.grid)}
     assert [settings.value_text(CLEARANCE, mean, facts) for mean in means] == ["17.25 \u00b5m (a)", "170 \u00b5m (b)"]
+
+
+def test_values_of_candidates_have_one_unit_in_the_last_lines():
+    labelled = {CLEARANCE: {"H9/d9": 6.8e-5, "H11/d11": 1.35e-4}}
+    record = {"units": {CLEARANCE: "m"}, "labels": labelled, "written_units": {}}
+    facts = record | {"fits": {}, "written_units": settings.common_units(record)}
+    texts = [settings.value_text(CLEARANCE, value, facts) for value in labelled[CLEARANCE].values()]
+    assert texts == ["H9/d9 (0.068 mm)", "H11/d11 (0.135 mm)"]
+
+
+def test_a_key_of_one_body_reads_as_words():
+    assert axis_name("joints.pin.wear.bearing.coefficient") == "wear coefficient of the bearing"
+    assert axis_name("joints.pin.contact.material.journal.young") == "Young's modulus of the journal"
+    assert axis_name("joints.pin.wear.coefficient") == "wear coefficient"
+
+
+@pytest.mark.parametrize(
+    ("rank", "met", "words"), [(2, 11, "smallest margin \u2212"), (1, 12, "smallest margin only ")]
+)
+def test_a_life_with_limits_has_a_card_on_them(rank, met, words):
+    run = living()
+    peaks = run.summary[PEAK].sort_values(ignore_index=True)
+    limit = 1.01 * peaks.iloc[-rank]  # the largest peak exceeds it, or is below it by a small margin
+    run.grid["limits"] = {PEAK: limit}
+    run.summary["margin"] = 1.0 - run.summary[PEAK] / limit
+    run.summary["limits_exceeded"] = np.where(run.summary[PEAK] > limit, PEAK, "")
+    columns = [
+        column._replace(name=f"rod_slider_{name}", figure=name, joint="rod_slider")
+        for name, column in (("life_hours", run.layout.columns[0]),)
+    ]
+    columns += verdict.LimitsAndFigures((), verdict.limits_of(run.grid["limits"])).columns
+    run.layout = run.layout._replace(columns=(*run.layout.columns, *columns))
+    cards = {name: (value, note) for name, value, note in summary.sections(study.prepare(run))[0].blocks[0].cards}
+    value, note = cards["Limits met at the end of life"]
+    assert value == f"{met} of 12"
+    assert words in note
+
+
+def test_the_head_of_a_column_may_differ_on_the_page_and_in_the_file():
+    table = Table("best", "Best", "", (Column("rod_slider_load_peak", "N", heading="load peak"),), [(1.0,)])
+    assert [head.name for head in table.to_text().heads] == ["load peak"]
+    assert table.csv().startswith("rod_slider_load_peak")
 
 
 def test_figures_of_one_column_of_the_closing_table_have_one_unit():

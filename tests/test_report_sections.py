@@ -366,8 +366,8 @@ def units(text):
 
 
 def test_values_that_are_compared_have_the_unit_of_the_largest():
-    assert wording.in_common_unit((18.8e3, 109.0, None), "N") == ["18.8\u00a0kN", "0.109\u00a0kN", wording.DASH]
-    assert wording.in_common_unit((3e-6, 2e-4), "m") == ["0.00300\u00a0mm", "0.200\u00a0mm"]
+    assert wording.texts_in_common_unit((18.8e3, 109.0, None), "N") == ["18.8\u00a0kN", "0.109\u00a0kN", wording.DASH]
+    assert wording.texts_in_common_unit((3e-6, 2e-4), "m") == ["0.00300\u00a0mm", "0.200\u00a0mm"]
 
 
 def test_a_sentence_has_one_unit_of_force(wide_run):
@@ -391,6 +391,19 @@ def test_the_strongest_axis_of_another_figure_of_the_question_is_named():
     assert sum(sentence.startswith("The slider error depends most on crank speed: ") for sentence in said) == 1
     made.summary["slider_error_max"] = 1e-6  # no axis moves it
     assert not any("slider error" in sentence for sentence in drivers.sentences(study.prepare(made), joint))
+
+
+def test_drivers_without_a_share_of_the_variation_have_no_dash_instead():
+    base = {"joints.rod-slider.clearance": 1e-4, "drive.speed": 100.0}
+    made = Run(sweep={"joints.rod-slider.clearance": [1e-4, 2e-4, 4e-4], "drive.speed": [100.0, 200.0, 400.0]})
+    varied = sum((made.summary[path] != value).astype(int) for path, value in base.items())
+    units = made.summary.attrs["units"]
+    made.summary = made.summary[varied <= 1].reset_index(drop=True)  # each case varies one value
+    made.summary.attrs["units"] = units
+    prepared = study.prepare(made)
+    text, *_ = drivers.sentences(prepared, prepared.joints[0])
+    assert "caused by" in text
+    assert "\u2013" not in text
 
 
 def test_the_rows_of_a_figure_have_one_unit(wide_run):

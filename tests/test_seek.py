@@ -67,7 +67,7 @@ def test_the_border_is_found_to_the_width_requested_and_enclosed(tmp_path):
     assert run.grid["seek"]["largest"] == MASS
     text = run_summary.run_text(run_summary.of_run(result))
     assert "largest slider mass within the limits" in text
-    assert "limited by rod_slider_force_peak" in text
+    assert "limited by force peak" in text
 
 
 def test_probes_are_stored_cases_and_run_once(tmp_path):
@@ -295,7 +295,7 @@ def test_the_report_says_how_near_the_cases_come_and_which_keys_would_help(tmp_p
     assert [each.text if isinstance(each, Quantity) else each for each in row] == [
         0.1,
         "\u2212180\u00a0%",
-        "rod_slider_force_peak",
+        "force peak",
         "rod_slider_force_peak at most 0.14\u00a0N",
     ]
     assert [(row[0], row[2].text, row[3].text) for row in keys.rows] == [(MASS, "\u2212152\u00a0%", "\u2212208\u00a0%")]

@@ -51,7 +51,7 @@ def test_a_written_unit_leads_back_to_the_number_that_was_written(text, unit, fa
     known = quantity.written_unit(text, unit)
     assert known == (text.split(" ", 1)[1], pytest.approx(factor), offset)
     scale = wording.recorded_scale(known._asdict())
-    assert scale.given_number(quantity.read(text, unit)) == text.split(" ")[0]
+    assert scale.exact_number_text(quantity.read(text, unit)) == text.split(" ")[0]
 
 
 @pytest.mark.parametrize("value", [5.0, "5", "= play", "5 parsecs", "5 kg", None])
@@ -145,10 +145,10 @@ def test_closing_lines_give_a_value_in_the_unit_of_the_grid():
 )
 def test_imperial_units_are_those_of_handbooks(value, unit, said):
     with wording.unit_system("imperial"):
-        text = wording.text(value, unit).replace(wording.BLANK, " ").replace("\u202f", " ")
+        text = wording.quantity_text(value, unit).replace(wording.BLANK, " ").replace("\u202f", " ")
         scale = wording.scale(unit, value)
     assert text == said
-    assert scale.of(value) * scale.factor == pytest.approx(value)
+    assert scale.from_si(value) * scale.factor == pytest.approx(value)
 
 
 def test_imperial_factors_are_those_of_the_unit_library():
@@ -171,7 +171,7 @@ def test_a_system_of_units_ends_with_its_block_and_overrides_the_units_of_the_gr
         assert wording.written_scale(rpm, "rad/s").unit == "rpm"
         assert settings.given_text(CLEARANCE, 1e-4, "m", {}) == "3.937 mil"
     assert settings.given_text(CLEARANCE, 1e-4, "m", {}) == "0.1 mm"
-    assert wording.text(0.0508, "m") == "50.8\u00a0mm"
+    assert wording.quantity_text(0.0508, "m") == "50.8\u00a0mm"
 
 
 def test_a_report_in_imperial_units_has_no_metric_ones_but_its_tables_are_in_si():

@@ -27,7 +27,7 @@ def preview_html(
 
 
 def _figure_text(value: object, unit: str) -> str:
-    return wording.text(float(value), unit, 5) if isinstance(value, int | float) else wording.DASH
+    return wording.quantity_text(float(value), unit, 5) if isinstance(value, int | float) else wording.DASH
 
 
 def _joint_drawings(channels: Mapping[str, np.ndarray], joint: str) -> list[str]:
@@ -35,8 +35,8 @@ def _joint_drawings(channels: Mapping[str, np.ndarray], joint: str) -> list[str]
     joint_name, force = wording.joint_name(joint), channels[f"joints/{joint}/force_normal"]
     x, y = channels[f"joints/{joint}/x"], channels[f"joints/{joint}/y"]
     eccentricity_text, force_text = (
-        wording.text(float(np.hypot(x, y).max()), "m"),
-        wording.text(float(force.max()), "N"),
+        wording.quantity_text(float(np.hypot(x, y).max()), "m"),
+        wording.quantity_text(float(force.max()), "N"),
     )
     force_title = f"{joint_name}: normal force over time, up to {force_text}"
     return [

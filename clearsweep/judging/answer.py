@@ -67,7 +67,7 @@ def life_effect_sentences(cases: FinishedCases) -> list[str]:
         return []
     hours = cases.values_of(name).astype(float)
     effect_sentences = effects.sentences(
-        cases, "life", hours, lambda values: [f"{wording.plain(value)}{wording.BLANK}h" for value in values]
+        cases, "life", hours, lambda values: [f"{wording.number_text(value)}{wording.BLANK}h" for value in values]
     )
     clearance_text = wear.initial_clearance_text(cases, cases.layout.life)
     life_sentences = [
@@ -93,7 +93,7 @@ def end_of_life_limit_sentences(cases: FinishedCases) -> list[str]:
         wording.sentence_list(limit_texts) if len(limit_texts) <= MAX_LISTED_LIMITS else f"{len(limit_texts)} limits"
     )
     meeting_text = "every case meets" if count > 1 else "the case meets"
-    failing_text = f"{exceeding} of {wording.count(count, 'case')} {'does' if exceeding == 1 else 'do'} not meet"
+    failing_text = f"{exceeding} of {wording.count_text(count, 'case')} {'does' if exceeding == 1 else 'do'} not meet"
     text = f"At the end of the life, {failing_text if exceeding else meeting_text} the limits: {limits_text}."
     if np.isfinite(margins).any():
         worst_case = int(np.nanargmin(margins))
@@ -125,14 +125,13 @@ def run_length_sentences(cases: FinishedCases) -> list[str]:
     count, unsettled_count = len(cases.case_ids), int(np.sum(cases.values_of("settled") == 0))
     accuracy_sentence = "" if unsettled_count else "Each reached its accuracy or a periodic motion."
     if unsettled_count:
-        accuracy_sentence = (
-            f"{unsettled_count} of {wording.count(count, 'case')} reached neither the accuracy nor a periodic motion."
-        )
+        cases_text = wording.count_text(count, "case")
+        accuracy_sentence = f"{unsettled_count} of {cases_text} reached neither the accuracy nor a periodic motion."
     return [f"{text} {accuracy_sentence}"]
 
 
 def largest_force_sentences(cases: FinishedCases) -> list[str]:
-    """Return sentences on the largest normal force and the effects on it."""
+    """Return sentences on the largest normal force and the inputs that affect it most."""
     worst_case = cases.worst_case(case_ranking.force_ranking(cases.layout))
     if worst_case is None:
         return []
@@ -181,8 +180,8 @@ def _restitution_sentences(cases: FinishedCases) -> list[str]:
         worst_case = int(np.nanargmax(np.abs(measured - requested)))
         lines.append(
             f"Measured restitution{cases.joint_text(joint.name)} differs from the requested one by at most "
-            f"{wording.plain(abs(float(measured[worst_case] - requested[worst_case])), 2)}: "
-            f"{wording.plain(float(measured[worst_case]))}{cases.setting_text(worst_case)}."
+            f"{wording.number_text(abs(float(measured[worst_case] - requested[worst_case])), 2)}: "
+            f"{wording.number_text(float(measured[worst_case]))}{cases.setting_text(worst_case)}."
         )
     return lines
 
@@ -250,7 +249,7 @@ def _limit_effect_sentences(cases: FinishedCases, limit: verdict.Limit, max_effe
     ratios = np.where(np.isfinite(ratios), ratios, np.nan)
     label = f"{name} over {cases.column_label(limit.times)}"
     return effects.sentences(
-        cases, label, ratios, lambda numbers: [wording.plain(number) for number in numbers], max_effects
+        cases, label, ratios, lambda numbers: [wording.number_text(number) for number in numbers], max_effects
     )
 
 
@@ -293,6 +292,7 @@ def _accepted_range_sentences(cases: FinishedCases, name: str) -> list[str]:
 
 
 def _unworn_limit_sentences(cases: FinishedCases, name: str) -> list[str]:
-    """Return the reservation on a figure of wear in a grid with limits, else []."""
+    """Return the reservation on a figure of wear in a grid with limits if all cases are known, else []."""
     is_of_wear = "_wear_" in str(cases.record["figures"][name])
-    return [UNWORN] if is_of_wear and cases.limits and cases.ranking.question == "limits" else []
+    is_reserved = is_of_wear and cases.limits and cases.ranking.question != "life"
+    return [UNWORN] if is_reserved and cases.is_complete else []

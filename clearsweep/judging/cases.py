@@ -128,7 +128,7 @@ def column_texts(name: str, unit: str, column_values: np.ndarray, values: Sequen
     if displayed_magnitudes and not (
         DISPLAY_RANGE[0] <= min(displayed_magnitudes) and max(displayed_magnitudes) < DISPLAY_RANGE[1]
     ):
-        return wording.in_common_unit(values, unit)
+        return wording.texts_in_common_unit(values, unit)
     return [scale.text(value) for value in values]
 
 

@@ -9,7 +9,7 @@ import numpy as np
 from ..language import wording
 from . import fits
 from .cases import FinishedCases
-from .verdict import MARGIN
+from .verdict import MARGIN, small_margin_sentences
 
 OPERATING_PREFIXES = ("drive.speed", "loads.")  # beginnings of the paths that are operating conditions
 MAX_LISTED_DESIGNS = 4  # designs in one sentence
@@ -106,7 +106,7 @@ def sentences(cases: FinishedCases, limits: str) -> list[str]:
         if not accepted_count or total == 1
         else f"{noun}s"
         if accepted_count == total
-        else wording.count(total, noun)
+        else wording.count_text(total, noun)
     )
     subject = f"{quantity} {nouns}" if quantity in ("No", "All", "The") else f"{accepted_count} of {nouns}"
     if fits.classify_fits(cases) is not None:
@@ -155,6 +155,7 @@ def _single_boundary_sentences(cases: FinishedCases, designs: Designs, neighbour
     return [
         f"The limits are met {preposition} {design_text} (smallest margin "
         f"{_margin_text(designs.margins[accepted_rank])}).",
+        *small_margin_sentences(designs.margins[accepted_rank]),
         f"{opposite_preposition} {name_and_value[1] if name_and_value else ''} a limit is exceeded "
         f"(margin {margin_text} there{condition_text}).",
     ]
@@ -165,4 +166,4 @@ def _design_text(cases: FinishedCases, designs: Designs, rank: int) -> str:
 
 
 def _margin_text(margin: float) -> str:
-    return f"{wording.short(100.0 * margin, 3)}{wording.BLANK}%" if np.isfinite(margin) else "unknown"
+    return f"{wording.short_number_text(100.0 * margin, 3)}{wording.BLANK}%" if np.isfinite(margin) else "unknown"

@@ -12,7 +12,7 @@ CaseByClearance = dict[float, int]  # clearance (m) -> index of the case with it
 def sentences(cases: FinishedCases, thickness_column: str, loss_column: str) -> list[str]:
     """Return sentences on the clearance with the thickest film in most combinations of the other values; [] if none.
 
-    thickness, loss : columns
+    thickness_column, loss_column : of the summary
     """
     clearance_path = next(
         (clearance_path for clearance_path in cases.varied_paths if clearance_path.endswith(".clearance")), None
@@ -32,7 +32,7 @@ def sentences(cases: FinishedCases, thickness_column: str, loss_column: str) -> 
     best_clearance = max(sorted(set(thickest_clearances)), key=thickest_clearances.count)
     group_count = len(groups)
     clearance_text = labels.capitalise(cases.values_text(groups[0][best_clearance], (clearance_path,)))
-    combinations = wording.count(group_count, "combination")
+    combinations = wording.count_text(group_count, "combination")
     text = (
         f"{clearance_text} has the thickest film in {thickest_clearances.count(best_clearance)} of {combinations} of "
         "the other values"

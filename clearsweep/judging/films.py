@@ -215,7 +215,7 @@ def _best_design_sentences(cases: FinishedCases) -> list[str]:
     least_safe = min([best.thickness, *(film.thickness for film in best.others)])
     remarks = _premise_sentences(cases, best.joint, least_safe, "thinnest safe film")
     count_text = (
-        f"{best.safe_count} of {wording.count(best.total_count, 'combination')} "
+        f"{best.safe_count} of {wording.count_text(best.total_count, 'combination')} "
         f"{'is' if best.safe_count == 1 else 'are'} safe"
     )
     unsafe_texts = [
@@ -283,7 +283,7 @@ def _no_safe_design_sentences(cases: FinishedCases) -> list[str]:
         names = wording.sentence_list([wording.axis_name(path) for path in conditions])
         unsafe_count = int(_is_unsafe(cases, joints).sum())
         safety_text = (
-            f"unsafe in {unsafe_count} of {wording.count(len(cases.case_ids), 'case')}"
+            f"unsafe in {unsafe_count} of {wording.count_text(len(cases.case_ids), 'case')}"
             if unsafe_count
             else "safe in every case"
         )
@@ -336,7 +336,7 @@ def _law_range_sentences(cases: FinishedCases, index: int, thickness_column: str
     share, lines = float(cases.values_of(f"{joint}_{LIMIT_FRACTION}")[index]), []
     if share > 0.0:
         lines.append(f"It is {beyond_law_text(share)}: do not rely on it.")
-    total_text = wording.count(count, "case")
+    total_text = wording.count_text(count, "case")
     lines.append(
         f"{count - len(outside_cases)} of {total_text} {'is' if count - len(outside_cases) == 1 else 'are'} within "
         "the law."
@@ -393,4 +393,4 @@ def _loss_sentences(cases: FinishedCases, joint: str) -> list[str]:
 
 
 def _percent_text(share: float) -> str:
-    return f"{wording.short(100.0 * share, 3)}{wording.BLANK}%"
+    return f"{wording.short_number_text(100.0 * share, 3)}{wording.BLANK}%"

@@ -30,7 +30,7 @@ def crossover_interaction_sentence(
     name_and_value = cases.name_and_value(0, axis)
     name, combination_count_text = (
         name_and_value[0] if name_and_value else axis,
-        wording.count(rising_count + falling_count, "combination"),
+        wording.count_text(rising_count + falling_count, "combination"),
     )
     text = (
         f"Opposite effects: as {name} grows, {label} rises in {rising_count} of {combination_count_text} of the other "

@@ -68,7 +68,11 @@ def law_check_sentence(
 
 
 def _figure_text(row: LawResult, format_value: Callable[[str, float], str]) -> str:
-    return f"{wording.short(100.0 * row.value, 3)} %" if row.column == MARGIN else format_value(row.column, row.value)
+    return (
+        f"{wording.short_number_text(100.0 * row.value, 3)} %"
+        if row.column == MARGIN
+        else format_value(row.column, row.value)
+    )
 
 
 def _law_names(rows: list[LawResult]) -> list[str]:
@@ -84,7 +88,7 @@ def _verdict_change_sentence(deciding_case: LawResult, sorted_rows: list[LawResu
         factors = [row.value / deciding_case.value for row in sorted_rows if deciding_case.value]
         if not factors:
             return "The figure is zero under the laws of the grid."
-        low, high = (wording.plain(factor, 3) for factor in (min(factors), max(factors)))
+        low, high = (wording.number_text(factor, 3) for factor in (min(factors), max(factors)))
         return f"They give {' to '.join(dict.fromkeys((low, high)))} times the figure under the laws of the grid."
     is_changed = [(row.value >= 0.0) != (deciding_case.value >= 0.0) for row in sorted_rows]
     changing_laws = list(itertools.compress(_law_names(sorted_rows), is_changed))

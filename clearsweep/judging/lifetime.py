@@ -51,18 +51,18 @@ def criterion_text(life_section: Mapping[str, Any]) -> str:
     if not life_section:
         return ""
     wear_limit = life_section.get("limit")
-    limit_text = wording.text(wear_limit, "m") if isinstance(wear_limit, float) else "its limit"
+    limit_text = wording.quantity_text(wear_limit, "m") if isinstance(wear_limit, float) else "its limit"
     return f"until {_CRITERIA[life_section['of']]} {limit_text}"
 
 
 def hours_text(life: Lifetime) -> str:
     """Return a life in hours."""
-    return f"{wording.plain(life.hours)} h"
+    return f"{wording.number_text(life.hours)} h"
 
 
 def remarks(life: Lifetime) -> list[str]:
     """Return the sentences that follow the hours of a life: revolutions, faster wear, intervals."""
-    revolutions = f"This is {wording.plain(life.revolutions)} revolutions."
+    revolutions = f"This is {wording.number_text(life.revolutions)} revolutions."
     return [revolutions, *faster_wear_sentences(life), *interval_sentences(life)]
 
 
@@ -80,7 +80,7 @@ def faster_wear_sentences(life: Lifetime) -> list[str]:
 
 def faster_wear_text(hours: float) -> str:
     """Return a life in hours with the wear WEAR_UNCERTAINTY_FACTORS times as fast: '159 to 47.8 h'."""
-    texts = [wording.plain(hours / factor) for factor in WEAR_UNCERTAINTY_FACTORS]
+    texts = [wording.number_text(hours / factor) for factor in WEAR_UNCERTAINTY_FACTORS]
     return f"{' to '.join(texts)}{wording.BLANK}h"
 
 
@@ -120,7 +120,7 @@ def smoothing_sentences(widths: Iterable[float]) -> list[str]:
 
 def _interval_end_text(life: Lifetime, revolutions: float, digits: int) -> str:
     """Return an end of an interval (revolutions) in hours, rounded to `digits`."""
-    return f"{wording.plain(life.hours * revolutions / life.revolutions, digits)} h"
+    return f"{wording.number_text(life.hours * revolutions / life.revolutions, digits)} h"
 
 
 def _numerical_interval_text(life: Lifetime) -> str:
@@ -136,5 +136,5 @@ def _numerical_interval_text(life: Lifetime) -> str:
             return f"{texts[0]} to {texts[2]}"
     relative_half_width = 0.5 * (life.revolutions_high - life.revolutions_low) / life.revolutions
     if relative_half_width < MIN_RELATIVE_HALF_WIDTH:
-        return f"\u00b1 under {wording.plain(100.0 * MIN_RELATIVE_HALF_WIDTH, 1)}{wording.BLANK}%"
-    return f"\u00b1 {wording.plain(100.0 * relative_half_width, 2)}{wording.BLANK}%"
+        return f"\u00b1 under {wording.number_text(100.0 * MIN_RELATIVE_HALF_WIDTH, 1)}{wording.BLANK}%"
+    return f"\u00b1 {wording.number_text(100.0 * relative_half_width, 2)}{wording.BLANK}%"

@@ -84,12 +84,14 @@ def driver_sentences(
     (path, strongest), *others = clear
     low, high = format_values(_quarter_medians(np.asarray(drawn[path], float), values))
     lines = [
-        f"{subject} {direction_verb(strongest)} most with {names[path]} (strength {wording.plain(abs(strongest), 2)}): "
+        f"{subject} {direction_verb(strongest)} most with {names[path]} (strength "
+        f"{wording.number_text(abs(strongest), 2)}): "
         f"median {low} in its lowest quarter, {high} in its highest."
     ]
     if others:
         listed = [
-            f"{direction_verb(value)} with {names[path]} ({wording.plain(abs(value), 2)})" for path, value in others[:3]
+            f"{direction_verb(value)} with {names[path]} ({wording.number_text(abs(value), 2)})"
+            for path, value in others[:3]
         ]
         lines.append(f"It also {wording.sentence_list(listed)}.")
     return lines
@@ -116,7 +118,7 @@ def _driver_card(cases: FinishedCases, label: str, values: np.ndarray) -> list[t
         return []
     (path, strongest), *others = clear
     listed = [f"{direction_verb(value)} with {names[path]}" for path, value in others[:2]]
-    note = f"strength {wording.plain(abs(strongest), 2)}"
+    note = f"strength {wording.number_text(abs(strongest), 2)}"
     note += f"; it also {wording.sentence_list(listed)}" if listed else ""
     return [(f"{labels.capitalise(label)} {direction_verb(strongest)} most with", names[path], note)]
 
@@ -180,7 +182,7 @@ def longer_run_warning(cases: FinishedCases, limited_columns: Sequence[str]) -> 
     if not irregular:
         return []
     return [
-        f"{irregular} of {wording.count(total, 'motion')} did not become periodic within the run: longer "
+        f"{irregular} of {wording.count_text(total, 'motion')} did not become periodic within the run: longer "
         "runs exceed limits on peaks more often.",
         "The order of the drivers may change, too.",
         _enough_revolutions(cases),
@@ -215,21 +217,21 @@ def _wear_text(cases: FinishedCases, joint: Any, depths: np.ndarray) -> str:
                 *_sentences_on_drivers(cases, depths / 1000.0, _wear_rate_texts, "The wear rate"),
             ]
         )
-    quantile_texts = wording.in_common_unit(np.nanquantile(depths, QUANTILES).tolist(), "m")
+    quantile_texts = wording.texts_in_common_unit(np.nanquantile(depths, QUANTILES).tolist(), "m")
     return " ".join(
         [
             spread_sentence(f"Wear depth per 1000 h{cases.joint_text(joint.name)}: median", quantile_texts),
-            *_sentences_on_drivers(cases, depths, lambda numbers: wording.in_common_unit(numbers, "m")),
+            *_sentences_on_drivers(cases, depths, lambda numbers: wording.texts_in_common_unit(numbers, "m")),
         ]
     )
 
 
 def _hours_texts(hours: Sequence[float]) -> list[str]:
-    return [f"{wording.plain(value, 2)}{wording.BLANK}h" for value in hours]
+    return [f"{wording.number_text(value, 2)}{wording.BLANK}h" for value in hours]
 
 
 def _wear_rate_texts(rates: Sequence[float]) -> list[str]:
-    return [f"{text}/h" for text in wording.in_common_unit(rates, "m")]
+    return [f"{text}/h" for text in wording.texts_in_common_unit(rates, "m")]
 
 
 def _sentences_on_drivers(
@@ -271,7 +273,8 @@ def _typical_revolution(cases: FinishedCases, limit: verdict.Limit) -> str:
         return ""
     exceeding = int(limit._replace(column=median).is_exceeded({median: cases.values_of(median).astype(float)}).sum())
     verb = "exceeds" if exceeding == 1 else "exceed"
-    return f" By the median peak per revolution, {exceeding} of {wording.count(len(cases.case_ids), 'case')} {verb} it."
+    cases_text = wording.count_text(len(cases.case_ids), "case")
+    return f" By the median peak per revolution, {exceeding} of {cases_text} {verb} it."
 
 
 def _limit_columns(cases: FinishedCases, limit: verdict.Limit) -> dict[str, np.ndarray]:
@@ -284,6 +287,6 @@ def _is_exceeded(cases: FinishedCases, limit: verdict.Limit) -> np.ndarray:
 
 
 def spread_sentence(subject: str, quantile_texts: Sequence[str], interval: str = "") -> str:
-    """Return the sentence on the spread of a figure; subject : 'Force peak: median'; texts : its QUANTILES in words."""
+    """Return the sentence on the spread of a figure; subject : 'Force peak: median'; quantile_texts : in words."""
     low, median, high = quantile_texts
     return f"{subject} {median}{interval}; 90 % of the cases are between {low} and {high}."

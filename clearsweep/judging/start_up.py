@@ -42,7 +42,7 @@ def _time_sentences(cases: FinishedCases, target_text: str) -> list[str]:
         return []
     range_texts = cases.format_values(START_UP, [float(np.nanmin(times)), float(np.nanmax(times))])
     time_range = " to ".join(dict.fromkeys(range_texts))
-    count_text = f"{reached_count} of {wording.count(len(times), 'case')}" if len(times) > 1 else "The case"
+    count_text = f"{reached_count} of {wording.count_text(len(times), 'case')}" if len(times) > 1 else "The case"
     verb = "reach" if reached_count > 1 else "reaches"
     text = f"{count_text} {verb} {target_text}, for the first time after {time_range}."
     effect_sentences = (
@@ -66,8 +66,8 @@ def _swing_sentences(cases: FinishedCases, target: str, no_load_speed: float) ->
     middle_text = " to ".join(dict.fromkeys(cases.format_values(MAX_SPEED, middle_ends)))
     low, high = _swing_texts(cases, widest)
     overshoot = float(highest[widest]) / no_load_speed - 1.0
-    overshoot_text = f", up to {wording.percent(overshoot)} above no load" if overshoot > 0.0 else ""
-    half_width = wording.percent(0.5 * float(swings[widest] / middles[widest]))
+    overshoot_text = f", up to {wording.percent_text(overshoot)} above no load" if overshoot > 0.0 else ""
+    half_width = wording.percent_text(0.5 * float(swings[widest] / middles[widest]))
     swing_text = f"\u00b1{half_width}, between {low} and {high}{overshoot_text}"
     swing_sentence = f"The largest swing is {swing_text}{cases.setting_text(widest)}."
     effect_sentences = effects.sentences(
@@ -82,7 +82,7 @@ def _below_sentence(lowest: np.ndarray, target: str, no_load: float) -> str:
     below, reached = int((lowest < STARTED_FRACTION * no_load).sum()), int(np.isfinite(lowest).sum())
     if not below:
         return f"No started case falls below {target} again."
-    count = f"{below} of {wording.count(reached, 'started case')}" if reached > 1 else "The case"
+    count = f"{below} of {wording.count_text(reached, 'started case')}" if reached > 1 else "The case"
     return f"{count} {'fall' if below > 1 else 'falls'} below {target} again."
 
 
@@ -170,7 +170,7 @@ def _cut_off_sentences(cases: FinishedCases, target_text: str, no_load: float) -
     elif missing := _missing_text(cases, is_cut_off):
         text = f"No case {missing} reaches it{within}: at most {fastest}."
     else:
-        count_text = f"{int(is_cut_off.sum())} of {wording.count(len(speeds), 'case')}"
+        count_text = f"{int(is_cut_off.sum())} of {wording.count_text(len(speeds), 'case')}"
         verb = "does" if is_cut_off.sum() == 1 else "do"
         text = f"{count_text} {verb} not reach it{within}: at most {fastest}{cases.setting_text(fastest_case)}."
     return [f"{text} {_remedy(cases, float(speeds[fastest_case]) / no_load, is_cut_off)}"]

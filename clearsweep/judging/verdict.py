@@ -28,7 +28,7 @@ class Limit(NamedTuple):
     def bound_text(self, unit: str) -> str:
         """Return the bound in words, for a column in `unit`: 'at most 5 kN', 'at least 2 times NAME'."""
         scale = wording.scale("1" if self.times else unit, self.value)
-        threshold = scale.given(self.value) + (f" times {self.times}" if self.times else "")
+        threshold = scale.exact_text(self.value) + (f" times {self.times}" if self.times else "")
         return f"{self.kind.replace('_', ' ')} {threshold}"
 
     def limit_values(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
@@ -187,9 +187,9 @@ def margin_text(margin: float, limits: Iterable[Limit], exceeded: str) -> str:
     exceeded_limits = [limit for limit in limits if limit.column in exceeded.split(",")]
     if not math.isfinite(margin):
         return wording.DASH
-    percentage = f"{wording.short(100.0 * margin, 3)}{wording.BLANK}%"
+    percentage = f"{wording.short_number_text(100.0 * margin, 3)}{wording.BLANK}%"
     if margin < -1.0 and all(limit.kind == "at_most" and limit.value > 0.0 for limit in exceeded_limits):
-        return f"{percentage} ({wording.plain(1.0 - margin, 2)} times the limit)"
+        return f"{percentage} ({wording.number_text(1.0 - margin, 2)} times the limit)"
     return percentage
 
 

@@ -22,14 +22,17 @@ def sentences(cases: FinishedCases) -> list[str]:
         if growth_lines := _growth_sentences(cases, joint, worst_case):
             lines += growth_lines
             continue
-        (depth_text,) = wording.in_common_unit([float(depths[worst_case])], "m")
+        (depth_text,) = wording.texts_in_common_unit([float(depths[worst_case])], "m")
         text = (
             f"Deepest wear of one body{cases.joint_text(joint.name)}: {depth_text} per 1000 "
             f"h{cases.setting_text(worst_case)}."
         )
-        depth_lines = [text, *forecast_remark(cases, joint, worst_case, float(depths[worst_case]))]
-        depth_lines += worn_away_sentences(cases, joint, depths)
-        lines.append(" ".join([*depth_lines, *effects.sentences(cases, effects.PRONOUN, depths, _depth_texts, 1)]))
+        remarks = forecast_remark(cases, joint, worst_case, float(depths[worst_case]))
+        remarks += worn_away_sentences(cases, joint, depths)
+        effect_sentences = effects.sentences(cases, effects.PRONOUN, depths, _depth_texts, 1)
+        if remarks:  # 'it' would be the last one's subject
+            effect_sentences = [sentence.replace("It ", "The depth ", 1) for sentence in effect_sentences]
+        lines.append(" ".join([text, *remarks, *effect_sentences]))
     return lines
 
 
@@ -50,7 +53,7 @@ def forecast_remark(
     hours_text, clearance = clearance_hours_text(cases, joint, index, depth), _clearance(cases, joint, index)
     if not hours_text or clearance is None:
         return []
-    (clearance_text,) = wording.in_common_unit([clearance], "m")
+    (clearance_text,) = wording.texts_in_common_unit([clearance], "m")
     return [
         f"{subject} is not a forecast: after {hours_text} the wear reaches the clearance of {clearance_text}, and the "
         "rate changes."
@@ -65,7 +68,7 @@ def clearance_hours_text(cases: FinishedCases, joint: JointLayout, index: int, d
     clearance = _clearance(cases, joint, index)
     if clearance is None or not depth > clearance:
         return ""
-    return f"{wording.plain(1000.0 * clearance / depth, 2)} h"
+    return f"{wording.number_text(1000.0 * clearance / depth, 2)} h"
 
 
 def worn_away_count(cases: FinishedCases, joint: JointLayout, depths: np.ndarray) -> int:
@@ -79,12 +82,12 @@ def worn_away_sentences(cases: FinishedCases, joint: JointLayout, depths: np.nda
     count = worn_away_count(cases, joint, depths)
     if not count:
         return []
-    total = wording.count(len(depths), "case")
+    total = wording.count_text(len(depths), "case")
     return [f"In {count} of {total} the bearing is worn away within 1000 h: check the wear coefficient and its unit."]
 
 
 def _depth_texts(values: Sequence[float]) -> list[str]:
-    return wording.in_common_unit(values, "m")
+    return wording.texts_in_common_unit(values, "m")
 
 
 def _growth_sentences(cases: FinishedCases, joint: JointLayout, worst_case: int) -> list[str]:
@@ -97,7 +100,7 @@ def _growth_sentences(cases: FinishedCases, joint: JointLayout, worst_case: int)
     )
     if not np.isfinite(growth_rate):
         return []
-    (growth_text,) = wording.in_common_unit([growth_rate], "m")
+    (growth_text,) = wording.texts_in_common_unit([growth_rate], "m")
     location = f"{cases.joint_text(joint.name)}{cases.setting_text(worst_case)}"
     return [f"Wear of both bodies widens the clearance{location} by {growth_text} per 1000 h of the life."]
 
@@ -107,7 +110,7 @@ def initial_clearance_text(cases: FinishedCases, name: str) -> str:
     joint_name = wording.joint_name(name)
     section: Mapping = (cases.record.get("joints") or {}).get(joint_name) or {}
     value = None if f"joints.{joint_name}.clearance" in cases.varied_paths else section.get("clearance")
-    return wording.in_common_unit([value], "m")[0] if isinstance(value, float) and value > 0.0 else ""
+    return wording.texts_in_common_unit([value], "m")[0] if isinstance(value, float) and value > 0.0 else ""
 
 
 def clearances(cases: FinishedCases, joint: JointLayout) -> np.ndarray | None:

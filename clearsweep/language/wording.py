@@ -77,27 +77,27 @@ class Scale(NamedTuple):
     unit: str  # '' for none
     offset: float = 0.0  # SI; for temperatures with another zero
 
-    def of(self, values: Any) -> Any:
+    def from_si(self, values: Any) -> Any:
         """Return SI values, a number or an array, in this unit."""
         return (values - self.offset) / self.factor
 
-    def number(self, value: float | None, digits: int = 3) -> str:
+    def number_text(self, value: float | None, digits: int = 3) -> str:
         """Return an SI value as a formatted number without unit; a dash for a missing value."""
-        return DASH if value is None or is_missing(value) else plain(self.of(float(value)), digits)
+        return DASH if value is None or is_missing(value) else number_text(self.from_si(float(value)), digits)
 
     def text(self, value: float | None, digits: int = 3) -> str:
         """Return an SI value as number and unit."""
-        return self.joined(self.number(value, digits))
+        return self.with_unit(self.number_text(value, digits))
 
-    def given(self, value: float | None, digits: int = 6) -> str:
+    def exact_text(self, value: float | None, digits: int = 6) -> str:
         """Return a user-chosen SI value as number and unit, with no more digits than necessary."""
-        return self.joined(self.given_number(value, digits))
+        return self.with_unit(self.exact_number_text(value, digits))
 
-    def given_number(self, value: float | None, digits: int = 6) -> str:
+    def exact_number_text(self, value: float | None, digits: int = 6) -> str:
         """Return the number of a user-chosen SI value, with no more digits than necessary."""
-        return DASH if value is None or is_missing(value) else short(self.of(float(value)), digits)
+        return DASH if value is None or is_missing(value) else short_number_text(self.from_si(float(value)), digits)
 
-    def joined(self, number: str) -> str:
+    def with_unit(self, number: str) -> str:
         """Return a number, or a list of numbers, followed by the unit."""
         if number == DASH or not self.unit:
             return number
@@ -148,12 +148,12 @@ def fit_scale() -> Scale:
     return Scale(1e-3 * _INCH, "mil") if _SYSTEM.get() == "imperial" else Scale(1e-6, "µm")
 
 
-def text(value: float | None, unit: str, digits: int = 3) -> str:
+def quantity_text(value: float | None, unit: str, digits: int = 3) -> str:
     """Return an SI value as number and unit, with a suitable prefix."""
     return DASH if value is None or is_missing(value) else scale(unit, value).text(value, digits)
 
 
-def in_common_unit(values: Iterable[float | None], unit: str) -> list[str]:
+def texts_in_common_unit(values: Iterable[float | None], unit: str) -> list[str]:
     """Return SI values of one quantity, each as number and unit, with the prefix that suits the largest.
 
     Values in one sentence are compared, and 18.8 kN next to 2,720 N is easily misread.
@@ -174,7 +174,7 @@ def unit_text(unit: str | None) -> str:
     return "" if superscripted == "1" else superscripted.replace("*", BLANK)
 
 
-def plain(number: float, digits: int = 3) -> str:
+def number_text(number: float, digits: int = 3) -> str:
     """Return a number with `digits` significant digits, never in the form 1e5."""
     if number == 0.0 or not math.isfinite(number):
         return "0" if number == 0.0 else "∞" if number > 0 else f"{MINUS}∞"
@@ -185,26 +185,26 @@ def plain(number: float, digits: int = 3) -> str:
     return f"{mantissa}{BLANK}{TIMES}{BLANK}10{str(power).translate(_SUPERSCRIPTS)}"
 
 
-def short(number: float, digits: int = 6) -> str:
+def short_number_text(number: float, digits: int = 6) -> str:
     """Return a number with at most `digits` significant digits, without trailing zeros."""
-    mantissa, times_sign, power = plain(number, digits).partition(f"{BLANK}{TIMES}")
+    mantissa, times_sign, power = number_text(number, digits).partition(f"{BLANK}{TIMES}")
     mantissa = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa
     return mantissa + times_sign + power
 
 
-def percent(share: float) -> str:
+def percent_text(share: float) -> str:
     """Return a share in whole per cent."""
     if is_missing(share):
         return DASH
     return f"{100.0 * share:.0f}{BLANK}%" if share >= 0.01 or share == 0.0 else f"under 1{BLANK}%"
 
 
-def count(number: int, noun: str, plural: str | None = None) -> str:
+def count_text(number: int, noun: str, plural: str | None = None) -> str:
     """Return '1 case' or '12 345 cases'."""
     return f"{_group_thousands(str(int(number)))} {noun if number == 1 else plural or noun + 's'}"
 
 
-def byte_count(bytes_total: float) -> str:
+def bytes_text(bytes_total: float) -> str:
     """Return a number of bytes as '12 MB'."""
     for factor, unit in ((1e9, "GB"), (1e6, "MB"), (1e3, "kB")):
         if bytes_total >= factor:
@@ -212,7 +212,7 @@ def byte_count(bytes_total: float) -> str:
     return f"{bytes_total:.0f} B"
 
 
-def duration(seconds: float) -> str:
+def duration_text(seconds: float) -> str:
     """Return a duration as '3 s', '4 min 20 s' or '5 h 10 min'."""
     if seconds < 1.0:
         return f"{seconds:.1f} s"
@@ -265,6 +265,8 @@ def _key_words(parts: list[str]) -> str:
     if parts[-1] in _KEY_NAMES:
         body = parts[-2] if len(parts) > 1 and parts[-2] in ("bearing", "journal") else ""
         return _KEY_NAMES[parts[-1]] + (f" of the {body}" if body else "")
+    if len(parts) > 2 and parts[-2] in ("bearing", "journal"):  # a key of one of two bodies
+        return f"{_key_words([*parts[:-2], parts[-1]])} of the {parts[-2]}"
     named_parts = parts if len(parts) < 2 or parts[-1] not in _UNAMBIGUOUS_KEYS else parts[-1:]
     return " ".join(named_parts).replace("_", " ").replace("-", " ")
 

@@ -101,17 +101,17 @@ def advice_for_joint(joint: Joint, load: float | None) -> Advice:
 
 def _conditions(joint: Joint, load: float | None) -> str:
     """Return clearance, dimensions, material and load of a joint in words."""
-    clearance, diametral = (wording.text(factor * joint.clearance, "m", 4) for factor in (1.0, 2.0))
+    clearance, diametral = (wording.quantity_text(factor * joint.clearance, "m", 4) for factor in (1.0, 2.0))
     phrases = [f"clearance {clearance}"]
     if joint.bearing_radius is not None:
         phrases = [f"radial clearance {clearance} (diametral {diametral})"]
     for name, size in (("bearing radius", joint.bearing_radius), ("length", joint.length)):
-        phrases.append(f"{name} {wording.text(size, 'm', 4)}" if size else f"no {name}")
+        phrases.append(f"{name} {wording.quantity_text(size, 'm', 4)}" if size else f"no {name}")
     if joint.contact.material:
-        phrases.append(f"E* {wording.text(plane_strain_modulus(joint.contact.material), 'Pa', 4)}")
+        phrases.append(f"E* {wording.quantity_text(plane_strain_modulus(joint.contact.material), 'Pa', 4)}")
     else:
         phrases.append("no material")
-    phrases.append("load unknown before the run" if load is None else f"load {wording.text(load, 'N', 4)}")
+    phrases.append("load unknown before the run" if load is None else f"load {wording.quantity_text(load, 'N', 4)}")
     arc = _half_contact_arc(joint, load)
     return ", ".join(phrases) + (f", half the contact arc {math.degrees(arc):.3g} deg" if arc is not None else "")
 
@@ -158,8 +158,8 @@ def _depth_assessment(joint: Joint, load: float | None) -> tuple[str, list[str]]
     if load is None:
         return "", []
     limit, depth = registry.penetration_limit(joint), static_penetration(registry.compile_contact(joint)[1], load)
-    depth_text = f"{wording.text(depth, 'm')} deep under the load"
-    return depth_text, [f"{depth_text}, valid up to {wording.text(limit, 'm')}"] if depth > limit else []
+    depth_text = f"{wording.quantity_text(depth, 'm')} deep under the load"
+    return depth_text, [f"{depth_text}, valid up to {wording.quantity_text(limit, 'm')}"] if depth > limit else []
 
 
 def _roughness_assessments(joint: Joint, load: float | None) -> Iterator[LawAssessment]:

@@ -14,7 +14,7 @@ import numpy as np
 
 from ..contracts.case import Case
 from ..judging.validity import LIFE_UNREACHED, smoothing_remark
-from ..language.wording import count
+from ..language.wording import count_text
 from ..mechanics.joint import registry
 from ..mechanics.joint.wear.contract import Worn
 from .extrapolation import Life, Node, StepControl
@@ -228,7 +228,7 @@ class LifeRun:
             return f"{LIFE_UNREACHED}{self.life.joint} has no wear, so it never reaches life.limit"
         return (
             f"{LIFE_UNREACHED}{self.life.joint} does not reach life.limit in {life.revolutions:.6g} revolutions, after "
-            f"{count(life.blocks, 'block')}; increase life.blocks, or life.tolerance for longer jumps"
+            f"{count_text(life.blocks, 'block')}; increase life.blocks, or life.tolerance for longer jumps"
         )
 
     def history(self, life: Life) -> dict[str, np.ndarray]:

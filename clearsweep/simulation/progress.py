@@ -4,7 +4,7 @@ import time
 from typing import NamedTuple
 
 from ..language import phases
-from ..language.wording import text
+from ..language.wording import quantity_text
 from .scene import Scene
 
 
@@ -44,14 +44,14 @@ class Life(phases.Phase):
 
     def __init__(self, limits: LifeLimits, earlier_blocks: int, name: str = ""):
         """Prepare after `earlier_blocks` blocks in another process; `name` is that of a further life."""
-        super().__init__(self._text, whole=True)
+        super().__init__(self._text, covers_nested=True)
         self.limits, self.earlier_blocks, self.name = limits, earlier_blocks, name
         self.block, self.worn, self.jump = 1, 0.0, limits.first_jump
         self.block_begin = self.begin  # s, start of the current block
 
     def _text(self) -> str:
         life = f"{self.name}, " if self.name else ""
-        return f"{life}block {self.block}, {text(self.worn, 'm')} of {text(self.limits.limit, 'm')}"
+        return f"{life}block {self.block}, {quantity_text(self.worn, 'm')} of {quantity_text(self.limits.limit, 'm')}"
 
     def reached(self, worn: float) -> None:
         """Record the end of a block, with the wear depth (m) that the limit refers to."""

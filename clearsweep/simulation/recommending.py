@@ -193,10 +193,11 @@ def _force_ratio_text(joint: Joint, names: list[str]) -> str:
     if len(forces) < 2:
         return ""
     softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
-    depth_text = wording.text(COMPARED_DEPTH, "m", 1)
+    depth_text = wording.quantity_text(COMPARED_DEPTH, "m", 1)
     return (
         f"The {len(forces)} valid elastic laws differ by a factor of "
-        f"{wording.plain(forces[stiffest] / forces[softest])} in force at {depth_text}, from {softest} to {stiffest}."
+        f"{wording.number_text(forces[stiffest] / forces[softest])} in force at {depth_text}, from {softest} to "
+        f"{stiffest}."
     )
 
 

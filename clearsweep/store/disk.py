@@ -125,14 +125,16 @@ def clean_text(facts: dict[str, Any]) -> str:
     """Return the result of `clean` as text."""
     verb = "would be removed" if facts["dry_run"] else "removed"
     lines = [
-        f"{facts['directory']}: {wording.byte_count(facts['bytes'])} {verb}",
+        f"{facts['directory']}: {wording.bytes_text(facts['bytes'])} {verb}",
         *(
-            f"  {KINDS[fact['kind']]}: {wording.count(fact['files'], 'file')}, {wording.byte_count(fact['bytes'])}"
+            f"  {KINDS[fact['kind']]}: {wording.count_text(fact['files'], 'file')}, {wording.bytes_text(fact['bytes'])}"
             for fact in facts["removed"]
         ),
     ]
     if facts["other_cases"]:
-        lines.append(f"  of these {wording.count(facts['other_cases'], 'case')} that the last grid does not contain")
+        lines.append(
+            f"  of these {wording.count_text(facts['other_cases'], 'case')} that the last grid does not contain"
+        )
     lines.append(f"Disk: {disk_use_text(facts['left'])}")
     keeps_batches = not any(fact["kind"] == "batches" for fact in facts["removed"])
     if facts["finished"] and facts["left"]["batches"] and keeps_batches:
@@ -144,8 +146,8 @@ def clean_text(facts: dict[str, Any]) -> str:
 
 def disk_use_text(sizes: dict[str, int]) -> str:
     """Return the sizes from `disk_use` as '52 MB: results 20 MB, batches 32 MB'."""
-    parts = [f"{name} {wording.byte_count(sizes[name])}" for name in ("results", "batches", "other") if sizes[name]]
-    return f"{wording.byte_count(sizes['all'])}: {', '.join(parts)}"
+    parts = [f"{name} {wording.bytes_text(sizes[name])}" for name in ("results", "batches", "other") if sizes[name]]
+    return f"{wording.bytes_text(sizes['all'])}: {', '.join(parts)}"
 
 
 def _has_named_checksum(path: Path) -> bool:

@@ -14,7 +14,7 @@ from .. import store
 from ..contracts.case import Case
 from ..grid import Grid, check_memory, first_case_history, key_units, leaves, recorded_history
 from ..language import phases
-from ..language.wording import count
+from ..language.wording import count_text
 from . import blockwise, case_runner, executors, signals, sweep
 from .bisection import expected_probe_count
 from .shard import Shard, distinct
@@ -93,7 +93,8 @@ def estimate(
     mean = float(np.mean(times)) if times else None
     if over_budget := sum(timed_case.over_budget for timed_case in timed):
         warnings.append(
-            f"{over_budget:,} of {count(len(timed), 'timed case')} would take longer than simulate.time_budget allows "
+            f"{over_budget:,} of {count_text(len(timed), 'timed case')} would take longer than simulate.time_budget "
+            "allows "
             "and end with the status time-budget; increase it, or reduce simulate.revolutions"
         )
     overhead = slowdown * (min(import_seconds, MAX_IMPORT_SECONDS) + FINISH_SECONDS) + reading_seconds + start_up
@@ -291,7 +292,7 @@ def _time_cases(
 
     def progress_text() -> str:
         at_work = working.read()
-        return f"timing {count(len(cases), 'case')}" + (f": {at_work.what}" if at_work and at_work.what else "")
+        return f"timing {count_text(len(cases), 'case')}" + (f": {at_work.what}" if at_work and at_work.what else "")
 
     def time_alone(case: Case) -> CaseTime:
         task, begin = workers.submit(time_case, simulator, case, PILOT_SHARE * PILOT_TIME, working), time.monotonic()

@@ -82,5 +82,5 @@ def life_lines(life: dict[str, Any] | None, setting: Callable[[dict[str, Any]], 
             )
     lines += [f"  {sentence}" for sentence in life["omitted"]]
     if life["unreached"]:
-        lines.append(f"  {wording.count(life['unreached'], 'case')} did not reach the limit.")
+        lines.append(f"  {wording.count_text(life['unreached'], 'case')} did not reach the limit.")
     return lines

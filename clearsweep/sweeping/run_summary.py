@@ -48,6 +48,9 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "warnings": [*result.warnings, *run_facts.remarks.sentences()],
         "limits": limits.facts(),
         "limit_labels": _limit_labels(run.layout, limits.verdict.limits, limits.units),
+        "limited_figures": {
+            limit.column: labels.column_label(run.layout, limit.column) for limit in limits.verdict.limits
+        },
         "probability": chance,
         "life": run_facts.lives.facts(),
         "slowest": run_facts.slowest_case.slowest,
@@ -128,11 +131,10 @@ def _expected_lines(facts: dict[str, Any]) -> list[str]:
 def run_text(facts: dict[str, Any]) -> str:
     """Return the facts of a run as text lines."""
     remaining = f", {facts['missing']:,} left" if facts["missing"] else ""
-    first_line = f"{cases(facts['ran'])} ran in {wording.duration(facts['seconds'])} ({facts['reused']:,} reused)"
+    first_line = f"{cases(facts['ran'])} ran in {wording.duration_text(facts['seconds'])} ({facts['reused']:,} reused)"
     if facts["joined"]:
-        first_line = (
-            f"{cases(facts['reused'])} of {facts['joined']} directories merged in {wording.duration(facts['seconds'])}"
-        )
+        duration = wording.duration_text(facts["seconds"])
+        first_line = f"{cases(facts['reused'])} of {facts['joined']} directories merged in {duration}"
     lines = [
         f"{first_line}: {facts['ok']:,} ok, {facts['failed']:,} failed{remaining}",
         *slowest_case_lines(facts["slowest"]),
@@ -226,13 +228,13 @@ def estimate_text(facts: dict[str, Any]) -> str:
             f", {facts['extrapolated']:,} of them extrapolated from its beginning" if facts["extrapolated"] else ""
         )
         lines.append(
-            f"time: about {wording.duration(facts['seconds'])}"
-            + (f", give or take {wording.duration(facts['give_or_take'])}" if spread else "")
+            f"time: about {wording.duration_text(facts['seconds'])}"
+            + (f", give or take {wording.duration_text(facts['give_or_take'])}" if spread else "")
             + f" ({cases(facts['timed'])} timed{beginning}, {grid_text(facts['case_seconds'], 's')} each, the longest "
             f"{grid_text(facts['longest'], 's')})"
         )
     if facts["pending"]:
-        lines.append(f"storage: about {wording.byte_count(facts['bytes'])}")
+        lines.append(f"storage: about {wording.bytes_text(facts['bytes'])}")
     lines += [f"Note: {sentence}" for sentence in facts["warnings"]]
     return plain("\n".join(lines))
 

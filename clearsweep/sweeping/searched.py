@@ -54,7 +54,11 @@ def seek_lines(facts: dict[str, Any]) -> list[str]:
         answered = f"{value}, its largest clearance" if answer["fit"] else answered
         answered += f" (border between {low} and {high})" if answer["low"] != answer["high"] else ""
         limiting = answer["limiting"]
-        answered += f", limited by {limiting}" if limiting else ", the end of the range: no limit is reached"
+        answered += (
+            f", limited by {_limit_names(limiting, facts)}"
+            if limiting
+            else ", the end of the range: no limit is reached"
+        )
         setting = setting_text(answer["point"], facts)
         if setting and question.get("for") == "all":
             conditions = wording.sentence_list(
@@ -110,9 +114,14 @@ def _nearest_line(path: str, case: dict[str, Any], facts: dict[str, Any]) -> str
     text = f"{prefix}best with {case['fit']}, margin {margin}" if case["fit"] else text
     if case["limiting"] is None:  # another case exceeds them, or the motion is chaotic
         return f"{text}, within the limits there"
-    text += f", limited by {case['limiting']}"
+    text += f", limited by {_limit_names(case['limiting'], facts)}"
     needed = [f"{name} {change}" for name, change in case["needed"].items()]
     return f"{text}; it would meet the limits with {wording.sentence_list(needed)}" if needed else text
+
+
+def _limit_names(columns: str, facts: dict[str, Any]) -> str:
+    """Return limited columns, separated by commas, in words."""
+    return wording.sentence_list([facts["limited_figures"].get(name, name) for name in columns.split(",")])
 
 
 def refine_lines(facts: dict[str, Any]) -> list[str]:
@@ -177,13 +186,13 @@ def optimise_lines(facts: dict[str, Any]) -> list[str]:
         lines[-1] = f"Optimised over {optimum['looked_at']:,} cases: {front} (optimise.parquet)"
     for name, case in [*(("", case) for case in best[:LISTED_ANSWERS]), *((("start: ", start),) if start else ())]:
         values = [_objective_text(column, case, optimum["units"][column]) for column in case["values"]]
-        limiting = wording.sentence_list((case["limiting"] or "").split(","))
+        limiting = _limit_names(case["limiting"] or "", facts)
         margin = "" if case["margin"] is None else f", margin {case['margin_words']} ({limiting})"
         lines.append(f"  {name}{setting_text(case['point'], facts)}: {', '.join(values) or 'failed'}{margin}")
     if len(best) > LISTED_ANSWERS:
         lines.append(f"  and {len(best) - LISTED_ANSWERS:,} more")
     if optimum["alike"]:
-        equivalent = wording.count(optimum["alike"], "other case") + (
+        equivalent = wording.count_text(optimum["alike"], "other case") + (
             " within the limits" if best[0]["limiting"] else ""
         )
         lines.append(f"  {equivalent} cannot be distinguished from it: the 95 % intervals overlap")

@@ -38,7 +38,7 @@ def given_text(path: str, value: float, unit: str, written: Mapping[str, Mapping
     if scale is None:
         return grid_text(value, unit, speed=path.endswith("speed"))
     name = written[path]["unit"] if path in written and scale == wording.recorded_scale(written[path]) else scale.unit
-    return f"{scale.of(value):.4g} {name}"
+    return f"{scale.from_si(value):.4g} {name}"
 
 
 def number_of_joints(paths: Iterable[str]) -> int:
@@ -68,7 +68,8 @@ def common_units(record: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     """
     written = dict(record.get("written_units") or {})
     drawn = (record.get("sample") or {}).get("drawn", {})
-    varied = dict(record.get("sweep") or {}) | dict(record.get("zip") or {}) | drawn
+    labelled = {path: [*values.values()] for path, values in (record.get("labels") or {}).items()}
+    varied = labelled | dict(record.get("sweep") or {}) | dict(record.get("zip") or {}) | drawn
     for path, values in varied.items():
         numbers = [value for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
         unit = record["units"].get(path, "1")

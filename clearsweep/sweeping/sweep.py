@@ -310,7 +310,7 @@ def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, *
     result_schema = store.ResultSchema.of(grid)
 
     def find_peaks(worst: Sequence[store.Worst]) -> list[Peak | None]:
-        activity = f"saving the revolution of the largest peak of {wording.count(len(worst), 'case')}"
+        activity = f"saving the revolution of the largest peak of {wording.count_text(len(worst), 'case')}"
         with phases.phase(activity):
             return case_runner.peaks(grid, worst)
 

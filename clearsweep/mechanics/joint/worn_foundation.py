@@ -96,7 +96,10 @@ def halley_end_step(overlap_values, distance, sign):
 
 @kernel
 def arc_ends(surfaces, x, y, body_angles, guess):
-    """Return the angles (rad) from the deepest point to both arc ends; guess : (its angle, angle to an end), rad."""
+    """Return the angles (rad) from the deepest point to the two ends of the arc.
+
+    guess : rad, angle of the deepest point, and the angle from there to one end.
+    """
     arc_middle, low, high = guess[0], guess[1], guess[1]
     for _ in range(MAX_STEPS):
         low_step, high_step = low, high

@@ -18,7 +18,7 @@ _LINK = (
     Field(
         "center",
         "m",
-        "distance of the centre of mass from the first pin (of the rocker: its ground pivot); default: half the length",
+        "distance from the first pin (of the rocker: its ground pivot) to the centre of mass; default: half the length",
         -math.inf,
         optional=True,
     ),

@@ -71,8 +71,8 @@ def _keys(outline: Outline) -> Iterable[Keys]:
             center = tuple(field._replace(default=0.0) for field in _POSITION)
             yield Keys(f"{path}.center", "centre of mass in the frame of the body", center, "implied")
             text = (
-                "initial state of a body without ideal joints. Without this section, the body starts as in the ideal "
-                "mechanism"
+                "initial state of a body that has no ideal joint. Without this section, the body starts as in the "
+                "ideal mechanism"
             )
             yield Keys(f"{path}.initial", text, _INITIAL, "optional")
         yield Keys(f"{path}.points", "points of the body, by name", need="implied")

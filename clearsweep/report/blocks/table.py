@@ -29,6 +29,7 @@ class Column(NamedTuple):
     unit: str = "1"
     axis: Axis | None = None
     file_only: bool = False  # only in the CSV
+    heading: str = ""  # on the page, if it differs from the name in the file
 
 
 class Quantity(NamedTuple):
@@ -73,7 +74,7 @@ class Table(NamedTuple):
             values = [row[column_index] for row in first_rows]
             scale = _scale(column, values)
             numeric = not any(isinstance(_si_value(value), str) for value in values)
-            heads.append(Head(column.name, scale.unit, numeric))
+            heads.append(Head(column.heading or column.name, scale.unit, numeric))
             column_texts.append([_cell_text(value, column, scale) for value in values])
         return TableText(heads, [list(row) for row in zip(*column_texts, strict=True)], len(self.rows))
 
@@ -144,7 +145,7 @@ def _file_cells(value: Any, column: Column) -> list[object]:
 def _file_head(column: Column) -> str:
     """Return the head of a column in the CSV, with its unit."""
     unit = column.unit
-    if column.axis is not None and column.axis.written:
+    if column.axis is not None and column.axis.has_written_unit:
         unit = column.axis.scale.unit.replace(wording.BLANK, "*")
     return _without_formula(column.name if unit in ("1", "") else f"{column.name} [{unit}]")
 
@@ -166,14 +167,19 @@ def _cell_text(value: Any, column: Column, scale: wording.Scale) -> str:
         return wording.DASH
     if isinstance(value, str):
         return value
-    return scale.number(value) if column.axis is None else column.axis.number(value)
+    return scale.number_text(value) if column.axis is None else column.axis.number_text(value)
 
 
 def _file_value(value: Any, column: Column) -> object:
     """Return a cell as the CSV contains it: in SI, or in the written unit of its axis."""
     value = _si_value(value)
-    if column.axis is not None and column.axis.written and not isinstance(value, str) and not is_missing(value):
-        value = float(f"{column.axis.scale.of(value):.{CONVERTED_DIGITS}g}")
+    if (
+        column.axis is not None
+        and column.axis.has_written_unit
+        and not isinstance(value, str)
+        and not is_missing(value)
+    ):
+        value = float(f"{column.axis.scale.from_si(value):.{CONVERTED_DIGITS}g}")
     return _without_formula(value) if isinstance(value, str) else "" if is_missing(value) else value
 
 

@@ -26,47 +26,49 @@ class Axis(NamedTuple):
     values: tuple  # SI floats or strings
     digits: int  # significant digits that distinguish its values, at least MIN_DIGITS
     is_scattered: bool = False  # shown case by case: few cases share a value; `values` are ascending
-    written: bool = False  # its scale is the unit written in the grid
+    has_written_unit: bool = False  # its scale is the unit written in the grid
     names: Mapping[float, str] = MappingProxyType({})  # value -> its name in the grid: a fit of ISO 286
     labels: Mapping[float, str] = MappingProxyType({})  # value -> the user's own label
 
     @property
-    def numeric(self) -> bool:
+    def is_numeric(self) -> bool:
         """Return whether the values are numbers, not names."""
         return not any(isinstance(value, str) for value in self.values)
 
-    def number(self, value: float | str) -> str:
+    def number_text(self, value: float | str) -> str:
         """Return a value without its unit."""
         if isinstance(value, str):
             return value
-        number = self.scale.given_number(value, self.digits) + self._fit_suffix(value)
+        number = self.scale.exact_number_text(value, self.digits) + self._fit_suffix(value)
         return f"{self.labels[value]} ({number})" if value in self.labels else number
 
     def text(self, value: float | str) -> str:
         """Return a value with its unit."""
         if isinstance(value, str):
             return value
-        text = self.scale.given(value, self.digits) + self._fit_suffix(value)
+        text = self.scale.exact_text(value, self.digits) + self._fit_suffix(value)
         return f"{self.labels[value]} ({text})" if value in self.labels else text
 
-    def short(self, value: float | str) -> str:
+    def short_text(self, value: float | str) -> str:
         """Return the name of a value, or its number with few digits, for an axis of a figure."""
         if isinstance(value, str):
             return value
-        return self.labels.get(value) or self.names.get(value) or wording.short(self.scale.of(value), 3)
+        return (
+            self.labels.get(value) or self.names.get(value) or wording.short_number_text(self.scale.from_si(value), 3)
+        )
 
     def _fit_suffix(self, value: float) -> str:
         return f" ({self.names[value]})" if value in self.names else ""
 
-    def listed(self) -> str:
+    def values_text(self) -> str:
         """Return the values in a sentence: a few are listed with one unit; of many, the count and both ends."""
-        if self.is_scattered or len(self.values) > (MAX_LISTED_NUMBERS if self.numeric else MAX_LISTED_NAMES):
-            return f"in {self.span()}"
+        if self.is_scattered or len(self.values) > (MAX_LISTED_NUMBERS if self.is_numeric else MAX_LISTED_NAMES):
+            return f"in {self.range_text()}"
         if self.names or self.labels:
             return ", ".join(map(self.text, self.values))
-        return self.scale.joined(", ".join(self.number(value) for value in self.values))
+        return self.scale.with_unit(", ".join(self.number_text(value) for value in self.values))
 
-    def span(self) -> str:
+    def range_text(self) -> str:
         """Return the number of values and both ends."""
         return f"{len(self.values)} values, {self.text(self.values[0])} to {self.text(self.values[-1])}"
 
@@ -78,7 +80,7 @@ class Axis(NamedTuple):
 
 def index_on_axis(axis: Axis, values: pd.Series) -> np.ndarray:
     """Return the index of each value on its axis (0, 1, ...), -1 if it is not on the axis."""
-    if not axis.numeric:
+    if not axis.is_numeric:
         return values.map({value: index for index, value in enumerate(axis.values)}).fillna(-1).to_numpy(np.int32)
     axis_values, case_values = np.asarray(axis.values, float), values.to_numpy(float)
     order, indices = np.argsort(axis_values), np.empty(len(case_values), np.int32)
@@ -114,7 +116,10 @@ def axes_of(record: Mapping, tried: dict, units: Mapping[str, str], joints: int)
     written_scales = {
         axis.path: wording.written_scale(written_units.get(axis.path), units.get(axis.path, "1")) for axis in axes
     }
-    axes = [axis._replace(scale=scale, written=True) if (scale := written_scales[axis.path]) else axis for axis in axes]
+    axes = [
+        axis._replace(scale=scale, has_written_unit=True) if (scale := written_scales[axis.path]) else axis
+        for axis in axes
+    ]
     labels = grid.recorded_labels(record)
     axes = [axis._replace(labels={value: label for label, value in labels.get(axis.path, {}).items()}) for axis in axes]
     return tuple(_with_fits(axis, fits.get(axis.path, ()), drawn=axis.path in drawn_values) for axis in axes)
@@ -124,12 +129,12 @@ def _with_common_units(axes: list[Axis], units: Mapping[str, str]) -> list[Axis]
     """Return axes with a common unit for axes of the same kind, such as the clearances of several joints."""
     values_by_quantity: dict[tuple[str, str], list[float]] = {}
     for axis in axes:
-        if axis.numeric:
+        if axis.is_numeric:
             values_by_quantity.setdefault(_quantity_key(axis, units), []).extend(axis.values)
     scales = {
         kind: wording.scale(kind[1], values, speed=kind[0] == "speed") for kind, values in values_by_quantity.items()
     }
-    return [axis._replace(scale=scales[_quantity_key(axis, units)]) if axis.numeric else axis for axis in axes]
+    return [axis._replace(scale=scales[_quantity_key(axis, units)]) if axis.is_numeric else axis for axis in axes]
 
 
 def _quantity_key(axis: Axis, units: Mapping[str, str]) -> tuple[str, str]:
@@ -142,8 +147,8 @@ def _with_fits(axis: Axis, fits: Iterable[Fit], *, drawn: bool) -> Axis:
     radial_name = axis.name.replace("clearance", "radial clearance", 1) if names else axis.name
     if drawn and names:
         name = f"{radial_name} ({wording.sentence_list(list(names.values()))})"
-        return axis._replace(name=name, scale=axis.scale if axis.written else wording.fit_scale())
-    scale = wording.fit_scale() if names and not axis.written else axis.scale
+        return axis._replace(name=name, scale=axis.scale if axis.has_written_unit else wording.fit_scale())
+    scale = wording.fit_scale() if names and not axis.has_written_unit else axis.scale
     return axis._replace(name=radial_name, names=names, scale=scale)
 
 
@@ -152,6 +157,6 @@ def _axis(path: str, values: tuple, unit: str, joints: int) -> Axis:
     values = tuple(sorted(values)) if len(numbers) == len(values) else values
     scale = wording.scale(unit, numbers, speed=path.endswith("speed")) if numbers else wording.Scale(1.0, "")
     digits = MIN_DIGITS
-    while digits < 16 and len({scale.given_number(value, digits) for value in numbers}) < len(set(numbers)):
+    while digits < 16 and len({scale.exact_number_text(value, digits) for value in numbers}) < len(set(numbers)):
         digits += 1
     return Axis(path, wording.axis_name(path, joints), scale, values, digits)

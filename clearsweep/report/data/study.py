@@ -205,7 +205,7 @@ def prepare(run: StoredRun, *, shows_median: bool = False) -> Study:
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
     is_finished = np.concatenate([np.array(block["status"] == "ok", bool) for block in run.blocks(["status"])])
     is_grid_case = _is_grid_case(run)
-    text_columns = {"status", "message", EXCEEDED, *(axis.path for axis in axes if not axis.numeric)}
+    text_columns = {"status", "message", EXCEEDED, *(axis.path for axis in axes if not axis.is_numeric)}
     derived = {
         joint.column(figure): (unit, functools.partial(compute, joint))
         for joint in joints

@@ -91,7 +91,7 @@ def page_of(study: Study, measured: str | PathLike | None = None) -> Page:
         name=record.get("name") or "clearsweep run",
         subtitle=f"{study.mechanism} with joint clearance" if study.is_driven else study.mechanism,
         axes_verb="Varied" if record.get("sample") else "Swept",
-        axes=[f"{axis.name} {axis.listed()}" for axis in study.swept()],
+        axes=[f"{axis.name} {axis.values_text()}" for axis in study.swept()],
         sections=[*comparison, *sections.all_sections(study)],
     )
 

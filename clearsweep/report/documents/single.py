@@ -91,7 +91,7 @@ def _page(study: Study, case_id: str, result: Trajectory, pictures: list[Picture
         status=result.status,
         message=result.message,
         pictures=pictures,
-        rows=[(name, wording.text(value, study.unit(name))) for name, value in result.summary.items()],
+        rows=[(name, wording.quantity_text(value, study.unit(name))) for name, value in result.summary.items()],
     )
 
 

@@ -103,14 +103,15 @@ def _comparison_sentences(pairs: Pairs) -> list[str]:
     ratios = _ratios(pairs, column)
     equal_count = int(np.count_nonzero(ratios == 1.0))
     sentences = [
-        f"{wording.count(len(pairs.case_ids), 'case')} finished in both runs. Of these, {equal_count} have exactly the "
+        f"{wording.count_text(len(pairs.case_ids), 'case')} finished in both runs. Of these, {equal_count} have "
+        "exactly the "
         f"same {column_label(pairs.first, column)}. Cases in A alone: {pairs.unpaired[0]}; in B alone: "
         f"{pairs.unpaired[1]}."
     ]
     finite_ratios = ratios[np.isfinite(ratios)]
     if finite_ratios.size and equal_count < len(ratios):
         low, median, high = np.quantile(finite_ratios, [0.05, 0.5, 0.95])
-        low, median, high = (wording.plain(float(quantile)) for quantile in (low, median, high))
+        low, median, high = (wording.number_text(float(quantile)) for quantile in (low, median, high))
         spread = f"and {low} to {high} times in nine of ten cases"
         sentences.append(
             f"The {column_label(pairs.first, column)} of B is {median} times that of A in the median case, {spread}."
@@ -171,7 +172,7 @@ def _figure_table(pairs: Pairs) -> Table:
         finite_ratios = ratios[np.isfinite(ratios)]
         if finite_ratios.size and np.any(ratios != 1.0):
             differing_fraction = float(np.mean(ratios != 1.0))
-            differing_share = Quantity(differing_fraction, wording.percent(differing_fraction))
+            differing_share = Quantity(differing_fraction, wording.percent_text(differing_fraction))
             rows.append(
                 (
                     column,
@@ -215,7 +216,7 @@ def _differing_settings(pairs: Pairs) -> list[tuple[str, str]]:
         swept = {axis.path for axis in study.axes}
         record = study.run.grid
         setting = {path: str(value) for path, value in leaves(study.base) if path not in swept}
-        setting |= {axis.path: f"swept, {axis.listed()}" for axis in study.axes}
+        setting |= {axis.path: f"swept, {axis.values_text()}" for axis in study.axes}
         values.append(setting | {"model version": str(record.get("model_version"))})
     paths = list(dict.fromkeys([*values[0], *values[1]]))
     settings = [(path, *(value.get(path, "nothing") for value in values)) for path in paths]

@@ -203,8 +203,8 @@ def draw_elastic_forces(ax: "Axes", depths: np.ndarray, curves: Sequence[tuple[s
             zorder=2 if is_used else 1,
         )
     ax.set(xscale="log", yscale="log", xlabel=f"penetration [{scale.unit}]", ylabel="elastic force [N]")
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 2)))
-    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 2)))
+    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short_number_text(value, 2)))
+    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short_number_text(value, 2)))
     unused = [(name, forces[-1]) for name, forces, is_used in curves if not is_used]
     _label_curve_ends(ax, depths[-1] / scale.factor, unused)
     set_plain_axes(ax)
@@ -284,7 +284,7 @@ def draw_cloud(
 def without_covered_points(
     x: np.ndarray, y: np.ndarray, colour: tuple[np.ndarray, Axis] | None
 ) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, Axis] | None]:
-    """Return the points of a `cloud` without covered ones, if they are many."""
+    """Return the points of `draw_cloud` without covered ones, if they are many."""
     if len(x) <= MAX_POINTS:
         return x, y, colour
     visible = _visible_points(*(np.log(values) if _needs_log_scale(values) else values for values in (x, y)))
@@ -340,7 +340,7 @@ def draw_histogram(
 
 def _positions(axis: Axis) -> tuple[np.ndarray, str]:
     """Return the positions of an axis's values on an abscissa, and the kind of the abscissa."""
-    if not axis.numeric:
+    if not axis.is_numeric:
         return np.arange(len(axis.values), dtype=float), "name"
-    positions = axis.scale.of(np.asarray(axis.values, float))
+    positions = axis.scale.from_si(np.asarray(axis.values, float))
     return positions, "log" if positions.min() > 0.0 and positions.max() >= 8.0 * positions.min() else "linear"

@@ -89,5 +89,5 @@ def _cell_text(value: float, *, is_unsafe: bool) -> str:
     """Return the text of a cell."""
     if np.isinf(value):
         return CUT_OFF
-    number = wording.plain(value, 3) if np.isfinite(value) else wording.DASH
+    number = wording.number_text(value, 3) if np.isfinite(value) else wording.DASH
     return f"{number}\n{UNSAFE}" if is_unsafe else number

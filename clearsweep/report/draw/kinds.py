@@ -36,7 +36,7 @@ LEGEND_ABOVE: dict[str, Any] = {
 def draw_bifurcation(ax: "Axes", points: Points, axis: Axis) -> None:
     """Draw journal positions at crank angle 0 of every revolution over the values of an axis, with the clearance."""
     scale = wording.scale("m", [*np.abs(points.x), *np.abs(points.y), *points.clearance])
-    abscissae = axis.scale.of(points.value)
+    abscissae = axis.scale.from_si(points.value)
     style: dict[str, Any] = {"markersize": 2.4, "markeredgewidth": 0, "alpha": 0.7, "rasterized": abscissae.size > 60}
     if np.isfinite(points.clearance).all():
         for sign in (-1.0, 1.0):

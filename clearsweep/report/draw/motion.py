@@ -77,7 +77,7 @@ def draw_unrolled_orbit(ax: "Axes", x: np.ndarray, y: np.ndarray, force: np.ndar
     gap_ticks = np.asarray(MaxNLocator(max(1, round(4.0 * high / (high - low)))).tick_values(0.0, high))
     gap_ticks = gap_ticks[(gap_ticks >= 0.0) & (gap_ticks <= high)]
     penetration_labels = [
-        wording.short(value / scale.factor, 2).replace("-", wording.MINUS) for value in penetration_ticks
+        wording.short_number_text(value / scale.factor, 2).replace("-", wording.MINUS) for value in penetration_ticks
     ]
     ax.set_yticks(
         [*(magnification * value / scale.factor for value in penetration_ticks), *gap_ticks],
@@ -100,7 +100,7 @@ def penetration_magnification(x: np.ndarray, y: np.ndarray, clearance: float) ->
 
 
 def _short_text(value: float) -> str:
-    return wording.short(float(value), 3)
+    return wording.short_number_text(float(value), 3)
 
 
 def draw_force(ax: "Axes", angle: np.ndarray, normal: np.ndarray, levels: Sequence[tuple[str, float]]) -> None:

@@ -59,7 +59,7 @@ def draw_margin_cells(
     if all(size <= limit for size, limit in zip(failing.shape, MAX_LABELLED_SHAPE, strict=True)):
         for (row, column), is_failing in np.ndenumerate(failing):
             margin = margins[row, column]
-            margin_text = wording.plain(float(100.0 * margin), 2) if np.isfinite(margin) else ""
+            margin_text = wording.number_text(float(100.0 * margin), 2) if np.isfinite(margin) else ""
             verdict_text = (
                 wording.DASH
                 if np.isnan(is_failing)

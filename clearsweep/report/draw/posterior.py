@@ -18,9 +18,9 @@ def draw_density(
 ) -> None:
     """Draw a histogram of weighted values; quantiles : of the interval, and the median, on `axis`, SI."""
     scale = axis.scale
-    ax.hist(scale.of(values), BIN_COUNT, weights=weights, color=BLUE, alpha=0.5, density=True)
+    ax.hist(scale.from_si(values), BIN_COUNT, weights=weights, color=BLUE, alpha=0.5, density=True)
     for quantile, style in zip(quantiles, ("--", "-", "--"), strict=True):
-        ax.axvline(scale.of(quantile), color=BLUE, linestyle=style, linewidth=1.0)
+        ax.axvline(scale.from_si(quantile), color=BLUE, linestyle=style, linewidth=1.0)
     ax.set(xlabel=axis.label(), ylabel="probability density")
     ax.set_yticks([])
     set_plain_axes(ax)
@@ -30,7 +30,7 @@ def draw_joint_density(
     ax: "Axes", values_of_keys: tuple[np.ndarray, np.ndarray], weights: np.ndarray, axes: tuple[Axis, Axis]
 ) -> None:
     """Draw the weighted values of two keys as a grid of shades."""
-    x_values, y_values = (axis.scale.of(values) for values, axis in zip(values_of_keys, axes, strict=True))
+    x_values, y_values = (axis.scale.from_si(values) for values, axis in zip(values_of_keys, axes, strict=True))
     counts, x_edges, y_edges = np.histogram2d(x_values, y_values, BIN_COUNT // 2, weights=weights)
     ax.pcolormesh(x_edges, y_edges, counts.T, cmap="Blues", rasterized=True)
     ax.set(xlabel=axes[0].label(), ylabel=axes[1].label())

@@ -18,8 +18,8 @@ def draw_intervals(ax: "Axes", rows: Sequence[tuple[float, float, float, float]]
     Each row has the value on the axis `x_axis`, the ends of the interval and the answer on `y_axis`, in SI.
     """
     x, low, high, answer = np.array(rows).T
-    x = x_axis.scale.of(x)
-    low, high, answer = (y_axis.scale.of(values) for values in (low, high, answer))
+    x = x_axis.scale.from_si(x)
+    low, high, answer = (y_axis.scale.from_si(values) for values in (low, high, answer))
     ax.vlines(x, low, high, color=BLUE, linewidth=2.0)
     ax.plot(x, answer, "o-", color=BLUE, markersize=4.0, linewidth=0.8)
     ax.set(xlabel=x_axis.label(), ylabel=y_axis.label())

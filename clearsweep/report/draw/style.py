@@ -43,8 +43,8 @@ def set_crank_angle_axis(ax: "Axes", angle: np.ndarray, *, has_legend: bool) -> 
 
 def label_values(side: "XAxis | YAxis", axis: Axis, positions: np.ndarray) -> None:
     """Label the values of a grid axis at their positions; of many numbers, only some."""
-    longest_label = max(len(axis.short(value)) for value in axis.values)
-    if not axis.numeric:
+    longest_label = max(len(axis.short_text(value)) for value in axis.values)
+    if not axis.is_numeric:
         is_slanted = side.axis_name == "x" and len(axis.values) * (longest_label + 2) > AXIS_CHARACTERS
         side.set_ticks(positions, axis.values, **(SLANTED_LABEL_STYLE if is_slanted else {}))
         return
@@ -56,7 +56,7 @@ def label_values(side: "XAxis | YAxis", axis: Axis, positions: np.ndarray) -> No
             labelled_indices.append(k)
     side.set_major_locator(NullLocator())
     side.set_minor_locator(NullLocator())
-    side.set_ticks(positions[labelled_indices], [axis.short(axis.values[k]) for k in labelled_indices])
+    side.set_ticks(positions[labelled_indices], [axis.short_text(axis.values[k]) for k in labelled_indices])
 
 
 def set_log_scale(ax: "Axes", side_name: str) -> None:
@@ -64,14 +64,14 @@ def set_log_scale(ax: "Axes", side_name: str) -> None:
     getattr(ax, f"set_{side_name}scale")("log")
     side = getattr(ax, f"{side_name}axis")
     side.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
-    side.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 2)))
+    side.set_major_formatter(FuncFormatter(lambda value, _: wording.short_number_text(value, 2)))
     side.set_minor_locator(NullLocator())
 
 
 def draw_colour_bar(
     ax: "Axes", mappable: ScalarMappable, name: str, *, is_logarithmic: bool = False, integers_only: bool = False
 ) -> None:
-    """Draw the colour bar of a drawing; `integers`: only integers have ticks."""
+    """Draw the colour bar of a drawing; `integers_only`: only integers have ticks."""
     colour_bar = ax.figure.colorbar(mappable, ax=ax, fraction=0.05, pad=0.03)
     colour_bar.set_label(name)
     colour_bar.outline.set_visible(False)
@@ -82,7 +82,7 @@ def draw_colour_bar(
         colour_bar.ax.yaxis.set_minor_locator(NullLocator())
     if integers_only:
         colour_bar.ax.yaxis.set_major_locator(MaxNLocator(6, integer=True))
-    colour_bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short(value, 3)))
+    colour_bar.ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short_number_text(value, 3)))
 
 
 def draw_axis_colour_bar(ax: "Axes", axis: Axis, norm: Normalize) -> None:

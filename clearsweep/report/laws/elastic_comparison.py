@@ -99,8 +99,13 @@ def _sentences(forces: dict[str, np.ndarray], valid_laws: list[str]) -> list[str
     """Return sentences on the factor between the softest and the stiffest valid law, and between all laws."""
     if len(forces) < 2:
         return []
-    values, depth_texts = np.array(list(forces.values())), [wording.scale("m", depth).given(depth) for depth in DEPTHS]
-    all_laws_factor = wording.plain(float(values.max(axis=0)[REFERENCE_DEPTH] / values.min(axis=0)[REFERENCE_DEPTH]))
+    values, depth_texts = (
+        np.array(list(forces.values())),
+        [wording.scale("m", depth).exact_text(depth) for depth in DEPTHS],
+    )
+    all_laws_factor = wording.number_text(
+        float(values.max(axis=0)[REFERENCE_DEPTH] / values.min(axis=0)[REFERENCE_DEPTH])
+    )
     doubtful_count = len(forces) - len(valid_laws)
     doubtful_laws_text = "doubtful one" if doubtful_count == 1 else f"{doubtful_count} doubtful ones"
     doubtful_text = f"With the {doubtful_laws_text}, the factor is {all_laws_factor}." if doubtful_count else ""
@@ -111,13 +116,13 @@ def _sentences(forces: dict[str, np.ndarray], valid_laws: list[str]) -> list[str
             f"{all_laws_factor}."
         ]
     valid_forces = np.array([forces[law] for law in valid_laws])
-    factors = [wording.plain(factor) for factor in valid_forces.max(axis=0) / valid_forces.min(axis=0)]
+    factors = [wording.number_text(factor) for factor in valid_forces.max(axis=0) / valid_forces.min(axis=0)]
     other_factors = [
         f"{factor} at {depth}"
         for k, (factor, depth) in enumerate(zip(factors, depth_texts, strict=True))
         if k != REFERENCE_DEPTH
     ]
-    softest_force, stiffest_force = wording.in_common_unit(
+    softest_force, stiffest_force = wording.texts_in_common_unit(
         (forces[law][REFERENCE_DEPTH] for law in (valid_laws[0], valid_laws[-1])), "N"
     )
     return [
@@ -149,7 +154,7 @@ def _table(
         rows.append(
             (law, is_used_text, *forces[law], forces[law][REFERENCE_DEPTH] / softest, depth_limit, verdict_text)
         )
-    depth_texts = [wording.scale("m", depth).given(depth) for depth in DEPTHS]
+    depth_texts = [wording.scale("m", depth).exact_text(depth) for depth in DEPTHS]
     columns = (
         Column("elastic law"),
         Column("used here", file_only=len(used_laws) == len(sections)),
@@ -167,14 +172,14 @@ def _joint_text(section: case.Joint) -> str:
     """Return a description of the joint for which the forces are computed."""
     keys_by_word = (("radial clearance", "clearance"), ("bearing radius", "bearing_radius"), ("length", "length"))
     sizes = [(word, getattr(section, key)) for word, key in keys_by_word if getattr(section, key) is not None]
-    facts = [f"{word} {wording.scale('m', size).given(size, 4)}" for word, size in sizes]
+    facts = [f"{word} {wording.scale('m', size).exact_text(size, 4)}" for word, size in sizes]
     materials = section.contact.material
     if materials:
         bodies = {f" of the {body}": material for body, material in materials._asdict().items()}
         if materials.bearing == materials.journal:
             bodies = {"": materials.bearing}
         for owner, material in bodies.items():
-            young = wording.scale("Pa", material.young).given(material.young, 4)
+            young = wording.scale("Pa", material.young).exact_text(material.young, 4)
             facts.append(f"Young's modulus{owner} {young}, Poisson's ratio{owner} {material.poisson:.4g}")
     return f"In the joint of the hardest case: {', '.join(facts)}"
 
@@ -186,7 +191,7 @@ def _force_curves(sections: dict[str, case.Joint], used_laws: list[str]) -> Pict
     drawn_curves = [(law, curves[law], law in used_laws) for law in by_last_force]
     forces = {law: simulation.elastic_forces(section, DEPTHS)[REFERENCE_DEPTH] for law, section in sections.items()}
     softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
-    depth = wording.scale("m", DEPTHS[REFERENCE_DEPTH]).given(DEPTHS[REFERENCE_DEPTH])
+    depth = wording.scale("m", DEPTHS[REFERENCE_DEPTH]).exact_text(DEPTHS[REFERENCE_DEPTH])
     alt = f"At {depth} {softest} is the softest law and {stiffest} the stiffest."
     if len(forces) < 2:
         alt = f"Force of {softest} against penetration."

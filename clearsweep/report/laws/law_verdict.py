@@ -29,7 +29,7 @@ def compare_verdicts(study: Study, matched_cases: MatchedCases) -> Part:
 def _sentence(study: Study, matched_cases: MatchedCases, table: pd.DataFrame) -> str:
     """Return a sentence on the number of designs whose verdict depends on the law, and where."""
     changed = table[table.max(axis=1) > table.min(axis=1)]
-    designs_text = wording.count(len(table), "design")
+    designs_text = wording.count_text(len(table), "design")
     if changed.empty:
         common_verdict = "meets the limits" if not table.max().max() else "exceeds a limit" if table.min().min() else ""
         reason = (

@@ -123,8 +123,10 @@ def _sentences(rows: list[EffectiveRestitution]) -> list[str]:
             "value."
         ]
     return [
-        f"With a specified restitution of {wording.short(lowest.specified, 3)}, a free impact has a restitution of "
-        f"{wording.plain(lowest.effective)} ({lowest.law}) to {wording.plain(highest.effective)} ({highest.law})."
+        f"With a specified restitution of {wording.short_number_text(lowest.specified, 3)}, a free impact has a "
+        "restitution of "
+        f"{wording.number_text(lowest.effective)} ({lowest.law}) to {wording.number_text(highest.effective)} "
+        f"({highest.law})."
     ]
 
 

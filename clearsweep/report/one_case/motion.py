@@ -240,7 +240,7 @@ def _joint_pictures(study: Study, case_id: str, joint: Joint, history: History) 
     orbit_pictures = []
     if clearance is not None and _has_orbit(study, joint):
         max_eccentricity = float(np.hypot(x, y).max())
-        eccentricity_text, clearance_text = wording.in_common_unit((max_eccentricity, float(clearance)), "m")
+        eccentricity_text, clearance_text = wording.texts_in_common_unit((max_eccentricity, float(clearance)), "m")
         orbit_pictures.append(
             Picture(
                 f"Journal orbit{joint_text}",
@@ -282,7 +282,7 @@ def _unrolled_orbit(joint_text: str, curve: tuple[np.ndarray, ...], clearance: f
     penetration_note = (
         f"; below zero is the penetration, magnified {magnification:g} times" if magnification > 1.0 else ""
     )
-    smallest_gap = wording.text(clearance - float(np.hypot(x, y).max()), "m").replace("-", wording.MINUS)
+    smallest_gap = wording.quantity_text(clearance - float(np.hypot(x, y).max()), "m").replace("-", wording.MINUS)
     return Picture(
         f"Journal orbit unrolled{joint_text}",
         f"The gap in the direction of the journal centre{penetration_note}.",
@@ -363,4 +363,4 @@ def _largest_text(values: np.ndarray, unit: str) -> str:
 
 def largest_texts(histories: Iterable[np.ndarray], unit: str) -> list[str]:
     """Return the largest magnitudes of compared histories, all in one unit."""
-    return wording.in_common_unit((float(np.abs(values).max()) for values in histories), unit)
+    return wording.texts_in_common_unit((float(np.abs(values).max()) for values in histories), unit)

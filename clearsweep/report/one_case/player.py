@@ -98,7 +98,7 @@ def _joints(study: Study, case_id: str, channels: Mapping, samples: slice, sketc
             {
                 "name": joint.title,
                 "clearance": float(clearance),
-                "said": wording.text(float(clearance), "m"),
+                "said": wording.quantity_text(float(clearance), "m"),
                 "magnified": float(f"{max(DRAWN_PENETRATION * float(clearance) / deepest, 1.0):.1g}")
                 if deepest > 0.0
                 else 1.0,

@@ -110,7 +110,7 @@ def _script_data(study: Study, joint: Joint, case_id: str) -> dict:
     largest = max(float(depth.max()) for depth in depths)
     scale = largest or 1.0  # arbitrary without wear
     fractions = [wear.deepest_per_sector(depth, SECTORS) / scale for depth in depths]
-    text = wording.text(largest, "m")
+    text = wording.quantity_text(largest, "m")
     return {
         "name": f"{study.setting(case_id)}: {text}",
         "most": text,
@@ -125,5 +125,5 @@ def _script_data(study: Study, joint: Joint, case_id: str) -> dict:
 def depth_text(depth: np.ndarray) -> str:
     """Return the place of the deepest wear of a body, and its mean depth, in words."""
     angle = 360.0 * (int(depth.argmax()) + 0.5) / len(depth)
-    deepest, mean = wording.in_common_unit((float(depth.max()), float(depth.mean())), "m")
+    deepest, mean = wording.texts_in_common_unit((float(depth.max()), float(depth.mean())), "m")
     return f"deepest {deepest} at {angle:.0f}°, mean {mean}"

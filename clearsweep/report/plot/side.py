@@ -125,7 +125,10 @@ class Side:
         step = min((b - a for a, b in itertools.pairwise(positions)), default=1.0) or 1.0
         largest = max(map(abs, positions), default=0.0)
         if largest >= 1e5 or 0.0 < step < 1e-4:
-            return [wording.short(position if abs(position) > 1e-9 * largest else 0.0, 4) for position in positions]
+            return [
+                wording.short_number_text(position if abs(position) > 1e-9 * largest else 0.0, 4)
+                for position in positions
+            ]
         digits = next((d for d in range(8) if all(abs(round(p, d) - p) < 1e-6 * step for p in positions)), 8)
         return [f"{position + 0.0:.{digits}f}".replace("-", wording.MINUS) for position in positions]
 

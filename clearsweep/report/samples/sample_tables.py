@@ -115,7 +115,8 @@ def limit_table(study: Study, samples: list[Sample]) -> Table:
     if failures:
         failed = sum(len(sample.failed) for sample in samples)
         note += (
-            f" The first probability leaves out {wording.count(failed, 'failed case')}, so it is too low if violent "
+            f" The first probability leaves out {wording.count_text(failed, 'failed case')}, so it is too low if "
+            "violent "
             "cases fail. The second counts failed cases as exceeding every limit."
         )
     return Table("limits", "Probability of exceeding limits", note, columns, rows)
@@ -222,7 +223,7 @@ def effect_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]
                 if effect.is_chaotic:
                     chaotic[figure.name] = None
                 numbers = (effect.low, effect.median, effect.high, effect.scatter)
-                texts = wording.in_common_unit(numbers, figure.unit)
+                texts = wording.texts_in_common_unit(numbers, figure.unit)
                 cells = [Quantity(value, text) for value, text in zip(numbers, texts, strict=True)]
                 head_cells = (figure.name, figure.unit, *point_cells(study, sample), names[effect.path])
                 rows.append((*head_cells, *cells, _scatter_remark(effect)))
@@ -243,7 +244,7 @@ def _chaos_verdict(chance: ChanceShare) -> str:
 def _chance_cells(chance: ChanceShare, verdict: str, *, is_shown: bool) -> list[Quantity | str]:
     """Return the share of chance, its source and the verdict; the page shows them once per figure."""
     limit_text = "at most about " if not chance.is_measured and chance.share >= 0.01 else ""
-    share = Quantity(chance.share, limit_text + wording.percent(chance.share) if is_shown else "")
+    share = Quantity(chance.share, limit_text + wording.percent_text(chance.share) if is_shown else "")
     return [share, "measured" if chance.is_measured else "bounded", Quantity(verdict, verdict if is_shown else "")]
 
 
@@ -252,7 +253,7 @@ def _scatter_remark(effect: SingleEffect) -> str:
     if effect.is_chaotic:
         return "chaotic: scatter as large as the effect"
     blurred = effect.blurred()
-    return "" if np.isnan(blurred) else f"blurred: scatter is {wording.percent(blurred)} of the effect"
+    return "" if np.isnan(blurred) else f"blurred: scatter is {wording.percent_text(blurred)} of the effect"
 
 
 def _chaos_advice(figures: list[str], verdict: str) -> str:
@@ -293,7 +294,7 @@ def estimate_columns(name: str) -> list[Column]:
 def estimate_cells(estimate: Estimate, unit: str) -> list[Quantity]:
     """Return an estimate with its interval: one cell on the page, three in the file."""
     scale = wording.scale(unit, [end for end in estimate if np.isfinite(end)])
-    low, high = scale.number(estimate.low), scale.number(estimate.high)
+    low, high = scale.number_text(estimate.low), scale.number_text(estimate.high)
     return [
         Quantity(estimate.value, f"{scale.text(estimate.value)} ({low} to {high})"),
         Quantity(estimate.low, low),
@@ -303,4 +304,4 @@ def estimate_cells(estimate: Estimate, unit: str) -> list[Quantity]:
 
 def _failed_note(samples: list[Sample]) -> str:
     failed = sum(len(sample.failed) for sample in samples)
-    return f"{wording.count(failed, 'failed case')} left out: the figures may be biased." if failed else ""
+    return f"{wording.count_text(failed, 'failed case')} left out: the figures may be biased." if failed else ""

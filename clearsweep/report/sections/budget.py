@@ -121,7 +121,7 @@ def _sentences(study: Study, column: str, base: str, bars: list[Bar]) -> list[st
     ]
     if negligible:
         sentences.append(
-            f"The effect is below {wording.percent(NEGLIGIBLE_CHANGE)} for {wording.sentence_list(negligible)}."
+            f"The effect is below {wording.percent_text(NEGLIGIBLE_CHANGE)} for {wording.sentence_list(negligible)}."
         )
     return [*sentences, "The cases change one unknown at a time, so they do not show interactions."]
 

@@ -48,7 +48,7 @@ def sections(study: Study) -> list[Section]:
 
 def _x_axis(study: Study) -> Axis | None:
     """Return the crank speed, or the first axis with enough numbers."""
-    numeric = [axis for axis in study.levels() if axis.numeric and len(axis.values) >= MIN_VALUES]
+    numeric = [axis for axis in study.levels() if axis.is_numeric and len(axis.values) >= MIN_VALUES]
     return next((axis for axis in numeric if axis.path == "drive.speed"), next(iter(numeric), None))
 
 
@@ -89,7 +89,7 @@ def _picture(study: Study, plotted: PlottedFigure, x_axis: Axis, curve_axis: Axi
     row_indices = np.unique(
         np.linspace(0, len(reduced_values) - 1, min(len(reduced_values), MAX_CURVES)).round().astype(int)
     )
-    names = [curve_axis.short(curve_axis.values[index]) if curve_axis else "" for index in row_indices]
+    names = [curve_axis.short_text(curve_axis.values[index]) if curve_axis else "" for index in row_indices]
     limit_values = None if plotted.limit is None else _strictest_limit_values(study, plotted.limit, x_axis)
     family = CurveFamily(
         x_axis, curve_axis.label() if curve_axis else "", names, reduced_values[row_indices], limit_values

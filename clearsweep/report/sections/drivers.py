@@ -53,7 +53,12 @@ def sentences(study: Study, joint: Joint) -> list[str]:
         return _other_driver_sentences(study, joint)  # as the answer says
     if len(effects) == 1:  # the answer has its effect
         return _other_driver_sentences(study, joint)
-    driver_texts = [f"{effect.axis.name} ({wording.percent(effect.share)})" for effect in clear_effects]
+    driver_texts = [
+        effect.axis.name
+        if wording.is_missing(effect.share)  # each case varies one value, so that shares are undefined
+        else f"{effect.axis.name} ({wording.percent_text(effect.share)})"
+        for effect in clear_effects
+    ]
     text = f"The variation of the {study.lead.name} is caused by {wording.sentence_list(driver_texts)}."
     if unclear_names:
         scope_text = " among the started cases" if excludes_cut_off_starts(study, column) else ""
@@ -210,7 +215,7 @@ def _picture_over_axis(
         medians = "; ".join(f"{axis.text(value)}: {median}" for value, median in value_medians)
     return Picture(
         f"{capitalise(name)} over {axis.name}",
-        "" if np.isnan(effect.share) else f"{wording.percent(effect.share)} of the variation of {first_name}",
+        "" if np.isnan(effect.share) else f"{wording.percent_text(effect.share)} of the variation of {first_name}",
         f"Median of {first_name} over {axis.name}. {medians}",
         lambda ax: comparison.draw_effect(ax, curves, scale, limits, name),
         size=(3.3, 2.8),
@@ -258,5 +263,5 @@ def _row(study: Study, name: str, effect: MainEffect, scale: Scale) -> tuple:
     for index in effect.extreme_indices():
         median, value = float(effect.medians[index]), axis.values[index]
         extreme_cells += [Quantity(median, scale.text(median)), Quantity(value, axis.text(value))]
-    share = Quantity(effect.share, wording.percent(effect.share))
+    share = Quantity(effect.share, wording.percent_text(effect.share))
     return (name, unit, axis.name, study.unit(axis.path), *extreme_cells, effect.factor(), share)

@@ -62,20 +62,21 @@ def _stiffness_sentences(study: Study, joint: Joint, worst: str, case: Case, lin
         return stiffness_sentence, "Journal and bearing hardly separate there, so a rigid link changes the peak little."
     return stiffness_sentence, (
         "Impacts occur there. With rigid links such an impact would be at least "
-        f"{wording.plain(math.sqrt(1.0 + stiffness_ratio), 2)} times as hard: contact and link are two springs in "
+        f"{wording.number_text(math.sqrt(1.0 + stiffness_ratio), 2)} times as hard: contact and link are two springs "
+        "in "
         "series. A "
         f"case with ten times the {STIFFNESS_KEY} shows this effect."
     )
 
 
 def _stiffness_text(stiffness: float) -> str:
-    return f"{wording.plain(1e-6 * stiffness)}{wording.BLANK}kN/mm"
+    return f"{wording.number_text(1e-6 * stiffness)}{wording.BLANK}kN/mm"
 
 
 def _computed_effect_text(study: Study, joint: Joint, worst: str) -> str:
     """Return the peaks of the cases that differ from the worst only in the stiffness of a link in words, or ''."""
     axis = next((axis for axis in study.swept() if axis.path.endswith(f".elastic.{STIFFNESS_KEY}")), None)
-    similar_cases = _cases_differing_in(study, axis, worst) if axis is not None and axis.numeric else []
+    similar_cases = _cases_differing_in(study, axis, worst) if axis is not None and axis.is_numeric else []
     if axis is None or len(similar_cases) < 2:
         return ""
     column = joint.column(PEAK.figure)
@@ -102,7 +103,8 @@ def _bending_sentence(links: Links) -> str:
     """Return the drive frequency relative to the bending of the links, which is neglected."""
     link = max(links, key=lambda link: link.bending)
     return (
-        f"The model neglects bending of links. The drive frequency is {wording.plain(link.bending, 2)} times the first "
+        f"The model neglects bending of links. The drive frequency is {wording.number_text(link.bending, 2)} times "
+        "the first "
         f"bending frequency of {link.name}, modelled as a round steel bar. Up to 0.2 its deflection is nearly static."
     )
 

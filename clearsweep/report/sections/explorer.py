@@ -97,8 +97,8 @@ def _displayed_cases(study: Study) -> np.ndarray:
 def _axis_column(study: Study, axis: Axis, case_indices: np.ndarray) -> dict:
     values = study.cases[axis.path].iloc[case_indices]
     column = {"name": axis.name, "unit": axis.scale.unit, "axis": True, "drawn": True}
-    if axis.numeric:
-        return column | _encoded_numbers(axis.scale.of(values.to_numpy(float)))
+    if axis.is_numeric:
+        return column | _encoded_numbers(axis.scale.from_si(values.to_numpy(float)))
     index_of_value = {value: index for index, value in enumerate(axis.values)}
     return column | {
         "words": list(axis.values),

@@ -80,7 +80,7 @@ def _friction_sentences(study: Study) -> list[str]:
     for column in study.run.layout.columns:
         if column.figure == FRICTION_POWER and column.joint not in clearance_joints and study.has(column.name):
             powers = study.cases[column.name]
-            range_texts = wording.in_common_unit(dict.fromkeys((float(powers.min()), float(powers.max()))), "W")
+            range_texts = wording.texts_in_common_unit(dict.fromkeys((float(powers.min()), float(powers.max()))), "W")
             points.append(
                 f"Friction in joint {column.joint}, which has no clearance, dissipates {' to '.join(range_texts)} on "
                 "average."
@@ -108,7 +108,7 @@ def _restitution_sentences(study: Study) -> list[str]:
         if study.has(column):
             measured, joint_text = study.cases[column], study.joint_text(joint, " in joint {}")
             range_text = " to ".join(
-                dict.fromkeys((wording.plain(measured.min(), 4), wording.plain(measured.max(), 4)))
+                dict.fromkeys((wording.number_text(measured.min(), 4), wording.number_text(measured.max(), 4)))
             )
             points.append(f"Measured restitution{joint_text} (rebound over approach speed): {range_text}.")
     return points
@@ -124,9 +124,9 @@ def periodicity_sentences(study: Study) -> list[str]:
     known_periods, points = periods.to_numpy()[periods.notna()], []
     if len(known_periods):
         cases = (
-            "Every motion"
+            ("Every motion" if count > 1 else "The motion")
             if len(known_periods) == count
-            else f"{len(known_periods)} of {wording.count(count, 'motion')}"
+            else f"{len(known_periods)} of {wording.count_text(count, 'motion')}"
         )
         count_by_period = Counter(int(period) for period in known_periods)
         count_texts = [
@@ -138,9 +138,10 @@ def periodicity_sentences(study: Study) -> list[str]:
         )
     points += _chaos_sentences(study)
     if len(known_periods) < count:
-        motions, suffix = wording.count(count, "motion"), _ratio_to_median_text(study, study.most_loaded_joint())
+        motions, suffix = wording.count_text(count, "motion"), _ratio_to_median_text(study, study.most_loaded_joint())
+        subject = f"{count - len(known_periods)} of {motions}" if count > 1 else "The motion"
         points.append(
-            f"{count - len(known_periods)} of {motions} did not become periodic within the run, so the largest peak is "
+            f"{subject} did not become periodic within the run, so the largest peak is "
             f"partly random{suffix}. Compare the median peak, rms or p99, the force exceeded during 1 % of the time."
         )
         points += _expected_peak_sentences(study)
@@ -163,7 +164,7 @@ def _expected_peak_sentences(study: Study) -> list[str]:
             f"{expected.MIN_REVOLUTIONS} or more independent revolutions in the window."
         ]
     joint = next(joint for joint in study.joints if joint.name == largest.joint)
-    force_texts = wording.in_common_unit((largest.value, largest.high, largest.seen), "N")
+    force_texts = wording.texts_in_common_unit((largest.value, largest.high, largest.seen), "N")
     location_text = study.joint_text(joint, " in joint {}") + _setting_text(study, largest.case_id)
     return [expected.expected_peak_sentence(force_texts, location_text)]
 
@@ -173,7 +174,7 @@ def _chaos_sentences(study: Study) -> list[str]:
     if not study.has("lyapunov_exponent"):
         return []
     chaotic = int(((study.cases["lyapunov_exponent"] > 0.0) & study.cases["period"].isna()).sum())
-    count = wording.count(len(study.cases), "motion")
+    count = wording.count_text(len(study.cases), "motion")
     return [f"{chaotic} of {count} are chaotic: any small disturbance grows."] if chaotic else []
 
 
@@ -188,7 +189,7 @@ def _ratio_to_median_text(study: Study, joint: Joint) -> str:
     )
     ratio = peaks / np.where(medians > 0.0, medians, np.nan)
     ratio = ratio[np.isfinite(ratio)]
-    range_text = " to ".join(dict.fromkeys((wording.plain(ratio.min(), 2), wording.plain(ratio.max(), 2))))
+    range_text = " to ".join(dict.fromkeys((wording.number_text(ratio.min(), 2), wording.number_text(ratio.max(), 2))))
     return f": {range_text} times the median peak per revolution" if len(ratio) else ""
 
 

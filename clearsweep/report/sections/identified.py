@@ -7,7 +7,7 @@ import pandas as pd
 
 from ...judging import identification
 from ...language import wording
-from ..blocks.picture import Picture
+from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..data.axis import Axis
@@ -60,7 +60,7 @@ def parameter_cards(study: Study) -> list[tuple[str, str, str]]:
     identified = study.run.grid.get("identified") or {}
     return [
         (
-            axes[parameter["path"]].name,
+            capitalise(axes[parameter["path"]].name),
             axes[parameter["path"]].scale.text(parameter["value"]),
             _interval_text(axes[parameter["path"]], parameter),
         )
@@ -80,7 +80,7 @@ def _joint_count(identified: dict[str, Any]) -> int:
 
 def _interval_text(axis: Axis, parameter: dict[str, Any]) -> str:
     """Return the interval of a key."""
-    return f"95 %: {axis.scale.number(parameter['low'])} to {axis.scale.text(parameter['high'])}"
+    return f"95 %: {axis.scale.number_text(parameter['low'])} to {axis.scale.text(parameter['high'])}"
 
 
 def _estimate_text(axis: Axis, parameter: dict[str, Any]) -> str:
@@ -138,7 +138,9 @@ def _fit_table(identified: dict[str, Any]) -> Table:
     """Return a row for each feature."""
     rows = []
     for fit in identified["fits"]:
-        cells = [Quantity(fit[name], wording.text(fit[name], fit["unit"])) for name in ("measured", "computed")]
+        cells = [
+            Quantity(fit[name], wording.quantity_text(fit[name], fit["unit"])) for name in ("measured", "computed")
+        ]
         rows.append((fit["channel"], fit["feature"], *cells, fit["deviations"]))
     columns = (Column("signal"), Column("feature"), Column("measured"), Column("computed"), Column("deviations"))
     note = (

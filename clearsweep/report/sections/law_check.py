@@ -43,9 +43,13 @@ def _value_text(study: Study, column: str, value: float) -> str:
     if math.isnan(value):
         return wording.DASH
     if column == MARGIN:
-        return f"{wording.short(100.0 * value, 3)}{wording.BLANK}%"
+        return f"{wording.short_number_text(100.0 * value, 3)}{wording.BLANK}%"
     is_hours = column.endswith("_life_hours")
-    return f"{wording.plain(value)}{wording.BLANK}h" if is_hours else wording.text(value, study.unit(column))
+    return (
+        f"{wording.number_text(value)}{wording.BLANK}h"
+        if is_hours
+        else wording.quantity_text(value, study.unit(column))
+    )
 
 
 def _table(study: Study) -> Table:

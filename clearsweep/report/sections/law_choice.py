@@ -106,7 +106,7 @@ def _range_cells(values: pd.Series, unit: str) -> list[Quantity | float]:
     """Return the cells of a figure: its median with its range in words, its smallest and its largest value."""
     low, median, high = values.min(), values.median(), values.max()
     scale = wording.scale(unit, median)
-    range_text = f" ({scale.number(low)} to {scale.number(high)})" if len(values) > 1 else ""
+    range_text = f" ({scale.number_text(low)} to {scale.number_text(high)})" if len(values) > 1 else ""
     return [Quantity(median, scale.text(median) + range_text), low, high]
 
 
@@ -123,7 +123,7 @@ def _spread_table(study: Study, matched_cases: MatchedCases) -> Table:
             weakest, strongest = worst.idxmin(), worst.idxmax()
             setting = study.setting(matched_cases.case_id(factor.idxmax(), weakest), omitted_axis=matched_cases.axis)
             extreme_cells: list[Quantity | str] = []
-            extremes = wording.in_common_unit((worst[law] for law in (weakest, strongest)), study.unit(column))
+            extremes = wording.texts_in_common_unit((worst[law] for law in (weakest, strongest)), study.unit(column))
             for law, text in zip((weakest, strongest), extremes, strict=True):
                 extreme_cells += [Quantity(worst[law], f"{text}, {law}"), law]
             factors = (float(factor.median()), float(factor.max()))
@@ -152,7 +152,7 @@ def _spread_sentence(study: Study, axis: Axis, spread: Table) -> str:
     if "force peak" not in rows:
         return f"No two finished cases differ only in the {axis.name}, so this section compares unlike cases."
     factors = [
-        f"the {name} by a factor of {wording.plain(median)} (at most {wording.plain(largest)})"
+        f"the {name} by a factor of {wording.number_text(median)} (at most {wording.number_text(largest)})"
         for name, (_, median, largest, *_) in rows.items()
     ]
     joint_text = study.joint_text(most_loaded, " in joint {}")

@@ -60,7 +60,8 @@ def _extreme_life_sentences(study: Study, joint: Joint) -> list[str]:
     unreached_count = int(study.cases[hours].isna().sum())
     if unreached_count:
         points.append(
-            f"{wording.count(unreached_count, 'case')} did not reach the limit. The life is at least as long as the "
+            f"{wording.count_text(unreached_count, 'case')} did not reach the limit. The life is at least as long as "
+            "the "
             "run."
         )
     return points
@@ -91,7 +92,7 @@ def _pictures(study: Study, joint: Joint) -> list[Picture]:
     ):
         curves = [_life_curve(study, joint, name, *history, figure) for name, history in histories.items()]
         if curves:
-            end_texts = wording.in_common_unit((float(history.values[-1]) for history in curves), unit)
+            end_texts = wording.texts_in_common_unit((float(history.values[-1]) for history in curves), unit)
             curve_texts = ", ".join(f"{history.name} {end}" for history, end in zip(curves, end_texts, strict=True))
             text = f"{title} over revolutions; at the end: {curve_texts}."
             figure_limit = limit if figure == limited_figure and isinstance(limit, float) else None

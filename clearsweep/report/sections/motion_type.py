@@ -111,7 +111,9 @@ def _share_pictures(study: Study, joint: Joint) -> list[Picture]:
 
 
 def _share_bars(title: str, axis: Axis, shares: np.ndarray, names: Sequence[str], colours: Sequence[str]) -> Picture:
-    mean_text = "; ".join(f"{name} {wording.percent(share.mean())}" for name, share in zip(names, shares, strict=True))
+    mean_text = "; ".join(
+        f"{name} {wording.percent_text(share.mean())}" for name, share in zip(names, shares, strict=True)
+    )
     return Picture(
         f"{title} over {axis.name}",
         "Each bar is the mean of all cases with that value.",
@@ -128,7 +130,7 @@ def _table(study: Study, joint: Joint) -> Table:
         names, counts = kinds.shares_by_value(study, joint, axis)
         time_names = [] if _is_lubricated(study, joint) else names
         for value, cases, *values in counts:
-            shares = (Quantity(share, wording.percent(share)) for share in values[len(names) - len(time_names) :])
+            shares = (Quantity(share, wording.percent_text(share)) for share in values[len(names) - len(time_names) :])
             rows.append((axis.name, Quantity(value, axis.text(value)), count_cell(cases), *shares))
     headings = ("axis", "value", "cases", *time_names, *(f"period {name}" for name in PERIODS[:3]), PERIODS[3])
     note = "Each row gives mean shares of the time and shares of the periods, over all cases with that value."
@@ -148,7 +150,7 @@ def _bifurcation_diagrams(study: Study, joint: Joint) -> list[Picture]:
     reference = study.worst(joint)
     ranked = [effect.axis for effect in main_effects_of(study, lead)]
     ranked += [axis for axis in study.swept() if axis.is_scattered]
-    diagrams = [_bifurcation_diagram(study, joint, axis, reference) for axis in ranked if axis.numeric]
+    diagrams = [_bifurcation_diagram(study, joint, axis, reference) for axis in ranked if axis.is_numeric]
     return [picture for picture in diagrams if picture][:MAX_DIAGRAMS]
 
 
@@ -173,7 +175,7 @@ def _poincare_sections(study: Study, joint: Joint) -> list[Picture]:
     if len(frame) < strobe.MIN_POINTS:
         return []
     clearance = study.value(case_id, f"joints.{joint.title}.clearance")
-    joint_text, count = study.joint_text(joint, ", joint {}"), wording.count(len(frame), "revolution")
+    joint_text, count = study.joint_text(joint, ", joint {}"), wording.count_text(len(frame), "revolution")
     revolution, x, y, vx, vy = (frame[name].to_numpy(float) for name in ("revolution", "x", "y", "vx", "vy"))
     circle = None if clearance is None else float(clearance)
     caption, alt = "The worst case.", f"of the worst case at crank angle 0, {count}."
@@ -218,10 +220,10 @@ def _spectra(study: Study, joint: Joint) -> list[Picture]:
 
 def _spectrum(name: str, unit: str, actual: spectrum.Spectrum, ideal: spectrum.Spectrum | None) -> Picture:
     strongest_order = float(actual.order[actual.amplitude.argmax()])
-    amplitude_text = wording.text(float(actual.amplitude.max()), unit)
+    amplitude_text = wording.quantity_text(float(actual.amplitude.max()), unit)
     return Picture(
         f"Spectrum of {name}",
-        f"Worst case, {wording.count(actual.revolutions, 'revolution')}. Pale lines are harmonics of the crank.",
+        f"Worst case, {wording.count_text(actual.revolutions, 'revolution')}. Pale lines are harmonics of the crank.",
         f"{capitalise(name)} over orders of the crank; largest amplitude {amplitude_text} at order "
         f"{strongest_order:g}.",
         lambda ax: draw.draw_spectrum(ax, actual, ideal, unit, name),

@@ -112,12 +112,12 @@ def _case_as_written(study: Study) -> str | None:
     is_same = np.ones(len(study.cases), bool)
     for axis in study.axes:
         written_value = value_at(study.run.grid, axis.path)
-        if isinstance(written_value, str) and axis.numeric:  # of `define`: with its unit
+        if isinstance(written_value, str) and axis.is_numeric:  # of `define`: with its unit
             written_value = quantity.value_and_dimension(written_value)[0]
         if written_value is None:
             return None
         values = study.cases[axis.path].to_numpy()
-        is_same &= np.isclose(values, written_value, rtol=1e-9) if axis.numeric else values == written_value
+        is_same &= np.isclose(values, written_value, rtol=1e-9) if axis.is_numeric else values == written_value
     return str(study.cases.index[int(np.argmax(is_same))]) if is_same.any() else None
 
 
@@ -156,7 +156,7 @@ def _indistinguishable_sentences(study: Study, rows: list[dict[str, Any]], names
         interval_text = " to ".join(study.text(rows[0]["case_id"], column) for column in interval_columns)
         lines.append(
             f"The 95 % interval of {name} of the best case is {interval_text}; "
-            f"{wording.count(overlapping_count, 'other case')}"
+            f"{wording.count_text(overlapping_count, 'other case')}"
             f"{limits_text} cannot be distinguished from it, as their intervals overlap."
         )
     lines += [
@@ -187,7 +187,7 @@ def _table(study: Study, rows: list[dict[str, Any]], names: list[str], written_i
     """Return a row for each of the best cases, and one for the case as written in the grid."""
     columns = (
         *axis_columns(study, study.axes),
-        *(Column(name, study.unit(name)) for name in names),
+        *(Column(name, study.unit(name), heading=column_label(study, name)) for name in names),
         Column("margin"),
         Column("nearest limit"),
         Column("case"),
@@ -240,10 +240,10 @@ def _front_picture(study: Study, rows: list[dict[str, Any]], names: list[str]) -
 
 def _parallel_coordinates(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[Picture]:
     """Return every case as a line over its values and objectives, the best ones on top."""
-    paths = [axis.path for axis in study.axes if axis.numeric]
+    paths = [axis.path for axis in study.axes if axis.is_numeric]
     if len(study.cases) < MIN_FRONT_CASES or not paths:
         return []
-    scales = {axis.path: (axis.name, axis.scale) for axis in study.axes if axis.numeric}
+    scales = {axis.path: (axis.name, axis.scale) for axis in study.axes if axis.is_numeric}
     scales |= {name: (name, study.scale(name)) for name in names}
     columns = [*paths, *names]
     table = np.column_stack([study.cases[column].to_numpy(float) for column in columns])

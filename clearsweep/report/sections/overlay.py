@@ -30,7 +30,7 @@ def _sentences(study: Study, comparison: SignalComparison) -> list[str]:
     case = f"case {wording.short_id(comparison.case_id)}" + (f" ({setting})" if setting else "")
     return [
         f"{comparison.channel}, measured in {comparison.file}: {len(comparison.measured)} revolutions.",
-        f"The best match among {wording.count(comparison.compared, 'case')} is {case}.",
+        f"The best match among {wording.count_text(comparison.compared, 'case')} is {case}.",
         f"The measured crank angle has an offset of {math.degrees(comparison.angle):.3g}°, which this page corrects.",
         f"The mean revolutions differ by {100.0 * comparison.misfit:.3g} % (rms difference over the rms measured).",
     ]

@@ -93,7 +93,8 @@ def _beyond_horizon(study: Study) -> list[tuple[Joint, dict[str, str]]]:
             revolutions = study.cases[revolution_column]
             beyond = study.cases.index[(revolutions > horizon).to_numpy()]
             text_of_case = {
-                case_id: f"peak in revolution {revolutions[case_id]:.0f}, horizon {wording.plain(horizon[case_id], 2)} "
+                case_id: f"peak in revolution {revolutions[case_id]:.0f}, horizon "
+                f"{wording.number_text(horizon[case_id], 2)} "
                 "revolutions: the error does not check convergence"
                 for case_id in beyond
             }
@@ -110,12 +111,14 @@ def _error_check_sentences(study: Study) -> list[str]:
             case_id, text = next(iter(beyond.items()))
             points.append(
                 f"The error of the force peak{joint_text} does not check convergence in {len(beyond)} of "
-                f"{wording.count(len(study.cases), 'case')}, because their peak lies beyond the horizon. An example is "
+                f"{wording.count_text(len(study.cases), 'case')}, because their peak lies beyond the horizon. An "
+                "example is "
                 f"case {wording.short_id(case_id)} ({text.partition(':')[0]})."
             )
         if chaotic_count > len(beyond):
             points.append(
-                f"In {wording.count(chaotic_count - len(beyond), 'chaotic case')} the peak{joint_text} lies within "
+                f"In {wording.count_text(chaotic_count - len(beyond), 'chaotic case')} the peak{joint_text} lies "
+                "within "
                 "the horizon: "
                 "the error checks only these first revolutions."
             )

@@ -84,7 +84,7 @@ def _driver_sentences(study: Study, sample: Sample, figure: LimitedFigure) -> li
     inputs = {path: np.asarray(table[path], float) for path in names}
     values = np.asarray(sample.figures[figure.column], float)
     driver_texts = sampled.driver_sentences(
-        inputs, values, names, lambda numbers: wording.in_common_unit(numbers, figure.unit)
+        inputs, values, names, lambda numbers: wording.texts_in_common_unit(numbers, figure.unit)
     )
     return [" ".join([f"{capitalise(figure.name)}:", *driver_texts])] if driver_texts else []
 
@@ -116,7 +116,7 @@ def _spread_sentence(study: Study, sample: Sample, figure: LimitedFigure, values
         return ""
     low, median, high = sensitivity.summarise_spread(values).quantiles
     numbers = [low.value, median.value, high.value, *(end for end in median[1:] if np.isfinite(end))]
-    texts_of = wording.in_common_unit(numbers, figure.unit)
+    texts_of = wording.texts_in_common_unit(numbers, figure.unit)
     interval_text = f" (95 %: {' to '.join(texts_of[3:])})" if len(texts_of) == 5 else ""
     settings = [f"{name} {text}" for name, text in _axis_values(study, sample)]
     setting_text = f" at {', '.join(settings)}" if settings else ""
@@ -207,11 +207,11 @@ def _scatter_plot(study: Study, sample: Sample, figure: LimitedFigure, path: str
 
 def _strength_text(correlation: Estimate) -> str:
     """Return the trend of a figure with a variable in words, with the interval of its strength."""
-    ends = [wording.plain(end, 2) for end in correlation[1:]]
+    ends = [wording.number_text(end, 2) for end in correlation[1:]]
     if not sampled.is_clear(correlation):
         return f"No clear trend: partial rank correlation {ends[0]} to {ends[1]} (95 %)."
     low, high = sorted(abs(end) for end in correlation[1:])
-    strength, *ends = (wording.plain(size, 2) for size in (abs(correlation.value), low, high))
+    strength, *ends = (wording.number_text(size, 2) for size in (abs(correlation.value), low, high))
     return f"It {sampled.direction_verb(correlation.value)}, strength {strength} (95 %: {ends[0]} to {ends[1]})."
 
 

@@ -152,7 +152,7 @@ def _read_answers(study: Study) -> _Answers | None:
 def _with_distinct_digits(axis: Axis, rows: list[dict[str, Any]]) -> Axis:
     """Return an axis with enough digits to distinguish the ends of intervals."""
     intervals = [(row["seek_low"], row["seek_high"]) for row in rows if row["seek_low"] != row["seek_high"]]
-    while axis.digits < 16 and any(axis.number(low) == axis.number(high) for low, high in intervals):
+    while axis.digits < 16 and any(axis.number_text(low) == axis.number_text(high) for low, high in intervals):
         axis = axis._replace(digits=axis.digits + 1)
     return axis
 
@@ -175,11 +175,19 @@ def _table(study: Study, answers: _Answers) -> Table:
             (
                 *(row[other.path] for other in answers.other_axes),
                 *(float("nan") if value is None else value for value in values),
-                row["limiting"] or wording.DASH,
+                _limit_cell(study, row["limiting"]),
                 count_cell(row["probes"]),
             )
         )
     return Table("seek", "Results of the search", "", columns, rows)
+
+
+def _limit_cell(study: Study, columns: str | None) -> Quantity:
+    """Return the cell of limited columns, separated by commas, in words on the page."""
+    names = columns.split(",") if columns else []
+    return Quantity(
+        columns or wording.DASH, wording.sentence_list([column_label(study, name) for name in names]) or wording.DASH
+    )
 
 
 def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
@@ -200,7 +208,7 @@ def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
             *(case["point"].get(other.path) for other in answers.other_axes),
             case["value"],
             _margin_cell(case["margin"]),
-            case["limiting"] or wording.DASH,
+            _limit_cell(study, case["limiting"]),
             _needed_text(case["needed"]) or wording.DASH,
         )
         for case in best
@@ -233,7 +241,7 @@ def _key_effect_blocks(answers: _Answers, nearest: dict[str, Any]) -> list[Block
 
 def _margin_cell(margin: float | None, missing: str = "unknown") -> Quantity:
     """Return a margin in per cent, or `missing`."""
-    text = missing if margin is None else f"{wording.short(100.0 * margin, 3)}{wording.BLANK}%"
+    text = missing if margin is None else f"{wording.short_number_text(100.0 * margin, 3)}{wording.BLANK}%"
     return Quantity(text if margin is None else margin, text)
 
 
@@ -244,7 +252,7 @@ def _needed_text(needed: dict[str, str]) -> str:
 def _pictures(answers: _Answers, title: str) -> list[Picture]:
     """Return the picture of the answers over the other axis, or [] unless there is exactly one, with numbers."""
     rows = [row for row in answers.rows if row[answers.column] is not None]
-    if len(answers.other_axes) != 1 or not answers.other_axes[0].numeric or len(rows) < MIN_ANSWERS_DRAWN:
+    if len(answers.other_axes) != 1 or not answers.other_axes[0].is_numeric or len(rows) < MIN_ANSWERS_DRAWN:
         return []
     (other,) = answers.other_axes
     results = sorted((row[other.path], row["seek_low"], row["seek_high"], row[answers.column]) for row in rows)

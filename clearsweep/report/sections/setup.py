@@ -48,7 +48,7 @@ def sections(study: Study) -> list[Section]:
 
 def _axis_text(axis: Axis) -> str:
     if axis.is_scattered or len(axis.values) > MAX_LISTED_VALUES:
-        return axis.span()
+        return axis.range_text()
     return ", ".join(axis.text(value) for value in axis.values)
 
 
@@ -69,14 +69,14 @@ def _value_text(study: Study, path: str, value: object) -> str:
         unit, extremes = study.unit(path), (min(value), max(value))
         return (
             f"{len(value)} values, "
-            f"{' to '.join(wording.scale(unit, extremes).given(extreme, 4) for extreme in extremes)}"
+            f"{' to '.join(wording.scale(unit, extremes).exact_text(extreme, 4) for extreme in extremes)}"
         )
     if isinstance(value, list):
         return ", ".join(_value_text(study, f"{path}.{index}", item) for index, item in enumerate(value))
     if isinstance(value, bool) or not isinstance(value, int | float):
         return str(value)
     written_scale = wording.written_scale(study.run.grid.get("written_units", {}).get(path), study.unit(path))
-    return (written_scale or wording.scale(study.unit(path), value, speed=path == "drive.speed")).given(value)
+    return (written_scale or wording.scale(study.unit(path), value, speed=path == "drive.speed")).exact_text(value)
 
 
 def _derived_values(study: Study) -> list[tuple[str, str]]:
@@ -84,7 +84,7 @@ def _derived_values(study: Study) -> list[tuple[str, str]]:
     facts = []
     for path, extremes in (study.run.grid.get("derived") or {}).items():
         scale = wording.scale(extremes["unit"], (extremes["min"], extremes["max"]))
-        texts = dict.fromkeys(scale.given(extremes[key], 4) for key in ("min", "max"))
+        texts = dict.fromkeys(scale.exact_text(extremes[key], 4) for key in ("min", "max"))
         facts.append((path, " to ".join(texts)))
     return facts
 
@@ -105,11 +105,13 @@ def _provenance(study: Study) -> list[tuple[str, str]]:
     facts = [(path.replace("_", " "), _shortened(value)) for path, value in leaves(record) if path not in OMITTED_PATHS]
     if study.has("energy_residual"):
         residual = study.cases["energy_residual"]
-        facts.append(("energy residual, largest", wording.plain(residual.max(), 2)))
-        facts.append(("energy residual, median", wording.plain(residual.median(), 2)))
+        facts.append(("energy residual, largest", wording.number_text(residual.max(), 2)))
+        facts.append(("energy residual, median", wording.number_text(residual.median(), 2)))
     facts += [
-        (name, wording.plain(study.cases[column].sum(), 4)) for column, name in SUMMED_COLUMNS if study.has(column)
+        (name, wording.number_text(study.cases[column].sum(), 4))
+        for column, name in SUMMED_COLUMNS
+        if study.has(column)
     ]
     if study.has("run_time"):
-        facts.append(("integration time, all cases", wording.text(study.cases["run_time"].sum(), "s")))
+        facts.append(("integration time, all cases", wording.quantity_text(study.cases["run_time"].sum(), "s")))
     return facts

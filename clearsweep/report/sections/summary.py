@@ -19,7 +19,8 @@ from . import identified, optimised, seek
 ONSET_FIGURE = "onset_rate_max"
 WEAR_NOTE = "of one body, at the wear rate of the window"
 THINNEST_FILM_NOTE = "in the case of the thinnest film"
-MAX_LISTED_VALUES = 3  # swept values of a case up to which a card has them all
+MAX_LISTED_DESIGNS = 2
+MAX_LISTED_VALUES = 4  # swept values of a case up to which a card has them all
 
 
 def sections(study: Study) -> list[Section]:
@@ -41,7 +42,7 @@ def _cards(study: Study) -> list[tuple[str, str, str]]:
         cards.append(("Shown on this page", f"{len(study.cases) + len(study.failed)} cases", sample_note))
     if study.cases.empty:
         return cards
-    if case_ranking_of(study).question == "identify":  # the others would be of machines that were only tried
+    if case_ranking_of(study).question in ("identify", "optimise"):  # others would be of machines that were only tried
         return [*cards, finished_card] if is_complete else cards
     wear_card = (WEAR_PER_1000_HOURS, "Deepest wear in 1000 h", WEAR_NOTE)
     figures = (
@@ -140,7 +141,7 @@ def _worst_case_cards(study: Study) -> list[tuple[str, str, str]]:
         return [
             (
                 "Shortest life",
-                f"{wording.plain(value)}{wording.BLANK}h",
+                f"{wording.number_text(value)}{wording.BLANK}h",
                 f"{setting_text}{condition_note}".removeprefix("; "),
             ),
             *_end_of_life_cards(study),
@@ -234,7 +235,11 @@ def _design_cards(study: Study) -> list[tuple[str, str, str]]:
         loads = wording.sentence_list(fits.accepted_loads(cases, classified))
         note = "; ".join(filter(None, [*parts, loads and f"at their mean clearances {loads}"]))
         return [("Fits within the limits", f"{len(classified.accepted)} of {classified.total}", note)]
-    return [("Designs within the limits", f"{accepted} of {len(design_groups.margins)}", f"at every {names}")]
+    accepted_cases = design_groups.worst_cases[:accepted]
+    settings = [cases.values_text(index, design_groups.design_paths) for index in accepted_cases]
+    listed = "; ".join(settings) if accepted <= MAX_LISTED_DESIGNS else ""
+    note = "; ".join(filter(None, (listed, f"at every {names}")))
+    return [("Designs within the limits", f"{accepted} of {len(design_groups.margins)}", note)]
 
 
 def _probability_cards(study: Study) -> list[tuple[str, str, str]]:
@@ -249,7 +254,7 @@ def _probability_cards(study: Study) -> list[tuple[str, str, str]]:
     if sampled.longer_run_warning(answer_cases(study), [limit.column for limit in study.limits]):
         window += "; a lower bound: longer runs exceed limits more often"
     note = f"{window}; {interval.removesuffix(')')}, from the number of cases only"
-    return [("Probability of exceeding a limit", value, note)]
+    return [("Probability of exceeding a limit", value, note.replace(" %", f"{wording.BLANK}%"))]
 
 
 def _setting_text(study: Study, case_id: str) -> str:

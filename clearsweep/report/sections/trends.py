@@ -76,7 +76,7 @@ def _answers(study: Study, joint: Joint) -> list[Answer]:
 def _concerns(claim: Claim, axis: Axis, joint: Joint) -> bool:
     """Return whether a claim is about this axis, in this joint or in the drive."""
     in_scope = axis.path.startswith(f"joints.{joint.title}.") or axis.path == "drive.speed"
-    is_positive = axis.numeric and min(axis.values) > 0.0
+    is_positive = axis.is_numeric and min(axis.values) > 0.0
     return in_scope and is_positive and axis.path.endswith(claim.path_endings)
 
 

@@ -1,6 +1,7 @@
 """The verdict: first the answer to the question of the grid, then the cases that meet or exceed the limits."""
 
 import itertools
+import re
 
 import numpy as np
 
@@ -32,7 +33,9 @@ NOTE = "Each cell shows its smallest margin in per cent. It passes if all of its
 def sections(study: Study) -> list[Section]:
     """Return the section."""
     if study.cases.empty:
-        sentence = f"None of the {wording.count(len(study.failed), 'case')} finished; the reasons are listed below."
+        sentence = (
+            f"None of the {wording.count_text(len(study.failed), 'case')} finished; the reasons are listed below."
+        )
         return [Section("verdict", "Answer", [Points([sentence])])]
     points = [
         *_progress_sentences(study),
@@ -62,14 +65,15 @@ def _progress_sentences(study: Study) -> list[str]:
     if not missing:
         return []
     finished = len(study.cases) + len(study.failed)
-    return [f"The run is not finished: this page has {finished} of {wording.count(finished + missing, 'case')}."]
+    return [f"The run is not finished: this page has {finished} of {wording.count_text(finished + missing, 'case')}."]
 
 
 def _advice_sentences(study: Study) -> list[str]:
     """Return the limit to add to a grid without limits."""
     if case_ranking_of(study).question not in case_ranking.CONTENT_QUESTIONS:
         return []
-    return [f"{advice.suggest_limit(answer_cases(study))}."]
+    text = advice.suggest_limit(answer_cases(study))
+    return [f"{re.sub(r'limits: .*$', lambda found: f'`{found[0]}`', text)}".removesuffix(".") + "."]
 
 
 def force_ratio_sentences(study: Study) -> list[str]:
@@ -112,7 +116,7 @@ def _limit_sentences(study: Study) -> list[str]:
     if case_ranking_of(study).question == "life":  # then the answer has the limits
         return [*_probability_sentences(study), *_unassessed_sentences(study)]
     counted_cases = counts.limit_counts(study)
-    exceeding, cases_text = counted_cases.exceeding, wording.count(counted_cases.cases, "case")
+    exceeding, cases_text = counted_cases.exceeding, wording.count_text(counted_cases.cases, "case")
     count_sentence = (
         f"{exceeding} of {cases_text} exceed at least one limit"
         if exceeding
@@ -162,7 +166,9 @@ def _limit_texts(study: Study) -> list[str]:
     if len(counts_by_limit) == 1:
         return [_limit_text(study, study.limits[0])]
     counted_limits = zip(study.limits, counts_by_limit, strict=True)
-    return [f"{_limit_text(study, limit)} ({wording.count(failing, 'case')})" for limit, (failing, _) in counted_limits]
+    return [
+        f"{_limit_text(study, limit)} ({wording.count_text(failing, 'case')})" for limit, (failing, _) in counted_limits
+    ]
 
 
 def _probability_sentences(study: Study) -> list[str]:
@@ -185,7 +191,7 @@ def _unassessed_sentences(study: Study) -> list[str]:
     )
     figures_text = wording.sentence_list([column_label(study, name) for name in names])
     return [
-        f"{wording.count(count, 'case')} cannot be assessed by {figures_text}: the figure or its limit is null "
+        f"{wording.count_text(count, 'case')} cannot be assessed by {figures_text}: the figure or its limit is null "
         "(infinite, 0/0 "
         "or not computed). Such a case counts as exceeding the limit and has no margin."
     ]
@@ -254,7 +260,7 @@ def _margin_map(study: Study, x_axis: Axis, y_axis: Axis) -> Picture:
     caption = f"{NOTE} Worst over {wording.sentence_list(others)}." if others else f"{NOTE} Each cell is one case."
     caption += remark
     if len(added_cases.x):
-        dots_text = wording.count(len(added_cases.x), "dot")
+        dots_text = wording.count_text(len(added_cases.x), "dot")
         case_phrase = "is a case" if len(added_cases.x) == 1 else "are cases"
         caption += f" The {dots_text} between cells {case_phrase} that refine added; crosses exceed a limit."
     return Picture(
@@ -301,7 +307,7 @@ def _added_cases(study: Study, exceeded: np.ndarray, x_axis: Axis, y_axis: Axis)
 
 def _fractional_index(axis: Axis, values: np.ndarray) -> np.ndarray:
     """Return the fractional index of values on an axis: 0.5 is halfway between the first two."""
-    if not axis.numeric:
+    if not axis.is_numeric:
         return np.array([axis.values.index(value) for value in values], float)
     order = np.argsort(axis.values)
     return np.interp(values.astype(float), np.array(axis.values)[order], order.astype(float))

@@ -78,7 +78,8 @@ def _coarse_bin_sentences(study: Study, joint: Joint) -> list[str]:
     )
     return [
         f"In joint {joint.title} {bins} bins are too coarse in {len(coarse):,} of "
-        f"{wording.count(len(study.cases), 'case')}: more than 5 % of the wear comes from contact arcs narrower than "
+        f"{wording.count_text(len(study.cases), 'case')}: more than 5 % of the wear comes from contact arcs narrower "
+        "than "
         f"five bins. Their depths are means over the bins, not peaks; {remedy}."
     ]
 

@@ -28,8 +28,8 @@ def yield_speed_sentence(study: Study, joint: Joint) -> str:
         return f"The speed at which the contact first yields is not computed{reason}."
     extremes = (study.cases[column].min(), study.cases[column].max())
     scale = wording.scale("m/s", extremes)
-    range_text = " to ".join(dict.fromkeys(scale.number(extreme, 2) for extreme in extremes))
-    return f"The contact first yields at {scale.joined(range_text)}."
+    range_text = " to ".join(dict.fromkeys(scale.number_text(extreme, 2) for extreme in extremes))
+    return f"The contact first yields at {scale.with_unit(range_text)}."
 
 
 def _has_strength(study: Study, joint: Joint) -> bool:
