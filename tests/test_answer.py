@@ -593,6 +593,9 @@ def test_wear_is_that_of_the_fastest_rate_not_of_the_deepest_window():
     (sentence,) = wear.sentences(made)
     assert sentence.startswith("Deepest wear of one body: 1.08")  # 3 m/s for 3.6e6 s
     assert " per 1000 h at speed 2. It is smallest, " in sentence
+    worn = made._replace(record={"joints": {PIN: {"bearing_radius": 1e6}}})
+    assert "In 3 of 3 cases the bearing is worn away" in wear.sentences(worn)[0]
+    assert ". The depth is smallest, " in wear.sentences(worn)[0]
 
 
 def test_wear_beyond_the_clearance_is_no_forecast():

@@ -9,7 +9,7 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep import grid, report, simulation
-from clearsweep.contracts.catalogue import Figure, Shown
+from clearsweep.contracts.catalogue import Entry, Figure
 from clearsweep.contracts.layout import Layout, columns_markdown
 from clearsweep.contracts.results import TIMINGS
 from clearsweep.language.errors import DirectoryError, InputError
@@ -24,7 +24,7 @@ FURTHER = Figure(
     TEXT,
     of="joint",
     sums=Mean("force_square"),
-    shown=(Shown("forces", "force mean square"), Shown("sample", "force mean square")),
+    tables=(Entry("forces", "force mean square"), Entry("sample", "force mean square")),
 )
 COLUMN = "rod_slider_force_mean_square"
 

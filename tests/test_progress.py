@@ -282,7 +282,7 @@ class Long(Fake):
     @staticmethod
     def solve(case, log=None):
         """Return a made-up trajectory after a life of three seconds."""
-        with phases.phase(lambda: "block 7, 31 um of 50 um", whole=True) as life:
+        with phases.phase(lambda: "block 7, 31 um of 50 um", covers_nested=True) as life:
             for tenth in range(30):
                 life.note(remaining_time=300.0 - 0.1 * tenth, block=7, reached=31e-6, limit=50e-6)
                 time.sleep(0.1)

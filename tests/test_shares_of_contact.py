@@ -224,6 +224,6 @@ def test_friction_that_would_heat_a_dry_joint_by_more_than_100_k_is_flagged():
 
 
 def test_every_new_figure_is_shown_in_the_report():
-    shown = {figure.name: figure.shown for figure in figures.FIGURES}
+    shown = {figure.name: figure.tables for figure in figures.FIGURES}
     assert shown["friction_power"]
     assert shown["dry_load_share"]

@@ -26,7 +26,7 @@ class Field(NamedTuple):
     high_open: bool = True
     default: float | None = None  # None: required, unless `optional`
     optional: bool = False  # may be left out; its default, if any, follows from other values
-    whole: bool = False
+    integer: bool = False
     fit: bool = False  # a clearance that may be an ISO 286 fit, for the `bearing_radius` next to it
 
     def allowed(self, value: float = 0.0) -> str:
@@ -39,13 +39,13 @@ class Field(NamedTuple):
         if not _is_sized(value):
             bounds.append(f"of a size from {1.0 / LARGEST:g} to {LARGEST:g}")
         unit = "" if self.unit == "1" else f" ({self.unit})"
-        return ("a whole number " if self.whole else "") + (" and ".join(bounds) or "any finite number") + unit
+        return ("a whole number " if self.integer else "") + (" and ".join(bounds) or "any finite number") + unit
 
     def contains(self, value: float) -> bool:
         """Return whether `value`, in SI, is allowed."""
         is_above = value > self.low if self.low_open else value >= self.low
         is_below = value < self.high if self.high_open else value <= self.high
-        return is_above and is_below and (not self.whole or value == int(value)) and _is_sized(value)
+        return is_above and is_below and (not self.integer or value == int(value)) and _is_sized(value)
 
 
 def _is_sized(value: float) -> bool:
@@ -113,7 +113,7 @@ class Law(NamedTuple):
     merit: Merit | None = None  # None: nothing favours it over other valid laws
     uses_onset: bool = False  # family 'law': depends on the closing rate at onset for the whole contact
     orders: tuple[Order, ...] = ()
-    remembers: bool = False  # family 'friction': has internal state
+    has_state: bool = False  # family 'friction': has internal state
     sticks: bool = False  # family 'friction': surfaces can stick
     tables: tuple["Columns", ...] = ()  # optional parameters, each instead of optional `fields`
 
@@ -261,8 +261,8 @@ class Mechanism(NamedTuple):
         return next(site for site in self.joints if site.name == joint)
 
 
-class Shown(NamedTuple):
-    """Where the report shows a figure."""
+class Entry(NamedTuple):
+    """The entry of a figure in a table of the report."""
 
     table: str  # 'forces', 'output', 'wear', 'certainty', 'sample', 'case', 'effects'
     heading: str  # may contain '{output}', '{per_rev}' and '{per_revolution}', which are filled in
@@ -288,7 +288,7 @@ class Figure(NamedTuple):
     sums: Any = None  # its sums, such as simulation.sums.Mean: it converges, so `simulate.until` accepts it
     kind: str = "float"  # or 'int'
     differs: bool = True  # `simulate.error_check` compares it with a run at a tenth of the tolerance
-    shown: tuple[Shown, ...] = ()
+    tables: tuple[Entry, ...] = ()
     null: str = ""  # what a missing value of a finished case means to a limit: NOTHING, ENDLESS; '': unknown
 
     @property

@@ -222,9 +222,9 @@ def columns_of(
 ) -> tuple[Column, ...]:
     """Return the figures of merit of a case, in the order of the summary's columns.
 
-    parts : clearance joint ('rod_slider') -> its features ('wear', 'film'); requested : those of REQUESTED_COLUMNS that
-    the grid requests; until : the figure in `simulate.until`; frictions : the joints of friction loads.  Joints without
-    clearance among these have a friction power.
+    features_by_joint : clearance joint ('rod_slider') -> its features ('wear', 'film'); requested : those of
+    REQUESTED_COLUMNS that the grid requests; until : the figure in `simulate.until`; frictions : the joints of
+    friction loads. Joints without clearance among these have a friction power.
     """
     features = {*requested, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
     columns: list[Column] = []
@@ -261,7 +261,7 @@ def rubbing_joints(outline: Outline) -> tuple[str, ...]:
 
 
 def _column(figure: Figure, joint: str, mechanism: Mechanism, until: str = "", until_unit: str = "") -> Column:
-    """Return the column of a figure; `watched` is the unit of the figure in `until`."""
+    """Return the column of a figure; `until_unit` is the unit of the figure in `until`."""
     output = mechanism.output
     name = figure.column(output.name if output and figure.of == "output" else joint)
     text = figure.text.format(output=output.name if output else "", until=until)

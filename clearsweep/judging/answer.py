@@ -292,6 +292,7 @@ def _accepted_range_sentences(cases: FinishedCases, name: str) -> list[str]:
 
 
 def _unworn_limit_sentences(cases: FinishedCases, name: str) -> list[str]:
-    """Return the reservation on a figure of wear in a grid with limits, else []."""
+    """Return the reservation on a figure of wear in a grid with limits if all cases are known, else []."""
     is_of_wear = "_wear_" in str(cases.record["figures"][name])
-    return [UNWORN] if is_of_wear and cases.limits and cases.ranking.question != "life" else []
+    is_reserved = is_of_wear and cases.limits and cases.ranking.question != "life"
+    return [UNWORN] if is_reserved and cases.is_complete else []

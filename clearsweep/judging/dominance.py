@@ -12,7 +12,7 @@ CaseByClearance = dict[float, int]  # clearance (m) -> index of the case with it
 def sentences(cases: FinishedCases, thickness_column: str, loss_column: str) -> list[str]:
     """Return sentences on the clearance with the thickest film in most combinations of the other values; [] if none.
 
-    thickness, loss : columns
+    thickness_column, loss_column : of the summary
     """
     clearance_path = next(
         (clearance_path for clearance_path in cases.varied_paths if clearance_path.endswith(".clearance")), None

@@ -60,7 +60,7 @@ def sentences(
 ) -> list[str]:
     """Return sentences on the clear effects on a figure with direction and size, and on values without effect.
 
-    label : name of the figure; texts : returns values of the figure in words, in one unit
+    label : name of the figure; format_values : returns values of the figure in words, in one unit
     """
     effects = rank_effects(cases, values) if cases.is_complete else []
     if not effects or not np.isfinite(values).any():

@@ -287,6 +287,6 @@ def _is_exceeded(cases: FinishedCases, limit: verdict.Limit) -> np.ndarray:
 
 
 def spread_sentence(subject: str, quantile_texts: Sequence[str], interval: str = "") -> str:
-    """Return the sentence on the spread of a figure; subject : 'Force peak: median'; texts : its QUANTILES in words."""
+    """Return the sentence on the spread of a figure; subject : 'Force peak: median'; quantile_texts : in words."""
     low, median, high = quantile_texts
     return f"{subject} {median}{interval}; 90 % of the cases are between {low} and {high}."

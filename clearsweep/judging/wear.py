@@ -27,9 +27,12 @@ def sentences(cases: FinishedCases) -> list[str]:
             f"Deepest wear of one body{cases.joint_text(joint.name)}: {depth_text} per 1000 "
             f"h{cases.setting_text(worst_case)}."
         )
-        depth_lines = [text, *effects.sentences(cases, effects.PRONOUN, depths, _depth_texts, 1)]
-        depth_lines += forecast_remark(cases, joint, worst_case, float(depths[worst_case]), "The depth")
-        lines.append(" ".join([*depth_lines, *worn_away_sentences(cases, joint, depths)]))
+        remarks = forecast_remark(cases, joint, worst_case, float(depths[worst_case]))
+        remarks += worn_away_sentences(cases, joint, depths)
+        effect_sentences = effects.sentences(cases, effects.PRONOUN, depths, _depth_texts, 1)
+        if remarks:  # 'it' would be the last one's subject
+            effect_sentences = [sentence.replace("It ", "The depth ", 1) for sentence in effect_sentences]
+        lines.append(" ".join([text, *remarks, *effect_sentences]))
     return lines
 
 

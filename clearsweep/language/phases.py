@@ -46,15 +46,20 @@ class Phase:
     """A section of work.
 
     name : '' for a phase that only carries facts.
-    whole : its estimate of the time covers all nested work, so the estimates of nested phases do not count.
+    covers_nested : its estimate of the time includes all nested phases, whose own estimates do not count.
     once : its result is stored for later runs, such as compiled code.
     since : s of the monotonic clock, start of the work if an earlier phase did part of it.
     """
 
     def __init__(
-        self, name: str | Callable[[], str], *, whole: bool = False, once: bool = False, since: float | None = None
+        self,
+        name: str | Callable[[], str],
+        *,
+        covers_nested: bool = False,
+        once: bool = False,
+        since: float | None = None,
     ):
-        self._name, self.whole, self.once = name, whole, once
+        self._name, self.covers_nested, self.once = name, covers_nested, once
         self.opened = time.monotonic()
         self.begin = self.opened if since is None else since
         self.share: float | None = None
@@ -106,9 +111,9 @@ def _notify_listeners() -> None:
 
 
 @contextlib.contextmanager
-def phase(name: str | Phase | Callable[[], str], *, whole: bool = False) -> Iterator[Phase]:
+def phase(name: str | Phase | Callable[[], str], *, covers_nested: bool = False) -> Iterator[Phase]:
     """Open a phase for as long as this context lasts; see Phase."""
-    new_phase = start(name if isinstance(name, Phase) else Phase(name, whole=whole))
+    new_phase = start(name if isinstance(name, Phase) else Phase(name, covers_nested=covers_nested))
     try:
         yield new_phase
     finally:
@@ -139,16 +144,16 @@ def compile_seconds() -> float:
 
 
 def progress(first_index: int = 0) -> Progress | None:
-    """Return the progress of the open phases from index `first` on, or None if none is open.
+    """Return the progress of the open phases from index `first_index` on, or None if none is open.
 
-    The time left is that of the outermost `whole` phase, or else of the innermost phase with an estimate.
+    The time left is that of the outermost phase that `covers_nested`, or else of the innermost with an estimate.
     """
     phases, now = list(_open_phases)[first_index:], time.monotonic()
     if not phases:
         return None
-    whole_phase = next((open_phase for open_phase in phases if open_phase.whole), None)
+    covering = next((open_phase for open_phase in phases if open_phase.covers_nested), None)
     with_estimate = [open_phase for open_phase in reversed(phases) if open_phase.remaining_time(now) is not None]
-    timed_phase = whole_phase or (with_estimate[0] if with_estimate else phases[-1])
+    timed_phase = covering or (with_estimate[0] if with_estimate else phases[-1])
     facts: dict[str, Any] = {}
     for open_phase in phases:
         facts |= open_phase.facts
@@ -168,7 +173,7 @@ def is_innermost_once() -> bool:
 
 
 def outermost_phase(first_index: int = 0) -> Phase | None:
-    """Return the outermost open phase from index `first` on."""
+    """Return the outermost open phase from index `first_index` on."""
     return next(iter(list(_open_phases)[first_index:]), None)
 
 

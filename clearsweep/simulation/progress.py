@@ -44,7 +44,7 @@ class Life(phases.Phase):
 
     def __init__(self, limits: LifeLimits, earlier_blocks: int, name: str = ""):
         """Prepare after `earlier_blocks` blocks in another process; `name` is that of a further life."""
-        super().__init__(self._text, whole=True)
+        super().__init__(self._text, covers_nested=True)
         self.limits, self.earlier_blocks, self.name = limits, earlier_blocks, name
         self.block, self.worn, self.jump = 1, 0.0, limits.first_jump
         self.block_begin = self.begin  # s, start of the current block

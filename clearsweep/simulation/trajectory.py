@@ -78,7 +78,7 @@ def _all_integrations(
     """Return the trajectory of a scene, with all integrations that its case requires."""
     balance = None
     if has_balance(scene.case):
-        with phases.phase("temperature of the joints", whole=True):
+        with phases.phase("temperature of the joints", covers_nested=True):
             scene, balance = at_equilibrium(scene)
         if balance.seized:
             return _seized(scene, balance)

@@ -185,7 +185,7 @@ def set_aside(path: Path) -> None:
 
 
 def remove_temporaries(folder: Path, *, remove_folder: bool = False) -> None:
-    """Remove the temporary files of runs in a folder; `remove`: also the folder, if it is then empty."""
+    """Remove the temporary files of runs in a folder; `remove_folder`: also the folder, if it is then empty."""
     with contextlib.suppress(OSError):
         for name in os.listdir(folder):
             if _TEMPORARY.fullmatch(name):

@@ -323,7 +323,7 @@ def add_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: 
         )
         add_numbers(keys, f"{path}.{name}", tuple(axes))
     _add_point_contact(keys, f"{path}.contact", catalogue)
-    laws = tuple(law for law in catalogue.laws if not (law.remembers or law.sticks))
+    laws = tuple(law for law in catalogue.laws if not (law.has_state or law.sticks))
     add_friction(keys, path, catalogue._replace(laws=laws))
 
 

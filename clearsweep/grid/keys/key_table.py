@@ -67,7 +67,7 @@ _BINS = Field(
     low_open=False,
     high_open=False,
     default=360,
-    whole=True,
+    integer=True,
 )
 _LENGTH_BINS = _BINS._replace(name="length_bins", text="number of bins along each body", low=1, high=1000, default=20)
 _PIN_LENGTH = Field(
@@ -109,7 +109,7 @@ _STEP_BUDGET = Field(
     1e12,
     low_open=False,
     high_open=False,
-    whole=True,
+    integer=True,
 )
 _BUDGET_FIELDS = (
     _STEP_BUDGET._replace(default=1_000_000),

@@ -22,7 +22,7 @@ _SAMPLES_FIELD = Field(
     low_open=False,
     high_open=False,
     default=720,
-    whole=True,
+    integer=True,
 )
 _SAVED_REVOLUTIONS_FIELD = Field(
     "revolutions",
@@ -39,7 +39,7 @@ _WORST_FIELD = Field(
     low_open=False,
     high_open=False,
     optional=True,
-    whole=True,
+    integer=True,
 )
 
 
@@ -98,7 +98,7 @@ _LIFE_FIELDS = (
         low_open=False,
         high_open=False,
         default=200,
-        whole=True,
+        integer=True,
     ),
     Field(
         "longest_jump",

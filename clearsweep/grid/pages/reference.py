@@ -301,4 +301,4 @@ def _range_text(field: Field) -> str:
         text = f"{'above' if field.low_open else 'from'} {low}, {'below' if field.high_open else 'up to'} {high}"
     else:
         text = f"{low} to {high}"
-    return f"whole, {text}" if field.whole else text
+    return f"whole, {text}" if field.integer else text

@@ -167,7 +167,7 @@ def _read_number(reader: Reader, path: str, written: WrittenValue, meanings: lis
         if not field.contains(value):
             reader.problems.add(written, path, f"found {written.value}, out of range; allowed: {field.allowed(value)}")
             return None
-    return int(value) if meanings[0][0].whole else value
+    return int(value) if meanings[0][0].integer else value
 
 
 def _possible_units(reader: Reader, path: str, field: Field) -> list[str]:

@@ -119,7 +119,7 @@ def find_identify_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[Wr
     axes = {}
     for path, written in over.value.items():
         key = reader.keys_in_use.get(path)
-        is_whole = isinstance(key, Number) and any(key_use.field.whole for key_use in key.uses)
+        is_whole = isinstance(key, Number) and any(key_use.field.integer for key_use in key.uses)
         if not isinstance(written.value, list) or len(written.value) != 2 or is_whole:
             expected = (
                 ("a path of a quantity that may have a fraction") if is_whole else "[low, high], the range of its prior"

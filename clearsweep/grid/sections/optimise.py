@@ -152,7 +152,7 @@ def find_optimise_axes(reader: Reader, root: WrittenValue) -> dict[str, tuple[Wr
 def _read_choice(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | None:
     """Return the values of one path in the form of an axis."""
     key_path, key = f"{OPTIMISE}.over.{path}", reader.keys_in_use.get(path)
-    is_whole = isinstance(key, Number) and any(use.field.whole for use in key.uses)
+    is_whole = isinstance(key, Number) and any(use.field.integer for use in key.uses)
     content, kind = written.value, "range"
     if isinstance(content, dict) and len(content) == 1 and {*content} <= {AMONG, WHOLE}:
         ((kind, written),) = content.items()

@@ -289,5 +289,5 @@ def read_refine(reader: Reader, root: WrittenValue, limits: Mapping[str, Any]) -
 def _is_divisible(reader: Reader, path: str) -> bool:
     """Return whether an axis can be subdivided."""
     key = value_key(reader.keys_in_use, path)
-    is_indivisible = not isinstance(key, Number) or any(key_use.field.whole for key_use in key.uses)
+    is_indivisible = not isinstance(key, Number) or any(key_use.field.integer for key_use in key.uses)
     return not is_indivisible and not path.endswith(".exponent") and len(reader.axes[path]) > 1

@@ -84,7 +84,7 @@ def _record_seek_axis(
 ) -> None:
     """Record the values of one path of a search."""
     key = all_keys.get(path)
-    if isinstance(key, Word) or (isinstance(key, Number) and any(key_use.field.whole for key_use in key.uses)):
+    if isinstance(key, Word) or (isinstance(key, Number) and any(key_use.field.integer for key_use in key.uses)):
         noun = "a name" if isinstance(key, Word) else "a whole number"
         message = f"{path} is {noun}, which has no values in between; write it under `sweep`"
         reader.problems.add(written_path, SEEK, message)
@@ -113,7 +113,7 @@ def _record_axis(
         path in sweepable_paths
         and section_name == "sample"
         and isinstance(key, Number)
-        and any(key_use.field.whole for key_use in key.uses)
+        and any(key_use.field.integer for key_use in key.uses)
     ):
         reader.problems.add(position, key_path, "is a whole number, which cannot be drawn; write it under `sweep`")
     elif path in sweepable_paths and section_name == "sample" and path.endswith(".exponent"):
@@ -371,7 +371,7 @@ def check_dependents(reader: Reader) -> None:
                 (f"{dependence_text}, but this value must be the same in all cases; write it without that name"),
             )
             continue
-        if any(field.whole for field in fields):
+        if any(field.integer for field in fields):
             message = f"{dependence_text}, but a whole number must be the same in all cases; write it without that name"
             reader.problems.add(reader.position_of(path), path, message)
             continue

@@ -118,7 +118,7 @@ _ELASTIC = (
         False,
         False,
         default=4,
-        whole=True,
+        integer=True,
     ),
     Field(
         "damping",

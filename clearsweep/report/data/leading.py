@@ -28,7 +28,7 @@ def leading_figure(
 ) -> LeadingFigure:
     """Return the leading figure of a page.
 
-    It is the figure in the first limit on a figure of a joint that any case `has`, or else a default.
+    It is the figure in the first limit on a figure of a joint that any case has (`has_figure`), or else a default.
 
     grid : as stored in run.json.
     """

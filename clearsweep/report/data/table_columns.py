@@ -1,7 +1,7 @@
 """Determines the figures, the order and the headings of a table from the descriptions of the figures."""
 
 from ... import simulation
-from ...contracts.catalogue import Figure, Shown
+from ...contracts.catalogue import Entry, Figure
 from ...contracts.layout import Column
 from ...judging import labels
 from .study import P99_OVER_IDEAL, WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES, Joint, Study
@@ -14,7 +14,7 @@ COMPUTED_FIGURES = (
         "force p99 divided by the force peak without clearance",
         of="joint",
         needs=("turns",),
-        shown=(Shown("forces", "p99 / ideal", 5), Shown("effects", "p99 / ideal", 3)),
+        tables=(Entry("forces", "p99 / ideal", 5), Entry("effects", "p99 / ideal", 3)),
     ),
     Figure(
         WEAR_PER_1000_HOURS,
@@ -22,7 +22,7 @@ COMPUTED_FIGURES = (
         "largest wear depth after 1000 hours at the wear rate of the window",
         of="joint",
         needs=("wear",),
-        shown=(Shown("wear", "depth per 1000 h", 51),),
+        tables=(Entry("wear", "depth per 1000 h", 51),),
     ),
     Figure(
         WEAR_PER_MILLION_STROKES,
@@ -30,7 +30,7 @@ COMPUTED_FIGURES = (
         "largest wear depth after a million crank revolutions at the wear rate of the window",
         of="joint",
         needs=("wear", "turns"),
-        shown=(Shown("wear", "depth per 10⁶ strokes", 52),),
+        tables=(Entry("wear", "depth per 10⁶ strokes", 52),),
     ),
 )
 
@@ -40,7 +40,7 @@ def columns_in_table(study: Study, table: str, joint: Joint | None = None) -> li
 
     Without `joint`, the figures of all joints are returned; if there are several joints, headings name them.
     """
-    entries = {figure.name: figure.shown for figure in (*simulation.catalogue().figures, *COMPUTED_FIGURES)}
+    entries = {figure.name: figure.tables for figure in (*simulation.catalogue().figures, *COMPUTED_FIGURES)}
     joint_order = {joint.name: joint_index for joint_index, joint in enumerate(study.joints)}
     ordered_columns = []
     computed = (_computed_column(figure, joint) for joint in study.joints for figure in COMPUTED_FIGURES)

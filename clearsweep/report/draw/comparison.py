@@ -284,7 +284,7 @@ def draw_cloud(
 def without_covered_points(
     x: np.ndarray, y: np.ndarray, colour: tuple[np.ndarray, Axis] | None
 ) -> tuple[np.ndarray, np.ndarray, tuple[np.ndarray, Axis] | None]:
-    """Return the points of a `cloud` without covered ones, if they are many."""
+    """Return the points of `draw_cloud` without covered ones, if they are many."""
     if len(x) <= MAX_POINTS:
         return x, y, colour
     visible = _visible_points(*(np.log(values) if _needs_log_scale(values) else values for values in (x, y)))

@@ -71,7 +71,7 @@ def set_log_scale(ax: "Axes", side_name: str) -> None:
 def draw_colour_bar(
     ax: "Axes", mappable: ScalarMappable, name: str, *, is_logarithmic: bool = False, integers_only: bool = False
 ) -> None:
-    """Draw the colour bar of a drawing; `integers`: only integers have ticks."""
+    """Draw the colour bar of a drawing; `integers_only`: only integers have ticks."""
     colour_bar = ax.figure.colorbar(mappable, ax=ax, fraction=0.05, pad=0.03)
     colour_bar.set_label(name)
     colour_bar.outline.set_visible(False)

@@ -18,7 +18,7 @@ BODY_STYLES = (("bearing", BLUE, "-"), ("journal", RED, "--"))  # name, colour, 
 
 
 def draw_around(ax: "PolarAxes", depth: np.ndarray, body: int, scale: Scale, max_depth: float) -> None:
-    """Draw the depths (m, one per angular bin) of the bearing (`body` 0) or the journal (1), up to `largest` (m).
+    """Draw the depths (m, one per angular bin) of the bearing (`body` 0) or the journal (1), up to `max_depth` (m).
 
     The deepest bin is marked, the mean is a dotted circle.
     """

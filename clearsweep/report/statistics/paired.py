@@ -15,10 +15,10 @@ MAX_EXACT_PAIRS = (
 def trend_exponent(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
     """Return the exponent of `x` in the trend of a figure, its interval, and the number of pairs of cases.
 
-    The power is the median slope of log figure over log x of all pairs of a row; the interval contains the slopes that
-    the orders within the rows do not reject (Sen 1968, J. Am. Stat. Assoc. 63:1379; several rows as blocks: Hirsch,
-    Slack & Smith 1982, Water Resour. Res. 18:107).  The method assumes that without a trend every order of a row is
-    equally likely, and that rows are independent.
+    The exponent is the median slope of log figure over log x of all pairs of a row; the interval contains the
+    slopes that the orders within the rows do not reject (Sen 1968, J. Am. Stat. Assoc. 63:1379; several rows as
+    blocks: Hirsch, Slack & Smith 1982, Water Resour. Res. 18:107). The method assumes that without a trend every
+    order of a row is equally likely, and that rows are independent.
 
     Parameters
     ----------
@@ -27,7 +27,7 @@ def trend_exponent(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
 
     Returns
     -------
-    power : Estimate, NaN without a pair; its ends NaN with too few pairs for an interval
+    exponent : Estimate, NaN without a pair; its ends NaN with too few pairs for an interval
 
     """
     log_values, log_x = np.log(table), np.log(np.asarray(x, float))

@@ -8,7 +8,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ...contracts.catalogue import NOTHING, Figure, Shown
+from ...contracts.catalogue import NOTHING, Entry, Figure
 from ...contracts.layout import Layout
 from ..sums import ForceExceeded, Mean, PerRevolution, RootMean, figure_of_joint
 from ..window import Window
@@ -38,8 +38,8 @@ def restitution(window: Window, index: int) -> float | None:
 
 def crank_speed(name: str, text: str) -> Figure:
     """Return the figure `name` of a free crank's speed; `text` describes it."""
-    value, shown = field_of_totals(f"speed_{name}", "case"), (Shown("output", f"crank speed {name}", 5),)
-    return Figure(f"crank_speed_{name}", "rad/s", f"{text} of a free crank", "case", ("free",), value, shown=shown)
+    value, tables = field_of_totals(f"speed_{name}", "case"), (Entry("output", f"crank speed {name}", 5),)
+    return Figure(f"crank_speed_{name}", "rad/s", f"{text} of a free crank", "case", ("free",), value, tables=tables)
 
 
 JOINT = (
@@ -49,7 +49,7 @@ JOINT = (
         "largest normal force in the window, located",
         of="joint",
         value=field_of_totals("force_max"),
-        shown=(Shown("forces", "force peak", 1), Shown("sample", "force peak", 3), Shown("case", "peak", 3)),
+        tables=(Entry("forces", "force peak", 1), Entry("sample", "force peak", 3), Entry("case", "peak", 3)),
     ),
     Figure(
         "force_rms",
@@ -57,11 +57,11 @@ JOINT = (
         "root mean square of the normal force over the window's time, free flight counting as zero",
         of="joint",
         sums=RootMean("force_square"),
-        shown=(
-            Shown("forces", "force rms", 3),
-            Shown("sample", "force rms", 2),
-            Shown("case", "rms", 2),
-            Shown("effects", "force rms", 2),
+        tables=(
+            Entry("forces", "force rms", 3),
+            Entry("sample", "force rms", 2),
+            Entry("case", "rms", 2),
+            Entry("effects", "force rms", 2),
         ),
     ),
     Figure(
@@ -70,11 +70,11 @@ JOINT = (
         "normal force exceeded during 1 % of the window's time; shorter impacts do not count",
         of="joint",
         sums=ForceExceeded(),
-        shown=(
-            Shown("forces", "force p99", 2),
-            Shown("sample", "force p99", 1),
-            Shown("case", "p99", 1),
-            Shown("wear", "force p99", 60),
+        tables=(
+            Entry("forces", "force p99", 2),
+            Entry("sample", "force p99", 1),
+            Entry("case", "p99", 1),
+            Entry("wear", "force p99", 60),
         ),
     ),
     Figure(
@@ -83,10 +83,10 @@ JOINT = (
         "contact onsets in the window per revolution; their number where nothing turns",
         of="joint",
         sums=PerRevolution("onsets"),
-        shown=(
-            Shown("forces", "impacts{per_rev}", 6),
-            Shown("sample", "impacts{per_rev}", 4),
-            Shown("case", "impacts{per_revolution}", 6),
+        tables=(
+            Entry("forces", "impacts{per_rev}", 6),
+            Entry("sample", "impacts{per_rev}", 4),
+            Entry("case", "impacts{per_revolution}", 6),
         ),
     ),
     Figure(
@@ -95,7 +95,7 @@ JOINT = (
         "share of the window's time in contact",
         of="joint",
         sums=Mean("contact_time"),
-        shown=(Shown("forces", "time in contact", 7), Shown("case", "time in contact", 7)),
+        tables=(Entry("forces", "time in contact", 7), Entry("case", "time in contact", 7)),
     ),
     Figure(
         "onset_rate_max",
@@ -103,7 +103,7 @@ JOINT = (
         "largest closing rate at a contact onset",
         of="joint",
         value=field_of_totals("onset_max"),
-        shown=(Shown("forces", "fastest onset", 8), Shown("case", "fastest onset", 8)),
+        tables=(Entry("forces", "fastest onset", 8), Entry("case", "fastest onset", 8)),
     ),
     Figure(
         "yield_speed",
@@ -113,7 +113,7 @@ JOINT = (
         of="joint",
         needs=("strength",),
         differs=False,
-        shown=(Shown("forces", "first yield from", 8, if_any=True),),
+        tables=(Entry("forces", "first yield from", 8, if_any=True),),
     ),
     Figure(
         "onset_rate",
@@ -130,7 +130,7 @@ JOINT = (
         "largest penetration",
         of="joint",
         value=lambda window, index: max(depth(window, index), 0.0),
-        shown=(Shown("forces", "penetration", 9),),
+        tables=(Entry("forces", "penetration", 9),),
     ),
     Figure(
         "eccentricity_max",
@@ -145,7 +145,7 @@ JOINT = (
         "share of the window's time at a penetration beyond the elastic law's range",
         of="joint",
         sums=Mean("beyond_time"),
-        shown=(Shown("forces", "time past its law's range", 10, if_any=True),),
+        tables=(Entry("forces", "time past its law's range", 10, if_any=True),),
     ),
     Figure(
         "force_clips",
@@ -153,7 +153,7 @@ JOINT = (
         "number of times that a contact force became tensile and was clipped at zero",
         of="joint",
         value=field_of_totals("clips"),
-        shown=(Shown("forces", "clips", 11, if_any=True),),
+        tables=(Entry("forces", "clips", 11, if_any=True),),
     ),
     Figure(
         "friction_power",
@@ -162,7 +162,7 @@ JOINT = (
         of="joint",
         needs=("friction",),
         sums=Mean("friction_energy"),
-        shown=(Shown("forces", "friction power", 12, if_any=True), Shown("case", "friction power", 8)),
+        tables=(Entry("forces", "friction power", 12, if_any=True), Entry("case", "friction power", 8)),
     ),
     Figure(
         "temperature",
@@ -171,7 +171,7 @@ JOINT = (
         of="joint",
         needs=("thermal",),
         value=lambda window, index: window.case.joints[index].temperature,
-        shown=(Shown("forces", "temperature", 13, if_any=True), Shown("case", "temperature", 9)),
+        tables=(Entry("forces", "temperature", 13, if_any=True), Entry("case", "temperature", 9)),
     ),
     Figure(
         "clearance_warm",
@@ -180,7 +180,7 @@ JOINT = (
         of="joint",
         needs=("thermal",),
         value=lambda window, index: window.case.joints[index].clearance,
-        shown=(Shown("forces", "warm clearance", 14, if_any=True), Shown("case", "warm clearance", 10)),
+        tables=(Entry("forces", "warm clearance", 14, if_any=True), Entry("case", "warm clearance", 10)),
     ),
     Figure(
         "temperature_ci",
@@ -198,7 +198,7 @@ JOINT = (
         needs=("turns",),
         value=ideal_peak,
         differs=False,
-        shown=(Shown("forces", "ideal peak", 4), Shown("case", "ideal peak", 4)),
+        tables=(Entry("forces", "ideal peak", 4), Entry("case", "ideal peak", 4)),
     ),
     *film.FILM,
     *PEAKS,
@@ -213,7 +213,7 @@ JOINT = (
         of="joint",
         needs=("rests",),
         value=restitution,
-        shown=(Shown("output", "restitution"), Shown("sample", "restitution"), Shown("effects", "restitution", 6)),
+        tables=(Entry("output", "restitution"), Entry("sample", "restitution"), Entry("effects", "restitution", 6)),
         null=NOTHING,
     ),
 )
@@ -224,7 +224,7 @@ MECHANISM = (
         "largest absolute {output} acceleration",
         of="output",
         value=field_of_totals("acceleration_max", "output"),
-        shown=(Shown("output", "{output} acc. peak", 2), Shown("sample", "{output} acc. peak", 21)),
+        tables=(Entry("output", "{output} acc. peak", 2), Entry("sample", "{output} acc. peak", 21)),
     ),
     Figure(
         "acceleration_rms",
@@ -232,7 +232,7 @@ MECHANISM = (
         "root mean square of the {output} acceleration over time",
         of="output",
         sums=RootMean("acceleration_square"),
-        shown=(Shown("output", "{output} acc. rms", 3),),
+        tables=(Entry("output", "{output} acc. rms", 3),),
     ),
     Figure(
         "error_max",
@@ -240,12 +240,12 @@ MECHANISM = (
         "largest distance of the {output} from its position in the ideal mechanism",
         of="output",
         value=field_of_totals("error_max", "output"),
-        shown=(
-            Shown("output", "{output} error", 1),
-            Shown("forces", "{output} error", 12),
-            Shown("sample", "{output} error", 20),
-            Shown("case", "{output} error", 9),
-            Shown("effects", "{output} error", 5),
+        tables=(
+            Entry("output", "{output} error", 1),
+            Entry("forces", "{output} error", 12),
+            Entry("sample", "{output} error", 20),
+            Entry("case", "{output} error", 9),
+            Entry("effects", "{output} error", 5),
         ),
     ),
     crank_speed("min", "least speed"),
@@ -258,7 +258,7 @@ MECHANISM = (
         "largest absolute drive torque",
         needs=("turns",),
         value=field_of_totals("torque_max", "case"),
-        shown=(Shown("output", "crank torque peak", 4), Shown("sample", "crank torque peak", 22)),
+        tables=(Entry("output", "crank torque peak", 4), Entry("sample", "crank torque peak", 22)),
     ),
 )
 #: Figures of observed runs only, under these names: see `lyapunov` and `until`.
@@ -268,7 +268,7 @@ OBSERVED = (
         "1/s",
         "largest Lyapunov exponent: mean rate at which a disturbance grows",
         needs=("horizon",),
-        shown=(Shown("certainty", "Lyapunov exponent", 6),),
+        tables=(Entry("certainty", "Lyapunov exponent", 6),),
     ),
     Figure(
         "horizon_revolutions",
@@ -276,7 +276,7 @@ OBSERVED = (
         "revolutions until a disturbance grows from tolerance times clearance to 1 % of the clearance; null: never",
         needs=("horizon",),
         differs=False,
-        shown=(Shown("certainty", "horizon (rev.)", 7),),
+        tables=(Entry("certainty", "horizon (rev.)", 7),),
     ),
     Figure(
         "revolutions_run",
@@ -284,7 +284,7 @@ OBSERVED = (
         "length of the run, `discard` included",
         needs=("until",),
         differs=False,
-        shown=(Shown("certainty", "revolutions", 1),),
+        tables=(Entry("certainty", "revolutions", 1),),
     ),
     Figure(
         "settled",
@@ -293,7 +293,7 @@ OBSERVED = (
         needs=("until",),
         kind="int",
         differs=False,
-        shown=(Shown("certainty", "settled", 3),),
+        tables=(Entry("certainty", "settled", 3),),
     ),
     Figure(
         "figure_ci",
@@ -301,7 +301,7 @@ OBSERVED = (
         "half-width of the 95 % interval of {until}, from blocks of revolutions",
         needs=("until",),
         differs=False,
-        shown=(Shown("certainty", "95 % interval, half", 5),),
+        tables=(Entry("certainty", "95 % interval, half", 5),),
     ),
 )
 RESIDUAL = Figure(

@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from ...contracts.catalogue import Figure, Shown
+from ...contracts.catalogue import Entry, Figure
 from ...mechanics.joint.film.contract import film_pressure
 from ..sums import DryLoadRatio, DryTime, Mean
 from ..window import Window
@@ -37,7 +37,7 @@ FILM = (
         of="joint",
         needs=("film",),
         value=lambda window, index: window.totals.joint[index].dry_max,
-        shown=(Shown("film", "dry force peak", 8),),
+        tables=(Entry("film", "dry force peak", 8),),
     ),
     Figure(
         "film_thickness_min",
@@ -46,7 +46,7 @@ FILM = (
         of="joint",
         needs=("film",),
         value=film_thickness,
-        shown=(Shown("film", "least film", 1), Shown("effects", "least film", 7)),
+        tables=(Entry("film", "least film", 1), Entry("effects", "least film", 7)),
     ),
     Figure(
         "film_pressure_max",
@@ -55,7 +55,7 @@ FILM = (
         of="joint",
         needs=("film",),
         value=pressure,
-        shown=(Shown("film", "pressure", 2),),
+        tables=(Entry("film", "pressure", 2),),
     ),
     Figure(
         "film_fraction",
@@ -64,7 +64,7 @@ FILM = (
         of="joint",
         needs=("film",),
         sums=DryTime(above=False),
-        shown=(Shown("film", "time on film alone", 4),),
+        tables=(Entry("film", "time on film alone", 4),),
     ),
     Figure(
         "dry_fraction",
@@ -73,7 +73,7 @@ FILM = (
         of="joint",
         needs=("film",),
         sums=DryTime(above=True),
-        shown=(Shown("film", "time on dry contact", 5),),
+        tables=(Entry("film", "time on dry contact", 5),),
     ),
     Figure(
         "dry_load_share",
@@ -82,7 +82,7 @@ FILM = (
         of="joint",
         needs=("film",),
         sums=DryLoadRatio("dry_force_time", "load_time"),
-        shown=(Shown("film", "dry share of the load", 5),),
+        tables=(Entry("film", "dry share of the load", 5),),
     ),
     Figure(
         "film_limit_fraction",
@@ -91,7 +91,7 @@ FILM = (
         of="joint",
         needs=("film",),
         sums=Mean("clamped_time"),
-        shown=(Shown("film", "time past its limit", 6),),
+        tables=(Entry("film", "time past its limit", 6),),
     ),
     Figure(
         "film_loss",
@@ -100,7 +100,7 @@ FILM = (
         of="joint",
         needs=("film",),
         sums=Mean("film_energy"),
-        shown=(Shown("film", "loss", 3),),
+        tables=(Entry("film", "loss", 3),),
     ),
     Figure(
         "film_temperature",
@@ -109,7 +109,7 @@ FILM = (
         of="joint",
         needs=("film",),
         value=lambda window, index: window.case.joints[index].film.temperature,
-        shown=(Shown("film", "temperature", 10),),
+        tables=(Entry("film", "temperature", 10),),
     ),
     Figure(
         "film_temperature_ci",
@@ -118,7 +118,7 @@ FILM = (
         of="joint",
         needs=("film",),
         differs=False,
-        shown=(Shown("film", "95 % interval, half", 11),),
+        tables=(Entry("film", "95 % interval, half", 11),),
     ),
     Figure(
         "film_viscosity",
@@ -128,7 +128,7 @@ FILM = (
         needs=("film",),
         value=lambda window, index: window.case.joints[index].film.viscosity,
         differs=False,
-        shown=(Shown("film", "viscosity", 12),),
+        tables=(Entry("film", "viscosity", 12),),
     ),
     Figure(
         "film_taylor",
@@ -137,6 +137,6 @@ FILM = (
         of="joint",
         needs=("film",),
         value=taylor,
-        shown=(Shown("film", "Taylor number", 9),),
+        tables=(Entry("film", "Taylor number", 9),),
     ),
 )

@@ -1,6 +1,6 @@
 """Figures of merit of a life; `life` computes them under these names."""
 
-from ...contracts.catalogue import Figure, Shown
+from ...contracts.catalogue import Entry, Figure
 
 LIFE = (
     Figure(
@@ -10,7 +10,11 @@ LIFE = (
         of="joint",
         needs=("limited",),
         differs=False,
-        shown=(Shown("wear", "life (rev.)", 1), Shown("sample", "life (rev.)", 7), Shown("effects", "life", 3)),
+        tables=(
+            Entry("wear", "life (rev.)", 1),
+            Entry("sample", "life (rev.)", 7),
+            Entry("effects", "life", 3),
+        ),
     ),
     Figure(
         "life_hours",
@@ -19,7 +23,7 @@ LIFE = (
         of="joint",
         needs=("limited",),
         differs=False,
-        shown=(Shown("wear", "life (hours)", 2),),
+        tables=(Entry("wear", "life (hours)", 2),),
     ),
     Figure(
         "life_low",
@@ -29,7 +33,7 @@ LIFE = (
         of="joint",
         needs=("limited",),
         differs=False,
-        shown=(Shown("wear", "life, low (rev.)", 3),),
+        tables=(Entry("wear", "life, low (rev.)", 3),),
     ),
     Figure(
         "life_high",
@@ -38,7 +42,7 @@ LIFE = (
         of="joint",
         needs=("limited",),
         differs=False,
-        shown=(Shown("wear", "life, high (rev.)", 4),),
+        tables=(Entry("wear", "life, high (rev.)", 4),),
     ),
     Figure(
         "life_low_uncertain",
@@ -48,7 +52,7 @@ LIFE = (
         of="joint",
         needs=("limited", "uncertain"),
         differs=False,
-        shown=(Shown("wear", "life, low, uncertain (rev.)", 4),),
+        tables=(Entry("wear", "life, low, uncertain (rev.)", 4),),
     ),
     Figure(
         "life_high_uncertain",
@@ -57,7 +61,7 @@ LIFE = (
         of="joint",
         needs=("limited", "uncertain"),
         differs=False,
-        shown=(Shown("wear", "life, high, uncertain (rev.)", 4),),
+        tables=(Entry("wear", "life, high, uncertain (rev.)", 4),),
     ),
     Figure(
         "life_jump_error",
@@ -66,7 +70,7 @@ LIFE = (
         of="joint",
         needs=("limited",),
         differs=False,
-        shown=(Shown("wear", "error of jumps", 72),),
+        tables=(Entry("wear", "error of jumps", 72),),
     ),
     Figure(
         "life_blocks",
@@ -76,7 +80,7 @@ LIFE = (
         needs=("limited",),
         kind="int",
         differs=False,
-        shown=(Shown("wear", "blocks", 73),),
+        tables=(Entry("wear", "blocks", 73),),
     ),
     Figure(
         "wear_smoothing",
@@ -86,7 +90,7 @@ LIFE = (
         of="joint",
         needs=("wear", "life"),
         differs=False,
-        shown=(Shown("wear", "smoothing", 74, if_any=True),),
+        tables=(Entry("wear", "smoothing", 74, if_any=True),),
     ),
     Figure(
         "clearance_growth",
@@ -95,6 +99,6 @@ LIFE = (
         of="joint",
         needs=("wear", "life"),
         differs=False,
-        shown=(Shown("wear", "clearance growth", 5),),
+        tables=(Entry("wear", "clearance growth", 5),),
     ),
 )

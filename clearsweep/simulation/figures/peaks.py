@@ -4,7 +4,7 @@ import math
 from collections.abc import Callable
 from functools import partial
 
-from ...contracts.catalogue import Figure, Shown
+from ...contracts.catalogue import Entry, Figure
 from ..window import Window
 
 PEAK_TOLERANCE = 1e-9  # relative difference below which two peaks are the same
@@ -33,7 +33,7 @@ def peak_turn(window: Window, index: int) -> int | None:
     return highest[1] if highest and highest[0] >= (1.0 - PEAK_TOLERANCE) * largest > 0.0 else None
 
 
-def peak_quantile_figures(name: str, text: str, shown: Shown) -> tuple[Figure, ...]:
+def peak_quantile_figures(name: str, text: str, entry: Entry) -> tuple[Figure, ...]:
     """Return the figures of a quantile of force peaks per revolution: its value and the ends of its interval."""
 
     def value(end: str) -> Callable[[Window, int], float | None]:
@@ -42,7 +42,7 @@ def peak_quantile_figures(name: str, text: str, shown: Shown) -> tuple[Figure, .
     column, end = f"force_peak_{name}", "{} end of the 95 % interval of {}; null: too few revolutions"
     figure = partial(Figure, unit="N", of="joint", needs=("turns",))
     return (
-        figure(column, text=text, value=value("value"), shown=(shown,)),
+        figure(column, text=text, value=value("value"), tables=(entry,)),
         figure(f"{column}_low", text=end.format("lower", column), value=value("low"), differs=False),
         figure(f"{column}_high", text=end.format("upper", column), value=value("high"), differs=False),
     )
@@ -76,12 +76,12 @@ PEAKS = (
     *peak_quantile_figures(
         "median",
         "median of the largest normal forces of the window's revolutions",
-        Shown("forces", "median of revolutions", 3),
+        Entry("forces", "median of revolutions", 3),
     ),
     *peak_quantile_figures(
         "p95",
         "95 % quantile of the largest normal forces of the window's revolutions",
-        Shown("forces", "95 % of revolutions", 3),
+        Entry("forces", "95 % of revolutions", 3),
     ),
     Figure(
         "force_peak_million",
@@ -92,7 +92,7 @@ PEAKS = (
         needs=("turns",),
         value=_expected_largest("value"),
         differs=False,
-        shown=(Shown("forces", "expected in 10⁶ revolutions", 3, if_any=True),),
+        tables=(Entry("forces", "expected in 10⁶ revolutions", 3, if_any=True),),
     ),
     Figure(
         "force_peak_million_high",
@@ -109,7 +109,11 @@ PEAKS = (
         "largest resultant of normal and friction force in the window, located",
         of="joint",
         value=load_peak,
-        shown=(Shown("forces", "load peak", 3), Shown("sample", "load peak", 3), Shown("case", "load peak", 3)),
+        tables=(
+            Entry("forces", "load peak", 3),
+            Entry("sample", "load peak", 3),
+            Entry("case", "load peak", 3),
+        ),
     ),
     Figure(
         "force_peak_ratio",
@@ -118,10 +122,10 @@ PEAKS = (
         of="joint",
         needs=("turns",),
         value=peak_ratio,
-        shown=(
-            Shown("forces", "load / ideal", 5),
-            Shown("sample", "load / ideal", 3),
-            Shown("case", "load / ideal", 4),
+        tables=(
+            Entry("forces", "load / ideal", 5),
+            Entry("sample", "load / ideal", 3),
+            Entry("case", "load / ideal", 4),
         ),
     ),
 )
@@ -135,6 +139,6 @@ PERIOD = (
         kind="int",
         value=lambda window, _: window.period,
         differs=False,
-        shown=(Shown("certainty", "period", 2),),
+        tables=(Entry("certainty", "period", 2),),
     ),
 )

@@ -2,7 +2,7 @@
 
 import math
 
-from ...contracts.catalogue import ENDLESS, Figure, Shown
+from ...contracts.catalogue import ENDLESS, Entry, Figure
 from ...mechanics.joint.spatial import jam_angle
 from ..sums import PerRevolution
 from ..window import Window
@@ -28,7 +28,7 @@ SPATIAL = (
         of="joint",
         needs=("spatial",),
         value=lambda window, index: window.totals.joint[index].tilt_max,
-        shown=(Shown("forces", "tilt", 20),),
+        tables=(Entry("forces", "tilt", 20),),
     ),
     Figure(
         "tilt_limit",
@@ -39,7 +39,7 @@ SPATIAL = (
         value=tilt_limit,
         differs=False,
         null=ENDLESS,
-        shown=(Shown("forces", "tilt that jams", 21),),
+        tables=(Entry("forces", "tilt that jams", 21),),
     ),
     Figure(
         "edge_load_share",
@@ -48,7 +48,7 @@ SPATIAL = (
         of="joint",
         needs=("spatial",),
         value=edge_load_share,
-        shown=(Shown("forces", "edge load share", 22),),
+        tables=(Entry("forces", "edge load share", 22),),
     ),
     Figure(
         "axial_force_peak",
@@ -57,7 +57,7 @@ SPATIAL = (
         of="joint",
         needs=("spatial", "axial"),
         value=lambda window, index: window.totals.joint[index].axial_force_max,
-        shown=(Shown("forces", "axial force peak", 23),),
+        tables=(Entry("forces", "axial force peak", 23),),
     ),
     Figure(
         "axial_impacts_per_rev",
@@ -66,6 +66,6 @@ SPATIAL = (
         of="joint",
         needs=("spatial", "axial"),
         sums=PerRevolution("axial_onsets"),
-        shown=(Shown("forces", "axial impacts{per_rev}", 24),),
+        tables=(Entry("forces", "axial impacts{per_rev}", 24),),
     ),
 )

@@ -2,7 +2,7 @@
 
 import math
 
-from ...contracts.catalogue import Figure, Shown
+from ...contracts.catalogue import Entry, Figure
 from ..window import Window
 
 
@@ -26,7 +26,7 @@ START_UP_TIME = Figure(
     needs=("free",),
     value=lambda window, _: window.totals.mechanism.target_time or None,
     differs=False,
-    shown=(Shown("output", "start-up time", 6),),
+    tables=(Entry("output", "start-up time", 6),),
 )
 CRANK_SPEED_AFTER = Figure(
     "crank_speed_after",
@@ -35,7 +35,7 @@ CRANK_SPEED_AFTER = Figure(
     needs=("free",),
     value=min_speed_after_start,
     differs=False,
-    shown=(Shown("output", "least crank speed after the start", 7),),
+    tables=(Entry("output", "least crank speed after the start", 7),),
 )
 FORCE_PEAK_START = Figure(
     "force_peak_start",

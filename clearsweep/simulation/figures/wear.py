@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ...contracts.catalogue import Figure, Shown
+from ...contracts.catalogue import Entry, Figure
 from ...mechanics.joint.spatial.form import KINDS as SPATIAL
 from ...mechanics.joint.wear.contract import (
     ARC_COUNT,
@@ -89,7 +89,11 @@ WEAR = (
         of="joint",
         needs=("wear",),
         value=lambda window, index: max(map(np.max, depths_of(window, index))),
-        shown=(Shown("wear", "depth"), Shown("sample", "wear depth", 5), Shown("effects", "wear depth", 4)),
+        tables=(
+            Entry("wear", "depth"),
+            Entry("sample", "wear depth", 5),
+            Entry("effects", "wear depth", 4),
+        ),
     ),
     Figure(
         "wear_rate_max",
@@ -98,7 +102,7 @@ WEAR = (
         of="joint",
         needs=("wear",),
         sums=DepthRate(),
-        shown=(Shown("wear", "depth rate"),),
+        tables=(Entry("wear", "depth rate"),),
     ),
     Figure(
         "wear_volume",
@@ -107,7 +111,7 @@ WEAR = (
         of="joint",
         needs=("wear",),
         value=volume,
-        shown=(Shown("wear", "volume"), Shown("sample", "wear volume", 6)),
+        tables=(Entry("wear", "volume"), Entry("sample", "wear volume", 6)),
     ),
     Figure(
         "wear_narrow_arcs",
@@ -116,7 +120,7 @@ WEAR = (
         of="joint",
         needs=("wear",),
         value=narrow_arcs,
-        shown=(Shown("wear", "narrow arcs", 70),),
+        tables=(Entry("wear", "narrow arcs", 70),),
     ),
     Figure(
         "wear_bins_enough",
@@ -127,7 +131,7 @@ WEAR = (
         kind="int",
         value=sufficient_bins,
         differs=False,
-        shown=(Shown("wear", "bins enough", 71),),
+        tables=(Entry("wear", "bins enough", 71),),
     ),
     Figure(
         "pressure_peak",
@@ -136,7 +140,7 @@ WEAR = (
         of="joint",
         needs=("wear",),
         value=lambda window, index: window.totals.account[index, PRESSURE_MAX],
-        shown=(Shown("wear", "pressure peak", 55),),
+        tables=(Entry("wear", "pressure peak", 55),),
     ),
     Figure(
         "pressure_mean",
@@ -145,7 +149,7 @@ WEAR = (
         of="joint",
         needs=("wear",),
         value=pressure_mean,
-        shown=(Shown("wear", "pressure mean", 56),),
+        tables=(Entry("wear", "pressure mean", 56),),
     ),
     Figure(
         "pv_peak",
@@ -154,7 +158,7 @@ WEAR = (
         of="joint",
         needs=("wear",),
         value=lambda window, index: window.totals.account[index, PV_MAX],
-        shown=(Shown("wear", "pV peak", 57),),
+        tables=(Entry("wear", "pV peak", 57),),
     ),
     Figure(
         "pv_mean",
@@ -163,7 +167,7 @@ WEAR = (
         of="joint",
         needs=("wear",),
         value=pv_mean,
-        shown=(Shown("wear", "pV mean", 57),),
+        tables=(Entry("wear", "pV mean", 57),),
     ),
     Figure(
         "pv_limit_fraction",
@@ -172,6 +176,6 @@ WEAR = (
         of="joint",
         needs=("wear",),
         value=pv_beyond,
-        shown=(Shown("wear", "time past pv_limit", 58, if_any=True),),
+        tables=(Entry("wear", "time past pv_limit", 58, if_any=True),),
     ),
 )

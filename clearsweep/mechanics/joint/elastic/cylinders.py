@@ -145,7 +145,7 @@ register_line_law(
                 False,
                 False,
                 default=2,
-                whole=True,
+                integer=True,
             ),
         ),
         contact="line",

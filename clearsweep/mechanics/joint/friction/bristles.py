@@ -81,7 +81,7 @@ register(
                 default=1.0,
             ),
         ),
-        remembers=True,
+        has_state=True,
         notes="z, the deflection of the bristles, begins at 0 with every contact.  No static friction above the "
         "kinetic one; creeps under an alternating load.  A shape below 1, with a corner at the onset of sliding, is "
         "not available.  Friction settles within mu / sigma0 of sliding: 1 um with mu = 0.1 and 1e5 1/m, which is "
@@ -188,7 +188,7 @@ register(
         "after Canudas de Wit, Olsson, Astrom & Lischinsky 1995, IEEE Trans. Autom. Control 40:419; per load, the "
         "falling damping after Olsson 1996, Control Systems with Friction, Lund",
         DAMPED_BRISTLES,
-        remembers=True,
+        has_state=True,
         notes="z, the deflection of the bristles, begins at 0 with every contact.  With a damping that does not fall, "
         "a large damping_velocity, the bristles drive where sigma1 > 4 g / |slip|: from 1.3 mm/s on with mu = 0.1, "
         "sigma1 = 316 s/m; left out, damping_velocity is 4 sqrt(2 e) min(mu, mu_s) / sigma1 and they never do under a "
@@ -261,7 +261,7 @@ register(
                 default=0.7,
             ),
         ),
-        remembers=True,
+        has_state=True,
         notes="Under an alternating force below elastic_share mu N no displacement remains; lugre, whose a is 1 "
         "throughout, creeps.  Otherwise as lugre: z begins at 0 with every contact; left out, damping_velocity is 4 "
         "sqrt(2 e) mu / sigma1, with which the bristles never drive under a steady load; friction settles within g / "

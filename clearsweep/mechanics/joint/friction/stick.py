@@ -95,7 +95,7 @@ register(
                 "band", "m/s", "sliding speed below which the surfaces stick; choose it well below stribeck_velocity"
             ),
         ),
-        remembers=True,
+        has_state=True,
         sticks=True,
         notes="T in the band follows from the motion: it makes the sliding speed decay at the crank's rate.  The "
         "remaining creep, below band, has no physical meaning.  The edge of the band is located; T jumps there.  "
