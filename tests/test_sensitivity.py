@@ -311,8 +311,8 @@ def test_the_report_flags_what_is_chaotic_and_says_what_was_not_checked(run, aga
     text = report.write(made, tmp_path / "page.html").read_text(encoding="utf-8")
     assert ("Force peak is chaotic here" in text) == again
     assert ("is not known to be free of chaos here" in text) != again
-    assert ("This run did not measure chaos" in text) != again
-    assert ("simulate: {error_check: true}" in text) != again
+    assert ("This run only gives an upper bound of the share of chance" in text) != again
+    assert ("A run with <code>error_check: true</code>" in text or "A run with `error_check: true`" in text) != again
     report.tables(made, tmp_path / "tables")
     with open(tmp_path / "tables" / "sensitivity.csv", encoding="utf-8") as stream:
         *_, row = [row for row in csv.DictReader(stream) if row["figure"] == "force peak"]
