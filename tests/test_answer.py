@@ -215,7 +215,7 @@ def test_a_start_that_was_cut_off_is_no_rival_of_one_that_reached_its_speed():
         f"revolutions by the motor's torque: run {np.ceil(1.25 * needed):.0f} or more."
     )
     assert force.startswith("Largest normal force of the started cases: 5 at speed 2 (case 0000000")
-    last = "The peak is unknown with speed 3: at least 9 until the end of the run."
+    last = "The peak is unknown with speed 3: 9 until the end of the run, but it may become the highest."
     assert force.endswith(f"{last} In longer runs the started cases may have higher peaks, too.")
     period = Column("period", "1", "")
     repeating = made._replace(layout=made.layout._replace(columns=(*made.layout.columns, period)))

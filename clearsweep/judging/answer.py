@@ -53,7 +53,7 @@ def start_force_sentences(cases: FinishedCases) -> list[str]:
         lines[0] = f"{lines[0].replace(': ', f'{within}: ', 1)} Until the start-up time: {force_until_start}."
     unknown_text = start_up.force_of_cut_off(cases, worst_case[1][0]) if worst_case is not None else ""
     if unknown_text and len(started.case_ids) < len(cases.case_ids):
-        lines[0] += f" The peak is {unknown_text} until the end of the run."
+        lines[0] += f" The peak is {unknown_text}."
     if worst_case is not None and start_up.may_peak_later(started):
         has_cut_off = len(started.case_ids) < len(cases.case_ids)
         lines[0] += f" {start_up.LONGER_RUNS_OF_STARTED if has_cut_off else start_up.LONGER_RUNS}"

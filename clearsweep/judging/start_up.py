@@ -234,7 +234,7 @@ def within_revolutions_text(cases: FinishedCases) -> str:
 
 
 def force_of_cut_off(cases: FinishedCases, column: str) -> str:
-    """Return a lower bound of a force of the starts that were cut off in words, or '' if there is none.
+    """Return what is known of a force of the starts that were cut off in words, or '' if there is none.
 
     column : the force
     """
@@ -243,7 +243,8 @@ def force_of_cut_off(cases: FinishedCases, column: str) -> str:
         return ""
     force = float(cases.values_of(column)[is_cut_off].max())
     subject = _missing_text(cases, is_cut_off) or "of the starts that were cut off"
-    return f"unknown {subject}: at least {cases.format_values(column, [force])[0]}"
+    force_text = cases.format_values(column, [force])[0]
+    return f"unknown {subject}: {force_text} until the end of the run, but it may become the highest"
 
 
 def may_peak_later(started: FinishedCases) -> bool:

@@ -89,10 +89,12 @@ def _largest_cards(study: Study, figure: str, name: str, suffix: str) -> list[tu
     if figure == PEAK.figure and joint and case_ranking_of(study).question == "start-up":
         force_until_start = start_up.start_force_text(start_up.started_cases(answer_cases(study)), joint.name)
         until_note = force_until_start and f"until the start: {force_until_start}"
-        unknown_note = start_up.force_of_cut_off(answer_cases(study), column) if start_note else ""
+        cut_off_text = start_up.force_of_cut_off(answer_cases(study), column) if start_note else ""
+        unknown_note = cut_off_text.partition(":")[0]  # the answer gives the rest
         location_note = _setting_text(study, str(worst)) + start_up.within_revolutions_text(answer_cases(study))
         can_rise = start_up.may_peak_later(start_up.started_cases(answer_cases(study)))
         later_note = "higher peaks possible in longer runs" if can_rise else ""
+        name += " of the started cases" if start_note else ""
         start_note = "; ".join(filter(None, (location_note, until_note, unknown_note, later_note)))
     elastic_note = ""
     if joint and figure == ONSET_FIGURE:
@@ -252,7 +254,8 @@ def _probability_cards(study: Study) -> list[tuple[str, str, str]]:
     ).partition(" (")
     window = probability.window_text(study.run.grid).strip()
     if sampled.longer_run_warning(answer_cases(study), [limit.column for limit in study.limits]):
-        window += "; a lower bound: longer runs exceed limits more often"
+        value = f"at least {value}"
+        window += "; longer runs exceed limits more often"
     note = f"{window}; {interval.removesuffix(')')}, from the number of cases only"
     return [("Probability of exceeding a limit", value, note.replace(" %", f"{wording.BLANK}%"))]
 
