@@ -454,7 +454,7 @@ MUTATIONS = (
     Mutation(
         "store/assemble.py",
         "merge",
-        "if merged == merged_files:",
+        "if current_checksums == recorded_checksums:",
         "if True:",
         "tests/test_sweep.py -k merged_file",
     ),
