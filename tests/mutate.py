@@ -307,8 +307,8 @@ MUTATIONS = (
     Mutation(
         ARCHARD,
         "_wear_rate_archard",
-        "pressure_times_speed = sliding.pressure_sum",
-        "pressure_times_speed = 3.0 * sliding.pressure_sum",
+        "pressure_times_speed = sliding.pressure_integral",
+        "pressure_times_speed = 3.0 * sliding.pressure_integral",
         BINS,
     ),
     Mutation(
@@ -441,7 +441,9 @@ MUTATIONS = (
         "first[selection], count[selection] = 0,",
         STORE,
     ),
-    Mutation("store/assemble.py", "mark_of", 'for column in ("id", "row"):', 'for column in ("id",):', STRANGERS),
+    Mutation(
+        "store/assemble.py", "content_hash_of", 'for column in ("id", "row"):', 'for column in ("id",):', STRANGERS
+    ),
     Mutation(
         "store/summary.py",
         "_rows_of_batches",
@@ -452,7 +454,7 @@ MUTATIONS = (
     Mutation(
         "store/assemble.py",
         "merge",
-        "if merged == merged_files:",
+        "if current_checksums == recorded_checksums:",
         "if True:",
         "tests/test_sweep.py -k merged_file",
     ),

@@ -10,7 +10,13 @@ import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import Joint
-from clearsweep.mechanics.joint.wear.arc_over_step import ON_BEARING, ON_JOURNAL, POINTS, ROWS, WORKSPACE_SIZE
+from clearsweep.mechanics.joint.wear.arc_over_step import (
+    BEARING_ANGLE_ROW,
+    JOURNAL_ANGLE_ROW,
+    POINTS,
+    ROWS,
+    WORKSPACE_SIZE,
+)
 from clearsweep.mechanics.joint.wear.archard import Archard
 from clearsweep.mechanics.joint.wear.binning import update_worn_profile
 from clearsweep.mechanics.joint.wear.contract import (
@@ -52,8 +58,8 @@ def slide(joint, force, *, turns=0.0, way=0.0, pen=1e-6, at=(0.3, 0.0)):
     way = way or 2.0 * math.pi * joint.journal_radius * turns
     for row, value in ((FORCE_ROW, force / 0.02), (KAPPA_ROW, 1.0), (SLIP_ROW, way), (DEPTH_ROW, pen)):
         polynomials[row, 0], step_values[row] = value, value
-    polynomials[ON_BEARING, 0] = at[0]
-    polynomials[ON_JOURNAL, :2] = at[1], -2.0 * math.pi * turns
+    polynomials[BEARING_ANGLE_ROW, 0] = at[0]
+    polynomials[JOURNAL_ANGLE_ROW, :2] = at[1], -2.0 * math.pi * turns
     return both(joint, polynomials, step_values)
 
 
@@ -134,7 +140,7 @@ def test_an_arc_that_travels_and_grows_within_a_step_leaves_the_exact_means():
     polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
     polynomials[FORCE_ROW, :3] = 2.5e5, 3e5, -5e4  # N/m
     polynomials[KAPPA_ROW, 0], polynomials[SLIP_ROW, 0] = 1.0, 1e-3
-    polynomials[ON_BEARING, :3] = 0.3, 0.06, -0.02
+    polynomials[BEARING_ANGLE_ROW, :3] = 0.3, 0.06, -0.02
     depths, _ = both(joint, polynomials, step_values)
     x = (np.arange(count) + 0.5) / count
     load = 2.5e5 + 3e5 * x - 5e4 * x**2
@@ -161,7 +167,7 @@ def test_the_bins_of_an_arc_that_travels_sum_to_the_volume_of_the_step(pressure,
     polynomials[FORCE_ROW, :3], polynomials[DEPTH_ROW, :3], polynomials[KAPPA_ROW, 0] = load, depth, 1.0
     polynomials[SLIP_ROW, :2] = sliding
     step_values[SLIP_ROW] = np.polyval(sliding[::-1], np.arange(PARTS + 1) / PARTS)
-    for row, at in ((ON_BEARING, 0.3), (ON_JOURNAL, 5.9)):
+    for row, at in ((BEARING_ANGLE_ROW, 0.3), (JOURNAL_ANGLE_ROW, 5.9)):
         polynomials[row, :3] = at, travel, turn
     nodes, weights = np.polynomial.legendre.leggauss(200)
     kink = -sliding[0] / sliding[1] if sliding[1] else 0.5
@@ -397,7 +403,7 @@ def test_an_even_arc_that_opens_at_an_onset_and_travels_leaves_the_exact_means(a
     polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
     polynomials[FORCE_ROW, 3], polynomials[DEPTH_ROW, 2] = 3e5, 1e-5  # N/m, m: as of a ball that touches
     polynomials[KAPPA_ROW, 0], polynomials[SLIP_ROW, 0] = 1.0, 1e-3
-    polynomials[ON_BEARING, :3] = angle, way, -0.2 * way
+    polynomials[BEARING_ANGLE_ROW, :3] = angle, way, -0.2 * way
     bearing, _ = both(joint, polynomials, step_values)
     x = (np.arange(count) + 0.5) / count
     half, middle = np.arccos(0.5e-3 / (0.5e-3 + 1e-5 * x**2)), angle + way * x - 0.2 * way * x**2

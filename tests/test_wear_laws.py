@@ -16,7 +16,7 @@ from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.dry import Joint
-from clearsweep.mechanics.joint.wear.arc_over_step import ON_BEARING, POINTS
+from clearsweep.mechanics.joint.wear.arc_over_step import BEARING_ANGLE_ROW, POINTS
 from clearsweep.mechanics.joint.wear.archard import Archard, Energy, RunningIn
 from clearsweep.mechanics.joint.wear.contract import PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
 from clearsweep.mechanics.joint.wear.persson import Persson
@@ -36,7 +36,7 @@ def slide(law, *, steps=1, duration=0.1, friction=0.0, pen=1e-6, load=LOAD):
     """Return the depths (m) of the bearing and the account after steady sliding, in `steps` of equal length."""
     history = steady(duration, load, -SPEED, pen, friction * load * SPEED, 0.3)
     depths, _, account, workspace = worn_off(joint_of(law), history, steps)
-    assert workspace[ON_BEARING * POINTS] == pytest.approx(0.3, rel=1e-12)
+    assert workspace[BEARING_ANGLE_ROW * POINTS] == pytest.approx(0.3, rel=1e-12)
     return depths, account
 
 

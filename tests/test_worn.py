@@ -23,7 +23,13 @@ from clearsweep.mechanics.joint.contract import every_contact
 from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
 from clearsweep.mechanics.joint.modes import PRESSED
 from clearsweep.mechanics.joint.nearest import GapWithAngles, nearest
-from clearsweep.mechanics.joint.wear.arc_over_step import DEEPEST, ON_BEARING, ON_JOURNAL, POINTS, WORKSPACE_SIZE
+from clearsweep.mechanics.joint.wear.arc_over_step import (
+    BEARING_ANGLE_ROW,
+    JOURNAL_ANGLE_ROW,
+    PENETRATION_ROW,
+    POINTS,
+    WORKSPACE_SIZE,
+)
 from clearsweep.mechanics.joint.wear.contract import Bins, Worn, local_clearance
 from clearsweep.mechanics.joint.wear.foundation import arc_at, pressure_integral_over_load, update_wear_under_arc
 from clearsweep.mechanics.joint.wear.shape import (
@@ -276,7 +282,11 @@ def test_where_nothing_is_worn_springs_press_as_the_closed_form_of_circles_has_i
 def room_at(on_bearing, on_journal, depth):
     """Return what a step knows of a contact that rests still."""
     workspace = np.zeros(WORKSPACE_SIZE)
-    workspace[[ON_BEARING * POINTS, ON_JOURNAL * POINTS, DEEPEST * POINTS]] = on_bearing, on_journal, depth
+    workspace[[BEARING_ANGLE_ROW * POINTS, JOURNAL_ANGLE_ROW * POINTS, PENETRATION_ROW * POINTS]] = (
+        on_bearing,
+        on_journal,
+        depth,
+    )
     return workspace
 
 

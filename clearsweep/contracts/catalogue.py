@@ -195,7 +195,7 @@ class Keys(NamedTuple):
     family: str = ""  # family of the laws that the key `law` chooses from
     flags: tuple[tuple[str, str], ...] = ()  # name and description of keys that are true or left out
     scalar_factors: tuple[int, ...] = ()  # of a list: factors that turn a single quantity into the items
-    given: str = ""  # of friction laws: 'torque' or 'force' instead of a coefficient, see `with_given_size`
+    given_size_key: str = ""  # of friction laws: 'torque' or 'force' instead of a coefficient, see `with_given_size`
 
     @property
     def items(self) -> int:
@@ -239,7 +239,7 @@ class Mechanism(NamedTuple):
     build: Callable | None
     output: Output | None = None
     orders: tuple[Order, ...] = ()
-    outlined: Callable | None = None  # outline.Outline -> the mechanism with the keys and parts of the outline
+    with_outline: Callable | None = None  # outline.Outline -> the mechanism with the keys and parts of the outline
     #: case.Case -> planar machine.Machine: for the ideal motion, and for building it if `build` is None
     machine: Callable | None = None
     refusal: Callable | None = None  # (Mechanism, Case) -> path below `mechanism` and sentence, or None if valid
@@ -316,10 +316,10 @@ class Catalogue(NamedTuple):
         """Return the mechanism called `name`, or None."""
         return next((mechanism for mechanism in self.mechanisms if mechanism.name == name), None)
 
-    def outlined(self, name: str, outline: Outline) -> Mechanism | None:
+    def with_outline(self, name: str, outline: Outline) -> Mechanism | None:
         """Return the mechanism called `name` with the parts in this outline, or None."""
         mechanism = self.mechanism(name)
-        return mechanism.outlined(outline) if mechanism and mechanism.outlined else mechanism
+        return mechanism.with_outline(outline) if mechanism and mechanism.with_outline else mechanism
 
     def of(self, family: str) -> tuple[Law, ...]:
         """Return the laws of one family."""

@@ -136,7 +136,7 @@ class Layout(NamedTuple):
     @classmethod
     def with_features(cls, features: "CaseFeatures", catalogue: Catalogue) -> "Layout":
         """Return the layout of cases with these properties."""
-        mechanism = catalogue.outlined(features.mechanism, features.outline)
+        mechanism = catalogue.with_outline(features.mechanism, features.outline)
         assert mechanism is not None, features.mechanism  # a case always has a known mechanism
         requested = {name for name in REQUESTED_COLUMNS if getattr(features, name)}
         frictions = (*rubbing_joints(features.outline), *features.preloads)

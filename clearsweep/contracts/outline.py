@@ -72,7 +72,7 @@ IN_SPACE = Outline(
 )
 
 #: An outline with everything that a grid may define, for lists of keys.
-EVERYTHING = Outline(
+FULL_OUTLINE = Outline(
     drive=ANY,
     loads=(LoadOutline(ANY, ANY, ANY),),
     bodies=(BodyOutline(GROUND, (ANY,)), BodyOutline(ANY, (ANY,))),

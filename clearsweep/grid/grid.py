@@ -235,8 +235,8 @@ class Grid:
         fillers |= {path: value for path, value in start_values if not path.startswith(DEFINE_PREFIX)}
         fillers |= {
             DEFINE_PREFIX + name: self.defined.grid_text(name)
-            for name in self.defined.texts
-            if name in self.defined.varied
+            for name in self.defined.expression_by_name
+            if name in self.defined.varied_names
         }
         base = {path: value for path, value in self._fixed_values.items() if not path.startswith(f"{UNCERTAIN}.")}
         base = with_material_names(base, self.materials)
@@ -297,7 +297,9 @@ class Grid:
         values_in_use |= dict(uncertain_leaves(self.uncertain))
         base = {path: value for path, value in with_dependent_values(values_in_use).items() if path not in self.axes}
         return (
-            base | {path: f"= {text}" for path, text in self.defined.dependents.items()} | self.defined.needed_texts()
+            base
+            | {path: f"= {text}" for path, text in self.defined.dependents.items()}
+            | self.defined.needed_definitions()
         )
 
     @cached_property

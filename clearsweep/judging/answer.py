@@ -203,7 +203,7 @@ def position_error_sentences(cases: FinishedCases) -> list[str]:
 def _strongest_effect_sentences(cases: FinishedCases, name: str) -> list[str]:
     """Return the strongest effect on a column, with 'it' as its subject."""
     values = cases.values_of(name).astype(float)
-    return effects.sentences(cases, effects.PRONOUN, values, partial(cases.format_values, name), 1)
+    return effects.sentences(cases, effects.FIGURE_PRONOUN, values, partial(cases.format_values, name), 1)
 
 
 def limit_sentences(cases: FinishedCases) -> list[str]:

@@ -27,7 +27,7 @@ def crossover_interaction_sentence(
     )
     if not trend_sentences:  # scatter without a cause
         return ""
-    name_and_value = cases.name_and_value(0, axis)
+    name_and_value = cases.describe_value(0, axis)
     name, combination_count_text = (
         name_and_value[0] if name_and_value else axis,
         wording.count_text(rising_count + falling_count, "combination"),

@@ -244,7 +244,7 @@ def _sentences_on_drivers(
 def _drawn_variables(cases: FinishedCases) -> tuple[dict[str, np.ndarray], dict[str, str]]:
     """Return the values (n,) of the drawn variables and their names in words, by path."""
     drawn = {path: cases.values_of(path).astype(float) for path in cases.varied_paths}
-    names_and_values = {path: cases.name_and_value(0, path) for path in cases.varied_paths}
+    names_and_values = {path: cases.describe_value(0, path) for path in cases.varied_paths}
     return drawn, {path: pair[0] if pair else path for path, pair in names_and_values.items()}
 
 

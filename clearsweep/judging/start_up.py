@@ -187,7 +187,7 @@ def _settings_text(cases: FinishedCases, shared: list[tuple[str, np.ndarray]]) -
     """Return varied values in words: 'drive inertia 0.002 kg*m^2 or 0.008 kg*m^2'; shared : as of `_shared_values`."""
     texts: dict[str, list[str]] = {}
     for path, has_value in shared:
-        pair = cases.name_and_value(int(np.flatnonzero(has_value)[0]), path)
+        pair = cases.describe_value(int(np.flatnonzero(has_value)[0]), path)
         if pair is not None:
             texts.setdefault(pair[0], []).append(pair[1])
     return " or ".join(f"{name} {' or '.join(values)}" for name, values in texts.items())
@@ -266,7 +266,7 @@ def started_cases(cases: FinishedCases) -> FinishedCases:
     return cases._replace(
         case_ids=[cases.case_ids[index] for index in started.tolist()],
         values_of=lambda name: cases.values_of(name)[started],
-        name_and_value=lambda index, path: cases.name_and_value(int(started[index]), path),
+        describe_value=lambda index, path: cases.describe_value(int(started[index]), path),
     )
 
 

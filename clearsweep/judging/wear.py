@@ -29,7 +29,7 @@ def sentences(cases: FinishedCases) -> list[str]:
         )
         remarks = forecast_remark(cases, joint, worst_case, float(depths[worst_case]))
         remarks += worn_away_sentences(cases, joint, depths)
-        effect_sentences = effects.sentences(cases, effects.PRONOUN, depths, _depth_texts, 1)
+        effect_sentences = effects.sentences(cases, effects.FIGURE_PRONOUN, depths, _depth_texts, 1)
         if remarks:  # 'it' would be the last one's subject
             effect_sentences = [sentence.replace("It ", "The depth ", 1) for sentence in effect_sentences]
         lines.append(" ".join([text, *remarks, *effect_sentences]))

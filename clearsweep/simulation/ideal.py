@@ -21,12 +21,12 @@ SAMPLES_PER_TURN = 720  # initial samples of a turn
 def mechanism_of(case: Case) -> Mechanism:
     """Return the mechanism of a case, with the user-defined parts of its grid."""
     mechanism: Mechanism = MECHANISMS[case.mechanism.type]
-    return _outlined(mechanism.outlined, case.outline) if mechanism.outlined else mechanism
+    return _mechanism_with_outline(mechanism.with_outline, case.outline) if mechanism.with_outline else mechanism
 
 
 @functools.lru_cache(maxsize=256)  # the cases of a sweep share it
-def _outlined(outlined: Callable[[Outline], Mechanism], outline: Outline) -> Mechanism:
-    return outlined(outline)
+def _mechanism_with_outline(with_outline: Callable[[Outline], Mechanism], outline: Outline) -> Mechanism:
+    return with_outline(outline)
 
 
 def machine_of(mechanism: Mechanism, case: Case) -> Machine | None:

@@ -11,10 +11,10 @@ from ..language import phases
 from . import durable
 from .batch import ResultSchema
 from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE, RunDirectory
-from .orbits import FORMAT, write_orbits
+from .orbits import HDF5_LIBRARY_VERSIONS, write_orbits
 from .record import read_record
 from .summary import ROWS_IN_MEMORY, summary_groups, write_summary
-from .worst import FindPeaks, worst_cases, write_worst
+from .worst import ComputePeakRevolutions, worst_cases, write_worst
 
 
 def merge(
@@ -23,34 +23,37 @@ def merge(
     rows: np.ndarray,
     *,
     report: Callable[[str], None] = lambda _: None,
-    find_peaks: FindPeaks = lambda worst: [None] * len(worst),
+    compute_peak_revolutions: ComputePeakRevolutions = lambda worst: [None] * len(worst),
 ) -> dict[str, str]:
-    """Write orbits.h5 and summary.parquet with exactly the cases in `rows` (ROWS, ascending by id), unless present.
+    """Write orbits.h5 and summary.parquet with exactly the cases in `rows`, unless present.
 
-    Return the mark of their content and their checksums, by which the next run recognises unchanged files.
-    `report` receives a sentence for each changed file.  `find_peaks` computes the peak revolutions of the worst cases.
+    rows : structured array with the fields `id`, `batch` and `row`, ascending by id.
+    Return the hash of their content and their checksums, by which the next run recognises unchanged files.
+    `report` receives a sentence for each changed file.  `compute_peak_revolutions` returns those of the worst cases.
     """
-    mark = mark_of(run, result_schema, rows)
-    merged_files: dict[str, str] = read_record(run.path).get("merged", {})
-    if merged_files.get("mark") == mark:
-        merged = _checksums(run, mark)
-        if merged == merged_files:
-            return merged_files
-        for name in sorted(merged_files):
-            if merged.get(name) != merged_files[name]:
-                state = "damaged (its checksum is not that in run.json)" if name in merged else "missing"
+    content_hash = content_hash_of(run, result_schema, rows)
+    recorded_checksums: dict[str, str] = read_record(run.path).get("merged", {})
+    if recorded_checksums.get("mark") == content_hash:
+        current_checksums = _checksums(run, content_hash)
+        if current_checksums == recorded_checksums:
+            return recorded_checksums
+        for name in sorted(recorded_checksums):
+            if current_checksums.get(name) != recorded_checksums[name]:
+                state = "damaged (its checksum is not that in run.json)" if name in current_checksums else "missing"
                 report(f"{name}: {state}; written again from the batches")
     worst = worst_cases(result_schema, lambda schema: summary_groups(run, schema, rows)) if result_schema.worst else []
-    peaks = [(case, peak) for case, peak in zip(worst, find_peaks(worst) if worst else [], strict=True) if peak]
+    peaks = [
+        (case, peak) for case, peak in zip(worst, compute_peak_revolutions(worst) if worst else [], strict=True) if peak
+    ]
     with durable.storing(run.path):
-        with contextlib.ExitStack() as finished:
+        with contextlib.ExitStack() as exit_stack:
             summary, orbits = (
-                finished.enter_context(durable.publishing(run.path / name, run.scratch)) for name in FINAL_FILES
+                exit_stack.enter_context(durable.atomic_file(run.path / name, run.scratch)) for name in FINAL_FILES
             )
             with phases.phase(f"writing {ORBITS_FILE}"):
-                write_orbits(orbits, run, result_schema, rows, mark)
+                write_orbits(orbits, run, result_schema, rows, content_hash)
             if peaks:
-                with h5py.File(orbits, "r+", libver=FORMAT) as file:
+                with h5py.File(orbits, "r+", libver=HDF5_LIBRARY_VERSIONS) as file:
                     write_worst(file, result_schema, peaks)
             with phases.phase(f"writing {SUMMARY_FILE}") as writing:
                 write_summary(
@@ -58,17 +61,17 @@ def merge(
                     run,
                     result_schema,
                     rows,
-                    mark,
+                    content_hash,
                     lambda _, written_rows: writing.note(share=written_rows / len(rows)),
                 )
             for path in (summary, orbits):
                 durable.sync(path)
         durable.sync(run.path)
         with phases.phase("computing checksums"):
-            return _checksums(run, mark)
+            return _checksums(run, content_hash)
 
 
-def mark_of(run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray) -> str:
+def content_hash_of(run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray) -> str:
     """Return a hash of the content of the merged files, which is stored in both files.
 
     It is computed from the names of the batches, since these contain hashes of their content.
@@ -82,6 +85,6 @@ def mark_of(run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray) ->
     return digest.hexdigest()[:16]
 
 
-def _checksums(run: RunDirectory, mark: str) -> dict[str, str]:
+def _checksums(run: RunDirectory, content_hash: str) -> dict[str, str]:
     paths = [run.path / name for name in FINAL_FILES]
-    return {"mark": mark} | {path.name: durable.checksum(path) for path in paths if path.exists()}
+    return {"mark": content_hash} | {path.name: durable.checksum(path) for path in paths if path.exists()}

@@ -130,7 +130,7 @@ def overwrite_temporary(path: Path, content: bytes) -> None:
 
 
 @contextlib.contextmanager
-def publishing(path: Path, scratch: Path | None = None) -> Iterator[Path]:
+def atomic_file(path: Path, scratch: Path | None = None) -> Iterator[Path]:
     """Yield the name under which to create and sync a file; at the end it replaces `path`.
 
     The name is in `scratch`, on the same file system as `path`, or else next to `path`.  The exchange is on the
@@ -152,7 +152,7 @@ def publishing(path: Path, scratch: Path | None = None) -> Iterator[Path]:
 
 def replace(path: Path, content: bytes, scratch: Path | None = None) -> None:
     """Write a file atomically: after a crash `path` has the old or the new content."""
-    with publishing(path, scratch) as temporary, os.fdopen(create_file(temporary), "wb") as file:
+    with atomic_file(path, scratch) as temporary, os.fdopen(create_file(temporary), "wb") as file:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
@@ -161,7 +161,7 @@ def replace(path: Path, content: bytes, scratch: Path | None = None) -> None:
 
 def link_or_copy(source: Path, path: Path, scratch: Path) -> None:
     """Link a finished file to `path`, or copy it if the file system cannot link; not yet synced."""
-    with publishing(path, scratch) as temporary:
+    with atomic_file(path, scratch) as temporary:
         try:
             os.link(source, temporary, follow_symlinks=False)
         except OSError:

@@ -11,14 +11,14 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from . import durable
-from .assemble import mark_of
+from .assemble import content_hash_of
 from .batch import ResultSchema
 from .blocks import IDS_FILE, SAMPLE_FILE, Block, Division, Sampler, read_mark, write_mark
 from .columns import values_of, words_of
 from .directory import DATASET, LOCK, ORBITS_FILE, SUMMARY_FILE
-from .orbits import FORMAT, write_orbits
+from .orbits import HDF5_LIBRARY_VERSIONS, write_orbits
 from .summary import ROWS_IN_MEMORY, repetitive_columns, summary_groups, write_summary
-from .worst import FindPeaks, worst_cases, write_worst
+from .worst import ComputePeakRevolutions, worst_cases, write_worst
 
 
 class Facts(Protocol):
@@ -40,27 +40,27 @@ def finish_block(  # noqa: PLR0913 - the block, its content, what is made of it
     result_schema: ResultSchema,
     requested: np.ndarray,
     facts: Facts,
-    find_peaks: FindPeaks = lambda worst: [None] * len(worst),
+    compute_peak_revolutions: ComputePeakRevolutions = lambda worst: [None] * len(worst),
     report: Callable[[str], None] = lambda _: None,
 ) -> dict[str, Any]:
     """Write the final files of a block, whose batches are committed; return its mark.
 
-    requested : identities of the cases in the block, ascending.  `report`, `find_peaks` : as in `merge`.
+    requested : identities of the cases in the block, ascending.  `report`, `compute_peak_revolutions` : as in `merge`.
     """
     block.directory(result_schema.frame)
     with durable.open_lock(block.path / LOCK) as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # an abandoned driver may finish the block at the same time
-        return _finish(block, division, result_schema, (requested, facts, find_peaks, report))
+        return _finish(block, division, result_schema, (requested, facts, compute_peak_revolutions, report))
 
 
 def _finish(
     block: Block,
     division: Division,
     result_schema: ResultSchema,
-    content: tuple[np.ndarray, Facts, FindPeaks, Callable[[str], None]],
+    content: tuple[np.ndarray, Facts, ComputePeakRevolutions, Callable[[str], None]],
 ) -> dict[str, Any]:
     """Write the files of `finish_block` under the lock of the block."""
-    requested, facts, find_peaks, report = content
+    requested, facts, compute_peak_revolutions, report = content
     run = block.directory(result_schema.frame)
     for sentence in run.load_batches(rows_kept=ROWS_IN_MEMORY).values():
         report(f"{block.path}: {sentence}; its cases run again")
@@ -68,9 +68,9 @@ def _finish(
     stored_count = len(rows)
     if not np.array_equal(rows["id"], requested):
         rows = rows[np.isin(rows["id"], requested, assume_unique=True)]
-    mark = mark_of(run, result_schema, rows)
+    content_hash = content_hash_of(run, result_schema, rows)
     existing = read_mark(block, division.fingerprint)
-    if existing and existing["mark"] == mark:
+    if existing and existing["mark"] == content_hash:
         return existing
 
     def add_and_mention(columns: dict[str, np.ndarray]) -> set[str]:
@@ -83,25 +83,27 @@ def _finish(
         if result_schema.worst and len(rows)
         else []
     )
-    peaks = [(case, peak) for case, peak in zip(worst, find_peaks(worst) if worst else [], strict=True) if peak]
+    peaks = [
+        (case, peak) for case, peak in zip(worst, compute_peak_revolutions(worst) if worst else [], strict=True) if peak
+    ]
     with durable.storing(block.path):
         durable.discard(block.mark)
         durable.make_folder(block.run / DATASET)
         with contextlib.ExitStack() as exit_stack:
             targets = {
-                name: exit_stack.enter_context(durable.publishing(path, run.scratch))
+                name: exit_stack.enter_context(durable.atomic_file(path, run.scratch))
                 for name, path in block.files.items()
             }
-            write_orbits(targets[ORBITS_FILE], run, result_schema, rows, mark)
+            write_orbits(targets[ORBITS_FILE], run, result_schema, rows, content_hash)
             if peaks:
-                with h5py.File(targets[ORBITS_FILE], "r+", libver=FORMAT) as file:
+                with h5py.File(targets[ORBITS_FILE], "r+", libver=HDF5_LIBRARY_VERSIONS) as file:
                     write_worst(file, result_schema, peaks)
             write_summary(
                 targets[SUMMARY_FILE],
                 run,
                 result_schema,
                 rows,
-                mark,
+                content_hash,
                 lambda table, _: sampler.add(table, _columns(table)),
             )
             targets[IDS_FILE].write_bytes(np.ascontiguousarray(rows["id"]).astype("<u8").tobytes())
@@ -117,7 +119,7 @@ def _finish(
         block,
         {
             "form": division.fingerprint,
-            "mark": mark,
+            "mark": content_hash,
             "cases": len(requested),
             "ok": len(rows) - failed,
             "failed": failed,

@@ -22,7 +22,7 @@ CHUNK_VALUES = 16384  # values in a compressed chunk of a dataset: 128 kB of flo
 CHUNKS_AT_ONCE = 32  # chunks compressed in parallel before they are written
 OPEN_FILES = 128  # files of batches open at a time
 COMPRESSORS = min(4, os.cpu_count() or 1)  # threads; more would wait for writing
-FORMAT = ("v110", "v110")  # first HDF5 format with checksums for metadata
+HDF5_LIBRARY_VERSIONS = ("v110", "v110")  # first HDF5 format with checksums for metadata
 
 
 class _OrbitFile:
@@ -84,14 +84,16 @@ class OrbitFiles:
         return os.pread(handle, count * size, file.byte_offsets[dataset.path] + first * size)
 
 
-def write_orbits(path: Path, run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray, mark: str) -> None:
+def write_orbits(
+    path: Path, run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray, content_hash: str
+) -> None:
     """Write the histories of the given rows."""
     with (
-        h5py.File(path, "x", libver=FORMAT) as file,
+        h5py.File(path, "x", libver=HDF5_LIBRARY_VERSIONS) as file,
         OrbitFiles(run, result_schema) as orbits,
         ThreadPoolExecutor(COMPRESSORS) as threads,
     ):
-        file.attrs["clearsweep"] = mark
+        file.attrs["clearsweep"] = content_hash
         write_dataset(file, CASE_ID, id_texts(rows["id"]), fletcher32=len(rows) > 0)
         for item, dataset in offset_datasets(result_schema).items():
             _, count = orbits.extents(item, 1, rows)

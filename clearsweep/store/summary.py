@@ -24,13 +24,13 @@ def write_summary(
     run: RunDirectory,
     result_schema: ResultSchema,
     rows: np.ndarray,
-    mark: str,
+    content_hash: str,
     on_group: Callable[[pa.Table, int], None] = lambda *_: None,
 ) -> None:
     """Write the given rows of the summary; `on_group` receives every group and the number of rows before it."""
     schema = summary_schema(result_schema)
     verdict_fields = [field_of(column) for column in result_schema.verdict.columns]
-    full_schema = pa.schema([*schema, *verdict_fields], {"clearsweep": mark})
+    full_schema = pa.schema([*schema, *verdict_fields], {"clearsweep": content_hash})
     with (
         os.fdopen(durable.create_file(path), "wb") as file,
         pq.ParquetWriter(

@@ -30,7 +30,7 @@ class Worst(NamedTuple):
 #: Reads columns of the summary, some rows at a time.
 ReadGroups = Callable[[pa.Schema], Iterator[pa.Table]]
 #: Computes the revolution of the largest peak of some cases again, or None if that failed.
-FindPeaks = Callable[[Sequence[Worst]], Sequence[Peak | None]]
+ComputePeakRevolutions = Callable[[Sequence[Worst]], Sequence[Peak | None]]
 
 
 def worst_cases(result_schema: ResultSchema, groups: ReadGroups) -> list[Worst]:

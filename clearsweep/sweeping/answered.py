@@ -73,7 +73,7 @@ def _cases(run: StoredRun, ranking: CaseRanking, columns: _Columns, facts: dict[
         values = columns(path).tolist()
         return any(not wording.is_missing(value) and value != values[0] for value in values)
 
-    def name_and_value(index: int, path: str) -> tuple[str, str] | None:
+    def describe_value(index: int, path: str) -> tuple[str, str] | None:
         value = columns(path)[index : index + 1].tolist()[0]
         if wording.is_missing(value):
             return None
@@ -85,5 +85,5 @@ def _cases(run: StoredRun, ranking: CaseRanking, columns: _Columns, facts: dict[
     checked = grids.base_laws(run.grid)
     varied_paths = tuple(path for path in run.grid["units"] if path not in checked and varies(path))
     return FinishedCases(
-        run.grid, run.layout, ranking, varied_paths, columns("case_id").tolist(), columns, texts, name_and_value
+        run.grid, run.layout, ranking, varied_paths, columns("case_id").tolist(), columns, texts, describe_value
     )

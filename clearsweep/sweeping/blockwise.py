@@ -70,7 +70,7 @@ def finish_block(
         {**context.grid.resolved(), "layout": layout.written(), "units": dict.fromkeys(context.grid.axes, "1")}
     )
 
-    def find_peaks(worst: Sequence[store.Worst]) -> list[Peak | None]:
+    def compute_peak_revolutions(worst: Sequence[store.Worst]) -> list[Peak | None]:
         peaks: list[Peak | None] = []
         for case_entry in worst:
             case = context.grid.case_at(case_entry.point)
@@ -86,7 +86,9 @@ def finish_block(
             peaks.append(peak if is_same_peak else None)
         return peaks
 
-    return store.finish_block(block, division, result_schema, requested, RunFacts(record, layout), find_peaks)
+    return store.finish_block(
+        block, division, result_schema, requested, RunFacts(record, layout), compute_peak_revolutions
+    )
 
 
 class BlocksOutcome(NamedTuple):

@@ -128,7 +128,7 @@ def estimate(
         },
         {
             name: {"value": float(grid.defined.values[name]), "unit": grid.defined.units[name], "expression": text}
-            for name, text in grid.defined.texts.items()
+            for name, text in grid.defined.expression_by_name.items()
         },
         _first_case(grid, units | {path: grid.unit(path) for path in grid.axes}),
         simulator.recommended(grid.case(0)),

@@ -309,12 +309,14 @@ def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, *
     rows = rows if requested_ids.all() else rows[requested_ids]
     result_schema = store.ResultSchema.of(grid)
 
-    def find_peaks(worst: Sequence[store.Worst]) -> list[Peak | None]:
+    def compute_peak_revolutions(worst: Sequence[store.Worst]) -> list[Peak | None]:
         activity = f"saving the revolution of the largest peak of {wording.count_text(len(worst), 'case')}"
         with phases.phase(activity):
             return case_runner.peaks(grid, worst)
 
-    merged = store.merge(directory, result_schema, rows, report=progress.print_line, find_peaks=find_peaks)
+    merged = store.merge(
+        directory, result_schema, rows, report=progress.print_line, compute_peak_revolutions=compute_peak_revolutions
+    )
     failed = int(np.count_nonzero(rows["failed"]))
     counts = {
         "cases": len(requested),

@@ -20,7 +20,7 @@ from ..simulation.batch_means import Blocks, Interval
 from ..simulation.trajectory import simulate
 from .problems import all_problems
 
-PROBLEM, DISCARD = "b_base", 2  # and the revolutions before its statistics begin
+PROBLEM_NAME, DISCARDED_REVOLUTIONS = "b_base", 2  # before its statistics begin
 WEAR = {"law": "archard", "coefficient": 2e-14}
 FIGURES = ("rod_slider_force_rms", "rod_slider_force_p99", "rod_slider_impacts_per_rev", "rod_slider_wear_rate_max")
 TOLERANCES = (1e-6, 1e-7, 1e-8, 1e-9, 1e-10)
@@ -38,11 +38,11 @@ class LengthObserver:
         self.intervals: dict[int, dict[str, Interval]] = {}  # length -> figure -> interval
 
     def observe(self, work: Work) -> bool:
-        """Add the end of a revolution."""
-        turns = self.blocks.turns
+        """Record a revolution, and the intervals of the figures if the run has reached one of the lengths."""
+        revolutions = self.blocks.turns
         self.blocks.record(work)
-        if turns in self.lengths:
-            self.intervals[turns] = {figure: self.blocks.interval(figure) for figure in FIGURES}
+        if revolutions in self.lengths:
+            self.intervals[revolutions] = {figure: self.blocks.interval(figure) for figure in FIGURES}
         return False
 
 
@@ -64,10 +64,13 @@ def measure(*, quick: bool = False, report_progress: Callable[[str], None] | Non
         for first_row, second_row in itertools.combinations([row for row in rows if row["revolutions"] == length], 2)
         for figure in FIGURES
     ]
-    is_within = [abs(a["value"] - b["value"]) <= math.hypot(a["half_width"], b["half_width"]) for a, b in pairs]
+    is_within = [
+        abs(first["value"] - second["value"]) <= math.hypot(first["half_width"], second["half_width"])
+        for first, second in pairs
+    ]
     return {
-        "problem": PROBLEM,
-        "discard": DISCARD,
+        "problem": PROBLEM_NAME,
+        "discard": DISCARDED_REVOLUTIONS,
         "figures": list(FIGURES),
         "rows": rows,
         "within": sum(is_within) / len(is_within),
@@ -77,15 +80,15 @@ def measure(*, quick: bool = False, report_progress: Callable[[str], None] | Non
 
 def run_at_tolerance(tolerance: float, lengths: Sequence[int]) -> list[dict[str, Any]]:
     """Return a row for each length, in revolutions after the discarded ones, of one run at a tolerance."""
-    source = copy.deepcopy(next(problem.grid for problem in all_problems() if problem.name == PROBLEM))
+    source = copy.deepcopy(next(problem.grid for problem in all_problems() if problem.name == PROBLEM_NAME))
     source["joints"]["rod-slider"] |= {"length": 0.02, "wear": WEAR}
-    length = DISCARD + max(lengths)
-    source["simulate"] = {"revolutions": length, "discard": DISCARD, "tolerance": tolerance}
+    total_revolutions = DISCARDED_REVOLUTIONS + max(lengths)
+    source["simulate"] = {"revolutions": total_revolutions, "discard": DISCARDED_REVOLUTIONS, "tolerance": tolerance}
     scene_of_problem = scene.build(grid.load(source, scene.catalogue()).case(0))
     observer = LengthObserver(scene_of_problem.layout, lengths)
     simulate(scene_of_problem, observers=(observer,))
     return [
-        {"tolerance": tolerance, "revolutions": turns}
+        {"tolerance": tolerance, "revolutions": revolutions}
         | {figure: interval._asdict() for figure, interval in intervals.items()}
-        for turns, intervals in observer.intervals.items()
+        for revolutions, intervals in observer.intervals.items()
     ]

@@ -43,7 +43,7 @@ _RUNNING_IN_FIELDS = (
     _COEFFICIENT._replace(name="bearing_initial", text="initial wear coefficient of the bearing; overrides `initial`"),
     _COEFFICIENT._replace(name="journal_initial", text="initial wear coefficient of the journal; overrides `initial`"),
 )
-_DISTANCE = Field(
+_RUNNING_IN_DISTANCE = Field(
     "distance", "m", "sliding distance over which the difference from the steady coefficient falls by a factor e"
 )
 _HARDNESS = Field(
@@ -52,7 +52,7 @@ _HARDNESS = Field(
     "hardness of the softer body; it checks a coefficient, or converts a bare number into a coefficient",
     optional=True,
 )
-_PV_LIMIT = Field(
+_PRESSURE_VELOCITY_LIMIT = Field(
     "pv_limit",
     "W/m^2",
     "largest allowed product of pressure and sliding speed in the bearing; the run measures the time above it",
@@ -77,18 +77,20 @@ _GAP_FIELDS = (
     Field("bearing_radius", "m", "radius of the bearing; the laws of cylinders need it", optional=True),
     _PIN_LENGTH,
 )
+_GUIDE_HEIGHT = Field("height", "m", "height of the block across the guide")
 _GUIDE_FIELDS = (
     Field("clearance", "m", "clearance between the block and each wall, with the block in the middle"),
     Field("length", "m", "length of the block along the guide"),
-    Field("height", "m", "height of the block across the guide"),
+    _GUIDE_HEIGHT,
 )
+_SLOT_LENGTH = Field("slot_length", "m", "length of the slot between the centres of its rounded ends", low_open=False)
 _SLOT_FIELDS = (
     Field("clearance", "m", "clearance between the pin and each wall, with the pin in the middle"),
     Field("bearing_radius", "m", "half the width of the slot; the radius of the pin is smaller by the clearance"),
-    Field("slot_length", "m", "length of the slot between the centres of its rounded ends", low_open=False),
+    _SLOT_LENGTH,
     Field("length", "m", "length of the joint along the pin; wear needs it", optional=True),
 )
-_FLAT_PRESSURE_LAW = "hertz-line"  # the pressure law of wear in a slot; others assume a journal in a bearing
+_SLOT_PRESSURE_LAW = "hertz-line"  # the pressure law of wear in a slot; others assume a journal in a bearing
 _TIME_LIMIT = Field(
     "time_limit",
     "s",
@@ -148,9 +150,9 @@ _UNTIL_FIELDS = (
     Field("max_revolutions", "1", "largest number of revolutions", 0.0, 1e6, high_open=False, default=500.0),
 )
 _NO_INTERVAL_TEXT = "the intervals of maxima, minima and totals do not narrow as a run continues"
-_HORIZON = Flag("compute the Lyapunov exponent and the prediction horizon with a second run")
+_PREDICTION_HORIZON = Flag("compute the Lyapunov exponent and the prediction horizon with a second run")
 _ERROR_CHECK = Flag("repeat each case with a tenth of the tolerance, and store the difference of every figure")
-_IMPACTS = _STEP_BUDGET._replace(
+_IMPACT_COUNT = _STEP_BUDGET._replace(
     name="impacts", text="number of impacts after which the run ends", high=1e9, default=10
 )
 _METHOD = Word(
@@ -183,8 +185,8 @@ def table_of_keys(mechanism: Mechanism, catalogue: Catalogue) -> KeyTable:
     else:
         _add_impact_keys(keys)
     if mechanism.spatial:
-        start = word_key(keys, "simulate.start")
-        keys["simulate.start"] = start._replace(
+        start_key = word_key(keys, "simulate.start")
+        keys["simulate.start"] = start_key._replace(
             options=("centred",), text="initial position of the journals: in the middle of their bearings"
         )
     else:
@@ -205,7 +207,7 @@ def _add_section_keys(keys: KeyTable, section: Keys, catalogue: Catalogue) -> No
         keys[f"{section.path}.{choice.name}"] = Word(choice.options, choice.text, choice.default)
     if section.family:
         laws = catalogue.of(section.family)
-        laws = tuple(with_given_size(law, section.given) for law in laws) if section.given else laws
+        laws = tuple(with_given_size(law, section.given_size_key) for law in laws) if section.given_size_key else laws
         names = tuple(law.name for law in laws)
         keys[f"{section.path}.law"] = Word(names, f"the {section.family} law", sweep=True, noun="law")
         add_laws(keys, section.path, "law", laws)
@@ -224,7 +226,7 @@ def _add_revolution_keys(keys: KeyTable, figures: tuple[str, ...], refused_figur
     keys["simulate.method"] = _METHOD
     add_numbers(keys, "simulate", _BUDGET_FIELDS)
     add_numbers(keys, "simulate", (TIME_BUDGET_FIELD,), sweep=False)
-    keys["simulate.error_check"], keys["simulate.horizon"] = _ERROR_CHECK, _HORIZON
+    keys["simulate.error_check"], keys["simulate.horizon"] = _ERROR_CHECK, _PREDICTION_HORIZON
     keys["simulate.until"] = Section(
         "criterion for the end of a case: a figure is accurate enough, or the motion is periodic", "optional"
     )
@@ -237,7 +239,7 @@ def _add_revolution_keys(keys: KeyTable, figures: tuple[str, ...], refused_figur
 def _add_impact_keys(keys: KeyTable) -> None:
     """Add the keys of `simulate` and `save` for mechanisms that do not turn."""
     keys["simulate"] = Section("duration and tolerance of the motion", "implied")
-    add_numbers(keys, "simulate", (_IMPACTS, _TOLERANCE, *_BUDGET_FIELDS))
+    add_numbers(keys, "simulate", (_IMPACT_COUNT, _TOLERANCE, *_BUDGET_FIELDS))
     add_numbers(keys, "simulate", (TIME_BUDGET_FIELD,), sweep=False)
     keys["simulate.method"] = _METHOD
     keys["simulate.error_check"] = _ERROR_CHECK
@@ -284,27 +286,27 @@ def _add_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalog
 
 def _add_wear(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of a joint's wear."""
-    wear = f"{path}.wear"
-    keys[wear] = Section("wear of the joint. Without this section, no wear is computed", "optional")
-    keys[f"{wear}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
-    keys[f"{wear}.{PAIR}"] = Name(
+    wear_path = f"{path}.wear"
+    keys[wear_path] = Section("wear of the joint. Without this section, no wear is computed", "optional")
+    keys[f"{wear_path}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
+    keys[f"{wear_path}.{PAIR}"] = Name(
         tuple(PAIRS),
         f"wear pair from `clearsweep list pairs`; it determines the law `{DEFAULT_WEAR_LAW}` and, unless given, "
         "`coefficient`",
     )
-    keys[f"{wear}.coefficient_unit"] = Word(
+    keys[f"{wear_path}.coefficient_unit"] = Word(
         ("m^2/N", DIMENSIONLESS),
         "unit of the coefficients; default: dimensionless (k times the hardness) for bare numbers with `hardness`",
         "m^2/N",
     )
-    keys[f"{wear}.evolve"] = Flag("whether the worn shape acts on the contact")
-    keys[f"{wear}.running_in"] = Section("decrease of the wear coefficient as the surfaces run in", "optional")
-    _add_coefficients(keys, wear, _WEAR_FIELDS)
-    _add_coefficients(keys, f"{wear}.running_in", _RUNNING_IN_FIELDS)
-    add_numbers(keys, f"{wear}.running_in", (_DISTANCE,))
-    add_numbers(keys, wear, (_HARDNESS, _PV_LIMIT))
-    add_numbers(keys, wear, (_BINS,), sweep=False)
-    keys[f"{wear}.pressure"] = Word(
+    keys[f"{wear_path}.evolve"] = Flag("whether the worn shape acts on the contact")
+    keys[f"{wear_path}.running_in"] = Section("decrease of the wear coefficient as the surfaces run in", "optional")
+    _add_coefficients(keys, wear_path, _WEAR_FIELDS)
+    _add_coefficients(keys, f"{wear_path}.running_in", _RUNNING_IN_FIELDS)
+    add_numbers(keys, f"{wear_path}.running_in", (_RUNNING_IN_DISTANCE,))
+    add_numbers(keys, wear_path, (_HARDNESS, _PRESSURE_VELOCITY_LIMIT))
+    add_numbers(keys, wear_path, (_BINS,), sweep=False)
+    keys[f"{wear_path}.pressure"] = Word(
         catalogue.names("pressure"),
         "distribution of the pressure over the contact arc; default: hertz-line with a material or a pressure_modulus",
         "mean",
@@ -312,8 +314,8 @@ def _add_wear(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
         noun="law",
         conditional_default=ConditionalDefault("hertz-line", one_of=modulus_paths(path)),
     )
-    add_laws(keys, wear, "law", catalogue.of("wear"))
-    add_laws(keys, wear, "pressure", catalogue.of("pressure"))
+    add_laws(keys, wear_path, "law", catalogue.of("wear"))
+    add_laws(keys, wear_path, "pressure", catalogue.of("pressure"))
 
 
 def _add_coefficients(keys: KeyTable, path: str, fields: tuple[Field, ...]) -> None:
@@ -333,8 +335,8 @@ def _add_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue)
     keys[path] = Section("a prismatic joint with clearance, a block between two walls", "optional")
     add_numbers(keys, path, _GUIDE_FIELDS)
     add_contact(keys, path, catalogue._replace(laws=laws_of_point_contacts(catalogue)))
-    for inner in [inner for inner in keys if inner.startswith(f"{path}.contact.material")]:
-        del keys[inner]
+    for child_path in [child_path for child_path in keys if child_path.startswith(f"{path}.contact.material")]:
+        del keys[child_path]
     keys[f"{path}.contact.onset"] = onset_key_without_mass(keys, f"{path}.contact")
     add_friction(keys, path, catalogue)
     add_preload(keys, path, catalogue, GUIDE_PRELOAD_TEXT)
@@ -345,16 +347,16 @@ def _add_slot(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) 
     keys[path] = Section("a pin in a straight slot with rounded ends")
     add_numbers(keys, path, _SLOT_FIELDS)
     add_contact(keys, path, catalogue._replace(laws=laws_of_point_contacts(catalogue)))
-    for inner in [inner for inner in keys if inner.startswith(f"{path}.contact.material")]:
-        del keys[inner]
+    for child_path in [child_path for child_path in keys if child_path.startswith(f"{path}.contact.material")]:
+        del keys[child_path]
     keys[f"{path}.contact.onset"] = onset_key_without_mass(keys, f"{path}.contact")
     add_friction(keys, path, catalogue)
-    laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _FLAT_PRESSURE_LAW)
+    laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _SLOT_PRESSURE_LAW)
     _add_wear(keys, path, catalogue._replace(laws=laws))
     keys[f"{path}.wear.pressure"] = Word(
-        (_FLAT_PRESSURE_LAW,),
+        (_SLOT_PRESSURE_LAW,),
         "distribution of the pressure between the pin and a flat wall or a round end",
-        _FLAT_PRESSURE_LAW,
+        _SLOT_PRESSURE_LAW,
     )
 
 
@@ -365,9 +367,9 @@ def _add_pin_or_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Cat
     add_numbers(
         keys,
         path,
-        tuple(field._replace(text=f"of a guide: {field.text}", optional=True) for field in _GUIDE_FIELDS[2:]),
+        (_GUIDE_HEIGHT._replace(text=f"of a guide: {_GUIDE_HEIGHT.text}", optional=True),),
     )
-    add_numbers(keys, path, (_SLOT_FIELDS[2]._replace(text=f"of a slot: {_SLOT_FIELDS[2].text}", optional=True),))
+    add_numbers(keys, path, (_SLOT_LENGTH._replace(text=f"of a slot: {_SLOT_LENGTH.text}", optional=True),))
 
 
 def _add_worn_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:

@@ -5,13 +5,13 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from ...contracts.catalogue import Catalogue, Mechanism
-from ...contracts.outline import ANY, EVERYTHING, IN_SPACE, SIZES, BodyOutline, JointOutline, LoadOutline, Outline
+from ...contracts.outline import ANY, FULL_OUTLINE, IN_SPACE, SIZES, BodyOutline, JointOutline, LoadOutline, Outline
 from ...language import quantity
 from ..written.document import WrittenValue, leaves
 from .key_table import table_of_keys
 from .kinds import KeyTable, Number, Word
 
-NAME = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
+NAME_PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 MAX_NAMES = 40  # bodies, points of a body, joints or loads; compiled code grows with their number
 INVALID_NAME_TEXT = "is not a valid name; expected a letter, then letters, digits, - or _, at most 40 characters"
 DRIVES = ("speed", "torque", "motor")  # keys of `drive`, of which a grid has exactly one
@@ -79,15 +79,15 @@ def outline_of_document(root: WrittenValue) -> Outline:
     if "sample" in sections:
         over = _section(sections["sample"].value).get("over")
         axis_sections.append(_section(over.value if over else None))
-    return outline_of(tree, [path for section_name in axis_sections for path in section_name])
+    return outline_of(tree, [path for section in axis_sections for path in section])
 
 
 def wrong_names(path: str, names: Iterable[str]) -> Iterable[tuple[str, str]]:
     """Yield the invalid names in the open section at `path`, each with the reason."""
     columns: dict[str, str] = {}
-    for number, name in enumerate(names, start=1):
+    for position, name in enumerate(names, start=1):
         column = name.replace("-", "_")
-        if not NAME.fullmatch(name):
+        if not NAME_PATTERN.fullmatch(name):
             yield name, INVALID_NAME_TEXT
         elif path == "mechanism.bodies" and column in _RESERVED:
             yield name, "is reserved for columns of the results; rename the body"
@@ -99,16 +99,17 @@ def wrong_names(path: str, names: Iterable[str]) -> Iterable[tuple[str, str]]:
                     "rename one of them"
                 ),
             )
-        elif number > MAX_NAMES:
-            yield name, f"is name number {number}; at most {MAX_NAMES} names are allowed here"
+        elif position > MAX_NAMES:
+            yield name, f"is name number {position}; at most {MAX_NAMES} names are allowed here"
         columns.setdefault(column, name)
 
 
 def _named_entries(section: Mapping[str, Any]) -> list[tuple[str, Any]]:
-    return [(name, content) for name, content in section.items() if NAME.fullmatch(name)][:MAX_NAMES]
+    return [(name, content) for name, content in section.items() if NAME_PATTERN.fullmatch(name)][:MAX_NAMES]
 
 
 def _section(value: Any) -> Mapping[str, Any]:
+    """Return a value that is a section, or an empty section."""
     return value if isinstance(value, Mapping) else {}
 
 
@@ -138,14 +139,14 @@ def _load_outline(name: str, content: Any, paths: set[str]) -> LoadOutline:
         (form for key, form in (("friction", "friction"), ("between", "spring"), ("table", "table")) if key in keys),
         "force",
     )
-    loaded = _word_pair(section.get("between"))[1] if form == "spring" else section.get("on")
+    loaded_body = _word_pair(section.get("between"))[1] if form == "spring" else section.get("on")
     friction_keys = set(_section(section.get("friction"))) | {
         path.rpartition(".")[2] for path in paths if path.startswith(f"{prefix}friction.")
     }
     size_key = (
         next((size for size in SIZES if {size, f"static_{size}"} & friction_keys), "") if form == "friction" else ""
     )
-    return LoadOutline(name, form, loaded if isinstance(loaded, str) else "", size_key)
+    return LoadOutline(name, form, loaded_body if isinstance(loaded_body, str) else "", size_key)
 
 
 def _joint_outline(name: str, section: Mapping[str, Any]) -> JointOutline:
@@ -164,17 +165,17 @@ def _joints_with_flanges(joints: Mapping[str, Any]) -> Iterable[str]:
 
 def _word_pair(value: Any) -> tuple[str, str]:
     """Return two words, with '' for anything that is not a word."""
-    proximal, distal = value if isinstance(value, list) and len(value) == 2 else ("", "")
-    return (proximal if isinstance(proximal, str) else ""), (distal if isinstance(distal, str) else "")
+    first, second = value if isinstance(value, list) and len(value) == 2 else ("", "")
+    return (first if isinstance(first, str) else ""), (second if isinstance(second, str) else "")
 
 
 def full_key_table(mechanism: Mechanism, catalogue: Catalogue) -> KeyTable:
     """Return every dotted path that a grid of this mechanism may contain, with NAME for user-defined names."""
-    if not mechanism.outlined:
+    if not mechanism.with_outline:
         return table_of_keys(mechanism, catalogue)
-    outlined = mechanism.outlined(EVERYTHING)
-    return table_of_keys(outlined, catalogue) | table_of_keys(
-        outlined._replace(free=True), catalogue
+    full_mechanism = mechanism.with_outline(FULL_OUTLINE)
+    return table_of_keys(full_mechanism, catalogue) | table_of_keys(
+        full_mechanism._replace(free=True), catalogue
     )  # `horizon` and `time_limit`
 
 
@@ -190,19 +191,19 @@ class KeyTree(NamedTuple):
 def key_trees(catalogue: Catalogue, *, slots: bool = False) -> Iterator[KeyTree]:
     """Yield the keys of all mechanisms, with NAME for user-defined names; with `slots` also the keys of a slot."""
     for mechanism in catalogue.mechanisms:
-        outlined = mechanism.outlined(EVERYTHING) if mechanism.outlined else mechanism
-        kinds = {site.name: site.kind for site in outlined.joints}
+        full_mechanism = mechanism.with_outline(FULL_OUTLINE) if mechanism.with_outline else mechanism
+        kinds = {site.name: site.kind for site in full_mechanism.joints}
         yield KeyTree(mechanism.name, full_key_table(mechanism, catalogue), kinds)
-        if slots and ANY in kinds and mechanism.outlined:
-            slot = mechanism.outlined(EVERYTHING._replace(joints=(JointOutline(ANY, "slot", "", ""),)))
+        if slots and ANY in kinds and mechanism.with_outline:
+            slot = mechanism.with_outline(FULL_OUTLINE._replace(joints=(JointOutline(ANY, "slot", "", ""),)))
             yield KeyTree(mechanism.name, table_of_keys(slot, catalogue), {ANY: "slot"})
-        in_space = mechanism.outlined(IN_SPACE) if mechanism.outlined else mechanism
+        in_space = mechanism.with_outline(IN_SPACE) if mechanism.with_outline else mechanism
         if in_space.spatial:
             kinds = {site.name: site.kind for site in in_space.joints}
             yield KeyTree(mechanism.name, table_of_keys(in_space, catalogue), kinds, spatial=True)
 
 
-VARIATIONS = ("sweep", "zip", "cases")  # sections of a resolved grid with dotted path -> values
+AXIS_SECTIONS = ("sweep", "zip", "cases")  # sections of a resolved grid with dotted path -> values
 
 
 def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
@@ -210,11 +211,11 @@ def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
 
     Numbers of a law that is missing from the catalogue have no unit.
     """
-    mechanism = catalogue.outlined(resolved["mechanism"]["type"], outline_of(resolved, _axis_values(resolved)))
+    mechanism = catalogue.with_outline(resolved["mechanism"]["type"], outline_of(resolved, _axis_values(resolved)))
     keys = table_of_keys(mechanism, catalogue) if mechanism else {}
     axes = _axis_values(resolved)
     values = dict(leaves(resolved))
-    names = {
+    words_by_path = {
         path: frozenset(axes.get(path) or [values.get(path, key.default)])
         for path, key in keys.items()
         if isinstance(key, Word)
@@ -226,28 +227,32 @@ def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
             exponent = (
                 None
                 if exponent_path in axes
-                else values.get(exponent_path, _default_number(keys.get(exponent_path), names))
+                else values.get(exponent_path, _default_number(keys.get(exponent_path), words_by_path))
             )
-            units_by_path[path] = unit_of_number(key, names, exponent)
+            units_by_path[path] = unit_of_number(key, words_by_path, exponent)
     return {path: unit for path, unit in units_by_path.items() if unit}
 
 
 def _axis_values(resolved: Mapping) -> dict:
     """Return path -> values of the varied keys of a resolved grid."""
-    return {path: values for section_name in VARIATIONS for path, values in (resolved.get(section_name) or {}).items()}
+    return {
+        path: values for section_name in AXIS_SECTIONS for path, values in (resolved.get(section_name) or {}).items()
+    }
 
 
-def unit_of_number(key: Number, names: Mapping[str, frozenset[str]], exponent: float | None) -> str:
+def unit_of_number(key: Number, words_by_path: Mapping[str, frozenset[str]], exponent: float | None) -> str:
     """Return the SI unit of a number with the law names in use, 'A or B' where they differ, or '' if none is in use.
 
     `exponent` is the value of the key `exponent` next to it, or None if there is none or it varies.
     """
-    general_units = [field.unit for field in key.fields(names)]
-    units = general_units if exponent is None else [quantity.replace_exponent(name, exponent) for name in general_units]
+    symbolic_units = [field.unit for field in key.fields(words_by_path)]
+    units = (
+        symbolic_units if exponent is None else [quantity.replace_exponent(unit, exponent) for unit in symbolic_units]
+    )
     return " or ".join(dict.fromkeys(units))
 
 
-def _default_number(key: object, names: Mapping[str, frozenset[str]]) -> float | None:
+def _default_number(key: object, words_by_path: Mapping[str, frozenset[str]]) -> float | None:
     """Return the default of a missing key, or None if it has no numeric default."""
-    fields = key.fields(names) if isinstance(key, Number) else ()
+    fields = key.fields(words_by_path) if isinstance(key, Number) else ()
     return fields[0].default if fields else None

@@ -17,7 +17,7 @@ from .reference import IN_SPACE_TEXT, PageSection, Row, page_sections, quoted
 from .schema import KEY_SECTIONS, NAME_SECTIONS, schema
 
 _FIRST_SECTIONS = ("name", "define", "sweep", "zip", "cases", "sample")
-_SEARCHES = ("seek", "refine", "optimise", "identify")
+_SEARCH_SECTIONS = ("seek", "refine", "optimise", "identify")
 _CASES_TEXT = (
     "table (.csv or .parquet) in the directory of the grid, with a column for each path and a row for each case"
 )
@@ -60,7 +60,7 @@ def section_texts(catalogue: Catalogue) -> Mapping[str, str]:
     mechanism_schema = schema(catalogue)
     while "else" in mechanism_schema:  # those of any mechanism
         mechanism_schema = mechanism_schema["else"]
-    keys = (*_FIRST_SECTIONS, *(section.name for section in NAME_SECTIONS), *_SEARCHES, CHECK_LAWS)
+    keys = (*_FIRST_SECTIONS, *(section.name for section in NAME_SECTIONS), *_SEARCH_SECTIONS, CHECK_LAWS)
     texts = {key: mechanism_schema["properties"][key].get("description", "") for key in keys}
     return texts | {"cases": _CASES_TEXT, "name": texts["name"].replace("<name>", "NAME")}
 
@@ -76,7 +76,7 @@ def sections_markdown(catalogue: Catalogue) -> str:
             f"\n{LABELS_TEXT}",
             *(
                 line
-                for name in _SEARCHES
+                for name in _SEARCH_SECTIONS
                 for line in (f"\n### `{name}`\n", *_two_columns("key", "meaning", SECTION_KEYS[name]))
             ),
             "\n### `sample`\n",

@@ -44,24 +44,24 @@ from .values import (
     values_before_reading,
 )
 
-_SEARCHES = (SEEK, REFINE, OPTIMISE, IDENTIFY)
+_SEARCH_SECTIONS = (SEEK, REFINE, OPTIMISE, IDENTIFY)
 
 
 _TOP_SECTIONS = [  # sections that belong to no law or mechanism
     *("name", DEFINE, FIGURES_SECTION.name, LIMITS_SECTION.name, UNCERTAIN),
-    *(*_SEARCHES, CHECK_LAWS, *VARYING_SECTIONS),
+    *(*_SEARCH_SECTIONS, CHECK_LAWS, *VARYING_SECTIONS),
 ]
 
 
 def read_keys(
-    root: WrittenValue, catalogue: Catalogue, problems: Problems, fixed: frozenset[str] = frozenset()
+    root: WrittenValue, catalogue: Catalogue, problems: Problems, fixed_paths: frozenset[str] = frozenset()
 ) -> Reader:
-    """Return the values in the document `root` without sweeping the paths in `fixed`; mistakes go to `problems`."""
+    """Return the values in the document `root`; mistakes go to `problems`.  Paths in `fixed_paths` do not vary."""
     defined_section = root.value.get(DEFINE)
-    root, definitions = resolve_definitions(root, problems, fixed)
+    root, definitions = resolve_definitions(root, problems, fixed_paths)
     outline = outline_of_document(root)
     mechanism = _find_mechanism(root, catalogue.mechanisms)
-    mechanism = mechanism.outlined(outline) if mechanism.outlined else mechanism
+    mechanism = mechanism.with_outline(outline) if mechanism.with_outline else mechanism
     root, library_numbers = replace_library_names(root, problems)
     all_keys = keys_of_definitions(definitions) | table_of_keys(mechanism, catalogue)
     materials = find_varied_materials([path for path, _ in varied_paths(root.value)], library_numbers, all_keys)
@@ -70,7 +70,7 @@ def read_keys(
     _read_section(reader, root, "", all_keys)
     reader.written |= written_material_names(materials, root)
     _select_keys_in_use(reader, all_keys)
-    record_variations(reader, root, all_keys, fixed)
+    record_variations(reader, root, all_keys, fixed_paths)
     record_optimised_axes(reader, root, all_keys)
     replace_label_axes(reader)
     read_check_laws(reader, root)
@@ -78,7 +78,7 @@ def read_keys(
     reader.library_numbers = {item.path: item for item in library_numbers if item.path not in reader.varied_numbers}
     set_wear_units(reader)
     record_seek_axes(reader, root, all_keys, lambda path: values_before_reading(reader, path))
-    find_added_cases(reader, root, (*_SEARCHES, CHECK_LAWS))
+    find_added_cases(reader, root, (*_SEARCH_SECTIONS, CHECK_LAWS))
     for path, key in reader.keys_in_use.items():
         if isinstance(key, Word):
             read_word_key(reader, path, key)
@@ -117,7 +117,7 @@ def _find_mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Me
 
 def _read_section(reader: Reader, written: WrittenValue, path: str, all_keys: KeyTable) -> None:
     """Record the sections and values under `path`; report keys that do not belong there."""
-    allowed = [nested.rpartition(".")[2] for nested in all_keys if nested.rpartition(".")[0] == path]
+    allowed = [child_path.rpartition(".")[2] for child_path in all_keys if child_path.rpartition(".")[0] == path]
     allowed += [] if path else _TOP_SECTIONS
     reader.sections[path] = written
     content = written.value
@@ -137,13 +137,13 @@ def _read_section(reader: Reader, written: WrittenValue, path: str, all_keys: Ke
     invalid = dict(wrong_names(path, content)) if has_user_names(path) else {}
     misspelt_by_key: dict[str, WrittenValue] = {}  # by the intended key
     for key_name, entry in content.items():
-        nested = f"{path}.{key_name}" if path else key_name
+        child_path = f"{path}.{key_name}" if path else key_name
         if key_name in invalid:
-            reader.problems.add(written.key_position(key_name), nested, f"'{key_name}' {invalid[key_name]}")
-        elif "." not in key_name and nested in all_keys:
-            _record_entry(reader, entry, nested, all_keys)
-        elif key_name not in allowed and not _report_invalid_names(reader, nested, entry):
-            reader.problems.add(written.key_position(key_name), nested, _unknown_key_text(path, key_name, allowed))
+            reader.problems.add(written.key_position(key_name), child_path, f"'{key_name}' {invalid[key_name]}")
+        elif "." not in key_name and child_path in all_keys:
+            _record_entry(reader, entry, child_path, all_keys)
+        elif key_name not in allowed and not _report_invalid_names(reader, child_path, entry):
+            reader.problems.add(written.key_position(key_name), child_path, _unknown_key_text(path, key_name, allowed))
             misspelt_by_key |= {
                 intended: entry for intended in nearest_words(key_name, allowed) if intended not in content
             }
@@ -153,28 +153,32 @@ def _read_section(reader: Reader, written: WrittenValue, path: str, all_keys: Ke
     ) in misspelt_by_key.items():  # its content is read as that of the intended key, so that nothing is missing
         _record_entry(reader, entry, f"{path}.{key_name}" if path else key_name, all_keys)
     content = content | misspelt_by_key
-    for nested, key in all_keys.items():
-        if isinstance(key, Section) and nested.rpartition(".")[0] == path and _is_section_missing(nested, key, content):
-            key_name = nested.rpartition(".")[2]
-            reader.problems.add(written, nested, f"is missing; write the section '{key_name}' ({key.text})")
+    for child_path, key in all_keys.items():
+        if (
+            isinstance(key, Section)
+            and child_path.rpartition(".")[0] == path
+            and _is_section_missing(child_path, key, content)
+        ):
+            key_name = child_path.rpartition(".")[2]
+            reader.problems.add(written, child_path, f"is missing; write the section '{key_name}' ({key.text})")
 
 
-def _record_entry(reader: Reader, written: WrittenValue, path: str, all_keys: KeyTable) -> None:
+def _record_entry(reader: Reader, entry: WrittenValue, path: str, all_keys: KeyTable) -> None:
     """Record the value of a known key or the content of a section, even of one that replaces a quantity."""
     key = all_keys.get(path)
-    is_replaced = isinstance(key, Number) and isinstance(written.value, dict) and _has_keys_below(all_keys, path)
+    is_replaced = isinstance(key, Number) and isinstance(entry.value, dict) and _has_keys_below(all_keys, path)
     if isinstance(key, Section) or is_replaced:
-        _read_section(reader, written, path, all_keys)
+        _read_section(reader, entry, path, all_keys)
     elif key is not None:
-        reader.written[path] = written
+        reader.written[path] = entry
 
 
-def _report_invalid_names(reader: Reader, path: str, written: WrittenValue) -> bool:
+def _report_invalid_names(reader: Reader, path: str, entry: WrittenValue) -> bool:
     """Report invalid names in an open section, and return whether there are any."""
-    names = list(written.value) if has_user_names(path) and isinstance(written.value, dict) else []
+    names = list(entry.value) if has_user_names(path) and isinstance(entry.value, dict) else []
     invalid = dict(wrong_names(path, names))
     for name, message in invalid.items():
-        reader.problems.add(written.key_position(name), f"{path}.{name}", f"'{name}' {message}")
+        reader.problems.add(entry.key_position(name), f"{path}.{name}", f"'{name}' {message}")
     return bool(invalid)
 
 
@@ -183,22 +187,22 @@ def _is_section_missing(path: str, key: Section, content: dict[str, WrittenValue
     return key.need == "required" and path.rpartition(".")[2] not in content and key.unless not in content
 
 
-def _unknown_key_text(path: str, key: str, allowed: list[str]) -> str:
+def _unknown_key_text(path: str, key_name: str, allowed: list[str]) -> str:
     """Return the message for a key that does not belong in the section at `path`."""
-    if path == "drive" and key in DRIVES:
+    if path == "drive" and key_name in DRIVES:
         other_drive = next((drive for drive in DRIVES if drive in allowed), DRIVES[0])
         return f"conflicts with {other_drive}; a drive can have only one of {', '.join(DRIVES)}; remove the others"
-    if key == "elastic" and path.startswith("mechanism."):
+    if key_name == "elastic" and path.startswith("mechanism."):
         elastic_text = "only a link between two pins of a planar mechanism can be elastic"
         return f"{elastic_text}; this one is rigid: leave `elastic` out"
-    if key[:1].isdigit() and not any(name[:1].isdigit() for name in allowed):
-        return f"unknown key '{key}'; write numbers with a decimal point, not a comma"
+    if key_name[:1].isdigit() and not any(name[:1].isdigit() for name in allowed):
+        return f"unknown key '{key_name}'; write numbers with a decimal point, not a comma"
     allowed_text = f"(allowed: {', '.join(allowed)})" if allowed else "(this section allows no keys here)"
-    return f"unknown key '{key}'{did_you_mean(key, allowed)} {allowed_text}"
+    return f"unknown key '{key_name}'{did_you_mean(key_name, allowed)} {allowed_text}"
 
 
 def _select_keys_in_use(reader: Reader, all_keys: KeyTable) -> None:
-    """Reduce the whole shape to the keys in use; wear and roughness also get keys that otherwise only laws have."""
+    """Select the keys in use from all keys; wear and roughness also get keys that otherwise only laws have."""
     for path, key in all_keys.items():
         parent = path.rpartition(".")[0]
         is_present = not isinstance(key, Section) or _section_exists(reader, path, key)
@@ -220,16 +224,18 @@ def _select_keys_in_use(reader: Reader, all_keys: KeyTable) -> None:
     for path, key in reader.keys_in_use.items():
         joint = ".".join(path.split(".")[:2])
         is_of_material = path.startswith(f"{joint}.contact.material.")
-        needs_size = f"{joint}.roughness" in reader.keys_in_use and (
+        is_required_by_roughness = f"{joint}.roughness" in reader.keys_in_use and (
             is_of_material or path in (f"{joint}.length", f"{joint}.bearing_radius")
         )
-        if isinstance(key, Number) and (needs_size or (is_of_material and f"{joint}.wear" in reader.keys_in_use)):
+        if isinstance(key, Number) and (
+            is_required_by_roughness or (is_of_material and f"{joint}.wear" in reader.keys_in_use)
+        ):
             reader.keys_in_use[path] = Number(tuple(key_use._replace(when=()) for key_use in key.uses))
 
 
 def _has_keys_below(all_keys: KeyTable, path: str) -> bool:
     """Return whether there are keys below `path`."""
-    return any(nested.rpartition(".")[0] == path for nested in all_keys)
+    return any(child_path.rpartition(".")[0] == path for child_path in all_keys)
 
 
 def _section_exists(reader: Reader, path: str, key: Section) -> bool:
@@ -240,38 +246,38 @@ def _section_exists(reader: Reader, path: str, key: Section) -> bool:
 
 def read_channels(reader: Reader, path: str) -> None:
     """Read the names of the time histories to store; `check_channels` checks them once the layout is known."""
-    written, key = reader.written.get(path), reader.keys_in_use[path]
-    if written is None:
+    entry, key = reader.written.get(path), reader.keys_in_use[path]
+    if entry is None:
         return
     assert isinstance(key, NameList), path
-    items = written.value if isinstance(written.value, list) else []
+    items = entry.value if isinstance(entry.value, list) else []
     invalid = [item for item in items if not isinstance(item.value, str)]
-    for item in invalid or ([] if items else [written]):
+    for item in invalid or ([] if items else [entry]):
         message = f"found {quoted(item.value)}; expected {key.noun}, such as {key.example}"
         reader.problems.add(item, path, message)
     if invalid or not items:
         return
     if reader.values.get("save.orbits") == "none":
         message = "is not used, as save.orbits is none; leave one of them out"
-        reader.problems.add(written, path, message)
+        reader.problems.add(entry, path, message)
     else:
         reader.values[path] = list(dict.fromkeys(item.value for item in items))
 
 
 def check_channels(reader: Reader, layout: Layout) -> None:
     """Report names in `save.channels` that no time history of these cases has."""
-    written = reader.written.get(CHANNELS)
-    if written is None or CHANNELS not in reader.values:
+    entry = reader.written.get(CHANNELS)
+    if entry is None or CHANNELS not in reader.values:
         return
     allowed = [channel.name for channel in layout.channels if channel.name not in ALWAYS_STORED]
-    for item in written.value:
+    for item in entry.value:
         if isinstance(item, WrittenValue) and item.value not in (*allowed, *ALWAYS_STORED):
             suggestion = did_you_mean(item.value, allowed) or f" (known: {', '.join(allowed)})"
             reader.problems.add(item, CHANNELS, f"there is no channel '{item.value}'{suggestion}")
 
 
 def set_life_time_budget(reader: Reader) -> None:
-    """Set the default of `patience` from the time budget of a case with a life."""
+    """Make the time budget of a case with a life optional, without a default."""
     if LIFE in reader.keys_in_use and TIME_BUDGET_PATH in reader.keys_in_use:
         field = TIME_BUDGET_FIELD._replace(default=None, optional=True)
         reader.keys_in_use[TIME_BUDGET_PATH] = Number((Use(field),), sweep=False)

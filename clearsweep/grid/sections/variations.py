@@ -26,8 +26,8 @@ VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")
 SECTIONS_ALLOWING_UNUSED_VALUES = ("sweep", SEEK, OPTIMISE, IDENTIFY)
 
 
-def record_variations(reader: Reader, root: WrittenValue, all_keys: KeyTable, fixed: frozenset[str]) -> None:
-    """Record the varied values; report paths that cannot vary.  Paths in `fixed` no longer vary."""
+def record_variations(reader: Reader, root: WrittenValue, all_keys: KeyTable, fixed_paths: frozenset[str]) -> None:
+    """Record the varied values; report paths that cannot vary.  Paths in `fixed_paths` no longer vary."""
     for section_name in VARYING_SECTIONS:
         section = root.value.get(section_name) if isinstance(root.value, dict) else None
         if section is None:
@@ -53,7 +53,7 @@ def record_variations(reader: Reader, root: WrittenValue, all_keys: KeyTable, fi
             reader.problems.add(written, key_path, f"{reason}; {remedy}")
             continue
         for path, values in written.value.items():
-            if path not in fixed:
+            if path not in fixed_paths:
                 _record_axis(reader, section_name, path, written.key_position(path), values, all_keys)
         if section_name == "sample":
             drawn_paths = [path for path in reader.written_axes if reader.varied_by[path] == "sample"]
@@ -139,7 +139,7 @@ def _record_axis(
         message = f"there is no section '{missing}'; write it before a value in it is swept"
         reader.problems.add(position, key_path, message)
     elif path.startswith(DEFINE_PREFIX):
-        name, allowed = path.removeprefix(DEFINE_PREFIX), [*reader.defined.texts]
+        name, allowed = path.removeprefix(DEFINE_PREFIX), [*reader.defined.expression_by_name]
         if name not in reader.defined.invalid:  # a mistake in the definition is reported elsewhere
             hint_text = f"{did_you_mean(name, allowed)} (known: {', '.join(allowed) or 'none'})"
             reader.problems.add(position, key_path, f"'{name}' is not defined under `define`{hint_text}")
@@ -350,9 +350,9 @@ def recorded_labels(record: Mapping[str, Any]) -> dict[str, dict[str, float]]:
 
 def keys_of_definitions(definitions: Definitions) -> KeyTable:
     """Return the keys of the user-defined quantities that an axis varies."""
-    if not definitions.varied:
+    if not definitions.varied_names:
         return {}
-    names = [name for name in definitions.texts if name in definitions.varied]
+    names = [name for name in definitions.expression_by_name if name in definitions.varied_names]
     fields = {name: Field(name, definitions.units[name], "defined by the grid", low=-math.inf) for name in names}
     numbers = {f"{DEFINE_PREFIX}{name}": Number((Use(field),)) for name, field in fields.items()}
     return {DEFINE: Section(DEFINE_TEXT, need="optional"), **numbers}
@@ -383,7 +383,7 @@ def check_dependents(reader: Reader) -> None:
 
 def report_column_name_clashes(reader: Reader, section: WrittenValue | None) -> None:
     """Report names in `define` that are also columns of the summary."""
-    for name in reader.defined.texts:
+    for name in reader.defined.expression_by_name:
         if section is not None and name in reader.figures:
             message = "is the name of a column of the summary; give the quantity another name"
             reader.problems.add(section.key_position(name), f"{DEFINE_PREFIX}{name}", message)

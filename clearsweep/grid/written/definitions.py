@@ -29,10 +29,10 @@ _OVER_SECTIONS = ("optimise", "identify", "sample")  # sections with paths under
 class Definitions(NamedTuple):
     """Defined quantities and the numbers that follow from them, in SI."""
 
-    texts: Mapping[str, str]  # name -> its expression, '' for a quantity; in order of evaluation
+    expression_by_name: Mapping[str, str]  # name -> its expression, '' for a quantity; in order of evaluation
     values: Mapping[str, Fraction]  # as written in the grid
     units: Mapping[str, str]
-    varied: frozenset[str] = frozenset()  # names that an axis varies
+    varied_names: frozenset[str] = frozenset()  # names that an axis varies
     invalid: frozenset[str] = frozenset()  # names with an invalid definition
     #: dotted path of a number -> its expression, which contains a varied name
     dependents: Mapping[str, str] = MappingProxyType({})
@@ -41,39 +41,41 @@ class Definitions(NamedTuple):
         """Return path -> value of the dependent numbers at a point, `define.NAME` -> value."""
         if not self.dependents:
             return {}
-        known = self._values_of_names(point)
-        return {path: float(expression.exact_value(text, known)) + 0.0 for path, text in self.dependents.items()}
+        values_by_name = self._values_of_names(point)
+        return {
+            path: float(expression.exact_value(text, values_by_name)) + 0.0 for path, text in self.dependents.items()
+        }
 
     def _values_of_names(self, point: Mapping[str, Any]) -> dict[str, Fraction]:
         values = dict(self.values)
         values |= {
             name: Fraction(repr(float(point[DEFINE_PREFIX + name])))
-            for name in self.varied
+            for name in self.varied_names
             if DEFINE_PREFIX + name in point
         }
-        for name, text in self.texts.items():
+        for name, text in self.expression_by_name.items():
             if text and self.varied_in(text):
                 values[name] = expression.exact_value(text, values)
         return values
 
     def varied_in(self, text: str) -> frozenset[str]:
         """Return the varied names in an expression."""
-        varied: set[str] = set()
+        found_names: set[str] = set()
         for name in expression.names_in(text, expression.DEFINED):
-            varied |= {name} if name in self.varied else set()
-            varied |= self.varied_in(self.texts[name]) if self.texts.get(name) else set()
-        return frozenset(varied)
+            found_names |= {name} if name in self.varied_names else set()
+            found_names |= self.varied_in(self.expression_by_name[name]) if self.expression_by_name.get(name) else set()
+        return frozenset(found_names)
 
-    def needed_texts(self) -> dict[str, str]:
-        """Return `define.NAME` -> text of the names that `dependents` needs and that do not vary themselves."""
+    def needed_definitions(self) -> dict[str, str]:
+        """Return `define.NAME` -> grid text of the names that `dependents` needs and that do not vary themselves."""
         used: set[str] = set()
         for text in self.dependents.values():
-            used |= names_used(text, self.texts)
-        names = [name for name in self.texts if name in used - self.varied]
+            used |= names_used(text, self.expression_by_name)
+        names = [name for name in self.expression_by_name if name in used - self.varied_names]
         return {DEFINE_PREFIX + name: self._text(name) for name in names}
 
     def _text(self, name: str) -> str:
-        text = self.texts[name]
+        text = self.expression_by_name[name]
         return f"= {text}" if text and self.varied_in(text) else self.grid_text(name)
 
     def grid_text(self, name: str) -> str:
@@ -83,110 +85,128 @@ class Definitions(NamedTuple):
     def possible_values(
         self, path: str, axes: Mapping[str, tuple[Any, ...]], varied_by: Mapping[str, str]
     ) -> tuple[float, ...]:
-        """Return every value of a number whose names vary on these axes."""
+        """Return the values of a number whose names vary on these axes.
+
+        These are all values, or beyond MAX_VALUES those at the ends of the axes.
+        """
         names = sorted(self.varied_in(self.dependents[path]))
-        groups: dict[str, list[str]] = {}
+        paths_by_axis: dict[str, list[str]] = {}
         for name in names:
             if DEFINE_PREFIX + name not in axes:
                 return ()
             section = varied_by.get(DEFINE_PREFIX + name, "")
-            groups.setdefault(section if section not in ("sweep", "") else name, []).append(DEFINE_PREFIX + name)
-        choices = [list(zip(*(axes[path] for path in paths), strict=False)) for paths in groups.values()]
+            paths_by_axis.setdefault(section if section not in ("sweep", "") else name, []).append(DEFINE_PREFIX + name)
+        axis_points = [
+            list(zip(*(axes[axis_path] for axis_path in axis_paths), strict=False))
+            for axis_paths in paths_by_axis.values()
+        ]
         count = 1
-        for values in choices:
+        for values in axis_points:
             count *= len(values)
         if count > MAX_VALUES:
-            choices = [[min(values), max(values)] for values in choices]
-        varied_paths = [path for paths in groups.values() for path in paths]
+            axis_points = [[min(values), max(values)] for values in axis_points]
+        varied_paths = [axis_path for axis_paths in paths_by_axis.values() for axis_path in axis_paths]
         definitions = self._replace(dependents={path: self.dependents[path]})
-        points = (dict(zip(varied_paths, sum(chosen, ()), strict=True)) for chosen in product(*choices))
+        points = (dict(zip(varied_paths, sum(chosen, ()), strict=True)) for chosen in product(*axis_points))
         return tuple(definitions.values_at(point)[path] for point in points)
 
 
 NO_DEFINITIONS = Definitions({}, {}, {})
 
 
-def names_used(text: str, texts: Mapping[str, str]) -> set[str]:
+def names_used(text: str, expression_by_name: Mapping[str, str]) -> set[str]:
     """Return all names in an expression, directly or through other names."""
     used: set[str] = set()
     for name in expression.names_in(text, expression.DEFINED):
-        used |= {name} | (names_used(texts[name], texts) if texts.get(name) else set())
+        used |= {name} | (
+            names_used(expression_by_name[name], expression_by_name) if expression_by_name.get(name) else set()
+        )
     return used
 
 
 def resolve_definitions(
-    root: WrittenValue, problems: Problems, fixed: frozenset[str] = frozenset()
+    root: WrittenValue, problems: Problems, fixed_paths: frozenset[str] = frozenset()
 ) -> tuple[WrittenValue, Definitions]:
     """Return the document with expressions evaluated, and the definitions; mistakes go to `problems`.
 
-    The section `define` keeps only the names that an axis varies.  Paths in `fixed` no longer vary.
+    The section `define` keeps only the names that an axis varies.  Paths in `fixed_paths` no longer vary.
     """
     sections = root.value
     section = sections.get(DEFINE)
     if section is not None and (not isinstance(section.value, dict) or not section.value):
         problems.add(section, DEFINE, "is empty; for example: `play: 50 um`, or remove the key")
         section = None
-    varied = {path: position for path, position in varied_paths(sections) if path not in fixed}
+    position_by_varied_path = {path: position for path, position in varied_paths(sections) if path not in fixed_paths}
     written: dict[str, WrittenValue] = section.value if section is not None else {}
     named = {name: entry for name, entry in written.items() if _can_define(section, name, problems)}
     definitions = _evaluate_definitions(named, problems)
     definitions = definitions._replace(invalid=frozenset(written) - definitions.values.keys())
     names = frozenset(
-        path.removeprefix(DEFINE_PREFIX) for path in varied if path.removeprefix(DEFINE_PREFIX) in definitions.values
+        path.removeprefix(DEFINE_PREFIX)
+        for path in position_by_varied_path
+        if path.removeprefix(DEFINE_PREFIX) in definitions.values
     )
-    definitions = definitions._replace(varied=names & definitions.texts.keys())
-    reader = _ExpressionReader(problems, definitions, varied)
-    reader.used |= {
+    definitions = definitions._replace(varied_names=names & definitions.expression_by_name.keys())
+    evaluator = _ExpressionEvaluator(problems, definitions, position_by_varied_path)
+    evaluator.used |= {
         other for name in definitions.invalid & named.keys() for other in (name, *_names_in_value(named[name]))
     }
-    content = {key: reader.read(entry, key) for key, entry in sections.items() if key not in (DEFINE, *_TEXT_SECTIONS)}
+    content = {
+        key: evaluator.evaluate_tree(entry, key)
+        for key, entry in sections.items()
+        if key not in (DEFINE, *_TEXT_SECTIONS)
+    }
     content |= {key: sections[key] for key in _TEXT_SECTIONS if key in sections}
     for name, entry in named.items():
-        if definitions.texts.get(name) and DEFINE_PREFIX + name in varied:
-            reader.refuse_axis(DEFINE_PREFIX + name, entry)
-        elif name not in reader.used:
+        if definitions.expression_by_name.get(name) and DEFINE_PREFIX + name in position_by_varied_path:
+            evaluator.refuse_axis(DEFINE_PREFIX + name, entry)
+        elif name not in evaluator.used:
             message = "is not used; use it, for example: `clearance: = " + name + "`, or leave it out"
             problems.add(section.key_position(name) if section else entry, DEFINE_PREFIX + name, message)
-    if definitions.varied and section is not None:
+    if definitions.varied_names and section is not None:
         varied_entries = {
-            name: reader.with_value(named[name], definitions.grid_text(name))
+            name: evaluator.replace_expression(named[name], definitions.grid_text(name))
             for name in named
-            if name in definitions.varied
+            if name in definitions.varied_names
         }
         content[DEFINE] = WrittenValue(varied_entries, section.origin, section.line, section.column, section.keys)
     ordered = {key: content[key] for key in sections if key in content}
     return WrittenValue(ordered, root.origin, root.line, root.column, root.keys), definitions._replace(
-        dependents=reader.dependents
+        dependents=evaluator.dependents
     )
 
 
 def definitions_of_resolved(resolved: Mapping[str, Any]) -> Definitions:
     """Return the definitions of a grid from `Grid.resolved`, or from a run.json that contains it."""
-    known = {
+    grid_sections = {
         key: resolved[key] for key in (*_CASE_SECTIONS, *_AXIS_SECTIONS, *_OVER_SECTIONS, "seek") if resolved.get(key)
     }
-    return resolve_definitions(written_of(known, ""), Problems())[1] if DEFINE in known else NO_DEFINITIONS
+    return (
+        resolve_definitions(written_of(grid_sections, ""), Problems())[1] if DEFINE in grid_sections else NO_DEFINITIONS
+    )
 
 
-class _ExpressionReader:
+class _ExpressionEvaluator:
     """Replaces expressions by quantities."""
 
-    def __init__(self, problems: Problems, known: Definitions, varied: Mapping[str, WrittenValue]):
-        self.problems, self.known, self.varied = problems, known, varied
+    def __init__(
+        self, problems: Problems, definitions: Definitions, position_by_varied_path: Mapping[str, WrittenValue]
+    ):
+        self.problems, self.definitions, self.position_by_varied_path = problems, definitions, position_by_varied_path
         self.dependents: dict[str, str] = {}
         self.used: set[str] = set()
         #: id of a value -> whether it contains an expression; aliases are visited once
         self.contains_expression: dict[int, bool] = {}
 
-    def read(self, written: WrittenValue, path: str) -> WrittenValue:
+    def evaluate_tree(self, written: WrittenValue, path: str) -> WrittenValue:
         """Return the value at a path with its expressions evaluated."""
         value: Any = written.value
         if not self._has_expression(written):
             return written
         if isinstance(value, dict):
-            value = {key: self.read(entry, f"{path}.{key}") for key, entry in value.items()}
+            value = {key: self.evaluate_tree(entry, f"{path}.{key}") for key, entry in value.items()}
         elif isinstance(value, list):
-            value = [self.read(entry, f"{path}.{index}") for index, entry in enumerate(value)]
+            value = [self.evaluate_tree(entry, f"{path}.{index}") for index, entry in enumerate(value)]
         else:
             return self._evaluate(written, path)
         return WrittenValue(value, written.origin, written.line, written.column, written.keys)
@@ -203,19 +223,19 @@ class _ExpressionReader:
         return self.contains_expression[id(written)]
 
     def _evaluate(self, written: WrittenValue, path: str) -> WrittenValue:
-        text = text_of(written.value)
+        text = expression_of(written.value)
         try:
-            self.used |= names_used(text, self.known.texts)
-            unit = expression.unit_of_defined(text, self.known.units)
-            value = expression.exact_value(text, self.known.values)
+            self.used |= names_used(text, self.definitions.expression_by_name)
+            unit = expression.unit_of_defined(text, self.definitions.units)
+            value = expression.exact_value(text, self.definitions.values)
         except InputError as error:
-            if not self.known.invalid & _names_in_text(text):  # what is wrong there is said there
+            if not self.definitions.invalid & _names_in_text(text):  # what is wrong there is said there
                 self.problems.add(written, path, str(error))
             self.problems.unread.add(path)
-            return self.with_value(written, "0")
-        if path in self.varied:
+            return self.replace_expression(written, "0")
+        if path in self.position_by_varied_path:
             self.refuse_axis(path, written)
-        if names := self.known.varied_in(text):
+        if names := self.definitions.varied_in(text):
             if path.split(".", 1)[0] in _CASE_SECTIONS:
                 self.dependents[path] = text
             else:
@@ -224,16 +244,16 @@ class _ExpressionReader:
                     "joints may depend on it"
                 )
                 self.problems.add(written, path, message)
-        return self.with_value(written, _quantity_text(value, unit))
+        return self.replace_expression(written, _quantity_text(value, unit))
 
     def refuse_axis(self, path: str, written: WrittenValue) -> None:
         """Report a varied path whose value is an expression."""
         message = (
             f"varies, but its value is the expression {quoted(written.value)}; vary a name in it, or write a number"
         )
-        self.problems.add(self.varied[path], path, message)
+        self.problems.add(self.position_by_varied_path[path], path, message)
 
-    def with_value(self, written: WrittenValue, value: str) -> WrittenValue:
+    def replace_expression(self, written: WrittenValue, value: str) -> WrittenValue:
         """Return the quantity that replaces a written expression."""
         text = written.value if is_expression(written.value) else ""
         return WrittenValue(value, written.origin, written.line, written.column, expression=text)
@@ -244,7 +264,7 @@ def is_expression(value: Any) -> bool:
     return isinstance(value, str) and value.lstrip().startswith("=")
 
 
-def text_of(written: str) -> str:
+def expression_of(written: str) -> str:
     """Return an expression without its equals sign."""
     return written.strip().removeprefix("=").strip()
 
@@ -266,10 +286,10 @@ def _can_define(section: WrittenValue | None, name: str, problems: Problems) -> 
 
 def _evaluate_definitions(written: Mapping[str, WrittenValue], problems: Problems) -> Definitions:
     """Return the defined quantities in order of evaluation."""
-    texts: dict[str, str] = {}
+    expression_by_name: dict[str, str] = {}
     values: dict[str, Fraction] = {}
     units: dict[str, str] = {}
-    definitions = Definitions(texts, values, units)
+    definitions = Definitions(expression_by_name, values, units)
     names_in_evaluation: list[str] = []
     invalid: set[str] = set()
 
@@ -278,17 +298,19 @@ def _evaluate_definitions(written: Mapping[str, WrittenValue], problems: Problem
             return
         entry = written[name]
         if name in names_in_evaluation:
-            circle = " -> ".join([*names_in_evaluation[names_in_evaluation.index(name) :], name])
-            problems.add(entry, DEFINE_PREFIX + name, f"depends on itself: {circle}; break the circle")
+            cycle = " -> ".join([*names_in_evaluation[names_in_evaluation.index(name) :], name])
+            problems.add(entry, DEFINE_PREFIX + name, f"depends on itself: {cycle}; break the circle")
             invalid.update(names_in_evaluation[names_in_evaluation.index(name) :])
             return
         names_in_evaluation.append(name)
         try:
-            text = text_of(entry.value) if is_expression(entry.value) else ""
+            text = expression_of(entry.value) if is_expression(entry.value) else ""
             for other in sorted(expression.names_in(text, expression.DEFINED) & written.keys()) if text else ():
                 evaluate(other)
-            values[name], units[name] = _evaluate(text, definitions) if text else _quantity_of_definition(entry.value)
-            texts[name] = text
+            values[name], units[name] = (
+                _value_and_unit(text, definitions) if text else _quantity_of_definition(entry.value)
+            )
+            expression_by_name[name] = text
         except InputError as error:
             if name not in invalid and not _already_reported(entry, written, invalid):
                 problems.add(entry, DEFINE_PREFIX + name, str(error))
@@ -307,7 +329,7 @@ def _already_reported(entry: WrittenValue, written: Mapping[str, WrittenValue], 
 
 def _names_in_value(entry: WrittenValue) -> set[str]:
     """Return the names in a written value; empty if it is not a valid expression."""
-    return _names_in_text(text_of(entry.value)) if is_expression(entry.value) else set()
+    return _names_in_text(expression_of(entry.value)) if is_expression(entry.value) else set()
 
 
 def _names_in_text(text: str) -> set[str]:
@@ -318,10 +340,10 @@ def _names_in_text(text: str) -> set[str]:
         return set()
 
 
-def _evaluate(text: str, known: Definitions) -> tuple[Fraction, str]:
+def _value_and_unit(text: str, definitions: Definitions) -> tuple[Fraction, str]:
     """Return value (SI) and unit of an expression of known names."""
-    unit = expression.unit_of_defined(text, known.units)
-    return expression.exact_value(text, known.values), unit
+    unit = expression.unit_of_defined(text, definitions.units)
+    return expression.exact_value(text, definitions.values), unit
 
 
 def _quantity_of_definition(value: Any) -> tuple[Fraction, str]:
@@ -359,5 +381,5 @@ def varied_paths(sections: Mapping[str, WrittenValue]) -> Iterator[tuple[str, Wr
     seek = sections["seek"].value if "seek" in sections else None
     for direction in ("largest", "smallest"):
         if isinstance(seek, dict) and direction in seek:
-            paths = seek[direction].value if isinstance(seek[direction].value, list) else [seek[direction]]
-            yield from ((path.value, path) for path in paths if isinstance(path.value, str))
+            entries = seek[direction].value if isinstance(seek[direction].value, list) else [seek[direction]]
+            yield from ((entry.value, entry) for entry in entries if isinstance(entry.value, str))

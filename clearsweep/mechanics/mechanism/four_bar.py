@@ -58,7 +58,7 @@ _KEYS = (
 )
 
 
-def outlined(outline: Outline) -> Mechanism:
+def with_outline(outline: Outline) -> Mechanism:
     """Return the four-bar with the drive and the loads of a grid."""
     sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), tuple(site.name for site in _SITES))
     channels = described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS, outline.elastic)
@@ -116,7 +116,7 @@ MECHANISM = Mechanism(
     turns=True,
     build=None,
     output=_OUTPUT,
-    outlined=outlined,
+    with_outline=with_outline,
     machine=machine,
     refusal=described.refusal,
 )

@@ -128,7 +128,8 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
         f"{path}.friction", "friction in the joint on which the load acts", (_RADIUS,), family="friction"
     )
     given_friction_keys = {
-        size: Keys(f"{path}.friction", f"friction of a given {size}", family="friction", given=size) for size in SIZES
+        size: Keys(f"{path}.friction", f"friction of a given {size}", family="friction", given_size_key=size)
+        for size in SIZES
     }
     joint_load_keys = Keys(path, LOADS["friction"].summary, (), "optional", (body_key._replace(options=joints),))
     by_form = {

@@ -60,7 +60,7 @@ _KEYS = (
 )
 
 
-def outlined(outline: Outline) -> Mechanism:
+def with_outline(outline: Outline) -> Mechanism:
     """Return the slider-crank with the drive and the loads of a grid."""
     if outline.spatial:
         return slider_crank_in_space.mechanism(outline, MECHANISM)
@@ -115,7 +115,7 @@ MECHANISM = Mechanism(
     build=None,
     output=_OUTPUT,
     orders=(Order("mechanism.crank.length", "mechanism.rod.length", "the crank turns fully only with a longer rod"),),
-    outlined=outlined,
+    with_outline=with_outline,
     machine=machine,
     refusal=described.refusal,
 )

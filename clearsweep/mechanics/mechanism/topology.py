@@ -6,7 +6,7 @@ from collections.abc import Iterable
 from ...contracts.case import Case
 from ...contracts.catalogue import Choice, Field, JointSite, Keys, Mechanism, Output
 from ...contracts.machine import Aim, Body, Initial, Machine
-from ...contracts.outline import ANY, EVERYTHING, GROUND, JointOutline, Outline
+from ...contracts.outline import ANY, FULL_OUTLINE, GROUND, JointOutline, Outline
 from . import described, topology_in_space
 from .drives import make_drive
 from .loads import LoadPoints, make_loads
@@ -34,7 +34,7 @@ _INITIAL = tuple(
 _GRAVITY = Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0)
 
 
-def outlined(outline: Outline) -> Mechanism:
+def with_outline(outline: Outline) -> Mechanism:
     """Return the mechanism that a grid describes."""
     if outline.spatial:
         return topology_in_space.mechanism(outline, MECHANISM)
@@ -117,12 +117,12 @@ MECHANISM = Mechanism(
     "Bodies, points and joints have the names that the grid gives them.",
     bodies=(GROUND,),
     joints=(),
-    keys=tuple(_keys(EVERYTHING)),
+    keys=tuple(_keys(FULL_OUTLINE)),
     channels=(),
     turns=True,
     build=None,
     output=Output("output", "m"),
-    outlined=outlined,
+    with_outline=with_outline,
     machine=machine,
     refusal=described.refusal,
 )

@@ -26,7 +26,7 @@ def answer_cases(study: Study) -> FinishedCases:
         values: np.ndarray = study.cases[name].to_numpy()
         return values
 
-    def name_and_value(index: int, path: str) -> tuple[str, str] | None:
+    def describe_value(index: int, path: str) -> tuple[str, str] | None:
         value = study.value(ids[index], path) if path in axes else None
         return None if value is None else (axes[path].name, axes[path].text(value))
 
@@ -34,5 +34,5 @@ def answer_cases(study: Study) -> FinishedCases:
         return column_texts(name, study.unit(name), column(name), values)
 
     return FinishedCases(
-        study.run.grid, study.run.layout, case_ranking_of(study), tuple(axes), list(ids), column, texts, name_and_value
+        study.run.grid, study.run.layout, case_ranking_of(study), tuple(axes), list(ids), column, texts, describe_value
     )

@@ -122,6 +122,6 @@ class _CellIndexer:
 
 def dependent_values(definitions: Definitions, path: str, cases: Rows, base: Mapping) -> pd.Series:
     """Return a number derived from swept names, for every case."""
-    axes = {f"define.{name}": cases[f"define.{name}"].to_numpy() for name in sorted(definitions.varied)}
+    axes = {f"define.{name}": cases[f"define.{name}"].to_numpy() for name in sorted(definitions.varied_names)}
     points = (dict(zip(axes, values, strict=True)) for values in zip(*axes.values(), strict=True))
     return pd.Series([definitions.values_at(point)[path] for point in points], cases.index, dtype="float64")

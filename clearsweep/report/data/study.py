@@ -126,7 +126,7 @@ class Study(NamedTuple):
             value = self._value_of(case_id, path)
             return None if pd.isna(value) else value
         if path in self.defined.dependents:
-            names = {f"define.{name}" for name in self.defined.varied}
+            names = {f"define.{name}" for name in self.defined.varied_names}
             return self.defined.values_at({name: self._value_of(case_id, name) for name in names})[path]
         return value_at(self.base, path)
 

@@ -225,7 +225,7 @@ def _design_cards(study: Study) -> list[tuple[str, str, str]]:
     design_groups = designs.designs_of(cases.varied_paths, cases.values_of, len(cases.case_ids))
     if design_groups is None or sampled.is_one_sample(study.run.grid):
         return []
-    accepted = sum(margin >= 0.0 for margin in design_groups.margins)
+    accepted = sum(margin >= 0.0 for margin in design_groups.smallest_margins)
     names = wording.sentence_list([wording.axis_name(path) for path in design_groups.condition_paths])
     classified = fits.classify_fits(cases)
     if classified is not None:
@@ -241,7 +241,7 @@ def _design_cards(study: Study) -> list[tuple[str, str, str]]:
     settings = [cases.values_text(index, design_groups.design_paths) for index in accepted_cases]
     listed = "; ".join(settings) if accepted <= MAX_LISTED_DESIGNS else ""
     note = "; ".join(filter(None, (listed, f"at every {names}")))
-    return [("Designs within the limits", f"{accepted} of {len(design_groups.margins)}", note)]
+    return [("Designs within the limits", f"{accepted} of {len(design_groups.smallest_margins)}", note)]
 
 
 def _probability_cards(study: Study) -> list[tuple[str, str, str]]:

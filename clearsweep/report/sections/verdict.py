@@ -283,8 +283,8 @@ def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, st
     design_groups = designs.designs_of(cases.varied_paths, cases.values_of, len(cases.case_ids))
     codes = np.zeros(len(cases.case_ids))
     if design_groups is not None and any(axis.path in design_groups.condition_paths for axis in pair):
-        for margin, members in zip(design_groups.margins, design_groups.members, strict=True):
-            codes[list(members)] = pass_share.FAILS_ELSEWHERE * (margin < 0.0)
+        for margin, case_indices in zip(design_groups.smallest_margins, design_groups.case_indices, strict=True):
+            codes[list(case_indices)] = pass_share.FAILS_ELSEWHERE * (margin < 0.0)
     names = [wording.axis_name(path) for path in design_groups.condition_paths] if design_groups is not None else []
     remark = f" (ok): met here, but not at every {wording.sentence_list(names)}." if codes.any() else ""
     fit_states = fits.classify_fits(cases)

@@ -27,9 +27,9 @@ from .contract import (
 LINE_LOAD_ROW = FORCE_ROW  # of the workspace, N/m; in the values of a Step the same row is a force, N
 DEGREE = 6  # of the polynomials over the fraction of the step, as many as its stages determine
 POINTS = 8  # vector width, and sufficient for the DEGREE
-ON_BEARING, ON_JOURNAL, DEEPEST, DISTANCE, ROWS = range(
+BEARING_ANGLE_ROW, JOURNAL_ANGLE_ROW, PENETRATION_ROW, DISTANCE_ROW, ROWS = range(
     STEP_VALUE_ROWS, STEP_VALUE_ROWS + 5
-)  # after the profiles: angles (rad), depth (m), sliding distance (m)
+)  # after the profiles: contact angle on each body (rad), penetration of worn surfaces (m), sliding distance (m)
 #: Rows of a body's workspace, each of POINTS numbers.  At the nodes: worn area, half-angle of the arc and its inverse,
 #: angles of the arc's middle and of both ends.  Then coefficients over the time: of the wear rate, of the arc's middle
 #: and of its half-angle.
@@ -89,7 +89,9 @@ def row_sum(workspace, row):
 def clearance_at(joint, workspace, x):
     """Return the difference (m) of the radii of curvature of the surfaces at the fraction `x` (0 to 1) of the step."""
     return local_clearance(
-        joint, evaluate_polynomial(workspace, ON_BEARING, x), evaluate_polynomial(workspace, ON_JOURNAL, x)
+        joint,
+        evaluate_polynomial(workspace, BEARING_ANGLE_ROW, x),
+        evaluate_polynomial(workspace, JOURNAL_ANGLE_ROW, x),
     )
 
 
@@ -111,7 +113,7 @@ def sliding_contact_at(joint, workspace, x):
         evaluate_polynomial(workspace, DEPTH_ROW, x),
         evaluate_polynomial(workspace, SLIP_ROW, x),
     )
-    sliding_distance = workspace[DISTANCE * POINTS] + workspace[DISTANCE * POINTS + 1] * x
+    sliding_distance = workspace[DISTANCE_ROW * POINTS] + workspace[DISTANCE_ROW * POINTS + 1] * x
     values = load, 0.0, slip, depth, evaluate_polynomial(workspace, FRICTION_POWER_ROW, x)
     return sliding_contact_of(joint, values, sliding_distance, clearance_at(joint, workspace, x))
 
@@ -153,7 +155,7 @@ def evaluate_arc(joint, workspace, step_length, low, high):
             FIRST_BODY,
             i,
             bearing_factor * weight * bearing_rate,
-            evaluate_polynomial(workspace, ON_BEARING, x),
+            evaluate_polynomial(workspace, BEARING_ANGLE_ROW, x),
             half_angle,
         )
         half_angle = half_arc(pressure, joint, joint.journal_radius, sliding)
@@ -162,7 +164,7 @@ def evaluate_arc(joint, workspace, step_length, low, high):
             FIRST_BODY + BODY_SIZE,
             i,
             journal_factor * weight * journal_rate,
-            evaluate_polynomial(workspace, ON_JOURNAL, x),
+            evaluate_polynomial(workspace, JOURNAL_ANGLE_ROW, x),
             half_angle,
         )
 

@@ -23,7 +23,7 @@ class Archard(NamedTuple):
 
 @wear_rate.member(Archard)
 def _wear_rate_archard(law, sliding):
-    pressure_times_speed = sliding.pressure_sum * sliding.sliding_speed
+    pressure_times_speed = sliding.pressure_integral * sliding.sliding_speed
     return law.bearing_coefficient * pressure_times_speed, law.journal_coefficient * pressure_times_speed
 
 

@@ -48,7 +48,7 @@ class SlidingContact(NamedTuple):
     sliding_speed: float  # m/s, at least 0
     friction_power: float  # W/m, dissipated by friction, at least 0
     sliding_distance: float  # m, sliding distance in contact so far
-    pressure_sum: float  # N/m, integral of the scalar pressure over the arc
+    pressure_integral: float  # N/m, integral of the scalar pressure over the arc
     clearance: float  # m, difference of the radii of curvature of both surfaces where they touch
 
 

@@ -2,10 +2,10 @@
 
 In the frame of the normal at the deepest point the surfaces overlap by
 
-    f(psi) = (depth + c + h(0)) cos psi + h'(0) sin psi - c - h(psi)   (m)
+    f(psi) = (penetration + c + h(0)) cos psi + h'(0) sin psi - c - h(psi)   (m)
 
 c : radial clearance (m); h : wear depth of bearing and journal together (m); psi : angle from the deepest point (rad);
-depth : penetration (m), the maximum of f, at psi = 0.
+penetration : the maximum of f (m), at psi = 0.
 
 The pressure is proportional to f.  Its fraction before the edge of a bin is known in closed form, because the table of
 a shape has the integral of h.  The wear is integrated by Lobatto's rule over the step, whose length is in tau; the
@@ -23,12 +23,12 @@ from ..nearest import surfaces_of
 from ..worn import WornOnFoundation
 from ..worn_foundation import MIN_RADIUS_DIFFERENCE, arc_ends, overlap
 from .arc_over_step import (
-    DEEPEST,
-    DISTANCE,
+    BEARING_ANGLE_ROW,
+    DISTANCE_ROW,
+    JOURNAL_ANGLE_ROW,
     LINE_LOAD_ROW,
     NODES,
-    ON_BEARING,
-    ON_JOURNAL,
+    PENETRATION_ROW,
     POINTS,
     WEIGHTS,
     evaluate_polynomial,
@@ -38,14 +38,14 @@ from .shape import wear_depth_at, wear_integral_at
 
 
 class OverlapArc(NamedTuple):
-    """Overlap of worn surfaces: its position and depth; angles from the deepest point."""
+    """Overlap of worn surfaces: its position and penetration; angles from the deepest point."""
 
-    x: float  # m, coefficient of cos psi in f
-    y: float  # m, coefficient of sin psi in f
+    cos_coefficient: float  # m, coefficient of cos psi in f
+    sin_coefficient: float  # m, coefficient of sin psi in f
     body_angles: tuple  # rad, angles of bearing and journal in the frame of the deepest point
     start_angle: float  # rad, first end of the arc
     stop_angle: float  # rad, last end of the arc
-    depth: float  # m, the maximum of f
+    penetration: float  # m, the maximum of f
     overlap_integral: float  # m rad, integral of f over the arc; 0 without contact
 
 
@@ -55,42 +55,53 @@ def overlap_antiderivative(joint, arc, psi):
     worn = wear_integral_at(joint.bearing, psi - arc.body_angles[0]) + wear_integral_at(
         joint.journal, psi - arc.body_angles[1]
     )
-    return arc.x * math.sin(psi) - arc.y * math.cos(psi) - joint.clearance * psi - worn
+    return arc.cos_coefficient * math.sin(psi) - arc.sin_coefficient * math.cos(psi) - joint.clearance * psi - worn
 
 
 @kernel
 def arc_at(joint, workspace, fraction):
-    """Return the Arc at a fraction (0 to 1) of a step."""
-    body_angles, depth = (
-        (-evaluate_polynomial(workspace, ON_BEARING, fraction), -evaluate_polynomial(workspace, ON_JOURNAL, fraction)),
-        evaluate_polynomial(workspace, DEEPEST, fraction),
+    """Return the OverlapArc at a fraction (0 to 1) of a step."""
+    body_angles, penetration = (
+        (
+            -evaluate_polynomial(workspace, BEARING_ANGLE_ROW, fraction),
+            -evaluate_polynomial(workspace, JOURNAL_ANGLE_ROW, fraction),
+        ),
+        evaluate_polynomial(workspace, PENETRATION_ROW, fraction),
     )
     surfaces = surfaces_of(joint)
     bearing_wear, bearing_slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, -body_angles[0])
     journal_wear, journal_slope, journal_curvature, _ = wear_depth_at(surfaces.journal, -body_angles[1])
-    x, y = depth + joint.clearance + (bearing_wear + journal_wear), bearing_slope + journal_slope
-    if depth <= 0.0:
-        return OverlapArc(x, y, body_angles, 0.0, 0.0, 0.0, 0.0)
-    guess = math.sqrt(
-        2.0 * depth / max(x + bearing_curvature + journal_curvature, depth + MIN_RADIUS_DIFFERENCE * joint.clearance)
+    cos_coefficient, sin_coefficient = (
+        penetration + joint.clearance + (bearing_wear + journal_wear),
+        bearing_slope + journal_slope,
     )
-    low, high = arc_ends(surfaces, x, y, body_angles, (0.0, guess))
-    arc = OverlapArc(x, y, body_angles, -low, high, depth, 0.0)
+    if penetration <= 0.0:
+        return OverlapArc(cos_coefficient, sin_coefficient, body_angles, 0.0, 0.0, 0.0, 0.0)
+    guess = math.sqrt(
+        2.0
+        * penetration
+        / max(
+            cos_coefficient + bearing_curvature + journal_curvature,
+            penetration + MIN_RADIUS_DIFFERENCE * joint.clearance,
+        )
+    )
+    low, high = arc_ends(surfaces, cos_coefficient, sin_coefficient, body_angles, (0.0, guess))
+    arc = OverlapArc(cos_coefficient, sin_coefficient, body_angles, -low, high, penetration, 0.0)
     overlap_integral = max(overlap_antiderivative(joint, arc, high) - overlap_antiderivative(joint, arc, -low), 0.0)
-    return OverlapArc(x, y, body_angles, -low, high, depth, overlap_integral)
+    return OverlapArc(cos_coefficient, sin_coefficient, body_angles, -low, high, penetration, overlap_integral)
 
 
 @kernel
 def pressure_integral_over_load(joint, arc):
-    """Return the integral of the pressure over an Arc divided by the magnitude of its resultant (Lobatto's rule)."""
-    normal_sum, tangential_sum, half_width = 0.0, 0.0, 0.5 * (arc.stop_angle - arc.start_angle)
+    """Return the integral of the pressure over an OverlapArc over the magnitude of its resultant (Lobatto's rule)."""
+    normal_sum, tangential_sum, half_angle = 0.0, 0.0, 0.5 * (arc.stop_angle - arc.start_angle)
     for i in rolled_range(POINTS):
-        psi = arc.start_angle + half_width * (1.0 + NODES[i])
-        f, _, _ = overlap(surfaces_of(joint), arc.x, arc.y, psi, arc.body_angles)
+        psi = arc.start_angle + half_angle * (1.0 + NODES[i])
+        f, _, _ = overlap(surfaces_of(joint), arc.cos_coefficient, arc.sin_coefficient, psi, arc.body_angles)
         normal_sum += WEIGHTS[i] * f * math.cos(psi)
         tangential_sum += WEIGHTS[i] * f * math.sin(psi)
     return (
-        arc.overlap_integral / (half_width * math.sqrt(normal_sum * normal_sum + tangential_sum * tangential_sum))
+        arc.overlap_integral / (half_angle * math.sqrt(normal_sum * normal_sum + tangential_sum * tangential_sum))
         if arc.overlap_integral > 0.0
         else 0.0
     )
@@ -98,31 +109,31 @@ def pressure_integral_over_load(joint, arc):
 
 @kernel
 def sliding_contact_on(joint, workspace, arc, fraction):
-    """Return the SlidingContact on an Arc at a fraction (0 to 1) of a step."""
-    load, sliding_distance = (
+    """Return the SlidingContact on an OverlapArc at a fraction (0 to 1) of a step."""
+    line_load, sliding_distance = (
         max(evaluate_polynomial(workspace, LINE_LOAD_ROW, fraction), 0.0),
-        workspace[DISTANCE * POINTS] + workspace[DISTANCE * POINTS + 1] * fraction,
+        workspace[DISTANCE_ROW * POINTS] + workspace[DISTANCE_ROW * POINTS + 1] * fraction,
     )
     return SlidingContact(
-        line_load=load,
-        depth=arc.depth,
+        line_load=line_load,
+        depth=arc.penetration,
         sliding_speed=abs(evaluate_polynomial(workspace, SLIP_ROW, fraction)),
         friction_power=max(evaluate_polynomial(workspace, FRICTION_POWER_ROW, fraction), 0.0),
         sliding_distance=sliding_distance,
-        pressure_sum=load * pressure_integral_over_load(joint, arc),
+        pressure_integral=line_load * pressure_integral_over_load(joint, arc),
         clearance=joint.clearance,
     )
 
 
 @kernel
 def update_wear_under_arc(joint, arc, body, area_over_radius, bins):
-    """Add the wear of a body under an Arc to its bins.
+    """Add the wear of a body under an OverlapArc to its bins.
 
-    body : 0 bearing, 1 journal; area_over_radius : worn cross-section over the radius of the body (m rad)
+    body : 0 bearing, 1 journal; area_over_radius : worn cross-section (m^2) over the radius (m) of the body
     """
-    width, bins_per_radian, worn_so_far = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
+    bin_angle, bins_per_radian, worn_so_far = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
     start_angle, stop_angle = arc.start_angle - arc.body_angles[body], arc.stop_angle - arc.body_angles[body]
-    first_bin, last_bin = math.floor(start_angle / width), math.floor(stop_angle / width)
+    first_bin, last_bin = math.floor(start_angle / bin_angle), math.floor(stop_angle / bin_angle)
     integral_at_start, wear_per_overlap = (
         overlap_antiderivative(joint, arc, arc.start_angle),
         area_over_radius / arc.overlap_integral,
@@ -132,7 +143,7 @@ def update_wear_under_arc(joint, arc, body, area_over_radius, bins):
         cumulative = area_over_radius
         if edge_index <= last_bin:
             cumulative = (
-                overlap_antiderivative(joint, arc, edge_index * width + arc.body_angles[body]) - integral_at_start
+                overlap_antiderivative(joint, arc, edge_index * bin_angle + arc.body_angles[body]) - integral_at_start
             ) * wear_per_overlap
             cumulative = min(max(cumulative, worn_so_far), area_over_radius)
         bins.depths[bins.start + bin_index] += (cumulative - worn_so_far) * bins_per_radian
@@ -142,14 +153,15 @@ def update_wear_under_arc(joint, arc, body, area_over_radius, bins):
 
 @update_wear_over_span.member(WornOnFoundation)
 def _update_wear_over_span_worn_on_foundation(joint, workspace, step_length, span, bins):
-    half_width = 0.5 * (span[1] - span[0])
+    """Add the wear under the OverlapArc at the nodes of Lobatto's rule over the span."""
+    half_span = 0.5 * (span[1] - span[0])
     for i in rolled_range(POINTS):
-        fraction = span[0] + half_width * (1.0 + NODES[i])
+        fraction = span[0] + half_span * (1.0 + NODES[i])
         arc = arc_at(joint, workspace, fraction)
         if arc.overlap_integral > 0.0:
             bearing_rate, journal_rate = wear_rate(joint.wear, sliding_contact_on(joint, workspace, arc, fraction))
             weight = (
-                step_length * half_width * WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, fraction), 0.0)
+                step_length * half_span * WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, fraction), 0.0)
             )
             update_wear_under_arc(joint, arc, 0, weight * bearing_rate / joint.bearing_radius, bins[0])
             update_wear_under_arc(joint, arc, 1, weight * journal_rate / joint.journal_radius, bins[1])
@@ -157,15 +169,19 @@ def _update_wear_over_span_worn_on_foundation(joint, workspace, step_length, spa
 
 @pressure_on.member(WornOnFoundation)
 def _pressure_on_worn_on_foundation(joint, step, j, point_index):
+    """Return mean and largest pressure; the largest is where the surfaces overlap most."""
     arc = arc_at(joint, step.workspace, point_index / PARTS)
     if not arc.overlap_integral > 0.0:
         return 0.0, 0.0
-    load = max(step.step_values[j, FORCE_ROW, point_index], 0.0) / joint.wear.length
-    pressure_sum = load * pressure_integral_over_load(joint, arc) / joint.bearing_radius
-    return pressure_sum / (arc.stop_angle - arc.start_angle), pressure_sum * arc.depth / arc.overlap_integral
+    line_load = max(step.step_values[j, FORCE_ROW, point_index], 0.0) / joint.wear.length
+    pressure_integral = line_load * pressure_integral_over_load(joint, arc) / joint.bearing_radius
+    return pressure_integral / (
+        arc.stop_angle - arc.start_angle
+    ), pressure_integral * arc.penetration / arc.overlap_integral
 
 
 @middle_arc.member(WornOnFoundation)
 def _middle_arc_worn_on_foundation(joint, workspace):
+    """Return the width of the OverlapArc in the middle of a step, and its SlidingContact."""
     arc = arc_at(joint, workspace, 0.5)
     return arc.stop_angle - arc.start_angle, sliding_contact_on(joint, workspace, arc, 0.5)

@@ -174,12 +174,12 @@ def accumulate_strip_pressure(joint, step, history, account):
         if min(half_angle, half_angle_at_peak) < SMALLEST_ARC:
             continue
         peak = (
-            peak_sliding.pressure_sum
+            peak_sliding.pressure_integral
             / (2.0 * joint.bearing_radius * half_angle_at_peak)
             * peak_over_mean(law.pressure, half_angle_at_peak)
         )
         time = (0.5 if i in (0, PARTS) else 1.0) / PARTS * step.length * step_values[KAPPA_ROW, i]
-        account[PRESSURE_TIME] += mean_sliding.pressure_sum / (2.0 * joint.bearing_radius * half_angle) * time
+        account[PRESSURE_TIME] += mean_sliding.pressure_integral / (2.0 * joint.bearing_radius * half_angle) * time
         account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
         account[PV_MAX] = max(account[PV_MAX], peak * peak_sliding.sliding_speed)
         if peak * peak_sliding.sliding_speed > law.pv_limit:

@@ -23,11 +23,11 @@ from ..contract import Offsets
 from ..modes import touches
 from ..offsets import after_joint
 from .arc_over_step import (
+    BEARING_ANGLE_ROW,
     DEGREE,
-    DISTANCE,
+    DISTANCE_ROW,
     FIRST_BODY,
     FIT,
-    ON_BEARING,
     POINTS,
     clearance_at,
     evaluate_polynomial,
@@ -182,7 +182,7 @@ def fit_positions(workspace, positions):
                 total += FROM_ANGLES[k, i] * positions[row, k]
             total += FROM_ANGLES[ANGLES - 2, i] * positions[SLOPES + row, 0]
             total += FROM_ANGLES[ANGLES - 1, i] * positions[SLOPES + row, QUARTER_POINTS + 1]
-            workspace[(ON_BEARING + row) * POINTS + i] = total
+            workspace[(BEARING_ANGLE_ROW + row) * POINTS + i] = total
 
 
 @kernel
@@ -196,7 +196,7 @@ def accumulate_distance(step, j, account):
         weight = 1.0 if i in (0, PARTS) else 4.0 if i % 2 else 2.0
         distance += weight * step_values[KAPPA_ROW, i] * abs(step_values[SLIP_ROW, i])
     distance *= step.length / (3.0 * PARTS)
-    workspace[DISTANCE * POINTS], workspace[DISTANCE * POINTS + 1] = account[SLIDING_DISTANCE], distance
+    workspace[DISTANCE_ROW * POINTS], workspace[DISTANCE_ROW * POINTS + 1] = account[SLIDING_DISTANCE], distance
     account[SLIDING_DISTANCE] += distance
 
 
@@ -222,7 +222,7 @@ def _default_pressure_on(joint, step, j, point_index):
     half_angle = half_arc(law.pressure, joint, joint.bearing_radius, sliding)
     if half_angle < SMALLEST_ARC:  # at an onset or a separation, where there is no load either
         return 0.0, 0.0
-    mean_pressure = sliding.pressure_sum / (2.0 * joint.bearing_radius * half_angle)
+    mean_pressure = sliding.pressure_integral / (2.0 * joint.bearing_radius * half_angle)
     return mean_pressure, mean_pressure * peak_over_mean(law.pressure, half_angle)
 
 
