@@ -208,7 +208,7 @@ def test_statistics_agree_between_tolerances_and_narrow_with_the_length_of_the_r
 
 @pytest.mark.slow
 def test_main_prints_text_or_json(results, monkeypatch, capsys):
-    monkeypatch.setattr(verify, "measure", lambda quick, note: results)
+    monkeypatch.setattr(verify, "measure", lambda quick, report_progress: results)
     verify.main(json=True, quick=True)
     assert json.loads(capsys.readouterr().out)["headline"]["problem"] == "b_base"
     verify.main(json=False, quick=True)

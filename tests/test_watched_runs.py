@@ -44,7 +44,7 @@ def run(*settings, **more):
 
 @pytest.mark.slow
 def test_a_run_that_reports_how_far_it_is_is_the_same_to_the_last_bit(monkeypatch, capsys):
-    for name, seconds in {"FIRST_LINE": 0.0, "MAX_INTERVAL": 0.0, "REFRESH_INTERVAL": 1e-4}.items():
+    for name, seconds in {"FIRST_LINE_DELAY": 0.0, "MAX_INTERVAL": 0.0, "REFRESH_INTERVAL": 1e-4}.items():
         monkeypatch.setattr(phases, name, seconds)
     longer = {"simulate.revolutions": 400}  # a run says how far it is after thousands of steps
     scene = clearsweep.load_case(slider_crank("rod-slider", changes=LONG | WORN | longer))
