@@ -34,8 +34,8 @@ def _advice_text(reason: str, limit: str) -> str:
 
 def _film_advice(cases: FinishedCases) -> str:
     """Return the advice on a film: a multiple of the roughness if this is known, else the end of the film law."""
-    worst = cases.worst_case()
-    joint = worst[2] if worst else cases.ranking.candidates[0].joint
+    worst_case = cases.worst_case()
+    joint = worst_case.joint if worst_case else cases.ranking.candidates[0].joint
     column, multiple_text = (
         f"{joint}_{films.THICKNESS}",
         f"{films.ROUGHNESSES:g} times the combined roughness of the surfaces",

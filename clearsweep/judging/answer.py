@@ -47,11 +47,11 @@ def start_force_sentences(cases: FinishedCases) -> list[str]:
     lines = [*peak_force_sentences(started), *position_error_sentences(started)]
     if len(started.case_ids) < len(cases.case_ids):
         lines = [line.replace(": ", " of the started cases: ", 1) for line in lines]
-    force_until_start = start_up.start_force_text(started, worst_case[2]) if worst_case is not None else ""
+    force_until_start = start_up.start_force_text(started, worst_case.joint) if worst_case is not None else ""
     if force_until_start:
         within = start_up.within_revolutions_text(started)
         lines[0] = f"{lines[0].replace(': ', f'{within}: ', 1)} Until the start-up time: {force_until_start}."
-    unknown_text = start_up.force_of_cut_off(cases, worst_case[1][0]) if worst_case is not None else ""
+    unknown_text = start_up.force_of_cut_off(cases, worst_case.columns[0]) if worst_case is not None else ""
     if unknown_text and len(started.case_ids) < len(cases.case_ids):
         lines[0] += f" The peak is {unknown_text}."
     if worst_case is not None and start_up.may_peak_later(started):
@@ -96,11 +96,11 @@ def end_of_life_limit_sentences(cases: FinishedCases) -> list[str]:
     failing_text = f"{exceeding} of {wording.count_text(count, 'case')} {'does' if exceeding == 1 else 'do'} not meet"
     text = f"At the end of the life, {failing_text if exceeding else meeting_text} the limits: {limits_text}."
     if np.isfinite(margins).any():
-        worst_case = int(np.nanargmin(margins))
-        exceeded = cases.values_of(verdict.EXCEEDED)[worst_case] or ""
-        margin = verdict.margin_text(float(margins[worst_case]), limits, exceeded)
-        text += f" Smallest margin there: {margin}{cases.setting_text(worst_case)}."
-        text += " ".join(["", *verdict.small_margin_sentences(float(margins[worst_case]))])
+        worst_index = int(np.nanargmin(margins))
+        exceeded = cases.values_of(verdict.EXCEEDED)[worst_index] or ""
+        margin = verdict.margin_text(float(margins[worst_index]), limits, exceeded)
+        text += f" Smallest margin there: {margin}{cases.setting_text(worst_index)}."
+        text += " ".join(["", *verdict.small_margin_sentences(float(margins[worst_index]))])
     return [text]
 
 
@@ -135,7 +135,7 @@ def largest_force_sentences(cases: FinishedCases) -> list[str]:
     worst_case = cases.worst_case(case_ranking.force_ranking(cases.layout))
     if worst_case is None:
         return []
-    peak_column = worst_case[1][0]
+    peak_column = worst_case.columns[0]
     effect_sentences = effects.sentences(
         cases,
         cases.column_label(peak_column),
@@ -177,11 +177,11 @@ def _restitution_sentences(cases: FinishedCases) -> list[str]:
         if path not in cases.varied_paths or not cases.has_values(column):
             continue
         measured, requested = cases.values_of(column).astype(float), cases.values_of(path).astype(float)
-        worst_case = int(np.nanargmax(np.abs(measured - requested)))
+        worst_index = int(np.nanargmax(np.abs(measured - requested)))
         lines.append(
             f"Measured restitution{cases.joint_text(joint.name)} differs from the requested one by at most "
-            f"{wording.number_text(abs(float(measured[worst_case] - requested[worst_case])), 2)}: "
-            f"{wording.number_text(float(measured[worst_case]))}{cases.setting_text(worst_case)}."
+            f"{wording.number_text(abs(float(measured[worst_index] - requested[worst_index])), 2)}: "
+            f"{wording.number_text(float(measured[worst_index]))}{cases.setting_text(worst_index)}."
         )
     return lines
 
@@ -191,12 +191,14 @@ def position_error_sentences(cases: FinishedCases) -> list[str]:
     error_column = next((column.name for column in cases.layout.columns if column.figure == "error_max"), "")
     if not error_column or not cases.has_values(error_column):
         return []
-    worst_case, hardest_case = (
+    worst_index, hardest_case = (
         cases.argmin_argmax(error_column)[1],
         cases.worst_case(case_ranking.force_ranking(cases.layout)),
     )
-    location = cases.difference_text(worst_case, hardest_case[0]) if hardest_case else cases.setting_text(worst_case)
-    text = f"Largest {cases.layout.output} error: {cases.figure_text(error_column, worst_case)}{location}."
+    location = (
+        cases.difference_text(worst_index, hardest_case.case_index) if hardest_case else cases.setting_text(worst_index)
+    )
+    text = f"Largest {cases.layout.output} error: {cases.figure_text(error_column, worst_index)}{location}."
     return [" ".join([text, *_strongest_effect_sentences(cases, error_column)])]
 
 

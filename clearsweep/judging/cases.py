@@ -18,6 +18,14 @@ UNIT_QUANTILE = 0.95  # the display unit suits this quantile of the values, so t
 DISPLAY_RANGE = (1e-3, 1e5)  # numbers outside this range have a unit of their own
 
 
+class WorstCase(NamedTuple):
+    """The worst case by a ranking."""
+
+    case_index: int
+    columns: tuple[str, ...]  # of the candidate that makes it the worst
+    joint: str
+
+
 class FinishedCases(NamedTuple):
     """The finished cases of a run, as numbers and in words."""
 
@@ -89,8 +97,8 @@ class FinishedCases(NamedTuple):
         values = self.values_of(column_name)
         return int(np.nanargmin(values)), int(np.nanargmax(values))
 
-    def worst_case(self, ranking: CaseRanking | None = None) -> tuple[int, tuple[str, ...], str] | None:
-        """Return index, columns and joint of the worst case by a ranking, default `ranking`; None if all are null."""
+    def worst_case(self, ranking: CaseRanking | None = None) -> WorstCase | None:
+        """Return the worst case by a ranking, default `ranking`; None if all are null."""
         ranking = ranking or self.ranking
         if not ranking.candidates:
             return None
@@ -100,7 +108,7 @@ class FinishedCases(NamedTuple):
             return None
         index = int(np.flatnonzero(severity == severity.max())[-1])
         candidate = ranking.candidates[int(candidate_indices[index])]
-        return index, candidate.columns, candidate.joint
+        return WorstCase(index, candidate.columns, candidate.joint)
 
     def joint_text(self, joint: str) -> str:
         """Return ' in joint NAME', or '' if there is only one joint."""

@@ -43,10 +43,10 @@ class SafeFilm(NamedTuple):
 
 def sentences(cases: FinishedCases) -> list[str]:
     """Return sentences on a safe combination, on the thinnest film and the range of its law, on drivers and on loss."""
-    worst = cases.worst_case()
-    if worst is None:
+    worst_case = cases.worst_case()
+    if worst_case is None:
         return []
-    index, (thinnest, *_), joint = worst
+    index, (thinnest, *_), joint = worst_case
     thinnest_sentence = (
         f"Thinnest film{cases.joint_text(joint)}: "
         f"{cases.figure_text(thinnest, index)}{cases.setting_text(index)}{cases.case_text(index)}."

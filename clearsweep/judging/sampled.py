@@ -141,7 +141,7 @@ def sentences(cases: FinishedCases) -> list[str]:
     limits = cases.limits
     columns = list(dict.fromkeys(limit.column for limit in limits if cases.has_values(limit.column)))
     worst_case = None if columns else cases.worst_case()
-    columns += [worst_case[1][0]] if worst_case else []
+    columns += [worst_case.columns[0]] if worst_case else []
     lines = [" ".join(longer_run_warning(cases, columns))] if limits else []
     has_drivers = False
     for column_name in columns:

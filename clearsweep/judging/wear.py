@@ -18,16 +18,16 @@ def sentences(cases: FinishedCases) -> list[str]:
         depths = depth_in_1000_hours(cases, joint)
         if depths is None:
             continue
-        worst_case = int(np.nanargmax(depths))
-        if growth_lines := _growth_sentences(cases, joint, worst_case):
+        worst_index = int(np.nanargmax(depths))
+        if growth_lines := _growth_sentences(cases, joint, worst_index):
             lines += growth_lines
             continue
-        (depth_text,) = wording.texts_in_common_unit([float(depths[worst_case])], "m")
+        (depth_text,) = wording.texts_in_common_unit([float(depths[worst_index])], "m")
         text = (
             f"Deepest wear of one body{cases.joint_text(joint.name)}: {depth_text} per 1000 "
-            f"h{cases.setting_text(worst_case)}."
+            f"h{cases.setting_text(worst_index)}."
         )
-        remarks = forecast_remark(cases, joint, worst_case, float(depths[worst_case]))
+        remarks = forecast_remark(cases, joint, worst_index, float(depths[worst_index]))
         remarks += worn_away_sentences(cases, joint, depths)
         effect_sentences = effects.sentences(cases, effects.FIGURE_PRONOUN, depths, _depth_texts, 1)
         if remarks:  # 'it' would be the last one's subject
@@ -90,18 +90,18 @@ def _depth_texts(values: Sequence[float]) -> list[str]:
     return wording.texts_in_common_unit(values, "m")
 
 
-def _growth_sentences(cases: FinishedCases, joint: JointLayout, worst_case: int) -> list[str]:
+def _growth_sentences(cases: FinishedCases, joint: JointLayout, worst_index: int) -> list[str]:
     """Return a sentence on the growth of the clearance per 1000 hours of the life of a case, or [] without a life."""
     growth_column, hours_column = (f"{joint.name}_{figure}" for figure in ("clearance_growth", "life_hours"))
     if not (cases.has_values(growth_column) and cases.has_values(hours_column)):
         return []
     growth_rate = (
-        1000.0 * float(cases.values_of(growth_column)[worst_case]) / float(cases.values_of(hours_column)[worst_case])
+        1000.0 * float(cases.values_of(growth_column)[worst_index]) / float(cases.values_of(hours_column)[worst_index])
     )
     if not np.isfinite(growth_rate):
         return []
     (growth_text,) = wording.texts_in_common_unit([growth_rate], "m")
-    location = f"{cases.joint_text(joint.name)}{cases.setting_text(worst_case)}"
+    location = f"{cases.joint_text(joint.name)}{cases.setting_text(worst_index)}"
     return [f"Wear of both bodies widens the clearance{location} by {growth_text} per 1000 h of the life."]
 
 
