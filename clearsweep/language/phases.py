@@ -1,8 +1,8 @@
 """Phases of work and their progress: current activity of a process, elapsed time, and time left.
 
 Code opens a phase and records its progress, which takes a microsecond.  `show_progress` prints the open phase on
-stderr: a line after FIRST_LINE_DELAY s without one, or on a terminal a line that is redrawn.  `store_progress` stores it
-where another process reads it, as worker processes do.
+stderr: a line after FIRST_LINE_DELAY s without one, or on a terminal a line that is redrawn.  `store_progress` stores
+it where another process reads it, as worker processes do.
 """
 
 import contextlib
