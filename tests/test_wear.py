@@ -20,9 +20,11 @@ from clearsweep.mechanics.joint.wear.arc_over_step import (
 from clearsweep.mechanics.joint.wear.archard import Archard
 from clearsweep.mechanics.joint.wear.binning import update_worn_profile
 from clearsweep.mechanics.joint.wear.contract import (
+    ACCOUNT_SIZE,
     MAX_BINS,
     SLIDING_DISTANCE,
     Bins,
+    JointAccount,
     SlidingContact,
     Worn,
     half_arc,
@@ -67,7 +69,8 @@ def both(joint, polynomials, step_values):
     """Return the depths of bearing and journal after a step with these courses."""
     depths, workspace = np.zeros(2 * BINS), np.zeros(WORKSPACE_SIZE)
     workspace[: polynomials.size] = polynomials.ravel()
-    update_worn_profile(joint, workspace, step_values, 1.0, (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)))
+    bins, account = (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)), JointAccount(np.zeros(ACCOUNT_SIZE), 1.0)
+    update_worn_profile(joint, workspace, step_values, 1.0, bins, account)
     return depths[:BINS], depths[BINS:]
 
 

@@ -20,6 +20,7 @@ from .contract import (
     cumulative_pressure,
     half_arc,
     local_clearance,
+    peak_over_mean,
     pressure_integral_over_load,
     wear_rate,
 )
@@ -38,8 +39,11 @@ AREA, HALF, PER_HALF, MIDDLE, START, STOP, RATE, MIDDLE_POLYNOMIAL, HALF_POLYNOM
 #: at which it passes edges; then the wear before edges, and terms of sums.
 END, TIME_PER_ANGLE, END_POLYNOMIAL, END_SLOPE, PASSINGS, WORN, TERM = range(9, 16)
 BODY_SIZE = (TERM + 2) * POINTS
-FIRST_BODY = ROWS * POINTS  # offset of the workspace of the bearing
-#: The workspace has the coefficients over the fraction of the step, then the rows of bearing and journal.
+#: Rows at the nodes of a span: time (s), its product with the mean pressure on the bearing (Pa s), largest pressure
+#: (Pa) and its product with the sliding speed (W/m^2).
+DURATION_ROW, PRESSURE_TIME_ROW, PEAK_ROW, PV_ROW, FIRST_BODY_ROW = range(ROWS, ROWS + 5)
+FIRST_BODY = FIRST_BODY_ROW * POINTS  # offset of the workspace of the bearing
+#: The workspace has the coefficients over the fraction of the step, the rows of a span, then those of both bodies.
 WORKSPACE_SIZE = FIRST_BODY + 2 * BODY_SIZE
 
 NODES, WEIGHTS = lobatto_rule(POINTS)
@@ -58,6 +62,7 @@ _NODES, _WEIGHTS = gauss_rule(POINTS)
 _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 SMOOTHED_NODES, SMOOTHED_WEIGHTS = _NODES**2 * (3.0 - 2.0 * _NODES), 6.0 * _NODES * (1.0 - _NODES) * _WEIGHTS
 SMALLEST_HALF_ANGLE = 1e-300  # rad, of an arc without width
+SMALLEST_ARC = 1e-7  # rad: half-angle below which the pressure of an arc is not evaluated
 #: Of each node: its distance from the previous one; one plus the power of its coefficient; its number.
 SPACINGS, POWERS, INDICES = (
     np.diff(NODES, prepend=-1.0),
@@ -133,28 +138,38 @@ def _write_arc(workspace, body_offset, i, area, angle, half_angle):
     )
 
 
+@inlined
+def write_pressure(workspace, i, pressures, speed, duration):
+    """Write the (mean, largest) pressure (Pa) on the bearing at a node, which represents a `duration` (s)."""
+    workspace[DURATION_ROW * POINTS + i], workspace[PRESSURE_TIME_ROW * POINTS + i] = duration, pressures[0] * duration
+    workspace[PEAK_ROW * POINTS + i], workspace[PV_ROW * POINTS + i] = pressures[1], pressures[1] * speed
+
+
 @kernel
 def evaluate_arc(joint, workspace, step_length, low, high):
-    """Write the position of the arc and its wear (m rad) at the nodes between two fractions of a step to `workspace`.
+    """Write the arc, its wear (m rad) and its pressure at the nodes between two fractions of a step to `workspace`.
 
     step_length : s over kappa
     """
     span_middle, half_width, pressure = 0.5 * (low + high), 0.5 * (high - low), joint.wear.pressure
-    bearing_factor, journal_factor = (
-        step_length * half_width / joint.bearing_radius,
-        step_length * half_width / joint.journal_radius,
-    )
+    per_bearing_radius, per_journal_radius = 1.0 / joint.bearing_radius, 1.0 / joint.journal_radius
     for i in lane_range(POINTS):
         x = span_middle + half_width * NODES[i]
         sliding = sliding_contact_at(joint, workspace, x)
         bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
-        weight = WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, x), 0.0)
+        duration = step_length * half_width * WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, x), 0.0)
         half_angle = half_arc(pressure, joint, joint.bearing_radius, sliding)
+        is_wide = half_angle > SMALLEST_ARC  # not at an onset or a separation, where there is no load either
+        mean_pressure = where(
+            is_wide, 0.5 * per_bearing_radius * sliding.pressure_integral / where(is_wide, half_angle, 1.0), 0.0
+        )
+        pressures = mean_pressure, mean_pressure * peak_over_mean(pressure, half_angle)
+        write_pressure(workspace, i, pressures, sliding.sliding_speed, duration)
         _write_arc(
             workspace,
             FIRST_BODY,
             i,
-            bearing_factor * weight * bearing_rate,
+            duration * bearing_rate * per_bearing_radius,
             evaluate_polynomial(workspace, BEARING_ANGLE_ROW, x),
             half_angle,
         )
@@ -163,7 +178,7 @@ def evaluate_arc(joint, workspace, step_length, low, high):
             workspace,
             FIRST_BODY + BODY_SIZE,
             i,
-            journal_factor * weight * journal_rate,
+            duration * journal_rate * per_journal_radius,
             evaluate_polynomial(workspace, JOURNAL_ANGLE_ROW, x),
             half_angle,
         )

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from ...compiled.choosing import lane_range, rolled_range
 from ...compiled.family import family, inlined, kernel
 from ...observe.histogram import PARTS, SLIP_ROW
+from .account import account_span
 from .arc_over_step import (
     AREA,
     BODY_SIZE,
@@ -169,8 +170,8 @@ def _default_update_wear_over_span(joint, workspace, step_length, span, bins):
 
 
 @kernel
-def update_worn_profile(joint, workspace, values, step_length, bins):
-    """Add the wear of a step of `step_length` (s over kappa), to the worn profiles of bearing and journal.
+def update_worn_profile(joint, workspace, values, step_length, bins, account):
+    """Add the wear of a step of `step_length` (s over kappa) to the worn profiles of both bodies and a JointAccount.
 
     workspace : (WORKSPACE_SIZE,) with the coefficients over the fraction of the step; values : (STEP_VALUE_ROWS, PARTS
     + 1), from which the sliding speed is read; bins : of both bodies.
@@ -184,4 +185,5 @@ def update_worn_profile(joint, workspace, values, step_length, bins):
                 continue
             high = (i + a / (a - b)) / PARTS  # where sliding reverses, its speed has a kink
         update_wear_over_span(joint, workspace, step_length, (low, high), bins)
+        account_span(joint, workspace, account.numbers, account.length_fraction)
         low = high
