@@ -7,6 +7,7 @@ import numpy as np
 from ...compiled.choosing import bits_of, lane_range, number_of
 from ...compiled.family import family, inlined, kernel
 from ...observe.histogram import KAPPA_ROW, PARTS, SLIP_ROW
+from ..spatial import Flanged, Through
 from .arc_over_step import (
     AREA,
     BODY_SIZE,
@@ -96,6 +97,12 @@ def _default_account_pressure(joint, workspace, account):
         for i in range(POINTS):
             if workspace[PV_ROW * POINTS + i] > joint.wear.pv_limit:
                 account[PV_BEYOND] += workspace[DURATION_ROW * POINTS + i]
+
+
+@account_pressure.member(Through)
+@account_pressure.member(Flanged)
+def _account_pressure_through_or_flanged(joint, workspace, account):
+    pass  # `slices` adds the pressure of a whole strip
 
 
 @inlined

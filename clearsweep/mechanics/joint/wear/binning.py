@@ -29,6 +29,7 @@ from .arc_over_step import (
     is_monotonic,
     range_of_row,
     row_sum,
+    unfitted_edges,
     wear_before_edge,
     write_passing_times,
     write_wear_before_passed_edges,
@@ -152,7 +153,7 @@ def update_body_wear(pressure, workspace, bins):
     begin, end = edges.near_start, edges.near_stop  # between them the edges that are within the arc
     if end <= begin:
         begin, end = last_edge, last_edge
-    if last_edge - first_edge > end - begin:
+    if max(begin - first_edge, last_edge - end) > unfitted_edges(pressure):
         fit_arc(pressure, workspace)
     cursor = BinCursor(first_edge % bins.count, 0.0)
     cursor = update_bins_at_arc_ends(pressure, workspace, bins, (first_edge, begin), (edges, width), cursor)

@@ -17,7 +17,7 @@ from ...observe.histogram import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, QUARTER
 from ...trace.portable import coefficients_through, exact, powers
 from ..modes import touches
 from ..spatial import ENDS, Flanged, Through, bearing_length, wall_point
-from .account import account_pressure, accumulate_distance
+from .account import accumulate_distance
 from .arc_over_step import FIT, POINTS, SMALLEST_ARC, sliding_contact_of
 from .binning import update_worn_profile
 from .contract import (
@@ -151,12 +151,6 @@ def slice_of(joint, history, low, high):
     if weight_sum <= 0.0:
         return Slice(0.0, 0.0, 0.0, 0.0)
     return Slice(load_fraction_sum / work_sum, length_sum / weight_sum, depth_sum / weight_sum, begin_sum / weight_sum)
-
-
-@account_pressure.member(Through)
-@account_pressure.member(Flanged)
-def _account_pressure_through_or_flanged(joint, workspace, account):
-    """Leave out the pressure of a group of slices: `accumulate_strip_pressure` adds that of the strip."""
 
 
 @kernel
