@@ -11,6 +11,7 @@ from ..contracts.case import Case
 from ..contracts.catalogue import Mechanism
 from ..contracts.machine import Machine
 from ..contracts.outline import Outline
+from ..mechanics.compiled.family import Identity
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import IdealMotion
 from .largest import largest
@@ -33,17 +34,17 @@ def machine_of(mechanism: Mechanism, case: Case) -> Machine | None:
     """Return the planar machine of a case, or None if its mechanism has none; cases that differ elsewhere share it."""
     if not mechanism.machine:
         return None
-    sections = case.mechanism, case.loads, case.outline
-    key = *map(id, sections), repr(case.drive)
-    if key not in _MACHINES:
-        if len(_MACHINES) >= MAX_MACHINES:
-            _MACHINES.clear()
-        _MACHINES[key] = mechanism.machine(case), sections
-    return _MACHINES[key][0]
+    sections = Identity(case.mechanism), Identity(case.loads), Identity(case.outline)
+    return _machine(mechanism.machine, sections, repr(case.drive), planar.AlwaysEqual(case))
 
 
-MAX_MACHINES = 256
-_MACHINES: dict[tuple, tuple[Machine, tuple]] = {}  # with the sections of the case, whose ids are in the key
+@functools.lru_cache(maxsize=256)
+def _machine(
+    machine_from: Callable[[Case], Machine], sections: tuple[Identity, ...], drive: str, case: planar.AlwaysEqual
+) -> Machine:
+    """Return the machine of a case, which depends on these `sections` and its `drive` only."""
+    machine: Machine = machine_from(case.value)
+    return machine
 
 
 def ideal_motion(case: Case, angles: np.ndarray) -> IdealMotion | None:
@@ -63,18 +64,16 @@ def ideal_peaks(case: Case, machine: Machine | None = None) -> Mapping[str, floa
     tables = [load.table for load in case.loads if load.table]
     turn_range = _turn_range(case, tables)
     knots = _knots(case, tables, turn_range)
-    key = planar.machine_key(machine), turn_range, knots
-    if key not in _PEAKS:
-        if len(_PEAKS) >= MAX_PEAKS:
-            _PEAKS.clear()
-        drive: Any = machine.drive  # a table of speeds has an angle, too
-        start = drive.start_angle
-        _PEAKS[key] = peaks(lambda angles: planar.ideal(machine, start + angles), turn_range, knots)
-    return _PEAKS[key]
+    return _peaks(planar.machine_key(machine), turn_range, knots, planar.AlwaysEqual(machine))
 
 
-MAX_PEAKS = 256
-_PEAKS: dict[tuple, Mapping[str, float]] = {}  # the cases of a sweep share few mechanisms and speeds
+@functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
+def _peaks(
+    key: bytes, turn_range: tuple[float, float], knots: tuple[float, ...], machine: planar.AlwaysEqual
+) -> Mapping[str, float]:
+    """Return the result of `peaks` for a machine with this key."""
+    start = machine.value.drive.start_angle
+    return peaks(lambda angles: planar.ideal(machine.value, start + angles), turn_range, knots)
 
 
 def _turn_range(case: Case, tables: list[Mapping[str, Any]]) -> tuple[float, float]:

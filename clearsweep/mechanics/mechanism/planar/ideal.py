@@ -24,6 +24,7 @@ from ....contracts.machine import (
     Stretch,
     TabledPush,
 )
+from ...compiled.family import Identity
 from ...joint.friction.contract import friction_force, without_history
 from ...trace import portable
 from ..contract import IdealMotion
@@ -363,13 +364,9 @@ def ideal_of(machine: Machine) -> IdealMachine:
 
 def machine_key(machine: Machine) -> bytes:
     """Return a key that equal machines share; a machine is pickled only once."""
-    cached = _KEYS.get(id(machine))
-    if cached is None:
-        if len(_KEYS) >= MAX_KEYS:
-            _KEYS.clear()
-        cached = _KEYS[id(machine)] = machine, pickle.dumps(machine)
-    return cached[1]
+    return _pickled(Identity(machine))
 
 
-MAX_KEYS = 256
-_KEYS: dict[int, tuple[Machine, bytes]] = {}  # id of a machine, which stays as long as it is in here -> its key
+@functools.lru_cache(maxsize=256)
+def _pickled(machine: Identity) -> bytes:
+    return pickle.dumps(machine.value)
