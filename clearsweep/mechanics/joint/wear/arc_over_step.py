@@ -181,10 +181,9 @@ def evaluate_arc(joint, workspace, step_length, low, high):
         bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
         duration = step_length * half_width * WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, x), 0.0)
         half_angle = half_arc(pressure, joint, joint.bearing_radius, sliding)
-        is_wide = half_angle > SMALLEST_ARC  # not at an onset or a separation, where there is no load either
-        mean_pressure = where(
-            is_wide, 0.5 * per_bearing_radius * sliding.pressure_integral / where(is_wide, half_angle, 1.0), 0.0
-        )
+        # not at an onset or a separation, where there is no load either
+        per_width = where(half_angle > SMALLEST_ARC, 0.5 / max(half_angle, SMALLEST_HALF_ANGLE), 0.0)
+        mean_pressure = per_width * per_bearing_radius * sliding.pressure_integral
         pressures = mean_pressure, mean_pressure * peak_over_mean(pressure, half_angle)
         write_pressure(workspace, i, pressures, sliding.sliding_speed, duration)
         _write_arc(

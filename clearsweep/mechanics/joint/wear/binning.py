@@ -14,6 +14,7 @@ from .account import account_span
 from .arc_over_step import (
     AREA,
     BODY_SIZE,
+    DURATION_ROW,
     FIRST_BODY,
     HALF,
     INDICES,
@@ -49,10 +50,11 @@ class Edges(NamedTuple):
 
 
 class BinCursor(NamedTuple):
-    """The bin that follows an edge, and the wear before that edge."""
+    """The bin that follows an edge, the wear before that edge, and the wear of the whole arc."""
 
     position: int  # of the bin behind the edge
-    wear_before: float  # m rad, wear before the edge
+    wear_before: float  # m rad
+    total: float  # m rad
 
 
 @kernel
@@ -94,22 +96,22 @@ def write_wear_before_edges(pressure, workspace, edge, edges, last_edge):
 
 
 @inlined
-def update_wear_bin(workspace, bins, number, total, cursor):
+def update_wear_bin(workspace, bins, number, cursor):
     """Add the wear between an edge, item `number` of WORN, and the previous one to a bin; return the next BinCursor."""
     bins_per_radian = bins.count / (2.0 * math.pi)
-    cumulative = min(max(workspace[WORN * POINTS + number], cursor.wear_before), total)
+    cumulative = min(max(workspace[WORN * POINTS + number], cursor.wear_before), cursor.total)
     bins.depths[bins.start + cursor.position] += (cumulative - cursor.wear_before) * bins_per_radian
-    return BinCursor(cursor.position + 1 if cursor.position + 1 < bins.count else 0, cumulative)
+    return BinCursor(cursor.position + 1 if cursor.position + 1 < bins.count else 0, cumulative, cursor.total)
 
 
 @kernel
 def update_bins_at_arc_ends(pressure, workspace, bins, span, edges, cursor):
     """Add the wear between the edges of a `span` (begin, end), which the arc's ends meet; return the next BinCursor."""
-    batch_size, index_in_batch, total = 0, 0, row_sum(workspace, AREA)
+    batch_size, index_in_batch = 0, 0
     for edge in range(span[0] + 1, span[1] + 1):
         if index_in_batch == batch_size:
             batch_size, index_in_batch = write_wear_before_edges(pressure, workspace, edge, edges, span[1]), 0
-        cursor = update_wear_bin(workspace, bins, index_in_batch, total, cursor)
+        cursor = update_wear_bin(workspace, bins, index_in_batch, cursor)
         index_in_batch += 1
     return cursor
 
@@ -121,12 +123,12 @@ def update_bins_inside_arc(pressure, workspace, bins, span, cursor):
 
 @update_bins_inside_arc.member(None)
 def _default_update_bins_inside_arc(pressure, workspace, bins, span, cursor):
-    width, batch_size, index_in_batch, total = 2.0 * math.pi / bins.count, 0, 0, row_sum(workspace, AREA)
+    width, batch_size, index_in_batch = 2.0 * math.pi / bins.count, 0, 0
     for edge in range(span[0] + 1, span[1] + 1):
         if index_in_batch == batch_size:
             write_wear_before_inner_edges(pressure, workspace, edge * width, width)
             batch_size, index_in_batch = POINTS, 0
-        cursor = update_wear_bin(workspace, bins, index_in_batch, total, cursor)
+        cursor = update_wear_bin(workspace, bins, index_in_batch, cursor)
         index_in_batch += 1
     return cursor
 
@@ -155,7 +157,7 @@ def update_body_wear(pressure, workspace, bins):
         begin, end = last_edge, last_edge
     if max(begin - first_edge, last_edge - end) > unfitted_edges(pressure):
         fit_arc(pressure, workspace)
-    cursor = BinCursor(first_edge % bins.count, 0.0)
+    cursor = BinCursor(first_edge % bins.count, 0.0, total)
     cursor = update_bins_at_arc_ends(pressure, workspace, bins, (first_edge, begin), (edges, width), cursor)
     cursor = update_bins_inside_arc(pressure, workspace, bins, (begin, end), cursor)
     cursor = update_bins_at_arc_ends(pressure, workspace, bins, (end, last_edge), (edges, width), cursor)
@@ -177,8 +179,10 @@ def update_worn_profile(joint, workspace, values, step_length, bins, account):
     workspace : (WORKSPACE_SIZE,) with the coefficients over the fraction of the step; values : (STEP_VALUE_ROWS, PARTS
     + 1), from which the sliding speed is read; bins : of both bodies.
     """
-    low = 0.0
-    for i in rolled_range(PARTS + 1):
+    for i in lane_range(PARTS):  # the row of the durations is free until a span is added
+        workspace[DURATION_ROW * POINTS + i] = values[SLIP_ROW, i] * values[SLIP_ROW, i + 1]
+    low, reverses = 0.0, range_of_row(workspace, DURATION_ROW)[0] < 0.0
+    for i in rolled_range(0 if reverses else PARTS, PARTS + 1):
         high = 1.0
         if i < PARTS:
             a, b = values[SLIP_ROW, i], values[SLIP_ROW, i + 1]

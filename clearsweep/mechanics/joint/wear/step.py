@@ -143,7 +143,11 @@ def fit_profiles(workspace, step_values, length):
 @kernel
 def unwrap_angles(angles):
     """Remove jumps by full turns from angles (rad) at the quarters of a step."""
-    full_turn, turns, previous_angle = 2.0 * math.pi, 0.0, angles[0]
+    full_turn, turns, previous_angle, largest_change = 2.0 * math.pi, 0.0, angles[0], 0.0
+    for i in range(1, QUARTER_POINTS + 2):
+        largest_change = max(largest_change, abs(angles[i] - angles[i - 1]))
+    if largest_change <= math.pi:
+        return
     for i in range(1, QUARTER_POINTS + 2):
         angle = angles[i]
         turns += math.floor((angle - previous_angle) * (1.0 / full_turn) + 0.5)

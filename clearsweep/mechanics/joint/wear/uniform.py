@@ -30,6 +30,7 @@ from .arc_over_step import (
     POINTS,
     RATE,
     SMALLEST_HALF_ANGLE,
+    SPACINGS,
     START,
     STOP,
     TERM,
@@ -55,7 +56,7 @@ HALF_RATE, MOMENT, PER_ARC = RATE, TERM, TERM + 1
 MAX_PER_HALF = 1e7  # 1/rad: in a narrower arc there is no load, and rounding must not be magnified
 #: Estimates of the time at which an end of the arc passes an edge: their largest number; change from which on another
 #: one follows.
-MAX_ESTIMATES, CLOSE_ESTIMATE = 4, 2e-3
+MAX_ESTIMATES, CLOSE_ESTIMATE = 8, 2e-3
 PER_POWER = 1.0 / (1.0 + INDICES)  # from the coefficients of a polynomial to those of its antiderivative over x
 
 
@@ -112,7 +113,7 @@ def _write_wear_before_passed_edges_uniform(pressure, workspace, end, edge, widt
 
 
 @inlined
-def _residual_and_load(workspace, edge, row, t):
+def _distance_and_load(workspace, edge, row, t):
     """Return the distance (rad) of an edge from an end of the arc, a row, at time t, and the load between until t."""
     for k in lane_range(POINTS):
         distance = edge - workspace[row * POINTS + k]
@@ -128,20 +129,20 @@ def _load_until_passing(workspace, edge, end, i):
     """Return the integral of the load between an end (-1, 1) of the arc and an edge, until the end passes the edge.
 
     The end passes between nodes `i - 1` and `i`.  The first estimate of the time is linear, each next one takes the
-    slope of the parabola through three residuals.  The load between the last two estimates is that of a triangle.
+    slope of the parabola through three distances.  The load between the last two estimates is that of a triangle.
     """
     row, low, high = START if end < 0 else STOP, NODES[i - 1], NODES[i]
     a, b = edge - workspace[row * POINTS + i - 1], edge - workspace[row * POINTS + i]
-    t = low if a == b else (low * b - high * a) / (b - a)
+    t, mean_slope = low if a == b else (low * b - high * a) / (b - a), (b - a) / SPACINGS[i]
     load, attempts = 0.0, 0
     while attempts < MAX_ESTIMATES:
-        residual, load = _residual_and_load(workspace, edge, row, t)
-        before, behind, correction = t - low, high - t, 0.0
-        if before > 0.0 < behind:
-            slope = (residual - a) / before + (b - residual) / behind - (b - a) / (high - low)
-            correction = residual * slope / (slope * slope + SMALLEST_HALF_ANGLE)
-            correction = min(max(correction, -behind), before)
-        load -= 0.5 * _per_arc(workspace, i) * INVERSE_WEIGHTS[i] * residual * correction
+        distance, load = _distance_and_load(workspace, edge, row, t)
+        before, behind = t - low, high - t
+        product, bend = before * behind, distance - a - mean_slope * before
+        slope = mean_slope * product + bend * (behind - before)  # of the parabola, times the product
+        correction = distance * product * slope / (slope * slope + SMALLEST_HALF_ANGLE)
+        correction = min(max(correction, -behind), before)
+        load -= 0.5 * _per_arc(workspace, i) * INVERSE_WEIGHTS[i] * distance * correction
         t -= correction
         attempts = attempts + 1 if abs(correction) > CLOSE_ESTIMATE else MAX_ESTIMATES
     return -end * load
@@ -173,22 +174,22 @@ def _unfitted_edges_uniform(pressure):
 
 
 @kernel
-def _wear_before_inner_edge(workspace, edge):
-    """Return the wear before an `edge` (rad) that is within the arc at all points, and its slope."""
+def _wear_before_inner_edge(workspace, edge, total):
+    """Return the wear, of a `total`, before an `edge` (rad) that is within the arc at all points, and its slope."""
     for i in lane_range(POINTS):
         per_arc = _per_arc(workspace, i)
         workspace[END * POINTS + i] = per_arc
         workspace[TIME_PER_ANGLE * POINTS + i] = per_arc * (edge - workspace[MIDDLE * POINTS + i])
-    return 0.5 * row_sum(workspace, AREA) + row_sum(workspace, TIME_PER_ANGLE), row_sum(workspace, END)
+    return 0.5 * total + row_sum(workspace, TIME_PER_ANGLE), row_sum(workspace, END)
 
 
 @update_bins_inside_arc.member(UniformPressure)
 def _update_bins_inside_arc_uniform(pressure, workspace, bins, span, cursor):
     """Every bin between two edges within the arc receives the same depth."""
-    count, width, total = span[1] - span[0] - 1, 2.0 * math.pi / bins.count, row_sum(workspace, AREA)
+    count, width, total = span[1] - span[0] - 1, 2.0 * math.pi / bins.count, cursor.total
     if count < 0:
         return cursor
-    first_wear, slope = _wear_before_inner_edge(workspace, (span[0] + 1) * width)
+    first_wear, slope = _wear_before_inner_edge(workspace, (span[0] + 1) * width, total)
     first_wear = min(max(first_wear, cursor.wear_before), total)
     last_wear = min(first_wear + slope * width * count, total)
     bins.depths[bins.start + cursor.position] += (first_wear - cursor.wear_before) / width
@@ -197,7 +198,7 @@ def _update_bins_inside_arc_uniform(pressure, workspace, bins, span, cursor):
     _add_depth(bins, next_position, count_to_end, depth)
     _add_depth(bins, 0, count - count_to_end, depth)
     position = next_position + count
-    return BinCursor(position if position < bins.count else position - bins.count, last_wear)
+    return BinCursor(position if position < bins.count else position - bins.count, last_wear, total)
 
 
 @inlined
