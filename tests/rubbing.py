@@ -5,17 +5,16 @@ from typing import NamedTuple
 
 import numpy as np
 
+from clearsweep.mechanics.joint.wear.account import accumulate_distance
 from clearsweep.mechanics.joint.wear.arc_over_step import WORKSPACE_SIZE
 from clearsweep.mechanics.joint.wear.binning import update_worn_profile
-from clearsweep.mechanics.joint.wear.contract import ACCOUNT_SIZE, Bins
+from clearsweep.mechanics.joint.wear.contract import ACCOUNT_SIZE, Bins, JointAccount
 from clearsweep.mechanics.joint.wear.step import (
     AXIAL_ROWS,
     POSITIONS,
     SLOPES,
     STRIP_ROWS,
     Step,
-    accumulate_distance,
-    accumulate_pressure,
     fit_positions,
     fit_profiles,
 )
@@ -78,8 +77,6 @@ def worn_off(joint, history, steps=1):
         fit_profiles(step.workspace, step.step_values[0], law.length)
         fit_positions(step.workspace, step.positions[0])
         accumulate_distance(step, 0, account)
-        accumulate_pressure(joint, step, 0, account)
-        update_worn_profile(
-            joint, workspace, step.step_values[0], length, (Bins(depths, 0, count), Bins(depths, count, count))
-        )
+        bins = Bins(depths, 0, count), Bins(depths, count, count)
+        update_worn_profile(joint, workspace, step.step_values[0], length, bins, JointAccount(account, 1.0))
     return depths[:count], depths[count:], account, workspace

@@ -20,9 +20,11 @@ from clearsweep.mechanics.joint.wear.arc_over_step import (
 from clearsweep.mechanics.joint.wear.archard import Archard
 from clearsweep.mechanics.joint.wear.binning import update_worn_profile
 from clearsweep.mechanics.joint.wear.contract import (
+    ACCOUNT_SIZE,
     MAX_BINS,
     SLIDING_DISTANCE,
     Bins,
+    JointAccount,
     SlidingContact,
     Worn,
     half_arc,
@@ -67,7 +69,8 @@ def both(joint, polynomials, step_values):
     """Return the depths of bearing and journal after a step with these courses."""
     depths, workspace = np.zeros(2 * BINS), np.zeros(WORKSPACE_SIZE)
     workspace[: polynomials.size] = polynomials.ravel()
-    update_worn_profile(joint, workspace, step_values, 1.0, (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)))
+    bins, account = (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)), JointAccount(np.zeros(ACCOUNT_SIZE), 1.0)
+    update_worn_profile(joint, workspace, step_values, 1.0, bins, account)
     return depths[:BINS], depths[BINS:]
 
 
@@ -184,6 +187,23 @@ def test_the_bins_of_an_arc_that_travels_sum_to_the_volume_of_the_step(pressure,
     ):
         assert depths.sum() * radius * 2.0 * math.pi / BINS == pytest.approx(coefficient * rubbed, rel=1e-12, abs=0.0)
         assert depths.min() >= 0.0
+
+
+@pytest.mark.parametrize("travel", [(-0.001, 0.017), (0.0005, 0.012)])
+@pytest.mark.parametrize("angle", [0.3, 0.304])
+def test_an_edge_that_an_end_of_an_even_arc_passes_divides_the_wear_at_the_moment_of_passing(angle, travel):
+    """Against 400,000 moments; both ends accelerate within the step."""
+    joint, count = worn_joint(1e-14, 1e-14, UniformPressure()), 400000
+    polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
+    polynomials[FORCE_ROW, 0], polynomials[DEPTH_ROW, 0] = 2.5e5, 1e-5
+    polynomials[KAPPA_ROW, 0], polynomials[SLIP_ROW, 0] = 1.0, 1e-3
+    polynomials[BEARING_ANGLE_ROW, :3] = angle, *travel
+    depths, _ = both(joint, polynomials, step_values)
+    x, half = (np.arange(count) + 0.5) / count, math.acos(0.5e-3 / (0.5e-3 + 1e-5))
+    middle, width = angle + travel[0] * x + travel[1] * x**2, 2.0 * math.pi / BINS
+    before = [np.mean(np.clip(0.5 + 0.5 * (k * width - middle) / half, 0.0, 1.0)) for k in range(BINS + 1)]
+    naive = np.diff(before) / width * 1e-14 * 2.5e5 * 1e-3 / 0.01 * half / math.sin(half)
+    assert depths == pytest.approx(naive, rel=0.0, abs=1e-9 * naive.max())
 
 
 def test_finer_bins_keep_the_means_of_those_that_wear_is_summed_up_in():

@@ -26,8 +26,7 @@ from .dry import Clip, normal_forces
 from .friction.contract import friction_force
 from .modes import FREE, PRESSED, touches
 from .offsets import after_law, with_current_state
-from .wear.arc_over_step import sliding_contact_at
-from .wear.contract import local_clearance, middle_arc
+from .wear.contract import arc_width, local_clearance
 from .wear.step import SLOPES, record
 
 
@@ -185,7 +184,7 @@ def unworn_local_clearance(joint, wall_angle):
     return where(is_on_flat_wall(joint, wall_angle), joint.journal_radius + joint.clearance, joint.clearance)
 
 
-@middle_arc.member(SlotJoint)
-def _middle_arc_slot_joint(joint, workspace):
+@arc_width.member(SlotJoint)
+def _arc_width_slot_joint(joint, workspace):
     """Return an arc wide enough for the bins: the pin moves along the wall, so its wear is even within a bin."""
-    return 2.0 * math.pi, sliding_contact_at(joint, workspace, 0.5)
+    return 2.0 * math.pi

@@ -30,8 +30,7 @@ from .modes import FREE, PRESSED, touches
 from .nearest import approximate_angle, with_angles
 from .offsets import with_current_laws
 from .slot import SlotJoint, is_on_flat_wall, load_at_pin, normal_of, record_slot_contact, unworn_local_clearance
-from .wear.arc_over_step import sliding_contact_at
-from .wear.contract import local_clearance, middle_arc
+from .wear.contract import arc_width, local_clearance
 from .wear.shape import (
     KNOT_SPACING,
     KNOTS,
@@ -172,9 +171,9 @@ def _local_clearance_worn_slot(joint, wall_angle, pin_angle):
     return clearance * clearance / max(difference, POINT_MARGIN * clearance)
 
 
-@middle_arc.member(WornSlot)
-def _middle_arc_worn_slot(joint, workspace):
-    return 2.0 * math.pi, sliding_contact_at(joint, workspace, 0.5)
+@arc_width.member(WornSlot)
+def _arc_width_worn_slot(joint, workspace):
+    return 2.0 * math.pi
 
 
 # ---------------------------------------------------------------------------------------------- worn shapes

@@ -9,17 +9,20 @@ register.
 Within the part of a step between two reversals of sliding, the time is counted from -1 to 1.
 """
 
+import math
+
 import numpy as np
 
 from ...compiled.choosing import lane_range, rolled_range, where
 from ...compiled.family import family, inlined, kernel
 from ...observe.histogram import DEPTH_ROW, FORCE_ROW, FRICTION_POWER_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
-from ...trace.portable import coefficients_through, gauss_rule, least_squares, lobatto_rule, powers
+from ...trace.portable import Exact, coefficients_through, gauss_rule, least_squares, lobatto_rule, powers
 from .contract import (
     SlidingContact,
     cumulative_pressure,
     half_arc,
     local_clearance,
+    peak_over_mean,
     pressure_integral_over_load,
     wear_rate,
 )
@@ -35,11 +38,15 @@ BEARING_ANGLE_ROW, JOURNAL_ANGLE_ROW, PENETRATION_ROW, DISTANCE_ROW, ROWS = rang
 #: and of its half-angle.
 AREA, HALF, PER_HALF, MIDDLE, START, STOP, RATE, MIDDLE_POLYNOMIAL, HALF_POLYNOMIAL = range(9)
 #: Rows of an end of the arc: its angle at the previous node, time per angle, coefficients, those of its slope, times
-#: at which it passes edges; then the wear before edges, and terms of sums.
+#: at which it passes edges; then the wear before edges, terms of sums, and those of a sum over the nodes.
 END, TIME_PER_ANGLE, END_POLYNOMIAL, END_SLOPE, PASSINGS, WORN, TERM = range(9, 16)
-BODY_SIZE = (TERM + 2) * POINTS
-FIRST_BODY = ROWS * POINTS  # offset of the workspace of the bearing
-#: The workspace has the coefficients over the fraction of the step, then the rows of bearing and journal.
+NODE_TERM = TERM + 2
+BODY_SIZE = (NODE_TERM + 2) * POINTS
+#: Rows at the nodes of a span: time (s), its product with the mean pressure on the bearing (Pa s), largest pressure
+#: (Pa) and its product with the sliding speed (W/m^2).
+DURATION_ROW, PRESSURE_TIME_ROW, PEAK_ROW, PV_ROW, FIRST_BODY_ROW = range(ROWS, ROWS + 5)
+FIRST_BODY = FIRST_BODY_ROW * POINTS  # offset of the workspace of the bearing
+#: The workspace has the coefficients over the fraction of the step, the rows of a span, then those of both bodies.
 WORKSPACE_SIZE = FIRST_BODY + 2 * BODY_SIZE
 
 NODES, WEIGHTS = lobatto_rule(POINTS)
@@ -48,7 +55,17 @@ INVERSE_WEIGHTS, UNIT_WEIGHTS = 1.0 / WEIGHTS, np.ones(POINTS)
 FIT = np.zeros((PARTS + 1, POINTS))
 FIT[:, : DEGREE + 1] = least_squares(powers(np.arange(PARTS + 1) / PARTS, DEGREE + 1)).transposed.rounded()
 PAIRS = POINTS // 2  # of points symmetric to the middle
-_FROM_POINTS = coefficients_through(NODES).rounded()
+_EXACT_FROM_POINTS = coefficients_through(NODES)
+#: From the coefficients of a polynomial to those of its integral since the time -1, over the time since then.
+_MULTIPLE = math.lcm(*range(1, POINTS + 1))
+_INTEGRATION = Exact(
+    [[(-1) ** (k - m) * _MULTIPLE // (k + 1) if m <= k else 0 for k in range(POINTS)] for m in range(POINTS)], _MULTIPLE
+)
+_FROM_POINTS = _EXACT_FROM_POINTS.rounded()
+#: (power, node): coefficients over the time of the polynomial that is 1 at a node and 0 at the others; of its integral
+#: since the time -1, over the time since then and the weight of the node.
+BASIS = _FROM_POINTS
+BASIS_INTEGRAL = (_INTEGRATION @ _EXACT_FROM_POINTS).rounded() / WEIGHTS
 #: (PAIRS, POINTS): from sums and differences of pairs' values to even and odd coefficients over the time.
 EVEN, ODD = np.zeros((2, PAIRS, POINTS))
 EVEN[:, ::2], ODD[:, 1::2] = _FROM_POINTS[::2, PAIRS:].T, _FROM_POINTS[1::2, PAIRS:].T
@@ -58,6 +75,7 @@ _NODES, _WEIGHTS = gauss_rule(POINTS)
 _NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 SMOOTHED_NODES, SMOOTHED_WEIGHTS = _NODES**2 * (3.0 - 2.0 * _NODES), 6.0 * _NODES * (1.0 - _NODES) * _WEIGHTS
 SMALLEST_HALF_ANGLE = 1e-300  # rad, of an arc without width
+SMALLEST_ARC = 1e-7  # rad: half-angle below which the pressure of an arc is not evaluated
 #: Of each node: its distance from the previous one; one plus the power of its coefficient; its number.
 SPACINGS, POWERS, INDICES = (
     np.diff(NODES, prepend=-1.0),
@@ -72,6 +90,15 @@ def evaluate_polynomial(workspace, row, x):
     total = workspace[row * POINTS + POINTS - 1]
     for i in range(POINTS - 2, -1, -1):
         total = total * x + workspace[row * POINTS + i]
+    return total
+
+
+@inlined
+def evaluate_columns(coefficients, x, node):
+    """Return the polynomial of column `node` of coefficients, (POINTS, POINTS), at `x`."""
+    total = coefficients[POINTS - 1, node]
+    for i in range(POINTS - 2, -1, -1):
+        total = total * x + coefficients[i, node]
     return total
 
 
@@ -133,28 +160,38 @@ def _write_arc(workspace, body_offset, i, area, angle, half_angle):
     )
 
 
+@inlined
+def write_pressure(workspace, i, pressures, speed, duration):
+    """Write the (mean, largest) pressure (Pa) on the bearing at a node, which represents a `duration` (s)."""
+    workspace[DURATION_ROW * POINTS + i], workspace[PRESSURE_TIME_ROW * POINTS + i] = duration, pressures[0] * duration
+    workspace[PEAK_ROW * POINTS + i], workspace[PV_ROW * POINTS + i] = pressures[1], pressures[1] * speed
+
+
 @kernel
 def evaluate_arc(joint, workspace, step_length, low, high):
-    """Write the position of the arc and its wear (m rad) at the nodes between two fractions of a step to `workspace`.
+    """Write the arc, its wear (m rad) and its pressure at the nodes between two fractions of a step to `workspace`.
 
     step_length : s over kappa
     """
     span_middle, half_width, pressure = 0.5 * (low + high), 0.5 * (high - low), joint.wear.pressure
-    bearing_factor, journal_factor = (
-        step_length * half_width / joint.bearing_radius,
-        step_length * half_width / joint.journal_radius,
-    )
+    per_bearing_radius, per_journal_radius = 1.0 / joint.bearing_radius, 1.0 / joint.journal_radius
     for i in lane_range(POINTS):
         x = span_middle + half_width * NODES[i]
         sliding = sliding_contact_at(joint, workspace, x)
         bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
-        weight = WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, x), 0.0)
+        duration = step_length * half_width * WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, x), 0.0)
         half_angle = half_arc(pressure, joint, joint.bearing_radius, sliding)
+        is_wide = half_angle > SMALLEST_ARC  # not at an onset or a separation, where there is no load either
+        mean_pressure = where(
+            is_wide, 0.5 * per_bearing_radius * sliding.pressure_integral / where(is_wide, half_angle, 1.0), 0.0
+        )
+        pressures = mean_pressure, mean_pressure * peak_over_mean(pressure, half_angle)
+        write_pressure(workspace, i, pressures, sliding.sliding_speed, duration)
         _write_arc(
             workspace,
             FIRST_BODY,
             i,
-            bearing_factor * weight * bearing_rate,
+            duration * bearing_rate * per_bearing_radius,
             evaluate_polynomial(workspace, BEARING_ANGLE_ROW, x),
             half_angle,
         )
@@ -163,7 +200,7 @@ def evaluate_arc(joint, workspace, step_length, low, high):
             workspace,
             FIRST_BODY + BODY_SIZE,
             i,
-            journal_factor * weight * journal_rate,
+            duration * journal_rate * per_journal_radius,
             evaluate_polynomial(workspace, JOURNAL_ANGLE_ROW, x),
             half_angle,
         )
@@ -305,15 +342,21 @@ def passing_time(workspace, edge, end, i):
 
 
 @family
+def unfitted_edges(pressure):
+    """Return how many edges at an end of the arc are processed without the coefficients of `fit_arc`."""
+
+
+@unfitted_edges.member(None)
+def _default_unfitted_edges(pressure):
+    return 0
+
+
+@kernel
 def wear_before_edge_in_span(pressure, workspace, edge, region, span):
     """Return the wear (m rad) before an `edge` (rad) between two times, a `span`, in which the edge is in one region.
 
     region : -1 before the arc, 1 behind it, 0 in it.
     """
-
-
-@wear_before_edge_in_span.member(None)
-def _default_wear_before_edge_in_span(pressure, workspace, edge, region, span):
     low, length = span[0], span[1] - span[0]
     if region < 0 or length <= 0.0:
         return 0.0
@@ -337,9 +380,13 @@ def region_of(workspace, edge, i):
     return 1 if edge >= workspace[STOP * POINTS + i] else 0
 
 
-@kernel
+@family
 def wear_before_edge(pressure, workspace, edge):
     """Return the wear (m rad) before an `edge` (rad) that the arc's ends pass."""
+
+
+@wear_before_edge.member(None)
+def _default_wear_before_edge(pressure, workspace, edge):
     total, low, region = 0.0, NODES[0], region_of(workspace, edge, 0)
     for i in rolled_range(1, POINTS):
         next_region = region_of(workspace, edge, i)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 from ...compiled.choosing import lane_range, rolled_range
 from ...compiled.family import family, inlined, kernel
 from ...observe.histogram import PARTS, SLIP_ROW
+from .account import account_span
 from .arc_over_step import (
     AREA,
     BODY_SIZE,
@@ -28,6 +29,7 @@ from .arc_over_step import (
     is_monotonic,
     range_of_row,
     row_sum,
+    unfitted_edges,
     wear_before_edge,
     write_passing_times,
     write_wear_before_passed_edges,
@@ -151,7 +153,7 @@ def update_body_wear(pressure, workspace, bins):
     begin, end = edges.near_start, edges.near_stop  # between them the edges that are within the arc
     if end <= begin:
         begin, end = last_edge, last_edge
-    if last_edge - first_edge > end - begin:
+    if max(begin - first_edge, last_edge - end) > unfitted_edges(pressure):
         fit_arc(pressure, workspace)
     cursor = BinCursor(first_edge % bins.count, 0.0)
     cursor = update_bins_at_arc_ends(pressure, workspace, bins, (first_edge, begin), (edges, width), cursor)
@@ -169,8 +171,8 @@ def _default_update_wear_over_span(joint, workspace, step_length, span, bins):
 
 
 @kernel
-def update_worn_profile(joint, workspace, values, step_length, bins):
-    """Add the wear of a step of `step_length` (s over kappa), to the worn profiles of bearing and journal.
+def update_worn_profile(joint, workspace, values, step_length, bins, account):
+    """Add the wear of a step of `step_length` (s over kappa) to the worn profiles of both bodies and a JointAccount.
 
     workspace : (WORKSPACE_SIZE,) with the coefficients over the fraction of the step; values : (STEP_VALUE_ROWS, PARTS
     + 1), from which the sliding speed is read; bins : of both bodies.
@@ -184,4 +186,5 @@ def update_worn_profile(joint, workspace, values, step_length, bins):
                 continue
             high = (i + a / (a - b)) / PARTS  # where sliding reverses, its speed has a kink
         update_wear_over_span(joint, workspace, step_length, (low, high), bins)
+        account_span(joint, workspace, account.numbers, account.length_fraction)
         low = high

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.family import family, kernel
+from ...compiled.family import family
 
 #: Largest number of bins in the sums; finer bins are interpolated from these, see `clearsweep.simulation.window`.
 MAX_BINS = 720
@@ -38,6 +38,13 @@ class Bins(NamedTuple):
     depths: np.ndarray  # (joints, 2, stride) m, mean depth of each bin, flat
     start: int
     count: int
+
+
+class JointAccount(NamedTuple):
+    """The account of a joint's wear, to which spans of steps are added."""
+
+    numbers: np.ndarray  # (ACCOUNT_SIZE,)
+    length_fraction: float  # fraction of the joint's length that wears
 
 
 class SlidingContact(NamedTuple):
@@ -77,18 +84,17 @@ def _default_local_clearance(joint, bearing_angle, journal_angle):
 
 
 @family
-def pressure_on(joint, step, j, point_index):
-    """Return mean and largest pressure (Pa) on the bearing of joint `j` at one of the equidistant points of a Step."""
-
-
-@family
 def update_wear_over_span(joint, workspace, step_length, span, bins):
-    """Add the wear of bearing and journal between two fractions of a step of `step_length` (s over kappa)."""
+    """Add the wear of bearing and journal between two fractions of a step of `step_length` (s over kappa).
+
+    Write the rows of the workspace that `account_span` reads: those of the span, AREA of both bodies, HALF of the
+    bearing.
+    """
 
 
 @family
-def middle_arc(joint, workspace):
-    """Return the width (rad) of the arc in the middle of a step, and its SlidingContact."""
+def arc_width(joint, workspace):
+    """Return the width (rad) of the arc in the middle of a span of a step."""
 
 
 @family
@@ -133,12 +139,6 @@ WEAR_FAMILIES = (wear_rate,)
 
 class NoWear(NamedTuple):
     """No wear, and no computation."""
-
-
-@kernel
-def width_class(width):
-    """Return the class of an arc of `width` (rad), 0 for the widest: its column of the account minus FIRST_CLASS."""
-    return min(max(int(2.0 * math.log2(2.0 * math.pi / max(width, 1e-300))), 0), CLASSES - 1)
 
 
 def class_width(index):

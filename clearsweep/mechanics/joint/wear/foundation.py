@@ -18,13 +18,17 @@ from typing import NamedTuple
 
 from ...compiled.choosing import rolled_range
 from ...compiled.family import inlined, kernel
-from ...observe.histogram import FORCE_ROW, FRICTION_POWER_ROW, KAPPA_ROW, PARTS, SLIP_ROW
+from ...observe.histogram import FRICTION_POWER_ROW, KAPPA_ROW, SLIP_ROW
 from ..nearest import surfaces_of
 from ..worn import WornOnFoundation
 from ..worn_foundation import MIN_RADIUS_DIFFERENCE, arc_ends, overlap
 from .arc_over_step import (
+    AREA,
     BEARING_ANGLE_ROW,
+    BODY_SIZE,
     DISTANCE_ROW,
+    FIRST_BODY,
+    HALF,
     JOURNAL_ANGLE_ROW,
     LINE_LOAD_ROW,
     NODES,
@@ -32,8 +36,9 @@ from .arc_over_step import (
     POINTS,
     WEIGHTS,
     evaluate_polynomial,
+    write_pressure,
 )
-from .contract import SlidingContact, middle_arc, pressure_on, update_wear_over_span, wear_rate
+from .contract import SlidingContact, update_wear_over_span, wear_rate
 from .shape import wear_depth_at, wear_integral_at
 
 
@@ -154,34 +159,22 @@ def update_wear_under_arc(joint, arc, body, area_over_radius, bins):
 @update_wear_over_span.member(WornOnFoundation)
 def _update_wear_over_span_worn_on_foundation(joint, workspace, step_length, span, bins):
     """Add the wear under the OverlapArc at the nodes of Lobatto's rule over the span."""
-    half_span = 0.5 * (span[1] - span[0])
+    half_span, journal = 0.5 * (span[1] - span[0]), FIRST_BODY + BODY_SIZE
     for i in rolled_range(POINTS):
         fraction = span[0] + half_span * (1.0 + NODES[i])
-        arc = arc_at(joint, workspace, fraction)
+        arc, bearing_area, journal_area = arc_at(joint, workspace, fraction), 0.0, 0.0
+        duration = step_length * half_span * WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, fraction), 0.0)
+        width, pressures, speed = arc.stop_angle - arc.start_angle, (0.0, 0.0), 0.0
         if arc.overlap_integral > 0.0:
-            bearing_rate, journal_rate = wear_rate(joint.wear, sliding_contact_on(joint, workspace, arc, fraction))
-            weight = (
-                step_length * half_span * WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, fraction), 0.0)
-            )
-            update_wear_under_arc(joint, arc, 0, weight * bearing_rate / joint.bearing_radius, bins[0])
-            update_wear_under_arc(joint, arc, 1, weight * journal_rate / joint.journal_radius, bins[1])
-
-
-@pressure_on.member(WornOnFoundation)
-def _pressure_on_worn_on_foundation(joint, step, j, point_index):
-    """Return mean and largest pressure; the largest is where the surfaces overlap most."""
-    arc = arc_at(joint, step.workspace, point_index / PARTS)
-    if not arc.overlap_integral > 0.0:
-        return 0.0, 0.0
-    line_load = max(step.step_values[j, FORCE_ROW, point_index], 0.0) / joint.wear.length
-    pressure_integral = line_load * pressure_integral_over_load(joint, arc) / joint.bearing_radius
-    return pressure_integral / (
-        arc.stop_angle - arc.start_angle
-    ), pressure_integral * arc.penetration / arc.overlap_integral
-
-
-@middle_arc.member(WornOnFoundation)
-def _middle_arc_worn_on_foundation(joint, workspace):
-    """Return the width of the OverlapArc in the middle of a step, and its SlidingContact."""
-    arc = arc_at(joint, workspace, 0.5)
-    return arc.stop_angle - arc.start_angle, sliding_contact_on(joint, workspace, arc, 0.5)
+            sliding = sliding_contact_on(joint, workspace, arc, fraction)
+            bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
+            bearing_area = duration * bearing_rate / joint.bearing_radius
+            journal_area = duration * journal_rate / joint.journal_radius
+            update_wear_under_arc(joint, arc, 0, bearing_area, bins[0])
+            update_wear_under_arc(joint, arc, 1, journal_area, bins[1])
+            pressure_sum, speed = sliding.pressure_integral / joint.bearing_radius, sliding.sliding_speed
+            # the largest pressure is where the surfaces overlap most
+            pressures = pressure_sum / width, pressure_sum * arc.penetration / arc.overlap_integral
+        write_pressure(workspace, i, pressures, speed, duration)
+        workspace[FIRST_BODY + HALF * POINTS + i] = 0.5 * width
+        workspace[FIRST_BODY + AREA * POINTS + i], workspace[journal + AREA * POINTS + i] = bearing_area, journal_area

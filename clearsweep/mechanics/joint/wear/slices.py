@@ -17,7 +17,8 @@ from ...observe.histogram import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, QUARTER
 from ...trace.portable import coefficients_through, exact, powers
 from ..modes import touches
 from ..spatial import ENDS, Flanged, Through, bearing_length, wall_point
-from .arc_over_step import FIT, POINTS, sliding_contact_of
+from .account import accumulate_distance
+from .arc_over_step import FIT, POINTS, SMALLEST_ARC, sliding_contact_of
 from .binning import update_worn_profile
 from .contract import (
     PRESSURE_MAX,
@@ -25,6 +26,7 @@ from .contract import (
     PV_BEYOND,
     PV_MAX,
     Bins,
+    JointAccount,
     NoWear,
     SlidingContact,
     half_arc,
@@ -38,9 +40,6 @@ from .step import (
     MAX_DEPTH,
     REACH,
     SLOPES,
-    SMALLEST_ARC,
-    accumulate_arc_width,
-    accumulate_distance,
     fit_positions,
     fit_profiles,
     record,
@@ -349,8 +348,8 @@ def update_group_wear(joint, end, j, step_and_totals, history, group):
     fit_profiles(step.workspace, step.step_values[j], group_slice.loaded_length / group_slice.load_fraction)
     fit_depth(history, workspace, group_slice.depth)
     group_bins = Bins(step.wear_buffer, 0, count), Bins(step.wear_buffer, totals.stride, count)
-    update_worn_profile(joint, workspace, step.step_values[j], step.length, group_bins)
-    accumulate_arc_width(joint, step, totals.account[j], group_slice.loaded_length / joint.wear.length)
+    account = JointAccount(totals.account[j], group_slice.loaded_length / joint.wear.length)
+    update_worn_profile(joint, workspace, step.step_values[j], step.length, group_bins, account)
     axial = step.axial[j, :, QUARTER_POINTS // 2 + 1]
     bins_offset = 2 * (j if end == ENDS[0] else j - 1) * totals.stride
     slice_length = 2.0 * history.reach / bin_count

@@ -5,16 +5,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.choosing import lane_range, rolled_range
+from ...compiled.choosing import lane_range
 from ...compiled.family import family, kernel, map_joints
 from ...observe.histogram import (
-    DEPTH_ROW,
     FORCE_ROW,
     FRICTION_POWER_ROW,
     KAPPA_ROW,
     PARTS,
     QUARTER_POINTS,
-    SLIP_ROW,
     STATE_POINTS,
     STEP_VALUE_ROWS,
 )
@@ -22,41 +20,21 @@ from ...trace.portable import exact, inverse
 from ..contract import Offsets
 from ..modes import touches
 from ..offsets import after_joint
+from .account import accumulate_distance
 from .arc_over_step import (
     BEARING_ANGLE_ROW,
     DEGREE,
-    DISTANCE_ROW,
-    FIRST_BODY,
     FIT,
     POINTS,
-    clearance_at,
-    evaluate_polynomial,
-    sliding_contact_at,
-    sliding_contact_of,
 )
 from .binning import update_worn_profile
 from .contract import (
-    ARC_COUNT,
-    FIRST_CLASS,
-    NARROW_COUNT,
-    PRESSURE_MAX,
-    PRESSURE_TIME,
-    PV_BEYOND,
-    PV_MAX,
-    RESOLVED_WIDTH,
-    SLIDING_DISTANCE,
     Bins,
+    JointAccount,
     NoWear,
     contact_angle,
-    half_arc,
-    middle_arc,
-    peak_over_mean,
-    pressure_on,
-    wear_rate,
-    width_class,
 )
 
-SMALLEST_ARC = 1e-7  # rad: half-angle below which the pressure of an arc is not evaluated
 ANGLES = (
     QUARTER_POINTS + 4
 )  # numbers that determine the profile of an angle: at the quarters, then its slopes at both ends
@@ -186,89 +164,12 @@ def fit_positions(workspace, positions):
 
 
 @kernel
-def accumulate_distance(step, j, account):
-    """Write the sliding distance (m) of joint `j` over the step to `step.workspace`, and add the step's to `account`.
-
-    Simpson's rule over the profile of the sliding speed.
-    """
-    workspace, step_values, distance = step.workspace, step.step_values[j], 0.0
-    for i in rolled_range(PARTS + 1):
-        weight = 1.0 if i in (0, PARTS) else 4.0 if i % 2 else 2.0
-        distance += weight * step_values[KAPPA_ROW, i] * abs(step_values[SLIP_ROW, i])
-    distance *= step.length / (3.0 * PARTS)
-    workspace[DISTANCE_ROW * POINTS], workspace[DISTANCE_ROW * POINTS + 1] = account[SLIDING_DISTANCE], distance
-    account[SLIDING_DISTANCE] += distance
-
-
-@kernel
 def write_end_slopes(step, j):
     """Write the slopes of the profiles of the position of contact `j` at both ends of the step, from their rates."""
     for end, part_index in ((0, 0), (QUARTER_POINTS + 1, PARTS)):
         duration = step.length * step.step_values[j, KAPPA_ROW, part_index]
         for row in range(POSITIONS):
             step.positions[j, SLOPES + row, end] *= duration
-
-
-@pressure_on.member(None)
-def _default_pressure_on(joint, step, j, point_index):
-    law, step_values, per_length = joint.wear, step.step_values[j], 1.0 / joint.wear.length
-    load, depth, slip = (
-        step_values[FORCE_ROW, point_index] * per_length,
-        step_values[DEPTH_ROW, point_index],
-        step_values[SLIP_ROW, point_index],
-    )
-    clearance = clearance_at(joint, step.workspace, point_index / PARTS)
-    sliding = sliding_contact_of(joint, (load, 0.0, slip, depth, 0.0), 0.0, clearance)
-    half_angle = half_arc(law.pressure, joint, joint.bearing_radius, sliding)
-    if half_angle < SMALLEST_ARC:  # at an onset or a separation, where there is no load either
-        return 0.0, 0.0
-    mean_pressure = sliding.pressure_integral / (2.0 * joint.bearing_radius * half_angle)
-    return mean_pressure, mean_pressure * peak_over_mean(law.pressure, half_angle)
-
-
-@kernel
-def accumulate_pressure(joint, step, j, account):
-    """Add pressure, and pressure times sliding speed, on the bearing of joint `j` over a step to an account."""
-    step_values, workspace, means_offset, peaks_offset = (
-        step.step_values[j],
-        step.workspace,
-        FIRST_BODY,
-        FIRST_BODY + 2 * POINTS,
-    )  # in the workspace used by the bodies later
-    for batch_start in range(2):  # the first places, as many as are processed at once, then the last
-        for i in lane_range(POINTS):
-            workspace[means_offset + batch_start + i], workspace[peaks_offset + batch_start + i] = pressure_on(
-                joint, step, j, batch_start + i
-            )
-    mean_time, beyond_time = account[PRESSURE_TIME], account[PV_BEYOND]
-    max_pressure, max_pv = account[PRESSURE_MAX], account[PV_MAX]
-    for i in rolled_range(PARTS + 1):
-        mean_pressure, peak = workspace[means_offset + i], workspace[peaks_offset + i]
-        slip, weight = abs(step_values[SLIP_ROW, i]), (0.5 if i in (0, PARTS) else 1.0) / PARTS
-        time = weight * step.length * step_values[KAPPA_ROW, i]
-        mean_time += mean_pressure * time
-        max_pressure, max_pv = max(max_pressure, peak), max(max_pv, peak * slip)
-        beyond_time += time if peak * slip > joint.wear.pv_limit else 0.0
-    account[PRESSURE_TIME], account[PV_BEYOND] = mean_time, beyond_time
-    account[PRESSURE_MAX], account[PV_MAX] = max_pressure, max_pv
-
-
-@middle_arc.member(None)
-def _default_middle_arc(joint, workspace):
-    sliding = sliding_contact_at(joint, workspace, 0.5)
-    return 2.0 * half_arc(joint.wear.pressure, joint, joint.bearing_radius, sliding), sliding
-
-
-@kernel
-def accumulate_arc_width(joint, step, account, length_fraction):
-    """Add the arc's width in the middle of a step, and the wear over `length_fraction` of the length, to an account."""
-    width, sliding = middle_arc(joint, step.workspace)
-    bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
-    account[ARC_COUNT] += 1.0
-    if width < RESOLVED_WIDTH * 2.0 * math.pi / joint.wear.bins:
-        account[NARROW_COUNT] += 1.0
-    duration = step.length * evaluate_polynomial(step.workspace, KAPPA_ROW, 0.5)
-    account[FIRST_CLASS + width_class(width)] += length_fraction * duration * (bearing_rate + journal_rate)
 
 
 @family
@@ -290,11 +191,10 @@ def _default_update_contact_wear(law, joint, j, step_and_totals):
     write_end_slopes(step, j)
     fit_positions(step.workspace, step.positions[j])
     accumulate_distance(step, j, totals.account[j])
-    accumulate_pressure(joint, step, j, totals.account[j])
     count, bins_offset = int(law.bins), 2 * j * totals.stride
     bins = Bins(totals.depths, bins_offset, count), Bins(totals.depths, bins_offset + totals.stride, count)
-    update_worn_profile(joint, step.workspace, step.step_values[j], step.length, bins)
-    accumulate_arc_width(joint, step, totals.account[j], 1.0)
+    account = JointAccount(totals.account[j], 1.0)
+    update_worn_profile(joint, step.workspace, step.step_values[j], step.length, bins, account)
 
 
 @family

@@ -1,16 +1,18 @@
 """Wear under a uniform pressure, whose load before an edge is a linear function of the edge's angle.
 
 The load before an edge at angle e is, while the edge is within an arc of middle m and half-angle h, the fraction
-(1 + (e - m) / h) / 2 of the load.  Its integral over a part of the step follows from three antiderivatives, of
-rate / 2, rate (m - m0) / (2 h) and rate / (2 h), so no edge needs a quadrature of its own.
+(1 + (e - m) / h) / 2 of the load.  Its integral over a part of the step is that of the polynomial through the nodes.
+Many edges that one end passes share three antiderivatives, of rate / 2, rate (m - m0) / (2 h) and rate / (2 h).
 """
 
 import math
 
-from ...compiled.choosing import lane_range
+from ...compiled.choosing import lane_range, rolled_range
 from ...compiled.family import inlined, kernel
 from .arc_over_step import (
     AREA,
+    BASIS,
+    BASIS_INTEGRAL,
     END,
     END_POLYNOMIAL,
     END_SLOPE,
@@ -20,29 +22,40 @@ from .arc_over_step import (
     INVERSE_WEIGHTS,
     MIDDLE,
     MIDDLE_POLYNOMIAL,
+    NODE_TERM,
+    NODES,
     PAIRS,
     PASSINGS,
     PER_HALF,
     POINTS,
     RATE,
+    SMALLEST_HALF_ANGLE,
+    START,
+    STOP,
     TERM,
     TIME_PER_ANGLE,
     UNIT_WEIGHTS,
     WORN,
+    evaluate_columns,
     evaluate_polynomial,
     fit_arc,
     fit_row,
     inside_time,
+    region_of,
     row_sum,
-    wear_before_edge_in_span,
+    unfitted_edges,
+    wear_before_edge,
     write_wear_before_passed_edges,
 )
-from .binning import BinCursor, update_bins_inside_arc
+from .binning import MIN_BATCH, BinCursor, update_bins_inside_arc
 from .pressure import UniformPressure
 
 #: Rows of the antiderivatives over the time x, each over x: of rate / 2, rate (m - m0) / (2 h), rate / (2 h).
 HALF_RATE, MOMENT, PER_ARC = RATE, TERM, TERM + 1
 MAX_PER_HALF = 1e7  # 1/rad: in a narrower arc there is no load, and rounding must not be magnified
+#: Estimates of the time at which an end of the arc passes an edge: their largest number; change from which on another
+#: one follows.
+MAX_ESTIMATES, CLOSE_ESTIMATE = 4, 2e-3
 PER_POWER = 1.0 / (1.0 + INDICES)  # from the coefficients of a polynomial to those of its antiderivative over x
 
 
@@ -98,18 +111,65 @@ def _write_wear_before_passed_edges_uniform(pressure, workspace, end, edge, widt
         workspace[WORN * POINTS + k] = total_area - end * (end_time * wear_inside)
 
 
-@wear_before_edge_in_span.member(UniformPressure)
-def _wear_before_edge_in_span_uniform(pressure, workspace, edge, region, span):
-    low, high = span
-    if region < 0 or high <= low:
-        return 0.0
-    if region > 0:
-        return 2.0 * (
-            high * evaluate_polynomial(workspace, HALF_RATE, high)
-            - low * evaluate_polynomial(workspace, HALF_RATE, low)
+@inlined
+def _residual_and_load(workspace, edge, row, t):
+    """Return the distance (rad) of an edge from an end of the arc, a row, at time t, and the load between until t."""
+    for k in lane_range(POINTS):
+        distance = edge - workspace[row * POINTS + k]
+        workspace[NODE_TERM * POINTS + k] = evaluate_columns(BASIS, t, k) * distance
+        workspace[(NODE_TERM + 1) * POINTS + k] = (
+            evaluate_columns(BASIS_INTEGRAL, t, k) * _per_arc(workspace, k) * distance
         )
-    angle = edge - _origin(workspace)
-    return _load_integral(workspace, -1.0, angle, high) - _load_integral(workspace, -1.0, angle, low)
+    return row_sum(workspace, NODE_TERM), (1.0 + t) * row_sum(workspace, NODE_TERM + 1)
+
+
+@kernel
+def _load_until_passing(workspace, edge, end, i):
+    """Return the integral of the load between an end (-1, 1) of the arc and an edge, until the end passes the edge.
+
+    The end passes between nodes `i - 1` and `i`.  The first estimate of the time is linear, each next one takes the
+    slope of the parabola through three residuals.  The load between the last two estimates is that of a triangle.
+    """
+    row, low, high = START if end < 0 else STOP, NODES[i - 1], NODES[i]
+    a, b = edge - workspace[row * POINTS + i - 1], edge - workspace[row * POINTS + i]
+    t = low if a == b else (low * b - high * a) / (b - a)
+    load, attempts = 0.0, 0
+    while attempts < MAX_ESTIMATES:
+        residual, load = _residual_and_load(workspace, edge, row, t)
+        before, behind, correction = t - low, high - t, 0.0
+        if before > 0.0 < behind:
+            slope = (residual - a) / before + (b - residual) / behind - (b - a) / (high - low)
+            correction = residual * slope / (slope * slope + SMALLEST_HALF_ANGLE)
+            correction = min(max(correction, -behind), before)
+        load -= 0.5 * _per_arc(workspace, i) * INVERSE_WEIGHTS[i] * residual * correction
+        t -= correction
+        attempts = attempts + 1 if abs(correction) > CLOSE_ESTIMATE else MAX_ESTIMATES
+    return -end * load
+
+
+@wear_before_edge.member(UniformPressure)
+def _wear_before_edge_uniform(pressure, workspace, edge):
+    """Return the wear as if the edge stayed in the region of the last node, minus what differs before each passing."""
+    region, difference = region_of(workspace, edge, 0), 0.0
+    for i in rolled_range(1, POINTS):
+        next_region = region_of(workspace, edge, i)
+        while region != next_region:
+            end = region if region != 0 else next_region  # the end of the arc that passes the edge
+            direction = 1.0 if next_region > region else -1.0
+            difference += direction * _load_until_passing(workspace, edge, end, i)
+            region = 0 if region != 0 else next_region
+    if region < 0:
+        return -difference
+    if region > 0:
+        return row_sum(workspace, AREA) - difference
+    for i in lane_range(POINTS):
+        workspace[NODE_TERM * POINTS + i] = _per_arc(workspace, i) * (edge - workspace[START * POINTS + i])
+    return row_sum(workspace, NODE_TERM) - difference
+
+
+@unfitted_edges.member(UniformPressure)
+def _unfitted_edges_uniform(pressure):
+    return MIN_BATCH - 1
 
 
 @kernel
@@ -132,8 +192,16 @@ def _update_bins_inside_arc_uniform(pressure, workspace, bins, span, cursor):
     first_wear = min(max(first_wear, cursor.wear_before), total)
     last_wear = min(first_wear + slope * width * count, total)
     bins.depths[bins.start + cursor.position] += (first_wear - cursor.wear_before) / width
-    position, depth = cursor.position, (last_wear - first_wear) / (width * max(count, 1))
-    for _ in range(count):
-        position = position + 1 if position + 1 < bins.count else 0
-        bins.depths[bins.start + position] += depth
-    return BinCursor(position + 1 if position + 1 < bins.count else 0, last_wear)
+    depth, next_position = (last_wear - first_wear) / (width * max(count, 1)), cursor.position + 1
+    count_to_end = min(count, bins.count - next_position)
+    _add_depth(bins, next_position, count_to_end, depth)
+    _add_depth(bins, 0, count - count_to_end, depth)
+    position = next_position + count
+    return BinCursor(position if position < bins.count else position - bins.count, last_wear)
+
+
+@inlined
+def _add_depth(bins, first_bin, count, depth):
+    """Add a depth (m) to `count` bins that follow each other."""
+    for k in rolled_range(count):
+        bins.depths[bins.start + first_bin + k] += depth
