@@ -70,20 +70,27 @@ def test_the_error_estimate_is_of_the_order_it_says():
         assert (abs(result) < 1e-13) == (power < radau.ORDER - 1)
 
 
-@pytest.mark.parametrize(("damping", "gain"), [(1e6, 12.0), (1e7, 80.0)])
-def test_stiff_contact_is_left_to_the_implicit_method_with_the_same_figures(damping, gain):
-    auto, explicit = run("auto", heavy(damping)), run("explicit", heavy(damping))
-    assert gain * auto["rhs_evaluations"] < explicit["rhs_evaluations"]
+@pytest.mark.parametrize(("damping", "steps"), [(1e6, 250), (1e7, 700), (7e7, 1500)])
+def test_a_stiff_contact_has_the_same_figures_by_every_method(damping, steps):
+    """With plain sweeps the explicit method takes 31,132, 309,295 and more than 999,993 steps."""
+    auto, explicit, implicit = (run(method, heavy(damping)) for method in ("auto", "explicit", "implicit"))
+    assert explicit["steps"] < steps
     for figure in FIGURES:
-        assert auto[figure] == pytest.approx(explicit[figure], rel=1e-5)
+        assert auto[figure] == pytest.approx(explicit[figure], rel=2e-5)
+        assert implicit[figure] == pytest.approx(explicit[figure], rel=2e-5)
     assert auto["energy_residual"] < 1e-5
 
 
-def test_stiffness_is_noticed_where_the_tolerance_keeps_steps_far_below_the_limit_of_stability():
-    """The explicit method takes 25 times as many evaluations, the choice by the largest eigenvalue alone 4 times."""
+def test_stiff_bristles_are_left_to_the_implicit_method():
+    auto, explicit = run("auto", clamped_mass(1e6)), run("explicit", clamped_mass(1e6))
+    assert auto["rhs_evaluations"] < 0.9 * explicit["rhs_evaluations"]
+
+
+def test_stiffness_costs_little_where_the_tolerance_keeps_steps_far_below_the_limit_of_stability():
+    """With plain sweeps the explicit method takes 25 times as many evaluations as the implicit one."""
     changes = heavy(1e6) | {"simulate.tolerance": 1e-10}
     auto, implicit = run("auto", changes), run("implicit", changes)
-    assert auto["rhs_evaluations"] < 1.6 * implicit["rhs_evaluations"]  # a sweep counts as eight
+    assert auto["rhs_evaluations"] < 1.2 * implicit["rhs_evaluations"]  # a sweep counts as eight
 
 
 @pytest.mark.parametrize(
@@ -117,20 +124,21 @@ def test_the_implicit_method_returns_the_restitution_too():
     assert run("implicit", changes, PAIR)["pair_restitution"] == pytest.approx(0.5, abs=1e-6)
 
 
-GAINS = {  # of evaluations at equal error, explicit at 1e-6 over automatic: least that is guaranteed
-    "damping/C 1e6 N s/m": 10.0,
-    "damping/C 1e7 N s/m": 100.0,
-    "damping/BC 1e6 N s/m": 5.0,
+MOST_EVALUATIONS = {  # of the explicit method at 1e-6; with plain sweeps 3.0, 29.9 and 16.1 millions
+    "damping/C 1e6 N s/m": 40_000,
+    "damping/C 1e7 N s/m": 100_000,
+    "damping/BC 1e6 N s/m": 120_000,
 }
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize("name", GAINS)
-def test_where_stability_limits_the_explicit_method_the_automatic_choice_is_far_cheaper(name):
+@pytest.mark.parametrize("name", MOST_EVALUATIONS)
+def test_where_stability_limits_plain_sweeps_preconditioned_ones_are_far_cheaper(name):
     case = next(case for case in stiff.stiff_cases() if case.name == name)
     (row,) = stiff.compare_at_equal_error(case, (1e-6,))
-    assert row["auto"]["error"] <= row["explicit"]["error"]
-    assert row["evaluations_ratio"] > GAINS[name]
+    assert row["auto"]["error"] <= row["explicit"]["error"] < 5e-5
+    assert row["evaluations_ratio"] >= 1.0
+    assert row["explicit"]["rhs_evaluations"] < MOST_EVALUATIONS[name]
 
 
 @pytest.mark.slow
@@ -212,12 +220,12 @@ def clamped_mass(stiffness):
     }
 
 
-@pytest.mark.parametrize("method", ["auto", "implicit"])
-def test_overdamped_contact_costs_little_more_at_a_million_times_the_rate_of_the_crank(method):
-    """Damping over mass is 1e4 and 1e6 times the crank's rate."""
+@pytest.mark.parametrize(("method", "ratio"), [("auto", 8.0), ("implicit", 2.0)])
+def test_overdamped_contact_costs_little_more_at_a_million_times_the_rate_of_the_crank(method, ratio):
+    """Damping over mass is 1e4 and 1e6 times the crank's rate; with plain sweeps the cost grows as their ratio."""
     mild, stiffest = (run(method, heavy(damping)) for damping in (7e5, 7e7))
-    assert stiffest["rhs_evaluations"] < 2.5 * mild["rhs_evaluations"]
-    assert stiffest["steps"] < 2 * mild["steps"]
+    assert stiffest["rhs_evaluations"] < ratio * mild["rhs_evaluations"]
+    assert stiffest["steps"] < ratio * mild["steps"]
 
 
 @pytest.mark.parametrize("method", ["auto", "implicit"])

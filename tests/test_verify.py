@@ -243,8 +243,8 @@ def test_each_of_our_methods_solves_the_stiff_problem_and_the_implicit_one_is_th
         result = solution_of(problem, simulate(scene_of(problem, 1e-6, method), times=problem.times))
         assert problem.assess(result).whole < 1e-5
         spent[method] = result.evaluations
-    assert spent["implicit"] < 0.3 * spent["explicit"]
-    assert spent["auto"] < 0.5 * spent["explicit"]
+    assert spent["implicit"] < 0.6 * spent["explicit"]
+    assert spent["auto"] <= spent["explicit"] < 8_000  # with plain sweeps the explicit method takes 13,767 steps
 
 
 @pytest.mark.slow

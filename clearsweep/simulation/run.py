@@ -28,6 +28,7 @@ from ..mechanics.observe.histogram import STATE_POINTS
 from ..mechanics.solver import integration, loop, radau
 from ..mechanics.solver.accumulate import totals as total_columns
 from ..mechanics.solver.accumulate.within_step import Record, RevolutionMarks
+from ..mechanics.solver.preconditioner import preconditioner_of
 from .crank_clock import start_up_speed
 from .lyapunov import Branches, Perturbed
 from .observed_run import Observer, run_observed
@@ -111,6 +112,7 @@ class Run:
             log=np.empty((loop.LOG_ROWS, 5)),
             slopes=integration.Slopes.zeros(zeros=zeros),
             implicit=radau.implicit_of(n, zeros),
+            preconditioner=preconditioner_of(n - 1 - contact_count - len(value.coordinates), zeros),
             totals=self.totals,
             record=self.record,
             revolutions=revolutions._replace(**fields_from(RevolutionMarks, arrays)),

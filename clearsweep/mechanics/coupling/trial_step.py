@@ -8,10 +8,11 @@ from ..compiled.choosing import lane_range, total_of
 from ..compiled.family import Entry, entry, inlined, shaped
 from ..joint.contract import JointState
 from ..joint.modes import touches
+from ..joint.offsets import total_counts
 from ..mechanism.contract import gaps, pose_at
 from ..observe.stages import END, FIRST_IMPLICIT_ROW, ROW_COUNT, STAGES
 from ..solver.accumulate.step_sums import Step
-from ..solver.collocation import A
+from ..solver.collocation import POSITIONS, VELOCITIES, WHOLE_SWEEP, A
 from .rates import gaps_with_angles, observed_width, put_error, put_root_rates, rates
 from .state import size_of
 from .time_scale import time_scale
@@ -43,8 +44,24 @@ def _update_components(scene, begin, end, arguments):
             nodes[n, i] = nodes[n, i] + scaled_change * scaled_change
 
 
+@inlined
+def _update_roots(scene, mode, latched, arguments):
+    """Update the roots of penetration of all stages from the new velocities, if a contact touches."""
+    _, _, k, nodes, _ = arguments
+    first_root, contacts, touching = 2 * len(scene.coordinates) + 1, total_counts(scene.joints).contact, False
+    for c in range(contacts):
+        touching = touching | touches(mode[c])
+    if touching:
+        for i in lane_range(STAGES):
+            state = nodes[:, i]
+            joint_gaps = gaps_with_angles(scene, state, gaps(scene.mechanism, pose_at(scene.mechanism, state)))
+            kappa = time_scale(scene, state, mode)
+            put_root_rates(scene, joint_gaps, JointState(state, mode, latched, first_root), kappa, k, i)
+        _update_components(scene, first_root, first_root + contacts, arguments)
+
+
 def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
-    """Evaluate and update all stages of a step, see `solver.collocation`."""
+    """Evaluate and update all stages of a step, or do the part of it in `step.part`, see `solver.collocation`."""
     parameters = scene[0]
     contacts, n, latched_count = size_of(parameters)
     coordinate_count = len(parameters.coordinates)
@@ -52,37 +69,23 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     k, nodes = shaped(k, (n, ROW_COUNT)), shaped(nodes, (n + 1, STAGES))
     arguments = y, weight, k, nodes, step.length
-    time_index = 2 * coordinate_count
-    for i in lane_range(STAGES):
-        rates(parameters, nodes[:, i], mode, latched, k, None, i, False)
-        nodes[n, i] = 0.0
-    _update_components(parameters, coordinate_count, time_index, arguments)
-    _update_components(parameters, time_index + 1 + contacts, n, arguments)
-    touching = False
-    for c in range(contacts):
-        touching = touching | touches(mode[c])
-    if touching:
+    time_index, part = 2 * coordinate_count, step.part
+    if part != POSITIONS:
         for i in lane_range(STAGES):
-            state = nodes[:, i]
-            joint_gaps = gaps_with_angles(
-                parameters, state, gaps(parameters.mechanism, pose_at(parameters.mechanism, state))
-            )
-            put_root_rates(
-                parameters,
-                joint_gaps,
-                JointState(state, mode, latched, time_index + 1),
-                time_scale(parameters, state, mode),
-                k,
-                i,
-            )
-        _update_components(parameters, time_index + 1, time_index + 1 + contacts, arguments)
-    for i in lane_range(STAGES):
-        kappa = time_scale(parameters, nodes[:, i], mode)
-        for c in range(coordinate_count):
-            k[c, i] = kappa * nodes[coordinate_count + c, i]
-        k[time_index, i] = kappa
-    _update_components(parameters, 0, coordinate_count, arguments)
-    _update_components(parameters, time_index, time_index + 1, arguments)
+            rates(parameters, nodes[:, i], mode, latched, k, None, i, False)
+            nodes[n, i] = 0.0
+    if part in (WHOLE_SWEEP, VELOCITIES):
+        _update_components(parameters, coordinate_count, time_index, arguments)
+        _update_components(parameters, time_index + 1 + contacts, n, arguments)
+    if part in (WHOLE_SWEEP, POSITIONS):
+        _update_roots(parameters, mode, latched, arguments)
+        for i in lane_range(STAGES):
+            kappa = time_scale(parameters, nodes[:, i], mode)
+            for c in range(coordinate_count):
+                k[c, i] = kappa * nodes[coordinate_count + c, i]
+            k[time_index, i] = kappa
+        _update_components(parameters, 0, coordinate_count, arguments)
+        _update_components(parameters, time_index, time_index + 1, arguments)
     step.change = total_of(nodes[n]) * (1.0 / n)
 
 

@@ -8,6 +8,7 @@ right-hand side at all stages at once (van der Houwen & Sommeijer 1990, J. Compu
     guess the stages from the polynomial of the step before, or from the rates at the start
     repeat until the change of a sweep is negligible:
         rates of the velocities and internal states at all stages; update these: Y = y + h A K
+        if plain sweeps contract slowly: replace their change by a step of Newton's method, see `preconditioner`
         rates of the roots of penetration with the new velocities; update these
         rates of coordinates and time with the new values; update these
     the step's polynomial, its error from the decay of its coefficients, the next length
@@ -61,6 +62,8 @@ A = np.array(
 DENSE = np.array([[float(c) for c in _centred_coefficients(part)] for part in _INTEGRALS])
 WEIGHTS = np.ascontiguousarray(A[:, -1])
 HUGE = 1e300
+#: Parts of a sweep: all, only the rates, up to the velocities and internal states, the roots and coordinates.
+WHOLE_SWEEP, RATES, VELOCITIES, POSITIONS = range(4)
 
 
 @kernel

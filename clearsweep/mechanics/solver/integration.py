@@ -53,6 +53,7 @@ class Stepper(Fields):
     growth: float  # largest ratio of the next length to the length of this step
     expected_error: float  # error that the next step is expected to have, over the tolerance
     rejections: float  # rejected steps in a row
+    slow: float  # 1 if the plain iteration of the next step is expected to contract slowly, else 0
     evaluations: float  # evaluations before this step
     pause_step: float  # number of the step after which to return PAUSED
     in_window: float  # 1 where figures are taken, else 0
@@ -133,6 +134,22 @@ class Implicit(NamedTuple):
     history: StepHistory
 
 
+class Preconditioner(NamedTuple):
+    """Workspace of `preconditioner` for u unknowns, 0 if there are too many; each lane contains an eigenvalue."""
+
+    increment: np.ndarray  # (u,) changes for the difference quotients
+    base: np.ndarray  # (u,) rates without change
+    linear: np.ndarray  # (u, u) step length times derivatives of the rates by the unknowns
+    quadratic: np.ndarray  # (u, u) its square times derivatives through coordinates and roots
+    factors_real: np.ndarray  # (u, u, STAGES) factors of the matrix of each eigenvalue
+    factors_imaginary: np.ndarray  # (u, u, STAGES)
+    real: np.ndarray  # (u, STAGES) components of the changes along the eigenvectors
+    imaginary: np.ndarray  # (u, STAGES)
+    before: np.ndarray  # (u, STAGES) unknowns before a sweep
+    product_real: np.ndarray  # (STAGES,) components of a row of the derivatives times the changes
+    product_imaginary: np.ndarray  # (STAGES,)
+
+
 class Work(NamedTuple):
     """The arrays and constants of an integration: n numbers in the state, m of them of laws, l latched; c contacts.
 
@@ -184,6 +201,7 @@ class Work(NamedTuple):
     log: np.ndarray  # (LOG_ROWS, 5) events since the latest pause, see event_actions.Event
     guards: tuple  # coupling.guards.Guards
     implicit: Implicit
+    preconditioner: Preconditioner
     totals: tuple  # totals.Totals
     record: tuple  # within_step.Record
     revolutions: tuple  # within_step.RevolutionMarks

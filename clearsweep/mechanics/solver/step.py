@@ -8,9 +8,28 @@ from ..observe.observables import KAPPA, contact_observables
 from ..observe.stages import END, STAGES, START
 from .accumulate.step_sums import write_sums
 from .bernstein import WHOLE, value_and_slope
-from .collocation import WEIGHTS, begin_stages, continue_stages, dense_state, error_norm, interpolate
+from .collocation import (
+    POSITIONS,
+    WEIGHTS,
+    WHOLE_SWEEP,
+    begin_stages,
+    continue_stages,
+    dense_state,
+    error_norm,
+    interpolate,
+)
 from .event_search import SINGLE_STATE, evaluate_guards, fit_guard, is_guard_active, locate_first_event
 from .integration import GUARD, IMPLICIT, LIMIT, ONSET, SEPARATION, STOP, evaluate, trial_of
+from .preconditioner import (
+    FAST_CONTRACTION,
+    SLOW_CONTRACTION,
+    complete_rates,
+    factorise_pairs,
+    linearise,
+    predicted_contraction,
+    sweep_part,
+    sweep_preconditioned,
+)
 from .radau import FAILED, STAGE_WEIGHTS, implicit_step, shorten_implicit_step
 from .radau import observe_stages as observe_implicit_stages
 
@@ -77,8 +96,10 @@ def guess_stages(pointer, h):
 def sweep(pointer):
     """Update all stages once; return the change over the allowed error."""
     work = pointer[0]
-    arguments = work.y, work.mode, work.latched, work.weight, work.k, work.nodes, work.step.numbers
-    invoke(work.sweep.code, work.sweep.parameters, arguments, 0)
+    if work.step.preconditioned != 0.0:
+        sweep_preconditioned(pointer)
+    else:
+        sweep_part(pointer, WHOLE_SWEEP)
     work.counts.evaluations += STAGES
     return math.sqrt(work.step.change)
 
@@ -119,14 +140,48 @@ def solve_stages(pointer):
 
 
 @kernel
+def begin_iteration(pointer, h):
+    """Guess the stages of a step of length `h`; decide whether their iteration is preconditioned, and prepare it."""
+    work, step, stepper = pointer[0], pointer[0].step, pointer[0].stepper
+    guess_stages(pointer, h)
+    step.preconditioned = 0.0
+    if stepper.slow == 0.0 or work.preconditioner.increment.size == 0:
+        return
+    linearise(pointer, h)
+    guess_stages(pointer, h)
+    stepper.slow = 0.0
+    if predicted_contraction(pointer) >= FAST_CONTRACTION:
+        factorise_pairs(work.preconditioner)
+        sweep_part(pointer, POSITIONS)  # from the guessed velocities, as after every sweep
+        step.preconditioned, stepper.slow = 1.0, 1.0
+
+
+@kernel
+def note_contraction(pointer, is_solved):
+    """Decide from the latest iteration whether the next one may be preconditioned.
+
+    If a preconditioned iteration fails in a step that was already repeated, the next one is plain.
+    """
+    step, stepper = pointer[0].step, pointer[0].stepper
+    if step.preconditioned == 0.0:
+        stepper.slow = 0.0 if is_solved and step.contraction < SLOW_CONTRACTION else 1.0
+    elif not is_solved and stepper.rejections > 0.0:
+        stepper.slow = 0.0
+
+
+@kernel
 def collocate(pointer, h):
     """Solve for the stages of a step of length `h`; set its end, interpolant and error."""
     work = pointer[0]
     history = work.implicit.history
-    guess_stages(pointer, h)
-    if not solve_stages(pointer):
+    begin_iteration(pointer, h)
+    is_solved = solve_stages(pointer)
+    note_contraction(pointer, is_solved)
+    if not is_solved:
         work.step.error = FAILED
         return
+    if work.step.preconditioned != 0.0:
+        complete_rates(pointer, h)
     for i in range(work.y.size):
         work.end[i] = work.nodes[i, END]
     interpolate(h, work.k, work.f)
@@ -168,6 +223,7 @@ def shorten_step(pointer, fraction):
         shorten_implicit_step(pointer, fraction)
     else:
         continue_stages(fraction, 0.0, work.y, work.f, work.nodes)
+        work.step.preconditioned = 0.0
         sweep(pointer)  # for the rates; it may move the stages away from each other
         continue_stages(fraction, 0.0, work.y, work.f, work.nodes)
         dense_state(fraction, work.y, work.f, work.end)

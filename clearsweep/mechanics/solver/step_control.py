@@ -108,9 +108,10 @@ def assess_step(accumulators, method):
         return
     length_ratio = min(stepper.growth, growth_factor(error, stepper.expected_error))
     stepper.expected_error = error * twelfth_power(length_ratio)
-    if method != IMPLICIT and step.contraction > STIFF_CONTRACTION:
+    if method != IMPLICIT and (step.contraction > STIFF_CONTRACTION or step.preconditioned != 0.0):
         best_contraction = BEST_CONTRACTION if step.sweeps > CHEAP_SWEEPS else MAX_CONTRACTION
-        step.stiff, length_ratio = 1.0, min(length_ratio, math.sqrt(best_contraction / step.contraction))
+        contraction = max(step.contraction, STIFF_CONTRACTION)
+        step.stiff, length_ratio = 1.0, min(length_ratio, math.sqrt(best_contraction / contraction))
     step.proposal, stepper.rejections = h * length_ratio, 0.0
 
 

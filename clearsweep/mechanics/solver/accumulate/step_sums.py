@@ -33,6 +33,8 @@ class Step(Fields):
     """Length and results of a trial step; a sum is over the stages, each with its weight and dt/dtau."""
 
     length: float  # along tau
+    part: float  # of a sweep, see `collocation`
+    preconditioned: float  # nonzero if its iteration is preconditioned
     error: float  # divided by the allowed error
     change: float  # mean square over stages and components of the latest change, divided by the allowed error
     contraction: float  # ratio of the change of a sweep to that of the sweep before
