@@ -4,6 +4,10 @@ A sweep processes one stage in each lane of a register.  On processors with narr
 groups, with the same bits.
 """
 
+from typing import NamedTuple
+
+import numpy as np
+
 from ..compiled.choosing import lane_range, total_of
 from ..compiled.family import Entry, entry, inlined, shaped
 from ..joint.contract import JointState
@@ -44,11 +48,38 @@ def _update_components(scene, begin, end, arguments):
             nodes[n, i] = nodes[n, i] + scaled_change * scaled_change
 
 
+class _Stages(NamedTuple):
+    """Arrays of a sweep."""
+
+    mode: np.ndarray
+    latched: np.ndarray
+    k: np.ndarray
+    nodes: np.ndarray
+    update: tuple  # arguments of `_update_components`
+
+
 @inlined
-def _update_roots(scene, mode, latched, arguments):
-    """Update the roots of penetration of all stages from the new velocities, if a contact touches."""
-    _, _, k, nodes, _ = arguments
-    first_root, contacts, touching = 2 * len(scene.coordinates) + 1, total_counts(scene.joints).contact, False
+def _evaluate_rates(scene, stages):
+    """Evaluate the rates of all stages."""
+    for i in lane_range(STAGES):
+        rates(scene, stages.nodes[:, i], stages.mode, stages.latched, stages.k, None, i, False)
+        stages.nodes[stages.nodes.shape[0] - 1, i] = 0.0
+
+
+@inlined
+def _update_velocities(scene, stages):
+    """Update the velocities and internal states of all stages."""
+    count, n = len(scene.coordinates), stages.nodes.shape[0] - 1
+    _update_components(scene, count, 2 * count, stages.update)
+    _update_components(scene, 2 * count + 1 + total_counts(scene.joints).contact, n, stages.update)
+
+
+@inlined
+def _update_positions(scene, stages):
+    """Update the roots of penetration of all stages from the new velocities, then coordinates and time."""
+    mode, latched, k, nodes, update = stages
+    count, contacts, touching = len(scene.coordinates), total_counts(scene.joints).contact, False
+    first_root = 2 * count + 1
     for c in range(contacts):
         touching = touching | touches(mode[c])
     if touching:
@@ -57,35 +88,34 @@ def _update_roots(scene, mode, latched, arguments):
             joint_gaps = gaps_with_angles(scene, state, gaps(scene.mechanism, pose_at(scene.mechanism, state)))
             kappa = time_scale(scene, state, mode)
             put_root_rates(scene, joint_gaps, JointState(state, mode, latched, first_root), kappa, k, i)
-        _update_components(scene, first_root, first_root + contacts, arguments)
+        _update_components(scene, first_root, first_root + contacts, update)
+    for i in lane_range(STAGES):
+        kappa = time_scale(scene, nodes[:, i], mode)
+        for c in range(count):
+            k[c, i] = kappa * nodes[count + c, i]
+        k[2 * count, i] = kappa
+    _update_components(scene, 0, count, update)
+    _update_components(scene, 2 * count, first_root, update)
 
 
 def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     """Evaluate and update all stages of a step, or do the part of it in `step.part`, see `solver.collocation`."""
     parameters = scene[0]
     contacts, n, latched_count = size_of(parameters)
-    coordinate_count = len(parameters.coordinates)
     y, weight, step = shaped(y, (n,)), shaped(weight, (n,)), Step(shaped(step, (Step.SIZE,)))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     k, nodes = shaped(k, (n, ROW_COUNT)), shaped(nodes, (n + 1, STAGES))
-    arguments = y, weight, k, nodes, step.length
-    time_index, part = 2 * coordinate_count, step.part
-    if part != POSITIONS:
-        for i in lane_range(STAGES):
-            rates(parameters, nodes[:, i], mode, latched, k, None, i, False)
-            nodes[n, i] = 0.0
-    if part in (WHOLE_SWEEP, VELOCITIES):
-        _update_components(parameters, coordinate_count, time_index, arguments)
-        _update_components(parameters, time_index + 1 + contacts, n, arguments)
-    if part in (WHOLE_SWEEP, POSITIONS):
-        _update_roots(parameters, mode, latched, arguments)
-        for i in lane_range(STAGES):
-            kappa = time_scale(parameters, nodes[:, i], mode)
-            for c in range(coordinate_count):
-                k[c, i] = kappa * nodes[coordinate_count + c, i]
-            k[time_index, i] = kappa
-        _update_components(parameters, 0, coordinate_count, arguments)
-        _update_components(parameters, time_index, time_index + 1, arguments)
+    stages = _Stages(mode, latched, k, nodes, (y, weight, k, nodes, step.length))
+    if step.part == WHOLE_SWEEP:  # in one piece, so that the compiler evaluates the pose once
+        _evaluate_rates(parameters, stages)
+        _update_velocities(parameters, stages)
+        _update_positions(parameters, stages)
+    elif step.part == POSITIONS:
+        _update_positions(parameters, stages)
+    else:
+        _evaluate_rates(parameters, stages)
+        if step.part == VELOCITIES:
+            _update_velocities(parameters, stages)
     step.change = total_of(nodes[n]) * (1.0 / n)
 
 
