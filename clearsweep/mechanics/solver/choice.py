@@ -2,7 +2,7 @@
 
 An explicit step costs a few sweeps, however many numbers the state has.  An implicit step costs evaluations and
 matrices that grow with the number of unknowns.  Its price in evaluations was measured on the cases of `verify.stiff`,
-with 6, 11 and 16 numbers in the state.
+with 6, 11 and 16 numbers in the state; with films on those of `configs/pump.yaml`.
 
 If the motion is stiff, an explicit step is short although the motion hardly curves within it.  The rate at which
 small errors change follows from the contraction of the iteration.  The curvature of the motion follows from states as
@@ -12,13 +12,17 @@ contract as slowly.
 Counts of evaluations decide, never a clock, and only evaluations of the motion count, not those of extra outputs.
 """
 
+import math
+
 from ..compiled.family import kernel
 from ..observe.stages import STAGES
 from . import radau
 from .integration import AUTO, EXPLICIT, IMPLICIT
 from .radau import ERROR_CONSTANT, ORDER
 
-PRICE_PER_NUMBER = 0.62  # of an evaluation in an implicit step, for each number in the state, mostly for the matrices
+#: Of an evaluation in an implicit step, for each number in the state, mostly for the matrices.  These weigh less beside
+#: the evaluation of a film.
+PRICE_PER_NUMBER, PRICE_WITH_FILM = 0.62, 0.15
 #: Length over which the curvature of the motion is measured, divided by an implicit step that is worth its price.
 TRIAL_LENGTH = 2.0
 SMALL_ERROR = 0.5  # error over the allowed one, expected of an implicit step worth its price where it is tried
@@ -65,14 +69,23 @@ def choose_method(pointer, h, pattern):
     elif choice.steps_to_trial <= 0.0 and is_stiff(pointer, h, cost):
         work.method.next = IMPLICIT
         work.proposals[pattern] = choice.explicit_length
-        work.proposals[pattern | implicit_bit] = TRIAL_LENGTH * price_of_step(work.y.size) * choice.explicit_length
+        work.proposals[pattern | implicit_bit] = TRIAL_LENGTH * price_of_step(pointer) * choice.explicit_length
         work.onset_rates[pattern | implicit_bit] = work.onset_rates[pattern]
 
 
 @kernel
-def price_of_step(n):
-    """Return the cost of an implicit step of `n` unknowns in explicit steps: two iterations, occasional Jacobians."""
-    return PRICE_PER_NUMBER * n * (5.0 + 4.0 * n) / EVALUATIONS_PER_STEP
+def price_of_evaluation(pointer):
+    """Return the cost of an evaluation in an implicit step, in evaluations of an explicit step."""
+    work, has_film = pointer[0], False
+    for j in range(work.mode.size):
+        has_film = has_film or work.film[j, 1] < math.inf
+    return (PRICE_WITH_FILM if has_film else PRICE_PER_NUMBER) * work.y.size
+
+
+@kernel
+def price_of_step(pointer):
+    """Return the cost of an implicit step in explicit steps: two iterations, occasional Jacobians."""
+    return price_of_evaluation(pointer) * (5.0 + 4.0 * pointer[0].y.size) / EVALUATIONS_PER_STEP
 
 
 @kernel
@@ -82,7 +95,7 @@ def is_stiff(pointer, h, cost):
     It is called after TRIAL_LENGTH times as many explicit steps in a row, each perhaps limited by a stiff component.
     """
     work = pointer[0]
-    n, choice = work.y.size, work.implicit.choice
+    choice = work.implicit.choice
     if h == 0.0:  # two events at one time: the observed states belong to both sides
         choice.cost += cost
         return False
@@ -92,7 +105,7 @@ def is_stiff(pointer, h, cost):
     choice.span += h
     choice.cost += cost
     work.method.favouring_steps += 1
-    steps_per_mark = int(TRIAL_LENGTH * price_of_step(n) / ORDER) + 1
+    steps_per_mark = int(TRIAL_LENGTH * price_of_step(pointer) / ORDER) + 1
     if work.method.favouring_steps % steps_per_mark != 0:
         return False
     store_mark(pointer, work.method.favouring_steps // steps_per_mark, work.end)
@@ -122,11 +135,11 @@ def is_error_small(pointer):
 
     The length of these explicit steps is the larger of the mean and that of the latest ones.
     """
-    n, choice, spans = pointer[0].y.size, pointer[0].implicit.choice, pointer[0].implicit.spans
+    choice, spans = pointer[0].implicit.choice, pointer[0].implicit.spans
     late_span = (choice.span - spans[ORDER - 1]) / (choice.cost - choice.early_cost)
     choice.explicit_length, choice.saved, choice.lost = STEP_COST * max(choice.span / choice.cost, late_span), 0.0, 0.0
     return (
-        ERROR_CONSTANT**2 * squared_sixth_derivative(pointer, price_of_step(n) * choice.explicit_length)
+        ERROR_CONSTANT**2 * squared_sixth_derivative(pointer, price_of_step(pointer) * choice.explicit_length)
         <= SMALL_ERROR**2
     )
 
@@ -161,12 +174,12 @@ def is_unprofitable(pointer, saved, cost):
     The permitted loss grows with the savings.  Where explicit steps are a hundred times shorter, a few expensive
     implicit steps cost less than explicit steps up to the next trial.
     """
-    work = pointer[0]
-    n, choice = work.y.size, work.implicit.choice
-    gain = saved - PRICE_PER_NUMBER * n * cost
+    choice = pointer[0].implicit.choice
+    gain = saved - price_of_evaluation(pointer) * cost
     choice.saved += gain
     choice.lost = max(choice.lost - gain, 0.0)
-    if choice.lost < MAX_LOSS * EVALUATIONS_PER_STEP * price_of_step(n) + SAVINGS_FRACTION * max(choice.saved, 0.0):
+    permitted_loss = MAX_LOSS * EVALUATIONS_PER_STEP * price_of_step(pointer)
+    if choice.lost < permitted_loss + SAVINGS_FRACTION * max(choice.saved, 0.0):
         return False
     choice.steps_to_trial = -min(choice.saved, 0.0) / (RECOVERY_FRACTION * EVALUATIONS_PER_STEP)
     return True
