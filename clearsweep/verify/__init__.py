@@ -2,8 +2,8 @@
 
 A problem (`problems`) is a trajectory in quadruple precision or a closed form.  The rivals (`rivals`) are integrators
 in common use, on the same compiled laws.  `measure` runs all methods on all problems, a chaotic case over tolerances
-and lengths (`convergence`), every case of a table of stiff and extreme ones (`stability`), and cases that show the
-savings of the implicit method (`stiff`).
+and lengths (`convergence`), every case of a table of stiff and extreme ones (`stability`), and stiff cases by
+both methods (`stiff`).
 """
 
 from collections.abc import Callable

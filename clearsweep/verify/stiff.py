@@ -1,4 +1,4 @@
-"""Savings of the implicit method where stability limits the explicit one, and its cost elsewhere.
+"""Costs of the explicit and the implicit method in stiff motion, and of the choice between them.
 
 Equal error: the explicit method at some tolerance is compared with `auto` at the loosest power of ten at which its
 error is no larger.  The reference is the explicit method at REFERENCE_TOLERANCE, which shares only the right-hand side
@@ -33,7 +33,7 @@ ROUNDS = 3  # the least run time counts
 
 
 def stiff_cases() -> list[ExtremeCase]:
-    """Return cases in which stability limits the steps of the explicit method: damping, stiffness, friction."""
+    """Return cases in which plain sweeps limit the steps of the explicit method: damping, stiffness, friction."""
     loaded: dict[str, Any] = {"gravity": 9.81, "start": "seated"}
     steep_friction, soft_contact = tanh_section(0.3, 1e-5), contact_section(1e9, 0.1)
     return [
