@@ -20,8 +20,8 @@ from . import radau
 from .integration import AUTO, EXPLICIT, IMPLICIT
 from .radau import ERROR_CONSTANT, ORDER
 
-#: Of an evaluation in an implicit step, for each number in the state, mostly for the matrices.  The evaluation of a film
-#: takes longer, so the share of the matrices is smaller.
+#: Of an evaluation in an implicit step, for each number in the state, mostly for the matrices.  The evaluation of a
+#: film takes longer, so the share of the matrices is smaller.
 PRICE_PER_NUMBER, PRICE_WITH_FILM = 0.62, 0.15
 #: Length over which the curvature of the motion is measured, divided by an implicit step that is worth its price.
 TRIAL_LENGTH = 2.0
