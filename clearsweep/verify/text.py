@@ -153,7 +153,7 @@ def stability_lines(table: dict) -> list[str]:
 def stiffness_lines(table: dict) -> list[str]:
     """Return the lines that compare the automatic choice of the method with the explicit one."""
     lines = [
-        "stiffness: where stability limits the explicit method, against the automatic choice at the loosest tolerance,",
+        "stiffness: the explicit method in stiff motion, against the automatic choice at the loosest tolerance,",
         "    by tens, at which its error is no larger (one revolution; each column of a Jacobian counts as one rhs)",
         f"  {'case':<44}{'tolerance':>10}{'rhs':>10}{'error':>9}{'automatic':>11}{'rhs':>10}{'error':>9}"
         f"{'rhs ratio':>11}{'time':>8}",
