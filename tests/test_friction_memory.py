@@ -269,14 +269,17 @@ def test_explicit_and_implicit_method_agree_and_energies_balance(friction):
 
 
 @pytest.mark.compiled
-def test_stiff_bristles_are_left_to_the_implicit_method():
+def test_stiff_bristles_do_not_limit_the_steps_of_either_method():
+    """With plain sweeps the explicit method takes 8.0 million evaluations."""
+
     def run(method):
         stiff = LUGRE | {"bristle_stiffness": 3e6, "bristle_damping": 0.0}
         return clearsweep.simulate(crank(stiff, simulate__method=method, simulate__tolerance=1e-6)).summary
 
-    auto, explicit = run("auto"), run("explicit")
-    assert auto["rhs_evaluations"] < 0.5 * explicit["rhs_evaluations"]
-    assert auto["rod_slider_force_peak"] == pytest.approx(explicit["rod_slider_force_peak"], rel=1e-4)
+    auto, explicit, implicit = run("auto"), run("explicit"), run("implicit")
+    assert auto["rhs_evaluations"] <= explicit["rhs_evaluations"] < 160_000
+    assert implicit["rhs_evaluations"] < 120_000
+    assert auto["rod_slider_force_peak"] == pytest.approx(implicit["rod_slider_force_peak"], rel=1e-8)
 
 
 @pytest.mark.compiled

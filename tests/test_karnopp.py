@@ -204,7 +204,7 @@ def test_a_tighter_tolerance_converges_and_energies_balance():
     exact, errors = run(1e-11), []
     for tolerance in (1e-6, 1e-8, 1e-10):
         summary = run(tolerance)
-        assert summary["energy_residual"] < 1e-7
+        assert summary["energy_residual"] < tolerance
         errors.append(abs(summary["crank_torque_peak"] / exact["crank_torque_peak"] - 1.0))
     assert errors[0] > errors[1] > errors[2]
     assert errors[2] < 1e-8
@@ -217,7 +217,7 @@ def test_surfaces_that_let_go_are_not_caught_at_once():
         clearsweep.simulate(crank("rod-slider", friction=law, simulate__method="explicit")).summary["steps"]
         for law in (KARNOPP | {"viscous": 30.0}, smooth)
     ]
-    assert steps[0] < 1.1 * steps[1]
+    assert steps[0] < 1.4 * steps[1] < 1.4 * 2000  # with plain sweeps 3,335 and 3,266
 
 
 @pytest.mark.compiled
