@@ -362,7 +362,7 @@ def a_crank(changes=None):
 
 
 @pytest.mark.slow
-def test_a_film_is_integrated_implicitly_where_it_is_stiff_and_its_energies_balance():
+def test_a_stiff_film_takes_few_steps_by_every_method_and_its_energies_balance():
     stiff = {"joints.rod-slider.clearance": "0.2 mm", "drive.speed": "1000 rpm"}
     steps = {}
     for method in ("auto", "explicit", "implicit"):
@@ -371,8 +371,8 @@ def test_a_film_is_integrated_implicitly_where_it_is_stiff_and_its_energies_bala
         assert path.summary["energy_residual"] < 1e-6
         assert path.summary["rod_slider_film_fraction"] == 1.0
         steps[method] = path.summary["steps"]
-    assert steps["auto"] < 0.2 * steps["explicit"]
-    assert steps["implicit"] < 0.05 * steps["explicit"]
+    assert steps["auto"] <= steps["explicit"] < 400  # with plain sweeps 41,850
+    assert steps["implicit"] < 400
 
 
 @pytest.mark.slow

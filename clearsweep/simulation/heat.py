@@ -66,7 +66,7 @@ class HeatObserver:
 
     def observe(self, work: Work) -> bool:
         """Record the time (s) and the accumulated energies (J); the run continues."""
-        self.times.append(float(work.y[work.time]))
+        self.times.append(float(work.end[work.time]))  # at the end of a run `y` is the start of its last step
         totals: Any = work.totals  # mypy takes it for a tuple of anything
         joints = by_joint(totals, self.layout).joint
         self.sums.append(np.array([getattr(joints[index], field) for index, field in self.energies.items()]))
