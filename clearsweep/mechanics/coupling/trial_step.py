@@ -32,13 +32,25 @@ def rates_entry(scene, y, mode, latched, k, o, row):
     put_error(parameters, pose_at(parameters.mechanism, y), o, row)
 
 
+class _Sweep(NamedTuple):
+    """Arrays of a sweep, see `integration.Work`, and the length of the step."""
+
+    y: np.ndarray
+    weight: np.ndarray
+    mode: np.ndarray
+    latched: np.ndarray
+    k: np.ndarray
+    nodes: np.ndarray
+    length: float
+
+
 @inlined
-def _update_components(scene, begin, end, arguments):
+def _update_components(sweep, begin, end):
     """Update components `begin` to `end` of all stages from their rates; sum squared relative changes."""
-    y, weight, k, nodes, h = arguments
+    k, nodes, h = sweep.k, sweep.nodes, sweep.length
     n = nodes.shape[0] - 1
     for c in range(begin, end):
-        initial, inverse_scale = y[c], weight[c]
+        initial, inverse_scale = sweep.y[c], sweep.weight[c]
         for i in lane_range(STAGES):
             early_terms = (A[0, i] * k[c, 0] + A[1, i] * k[c, 1]) + (A[2, i] * k[c, 2] + A[3, i] * k[c, 3])
             late_terms = (A[4, i] * k[c, 4] + A[5, i] * k[c, 5]) + (A[6, i] * k[c, 6] + A[7, i] * k[c, 7])
@@ -48,36 +60,26 @@ def _update_components(scene, begin, end, arguments):
             nodes[n, i] = nodes[n, i] + scaled_change * scaled_change
 
 
-class _Stages(NamedTuple):
-    """Arrays of a sweep."""
-
-    mode: np.ndarray
-    latched: np.ndarray
-    k: np.ndarray
-    nodes: np.ndarray
-    update: tuple  # arguments of `_update_components`
-
-
 @inlined
-def _evaluate_rates(scene, stages):
+def _evaluate_rates(scene, sweep):
     """Evaluate the rates of all stages."""
     for i in lane_range(STAGES):
-        rates(scene, stages.nodes[:, i], stages.mode, stages.latched, stages.k, None, i, False)
-        stages.nodes[stages.nodes.shape[0] - 1, i] = 0.0
+        rates(scene, sweep.nodes[:, i], sweep.mode, sweep.latched, sweep.k, None, i, False)
+        sweep.nodes[sweep.nodes.shape[0] - 1, i] = 0.0
 
 
 @inlined
-def _update_velocities(scene, stages):
+def _update_velocities(scene, sweep):
     """Update the velocities and internal states of all stages."""
-    count, n = len(scene.coordinates), stages.nodes.shape[0] - 1
-    _update_components(scene, count, 2 * count, stages.update)
-    _update_components(scene, 2 * count + 1 + total_counts(scene.joints).contact, n, stages.update)
+    count, n = len(scene.coordinates), sweep.nodes.shape[0] - 1
+    _update_components(sweep, count, 2 * count)
+    _update_components(sweep, 2 * count + 1 + total_counts(scene.joints).contact, n)
 
 
 @inlined
-def _update_positions(scene, stages):
+def _update_positions(scene, sweep):
     """Update the roots of penetration of all stages from the new velocities, then coordinates and time."""
-    mode, latched, k, nodes, update = stages
+    mode, latched, k, nodes = sweep.mode, sweep.latched, sweep.k, sweep.nodes
     count, contacts, touching = len(scene.coordinates), total_counts(scene.joints).contact, False
     first_root = 2 * count + 1
     for c in range(contacts):
@@ -88,14 +90,14 @@ def _update_positions(scene, stages):
             joint_gaps = gaps_with_angles(scene, state, gaps(scene.mechanism, pose_at(scene.mechanism, state)))
             kappa = time_scale(scene, state, mode)
             put_root_rates(scene, joint_gaps, JointState(state, mode, latched, first_root), kappa, k, i)
-        _update_components(scene, first_root, first_root + contacts, update)
+        _update_components(sweep, first_root, first_root + contacts)
     for i in lane_range(STAGES):
         kappa = time_scale(scene, nodes[:, i], mode)
         for c in range(count):
             k[c, i] = kappa * nodes[count + c, i]
         k[2 * count, i] = kappa
-    _update_components(scene, 0, count, update)
-    _update_components(scene, 2 * count, first_root, update)
+    _update_components(sweep, 0, count)
+    _update_components(sweep, 2 * count, first_root)
 
 
 def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
@@ -105,17 +107,17 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     y, weight, step = shaped(y, (n,)), shaped(weight, (n,)), Step(shaped(step, (Step.SIZE,)))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     k, nodes = shaped(k, (n, ROW_COUNT)), shaped(nodes, (n + 1, STAGES))
-    stages = _Stages(mode, latched, k, nodes, (y, weight, k, nodes, step.length))
+    sweep = _Sweep(y, weight, mode, latched, k, nodes, step.length)
     if step.part == WHOLE_SWEEP:  # in one piece, so that the compiler evaluates the pose once
-        _evaluate_rates(parameters, stages)
-        _update_velocities(parameters, stages)
-        _update_positions(parameters, stages)
+        _evaluate_rates(parameters, sweep)
+        _update_velocities(parameters, sweep)
+        _update_positions(parameters, sweep)
     elif step.part == POSITIONS:
-        _update_positions(parameters, stages)
+        _update_positions(parameters, sweep)
     else:
-        _evaluate_rates(parameters, stages)
+        _evaluate_rates(parameters, sweep)
         if step.part == VELOCITIES:
-            _update_velocities(parameters, stages)
+            _update_velocities(parameters, sweep)
     step.change = total_of(nodes[n]) * (1.0 / n)
 
 
