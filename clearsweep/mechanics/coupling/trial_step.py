@@ -16,7 +16,7 @@ from ..joint.offsets import total_counts
 from ..mechanism.contract import gaps, pose_at
 from ..observe.stages import END, FIRST_IMPLICIT_ROW, ROW_COUNT, STAGES
 from ..solver.accumulate.step_sums import Step
-from ..solver.collocation import POSITIONS, VELOCITIES, WHOLE_SWEEP, A
+from ..solver.collocation import POSITIONS, VELOCITIES, WHOLE_SWEEP, A, sum_over_stages
 from .rates import gaps_with_angles, observed_width, put_error, put_root_rates, rates
 from .state import size_of
 from .time_scale import time_scale
@@ -52,9 +52,7 @@ def _update_components(sweep, begin, end):
     for c in range(begin, end):
         initial, inverse_scale = sweep.y[c], sweep.weight[c]
         for i in lane_range(STAGES):
-            early_terms = (A[0, i] * k[c, 0] + A[1, i] * k[c, 1]) + (A[2, i] * k[c, 2] + A[3, i] * k[c, 3])
-            late_terms = (A[4, i] * k[c, 4] + A[5, i] * k[c, 5]) + (A[6, i] * k[c, 6] + A[7, i] * k[c, 7])
-            predicted = initial + h * (early_terms + late_terms)
+            predicted = initial + h * sum_over_stages(A, k[c], i)
             scaled_change = (predicted - nodes[c, i]) * inverse_scale
             nodes[c, i] = predicted
             nodes[n, i] = nodes[n, i] + scaled_change * scaled_change

@@ -23,7 +23,7 @@ from fractions import Fraction
 import numpy as np
 
 from ..compiled.choosing import lane_range
-from ..compiled.family import kernel
+from ..compiled.family import inlined, kernel
 from ..observe.stages import POINTS, STAGES, START
 
 
@@ -64,6 +64,18 @@ WEIGHTS = np.ascontiguousarray(A[:, -1])
 HUGE = 1e300
 #: Parts of a sweep: all, only the rates, up to the velocities and internal states, the roots and coordinates.
 WHOLE_SWEEP, RATES, VELOCITIES, POSITIONS = range(4)
+
+
+@inlined
+def sum_over_stages(matrix, values, i):
+    """Return the sum over the stages of column `i` of a matrix times values (STAGES or more,), in pairs."""
+    early_terms = (matrix[0, i] * values[0] + matrix[1, i] * values[1]) + (
+        matrix[2, i] * values[2] + matrix[3, i] * values[3]
+    )
+    late_terms = (matrix[4, i] * values[4] + matrix[5, i] * values[5]) + (
+        matrix[6, i] * values[6] + matrix[7, i] * values[7]
+    )
+    return early_terms + late_terms
 
 
 @kernel

@@ -27,7 +27,7 @@ from ..compiled.choosing import lane_range
 from ..compiled.family import inlined, invoke, kernel
 from ..observe.stages import POINTS, STAGES
 from ..trace.portable import exact, inverse
-from .collocation import POSITIONS, RATES, VELOCITIES
+from .collocation import POSITIONS, RATES, VELOCITIES, sum_over_stages
 from .integration import Preconditioner
 
 #: The eigenvalues of the transpose of `collocation.A` above the real axis; the others are their conjugates.
@@ -204,20 +204,8 @@ def eliminate(pointer):
         for i in lane_range(STAGES):
             nodes[r, i] = nodes[r, i] - arrays.before[j, i]
         for i in lane_range(STAGES):
-            early = (TO_REAL[0, i] * nodes[r, 0] + TO_REAL[1, i] * nodes[r, 1]) + (
-                TO_REAL[2, i] * nodes[r, 2] + TO_REAL[3, i] * nodes[r, 3]
-            )
-            late = (TO_REAL[4, i] * nodes[r, 4] + TO_REAL[5, i] * nodes[r, 5]) + (
-                TO_REAL[6, i] * nodes[r, 6] + TO_REAL[7, i] * nodes[r, 7]
-            )
-            real = early + late
-            early = (TO_IMAGINARY[0, i] * nodes[r, 0] + TO_IMAGINARY[1, i] * nodes[r, 1]) + (
-                TO_IMAGINARY[2, i] * nodes[r, 2] + TO_IMAGINARY[3, i] * nodes[r, 3]
-            )
-            late = (TO_IMAGINARY[4, i] * nodes[r, 4] + TO_IMAGINARY[5, i] * nodes[r, 5]) + (
-                TO_IMAGINARY[6, i] * nodes[r, 6] + TO_IMAGINARY[7, i] * nodes[r, 7]
-            )
-            imaginary = early + late
+            real = sum_over_stages(TO_REAL, nodes[r], i)
+            imaginary = sum_over_stages(TO_IMAGINARY, nodes[r], i)
             for c in range(j):
                 real = real - (a[j, c, i] * x[c, i] - b[j, c, i] * y[c, i])
                 imaginary = imaginary - (a[j, c, i] * y[c, i] + b[j, c, i] * x[c, i])
