@@ -198,7 +198,7 @@ def multiplied(machine, opened, q, rates, force, crank):
     force : (3 bodies,) N and N m about the centres of mass; crank : angular acceleration of the crank, rad/s^2.
     """
     closure = Closure(machine)
-    _, jacobian, lacking = closure.evaluate(q[None], np.zeros(1), rates[None])
+    jacobian, lacking = closure.evaluate(q[None], np.zeros(1))[1], closure.curvature(q[None], rates[None])
     kept = [2 * j + k for j, joint in enumerate(machine.joints) if joint.name not in opened for k in (0, 1)]
     if crank is not None:
         kept.append(closure.rows - 1)
@@ -214,7 +214,7 @@ def multiplied(machine, opened, q, rates, force, crank):
 
 def open_values(machine, opened, q):
     """Return the largest constraint (m, rad) of the joints that are not open."""
-    values, _, _ = Closure(machine).evaluate(q[None], np.zeros(1))
+    values, _ = Closure(machine).evaluate(q[None], np.zeros(1))
     kept = [2 * j + k for j, joint in enumerate(machine.joints) if joint.name not in opened for k in (0, 1)]
     return float(np.max(np.abs(values[0][kept]), initial=0.0))
 

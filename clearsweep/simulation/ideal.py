@@ -73,7 +73,7 @@ def _peaks(
 ) -> Mapping[str, float]:
     """Return the result of `peaks` for a machine with this key."""
     start = machine.value.drive.start_angle
-    return peaks(lambda angles: planar.ideal(machine.value, start + angles), turn_range, knots)
+    return peaks(lambda angles: planar.ideal_reactions(machine.value, start + angles), turn_range, knots)
 
 
 def _turn_range(case: Case, tables: list[Mapping[str, Any]]) -> tuple[float, float]:
@@ -109,18 +109,20 @@ def _knots(case: Case, tables: list[Mapping[str, Any]], turn_range: tuple[float,
 
 
 def peaks(
-    motion: Callable[[np.ndarray], IdealMotion], turn_range: tuple[float, float], knots: tuple[float, ...] = ()
+    reactions: Callable[[np.ndarray], Mapping[str, np.ndarray]],
+    turn_range: tuple[float, float],
+    knots: tuple[float, ...] = (),
 ) -> Mapping[str, float]:
     """Return the largest reaction (N) of each joint over a range of revolutions, both ends included.
 
-    motion : (n,) rad from the start -> ideal mechanism; knots : (k,) rad, further angles to evaluate.
+    reactions : (n,) rad from the start -> force (n, 2) N of each joint; knots : (k,) rad, further angles to evaluate.
     """
     names: list[str] = []
 
     def magnitudes(angles: np.ndarray) -> np.ndarray:
-        reactions = motion(angles).reactions
-        names[:] = reactions
-        return np.array([np.hypot(force[:, 0], force[:, 1]) for force in reactions.values()])
+        forces = reactions(angles)
+        names[:] = forces
+        return np.array([np.hypot(force[:, 0], force[:, 1]) for force in forces.values()])
 
     start_angle, end_angle = (2.0 * math.pi * turns for turns in turn_range)
     equidistant = np.linspace(

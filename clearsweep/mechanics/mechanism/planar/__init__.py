@@ -46,6 +46,7 @@ __all__ = [
     "discontinuity_times",
     "ideal",
     "ideal_of",
+    "ideal_reactions",
     "machine_key",
 ]
 
@@ -99,14 +100,21 @@ def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
 
 def ideal(machine: Machine, angles) -> IdealMotion:
     """Return the motion of the output and the reactions without clearance at angles (rad, any shape) of the crank."""
-    shape = np.shape(angles)
-    ideal_machine = ideal_of(machine)
-    motion = ideal_machine.motion(
-        np.asarray(angles, dtype=float).ravel(), lambda: _compile(ideal_machine.machine, frozenset()).form
-    )
+    shape, ideal_machine = np.shape(angles), ideal_of(machine)
+    motion = ideal_machine.motion(np.asarray(angles, dtype=float).ravel(), lambda: _ideal_form(ideal_machine))
     reactions = {name: force.reshape((*shape, 2)) for name, force in motion.reactions.items()}
     torque = np.reshape(motion.torque, shape)
     return IdealMotion(*(np.reshape(array, shape) for array in motion[:3]), reactions, torque)
+
+
+def ideal_reactions(machine: Machine, angles: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the force (N, 2) N on each joint's distal body without clearance at angles (N,) rad of the crank."""
+    ideal_machine = ideal_of(machine)
+    return ideal_machine.reactions(angles, lambda: _ideal_form(ideal_machine))
+
+
+def _ideal_form(ideal_machine: IdealMachine) -> Planar:
+    return _compile(ideal_machine.machine, frozenset()).form
 
 
 class _Compiled(NamedTuple):
@@ -126,7 +134,7 @@ def _compile(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
     coordinates = [
         ideal_machine.coordinate_over_revolution(coordinate) for coordinate in structure.spanning_tree.coordinates
     ]
-    output = ideal_machine.output_at(ideal_machine.revolution)
+    output = ideal_machine.output_over_revolution()
     form = form._replace(cycle=make_cycle([output], machine.drive.start_angle))
     dependent = _dependent_indices(ideal_machine, form, coordinates) if structure.spanning_tree.loop_joints else ()
     columns = [output, *(coordinates[i] for i in dependent)]

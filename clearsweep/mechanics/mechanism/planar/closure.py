@@ -10,13 +10,12 @@ import copy
 import functools
 import math
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from ....contracts.machine import GROUND, BodyPoint, Guide, Machine, Slot, Stretch
-from ...trace import portable
-from .component import put_component
+from .constraints import Arm, Extended, PointMotion, Position, assembled, rows_of, zeros
 from .machine_states import MachineStates, interpolate
 
 STATIONS = 720  # of a revolution, at which the machine is closed
@@ -41,19 +40,6 @@ class MobilityError(ValueError):
     """The machine does not have exactly one degree of freedom, that of its drive."""
 
 
-class PointMotion(NamedTuple):
-    """A point of a body, each field a number or (N,)."""
-
-    x: Any  # m
-    y: Any
-    dx: Any  # derivative by the crank's angle
-    dy: Any
-    ddx: Any  # its second derivative without those of the coordinates
-    ddy: Any
-    lever_x: Any  # derivative by the body's angle
-    lever_y: Any
-
-
 class Closure:
     """The constraints of a machine, without clearance and with springs at rest except for `offsets`.
 
@@ -66,10 +52,19 @@ class Closure:
         self.index = {name: i for i, name in enumerate(self.names)}
         self.size = math.fsum(extent(body) for body in machine.bodies.values()) or 1.0  # m
         self.crank = self.index[_driven_joint(machine).distal.body]
-        self.springs = [joint for joint in machine.joints if isinstance(joint, Stretch)]  # springs at rest
         row_ends = np.cumsum([1 if isinstance(joint, Slot) else 2 for joint in machine.joints])
         self.first_rows = np.concatenate([[0], row_ends])  # row of each joint, and of what comes behind them
+        self.springs = [joint for joint in machine.joints if isinstance(joint, Stretch)]  # springs at rest
         self.rows = int(self.first_rows[-1]) + 1 + len(self.springs)
+        self.constraints = [
+            constraint
+            for row, joint in zip(self.first_rows.tolist(), machine.joints, strict=False)
+            for constraint in rows_of(joint, row, self._arm)
+        ]
+        self.constraints += [
+            Extended(row, spring.name, self._arm(spring.proximal), self._arm(spring.distal), spring.axis)
+            for row, spring in enumerate(self.springs, int(self.first_rows[-1]))
+        ]
         if self.rows != 3 * len(self.names):
             freedoms = 3 * len(self.names) - self.rows + 1
             raise MobilityError(
@@ -83,84 +78,35 @@ class Closure:
         closure.offsets = offsets
         return closure
 
-    def point_motion(self, endpoint: BodyPoint, q: np.ndarray, q_rates: np.ndarray) -> PointMotion:
-        """Return a point of a body; q, q_rates : (..., 3 bodies)."""
-        return self._point_motion(endpoint, _columns(q), _columns(q_rates), _directions(_columns(q)))
-
-    def _point_motion(self, endpoint: BodyPoint, q: list, q_rates: list, directions: list) -> PointMotion:
+    def _arm(self, endpoint: BodyPoint) -> Arm:
         x, y = self.machine.bodies[endpoint.body].points[endpoint.point]
         if endpoint.body == GROUND:
-            return PointMotion(x, y, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
-        i, center = self.index[endpoint.body], self.machine.bodies[endpoint.body].center
-        x, y, (c, s), rate = x - center[0], y - center[1], directions[i], q_rates[3 * i + 2]
-        arm_x, arm_y = c * x - s * y, s * x + c * y
-        return PointMotion(
-            q[3 * i] + arm_x,
-            q[3 * i + 1] + arm_y,
-            q_rates[3 * i] - rate * arm_y,
-            q_rates[3 * i + 1] + rate * arm_x,
-            -rate * rate * arm_x,
-            -rate * rate * arm_y,
-            -arm_y,
-            arm_x,
-        )
+            return Arm(-1, x, y)
+        center = self.machine.bodies[endpoint.body].center
+        return Arm(3 * self.index[endpoint.body], x - center[0], y - center[1])
 
-    def evaluate(self, q, angles, q_rates=None):
-        """Return constraints (..., rows), derivatives (..., rows, 3 bodies), and terms without accelerations.
+    def point_motion(self, endpoint: BodyPoint, q: np.ndarray, q_rates: np.ndarray) -> PointMotion:
+        """Return a point of a body; q, q_rates : (3 bodies,) or (N, 3 bodies)."""
+        return Position(q, q_rates).point(self._arm(endpoint))
 
-        The last item contains the terms of the constraints' second derivative.
+    def evaluate(self, q, angles):
+        """Return constraints (..., rows) and their derivatives (..., rows, 3 bodies).
 
-        q, q_rates : (..., 3 bodies); angles : (...) rad.
+        q : (3 bodies,) or (N, 3 bodies); angles : of the crank, rad, a number or (N,)
         """
-        q_rates = np.zeros_like(q) if q_rates is None else q_rates
-        columns, rates = _columns(q), _columns(q_rates)
-        directions = _directions(columns)
-        values, bias = (np.zeros((*q.shape[:-1], self.rows)) for _ in range(2))
-        jacobian = np.zeros((*q.shape[:-1], self.rows, q.shape[-1]))
-        for row, joint in zip(self.first_rows, self.machine.joints, strict=False):
-            if isinstance(joint, Slot):
-                put_component(self, joint, joint.axis + 0.5 * math.pi, (q, q_rates), (values, jacobian, bias), row)
-                continue
-            proximal, distal = (
-                self._point_motion(endpoint, columns, rates, directions) for endpoint in (joint.proximal, joint.distal)
-            )
-            signed_points = ((joint.proximal.body, -1.0, proximal), (joint.distal.body, 1.0, distal))
-            columns_of_points = [
-                (3 * self.index[body], sign, point) for body, sign, point in signed_points if body != GROUND
-            ]
-            gap_x, gap_y = distal.x - proximal.x, distal.y - proximal.y
-            curvature_x, curvature_y = distal.ddx - proximal.ddx, distal.ddy - proximal.ddy
-            if isinstance(joint, Guide | Stretch):
-                angle, rate = (self.angle(joint.proximal.body, vector) for vector in (q, q_rates))
-                c, s = portable.cos(angle + joint.axis), portable.sin(angle + joint.axis)
-                values[..., row] = self.angle(joint.distal.body, q) - angle
-                values[..., row + 1] = c * gap_y - s * gap_x
-                sliding_rate = c * (distal.dx - proximal.dx) + s * (distal.dy - proximal.dy)
-                bias[..., row + 1] = (
-                    c * curvature_y - s * curvature_x - 2.0 * rate * sliding_rate - rate**2 * (c * gap_y - s * gap_x)
-                )
-                for i, sign, point in columns_of_points:
-                    jacobian[..., row, i + 2] = sign
-                    jacobian[..., row + 1, i], jacobian[..., row + 1, i + 1] = -sign * s, sign * c
-                    jacobian[..., row + 1, i + 2] = sign * (c * point.lever_y - s * point.lever_x)
-                    if sign < 0.0:
-                        jacobian[..., row + 1, i + 2] -= c * gap_x + s * gap_y
-            else:
-                x, y = self.offsets.get(joint.name, (0.0, 0.0))
-                values[..., row], values[..., row + 1] = gap_x - x, gap_y - y
-                bias[..., row], bias[..., row + 1] = curvature_x, curvature_y
-                for i, sign, point in columns_of_points:
-                    jacobian[..., row, i] = jacobian[..., row + 1, i + 1] = sign
-                    jacobian[..., row, i + 2], jacobian[..., row + 1, i + 2] = (
-                        sign * point.lever_x,
-                        sign * point.lever_y,
-                    )
-        for row, joint in enumerate(self.springs, self.first_rows[-1]):
-            put_component(self, joint, joint.axis, (q, q_rates), (values, jacobian, bias), row)
-            values[..., row] -= self.offsets.get(joint.name, 0.0)
-        values[..., -1] = q[..., 3 * self.crank + 2] - angles
-        jacobian[..., -1, 3 * self.crank + 2] = 1.0
-        return values, jacobian, bias
+        position, values, jacobian = Position(q), zeros(self.rows), [zeros(q.shape[-1]) for _ in range(self.rows)]
+        for constraint in self.constraints:
+            constraint.put(position, self.offsets, values, jacobian)
+        values[-1], jacobian[-1][3 * self.crank + 2] = position.q[3 * self.crank + 2] - angles, 1.0
+        derivatives = assembled([item for row in jacobian for item in row], q)
+        return assembled(values, q), derivatives.reshape(*q.shape[:-1], self.rows, q.shape[-1])
+
+    def curvature(self, q, q_rates):
+        """Return the terms (..., rows) without accelerations of the constraints' second derivatives."""
+        position, curvature = Position(q, q_rates), zeros(self.rows)
+        for constraint in self.constraints:
+            constraint.put_curvature(position, curvature)
+        return assembled(curvature, q)
 
     def angle(self, body: str, q: np.ndarray) -> Any:
         """Return the angle (rad) of a body, or its rate, (...)."""
@@ -190,15 +136,14 @@ class Closure:
         body_motion = np.abs(right_vectors[-1]).reshape(-1, 3).max(axis=1)
         return values[-1] / values[0], self.names[int(np.argmax(body_motion))]
 
-    def close(self, q, angles) -> np.ndarray:
-        """Return the coordinates (..., 3 bodies) near `q` that satisfy the constraints; nan if there are none."""
-        return self._close(q, angles)[0]
+    def close(self, q, angles) -> tuple[np.ndarray, np.ndarray]:
+        """Return the coordinates (..., 3 bodies) near `q` that satisfy the constraints, and the derivatives of these.
 
-    def _close(self, q, angles) -> tuple[np.ndarray, np.ndarray]:
-        """Return the result of `close`, and the derivatives of the constraints there."""
+        The coordinates are nan if there are none.
+        """
         q = q.copy()
         for _ in range(30):
-            values, jacobian, _ = self.evaluate(q, angles)
+            values, jacobian = self.evaluate(q, angles)
             try:
                 step = np.linalg.solve(jacobian, values[..., None])[..., 0]
             except np.linalg.LinAlgError:
@@ -207,21 +152,16 @@ class Closure:
             # the error after a step of Newton's method is of the order of its square
             if np.max(np.abs(step)) < QUADRATIC_STEP * min(self.size, 1.0) or not np.all(np.isfinite(q)):
                 break
-        values, jacobian, _ = self.evaluate(q, angles)
+        values, jacobian = self.evaluate(q, angles)
         is_satisfied = np.max(np.abs(values), axis=-1, keepdims=True) < 1e-11 * max(self.size, 1.0)
         return np.where(is_satisfied, q, math.nan), jacobian
 
-    def derivatives(self, q, angles, jacobian=None) -> tuple[np.ndarray, np.ndarray]:
-        """Return first and second derivatives of `q` by the crank's angle.
-
-        jacobian : Jacobian of the constraints, if known
-        """
-        jacobian = self.evaluate(q, angles)[1] if jacobian is None else jacobian
+    def derivatives(self, q, jacobian) -> tuple[np.ndarray, np.ndarray]:
+        """Return first and second derivatives of `q` by the crank's angle; jacobian : of the constraints."""
         right_side = np.zeros((*q.shape[:-1], self.rows, 1))
         right_side[..., -1, :] = 1.0
         q_rates = np.linalg.solve(jacobian, right_side)[..., 0]
-        _, _, bias = self.evaluate(q, angles, q_rates)
-        return q_rates, np.linalg.solve(jacobian, -bias[..., None])[..., 0]
+        return q_rates, np.linalg.solve(jacobian, -self.curvature(q, q_rates)[..., None])[..., 0]
 
     def close_at_start(self, angle: float) -> np.ndarray:
         """Return the machine closed at an angle of its crank, near the angles given for that.  Raises ClosureError."""
@@ -290,14 +230,14 @@ class Closure:
     def _close_roughly(self, q, angle) -> np.ndarray:
         """Return the machine closed from a rough guess by the Levenberg-Marquardt method; nan if it fails."""
         damping = 1e-3
-        values, jacobian, _ = self.evaluate(q, angle)
+        values, jacobian = self.evaluate(q, angle)
         cost = float(np.sum(values**2))
         for _ in range(200):
             gradient = jacobian.T @ values
             square = jacobian.T @ jacobian
             scale = np.tile([1.0, 1.0, self.size**2], len(self.names))
             step = np.linalg.solve(square + damping * np.diag(scale), -gradient)
-            trial, trial_jacobian, _ = self.evaluate(q + step, angle)
+            trial, trial_jacobian = self.evaluate(q + step, angle)
             if np.sum(trial**2) < cost:
                 q, values, jacobian, cost = q + step, trial, trial_jacobian, float(np.sum(trial**2))
                 damping = max(0.2 * damping, 1e-15)
@@ -307,13 +247,13 @@ class Closure:
                 break
         if cost > 1e-8 * self.size**2:
             return np.full_like(q, math.nan)
-        return self.close(q, angle)
+        return self.close(q, angle)[0]
 
     def _most_open_body(self, given_angles, angle) -> str:
         """Return the body whose joint stays open if a machine does not close."""
         angles = given_angles.copy()
         angles[self.crank] = angle
-        values, _, _ = self.evaluate(self._assemble(angles), angle)
+        values, _ = self.evaluate(self._assemble(angles), angle)
         worst_row = int(np.argmax(np.abs(values[: self.first_rows[-1]])))
         joint = self.machine.joints[int(np.searchsorted(self.first_rows, worst_row, side="right")) - 1]
         return joint.distal.body if joint.distal.body != GROUND else joint.proximal.body
@@ -326,14 +266,15 @@ class Closure:
         stride = STATIONS // FIRST_STATIONS
         coarse = np.empty((FIRST_STATIONS + 1, 3 * len(self.names)))
         coarse[0] = self.close_at_start(start)
-        jacobian = self.evaluate(coarse[0], start)[1]
-        self._check(jacobian, start)
+        jacobians = [self.evaluate(coarse[0], start)[1]]
+        self._check(jacobians[0], start)
         for k in range(FIRST_STATIONS):
             angle_interval = angles[stride * k], angles[stride * (k + 1)]
-            coarse[k + 1], jacobian = self._continue_to(coarse[k], jacobian, *angle_interval)
-        coarse_states = MachineStates(angles[::stride], coarse, *self.derivatives(coarse, angles[::stride]))
-        q, jacobian = self._close(interpolate(coarse_states, angles).q, angles)
-        states = MachineStates(angles, q, *self.derivatives(q, angles, jacobian))
+            coarse[k + 1], jacobian = self._continue_to(coarse[k], jacobians[k], *angle_interval)
+            jacobians.append(jacobian)
+        coarse_states = MachineStates(angles[::stride], coarse, *self.derivatives(coarse, np.stack(jacobians)))
+        q, jacobian = self.close(interpolate(coarse_states, angles).q, angles)
+        states = MachineStates(angles, q, *self.derivatives(q, jacobian))
         self._check_all(states, jacobian)
         return states
 
@@ -344,10 +285,10 @@ class Closure:
             position, position_jacobian, angle, has_failed = q, jacobian, start_angle, False
             for step_index in range(step_count):
                 next_angle = start_angle + (end_angle - start_angle) * (step_index + 1) / step_count
-                q_rates, second_derivative = self.derivatives(position, angle, position_jacobian)
+                q_rates, second_derivative = self.derivatives(position, position_jacobian)
                 step = next_angle - angle
                 guess = position + q_rates * step + 0.5 * second_derivative * step**2
-                next_position, next_jacobian = self._close(guess, next_angle)
+                next_position, next_jacobian = self.close(guess, next_angle)
                 has_failed = (
                     not np.all(np.isfinite(next_position))
                     or np.max(np.abs((next_position - guess)[2::3])) > LARGEST_JUMP
@@ -387,14 +328,3 @@ def extent(body) -> float:
     """Return the largest distance (m) between two points of a body, its centre of mass among them."""
     points = np.array([body.center, *body.points.values()])
     return float(np.max(np.hypot(*(points[:, None] - points[None]).T)))
-
-
-def _columns(q: np.ndarray) -> list:
-    """Return the coordinates as a list: numbers for one position, which are fast, arrays (N,) for many."""
-    return q.tolist() if q.ndim == 1 else list(q.T)
-
-
-def _directions(columns: list) -> list:
-    """Return cosine and sine of the angle of each body."""
-    cos, sin = (portable.cos, portable.sin) if isinstance(columns[0], np.ndarray) else (math.cos, math.sin)
-    return [(cos(angle), sin(angle)) for angle in columns[2::3]]

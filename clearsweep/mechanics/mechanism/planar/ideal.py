@@ -10,6 +10,7 @@ import numpy as np
 
 from ....contracts.machine import (
     GROUND,
+    Aim,
     BodyPoint,
     Braking,
     Constant,
@@ -36,7 +37,7 @@ from .free_crank import CrankPassage
 from .loads import compile_table, evaluate_table
 from .machine_states import MachineStates, interpolate
 from .spanning_tree import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
-from .stations import AlwaysEqual, stations_of
+from .stations import AlwaysEqual, geometry_of, stations_of
 
 SWEEPS = 200  # iterations over reactions and the friction that they cause
 CONVERGED = 1e-14  # of the largest of these
@@ -62,8 +63,8 @@ class IdealMachine:
 
     def _close(self, angles: np.ndarray) -> MachineStates:
         """Return the machine closed anew at crank angles (N,) rad."""
-        q = self.closure.close(interpolate(self.revolution, angles).q, angles)
-        return MachineStates(angles, q, *self.closure.derivatives(q, angles))
+        q, jacobian = self.closure.close(interpolate(self.revolution, angles).q, angles)
+        return MachineStates(angles, q, *self.closure.derivatives(q, jacobian))
 
     def output_at(self, states: MachineStates) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the output and its first two derivatives by the crank's angle."""
@@ -93,10 +94,10 @@ class IdealMachine:
             int(np.argmin(np.abs(self.revolution.angles - angle))),
             self.closure.displaced(offsets),
         )
-        q = displaced.close(self.revolution.q[nearest_station], angle)
+        q, jacobian = displaced.close(self.revolution.q[nearest_station], angle)
         if not np.all(np.isfinite(q)):
             return MachineStates(np.array(angle), q, q, q)
-        return MachineStates(np.array(angle), q, *displaced.derivatives(q, angle))
+        return MachineStates(np.array(angle), q, *displaced.derivatives(q, jacobian))
 
     def coordinate(self, coordinate: Coordinate, states: MachineStates) -> tuple[np.ndarray, np.ndarray]:
         """Return a coordinate of the whole machine and its derivative by the crank's angle, each (...).
@@ -126,26 +127,43 @@ class IdealMachine:
         return c * x + s * y, c * dx + s * dy + spin * (c * y - s * x)
 
     def coordinate_over_revolution(self, coordinate: Coordinate) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return a coordinate at the stations and its derivatives by the crank's angle, the second approximately."""
-        values, slopes = self.coordinate(coordinate, self.revolution)
-        return values, slopes, np.gradient(slopes, self.revolution.angles, edge_order=2)
+        """Return a coordinate at the stations and its derivatives by the crank's angle, the second approximately.
+
+        Machines that differ in masses, loads and speeds share these arrays.
+        """
+        return _coordinate_over_revolution(geometry_of(self.full_machine), coordinate, AlwaysEqual(self))
+
+    def output_over_revolution(self) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the output at the stations and its first two derivatives by the crank's angle, shared likewise."""
+        return _output_over_revolution(geometry_of(self.full_machine), self.machine.aim, AlwaysEqual(self))
 
     def motion(self, angles: np.ndarray, compiled_form: Callable[[], tuple]) -> IdealMotion:
         """Return the motion of the output and the reactions at crank angles (N,) rad from its start on.
 
-        form : returns the compiled form of the machine, for a free crank.
+        compiled_form : returns the compiled form of the machine, for a free crank.
         """
         states, (time, rate) = self.states_at(angles), self.crank_passage(angles, compiled_form)
         position, derivative, second_derivative = self.output_at(states)
-        acceleration, reactions, torque = self.balance(states, rate, time)
+        acceleration, reactions, effective_forces = self.balance(states, rate, time)
         return IdealMotion(
-            position, derivative * rate, second_derivative * rate**2 + derivative * acceleration, reactions, torque
+            position,
+            derivative * rate,
+            second_derivative * rate**2 + derivative * acceleration,
+            reactions,
+            # the drive's on the crank, by virtual work: joints do none as the crank turns
+            -np.sum(states.derivative * effective_forces, -1),
         )
+
+    def reactions(self, angles: np.ndarray, compiled_form: Callable[[], tuple]) -> dict[str, np.ndarray]:
+        """Return the force (N, 2) N on each joint's distal body, as `motion` does."""
+        time, rate = self.crank_passage(angles, compiled_form)
+        reactions: dict[str, np.ndarray] = self.balance(self.states_at(angles), rate, time)[1]
+        return reactions
 
     def crank_passage(self, angles: np.ndarray, compiled_form: Callable[[], tuple]) -> tuple[np.ndarray, np.ndarray]:
         """Return the times (s) at which the crank passes angles (rad), and its rates (rad/s); nan if it never passes.
 
-        form : as for `motion`
+        compiled_form : as for `motion`
         """
         drive = self.machine.drive
         if isinstance(drive, Constant):
@@ -159,31 +177,25 @@ class IdealMachine:
 
     # ------------------------------------------------------------------------------------------ forces
 
-    def balance(
-        self, states: MachineStates, rate: np.ndarray, time: np.ndarray
-    ) -> tuple[np.ndarray, dict[str, np.ndarray], np.ndarray]:
-        """Return the crank's angular acceleration (N,), the force (N, 2) N on each joint's distal body, and the torque.
-
-        The torque (N,) N m is the drive's on the crank, by virtual work: joints do none as the crank turns.
-        """
-        acceleration, reactions, effective_forces = self._dynamics(states, rate, time)
-        return acceleration, reactions, -np.sum(states.derivative * effective_forces, -1)
-
     def static_extensions(self, angle: float, rate: float) -> dict[str, float]:
         """Return the extension (m) of each spring under the forces of the ideal motion at the start.
 
         angle : of the crank, rad; rate : its rate, rad/s
         """
         states = self._close(np.array([angle]))
-        _, _, effective_forces = self._dynamics(states, np.array([rate]), np.zeros(1))
+        _, _, effective_forces = self.balance(states, np.array([rate]), np.zeros(1))
         tensions = self._multipliers(states)(effective_forces)[0, self.closure.first_rows[-1] :]
         return {
             spring.name: float(tension) / spring.stiffness
             for spring, tension in zip(self.closure.springs, tensions, strict=False)
         }
 
-    def _dynamics(self, states: MachineStates, rate: np.ndarray, time: np.ndarray) -> tuple:
-        """Return acceleration and reactions as in `balance`, and forces minus inertia of the bodies (N, 3 bodies)."""
+    def balance(self, states: MachineStates, rate: np.ndarray, time: np.ndarray) -> tuple:
+        """Return the angular acceleration (N,) of the crank, the reactions, and the effective forces (N, 3 bodies).
+
+        Reactions are the forces (N, 2) N on each joint's distal body; effective forces are those applied to the bodies
+        minus their inertia.
+        """
         applied_forces = self.applied_forces(states, rate, time)
         multipliers_of = self._multipliers(states)
         first_rows = self.closure.first_rows
@@ -350,6 +362,20 @@ def masses_of(machine: Machine) -> list[Mass | Segment]:
         for name, body in machine.bodies.items()
         if name != GROUND
     ]
+
+
+@functools.lru_cache(maxsize=256)
+def _coordinate_over_revolution(key: bytes, coordinate: Coordinate, ideal_machine: AlwaysEqual) -> tuple:
+    """Return the result of the method of this name for machines of one geometry."""
+    revolution = ideal_machine.value.revolution
+    values, slopes = ideal_machine.value.coordinate(coordinate, revolution)
+    return values, slopes, np.gradient(slopes, revolution.angles, edge_order=2)
+
+
+@functools.lru_cache(maxsize=64)
+def _output_over_revolution(key: bytes, aim: Aim, ideal_machine: AlwaysEqual) -> tuple:
+    """Return the result of the method of this name for machines of one geometry."""
+    return ideal_machine.value.output_at(ideal_machine.value.revolution)  # type: ignore[no-any-return]
 
 
 @functools.lru_cache(maxsize=64)

@@ -70,7 +70,7 @@ def build(assembly: Assembly, joints: Mapping) -> Built:
         aim=_compile_aim(assembly, numbers),
         speed=speed,
         gravity=Vector(*assembly.gravity),
-        cycle=make_cycle([ideal_machine.output_at(ideal_machine.revolution)], 0.0),
+        cycle=make_cycle([ideal_machine.output_over_revolution()], 0.0),
     )
     body_poses = _planar_positions(assembly)
     values = [_coordinates(assembly, attachment, body_poses, joints) for attachment in attachments]
