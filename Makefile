@@ -62,6 +62,7 @@ else
 	@$(RUN_BENCH) -m bench.speed $(ARGS)
 	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.ensemble $(WRITE) ;; esac
 	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.taken_away $(WRITE) ;; esac
+	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.machines $(WRITE) ;; esac
 	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.efficiency $(WRITE) ;; esac
 	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) tests/bench/laws.py $(WRITE) ;; esac
 	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.cold $(WRITE) ;; esac

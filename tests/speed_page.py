@@ -9,6 +9,7 @@ PARTS = {
     "other programs": "make bench ARGS=--write",
     "side by side": "make bench ARGS=--write",
     "taken away": "make bench ARGS=--write",
+    "machines": "make bench ARGS=--write",
     "two workers": "make bench ARGS=--write",
     "two commits": "make bench AGAINST=TREE ARGS=--write",
     "README of two commits": "python -m bench.against TREE --readme --write",

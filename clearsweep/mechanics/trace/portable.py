@@ -15,13 +15,15 @@ import numpy as np
 NEWTON_STEPS = 6  # for the nodes of a rule; three are enough
 
 
-def _elementwise(function: Callable, argument_count: int = 1) -> Callable[..., Any]:
-    """Return a function of the C library for arrays."""
-    ufunc = np.frompyfunc(function, argument_count, 1)
+def _elementwise(function: Callable[[float], float]) -> Callable[[Any], Any]:
+    """Return a function of the C library for a number or an array."""
 
     @functools.wraps(function)
-    def on_arrays(*values: Any) -> Any:
-        return np.asarray(ufunc(*values), dtype=float)[()]
+    def on_arrays(values: Any) -> Any:
+        if isinstance(values, float):
+            return function(values)
+        numbers = np.asarray(values, dtype=float)
+        return np.fromiter(map(function, numbers.ravel().tolist()), float, numbers.size).reshape(numbers.shape)[()]
 
     return on_arrays
 
@@ -29,7 +31,12 @@ def _elementwise(function: Callable, argument_count: int = 1) -> Callable[..., A
 sin, cos, tan, asin, atan, atanh, exp, log, log1p = map(
     _elementwise, (math.sin, math.cos, math.tan, math.asin, math.atan, math.atanh, math.exp, math.log, math.log1p)
 )
-power = _elementwise(math.pow, 2)
+_power = np.frompyfunc(math.pow, 2, 1)
+
+
+def power(base: Any, exponent: Any) -> Any:
+    """Return a power by the C library, of numbers or arrays."""
+    return np.asarray(_power(base, exponent), dtype=float)[()]
 
 
 class Exact(NamedTuple):

@@ -43,7 +43,13 @@ class Position:
     def __init__(self, q: np.ndarray, q_rates: np.ndarray | None = None):
         """Separate the coordinates `q` and their derivatives, each (3 bodies,) or (N, 3 bodies)."""
         self.q, self.rates = _columns(q), None if q_rates is None else _columns(q_rates)
-        self.directions = [cosine_and_sine(angle) for angle in self.q[2::3]]
+        self._directions: dict[int, tuple[Any, Any]] = {}  # column of a body -> cosine and sine of its angle
+
+    def direction(self, column: int) -> tuple[Any, Any]:
+        """Return cosine and sine of the angle of the body with this first column."""
+        if column not in self._directions:
+            self._directions[column] = cosine_and_sine(self.q[column + 2])
+        return self._directions[column]
 
     def angle(self, arm: Arm) -> Any:
         """Return the angle (rad) of the body of a point."""
@@ -58,7 +64,7 @@ class Position:
         i, x, y = arm
         if i < 0:
             return PointMotion(x, y, 0.0, 0.0)
-        q, rates, (c, s) = self.q, self.rates, self.directions[i // 3]
+        q, rates, (c, s) = self.q, self.rates, self.direction(i)
         arm_x, arm_y = c * x - s * y, s * x + c * y
         if rates is None:
             return PointMotion(q[i] + arm_x, q[i + 1] + arm_y, -arm_y, arm_x)
@@ -200,8 +206,7 @@ def assembled(items: list, q: np.ndarray) -> np.ndarray:
 
 def cosine_and_sine(angle: Any) -> tuple[Any, Any]:
     """Return cosine and sine of an angle (rad), a number or (N,)."""
-    cos, sin = (portable.cos, portable.sin) if isinstance(angle, np.ndarray) else (math.cos, math.sin)
-    return cos(angle), sin(angle)
+    return portable.cos(angle), portable.sin(angle)
 
 
 def _columns(q: np.ndarray) -> list:
