@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 
 from ....contracts.machine import GROUND, BodyPoint, Guide, Machine, Slot, Stretch
-from .constraints import Arm, Extended, PointMotion, Position, assembled, rows_of, zeros
+from .constraints import Arm, Extended, PointMotion, Position, assembled, rows_of
 from .machine_states import MachineStates, interpolate
 
 STATIONS = 720  # of a revolution, at which the machine is closed
@@ -94,7 +94,7 @@ class Closure:
 
         q : (3 bodies,) or (N, 3 bodies); angles : of the crank, rad, a number or (N,)
         """
-        position, values, jacobian = Position(q), zeros(self.rows), [zeros(q.shape[-1]) for _ in range(self.rows)]
+        position, values, jacobian = Position(q), [0.0] * self.rows, [[0.0] * q.shape[-1] for _ in range(self.rows)]
         for constraint in self.constraints:
             constraint.put(position, self.offsets, values, jacobian)
         values[-1], jacobian[-1][3 * self.crank + 2] = position.q[3 * self.crank + 2] - angles, 1.0
@@ -103,7 +103,7 @@ class Closure:
 
     def curvature(self, q, q_rates):
         """Return the terms (..., rows) without accelerations of the constraints' second derivatives."""
-        position, curvature = Position(q, q_rates), zeros(self.rows)
+        position, curvature = Position(q, q_rates), [0.0] * self.rows
         for constraint in self.constraints:
             constraint.put_curvature(position, curvature)
         return assembled(curvature, q)

@@ -13,8 +13,6 @@ import numpy as np
 from ....contracts.machine import BodyPoint, Guide, Slot, Stretch
 from ...trace import portable
 
-_ZERO = 0.0  # the number in rows that nothing was written to
-
 
 class Arm(NamedTuple):
     """A point of a body."""
@@ -81,11 +79,6 @@ class Position:
         )
 
 
-def zeros(count: int) -> list:
-    """Return the items of `assembled`, nothing written to."""
-    return [_ZERO] * count
-
-
 class Rows(NamedTuple):
     """Constraints of a joint, from row `row` on."""
 
@@ -106,8 +99,8 @@ class Rows(NamedTuple):
         """Return the points that the joint connects."""
         return position.point(self.proximal), position.point(self.distal)
 
-    def moving_ends(self, proximal: Any, distal: Any) -> list[tuple[int, float, Any]]:
-        """Return column and sign of the ends on moving bodies, with an item of each."""
+    def moving_ends(self, proximal: PointMotion, distal: PointMotion) -> list[tuple[int, float, PointMotion]]:
+        """Return column, sign and point of the ends on moving bodies."""
         signed_ends = ((self.proximal.column, -1.0, proximal), (self.distal.column, 1.0, distal))
         return [end for end in signed_ends if end[0] >= 0]
 
@@ -135,8 +128,9 @@ class Parallel(Rows):
     def put(self, position: Position, offsets: Mapping, values: list, jacobian: list) -> None:
         """See `Rows`."""
         values[self.row] = position.angle(self.distal) - position.angle(self.proximal)
-        for i, sign, _ in self.moving_ends(None, None):
-            jacobian[self.row][i + 2] = sign
+        for arm, sign in ((self.proximal, -1.0), (self.distal, 1.0)):
+            if arm.column >= 0:
+                jacobian[self.row][arm.column + 2] = sign
 
 
 class AlongLine(Rows):
@@ -197,10 +191,9 @@ def assembled(items: list, q: np.ndarray) -> np.ndarray:
     """Return numbers, or numbers and arrays (N,), as one array (items,) or (N, items); q : the coordinates."""
     if q.ndim == 1:
         return np.array(items)
-    columns = np.zeros((len(items), len(q)))
+    columns = np.empty((len(items), len(q)))
     for column, item in zip(columns, items, strict=True):
-        if item is not _ZERO:
-            column[:] = item
+        column[:] = item
     return columns.T
 
 
