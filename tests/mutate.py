@@ -91,6 +91,7 @@ PASSING, PASSES = "mechanics/joint/film/transition.py", "tests/test_every_transi
 FILMS, OIL = "mechanics/joint/film", "mechanics/joint/lubricated.py"
 BALANCE, REYNOLDS, TIPS = (f"tests/test_{name}.py" for name in ("film_balance", "reynolds_film", "asperities"))
 SHARES, IDEALS, HEAT = (f"tests/test_{name}.py" for name in ("shares_of_contact", "ideal_peaks", "heat"))
+ROWS, PLANAR = "mechanics/mechanism/planar/constraints.py", "tests/test_planar.py"
 CASES, IDENTITY = "grid/cases.py", "tests/test_grid.py -k 'id or demo or frame'"
 
 MUTATIONS = (
@@ -161,6 +162,11 @@ MUTATIONS = (
         IDEALS,
     ),
     Mutation("simulation/ideal.py", "peaks", "np.union1d(equidistant, knots)", "equidistant", IDEALS),
+    Mutation(ROWS, "Coincident.put_curvature", "distal.ddx - proximal.ddx", "proximal.ddx - distal.ddx", PLANAR),
+    Mutation(ROWS, "AlongLine.put", "(c * y - s * x)", "0.0", PLANAR),
+    Mutation(ROWS, "AlongLine.put_curvature", "2.0 * rate * (c * dy", "1.0 * rate * (c * dy", PLANAR),
+    Mutation(ROWS, "AcrossLine.direction", "-s, c", "s, -c", PLANAR),
+    Mutation(ROWS, "Extended.put", "- offsets.get(self.name, 0.0)", "", "tests/test_elastic_link.py"),
     Mutation("simulation/heat.py", "at_equilibrium", "converged = run_index > 0 and ", "converged = ", HEAT),
     Mutation(
         "simulation/heat.py",

@@ -50,7 +50,8 @@ def reactions(bodies, speed, crank_angle) -> dict[str, np.ndarray]:
     at_crank = inertial - at_slider
     crank_acceleration = -(speed**2) * bodies["crank.center"] * u1
     at_ground = bodies["crank.mass"] * (crank_acceleration + weight) + at_crank
-    return {"ground-crank": at_ground, "crank-rod": at_crank, "rod-slider": -at_slider}
+    at_guide = np.stack([0.0 * on_rod_y, bodies["slider.mass"] * bodies["gravity"] + on_rod_y], axis=-1)
+    return {"ground-crank": at_ground, "crank-rod": at_crank, "rod-slider": -at_slider, "slider-ground": at_guide}
 
 
 def torque(bodies, at_crank: np.ndarray, crank_angle) -> np.ndarray:

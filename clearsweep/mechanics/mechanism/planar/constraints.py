@@ -155,8 +155,8 @@ class AlongLine(Rows):
         """See `Rows`."""
         (proximal, distal), (c, s), rate = self.ends(position), self.direction(position), position.rate(self.proximal)
         x, y, dx, dy = distal.x - proximal.x, distal.y - proximal.y, distal.dx - proximal.dx, distal.dy - proximal.dy
-        along = c * (distal.ddx - proximal.ddx) + s * (distal.ddy - proximal.ddy)
-        curvature[self.row] = along + 2.0 * rate * (c * dy - s * dx) - rate * rate * (c * x + s * y)
+        axial_curvature = c * (distal.ddx - proximal.ddx) + s * (distal.ddy - proximal.ddy)
+        curvature[self.row] = axial_curvature + 2.0 * rate * (c * dy - s * dx) - rate * rate * (c * x + s * y)
 
 
 class AcrossLine(AlongLine):
