@@ -126,8 +126,6 @@ class Fake:
     def compile_for(case):
         """Do nothing."""
 
-    solve_each = None  # one after another, because they are made to fail
-
     @staticmethod
     def compile_loop(case):
         """Do nothing."""

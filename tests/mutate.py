@@ -131,7 +131,7 @@ MUTATIONS = (
     ),
     Mutation(SUMS, "PerRevolution.value", "/ window.turns", "", WINDOW),
     Mutation(SUMS, "DepthRate.value", "/ window.duration", "", WEAR),
-    Mutation(OUTCOME, "outcome_of", "RARE_SHARE * duration", "0.5 * RARE_SHARE * duration", WINDOW),
+    Mutation(OUTCOME, "window_of", "RARE_SHARE * duration", "0.5 * RARE_SHARE * duration", WINDOW),
     Mutation(SPREAD, "CONFIDENCE", "0.95", "0.9", MEANS),
     Mutation(SPREAD, "MAX_CORRELATION", "0.9", "0.95", MEANS),
     Mutation(SUMS, "half_width", "0.5 + 0.5 * CONFIDENCE", "CONFIDENCE", MEANS),

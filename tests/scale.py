@@ -36,7 +36,7 @@ JOBS = 2
 SHORT = 1e-3  # s, duration of a substitute case for the share of the cases in the total
 KINDS = {
     "made-up": (scale_cases.made_up, scale_cases.StandIn),
-    "real": (scale_cases.real, SIMULATION._replace(solve=scale_cases.timed, solve_each=scale_cases.timed_each)),
+    "real": (scale_cases.real, SIMULATION._replace(solve=scale_cases.timed)),
 }
 
 # ------------------------------------------------------------------------------------------- one step, in a process

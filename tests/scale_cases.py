@@ -2,7 +2,6 @@
 
 import functools
 import time
-from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -97,18 +96,3 @@ def timed(case: Any) -> results.Trajectory:
     trajectory = simulation.solve(case)
     trajectory.summary["run_time"] = time.process_time() - begin
     return trajectory
-
-
-def timed_each(cases: Iterable[Any]) -> Iterator[tuple[int, results.Trajectory | Exception]]:
-    """Yield results of real cases in a batch; their `run_time` (s) is the batch's time since the previous result.
-
-    Its sum is the processor time of all cases; a single value has no meaning.
-    """
-    from clearsweep import simulation
-
-    begin = time.process_time()
-    for place, result in simulation.solve_each(cases):
-        if isinstance(result, results.Trajectory):
-            result.summary["run_time"] = time.process_time() - begin
-        yield place, result
-        begin = time.process_time()

@@ -26,6 +26,7 @@ class Unreliable(executors.Serial):
         super().__init__()
         self.trouble = list(trouble)
         self.restarts = 0
+        self.died = set()  # cases that have ended a worker
 
     def restart(self):
         """Count the restarts."""
@@ -57,6 +58,14 @@ class Unreliable(executors.Serial):
         gone.wait()
         context.status_file(batch).write_text(f"{gone.pid} 0\n")
         return Future()
+
+    def vanishes_once_with_each_case(self, context, batch):
+        """Do so if the first case of a batch has not done it before."""
+        case = batch.cases[0].case_id
+        if case in self.died:
+            return super().submit(run_batch, context, batch)
+        self.died.add(case)
+        return self.vanishes(context, batch)
 
     def leaves_early(self, context, batch):
         """Commit the first case alone, as a worker does that is asked to go."""
@@ -94,6 +103,14 @@ def test_every_case_is_stored_once_in_spite_of(driven, trouble, monkeypatch):
     np.testing.assert_array_equal(stored, expected)
     assert driver.ran == CASES
     assert executor.restarts == (2 if trouble in ("refuse", "breaks", "commits_then_breaks") else 0)
+
+
+def test_a_case_is_given_up_only_when_a_second_worker_has_died_with_it(driven, monkeypatch):
+    monkeypatch.setattr(driving, "DEATH_TIMEOUT", 0.02)
+    executor = Unreliable(*["vanishes_once_with_each_case"] * 10 * CASES)
+    _, stored, expected = driven(executor)
+    np.testing.assert_array_equal(stored, expected)
+    assert len(executor.died) == CASES
 
 
 def test_batches_are_as_long_as_they_should_be_soon_after_a_first_case_that_loaded_its_code():

@@ -9,8 +9,7 @@ from clearsweep import simulation
 from clearsweep.mechanics.compiled.family import empty_entries
 from clearsweep.mechanics.compiled.pinned import Layout
 from clearsweep.mechanics.observe.histogram import BINS
-from clearsweep.mechanics.solver import loop
-from clearsweep.simulation import ensemble, run
+from clearsweep.simulation import run
 from clearsweep.simulation.revolutions import marks_of
 from clearsweep.simulation.start import start_of
 
@@ -50,31 +49,36 @@ def same(first, other):
     return alike and histories and sections and worn and text and np.array_equal(first.events, other.events)
 
 
-def alone_and_in_turn(listed):
-    """Return the results of cases one by one, and those of all of them in turn."""
-    result = dict(simulation.solve_each(listed))
-    return [simulation.solve(case) for case in listed], [result[place] for place in range(len(listed))]
+def alone(case):
+    """Return the result of a case in arrays that no case has used."""
+    run._released_runs.clear()
+    return simulation.solve(case)
+
+
+def in_turn(listed):
+    """Return the results of cases one after the other, which use the same arrays."""
+    run._released_runs.clear()
+    return [simulation.solve(case) for case in listed]
 
 
 def test_a_case_is_the_same_alone_and_among_others_and_in_any_order():
     listed = cases()
-    alone, neighbour = alone_and_in_turn(listed)
-    assert all(map(same, alone, neighbour))
-    assert len({trajectory.summary["steps"] for trajectory in alone}) > CASES // 2  # they do differ from each other
-    backwards = dict(simulation.solve_each(listed[::-1]))
-    assert all(same(first, backwards[CASES - 1 - place]) for place, first in enumerate(alone))
+    separate = list(map(alone, listed))
+    assert all(map(same, separate, in_turn(listed)))
+    assert len({trajectory.summary["steps"] for trajectory in separate}) > CASES // 2  # they do differ from each other
+    assert all(map(same, separate, in_turn(listed[::-1])[::-1]))
 
 
 def test_windows_marks_and_methods_of_one_case_are_independent_of_the_others():
-    """Some pass marks and open their windows while others are on their way to them; one uses the implicit method."""
+    """Some pass marks and open their windows where others have not begun theirs; one uses the implicit method."""
     settings = {"simulate.revolutions": 2.2, "save.orbits": "none"}
     listed = cases(count=9, **settings)
     for place, case in enumerate(listed):
         method = "implicit" if place == 2 else "auto"
         listed[place] = case._replace(simulate=case.simulate._replace(method=method, discard=0.1 + 0.5 * (place % 3)))
-    alone, neighbour = alone_and_in_turn(listed)
-    assert all(map(same, alone, neighbour))
-    assert len({trajectory.summary["rod_slider_force_peak_median"] for trajectory in alone}) == len(listed)
+    separate = list(map(alone, listed))
+    assert all(map(same, separate, in_turn(listed)))
+    assert len({trajectory.summary["rod_slider_force_peak_median"] for trajectory in separate}) == len(listed)
 
 
 def test_a_case_leaves_nothing_to_the_next_one_that_uses_its_arrays():
@@ -93,54 +97,45 @@ def test_a_case_leaves_nothing_to_the_next_one_that_uses_its_arrays():
 
 
 def test_what_happens_to_one_case_does_not_affect_the_others():
-    listed = cases()
-    short = listed[3]._replace(simulate=listed[3].simulate._replace(step_budget=50))
-    hasty = listed[5]._replace(simulate=listed[5].simulate._replace(event_budget=1))
-    checked = listed[7]._replace(simulate=listed[7].simulate._replace(error_check=True))
-    broken = listed[8]._replace(mechanism=None)
-    spoiled = [*listed[:3], short, listed[4], hasty, listed[6], checked, broken, *listed[9:]]
-    result = dict(simulation.solve_each(spoiled))
-    assert [result[3].status, result[5].status] == ["step-budget", "event-budget"]
-    assert isinstance(result[8], Exception)
-    assert same(simulation.solve(checked), result[7])
-    untouched = [place for place in range(CASES) if place not in (3, 5, 7, 8)]
-    assert all(same(simulation.solve(listed[place]), result[place]) for place in untouched)
-
-
-def test_a_case_without_time_ends_as_alone_and_leaves_those_beside_it_as_they_are():
     listed = cases(**{"save.orbits": "none"})
-    alone = [simulation.solve(case) for case in listed]
-    hasty = listed[4]._replace(simulate=listed[4].simulate._replace(revolutions=1e9, time_budget=1e-3))
-    result = dict(simulation.solve_each([*listed[:4], hasty, *listed[5:]]))
-    assert result[4].status == simulation.solve(hasty).status == "time-budget"
-    assert all(same(alone[place], result[place]) for place in range(CASES) if place != 4)
+    spoiled = listed.copy()
+    for place, settings in (
+        (3, {"step_budget": 50}),
+        (5, {"event_budget": 1}),
+        (6, {"revolutions": 1e9, "time_budget": 1e-3}),
+        (7, {"error_check": True}),
+    ):
+        spoiled[place] = listed[place]._replace(simulate=listed[place].simulate._replace(**settings))
+    result = in_turn(spoiled)
+    assert [result[place].status for place in (3, 5, 6, 7)] == ["step-budget", "event-budget", "time-budget", "ok"]
+    assert same(alone(spoiled[7]), result[7])
+    untouched = [place for place in range(CASES) if spoiled[place] is listed[place]]
+    assert all(same(alone(listed[place]), result[place]) for place in untouched)
 
 
-def test_what_goes_wrong_with_one_case_on_the_way_is_its_own(monkeypatch):
+def test_an_error_in_one_case_leaves_the_next_as_it_is(monkeypatch):
     def ended(self, status):
         if self.value.joints[0].clearance == unlucky:
             raise MemoryError("no room")
         return through(self, status)
 
-    listed, through = cases(count=4), run.Run.has_ended
-    unlucky = listed[2].joints[0].clearance
-    alone = [simulation.solve(case) for case in listed]
+    (*listed, last), through = cases(count=4), run.Run.has_ended
+    unlucky = listed[-1].joints[0].clearance
+    separate = alone(last)
+    in_turn(listed)
     monkeypatch.setattr(run.Run, "has_ended", ended)
-    result = dict(simulation.solve_each(listed))
-    assert isinstance(result.pop(2), MemoryError)
-    assert len(result) == 3
-    assert all(same(alone[place], other) for place, other in result.items())
+    with pytest.raises(MemoryError):
+        simulation.solve(listed[-1])
+    assert same(separate, simulation.solve(last))
 
 
-def test_a_crank_that_comes_to_rest_too_early_is_refused_as_it_is_alone(tmp_path):
+def test_a_crank_that_comes_to_rest_too_early_is_refused(tmp_path):
     table = tmp_path / "speed.csv"
     table.write_text("time,speed\n0,100\n0.1,0\n", encoding="utf-8")
     changes = {"drive.speed": {"table": str(table)}, "simulate.revolutions": 50}
     case = clearsweep.load_case(slider_crank("rod-slider", changes=changes)).case
     with pytest.raises(clearsweep.InputError, match="the crank stops before"):
         simulation.solve(case)
-    ((_, error),) = simulation.solve_each([case])
-    assert "the crank stops before" in str(error)
 
 
 def test_a_log_that_is_full_is_taken_away_and_the_motion_continues(monkeypatch):
@@ -148,27 +143,8 @@ def test_a_log_that_is_full_is_taken_away_and_the_motion_continues(monkeypatch):
     whole = [simulation.solve(case).events for case in listed]
     assert max(map(len, whole)) > 8
     monkeypatch.setattr(run.loop, "LOG_ROWS", 4)
-    alone, neighbour = alone_and_in_turn(listed)
-    for first, *others in zip(whole, alone, neighbour, strict=True):
-        assert all(np.array_equal(first, other.events) for other in others)
-
-
-def test_what_has_ended_is_reported_before_others_have_begun_where_they_take_long(monkeypatch):
-    began = []
-
-    def slow(*given):
-        began.append(1)
-        integrate(*given)
-
-    integrate, listed = loop.integrate, cases()
-    monkeypatch.setattr(run.loop, "integrate", slow)
-    monkeypatch.setattr(ensemble.time, "process_time", lambda: float(len(began)))
-    result = simulation.solve_each(listed)
-    place, first = next(result)
-    early = len(began)
-    assert same(simulation.solve(listed[place]), first)
-    assert len(list(result)) == CASES - 1
-    assert early < len(began) / 2
+    for first, other in zip(whole, in_turn(listed), strict=True):
+        assert np.array_equal(first, other.events)
 
 
 def test_one_contact_and_several_are_of_one_form_to_the_loop():

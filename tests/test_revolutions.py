@@ -142,12 +142,6 @@ def test_a_period_is_found_once_it_was_repeated_three_times(period):
     assert revolutions.period_of(rows(period, 4 * period, drift=2e-3)) is None
 
 
-def test_motions_that_are_looked_at_together_have_the_periods_that_they_have_alone():
-    several = [rows(5, 64), rows(1, 64), rows(2, 64, drift=2e-3), rows(2, 64), rows(1, 64, drift=2e-3)]
-    assert revolutions.periods_of(np.array(several)) == [5, 1, None, 2, None]
-    assert revolutions.periods_of(np.empty((2, 0, 4))) == [None, None]
-
-
 def test_whole_turns_of_an_angle_are_no_difference():
     turn = np.array([6.0])
     going_round = rows(2, 8)

@@ -35,7 +35,6 @@ class Quick:
     catalogue = staticmethod(simulation.catalogue)
     derived = staticmethod(simulation.derived)
     warnings = staticmethod(simulation.warnings)
-    solve_each = None  # one after the other
 
     @staticmethod
     def load():

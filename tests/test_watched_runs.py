@@ -15,7 +15,7 @@ from clearsweep.language import phases
 from clearsweep.language.errors import InputError
 from clearsweep.simulation import batch_means, lyapunov
 from clearsweep.simulation import run as running
-from clearsweep.simulation.outcome import outcome_of, window_of
+from clearsweep.simulation.outcome import window_of
 from clearsweep.simulation.sums import half_width
 from clearsweep.simulation.until import period_of
 from clearsweep.verify.problems import all_problems
@@ -357,7 +357,7 @@ def test_an_error_check_that_fails_says_so():
 def test_the_window_of_an_impact_pair_ends_with_its_last_separation():
     scene = clearsweep.load_case(changed(PAIR, {"save.orbits": "all", "save.samples": 10}))
     run = running.integration_of(scene, np.empty(0), np.inf)
-    assert window_of(outcome_of(scene, run, np.inf), None).duration == run.events[-1, 0]
+    assert window_of(scene, run, np.inf).duration == run.events[-1, 0]
     assert clearsweep.simulate(scene).t[-1] == run.events[-1, 0]
 
 

@@ -230,7 +230,6 @@ class Short:
         """Compile nothing."""
 
     compile_loop = compile_for
-    solve_each = None  # each case is truncated
 
     def solve(self, case):
         """Return the result of a truncated case."""

@@ -9,7 +9,6 @@ from ..mechanics.joint.registry import elastic_choices, elastic_forces, jam_angl
 from ..mechanics.joint.wear.contract import MAX_BINS
 from ..mechanics.mechanism.contract import IdealMotion
 from .advice import SUITABLE, laws_text
-from .ensemble import solve_each
 from .ideal import ideal_motion, ideal_peaks, mechanism_of
 from .life_block import Log
 from .links import ElasticLink, elastic_links
@@ -69,7 +68,6 @@ __all__ = [
     "simulate",
     "sketch",
     "solve",
-    "solve_each",
     "warnings",
 ]
 

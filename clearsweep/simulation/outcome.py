@@ -1,8 +1,7 @@
 """Converts a finished integration to a trajectory: figures, histories and the status in words."""
 
 import math
-from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -13,11 +12,10 @@ from ..mechanics.observe.histogram import force_quantiles, time_above
 from ..mechanics.solver import integration
 from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, Totals
 from ..mechanics.solver.accumulate.within_step import Record, sample_states
-from ..mechanics.solver.integration import Counts
 from .figures.catalogue import figures_of, layout_formulas
 from .ideal import ideal_peaks
 from .remarks import remarks
-from .revolutions import Marks, marks_reached, peak_spreads, periods_in, start_turns
+from .revolutions import marks_reached, peak_spreads, period_of_window, start_turns
 from .run import TIME_BUDGET, Run, onset_rates
 from .scene import Scene
 from .start import control_of
@@ -27,7 +25,6 @@ from .yield_speed import yield_speeds
 LEFT_BEARING = "left-bearing"
 NO_EVENT_RECORDS = np.empty(0, EVENT_DTYPE)
 _STATUS = {
-    integration.OK: ("ok", ""),
     integration.STEP_BUDGET: (
         "step-budget",
         "reached the budget of {budget:,} steps at {time:.6g} s{of_total} ({steps:,} accepted, {rejected:,} rejected); "
@@ -85,55 +82,51 @@ def _status_of(scene: Scene, run: Run) -> tuple[str, str]:
     return _STATUS[run.status]
 
 
-class Outcome(NamedTuple):
-    """Results of an integration, copied from a run before its buffers are used again."""
-
-    scene: Scene
-    status: str
-    message: str  # why it failed, or ''
-    totals: Summed
-    exceeded_forces: list[float]  # by joint, see `Window`; empty if it failed, as sums may then be infinite
-    dry_times: list[float]  # likewise
-    revolutions: Any  # RevolutionMarks; their times and the peaks in progress are not copied
-    marks: Marks
-    onset_rates: list[float]  # m/s, by joint, see `Window`
-    events: int  # events located without a search
-    counts: Counts  # of the whole integration
-    seconds: float  # s, processor time
-    duration: float  # s, of the window
-    figures: Mapping[str, float | None]  # statistics found during the run
-    channels: dict[str, np.ndarray]
-    log: np.ndarray  # (events, 5)
-    sections: dict[str, np.ndarray]
+def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
+    """Return the trajectory of an integration up to `end` (s, or rad for a free crank)."""
+    window, failed = window_of(scene, run, end), run.status != integration.OK
+    summary, units = figures_of(window, failed=failed), layout_formulas(scene.layout).units.copy()
+    log = _events_of(scene.layout, run.events)
+    if failed:
+        status, message = _failure_of(scene, run, end)
+        return Trajectory(status, message, summary, events=log if status == LEFT_BEARING else log[:0], units=units)
+    summary |= run.figures
+    summary |= yield_speeds(scene)
+    message = join_remarks(*remarks(scene, window, summary))
+    channels, sections = _histories_of(scene.layout, run.record), sections_of(scene, run)
+    return Trajectory("ok", message, summary, channels, log, window.wear, sections, units)
 
 
-def outcome_of(scene: Scene, run: Run, end: float) -> Outcome:
-    """Return the results of an integration up to `end` (s, or rad for a free crank)."""
-    revolutions: Any = run.work.revolutions  # mypy takes it for a tuple of anything
-    failed, duration = run.status != integration.OK, _duration(scene, run, end)
+def window_of(scene: Scene, run: Run, end: float) -> Window:
+    """Return the Window of an integration up to `end` (s, or rad for a free crank), from which figures are computed.
+
+    Figures of forces, and the period, are left out of a failed run, as sums and states may then be infinite.
+    """
+    settings, duration, failed = scene.case.simulate, _duration(scene, run, end), run.status != integration.OK
     totals = by_joint(run.totals, scene.layout)
     sums = summed_of(totals)
-    status, message = _failure_of(scene, run, end) if failed else _STATUS[integration.OK]
-    return Outcome(
-        scene=scene,
-        status=status,
-        message=message,
+    revolutions: Any = run.work.revolutions  # mypy takes it for a tuple of anything
+    return Window(
+        case=scene.case,
+        mechanism=scene.mechanism,
+        layout=scene.layout,
+        joints=scene.value.joints,
         totals=sums,
-        exceeded_forces=[] if failed else _exceeded_forces(totals, RARE_SHARE * duration),
-        dry_times=_dry_times(totals.dry, sums, scene.layout, duration),
-        revolutions=revolutions._replace(
-            states=revolutions.states.copy(), peaks=revolutions.peaks.copy(), passed=revolutions.passed.copy()
-        ),
-        marks=run.marks,
-        onset_rates=onset_rates(run),
-        events=int(run.work.counts.events),
+        exceeded_force=[] if failed else _exceeded_forces(totals, RARE_SHARE * duration),
+        dry_time=_dry_times(totals.dry, sums, scene.layout, duration),
+        ideal=ideal_peaks(scene.case, scene.machine) if scene.mechanism.turns and not failed else {},
+        wear=wear_depths_of(scene.layout, sums),
         counts=run.counts,
-        seconds=run.duration,
+        events=int(run.work.counts.events),
+        integration_time=run.duration,
         duration=duration,
-        figures=run.figures,
-        channels={} if failed else _histories_of(scene.layout, run.record),
-        log=run.events,
-        sections={} if failed else sections_of(scene, run),
+        turns=settings.revolutions - settings.discard if scene.mechanism.turns else 1.0,
+        spreads=peak_spreads(scene, run.marks, revolutions),
+        period=None if failed else period_of_window(scene, run.marks, revolutions),
+        sliding_distance=[
+            scene.worn[joint.name].sliding_distance if joint.name in scene.worn else 0.0 for joint in scene.case.joints
+        ],
+        onset_rate=onset_rates(run),
     )
 
 
@@ -153,32 +146,6 @@ def _dry_times(histograms: np.ndarray, sums: Summed, layout: Layout, duration: f
         else 0.0
         for index, joint in enumerate(layout.joints)
     ]
-
-
-def periods_of(outcomes: Sequence[Outcome]) -> list[int | None]:
-    """Return the period (revolutions) of each motion, or None if it is not periodic."""
-    return periods_in([(outcome.scene, outcome.marks, outcome.revolutions) for outcome in outcomes])
-
-
-def to_trajectory(outcome: Outcome, period: int | None) -> Trajectory:
-    """Return the trajectory of an outcome with this period."""
-    scene, window = outcome.scene, window_of(outcome, period)
-    units, failed = layout_formulas(scene.layout).units.copy(), outcome.status != "ok"
-    summary = figures_of(window, failed=failed)
-    log = _events_of(scene.layout, outcome.log)
-    if failed:
-        log_rows = log if outcome.status == LEFT_BEARING else log[:0]
-        return Trajectory(outcome.status, outcome.message, summary, events=log_rows, units=units)
-    summary |= outcome.figures
-    summary |= yield_speeds(scene)
-    message = join_remarks(*remarks(scene, window, summary))
-    return Trajectory(outcome.status, message, summary, outcome.channels, log, window.wear, outcome.sections, units)
-
-
-def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
-    """Return the trajectory of an integration up to `end` (s, or rad for a free crank)."""
-    outcome = outcome_of(scene, run, end)
-    return to_trajectory(outcome, *periods_of([outcome]))
 
 
 def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
@@ -250,33 +217,6 @@ def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
     records["joint"] = names[log[:, 1].astype(int)]
     records["kind"] = np.where(log[:, 2] == integration.ONSET, "on", "off")
     return records
-
-
-def window_of(outcome: Outcome, period: int | None) -> Window:
-    """Return the Window from which figures are computed."""
-    scene, settings = outcome.scene, outcome.scene.case.simulate
-    return Window(
-        case=scene.case,
-        mechanism=scene.mechanism,
-        layout=scene.layout,
-        joints=scene.value.joints,
-        totals=outcome.totals,
-        exceeded_force=outcome.exceeded_forces,
-        dry_time=outcome.dry_times,
-        ideal=ideal_peaks(scene.case, scene.machine) if scene.mechanism.turns and outcome.status == "ok" else {},
-        wear=wear_depths_of(scene.layout, outcome.totals),
-        counts=outcome.counts,
-        events=outcome.events,
-        integration_time=outcome.seconds,
-        duration=outcome.duration,
-        turns=settings.revolutions - settings.discard if scene.mechanism.turns else 1.0,
-        spreads=peak_spreads(scene, outcome.marks, outcome.revolutions),
-        period=period,
-        sliding_distance=[
-            scene.worn[joint.name].sliding_distance if joint.name in scene.worn else 0.0 for joint in scene.case.joints
-        ],
-        onset_rate=outcome.onset_rates,
-    )
 
 
 def _duration(scene: Scene, run: Run, end: float) -> float:

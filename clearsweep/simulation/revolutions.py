@@ -2,7 +2,8 @@
 
 import functools
 import math
-from collections.abc import Callable, Sequence
+import operator
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -125,29 +126,14 @@ def peaks_of(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
     return np.stack([peaks[:, row].max(axis=1) for row in force_contact_slices(scene.layout)], axis=1)
 
 
-def periods_in(runs: Sequence[tuple[Scene, Marks, Any]]) -> list[int | None]:
-    """Return the period of the window's motion in revolutions, or None if it is not periodic.
-
-    runs : scene, Marks and RevolutionMarks of each; runs of equal length are evaluated together, which is much faster.
-    """
-    periods: list[int | None] = [None] * len(runs)
-    by_length: dict[int, list[int]] = {}  # revolutions -> indices of runs
-    for run_index, (_, marks, revolutions) in enumerate(runs):
-        by_length.setdefault(len(marks_reached(marks.window, revolutions)), []).append(run_index)
-    for indices in [indices for revolution_count, indices in by_length.items() if revolution_count > MIN_REPEATS]:
-        units = np.array([state_units(runs[run_index][0]) for run_index in indices])[:, None]
-        states = np.array([_states_at_returns(*runs[run_index]) for run_index in indices])
-        angle_period = 2.0 * math.pi / units[..., : units.shape[-1] // 2]
-        for run_index, period in zip(indices, periods_of(states / units, angle_period), strict=True):
-            periods[run_index] = period
-    return periods
-
-
-def _states_at_returns(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
-    """Return coordinates and rates at the ends of the window's last revolutions, (revolutions, columns)."""
+def period_of_window(scene: Scene, marks: Marks, revolutions: Any) -> int | None:
+    """Return the period of the window's motion in revolutions, or None if it is not periodic."""
     rows = marks_reached(marks.window, revolutions)[-LONGEST_PERIOD * (MIN_REPEATS + 1) :]
-    states: np.ndarray = revolutions.states[rows, : 2 * len(scene.value.coordinates)]
-    return states
+    if len(rows) <= MIN_REPEATS:
+        return None
+    units, coordinate_count = state_units(scene), len(scene.value.coordinates)
+    states = revolutions.states[rows, : 2 * coordinate_count]
+    return period_of(states / units, 2.0 * math.pi / units[:coordinate_count])
 
 
 def period_of(returns: np.ndarray, angle_period: np.ndarray | None = None) -> int | None:
@@ -155,22 +141,20 @@ def period_of(returns: np.ndarray, angle_period: np.ndarray | None = None) -> in
 
     angle_period : period of the angles in the first columns: multiples of it count as no difference.
     """
-    return periods_of(returns[None], None if angle_period is None else angle_period[None, None])[0]
+    rows = returns.tolist()  # nearly every motion differs in the first numbers; floats are faster then
+    angle_periods = [] if angle_period is None else angle_period.tolist()
+    for period in range(1, min(LONGEST_PERIOD, len(rows) // (MIN_REPEATS + 1)) + 1):
+        repeats = zip(rows[-MIN_REPEATS * period :], rows[-(MIN_REPEATS + 1) * period : -period], strict=True)
+        if all(_is_return(row, previous_row, angle_periods) for row, previous_row in repeats):
+            return period
+    return None
 
 
-def periods_of(returns: np.ndarray, angle_period: np.ndarray | None = None) -> list[int | None]:
-    """Return the periods of several motions, (motions, revolutions, columns); angle_period : (motions, 1, angles)."""
-    periods, row_count = np.zeros(len(returns), int), returns.shape[1]
-    for period in range(1, min(LONGEST_PERIOD, row_count // (MIN_REPEATS + 1)) + 1):
-        undecided = np.flatnonzero(periods == 0)
-        if not undecided.size:
-            break
-        differences = (
-            returns[undecided, row_count - MIN_REPEATS * period :]
-            - returns[undecided, row_count - (MIN_REPEATS + 1) * period : -period]
-        )
-        if angle_period is not None:
-            angles = differences[..., : angle_period.shape[-1]]
-            angles -= np.round(angles / angle_period[undecided]) * angle_period[undecided]
-        periods[undecided[np.all(np.abs(differences) <= RETURN_TOLERANCE, axis=(1, 2))]] = period
-    return [period or None for period in periods.tolist()]
+def _is_return(row: list[float], previous_row: list[float], angle_periods: list[float]) -> bool:
+    """Return whether two rows are equal within the tolerance; angle_periods : as in `period_of`."""
+    differences = map(operator.sub, row, previous_row)
+    is_same_angle = all(
+        abs(math.remainder(difference, angle_period)) <= RETURN_TOLERANCE
+        for angle_period, difference in zip(angle_periods, differences, strict=False)
+    )
+    return is_same_angle and all(abs(difference) <= RETURN_TOLERANCE for difference in differences)

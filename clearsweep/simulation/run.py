@@ -279,13 +279,9 @@ def integration_of(
 ) -> Run:
     """Return the integration of a scene up to `end` (s, or rad for a free crank), reported at `times`."""
     run = initial_run(scene, times, in_angles=in_angles, marks=marks)
-    integrate(scene, run, end, keep_events=keeps_events(scene, times), observers=observers)
+    keep_events = scene.case.save.orbits != "none" or times.size > 0
+    integrate(scene, run, end, keep_events=keep_events, observers=observers)
     return run
-
-
-def keeps_events(scene: Scene, times: np.ndarray) -> bool:
-    """Return whether the events of a run are kept if it is reported at `times`."""
-    return scene.case.save.orbits != "none" or times.size > 0
 
 
 def integrate(scene: Scene, run: Run, end: float, *, keep_events: bool, observers: Sequence[Observer] = ()) -> None:

@@ -5,7 +5,7 @@ import dataclasses
 import math
 import time
 from collections.abc import Iterable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -28,7 +28,7 @@ from .life import LifeRun
 from .life_block import BlockRecord, Log, RateObserver, block_record_of, longest_block
 from .observed_run import Observer, Snapshot, restore
 from .outcome import trajectory_of
-from .revolutions import Marks, marks_of
+from .revolutions import marks_of
 from .run import Run, integrate, integration_of, release, run_integration
 from .scene import Scene, build
 from .start import NO_TIMES, control_of, start_of
@@ -66,10 +66,12 @@ def simulate(
         )
     begin = time.perf_counter()
     with phases.show_progress(progress):
-        trajectory = _all_integrations(with_deadline(scene), times, observers, log)
+        scene = scene.with_deadline(time.process_time() + scene.case.simulate.time_budget)
+        trajectory = _all_integrations(scene, times, observers, log)
     summary, elapsed = trajectory.summary, scene.build_time + time.perf_counter() - begin
     summary[SETUP.name] = max(elapsed - (summary.get("run_time") or 0.0), 0.0)
-    return with_limits(scene, trajectory)
+    summary.update(scene.verdict.evaluate_case(summary, failed=trajectory.status != "ok"))
+    return trajectory
 
 
 def _all_integrations(
@@ -93,12 +95,6 @@ def _all_integrations(
     if scene.layout.error_check:
         with phases.phase("the same at a tenth of the tolerance"):
             trajectory = _error_checked(scene, trajectory)
-    return trajectory
-
-
-def with_limits(scene: Scene, trajectory: Trajectory) -> Trajectory:
-    """Return a trajectory with the verdict on its figures in the summary."""
-    trajectory.summary.update(scene.verdict.evaluate_case(trajectory.summary, failed=trajectory.status != "ok"))
     return trajectory
 
 
@@ -134,11 +130,6 @@ def _with_balance(scene: Scene, trajectory: Trajectory, balance: Balance) -> Tra
     return dataclasses.replace(trajectory, message=join_remarks(trajectory.message, remark))
 
 
-def with_deadline(scene: Scene) -> Scene:
-    """Return a scene with a deadline: its time budget from now."""
-    return scene.with_deadline(time.process_time() + scene.case.simulate.time_budget)
-
-
 def end_of(scene: Scene) -> float:
     """Return the time (s) of the end of a scene's run, inf without a crank.
 
@@ -155,17 +146,8 @@ def end_of(scene: Scene) -> float:
     return end
 
 
-class Horizon(NamedTuple):
-    """End and sampling of an integration of known length."""
-
-    end: float  # s; rad where the crank is free
-    times: np.ndarray  # times of the samples
-    in_angles: bool  # `times` are angles (rad) of a free crank
-    marks: Marks
-
-
-def horizon_of(scene: Scene, times: ArrayLike | None = None) -> Horizon:
-    """Return the horizon of a scene, reported at `times` (s) or at the samples of its case."""
+def _simulate(scene: Scene, times: ArrayLike | None, observers: Sequence[Observer] = ()) -> Trajectory:
+    """Return the trajectory of a scene of given length."""
     end, free = end_of(scene), scene.crank_clock.free
     if times is not None:
         sample_times = checked_times(times, math.inf if free else end)
@@ -177,14 +159,9 @@ def horizon_of(scene: Scene, times: ArrayLike | None = None) -> Horizon:
     else:
         check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
         sample_times = sampling_times(scene)
-    return Horizon(end, sample_times, free and times is None, marks_of(scene, scene.case.simulate.revolutions))
-
-
-def _simulate(scene: Scene, times: ArrayLike | None, observers: Sequence[Observer] = ()) -> Trajectory:
-    """Return the trajectory of a scene of given length."""
-    end, sample_times, in_angles, marks_of_run = horizon_of(scene, times)
-    run = integration_of(scene, sample_times, end, observers, in_angles=in_angles, marks=marks_of_run)
-    if scene.crank_clock.free and times is not None and run.status == integration.OK:
+    marks, in_angles = marks_of(scene, scene.case.simulate.revolutions), free and times is None
+    run = integration_of(scene, sample_times, end, observers, in_angles=in_angles, marks=marks)
+    if free and times is not None and run.status == integration.OK:
         finish_samples(scene, run)
     trajectory = trajectory_of(scene, run, end)
     release(run)

@@ -21,8 +21,6 @@ from . import executors, progress, signals
 from .driver import CHECK_INTERVAL, Batches, Driver
 from .worker import RunContext, Simulator, find_peak, prepare
 
-BULK_CASES = 64  # cases per kind of scene from which figures are computed in bulk
-
 
 class Options(NamedTuple):
     """Options of a sweep; see `sweep` for their meaning."""
@@ -97,12 +95,9 @@ class CaseRunner:
         grids.check_disk(count * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
         with phases.phase("listing the kinds of scenes"):
             scene_cases = one_case_per_scene(grid, pending.indices, self.simulator)
-        in_bulk = not self.options.case_timeout and can_solve_in_bulk(self.simulator, count, len(scene_cases))
         workers = self._compiled_workers(scene_cases, count)
         driver = secrets.token_hex(8) if pending.read_finished_ids else ""
-        context = RunContext(
-            self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, in_bulk, driver
-        )
+        context = RunContext(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, driver)
         batches = Batches(
             pending.indices,
             pending.ids,
@@ -255,11 +250,6 @@ def one_case_per_scene(grid: grids.Grid, pending: np.ndarray, simulator: Simulat
             first_indices[law_names] = first + offset
     cases = [grid.case(index) for index in first_indices.values()]
     return list({simulator.signature(case): case for case in cases}.values())
-
-
-def can_solve_in_bulk(simulator: Simulator, pending: int, scenes: int) -> bool:
-    """Return whether there are enough cases per kind of scene to solve several at a time."""
-    return simulator.solve_each is not None and pending >= BULK_CASES * scenes
 
 
 def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path) -> float:

@@ -234,7 +234,7 @@ class Driver:
         position = worker_status.batch_index
         failing_case, remaining = batch.cases.part(position, position + 1), batch.cases.without(position)
         if remaining:
-            self.batches.requeued.append(new_batch(remaining, 1))  # one by one
+            self.batches.requeued.append(new_batch(remaining))
         if worker_status.timed_out:
             self._give_up(
                 failing_case, "timeout", f"took longer than the {self.context.case_timeout:g} s of --case-timeout"

@@ -1,6 +1,6 @@
 """The functions of `clearsweep.simulation` that sweeps use, as one value that can be sent to a worker process."""
 
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Hashable
 from typing import NamedTuple
 
 from .. import simulation
@@ -22,7 +22,6 @@ class _Functions(NamedTuple):
     compile_loop: Callable[[Case], None] = simulation.compile_loop
     solve: Callable[..., Trajectory] = simulation.solve
     peak: Callable[[Case, int, float], Peak] = simulation.peak_revolution
-    solve_each: Callable[[Iterable[Case]], Iterator[tuple[int, Trajectory | Exception]]] | None = simulation.solve_each
     derived: Callable[[Case], dict[str, tuple[float, str]]] = simulation.derived
     warnings: Callable[[Case], list[str]] = simulation.warnings
     recommended: Callable[[Case], list[str]] = _recommended

@@ -11,7 +11,7 @@ import platform
 import signal
 import sys
 import time
-from collections.abc import Callable, Hashable, Iterable, Iterator
+from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -64,13 +64,6 @@ class Simulator(Protocol):
     def peak(self, case: Case, joint: int, revolutions: float, /) -> Peak:
         """Return the revolution with the largest normal force of a joint; `revolutions`: length of the run."""
 
-    @property
-    def solve_each(self) -> Callable[[Iterable[Case]], Iterator[tuple[int, Trajectory | Exception]]] | None:
-        """Return a generator of the index of each case and its result or error, in the order of completion.
-
-        None if cases must be solved one after the other.
-        """
-
     def derived(self, case: Case, /) -> dict[str, tuple[float, str]]:
         """Return name -> (value, SI unit) of derived values."""
 
@@ -92,7 +85,6 @@ class RunContext:
     grid: Grid
     simulator: Simulator
     case_timeout: float | None  # s
-    in_bulk: bool = False  # whether cases of a batch are computed together, by `solve_each`
     driver: str = ""  # owner of the batches, if several drivers work at one block
 
     def __reduce__(self) -> tuple[Callable[[bytes], "RunContext"], tuple[bytes]]:
@@ -100,7 +92,7 @@ class RunContext:
 
     @cached_property
     def _packed(self) -> bytes:
-        return pickle.dumps((self.directory, self.grid, self.simulator, self.case_timeout, self.in_bulk, self.driver))
+        return pickle.dumps((self.directory, self.grid, self.simulator, self.case_timeout, self.driver))
 
     @cached_property
     def result_schema(self) -> store.ResultSchema:
@@ -226,13 +218,12 @@ def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
             "program; install the same version everywhere"
         )
     rows, logs, begin = [], list[store.Unfinished](), time.perf_counter()
-    in_bulk = context.in_bulk and not batch.attempts
     with (
         signals.patience(),
         _new_status_file(context.status_file(batch)) as status_writer,
         phases.store_progress(context.working(batch).replace_progress),
     ):
-        for task, point, trajectory in (_in_bulk if in_bulk else _one_by_one)(context, batch, status_writer, logs):
+        for task, point, trajectory in _solved(context, batch, status_writer, logs):
             rows.append(store.Row(task.case_id, point, trajectory))
         seconds = time.perf_counter() - begin
         committed = store.commit(context.directory, context.result_schema, batch.name, rows) if rows else None
@@ -241,12 +232,9 @@ def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
     return BatchOutcome(committed, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
 
 
-_SolvedCases = Iterator[tuple[Task, dict[str, Any], Trajectory]]
-
-
-def _one_by_one(
+def _solved(
     context: RunContext, batch: Batch, status_writer: "_StatusWriter", logs: list[store.Unfinished]
-) -> _SolvedCases:
+) -> Iterator[tuple[Task, dict[str, Any], Trajectory]]:
     """Yield the cases of a batch and their results; on a request to stop, end after the current case.
 
     `logs` : receives the logs of lives, which are obsolete once their results are stored.
@@ -262,30 +250,6 @@ def _one_by_one(
             trajectory = _solve(context, case, log, status_writer.handle)
         yield task, point, trajectory
         logs += [log] if log else []
-
-
-def _in_bulk(
-    context: RunContext, batch: Batch, status_writer: "_StatusWriter", logs: list[store.Unfinished]
-) -> _SolvedCases:
-    """Yield the same as `_one_by_one`, but compute the cases together; after a request to stop, end at the first gap.
-
-    Lives, which keep logs, are run one by one.  If the worker dies, the case is unknown: the first is recorded, and all
-    are run one by one from then on.
-    """
-    assert context.simulator.solve_each
-    stop_request, members, results = _StopRequest(context), list(_cases(context.grid, batch)), dict[int, Trajectory]()
-    if any(case.life for _, _, case in members):
-        yield from _one_by_one(context, batch, status_writer, logs)
-        return
-    status_writer.record(0)
-    for index, result in context.simulator.solve_each([case for _, _, case in members]):
-        results[index] = result if isinstance(result, Trajectory) else _result_of_error(result)
-        if stop_request.is_requested():
-            break
-    for index, (task, point, _) in enumerate(members):
-        if index not in results:
-            return
-        yield task, point, results[index]
 
 
 def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Case]]:
@@ -368,18 +332,13 @@ def _solve(context: RunContext, case: Case, log: store.Unfinished | None, status
         return context.simulator.solve(case, log) if log else context.simulator.solve(case)
     except (StorageError, DirectoryError):
         raise  # error of the log: no case can be stored
+    except InputError as error:
+        return failure("refused", str(error))
     except Exception as error:
-        return _result_of_error(error)
+        return failure("crashed", resources.remedy_text(error) or error_line(error))
     finally:
         if context.case_timeout:
             faulthandler.cancel_dump_traceback_later()
-
-
-def _result_of_error(error: Exception) -> Trajectory:
-    """Return the result of a case that ended with an exception."""
-    if isinstance(error, InputError):
-        return failure("refused", str(error))
-    return failure("crashed", resources.remedy_text(error) or error_line(error))
 
 
 def failure(status: str, message: str) -> Trajectory:

@@ -20,7 +20,7 @@ WORKERS = 2
 LENGTHS = {1e-3: 12_000, 1e-2: 1200, 0.2: 80}  # s, nominal length of a case: number of cases
 ASKED = {1e-3: 0.85, 1e-2: 0.85, 0.2: 0.95}
 PILOT = 10, 64  # revolutions and cases by which the length of a revolution is found
-TIMED = SIMULATION._replace(solve=scale_cases.timed, solve_each=scale_cases.timed_each)
+TIMED = SIMULATION._replace(solve=scale_cases.timed)
 
 
 def grid(revolutions: int, cases: int) -> dict:

@@ -1,8 +1,8 @@
 """Measures many cases at once: `make bench`, or `PYTHONPATH=tests python -m bench.ensemble`.
 
-Processor time per case of grids around problems of `clearsweep verify`: by `solve_each`, as sweeps do it, with every
-figure of the summary; by `solve`, one by one; by numbalsoda's DOP853, one by one and a case a thread, and by diffrax in
-one batch, which take nothing along but the events.  All have their turn in every round and the least time counts.
+Processor time per case of grids around problems of `clearsweep verify`: by `solve`, as sweeps do it, with every figure
+of the summary; by numbalsoda's DOP853, one by one and a case a thread, and by diffrax in one batch, which take nothing
+along but the events.  All have their turn in every round and the least time counts.
 """
 
 import argparse
@@ -77,19 +77,13 @@ def ways_of(like: list, short: list, *, flagship: bool) -> list[Route]:
     cases = [built.case._replace(**shared) for built in scenes]  # as the cases of one grid share what does not vary
     scenes_of_short = scenes[:: len(like) // len(short)]
 
-    def neighbour():
-        return sum(path.summary["run_time"] for _, path in simulation.solve_each(cases))
-
-    def alone():
+    def one_by_one():
         return sum(simulation.solve(case).summary["run_time"] for case in cases)
 
     def limits_met():
         return ours(short, TOLERANCE)
 
-    result = [
-        Route("clearsweep", neighbour, limits_met, len(like)),
-        Route("clearsweep, one by one", alone, limits_met, len(like)),
-    ]
+    result = [Route("clearsweep", one_by_one, limits_met, len(like))]
     if soda:
         for tolerance in THEIRS:
             many = soda.many(like, scenes, tolerance), soda.many(short, scenes_of_short, tolerance)
