@@ -114,7 +114,7 @@ def ideal_reactions(machine: Machine, angles: np.ndarray) -> dict[str, np.ndarra
 
 
 def _ideal_form(ideal_machine: IdealMachine) -> Planar:
-    return _compile(ideal_machine.machine, frozenset()).form
+    return _compiled_form(ideal_machine.machine, frozenset())
 
 
 class _Compiled(NamedTuple):
@@ -129,6 +129,15 @@ class _Compiled(NamedTuple):
 
 def _compile(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
     """Return the compiled form of a machine with open joints of these names, and its coordinates."""
+    form = _compiled_form(machine, open_joints)
+    state = machine_type(kinds_of(form)).state
+    start = _initial_state(ideal_of(machine), state, {})
+    lengths = np.array([_length_per_unit(machine, coordinate) for coordinate in state])
+    return _Compiled(form, state, lengths, start, _massless_bodies(machine, form, start))
+
+
+def _compiled_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
+    """Return the compiled form of a machine with open joints of these names."""
     ideal_machine, form = ideal_of(machine), _independent_form(machine, open_joints)
     structure = machine_type(kinds_of(form))
     coordinates = [
@@ -138,13 +147,9 @@ def _compile(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
     form = form._replace(cycle=make_cycle([output], machine.drive.start_angle))
     dependent = _dependent_indices(ideal_machine, form, coordinates) if structure.spanning_tree.loop_joints else ()
     columns = [output, *(coordinates[i] for i in dependent)]
-    form = form._replace(
+    return form._replace(
         dependent=tuple(map(as_empty_tuples, dependent)), cycle=make_cycle([*columns], machine.drive.start_angle)
     )
-    state = machine_type(kinds_of(form)).state
-    start = _initial_state(ideal_machine, state, {})
-    lengths = np.array([_length_per_unit(machine, coordinate) for coordinate in state])
-    return _Compiled(form, state, lengths, start, _massless_bodies(machine, form, start))
 
 
 def _dependent_indices(ideal_machine: IdealMachine, form: Planar, coordinates: list) -> tuple[int, ...]:
