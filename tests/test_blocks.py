@@ -1,6 +1,8 @@
 """A grid that is cut into blocks gives what the same grid gives in one piece."""
 
 import json
+from concurrent.futures import Future
+from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
@@ -14,7 +16,7 @@ import clearsweep
 from clearsweep import report, store
 from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.report.blocks.section import Note, Points, Sentences
-from clearsweep.store import blocks, read_blocks, summary
+from clearsweep.store import blocks, durable, read_blocks, summary
 from clearsweep.store.record import record_checksum
 from clearsweep.sweeping import answered, blockwise, estimate, run_summary
 from clearsweep.sweeping.all_cases import complete_run
@@ -224,6 +226,21 @@ def test_too_many_failures_leave_the_rest_and_a_later_run_continues(tmp_path):
     assert len(store.open(result.directory)) == result.ok + result.failed
     again = quiet(MIXED, tmp_path / "run", executor="serial")
     assert (again.missing, again.ok, again.failed) == (0, 24, 12)
+
+
+@pytest.mark.parametrize("is_shared", [False, True])
+def test_files_of_other_drivers_in_a_block_are_kept(tmp_path, is_shared):
+    job = SimpleNamespace(directory=tmp_path)
+    runner = blockwise.BlockRunner(job, SimpleNamespace(workers=None))
+    directory = store.Block(tmp_path, 0).directory("frame")
+    other = durable.scratch_file(directory.scratch, "0123456789abcdef.part")
+    other.write_bytes(b"half of a commit")
+    future = Future()
+    future.set_result({})
+    runner.finishing[0] = (future, lambda: future)
+    runner.shared |= {0} if is_shared else set()
+    runner.collect()
+    assert other.exists() == is_shared
 
 
 def test_shards_of_blocks_are_joined_block_by_block(tmp_path, pair):

@@ -13,6 +13,7 @@ from clearsweep import store
 from clearsweep.language.errors import ClearsweepError
 from clearsweep.sweeping import driver as driving
 from clearsweep.sweeping import executors, progress
+from clearsweep.sweeping.case_runner import compile_all
 from clearsweep.sweeping.driver import Batches, Driver
 from clearsweep.sweeping.worker import BatchOutcome, RunContext, run_batch
 
@@ -111,6 +112,20 @@ def test_a_case_is_given_up_only_when_a_second_worker_has_died_with_it(driven, m
     _, stored, expected = driven(executor)
     np.testing.assert_array_equal(stored, expected)
     assert len(executor.died) == CASES
+
+
+@pytest.mark.parametrize(
+    ("code", "cause"),
+    [(None, "unknown cause"), (3, "exit code 3"), (-11, "SIGSEGV"), (-35, "signal 35")],
+)
+def test_the_cause_of_a_death_is_named(code, cause):
+    assert driving._death_cause(code) == cause
+
+
+def test_a_pool_that_breaks_while_it_compiles_is_replaced(tmp_path):
+    executor = Unreliable("refuse")
+    assert compile_all(executor, [None], Fake, tmp_path) == 0.0
+    assert executor.restarts == 1
 
 
 def test_batches_are_as_long_as_they_should_be_soon_after_a_first_case_that_loaded_its_code():

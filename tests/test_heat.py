@@ -11,6 +11,7 @@ from scipy.optimize import brentq
 import clearsweep
 from clearsweep.judging import validity
 from clearsweep.simulation import heat
+from clearsweep.simulation.sums import half_width
 
 OIL = {"at_40C": "46 mm^2/s", "at_100C": "6.8 mm^2/s", "density": "870 kg/m^3"}
 AMBIENT, CONDUCTANCE = 313.15, 1.5  # K, W/K
@@ -41,9 +42,10 @@ def balanced(monkeypatch, width, scatter=0.0):
 
     def losses(scene, names):
         tried.append(scene.case.joints[0].film.temperature)
-        return np.array([loss(tried[-1]) + scatter * random.standard_normal()]), np.array([width])
+        mean = loss(tried[-1]) + scatter * random.standard_normal()
+        return heat.Losses(np.array([mean]), np.array([width]), heat.NO_COST)
 
-    monkeypatch.setattr(heat, "_mean_losses", losses)
+    monkeypatch.setattr(heat, "_losses", losses)
     _, balance = heat.at_equilibrium(clearsweep.load_case(a_film()))
     return balance, tried
 
@@ -88,6 +90,22 @@ def test_a_temperature_is_flagged_where_it_is_known_less_than_a_tenth_of_its_ris
     if not known:
         ((temperature, half, rise),) = balance.doubtful().values()
         assert (temperature - rise, half) == (pytest.approx(AMBIENT), width / CONDUCTANCE)
+
+
+def observed(times, sums):
+    """Return the losses of a joint from its heat (J) at some times (s)."""
+    observer = heat.HeatObserver(None, {})
+    observer.times, observer.sums = list(times), [np.array([value]) for value in sums]
+    return observer.losses(heat.NO_COST)
+
+
+def test_the_interval_of_a_loss_is_that_of_whole_revolutions_and_its_mean_that_of_the_window():
+    """A run is observed shortly before each revolution ends, and at its end: there the loss is four times the mean."""
+    times, power = [0.0, 0.975, 1.975, 2.975, 3.975, 4.0], [9.0, 10.0, 12.0, 11.0, 40.0]
+    result = observed(times, np.concatenate([[0.0], np.cumsum(power * np.diff(times))]))
+    assert result.mean == pytest.approx(np.dot(power, np.diff(times)) / 4.0)
+    assert result.width == pytest.approx(half_width(np.array([10.0, 12.0, 11.0])))
+    assert observed(times[:3], [0.0, 9.0, 19.0]).width == math.inf
 
 
 def test_the_remark_says_how_far_the_temperature_is_known():

@@ -281,8 +281,9 @@ def test_clearance_growth_is_a_limit_as_well():
 
 
 @heavy
-def test_what_does_not_wear_has_no_life_and_says_so():
-    result = lived({"joints.rod-slider.wear.coefficient": 0.0})
+@pytest.mark.parametrize("blocks", [2, 20])
+def test_what_does_not_wear_has_no_life_and_says_so(blocks):
+    result = lived({"joints.rod-slider.wear.coefficient": 0.0, "life.blocks": blocks})
     assert result.status == "ok"
     assert result.summary["rod_slider_life_revolutions"] is None
     assert result.summary["rod_slider_life_high"] is None

@@ -8,6 +8,8 @@ import sys
 import threading
 import time
 from pathlib import Path
+from types import SimpleNamespace
+from typing import ClassVar
 
 import pytest
 from fake_faults import FullDisk, OtherClock, Slow
@@ -18,7 +20,7 @@ from test_sweep import quiet, wait_for
 from clearsweep import store
 from clearsweep.language.errors import InputError
 from clearsweep.store import blocks
-from clearsweep.sweeping import nodes
+from clearsweep.sweeping import blockwise, case_runner, nodes
 
 pytestmark = pytest.mark.heavy
 
@@ -26,6 +28,50 @@ pytest.importorskip("distributed")
 
 HERE = Path(__file__).parent
 MIXED = grid(16, (GOOD, GOOD + 0.001, FAILS))  # 48 cases
+
+
+class Answered:
+    """A cluster of one node that answers at once: 4 of 100 cases fail in each block; the last is requested again."""
+
+    excluded: ClassVar[set] = set()
+    address = ""
+
+    def __init__(self):
+        self.allowed, self.answered = [], set()
+
+    def nodes(self):
+        """Return the only node."""
+        return ["node"]
+
+    def submit(self, function, *given, **_):
+        """Return the report of a block."""
+        future, report = SimpleNamespace(done=lambda: True, status="finished"), nodes.node.NodeReport("node")
+        if function is nodes.node.run_block:
+            *_, number, allowed = given
+            self.allowed.append(allowed)
+            report = report if number in self.answered else report._replace(ran=100, failed=4)
+            self.answered.add(number)
+        future.result = lambda timeout: report
+        return future
+
+    def close(self):
+        """Do nothing."""
+
+
+def test_a_share_of_failures_is_of_all_cases_in_every_round(tmp_path, monkeypatch):
+    """4 % fail where 5 % may, and a node died before it finished its block."""
+    rounds = iter([list(range(10)), [9], []])
+    monkeypatch.setattr(nodes, "unfinished_blocks", lambda job: (next(rounds), {}))
+    (tmp_path / store.SCRATCH).mkdir()
+    made = SimpleNamespace(layout=SimpleNamespace(life=False))
+    options = case_runner.Options(max_failures="5%")
+    job = blockwise.BlockJob(tmp_path, made, None, options, store.Division(100, 1000, ""), None, None)
+    monkeypatch.setattr(nodes.pickle, "dumps", lambda job: b"")
+    cluster = Answered()
+    driver = nodes.NodesDriver(job, cluster, SimpleNamespace(advance=lambda *_: None))
+    assert driver.run()
+    assert (driver.ran, driver.failed) == (1000, 40)
+    assert min(cluster.allowed) == 10
 
 
 class Machines:

@@ -18,6 +18,7 @@ import pytest
 import torture
 from fake_physics import DIES, FAILS, GOOD, HANGS, LOCKS, RAISES, REFUSED, Fake, grid, sweep
 
+from clearsweep import store
 from clearsweep.language import errors, phases
 from clearsweep.sweeping import estimate, executors, run_summary
 from clearsweep.sweeping.all_cases import complete_run
@@ -130,6 +131,15 @@ def test_failures_become_rows_with_their_reason_and_the_others_continue(tmp_path
     assert messages[DIES] == ("crashed", "its worker died twice (SIGKILL, perhaps out of memory)")
     assert messages[HANGS][0] == "timeout"
     assert "0.3 s" in messages[HANGS][1]
+
+
+def test_a_run_that_stopped_with_too_many_failures_is_not_finished(tmp_path):
+    result = quiet(grid(20, (FAILS,)), tmp_path / "run", executor="serial", max_failures=2)
+    assert result.missing > 0
+    facts = store.status(tmp_path / "run")
+    assert (facts["state"], facts["missing"]) == ("interrupted", result.missing)
+    removed = store.clean(tmp_path / "run", batches=True)
+    assert (removed["finished"], removed["removed"]) == (False, [])
 
 
 def test_a_crash_in_a_batch_costs_the_others_nothing(tmp_path):

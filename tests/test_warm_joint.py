@@ -10,9 +10,11 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep.language.errors import InputError
 from clearsweep.simulation import heat
+from clearsweep.simulation.run import Run
 
 ALPHA = {"bearing": 18e-6, "journal": 12e-6}
 THERMAL = {"conductance": "2 W/K", "ambient": "30 degC", "expansion": ALPHA}
+TIGHT = {"bearing": 12e-6, "journal": 24e-6}
 DRY = {
     "joints.rod-slider.friction": {"law": "ambrosio", "coefficient": 0.1, "v0": 1e-4, "v1": 1e-3},
     "joints.rod-slider.clearance": 5e-5,
@@ -36,9 +38,9 @@ def with_losses(monkeypatch, loss):
     """Let the loss (W) of the joint be `loss` of its clearance (m)."""
 
     def losses(scene, names):
-        return np.array([loss(scene.case.joints[0].clearance)]), np.zeros(1)
+        return heat.Losses(np.array([loss(scene.case.joints[0].clearance)]), np.zeros(1), heat.NO_COST)
 
-    monkeypatch.setattr(heat, "_mean_losses", losses)
+    monkeypatch.setattr(heat, "_losses", losses)
 
 
 def test_a_joint_with_a_constant_loss_settles_where_the_closed_form_says(monkeypatch):
@@ -74,6 +76,20 @@ def test_temperature_clearance_and_power_of_a_run_fit_each_other():
     assert as_wide.summary["rod_slider_force_peak"] == pytest.approx(result["rod_slider_force_peak"], rel=1e-9)
 
 
+@pytest.mark.parametrize("change", [{}, {"thermal": {"conductance": "0.1 mW/K", "expansion": TIGHT}}])
+def test_the_work_of_a_case_includes_the_runs_of_its_heat_balance(monkeypatch, change):
+    def recorded(run, log):
+        through(run, log)
+        steps.append(int(run.work.counts.steps))
+
+    steps, through = [], Run.conclude
+    monkeypatch.setattr(Run, "conclude", recorded)
+    summary = clearsweep.simulate(scene(**change)).summary
+    assert len(steps) > 2
+    assert summary["steps"] == sum(steps)
+    assert isinstance(summary["steps"], int)
+
+
 def _without_thermal(case):
     given = copy.deepcopy(DRY) | {"joints.rod-slider.clearance": case.joints[0].clearance}
     del given["joints.rod-slider.thermal"]
@@ -81,7 +97,7 @@ def _without_thermal(case):
 
 
 def test_a_joint_whose_clearance_closes_has_seized():
-    tight = {"expansion": {"bearing": 12e-6, "journal": 24e-6}, "conductance": "0.1 mW/K"}
+    tight = {"expansion": TIGHT, "conductance": "0.1 mW/K"}
     path = clearsweep.simulate(scene(thermal=tight))
     assert path.status == "seized"
     assert "rod-slider, with 50 um of clearance" in path.message

@@ -16,6 +16,7 @@ from clearsweep.language.errors import InputError
 from clearsweep.simulation import batch_means, lyapunov
 from clearsweep.simulation import run as running
 from clearsweep.simulation.outcome import window_of
+from clearsweep.simulation.peak_revolution import peak_revolution
 from clearsweep.simulation.sums import half_width
 from clearsweep.simulation.until import period_of
 from clearsweep.verify.problems import all_problems
@@ -29,6 +30,10 @@ WORN = {
 }
 REGULAR = {"joints.rod-slider.clearance": 1e-5, "joints.rod-slider.contact.restitution": 0.1}
 LONG = {"simulate.revolutions": 4, "simulate.discard": 1, "simulate.tolerance": 1e-7}
+
+
+THERMAL = {"conductance": "2 W/K", "ambient": "20 degC", "expansion": {"bearing": 18e-6, "journal": 12e-6}}
+WARM = {"joints.rod-slider.friction": WORN["joints.rod-slider.friction"], "joints.rod-slider.thermal": THERMAL}
 
 
 def until(figure="rod_slider_force_rms", relative=0.1, most=60):
@@ -106,6 +111,33 @@ def test_reported_times_of_ones_own_may_begin_anywhere():
     assert np.array_equal(result["slider/x"], plain["slider/x"])
     with pytest.raises(InputError, match="the run lasts from 0"):
         clearsweep.simulate(clearsweep.load_case(case), times=[1.0])
+
+
+@pytest.mark.parametrize("save", [{"save.orbits": "none"}, {"save.orbits": "all", "save.samples": 36}])
+def test_saved_histories_use_up_no_budget(save):
+    """A budget holds for the longest run; the samples are written in a second one."""
+    free = run(REGULAR, until(relative=1e-9), save).summary
+    budget = math.ceil(1.2 * (free["steps"] + free["steps_rejected"]) / 60)
+    assert budget * free["revolutions_run"] < 0.5 * free["steps"]
+    result = run(REGULAR, until(relative=1e-9), save, {"simulate.step_budget": budget})
+    assert (result.status, result.summary["steps"]) == ("ok", free["steps"])
+
+
+def test_the_largest_peak_of_a_run_that_found_its_length_is_found_again():
+    """Also with a heat balance, whose runs are as long as the case asks, and with a budget for the longest run."""
+    changes = LONG | until(relative=0.9) | WARM | {"simulate.step_budget": 200}
+    scene = clearsweep.load_case(slider_crank("rod-slider", changes=changes))
+    summary = clearsweep.simulate(scene).summary
+    assert summary["revolutions_run"] > scene.case.simulate.revolutions
+    peak = peak_revolution(scene.case, 0, summary["revolutions_run"])
+    assert peak.path.summary["rod_slider_force_peak"] == summary["rod_slider_force_peak"]
+
+
+def test_a_speed_table_that_ends_before_the_longest_run_is_refused(tmp_path):
+    table = tmp_path / "speed.csv"
+    table.write_text("time,speed\n0,150\n0.2,150\n0.3,0\n", encoding="utf-8")
+    with pytest.raises(clearsweep.InputError, match=r"crank stops before 60 revolutions; .* simulate.until.max_rev"):
+        run(until(), {"drive.speed": {"table": str(table)}})
 
 
 def test_a_periodic_motion_ends_early_and_says_its_period():
@@ -352,6 +384,14 @@ def test_an_error_check_that_fails_says_so():
     assert result.status == "ok"
     assert result.summary["pair_restitution_difference"] is None
     assert result.message.startswith("unchecked: the run at a tenth of the tolerance has the status step-budget: ")
+
+
+def test_the_work_of_an_impact_pair_includes_the_run_that_finds_its_duration():
+    plain, sampled = (
+        clearsweep.simulate(clearsweep.load_case(changed(PAIR, {"save.orbits": orbits}))).summary["steps"]
+        for orbits in ("none", "all")
+    )
+    assert sampled == 2 * plain
 
 
 def test_the_window_of_an_impact_pair_ends_with_its_last_separation():

@@ -103,8 +103,12 @@ def knots_of(machine: Machine | None) -> list[float]:
     return [] if machine is None or isinstance(machine.drive, Motor) else planar.discontinuity_times(machine)
 
 
-def start_up_speed(machine: Machine | None) -> float:
-    """Return the speed (rad/s) at which a motor counts as started; 0 for other drives and for constant torque."""
+def start_up(machine: Machine | None) -> tuple[float, float]:
+    """Return the speed (rad/s) at which a motor counts as started, and the time (s) of this.
+
+    The speed is 0 for other drives and for constant torque; the time is 0 if the crank starts fast enough, else inf.
+    """
     if machine is None or not isinstance(machine.drive, Motor) or math.isinf(machine.drive.no_load_speed):
-        return 0.0
-    return STARTED_FRACTION * machine.drive.no_load_speed
+        return 0.0, math.inf
+    speed = STARTED_FRACTION * machine.drive.no_load_speed
+    return speed, 0.0 if machine.drive.initial_speed >= speed else math.inf

@@ -21,7 +21,7 @@ from ..mechanics.solver.integration import Work
 from .run import integration_of
 from .scene import Scene, build
 from .sums import half_width
-from .window import by_joint
+from .window import NO_COST, Cost, by_joint
 
 ABSOLUTE_TOLERANCE = 0.02  # K
 RELATIVE_TOLERANCE = 0.01  # of the rise
@@ -43,6 +43,7 @@ class Balance(NamedTuple):
     cold: tuple[Joint, ...]  # joints as in the grid, before any temperature is applied
     implied: dict[str, float]  # K, implied by the last loss
     seized: tuple[str, ...]  # column names of dry joints whose clearance closes before equilibrium
+    cost: Cost  # of all integrations
 
     def doubtful(self) -> dict[str, tuple[float, float, float]]:
         """Return temperature, half-width and rise (K) of each joint with a half-width above its DOUBTFUL_WIDTH."""
@@ -53,8 +54,16 @@ class Balance(NamedTuple):
         }
 
 
+class Losses(NamedTuple):
+    """Losses of the joints with a heat balance in the window of a run."""
+
+    mean: np.ndarray  # (joints,) W
+    width: np.ndarray  # (joints,) W, half of the 95 % interval; inf: too few revolutions
+    cost: Cost
+
+
 class HeatObserver:
-    """Records the heat of the observed joints at the end of each revolution."""
+    """Records the heat of the observed joints once in each revolution."""
 
     per_revolution = 1
 
@@ -71,6 +80,17 @@ class HeatObserver:
         joints = by_joint(totals, self.layout).joint
         self.sums.append(np.array([getattr(joints[index], field) for index, field in self.energies.items()]))
         return False
+
+    def losses(self, cost: Cost) -> Losses:
+        """Return the losses between the first and the last time, of a run with this cost.
+
+        A run pauses shortly before the ends of revolutions, so the first mean and the last are of a part of one.  The
+        interval is that of the whole revolutions between them.
+        """
+        times, sums = np.array(self.times), np.array(self.sums)
+        means = (np.diff(sums, axis=0) / np.diff(times)[:, None])[1:-1]
+        widths = np.array(list(map(half_width, means.T)))
+        return Losses((sums[-1] - sums[0]) / (times[-1] - times[0]), widths, cost)
 
 
 def has_balance(case: Case) -> bool:
@@ -94,12 +114,13 @@ def at_equilibrium(scene: Scene) -> tuple[Scene, Balance]:
     )
     temperatures, last_temperatures, residual = np.minimum(ambient, seizure), ambient.copy(), np.zeros(len(names))
     width, converged, implied_temperatures = np.full(len(names), math.inf), False, ambient
+    cost = NO_COST
     for run_index in range(MAX_RUNS):
         scene = at_temperatures(cold_scene, dict(zip(names, temperatures, strict=True)))
-        loss_and_width = _mean_losses(scene, names)
-        if loss_and_width is None:
+        losses = _losses(scene, names)
+        if losses is None:
             break
-        loss, width = loss_and_width
+        loss, width, cost = losses.mean, losses.width, cost.plus(losses.cost)
         implied_temperatures, width = ambient + loss / conductance, width / conductance
         last_residual, residual = residual, np.minimum(implied_temperatures, seizure) - temperatures
         accuracy = np.maximum(ABSOLUTE_TOLERANCE, RELATIVE_TOLERANCE * (implied_temperatures - ambient))
@@ -126,7 +147,9 @@ def at_equilibrium(scene: Scene) -> tuple[Scene, Balance]:
         for values in (temperatures, width, temperatures - ambient, implied_temperatures)
     )
     closed_joints = tuple(joint.column for joint in joints if _is_closed(joint, implied[joint.column]))
-    return scene, Balance(temperature, half_width, rise, converged, cold_scene.case.joints, implied, closed_joints)
+    return scene, Balance(
+        temperature, half_width, rise, converged, cold_scene.case.joints, implied, closed_joints, cost
+    )
 
 
 def _seizure_temperature(joint: Joint) -> float:
@@ -163,17 +186,13 @@ def _joint_at_temperature(joint: Joint, temperature: float) -> Joint:
     return joint._replace(film=joint.film._replace(temperature=temperature, viscosity=viscosity))
 
 
-def _mean_losses(scene: Scene, names: list[str]) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return the mean loss (W) of joints over the window and half of its 95 % interval, or None if the run failed."""
+def _losses(scene: Scene, names: list[str]) -> Losses | None:
+    """Return the losses of joints of these names in a run of a scene, or None if it failed."""
     observed = [(row, joint) for row, joint in enumerate(scene.layout.joints) if joint.name in names]
-    energies = {row: "heat" if joint.film else "friction_energy" for row, joint in observed}
-    settings, observer = scene.case.simulate, HeatObserver(scene.layout, energies)
-    end = scene.crank_clock.value_after(settings.revolutions)
+    observer = HeatObserver(scene.layout, {row: "heat" if joint.film else "friction_energy" for row, joint in observed})
+    end = scene.crank_clock.value_after(scene.case.simulate.revolutions)
     run = integration_of(scene, np.empty(0), end, (observer,), in_angles=True)
     if run.status != integration.OK:
         return None
     observer.observe(run.work)
-    times, sums = np.array(observer.times), np.array(observer.sums)
-    means = np.diff(sums, axis=0) / np.diff(times)[:, None]
-    widths = np.array([half_width(means[:, k]) if len(means) > 1 else math.inf for k in range(len(energies))])
-    return (sums[-1] - sums[0]) / (times[-1] - times[0]), widths
+    return observer.losses(Cost(run.counts, run.duration))

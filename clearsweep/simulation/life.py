@@ -224,7 +224,7 @@ class LifeRun:
         """Return why a life did not reach its limit, or '' if it did."""
         if life.reached:
             return ""
-        if life.blocks < self.life.blocks:
+        if life.revolutions == 0.0:
             return f"{LIFE_UNREACHED}{self.life.joint} has no wear, so it never reaches life.limit"
         return (
             f"{LIFE_UNREACHED}{self.life.joint} does not reach life.limit in {life.revolutions:.6g} revolutions, after "

@@ -12,14 +12,14 @@ from ..mechanics.observe.histogram import force_quantiles, time_above
 from ..mechanics.solver import integration
 from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, Totals
 from ..mechanics.solver.accumulate.within_step import Record, sample_states
-from .figures.catalogue import figures_of, layout_formulas
+from .figures.catalogue import WORK_COUNTS, figures_of, layout_formulas
 from .ideal import ideal_peaks
 from .remarks import remarks
 from .revolutions import marks_reached, peak_spreads, period_of_window, start_turns
 from .run import TIME_BUDGET, Run, onset_rates
 from .scene import Scene
 from .start import control_of
-from .window import DRY_FORCE_THRESHOLD, RARE_SHARE, Summed, Window, by_joint, summed_of, wear_depths_of
+from .window import DRY_FORCE_THRESHOLD, RARE_SHARE, Cost, Summed, Window, by_joint, summed_of, wear_depths_of
 from .yield_speed import yield_speeds
 
 LEFT_BEARING = "left-bearing"
@@ -49,11 +49,11 @@ _STATUS = {
     ),
     integration.TIME_LIMIT: (
         "time-limit",
-        "reached the time limit of {time:.6g} s{of_total}; increase simulate.time_limit",
+        "reached simulate.time_limit at {time:.6g} s{of_total}; increase it",
     ),
     integration.STALLED: (
         "stalled",
-        "the drive stalls: at {time:.6g} s, after {turned:.4g}{of_total}, the crank stops; increase torque, flywheel "
+        "the drive stalls: at {time:.6g} s{of_total}, the crank stops; increase torque, flywheel "
         "inertia or initial speed, or reduce the loads",
     ),
     integration.LEFT_BEARING: (
@@ -130,6 +130,13 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
     )
 
 
+def add_cost(summary: dict, cost: Cost) -> None:
+    """Add the work of further integrations to the work counts of a summary."""
+    for figure in WORK_COUNTS:
+        assert figure.value is not None
+        summary[figure.name] += (int if figure.kind == "int" else float)(figure.value(cost, None))
+
+
 def _exceeded_forces(totals: Totals, time_exceeded: float) -> list[float]:
     """Return the force (N) that each joint exceeds during `time_exceeded` (s); totals : by joint."""
     return force_quantiles(totals.histogram, totals.bins[:, HIGHEST_BIN].tolist(), time_exceeded)
@@ -153,10 +160,10 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
     status, text = _status_of(scene, run)
     of_total = f" of {end:.6g} s" if math.isfinite(end) else ""
     if scene.crank_clock.free:
-        of_total = f" of {scene.case.simulate.revolutions:.6g} revolutions"
+        turned = (run.work.y[run.work.independent] - scene.crank_clock.value_after(0.0)) / (2.0 * math.pi)
+        of_total = f", after {turned:.4g} of {scene.case.simulate.revolutions:.6g} revolutions"
     message = text.format(
         time=run.work.y[run.work.time],
-        turned=(run.work.y[run.work.independent] - scene.crank_clock.value_after(0.0)) / (2.0 * math.pi),
         of_total=of_total,
         events=int(run.work.counts.events),
         steps=int(run.work.counts.steps),

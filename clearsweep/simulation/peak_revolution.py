@@ -11,6 +11,7 @@ from .outcome import trajectory_of
 from .revolutions import marks_of, peaks_of
 from .run import integration_of
 from .scene import build
+from .start import UNLIMITED
 
 REFINEMENT, MAX_SAMPLES = 20, 1_000_000  # times the usual number of samples
 REFINED_SAMPLES = 1.5  # usual samples on each side of the largest force within which all fine samples are kept
@@ -28,10 +29,12 @@ def peak_revolution(case: Case, joint: int, revolutions: float) -> Peak:
     joint : index among the clearance joints.
     revolutions : length of the run; that of the case unless `simulate.until` determined it.
     """
-    simulate_settings = case.simulate._replace(until=None, horizon=False, error_check=False, revolutions=revolutions)
-    scene = build(case._replace(simulate=simulate_settings, save=case.save._replace(orbits="none")))
+    settings = case.simulate._replace(until=None, horizon=False, error_check=False)
+    scene = build(case._replace(simulate=settings, save=case.save._replace(orbits="none")))
     if has_balance(case):
         scene, _ = at_equilibrium(scene)
+    # the balance and its budgets are those of the case, and the run has kept its budgets, which are of another length
+    scene = scene.with_settings(revolutions=revolutions, step_budget=UNLIMITED, event_budget=UNLIMITED)
     value_after, crank_is_free = scene.crank_clock.value_after, scene.crank_clock.free
     end, marks = value_after(revolutions), marks_of(scene, revolutions)
     run = integration_of(scene, np.empty(0), end, in_angles=crank_is_free, marks=marks)

@@ -29,7 +29,7 @@ from ..mechanics.solver import integration, loop, radau
 from ..mechanics.solver.accumulate import totals as total_columns
 from ..mechanics.solver.accumulate.within_step import Record, RevolutionMarks
 from ..mechanics.solver.preconditioner import preconditioner_of
-from .crank_clock import start_up_speed
+from .crank_clock import start_up
 from .lyapunov import Branches, Perturbed
 from .observed_run import Observer, run_observed
 from .progress import Revolutions
@@ -144,7 +144,8 @@ class Run:
             inputs.has_friction,
         )
         put_numbers(value, inputs.initial_values[: self.parameters.size], self.parameters)
-        self.totals.mechanism.target_speed = start_up_speed(scene.machine)
+        mechanism_totals: Any = self.totals.mechanism
+        mechanism_totals.target_speed, mechanism_totals.target_time = start_up(scene.machine)
         if scene.worn:
             self.totals.account[:, SLIDING_DISTANCE] = inputs.sliding_distance
         self.pinned.put(reference_rate=value.reference_rate, sigma=value.sigma, max_duration=start.max_step)

@@ -62,6 +62,10 @@ class Scene:
         """Return the inputs that all its runs share."""
         return scene_inputs(self.case, self.built, self.value, self.start, self.machine, self.worn)
 
+    def with_settings(self, **settings: Any) -> "Scene":
+        """Return the scene with changed values in `simulate`."""
+        return replace(self, case=self.case._replace(simulate=self.case.simulate._replace(**settings)))
+
     def with_deadline(self, deadline: float) -> "Scene":
         """Return the scene with another deadline (s).
 

@@ -5,7 +5,6 @@ import dataclasses
 import math
 import time
 from collections.abc import Iterable, Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -27,11 +26,11 @@ from .heat import Balance, at_equilibrium, has_balance
 from .life import LifeRun
 from .life_block import BlockRecord, Log, RateObserver, block_record_of, longest_block
 from .observed_run import Observer, Snapshot, restore
-from .outcome import trajectory_of
+from .outcome import add_cost, trajectory_of
 from .revolutions import marks_of
 from .run import Run, integrate, integration_of, release, run_integration
 from .scene import Scene, build
-from .start import NO_TIMES, control_of, start_of
+from .start import NO_TIMES, UNLIMITED, control_of, start_of
 from .uncertain import failures, further_lives
 from .uncertain import figures as uncertain_figures
 from .until import ConvergenceObserver, max_revolutions, pauses
@@ -80,18 +79,20 @@ def _all_integrations(
     """Return the trajectory of a scene, with all integrations that its case requires."""
     balance = None
     if has_balance(scene.case):
+        end_of(scene)  # a crank that never gets there is refused before many runs
         with phases.phase("temperature of the joints", covers_nested=True):
             scene, balance = at_equilibrium(scene)
-        if balance.seized:
-            return _seized(scene, balance)
-    if scene.case.life:
+    if balance and balance.seized:
+        trajectory = _seized(scene, balance)
+    elif scene.case.life:
         trajectory = _run_life(scene, times, observers, LifeRun(scene, log))
     else:
         trajectory = (
             _run_until_converged(scene, times, observers) if scene.layout.until else _simulate(scene, times, observers)
         )
     if balance:
-        trajectory = _with_balance(scene, trajectory, balance)
+        add_cost(trajectory.summary, balance.cost)
+        trajectory = trajectory if balance.seized else _with_balance(scene, trajectory, balance)
     if scene.layout.error_check:
         with phases.phase("the same at a tenth of the tolerance"):
             trajectory = _error_checked(scene, trajectory)
@@ -131,9 +132,9 @@ def _with_balance(scene: Scene, trajectory: Trajectory, balance: Balance) -> Tra
 
 
 def end_of(scene: Scene) -> float:
-    """Return the time (s) of the end of a scene's run, inf without a crank.
+    """Return the end of a scene's run: a time (s), for a free crank its angle (rad); inf without a crank.
 
-    Raise InputError if the crank never gets there.
+    Raises InputError if the crank never gets there.
     """
     if not scene.mechanism.turns:
         return math.inf
@@ -141,14 +142,14 @@ def end_of(scene: Scene) -> float:
     if math.isinf(end):
         raise InputError(
             f"drive.speed.table: the crank stops before {scene.case.simulate.revolutions:.6g} revolutions; "
-            "extend the table, or reduce simulate.revolutions"
+            f"extend the table, or reduce simulate.{'until.max_' if scene.layout.until else ''}revolutions"
         )
     return end
 
 
 def _simulate(scene: Scene, times: ArrayLike | None, observers: Sequence[Observer] = ()) -> Trajectory:
     """Return the trajectory of a scene of given length."""
-    end, free = end_of(scene), scene.crank_clock.free
+    end, free, full_run = end_of(scene), scene.crank_clock.free, None
     if times is not None:
         sample_times = checked_times(times, math.inf if free else end)
     elif scene.case.save.orbits == "none":
@@ -163,6 +164,8 @@ def _simulate(scene: Scene, times: ArrayLike | None, observers: Sequence[Observe
     run = integration_of(scene, sample_times, end, observers, in_angles=in_angles, marks=marks)
     if free and times is not None and run.status == integration.OK:
         finish_samples(scene, run)
+    if full_run:
+        run.add_cost(full_run)
     trajectory = trajectory_of(scene, run, end)
     release(run)
     return trajectory
@@ -189,8 +192,8 @@ def _run_until_converged(scene: Scene, times: ArrayLike | None, observers: Seque
     The samples come from a second, bit-identical run over the saved revolutions, as their times were unknown.
     """
     settings, value_after, orbits = scene.case.simulate, scene.crank_clock.value_after, scene.case.save.orbits
-    full_scene = _with_settings(scene, revolutions=max_revolutions(settings))
-    end = value_after(full_scene.case.simulate.revolutions)
+    full_scene = scene.with_settings(revolutions=max_revolutions(settings))
+    end = end_of(full_scene)
     run = Run(
         start_of(scene, pauses(settings, value_after), marks_of(scene, max_revolutions(settings))), in_angles=True
     )
@@ -210,7 +213,7 @@ def _converged_trajectory(
 ) -> Trajectory:
     """Return the trajectory of a run that has determined its length."""
     value_after, orbits = scene.crank_clock.value_after, scene.case.save.orbits
-    final_scene = _with_settings(scene, revolutions=observer.revolutions)
+    final_scene = scene.with_settings(revolutions=observer.revolutions)
     end = value_after(observer.revolutions)
     if times is not None or orbits != "none":
         check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, observer.revolutions))
@@ -262,14 +265,14 @@ def _run_life(scene: Scene, times: ArrayLike | None, observers: Sequence[Observe
 
 def _failed_block(scene: Scene, run: Run) -> Trajectory:
     """Return the trajectory of a failed block."""
-    full_scene = _with_settings(scene, revolutions=longest_block(scene.case))
+    full_scene = scene.with_settings(revolutions=longest_block(scene.case))
     return trajectory_of(full_scene, run, scene.crank_clock.value_after(full_scene.case.simulate.revolutions))
 
 
 def _block(scene: Scene, observers: Sequence[Observer]) -> tuple[Scene, Run, RateObserver]:
     """Return a scene, the run of a block of revolutions, and its observer."""
     max_revolutions = longest_block(scene.case)
-    full_scene = _with_settings(scene, revolutions=max_revolutions)
+    full_scene = scene.with_settings(revolutions=max_revolutions)
     run, observer = Run(start_of(full_scene, NO_TIMES, marks_of(full_scene, max_revolutions))), RateObserver(scene)
     keep_events = scene.case.save.orbits != "none"
     integrate(
@@ -288,17 +291,12 @@ def _record_samples(scene: Scene, run: Run, second_run: Run, end: float, starts:
     snapshots = [start for start in starts if times.size and start["y"][independent] <= times[0]]
     if snapshots:
         restore(snapshots[-1], second_run.work)
-    run_integration(second_run, control_of(scene, end, keep_events=False), scene)
+    control = control_of(scene, end, keep_events=False)._replace(step_budget=UNLIMITED, event_budget=UNLIMITED)
+    run_integration(second_run, control, scene)
     if scene.crank_clock.free and independent == second_run.work.time and second_run.status == integration.OK:
         finish_samples(scene, second_run)
     run.status, run.record = second_run.status, second_run.record
     run.add_cost(second_run)
-
-
-def _with_settings(scene: Scene, **settings: Any) -> Scene:
-    """Return a scene with changed values in `simulate`."""
-    simulate = scene.case.simulate._replace(**settings)
-    return dataclasses.replace(scene, case=scene.case._replace(simulate=simulate))
 
 
 def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
@@ -308,7 +306,7 @@ def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
     tighter_settings = {"tolerance": 0.1 * scene.case.simulate.tolerance}
     if scene.layout.until:
         tighter_settings["revolutions"] = trajectory.summary["revolutions_run"]
-    tighter_run = _simulate(_with_settings(scene, **tighter_settings), NO_TIMES)
+    tighter_run = _simulate(scene.with_settings(**tighter_settings), NO_TIMES)
     _add_differences(trajectory.summary, tighter_run.summary)
     if tighter_run.status == "ok":
         return trajectory

@@ -69,6 +69,22 @@ def summed_of(totals: Totals) -> Summed:
     )
 
 
+class Cost(NamedTuple):
+    """Work of one or more integrations: the fields of a Window from which the work counts of a case are computed."""
+
+    counts: Counts
+    integration_time: float  # s
+
+    def plus(self, other_cost: "Cost") -> "Cost":
+        """Return the sum of two costs."""
+        return Cost(
+            Counts(self.counts.numbers + other_cost.counts.numbers), self.integration_time + other_cost.integration_time
+        )
+
+
+NO_COST = Cost(Counts.zeros(), 0.0)
+
+
 class Window(NamedTuple):
     """Results of a run after `discard`; figures are functions of a Window and a joint's index."""
 

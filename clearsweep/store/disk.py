@@ -13,7 +13,7 @@ from . import durable
 from .batch import HASH_LENGTH, hash_in_name, id_text
 from .directory import ANSWER_FILES, FINAL_FILES, RunDirectory, batch_files_in
 from .read import verify
-from .record import RECORD_FILE, check_format, read_record
+from .record import RECORD_FILE, check_format, is_finished, read_record
 
 RESULT_FILES = (*FINAL_FILES, *ANSWER_FILES, RECORD_FILE)
 
@@ -49,13 +49,13 @@ def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> d
     check_format(directory, record)
     run = RunDirectory(directory)
     with run.locked():
-        is_finished = "merged" in record
-        if batches and is_finished:
+        finished = is_finished(record)
+        if batches and finished:
             verify(directory, record)
         damage = run.load_batches(histories=False)
-        removable = unneeded_files(run, damage, batches=batches and is_finished)
+        removable = unneeded_files(run, damage, batches=batches and finished)
         counts = record.get("counts", {})
-        unused_rows = len(run.rows()) - counts.get("ok", 0) - counts.get("failed", 0) if batches and is_finished else 0
+        unused_rows = len(run.rows()) - counts.get("ok", 0) - counts.get("failed", 0) if batches and finished else 0
         for path in (path for unneeded in removable for path in unneeded.paths if not dry_run):
             durable.discard(path)
         if not dry_run:
@@ -65,7 +65,7 @@ def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> d
     sizes = disk_use(directory)
     return {
         "directory": str(directory),
-        "finished": is_finished,
+        "finished": finished,
         "dry_run": dry_run,
         "removed": [
             {"kind": unneeded.kind, "files": len(unneeded.paths), "bytes": unneeded.size} for unneeded in removable

@@ -93,6 +93,11 @@ def damaged_error(path: Path, reason: str) -> DamagedError:
     )
 
 
+def is_finished(record: dict[str, Any]) -> bool:
+    """Return whether a run has merged all its cases; one with too many failures stops before."""
+    return "merged" in record and not record.get("counts", {}).get("missing")
+
+
 def record_checksum(record: dict[str, Any]) -> str:
     """Return the checksum of run.json without the checksum itself, regardless of layout."""
     content = {key: value for key, value in record.items() if key != "checksum"}

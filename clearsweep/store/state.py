@@ -11,7 +11,7 @@ from . import disk
 from .blocks import Block, numbers_of_blocks, read_mark, verify_block
 from .directory import ANSWER_FILES, BLOCKS, DATASET, FINAL_FILES, RunDirectory
 from .read import verify
-from .record import RECORD_FILE, check_format, read_record
+from .record import RECORD_FILE, check_format, is_finished, read_record
 from .working import case_text, read_workers
 
 FINISHED, UNDER_WAY, INTERRUPTED, DAMAGED = "finished", "under way", "interrupted", "damaged"
@@ -46,7 +46,7 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
                 verify(directory, record, (name,))
         except DirectoryError as error:
             damage.append(str(error))
-    state = DAMAGED if damage else UNDER_WAY if holder else FINISHED if merged else INTERRUPTED
+    state = DAMAGED if damage else UNDER_WAY if holder else FINISHED if is_finished(record) else INTERRUPTED
     return {
         "directory": str(directory),
         "name": record.get("name"),

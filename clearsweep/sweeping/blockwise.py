@@ -133,17 +133,20 @@ class BlockRunner:
         self.finishing: dict[int, tuple[Future, Callable[[], Future]]] = {}
         self.marks: dict[int, dict[str, Any]] = {}
         self.allowed_failures: int | None = None
+        self.shared: set[int] = set()  # blocks on which other drivers may work
         self._earlier_ids = earlier.rows() if earlier and earlier.batches else None
 
-    def run(self, number: int, drop: Callable[[], np.ndarray] | None = None) -> bool:
+    def run(self, number: int, read_finished_ids: Callable[[], np.ndarray] | None = None) -> bool:
         """Run the missing cases of a block and let a worker finish it; return False if too many cases failed.
 
-        drop : as in `Pending`, if other drivers may also work on the block; their files are then kept.
+        read_finished_ids : as in `Pending`, if other drivers may also work on the block; their files are then kept.
         """
         job = self.job
         block = store.Block(job.directory, number)
         directory = block.directory(store.ResultSchema.of(job.grid).frame)
-        if drop is None:
+        if read_finished_ids:
+            self.shared.add(number)
+        else:
             durable.remove_temporaries(directory.scratch)
         durable.check_writable(directory.scratch)
         for sentence in directory.load_intact_batches():
@@ -159,7 +162,7 @@ class BlockRunner:
         if len(pending):
             title = f"block {number + 1:,} of {job.division.count:,}: "
             allowed = None if self.allowed_failures is None else max(self.allowed_failures - self.case_runner.failed, 0)
-            cases = Pending(indices[pending], ids[pending], title, drop, has_similar_times=True)
+            cases = Pending(indices[pending], ids[pending], title, read_finished_ids, has_similar_times=True)
             is_complete = self.case_runner.run_cases(job.grid, cases, allowed)
         if self.case_runner.workers is None:  # the driver has ended them
             self.case_runner.start_workers(1)
@@ -205,8 +208,9 @@ class BlockRunner:
                 continue
             self.marks[number] = self._await_mark(future, submit)
             del self.finishing[number]
-            scratch = store.Block(self.job.directory, number).path / store.SCRATCH
-            durable.remove_temporaries(scratch, remove_folder=True)
+            if number not in self.shared:
+                scratch = store.Block(self.job.directory, number).path / store.SCRATCH
+                durable.remove_temporaries(scratch, remove_folder=True)
 
     def _await_mark(self, future: Future, submit: Callable[[], Future]) -> dict[str, Any]:
         """Return the mark from a worker; a dead worker is replaced."""

@@ -89,7 +89,7 @@ class CaseRunner:
     def run_cases(self, grid: grids.Grid, pending: "Pending", allowed_failures: int | None = None) -> bool:
         """Run some cases of a grid; return False if stopped because too many cases failed.
 
-        most_failures : number of cases that may fail; default: from the options
+        allowed_failures : number of cases that may fail; default: from the options
         """
         count = len(pending.indices)
         grids.check_disk(count * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
@@ -278,8 +278,8 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
                 failures.append(_failure(task))
                 seconds += 0.0 if failures[-1] else task.result()
                 compiling.done += 1
-    except BrokenExecutor as error:
-        failures, seconds = [error], 0.0
+    except RuntimeError as error:  # of the pool, as in `Driver`; BrokenExecutor is one
+        failures, seconds = [BrokenExecutor(str(error))], 0.0
     if any(isinstance(failure, BrokenExecutor) for failure in failures):
         workers.restart()
     elif compile_failure := next(filter(None, failures), None):

@@ -320,5 +320,8 @@ def _death_cause(exitcode: int | None) -> str:
         return "unknown cause"
     if exitcode >= 0:
         return f"exit code {exitcode}"
-    name = signal.Signals(-exitcode).name
+    try:
+        name = signal.Signals(-exitcode).name
+    except ValueError:  # a real-time signal has a number only
+        name = f"signal {-exitcode}"
     return f"{name}, perhaps out of memory" if name == "SIGKILL" else name

@@ -172,12 +172,12 @@ class _Remaining(NamedTuple):
 
     requested: int  # cases that it should contain
     pending: int  # number of missing cases
-    timed: np.ndarray  # indices of a few missing cases, spread over all
+    timed: np.ndarray  # indices of a few cases, spread over the missing ones, or over unfinished blocks
     kinds: list[Case]  # one case for each kind of scene
 
 
 def _remaining(grid: Grid, directory: store.RunDirectory, shard: Shard | None, simulator: Simulator) -> _Remaining:
-    """Return the missing cases of a directory; for a grid in blocks, all cases of unfinished blocks."""
+    """Return the missing cases of a directory."""
     if blocks_of_grid := store.Division.of(grid, str(shard or "")):
         duplicates, directory_path = blockwise.duplicate_indices(grid), directory.path.absolute()
         job = blockwise.BlockJob(

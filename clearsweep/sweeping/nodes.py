@@ -113,14 +113,16 @@ class NodesDriver:
         """Run and finish all blocks; return False if stopped because too many cases failed."""
         stop = node.stop_file(self.job, self.token)
         try:
+            numbers, _marks = unfinished_blocks(self.job)
+            allowed = allowed_failures(self.job, numbers)
             for _ in range(MAX_ROUNDS):
-                numbers, _marks = unfinished_blocks(self.job)
                 if not numbers or not self.complete:
                     break
-                self._run_round(deque(numbers))
+                self._run_round(deque(numbers), allowed)
                 self._flush()
+                numbers, _marks = unfinished_blocks(self.job)
             else:
-                if self.complete and unfinished_blocks(self.job)[0]:
+                if self.complete and numbers:
                     raise SchedulerLostError(
                         "scheduler: its nodes die before they finish a block; run the same command again to continue"
                     )
@@ -133,8 +135,8 @@ class NodesDriver:
             self._close_nodes()
         return self.complete
 
-    def _run_round(self, queue: "deque[int]") -> None:
-        allowed = allowed_failures(self.job, list(queue))
+    def _run_round(self, queue: "deque[int]", allowed: int | None) -> None:
+        """Run the blocks in `queue`; `allowed` : number of cases that may fail in all rounds."""
         with signals.patience():
             while queue or self.tasks:
                 if signals.requested():

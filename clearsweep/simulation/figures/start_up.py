@@ -6,6 +6,12 @@ from ...contracts.catalogue import Entry, Figure
 from ..window import Window
 
 
+def start_up_time(window: Window, _: int) -> float | None:
+    """Return the start-up time (s) of a free crank, or None if it did not start."""
+    time = float(window.totals.mechanism.target_time)
+    return time if math.isfinite(time) else None
+
+
 def min_speed_after_start(window: Window, _: int) -> float | None:
     """Return the least speed (rad/s) of a free crank after its start-up time, or None if it did not start."""
     speed = float(window.totals.mechanism.min_speed_after_target)
@@ -15,16 +21,17 @@ def min_speed_after_start(window: Window, _: int) -> float | None:
 def max_force_to_start(window: Window, index: int) -> float | None:
     """Return the largest normal force (N) in a joint until the start-up time, or None if this is not in the window."""
     mechanism_totals = window.totals.mechanism
-    has_started = mechanism_totals.target_time > mechanism_totals.window_start
-    return float(window.totals.joint[index].force_max_to_target) if has_started else None
+    is_in_window = mechanism_totals.window_start < mechanism_totals.target_time < math.inf
+    return float(window.totals.joint[index].force_max_to_target) if is_in_window else None
 
 
 START_UP_TIME = Figure(
     "start_up_time",
     "s",
-    "time until a free crank first reaches 95 % of its motor's no-load speed; null: not reached, or no such speed",
+    "time until a free crank first reaches 95 % of its motor's no-load speed; 0: it starts faster; null: not reached, "
+    "or no such speed",
     needs=("free",),
-    value=lambda window, _: window.totals.mechanism.target_time or None,
+    value=start_up_time,
     differs=False,
     tables=(Entry("output", "start-up time", 6),),
 )

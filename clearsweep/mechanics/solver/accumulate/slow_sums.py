@@ -188,7 +188,7 @@ def record_target_speed(pointer):
     """Record when (s) a free crank first reaches its target speed, and the largest forces (N) up to this step."""
     work = pointer[0]
     mechanism, index = work.totals.mechanism, work.independent + work.time // 2
-    if mechanism.target_time == 0.0 and work.y[index] < mechanism.target_speed <= work.end[index]:
+    if mechanism.target_time == math.inf and work.y[index] < mechanism.target_speed <= work.end[index]:
         dense_state(fraction_at(pointer, index, mechanism.target_speed), work.y, work.f, work.z)
         mechanism.target_time = work.z[work.time]
         for j in range(work.mode.size):
@@ -220,7 +220,7 @@ def add_crank_speed(pointer, h):
                 value = start_value + u * (start_slope + u * (linear_term + u * curvature))
                 low, high = min(low, value), max(high, value)
     mechanism.speed_min, mechanism.speed_max = min(mechanism.speed_min, low), max(mechanism.speed_max, high)
-    if mechanism.target_time != 0.0:
+    if mechanism.target_time < math.inf:
         mechanism.min_speed_after_target = min(mechanism.min_speed_after_target, low)
 
 

@@ -42,7 +42,7 @@ class MechanismTotals(Fields):
     kinetic_max: float  # J, its largest value
     residual: float  # J, largest imbalance of these
     target_speed: float  # rad/s, of a free crank; 0: none
-    target_time: float  # s, at which the crank first reaches this speed; 0: not yet
+    target_time: float  # s, at which the crank first reaches this speed; inf: not yet
     acceleration_square: float  # integral of the square of the output's acceleration over time
     acceleration_max: float
     torque_max: float  # N m
