@@ -238,7 +238,7 @@ def check_identify(reader: Reader, root: WrittenValue, layout: Layout) -> Identi
             f"found {saved_revolutions:g}; `identify` needs at least {MIN_REVOLUTIONS} revolutions that a case saves"
         )
         reader.problems.add(reader.position_of("save.revolutions"), "save.revolutions", message)
-    for file in dict.fromkeys(signal.file for signal in signals):
+    for file in dict.fromkeys(signal.file for signal in signals if signal.unit):
         file_signals = [signal for signal in signals if signal.file == file and signal.unit]
         try:
             for _ in angular_signals(file, file_signals, crank_rate(reader)):

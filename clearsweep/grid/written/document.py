@@ -86,6 +86,8 @@ class Problems:
 #: Part of a problem in the words of YAML -> what a reader of the grid can see of it.
 _EXPLANATIONS = {
     "character '\\t'": "a tab in the indentation; indent with spaces",
+    "but got '<scalar>'": "text after a value; inside {} or [] put a comma between values, and write an expression "
+    "with a comma in quotes",
     "expected <block end>, but found '<block": "this line is indented differently from the lines above it",
 }
 
