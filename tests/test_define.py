@@ -116,8 +116,7 @@ WRONG = {
     "shadows a column": ("r: = d / 2", "r: = d / 2, steps: 2", "define.steps: is the name of a column"),
     "no identifier": ("play: 0.5 mm", "play: 0.5 mm, a-b: 2", "define.a-b: is not a valid name"),
     "a cut comma": ("clearance: = play", "clearance: = min(play", "write an expression with a comma in quotes"),
-    "a comma and quotes": ("define:", "more: {r: = max(d, '1 mm')}
-define:", "an expression with a comma in quotes"),
+    "a comma and quotes": ("define:", "more: {r: = max(d, '1 mm')}\\ndefine:", "an expression with a comma in quotes"),
     "by zero": ("clearance: = play", "clearance: = play / (1 - 1)", "found 'play / (1 - 1)', which divides by zero"),
     "a bare quantity": (
         "clearance: = play",

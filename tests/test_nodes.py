@@ -60,8 +60,8 @@ class Answered:
 
 def test_a_share_of_failures_is_of_all_cases_in_every_round(tmp_path, monkeypatch):
     """4 % fail where 5 % may, and a node died before it finished its block."""
-    rounds = iter([list(range(10)), [9], []])
-    monkeypatch.setattr(nodes, "unfinished_blocks", lambda job: (next(rounds), {}))
+    requested = iter([list(range(10)), [9], []])
+    monkeypatch.setattr(nodes, "unfinished_blocks", lambda job: (next(requested), {}))
     (tmp_path / store.SCRATCH).mkdir()
     made = SimpleNamespace(layout=SimpleNamespace(life=False))
     options = case_runner.Options(max_failures="5%")

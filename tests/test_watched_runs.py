@@ -115,7 +115,7 @@ def test_reported_times_of_ones_own_may_begin_anywhere():
 
 @pytest.mark.parametrize("save", [{"save.orbits": "none"}, {"save.orbits": "all", "save.samples": 36}])
 def test_saved_histories_use_up_no_budget(save):
-    """A budget holds for the longest run; the samples are written in a second one."""
+    """A budget is that of the longest run; the samples are written in a second one."""
     free = run(REGULAR, until(relative=1e-9), save).summary
     budget = math.ceil(1.2 * (free["steps"] + free["steps_rejected"]) / 60)
     assert budget * free["revolutions_run"] < 0.5 * free["steps"]
