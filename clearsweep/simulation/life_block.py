@@ -15,6 +15,7 @@ from ..mechanics.mechanism.contract import body_angles
 from ..mechanics.solver.integration import Work
 from .batch_means import Blocks, Interval
 from .observed_run import Snapshot, snapshot_of
+from .revolutions import with_whole_revolutions
 from .run import Run
 from .scene import Scene
 from .sums import half_width
@@ -122,8 +123,7 @@ def wear_rate_column(joint: str) -> str:
 def longest_block(case: Case) -> float:
     """Return the largest number of revolutions of a block: `discard` plus whole ones."""
     assert case.life is not None
-    discard = case.simulate.discard
-    return discard + math.floor(case.life.max_revolutions - discard + 1e-9)
+    return with_whole_revolutions(case.simulate.discard, case.life.max_revolutions)
 
 
 def block_record_of(scene: Scene, run: Run, observer: RateObserver, process_time: float) -> BlockRecord:

@@ -62,7 +62,7 @@ class Mean(NamedTuple):
         return _mean(times, sums)
 
 
-class FrictionMean(NamedTuple):
+class FrictionMean(Mean):
     """The mean power of friction in a joint without clearance."""
 
     def take(self, totals: Totals | Summed, index: int | None) -> Any:
@@ -70,18 +70,10 @@ class FrictionMean(NamedTuple):
         assert index is not None
         return totals.friction[index]
 
-    def value(self, window: Window, index: int | None) -> Any:
-        """Return the mean power."""
-        return self.take(window.totals, index) / window.duration
-
-    def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
-        """Return the mean and its half-width."""
-        return _mean(times, sums)
-
 
 def figure_of_joint(figure: Figure, layout: Layout, joint: str) -> Figure:
     """Return a figure for a joint; for a joint without clearance, the friction power is that of the friction loads."""
-    return figure._replace(sums=FrictionMean()) if joint in layout.rubbing else figure
+    return figure._replace(sums=FrictionMean("friction")) if joint in layout.rubbing else figure
 
 
 class Ratio(NamedTuple):

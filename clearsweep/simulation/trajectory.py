@@ -361,14 +361,3 @@ def sampling_times(scene: Scene) -> np.ndarray:
     sample_numbers = np.arange(first_sample, math.floor(revolutions * save.samples + 1e-9) + 1)
     times, end = crank_clock.values_after(sample_numbers / save.samples), crank_clock.value_after(revolutions)
     return np.minimum(times, end)  # type: ignore[no-any-return]
-
-
-def work_counts(scene: Scene) -> dict[str, int]:
-    """Return the work counts of a slider-crank: steps, rejected steps, evaluations, evaluations for events."""
-    counts = integration_of(scene, NO_TIMES, scene.crank_clock.value_after(scene.case.simulate.revolutions)).work.counts
-    return {
-        "steps": int(counts.steps),
-        "steps_rejected": int(counts.rejected),
-        "rhs_evaluations": int(counts.evaluations),
-        "rhs_evaluations_locating": int(counts.locating),
-    }

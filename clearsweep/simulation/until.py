@@ -11,7 +11,7 @@ from ..contracts.case import Simulate
 from ..mechanics.solver.integration import Work
 from .batch_means import Blocks, Interval
 from .observed_run import Snapshot, pause_at, snapshot_of
-from .revolutions import period_of
+from .revolutions import period_of, with_whole_revolutions
 from .scene import Scene
 
 
@@ -74,8 +74,7 @@ def _journal_channels(scene: Scene) -> tuple[list[int], np.ndarray]:
 
 def max_revolutions(settings: Simulate) -> float:
     """Return the largest number of revolutions that `until` allows: `discard` plus whole ones."""
-    discard = settings.discard
-    return discard + math.floor(until_of(settings).max_revolutions - discard + 1e-9)
+    return with_whole_revolutions(settings.discard, until_of(settings).max_revolutions)
 
 
 def until_of(settings: Simulate) -> case.Until:

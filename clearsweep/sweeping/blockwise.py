@@ -16,11 +16,20 @@ from ..language import phases
 from ..language.errors import ClearsweepError, error_line
 from ..store import durable
 from . import progress, signals
-from .case_runner import CaseRunner, Options, Pending, failure_limit, is_common, missing_indices
+from .case_runner import (
+    CaseRunner,
+    Options,
+    Pending,
+    failure_limit,
+    is_common,
+    missing_indices,
+    peak_column,
+    peak_or_none,
+)
 from .driver import CHECK_INTERVAL, MAX_RESTARTS
 from .run_facts import RunFacts
 from .shard import Shard
-from .worker import RunContext, Simulator
+from .worker import RunContext, Simulator, find_peak
 
 
 class BlockJob(NamedTuple):
@@ -71,20 +80,11 @@ def finish_block(
     )
 
     def compute_peak_revolutions(worst: Sequence[store.Worst]) -> list[Peak | None]:
-        peaks: list[Peak | None] = []
-        for case_entry in worst:
-            case = context.grid.case_at(case_entry.point)
-            column = f"{layout.joints[case_entry.joint].name}_force_peak"
-            try:
-                peak = context.simulator.peak(
-                    case, case_entry.joint, case_entry.revolutions or case.simulate.revolutions
-                )
-            except Exception:  # left out, as in a run without blocks
-                peaks.append(None)
-                continue
-            is_same_peak = peak.path.status == "ok" and peak.path.summary[column] == case_entry.peak
-            peaks.append(peak if is_same_peak else None)
-        return peaks
+        grid = context.grid
+        return [
+            peak_or_none(case, find_peak(context.simulator, grid.case_at(case.point), peak_column(grid, case), case))
+            for case in worst
+        ]
 
     return store.finish_block(
         block, division, result_schema, requested, RunFacts(record, layout), compute_peak_revolutions

@@ -140,31 +140,20 @@ class CaseRunner:
 
     def peaks(self, grid: grids.Grid, worst_cases: Sequence[store.Worst]) -> list[Peak | None]:
         """Return the peak revolution of each finished case, or None for a case whose peak is not found again."""
-        cases = [grid.case_at(case.point) for case in worst_cases]
-        workers = self.workers or self.start_workers(len(cases))
+        workers = self.workers or self.start_workers(len(worst_cases))
         results: list[Peak | None] = []
         tasks = [
-            _submit_peak(
-                workers, self.simulator, case, worst_case.joint, worst_case.revolutions or case.simulate.revolutions
-            )
-            for case, worst_case in zip(cases, worst_cases, strict=True)
+            _submit_peak(workers, self.simulator, grid.case_at(case.point), peak_column(grid, case), case)
+            for case in worst_cases
         ]
         for done, (task, worst_case) in enumerate(zip(tasks, worst_cases, strict=True)):
             if saving := phases.innermost_phase():
                 saving.note(share=done / len(worst_cases))
-            column = f"{grid.layout.joints[worst_case.joint].name}_force_peak"
             try:
                 peak = _await_result(task)
             except Exception as error:
-                reason, peak = error_line(error), None
-            else:
-                is_same_peak = peak.path.status == "ok" and peak.path.summary[column] == worst_case.peak
-                reason, peak = "its motion differs on this machine", peak if is_same_peak else None
-            if peak is None:
-                progress.print_line(
-                    f"case {worst_case.case_id}: the revolution of its largest peak is left out ({reason})"
-                )
-            results.append(peak)
+                peak = error_line(error)
+            results.append(peak_or_none(worst_case, peak))
         return results
 
     def _compiled_workers(self, scene_cases: list[Case], pending: int) -> executors.Executor:
@@ -184,6 +173,19 @@ class CaseRunner:
             worker_count, self.options.scheduler, self.simulator.load
         )
         return self.workers
+
+
+def peak_column(grid: grids.Grid, worst_case: store.Worst) -> str:
+    """Return the column of the summary with the largest normal force of a case."""
+    return f"{grid.layout.joints[worst_case.joint].name}_force_peak"
+
+
+def peak_or_none(worst_case: store.Worst, result: Peak | str) -> Peak | None:
+    """Return the result of `find_peak`, or None and print why there is none."""
+    if not isinstance(result, str):
+        return result
+    progress.print_line(f"case {worst_case.case_id}: the revolution of its largest peak is left out ({result})")
+    return None
 
 
 def _submit_peak(workers: executors.Executor, *arguments: Any) -> Future:

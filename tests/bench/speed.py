@@ -18,7 +18,9 @@ from importlib.metadata import version
 import numpy as np
 import speed_page
 
-from clearsweep.simulation.trajectory import work_counts
+from clearsweep.simulation.run import integration_of
+from clearsweep.simulation.scene import Scene
+from clearsweep.simulation.start import NO_TIMES
 from clearsweep.verify import accuracy
 from clearsweep.verify.accuracy import FLAGSHIP, HEADLINE_TOLERANCE, Method
 from clearsweep.verify.problems import all_problems, scene_of
@@ -65,6 +67,17 @@ def methods() -> tuple[list[Method], dict[str, str]]:
 
             result.append(Method(rival, "tolerance", DECADES, taylor.solve, taylor.repeat))
     return result, missing
+
+
+def work_counts(scene: Scene) -> dict[str, int]:
+    """Return the work counts of a scene's run, those of its events apart."""
+    counts = integration_of(scene, NO_TIMES, scene.crank_clock.value_after(scene.case.simulate.revolutions)).work.counts
+    return {
+        "steps": int(counts.steps),
+        "steps_rejected": int(counts.rejected),
+        "rhs_evaluations": int(counts.evaluations),
+        "rhs_evaluations_locating": int(counts.locating),
+    }
 
 
 def measure(repetitions: int, note) -> dict:
