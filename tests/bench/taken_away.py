@@ -66,8 +66,8 @@ def table() -> list[str]:
     runs = {(features, count): cases_of(grid_without(features, count)) for features in VARIANTS for count in COUNTS}
     for cases in runs.values():
         simulation.solve(cases[0])  # compiles
-    rounds = [{key: spent(cases) for key, cases in runs.items()} for _ in range(ROUNDS)]
-    least = {key: np.min([took[key] for took in rounds], axis=0).mean() for key in runs}
+    timings = [{key: spent(cases) for key, cases in runs.items()} for _ in range(ROUNDS)]
+    least = {key: np.min([timing[key] for timing in timings], axis=0).mean() for key in runs}
     for features in VARIANTS:
         times = [1e3 * least[features, count] for count in COUNTS]
         shares = ", ".join(f"{least[features, count] / least[(), count]:.2f}" for count in COUNTS)
