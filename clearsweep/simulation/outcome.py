@@ -49,7 +49,7 @@ _STATUS = {
     ),
     integration.TIME_LIMIT: (
         "time-limit",
-        "reached simulate.time_limit at {time:.6g} s{of_total}; increase it",
+        "reached the time limit at {time:.6g} s{of_total}; increase simulate.time_limit",
     ),
     integration.STALLED: (
         "stalled",
