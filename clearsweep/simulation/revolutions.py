@@ -16,6 +16,7 @@ from .spread import Spread, quantiles
 from .window import force_contact_slices
 
 LONGEST_PERIOD, MIN_REPEATS = 16, 3  # most revolutions of a period; how often it must be repeated
+LAST_RETURNS = LONGEST_PERIOD * (MIN_REPEATS + 1)  # revolutions from which a period is found
 RETURN_TOLERANCE = 1e-3  # clearances, and clearances times crank speed: tolerance of a periodic motion
 MARK_TOLERANCE = 1e-9  # revolutions: closer marks are merged
 
@@ -133,7 +134,7 @@ def peaks_of(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
 
 def period_of_window(scene: Scene, marks: Marks, revolutions: Any) -> int | None:
     """Return the period of the window's motion in revolutions, or None if it is not periodic."""
-    rows = marks_reached(marks.window, revolutions)[-LONGEST_PERIOD * (MIN_REPEATS + 1) :]
+    rows = marks_reached(marks.window, revolutions)[-LAST_RETURNS:]
     if len(rows) <= MIN_REPEATS:
         return None
     units, coordinate_count = state_units(scene), len(scene.value.coordinates)
@@ -146,7 +147,7 @@ def period_of(returns: np.ndarray, angle_period: np.ndarray | None = None) -> in
 
     angle_period : period of the angles in the first columns: multiples of it count as no difference.
     """
-    rows = returns.tolist()  # nearly every motion differs in the first numbers; floats are faster then
+    rows = returns[-LAST_RETURNS:].tolist()  # nearly every motion differs in the first numbers; floats are faster then
     angle_periods = [] if angle_period is None else angle_period.tolist()
     for period in range(1, min(LONGEST_PERIOD, len(rows) // (MIN_REPEATS + 1)) + 1):
         repeats = zip(rows[-MIN_REPEATS * period :], rows[-(MIN_REPEATS + 1) * period : -period], strict=True)
