@@ -197,8 +197,11 @@ def multiplied(machine, opened, q, rates, force, crank):
 
     force : (3 bodies,) N and N m about the centres of mass; crank : angular acceleration of the crank, rad/s^2.
     """
-    closure = Closure(machine)
-    jacobian, lacking = closure.evaluate(q[None], np.zeros(1))[1], closure.curvature(q[None], rates[None])
+    closure, step = Closure(machine), 1e-3 / np.max(np.abs(rates[2::3]))
+    jacobian = closure.evaluate(q[None], np.zeros(1))[1]
+    ahead, behind = (closure.evaluate(q + side * step * np.outer((1.0, 2.0), rates), np.zeros(2))[1] for side in (1, -1))
+    near, far = (ahead - behind) @ rates
+    lacking = ((8.0 * near - far) / (12.0 * step))[None]  # the change of the derivatives along the motion
     kept = [2 * j + k for j, joint in enumerate(machine.joints) if joint.name not in opened for k in (0, 1)]
     if crank is not None:
         kept.append(closure.rows - 1)

@@ -16,8 +16,7 @@ from ..grid import check_memory, history_bytes
 from ..judging.validity import ERROR_CHECK_FAILED, UNBALANCED, film_temperature_remark, join_remarks
 from ..language import phases
 from ..language.errors import InputError, quoted
-from ..mechanics.compiled.family import empty_entries
-from ..mechanics.observe.histogram import compile_force_quantiles
+from ..mechanics.compiled.family import Routine, empty_entries
 from ..mechanics.solver import integration, loop
 from ..mechanics.solver.accumulate.within_step import Record
 from .extrapolation import extrapolate_life
@@ -339,7 +338,8 @@ def compile_loop(case: Case) -> None:
     with empty_entries():
         run = Run(start_of(scene, NO_TIMES))
     loop.compile_for(run.pinned)
-    compile_force_quantiles()
+    for routine in Routine.ALL:
+        routine.compile()
 
 
 def checked_times(times: ArrayLike, end: float) -> np.ndarray:

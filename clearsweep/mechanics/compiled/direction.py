@@ -5,9 +5,11 @@ There is no table: eight angles in vector lanes would look up their entries one 
 
 import math
 
+import numpy as np
+
 from ..trace.coefficients import COSINE, SINE
-from .choosing import bits_of, where
-from .family import inlined
+from .choosing import bits_of, rolled_range, where
+from .family import Routine, inlined, shaped
 
 # A quarter turn in two parts, the first of so few digits that its multiples up to MAX_EXACT_ANGLE are exact (Cody and
 # Waite).
@@ -34,3 +36,21 @@ def direction(angle):
     is_swapped = shifted_bits & 1 == 1
     c, s = where(is_swapped, sine, cosine), where(is_swapped, cosine, sine)
     return where((shifted_bits + 1) & 2 == 2, -c, c), where(shifted_bits & 2 == 2, -s, s)
+
+
+def _directions(angles, cosines, sines, count):
+    angles, cosines, sines = shaped(angles, (count,)), shaped(cosines, (count,)), shaped(sines, (count,))
+    for k in rolled_range(count):
+        cosines[k], sines[k] = direction(angles[k])
+
+
+_write_directions = Routine(_directions, "fff")
+
+
+def directions(angles):
+    """Return cosines and sines of an array of angles (rad), the same bits as in compiled code."""
+    angles = np.require(angles, float, "CW")
+    cosines, sines = np.empty_like(angles), np.empty_like(angles)
+    if angles.size:
+        _write_directions((angles.reshape(-1), cosines.reshape(-1), sines.reshape(-1)), angles.size)
+    return cosines, sines

@@ -8,10 +8,11 @@ address of the scene's parameters.  A further law therefore only compiles its ow
 
 import contextlib
 import contextvars
+import ctypes
 import functools
 import itertools
 from collections.abc import Iterator
-from typing import NamedTuple
+from typing import ClassVar, NamedTuple
 
 import numpy as np
 
@@ -281,6 +282,30 @@ def invoke_each(code, parameters, arrays, integer):
 @register_emitter(invoke)
 def _emit_call(code, parameters, arrays, integer):
     call_at(code, parameters, arrays.as_named_tuple() if hasattr(arrays, "as_named_tuple") else arrays, integer)
+
+
+class Routine:
+    """Compiled code of arrays alone, without a scene: the same for all cases, and part of the package."""
+
+    ALL: ClassVar[list["Routine"]] = []
+
+    def __init__(self, function, items):
+        """Declare `function(*arrays, integer)`; items : a letter per array, 'f' for float64, 'i' for int64."""
+        self.function, self.items, self._code = function, items, None
+        self.ALL.append(self)
+
+    def compile(self):
+        """Return the machine code, or None if it was not compiled for this machine."""
+        self._code = self._code or objects.compiled_routine(self.function, self.items)
+        return self._code
+
+    def __call__(self, arrays, integer):
+        """Run it with contiguous, writable arrays of numpy or ctypes."""
+        if is_plain():
+            self.function(*arrays, integer)
+            return
+        addresses = [ctypes.addressof(ctypes.c_char.from_buffer(array)) for array in arrays]
+        objects.function_at(self.compile().address, len(arrays))(0, *addresses, integer)
 
 
 def pointer_to(value):

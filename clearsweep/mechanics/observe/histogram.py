@@ -6,9 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ..compiled.choosing import bits_of, lane_range, number_of, rolled_range, where
-from ..compiled.family import inlined, kernel, kinds, shaped
-from ..compiled.plain import is_plain
-from ..trace import objects
+from ..compiled.family import Routine, inlined, kernel, shaped
 from .stages import NODE_FRACTIONS, NODES
 
 # Histogram of the normal force over time: approximately logarithmic bins from the bits of the
@@ -140,16 +138,7 @@ def _force_quantile(histogram, j, highest, time_exceeded):
     return force
 
 
-class _NoParameters(NamedTuple):
-    """Scene for functions without parameters."""
-
-    unused: float = 0.0
-
-
-_NO_PARAMETERS = _NoParameters()
-
-
-def _force_quantiles_entry(scene, histogram, highest, duration, forces, count):
+def _force_quantiles(histogram, highest, duration, forces, count):
     """Write the force that each of `count` histograms exceeds to `forces`; arrays are bare pointers."""
     histogram, duration = shaped(histogram, (count, BINS, 2)), shaped(duration, (1,))[0]
     highest, forces = shaped(highest, (count,)), shaped(forces, (count,))
@@ -157,17 +146,7 @@ def _force_quantiles_entry(scene, histogram, highest, duration, forces, count):
         forces[j] = _force_quantile(histogram, j, highest[j], duration)
 
 
-_CODE: list[objects.Code] = []  # of `_force_quantiles_entry`
-
-
-def compile_force_quantiles() -> objects.Code | None:
-    """Return the machine code that `force_quantiles` calls, or None if it was not compiled for this machine."""
-    if not _CODE:
-        code = objects.compiled_code(_force_quantiles_entry, _NO_PARAMETERS, kinds(_NO_PARAMETERS), "fiff")
-        if code is None:
-            return None
-        _CODE.append(code)
-    return _CODE[0]
+_write_force_quantiles = Routine(_force_quantiles, "fiff")
 
 
 def force_quantiles(histograms: np.ndarray, highest: list[int], time_exceeded: float) -> list[float]:
@@ -177,12 +156,8 @@ def force_quantiles(histograms: np.ndarray, highest: list[int], time_exceeded: f
     """
     count = len(highest)
     forces = (ctypes.c_double * count)()
-    arrays = (ctypes.c_int64 * count)(*highest), (ctypes.c_double * 1)(time_exceeded), forces
-    if is_plain():
-        _force_quantiles_entry((_NO_PARAMETERS,), histograms, *arrays, count)
-    else:
-        addresses = map(ctypes.addressof, (ctypes.c_double.from_buffer(histograms), *arrays))
-        objects.function_at(compile_force_quantiles().address, 4)(0, *addresses, count)
+    highest_bins, duration = (ctypes.c_int64 * count)(*highest), (ctypes.c_double * 1)(time_exceeded)
+    _write_force_quantiles((histograms, highest_bins, duration, forces), count)
     return list(forces)
 
 

@@ -174,6 +174,15 @@ def compiled_code_at(function: Callable, cache_key: str) -> Code | None:
     return load_or_compile(function, cache_key, lambda: _trace_body(body, ""))
 
 
+def compiled_routine(function: Callable, items: str) -> Code | None:
+    """Return the machine code of `function(*arrays, integer)`, which starts with an unused address; see `trace_module`."""
+
+    def body(_: Pointer, *arguments: Any) -> None:
+        run(function, *arguments)
+
+    return load_or_compile(function, items, lambda: _trace_body(body, items))
+
+
 def load_or_compile(function: Callable, description: str, module: Callable[[], ir.Module]) -> Code | None:
     """Return the machine code of a module of a function, or of its stored object, or None if it is not available."""
     description = f"{function.__module__}.{function.__qualname__} {description} {level()}"

@@ -194,7 +194,7 @@ def _initial_state(ideal_machine: IdealMachine, state: list[Coordinate], offsets
     if not np.all(np.isfinite(displaced_state.q)):
         raise ClosureError("its joints cannot have the specified initial distances", _moving_names(machine)[0], angle)
     values = [ideal_machine.coordinate(coordinate, displaced_state) for coordinate in state]
-    coordinates, rates = [float(value) for value, _ in values], [speed * float(slope) for _, slope in values]
+    coordinates, rates = [float(value[0]) for value, _ in values], [speed * float(slope[0]) for _, slope in values]
     for i, coordinate in enumerate(state):
         initial = (
             None if coordinate.kind == TRAVEL else machine.bodies[_moving_names(machine)[coordinate.owner - 1]].initial

@@ -6,24 +6,23 @@ and the forces in the joints are the multipliers of the constraints (Haug 1989, 
 Dynamics", chapters 3 and 6).  Derivatives are with respect to the crank's angle; speeds are applied afterwards.
 """
 
-import copy
-import functools
 import math
 from collections.abc import Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ....contracts.machine import GROUND, BodyPoint, Guide, Machine, Slot, Stretch
-from .constraints import Arm, Extended, PointMotion, Position, assembled, rows_of
-from .machine_states import MachineStates, interpolate
+from ...compiled.direction import directions
+from . import constraints
+from .constraints import Constraint
+from .machine_states import Inverses, MachineStates, interpolate
 
 STATIONS = 720  # of a revolution, at which the machine is closed
 FIRST_STATIONS = 24  # of them, closed in sequence; interpolation between these gives guesses for the others
 FINEST_STEP = 4**6  # most parts into which an interval between stations is divided
 LARGEST_JUMP = 0.1  # rad, by which an angle may differ from the parabola through the last station
 NEAR_SINGULAR = 1e-7  # least singular value of the constraints over the largest, lengths measured by the machine's size
-QUADRATIC_STEP = 1e-9  # of the machine's size, by which the last step of Newton's method moves
 ATTEMPTS = 40
 _SINGULAR = "it is in a singular position, in which it has more than one degree of freedom"
 
@@ -40,6 +39,17 @@ class MobilityError(ValueError):
     """The machine does not have exactly one degree of freedom, that of its drive."""
 
 
+class PointMotion(NamedTuple):
+    """A point of a body, each field a number or (N,)."""
+
+    x: Any  # m
+    y: Any
+    lever_x: Any  # derivative by the body's angle
+    lever_y: Any
+    dx: Any  # derivative by the crank's angle
+    dy: Any
+
+
 class Closure:
     """The constraints of a machine, without clearance and with springs at rest except for `offsets`.
 
@@ -47,7 +57,7 @@ class Closure:
     """
 
     def __init__(self, machine: Machine, offsets: Mapping | None = None):
-        self.machine, self.offsets = machine, offsets or {}
+        self.machine = machine
         self.names = [name for name in machine.bodies if name != GROUND]
         self.index = {name: i for i, name in enumerate(self.names)}
         self.size = math.fsum(extent(body) for body in machine.bodies.values()) or 1.0  # m
@@ -55,58 +65,69 @@ class Closure:
         row_ends = np.cumsum([1 if isinstance(joint, Slot) else 2 for joint in machine.joints])
         self.first_rows = np.concatenate([[0], row_ends])  # row of each joint, and of what comes behind them
         self.springs = [joint for joint in machine.joints if isinstance(joint, Stretch)]  # springs at rest
-        self.rows = int(self.first_rows[-1]) + 1 + len(self.springs)
-        self.constraints = [
-            constraint
-            for row, joint in zip(self.first_rows.tolist(), machine.joints, strict=False)
-            for constraint in rows_of(joint, row, self._arm)
-        ]
-        self.constraints += [
-            Extended(row, spring.name, self._arm(spring.proximal), self._arm(spring.distal), spring.axis)
-            for row, spring in enumerate(self.springs, int(self.first_rows[-1]))
-        ]
+        rows, offsets = [], offsets or {}
+        for joint in machine.joints:
+            rows += self._rows_of(joint, offsets.get(joint.name, (0.0, 0.0)))
+        for spring in self.springs:
+            rows.append(self._row(spring, _along(spring.axis), turns=1.0, offset=offsets.get(spring.name, 0.0)))
+        crank = [0.0, 0.0, 0.0, 1.0 + self.crank, 0.0, 0.0]
+        self.constraints = np.array([*rows, [*crank, *_AN_ANGLE, 0.0, 0.0]])
+        self.rows = len(self.constraints)
         if self.rows != 3 * len(self.names):
             freedoms = 3 * len(self.names) - self.rows + 1
             raise MobilityError(
                 f"without clearance it has {freedoms} degrees of freedom (3 per moving body, minus 2 per joint); "
                 "the drive needs exactly 1"
             )
+        self._settings = np.array([self.size, float(self.rows)])
 
-    def displaced(self, offsets: Mapping) -> "Closure":
-        """Return the constraints with other `offsets`."""
-        closure = copy.copy(self)
-        closure.offsets = offsets
-        return closure
+    def _rows_of(self, joint: Any, offset: Any) -> list[list[float]]:
+        """Return the constraints of a joint, each as the numbers of a Constraint."""
+        if isinstance(joint, Guide | Stretch | Slot):
+            c, s = _along(joint.axis)
+            across = self._row(joint, (-s, c), turns=1.0)
+            return [across] if isinstance(joint, Slot) else [self._row(joint, _AN_ANGLE), across]
+        return [self._row(joint, axis, offset=offset[i]) for i, axis in enumerate(((1.0, 0.0), (0.0, 1.0)))]
 
-    def _arm(self, endpoint: BodyPoint) -> Arm:
+    def _row(self, joint: Any, along: tuple[float, float], turns: float = 0.0, offset: float = 0.0) -> list[float]:
+        """Return the numbers of a Constraint."""
+        ends = [(float(self._number(end.body)), *self._arm(end)) for end in (joint.proximal, joint.distal)]
+        return [*ends[0], *ends[1], *along, turns, offset]
+
+    def _number(self, body: str) -> int:
+        """Return the number of a body, 0 for the ground."""
+        return 0 if body == GROUND else 1 + self.index[body]
+
+    def _arm(self, endpoint: BodyPoint) -> tuple[float, float]:
+        """Return the position (m) of a point in the frame of its body, from the centre of mass."""
         x, y = self.machine.bodies[endpoint.body].points[endpoint.point]
-        if endpoint.body == GROUND:
-            return Arm(-1, x, y)
-        center = self.machine.bodies[endpoint.body].center
-        return Arm(3 * self.index[endpoint.body], x - center[0], y - center[1])
+        center = (0.0, 0.0) if endpoint.body == GROUND else self.machine.bodies[endpoint.body].center
+        return float(x - center[0]), float(y - center[1])
 
     def point_motion(self, endpoint: BodyPoint, q: np.ndarray, q_rates: np.ndarray) -> PointMotion:
-        """Return a point of a body; q, q_rates : (3 bodies,) or (N, 3 bodies)."""
-        return Position(q, q_rates).point(self._arm(endpoint))
+        """Return a point of a body; q, q_rates : (..., 3 bodies)."""
+        x, y = self._arm(endpoint)
+        if endpoint.body == GROUND:
+            return PointMotion(x, y, 0.0, 0.0, 0.0, 0.0)
+        i = 3 * self.index[endpoint.body]
+        c, s = directions(q[..., i + 2])
+        arm_x, arm_y, rate = c * x - s * y, s * x + c * y, q_rates[..., i + 2]
+        return PointMotion(
+            q[..., i] + arm_x,
+            q[..., i + 1] + arm_y,
+            -arm_y,
+            arm_x,
+            q_rates[..., i] - rate * arm_y,
+            q_rates[..., i + 1] + rate * arm_x,
+        )
 
-    def evaluate(self, q, angles):
-        """Return constraints (..., rows) and their derivatives (..., rows, 3 bodies).
-
-        q : (3 bodies,) or (N, 3 bodies); angles : of the crank, rad, a number or (N,)
-        """
-        position, values, jacobian = Position(q), [0.0] * self.rows, [[0.0] * q.shape[-1] for _ in range(self.rows)]
-        for constraint in self.constraints:
-            constraint.put(position, self.offsets, values, jacobian)
-        values[-1], jacobian[-1][3 * self.crank + 2] = position.q[3 * self.crank + 2] - angles, 1.0
-        derivatives = assembled([item for row in jacobian for item in row], q)
-        return assembled(values, q), derivatives.reshape(*q.shape[:-1], self.rows, q.shape[-1])
-
-    def curvature(self, q, q_rates):
-        """Return the terms (..., rows) without accelerations of the constraints' second derivatives."""
-        position, curvature = Position(q, q_rates), [0.0] * self.rows
-        for constraint in self.constraints:
-            constraint.put_curvature(position, curvature)
-        return assembled(curvature, q)
+    def evaluate(self, q: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return constraints (N, rows) and their derivatives (N, rows, 3 bodies); q : (N, 3 bodies); angles : rad."""
+        count, n = q.shape
+        values, jacobians = np.empty((count, n)), np.empty((count, n, n))
+        arrays = self._settings, self.constraints, _contiguous(angles), _contiguous(q), values, jacobians
+        constraints.evaluate((*arrays, np.zeros(constraints.scratch_size(n))), count)
+        return values, jacobians
 
     def angle(self, body: str, q: np.ndarray) -> Any:
         """Return the angle (rad) of a body, or its rate, (...)."""
@@ -114,54 +135,34 @@ class Closure:
 
     # ------------------------------------------------------------------------------------------ positions
 
-    def _scaled(self, jacobian):
-        """Return the derivatives with lengths measured by the machine's size."""
-        scale, unit = self._units
-        return jacobian * scale / unit
-
-    @functools.cached_property
-    def _units(self) -> tuple[np.ndarray, np.ndarray]:
-        """Return the unit of each coordinate (3 bodies,) and of each row (rows, 1)."""
-        scale, unit, row = np.tile([self.size, self.size, 1.0], len(self.names)), np.ones(self.rows), 0
-        for joint in self.machine.joints:
-            unit[row] = 1.0 if isinstance(joint, (Guide, Stretch)) else self.size
-            unit[row + 1] = self.size  # of a slot, the next row's, which is set then
-            row += 1 if isinstance(joint, Slot) else 2
-        unit[row:-1] = self.size
-        return scale, unit[:, None]
-
-    def _singularity(self, jacobian) -> tuple[float, str]:
+    def _singularity(self, q: np.ndarray, angle: float) -> tuple[float, str]:
         """Return the least singular value over the largest, and the body that moves most in its direction."""
-        _, values, right_vectors = np.linalg.svd(self._scaled(jacobian))
+        scale, unit = self._units()
+        _, values, right_vectors = np.linalg.svd(self.evaluate(q[None], np.array([angle]))[1][0] * scale / unit)
         body_motion = np.abs(right_vectors[-1]).reshape(-1, 3).max(axis=1)
         return values[-1] / values[0], self.names[int(np.argmax(body_motion))]
 
-    def close(self, q, angles) -> tuple[np.ndarray, np.ndarray]:
-        """Return the coordinates (..., 3 bodies) near `q` that satisfy the constraints, and the derivatives of these.
+    def _units(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the unit of each coordinate (3 bodies,) and of each row (rows, 1), the machine's size for lengths."""
+        is_angle = np.all(self.constraints[:, [6, 7]] == 0.0, axis=1)
+        return np.tile([self.size, self.size, 1.0], len(self.names)), np.where(is_angle, 1.0, self.size)[:, None]
 
-        The coordinates are nan if there are none.
+    def close(self, q: np.ndarray, angles: np.ndarray) -> tuple[MachineStates, np.ndarray]:
+        """Return the states near `q` that satisfy the constraints, and the determinants (N,) of their derivatives.
+
+        q : (N, 3 bodies); angles : (N,) rad, of the crank.  Coordinates are nan where there are none.
         """
-        q = q.copy()
-        for _ in range(30):
-            values, jacobian = self.evaluate(q, angles)
-            try:
-                step = np.linalg.solve(jacobian, values[..., None])[..., 0]
-            except np.linalg.LinAlgError:
-                step = (np.linalg.pinv(jacobian) @ values[..., None])[..., 0]
-            q -= step
-            # the error after a step of Newton's method is of the order of its square
-            if np.max(np.abs(step)) < QUADRATIC_STEP * min(self.size, 1.0) or not np.all(np.isfinite(q)):
-                break
-        values, jacobian = self.evaluate(q, angles)
-        is_satisfied = np.max(np.abs(values), axis=-1, keepdims=True) < 1e-11 * max(self.size, 1.0)
-        return np.where(is_satisfied, q, math.nan), jacobian
-
-    def derivatives(self, q, jacobian) -> tuple[np.ndarray, np.ndarray]:
-        """Return first and second derivatives of `q` by the crank's angle; jacobian : of the constraints."""
-        right_side = np.zeros((*q.shape[:-1], self.rows, 1))
-        right_side[..., -1, :] = 1.0
-        q_rates = np.linalg.solve(jacobian, right_side)[..., 0]
-        return q_rates, np.linalg.solve(jacobian, -self.curvature(q, q_rates)[..., None])[..., 0]
+        count, n = q.shape
+        q, first, second, inverse, determinants = (
+            q.copy(),
+            np.empty((count, n)),
+            np.empty((count, n)),
+            np.empty((count, n, n)),
+            np.empty(count),
+        )
+        arrays = self._settings, self.constraints, _contiguous(angles), q, first, second, inverse, determinants
+        constraints.close((*arrays, np.zeros(constraints.scratch_size(n))), count)
+        return MachineStates(angles, q, first, second, Inverses(inverse, np.arange(count))), determinants
 
     def close_at_start(self, angle: float) -> np.ndarray:
         """Return the machine closed at an angle of its crank, near the angles given for that.  Raises ClosureError."""
@@ -229,32 +230,33 @@ class Closure:
 
     def _close_roughly(self, q, angle) -> np.ndarray:
         """Return the machine closed from a rough guess by the Levenberg-Marquardt method; nan if it fails."""
-        damping = 1e-3
-        values, jacobian = self.evaluate(q, angle)
+        damping, angles = 1e-3, np.array([angle])
+        (values,), (jacobian,) = self.evaluate(q[None], angles)
         cost = float(np.sum(values**2))
         for _ in range(200):
             gradient = jacobian.T @ values
             square = jacobian.T @ jacobian
             scale = np.tile([1.0, 1.0, self.size**2], len(self.names))
             step = np.linalg.solve(square + damping * np.diag(scale), -gradient)
-            trial, trial_jacobian = self.evaluate(q + step, angle)
+            (trial,), (trial_jacobian,) = self.evaluate((q + step)[None], angles)
             if np.sum(trial**2) < cost:
                 q, values, jacobian, cost = q + step, trial, trial_jacobian, float(np.sum(trial**2))
                 damping = max(0.2 * damping, 1e-15)
             else:
                 damping *= 5.0
-            if cost < 1e-12 * self.size**2 or damping > 1e10:
+            if cost < (constraints.ACCURACY * self.size) ** 2 or damping > 1e10:
                 break
         if cost > 1e-8 * self.size**2:
             return np.full_like(q, math.nan)
-        return self.close(q, angle)[0]
+        closed: np.ndarray = self.close(q[None], angles)[0].q[0]
+        return closed
 
     def _most_open_body(self, given_angles, angle) -> str:
         """Return the body whose joint stays open if a machine does not close."""
         angles = given_angles.copy()
         angles[self.crank] = angle
-        values, _ = self.evaluate(self._assemble(angles), angle)
-        worst_row = int(np.argmax(np.abs(values[: self.first_rows[-1]])))
+        values, _ = self.evaluate(self._assemble(angles)[None], np.array([angle]))
+        worst_row = int(np.argmax(np.abs(values[0, : self.first_rows[-1]])))
         joint = self.machine.joints[int(np.searchsorted(self.first_rows, worst_row, side="right")) - 1]
         return joint.distal.body if joint.distal.body != GROUND else joint.proximal.body
 
@@ -263,61 +265,71 @@ class Closure:
     def close_revolution(self, start: float) -> MachineStates:
         """Return a revolution of the crank from the angle `start` (rad), with both ends.  Raises ClosureError."""
         angles = start + 2.0 * math.pi * np.arange(STATIONS + 1) / STATIONS
-        stride = STATIONS // FIRST_STATIONS
-        coarse = np.empty((FIRST_STATIONS + 1, 3 * len(self.names)))
-        coarse[0] = self.close_at_start(start)
-        jacobians = [self.evaluate(coarse[0], start)[1]]
-        self._check(jacobians[0], start)
-        for k in range(FIRST_STATIONS):
-            angle_interval = angles[stride * k], angles[stride * (k + 1)]
-            coarse[k + 1], jacobian = self._continue_to(coarse[k], jacobians[k], *angle_interval)
-            jacobians.append(jacobian)
-        coarse_states = MachineStates(angles[::stride], coarse, *self.derivatives(coarse, np.stack(jacobians)))
-        q, jacobian = self.close(interpolate(coarse_states, angles).q, angles)
-        states = MachineStates(angles, q, *self.derivatives(q, jacobian))
-        self._check_all(states, jacobian)
-        return states
+        coarse_angles = angles[:: STATIONS // FIRST_STATIONS]
+        states = [self.close(self.close_at_start(start)[None], angles[:1])[0]]
+        self._check(states[0])
+        for angle in coarse_angles[1:]:
+            states.append(self._continue_to(states[-1], angle))
+        coarse = (np.concatenate([state[k] for state in states]) for k in (1, 2, 3))
+        closed, determinants = self.close(interpolate(MachineStates(coarse_angles, *coarse), angles).q, angles)
+        self._check_all(closed, determinants)
+        return closed
 
-    def _continue_to(self, q, jacobian, start_angle: float, end_angle: float) -> tuple[np.ndarray, np.ndarray]:
-        """Return the machine at another angle of its crank, in as many steps as necessary, with its derivatives."""
+    def _continue_to(self, state: MachineStates, end_angle: float) -> MachineStates:
+        """Return the machine at another angle of its crank, in as many steps as necessary."""
         step_count = 1
         while step_count <= FINEST_STEP:
-            position, position_jacobian, angle, has_failed = q, jacobian, start_angle, False
+            start_angle, latest, has_failed = state.angles[0], state, False
             for step_index in range(step_count):
                 next_angle = start_angle + (end_angle - start_angle) * (step_index + 1) / step_count
-                q_rates, second_derivative = self.derivatives(position, position_jacobian)
-                step = next_angle - angle
-                guess = position + q_rates * step + 0.5 * second_derivative * step**2
-                next_position, next_jacobian = self.close(guess, next_angle)
-                has_failed = (
-                    not np.all(np.isfinite(next_position))
-                    or np.max(np.abs((next_position - guess)[2::3])) > LARGEST_JUMP
-                )
+                step = next_angle - latest.angles[0]
+                guess = latest.q + latest.derivative * step + 0.5 * latest.second_derivative * step**2
+                next_state, _ = self.close(guess, np.array([next_angle]))
+                has_failed = not np.max(np.abs((next_state.q - guess)[0, 2::3])) <= LARGEST_JUMP  # or nan
                 if has_failed:
                     break
-                position, position_jacobian, angle = next_position, next_jacobian, next_angle
+                latest = next_state
             if not has_failed:
-                self._check(position_jacobian, end_angle)
-                return position, position_jacobian
-            step_count *= 4
-            q, jacobian, start_angle = position, position_jacobian, angle
-        raise ClosureError("its lengths do not let the crank turn on", self._singularity(position_jacobian)[1], angle)
+                self._check(latest)
+                return latest
+            step_count, state = 4 * step_count, latest
+        angle = float(state.angles[0])
+        raise ClosureError("its lengths do not let the crank turn on", self._singularity(state.q[0], angle)[1], angle)
 
-    def _check_all(self, states: MachineStates, jacobian) -> None:
+    def _check_all(self, states: MachineStates, determinants: np.ndarray) -> None:
         """Raise ClosureError if a revolution passes a singular position between its stations."""
-        signs = np.sign(np.linalg.det(self._scaled(jacobian)))
+        signs = np.sign(determinants)
         is_steep = np.max(np.abs(states.derivative[:, 2::3]), axis=1) > 1.0 / NEAR_SINGULAR
         singular_stations = np.flatnonzero((signs != signs[0]) | is_steep | ~np.all(np.isfinite(states.q), axis=1))
         if singular_stations.size:
             angle = float(states.angles[singular_stations[0]])
-            raise ClosureError(
-                _SINGULAR, self._singularity(self.evaluate(states.q[singular_stations[0] - 1], angle)[1])[1], angle
-            )
+            raise ClosureError(_SINGULAR, self._singularity(states.q[singular_stations[0] - 1], angle)[1], angle)
 
-    def _check(self, jacobian, angle: float) -> None:
-        ratio, body = self._singularity(jacobian)
+    def _check(self, state: MachineStates) -> None:
+        """Raise ClosureError if a position is singular, or so close to it that the inverse is very large."""
+        assert state.inverse is not None  # of a position that was closed
+        scale, unit = self._units()
+        # the derivatives have at most six numbers in a row, up to 1 in these units
+        bound = math.sqrt(6.0 * self.rows) * np.linalg.norm(state.inverse.matrices[0] * unit.T / scale[:, None])
+        if bound < 1.0 / NEAR_SINGULAR:
+            return
+        angle = float(state.angles[0])
+        ratio, body = self._singularity(state.q[0], angle)
         if ratio < NEAR_SINGULAR:
             raise ClosureError(_SINGULAR, body, angle)
+
+
+_AN_ANGLE = (0.0, 0.0)  # the direction of a Constraint that is an angle
+
+
+def _along(angle: float) -> tuple[float, float]:
+    """Return the direction at an angle (rad)."""
+    return math.cos(angle), math.sin(angle)
+
+
+def _contiguous(array: np.ndarray) -> np.ndarray:
+    """Return an array whose numbers a compiled routine can read."""
+    return np.require(array, float, "CW")
 
 
 def _driven_joint(machine: Machine):

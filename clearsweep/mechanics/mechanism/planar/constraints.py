@@ -1,207 +1,257 @@
-"""The constraints of planar joints in absolute coordinates, with their derivatives, at one position or at N.
+"""The constraints of a planar machine without clearance in absolute coordinates, and the positions that satisfy them.
 
-A position is a list of the coordinates x, y, angle of every moving body: floats, or arrays (N,).  The formulas are the
-same for both; floats are five times as fast as arrays of one number.
+Joints are described by numbers, so one compiled code serves all machines.  The coordinates are x, y of the centre of
+mass and the angle of every moving body; there are as many constraints.  The last one is the crank's angle.
 """
 
 import math
-from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import BodyPoint, Guide, Slot, Stretch
-from ...trace import portable
+from ...compiled.choosing import lane_range, rolled_range
+from ...compiled.direction import direction
+from ...compiled.family import Routine, inlined, kernel, shaped
+from ...trace.fields import Fields
+
+LANES = 8  # numbers of a row that are processed together
+MAX_ITERATIONS = 30  # of Newton's method
+QUADRATIC_STEP = 1e-9  # of the machine's size, by which the last step of Newton's method moves
+ACCURACY = 1e-11  # of the machine's size: largest constraint at a solution
 
 
-class Arm(NamedTuple):
-    """A point of a body."""
+class Constraint(Fields):
+    """The distance of two points along a direction, or the angle between two bodies, minus an offset; body 0: ground."""
 
-    column: int  # of the body's first coordinate; -1: the ground
-    x: float  # m, in the body's frame, from its centre of mass
-    y: float
-
-
-class PointMotion(NamedTuple):
-    """A point of a body, each field a number or (N,)."""
-
-    x: Any  # m
-    y: Any
-    lever_x: Any  # derivative by the body's angle
-    lever_y: Any
-    dx: Any = 0.0  # derivative by the crank's angle
-    dy: Any = 0.0
-    ddx: Any = 0.0  # its second derivative without those of the coordinates
-    ddy: Any = 0.0
+    proximal: float  # number of a body
+    near_x: float  # m, its point, in its frame from the centre of mass
+    near_y: float
+    distal: float  # the other body
+    far_x: float
+    far_y: float
+    along_x: float  # direction of the distance; 0, 0: the constraint is an angle
+    along_y: float
+    turns: float  # 1: the direction is in the frame of the proximal body; 0: fixed
+    offset: float  # m or rad
 
 
-class Position:
-    """A position of all bodies, and optionally the derivatives of their coordinates by the crank's angle."""
+class Workspace(NamedTuple):
+    """Constraints, and one position of a machine."""
 
-    def __init__(self, q: np.ndarray, q_rates: np.ndarray | None = None):
-        """Separate the coordinates `q` and their derivatives, each (3 bodies,) or (N, 3 bodies)."""
-        self.q, self.rates = _columns(q), None if q_rates is None else _columns(q_rates)
-        self._directions: dict[int, tuple[Any, Any]] = {}  # column of a body -> cosine and sine of its angle
-
-    def direction(self, column: int) -> tuple[Any, Any]:
-        """Return cosine and sine of the angle of the body with this first column."""
-        if column not in self._directions:
-            self._directions[column] = cosine_and_sine(self.q[column + 2])
-        return self._directions[column]
-
-    def angle(self, arm: Arm) -> Any:
-        """Return the angle (rad) of the body of a point."""
-        return self.q[arm.column + 2] if arm.column >= 0 else 0.0
-
-    def rate(self, arm: Arm) -> Any:
-        """Return the derivative of this angle."""
-        return self.rates[arm.column + 2] if self.rates and arm.column >= 0 else 0.0
-
-    def point(self, arm: Arm) -> PointMotion:
-        """Return a point of a body; its derivatives are 0 without those of the coordinates."""
-        i, x, y = arm
-        if i < 0:
-            return PointMotion(x, y, 0.0, 0.0)
-        q, rates, (c, s) = self.q, self.rates, self.direction(i)
-        arm_x, arm_y = c * x - s * y, s * x + c * y
-        if rates is None:
-            return PointMotion(q[i] + arm_x, q[i + 1] + arm_y, -arm_y, arm_x)
-        rate = rates[i + 2]
-        return PointMotion(
-            q[i] + arm_x,
-            q[i + 1] + arm_y,
-            -arm_y,
-            arm_x,
-            rates[i] - rate * arm_y,
-            rates[i + 1] + rate * arm_x,
-            -rate * rate * arm_x,
-            -rate * rate * arm_y,
-        )
+    constraints: Constraint  # (n,)
+    position: np.ndarray  # (3 + n,) m, m, rad of all bodies, the ground first
+    rates: np.ndarray  # (3 + n,) their derivatives by the crank's angle
+    directions: np.ndarray  # (bodies, 2) cosine and sine of the angles of all bodies
+    values: np.ndarray  # (n,) the constraints
+    matrix: np.ndarray  # (n, width) their derivatives by the coordinates, then a unit matrix, then zeros
 
 
-class Rows(NamedTuple):
-    """Constraints of a joint, from row `row` on."""
-
-    row: int
-    name: str  # of the joint
-    proximal: Arm
-    distal: Arm
-    axis: float = 0.0  # rad, of a line in the frame of the proximal body
-
-    def put(self, position: Position, offsets: Mapping, values: list, jacobian: list) -> None:
-        """Write the constraints and their derivatives by the coordinates; offsets : see `Closure`."""
-        raise NotImplementedError
-
-    def put_curvature(self, position: Position, curvature: list) -> None:
-        """Write the terms without accelerations of the constraints' second derivatives, unless they are 0."""
-
-    def ends(self, position: Position) -> tuple[PointMotion, PointMotion]:
-        """Return the points that the joint connects."""
-        return position.point(self.proximal), position.point(self.distal)
-
-    def moving_ends(self, proximal: PointMotion, distal: PointMotion) -> list[tuple[int, float, PointMotion]]:
-        """Return column, sign and point of the ends on moving bodies."""
-        signed_ends = ((self.proximal.column, -1.0, proximal), (self.distal.column, 1.0, distal))
-        return [end for end in signed_ends if end[0] >= 0]
+@inlined
+def row_width(size):
+    """Return the length of a row of `Workspace.matrix` for `size` coordinates."""
+    return (2 * size + LANES - 1) // LANES * LANES
 
 
-class Coincident(Rows):
-    """Two rows of a pin: the points coincide, except for an offset."""
-
-    def put(self, position: Position, offsets: Mapping, values: list, jacobian: list) -> None:
-        """See `Rows`."""
-        row, (proximal, distal), (x, y) = self.row, self.ends(position), offsets.get(self.name, (0.0, 0.0))
-        values[row], values[row + 1] = distal.x - proximal.x - x, distal.y - proximal.y - y
-        for i, sign, point in self.moving_ends(proximal, distal):
-            jacobian[row][i] = jacobian[row + 1][i + 1] = sign
-            jacobian[row][i + 2], jacobian[row + 1][i + 2] = sign * point.lever_x, sign * point.lever_y
-
-    def put_curvature(self, position: Position, curvature: list) -> None:
-        """See `Rows`."""
-        proximal, distal = self.ends(position)
-        curvature[self.row], curvature[self.row + 1] = distal.ddx - proximal.ddx, distal.ddy - proximal.ddy
+@kernel
+def _constraint_at(work, row):
+    """Return both ends of a constraint from its proximal body, its direction and the levers (x, y) of its points."""
+    constraint = work.constraints[row]
+    proximal, distal = int(constraint.proximal), int(constraint.distal)
+    c, s = work.directions[proximal, 0], work.directions[proximal, 1]
+    near_x, near_y = c * constraint.near_x - s * constraint.near_y, s * constraint.near_x + c * constraint.near_y
+    along_x, along_y = constraint.along_x, constraint.along_y
+    if constraint.turns != 0.0:
+        along_x, along_y = c * along_x - s * along_y, s * along_x + c * along_y
+    c, s = work.directions[distal, 0], work.directions[distal, 1]
+    far_x, far_y = c * constraint.far_x - s * constraint.far_y, s * constraint.far_x + c * constraint.far_y
+    return (proximal, distal), (along_x, along_y), (near_x, near_y), (far_x, far_y)
 
 
-class Parallel(Rows):
-    """A row of a guide: the frames of both bodies stay parallel."""
-
-    def put(self, position: Position, offsets: Mapping, values: list, jacobian: list) -> None:
-        """See `Rows`."""
-        values[self.row] = position.angle(self.distal) - position.angle(self.proximal)
-        for arm, sign in ((self.proximal, -1.0), (self.distal, 1.0)):
-            if arm.column >= 0:
-                jacobian[self.row][arm.column + 2] = sign
+@inlined
+def _put_derivatives(work, row, body, derivatives):
+    """Write the derivatives of a constraint by the coordinates of a body, unless that is the ground."""
+    if body > 0:
+        for i in range(3):
+            work.matrix[row, 3 * body - 3 + i] = derivatives[i]
 
 
-class AlongLine(Rows):
-    """A row of a slot: the points have no distance along the direction `axis`."""
-
-    def direction(self, position: Position) -> tuple[Any, Any]:
-        """Return cosine and sine of the direction."""
-        return cosine_and_sine(position.angle(self.proximal) + self.axis)
-
-    def put(self, position: Position, offsets: Mapping, values: list, jacobian: list) -> None:
-        """See `Rows`."""
-        row, (proximal, distal), (c, s) = self.row, self.ends(position), self.direction(position)
-        x, y = distal.x - proximal.x, distal.y - proximal.y
-        values[row] = c * x + s * y
-        for i, sign, point in self.moving_ends(proximal, distal):
-            jacobian[row][i], jacobian[row][i + 1] = sign * c, sign * s
-            jacobian[row][i + 2] = sign * (c * point.lever_x + s * point.lever_y)
-            if sign < 0.0:
-                jacobian[row][i + 2] = jacobian[row][i + 2] + (c * y - s * x)
-
-    def put_curvature(self, position: Position, curvature: list) -> None:
-        """See `Rows`."""
-        (proximal, distal), (c, s), rate = self.ends(position), self.direction(position), position.rate(self.proximal)
-        x, y, dx, dy = distal.x - proximal.x, distal.y - proximal.y, distal.dx - proximal.dx, distal.dy - proximal.dy
-        axial_curvature = c * (distal.ddx - proximal.ddx) + s * (distal.ddy - proximal.ddy)
-        curvature[self.row] = axial_curvature + 2.0 * rate * (c * dy - s * dx) - rate * rate * (c * x + s * y)
-
-
-class AcrossLine(AlongLine):
-    """A row of a guide: the points have no distance across its line."""
-
-    def direction(self, position: Position) -> tuple[Any, Any]:
-        """Return cosine and sine of the direction across the line."""
-        c, s = super().direction(position)
-        return -s, c
+@kernel
+def write_constraints(work, angle):
+    """Write the constraints at a position and their derivatives; angle : rad, of the crank."""
+    position, matrix, size = work.position, work.matrix, work.values.size
+    for body in rolled_range(work.directions.shape[0]):
+        work.directions[body, 0], work.directions[body, 1] = direction(position[3 * body + 2])
+    for row in rolled_range(size):
+        for block in rolled_range(matrix.shape[1] // LANES):
+            for i in lane_range(LANES):
+                matrix[row, LANES * block + i] = 0.0
+        matrix[row, size + row] = 1.0
+        (proximal, distal), (c, s), near, far = _constraint_at(work, row)
+        x = (position[3 * distal] + far[0]) - (position[3 * proximal] + near[0])
+        y = (position[3 * distal + 1] + far[1]) - (position[3 * proximal + 1] + near[1])
+        value = c * x + s * y
+        if c == 0.0 and s == 0.0:
+            value = position[3 * distal + 2] - position[3 * proximal + 2]
+            _put_derivatives(work, row, proximal, (0.0, 0.0, -1.0))
+            _put_derivatives(work, row, distal, (0.0, 0.0, 1.0))
+        else:
+            turning = work.constraints[row].turns * (c * y - s * x)
+            _put_derivatives(work, row, proximal, (-c, -s, turning - (s * near[0] - c * near[1])))
+            _put_derivatives(work, row, distal, (c, s, s * far[0] - c * far[1]))
+        work.values[row] = value - work.constraints[row].offset
+    work.values[size - 1] -= angle
 
 
-class Extended(AlongLine):
-    """The row of a spring at rest: the distance of the points along its line is its extension."""
-
-    def put(self, position: Position, offsets: Mapping, values: list, jacobian: list) -> None:
-        """See `Rows`."""
-        super().put(position, offsets, values, jacobian)
-        values[self.row] = values[self.row] - offsets.get(self.name, 0.0)
-
-
-def rows_of(joint: Any, row: int, arm_of: Callable[[BodyPoint], Arm]) -> list[Rows]:
-    """Return the constraints of a joint, from row `row` on; arm_of : point of a body -> its Arm."""
-    ends = arm_of(joint.proximal), arm_of(joint.distal)
-    if isinstance(joint, Slot):
-        return [AlongLine(row, joint.name, *ends, joint.axis + 0.5 * math.pi)]
-    if isinstance(joint, Guide | Stretch):
-        return [Parallel(row, joint.name, *ends), AcrossLine(row + 1, joint.name, *ends, joint.axis)]
-    return [Coincident(row, joint.name, *ends)]
-
-
-def assembled(items: list, q: np.ndarray) -> np.ndarray:
-    """Return numbers, or numbers and arrays (N,), as one array (items,) or (N, items); q : the coordinates."""
-    if q.ndim == 1:
-        return np.array(items)
-    columns = np.empty((len(items), len(q)))
-    for column, item in zip(columns, items, strict=True):
-        column[:] = item
-    return columns.T
+@kernel
+def write_curvature(work):
+    """Write the terms without accelerations of the second derivatives of the constraints to their values."""
+    position, rates = work.position, work.rates
+    for row in rolled_range(work.values.size):
+        (proximal, distal), (c, s), near, far = _constraint_at(work, row)
+        proximal_rate, distal_rate = rates[3 * proximal + 2], rates[3 * distal + 2]
+        ddx = proximal_rate * proximal_rate * near[0] - distal_rate * distal_rate * far[0]
+        ddy = proximal_rate * proximal_rate * near[1] - distal_rate * distal_rate * far[1]
+        total = c * ddx + s * ddy
+        if work.constraints[row].turns != 0.0:
+            x = (position[3 * distal] + far[0]) - (position[3 * proximal] + near[0])
+            y = (position[3 * distal + 1] + far[1]) - (position[3 * proximal + 1] + near[1])
+            dx = (rates[3 * distal] - distal_rate * far[1]) - (rates[3 * proximal] - proximal_rate * near[1])
+            dy = (rates[3 * distal + 1] + distal_rate * far[0]) - (rates[3 * proximal + 1] + proximal_rate * near[0])
+            total += 2.0 * proximal_rate * (c * dy - s * dx) - proximal_rate * proximal_rate * (c * x + s * y)
+        work.values[row] = total
 
 
-def cosine_and_sine(angle: Any) -> tuple[Any, Any]:
-    """Return cosine and sine of an angle (rad), a number or (N,)."""
-    return portable.cos(angle), portable.sin(angle)
+@kernel
+def invert(work):
+    """Replace the unit matrix by the inverse of the derivatives; return their determinant, 0 if they are singular.
+
+    Elimination by Gauss and Jordan with row pivoting.
+    """
+    matrix, size, blocks, determinant = work.matrix, work.values.size, work.matrix.shape[1] // LANES, 1.0
+    for k in rolled_range(size):
+        pivot_row, pivot = k, matrix[k, k]
+        for row in rolled_range(k + 1, size):
+            if abs(matrix[row, k]) > abs(pivot):
+                pivot_row, pivot = row, matrix[row, k]
+        determinant *= pivot if pivot_row == k else -pivot
+        if not abs(pivot) > 0.0:
+            return 0.0
+        inverse_pivot = 1.0 / pivot
+        for block in rolled_range(blocks):
+            for i in lane_range(LANES):
+                exchanged = matrix[k, LANES * block + i]
+                matrix[k, LANES * block + i] = matrix[pivot_row, LANES * block + i] * inverse_pivot
+                if pivot_row != k:
+                    matrix[pivot_row, LANES * block + i] = exchanged
+        for row in rolled_range(size):
+            factor = matrix[row, k]
+            if row != k and factor != 0.0:
+                for block in rolled_range(blocks):
+                    for i in lane_range(LANES):
+                        column = LANES * block + i
+                        matrix[row, column] = matrix[row, column] - factor * matrix[k, column]
+    return determinant
 
 
-def _columns(q: np.ndarray) -> list:
-    """Return the coordinates (3 bodies,) as floats, or (N, 3 bodies) as arrays (N,)."""
-    return q.tolist() if q.ndim == 1 else list(q.T)
+@kernel
+def product_with_values(work, row):
+    """Return the product of a row of the inverse and the values of the constraints."""
+    size, total = work.values.size, 0.0
+    for k in rolled_range(size):
+        total += work.matrix[row, size + k] * work.values[k]
+    return total
+
+
+@kernel
+def close_position(work, angle, size):
+    """Satisfy the constraints at a crank `angle` (rad) by Newton's method from a close position.
+
+    size : m, of the machine.  Return the determinant of the derivatives, nan if there is no solution.  Where they are
+    singular, the position stays.
+    """
+    count = work.values.size
+    for _ in rolled_range(MAX_ITERATIONS):
+        write_constraints(work, angle)
+        if invert(work) == 0.0:
+            break
+        step = 0.0
+        for row in rolled_range(count):
+            change = product_with_values(work, row)
+            work.position[3 + row] -= change
+            step = max(step, abs(change)) if abs(change) < math.inf else math.inf
+        # the error after a step of Newton's method is of the order of its square
+        if step < QUADRATIC_STEP * min(size, 1.0) or step == math.inf:
+            break
+    write_constraints(work, angle)
+    determinant = invert(work)
+    error = 0.0
+    for row in rolled_range(count):
+        error = max(error, abs(work.values[row])) if abs(work.values[row]) < math.inf else math.inf
+    return determinant if error < ACCURACY * max(size, 1.0) else math.nan
+
+
+def _close(settings, constraints, angles, q, first, second, inverse, determinants, scratch, count):
+    """Close a machine at `count` crank angles and differentiate its position; arrays are bare pointers.
+
+    settings : size of the machine (m), number n of coordinates; angles : (count,) rad; q : (count, n) guesses, then
+    positions, nan where there are none; first, second : (count, n) their derivatives by the crank's angle; inverse :
+    (count, n, n) of the derivatives of the constraints by the coordinates, whose `determinants` are (count,)
+    """
+    settings = shaped(settings, (2,))
+    size, n = settings[0], int(settings[1])
+    angles, determinants = shaped(angles, (count,)), shaped(determinants, (count,))
+    q, first, second = shaped(q, (count, n)), shaped(first, (count, n)), shaped(second, (count, n))
+    inverse, work = shaped(inverse, (count, n, n)), _workspace(constraints, scratch, n)
+    for k in rolled_range(count):
+        for i in rolled_range(n):
+            work.position[3 + i] = q[k, i]
+        determinants[k] = close_position(work, angles[k], size)
+        for i in rolled_range(n):
+            q[k, i] = work.position[3 + i] if determinants[k] == determinants[k] else math.nan  # noqa: PLR0124 - nan
+            first[k, i] = work.rates[3 + i] = work.matrix[i, 2 * n - 1]
+            for j in rolled_range(n):
+                inverse[k, i, j] = work.matrix[i, n + j]
+        write_curvature(work)
+        for i in rolled_range(n):
+            second[k, i] = -product_with_values(work, i)
+
+
+def _evaluate(settings, constraints, angles, q, values, jacobians, scratch, count):
+    """Write the constraints, `values` (count, n), and their derivatives, (count, n, n), at positions `q` (count, n)."""
+    n = int(shaped(settings, (2,))[1])
+    angles, q, values = shaped(angles, (count,)), shaped(q, (count, n)), shaped(values, (count, n))
+    jacobians, work = shaped(jacobians, (count, n, n)), _workspace(constraints, scratch, n)
+    for k in rolled_range(count):
+        for i in rolled_range(n):
+            work.position[3 + i] = q[k, i]
+        write_constraints(work, angles[k])
+        for i in rolled_range(n):
+            values[k, i] = work.values[i]
+            for j in rolled_range(n):
+                jacobians[k, i, j] = work.matrix[i, j]
+
+
+@inlined
+def _workspace(constraints, scratch, n):
+    """Return the Workspace for `n` coordinates in two arrays; the scratch is 0 at first."""
+    width, bodies = row_width(n), n // 3 + 1
+    scratch = shaped(scratch, (scratch_size(n),))
+    rates, values, directions, matrix = n + 3, 2 * (n + 3), 3 * n + 6, 3 * n + 6 + 2 * bodies
+    return Workspace(
+        Constraint(shaped(constraints, (n, Constraint.SIZE))),
+        scratch[0:rates],
+        scratch[rates:values],
+        scratch[directions:matrix].reshape(bodies, 2),
+        scratch[values:directions],
+        scratch[matrix : matrix + n * width].reshape(n, width),
+    )
+
+
+@inlined
+def scratch_size(n):
+    """Return the size of the scratch for `n` coordinates."""
+    return 3 * n + 6 + 2 * (n // 3 + 1) + n * row_width(n)
+
+
+close = Routine(_close, "ffffffff" + "f")
+evaluate = Routine(_evaluate, "fffffff")

@@ -25,9 +25,9 @@ from ....contracts.machine import (
     Stretch,
     TabledPush,
 )
+from ...compiled.direction import directions
 from ...compiled.family import Identity
 from ...joint.friction.contract import friction_force, without_history
-from ...trace import portable
 from ..contract import IdealMotion
 from .closure import STATIONS, Closure
 from .drive import compile_drive, scheduled_passage, torque_at
@@ -63,8 +63,7 @@ class IdealMachine:
 
     def _close(self, angles: np.ndarray) -> MachineStates:
         """Return the machine closed anew at crank angles (N,) rad."""
-        q, jacobian = self.closure.close(interpolate(self.revolution, angles).q, angles)
-        return MachineStates(angles, q, *self.closure.derivatives(q, jacobian))
+        return self.closure.close(interpolate(self.revolution, angles).q, angles)[0]
 
     def output_at(self, states: MachineStates) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the output and its first two derivatives by the crank's angle."""
@@ -75,7 +74,7 @@ class IdealMachine:
         body = self.machine.bodies[aim.body]
         x, y = np.subtract(body.points[aim.point], body.center)
         c, s = math.cos(aim.direction), math.sin(aim.direction)
-        cosine, sine = portable.cos(q[:, i + 2]), portable.sin(q[:, i + 2])
+        cosine, sine = directions(q[:, i + 2])
         axial = c * (x * cosine - y * sine) + s * (x * sine + y * cosine)  # of the arm, along and across the direction
         transverse = c * (-x * sine - y * cosine) + s * (x * cosine - y * sine)
         angle_derivative, angle_second = derivative[:, i + 2], second_derivative[:, i + 2]
@@ -90,14 +89,9 @@ class IdealMachine:
 
     def displaced_states(self, offsets: Mapping, angle: float) -> MachineStates:
         """Return the machine at a crank angle with joints displaced by `offsets`; nan if that is impossible."""
-        nearest_station, displaced = (
-            int(np.argmin(np.abs(self.revolution.angles - angle))),
-            self.closure.displaced(offsets),
-        )
-        q, jacobian = displaced.close(self.revolution.q[nearest_station], angle)
-        if not np.all(np.isfinite(q)):
-            return MachineStates(np.array(angle), q, q, q)
-        return MachineStates(np.array(angle), q, *displaced.derivatives(q, jacobian))
+        nearest_station = int(np.argmin(np.abs(self.revolution.angles - angle)))
+        displaced = Closure(self.machine, offsets)
+        return displaced.close(self.revolution.q[nearest_station][None], np.array([angle]))[0]
 
     def coordinate(self, coordinate: Coordinate, states: MachineStates) -> tuple[np.ndarray, np.ndarray]:
         """Return a coordinate of the whole machine and its derivative by the crank's angle, each (...).
@@ -118,7 +112,7 @@ class IdealMachine:
             joint.axis + self.closure.angle(joint.proximal.body, states.q),
             self.closure.angle(joint.proximal.body, states.derivative),
         )
-        c, s = portable.cos(direction), portable.sin(direction)
+        c, s = directions(direction)
         proximal, distal = (
             self.closure.point_motion(endpoint, states.q, states.derivative)
             for endpoint in (joint.proximal, joint.distal)
@@ -184,7 +178,8 @@ class IdealMachine:
         """
         states = self._close(np.array([angle]))
         _, _, effective_forces = self.balance(states, np.array([rate]), np.zeros(1))
-        tensions = self._multipliers(states)(effective_forces)[0, self.closure.first_rows[-1] :]
+        assert states.inverse is not None  # of states that were closed
+        tensions = states.inverse.multipliers(effective_forces)[0, self.closure.first_rows[-1] :]
         return {
             spring.name: float(tension) / spring.stiffness
             for spring, tension in zip(self.closure.springs, tensions, strict=False)
@@ -197,7 +192,8 @@ class IdealMachine:
         minus their inertia.
         """
         applied_forces = self.applied_forces(states, rate, time)
-        multipliers_of = self._multipliers(states)
+        assert states.inverse is not None  # of states that were closed
+        multipliers_of = states.inverse.multipliers
         first_rows = self.closure.first_rows
 
         def solve(friction):
@@ -231,14 +227,6 @@ class IdealMachine:
             if np.max(np.abs(friction - last_friction)) <= CONVERGED * np.max(np.abs(friction)):
                 break
         return result
-
-    def _multipliers(self, states: MachineStates) -> Callable[[np.ndarray], np.ndarray]:
-        """Return a function of forces (N, 3 bodies) that returns the multipliers (N, rows) of the constraints."""
-        if len(states.angles) < STATIONS:
-            transposed_jacobian = self.closure.evaluate(states.q, states.angles)[1].transpose(0, 2, 1)
-            return lambda forces: np.linalg.solve(transposed_jacobian, forces[..., None])[..., 0]
-        inverse = self.stations.inverse_at(self.closure, states)
-        return lambda forces: np.einsum("nij,nj->ni", inverse, forces)
 
     def applied_forces(self, states: MachineStates, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Return the forces (N, 3 bodies) of gravity and of all loads except friction, about the centres of mass."""
@@ -310,9 +298,7 @@ class IdealMachine:
                 joint.axis + self.closure.angle(joint.proximal.body, states.q) if isinstance(joint, Guide) else 0.0
             )
             friction_vector = (
-                friction[:, None] * np.stack([np.cos(direction), np.sin(direction)], -1)
-                if isinstance(joint, Guide)
-                else 0.0
+                friction[:, None] * np.stack(directions(direction), -1) if isinstance(joint, Guide) else 0.0
             )
             for endpoint, sign in ((joint.distal, 1.0), (joint.proximal, -1.0)):
                 zero = np.zeros((len(rate), 2))
@@ -323,8 +309,8 @@ class IdealMachine:
     def reaction_of(self, joint, states: MachineStates, multipliers: np.ndarray) -> np.ndarray:
         """Return the force (N, 2) N on a joint's distal body from the multipliers of its constraints."""
         if isinstance(joint, Guide | Stretch | Slot):
-            direction = joint.axis + self.closure.angle(joint.proximal.body, states.q)
-            return -multipliers[:, -1:] * np.stack([-np.sin(direction), np.cos(direction)], -1)
+            c, s = directions(joint.axis + self.closure.angle(joint.proximal.body, states.q))
+            return -multipliers[:, -1:] * np.stack([-s, c], -1)
         return -multipliers
 
     def reference_rate(self) -> float:

@@ -5,6 +5,49 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...compiled.choosing import rolled_range
+from ...compiled.family import Routine, shaped
+
+
+class Inverses(NamedTuple):
+    """The inverses of the derivatives of the constraints by the coordinates; states may share them."""
+
+    matrices: np.ndarray  # (M, 3 bodies, rows)
+    index: np.ndarray  # (N,) int64, matrix of each state
+
+    def chosen(self, states: np.ndarray) -> "Inverses":
+        """Return the inverses of some states (N,)."""
+        return Inverses(self.matrices, self.index[states])
+
+    def replaced(self, where: np.ndarray, others: "Inverses") -> "Inverses":
+        """Return inverses of which those at a mask (N,) are `others`."""
+        index = self.index.copy()
+        index[where] = len(self.matrices) + others.index
+        return Inverses(np.concatenate([self.matrices, others.matrices]), index)
+
+    def multipliers(self, forces: np.ndarray) -> np.ndarray:
+        """Return the multipliers (N, rows) of the constraints for forces (N, 3 bodies) on the bodies."""
+        forces, out = np.require(forces, float, "CW"), np.empty_like(forces, order="C")
+        _write_multipliers((np.array([out.shape[1]]), self.matrices, self.index, forces, out), len(forces))
+        return out
+
+
+def _multipliers(settings, matrices, index, forces, multipliers, count):
+    """Multiply forces (count, n) by the transposed matrices; settings : (1,) int64, n; arrays are bare pointers."""
+    n = shaped(settings, (1,))[0]
+    matrices, index = shaped(matrices, (1 << 30, n, n)), shaped(index, (count,))
+    forces, multipliers = shaped(forces, (count, n)), shaped(multipliers, (count, n))
+    for k in rolled_range(count):
+        for row in rolled_range(n):
+            multipliers[k, row] = 0.0
+        for i in rolled_range(n):
+            force = forces[k, i]
+            for row in rolled_range(n):
+                multipliers[k, row] += matrices[index[k], i, row] * force
+
+
+_write_multipliers = Routine(_multipliers, "ififf")
+
 
 class MachineStates(NamedTuple):
     """The ideal machine at one or N crank angles; q : x, y (m), angle (rad) of moving bodies."""
@@ -13,6 +56,7 @@ class MachineStates(NamedTuple):
     q: np.ndarray  # (..., 3 bodies)
     derivative: np.ndarray  # of q by the crank's angle
     second_derivative: np.ndarray
+    inverse: Inverses | None = None  # of states that were closed
 
 
 def interpolate(stations: MachineStates, angles: np.ndarray) -> MachineStates:

@@ -6,6 +6,7 @@ A position repeats with every revolution of the crank, so angles at stations of 
 import functools
 import math
 import pickle
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -31,50 +32,34 @@ class AlwaysEqual:
 
 
 class Stations:
-    """The states of a machine over a revolution, and the inverses of its constraints at the stations."""
+    """The states of a machine over a revolution."""
 
     def __init__(self, closure: Closure, start: float):
         self.states = closure.close_revolution(start)
-        self._closure = closure
 
-    @functools.cached_property
-    def inverse(self) -> np.ndarray:
-        """Return matrices (STATIONS, rows, 3 bodies): forces on the bodies -> multipliers of the constraints."""
-        return inverse_of(self._closure, self.states.q[:-1], self.states.angles[:-1])
+    def states_at(self, angles: np.ndarray, close: Callable[[np.ndarray], MachineStates]) -> MachineStates:
+        """Return the machine at crank angles (N,) rad; `close` computes those that are not stations."""
+        station, revolutions, off_station = self._nearest_stations(angles)
+        q = self.states.q[station] + revolutions[:, None] * growth_per_revolution(self.states)
+        inverses = self.states.inverse
+        assert inverses is not None  # of stations
+        states = MachineStates(
+            angles, q, self.states.derivative[station], self.states.second_derivative[station], inverses.chosen(station)
+        )
+        if not off_station.any():
+            return states
+        closed = close(angles[off_station])
+        for values, computed in zip(states[1:4], closed[1:4], strict=True):
+            values[off_station] = computed
+        return states._replace(inverse=inverses.chosen(station).replaced(off_station, closed.inverse))
 
-    def nearest_stations(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    def _nearest_stations(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the stations (N,) nearest to angles (N,) rad, revolutions before them, and a mask of other angles."""
         start, step = self.states.angles[0], 2.0 * math.pi / STATIONS
         nearest_station = np.rint((angles - start) / step)
         off_station = np.abs(start + nearest_station * step - angles) > ROUNDINGS * np.spacing(np.max(np.abs(angles)))
         revolutions = np.floor(nearest_station / STATIONS)
         return (nearest_station - STATIONS * revolutions).astype(int), revolutions, off_station
-
-    def states_at(self, angles: np.ndarray, close: Any) -> MachineStates:
-        """Return the machine at crank angles (N,) rad.
-
-        `close`, (n,) rad -> MachineStates, computes those that are not stations.
-        """
-        station, revolutions, off_station = self.nearest_stations(angles)
-        q = self.states.q[station] + revolutions[:, None] * growth_per_revolution(self.states)
-        states = MachineStates(angles, q, self.states.derivative[station], self.states.second_derivative[station])
-        if off_station.any():
-            for values, computed in zip(states[1:], close(angles[off_station])[1:], strict=True):
-                values[off_station] = computed
-        return states
-
-    def inverse_at(self, closure: Closure, states: MachineStates) -> np.ndarray:
-        """Return the inverses (N, rows, 3 bodies) at the angles of `states`."""
-        station, _, off_station = self.nearest_stations(states.angles)
-        inverse = self.inverse[station]
-        if off_station.any():
-            inverse[off_station] = inverse_of(closure, states.q[off_station], states.angles[off_station])
-        return inverse
-
-
-def inverse_of(closure: Closure, q: np.ndarray, angles: np.ndarray) -> np.ndarray:
-    """Return the inverses (N, rows, 3 bodies) of the transposed derivatives of the constraints."""
-    return np.linalg.inv(closure.evaluate(q, angles)[1].transpose(0, 2, 1))
 
 
 def stations_of(machine: Machine) -> Stations:
