@@ -5,15 +5,14 @@ is one call of compiled code.
 """
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.polynomial import legendre
 
 from ....contracts.machine import Motor
-from ...compiled.choosing import lane_range
-from ...compiled.family import entry, flatten, invoke, kernel, shaped
+from ...compiled.choosing import lane_range, rolled_range
+from ...compiled.family import Routine, entry, flatten, invoke, kernel, shaped
 from ...observe.stages import POINTS, STAGES
 from ...trace.portable import Exact, coefficients_through, exact, inverse, powers
 from ..contract import accelerate, pose_at
@@ -25,7 +24,7 @@ STAGE_TOLERANCE = 1e-3  # of the tolerance: the iteration has converged where a 
 MAX_SWEEPS = 30  # of a step, at most
 FIRST_STEP, SHRINK, GROW, SAFETY = 0.01, 0.3, 2.0, 0.8  # first step, in turns at the nominal rate; factors of the step
 MIN_STEP = 1e-12  # turns at the nominal rate: the integration stops where it needs shorter steps
-MAX_ITERATIONS = 60  # most iterations; Newton's method needs five
+MAX_ITERATIONS = 60  # most iterations; Newton's method needs three
 FRACTION_TOLERANCE = 1e-13  # of a step, of the time at which an angle is passed
 
 C = np.array(POINTS)
@@ -155,18 +154,68 @@ class FreeMotion(NamedTuple):
     states: np.ndarray  # (n + 1, 2)
     powers: np.ndarray  # (n, 2, STAGES) of the change over a fraction of a step, divided by the fraction
 
-    def interpolant(self, step: np.ndarray) -> Callable[[np.ndarray], np.ndarray]:
-        """Return the function that gives angle and rate (2, m) at fractions (m,) of steps (m,)."""
-        start, powers = self.states[step].T, np.ascontiguousarray(self.powers[step].transpose(2, 1, 0))
 
-        def evaluate(fraction: np.ndarray) -> np.ndarray:
-            values = powers[STAGES - 1]
-            for k in range(STAGES - 2, -1, -1):
-                values = values * fraction + powers[k]
-            predicted: np.ndarray = start + values * fraction
-            return predicted
+@kernel
+def _state_in_step(motion, step, row, fraction):
+    """Return the angle (row 0) or the rate (row 1) at a fraction of a step."""
+    total = motion.powers[step, row, STAGES - 1]
+    for k in range(STAGES - 2, -1, -1):
+        total = total * fraction + motion.powers[step, row, k]
+    return motion.states[step, row] + total * fraction
 
-        return evaluate
+
+@kernel
+def _fraction_at(motion, step, angle):
+    """Return the fraction of a step at which the crank passes an angle (rad), by Newton's method between bounds."""
+    low, high, length = 0.0, 1.0, motion.times[step + 1] - motion.times[step]
+    fraction = (angle - motion.states[step, 0]) / (motion.states[step + 1, 0] - motion.states[step, 0])
+    fraction = min(max(fraction, low), high)
+    for _ in range(MAX_ITERATIONS):
+        excess = _state_in_step(motion, step, 0, fraction) - angle
+        if excess < 0.0:
+            low = fraction
+        else:
+            high = fraction
+        slope = length * _state_in_step(motion, step, 1, fraction)
+        improved = fraction - excess / slope if slope != 0.0 else math.inf
+        if not low <= improved <= high:
+            improved = 0.5 * (low + high)
+        change, fraction = abs(improved - fraction), improved
+        if change < FRACTION_TOLERANCE:
+            break
+    return fraction
+
+
+def _passages(settings, times, states, powers, highest_angles, angles, passages, count):
+    """Write the times (s) at which the crank first passes angles (count,) rad, and its rates, to (2, count).
+
+    settings : (1,) int64, n; highest_angles : (n + 1,) rad, up to the end of each step; for the others see FreeMotion;
+    arrays are bare pointers.
+    """
+    n = shaped(settings, (1,))[0]
+    times, states, powers = shaped(times, (n + 1,)), shaped(states, (n + 1, 2)), shaped(powers, (n, 2, STAGES))
+    highest_angles, angles = shaped(highest_angles, (n + 1,)), shaped(angles, (count,))
+    passages, motion = shaped(passages, (2, count)), FreeMotion(times, states, powers)
+    for k in rolled_range(count):
+        angle = angles[k]
+        if angle <= highest_angles[0]:
+            passages[0, k], passages[1, k] = times[0], states[0, 1]
+        elif not angle <= highest_angles[n]:
+            passages[0, k] = passages[1, k] = math.nan
+        else:
+            step, end = 0, n  # the last step before which the angle was not passed
+            while end - step > 1:
+                middle = (step + end) // 2
+                if highest_angles[middle] < angle:
+                    step = middle
+                else:
+                    end = middle
+            fraction = _fraction_at(motion, step, angle)
+            passages[0, k] = times[step] + fraction * (times[step + 1] - times[step])
+            passages[1, k] = _state_in_step(motion, step, 1, fraction)
+
+
+_write_passages = Routine(_passages, "iffffff")
 
 
 class CrankPassage:
@@ -180,24 +229,10 @@ class CrankPassage:
 
     def passage_at(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return the times (s) at which the crank first passes angles (n,) rad, and its rates; nan if it never does."""
-        motion, times = self._motion, np.full((2, len(angles)), math.nan)
-        step = np.searchsorted(self._highest_angles, angles) - 1
-        is_before_start, is_passed = step < 0, (step >= 0) & (step < len(motion.times) - 1)
-        times[:, is_before_start] = np.array([[motion.times[0]], [motion.states[0, 1]]])
-        step, target = step[is_passed], angles[is_passed]
-        low, high, interpolant = np.zeros(len(step)), np.ones(len(step)), motion.interpolant(step)
-        fraction, length = 0.5 * (low + high), np.diff(motion.times)[step]
-        for _ in range(MAX_ITERATIONS):
-            angle, rate = interpolant(fraction)
-            low, high = np.where(angle < target, fraction, low), np.where(angle < target, high, fraction)
-            with np.errstate(divide="ignore", invalid="ignore"):
-                newton = fraction - (angle - target) / (rate * length)
-            improved = np.where((newton >= low) & (newton <= high), newton, 0.5 * (low + high))
-            change, fraction = np.max(np.abs(improved - fraction), initial=0.0), improved
-            if change < FRACTION_TOLERANCE:
-                break
-        times[:, is_passed] = motion.times[step] + fraction * length, interpolant(fraction)[1]
-        return times[0], times[1]
+        passages = np.empty((2, len(angles)))
+        arrays = *self._motion, self._highest_angles, np.require(angles, float, "CW"), passages
+        _write_passages((np.array([len(self._motion.powers)]), *arrays), len(angles))
+        return passages[0], passages[1]
 
 
 def _free_motion(drive: Motor, machine: tuple, rate: float, end: float) -> FreeMotion:

@@ -53,6 +53,7 @@ class IdealMachine:
         self.revolution = self.stations.states
         masses = masses_of(self.machine)
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
+        self.friction_loads = [load for load in self.machine.loads if isinstance(load, (Rubbing, Braking))]
         self.tables = {load.name: compile_table(load) for load in machine.loads if isinstance(load, TabledPush)}
         self.compiled_by_open_joints: dict[frozenset[str], Any] = {}  # compiled machine by the names of its open joints
         self._passage: CrankPassage | None = None  # motion of a free crank, as far as requested
@@ -197,11 +198,12 @@ class IdealMachine:
         first_rows = self.closure.first_rows
 
         def solve(friction):
-            acceleration = self.crank_acceleration(states, rate, time, applied_forces + friction)
-            acceleration_of_bodies = (
-                states.second_derivative * (rate**2)[:, None] + states.derivative * acceleration[:, None]
-            )
-            effective_forces = applied_forces + friction - self.inertia * acceleration_of_bodies
+            forces = applied_forces + friction if self.friction_loads else applied_forces
+            acceleration = self.crank_acceleration(states, rate, time, forces)
+            effective_forces = states.derivative * acceleration[:, None]
+            effective_forces += states.second_derivative * (rate**2)[:, None]
+            effective_forces *= -self.inertia
+            effective_forces += forces
             multipliers = multipliers_of(effective_forces)
             reactions = {
                 joint.name: self.reaction_of(joint, states, multipliers[:, first_row:last_row])
@@ -217,13 +219,12 @@ class IdealMachine:
 
         solve : returns the reactions by joint, and further results, from forces of friction (N, 3 bodies)
         """
-        friction_loads = [load for load in self.machine.loads if isinstance(load, (Rubbing, Braking))]
         friction = np.zeros_like(states.q)
         for _ in range(SWEEPS):
             result = solve(friction)
-            if not friction_loads:
+            if not self.friction_loads:
                 break
-            last_friction, friction = friction, self.friction_forces(friction_loads, states, rate, result[0])
+            last_friction, friction = friction, self.friction_forces(self.friction_loads, states, rate, result[0])
             if np.max(np.abs(friction - last_friction)) <= CONVERGED * np.max(np.abs(friction)):
                 break
         return result
@@ -250,10 +251,10 @@ class IdealMachine:
             return np.zeros(len(rate))
         if isinstance(drive, Schedule):
             return scheduled_passage(drive, states.angles)[2]
-        drive_torque = torque_at(compile_drive(drive), rate)
-        net_force = force - self.inertia * states.second_derivative * (rate**2)[:, None]
-        generalised_inertia = np.sum(self.inertia * states.derivative**2, -1)
-        return (drive_torque + np.sum(states.derivative * net_force, -1)) / generalised_inertia
+        momentum = self.inertia * states.derivative  # per rate of the crank
+        centripetal = np.einsum("ni,ni->n", momentum, states.second_derivative) * rate**2
+        load_torque = np.einsum("ni,ni->n", states.derivative, force) - centripetal
+        return (torque_at(compile_drive(drive), rate) + load_torque) / np.einsum("ni,ni->n", momentum, states.derivative)
 
     def add_force(self, force, states: MachineStates, endpoint: BodyPoint, applied: np.ndarray, torque) -> None:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
