@@ -175,7 +175,7 @@ def compiled_code_at(function: Callable, cache_key: str) -> Code | None:
 
 
 def compiled_routine(function: Callable, items: str) -> Code | None:
-    """Return the machine code of `function(*arrays, integer)`, which starts with an unused address; see `trace_module`."""
+    """Return the machine code of `function(*arrays, integer)`; its first argument is unused; see `trace_module`."""
 
     def body(_: Pointer, *arguments: Any) -> None:
         run(function, *arguments)

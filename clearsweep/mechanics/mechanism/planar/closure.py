@@ -15,7 +15,6 @@ import numpy as np
 from ....contracts.machine import GROUND, BodyPoint, Guide, Machine, Slot, Stretch
 from ...compiled.direction import directions
 from . import constraints
-from .constraints import Constraint
 from .machine_states import Inverses, MachineStates, interpolate
 
 STATIONS = 720  # of a revolution, at which the machine is closed

@@ -21,7 +21,10 @@ ACCURACY = 1e-11  # of the machine's size: largest constraint at a solution
 
 
 class Constraint(Fields):
-    """The distance of two points along a direction, or the angle between two bodies, minus an offset; body 0: ground."""
+    """The distance of two points along a direction, or the angle between two bodies, minus an offset.
+
+    The ground is body 0.
+    """
 
     proximal: float  # number of a body
     near_x: float  # m, its point, in its frame from the centre of mass
@@ -207,7 +210,7 @@ def _close(settings, constraints, angles, q, first, second, inverse, determinant
             work.position[3 + i] = q[k, i]
         determinants[k] = close_position(work, angles[k], size)
         for i in rolled_range(n):
-            q[k, i] = work.position[3 + i] if determinants[k] == determinants[k] else math.nan  # noqa: PLR0124 - nan
+            q[k, i] = work.position[3 + i] if determinants[k] == determinants[k] else math.nan
             first[k, i] = work.rates[3 + i] = work.matrix[i, 2 * n - 1]
             for j in rolled_range(n):
                 inverse[k, i, j] = work.matrix[i, n + j]

@@ -39,6 +39,7 @@ from .machine_states import MachineStates, interpolate
 from .spanning_tree import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
 from .stations import AlwaysEqual, geometry_of, stations_of
 
+LARGEST_BLOCK = 2 * STATIONS  # angles evaluated together: larger arrays would be new memory each time
 SWEEPS = 200  # iterations over reactions and the friction that they cause
 CONVERGED = 1e-14  # of the largest of these
 
@@ -151,9 +152,10 @@ class IdealMachine:
 
     def reactions(self, angles: np.ndarray, compiled_form: Callable[[], tuple]) -> dict[str, np.ndarray]:
         """Return the force (N, 2) N on each joint's distal body, as `motion` does."""
-        time, rate = self.crank_passage(angles, compiled_form)
-        reactions: dict[str, np.ndarray] = self.balance(self.states_at(angles), rate, time)[1]
-        return reactions
+        motion = np.stack([angles, *self.crank_passage(angles, compiled_form)])
+        parts = np.array_split(motion, max(len(angles) // LARGEST_BLOCK, 1), axis=1)
+        reactions = [self.balance(self.states_at(angles), rate, time)[1] for angles, time, rate in parts]
+        return {name: np.concatenate([part[name] for part in reactions]) for name in reactions[0]}
 
     def crank_passage(self, angles: np.ndarray, compiled_form: Callable[[], tuple]) -> tuple[np.ndarray, np.ndarray]:
         """Return the times (s) at which the crank passes angles (rad), and its rates (rad/s); nan if it never passes.
@@ -254,7 +256,9 @@ class IdealMachine:
         momentum = self.inertia * states.derivative  # per rate of the crank
         centripetal = np.einsum("ni,ni->n", momentum, states.second_derivative) * rate**2
         load_torque = np.einsum("ni,ni->n", states.derivative, force) - centripetal
-        return (torque_at(compile_drive(drive), rate) + load_torque) / np.einsum("ni,ni->n", momentum, states.derivative)
+        return (torque_at(compile_drive(drive), rate) + load_torque) / np.einsum(
+            "ni,ni->n", momentum, states.derivative
+        )
 
     def add_force(self, force, states: MachineStates, endpoint: BodyPoint, applied: np.ndarray, torque) -> None:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
