@@ -1,6 +1,7 @@
-"""Prints a hash of constants, set-up and short runs: `python tests/portable_bits.py [CONFIG ...]`.
+"""Prints a hash of constants, set-up and short runs: `python tests/portable_bits.py LEVEL [CONFIG ...]`.
 
-Environment variables make numpy and OpenBLAS choose code for another processor; see `test_portable`.
+LEVEL is a level of processors for which code is compiled.  Environment variables make numpy and OpenBLAS choose code
+for another processor; see `test_portable`.
 """
 
 import hashlib
@@ -14,6 +15,7 @@ import numpy as np
 
 import clearsweep
 from clearsweep import grid, mechanics
+from clearsweep.mechanics.trace import objects
 from clearsweep.simulation import catalogue, scene
 
 CONFIGS = Path(__file__).parents[1] / "configs"
@@ -47,4 +49,6 @@ def run(name):
 
 
 if __name__ == "__main__":
-    print(json.dumps({"constants": constants()} | {name: run(name) for name in sys.argv[1:]}))
+    level, *names = sys.argv[1:]
+    objects._own_level = lambda: level
+    print(json.dumps({"constants": constants()} | {name: run(name) for name in names}))

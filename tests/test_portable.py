@@ -11,17 +11,17 @@ import pytest
 
 from clearsweep.mechanics.mechanism.planar import free_crank
 from clearsweep.mechanics.solver import collocation
-from clearsweep.mechanics.trace import portable
+from clearsweep.mechanics.trace import objects, portable
 
 PROGRAM = Path(__file__).parent / "portable_bits.py"
 #: As on a processor without fused operations; names of its kernels differ between versions of the libraries.
 OLDER = {"OPENBLAS_CORETYPE": "Sandybridge", "NPY_DISABLE_CPU_FEATURES": "X86_V3"}
-GRIDS = ("slider_crank.yaml", "lubricated.yaml", "worn_slider_crank.yaml")
+GRIDS = ("slider_crank.yaml", "lubricated.yaml", "worn_slider_crank.yaml", "four_bar.yaml", "spatial_four_bar.yaml")
 
 
-def bits(environment):
-    """Return what the program prints with further environment variables."""
-    command = [sys.executable, str(PROGRAM), *GRIDS]
+def bits(environment, level=None):
+    """Return what the program prints with further environment variables, for a level of processors."""
+    command = [sys.executable, str(PROGRAM), level or objects.level(), *GRIDS]
     done = subprocess.run(command, env=os.environ | environment, capture_output=True, text=True, check=True)
     return json.loads(done.stdout)
 
@@ -37,6 +37,14 @@ def test_an_older_processor_gives_the_same_bits():
     if len(products) == 1:
         pytest.skip("this machine does not have code for two processors")
     assert bits({}) == bits(OLDER)
+
+
+@pytest.mark.slow
+def test_code_for_every_level_of_processors_gives_the_same_bits():
+    """Eight numbers in one register, or four in each of two."""
+    if objects.level() != "x86-64-v4":
+        pytest.skip("this processor does not have registers of eight numbers")
+    assert bits({}) == bits({"NPY_DISABLE_CPU_FEATURES": "X86_V4"}, "x86-64-v3")
 
 
 @pytest.mark.parametrize("count", [2, 5, 8, 40])

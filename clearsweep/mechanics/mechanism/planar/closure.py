@@ -23,6 +23,7 @@ FINEST_STEP = 4**6  # most parts into which an interval between stations is divi
 LARGEST_JUMP = 0.1  # rad, by which an angle may differ from the parabola through the last station
 NEAR_SINGULAR = 1e-7  # least singular value of the constraints over the largest, lengths measured by the machine's size
 ATTEMPTS = 40
+ROUNDING = 2.0**-30  # of the machine's size: of a guess, which the last steps of Newton's method improve
 _SINGULAR = "it is in a singular position, in which it has more than one degree of freedom"
 
 
@@ -68,9 +69,10 @@ class Closure:
         for joint in machine.joints:
             rows += self._rows_of(joint, offsets.get(joint.name, (0.0, 0.0)))
         for spring in self.springs:
-            rows.append(self._row(spring, _along(spring.axis), turns=1.0, offset=offsets.get(spring.name, 0.0)))
-        crank = [0.0, 0.0, 0.0, 1.0 + self.crank, 0.0, 0.0]
-        self.constraints = np.array([*rows, [*crank, *_AN_ANGLE, 0.0, 0.0]])
+            along = math.cos(spring.axis), math.sin(spring.axis)
+            rows.append(self._row(spring, along, turns=1.0, offset=offsets.get(spring.name, 0.0)))
+        crank_angle = [0.0, 0.0, 0.0, 1.0 + self.crank, 0.0, 0.0, *constraints.NO_DIRECTION, 0.0, 0.0]
+        self.constraints = np.array([*rows, crank_angle])
         self.rows = len(self.constraints)
         if self.rows != 3 * len(self.names):
             freedoms = 3 * len(self.names) - self.rows + 1
@@ -83,9 +85,8 @@ class Closure:
     def _rows_of(self, joint: Any, offset: Any) -> list[list[float]]:
         """Return the constraints of a joint, each as the numbers of a Constraint."""
         if isinstance(joint, Guide | Stretch | Slot):
-            c, s = _along(joint.axis)
-            across = self._row(joint, (-s, c), turns=1.0)
-            return [across] if isinstance(joint, Slot) else [self._row(joint, _AN_ANGLE), across]
+            across = self._row(joint, (-math.sin(joint.axis), math.cos(joint.axis)), turns=1.0)
+            return [across] if isinstance(joint, Slot) else [self._row(joint, constraints.NO_DIRECTION), across]
         return [self._row(joint, axis, offset=offset[i]) for i, axis in enumerate(((1.0, 0.0), (0.0, 1.0)))]
 
     def _row(self, joint: Any, along: tuple[float, float], turns: float = 0.0, offset: float = 0.0) -> list[float]:
@@ -247,7 +248,10 @@ class Closure:
                 break
         if cost > 1e-8 * self.size**2:
             return np.full_like(q, math.nan)
-        closed: np.ndarray = self.close(q[None], angles)[0].q[0]
+        # rounded, because the bits of linear algebra depend on the processor
+        closed: np.ndarray = self.close(np.round(q / (ROUNDING * self.size))[None] * (ROUNDING * self.size), angles)[
+            0
+        ].q[0]
         return closed
 
     def _most_open_body(self, given_angles, angle) -> str:
@@ -316,14 +320,6 @@ class Closure:
         ratio, body = self._singularity(state.q[0], angle)
         if ratio < NEAR_SINGULAR:
             raise ClosureError(_SINGULAR, body, angle)
-
-
-_AN_ANGLE = (0.0, 0.0)  # the direction of a Constraint that is an angle
-
-
-def _along(angle: float) -> tuple[float, float]:
-    """Return the direction at an angle (rad)."""
-    return math.cos(angle), math.sin(angle)
 
 
 def _contiguous(array: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ from ...compiled.direction import direction
 from ...compiled.family import Routine, inlined, kernel, shaped
 from ...trace.fields import Fields
 
+NO_DIRECTION = (0.0, 0.0)
 LANES = 8  # numbers of a row that are processed together
 MAX_ITERATIONS = 30  # of Newton's method
 QUADRATIC_STEP = 1e-9  # of the machine's size, by which the last step of Newton's method moves
@@ -32,7 +33,7 @@ class Constraint(Fields):
     distal: float  # the other body
     far_x: float
     far_y: float
-    along_x: float  # direction of the distance; 0, 0: the constraint is an angle
+    along_x: float  # direction of the distance, or NO_DIRECTION of an angle
     along_y: float
     turns: float  # 1: the direction is in the frame of the proximal body; 0: fixed
     offset: float  # m or rad
