@@ -200,8 +200,8 @@ def multiplied(machine, opened, q, rates, force, crank):
     closure, step = Closure(machine), 1e-3 / np.max(np.abs(rates[2::3]))
     jacobian = closure.evaluate(q[None], np.zeros(1))[1]
     moves = step * np.outer((1.0, 2.0), rates)
-    ahead, behind = (closure.evaluate(q + side * moves, np.zeros(2))[1] for side in (1, -1))
-    near, far = (ahead - behind) @ rates
+    forward, backward = (closure.evaluate(q + side * moves, np.zeros(2))[1] for side in (1, -1))
+    near, far = (forward - backward) @ rates
     lacking = ((8.0 * near - far) / (12.0 * step))[None]  # the change of the derivatives along the motion
     kept = [2 * j + k for j, joint in enumerate(machine.joints) if joint.name not in opened for k in (0, 1)]
     if crank is not None:

@@ -15,7 +15,7 @@ from scipy.integrate import quad, solve_ivp
 import clearsweep
 from clearsweep import grid
 from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.contract import ENTERED, NEVER, ONSET_FLOOR, guard_values, latched
+from clearsweep.mechanics.joint.contract import ENTERED, NEVER, ONSET_FLOOR, StepStart, guard_values, latched
 from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
 from clearsweep.mechanics.joint.elastic.power import power_of
 from clearsweep.mechanics.joint.loss.contract import contact_force, needs_onset_rate, with_mass
@@ -87,13 +87,15 @@ def test_guards_look_for_the_doubled_speed_then_for_rest():
     law = lasting(elastic, 0.5)._replace(doubling_energy=doubling_energy)
     depth = (doubling_energy / (0.4 * 6.61e10)) ** 0.4
     for share, sign in ((0.999, -1.0), (1.001, 1.0)):
-        assert sign * guard_values(law, rising, rising, math.sqrt(share * depth))[ENERGY_EXCEEDED] > 0.0
-    assert guard_values(law, rising, falling, 0.0)[RATE_ZERO] == NEVER  # a deepest point is not looked for
-    assert guard_values(law, falling, rising, 0.0)[RATE_ZERO] == RATE
+        assert sign * guard_values(law, StepStart(law, rising), rising, math.sqrt(share * depth))[ENERGY_EXCEEDED] > 0.0
+    assert (
+        guard_values(law, StepStart(law, rising), falling, 0.0)[RATE_ZERO] == NEVER
+    )  # a deepest point is not looked for
+    assert guard_values(law, StepStart(law, falling), rising, 0.0)[RATE_ZERO] == RATE
     pressed = law._replace(doubling_energy=latched(law, ENERGY_EXCEEDED, rising, 0.0)[0])
-    assert guard_values(pressed, rising, falling, 0.0) == (NEVER, RATE)
+    assert guard_values(pressed, StepStart(pressed, rising), falling, 0.0) == (NEVER, RATE)
     assert latched(pressed, RATE_ZERO, falling, 0.0) == (0.0,)
-    assert guard_values(lasting(elastic, 0.5), falling, rising, 0.0) == (NEVER, NEVER)
+    assert guard_values(lasting(elastic, 0.5), StepStart(lasting(elastic, 0.5), falling), rising, 0.0) == (NEVER, NEVER)
 
 
 @pytest.mark.parametrize("elastic", ["power", "johnson", "liu", "winkler", "persson"])

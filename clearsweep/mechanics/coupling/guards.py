@@ -9,7 +9,7 @@ import numpy as np
 
 from ..compiled.choosing import rolled_range
 from ..compiled.family import NO_ENTRY, Entry, entry, form_number, kernel, map_joints, shaped
-from ..joint.contract import every_guard, every_part, guard_values, latched, parts
+from ..joint.contract import StepStart, every_guard, every_part, guard_values, latched, parts
 from ..joint.offsets import (
     after_joint,
     after_number,
@@ -50,6 +50,7 @@ class Guards(NamedTuple):
 class _GuardContext(NamedTuple):
     """Inputs and results of the evaluation of guards."""
 
+    start: np.ndarray  # (n,) state at the start of the step
     y: np.ndarray  # (n,) state
     latched: np.ndarray  # (contacts + l,)
     o: np.ndarray  # (columns, ROW_COUNT) observables
@@ -70,10 +71,12 @@ _write_values = map_joints(_write_value, after_number)
 def _evaluate_part(part, _, offsets, context):
     if type(part.law) not in guard_values.members:
         return
-    y, latched, o, row, roots, value = context
+    start_state, y, latched, o, row, roots, value = context
     contact = offsets.contact + part.contact
     law, root = with_current_state(part.law, y, latched, offsets), y[roots + contact]
-    values = guard_values(law, contact_observables_in(o, START, contact), contact_observables_in(o, row, contact), root)
+    law_at_start = with_current_state(part.law, start_state, latched, offsets)
+    start = StepStart(law_at_start, contact_observables_in(o, START, contact))
+    values = guard_values(law, start, contact_observables_in(o, row, contact), root)
     _write_values(values, values, offsets.guard, value)
 
 
@@ -89,7 +92,7 @@ def _evaluate_joint(joint, _, offsets, context):
 _evaluate_joints = map_joints(_evaluate_joint, after_joint)
 
 
-def guards_entry(scene, y, nodes, latched, o, value, row):
+def guards_entry(scene, start, y, nodes, latched, o, value, row):
     """Write the guards that laws evaluate to `value`, see `solver.event_search.evaluate_guards`.
 
     Arrays are bare pointers; `scene` is a pointer to the Scene.
@@ -97,7 +100,7 @@ def guards_entry(scene, y, nodes, latched, o, value, row):
     parameters = scene[0]
     roots, counts = 2 * len(parameters.coordinates) + 1, total_counts(parameters.joints)
     _, n, _ = size_of(parameters)
-    y, nodes = shaped(y, (n,)), shaped(nodes, (n + 1, STAGES))
+    start, y, nodes = shaped(start, (n,)), shaped(y, (n,)), shaped(nodes, (n + 1, STAGES))
     latched, o = shaped(latched, (counts.contact + counts.latched,)), shaped(o, (observed_width(parameters), ROW_COUNT))
     value, offsets = shaped(value, (counts.guard, SINGLE_STATE + 1)), first_offsets(parameters.joints, roots)
     if row != END:
@@ -105,14 +108,14 @@ def guards_entry(scene, y, nodes, latched, o, value, row):
             parameters.joints,
             parameters.joints,
             offsets,
-            _GuardContext(y, latched, o, row, roots, value[:, SINGLE_STATE]),
+            _GuardContext(start, y, latched, o, row, roots, value[:, SINGLE_STATE]),
         )
         return
     _evaluate_joints(
-        parameters.joints, parameters.joints, offsets, _GuardContext(y, latched, o, START, roots, value[:, 0])
+        parameters.joints, parameters.joints, offsets, _GuardContext(start, y, latched, o, START, roots, value[:, 0])
     )
     for i in rolled_range(STAGES):
-        at_stage = _GuardContext(nodes[:, i], latched, o, i, roots, value[:, 1 + i])
+        at_stage = _GuardContext(start, nodes[:, i], latched, o, i, roots, value[:, 1 + i])
         _evaluate_joints(parameters.joints, parameters.joints, offsets, at_stage)
 
 
@@ -197,7 +200,7 @@ def guards_of(scene, parameters, zeros=np.zeros) -> Guards:
     table, has_latching_law = _GUARD_TABLES[key]
     count = table["contact"].size
     return Guards(
-        evaluate=entry(guards_entry, scene, "fffff", parameters) if -1 in table["column"] else NO_ENTRY,
+        evaluate=entry(guards_entry, scene, "ffffff", parameters) if -1 in table["column"] else NO_ENTRY,
         latch=entry(latch_entry, scene, "fffi", parameters) if has_latching_law else NO_ENTRY,
         value=zeros((count, SINGLE_STATE + 1)),
         event=zeros(2, dtype=np.int64),

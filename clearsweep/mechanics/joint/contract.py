@@ -114,6 +114,13 @@ class InternalState(NamedTuple):
     survives_separation: bool  # if not: reset by a separation to its initial value, without a rate out of contact
 
 
+class StepStart(NamedTuple):
+    """A law and its contact at the start of a step."""
+
+    law: tuple  # with its internal state then
+    contact: tuple  # Observed
+
+
 class Guard(NamedTuple):
     """An event at which a function of the motion crosses zero upwards."""
 
@@ -275,7 +282,7 @@ def guards(law):
 def guard_values(law, start, contact, root):
     """Return the values of the law's guards.
 
-    start, contact : Observed, at the start of the step and now; root : m^0.5, present root of penetration.
+    start : StepStart; contact : Observed, now; root : m^0.5, present root of penetration.
     """
 
 

@@ -126,7 +126,8 @@ def distances_past_kinks(kink_values, start_value, value):
 
 
 def _guard_values_of_kinks(law, start, contact, root):
-    return distances_past_kinks(kinks(law), kink_variable(law, start, root), kink_variable(law, contact, root))
+    start_value = kink_variable(start.law, start.contact, root)
+    return distances_past_kinks(kinks(law), start_value, kink_variable(law, contact, root))
 
 
 def register_kinks(law_type, variable):

@@ -63,7 +63,7 @@ def evaluate_guards(pointer, y, row):
             else:
                 guards.value[g, SINGLE_STATE] = guards.sign[g] * work.o[guards.column[g], row]
     if guards.evaluate.code != 0:
-        arguments = y, work.nodes, work.latched, work.o, guards.value
+        arguments = work.y, y, work.nodes, work.latched, work.o, guards.value
         invoke(guards.evaluate.code, guards.evaluate.parameters, arguments, row)
 
 

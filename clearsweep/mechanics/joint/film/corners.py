@@ -39,7 +39,7 @@ def _guards_corners(corners):
 
 @guard_values.member(Corners)
 def _guard_values_corners(corners, start, contact, root):
-    depth_before, depth_now, margin = start.depth, contact.depth, corners.margin
+    depth_before, depth_now, margin = start.contact.depth, contact.depth, corners.margin
     return (
         depth_now - corners.clamped if depth_before < corners.clamped - margin else NEVER,
         corners.clamped - depth_now if depth_before > corners.clamped + margin else NEVER,
@@ -69,8 +69,10 @@ def _guards_reversals(reversals):
 
 @guard_values.member(Reversals)
 def _guard_values_reversals(reversals, start, contact, root):
-    above_zero_rate, below_zero_rate = distances_past_kinks((0.0,), start.rate, contact.rate)
-    above_zero_spin, below_zero_spin = distances_past_kinks((0.0,), start.guard_quantity, contact.guard_quantity)
-    if start.depth < reversals.end:
+    above_zero_rate, below_zero_rate = distances_past_kinks((0.0,), start.contact.rate, contact.rate)
+    above_zero_spin, below_zero_spin = distances_past_kinks(
+        (0.0,), start.contact.guard_quantity, contact.guard_quantity
+    )
+    if start.contact.depth < reversals.end:
         return above_zero_rate, below_zero_rate, above_zero_spin, below_zero_spin
     return NEVER, NEVER, NEVER, NEVER

@@ -7,8 +7,9 @@ from ....contracts.catalogue import Field, Law
 from ...compiled import calculus as math
 from ...compiled.choosing import where
 from ...compiled.family import family, kernel
-from ..contract import InternalState, internal_rates, internal_state
-from ..kinks import kinks, register_kinks, slip_variable
+from ..contract import Guard, InternalState, guard_values, guards, internal_rates, internal_state
+from ..kinks import distances_past_kinks, kinks, register_kinks, slip_variable
+from ..modes import TOUCHING
 from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, maker_from_values, settled_state
 from .piecewise import zero_slip_kink
@@ -218,6 +219,32 @@ class ElastoPlastic(NamedTuple):
     bend: float = 0.0  # z, m
 
 
+@guards.member(ElastoPlastic)
+def _guards_elasto_plastic(friction):
+    return (Guard(TOUCHING),) * 6
+
+
+@guard_values.member(ElastoPlastic)
+def _guard_values_elasto_plastic(friction, start, contact, root):
+    """Return guards for zero slip, and for both ends of the range of bends in which part of the slip is plastic."""
+    elastic_limit = friction.elastic_share * friction.coefficient
+    sliding_force, sliding_force_before = (
+        stribeck_coefficient(friction, contact.slip),
+        stribeck_coefficient(friction, start.contact.slip),
+    )
+    return (
+        *distances_past_kinks((0.0,), start.contact.slip, contact.slip),
+        *distances_past_kinks((0.0,), _excess(start.law, elastic_limit), _excess(friction, elastic_limit)),
+        *distances_past_kinks((0.0,), _excess(start.law, sliding_force_before), _excess(friction, sliding_force)),
+    )
+
+
+@kernel
+def _excess(friction, coefficient):
+    """Return how far the square of the bristles' force, over that of a coefficient, is above 1."""
+    return (friction.bristle_stiffness * friction.bend / coefficient) ** 2 - 1.0
+
+
 @bend_rate.member(ElastoPlastic)
 def _bend_rate_elasto_plastic(friction, slip):
     bristle_force = (
@@ -234,8 +261,6 @@ def _bend_rate_elasto_plastic(friction, slip):
 friction_force.member(ElastoPlastic)(_friction_force_lugre)
 settled_state.member(ElastoPlastic)(_settled_state_damped)
 internal_state.member(ElastoPlastic)(_bristle_state)
-kinks.member(ElastoPlastic)(zero_slip_kink)
-register_kinks(ElastoPlastic, slip_variable)
 internal_rates.member(ElastoPlastic)(_internal_rates_lugre)
 
 

@@ -57,7 +57,7 @@ def _guards_karnopp(friction):
 
 @guard_values.member(Karnopp)
 def _guard_values_karnopp(friction, start, contact, root):
-    slip_sign = where(friction.sliding_sign != 0.0, friction.sliding_sign, math.copysign(1.0, start.slip))
+    slip_sign = where(friction.sliding_sign != 0.0, friction.sliding_sign, math.copysign(1.0, start.contact.slip))
     limit = static_limit(friction) * contact.normal
     return (
         friction.band - slip_sign * contact.slip,

@@ -132,7 +132,7 @@ def _guards_yielding_sphere(law):
 @guard_values.member(YieldingSphere)
 def _guard_values_yielding_sphere(law, start, contact, root):
     if law.deepest == 0.0:
-        distance_past_kink, _ = distances_past_kinks(kinks(law), start.depth, contact.depth)
+        distance_past_kink, _ = distances_past_kinks(kinks(law), start.contact.depth, contact.depth)
         return -contact.rate, NEVER, distance_past_kink
     return NEVER, root - RELOAD_FACTOR * math.sqrt(law.deepest), NEVER
 

@@ -101,7 +101,7 @@ def _guard_values_renewed(law, start, contact, root):
     if law.doubling_energy > 0.0:
         return elastic_energy(
             law.elastic, root * root
-        ) - law.doubling_energy, contact.rate if start.rate < 0.0 else NEVER
+        ) - law.doubling_energy, contact.rate if start.contact.rate < 0.0 else NEVER
     return NEVER, -contact.rate if law.doubling_energy < 0.0 else NEVER
 
 

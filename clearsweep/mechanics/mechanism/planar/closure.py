@@ -69,8 +69,8 @@ class Closure:
         for joint in machine.joints:
             rows += self._rows_of(joint, offsets.get(joint.name, (0.0, 0.0)))
         for spring in self.springs:
-            along = math.cos(spring.axis), math.sin(spring.axis)
-            rows.append(self._row(spring, along, turns=1.0, offset=offsets.get(spring.name, 0.0)))
+            axis = math.cos(spring.axis), math.sin(spring.axis)
+            rows.append(self._row(spring, axis, turns=1.0, offset=offsets.get(spring.name, 0.0)))
         crank_angle = [0.0, 0.0, 0.0, 1.0 + self.crank, 0.0, 0.0, *constraints.NO_DIRECTION, 0.0, 0.0]
         self.constraints = np.array([*rows, crank_angle])
         self.rows = len(self.constraints)
@@ -89,10 +89,10 @@ class Closure:
             return [across] if isinstance(joint, Slot) else [self._row(joint, constraints.NO_DIRECTION), across]
         return [self._row(joint, axis, offset=offset[i]) for i, axis in enumerate(((1.0, 0.0), (0.0, 1.0)))]
 
-    def _row(self, joint: Any, along: tuple[float, float], turns: float = 0.0, offset: float = 0.0) -> list[float]:
+    def _row(self, joint: Any, axis: tuple[float, float], turns: float = 0.0, offset: float = 0.0) -> list[float]:
         """Return the numbers of a Constraint."""
         ends = [(float(self._number(end.body)), *self._arm(end)) for end in (joint.proximal, joint.distal)]
-        return [*ends[0], *ends[1], *along, turns, offset]
+        return [*ends[0], *ends[1], *axis, turns, offset]
 
     def _number(self, body: str) -> int:
         """Return the number of a body, 0 for the ground."""
@@ -313,8 +313,8 @@ class Closure:
         assert state.inverse is not None  # of a position that was closed
         scale, unit = self._units()
         # the derivatives have at most six numbers in a row, up to 1 in these units
-        bound = math.sqrt(6.0 * self.rows) * np.linalg.norm(state.inverse.matrices[0] * unit.T / scale[:, None])
-        if bound < 1.0 / NEAR_SINGULAR:
+        largest_ratio = math.sqrt(6.0 * self.rows) * np.linalg.norm(state.inverse.matrices[0] * unit.T / scale[:, None])
+        if largest_ratio < 1.0 / NEAR_SINGULAR:
             return
         angle = float(state.angles[0])
         ratio, body = self._singularity(state.q[0], angle)

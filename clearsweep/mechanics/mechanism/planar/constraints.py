@@ -99,8 +99,8 @@ def write_constraints(work, angle):
             _put_derivatives(work, row, proximal, (0.0, 0.0, -1.0))
             _put_derivatives(work, row, distal, (0.0, 0.0, 1.0))
         else:
-            turning = work.constraints[row].turns * (c * y - s * x)
-            _put_derivatives(work, row, proximal, (-c, -s, turning - (s * near[0] - c * near[1])))
+            rotation_term = work.constraints[row].turns * (c * y - s * x)
+            _put_derivatives(work, row, proximal, (-c, -s, rotation_term - (s * near[0] - c * near[1])))
             _put_derivatives(work, row, distal, (c, s, s * far[0] - c * far[1]))
         work.values[row] = value - work.constraints[row].offset
     work.values[size - 1] -= angle

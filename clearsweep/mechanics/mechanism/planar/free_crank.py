@@ -171,13 +171,13 @@ def _fraction_at(motion, step, angle):
     fraction = (angle - motion.states[step, 0]) / (motion.states[step + 1, 0] - motion.states[step, 0])
     fraction = min(max(fraction, low), high)
     for _ in range(MAX_ITERATIONS):
-        excess = _state_in_step(motion, step, 0, fraction) - angle
-        if excess < 0.0:
+        difference = _state_in_step(motion, step, 0, fraction) - angle
+        if difference < 0.0:
             low = fraction
         else:
             high = fraction
         slope = length * _state_in_step(motion, step, 1, fraction)
-        improved = fraction - excess / slope if slope != 0.0 else math.inf
+        improved = fraction - difference / slope if slope != 0.0 else math.inf
         if not low <= improved <= high:
             improved = 0.5 * (low + high)
         change, fraction = abs(improved - fraction), improved
