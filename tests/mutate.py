@@ -183,8 +183,8 @@ MUTATIONS = (
     Mutation(
         "mechanics/mechanism/planar/free_crank.py",
         "_passages",
-        "angles[middle] < angle",
-        "angles[middle] > angle",
+        "highest_angles[middle] < angle",
+        "highest_angles[middle] > angle",
         IDEALS,
     ),
     Mutation("simulation/heat.py", "at_equilibrium", "converged = run_index > 0 and ", "converged = ", HEAT),

@@ -15,7 +15,7 @@ from clearsweep.mechanics.trace import objects, portable
 
 PROGRAM = Path(__file__).parent / "portable_bits.py"
 #: As on a processor without fused operations; names of its kernels differ between versions of the libraries.
-OLDER = {"OPENBLAS_CORETYPE": "Sandybridge", "NPY_DISABLE_CPU_FEATURES": "X86_V3"}
+OLDER = {"OPENBLAS_CORETYPE": "Sandybridge", "NPY_DISABLE_CPU_FEATURES": "X86_V3,X86_V4"}
 GRIDS = ("slider_crank.yaml", "lubricated.yaml", "worn_slider_crank.yaml", "four_bar.yaml", "spatial_four_bar.yaml")
 
 
