@@ -352,6 +352,40 @@ def test_a_singular_position_is_refused_where_it_is():
     assert refused.value.angle == pytest.approx(math.pi, abs=0.02)
 
 
+@pytest.mark.parametrize(
+    "lengths", [(0.1, 0.1, 0.2, 0.2), (0.05, 0.05, 0.12, 0.12), (0.1, 0.1, 0.1, 0.1), (0.2, 0.1, 0.2, 0.1)]
+)
+@pytest.mark.parametrize("scale", [1e-3, 1.0, 30.0])
+def test_a_start_in_which_all_links_are_in_line_is_refused_there(lengths, scale):
+    """Newton's method would leave it in any direction."""
+    frame, *links = (scale * length for length in lengths)
+    machine = lengthened(four_bar(drive=Constant(10.0)), "ground", "foot", (frame, 0.0))
+    for (body, point), length in zip((("crank", "pin"), ("coupler", "small"), ("rocker", "pin")), links, strict=True):
+        machine = lengthened(machine, body, point, (length, 0.0))
+        machine.bodies[body] = machine.bodies[body]._replace(center=(0.5 * length, 0.0))
+    with pytest.raises(ClosureError, match="singular") as refused:
+        planar.build(machine, {}, {})
+    assert refused.value.angle == 0.0
+
+
+def test_a_free_crank_that_takes_no_step_is_at_its_start():
+    motor = Motor(stall_torque=0.001, no_load_speed=math.inf, initial_speed=0.5)
+    for angle in (0.0, -0.5):
+        motion = planar.ideal(slider_crank(drive=motor), np.array([angle]))
+        assert motion.torque == pytest.approx(0.001, rel=1e-9)
+
+
+def test_a_machine_is_the_same_whatever_else_is_closed_with_it():
+    """Its bits, so that a case does not depend on the angles that another one asks for."""
+    ideal_machine = planar.ideal_of(four_bar(drive=Constant(10.0)))
+    angles, guesses = 0.0087 * np.arange(40), ideal_machine.revolution.q[:40] + 1e-4
+    states, _ = ideal_machine.closure.close(guesses, angles)
+    for k in (0, 7, 39):
+        alone, _ = ideal_machine.closure.close(guesses[k : k + 1], angles[k : k + 1])
+        for together, single in zip(states[1:4], alone[1:4], strict=True):
+            assert np.array_equal(together[k], single[0])
+
+
 def test_a_machine_that_moves_in_two_ways_or_in_none_is_refused():
     machine = four_bar()
     with pytest.raises(MobilityError, match="3 degrees of freedom"):

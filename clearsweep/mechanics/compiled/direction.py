@@ -51,6 +51,5 @@ def directions(angles):
     """Return cosines and sines of an array of angles (rad), the same bits as in compiled code."""
     angles = np.require(angles, float, "CW")
     cosines, sines = np.empty_like(angles), np.empty_like(angles)
-    if angles.size:
-        _write_directions((angles.reshape(-1), cosines.reshape(-1), sines.reshape(-1)), angles.size)
+    _write_directions((angles.reshape(-1), cosines.reshape(-1), sines.reshape(-1)), angles.size)
     return cosines, sines

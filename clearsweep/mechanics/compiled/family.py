@@ -287,7 +287,7 @@ def _emit_call(code, parameters, arrays, integer):
 class Routine:
     """Compiled code of arrays alone, without a scene: the same for all cases, and part of the package."""
 
-    ALL: ClassVar[list["Routine"]] = []
+    ALL: ClassVar[list["Routine"]] = []  # of the modules that are imported
 
     def __init__(self, function, items):
         """Declare `function(*arrays, integer)`; items : a letter per array, 'f' for float64, 'i' for int64."""
@@ -295,16 +295,16 @@ class Routine:
         self.ALL.append(self)
 
     def compile(self):
-        """Return the machine code, or None if it was not compiled for this machine."""
+        """Return the machine code, or None while code is compiled for another machine."""
         self._code = self._code or objects.compiled_routine(self.function, self.items)
         return self._code
 
     def __call__(self, arrays, integer):
-        """Run it with contiguous, writable arrays of numpy or ctypes."""
+        """Run it with contiguous arrays of numpy or ctypes."""
         if is_plain():
             self.function(*arrays, integer)
             return
-        addresses = [ctypes.addressof(ctypes.c_char.from_buffer(array)) for array in arrays]
+        addresses = [x.ctypes.data if isinstance(x, np.ndarray) else ctypes.addressof(x) for x in arrays]
         objects.function_at(self.compile().address, len(arrays))(0, *addresses, integer)
 
 

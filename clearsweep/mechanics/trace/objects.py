@@ -6,6 +6,7 @@ import functools
 import hashlib
 import itertools
 import platform
+import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -183,16 +184,20 @@ def compiled_routine(function: Callable, items: str) -> Code | None:
     return load_or_compile(function, items, lambda: _trace_body(body, items))
 
 
+_COMPILING = threading.RLock()  # tracing and LLVM serve one thread at a time
+
+
 def load_or_compile(function: Callable, description: str, module: Callable[[], ir.Module]) -> Code | None:
     """Return the machine code of a module of a function, or of its stored object, or None if it is not available."""
     description = f"{function.__module__}.{function.__qualname__} {description} {level()}"
     name = f"{function.__name__}-{hashlib.sha256(description.encode()).hexdigest()[:32]}.o"
-    content = None if _LEVELS_FOR_PACKAGE else cache.load(name)
-    if content is None:
-        with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
-            content = compile_object(module())
-        cache.store(name, content)
-    return load_object(content) if content and not _LEVELS_FOR_PACKAGE else None
+    with _COMPILING:
+        content = None if _LEVELS_FOR_PACKAGE else cache.load(name)
+        if content is None:
+            with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
+                content = compile_object(module())
+            cache.store(name, content)
+        return load_object(content) if content and not _LEVELS_FOR_PACKAGE else None
 
 
 @functools.cache

@@ -23,7 +23,7 @@ FINEST_STEP = 4**6  # most parts into which an interval between stations is divi
 LARGEST_JUMP = 0.1  # rad, by which an angle may differ from the parabola through the last station
 NEAR_SINGULAR = 1e-7  # least singular value of the constraints over the largest, lengths measured by the machine's size
 ATTEMPTS = 40
-ROUNDING = 2.0**-30  # of the machine's size: of a guess, which the last steps of Newton's method improve
+ROUNDING = 2.0**-30  # rad, and of the machine's size: to which the start is rounded before it is closed once more
 _SINGULAR = "it is in a singular position, in which it has more than one degree of freedom"
 
 
@@ -144,25 +144,25 @@ class Closure:
 
     def _units(self) -> tuple[np.ndarray, np.ndarray]:
         """Return the unit of each coordinate (3 bodies,) and of each row (rows, 1), the machine's size for lengths."""
-        is_angle = np.all(self.constraints[:, [6, 7]] == 0.0, axis=1)
+        is_angle = np.all(self.constraints[:, 6:8] == constraints.NO_DIRECTION, axis=1)
         return np.tile([self.size, self.size, 1.0], len(self.names)), np.where(is_angle, 1.0, self.size)[:, None]
 
     def close(self, q: np.ndarray, angles: np.ndarray) -> tuple[MachineStates, np.ndarray]:
-        """Return the states near `q` that satisfy the constraints, and the determinants (N,) of their derivatives.
+        """Return the states near `q` that satisfy the constraints, and signs (N,) of the determinants of these.
 
         q : (N, 3 bodies); angles : (N,) rad, of the crank.  Coordinates are nan where there are none.
         """
         count, n = q.shape
-        q, first, second, inverse, determinants = (
+        q, first, second, inverse, signs = (
             q.copy(),
             np.empty((count, n)),
             np.empty((count, n)),
             np.empty((count, n, n)),
             np.empty(count),
         )
-        arrays = self._settings, self.constraints, _contiguous(angles), q, first, second, inverse, determinants
+        arrays = self._settings, self.constraints, _contiguous(angles), q, first, second, inverse, signs
         constraints.close((*arrays, np.zeros(constraints.scratch_size(n))), count)
-        return MachineStates(angles, q, first, second, Inverses(inverse, np.arange(count))), determinants
+        return MachineStates(angles, q, first, second, Inverses(inverse, np.arange(count))), signs
 
     def close_at_start(self, angle: float) -> np.ndarray:
         """Return the machine closed at an angle of its crank, near the angles given for that.  Raises ClosureError."""
@@ -244,14 +244,11 @@ class Closure:
                 damping = max(0.2 * damping, 1e-15)
             else:
                 damping *= 5.0
-            if cost < (constraints.ACCURACY * self.size) ** 2 or damping > 1e10:
+            if cost < 1e-12 * self.size**2 or damping > 1e10:
                 break
         if cost > 1e-8 * self.size**2:
             return np.full_like(q, math.nan)
-        # rounded, because the bits of linear algebra depend on the processor
-        closed: np.ndarray = self.close(np.round(q / (ROUNDING * self.size))[None] * (ROUNDING * self.size), angles)[
-            0
-        ].q[0]
+        closed: np.ndarray = self.close(q[None], angles)[0].q[0]
         return closed
 
     def _most_open_body(self, given_angles, angle) -> str:
@@ -268,14 +265,18 @@ class Closure:
     def close_revolution(self, start: float) -> MachineStates:
         """Return a revolution of the crank from the angle `start` (rad), with both ends.  Raises ClosureError."""
         angles = start + 2.0 * math.pi * np.arange(STATIONS + 1) / STATIONS
-        coarse_angles = angles[:: STATIONS // FIRST_STATIONS]
-        states = [self.close(self.close_at_start(start)[None], angles[:1])[0]]
-        self._check(states[0])
+        coarse_angles, first_position = angles[:: STATIONS // FIRST_STATIONS], self.close_at_start(start)
+        self._check_position(first_position, start)
+        # rounded, because the bits of linear algebra depend on the processor
+        unit = ROUNDING * self._units()[0]
+        states = [self.close((np.round(first_position / unit) * unit)[None], angles[:1])[0]]
+        if not np.all(np.isfinite(states[0].q)):
+            raise ClosureError(_SINGULAR, self._singularity(first_position, start)[1], start)
         for angle in coarse_angles[1:]:
             states.append(self._continue_to(states[-1], angle))
         coarse = (np.concatenate([state[k] for state in states]) for k in (1, 2, 3))
-        closed, determinants = self.close(interpolate(MachineStates(coarse_angles, *coarse), angles).q, angles)
-        self._check_all(closed, determinants)
+        closed, signs = self.close(interpolate(MachineStates(coarse_angles, *coarse), angles).q, angles)
+        self._check_all(closed, signs)
         return closed
 
     def _continue_to(self, state: MachineStates, end_angle: float) -> MachineStates:
@@ -299,14 +300,13 @@ class Closure:
         angle = float(state.angles[0])
         raise ClosureError("its lengths do not let the crank turn on", self._singularity(state.q[0], angle)[1], angle)
 
-    def _check_all(self, states: MachineStates, determinants: np.ndarray) -> None:
+    def _check_all(self, states: MachineStates, signs: np.ndarray) -> None:
         """Raise ClosureError if a revolution passes a singular position between its stations."""
-        signs = np.sign(determinants)
         is_steep = np.max(np.abs(states.derivative[:, 2::3]), axis=1) > 1.0 / NEAR_SINGULAR
         singular_stations = np.flatnonzero((signs != signs[0]) | is_steep | ~np.all(np.isfinite(states.q), axis=1))
         if singular_stations.size:
-            angle = float(states.angles[singular_stations[0]])
-            raise ClosureError(_SINGULAR, self._singularity(states.q[singular_stations[0] - 1], angle)[1], angle)
+            angle, last_station = float(states.angles[singular_stations[0]]), max(singular_stations[0] - 1, 0)
+            raise ClosureError(_SINGULAR, self._singularity(states.q[last_station], angle)[1], angle)
 
     def _check(self, state: MachineStates) -> None:
         """Raise ClosureError if a position is singular, or so close to it that the inverse is very large."""
@@ -314,10 +314,12 @@ class Closure:
         scale, unit = self._units()
         # the derivatives have at most six numbers in a row, up to 1 in these units
         largest_ratio = math.sqrt(6.0 * self.rows) * np.linalg.norm(state.inverse.matrices[0] * unit.T / scale[:, None])
-        if largest_ratio < 1.0 / NEAR_SINGULAR:
-            return
-        angle = float(state.angles[0])
-        ratio, body = self._singularity(state.q[0], angle)
+        if not largest_ratio < 1.0 / NEAR_SINGULAR:
+            self._check_position(state.q[0], float(state.angles[0]))
+
+    def _check_position(self, q: np.ndarray, angle: float) -> None:
+        """Raise ClosureError if a position `q` (3 bodies,) is singular."""
+        ratio, body = self._singularity(q, angle)
         if ratio < NEAR_SINGULAR:
             raise ClosureError(_SINGULAR, body, angle)
 

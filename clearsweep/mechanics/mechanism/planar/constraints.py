@@ -19,6 +19,7 @@ LANES = 8  # numbers of a row that are processed together
 MAX_ITERATIONS = 30  # of Newton's method
 QUADRATIC_STEP = 1e-9  # of the machine's size, by which the last step of Newton's method moves
 ACCURACY = 1e-11  # of the machine's size: largest constraint at a solution
+ROUNDING = 1e-16  # of the machine's size: constraints that a step of Newton's method does not reduce
 
 
 class Constraint(Fields):
@@ -127,17 +128,17 @@ def write_curvature(work):
 
 @kernel
 def invert(work):
-    """Replace the unit matrix by the inverse of the derivatives; return their determinant, 0 if they are singular.
+    """Replace the unit matrix by the inverse of the derivatives; return the sign of their determinant, 0 if singular.
 
     Elimination by Gauss and Jordan with row pivoting.
     """
-    matrix, size, blocks, determinant = work.matrix, work.values.size, work.matrix.shape[1] // LANES, 1.0
+    matrix, size, blocks, sign = work.matrix, work.values.size, work.matrix.shape[1] // LANES, 1.0
     for k in rolled_range(size):
         pivot_row, pivot = k, matrix[k, k]
         for row in rolled_range(k + 1, size):
             if abs(matrix[row, k]) > abs(pivot):
                 pivot_row, pivot = row, matrix[row, k]
-        determinant *= pivot if pivot_row == k else -pivot
+        sign *= math.copysign(1.0, pivot if pivot_row == k else -pivot)
         if not abs(pivot) > 0.0:
             return 0.0
         inverse_pivot = 1.0 / pivot
@@ -154,7 +155,7 @@ def invert(work):
                     for i in lane_range(LANES):
                         column = LANES * block + i
                         matrix[row, column] = matrix[row, column] - factor * matrix[k, column]
-    return determinant
+    return sign
 
 
 @kernel
@@ -167,16 +168,26 @@ def product_with_values(work, row):
 
 
 @kernel
+def largest_constraint(work):
+    """Return the size of the largest constraint (m or rad), inf if one is nan."""
+    largest = 0.0
+    for row in rolled_range(work.values.size):
+        size = abs(work.values[row])
+        largest = max(largest, size) if size < math.inf else math.inf
+    return largest
+
+
+@kernel
 def close_position(work, angle, size):
     """Satisfy the constraints at a crank `angle` (rad) by Newton's method from a close position.
 
-    size : m, of the machine.  Return the determinant of the derivatives, nan if there is no solution.  Where they are
-    singular, the position stays.
+    size : m, of the machine.  Return the sign of the determinant of the derivatives, nan if there is no solution.
+    The position stays where the derivatives are singular, or the constraints as small as their rounding.
     """
     count = work.values.size
     for _ in rolled_range(MAX_ITERATIONS):
         write_constraints(work, angle)
-        if invert(work) == 0.0:
+        if largest_constraint(work) <= ROUNDING * size or invert(work) == 0.0:
             break
         step = 0.0
         for row in rolled_range(count):
@@ -187,31 +198,29 @@ def close_position(work, angle, size):
         if step < QUADRATIC_STEP * min(size, 1.0) or step == math.inf:
             break
     write_constraints(work, angle)
-    determinant = invert(work)
-    error = 0.0
-    for row in rolled_range(count):
-        error = max(error, abs(work.values[row])) if abs(work.values[row]) < math.inf else math.inf
-    return determinant if error < ACCURACY * max(size, 1.0) else math.nan
+    sign = invert(work)
+    return sign if largest_constraint(work) < ACCURACY * max(size, 1.0) else math.nan
 
 
-def _close(settings, constraints, angles, q, first, second, inverse, determinants, scratch, count):
+def _close(settings, constraints, angles, q, first, second, inverse, signs, scratch, count):
     """Close a machine at `count` crank angles and differentiate its position; arrays are bare pointers.
 
-    settings : size of the machine (m), number n of coordinates; angles : (count,) rad; q : (count, n) guesses, then
-    positions, nan where there are none; first, second : (count, n) their derivatives by the crank's angle; inverse :
-    (count, n, n) of the derivatives of the constraints by the coordinates, whose `determinants` are (count,)
+    settings : size of the machine (m), number n of coordinates; constraints : (n, Constraint.SIZE); angles : (count,)
+    rad; q : (count, n) guesses, then positions, nan where there are none; first, second : (count, n) their derivatives
+    by the crank's angle; inverse : (count, n, n) of the derivatives of the constraints by the coordinates; signs :
+    (count,) of the determinants of these; scratch : (scratch_size(n),) zeros.
     """
     settings = shaped(settings, (2,))
     size, n = settings[0], int(settings[1])
-    angles, determinants = shaped(angles, (count,)), shaped(determinants, (count,))
+    angles, signs = shaped(angles, (count,)), shaped(signs, (count,))
     q, first, second = shaped(q, (count, n)), shaped(first, (count, n)), shaped(second, (count, n))
     inverse, work = shaped(inverse, (count, n, n)), _workspace(constraints, scratch, n)
     for k in rolled_range(count):
         for i in rolled_range(n):
             work.position[3 + i] = q[k, i]
-        determinants[k] = close_position(work, angles[k], size)
+        signs[k] = close_position(work, angles[k], size)
         for i in rolled_range(n):
-            q[k, i] = work.position[3 + i] if determinants[k] == determinants[k] else math.nan
+            q[k, i] = work.position[3 + i] if abs(signs[k]) <= 1.0 else math.nan
             first[k, i] = work.rates[3 + i] = work.matrix[i, 2 * n - 1]
             for j in rolled_range(n):
                 inverse[k, i, j] = work.matrix[i, n + j]
@@ -221,7 +230,10 @@ def _close(settings, constraints, angles, q, first, second, inverse, determinant
 
 
 def _evaluate(settings, constraints, angles, q, values, jacobians, scratch, count):
-    """Write the constraints, `values` (count, n), and their derivatives, (count, n, n), at positions `q` (count, n)."""
+    """Write the constraints, `values` (count, n), and their derivatives, (count, n, n), at positions `q` (count, n).
+
+    The other arguments are those of `_close`.
+    """
     n = int(shaped(settings, (2,))[1])
     angles, q, values = shaped(angles, (count,)), shaped(q, (count, n)), shaped(values, (count, n))
     jacobians, work = shaped(jacobians, (count, n, n)), _workspace(constraints, scratch, n)
@@ -237,7 +249,7 @@ def _evaluate(settings, constraints, angles, q, values, jacobians, scratch, coun
 
 @inlined
 def _workspace(constraints, scratch, n):
-    """Return the Workspace for `n` coordinates in two arrays; the scratch is 0 at first."""
+    """Return the Workspace for `n` coordinates in two arrays; the coordinates of the ground remain 0."""
     width, bodies = row_width(n), n // 3 + 1
     scratch = shaped(scratch, (scratch_size(n),))
     rates, values, directions, matrix = n + 3, 2 * (n + 3), 3 * n + 6, 3 * n + 6 + 2 * bodies
@@ -257,5 +269,5 @@ def scratch_size(n):
     return 3 * n + 6 + 2 * (n // 3 + 1) + n * row_width(n)
 
 
-close = Routine(_close, "ffffffff" + "f")
+close = Routine(_close, "fffffffff")
 evaluate = Routine(_evaluate, "fffffff")

@@ -28,14 +28,18 @@ class Inverses(NamedTuple):
     def multipliers(self, forces: np.ndarray) -> np.ndarray:
         """Return the multipliers (N, rows) of the constraints for forces (N, 3 bodies) on the bodies."""
         forces, out = np.require(forces, float, "CW"), np.empty_like(forces, order="C")
-        _write_multipliers((np.array([out.shape[1]]), self.matrices, self.index, forces, out), len(forces))
+        _write_multipliers((np.array(self.matrices.shape[:2]), self.matrices, self.index, forces, out), len(forces))
         return out
 
 
 def _multipliers(settings, matrices, index, forces, multipliers, count):
-    """Multiply forces (count, n) by the transposed matrices; settings : (1,) int64, n; arrays are bare pointers."""
-    n = shaped(settings, (1,))[0]
-    matrices, index = shaped(matrices, (1 << 30, n, n)), shaped(index, (count,))
+    """Multiply forces (count, n) by the transposed matrices (M, n, n) of an `index`; arrays are bare pointers.
+
+    settings : (2,) int64, M and n
+    """
+    settings = shaped(settings, (2,))
+    n = settings[1]
+    matrices, index = shaped(matrices, (settings[0], n, n)), shaped(index, (count,))
     forces, multipliers = shaped(forces, (count, n)), shaped(multipliers, (count, n))
     for k in rolled_range(count):
         for row in rolled_range(n):
@@ -50,10 +54,10 @@ _write_multipliers = Routine(_multipliers, "ififf")
 
 
 class MachineStates(NamedTuple):
-    """The ideal machine at one or N crank angles; q : x, y (m), angle (rad) of moving bodies."""
+    """The ideal machine at N crank angles; q : x, y (m), angle (rad) of moving bodies."""
 
-    angles: np.ndarray  # () or (N,) rad
-    q: np.ndarray  # (..., 3 bodies)
+    angles: np.ndarray  # (N,) rad
+    q: np.ndarray  # (N, 3 bodies)
     derivative: np.ndarray  # of q by the crank's angle
     second_derivative: np.ndarray
     inverse: Inverses | None = None  # of states that were closed
