@@ -377,6 +377,17 @@ def test_show_refuses_what_it_cannot_draw(tmp_path):
         report.show(Run(), "0" * 16, tmp_path / "case.png")
 
 
+@pytest.mark.parametrize("ending", ["html", "csv"])
+def test_show_says_why_there_is_nothing_to_draw(tmp_path, ending):
+    """A crank that gravity stops has no history."""
+    drive = {"torque": "1e-3 N*m", "initial_speed": "5 rpm"}
+    grid = BASE | {"mechanism": BASE["mechanism"] | {"gravity": 9.81}, "drive": drive, "simulate": {"revolutions": 1}}
+    clearsweep.sweep(grid | {"name": "stalled"}, out=tmp_path / "run", executor="serial", show_progress=False)
+    run = store.open(tmp_path / "run")
+    with pytest.raises(InputError, match="nothing to draw, the case ended with 'stalled': the drive stalls"):
+        report.show(run, run.summary["case_id"][0], tmp_path / f"case.{ending}")
+
+
 CATALOGUE = simulation.catalogue()
 JOINT = "joints.rod-slider"
 BASE = {

@@ -39,6 +39,8 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
     with phases.phase(f"simulating case {wording.short_id(case_id)}"):
         case = case_to_draw(study, case_id)
         result = simulation.solve(case)
+    if len(result.channels.get("t", ())) < 2:
+        raise InputError(f"case {case_id}: nothing to draw, the case ended with {result.status!r}: {result.message}")
     out.parent.mkdir(parents=True, exist_ok=True)
     if out.suffix.lower() == ".csv":
         with phases.phase("forces in the joints"):
@@ -46,8 +48,6 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
         durable.replace(out, forces.to_csv(index=False, lineterminator="\n").encode())
         return out
     pictures = case_pictures(study, case_id, result)
-    if not pictures:
-        raise InputError(f"case {case_id}: nothing to draw, the case ended with {result.status!r}: {result.message}")
     with phases.phase("drawing"):
         if out.suffix.lower() == ".html":
             return page.write_page(_page(study, case_id, result, pictures), out)
@@ -62,10 +62,8 @@ def case_to_draw(study: Study, case_id: str) -> Case:
 
 
 def case_pictures(study: Study, case_id: str, result: Trajectory) -> list[Picture]:
-    """Return the pictures of a simulated case, or [] if it has no history."""
+    """Return the pictures of a simulated case with a history."""
     channels = result.channels
-    if len(channels.get("t", ())) < 2:
-        return []
     pictures = motion.motion_pictures(study, case_id, channels) + motion.onset_pictures(
         study, case_id, pd.DataFrame(result.events), channels
     )

@@ -15,7 +15,7 @@ PIN_CHANNELS = ("x", "y", "force_normal", "force_tangential")  # channels of a p
 
 def joint_forces(case: Case, channels: Mapping, joints: tuple[Joint, ...]) -> pd.DataFrame:
     """Return `pin_forces` of a case with the forces in its joints without clearance, where they are known."""
-    if simulation.reactions_unknown(case) or len(channels.get("t", ())) < 2:
+    if simulation.reactions_unknown(case):
         return pin_forces(channels, joints)
     reactions = simulation.pin_reactions(simulation.build(case), np.asarray(channels["t"], float))
     forces = pin_forces({name: values[::2] for name, values in reactions.trajectory.channels.items()}, joints)
