@@ -37,7 +37,7 @@ def evaluate_cycle(cycle, column, angle):
     revolutions = (angle - cycle.start) * (0.5 / math.pi)
     turns = math.floor(revolutions)
     position = (revolutions - turns) * stations
-    station = min(int(position), stations - 1)
+    station = min(max(int(position), 0), stations - 1)  # the angle of a trial step may be enormous
     t, h = position - station, 2.0 * math.pi / stations
     start_offset = WIDTH * (columns * station + column)
     end_offset = start_offset + WIDTH * columns
