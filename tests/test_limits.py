@@ -153,6 +153,8 @@ MISTAKES = {
     "rod_slider_force_peak.times: 'rod_slider_force_peak_idael' is not a column of this grid; did you mean 'rod_slider",
     "limits: {rod_slider_force_peak: {at_most: 2 kN, times: rod_slider_force_peak_ideal}}\n": "21:43: limits."
     "rod_slider_force_peak.at_most: found '2 kN', whose unit kN has another dimension",
+    "limits: {rod_slider_force_peak: {at_most: 2, times: slider_error_max}}\n": "21:43: limits.rod_slider_force_peak."
+    "at_most: found 2; it is in N/m, because rod_slider_force_peak is in N and slider_error_max in m; write the unit",
     'figures: {steps: "2 * rhs_evaluations"}\n': "21:11: figures.steps: is a column already",
     'figures: {margin: "2 * steps"}\n': "21:11: figures.margin: is a reserved name",
     'figures: {ratio: "2 * stebs"}\n': (

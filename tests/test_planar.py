@@ -375,6 +375,25 @@ def test_a_free_crank_that_takes_no_step_is_at_its_start():
         assert motion.torque == pytest.approx(0.001, rel=1e-9)
 
 
+@pytest.mark.parametrize("name", MACHINES)
+def test_derivatives_of_a_position_are_those_of_differences(name):
+    ideal_machine = planar.ideal_of(MACHINES[name]())
+    step, angles = 1e-3, ideal_machine.revolution.angles[:-1:37]
+
+    def at(shift):
+        return ideal_machine.states_at(angles + shift)
+
+    def difference(values):  # of fourth order
+        return (8.0 * (values(step) - values(-step)) - (values(2.0 * step) - values(-2.0 * step))) / (12.0 * step)
+
+    states = at(0.0)
+    for exact, values in (
+        (states.derivative, lambda shift: at(shift).q),
+        (states.second_derivative, lambda shift: at(shift).derivative),
+    ):
+        assert difference(values) == pytest.approx(exact, rel=0.0, abs=1e-8 * np.max(np.abs(exact)))
+
+
 def test_a_machine_is_the_same_whatever_else_is_closed_with_it():
     """Its bits, so that a case does not depend on the angles that another one asks for."""
     ideal_machine = planar.ideal_of(four_bar(drive=Constant(10.0)))

@@ -10,6 +10,7 @@ from ...contracts.layout import columns_of, rubbing_joints
 from ...judging.verdict import EXCEEDED, KINDS, MARGIN
 from ...language import expression
 from ...language.errors import InputError, did_you_mean, quoted
+from ...language.quantity import is_bare
 from ..keys.kinds import Number, Section
 from ..keys.run_keys import LIFE
 from ..written.document import WrittenValue
@@ -118,7 +119,14 @@ def _read_bounds(reader: Reader, column: str, written: WrittenValue, units: dict
         unit = unit_of_quotient(unit, units[other_column])
         bounds[_TIMES_KEY] = other_column
     for kind in KINDS:
-        if kind in entries:
+        if kind in entries and unit != "1" and _TIMES_KEY in bounds and is_bare(entries[kind].value):
+            message = (
+                f"found {entries[kind].value}; it is in {unit}, because {column} is in {units[column]} and "
+                f"{bounds[_TIMES_KEY]} in {units[bounds[_TIMES_KEY]]}; write the unit, or compare with a column in "
+                f"{units[column]}"
+            )
+            reader.problems.add(entries[kind], f"{path}.{kind}", message)
+        elif kind in entries:
             limit = read_quantity(reader.problems, f"{path}.{kind}", entries[kind], unit)
             bounds |= {} if limit is None else {kind: limit}
     if any(kind in bounds for kind in KINDS):
