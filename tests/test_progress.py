@@ -1,6 +1,7 @@
 """What takes long says what it does and for how long still: in the parent, in workers, to `status` and in a dry run."""
 
 import dataclasses
+import html
 import io
 import itertools
 import re
@@ -20,6 +21,7 @@ from clearsweep.language import phases
 from clearsweep.language.errors import StorageError
 from clearsweep.mechanics.trace import objects
 from clearsweep.report.data.partial import open_partial
+from clearsweep.report.statistics import sensitivity
 from clearsweep.simulation import outcome
 from clearsweep.simulation.progress import Life, LifeLimits
 from clearsweep.store import StoredRun
@@ -475,6 +477,26 @@ def test_the_page_of_an_unfinished_run_says_how_many_cases_it_has(tmp_path):
     whole = sweep(grid(5), tmp_path / "whole", executor="serial", show_progress=False)
     page = report.write(report.open(whole.directory), tmp_path / "whole.html").read_text(encoding="utf-8")
     assert "not finished" not in page
+
+
+@pytest.mark.parametrize("method", ["sobol", "saltelli"])
+def test_the_page_of_an_unfinished_sample_has_its_finished_cases(tmp_path, method):
+    over = {"mechanism.slider.mass": {"uniform": ["0.1 kg", "0.105 kg"]}, "drive.speed": {"uniform": [10, 20]}}
+    drawn = fake_physics.grid(sample={"method": method, "n": 16, "seed": 3, "over": over})
+    drawn.pop("sweep")
+    drawn["limits"] = {"rod_slider_force_peak": "1 N"}
+    with pytest.raises(StorageError):
+        sweep(drawn, tmp_path / "run", executor="serial", show_progress=False, simulator=Full)
+    run = open_partial(tmp_path / "run", report.Run, Fake.catalogue)
+    page = report.write(run, tmp_path / "page.html").read_text(encoding="utf-8")
+    finished, missing = run.grid["counts"]["ok"], run.grid["counts"]["missing"]
+    assert finished > 0 < missing
+    assert f"The run is not finished: this page has {finished} of {finished + missing} cases." in page
+    (sample,) = sensitivity.samples_of(run)
+    assert sample.is_finished().sum() == finished
+    assert np.isfinite(sample.figures["rod_slider_force_peak"]).sum() == finished
+    if method == "saltelli":
+        assert f"a sensitivity needs every case of its design, and {missing} have no result" in html.unescape(page)
 
 
 def test_a_finished_run_is_opened_as_it_is_and_an_empty_one_is_refused(tmp_path):

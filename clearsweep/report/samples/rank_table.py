@@ -16,7 +16,6 @@ from .sample_tables import (
     estimate_cells,
     estimate_columns,
     figure_columns,
-    finished_mask,
     limited_figures,
     point_cells,
     variable_names,
@@ -67,7 +66,7 @@ def figure_correlations(study: Study, sample: Sample, column: str) -> list[tuple
 
 def _halves(study: Study, sample: Sample, values: np.ndarray) -> list[Quantity]:
     """Return the cells with the chance that a limit is exceeded below and above the median of a variable."""
-    is_finished, exceeds = finished_mask(sample), any_limit_exceeded(study, sample)
+    is_finished, exceeds = sample.is_finished(), any_limit_exceeded(study, sample)
     values = values[is_finished]
     median = np.median(values)
     cells = []

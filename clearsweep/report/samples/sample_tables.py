@@ -88,7 +88,7 @@ def limit_table(study: Study, samples: list[Sample]) -> Table:
     rows = []
     for figure in limited_figures(study):
         for limit, sample in itertools.product(figure.limits, samples):
-            is_exceeding = limit.is_exceeded(sample.figures)[finished_mask(sample)]
+            is_exceeding = limit.is_exceeded(sample.figures)[sample.is_finished()]
             if len(is_exceeding) or sample.failed:
                 head_cells = (figure.name, figure.unit, *point_cells(study, sample))
                 limit_text = Quantity(limit.value, limit.bound_text(figure.unit))
@@ -140,21 +140,16 @@ def _probability_cells(exceeds: np.ndarray, failed: int, *, failures: bool) -> l
 
 def _failed_rows(sample: Sample) -> int:
     """Return the number of failed rows of a sample's design."""
-    return int(np.count_nonzero(~finished_mask(sample)))
+    failed = set(sample.failed)
+    return sum(case_id in failed for case_id in sample.case_ids)
 
 
 def any_limit_exceeded(study: Study, sample: Sample) -> np.ndarray:
     """Return a mask of the finished cases of a sample that exceed a limit, or whose limited figure is missing."""
     exceeds: np.ndarray = np.any([limit.is_exceeded(sample.figures) for limit in study.limits], axis=0)[
-        finished_mask(sample)
+        sample.is_finished()
     ]
     return exceeds
-
-
-def finished_mask(sample: Sample) -> np.ndarray:
-    """Return a mask of the rows of a sample's design that finished."""
-    failed = set(sample.failed)
-    return np.array([case_id not in failed for case_id in sample.case_ids])
 
 
 def index_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]:

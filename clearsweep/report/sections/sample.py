@@ -46,7 +46,7 @@ NOTE = (
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if the run has no sample or none of it finished."""
     all_samples = sensitivity.samples_of(study.run)
-    samples = [sample for sample in all_samples if len(sample.failed) < len(set(sample.case_ids))]
+    samples = [sample for sample in all_samples if sample.is_finished().any()]
     if not samples:
         return []
     if study.run.grid["sample"]["method"] in RANDOM_METHODS:
@@ -131,7 +131,7 @@ def _axis_values(study: Study, sample: Sample) -> list[tuple[str, str]]:
 
 def _random_samples(study: Study) -> list[Sample]:
     """Return the samples with finished cases, or [] if their cases are not independent."""
-    samples = [sample for sample in sensitivity.samples_of(study.run) if len(sample.failed) < len(set(sample.case_ids))]
+    samples = [sample for sample in sensitivity.samples_of(study.run) if sample.is_finished().any()]
     return samples if samples and study.run.grid["sample"]["method"] in RANDOM_METHODS else []
 
 

@@ -31,22 +31,27 @@ class Sample(NamedTuple):
     """The cases of one sample, which share the values of all axes that were not drawn."""
 
     point: dict  # dotted path -> value of the other axes, SI, or {} if there are none
-    case_ids: tuple[str, ...]  # one for each row of the design, in its order
-    figures: Mapping[str, np.ndarray]  # column of the summary -> (rows,) SI; NaN where a case failed
+    case_ids: tuple[str, ...]  # one for each row of the design, in its order; '' without a result in an unfinished run
+    figures: Mapping[str, np.ndarray]  # column of the summary -> (rows,) SI; NaN where a case failed or is missing
     failed: tuple[str, ...]  # ids of failed cases, without repetition
+
+    def is_finished(self) -> np.ndarray:
+        """Return a mask (rows,) of the cases that finished."""
+        left_out = {"", *self.failed}
+        return np.array([case_id not in left_out for case_id in self.case_ids])
 
 
 class Figures(Mapping[str, np.ndarray]):
     """The figures of some cases of a run, read on demand."""
 
     def __init__(self, names: Sequence[str], read: Callable[[str], np.ndarray], rows: np.ndarray) -> None:
-        """Take the names of all figures, a function that reads one for all cases, and the rows of these cases."""
+        """Take the names of all figures, a function that reads one for all cases, and the rows; -1: missing."""
         self._names, self._read, self._rows = names, read, rows
 
     def __getitem__(self, column: str) -> np.ndarray:
         if column not in self._names:
             raise KeyError(column)
-        return self._read(column)[self._rows]
+        return np.where(self._rows >= 0, self._read(column)[self._rows], np.nan)
 
     def __iter__(self) -> Iterator[str]:
         return iter(self._names)
@@ -128,14 +133,9 @@ def samples_of(run: StoredRun) -> list[Sample]:
 
     samples = []
     for point, row_by_values in sorted(rows_of_point.items(), key=lambda item: _sort_key(item[0])):
-        if any(row not in row_by_values for row in rows):
-            missing = sum(row not in row_by_values for row in rows)
-            raise InputError(
-                f"{missing} of the {len(rows)} cases of the sample have no result; run the grid again to the end"
-            )
-        row_numbers = np.array([row_by_values[row] for row in rows])
-        drawn, figures = ids[row_numbers], Figures(names, read, row_numbers)
-        failed_ids = tuple(dict.fromkeys(drawn[failed[row_numbers]]))
+        row_numbers = np.array([row_by_values.get(row, -1) for row in rows])
+        drawn, figures = np.where(row_numbers >= 0, ids[row_numbers], ""), Figures(names, read, row_numbers)
+        failed_ids = tuple(dict.fromkeys(drawn[failed[row_numbers] & (row_numbers >= 0)]))
         samples.append(Sample(dict(zip(other_paths, point, strict=True)), tuple(drawn), figures, failed_ids))
     return samples
 
@@ -288,7 +288,12 @@ def single_effects(sample: Sample, figure: str, paths: list[str]) -> list[Single
 
 
 def _complete_values(sample: Sample, figure: str) -> np.ndarray:
-    """Return a figure on every row of the design; raise InputError if a case failed."""
+    """Return a figure on every row of the design; raise InputError if a case failed or has no result."""
+    if missing := sample.case_ids.count(""):
+        raise InputError(
+            f"{figure}: a sensitivity needs every case of its design, and {missing} have no result; run the grid again "
+            "to the end"
+        )
     if sample.failed:
         failed_text = ", ".join(itertools.islice(sample.failed, 10)) + (", ..." if len(sample.failed) > 10 else "")
         raise InputError(
