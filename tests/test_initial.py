@@ -1,5 +1,6 @@
 """Free bodies of a planar machine that start where and as fast as their `initial` says."""
 
+import json
 import math
 from copy import deepcopy
 
@@ -9,6 +10,7 @@ import pytest
 import clearsweep
 from clearsweep import simulation
 from clearsweep.language.errors import InputError
+from clearsweep.sweeping import estimate
 
 pytestmark = pytest.mark.heavy
 
@@ -95,6 +97,22 @@ def messages_of(source):
 
 def test_a_start_within_the_wall_is_refused():
     assert "joints.ring: its bodies penetrate each other by 1000 um at the start" in messages_of(grid(x=0.051))
+
+
+def test_a_start_within_the_wall_is_refused_with_its_place_before_anything_runs(tmp_path):
+    """Of a sweep if neither its first nor its last case can start; otherwise the cases say it, the dry run too."""
+    file = tmp_path / "grid.json"
+    file.write_text(json.dumps(grid(x=0.051)), encoding="utf-8")
+    with pytest.raises(InputError, match=r"grid\.json:1:\d+: joints\.ring: its bodies penetrate each other by 1000 um"):
+        clearsweep.sweep(file, out=tmp_path / "run")
+    both = grid(x=0.051) | {"sweep": {"mechanism.bodies.ball.initial.x": [0.051, 0.0]}}
+    estimated = estimate.estimate(both, out=tmp_path / "run", jobs=1)
+    assert any(
+        text.startswith("1 of 2 timed cases would fail, for example: refused: joints.ring: its bodies penetrate")
+        for text in estimated.warnings
+    )
+    result = clearsweep.sweep(both, out=tmp_path / "run", executor="serial", show_progress=False)
+    assert (result.ok, result.failed) == (1, 1)
 
 
 def test_a_body_that_an_ideal_joint_holds_has_no_initial():

@@ -311,6 +311,8 @@ class Catalogue(NamedTuple):
     film_channels: tuple[Channel, ...] = ()  # further channels of joints with a film
     spatial_channels: tuple[Channel, ...] = ()  # channels of a spatial joint, before those of its contact points
     point_channels: tuple[Channel, ...] = ()  # channels of each contact point; '{}' is its number
+    #: Returns the path at fault and a sentence if a Case cannot start.
+    start_problem: Callable[[Any], tuple[str, str] | None] = lambda _: None
 
     def mechanism(self, name: str) -> Mechanism | None:
         """Return the mechanism called `name`, or None."""

@@ -86,6 +86,8 @@ def load(
     for index in {0, grid.size - 1} if reader.mechanism.refusal else ():
         _report_refusal(reader, grid.case(index))
     problems.check()
+    _report_start(reader, catalogue, grid)
+    problems.check()
     layout = Layout.of(grid.case(0), catalogue)
     check_channels(reader, layout)
     identify = check_identify(reader, root, layout)
@@ -116,6 +118,14 @@ def _report_refusal(reader: Reader, case: Case) -> None:
     if refusal:
         path = f"mechanism.{refusal[0]}".rstrip(".")
         reader.problems.add(reader.position_of(path), path, refusal[1])
+
+
+def _report_start(reader: Reader, catalogue: Catalogue, grid: Grid) -> None:
+    """Report why neither the first nor the last case can start; other cases say it when they run."""
+    first_problem = catalogue.start_problem(grid.case(0))
+    if first_problem and (grid.size == 1 or catalogue.start_problem(grid.case(grid.size - 1))):
+        path, sentence = first_problem
+        reader.problems.add(reader.position_of(path), path, sentence)
 
 
 def _resolved_sample(reader: Reader) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from .. import grid
 from ..contracts.case import DOUBTFUL_WEAR_NUMBER, Case, Joint
 from ..contracts.catalogue import Catalogue, Figure, Mechanism
 from ..contracts.layout import CaseFeatures, Layout, features_of
-from ..contracts.machine import Machine
+from ..contracts.machine import GROUND, Machine
 from ..judging.verdict import NO_LIMITS, LimitsAndFigures
 from ..language.errors import InputError
 from ..mechanics.coupling import rates
@@ -78,7 +78,25 @@ class Scene:
 
 def catalogue() -> Catalogue:
     """Return everything that a grid can name and that its cases can report."""
-    return Catalogue(registry.all_laws(), tuple(MECHANISMS.values()), figures.FIGURES, *rates.CHANNELS)
+    return Catalogue(
+        registry.all_laws(), tuple(MECHANISMS.values()), figures.FIGURES, *rates.CHANNELS, start_problem=_start_problem
+    )
+
+
+def _start_problem(case: Case) -> tuple[str, str] | None:
+    """Return the path of a case that cannot start and why, or None; a case whose start needs no search always can."""
+    mechanism = mechanism_of(case)
+    machine = None if mechanism.build else machine_of(mechanism, case)
+    moving = [] if machine is None else [body for name, body in machine.bodies.items() if name != GROUND]
+    needs_search = any(body.initial or 0.0 in (body.mass, body.inertia) for body in moving)
+    if not (needs_search or mechanism.spatial or case.simulate.start == "seated"):
+        return None
+    try:
+        build(case)
+    except InputError as error:
+        path, _, sentence = str(error).partition(": ")
+        return path, sentence
+    return None
 
 
 def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | None = None) -> Scene:

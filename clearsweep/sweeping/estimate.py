@@ -91,12 +91,7 @@ def estimate(
         [timed_case.events for timed_case in timed],
     )
     mean = float(np.mean(times)) if times else None
-    if over_budget := sum(timed_case.over_budget for timed_case in timed):
-        warnings.append(
-            f"{over_budget:,} of {count_text(len(timed), 'timed case')} would take longer than simulate.time_budget "
-            "allows "
-            "and end with the status time-budget; increase it, or reduce simulate.revolutions"
-        )
+    warnings += _warnings_of(timed)
     overhead = slowdown * (min(import_seconds, MAX_IMPORT_SECONDS) + FINISH_SECONDS) + reading_seconds + start_up
     case_count = remaining.pending + further.cases
     search_time = slowdown * further.choosing_seconds * further.cases
@@ -133,6 +128,19 @@ def estimate(
         _first_case(grid, units | {path: grid.unit(path) for path in grid.axes}),
         simulator.recommended(grid.case(0)),
     )
+
+
+def _warnings_of(timed: list[CaseTime]) -> list[str]:
+    """Return warnings about timed cases that fail, or that their time budget would end."""
+    count, warnings = count_text(len(timed), "timed case"), []
+    if over_budget := sum(timed_case.over_budget for timed_case in timed):
+        warnings.append(
+            f"{over_budget:,} of {count} would take longer than simulate.time_budget allows and end with the status "
+            "time-budget; increase it, or reduce simulate.revolutions"
+        )
+    if failures := [timed_case.failure for timed_case in timed if timed_case.failure]:
+        warnings.append(f"{len(failures):,} of {count} would fail, for example: {failures[0]}")
+    return warnings
 
 
 class _ExpectedCases(NamedTuple):

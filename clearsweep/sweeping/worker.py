@@ -158,6 +158,7 @@ class CaseTime(NamedTuple):
     compiling: float  # s, compiling during the measurement
     extrapolated: bool = False
     over_budget: bool = False  # its time budget ends it earlier, so that is its time
+    failure: str = ""  # status and message of a case that fails
 
 
 def time_case(simulator: Simulator, case: Case, patience: float, working: store.Working | None = None) -> CaseTime:
@@ -168,12 +169,16 @@ def time_case(simulator: Simulator, case: Case, patience: float, working: store.
         phases.store_progress(working.replace_progress) if working else contextlib.nullcontext(),
         phases.track_estimate() as latest,
     ):
-        trajectory = simulator.solve(case._replace(simulate=case.simulate._replace(time_budget=budget)))
+        try:
+            trajectory = simulator.solve(case._replace(simulate=case.simulate._replace(time_budget=budget)))
+        except InputError as error:
+            trajectory = Trajectory("refused", str(error), {})
     compile_time = phases.compile_seconds() - compile_time
     elapsed = time.perf_counter() - begin - compile_time
     status_texts = [trajectory.status, *trajectory.message.partition(LIFE_FAILED)[2:]]  # of the case, of a further life
     if not any(OUT_OF_TIME in text for text in status_texts) or budget == case.simulate.time_budget:
-        return CaseTime(elapsed, len(trajectory.events), elapsed, compile_time)
+        failure = "" if trajectory.status == "ok" else f"{trajectory.status}: {trajectory.message}"
+        return CaseTime(elapsed, len(trajectory.events), elapsed, compile_time, failure=failure)
     total = latest.total_time and max(latest.total_time - compile_time, elapsed)
     if total and case.simulate.error_check:
         total *= 1.0 + ERROR_CHECK_COST
