@@ -226,6 +226,11 @@ MISTAKES = {
         f"{ROWS}0.2\n",
         "cases.csv:3:1: cases: row 3 has 1 cells but the header has 2",
     ),
+    "semicolons": (
+        "cases: cases.csv\n",
+        ROWS.replace(",", ";"),
+        "cases.csv:1:1: cases: separates its columns by semicolons; use commas",
+    ),
     "column twice": ("cases: cases.csv\n", f"{SPEED},{SPEED}\n1,2\n", "cases.csv:1:2: cases: column 2: 'drive.speed'"),
     "sample of nothing": (
         "sample: {method: sobol, n: 4, over: {}}\n",

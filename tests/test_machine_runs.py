@@ -90,6 +90,13 @@ def test_a_crank_stalls_where_it_stalls_however_often_the_run_pauses():
     assert ends[1] == ends[0]
 
 
+def test_a_motor_whose_torque_is_negative_says_that_it_turns_backwards():
+    source = too_weak() | {"drive": {"torque": "-1 N*m"}}
+    path = clearsweep.simulate(clearsweep.load_case(source))
+    assert path.status == "stalled"
+    assert "the torque of the drive is negative and turns the crank backwards" in path.message
+
+
 @pytest.mark.slow
 def test_a_crank_that_does_not_get_through_ends_stalled_and_one_that_takes_too_long_at_its_limit():
     source = too_weak()

@@ -149,6 +149,21 @@ def test_a_mistake_in_a_table_is_reported_with_its_row(tmp_path):
     assert "gas.csv:4:1: loads.gas.table: crank_angle: found 30 after 40; it must increase" in problem
 
 
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("crank_angle [deg];fx [N]\n0;0\n40;-5\n360;0\n", "separates its columns by semicolons; use commas"),
+        ("crank_angle [deg],fx [N]\n0,0\n", "has 1 row of values below its header; write at least 2"),
+        ("", "has 0 rows of values below its header; write at least 2"),
+    ],
+)
+def test_a_table_that_is_no_table_says_what_it_lacks(tmp_path, text, message):
+    (tmp_path / "gas.csv").write_text(text)
+    file = tmp_path / "grid.json"
+    file.write_text(json.dumps(changed(SLIDER_CRANK, loads={"gas": {"on": "slider", "table": "gas.csv"}})))
+    assert any(f"gas.csv:1:1: loads.gas.table: {message}" in problem for problem in messages_of(file))
+
+
 MISTAKES = {
     "nothing hangs on it": (
         changed(PLANAR, mechanism__bodies__lonely={**LINK, "points": {"a": [0, 0]}}),

@@ -22,9 +22,8 @@ def suggest_limit(cases: FinishedCases) -> str:
         return _film_advice(cases)
     joint = cases.ranking.candidates[0].joint
     ideal_peak = f"{joint}_force_peak_ideal"
-    return _advice_text(
-        "", f"{joint}_force_peak: " + (f"{{at_most: 3, times: {ideal_peak}}}" if ideal_peak in names else "5 kN")
-    )
+    is_known = ideal_peak in names and cases.has_values(ideal_peak)
+    return _advice_text("", f"{joint}_force_peak: " + (f"{{at_most: 3, times: {ideal_peak}}}" if is_known else "5 kN"))
 
 
 def _advice_text(reason: str, limit: str) -> str:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ..contracts.layout import SECTION_COUNT, Layout
+from ..contracts.machine import Motor
 from ..contracts.results import EVENT_DTYPE, Trajectory
 from ..judging.validity import join_remarks
 from ..mechanics.observe.histogram import force_quantiles, time_above
@@ -69,6 +70,10 @@ _AT_REST = (
     "at-rest",
     "the oil stops the bodies before simulate.impacts is reached; reduce it, or use thinner oil or a higher speed",
 )
+_BACKWARDS = (
+    "the torque of the drive is negative and turns the crank backwards from {time:.6g} s on; write a positive one, or "
+    "mirror the mechanism"
+)
 REST_SPEED = 1e-3  # of the initial speed: slower bodies count as at rest when no step is small enough
 
 
@@ -79,6 +84,9 @@ def _status_of(scene: Scene, run: Run) -> tuple[str, str]:
         rates = slice(len(scene.value.coordinates), 2 * len(scene.value.coordinates))
         if np.abs(run.work.y[rates]).max() <= REST_SPEED * np.abs(scene.start[rates]).max():
             return _AT_REST
+    drive = scene.machine.drive if scene.machine else None
+    if run.status == integration.STALLED and isinstance(drive, Motor) and drive.stall_torque < 0.0:
+        return _STATUS[run.status][0], _BACKWARDS
     return _STATUS[run.status]
 
 

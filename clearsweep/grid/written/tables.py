@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 from ...contracts.catalogue import Columns, Field
 from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
+from ...language.wording import count_text
 from .document import Problems, WrittenValue, check_regular_file
 
 if TYPE_CHECKING:
@@ -57,6 +58,9 @@ def split_header(heading: str) -> tuple[str, str]:
     return (match[1], (match[2] or "").strip()) if match else ("", "")
 
 
+_SEMICOLONS = "separates its columns by semicolons; use commas between columns, and points in numbers: 0.5,1.25"
+
+
 def rows_of_csv(file: Path) -> tuple[list[str], list[TableRow]]:
     """Return the headers, and line number and cells of every row that is not blank."""
     with open(file, newline="", encoding="utf-8-sig") as stream:
@@ -98,6 +102,9 @@ def _case_columns(problems: Problems, origin: str, headers: list[str], rows: lis
     """Return the columns of a table, or None if its rows do not match its header."""
     columns: dict[str, WrittenValue] = {}
     positions: dict[str, WrittenValue] = {}
+    if ";" in "".join(headers[:1]):
+        problems.add(WrittenValue(None, origin, 1, 1), "cases", _SEMICOLONS)
+        return None
     units, is_valid = [], True
     for column, header in enumerate(headers, start=1):
         header_position = WrittenValue(None, origin, 1, column)
@@ -179,6 +186,11 @@ def _columns_of_csv(
         return None
     except (OSError, ValueError, csv.Error) as error:
         problems.add(written, path, f"{file} cannot be read: {getattr(error, 'strerror', None) or error}")
+        return None
+    if ";" in "".join(headers[:1]) or len(rows) < 2:
+        has_rows = f"has {count_text(len(rows), 'row')} of values below its header; write at least 2"
+        message = _SEMICOLONS if ";" in "".join(headers[:1]) else has_rows
+        problems.add(WrittenValue(None, str(file), 1, 1), path, message)
         return None
     for line, cells in rows:
         if len(cells) != len(headers):
