@@ -413,6 +413,13 @@ def test_bad_options_are_refused_before_anything_is_written(tmp_path, options, n
     assert not (tmp_path / "run").exists()
 
 
+@pytest.mark.parametrize(("angle", "warned"), [(90, True), ("90 deg", False), (1.5, False)])
+def test_an_angle_of_many_turns_without_a_unit_is_warned_of(tmp_path, angle, warned):
+    source = grid(2, drive={"speed": 100, "start_angle": angle})
+    text = "drive.start_angle: 90 without a unit is 90 rad, or 5157 deg; write 90 deg if that is meant"
+    assert (text in estimate.estimate(source, tmp_path / "run", simulator=Fake).warnings) == warned
+
+
 def test_a_dry_run_shows_a_case_and_what_si_is_assumed_for(tmp_path):
     source = grid(2, drive={"speed": 100})
     source["joints"]["rod-slider"]["length"] = 0.02

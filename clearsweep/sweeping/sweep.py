@@ -336,7 +336,7 @@ def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, *
 def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, Any]], list[str]]:
     """Return ranges of derived values (name -> unit, min, max) and warnings, over a sample of the cases."""
     ranges: dict[str, dict[str, Any]] = {}
-    sentences: dict[str, None] = {}
+    sentences: dict[str, None] = dict.fromkeys(_angle_warnings(grid))
     for path, fits in grid.fits.items():
         for fit in fits:
             for kind, factor in (("radial", 1.0), ("diametral", 2.0)):
@@ -357,6 +357,18 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
             ranges[key] = {"unit": unit, "min": min(known_range["min"], value), "max": max(known_range["max"], value)}
         sentences.update(dict.fromkeys(simulator.warnings(case)))
     return ranges, list(sentences)[:MOST_WARNINGS]
+
+
+def _angle_warnings(grid: grids.Grid) -> list[str]:
+    """Return warnings about angles of more than a revolution that are written without a unit."""
+    warnings, written = [], dict(grids.leaves(grid.written_case(0)))
+    for path in grid.assumed_units:
+        values = grid.axes.get(path, [written.get(path)])
+        largest = max((abs(value) for value in values if isinstance(value, float)), default=0.0)
+        if largest > 2.0 * np.pi and grid.unit(path) == "rad":
+            turned = f"{largest:g} rad, or {np.degrees(largest):.4g} deg"
+            warnings.append(f"{path}: {largest:g} without a unit is {turned}; write {largest:g} deg if that is meant")
+    return warnings
 
 
 def check(options: Options) -> None:
