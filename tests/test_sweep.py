@@ -17,12 +17,16 @@ import psutil
 import pytest
 import torture
 from fake_physics import DIES, FAILS, GOOD, HANGS, LOCKS, RAISES, REFUSED, Fake, grid, sweep
+from mechanism_cases import slider_crank
 
-from clearsweep import store
+from clearsweep import grid as grids
+from clearsweep import simulation, store
 from clearsweep.language import errors, phases
 from clearsweep.sweeping import estimate, executors, run_summary
 from clearsweep.sweeping.all_cases import complete_run
 from clearsweep.sweeping.driver import Batches
+from clearsweep.sweeping.simulator import SIMULATION
+from clearsweep.sweeping.sweep import facts
 from clearsweep.sweeping.worker import BatchOutcome
 
 pytestmark = pytest.mark.heavy
@@ -414,10 +418,10 @@ def test_bad_options_are_refused_before_anything_is_written(tmp_path, options, n
 
 
 @pytest.mark.parametrize(("angle", "warned"), [(90, True), ("90 deg", False), (1.5, False)])
-def test_an_angle_of_many_turns_without_a_unit_is_warned_of(tmp_path, angle, warned):
-    source = grid(2, drive={"speed": 100, "start_angle": angle})
+def test_an_angle_of_many_turns_without_a_unit_is_warned_of(angle, warned):
+    read = grids.load(slider_crank("rod-slider", changes={"drive.start_angle": angle}), simulation.catalogue())
     text = "drive.start_angle: 90 without a unit is 90 rad, or 5157 deg; write 90 deg if that is meant"
-    assert (text in estimate.estimate(source, tmp_path / "run", simulator=Fake).warnings) == warned
+    assert (text in facts(read, SIMULATION)[1]) == warned
 
 
 def test_a_dry_run_shows_a_case_and_what_si_is_assumed_for(tmp_path):
