@@ -26,7 +26,7 @@ from clearsweep.report.blocks import interactive
 from clearsweep.report.blocks.section import Columns, Facts
 from clearsweep.report.data import study
 from clearsweep.report.documents import single
-from clearsweep.report.sections import headline, setup
+from clearsweep.report.sections import cases, headline, setup
 from clearsweep.sweeping.simulator import SIMULATION
 
 pytestmark = pytest.mark.heavy
@@ -368,6 +368,17 @@ def test_shown_case_is_the_one_that_was_stored(tmp_path):
     assert again.summary["rod_slider_force_peak"] == run.summary["rod_slider_force_peak"][0]
     assert len(again.t) > 1440
     assert report.show(run, case_id, tmp_path / "case.svg").stat().st_size > 10_000
+
+
+def test_curves_without_the_force_peak_say_so():
+    made = study.prepare(Run())
+    case_id = made.cases.index[0]
+    peak = made.cases.at[case_id, "rod_slider_force_peak"]
+    for share, remark in ((0.5, True), (0.95, False)):
+        channels = {"joints/rod_slider/force_normal": np.array([0.0, share * peak])}
+        text = cases._peak_note(made, case_id, channels)
+        assert text.startswith("The curves do not contain the force peak") == remark
+    assert cases._peak_note(made, case_id, {}) == ""
 
 
 def test_show_refuses_what_it_cannot_draw(tmp_path):

@@ -3,8 +3,9 @@
 Pictures do not repeat the content of a player.
 """
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
+import numpy as np
 from markupsafe import Markup
 
 from ...language import wording
@@ -17,6 +18,7 @@ from ..one_case import player
 from ..one_case.motion import motion_pictures, onset_pictures, saved_channels
 
 MECHANISM_ONLY = Joint("-", "", wears=False)  # figures of the mechanism alone
+SHOWN_PEAK = 0.9  # of the force peak: curves that reach it show the peak
 NOT_SAVED = Markup(
     "No time histories were saved (<code>save: {{orbits: none}}</code>). <code>clearsweep show {} {}</code> "
     "shows this case in motion."
@@ -84,10 +86,37 @@ def _details(study: Study, case_ids: Iterable[str], labels: dict[str, str], defa
             static_pictures = [picture for picture in case_pictures if not (picture.shown_in_player and animation)]
             setting, figures = study.setting(case_id), _summary_values(study, case_id)
             label = labels.get(case_id, default_label)
+            note = _peak_note(study, case_id, channels)
             details.append(
-                Detail(label, case_id, setting, figures, static_pictures, animation, player_pictures=player_pictures)
+                Detail(
+                    label,
+                    case_id,
+                    setting,
+                    figures,
+                    static_pictures,
+                    animation,
+                    player_pictures=player_pictures,
+                    note=note,
+                )
             )
     return details
+
+
+def _peak_note(study: Study, case_id: str, channels: Mapping) -> str:
+    """Return a remark if the curves of a case do not contain the force peak of a joint, or ''."""
+    for joint in study.joints:
+        column, force = joint.column("force_peak"), channels.get(f"joints/{joint.name}/force_normal", ())
+        if len(force) and np.max(force) < SHOWN_PEAK * study.cases.at[case_id, column]:
+            reached = wording.quantity_text(float(np.max(force)), "N")
+            advice = (
+                "" if "worst" in study.run.grid.get("save", {}) else " With save.worst a run stores its revolution."
+            )
+            return (
+                f"The curves do not contain the force peak{study.joint_text(joint, ' of joint {}')}, "
+                f"{study.text(case_id, column)}: they reach {reached}. They show the saved revolutions, and an "
+                f"impact can lie between two samples.{advice}"
+            )
+    return ""
 
 
 def _summary_values(study: Study, case_id: str) -> list[tuple[str, str]]:
