@@ -284,16 +284,11 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
         failures, seconds = [BrokenExecutor(str(error))], 0.0
     if any(isinstance(failure, BrokenExecutor) for failure in failures):
         workers.restart()
-    elif compile_failure := next((failure for failure in failures if failure and not _is_refusal(failure)), None):
+    elif compile_failure := next((error for error in failures if error and not isinstance(error, InputError)), None):
         progress.print_line(
             f"compiling in advance failed ({error_line(compile_failure)}); cases that need this code will report it"
         )
     return seconds
-
-
-def _is_refusal(failure: Exception) -> bool:
-    """Return whether a case is impossible, which the case says itself."""
-    return isinstance(failure, InputError)
 
 
 def _failure(future: Future) -> Exception | None:

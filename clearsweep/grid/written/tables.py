@@ -61,6 +61,10 @@ def split_header(heading: str) -> tuple[str, str]:
 _SEMICOLONS = "separates its columns by semicolons; use commas between columns, and points in numbers: 0.5,1.25"
 
 
+def _has_semicolons(headers: list[str]) -> bool:
+    return any(";" in header for header in headers)
+
+
 def rows_of_csv(file: Path) -> tuple[list[str], list[TableRow]]:
     """Return the headers, and line number and cells of every row that is not blank."""
     with open(file, newline="", encoding="utf-8-sig") as stream:
@@ -102,7 +106,7 @@ def _case_columns(problems: Problems, origin: str, headers: list[str], rows: lis
     """Return the columns of a table, or None if its rows do not match its header."""
     columns: dict[str, WrittenValue] = {}
     positions: dict[str, WrittenValue] = {}
-    if ";" in "".join(headers[:1]):
+    if _has_semicolons(headers):
         problems.add(WrittenValue(None, origin, 1, 1), "cases", _SEMICOLONS)
         return None
     units, is_valid = [], True
@@ -187,9 +191,9 @@ def _columns_of_csv(
     except (OSError, ValueError, csv.Error) as error:
         problems.add(written, path, f"{file} cannot be read: {getattr(error, 'strerror', None) or error}")
         return None
-    if ";" in "".join(headers[:1]) or len(rows) < 2:
-        has_rows = f"has {count_text(len(rows), 'row')} of values below its header; write at least 2"
-        message = _SEMICOLONS if ";" in "".join(headers[:1]) else has_rows
+    if _has_semicolons(headers) or len(rows) < 2:
+        few_rows = f"has {count_text(len(rows), 'row')} of values below its header; write at least 2"
+        message = _SEMICOLONS if _has_semicolons(headers) else few_rows
         problems.add(WrittenValue(None, str(file), 1, 1), path, message)
         return None
     for line, cells in rows:

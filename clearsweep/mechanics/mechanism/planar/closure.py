@@ -148,13 +148,13 @@ class Closure:
         return np.tile([self.size, self.size, 1.0], len(self.names)), np.where(is_angle, 1.0, self.size)[:, None]
 
     def close(self, q: np.ndarray, angles: np.ndarray) -> tuple[MachineStates, np.ndarray]:
-        """Return the states near `q` that satisfy the constraints, and signs (N,) of the determinants of these.
+        """Return the states near `q` that satisfy the constraints, and signs (N,) of the constraints' determinants.
 
-        q : (N, 3 bodies); angles : (N,) rad, of the crank.  Coordinates are nan where there are none.
+        q : (N, 3 bodies); angles : (N,) rad, of the crank.  Where there is no such state, coordinates and sign are nan.
         """
         count, n = q.shape
         q, first, second, inverse, signs = (
-            q.copy(),
+            np.array(q, float, order="C"),
             np.empty((count, n)),
             np.empty((count, n)),
             np.empty((count, n, n)),

@@ -51,7 +51,7 @@ class Stations:
         closed = close(angles[off_station])
         for values, computed in zip(states[1:4], closed[1:4], strict=True):
             values[off_station] = computed
-        return states._replace(inverse=inverses.chosen(station).replaced(off_station, closed.inverse))
+        return states._replace(inverse=states.inverse.replaced(off_station, closed.inverse))
 
     def _nearest_stations(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the stations (N,) nearest to angles (N,) rad, revolutions before them, and a mask of other angles."""
