@@ -1,5 +1,6 @@
 """Compiled code is kept in a private directory and checked before it is run."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -7,6 +8,7 @@ import sys
 from pathlib import Path
 
 import pytest
+from mechanism_cases import slider_crank
 
 from clearsweep.mechanics.trace import cache
 
@@ -127,3 +129,43 @@ def test_two_processes_that_compile_at_once_do_not_harm_each_other(monkeypatch, 
     cache.store("code", b"of the slow one")
     assert cache.load("code") == b"of the slow one"
     assert [path.name for path in (tmp_path / "traced").iterdir()] == ["code"]
+
+
+THREADS = """
+import json, sys
+from concurrent.futures import ThreadPoolExecutor
+import clearsweep
+
+scenes = [clearsweep.load_case(grid) for grid in json.load(sys.stdin)]
+with ThreadPoolExecutor(len(scenes)) as pool:
+    together = list(pool.map(clearsweep.simulate, scenes))
+alone = [clearsweep.simulate(scene) for scene in scenes]
+times = ("run_time", "setup_time")
+for one, other in zip(together, alone):
+    assert one.status == "ok" and {**one.summary, **dict.fromkeys(times)} == {**other.summary, **dict.fromkeys(times)}
+"""
+
+
+@pytest.mark.slow
+@pytest.mark.compiled
+def test_threads_that_need_code_at_once_compile_it_one_by_one(tmp_path):
+    """Equal scenes among them: code that one thread runs is not replaced by that of another."""
+    frictions = {
+        "coulomb": {"coefficient": 0.1, "velocity_scale": 0.01},
+        "dahl": {"coefficient": 0.1, "bristle_stiffness": 1e5},
+    }
+    grids = [
+        slider_crank(
+            "rod-slider",
+            changes={
+                "joints.rod-slider.friction": {"law": law, **values},
+                "simulate.revolutions": 1,
+                "simulate.discard": 0,
+            },
+        )
+        for law, values in frictions.items()
+        for _ in range(3)
+    ]
+    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    command = [sys.executable, "-c", THREADS]
+    subprocess.run(command, input=json.dumps(grids), env=environment, text=True, check=True, capture_output=True)

@@ -251,7 +251,8 @@ def entry(function, scene, arrays, parameters):
         return Entry(code, 0)
     key = function, form_number(scene)
     if key not in _COMPILED:
-        _COMPILED[key] = objects.compiled_code(function, scene, kinds(scene), arrays)
+        compiled_now = objects.compiled_code(function, scene, kinds(scene), arrays)
+        _COMPILED.setdefault(key, compiled_now)  # never replaced: another thread may be running it
     compiled_entry = _COMPILED[key]
     return Entry(compiled_entry.address, parameters.ctypes.data) if compiled_entry else NO_ENTRY
 
@@ -291,13 +292,18 @@ class Routine:
 
     def __init__(self, function, items):
         """Declare `function(*arrays, integer)`; items : a letter per array, 'f' for float64, 'i' for int64."""
-        self.function, self.items, self._code = function, items, None
+        self.function, self.items = function, items
+        self._code = []  # the first is used; never removed: another thread may be running it
         self.ALL.append(self)
 
     def compile(self):
         """Return the machine code, or None while code is compiled for another machine."""
-        self._code = self._code or objects.compiled_routine(self.function, self.items)
-        return self._code
+        if not self._code:
+            code = objects.compiled_routine(self.function, self.items)
+            if code is None:
+                return None
+            self._code.append(code)
+        return self._code[0]
 
     def __call__(self, arrays, integer):
         """Run it with contiguous arrays of numpy or ctypes."""
