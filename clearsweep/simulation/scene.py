@@ -14,7 +14,7 @@ from .. import grid
 from ..contracts.case import DOUBTFUL_WEAR_NUMBER, Case, Joint
 from ..contracts.catalogue import Catalogue, Figure, Mechanism
 from ..contracts.layout import CaseFeatures, Layout, features_of
-from ..contracts.machine import GROUND, Machine
+from ..contracts.machine import Machine
 from ..judging.verdict import NO_LIMITS, LimitsAndFigures
 from ..language.errors import InputError
 from ..mechanics.coupling import rates
@@ -84,12 +84,12 @@ def catalogue() -> Catalogue:
 
 
 def _start_problem(case: Case) -> tuple[str, str] | None:
-    """Return the path of a case that cannot start and why, or None; a case whose start needs no search always can."""
+    """Return the path at fault and a sentence if a case cannot start, else None.
+
+    Only a start that the grid describes, or bodies that it defines, can be impossible.
+    """
     mechanism = mechanism_of(case)
-    machine = None if mechanism.build else machine_of(mechanism, case)
-    moving = [] if machine is None else [body for name, body in machine.bodies.items() if name != GROUND]
-    needs_search = any(body.initial or 0.0 in (body.mass, body.inertia) for body in moving)
-    if not (needs_search or mechanism.spatial or case.simulate.start == "seated"):
+    if not (case.outline.bodies or mechanism.spatial or case.simulate.start == "seated"):
         return None
     try:
         build(case)
