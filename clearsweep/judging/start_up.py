@@ -200,7 +200,10 @@ def _remedy(cases: FinishedCases, speed_fraction: float, is_cut_off: np.ndarray)
         return "To see whether it is reached later, run more revolutions."
     needed = _needed_revolutions(cases, revolutions, speed_fraction)
     if needed is None:
-        return f"To see whether it is reached later, run {2.0 * revolutions:g} revolutions or more."
+        return (
+            f"If the speed still rises at the end of the run, run {2.0 * revolutions:g} revolutions or more. Otherwise "
+            "the loads hold it there: reduce them, or use a stronger motor."
+        )
     subject = "This case needs" if is_cut_off.sum() == 1 else "These cases need"
     rounded = max(math.ceil(REVOLUTION_MARGIN * needed), math.floor(revolutions) + 1)
     return f"{subject} about {needed:.0f} revolutions by the motor's torque: run {rounded} or more."
