@@ -321,7 +321,7 @@ FAST = {
     "drive.speed": {"linspace": ["1000 rpm", "5000 rpm", 4]},
 }
 COEXISTING = {20}  # two motions side by side: of period 2 without a loss of contact, and without period
-SLOW = {4, 13, 21}  # agree after 100 to 300 revolutions
+SLOW = {4, 13, 21, 22}  # agree after 100 to 300 revolutions
 
 
 @pytest.mark.slow
