@@ -341,6 +341,23 @@ def test_half_a_revolution_is_that_of_quadruple_precision():
     assert 0.0 < summary["crank_rod_edge_load_share"] < 1.0
 
 
+def lasting_events(events):
+    """Return the times of events without contacts and flights as short as rounding.
+
+    Of two walls that are left at once, one may be touched again before the other is left.
+    """
+    times = []
+    for joint in np.unique(events["joint"]):
+        kept = []
+        for time in events["t"][events["joint"] == joint]:
+            if kept and time - kept[-1] < 1e-11:
+                kept.pop()
+            else:
+                kept.append(time)
+        times += kept
+    return sorted(times)
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("walls", ["ends", "spread"])
 def test_a_parallel_journal_moves_as_in_the_plane(walls):
@@ -363,7 +380,7 @@ def test_a_parallel_journal_moves_as_in_the_plane(walls):
     assert depths[0] == pytest.approx(depths[1], rel=1e-7, abs=0.0)  # where a contact passes the edges of bins
     assert deep.summary["slider_error_max"] == pytest.approx(flat.summary["slider_error_max"], rel=1e-9, abs=0.0)
     twice = [event for event in flat.events["t"] for _ in range(2)]  # both walls meet it together
-    assert deep.events["t"] == pytest.approx(twice, rel=0.0, abs=1e-10)
+    assert lasting_events(deep.events) == pytest.approx(twice, rel=0.0, abs=1e-10)
     assert deep.summary["crank_rod_edge_load_share"] < 1e-9
     for here, there in zip(deep.wear["crank_rod"], flat.wear["crank_rod"], strict=True):
         assert here == pytest.approx(np.tile(there[:, None], (1, 20)), rel=0.0, abs=1e-7 * there.max())
