@@ -187,8 +187,8 @@ def _build_mechanism(case: Case, mechanism: Mechanism, machine: Machine | None, 
     except planar.ClosureError as error:
         body = f"bodies.{error.body}" if case.outline.bodies else error.body
         raise InputError(
-            f"mechanism.{body}: {error} at crank angle {math.degrees(error.angle):.6g} deg; change lengths, or start "
-            "angles near which its loops are closed"
+            f"mechanism.{body}: {error} at crank angle {math.degrees(error.angle):.6g} deg; change lengths"
+            + (", or the start angles near which its loops are closed" if case.outline.bodies else "")
         ) from error
     except planar.MobilityError as error:
         raise InputError(f"mechanism: {error}") from error

@@ -39,7 +39,8 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
         planar.ideal_of(steady_machine)
     except planar.ClosureError as error:
         path = f"bodies.{error.body}" if case.outline.bodies else error.body
-        advice = "change lengths, or the start angles near which its loops are closed"
+        start_angles = ", or the start angles near which its loops are closed" if case.outline.bodies else ""
+        advice = f"change lengths{start_angles}"
         return path, f"{error}, at crank angle {math.degrees(error.angle):.6g} deg; {advice}"
     except planar.MobilityError as error:
         return "", str(error)

@@ -78,7 +78,7 @@ class Closure:
             freedoms = 3 * len(self.names) - self.rows + 1
             raise MobilityError(
                 f"without clearance it has {freedoms} degrees of freedom (3 per moving body, minus 2 per joint); "
-                "the drive needs exactly 1"
+                "the drive needs exactly 1" + ("; a body that moves freely needs `initial`" if freedoms > 1 else "")
             )
         self._settings = np.array([self.size, float(self.rows)])
 
