@@ -410,7 +410,7 @@ def test_a_machine_that_moves_in_two_ways_or_in_none_is_refused():
     with pytest.raises(MobilityError, match=r"3 degrees of freedom .* needs `initial`"):
         planar.build(machine._replace(joints=machine.joints[:-1]), {}, {})
     strut = pin("strut", "crank.pin", "ground.foot")
-    with pytest.raises(MobilityError, match="-1 degrees of freedom .* exactly 1$"):
+    with pytest.raises(MobilityError, match=r"-1 degrees of freedom .* exactly 1$"):
         planar.build(machine._replace(joints=(*machine.joints, strut)), {}, {})
 
 
