@@ -116,14 +116,14 @@ def write_curvature(work):
         proximal_rate, distal_rate = rates[3 * proximal + 2], rates[3 * distal + 2]
         ddx = proximal_rate * proximal_rate * near[0] - distal_rate * distal_rate * far[0]
         ddy = proximal_rate * proximal_rate * near[1] - distal_rate * distal_rate * far[1]
-        total = c * ddx + s * ddy
+        curvature = c * ddx + s * ddy
         if work.constraints[row].turns != 0.0:
             x = (position[3 * distal] + far[0]) - (position[3 * proximal] + near[0])
             y = (position[3 * distal + 1] + far[1]) - (position[3 * proximal + 1] + near[1])
             dx = (rates[3 * distal] - distal_rate * far[1]) - (rates[3 * proximal] - proximal_rate * near[1])
             dy = (rates[3 * distal + 1] + distal_rate * far[0]) - (rates[3 * proximal + 1] + proximal_rate * near[0])
-            total += 2.0 * proximal_rate * (c * dy - s * dx) - proximal_rate * proximal_rate * (c * x + s * y)
-        work.values[row] = total
+            curvature += 2.0 * proximal_rate * (c * dy - s * dx) - proximal_rate * proximal_rate * (c * x + s * y)
+        work.values[row] = curvature
 
 
 @kernel
@@ -161,10 +161,10 @@ def invert(work):
 @kernel
 def product_with_values(work, row):
     """Return the product of a row of the inverse and the values of the constraints."""
-    size, total = work.values.size, 0.0
+    size, value = work.values.size, 0.0
     for k in rolled_range(size):
-        total += work.matrix[row, size + k] * work.values[k]
-    return total
+        value += work.matrix[row, size + k] * work.values[k]
+    return value
 
 
 @kernel

@@ -158,10 +158,10 @@ class FreeMotion(NamedTuple):
 @kernel
 def _state_in_step(motion, step, row, fraction):
     """Return the angle (row 0) or the rate (row 1) at a fraction of a step."""
-    total = motion.powers[step, row, STAGES - 1]
+    change = motion.powers[step, row, STAGES - 1]
     for k in range(STAGES - 2, -1, -1):
-        total = total * fraction + motion.powers[step, row, k]
-    return motion.states[step, row] + total * fraction
+        change = change * fraction + motion.powers[step, row, k]
+    return motion.states[step, row] + change * fraction
 
 
 @kernel

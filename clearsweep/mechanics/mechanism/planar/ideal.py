@@ -254,11 +254,10 @@ class IdealMachine:
         if isinstance(drive, Schedule):
             return scheduled_passage(drive, states.angles)[2]
         momentum = self.inertia * states.derivative  # per rate of the crank
+        generalised_inertia = np.einsum("ni,ni->n", momentum, states.derivative)
         centripetal = np.einsum("ni,ni->n", momentum, states.second_derivative) * rate**2
         load_torque = np.einsum("ni,ni->n", states.derivative, force) - centripetal
-        return (torque_at(compile_drive(drive), rate) + load_torque) / np.einsum(
-            "ni,ni->n", momentum, states.derivative
-        )
+        return (torque_at(compile_drive(drive), rate) + load_torque) / generalised_inertia
 
     def add_force(self, force, states: MachineStates, endpoint: BodyPoint, applied: np.ndarray, torque) -> None:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
