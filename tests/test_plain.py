@@ -148,15 +148,20 @@ def test_the_implicit_method_finds_the_same_motion(law):
     assert peaks[1] == pytest.approx(peaks[0], rel=1e-3)
 
 
-def test_a_stiff_contact_is_left_to_the_implicit_method():
-    damped = {"joints.rod-slider.contact": {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 1e6}}
-    begin = {"simulate.start": "seated", "simulate.revolutions": 0.01}
-    result = {
-        method: crank("rod-slider", **damped, **begin, **{"simulate.method": method}).summary
-        for method in ("auto", "explicit")
-    }
-    assert result["auto"]["rhs_evaluations"] < 0.5 * result["explicit"]["rhs_evaluations"]
-    assert result["auto"]["energy_residual"] < 1e-4
+@pytest.mark.parametrize("damping", [1e6, 1e7])
+def test_a_stiff_contact_costs_few_steps_by_every_method_and_moves_alike(damping):
+    """Steps without a preconditioner are at most some 3 m / damping: 0.6 and 0.06 us of these 360 us."""
+    contact = {"law": "kelvin-voigt", "stiffness": 1e8, "damping": damping}
+    begin = {"joints.rod-slider.contact": contact, "simulate.start": "seated"}
+    auto, explicit, implicit = (
+        crank("rod-slider", **begin, simulate__method=method).summary for method in ("auto", "explicit", "implicit")
+    )
+    for result in (auto, explicit, implicit):
+        assert result["steps"] < 30
+        assert result["energy_residual"] < 1e-6
+        assert result["rod_slider_force_rms"] == pytest.approx(explicit["rod_slider_force_rms"], rel=1e-6)
+    has_tried_both = auto["rhs_evaluations"] > explicit["rhs_evaluations"]
+    assert has_tried_both == (damping == 1e7)
 
 
 # ---------------------------------------------------------------------------------------------- figures
