@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 BENCH := .venv-bench
 
-.PHONY: run test test-quick test-plain test-all mutate lint verify bench scale docs release torture clean
+.PHONY: run test test-quick test-plain test-slow test-rest test-all mutate lint verify bench scale docs release torture clean
 
 run: $(READY)
 	$(BIN)/clearsweep run configs/slider_crank.yaml
@@ -23,16 +23,21 @@ test-quick: $(READY) lint
 # The kernels as plain Python, and how much of them that reaches. Missing are lines that only the compiler runs.
 PLAIN := $(addprefix tests/test_,$(addsuffix .py,plain asperities compatible direction dual elastic_laws \
 	event_search every_transition every_wear_law film film_balance friction_laws friction_memory karnopp law_limit \
-	laws one_block plastic_law reynolds_film roughness spread_walls tally wear))
-# Of these only the tests marked plain: their others would take minutes.
-PLAIN_PARTS := $(addprefix tests/test_,$(addsuffix .py,shares_of_contact worn))
+	laws one_block plastic_law reynolds_film roughness shares_of_contact spread_walls tally wear worn))
 test-plain: $(READY)
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest -m "not slow and not compiled" $(PLAIN)
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run --append -m pytest -m plain $(PLAIN_PARTS)
+	$(BIN)/python -m coverage erase
+	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest $(SPREAD) -m "plain or not (slow or compiled)" $(PLAIN)
+	$(BIN)/python -m coverage combine --quiet
 	$(BIN)/python -m coverage report
 
-test-all: $(READY) lint docs test-plain
-	$(BIN)/python -m pytest -m "not plain"
+# What takes minutes, compiled
+test-slow: $(READY)
+	$(BIN)/python -m pytest $(SPREAD) -m slow
+
+# All that `make test` leaves out
+test-rest: docs test-plain test-slow
+
+test-all: test test-rest
 
 # ARGS: words that choose among the mutations of tests/mutate.py
 mutate: $(READY)

@@ -18,6 +18,8 @@ from clearsweep.simulation.outcome import trajectory_of
 from clearsweep.simulation.run import integration_of
 from clearsweep.simulation.sums import DryTime, Ratio
 
+pytestmark = pytest.mark.compiled  # as plain Python only what is marked plain
+
 J = "joints.rod-slider"
 STEEL = {"young": 207e9, "poisson": 0.3}
 FRICTION = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-2}

@@ -283,7 +283,6 @@ class BatchFiles(NamedTuple):
     sha256: str  # of `orbits`
     written: int  # ns since 1970
     frame: str  # `ResultSchema.frame` of its cases
-    table: pa.Table | None = None  # its rows, where they are kept in memory
 
     @property
     def name(self) -> str:
@@ -302,16 +301,12 @@ def hash_in_name(path: Path) -> str | None:
     return match and match.group(1)
 
 
-def batch_files(path: Path, content: bytes, *, keep_rows: bool = False) -> BatchFiles:
-    """Return the files of the batch whose summary at `path` has this content, with its rows if `keep_rows` is set.
-
-    The checksum of the content has been verified.
-    """
+def batch_files(path: Path, content: bytes) -> BatchFiles:
+    """Return the files of the batch whose summary at `path` has this content; its checksum has been verified."""
     with pq.ParquetFile(pa.BufferReader(content), pre_buffer=False) as file:
         facts = json.loads(file.metadata.metadata[b"clearsweep"])
-        table = file.read(use_threads=False) if keep_rows else None
     orbits = None if facts["shard"] is None else path.parent.parent / ORBITS / facts["shard"]
-    return BatchFiles(path, orbits, facts["sha256"], facts["written"], facts.get("frame", ""), table)
+    return BatchFiles(path, orbits, facts["sha256"], facts["written"], facts.get("frame", ""))
 
 
 def read_summary(path: Path, columns: list[str]) -> pa.Table:
@@ -325,11 +320,7 @@ def read_summary(path: Path, columns: list[str]) -> pa.Table:
 
 def read_finished_ids(path: Path) -> tuple[np.ndarray, np.ndarray]:
     """Return the identities (uint64) of the cases in the summary of a batch, and which of them failed."""
-    return finished_ids_of(read_summary(path, ["case_id", "status"]))
-
-
-def finished_ids_of(table: pa.Table) -> tuple[np.ndarray, np.ndarray]:
-    """Return the identities and failures as `read_finished_ids` does, from the rows of a batch."""
+    table = read_summary(path, ["case_id", "status"])
     ids = [ids_of_texts(chunk.buffers()[2].to_pybytes()[: ID_LENGTH * len(chunk)]) for chunk in table["case_id"].chunks]
     failed = [words_of(chunk) != "ok" for chunk in table["status"].chunks]
     return np.concatenate([np.empty(0, "u8"), *ids]), np.concatenate([np.empty(0, bool), *failed])

@@ -27,7 +27,6 @@ from .batch import (
     batch_files,
     datasets,
     file_name,
-    finished_ids_of,
     hash_in_name,
     id_text,
     orbits_bytes,
@@ -237,19 +236,18 @@ class RunDirectory:
                 durable.discard(logs[case_id])
         return notes
 
-    def load_batches(self, *, histories: bool = True, rows_kept: int = 0) -> dict[Path, str]:
+    def load_batches(self, *, histories: bool = True) -> dict[Path, str]:
         """Load every committed batch with valid checksums; return damaged summaries with the reason.
 
-        Without `histories` their files are not read.  `rows_kept` : number of rows of summaries that stay in memory.
+        Without `histories` their files are not read.
         """
-        self.batches, self.others, damage, kept_rows = [], [], {}, 0
+        self.batches, self.others, damage = [], [], {}
         for path in batch_files_in(self.summaries):
             content = durable.read(path)
             if hashlib.sha256(content).hexdigest()[:HASH_LENGTH] != hash_in_name(path):
                 damage[path] = f"{path.relative_to(self.path)}: damaged (its checksum differs)"
                 continue
-            batch = batch_files(path, content, keep_rows=kept_rows < rows_kept)
-            kept_rows += 0 if batch.table is None else len(batch.table)
+            batch = batch_files(path, content)
             if self.frame not in (None, batch.frame):
                 self.others.append(batch)
             elif histories and (problem := self._describe_damage(batch)):
@@ -338,8 +336,6 @@ class RunDirectory:
 
     def _finished_ids(self, batch: BatchFiles) -> tuple[np.ndarray, np.ndarray]:
         """Return the result of `read_finished_ids`, cached for small batches, which rounds of cases read repeatedly."""
-        if batch.table is not None:
-            return finished_ids_of(batch.table)
         content = self.cached.get(batch.summary) or read_finished_ids(batch.summary)
         if len(content[0]) <= MAX_CACHED:
             self.cached[batch.summary] = content

@@ -17,7 +17,7 @@ from .blocks import IDS_FILE, SAMPLE_FILE, Block, Division, Sampler, read_mark, 
 from .columns import values_of, words_of
 from .directory import DATASET, LOCK, ORBITS_FILE, SUMMARY_FILE
 from .orbits import HDF5_LIBRARY_VERSIONS, write_orbits
-from .summary import ROWS_IN_MEMORY, repetitive_columns, summary_groups, write_summary
+from .summary import repetitive_columns, summary_groups, write_summary
 from .worst import ComputePeakRevolutions, worst_cases, write_worst
 
 
@@ -62,7 +62,7 @@ def _finish(
     """Write the files of `finish_block` under the lock of the block."""
     requested, facts, compute_peak_revolutions, report = content
     run = block.directory(result_schema.frame)
-    for sentence in run.load_batches(rows_kept=ROWS_IN_MEMORY).values():
+    for sentence in run.load_batches().values():
         report(f"{block.path}: {sentence}; its cases run again")
     rows = run.rows()
     stored_count = len(rows)

@@ -16,7 +16,7 @@ from .batch import GROUP_ROWS, ResultSchema, add_verdict_columns, read_summary, 
 from .columns import array_of, field_of
 from .directory import RunDirectory
 
-ROWS_IN_MEMORY = 131072  # rows of the summary in memory at a time, from whole batches: those of a block
+ROWS_IN_MEMORY = 4096  # rows in memory at a time, from whole batches: so the memory of a merge does not grow
 
 
 def write_summary(
@@ -111,7 +111,7 @@ def _rows_of_batches(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> 
     tables, starts, count = [], np.zeros(len(run.batches), int), 0
     for number in np.flatnonzero(np.bincount(rows["batch"])).tolist():
         batch = run.batches[number]
-        table = read_summary(batch.summary, schema.names) if batch.table is None else batch.table
+        table = read_summary(batch.summary, schema.names)
         selected = table.select(schema.names)
         tables.append((selected if selected.schema.equals(schema) else selected.cast(schema)).columns)
         starts[number], count = count, count + len(table)
