@@ -295,6 +295,39 @@ def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
     (comparison if measured else verification).main(json=as_json, quick=quick, directory=RESULTS if write else None)
 
 
+@verbs.command("check")
+@click.argument("grid", type=_PATH)
+@click.option(
+    "--case",
+    "selection",
+    multiple=True,
+    metavar="ID|worst|median|first",
+    help="Case to check; may be repeated. Default: the worst, the median and the first.",
+)
+@click.option("--cases", "count", type=click.IntRange(1, 3), default=3, help="Check only the first N of these three.")
+@click.option("--seconds", type=float, default=60.0, show_default=True, help="Stop measuring after this time.")
+@click.option("--rivals", is_flag=True, help="Compare with scipy's DOP853 and LSODA on the same equations.")
+@click.option("--out", type=_PATH, metavar="DIR", help="Directory of the page; default: results/NAME-check.")
+@_json
+def check_(  # noqa: PLR0913 - one argument per option
+    grid: Path, selection: tuple[str, ...], count: int, seconds: float, rivals: bool, out: Path | None, as_json: bool
+) -> None:
+    """Measure the error, the stability and the cost of the cases of a grid.
+
+    A second check continues where the first stopped.
+
+    \b
+    Examples:
+      clearsweep check machine.yaml
+      clearsweep check machine.yaml --case worst --rivals
+    """
+    from .verify import check_page
+
+    with convert_write_errors():
+        text = check_page.check(grid, selection or count, RESULTS, out, seconds=seconds, rivals=rivals, as_json=as_json)
+    click.echo(text)
+
+
 @verbs.command("list")
 @click.argument("name", required=False)
 @click.option("--for", "grid", type=_PATH, metavar="GRID", help="Assess which laws are valid in each joint of GRID.")

@@ -11,9 +11,11 @@ from typing import NamedTuple
 import numpy as np
 from scipy.integrate import solve_ivp
 
+from ..contracts.results import EVENT_DTYPE, EVENT_KINDS, Trajectory
 from ..mechanics.compiled.family import Entry, entry, flatten, invoke, kernel, map_joints, shaped
+from ..mechanics.coupling.state import every_state
 from ..mechanics.joint.contract import ONSET_FLOOR
-from ..mechanics.joint.dry import CLIPPED, FREE, PRESSED, joint_load
+from ..mechanics.joint.dry import CLIPPED, FREE, PRESSED, Joint, joint_load
 from ..mechanics.mechanism.contract import accelerate, gaps, pose_at
 from ..mechanics.solver.integration import ONSET, SEPARATION
 from ..mechanics.trace.objects import machine_code
@@ -23,6 +25,7 @@ DEPTH_COLUMN, RATE_COLUMN, NORMAL_COLUMN, JOINT_WIDTH = 0, 1, 2, 3  # numbers af
 TINY_DEPTH = 1e-300  # m
 LEAST_RELATIVE_TOLERANCE = 2.3e-14  # least relative tolerance of scipy
 EVENT_DEAD_TIME = 1e-9  # turns of the crank after an event during which its joint has no other event
+RIVAL_METHODS = ("DOP853", "LSODA")  # of scipy, on a user's case
 MAX_STEP_TURNS = 0.02  # largest step in turns of the crank, so that no step skips a contact
 
 
@@ -197,6 +200,36 @@ def _march(work, counts, states, log, step):
 
 
 # ---------------------------------------------------------------------------------------------- scipy
+
+
+def rival_problem(case_scene) -> str:
+    """Return why scipy cannot integrate a scene on our right-hand side in time; '' if it can."""
+    if case_scene.mechanism.spatial:
+        return "joints in space have several contacts each"
+    if any(type(joint) is not Joint for joint in case_scene.value.joints):
+        return "only dry pins of unworn shape have this right-hand side"
+    if every_state(case_scene.value):
+        return "laws with an internal state need its equations"
+    return ""
+
+
+def sampled(case_scene, times, solution: Solution) -> Trajectory:
+    """Return a solution as a Trajectory: the journals' positions at `times` (n,) s, and the events."""
+    names = [joint_layout.name for joint_layout in case_scene.layout.joints]
+    prefixes = [f"joints/{name}" if case_scene.mechanism.turns else name for name in names]
+    channels = {f"{prefix}/{axis}": np.empty(len(times)) for prefix in prefixes for axis in "xy"}
+    for row, (time, state) in enumerate(zip(times, solution.states, strict=True)):
+        joint_gaps = gaps(case_scene.value.mechanism, pose_at(case_scene.value.mechanism, np.append(state, time)))
+        for prefix, joint, gap in zip(prefixes, case_scene.value.joints, joint_gaps, strict=True):
+            channels[f"{prefix}/x"][row], channels[f"{prefix}/y"][row] = joint.side * gap.x, joint.side * gap.y
+    events = np.array(
+        [
+            (moment, names[int(joint)], EVENT_KINDS[int(kind == SEPARATION)], rate, peak)
+            for moment, joint, kind, rate, peak in solution.events
+        ],
+        EVENT_DTYPE,
+    )
+    return Trajectory("ok", "", {}, channels | {"t": times}, events)
 
 
 def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> Solution:

@@ -1,0 +1,243 @@
+"""The check of a grid in words: the text of the command line, and the page with its pictures."""
+
+import itertools
+import json
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from matplotlib.colors import ListedColormap
+
+from .. import grid
+from ..language import phases, wording
+from ..report.blocks.picture import Picture
+from ..report.blocks.section import Block, Gallery, Points, Section
+from ..report.blocks.table import Column, Table
+from ..report.documents.page import Page
+from ..simulation import scene
+from ..store import durable
+from .check import CHOICES, HALF, Level, Options, base_tree, levels_of, measure
+
+COLOURS = {  # method -> colour (Okabe and Ito 2008), marker
+    "auto": ("#0072B2", "o"),
+    "explicit": ("#56B4E9", "o"),
+    "implicit": ("#009E73", "o"),
+    "scipy DOP853": ("#E69F00", "s"),
+    "scipy LSODA": ("#CC79A7", "s"),
+}
+LEAST_DRAWN_ERROR = 1e-14  # clearances: an error of 0 is drawn there
+PASSED, FAILED, NOT_TRIED = 1.0, 0.0, np.nan
+CELL_COLOURS = ListedColormap(["#D55E00", "#009E73"])  # of failed and passed
+MAX_LISTED = 20  # failed variants in the text
+
+
+def check(  # noqa: PLR0913 - one per option of the command
+    source: Path,
+    selection: Sequence[str] | int,
+    results: Path,
+    out: Path | None,
+    *,
+    seconds: float,
+    rivals: bool,
+    as_json: bool,
+) -> str:
+    """Check cases of a grid; write check.json and check.html into `out`, default NAME-check below `results`.
+
+    selection : words and ids, or how many of CHOICES.  Return the text, or JSON, for the terminal.
+    """
+    latest_line = ["check"]
+
+    def report_progress(sentence: str) -> None:
+        latest_line[0] = f"check: {sentence}"
+
+    with phases.phase(lambda: latest_line[0]):
+        loaded = grid.load(source, scene.catalogue())
+        phases.print_line(f"check: {wording.count_text(len(loaded), 'case')} in the grid {loaded.name}")
+        directory = out or results / f"{loaded.name}-check"
+        directory.mkdir(parents=True, exist_ok=True)
+        words = CHOICES[:selection] if isinstance(selection, int) else selection
+        result = measure(loaded, Options(words, seconds, rivals, directory, results / loaded.name), report_progress)
+    trees = [base_tree(loaded.written_case(index)) for index in result.pop("indices")]
+    units = grid.key_units(loaded.resolved(), scene.catalogue())
+    content = json.dumps(result, indent=2, allow_nan=False)
+    durable.replace(directory / "check.json", content.encode())
+    page = write_page(result, trees, units, directory / "check.html")
+    return content if as_json else f"{result_text(result, units)}\n{page}"
+
+
+def result_text(result: Mapping[str, Any], units: Mapping[str, str]) -> str:
+    """Return the check as text: tables of each case, then the advice; units : SI unit by path."""
+    blocks = [_case_lines(case, units) for case in result["cases"]]
+    return "\n".join([line for lines in blocks for line in (*lines, "")] + list(result["advice"]))
+
+
+def case_title(case: Mapping[str, Any], units: Mapping[str, str]) -> str:
+    """Return the name of a case: its id, why it was chosen, its varied values."""
+    values = [
+        f"{wording.axis_name(path)} "
+        + (value if isinstance(value, str) else wording.quantity_text(value, units.get(path, "1"), 4))
+        for path, value in case["values"].items()
+    ]
+    name = f"case {wording.short_id(case['case_id'])} ({', '.join(case['chosen_as'])})"
+    return f"{name}: {', '.join(values)}" if values else name
+
+
+def _case_lines(case: Mapping[str, Any], units: Mapping[str, str]) -> list[str]:
+    methods = list(dict.fromkeys(row["method"] for row in case["ladder"]))
+    lines = [case_title(case, units), f"  {reference_sentence(case)}"]
+    if methods:
+        lines.append("  tolerance" + "".join(f"{method:>24}" for method in methods))
+        lines.append("           " + "".join(f"{'error':>12}{'ms/rev':>12}" for _ in methods))
+    rows = {(row["method"], row["tolerance"]): row for row in case["ladder"]}
+    for tolerance in sorted({row["tolerance"] for row in case["ladder"]}, reverse=True):
+        cells = (_cell_text(rows.get((method, tolerance))) for method in methods)
+        lines.append(f"  {tolerance:<9.3g}" + "".join(cells))
+    if any(not row["events_equal"] for row in case["ladder"]):
+        lines.append("  ! contacts are missing, or in another order")
+    stability = case["stability"]
+    lines.append(f"  variants: {stability['passed']} of {stability['tried']} pass, {len(stability['refused'])} refused")
+    failed = stability["failed"]
+    lines += [f"    {entry['text']}: {entry['why']}" for entry in failed[:MAX_LISTED]]
+    lines += [f"    and {len(failed) - MAX_LISTED} more"] if len(failed) > MAX_LISTED else []
+    if case["parts"]:
+        parts = ", ".join(f"{part['part']} {max(part['milliseconds'], 0.0):.2g}" for part in case["parts"])
+        lines.append(f"  cost, ms a revolution: {parts}")
+    return lines
+
+
+def reference_sentence(case: Mapping[str, Any]) -> str:
+    """Return how far the errors of a case can be trusted."""
+    reference, horizon = case["reference"], case["horizon_revolutions"]
+    if reference is None:
+        return "The time ran out before the reference was known."
+    if reference["tolerance"] is None:
+        return f"No reference: {reference['why']}."
+    length = case["compared_revolutions"]
+    period = "half a revolution" if length == HALF else f"{length:.2g} revolutions"
+    order = "" if case["order"] is None else f", error ~ tolerance^{case['order']:.2f}"
+    prediction = (
+        "" if horizon is None else f"; predictable for {horizon:.2g} revolutions, beyond that by statistics only"
+    )
+    return (
+        f"errors in clearances over {period}; reference at {reference['tolerance']:g}, good to "
+        f"{reference['error']:.1g}{order}{prediction}"
+    )
+
+
+def _cell_text(row: Mapping[str, Any] | None) -> str:
+    if row is None:
+        return f"{'':>24}"
+    if row["error"] is None:
+        return f"{row['status']:>24}"
+    error = f"{row['error']:.1e}{'' if row['events_equal'] else '!'}"
+    return f"{error:>12}{row['milliseconds']:>12.3g}"
+
+
+# ---------------------------------------------------------------------------------------------- page
+
+
+def write_page(result: Mapping[str, Any], trees: Sequence[dict[str, Any]], units: Mapping[str, str], out: Path) -> Path:
+    """Write the check as a page; trees : the case of each check in the form of a grid file."""
+    sections = [Section("advice", "What to do", [Points(list(result["advice"]))])]
+    for case, tree in zip(result["cases"], trees, strict=True):
+        pictures = [_error_picture(case)] if any(row["error"] is not None for row in case["ladder"]) else []
+        if case["stability"]["tried"]:
+            pictures.append(_stability_picture(case, levels_of(tree)))
+        blocks: list[Block] = [Points([reference_sentence(case)]), Gallery("", pictures), *_tables(case)]
+        sections.append(Section(f"case-{case['case_id']}", wording_title(case_title(case, units)), blocks))
+    page = Page(
+        name=result["grid"],
+        subtitle="error against run time, stability and cost",
+        axes_verb="Checked",
+        axes=[wording.count_text(len(result["cases"]), "case")],
+        sections=sections,
+    )
+    return page.write(out)
+
+
+def wording_title(text: str) -> str:
+    """Return a text with a capital."""
+    return text[:1].upper() + text[1:]
+
+
+def _tables(case: Mapping[str, Any]) -> list[Block]:
+    """Return the tables of a case: the ladder, the failed variants, the cost of the parts."""
+    tables: list[Block] = []
+    key = wording.short_id(case["case_id"])
+    if case["ladder"]:
+        columns = (*map(Column, ("method", "tolerance", "error", "first peaks")), Column("time", "s"))
+        rows = [
+            (*(row[name] for name in ("method", "tolerance", "error", "peaks")), _seconds(row["milliseconds"]))
+            for row in case["ladder"]
+        ]
+        note = "Error in clearances; relative error of the first three force peaks; processor time a revolution."
+        tables.append(Table(f"ladder_{key}", "Error against run time", note, columns, rows))
+    failed = case["stability"]["failed"]
+    if failed:
+        rows = [(entry["text"], entry["status"], entry["why"]) for entry in failed]
+        heads = tuple(map(Column, ("variant", "status", "why")))
+        tables.append(Table(f"variants_{key}", "Variants that fail", "", heads, rows))
+    if case["parts"]:
+        rows = [(part["part"], _seconds(part["milliseconds"])) for part in case["parts"]]
+        note = "Found by leaving the part out; `rates` is what remains without any of them."
+        tables.append(Table(f"parts_{key}", "Cost of the parts", note, (Column("part"), Column("time", "s")), rows))
+    return tables
+
+
+def _seconds(milliseconds: float | None) -> float | None:
+    return None if milliseconds is None else 1e-3 * milliseconds
+
+
+def _error_picture(case: Mapping[str, Any]) -> Picture:
+    """Return the picture of error against run time, a curve per method, the grid's tolerance marked."""
+
+    def paint(ax: Any) -> None:
+        for method, (colour, marker) in COLOURS.items():
+            rows = [row for row in case["ladder"] if row["method"] == method and row["error"] is not None]
+            if rows:
+                errors = [max(row["error"], LEAST_DRAWN_ERROR) for row in rows]
+                times = [row["milliseconds"] for row in rows]
+                ax.plot(times, errors, color=colour, marker=marker, markersize=4, linewidth=1.2, label=method)
+        yours = case["yours"]
+        if yours["error"] is not None:
+            point = [yours["milliseconds"]], [max(yours["error"], LEAST_DRAWN_ERROR)]
+            ax.plot(*point, "o", color="#111111", markersize=7, label="yours")
+        ax.set(xlabel="processor time [ms a revolution]", ylabel="error [clearances]")
+        ax.set_xscale("log")
+        ax.set_yscale("log")
+        ax.grid(color="#dde3e8", linewidth=0.6)
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.03), frameon=False)
+
+    return Picture("Error against run time", "", "Error of the journal against run time by method.", paint, (5.4, 3.4))
+
+
+def _stability_picture(case: Mapping[str, Any], factors: Mapping[str, list[Level]]) -> Picture:
+    """Return the map of the variants: a cell for each pair of levels, singles on the diagonal."""
+    levels = [level.text for levels in factors.values() for level in levels]
+    failed = {entry["text"] for entry in case["stability"]["failed"]}
+    refused = {entry["text"] for entry in case["stability"]["refused"]}
+    cells = np.full((len(levels), len(levels)), NOT_TRIED)
+    groups = [name for name, levels in factors.items() for _ in levels]
+    for (i, first), (j, second) in itertools.product(enumerate(levels), repeat=2):
+        if i != j and groups[i] == groups[j]:
+            continue
+        names = {first} if i == j else {f"{first}, {second}", f"{second}, {first}"}
+        if not names & refused:
+            cells[i, j] = FAILED if names & failed else PASSED
+
+    def paint(ax: Any) -> None:
+        edges = np.arange(len(levels) + 1) - 0.5
+        ax.set_facecolor("#e8ebee")
+        ax.pcolormesh(
+            edges, edges, cells, cmap=CELL_COLOURS, vmin=FAILED, vmax=PASSED, edgecolors="#ffffff", linewidth=1.0
+        )
+        positions = list(range(len(levels)))
+        ax.set_xticks(positions, [str(number + 1) for number in positions])
+        ax.set_yticks(positions, [f"{text} ({number + 1})" for number, text in enumerate(levels)])
+        ax.set_xlim(-0.6, len(levels) - 0.4)
+        ax.set_ylim(len(levels) - 0.4, -0.6)
+        ax.tick_params(length=0)
+
+    caption = "Green passes, red fails, grey was refused or is no variant; the diagonal has single changes."
+    return Picture("Variants", caption, "Map of the variants that pass and fail.", paint, (6.4, 4.6))
