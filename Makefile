@@ -79,7 +79,7 @@ scale: $(READY)
 
 $(BENCH)/.ready: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(BENCH)
-	$(BENCH)/bin/python -m pip install --quiet --constraint constraints.txt --editable . numba
+	$(BENCH)/bin/python -m pip install --quiet --constraint constraints.txt --editable .
 	touch $@
 
 # what is made of the code is made anew, then the site of all pages; any warning is an error

@@ -49,6 +49,8 @@ def numbers(law):
     """Return field -> a value in its range; fields with the same unit get increasing values if the law allows it."""
     chosen, seen = {}, {}
     for field in law.fields:
+        if field.name in law.one_of[1:]:  # in place of the first
+            continue
         assert field.unit in SAMPLES, f"{law.name}: give the unit {field.unit} a sample"
         seen[field.unit] = seen.get(field.unit, 0) + 1
         chosen[field.name] = SAMPLES[field.unit] * seen[field.unit] if field.default is None else field.default

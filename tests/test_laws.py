@@ -107,7 +107,8 @@ def term_of(name, **changes):
 def bounce(speed=1.0, orbits="none", **contact):
     """Return the trajectory of an impact pair of effective mass 0.1 kg with this contact section."""
     section = {"stiffness": 1e8 if not RECIPES["law", contact["law"]].law.uses_elastic else 6.61e10} | contact
-    fields = {field.name for field in RECIPES["law", contact["law"]].law.fields} | {"law", "stiffness"}
+    law = RECIPES["law", contact["law"]].law
+    fields = {field.name for field in law.fields} - {*law.one_of[1:]} | {"law", "stiffness"}
     if RECIPES["law", contact["law"]].law.uses_elastic:
         fields |= {"elastic", "exponent"}
     needed = {}

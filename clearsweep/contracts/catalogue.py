@@ -18,7 +18,7 @@ class Field(NamedTuple):
     """A number that a user writes."""
 
     name: str
-    unit: str  # SI unit of the value, '1' for none; 'N/m^exponent' depends on the key `exponent` next to it
+    unit: str  # SI unit of the value, '1' for none; 'N/m^exponent' and 'N*s/m^exponent+1' depend on the key `exponent`
     text: str = ""  # description in one line
     low: float = 0.0
     high: float = inf
@@ -27,6 +27,7 @@ class Field(NamedTuple):
     default: float | None = None  # None: required, unless `optional`
     optional: bool = False  # may be left out; its default, if any, follows from other values
     integer: bool = False
+    refusal: str = ""  # why laws without this number do not take it
     fit: bool = False  # a clearance that may be an ISO 286 fit, for the `bearing_radius` next to it
 
     def allowed(self, value: float = 0.0) -> str:
@@ -116,6 +117,11 @@ class Law(NamedTuple):
     has_state: bool = False  # family 'friction': has internal state
     sticks: bool = False  # family 'friction': surfaces can stick
     tables: tuple["Columns", ...] = ()  # optional parameters, each instead of optional `fields`
+    one_of: tuple[str, ...] = ()  # names of optional fields of which exactly one is given
+
+    def unit_of(self, name: str) -> str:
+        """Return the SI unit of one of its fields."""
+        return next(field.unit for field in self.fields if field.name == name)
 
 
 class JointSite(NamedTuple):

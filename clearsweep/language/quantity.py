@@ -179,8 +179,9 @@ def example_text(unit: str) -> str:
 
 
 def replace_exponent(unit: str, exponent: float) -> str:
-    """Return a unit with the word `exponent` replaced by the number: `N/m^1.5`."""
-    return unit.replace("^exponent", "" if exponent == 1 else f"^{exponent:.15g}")
+    """Return a unit with `exponent`, or `exponent+1`, replaced by the number: `N/m^1.5`, `N*s/m^2.5`."""
+    power = exponent + unit.endswith("+1")
+    return unit.removesuffix("+1").replace("^exponent", "" if power == 1 else f"^{power:.15g}")
 
 
 def dimension_of(unit: str) -> tuple[tuple[str, Fraction], ...]:

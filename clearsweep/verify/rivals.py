@@ -5,6 +5,7 @@ Runge-Kutta 4 with a fixed step and without event location, as in most papers on
 scipy's DOP853, LSODA and Radau, stopped and restarted at every contact onset and separation.
 """
 
+import functools
 import math
 from typing import NamedTuple
 
@@ -18,7 +19,7 @@ from ..mechanics.joint.contract import ONSET_FLOOR
 from ..mechanics.joint.dry import CLIPPED, FREE, PRESSED, Joint, joint_load
 from ..mechanics.mechanism.contract import accelerate, gaps, pose_at
 from ..mechanics.solver.integration import ONSET, SEPARATION
-from ..mechanics.trace.objects import machine_code
+from ..mechanics.trace.objects import function_at, machine_code
 
 STAGES = 4  # of the rates: the stages of Runge-Kutta 4
 DEPTH_COLUMN, RATE_COLUMN, NORMAL_COLUMN, JOINT_WIDTH = 0, 1, 2, 3  # numbers after the rates, for every joint
@@ -251,10 +252,14 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
     k, z = np.zeros((STAGES, 2 * coordinate_count + 1 + JOINT_WIDTH * joints)), np.empty(2 * coordinate_count + 1)
     evaluations = 0
 
+    call = compiled_call()
+    code = function_at(rates.code, 4)
+
     def evaluate(t, y):
         nonlocal evaluations
         evaluations += 1
-        return _evaluate(rates, t, y, z, state, onset, k)
+        call(code, rates.parameters, t, y, z, state, onset, k)
+        return k[0]
 
     def state_rates(t, y):
         return evaluate(t, y)[: 2 * coordinate_count].copy()
@@ -313,9 +318,15 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
     return Solution(np.array(states), np.array(events).reshape(-1, 5), steps, None, evaluations)
 
 
-def _evaluate(rates, t, y, z, state, onset, k):
-    """Return the first row of rates at the time `t` (s) and the coordinates and their rates `y`."""
-    z[: y.size] = y
-    z[y.size] = t
-    invoke(rates.code, rates.parameters, (z, state, onset, k), 0)
-    return k[0]
+@functools.cache
+def compiled_call():
+    """Return the right-hand side as numba compiles it: one call from Python, as a user of scipy would write it."""
+    from numba import njit
+
+    @njit
+    def call(code, parameters, t, y, z, state, onset, k):
+        z[: y.size] = y
+        z[y.size] = t
+        code(parameters, z.ctypes, state.ctypes, onset.ctypes, k.ctypes, 0)
+
+    return call

@@ -171,6 +171,7 @@ def _check_elastic_law(reader: Reader, joint: str, catalogue: Catalogue) -> None
                 message = f"is missing; {law.family} '{law.name}' needs {_KEY_EXAMPLES[path]}"
                 reader.problems.add(reader.position_of(elastic), f"{joint}.{path}", message)
         _check_order(reader, f"{joint}.contact", law)
+        _check_one_of(reader, f"{joint}.contact", law)
         if "hertz" in law.needs:
             _check_hertzian(reader, elastic, law)
         for path_of_body, low, high, unit, reason in law.ranges:
@@ -183,6 +184,26 @@ def _check_elastic_law(reader: Reader, joint: str, catalogue: Catalogue) -> None
                     f"{high:.15g}{'' if unit == '1' else f' ({unit})'}: {reason}"
                 )
                 reader.problems.add(reader.position_of(f"{joint}.{path}"), f"{joint}.{path}", message)
+
+
+def _check_one_of(reader: Reader, section: str, law: Law) -> None:
+    """Check that exactly one of the values is given where a law takes one of several."""
+    given = [name for name in law.one_of if reader.is_given(f"{section}.{name}")]
+    if len(given) > 1:
+        path = f"{section}.{given[-1]}"
+        message = f"stands for {given[0]}, which is given too; law '{law.name}' takes one of {', '.join(law.one_of)}"
+        reader.problems.add(reader.position_of(path), path, message)
+    elif law.one_of and not given:
+        path = f"{section}.{law.one_of[0]}"
+        message = f"is missing; law '{law.name}' takes one of {', '.join(law.one_of)}"
+        reader.problems.add(reader.position_of(f"{section}.law"), path, message)
+    elastic = f"{section}.elastic"
+    powers_only = [name for name in given if law.unit_of(name).endswith("^exponent+1")]
+    if powers_only and reader.names[elastic] != {"power"}:
+        found = ", ".join(sorted(reader.names[elastic] - {"power"}))
+        path = f"{section}.{powers_only[0]}"
+        message = f"needs elastic: power, not {found}; with another elastic law write damping_factor, in s/m"
+        reader.problems.add(reader.position_of(path), path, message)
 
 
 def _check_hertzian(reader: Reader, elastic: str, law: Law) -> None:

@@ -100,9 +100,10 @@ def read_number(reader: Reader, path: str, key: Number) -> None:
         owners = sorted({name for key_use in key.uses for name in key_use.when[-1][1]})
         others_text = f" and {len(owners) - _MAX_LAWS_NAMED} more" if len(owners) > _MAX_LAWS_NAMED else ""
         owners_text = ", ".join(owners[:_MAX_LAWS_NAMED])
+        refusal = next((f" ({key_use.field.refusal})" for key_use in key.uses if key_use.field.refusal), "")
         message = (
             f"is not used by {_law_names_text(reader, key)}, only by {owners_text}{others_text}; leave it out or "
-            "choose another law"
+            f"choose another law{refusal}"
         )
         reader.problems.add(reader.position_of(path), path, message)
         return

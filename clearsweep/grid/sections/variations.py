@@ -20,6 +20,7 @@ from .reader import Reader
 from .section import ValueReader
 from .seek import SEEK, read_seek_range
 
+MAX_SAME_KEYS = 2  # paths that an error names
 #: The sections that vary values, in the order in which their axes appear; those after `sweep` vary together.
 VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")
 #: The sections with values that may be unused by some of the varied laws.
@@ -146,7 +147,8 @@ def _record_axis(
     else:
         siblings = [other_path for other_path in sweepable_paths if other_path.rpartition(".")[0] == parent]
         hint_text = f" (allowed next to it: {', '.join(siblings)})" if siblings else ""
-        reader.problems.add(position, key_path, f"names nothing{did_you_mean(path, sweepable_paths)}{hint_text}")
+        suggestion = did_you_mean(path, sweepable_paths) or _same_key_text(reader, path, all_keys)
+        reader.problems.add(position, key_path, f"names nothing{suggestion}{hint_text}")
 
 
 def _axis_key_path(section_name: str, path: str) -> str:
@@ -156,6 +158,18 @@ def _axis_key_path(section_name: str, path: str) -> str:
     if section_name in (OPTIMISE, IDENTIFY):
         return f"{section_name}.over.{path}"
     return f"sample.over.{path}" if section_name == "sample" else f"{section_name}.{path}"
+
+
+def _same_key_text(reader: Reader, name: str, keys: KeyTable) -> str:
+    """Return the paths in sections in use that end in a key of this name, with their laws; '' without any."""
+    texts = []
+    for path, key in keys.items():
+        is_present = all(section in reader.keys_in_use for section in _enclosing_paths(path))
+        if not path.endswith(f".{name}") or not isinstance(key, Number) or not is_present:
+            continue
+        laws = sorted({law for key_use in key.uses for _, names in key_use.when[-1:] for law in names})
+        texts.append(f"{path} (law {', '.join(laws)})" if laws else path)
+    return f"; write the whole path, such as {' or '.join(texts[:MAX_SAME_KEYS])}" if texts else ""
 
 
 def _enclosing_paths(path: str) -> list[str]:

@@ -313,7 +313,8 @@ def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
 def restitution(joint: Joint) -> float | None:
     """Return the restitution of a free impact in a joint, or None if it depends on mass and speed or does not exist."""
     formula = joint.is_dry and RECIPES["law", joint.contact.law].free_restitution
-    return float(formula(joint.contact.values.get("restitution"))) if formula else None
+    value = formula(joint.contact.values.get("restitution")) if formula else None
+    return None if value is None else float(value)
 
 
 def departs_from_hertz(joint: Joint) -> bool:

@@ -6,12 +6,13 @@ A new law of the form F = F_elastic (1 + chi rate / onset_rate) is one block wit
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ....contracts.catalogue import Law, Merit
+from ....contracts.case import Joint
+from ....contracts.catalogue import Field, Law, Merit
 from ...compiled import calculus as math
 from ..elastic.contract import elastic_force
 from ..kinks import UNKNOWN, kinks, rate_variable, register_pieces
 from ..rebound import approach_hysteresis_rebound, exact_factor, hysteresis_rebound
-from ..recipe import register
+from ..recipe import compile_law, register
 from .contract import (
     ANY_RESTITUTION,
     RESTITUTION,
@@ -73,17 +74,77 @@ def register_factor_law(law: Law, chi: Callable[[float], float]) -> None:
     )
 
 
-register_factor_law(
+class RateFactor(NamedTuple):
+    """F = F_elastic (1 + factor rate): a damper of given size, without an onset rate."""
+
+    factor: float  # s/m
+
+
+@register_contact_force(RateFactor, pulls=False, times_elastic=True)
+def _rate_factor(law, elastic, pen, rate, onset_rate):
+    force = elastic_force(elastic, pen)
+    return force + force * law.factor * rate, force
+
+
+def damping_factor(joint: Joint) -> float | None:
+    """Return D / K (s/m) of F = K pen^n + D pen^n rate, or None if the loss follows from a restitution."""
+    values = joint.contact.values
+    if "damping" in values:
+        return float(values["damping"] / compile_law("elastic", "power", joint).stiffness)
+    return values.get("damping_factor")
+
+
+def _make_hunt_crossley(joint: Joint) -> Hysteresis | RateFactor:
+    factor = damping_factor(joint)
+    return Hysteresis(_hunt_crossley_chi(joint.contact.values["restitution"])) if factor is None else RateFactor(factor)
+
+
+def _hunt_crossley_chi(e: float) -> float:
+    return 1.5 * (1.0 - e)
+
+
+def _restitution_by_speed(joint: Joint) -> dict[str, tuple[float, str]]:
+    """Return the restitution of free impacts at PRINTED_SPEEDS: chi = D v / K, see `rebound.hysteresis_rebound`."""
+    factor = damping_factor(joint)
+    if factor is None:
+        return {}
+    return {
+        f"contact.restitution at {speed:g} m/s": (hysteresis_rebound(factor * speed), "1") for speed in PRINTED_SPEEDS
+    }
+
+
+PRINTED_SPEEDS = (0.1, 1.0)  # m/s
+GIVEN_DAMPER = Field(
+    "damping_factor",
+    "s/m",
+    low_open=False,
+    optional=True,
+    refusal="with a given damper every law of the form F_elastic (1 + chi rate / onset_rate) equals hunt-crossley",
+)
+DAMPING_TEXT = "in place of `restitution`: the damper of F = K pen^n + D pen^n rate"
+
+register(
     Law(
         "law",
         "hunt-crossley",
-        "the oldest of its form, for restitution near 1",
-        f"{FORCE_FORMULA}3 (1 - e) / 2",
-        "Hunt & Crossley 1975, J. Appl. Mech. 42:440",
-        (ANY_RESTITUTION,),
-        notes="First-order exact as e -> 1; the restitution is never below 0.488.  Marhefka & Orin use the same.",
+        "the oldest of its form, for restitution near 1, or with a given damper",
+        f"{FORCE_FORMULA}3 (1 - e) / 2; or F = F_elastic (1 + (damping / stiffness) rate)",
+        "Hunt & Crossley 1975, J. Appl. Mech. 42:440, eqs. 6 and 9",
+        (
+            ANY_RESTITUTION._replace(optional=True),
+            GIVEN_DAMPER._replace(name="damping", unit="N*s/m^exponent+1", text=f"{DAMPING_TEXT}; `elastic: power`"),
+            GIVEN_DAMPER._replace(text=f"{DAMPING_TEXT}, over K"),
+        ),
+        notes="First-order exact as e -> 1; the restitution is never below 0.488.  Marhefka & Orin use the same.  With "
+        "a given damper every law of the form F_elastic (1 + chi rate / onset_rate) is this one; the restitution then "
+        "falls with the speed.",
+        uses_onset=True,
+        one_of=("restitution", "damping", "damping_factor"),
     ),
-    lambda e: 1.5 * (1.0 - e),
+    (Hysteresis, RateFactor),
+    _make_hunt_crossley,
+    free_restitution=lambda e: None if e is None else hysteresis_rebound(_hunt_crossley_chi(e)),
+    derived=_restitution_by_speed,
 )
 
 
