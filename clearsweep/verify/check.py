@@ -158,7 +158,7 @@ def select_cases(
             if len(matching) != 1:
                 raise InputError(
                     f"--case {quoted(word)}: {'no case' if not matching else f'{len(matching)} cases'} of the grid "
-                    f"begin with it; write {', '.join(CHOICES)}, or more of a case_id, as `clearsweep run` prints them"
+                    f"match; write {', '.join(CHOICES)}, or more of a case_id, as `clearsweep run` prints them"
                 )
             index = matching[0]
         selected.setdefault(index, []).append(word)
@@ -351,11 +351,11 @@ class Truth:
         revolutions = self._revolutions()
         horizon = None
         if yours.status == "ok":
-            beyond = np.flatnonzero(_distances(self.tree, yours, path) > HORIZON_SIZE)
+            beyond = np.flatnonzero(distances(self.tree, yours, path) > HORIZON_SIZE)
             horizon = float(revolutions[beyond[0]]) if beyond.size else None
         length = min(HALF, math.inf if horizon is None else horizon)
         self._limit = self._between_events(float(np.interp(length, revolutions, path["t"])))
-        own_error = float(np.max(_distances(self.tree, second, path)[self._compared()], initial=0.0))
+        own_error = float(np.max(distances(self.tree, second, path)[self._compared()], initial=0.0))
         self._summary = {
             "horizon_revolutions": horizon,
             "compared_revolutions": length,
@@ -428,7 +428,7 @@ class Truth:
         """Return the errors of a run's events, and of its samples, which are those of the reference in `mask`."""
         assert self._path is not None  # computed before
         events = path.events
-        error = float(np.max(_distances(self.tree, path, self._path, mask), initial=0.0))
+        error = float(np.max(distances(self.tree, path, self._path, mask), initial=0.0))
         own, truth = (log[log["t"] <= self._limit] for log in (events, self._path.events))
         is_equal = len(own) == len(truth) and bool(
             np.all(own["joint"] == truth["joint"]) and np.all(own["kind"] == truth["kind"])
@@ -469,11 +469,11 @@ class _FailedRunError(Exception):
         self.status = status
 
 
-def _distances(tree: Tree, path: Any, truth: Trajectory, mask: np.ndarray | None = None) -> np.ndarray:
+def distances(tree: Tree, path: Any, truth: Trajectory, mask: np.ndarray | None = None) -> np.ndarray:
     """Return the largest distance (clearances) of any open joint's journal from the reference at the samples, (n,)."""
     largest: np.ndarray = np.zeros(len(path["t"]))
     for name, joint in tree["joints"].items():
-        channels = [f"{prefix}/{axis}" for prefix in (f"joints/{column_name(name)}", "pair") for axis in "xyz"]
+        channels = [f"joints/{column_name(name)}/{axis}" for axis in "xyz"]
         parts = [
             path[channel] - (truth[channel] if mask is None else truth[channel][mask])
             for channel in channels

@@ -217,7 +217,7 @@ def rival_problem(case_scene) -> str:
 def sampled(case_scene, times, solution: Solution) -> Trajectory:
     """Return a solution as a Trajectory: the journals' positions at `times` (n,) s, and the events."""
     names = [joint_layout.name for joint_layout in case_scene.layout.joints]
-    prefixes = [f"joints/{name}" if case_scene.mechanism.turns else name for name in names]
+    prefixes = [f"joints/{name}" for name in names]
     channels = {f"{prefix}/{axis}": np.empty(len(times)) for prefix in prefixes for axis in "xy"}
     for row, (time, state) in enumerate(zip(times, solution.states, strict=True)):
         joint_gaps = gaps(case_scene.value.mechanism, pose_at(case_scene.value.mechanism, np.append(state, time)))
