@@ -95,7 +95,7 @@ def test_programs_run(block, place, monkeypatch, capsys):
 def test_grids_are_read(block, place, monkeypatch):
     monkeypatch.chdir(ROOT / "configs")  # where the tables are that they name
     given = YAML(typ="safe").load(block)
-    whole = YAML(typ="safe").load((ROOT / "configs/slider_crank.yaml").read_text(encoding="utf-8"))
+    whole = YAML(typ="safe").load((ROOT / "configs/slider_crank_restitution.yaml").read_text(encoding="utf-8"))
     del whole["sweep"]
     if "name" in given:  # it is complete
         whole.clear()

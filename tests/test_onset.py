@@ -326,7 +326,7 @@ SLOW = {4, 13, 21, 22}  # agree after 100 to 300 revolutions
 
 @pytest.mark.slow
 def test_centred_and_seated_starts_agree_on_the_fast_machine_of_the_readme():
-    source = yaml.safe_load((ROOT / "configs/slider_crank.yaml").read_text(encoding="utf-8"))
+    source = yaml.safe_load((ROOT / "configs/slider_crank_restitution.yaml").read_text(encoding="utf-8"))
     source["sweep"] |= FAST
     limits_met = {"figure": "rod_slider_force_p99", "relative_ci": 1e-6, "max_revolutions": 40}
     result = {}

@@ -15,7 +15,7 @@ import math
 import time
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -262,7 +262,7 @@ def check_case(
         for method, rung in _rungs(tree, tolerance, rivals=rivals):
             report_progress(f"{name}: {method} at {rung:g}")
             base = published if method.startswith("scipy") else truth
-            row = book.piece(f"{case_id} {method} {rung:g}", lambda b=base, m=method, r=rung: b.row(m, r))
+            row = book.piece(f"{case_id} {method} {rung:g}", partial(base.row, method, rung))
             ladder += [row] if row else []
     result["ladder"] = ladder
     yours = next((row for row in ladder if row["method"] == "auto" and row["tolerance"] == tolerance), None)
@@ -376,9 +376,9 @@ class Truth:
         """Return the revolutions (without a crank the share of the run times LONGEST_RUN) of the samples, (n,)."""
         assert self._path is not None  # computed before
         if not self.is_turning:
-            return LONGEST_RUN * self._path["t"] / self._path["t"][-1]
+            return np.asarray(LONGEST_RUN * self._path["t"] / self._path["t"][-1])
         angle = self._path["crank_angle"]
-        return np.abs(angle - angle[0]) / (2.0 * math.pi)
+        return np.asarray(np.abs(angle - angle[0]) / (2.0 * math.pi))
 
     def _between_events(self, limit: float) -> float:
         """Return a time (s) near `limit` that no event is close to, so that rounding decides on none."""
@@ -586,7 +586,7 @@ def check_stability(tree: Tree, case_id: str, book: Notebook, report_progress: R
     for variant in variants_of(tree):
         text = variant_text(variant)
         report_progress(text)
-        outcome = book.piece(f"{case_id} {text}", lambda v=variant: try_variant(tree, v, book.deadline))
+        outcome = book.piece(f"{case_id} {text}", partial(try_variant, tree, variant, book.deadline))
         if outcome is None:
             continue
         entry = {"change": {path: value for level in variant for path, value in level.change.items()}, "text": text}
@@ -795,7 +795,7 @@ def _rows_at(cases: Sequence[Mapping[str, Any]], tolerance: float) -> list[Mappi
 
 
 def _errors_at(cases: Sequence[Mapping[str, Any]], tolerance: float) -> float:
-    return max(row["error"] for row in _rows_at(cases, tolerance))
+    return float(max(row["error"] for row in _rows_at(cases, tolerance)))
 
 
 def _time_at(cases: Sequence[Mapping[str, Any]], tolerance: float) -> float:
@@ -807,7 +807,7 @@ def _loosest_with(cases: Sequence[Mapping[str, Any]], error: float) -> float | N
     for tolerance in sorted({row["tolerance"] for case in cases for row in case["ladder"]}, reverse=True):
         rows = _rows_at(cases, tolerance)
         if len(rows) == len(cases) and all(row["error"] <= error and row["events_equal"] for row in rows):
-            return tolerance
+            return float(tolerance)
     return None
 
 

@@ -28,7 +28,7 @@ LARGEST = 6.0  # kN
 def force(onset: str, start: str) -> np.ndarray:
     """Return the normal force (N) at every degree of the last revolution."""
     changes = CASE | {"joints.rod-slider.contact.onset": onset, "simulate.start": start}
-    scene = clearsweep.load_case(ROOT / "configs/slider_crank.yaml", changes)
+    scene = clearsweep.load_case(ROOT / "configs/slider_crank_restitution.yaml", changes)
     period = 2.0 * np.pi / scene.value.reference_rate
     times = (39.0 + np.arange(361) / 360.0) * period
     return clearsweep.simulate(scene, times)["joints/rod_slider/force_normal"]

@@ -162,7 +162,7 @@ def table_of_readme(other: Path, repeats: int) -> str:
     from ruamel.yaml import YAML
 
     trees = [Tree(ROOT), Tree(other)]
-    plain = YAML(typ="safe").load(ROOT / "configs" / "slider_crank.yaml")
+    plain = YAML(typ="safe").load(ROOT / "configs" / "slider_crank_restitution.yaml")
     many = thinned(plain, {"drive.speed": 10 * plain["sweep"]["drive.speed"]["linspace"][2]})
     for tree in trees:
         tree.sweep(plain)  # compiles

@@ -1,6 +1,6 @@
 """What each feature of the README's grid costs: `PYTHONPATH=tests python -m bench.taken_away [--write]`.
 
-Processor time per case of configs/slider_crank.yaml, and of a grid of the same ranges with ten times as many speeds, as
+Processor time per case of configs/slider_crank_restitution.yaml, and of a grid of the same ranges with ten times as many speeds, as
 they are and with wear, orbits and friction taken away.  Cases are simulated without storage.  All variants have their
 turn in every round; the mean of each is over the least times of its cases, which scatter less than the least sum.
 """
@@ -18,7 +18,7 @@ from ruamel.yaml import YAML
 from clearsweep import simulation
 from clearsweep.grid import load
 
-GRID = Path(__file__).parents[2] / "configs/slider_crank.yaml"
+GRID = Path(__file__).parents[2] / "configs/slider_crank_restitution.yaml"
 JOINT = "rod-slider"
 FEATURES = ("wear", "orbits", "friction")
 VARIANTS = ((), ("wear",), ("orbits",), ("friction",), ("wear", "orbits"), FEATURES)
