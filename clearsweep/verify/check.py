@@ -13,7 +13,7 @@ import itertools
 import json
 import math
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property, partial
 from pathlib import Path
@@ -256,40 +256,31 @@ def check_case(
     truth = Truth(tree, tolerance)
     reference = book.piece(f"{case_id} reference", truth.summary)
     result |= reference or {"horizon_revolutions": None, "compared_revolutions": None, "reference": None}
-    ladder: list[dict[str, Any]] = []
+    has_reference = reference is not None and reference["reference"]["tolerance"] is not None
     published = Truth(_with_published_onset(tree), tolerance)
-    if reference and reference["reference"]["tolerance"] is not None:
-        for method, rung in _rungs(tree, tolerance, rivals=rivals):
+    ladder: list[dict[str, Any]] = []
+
+    def climb(rungs: Iterable[tuple[str, float]]) -> None:
+        for method, rung in rungs if has_reference else ():
             report_progress(f"{name}: {method} at {rung:g}")
             base = published if method.startswith("scipy") else truth
             row = book.piece(f"{case_id} {method} {rung:g}", partial(base.row, method, rung))
-            ladder += [row] if row else []
-    result["ladder"] = ladder
+            ladder.extend([row] if row else [])
+
+    climb(("auto", rung) for rung in sorted({*LADDER, tolerance}, reverse=True))
+    result["stability"] = check_stability(tree, case_id, book, lambda text: report_progress(f"{name}: {text}"))
+    report_progress(f"{name}: cost of its parts")
+    result["parts"] = book.piece(f"{case_id} parts", lambda: costs_of_parts(written)) or []
+    climb(itertools.product(METHODS[1:], LADDER))
+    obstacle = rival_problem(scene_of(tree)) if rivals else ""
+    if rivals and not obstacle:
+        climb(itertools.product([f"scipy {method}" for method in RIVAL_METHODS], LADDER))
+    result |= {"ladder": ladder, "rivals": obstacle}
     yours = next((row for row in ladder if row["method"] == "auto" and row["tolerance"] == tolerance), None)
     yours = yours or {"error": None, "milliseconds": None}
     result["yours"] = {"tolerance": tolerance, "error": yours["error"], "milliseconds": yours["milliseconds"]}
     result["order"] = fitted_order(ladder, (reference or {}).get("reference"))
-    if rivals and (problem := rival_problem(scene_of(tree))):
-        result["rivals"] = problem
-    result["stability"] = check_stability(tree, case_id, book, lambda text: report_progress(f"{name}: {text}"))
-    report_progress(f"{name}: cost of its parts")
-    result["parts"] = book.piece(f"{case_id} parts", lambda: costs_of_parts(written)) or []
     return result
-
-
-def _rungs(tree: Tree, tolerance: float, *, rivals: bool) -> Iterator[tuple[str, float]]:
-    """Yield the methods that a case can use, with their tolerances."""
-    for method in METHODS:
-        try:
-            case_scene = scene_of(_with_values(tree, {"simulate.method": method}))
-        except InputError:
-            continue  # in space there is no implicit method
-        for rung in sorted({*LADDER, tolerance} if method == "auto" else LADDER, reverse=True):
-            yield method, rung
-    if rivals and not rival_problem(case_scene):
-        for method in RIVAL_METHODS:
-            for rung in LADDER:
-                yield f"scipy {method}", rung
 
 
 def _with_published_onset(tree: Tree) -> Tree:
@@ -626,7 +617,7 @@ def _onset_difference(case_scene: scene.Scene, first_onset: float | None) -> str
 
     first_onset : s, None if there is none.
     """
-    if first_onset is None or case_scene.mechanism.spatial:  # in space there is one method
+    if first_onset is None:
         return ""
     period, onsets = 2.0 * math.pi / case_scene.value.reference_rate, []
     settings: dict[str, Any] = {}
@@ -674,34 +665,24 @@ def costs_of_parts(written: Mapping[str, Any]) -> list[dict[str, Any]]:
     scene; a joint also brings steps of its own.  `rates` is what remains without any part: equations of motion, steps
     and events.
     """
-    base = base_tree(written)
-    trees: dict[str, Tree] = {"": base}
-    bare = base
+    base = bare = base_tree(written)
+    scenes = {"": scene_of(base)}
     for name, joint in base["joints"].items():
-        if len(base["joints"]) > 1:
-            trees[f"joints.{name}"] = _without(base, f"joints.{name}")
-        for section in OPTIONAL_SECTIONS:
-            if section in joint:
-                trees[f"joints.{name}.{section}"] = _without(base, f"joints.{name}.{section}")
-                bare = _without(bare, f"joints.{name}.{section}")
-    steps = {}
-    for path, tree in list(trees.items()):
-        try:
-            steps[path] = scene_of(tree)
-        except InputError:
-            continue  # the rest of the scene needs this part
-    whole = steps.pop("")
+        removable = [f"joints.{name}.{section}" for section in OPTIONAL_SECTIONS if section in joint]
+        for path in [*([f"joints.{name}"] if len(base["joints"]) > 1 else []), *removable]:
+            try:
+                scenes[path] = scene_of(_without(base, path))
+                barer = _without(bare, path) if path in removable else bare
+                scene_of(barer)
+            except InputError:
+                continue  # the rest of the scene needs this part
+            bare = barer
     if _plain(written).get("save", {}).get("orbits", "none") != "none":
-        saved = dict(
-            base,
-            save=dict(_plain(written)["save"], revolutions=1.0)
-            if "revolutions" in base["simulate"]
-            else {"orbits": "all"},
-        )
-        steps["orbits"] = scene_of(saved)
+        length = {"revolutions": 1.0} if "revolutions" in base["simulate"] else {}
+        scenes["orbits"] = scene_of(dict(base, save=_plain(written)["save"] | length))
     plain = scene_of(bare)
     unobserved = plain.with_settings(discard=UNOBSERVED * plain.case.simulate.revolutions)
-    runs = {"": whole, **steps, "bare": plain, "unobserved": unobserved}
+    runs = {**scenes, "bare": plain, "unobserved": unobserved}
     costs = dict.fromkeys(runs, math.inf)
     counts = {}
     for _ in range(PART_ROUNDS):

@@ -93,6 +93,7 @@ def _case_lines(case: Mapping[str, Any], units: Mapping[str, str]) -> list[str]:
     for tolerance in sorted({row["tolerance"] for row in case["ladder"]}, reverse=True):
         cells = (_cell_text(rows.get((method, tolerance))) for method in methods)
         lines.append(f"  {tolerance:<9.3g}" + "".join(cells))
+    lines += [f"  rivals: none; {case['rivals']}"] if case["rivals"] else []
     if any(not row["events_equal"] for row in case["ladder"]):
         lines.append("  ! contacts are missing, or in another order")
     stability = case["stability"]

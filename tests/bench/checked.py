@@ -1,0 +1,83 @@
+"""Checks a case of every file of configs/: `PYTHONPATH=tests python -m bench.checked [--write] [NAME ...]`.
+
+It runs `clearsweep check --case first` in turn and prints a row per file; --write puts the table into
+results/checked.md.
+"""
+
+import argparse
+import time
+from pathlib import Path
+
+from clearsweep import grid
+from clearsweep.language.errors import InputError
+from clearsweep.simulation import scene
+from clearsweep.verify import check
+from clearsweep.verify.accuracy import describe_measurement
+
+ROOT = Path(__file__).parents[2]
+SECONDS = 120.0  # of one file
+HEAD = (
+    "| file | tolerance | error | ms a revolution | compared revolutions | reference good to | order | variants passed | "
+    "first that fails | processor time, s |",
+    "| --- | --- | --- | --- | --- | --- | --- | --- | --- | --- |",
+)
+
+
+def row_of(path: Path) -> str:
+    """Return the row of one file."""
+    begin = time.process_time()
+    try:
+        loaded = grid.load(path, scene.catalogue())
+        case = check.measure(loaded, check.Options(("first",), SECONDS))["cases"][0]
+    except InputError as error:
+        return f"| {path.name} | {error} |"
+    yours, reference, stable = case["yours"], case["reference"] or {"error": None}, case["stability"]
+    failed = stable["failed"]
+    cells = (
+        path.name,
+        f"{yours['tolerance']:g}",
+        number(yours["error"], ".1e"),
+        number(yours["milliseconds"], ".3g"),
+        number(case["compared_revolutions"], ".2g"),
+        number(reference["error"], ".0e"),
+        number(case["order"], ".2f"),
+        f"{stable['passed']} of {stable['tried']}",
+        f"{failed[0]['text']}: {failed[0]['why'].partition(';')[0]}" if failed else "",
+        f"{time.process_time() - begin:.0f}",
+    )
+    return f"| {' | '.join(cells)} |"
+
+
+def number(value: float | None, form: str) -> str:
+    """Return a number in words."""
+    return "unknown" if value is None else format(value, form)
+
+
+def main() -> None:
+    """Print the table, or write the page."""
+    reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    reader.add_argument("names", nargs="*", help="files of configs/ without their ending; default: all")
+    reader.add_argument("--write", action="store_true", help="write results/checked.md")
+    given = reader.parse_args()
+    paths = [ROOT / "configs" / f"{name}.yaml" for name in given.names] or sorted((ROOT / "configs").glob("*.yaml"))
+    lines = list(HEAD)
+    print("\n".join(lines), flush=True)
+    for path in paths:
+        lines.append(row_of(path))
+        print(lines[-1], flush=True)
+    if given.write:
+        facts = describe_measurement("PYTHONPATH=tests python -m bench.checked --write")
+        text = [
+            "# The first case of every file of configs/, checked",
+            "",
+            f"`{facts['command']}`, {facts['date'][:10]}, model version {facts['model_version']}, "
+            f"{facts['machine']['processor']}. Errors are in clearances; see [the how-to](../docs/howto/accuracy.md).",
+            "",
+            *lines,
+            "",
+        ]
+        (ROOT / "results" / "checked.md").write_text("\n".join(text), encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
