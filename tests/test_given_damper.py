@@ -66,7 +66,8 @@ def test_the_damper_can_be_swept_in_its_unit(tmp_path):
         "sweep": {"joints.pair.contact.damping": ["1e9 N*s/m^2.5", "1e10 N*s/m^2.5", "1e11 N*s/m^2.5"]}
     }
     clearsweep.sweep(grid, out=tmp_path / "run")
-    restitutions = clearsweep.open(tmp_path / "run").summary.sort_values("joints.pair.contact.damping")["pair_restitution"].tolist()
+    summary = clearsweep.open(tmp_path / "run").summary.sort_values("joints.pair.contact.damping")
+    restitutions = summary["pair_restitution"].tolist()
     expected = [closed_form(damping / STIFFNESS) for damping in (1e9, 1e10, 1e11)]
     assert restitutions == pytest.approx(expected, rel=1e-7)
 
