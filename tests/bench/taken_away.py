@@ -1,8 +1,9 @@
 """What each feature of the README's grid costs: `PYTHONPATH=tests python -m bench.taken_away [--write]`.
 
 Processor time per case of configs/slider_crank_restitution.yaml, and of a grid of the same ranges with ten times as
-many speeds, as they are and with wear, orbits and friction taken away.  Cases are simulated without storage.  All variants have their
-turn in every round; the mean of each is over the least times of its cases, which scatter less than the least sum.
+many speeds, as they are and with wear, orbits and friction taken away.  Cases are simulated without storage.  All
+variants have their turn in every round; the mean of each is over the least times of its cases, which scatter less than
+the least sum.
 """
 
 import argparse
