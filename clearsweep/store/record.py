@@ -3,6 +3,7 @@
 import datetime
 import functools
 import hashlib
+import io
 import json
 import os
 import platform
@@ -45,7 +46,11 @@ def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:
 def signed(record: dict[str, Any]) -> bytes:
     """Return the content of run.json with its checksum."""
     content = json_round_trip(record)
-    return json.dumps(content | {"checksum": record_checksum(content)}, indent=2).encode()
+    content["checksum"] = record_checksum(content)
+    written = io.BytesIO()
+    for part in json.JSONEncoder(indent=2).iterencode(content):  # the list of all parts takes ten times their text
+        written.write(part.encode())
+    return written.getvalue()
 
 
 def read_record(directory: Path) -> dict[str, Any]:
