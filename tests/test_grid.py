@@ -6,7 +6,7 @@ import json
 import math
 import subprocess
 import sys
-import time
+import tracemalloc
 from pathlib import Path
 
 import numpy as np
@@ -310,18 +310,19 @@ def test_the_stiffness_law_and_its_exponent_can_be_swept(base):
     assert load(sweep(base, {f"{CONTACT}.stiffness": [1e9, 1e10]})).unit(f"{CONTACT}.stiffness") == "N/m^1.5"
 
 
-def test_ten_million_cases_load_in_a_second_and_any_one_in_a_millisecond(base):
+def test_ten_million_cases_take_no_more_memory_than_the_values_on_their_axes(base):
     axes = {
         f"{JOINT}.clearance": {"linspace": ["10 um", "0.5 mm", 100_000]},
         "drive.speed": {"linspace": [100, 500, 100]},
     }
-    began = time.process_time()
-    cases = load(sweep(base, axes))
+    tracemalloc.start()
+    try:
+        cases = load(sweep(base, axes))
+        last = cases.case(10**7 - 1)
+        assert tracemalloc.get_traced_memory()[1] < 40e6  # bytes at the most; 8 a case would be 80e6
+    finally:
+        tracemalloc.stop()
     assert len(cases) == 10**7
-    assert time.process_time() - began < 1.0
-    began = time.process_time()
-    last = [cases.case(k) for k in range(10**7 - 100, 10**7)][-1]
-    assert time.process_time() - began < 0.1
     assert (last.joints[0].clearance, last.drive.speed) == (5e-4, 500.0)
 
 

@@ -11,6 +11,7 @@ import hashlib
 import itertools
 import json
 import math
+import platform
 import re
 import sys
 from pathlib import Path
@@ -133,6 +134,12 @@ def report(name, runs):
     return "\n".join(text)
 
 
+on_the_recorded_system = pytest.mark.skipif(
+    (sys.platform, platform.machine()) != ("linux", "x86_64"), reason="the bits are those of x86-64 and glibc"
+)
+
+
+@on_the_recorded_system
 @pytest.mark.heavy
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", GRIDS)
@@ -160,6 +167,7 @@ def test_a_column_that_moves_is_named_with_its_relative_difference():
     ]
 
 
+@on_the_recorded_system
 @pytest.mark.slow
 @pytest.mark.compiled
 @pytest.mark.parametrize("name", RECORDED["scenes"])

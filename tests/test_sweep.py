@@ -340,12 +340,6 @@ def test_the_parent_grows_by_less_than_50_mb_with_a_hundred_times_the_cases(tmp_
     assert peaks[1] - peaks[0] < 50_000, peaks  # kB
 
 
-@pytest.mark.slow
-def test_overhead_of_a_thousand_short_cases_is_small(tmp_path):
-    result = quiet(grid(1000, (GOOD + 0.005,)), tmp_path / "run", jobs=2)
-    assert result.seconds <= 1.25 * result.case_seconds / 2 + 5.0
-
-
 def test_one_worker_has_one_thread(tmp_path, monkeypatch):
     for name in executors.THREAD_VARIABLES:
         monkeypatch.setenv(name, "7")
