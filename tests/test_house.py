@@ -225,9 +225,9 @@ def test_a_name_that_no_longer_exists_is_found():
     assert stale_names(texts, {"kept"}) == ["a.py: former", "a.py: LIMIT"]
 
 
-def test_no_file_exceeds_400_lines():
+def test_no_file_exceeds_600_lines():
     lengths = {path: len(path.read_text(encoding="utf-8").splitlines()) for path in sources()}
-    assert [f"{path.relative_to(ROOT)}: {length}" for path, length in lengths.items() if length > 400] == []
+    assert [f"{path.relative_to(ROOT)}: {length}" for path, length in lengths.items() if length > 600] == []
 
 
 def test_no_function_exceeds_80_lines():

@@ -17,7 +17,10 @@ from ..report.blocks.table import Column, Table
 from ..report.documents.page import Page
 from ..simulation import scene
 from ..store import durable
-from .check import CHOICES, HALF, Level, Options, base_tree, levels_of, measure
+from .case_tree import base_tree
+from .check import CHOICES, Options, measure
+from .reference_run import HALF
+from .variants import Level, levels_of
 
 COLOURS = {  # method -> colour (Okabe and Ito 2008), marker
     "auto": ("#0072B2", "o"),

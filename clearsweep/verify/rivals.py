@@ -240,26 +240,10 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
     as ours are, in clearances: the error of a step is at most `tolerance` times clearance, of rates times crank speed,
     regardless of the size of the coordinates.  There is no search for force peaks.
     """
-    compiled_scene = scene.value
-    parameters = flatten(compiled_scene)
-    rates = rates_of(compiled_scene, parameters)
-    coordinate_count, joints, period = (
-        len(compiled_scene.coordinates),
-        len(compiled_scene.joints),
-        2.0 * math.pi / compiled_scene.reference_rate,
-    )
-    state, onset = np.full(joints, FREE), np.ones(joints)
-    k, z = np.zeros((STAGES, 2 * coordinate_count + 1 + JOINT_WIDTH * joints)), np.empty(2 * coordinate_count + 1)
-    evaluations = 0
-
-    call = compiled_call()
-    code = function_at(rates.code, 4)
-
-    def evaluate(t, y):
-        nonlocal evaluations
-        evaluations += 1
-        call(code, rates.parameters, t, y, z, state, onset, k)
-        return k[0]
+    compiled_scene, evaluate = scene.value, CountedRates(scene.value)
+    coordinate_count, joints = len(compiled_scene.coordinates), len(compiled_scene.joints)
+    period = 2.0 * math.pi / compiled_scene.reference_rate
+    state, onset = evaluate.state, evaluate.onset
 
     def state_rates(t, y):
         return evaluate(t, y)[: 2 * coordinate_count].copy()
@@ -315,7 +299,27 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
         separation_count += kind == SEPARATION
         if 0 < separations <= separation_count:
             break
-    return Solution(np.array(states), np.array(events).reshape(-1, 5), steps, None, evaluations)
+    return Solution(np.array(states), np.array(events).reshape(-1, 5), steps, None, evaluate.count)
+
+
+class CountedRates:
+    """The right-hand side of a compiled scene for scipy, and how often it was evaluated."""
+
+    def __init__(self, compiled_scene):
+        """Begin out of contact."""
+        self._parameters = flatten(compiled_scene)  # compiled code contains its address
+        self._rates = rates_of(compiled_scene, self._parameters)
+        coordinate_count, joints = len(compiled_scene.coordinates), len(compiled_scene.joints)
+        self.state, self.onset, self.count = np.full(joints, FREE), np.ones(joints), 0
+        self._k = np.zeros((STAGES, 2 * coordinate_count + 1 + JOINT_WIDTH * joints))
+        self._z = np.empty(2 * coordinate_count + 1)
+        self._call, self._code = compiled_call(), function_at(self._rates.code, 4)
+
+    def __call__(self, t, y):
+        """Return the first row of `rates_in_time` at a time (s) and the coordinates and their rates."""
+        self.count += 1
+        self._call(self._code, self._rates.parameters, t, y, self._z, self.state, self.onset, self._k)
+        return self._k[0]
 
 
 @functools.cache

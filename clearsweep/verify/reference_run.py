@@ -1,0 +1,255 @@
+"""The reference motion of a case, and the error and the time of other methods beside it.
+
+The reference is the case at REFERENCE_TOLERANCES, explicit; its own error is its distance from a second run whose
+rounding differs.  A run is compared over half a revolution, or over the predictable horizon of the run at the grid's
+tolerance if this is shorter.  Beyond it two integrations of a chaotic motion are two samples of it.
+"""
+
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+
+from ..contracts.case import column_name
+from ..contracts.results import Trajectory
+from ..language.errors import InputError
+from ..simulation import scene
+from ..simulation.lyapunov import HORIZON_SIZE
+from ..simulation.trajectory import simulate
+from .case_tree import Tree, scene_of, with_values
+from .rivals import sampled, scipy_ivp
+
+REFERENCE_TOLERANCES = (1e-13, 1e-12, 1e-11)  # the first that a case can reach
+SECOND_REFERENCE = 2.0  # tolerances of the reference: another sequence of steps, so other rounding errors
+HALF = 0.5  # revolutions over which errors are compared
+LONGEST_RUN = 3.0  # revolutions in which the predictable horizon is sought
+SAMPLES = 360  # per revolution, at which positions are compared
+FIRST_PEAKS = 3
+COMPARABLE = 0.98  # of a run: a free crank, or a pair of bodies, ends it at a time of its own
+CLOSE = 0.005  # of the compared time: an event this close to its end moves the end
+ROUNDS = 3  # the least processor time counts
+STEP_BUDGET = 10**7  # per revolution: not a limit of a reference
+USEFUL_ERROR = 1e-3  # clearances: above the reference's own error, and below this, an error shows an order
+ERRORS_ABOVE_REFERENCE = 10.0
+
+
+def with_published_onset(tree: Tree) -> Tree:
+    """Return a case whose onset rates count to the end of their contacts, as the rivals' right-hand side has it."""
+    onsets = {
+        f"joints.{name}.contact.onset": "first"
+        for name, joint in tree["joints"].items()
+        if joint.get("contact", {}).get("onset")
+    }
+    return with_values(tree, onsets)
+
+
+class Truth:
+    """The reference motion of a case, computed when it is needed."""
+
+    def __init__(self, tree: Tree, tolerance: float):
+        """Prepare for a case as `base_tree` returns it; tolerance : of the grid."""
+        self.tree, self.tolerance = tree, tolerance
+        self._limit = 0.0  # s, end of the comparison
+        self._path: Trajectory | None = None
+        self._summary: dict[str, Any] = {}
+
+    @cached_property
+    def scene(self) -> scene.Scene:
+        """Return the case over one revolution, without samples."""
+        return scene_of(self.tree)
+
+    @property
+    def is_turning(self) -> bool:
+        """Return whether the machine has a crank, so that revolutions are defined."""
+        return "revolutions" in self.tree["simulate"]
+
+    def summary(self) -> dict[str, Any]:
+        """Return horizon, compared length (revolutions), and tolerance and own error (clearances) of the reference."""
+        self._compute()
+        return self._summary
+
+    def _compute(self) -> None:
+        """Compute the reference, its own error and the horizon."""
+        why = ""
+        for tolerance in REFERENCE_TOLERANCES:
+            try:
+                path = self._long_run("explicit", tolerance, None)
+                if path.status == "ok":
+                    path = _before_end(path)
+                second = self._long_run("explicit", SECOND_REFERENCE * tolerance, path.channels.get("t"))
+            except InputError as error:
+                why = str(error)
+                continue
+            if path.status == second.status == "ok":
+                break
+            why = path.message or second.message
+        else:
+            missing = {"tolerance": None, "error": None, "why": why}
+            self._summary = {"horizon_revolutions": None, "compared_revolutions": None, "reference": missing}
+            return
+        self._path = path
+        yours = self._long_run("auto", self.tolerance, path["t"])
+        revolutions = self._revolutions()
+        horizon = None
+        if yours.status == "ok":
+            beyond = np.flatnonzero(distances(self.tree, yours, path) > HORIZON_SIZE)
+            horizon = float(revolutions[beyond[0]]) if beyond.size else None
+        length = min(HALF, math.inf if horizon is None else horizon)
+        self._limit = self._between_events(float(np.interp(length, revolutions, path["t"])))
+        own_error = float(np.max(distances(self.tree, second, path)[self._compared()], initial=0.0))
+        self._summary = {
+            "horizon_revolutions": horizon,
+            "compared_revolutions": length,
+            "reference": {"tolerance": tolerance, "error": own_error},
+        }
+
+    def _long_run(self, method: str, tolerance: float, times: np.ndarray | None) -> Trajectory:
+        """Return a run over LONGEST_RUN revolutions, sampled at `times` (s) or evenly."""
+        case_scene = self.scene
+        if times is None:
+            samples = SAMPLES if self.is_turning else int(LONGEST_RUN * SAMPLES)
+            case_scene = scene_of(dict(self.tree, save={"orbits": "all", "samples": samples}))
+        settings: dict[str, Any] = {"revolutions": LONGEST_RUN} if self.is_turning else {}
+        settings |= {"method": method, "tolerance": tolerance, "step_budget": STEP_BUDGET}
+        return simulate(case_scene.with_settings(**settings), times=times)
+
+    def _revolutions(self) -> np.ndarray:
+        """Return the revolutions (without a crank the share of the run times LONGEST_RUN) of the samples, (n,)."""
+        assert self._path is not None  # computed before
+        if not self.is_turning:
+            return np.asarray(LONGEST_RUN * self._path["t"] / self._path["t"][-1])
+        angle = self._path["crank_angle"]
+        return np.asarray(np.abs(angle - angle[0]) / (2.0 * math.pi))
+
+    def _between_events(self, limit: float) -> float:
+        """Return a time (s) near `limit` that no event is close to, so that rounding decides on none."""
+        assert self._path is not None  # computed before
+        times, close = self._path.events["t"], CLOSE * limit
+        before, after = times[times <= limit], times[times > limit]
+        last = float(before[-1]) if before.size else -math.inf
+        following = float(after[0]) if after.size else math.inf
+        if limit - last > close and following - limit > close:
+            return limit
+        middle = 0.5 * (last + following)
+        return min(middle, last + 2.0 * close) if limit - last <= close else max(middle, following - 2.0 * close)
+
+    def _compared(self) -> np.ndarray:
+        """Return a mask of the samples that are compared."""
+        assert self._path is not None  # computed before
+        return self._path["t"] <= self._limit
+
+    def row(self, method: str, tolerance: float) -> dict[str, Any]:
+        """Return error and processor time of a method at a tolerance."""
+        if self._path is None:
+            self._compute()
+        assert self._path is not None  # a case without reference has no ladder
+        row: dict[str, Any] = {"method": method, "tolerance": tolerance, "status": "ok"}
+        missing = {"error": None, "peaks": None, "events_equal": False, "milliseconds": None, "scatter": None}
+        try:
+            return row | (
+                self._rival(method, tolerance) if method.startswith("scipy") else self._own(method, tolerance)
+            )
+        except InputError as error:
+            return row | missing | {"status": "refused", "why": str(error)}
+        except _FailedRunError as failed:
+            return row | missing | {"status": failed.status, "why": str(failed)}
+
+    def _own(self, method: str, tolerance: float) -> dict[str, Any]:
+        """Return the errors and the time of one of our methods."""
+        assert self._path is not None  # computed before
+        case_scene = self.scene.with_settings(method=method, tolerance=tolerance)
+        times = self._path["t"][self._compared()]
+        path = simulate(case_scene, times=times)
+        if path.status != "ok":
+            raise _FailedRunError(path.status, path.message)
+        spent = [processor_time(case_scene) for _ in range(ROUNDS)]
+        return self._errors(path, self._compared()) | _least_and_scatter(spent)
+
+    def _errors(self, path: Any, mask: np.ndarray) -> dict[str, Any]:
+        """Return the errors of a run's events, and of its samples, which are those of the reference in `mask`."""
+        assert self._path is not None  # computed before
+        events = path.events
+        error = float(np.max(distances(self.tree, path, self._path, mask), initial=0.0))
+        own, truth = (log[log["t"] <= self._limit] for log in (events, self._path.events))
+        is_equal = len(own) == len(truth) and bool(
+            np.all(own["joint"] == truth["joint"]) and np.all(own["kind"] == truth["kind"])
+        )
+        peaks, true_peaks = (log["force_peak"][log["kind"] == "off"][:FIRST_PEAKS] for log in (own, truth))
+        comparable = len(peaks) == len(true_peaks) > 0 and bool(np.all(true_peaks > 0.0)) and bool(np.all(peaks > 0.0))
+        peak_error = float(np.max(np.abs(peaks / true_peaks - 1.0))) if comparable else None
+        return {"error": error, "peaks": peak_error, "events_equal": is_equal}
+
+    def _rival(self, method: str, tolerance: float) -> dict[str, Any]:
+        """Return the errors and the time of a method of scipy on the same right-hand side."""
+        assert self._path is not None  # computed before
+        case_scene = self.scene
+        mask = self._compared() & (self._path["t"] > 0.0)
+        times = self._path["t"][mask]
+        end = float(times[-1])
+        begin = time.process_time()
+        solution = scipy_ivp(case_scene, times, end, tolerance, method=method.removeprefix("scipy "))
+        spent = time.process_time() - begin
+        if len(solution.states) != len(times):
+            raise _FailedRunError("incomplete", f"it ended after {len(solution.states)} of {len(times)} samples")
+        path = sampled(case_scene, times, solution)
+        turned = self._revolutions()[self._compared()][-1]
+        return self._errors(path, mask) | {"milliseconds": 1e3 * spent / turned, "scatter": None}
+
+
+def _before_end(path: Trajectory) -> Trajectory:
+    """Return a run without the samples of its last part, which a run at another tolerance may not reach."""
+    kept = path["t"] <= COMPARABLE * path["t"][-1]
+    return replace(path, channels={name: values[kept] for name, values in path.channels.items()})
+
+
+class _FailedRunError(Exception):
+    """A run that did not end `ok`: its status, and its message as text."""
+
+    def __init__(self, status: str, message: str):
+        super().__init__(message)
+        self.status = status
+
+
+def distances(tree: Tree, path: Any, truth: Trajectory, mask: np.ndarray | None = None) -> np.ndarray:
+    """Return the largest distance (clearances) of any open joint's journal from the reference at the samples, (n,)."""
+    largest: np.ndarray = np.zeros(len(path["t"]))
+    for name, joint in tree["joints"].items():
+        channels = [f"joints/{column_name(name)}/{axis}" for axis in "xyz"]
+        parts = [
+            path[channel] - (truth[channel] if mask is None else truth[channel][mask])
+            for channel in channels
+            if channel in truth.channels
+        ]
+        largest = np.maximum(largest, np.sqrt(np.sum(np.square(parts), axis=0)) / float(joint["clearance"]))
+    return largest
+
+
+def processor_time(case_scene: scene.Scene) -> tuple[float, Trajectory]:
+    """Return the processor time (s) of a run without samples, and the run."""
+    begin = time.process_time()
+    path = simulate(case_scene)
+    return time.process_time() - begin, path
+
+
+def _least_and_scatter(spent: Sequence[tuple[float, Trajectory]]) -> dict[str, float]:
+    """Return the least time (ms a revolution) of runs of one revolution, and the excess of the largest over it."""
+    times = [seconds for seconds, _ in spent]
+    return {"milliseconds": 1e3 * min(times), "scatter": max(times) / min(times) - 1.0}
+
+
+def fitted_order(ladder: Sequence[Mapping[str, Any]], reference: Mapping[str, Any] | None) -> float | None:
+    """Return p of error ~ tolerance^p, fitted to the rows of `auto` that have a useful error; None for fewer than 3."""
+    own_error = (reference or {}).get("error") or 0.0
+    points = [
+        (math.log(row["tolerance"]), math.log(row["error"]))
+        for row in ladder
+        if row["method"] == "auto" and row["error"] and ERRORS_ABOVE_REFERENCE * own_error < row["error"] < USEFUL_ERROR
+    ]
+    if len(points) < 3:
+        return None
+    x, y = np.transpose(points)
+    return float(np.polyfit(x, y, 1)[0])
