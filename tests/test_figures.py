@@ -50,6 +50,39 @@ def test_a_case_gives_the_same_bits_whatever_ran_before_in_its_process():
     assert figures_of(contents) == first
 
 
+def dead_weight_on_a_block(weight, **changes):
+    """Return the summary of a slider-crank whose slider, a block in a guide with clearance, carries a weight (N)."""
+    guide = {"clearance": 2e-5, "length": 0.04, "height": 0.03, "contact": {"law": "exact", "stiffness": 3e9}}
+    guide["contact"]["restitution"] = 0.5
+    case = slider_crank(changes={"joints.slider-ground": guide, "mechanism.slider.inertia": 1e-4} | changes)
+    case["mechanism"]["gravity"] = 9.81
+    case["loads"] = {"dead": {"on": "slider", "force": [0.0, -weight]}}
+    case["drive"] = {"speed": "600 rpm"}
+    case["simulate"] = {"revolutions": 3, "discard": 1, "tolerance": 1e-8}
+    path = clearsweep.simulate(clearsweep.load_case(case))
+    assert path.status == "ok"
+    return {name.removeprefix("slider_ground_"): value for name, value in path.summary.items()}
+
+
+def test_forces_of_a_guide_are_those_across_it():
+    """A block that rests evenly on two corners carries the reaction of the ideal guide, each corner half of it."""
+    block = dead_weight_on_a_block(200.0)
+    assert block["force_peak"] == pytest.approx(218.27, rel=1e-4)
+    assert block["force_peak_ratio"] == pytest.approx(1.0, rel=1e-3)
+    assert block["force_rms"] == pytest.approx(202.6, rel=1e-3)
+    assert block["corner_force_peak"] == pytest.approx(109.13, rel=1e-4)
+    assert block["corner_force_rms"] == pytest.approx(101.3, rel=1e-3)
+
+
+@pytest.mark.parametrize("weight", [0.0, 20.0])
+def test_no_mean_or_quantile_of_a_guide_exceeds_its_peak(weight):
+    friction = {"law": "tanh", "coefficient": 0.2, "velocity_scale": 0.01}
+    block = dead_weight_on_a_block(weight, **{"joints.slider-ground.friction": friction})
+    assert max(block["force_rms"], block["force_p99"]) <= block["force_peak"] <= block["load_peak"]
+    assert block["corner_force_rms"] <= block["corner_force_peak"]
+    assert block["force_peak_median"] <= block["force_peak"]
+
+
 def test_layouts_that_are_kept_follow_the_figures_there_are(further):
     case = grid.load(slider_crank("rod-slider"), simulation.catalogue()).case(0)
     assert COLUMN in {column.name for column in simulation.build(case).layout.columns}
@@ -122,7 +155,8 @@ def test_figures_have_names_of_their_own_and_need_what_there_is():
     assert len(set(names)) == len(names)
     needs = {need for figure in figures.FIGURES for need in figure.needs}
     of_case = {"turns", "rests", "free", "horizon", "error_check", "until", "life", "uncertain"}
-    assert needs <= of_case | {"wear", "film", "friction", "spatial", "axial", "strength", "limited", "thermal"}
+    of_joint = {"wear", "film", "friction", "guide", "spatial", "axial", "strength", "limited", "thermal"}
+    assert needs <= of_case | of_joint
     assert {figure.of for figure in figures.FIGURES} == {"joint", "output", "case"}
 
 

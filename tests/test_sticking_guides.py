@@ -11,7 +11,7 @@ from test_slot import GRID as SLOT
 
 import clearsweep
 from clearsweep.mechanics.coupling.sticking import every_grip, flatten_once, slip_rates, with_sticking_forces
-from clearsweep.mechanics.joint.contract import JointState, every_latched
+from clearsweep.mechanics.joint.contract import JointState, every_contact, every_latched
 from clearsweep.mechanics.joint.loads import loads_of
 from clearsweep.mechanics.joint.modes import FREE, STUCK
 from clearsweep.mechanics.mechanism.contract import accelerate, gaps, pose_at
@@ -64,13 +64,14 @@ def latched(scene, mode):
 def seen(source, moved, stuck):
     """Return scene, state, modes, pose, Gaps and Loads where the coordinates are `moved` and move."""
     scene = clearsweep.load_case(source).value
-    n, contacts = len(scene.coordinates), len(stuck)
-    y = np.zeros(2 * n + 1 + contacts)
+    n, contacts = len(scene.coordinates), every_contact(scene.joints)
+    y = np.zeros(2 * n + 1 + len(contacts))
     y[: 2 * n + 1] = clearsweep.load_case(source).start[: 2 * n + 1]
     y[: len(moved)] += moved
     y[n : 2 * n] += np.random.default_rng(3).normal(0.0, 2e-4, n)
     y[2 * n + 1 :] = 1e-3
-    mode = np.array([STUCK if each else FREE for each in stuck])
+    reporting = [modes.apart for _, modes in contacts[len(stuck) :]]
+    mode = np.array([*[STUCK if each else FREE for each in stuck], *reporting])
     pose = pose_at(scene.mechanism, y)
     relative = gaps(scene.mechanism, pose)
     loads = loads_of(scene.joints, relative, JointState(y, mode, latched(scene, mode), 2 * n + 1))

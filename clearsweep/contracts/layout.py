@@ -14,7 +14,8 @@ CORNERS = 4  # of a guide's block
 MAX_REVOLUTIONS = 1 << 17  # number of last revolutions whose peaks and sections are kept
 SECTION_COUNT = "poincare/revolution"  # turns of the crank between sections
 _SECTIONED = ("x", "y", "vx", "vy")  # channels of a joint stored at crank angle 0
-WALLS, FLANGES, AUXILIARY = 2, 2, 2  # contacts of a spatial joint, in this order
+WALLS, FLANGES = 2, 2  # contacts of a spatial joint, in this order
+AUXILIARY_OF_GUIDE, AUXILIARY_OF_SPATIAL = 1, 2  # contacts after these, which only report; the first: the resultant
 TIME = "t"  # the abscissa of all other channels
 ALWAYS_STORED = (TIME, "crank_angle")  # channels that are stored whatever `save.channels` lists
 
@@ -38,7 +39,7 @@ class JointLayout(NamedTuple):
     wear_bins: int = 0  # angular bins of each body; 0 where no wear is computed
     film: bool = False  # it has an oil film
     corners: int = 0  # separate contact points of a guide or a spatial joint; 0: a single contact
-    auxiliary: int = 0  # auxiliary contacts after these, of a spatial joint
+    auxiliary: int = 0  # auxiliary contacts after these
     wear_rows: int = 1  # wear bins along each body's length
     friction: bool = False  # it has friction
     strength: bool = False  # yield strength of its weaker body is known
@@ -47,10 +48,21 @@ class JointLayout(NamedTuple):
     @property
     def features(self) -> set[str]:
         """Return the features of the joint that figures require."""
-        has_flanges = self.auxiliary and self.corners > WALLS
-        present = {"wear": self.wear_bins, "film": self.film, "friction": self.friction}
-        present |= {"spatial": self.auxiliary, "axial": has_flanges, "strength": self.strength, "thermal": self.thermal}
+        has_flanges = self.is_spatial and self.corners > WALLS
+        present = {"wear": self.wear_bins, "film": self.film, "friction": self.friction, "guide": self.is_guide}
+        present |= {"spatial": self.is_spatial, "axial": has_flanges}
+        present |= {"strength": self.strength, "thermal": self.thermal}
         return {name for name, features in present.items() if features}
+
+    @property
+    def is_guide(self) -> bool:
+        """Return whether the joint is a block between walls."""
+        return self.auxiliary == AUXILIARY_OF_GUIDE
+
+    @property
+    def is_spatial(self) -> bool:
+        """Return whether the journal may tilt and shift along its axis."""
+        return self.auxiliary == AUXILIARY_OF_SPATIAL
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -108,8 +120,8 @@ def features_of(case: Case) -> CaseFeatures:
 def _contact_counts(joint: Joint) -> tuple[int, int]:
     """Return the numbers of separate contact points and of auxiliary contacts of a joint."""
     if joint.is_spatial:
-        return (WALLS + FLANGES if joint.flange else WALLS), AUXILIARY
-    return (CORNERS if joint.is_guide else 0), 0
+        return (WALLS + FLANGES if joint.flange else WALLS), AUXILIARY_OF_SPATIAL
+    return (CORNERS, AUXILIARY_OF_GUIDE) if joint.is_guide else (0, 0)
 
 
 class Layout(NamedTuple):
@@ -290,9 +302,9 @@ def _channels(catalogue: Catalogue, mechanism: Mechanism, joints: Iterable[Joint
 
 def _joint_channels(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channel]:
     """Yield the time histories of a joint."""
-    yield from catalogue.spatial_channels if joint.auxiliary else catalogue.joint_channels
+    yield from catalogue.spatial_channels if joint.is_spatial else catalogue.joint_channels
     yield from catalogue.film_channels if joint.film else ()
-    for k in range(joint.corners if joint.auxiliary else 0):
+    for k in range(joint.corners if joint.is_spatial else 0):
         for name, unit, text in catalogue.point_channels:
             yield Channel(name.format(k + 1), unit, text.format(k + 1))
 
@@ -300,7 +312,7 @@ def _joint_channels(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channe
 def converging_columns(catalogue: Catalogue, mechanism: Mechanism, *, settles: bool = True) -> tuple[str, ...]:
     """Return the columns that converge as a run grows longer, or the others, with every feature in every joint."""
     features_by_kind: dict[str, set] = {
-        "guide": {"friction"},
+        "guide": {"friction", "guide"},
         "slot": {"friction"},
         "spatial": {"wear", "spatial", "axial", "friction"},
         "through": {"wear", "spatial", "friction"},
@@ -340,6 +352,7 @@ _REQUIREMENT_TEXTS = {
     "friction": "the joint has friction; without clearance: by a load",
     "thermal": "the joint has `thermal`",
     "strength": "a yield strength or a hardness is known",
+    "guide": "the joint is a guide",
     "spatial": "the joint is spatial",
     "axial": "it has flanges",
     "horizon": "`simulate.horizon`",

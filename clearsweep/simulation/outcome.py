@@ -120,7 +120,7 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
         layout=scene.layout,
         joints=scene.value.joints,
         totals=sums,
-        exceeded_force=[] if failed else _exceeded_forces(totals, RARE_SHARE * duration),
+        exceeded_force=[] if failed else _exceeded_forces(totals, sums, RARE_SHARE * duration),
         dry_time=_dry_times(totals.dry, sums, scene.layout, duration),
         ideal=ideal_peaks(scene.case, scene.machine) if scene.mechanism.turns and not failed else {},
         wear=wear_depths_of(scene.layout, sums),
@@ -145,9 +145,13 @@ def add_cost(summary: dict, cost: Cost) -> None:
         summary[figure.name] += (int if figure.kind == "int" else float)(figure.value(cost, None))
 
 
-def _exceeded_forces(totals: Totals, time_exceeded: float) -> list[float]:
-    """Return the force (N) that each joint exceeds during `time_exceeded` (s); totals : by joint."""
-    return force_quantiles(totals.histogram, totals.bins[:, HIGHEST_BIN].tolist(), time_exceeded)
+def _exceeded_forces(totals: Totals, sums: Summed, time_exceeded: float) -> list[float]:
+    """Return the force (N) that each joint exceeds during `time_exceeded` (s), at most its largest; totals : by joint.
+
+    A quantile may lie anywhere in its bin, also above the largest force.
+    """
+    quantiles = force_quantiles(totals.histogram, totals.bins[:, HIGHEST_BIN].tolist(), time_exceeded)
+    return [min(quantile, joint.force_max) for quantile, joint in zip(quantiles, sums.joint, strict=True)]
 
 
 def _dry_times(histograms: np.ndarray, sums: Summed, layout: Layout, duration: float) -> list[float]:

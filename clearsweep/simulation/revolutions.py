@@ -13,7 +13,7 @@ from ..mechanics.solver.accumulate.within_step import RevolutionMarks
 from .extreme import expected_largest
 from .scene import Scene, state_units
 from .spread import Spread, quantiles
-from .window import force_contact_slices
+from .window import force_contacts
 
 LONGEST_PERIOD, MIN_REPEATS = 16, 3  # most revolutions of a period; how often it must be repeated
 LAST_RETURNS = LONGEST_PERIOD * (MIN_REPEATS + 1)  # revolutions from which a period is found
@@ -115,11 +115,7 @@ def marks_reached(indices: np.ndarray, revolutions: Any) -> np.ndarray:
 
 
 def peaks_of(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
-    """Return the largest normal force (N) of each joint in each revolution of the window: (revolutions, joints).
-
-    For a joint with several contacts it is the force of the most loaded contact; for a spatial joint
-    the sum over its walls.
-    """
+    """Return the largest normal force (N) of each joint in each revolution of the window: (revolutions, joints)."""
     window = marks_reached(marks.window, revolutions)
     if len(window) < 2:
         return np.zeros((0, len(scene.layout.joints)))
@@ -129,7 +125,7 @@ def peaks_of(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
         peaks = np.maximum.reduceat(peaks, window[:-1] - window[0])
     if len(scene.layout.joints) == peaks.shape[1]:
         return peaks
-    return np.stack([peaks[:, row].max(axis=1) for row in force_contact_slices(scene.layout)], axis=1)
+    return peaks[:, force_contacts(scene.layout)]
 
 
 def period_of_window(scene: Scene, marks: Marks, revolutions: Any) -> int | None:

@@ -27,21 +27,23 @@ from .spread import Spread
 MAXIMUM_FIELDS = (
     "contact_time",
     "beyond_time",
-    "force_max",
-    "load_max",
     "depth_max",
     "onset_max",
     "peak",
     "approach",
 )
+#: Fields of ContactTotals that several contacts have together, from their resultant.
+RESULTANT_FIELDS = ("force_square", "force_max", "force_max_to_target", "load_max")
 RARE_SHARE = 0.01  # of the window's time, for which the force figure is exceeded
 DRY_FORCE_THRESHOLD = 1e-3  # of a joint's mean load: a smaller dry force does not count
 SEAM_BINS = 4  # bins repeated beyond the seam of the circle
 
 
 class JointTotals(ContactTotals):
-    """Figures of the window for a joint; the fields added here are those of a spatial joint."""
+    """Figures of the window for a joint; the fields added here are those of a guide or a spatial joint."""
 
+    corner_force_max: float  # N, at a guide's corner
+    corner_force_square: float  # N^2 s, the largest of a guide's corners
     axial_force_max: float  # N, at a flange
     axial_onsets: float  # number of onsets at the flanges
     uneven_time: float  # N s, of the difference between the walls
@@ -111,24 +113,23 @@ class Window(NamedTuple):
 
 
 def by_joint(totals: Totals, layout: Layout) -> Totals:
-    """Return the sums by joint from those by contact: a guide combines its corners.
+    """Return the sums by joint from those by contact: a guide combines its corners, a spatial joint its walls.
 
     The work of a preload counts as friction of its joint and as heat; `friction` is by joint without clearance.
 
-    Counts, squares and histograms are added; of maxima and of times in contact, the largest counts.  For a
-    spatial joint the contacts are its walls, but forces are those of the sum of the walls.
+    Counts and energies are added; of depths and of times in contact, the largest counts.  Forces are those of the
+    resultant of the contacts.
     """
     if layout.frictions:
         totals = _with_friction(totals, layout)
     if not any(joint.corners for joint in layout.joints):
         return totals
-    rows, bearing = contact_slices(layout), force_contact_slices(layout)
+    rows, resultants = contact_slices(layout), force_contacts(layout)
     pairs = zip(rows, layout.joints, strict=True)
     joints = JointTotals(np.array([_combined_totals(totals.joint[row], joint).numbers for row, joint in pairs]))
     account = np.array([combined_account(totals.account[row], totals.joint[row]) for row in rows])
     wear = totals.wear.reshape(len(totals.joint), -1)[[row.start for row in rows]].ravel()
-    histogram = np.array([totals.histogram[row].sum(axis=0) for row in bearing])
-    bins = np.array([totals.bins[row].max(axis=0) for row in bearing])
+    histogram, bins = totals.histogram[resultants], totals.bins[resultants]
     dry = totals.dry[[row.start for row in rows]] if len(totals.dry) else totals.dry
     return totals._replace(joint=joints, histogram=histogram, dry=dry, bins=bins, account=account, wear=wear)
 
@@ -156,24 +157,28 @@ def contact_slices(layout: Layout) -> list[slice]:
     return [slice(end - len(joint.contacts), end) for end, joint in zip(ends, layout.joints, strict=True)]
 
 
-def force_contact_slices(layout: Layout) -> list[slice]:
-    """Return the contacts whose normal forces are those of the joint; for a spatial joint, the sum of its walls."""
+def force_contacts(layout: Layout) -> list[int]:
+    """Return the contact of each joint whose normal force is that of the joint: the resultant of several contacts."""
     pairs = zip(contact_slices(layout), layout.joints, strict=True)
-    return [slice(row.start + joint.corners, row.stop - 1) if joint.auxiliary else row for row, joint in pairs]
+    return [contacts.start + joint.corners for contacts, joint in pairs]
 
 
 def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals:
     """Return the sums of a joint from those of its contacts, (contacts,)."""
     combined = JointTotals.zeros()
-    walls = contacts[:WALLS] if joint.auxiliary else contacts
+    points = contacts[: max(joint.corners, 1)]
+    walls = points[:WALLS] if joint.is_spatial else points
     combined.numbers[: ContactTotals.SIZE] = walls.numbers.sum(axis=0)
     for name in MAXIMUM_FIELDS:
         setattr(combined, name, walls.column(name).max())
-    if joint.auxiliary:
-        points, flanges = contacts[: joint.corners], contacts[WALLS : joint.corners]
-        wall_sum, wall_difference = contacts[-2], contacts[-1]
-        for name in ("force_square", "force_max", "load_max"):
-            setattr(combined, name, getattr(wall_sum, name))
+    if joint.corners:
+        for name in RESULTANT_FIELDS:
+            setattr(combined, name, getattr(contacts[joint.corners], name))
+    if joint.is_guide:
+        combined.corner_force_max = points.column("force_max").max()
+        combined.corner_force_square = points.column("force_square").max()
+    if joint.is_spatial:
+        flanges, wall_difference = contacts[WALLS : joint.corners], contacts[-1]
         combined.clips, combined.friction_energy = points.column("clips").sum(), points.column("friction_energy").sum()
         combined.axial_force_max = flanges.column("force_max").max(initial=0.0)
         combined.axial_onsets = flanges.column("onsets").sum()
@@ -231,7 +236,7 @@ def wear_depths_of(layout: Layout, totals: Totals | Summed) -> dict[str, tuple[n
         if bins:
             computed_bins, rows = min(bins, MAX_BINS), joint.wear_rows
             bearing, journal = depths[:, : computed_bins * rows].reshape(2, rows, computed_bins).swapaxes(1, 2).copy()
-            if not joint.auxiliary:
+            if not joint.is_spatial:
                 bearing, journal = bearing[:, 0], journal[:, 0]
             wear[joint.name] = (
                 (bearing, journal)

@@ -158,7 +158,7 @@ def datasets(schema: ResultSchema) -> tuple[Dataset, ...]:
         if joint.wear_bins:
             text = "wear depth of the {} in angular bins of its own frame"
             shape: tuple[int, ...] = (joint.wear_bins,)
-            if joint.auxiliary:
+            if joint.is_spatial:
                 text, shape = f"{text}, and in bins along its axis", (*shape, joint.wear_rows)
             all_datasets += [
                 Dataset(f"wear/{joint.name}/{body}", np.dtype("f8"), "m", text.format(body), CASE, shape)

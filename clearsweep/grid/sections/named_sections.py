@@ -153,6 +153,8 @@ def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue)
     for joint in mechanism.joints:
         if column_name(joint.name) in parts_by_joint and mechanism.spatial:
             parts_by_joint[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}
+        if column_name(joint.name) in parts_by_joint and joint.kind == "guide":
+            parts_by_joint[column_name(joint.name)].add("guide")
     until, life = str(reader.values.get("simulate.until.figure", "")), reader.values.get(f"{LIFE}.joint")
     requested = {name for name in ("horizon", "error_check") if f"simulate.{name}" in reader.values}
     requested |= {

@@ -378,7 +378,7 @@ _put_gaps, _put_forces = map_joints(_put_gap, _cursor_after), map_joints(_put_fo
 
 
 def sample_entry(scene, y, mode, latched, journal_sides, out, channels):
-    """Write the first `channels` time histories at `y` to `out`; forces are those of a joint's most loaded contact."""
+    """Write the first `channels` time histories at `y` to `out`."""
     parameters = scene[0]
     contacts, n, latched_count = size_of(parameters)
     values = shaped(out, (channels,))

@@ -254,9 +254,6 @@ def _default_gap_histories(joint, gap, side):
 @load_histories.member(None)
 def _default_load_histories(joint, load):
     contact = load.contacts[0]
-    for i in range(1, len(load.contacts)):
-        if load.contacts[i].normal > contact.normal:
-            contact = load.contacts[i]
     return contact.normal, contact.tangential
 
 

@@ -14,7 +14,7 @@ from ..compiled.family import family, inlined, kernel
 from .contract import Contact, Load
 from .dry import Joint
 from .friction.contract import static_limit
-from .guide import CORNERS, Guide, corner_position
+from .guide import CORNERS, Guide, corner_position, with_resultant
 from .modes import AT_LIMIT_DOWN, AT_LIMIT_UP, STICKING
 from .slot import SlotJoint, normal_of
 
@@ -280,7 +280,7 @@ def _with_tangential_wall_grip(grip, load, force, stopping_force):
         fy=load.fy + gap.axis_y * axial,
         moment_proximal=load.moment_proximal + (gap.y * axial - block_moment),
         moment_distal=load.moment_distal + block_moment,
-        contacts=contacts,
+        contacts=with_resultant(contacts[0], contacts[1], contacts[2], contacts[3]),
     )
 
 

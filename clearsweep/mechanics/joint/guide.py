@@ -7,18 +7,20 @@ corner presses on the wall at its own position, and friction acts there too, so 
 add up to normal force times rate of penetration and friction times sliding speed exactly.
 
 The corners are numbered from 1 to 4: in front and on the left of the direction of the guide, then behind on the left,
-behind on the right, in front on the right.
+behind on the right, in front on the right.  An auxiliary contact follows, which only reports: the resultant of the
+corners across the walls and along them.
 """
 
 from typing import NamedTuple
 
+from ..compiled.choosing import where
 from ..compiled.dual import as_type_of
 from ..compiled.family import inlined, kernel, map_joints
-from .contract import Contact, ContactModes, Load, Offsets, Part, contact_modes, load, parts
+from .contract import Contact, ContactModes, Load, Offsets, Part, contact_modes, load, load_histories, parts
 from .dry import Clip
 from .friction.contract import friction_force
 from .loss.contract import contact_force, lowest_force, sign_past_separation
-from .modes import CLIPPED, FREE, PRESSED
+from .modes import ACTS, CLIPPED, FREE, PRESSED
 from .offsets import after_law, after_number, with_current_state
 
 CORNERS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))  # signs of half the length and half the height
@@ -85,6 +87,7 @@ def _contact_modes_guide(joint):
         ContactModes(FREE, PRESSED),
         ContactModes(FREE, PRESSED),
         ContactModes(FREE, PRESSED),
+        ContactModes(ACTS, ACTS),
     )
 
 
@@ -162,6 +165,30 @@ def _corner_force(signs, _, corner_number, context):
 _corner_forces = map_joints(_corner_force, after_number)
 
 
+@inlined
+def with_resultant(a, b, c, d):
+    """Return the Contacts of a guide, those of its corners and their resultant, from those of the corners."""
+    transverse = a.normal + b.normal - c.normal - d.normal  # N, on the wall on the left
+    axial = a.tangential + b.tangential - c.tangential - d.tangential
+    zero = as_type_of(0.0, transverse)
+    resultant = Contact(
+        normal=where(transverse < 0.0, -transverse, transverse),
+        tangential=where(transverse < 0.0, -axial, axial),
+        slip=zero,
+        rate=zero,
+        depth=zero,
+        elastic=zero,
+        raw=zero,
+    )
+    return a, b, c, d, resultant
+
+
+@load_histories.member(Guide)
+def _load_histories_guide(joint, load):
+    resultant = load.contacts[4]
+    return resultant.normal, resultant.tangential
+
+
 @load.member(Guide)
 def _load_guide(joint, gap, offsets, state):
     a, b, c, d = _corner_forces(_SIGNS, _SIGNS, 0, _BlockContext(joint, gap, offsets, state))
@@ -172,7 +199,7 @@ def _load_guide(joint, gap, offsets, state):
         fy=gap.axis_y * axial + gap.axis_x * transverse,
         moment_proximal=-block_moment - gap.x * transverse + gap.y * axial,
         moment_distal=block_moment,
-        contacts=(a.contact, b.contact, c.contact, d.contact),
+        contacts=with_resultant(a.contact, b.contact, c.contact, d.contact),
     )
 
 

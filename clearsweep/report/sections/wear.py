@@ -59,7 +59,7 @@ def sections(study: Study) -> list[Section]:
 
 def _note(study: Study) -> str:
     slots = any("slot_length" in study.base["joints"].get(joint.title, {}) for joint in study.joints if joint.wears)
-    note = NOTE + IN_SPACE if any(joint.auxiliary for joint in study.run.layout.joints) else NOTE
+    note = NOTE + IN_SPACE if any(joint.is_spatial for joint in study.run.layout.joints) else NOTE
     return note + IN_SLOT if slots else note
 
 
