@@ -10,8 +10,15 @@ from test_given_friction import FOUR_BAR
 
 import clearsweep
 from clearsweep.mechanics.joint.friction.bristles import Dahl, LuGre
-from clearsweep.mechanics.joint.friction.contract import friction_force, settled_state, without_history
+from clearsweep.mechanics.joint.friction.contract import (
+    friction_force,
+    friction_in_pin,
+    settled_state,
+    static_limit_in_pin,
+    without_history,
+)
 from clearsweep.mechanics.joint.friction.sliding import Tanh
+from clearsweep.mechanics.joint.friction.stick import Karnopp
 from clearsweep.mechanics.mechanism.planar import loads as planar_loads
 from clearsweep.verify.measured.stick_slip import LAW
 
@@ -58,6 +65,90 @@ def moved(grid, times):
     path = clearsweep.simulate(clearsweep.load_case(grid), times=times)
     assert path.status == "ok"
     return path["slider/x"] - LENGTH, path["slider/v"], path.summary
+
+
+# ---------------------------------------------------------------------------------------------- the friction circle
+
+
+def driven_shaft(coefficient, load):
+    """Return the grid of a shaft that turns on an ideal pin of 20 mm radius under a load (N)."""
+    still = [0.0, 0.0]
+    return {
+        "mechanism": {
+            "type": "planar",
+            "gravity": 0.0,
+            "bodies": {
+                "ground": {"points": {"main": still, "far": still}},
+                "shaft": {"mass": 1.0, "inertia": 1e-4, "points": {"pin": still}},
+                "free": {"mass": 1.0, "inertia": 1.0, "points": {"middle": still}, "initial": {}},
+            },
+            "joints": {
+                "main": {"type": "revolute", "between": ["ground.main", "shaft.pin"]},
+                "rest": {"type": "revolute", "between": ["ground.far", "free.middle"]},
+            },
+            "driven": "main",
+            "output": {"body": "shaft"},
+        },
+        "drive": {"speed": 10.0},
+        "loads": {
+            "weight": {"on": "shaft", "force": [0.0, -load]},
+            "rub": {"on": "main", "friction": SLIDING | {"coefficient": coefficient, "radius": 0.02}},
+        },
+        "joints": {"rest": {"clearance": 1e-3, "bearing_radius": 2e-3, "contact": {"law": "hertz", "stiffness": 1e9}}},
+        "simulate": {"revolutions": 0.1, "discard": 0},
+        "save": {"orbits": "all"},
+    }
+
+
+def loaded_bush(coefficient, load, clearance):
+    """Return the grid of a turning shaft that carries a bush, loaded (N) and held against turning, with clearance."""
+    grid, still = driven_shaft(coefficient, load), [0.0, 0.0]
+    bodies, joints = grid["mechanism"]["bodies"], grid["mechanism"]["joints"]
+    del bodies["free"], joints["rest"]
+    bodies["carriage"] = {"mass": 0.0, "inertia": 0.0, "points": {"pin": still}}
+    bodies["bush"] = {"mass": 1.0, "inertia": 0.0, "points": {"bore": still}}
+    joints["across"] = {"type": "prismatic", "between": ["ground.main", "carriage.pin"], "axis": 0.0}
+    joints["along"] = {"type": "prismatic", "between": ["carriage.pin", "bush.bore"], "axis": "90 deg"}
+    joints["dry"] = {"type": "revolute", "between": ["shaft.pin", "bush.bore"], "journal": "shaft"}
+    contact = {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 2e4}
+    friction = SLIDING | {"coefficient": coefficient}
+    grid["joints"] = {"dry": {"clearance": clearance, "bearing_radius": 0.02, "contact": contact, "friction": friction}}
+    damper = {"between": ["ground", "bush"], "anchor": [-100.0, 0.0], "point": "bore", "stiffness": 0.0}
+    grid["loads"] = {"weight": {"on": "bush", "force": [0.0, -load]}, "damper": damper | {"damping": 2e3}}
+    grid["simulate"] = {"revolutions": 3, "discard": 2}
+    return grid
+
+
+SLIDING = {"law": "tanh", "velocity_scale": 1e-6}
+
+
+@pytest.mark.parametrize("coefficient", [0.1, 0.5])
+def test_an_ideal_pin_is_the_limit_of_a_small_clearance(coefficient):
+    """The torque of a pin of radius r under a load W is W r sin(atan mu), by the friction circle."""
+    torques = [
+        clearsweep.simulate(clearsweep.load_case(grid))["drive/torque"][-1]
+        for grid in (driven_shaft(coefficient, 100.0), loaded_bush(coefficient, 100.0, 1e-6))
+    ]
+    circle = 100.0 * 0.02 * math.sin(math.atan(coefficient))
+    assert torques[0] == pytest.approx(circle, rel=1e-12)
+    assert torques[1] == pytest.approx(circle, rel=1e-4)
+
+
+@pytest.mark.parametrize(
+    "law",
+    [Tanh(0.8, 0.01), Dahl(0.5, 1e3, 1.0, 3e-4), LuGre(0.5, 0.7, 0.1, 2.0, 0.2, 1e3, 0.1, 1.0, 2e-4)],
+    ids=lambda law: type(law).__name__,
+)
+def test_normal_force_and_friction_of_a_pin_add_up_to_its_reaction(law):
+    tangential = friction_in_pin(law, 250.0, 0.02)
+    normal = math.sqrt(250.0**2 - tangential**2)
+    assert tangential == pytest.approx(friction_force(law, normal, 0.02), rel=1e-12)
+
+
+def test_a_pin_sticks_up_to_the_static_coefficient_times_its_normal_force():
+    law = Karnopp(0.3, 0.6, 0.01, 2.0, 0.0, 1e-4)
+    limit = static_limit_in_pin(law, 250.0)
+    assert limit == pytest.approx(0.6 * math.sqrt(250.0**2 - limit**2), rel=1e-12)
 
 
 # ---------------------------------------------------------------------------------------------- bristles

@@ -78,8 +78,8 @@ LOADS = {
             "load",
             "friction",
             "friction in a joint without clearance",
-            "in a pin the torque coefficient x |reaction| x radius, in a guide the force coefficient x |reaction|; or "
-            "a given `torque` or `force`",
+            "in a pin the torque |reaction| x radius x sin(atan(coefficient)), in a guide the force "
+            "coefficient x |reaction|; or a given `torque` or `force`",
             "",
             (_RADIUS,),
             notes="Written on: JOINT, friction: {law, ..., radius}; any friction law.  A blade, a "

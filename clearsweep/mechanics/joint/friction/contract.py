@@ -1,10 +1,11 @@
 """The interface of friction laws."""
 
+import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 from ....contracts.catalogue import Field, Order
-from ...compiled.family import family
+from ...compiled.family import family, kernel
 
 
 @family
@@ -27,6 +28,24 @@ def static_limit(friction):
 @static_limit.member(None)
 def _default_static_limit(friction):
     return 0.0
+
+
+@kernel
+def friction_in_pin(friction, reaction, slip):
+    """Return the tangential force (N) in a pin without clearance, from its `reaction` R (N).
+
+    R is the resultant of normal force N and friction T, so T = R sin(atan(T/N)): the couple of T is that of R at the
+    friction circle.  T/N is that of a normal force of 1 N, as laws are proportional to it.
+    """
+    ratio = friction_force(friction, 1.0, slip)
+    return reaction * ratio / math.sqrt(1.0 + ratio * ratio)
+
+
+@kernel
+def static_limit_in_pin(friction, reaction):
+    """Return the largest tangential force (N) of a pin that sticks, from its reaction (N), see `friction_in_pin`."""
+    limit = static_limit(friction)
+    return reaction * limit / math.sqrt(1.0 + limit * limit)
 
 
 @family

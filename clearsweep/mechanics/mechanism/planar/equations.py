@@ -14,7 +14,7 @@ from ...compiled.choosing import where
 from ...compiled.dual import Dual, as_type_of, plain, value
 from ...compiled.family import form_number, inlined, kernel
 from ...joint.dry import Gap
-from ...joint.friction.contract import friction_force, static_limit
+from ...joint.friction.contract import friction_force, friction_in_pin, static_limit, static_limit_in_pin
 from ...joint.guide import GuideGap
 from ..contract import Motion
 from . import dynamics, friction
@@ -68,7 +68,9 @@ def _functions(kinds: tuple) -> dict[str, Callable]:
         "Motion": Motion,
         "FrictionMotion": friction.FrictionMotion,
         "friction_force": friction_force,
+        "friction_in_pin": friction_in_pin,
         "static_limit": static_limit,
+        "static_limit_in_pin": static_limit_in_pin,
         "where": where,
         "Pose": Pose,
         "Orientation": Orientation,

@@ -135,7 +135,7 @@ class FrictionDynamics(Dynamics):
     def normals(self, accelerations: Row) -> list[Expr]:
         """Return the magnitude of the reaction in each joint with friction, for the accelerations of all coordinates.
 
-        It is 0 for friction of given size.
+        It is that across a guide, and 0 for friction of given size.
         """
         friction_loads = self.machine.friction_loads
         if all(friction_load.is_given for friction_load in friction_loads):
@@ -259,20 +259,26 @@ class _FrictionCode(NamedTuple):
 
     path: str  # of the load
     arm: str  # m, of the couple; '' in a guide
-    normal: str  # N
+    normal: str  # N; in a pin the reaction, unless the size is given
+    in_pin: bool  # whether `normal` is the reaction of a pin, which friction contributes to
     slip: str  # rad/s or m/s, between the bodies
     speed: str  # at which the law is evaluated
 
     @property
     def force(self) -> str:
         """Return the generated expression for the sliding friction: a torque (N m) in a pin, a force (N) in a guide."""
-        force = f"friction_force({self.path}.friction, {self.normal}, {self.speed})"
+        law = "friction_in_pin" if self.in_pin else "friction_force"
+        force = f"{law}({self.path}.friction, {self.normal}, {self.speed})"
         return f"{self.arm} * {force}" if self.arm else force
 
     @property
     def limit(self) -> str:
         """Return the generated expression for the largest sticking friction, a torque (N m) or a force (N)."""
-        static_limit_text = f"static_limit({self.path}.friction) * {self.normal}"
+        static_limit_text = (
+            f"static_limit_in_pin({self.path}.friction, {self.normal})"
+            if self.in_pin
+            else f"static_limit({self.path}.friction) * {self.normal}"
+        )
         return f"{self.arm} * {static_limit_text}" if self.arm else static_limit_text
 
 
@@ -280,7 +286,8 @@ def _friction_code(bodies: Bodies, i: int, friction_load: FrictionLoad) -> _Fric
     path, slip = f"mechanism.loads[{friction_load.load}]", str(_slip_expression(bodies, friction_load))
     arm = "" if bodies.machine.sites[friction_load.joint].link.slides else f"{path}.radius"
     normal = f"{path}.normal" if friction_load.is_given else f"normal[{i}]"
-    return _FrictionCode(path, arm, normal, slip, f"{arm} * {slip}" if arm else slip)
+    in_pin = bool(arm) and not friction_load.is_given
+    return _FrictionCode(path, arm, normal, in_pin, slip, f"{arm} * {slip}" if arm else slip)
 
 
 def _sticking_code(machine: MachineType, frictions: list[_FrictionCode]) -> dict[str, str]:

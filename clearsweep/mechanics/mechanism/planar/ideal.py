@@ -27,7 +27,7 @@ from ....contracts.machine import (
 )
 from ...compiled.direction import directions
 from ...compiled.family import Identity
-from ...joint.friction.contract import friction_force, without_history
+from ...joint.friction.contract import friction_force, friction_in_pin, without_history
 from ..contract import IdealMotion
 from .closure import STATIONS, Closure
 from .drive import compile_drive, scheduled_passage, torque_at
@@ -297,7 +297,9 @@ class IdealMachine:
             slip = load.radius * (turning_rates[0] - turning_rates[1])
             if isinstance(joint, Guide):
                 slip = self.coordinate(Coordinate(TRAVEL, self.machine.joints.index(joint)), states)[1] * rate
-            friction = np.array([friction_force(load.friction, n, v) for n, v in zip(normal, slip, strict=True)])
+            in_pin = isinstance(load, Rubbing) and not isinstance(joint, Guide)
+            law = friction_in_pin if in_pin else friction_force
+            friction = np.array([law(load.friction, n, v) for n, v in zip(normal, slip, strict=True)])
             direction = (
                 joint.axis + self.closure.angle(joint.proximal.body, states.q) if isinstance(joint, Guide) else 0.0
             )
