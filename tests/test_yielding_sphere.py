@@ -52,8 +52,8 @@ def kept_share(deepest):
         load, before = factor * upto**power, upto
         if deepest <= end:
             break
-    area = deepest * max(1.0, 0.94 * deepest**0.146)
-    return 0.4 * load * (load / math.sqrt(area)) / work
+    left = deepest * (1.0 - deepest**-0.28) * (1.0 - deepest**-0.69) if deepest > 1.0 else 0.0
+    return load * (deepest - left) / (1.0 + 1.5 * max(deepest, 1.0) ** -0.0331) / work
 
 
 def test_the_force_is_hertz_s_and_then_each_published_fit():
@@ -76,31 +76,39 @@ def test_the_force_is_continuous_and_grows_with_the_penetration():
 
 
 def test_below_yield_nothing_stays_and_nothing_is_lost():
-    for x in (0.2, 0.9, 1.4):
-        assert force(x, 1.45) == pytest.approx(x**1.5, rel=1e-12)
-    assert lost_and_kept(1.45)[0] == pytest.approx(0.0, abs=1e-9)
+    for x in (0.2, 0.6, 0.9):
+        assert force(x, 0.95) == pytest.approx(x**1.5, rel=1e-12)
+    assert lost_and_kept(0.95)[0] == pytest.approx(0.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("deepest", [2.0, 6.3, 40.0])
-def test_the_way_back_is_a_hertzian_contact_of_the_area_reached(deepest):
-    area = math.pi * RADIUS * deepest * YIELD_DEPTH * max(1.0, 0.94 * deepest**0.146)
-    largest, radius = force(deepest) * YIELD_FORCE, math.sqrt(area / math.pi)
-    left = deepest - 3.0 * largest / (4.0 * MODULUS * radius) / YIELD_DEPTH
+def test_the_way_back_is_the_published_fit_from_the_depth_reached(deepest):
+    left = deepest * (1.0 - deepest**-0.28) * (1.0 - deepest**-0.69)
     assert 0.0 < left < deepest
     assert force(left, deepest) == pytest.approx(0.0, abs=1e-9)
     assert force(0.9 * left, deepest) < 0.0 == force(0.9 * left, deepest, part=1)
-    flattened = 4.0 * MODULUS * radius**3 / (3.0 * largest)  # radius of curvature of the indentation
     for x in (0.5 * (left + deepest), 0.99 * deepest):
-        hertz = 4.0 / 3.0 * MODULUS * math.sqrt(flattened) * ((x - left) * YIELD_DEPTH) ** 1.5
-        assert force(x, deepest) * YIELD_FORCE == pytest.approx(hertz, rel=1e-10)
+        fit = force(deepest) * ((x - left) / (deepest - left)) ** (1.5 * deepest**-0.0331)
+        assert force(x, deepest) == pytest.approx(fit, rel=1e-10)
 
 
-@pytest.mark.parametrize("deepest", [1.49, 2.0, 6.3, 40.0, 100.0])
+@pytest.mark.parametrize("deepest", [1.2, 1.49, 2.0, 6.3, 40.0, 100.0])
 def test_a_closed_cycle_loses_what_the_closed_form_says_and_the_ledger_stores_the_rest(deepest):
     lost, kept = lost_and_kept(deepest)
     assert kept / (lost + kept) == pytest.approx(kept_share(deepest), rel=1e-8)
-    stored, _ = quad(lambda x: force(x, part=1), 0.0, deepest, epsrel=1e-9, points=[*JOINS[:2], 0.94 ** (-1.0 / 0.146)])
+    stored, _ = quad(lambda x: force(x, part=1), 0.0, deepest, epsrel=1e-9, points=[1.0, *JOINS[:2]])
     assert stored == pytest.approx(kept, rel=1e-8)
+
+
+#: Speeds over that of first yield, and restitutions by the published fits of loading (which do not meet) and unloading.
+PUBLISHED = ((2.0, 0.975), (5.0, 0.904), (10.0, 0.843), (30.0, 0.717), (60.0, 0.654), (100.0, 0.612), (200.0, 0.559))
+
+
+@pytest.mark.parametrize(("speed", "restitution"), PUBLISHED)
+def test_an_impact_returns_what_the_published_fits_return(speed, restitution):
+    """0.4 F_c w_c (v / v_y)^2 is the energy of the impact; at 2 the least of the fits is 3 % below the published one."""
+    deepest = brentq(lambda x: sum(lost_and_kept(x)) - 0.4 * speed**2, 1.0, 150.0, xtol=1e-6)
+    assert math.sqrt(kept_share(deepest)) == pytest.approx(restitution, abs=0.003)
 
 
 def impact(speed):
@@ -114,7 +122,7 @@ def impact(speed):
 @pytest.mark.slow
 def test_a_free_impact_gives_back_the_closed_form_and_less_the_faster_it_is():
     returned = []
-    for deepest in (1.2, 3.0, 20.0):
+    for deepest in (0.9, 3.0, 20.0):
         load = lost_and_kept(deepest)
         speed = math.sqrt(2.0 * sum(load) * YIELD_FORCE * YIELD_DEPTH / 0.1)
         result = impact(speed)
