@@ -106,7 +106,7 @@ PUBLISHED = ((2.0, 0.975), (5.0, 0.904), (10.0, 0.843), (30.0, 0.717), (60.0, 0.
 
 @pytest.mark.parametrize(("speed", "restitution"), PUBLISHED)
 def test_an_impact_returns_what_the_published_fits_return(speed, restitution):
-    """0.4 F_c w_c (v / v_y)^2 is the energy of the impact; at 2 the least of the fits is 3 % below the published one."""
+    """Its energy is 0.4 F_c w_c (v / v_y)^2; at 2 the least of the fits is 3 % below the published one."""
     deepest = brentq(lambda x: sum(lost_and_kept(x)) - 0.4 * speed**2, 1.0, 150.0, xtol=1e-6)
     assert math.sqrt(kept_share(deepest)) == pytest.approx(restitution, abs=0.003)
 
