@@ -150,3 +150,82 @@ def test_what_cannot_be_is_refused():
         clearsweep.load_case(slider_crank("rod-slider", changes=changes))
     with pytest.raises(InputError, match=r"expansion\.journal: is missing"):
         scene(thermal={"expansion": {"bearing": 18e-6}})
+
+
+# ---------------------------------------------------------------------------------------------- bushes
+
+POM, STEEL = {"young": 2.8e9, "poisson": 0.37}, {"young": 2.1e11, "poisson": 0.3}
+CONTACT = {"law": "lankarani-nikravesh", "restitution": 0.9, "stiffness": 6.61e10, "exponent": 1.5}
+BUSH = {"bearing": 110e-6, "journal": 12e-6}
+
+
+def warm_bush(housing, poisson=0.37, **changes):
+    """Return the scene of a plastic bush, 20 mm in diameter, on a steel pin."""
+    material = {"bearing": POM | {"poisson": poisson}, "journal": STEEL}
+    thermal = {"expansion": BUSH} | ({"housing": housing} if housing else {})
+    joint = {"joints__rod-slider__contact": CONTACT | {"material": material}}
+    return scene(thermal=thermal, **joint, **changes)
+
+
+def held_bore_rate(wall, poisson, alpha, housing_alpha):
+    """Return the rate (m/K) of the bore of a bush whose outside follows the housing, from Lame's u = a r + b / r."""
+    inner, outer = 0.01, 0.01 + wall
+    free_inside = [1.0 + poisson, -(1.0 - poisson) / inner**2]  # radial stress times (1 - nu^2) / E, no pressure
+    a, b = np.linalg.solve([free_inside, [outer, 1.0 / outer]], [(1.0 + poisson) * alpha, housing_alpha * outer])
+    return a * inner + b / inner
+
+
+@pytest.mark.parametrize(("wall", "poisson"), [(2e-3, 0.37), (1e-3, 0.46), (8e-3, 0.3)])
+def test_a_bush_in_a_housing_moves_as_a_ring_held_at_its_outside(wall, poisson):
+    joint = warm_bush({"expansion": 12e-6, "wall": wall}, poisson).case.joints[0]
+    rate = held_bore_rate(wall, poisson, 110e-6, 12e-6) - 12e-6 * 0.01
+    assert joint.clearance_rate == pytest.approx(rate, rel=1e-12)
+
+
+def test_a_plastic_bush_closes_in_its_housing_and_opens_without():
+    held = warm_bush({"material": "S355", "wall": "2 mm"}).case.joints[0]
+    assert held.clearance_rate + 12e-6 * 0.01 == pytest.approx(-0.139e-6, rel=3e-3)  # of the bore
+    assert 50.0 * held.clearance_rate == pytest.approx(-13e-6, abs=0.1e-6)
+    free = warm_bush(None).case.joints[0]
+    assert 50.0 * free.clearance_rate == pytest.approx(49e-6, rel=1e-12)
+
+
+def test_a_housing_like_the_bush_changes_nothing_and_a_thin_bush_follows_it():
+    free, alike, thin = (
+        warm_bush(housing).case.joints[0]
+        for housing in (None, {"expansion": 110e-6, "wall": 2e-3}, {"expansion": 20e-6, "wall": 1e-9})
+    )
+    assert alike.clearance_rate == free.clearance_rate
+    assert thin.clearance_rate == pytest.approx((20e-6 - 12e-6) * 0.01, rel=1e-5)
+
+
+def test_a_bush_that_closes_in_its_housing_seizes(monkeypatch):
+    with_losses(monkeypatch, lambda clearance: 500.0)  # 280 K of rise
+    assert heat.at_equilibrium(warm_bush(None))[1].seized == ()
+    held = warm_bush({"material": "S355", "wall": "2 mm"})
+    assert heat.at_equilibrium(held)[1].seized == ("rod_slider",)
+
+
+def test_a_bearing_that_heat_opens_is_flagged_unless_its_housing_is_known():
+    hot = {"conductance": "10 mW/K"}
+    free = scene(thermal=hot | {"expansion": BUSH})
+    assert "free-bush: rod-slider goes from 0.05 mm" in clearsweep.simulate(free).message
+    held = scene(thermal=hot | {"expansion": BUSH, "housing": {"material": "S355", "wall": "2 mm"}})
+    assert "free-bush" not in clearsweep.simulate(held).message
+    assert "free-bush" not in clearsweep.simulate(scene()).message
+
+
+@pytest.mark.parametrize(
+    ("thermal", "message"),
+    [
+        ({"housing": {"material": "S355"}}, "thermal.housing.wall: is missing"),
+        ({"housing": {"wall": "2 mm"}}, "thermal.housing.expansion: is missing"),
+        ({"housing": {"material": "S235", "wall": "2 mm"}}, "thermal.housing.material: .*S355"),
+        ({"housing": {"material": "S355", "wall": "2 mm"}, "expansion": None}, "thermal.housing: needs the expansion"),
+    ],
+)
+def test_a_housing_needs_its_wall_and_expansions(thermal, message):
+    changes = copy.deepcopy(DRY)
+    changes["joints.rod-slider.thermal"] = {k: v for k, v in (THERMAL | thermal).items() if v is not None}
+    with pytest.raises(InputError, match=message):
+        clearsweep.load_case(slider_crank("rod-slider", changes=changes))

@@ -137,6 +137,13 @@ class Oil(NamedTuple):
         return dynamic
 
 
+class Housing(NamedTuple):
+    """A housing that holds a bush at its outside and does not give."""
+
+    expansion: float  # 1/K
+    wall: float  # m, thickness of the bush
+
+
 class Thermal(NamedTuple):
     """Heat conduction from a film or from dry friction, and thermal expansion of the bodies of a dry joint."""
 
@@ -144,6 +151,7 @@ class Thermal(NamedTuple):
     ambient: float  # K
     bearing: float = 0.0  # 1/K, thermal expansion
     journal: float = 0.0  # 1/K
+    housing: Housing | None = None  # None: the bearing expands freely
 
 
 class Film(NamedTuple):
@@ -171,6 +179,7 @@ HARDNESS_OVER_STRENGTH = 2.8  # of a fully plastic metal (Tabor 1951, The Hardne
 
 
 REFERENCE_TEMPERATURE = 293.15  # K, at which clearances are given
+POISSON_OF_BUSH = 0.3  # where the material of the bearing is unknown
 
 
 def column_name(joint: str) -> str:
@@ -226,13 +235,27 @@ class Joint(NamedTuple):
         return self.film.thermal if self.film else self.thermal
 
     def warm_clearance(self, temperature: float) -> float:
-        """Return the clearance (m) of a dry joint at a temperature (K); `clearance` is that at 20 degC.
+        """Return the clearance (m) of a dry joint at a temperature (K); `clearance` is that at 20 degC."""
+        return self.clearance + self.clearance_rate * (temperature - REFERENCE_TEMPERATURE)
 
-        Bearing and journal grow by expansion coefficient x bearing radius x temperature rise.
+    @property
+    def clearance_rate(self) -> float:
+        """Return the rate (m/K) of the clearance of a dry joint with the temperature of its bodies.
+
+        Journal and bore grow by expansion coefficient x bearing radius.  Those of a bush (radii r_i, r_o) in a housing
+        of expansion alpha_h that does not give: alpha + (alpha_h - alpha) 2 r_o^2 / ((1 - nu) r_o^2 + (1 + nu) r_i^2),
+        by Lame's ring in plane stress under the pressure that makes its outside follow the housing (Timoshenko &
+        Goodier 1970, section 28).
         """
         assert self.thermal is not None  # called only for joints with a heat balance
-        expansion = (self.thermal.bearing - self.thermal.journal) * (self.bearing_radius or 0.0)
-        return self.clearance + expansion * (temperature - REFERENCE_TEMPERATURE)
+        radius, bore, housing = self.bearing_radius or 0.0, self.thermal.bearing, self.thermal.housing
+        if housing:
+            material = self.contact.material
+            poisson = material.bearing.poisson if material else POISSON_OF_BUSH
+            outer_square = (radius + housing.wall) ** 2
+            flexibility = (1.0 - poisson) * outer_square + (1.0 + poisson) * radius**2
+            bore += (housing.expansion - bore) * 2.0 * outer_square / flexibility
+        return (bore - self.thermal.journal) * radius
 
     @property
     def is_guide(self) -> bool:

@@ -10,6 +10,7 @@ from ..contracts.case import (
     Drive,
     Film,
     Friction,
+    Housing,
     Joint,
     Life,
     Load,
@@ -133,8 +134,8 @@ def _wear(section: Tree) -> Wear:
 
 
 def _thermal(section: Tree) -> Thermal:
-    expansion, values = _split_keys(section, "expansion")
-    return Thermal(**values, **(expansion or {}))
+    expansion, housing, values = _split_keys(section, "expansion", "housing")
+    return Thermal(**values, **(expansion or {}), housing=Housing(**housing) if housing else None)
 
 
 def _film(section: Tree) -> Film:

@@ -26,6 +26,7 @@ UNBALANCED = "film-heat: the heat balance of a joint did not converge; more revo
 FILM_UNCERTAIN = "film-unsure: "  # the temperature of its film is inaccurate
 CRITICAL_TAYLOR = 41.3  # Taylor number above which vortices form at a rotating inner cylinder (Taylor 1923)
 FRICTION_HEAT, MAX_HEATING, DEFAULT_CONDUCTANCE = "friction-heat: ", 100.0, 1.0  # K, W/K
+FREE_BUSH, MIN_EXPANSION = "free-bush: ", 0.05  # share of the clearance
 BALL_STIFFNESS = "ball-stiffness: "  # a stiffness from the material, for a ball in a socket
 ERROR_CHECK_FAILED = "unchecked: "  # its error check failed
 LIFE_UNREACHED = "unreached: "  # its life did not reach the limit
@@ -163,6 +164,7 @@ _REMARK_TEXTS = {
     UNBALANCED.split(": ", maxsplit=1)[0] + ": ": "The temperature of a film or a warm joint is unknown",
     FRICTION_HEAT: f"Friction heats a dry joint by more than {MAX_HEATING:g} K, "
     f"at {DEFAULT_CONDUCTANCE:g} W/K or the value in thermal",
+    FREE_BUSH: "A warm bearing expands freely, as no bush in a housing does",
     BALL_STIFFNESS: "The stiffness from the material is that of a ball in a socket",
     FILM_UNCERTAIN: "The temperature of a film or a warm joint is uncertain by over a tenth of its rise above ambient",
     IMBALANCE: "The energy residual is larger than the tolerance explains",
@@ -346,6 +348,29 @@ def friction_heat_remark(joints: Iterable[tuple[str, float, float | None]]) -> s
         if power > MAX_HEATING * (conductance or DEFAULT_CONDUCTANCE)
     ]
     return FRICTION_HEAT + "; ".join(remarks) if remarks else ""
+
+
+class FreeBearing(NamedTuple):
+    """A warm bearing without a housing."""
+
+    joint: str  # 'rod-slider'
+    bearing_radius: float  # m
+    temperature: float  # K
+    cold_clearance: float  # m, at 20 degC
+    clearance: float  # m, at the temperature
+
+
+def free_bush_remark(joints: Iterable[FreeBearing]) -> str:
+    """Return the remark on bearings without a housing whose clearance heat changes by more than MIN_EXPANSION."""
+    remarks = [
+        f"{joint.joint} goes from {_mm_text(joint.cold_clearance)} of clearance to {_mm_text(joint.clearance)} at "
+        f"{joint.temperature:.4g} K because its bearing expands freely; a bush thinner than its radius of "
+        f"{_mm_text(joint.bearing_radius)} does not where a housing holds it, and may close: write thermal.housing: "
+        "{material, wall}"
+        for joint in joints
+        if abs(joint.clearance - joint.cold_clearance) > MIN_EXPANSION * joint.cold_clearance
+    ]
+    return FREE_BUSH + "; ".join(remarks) if remarks else ""
 
 
 def ball_stiffness_remark(joints: Iterable[str]) -> str:

@@ -156,12 +156,8 @@ def _seizure_temperature(joint: Joint) -> float:
     """Return the temperature (K) at which SEIZED_CLEARANCE of a joint's clearance is left; inf if it never closes."""
     if not joint.thermal:
         return math.inf
-    clearance_loss_rate = (joint.thermal.journal - joint.thermal.bearing) * (joint.bearing_radius or 0.0)
-    return (
-        REFERENCE_TEMPERATURE + (1.0 - SEIZED_CLEARANCE) * joint.clearance / clearance_loss_rate
-        if clearance_loss_rate > 0.0
-        else math.inf
-    )
+    rate = joint.clearance_rate
+    return REFERENCE_TEMPERATURE - (1.0 - SEIZED_CLEARANCE) * joint.clearance / rate if rate < 0.0 else math.inf
 
 
 def _is_closed(joint: Joint, temperature: float) -> bool:

@@ -4,14 +4,16 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..contracts.case import Joint, column_name
+from ..contracts.case import REFERENCE_TEMPERATURE, Joint, column_name
 from ..contracts.layout import FRICTION_POWER
 from ..judging.validity import (
     FilmState,
+    FreeBearing,
     PenetrationAndWear,
     RubbingJoint,
     ball_stiffness_remark,
     film_remarks,
+    free_bush_remark,
     friction_heat_remark,
     imbalance_remark,
     law_range_remark,
@@ -53,6 +55,7 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
         onset_remark(_lasting_contacts(scene, window)),
         *(film_remarks(_film_states(scene, window, summary)) if has_film else ()),
         friction_heat_remark(rubbing_powers),
+        free_bush_remark(_free_bearings(scene)),
         ball_stiffness_remark(balls),
         penetration_remark(sizes),
         wear_depth_remark(sizes),
@@ -72,6 +75,14 @@ def _powers_without_clearance(scene: Scene, summary: Mapping[str, Any]) -> list[
         for name in names
         if column_name(name) in scene.layout.rubbing
     ]
+
+
+def _free_bearings(scene: Scene) -> Iterator[FreeBearing]:
+    """Yield the bearings of warm joints without a housing."""
+    for joint in scene.case.joints:
+        if joint.thermal and joint.temperature and not joint.thermal.housing and joint.bearing_radius:
+            cold_clearance = joint.clearance - joint.clearance_rate * (joint.temperature - REFERENCE_TEMPERATURE)
+            yield FreeBearing(joint.name, joint.bearing_radius, joint.temperature, cold_clearance, joint.clearance)
 
 
 def _lasting_contacts(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:

@@ -20,7 +20,7 @@ from .kinds import (
     section_key,
     word_key,
 )
-from .library_names import MATERIAL, OIL
+from .library_names import HOUSING_MATERIAL, MATERIAL, OIL
 
 JOURNAL_LAW = "compatible"  # name of the elastic law of a journal in a bearing
 
@@ -150,6 +150,16 @@ def add_thermal(keys: KeyTable, path: str) -> None:
             low_open=False,
         )
         add_numbers(keys, f"{thermal}.expansion", (field,))
+    housing = f"{thermal}.housing"
+    keys[housing] = Section(
+        "housing that holds the bearing, a bush, at its outside and does not give. Without this section, the bearing "
+        "expands freely",
+        "optional",
+    )
+    keys[f"{housing}.{HOUSING_MATERIAL}"] = Name(
+        tuple(MATERIALS), "material of the housing, from `clearsweep list materials`; it provides the expansion"
+    )
+    add_numbers(keys, housing, HOUSING_FIELDS)
 
 
 def add_laws(keys: KeyTable, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:
@@ -208,6 +218,15 @@ TEMPERATURE_FIELD = Field("temperature", "K", "temperature of the oil; required 
 HEAT_BALANCE_FIELDS = (
     Field("conductance", "W/K", "heat flow per temperature difference to the surroundings"),
     Field("ambient", "K", "temperature of the surroundings"),
+)
+HOUSING_FIELDS = (
+    Field(
+        "expansion",
+        "1/K",
+        "coefficient of thermal expansion of the housing; a named material provides it",
+        low_open=False,
+    ),
+    Field("wall", "m", "thickness of the bush"),
 )
 TRANSITION_FIELDS = (
     Field(

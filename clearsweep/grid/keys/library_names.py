@@ -9,7 +9,7 @@ from ..library import MATERIALS, Entry, Value
 from ..written.document import Problems, WrittenValue
 from .kinds import KeyTable, Name, Word
 
-MATERIAL, OIL, PAIR = "name", "oil", "pair"  # the keys that take a name
+MATERIAL, OIL, PAIR, HOUSING_MATERIAL = "name", "oil", "pair", "material"  # the keys that take a name
 BODIES = ("bearing", "journal")
 MATERIAL_KEYS = ("young", "poisson", "yield_strength")
 DEFAULT_WEAR_LAW = "archard"  # law of wear if a pair is named without a law
@@ -41,6 +41,7 @@ class _NameReplacer:
 
     def _thermal(self, path: str, thermal: WrittenValue) -> WrittenValue:
         """Return a heat balance with the thermal expansion of named materials."""
+        thermal = _with_changed_entry(thermal, f"{path}.housing", "housing", self._housing)
         if not isinstance(thermal.value, dict):
             return thermal
         material_path = f"{path.rpartition('.')[0]}.contact.material"
@@ -57,6 +58,14 @@ class _NameReplacer:
                 content[body] = _at_position_of(written, _written_text(value))
                 self.numbers.append(LibraryNumber(f"{path}.expansion.{body}", entry.name, value))
         return _at_position_of(thermal, thermal.value | {"expansion": _at_position_of(written, content)})
+
+    def _housing(self, path: str, housing: WrittenValue) -> WrittenValue:
+        if not isinstance(housing.value, dict) or HOUSING_MATERIAL not in housing.value:
+            return housing
+        name = housing.value[HOUSING_MATERIAL]
+        content = {key: value for key, value in housing.value.items() if key != HOUSING_MATERIAL}
+        entry = self._entry(library.MATERIALS, f"{path}.{HOUSING_MATERIAL}", name)
+        return _at_position_of(housing, self._filled(path, content, entry, ("expansion",), name))
 
     def _contact(self, path: str, contact: WrittenValue) -> WrittenValue:
         def material(nested: str, written: WrittenValue) -> WrittenValue:

@@ -67,6 +67,10 @@ def _check_heat_balance(reader: Reader, joint: str) -> None:
     elif f"{joint}.friction" not in reader.keys_in_use:
         message = "needs a heat source; add a friction law, or remove thermal"
         reader.problems.add(reader.position_of(thermal), thermal, message)
+    housing = f"{thermal}.housing"
+    if housing in reader.keys_in_use and f"{thermal}.expansion" not in reader.keys_in_use:
+        message = "needs the expansion of both bodies; add thermal.expansion, or name the materials of the contact"
+        reader.problems.add(reader.position_of(housing), housing, message)
 
 
 def _check_friction(reader: Reader, catalogue: Catalogue) -> None:
