@@ -11,9 +11,11 @@ from elastic_machine import Rod
 from mechanism_cases import JOINT, slider_crank
 
 import clearsweep
+from clearsweep import simulation
 from clearsweep.contracts.machine import Elastic
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.mechanism.planar.segments import axial_rate, with_segments
+from clearsweep.simulation.links import ElasticLink, segments_to_resolve
 
 STIFFNESS = 3.9e8  # N/m: a steel rod of 190 mm^2 and 0.12 m between its pins has 3.3e8
 SPEED = 5000.0 * math.pi / 30.0  # rad/s
@@ -41,6 +43,49 @@ def test_more_segments_come_nearer_to_the_continuous_bar():
     assert errors[0] > 0.2
     assert errors[1] < 0.02
     assert errors[2] < 0.0015
+
+
+SOFT = 1e8  # N/m
+
+
+@pytest.mark.parametrize(("stiffness", "speed"), [(STIFFNESS, 0.2), (STIFFNESS, 4.4), (SOFT, 0.2), (SOFT, 1.0)])
+def test_a_link_with_the_segments_that_an_impact_needs_errs_by_a_few_per_cent(stiffness, speed, monkeypatch):
+    monkeypatch.setattr(elastic_bar, "STIFFNESS", stiffness)
+    peak, _ = elastic_bar.continuous(speed, steps=8000)
+    needed = segments_needed(stiffness, peak, speed)
+    assert elastic_bar.in_segments(speed, needed)[0] == pytest.approx(peak, rel=0.03)
+
+
+def segments_needed(stiffness, peak, speed):
+    """Return the segments that the bar needs for an impact with this peak (N) at this speed (m/s)."""
+    impedance = math.sqrt(stiffness * elastic_bar.MASS)
+    rod = ElasticLink("rod", stiffness, 1, math.nan, impedance, math.nan, ())
+    return segments_to_resolve(rod, peak, (peak / elastic_bar.CONTACT) ** (2.0 / 3.0), speed)
+
+
+@pytest.mark.slow
+def test_a_soft_link_needs_more_than_twelve_segments(monkeypatch):
+    monkeypatch.setattr(elastic_bar, "STIFFNESS", SOFT)
+    peak, _ = elastic_bar.continuous(4.4, steps=8000)
+    coarse, fine = (elastic_bar.in_segments(4.4, segments)[0] / peak - 1.0 for segments in (12, 24))
+    assert abs(coarse) > 0.03
+    assert abs(fine) < 0.005
+    assert 12 < segments_needed(SOFT, peak, 4.4) < 24
+
+
+def test_a_link_with_too_few_segments_for_its_impacts_is_flagged():
+    assert "coarse-link" not in solved(ROD).message
+    soft = solved(ROD | {"axial_stiffness": SOFT})
+    assert "coarse-link: rod has 4 segments, but the fastest impact in rod-slider needs " in soft.message
+
+
+def test_a_single_segment_is_warned_of():
+    def warned(segments):
+        elastic = {"mechanism.rod.elastic": ROD | {"segments": segments}}
+        return simulation.warnings(clearsweep.load_case(slider_crank("rod-slider", changes=elastic)).case)
+
+    assert any("mechanism.rod.elastic.segments: a single spring" in sentence for sentence in warned(1))
+    assert not any("segments" in sentence for sentence in warned(2))
 
 
 @pytest.mark.parametrize("share", [0.13, pytest.param(1.0, marks=pytest.mark.slow)])
@@ -167,7 +212,7 @@ def test_a_planar_grid_says_where_a_link_gives():
     [
         ("mechanism.bodies.rod.elastic.between", ["big", "big"], "lies between rod.big and itself"),
         ("mechanism.bodies.rod.elastic.between", ["big", "middle"], "rod-slider, at rod.small, is on this"),
-        ("mechanism.bodies.rod.elastic.segments", 13, "out of range"),
+        ("mechanism.bodies.rod.elastic.segments", 25, "out of range"),
         ("mechanism.bodies.rod.mass", 0, "an elastic link needs a mass above 0"),
         ("loads", {"push": {"on": "rod", "force": ["1 N", "0 N"]}}, "away from its pins"),
     ],

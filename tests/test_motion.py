@@ -300,6 +300,72 @@ def test_budgets_end_a_run_with_a_status_and_a_sentence():
         assert trajectory.summary["steps"] > 0
 
 
+def test_events_of_the_whole_run_are_returned_without_histories():
+    def events(**changes):
+        changes |= {"simulate.revolutions": 2, "simulate.discard": 1}
+        return clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=changes))).events
+
+    without, stored = events(), events(**{"save.orbits": "all"})
+    assert len(without) > 10
+    assert without["t"][0] < 0.012 < without["t"][-1]  # s, also before the window
+    assert without.tobytes() == stored.tobytes()
+
+
+def long_pendulum(**simulate):
+    """Return the grid of a heavy rod that swings on a pin with a clearance of 1 um, 2 m from its centre of mass."""
+    still = [0.0, 0.0]
+    return {
+        "mechanism": {
+            "type": "planar",
+            "gravity": 9.80665,
+            "bodies": {
+                "ground": {"points": {"axle": still}},
+                "wheel": {"mass": 1.0, "inertia": 1e-4, "points": {"axle": still}},
+                "rod": {
+                    "mass": 1.0,
+                    "inertia": 0.1,
+                    "center": [2.0, 0.0],
+                    "points": {"o": still},
+                    "initial": {"x": 2.0},
+                },
+            },
+            "joints": {
+                "axle": {"type": "revolute", "between": ["ground.axle", "wheel.axle"]},
+                "pin": {"type": "revolute", "between": ["ground.axle", "rod.o"]},
+            },
+            "driven": "axle",
+            "output": {"body": "wheel"},
+        },
+        "drive": {"speed": 0.4 * math.pi},
+        "joints": {
+            "pin": {
+                "clearance": 1e-6,
+                "bearing_radius": 0.01,
+                "contact": {"law": "kelvin-voigt", "stiffness": 1e7, "damping": 900.0},
+            }
+        },
+        "simulate": {"revolutions": 1, "discard": 0} | simulate,
+    }
+
+
+@pytest.mark.compiled
+def test_a_tolerance_below_the_rounding_of_positions_is_the_cause_that_is_said():
+    """A rounding of 2e-16 m turns a contact of 1 um by 2e-10 rad, which a tolerance of 1e-9 takes for motion."""
+    path = clearsweep.simulate(clearsweep.load_case(long_pendulum(tolerance=1e-9)))
+    assert path.status == "rounding"
+    assert path.message.startswith("simulate.tolerance is below what positions of this size resolve: ")
+    assert "step_budget" not in path.message
+    assert path.summary["steps"] < 100_000
+    enough = float(path.message.partition("a tolerance of ")[2].partition(",")[0])
+    assert clearsweep.simulate(clearsweep.load_case(long_pendulum(tolerance=enough))).status == "ok"
+
+
+@pytest.mark.compiled
+def test_a_small_budget_is_not_taken_for_rounding():
+    path = clearsweep.simulate(clearsweep.load_case(long_pendulum(tolerance=1e-5, step_budget=1000)))
+    assert path.status == "step-budget"
+
+
 def test_times_outside_the_run_are_refused():
     scene = clearsweep.load_case(slider_crank("rod-slider"))
     for times in ([-1e-3], [0.02], [2e-3, 1e-3], [[0.0]], [math.nan]):

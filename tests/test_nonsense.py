@@ -40,7 +40,7 @@ def test_a_case_that_would_not_end_is_ended_by_its_time():
     path = run(**length, simulate__tolerance=1e-6, simulate__method="explicit")
     assert path.status == "time-budget"
     assert re.match(r"reached the budget of 0\.001 s of process time at [\d.]+ s of 1\.2e\+07 s", path.message)
-    assert path.summary["steps"] % 2**16 == 0
+    assert path.summary["steps"] > 0
     assert path.summary["rod_slider_force_peak"] is None
 
 

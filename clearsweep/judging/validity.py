@@ -27,6 +27,7 @@ FILM_UNCERTAIN = "film-unsure: "  # the temperature of its film is inaccurate
 CRITICAL_TAYLOR = 41.3  # Taylor number above which vortices form at a rotating inner cylinder (Taylor 1923)
 FRICTION_HEAT, MAX_HEATING, DEFAULT_CONDUCTANCE = "friction-heat: ", 100.0, 1.0  # K, W/K
 FREE_BUSH, MIN_EXPANSION = "free-bush: ", 0.05  # share of the clearance
+COARSE_LINK = "coarse-link: "  # an elastic link has too few segments for an impact at its pin
 BALL_STIFFNESS = "ball-stiffness: "  # a stiffness from the material, for a ball in a socket
 ERROR_CHECK_FAILED = "unchecked: "  # its error check failed
 LIFE_UNREACHED = "unreached: "  # its life did not reach the limit
@@ -165,6 +166,7 @@ _REMARK_TEXTS = {
     FRICTION_HEAT: f"Friction heats a dry joint by more than {MAX_HEATING:g} K, "
     f"at {DEFAULT_CONDUCTANCE:g} W/K or the value in thermal",
     FREE_BUSH: "A warm bearing expands freely, as no bush in a housing does",
+    COARSE_LINK: "An elastic link has too few segments for its impacts",
     BALL_STIFFNESS: "The stiffness from the material is that of a ball in a socket",
     FILM_UNCERTAIN: "The temperature of a film or a warm joint is uncertain by over a tenth of its rise above ambient",
     IMBALANCE: "The energy residual is larger than the tolerance explains",
@@ -371,6 +373,21 @@ def free_bush_remark(joints: Iterable[FreeBearing]) -> str:
         if abs(joint.clearance - joint.cold_clearance) > MIN_EXPANSION * joint.cold_clearance
     ]
     return FREE_BUSH + "; ".join(remarks) if remarks else ""
+
+
+def coarse_link_remark(impacts: Iterable[tuple[str, str, int, int]], most: int) -> str:
+    """Return the remark on elastic links with too few segments: (link, joint, its segments, those it needs).
+
+    most : segments that a link may have
+    """
+    remarks = [
+        f"{link} has {count} segment{'s' * (count > 1)}, but the fastest impact in {joint} needs {needed}; "
+        f"peaks may err by 5 % and more: write segments: {min(needed, most)}"
+        + (", the most that is allowed" if needed > most else "")
+        for link, joint, count, needed in impacts
+        if count < needed and count < most
+    ]
+    return COARSE_LINK + "; ".join(remarks) if remarks else ""
 
 
 def ball_stiffness_remark(joints: Iterable[str]) -> str:

@@ -78,4 +78,4 @@ def load() -> None:
 
 def solve(case: Case, log: Log | None = None) -> Trajectory:
     """Return the result of a resolved case; a life resumes from its `log`."""
-    return simulate(build(case), log=log)
+    return simulate(build(case), log=log, events=False)

@@ -171,7 +171,8 @@ def at_temperatures(scene: Scene, temperatures: dict[str, float]) -> Scene:
         _joint_at_temperature(joint, temperatures[joint.column]) if joint.column in temperatures else joint
         for joint in scene.case.joints
     )
-    return dataclasses.replace(build(scene.case._replace(joints=joints), scene.worn), deadline=scene.deadline)
+    warm_scene = build(scene.case._replace(joints=joints), scene.worn)
+    return dataclasses.replace(warm_scene, deadline=scene.deadline, keep_events=scene.keep_events)
 
 
 def _joint_at_temperature(joint: Joint, temperature: float) -> Joint:

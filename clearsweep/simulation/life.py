@@ -111,7 +111,9 @@ class LifeRun:
     def scene_at(self, state: np.ndarray) -> Scene:
         """Return the scene in a worn state."""
         scene = build(self.scene.case, {worn.name: self._worn(worn, state) for worn in self.worn_joints})
-        return dataclasses.replace(scene, deadline=self.scene.deadline, verdict=self.scene.verdict)
+        return dataclasses.replace(
+            scene, deadline=self.scene.deadline, keep_events=self.scene.keep_events, verdict=self.scene.verdict
+        )
 
     @staticmethod
     def _worn(worn: WornJoint, state: np.ndarray) -> Worn:

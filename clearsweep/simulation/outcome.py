@@ -17,7 +17,7 @@ from .figures.catalogue import WORK_COUNTS, figures_of, layout_formulas
 from .ideal import ideal_peaks
 from .remarks import remarks
 from .revolutions import marks_reached, peak_spreads, period_of_window, start_turns
-from .run import TIME_BUDGET, Run, onset_rates
+from .run import ROUNDING, TIME_BUDGET, Run, onset_rates
 from .scene import Scene
 from .start import control_of
 from .window import DRY_FORCE_THRESHOLD, RARE_SHARE, Cost, Summed, Window, by_joint, summed_of, wear_depths_of
@@ -39,6 +39,13 @@ _STATUS = {
         "time-budget",
         "reached the budget of {patience:.6g} s of process time at {time:.6g} s{of_total}, after {steps:,} steps; "
         "increase simulate.time_budget",
+    ),
+    ROUNDING: (
+        "rounding",
+        "simulate.tolerance is below what positions of this size resolve: {size:.3g} m rounds to {rounding:.1e} m, "
+        "which turns the contact force of {joint}, with {clearance:.3g} um of clearance, by {turned:.1e} rad. After "
+        "{steps:,} steps the run is at {time:.6g} s{of_total}; a tolerance of {enough:.0e}, or a larger clearance, is "
+        "enough",
     ),
     integration.NOT_FINITE: (
         "not-finite",
@@ -74,6 +81,8 @@ _BACKWARDS = (
     "the torque of the drive is negative and turns the crank backwards from {time:.6g} s on; write a positive one, or "
     "mirror the mechanism"
 )
+TYPICAL_STEPS = 10.0  # the budget over the steps that a run should need at a tolerance that is advised
+LARGEST_TOLERANCE = 1e-3  # that is advised
 REST_SPEED = 1e-3  # of the initial speed: slower bodies count as at rest when no step is small enough
 
 
@@ -183,8 +192,28 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
         patience=scene.case.simulate.time_budget,
         budget=control_of(scene, end, keep_events=False).step_budget,
         **(_escaped_journal(scene, run) if run.status == integration.LEFT_BEARING else {}),
+        **(_unresolved_positions(scene, run) if run.status == ROUNDING else {}),
     )
     return status, message
+
+
+def _unresolved_positions(scene: Scene, run: Run) -> dict[str, str | float]:
+    """Return size (m), rounding (m), the tightest joint, and a tolerance that is enough, for the message.
+
+    The number of steps grows about as tolerance^(-2/3).
+    """
+    tightest = min(scene.case.joints, key=lambda joint: joint.clearance)
+    rounding = np.finfo(float).eps * scene.built.size
+    excess = max(TYPICAL_STEPS * run.expected_steps() / run.work.control.step_budget, 1.0)
+    enough = scene.case.simulate.tolerance * max(excess**1.5, 2.0)
+    return {
+        "size": scene.built.size,
+        "rounding": rounding,
+        "joint": tightest.name,
+        "clearance": 1e6 * tightest.clearance,
+        "turned": rounding / tightest.clearance,
+        "enough": min(10.0 ** math.ceil(math.log10(enough)), LARGEST_TOLERANCE),
+    }
 
 
 def _escaped_journal(scene: Scene, run: Run) -> dict[str, str | float]:

@@ -12,6 +12,7 @@ from ..judging.validity import (
     PenetrationAndWear,
     RubbingJoint,
     ball_stiffness_remark,
+    coarse_link_remark,
     film_remarks,
     free_bush_remark,
     friction_heat_remark,
@@ -25,6 +26,8 @@ from ..judging.validity import (
 )
 from ..mechanics.joint import registry
 from ..mechanics.joint.film import reynolds
+from ..mechanics.mechanism.described import MAX_SEGMENTS
+from .links import elastic_links, segments_to_resolve
 from .scene import Scene
 from .window import Window
 
@@ -56,6 +59,7 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
         *(film_remarks(_film_states(scene, window, summary)) if has_film else ()),
         friction_heat_remark(rubbing_powers),
         free_bush_remark(_free_bearings(scene)),
+        coarse_link_remark(_impacts_on_links(scene, summary), MAX_SEGMENTS) if scene.case.outline.elastic else "",
         ball_stiffness_remark(balls),
         penetration_remark(sizes),
         wear_depth_remark(sizes),
@@ -83,6 +87,18 @@ def _free_bearings(scene: Scene) -> Iterator[FreeBearing]:
         if joint.thermal and joint.temperature and not joint.thermal.housing and joint.bearing_radius:
             cold_clearance = joint.clearance - joint.clearance_rate * (joint.temperature - REFERENCE_TEMPERATURE)
             yield FreeBearing(joint.name, joint.bearing_radius, joint.temperature, cold_clearance, joint.clearance)
+
+
+def _impacts_on_links(scene: Scene, summary: Mapping[str, Any]) -> Iterator[tuple[str, str, int, int]]:
+    """Yield link, joint, its segments and those that the fastest impact in the joint needs."""
+    for link in elastic_links(scene.case):
+        for joint in scene.case.joints:
+            peak, depth, rate = (
+                summary.get(f"{joint.column}_{figure}")
+                for figure in ("force_peak", "penetration_max", "onset_rate_max")
+            )
+            if joint.name in link.joints and joint.is_dry and peak and depth and rate:
+                yield link.name, joint.name, link.segments, segments_to_resolve(link, peak, depth, rate)
 
 
 def _lasting_contacts(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:

@@ -54,6 +54,7 @@ class Scene:
     crank_clock: crank_clock.SteadyClock | crank_clock.ScheduledClock | crank_clock.FreeClock
     worn: Mapping[str, Worn] = field(default_factory=dict)  # earlier wear by joint; a missing joint is unworn
     deadline: float = math.inf  # s, processor time at which the case is abandoned
+    keep_events: bool = False  # whether its runs return their events
     verdict: LimitsAndFigures = NO_LIMITS  # user-defined figures and limits, which are not part of the case
     build_time: float = 0.0  # s, time to build it
 
@@ -66,13 +67,13 @@ class Scene:
         """Return the scene with changed values in `simulate`."""
         return replace(self, case=self.case._replace(simulate=self.case.simulate._replace(**settings)))
 
-    def with_deadline(self, deadline: float) -> "Scene":
-        """Return the scene with another deadline (s).
+    def for_run(self, deadline: float, *, keep_events: bool) -> "Scene":
+        """Return the scene with another deadline (s), whose run returns its events or not.
 
         Every case needs one, and this takes a fifth of the time of `replace`.
         """
         copied = object.__new__(Scene)
-        copied.__dict__.update(self.__dict__, inputs=self.inputs, deadline=deadline)
+        copied.__dict__.update(self.__dict__, inputs=self.inputs, deadline=deadline, keep_events=keep_events)
         return copied
 
 
@@ -163,9 +164,8 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     )
     layout, angle_clock = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
     elapsed = time.perf_counter() - begin
-    return Scene(
-        case, mechanism, built, value, layout, start, in_contact, machine, angle_clock, worn, build_time=elapsed
-    )
+    parts = case, mechanism, built, value, layout, start, in_contact, machine, angle_clock, worn
+    return Scene(*parts, keep_events=case.save.orbits != "none", build_time=elapsed)
 
 
 def state_units(scene: Scene) -> np.ndarray:

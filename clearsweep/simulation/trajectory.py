@@ -42,6 +42,7 @@ def simulate(
     *,
     progress: bool = False,
     log: Log | None = None,
+    events: bool = True,
 ) -> Trajectory:
     """Return the trajectory of a scene.
 
@@ -53,6 +54,7 @@ def simulate(
     progress : whether to print the progress of a long run on stderr; no bit of the
         result depends on it.
     log : storage of a life's block results, from which it resumes.
+    events : whether to return the events of the whole run even without histories.
 
     A failed integration is also a Trajectory: `status` names the reason, `message` explains it.  Raises
     InputError for times outside the run.
@@ -64,7 +66,8 @@ def simulate(
         )
     begin = time.perf_counter()
     with phases.show_progress(progress):
-        scene = scene.with_deadline(time.process_time() + scene.case.simulate.time_budget)
+        deadline = time.process_time() + scene.case.simulate.time_budget
+        scene = scene.for_run(deadline, keep_events=scene.keep_events or events or times is not None)
         trajectory = _all_integrations(scene, times, observers, log)
     summary, elapsed = trajectory.summary, scene.build_time + time.perf_counter() - begin
     summary[SETUP.name] = max(elapsed - (summary.get("run_time") or 0.0), 0.0)
@@ -190,15 +193,14 @@ def _run_until_converged(scene: Scene, times: ArrayLike | None, observers: Seque
 
     The samples come from a second, bit-identical run over the saved revolutions, as their times were unknown.
     """
-    settings, value_after, orbits = scene.case.simulate, scene.crank_clock.value_after, scene.case.save.orbits
+    settings, value_after = scene.case.simulate, scene.crank_clock.value_after
     full_scene = scene.with_settings(revolutions=max_revolutions(settings))
     end = end_of(full_scene)
     run = Run(
         start_of(scene, pauses(settings, value_after), marks_of(scene, max_revolutions(settings))), in_angles=True
     )
     observer = ConvergenceObserver(scene, run.record.samples)
-    keep_events = orbits != "none" or times is not None
-    integrate(full_scene, run, end, keep_events=keep_events, observers=(observer, *observers))
+    integrate(full_scene, run, end, (observer, *observers))
     run.record = Record(NO_TIMES, NO_TIMES, run.record.independent)
     if run.status != integration.OK:
         return trajectory_of(full_scene, run, end)
@@ -273,14 +275,7 @@ def _block(scene: Scene, observers: Sequence[Observer]) -> tuple[Scene, Run, Rat
     max_revolutions = longest_block(scene.case)
     full_scene = scene.with_settings(revolutions=max_revolutions)
     run, observer = Run(start_of(full_scene, NO_TIMES, marks_of(full_scene, max_revolutions))), RateObserver(scene)
-    keep_events = scene.case.save.orbits != "none"
-    integrate(
-        full_scene,
-        run,
-        scene.crank_clock.value_after(max_revolutions),
-        keep_events=keep_events,
-        observers=(observer, *observers),
-    )
+    integrate(full_scene, run, scene.crank_clock.value_after(max_revolutions), (observer, *observers))
     return scene, run, observer
 
 

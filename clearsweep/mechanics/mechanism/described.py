@@ -110,6 +110,7 @@ def body_channels(body: str) -> tuple[Channel, ...]:
 
 
 EXTENSION = ("m", "elongation of the line between its pins")
+MAX_SEGMENTS = 24  # more take minutes to compile
 _ELASTIC = (
     Field(
         "axial_stiffness", "N/m", "axial stiffness E A / l of the whole link, which is a uniform bar of the given mass"
@@ -119,7 +120,7 @@ _ELASTIC = (
         "1",
         "number of springs in series that represent the link, with masses between them",
         1,
-        12,
+        MAX_SEGMENTS,
         False,
         False,
         default=4,
