@@ -31,6 +31,9 @@ from .crank_clock import knots_of
 #: reference trajectories: 15 to 20 % fewer evaluations at equal error than with 1, 1, 1 or a relative tolerance.
 POSITION_WEIGHT, RATE_WEIGHT, ROOT_WEIGHT = 30.0, 3.0, 0.1
 FILM_RATE_FACTOR = 0.1  # of RATE_WEIGHT with a film: a small error of a rate is a large one of the damping force
+#: Revolutions below which the scale of errors of rates is a tenth of the clearance over the run's duration, not that of
+#: the crank.
+SHORT_RUN = 0.1 / (2.0 * math.pi)
 ROUNDING = 1e-15  # of the mechanism's size and speed: least tolerance
 
 
@@ -126,6 +129,8 @@ def _weights(case: Case, built: Built, value: rates.Scene, contacts: int, intern
     rate_weight = FILM_RATE_FACTOR * RATE_WEIGHT if has_film else RATE_WEIGHT
     length_error = max(POSITION_WEIGHT * tolerance * clearance, ROUNDING * mechanism_size)
     rate_error = max(rate_weight * tolerance * clearance, ROUNDING * mechanism_size) * value.reference_rate
+    if 0.0 < case.simulate.revolutions < SHORT_RUN:  # the crank is slow beside the motion
+        rate_error *= SHORT_RUN / case.simulate.revolutions
     time_error = max(POSITION_WEIGHT * tolerance, ROUNDING) / value.reference_rate
     root_error = ROOT_WEIGHT * tolerance * math.sqrt(clearance)
     allowed_errors = [

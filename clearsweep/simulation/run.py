@@ -31,6 +31,7 @@ from ..mechanics.solver import integration, loop, radau
 from ..mechanics.solver.accumulate import totals as total_columns
 from ..mechanics.solver.accumulate.within_step import Record, RevolutionMarks
 from ..mechanics.solver.preconditioner import preconditioner_of
+from ..mechanics.solver.step_control import MAX_CONTACT_BITS
 from .crank_clock import start_up
 from .lyapunov import Branches, Perturbed
 from .observed_run import Observer, run_observed
@@ -112,8 +113,8 @@ class Run:
             limit_depth=inputs.limit_depth,
             counts=integration.Counts.zeros(zeros=zeros),
             method=integration.Method.zeros(zeros=zeros),
-            proposals=zeros(2 << contact_count),
-            onset_rates=zeros(2 << contact_count),
+            proposals=zeros(2 << min(contact_count, MAX_CONTACT_BITS)),
+            onset_rates=zeros(2 << min(contact_count, MAX_CONTACT_BITS)),
             control=integration.ControlNumbers.zeros(),
             log=np.empty((loop.LOG_ROWS, 5)),
             slopes=integration.Slopes.zeros(zeros=zeros),

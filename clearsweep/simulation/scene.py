@@ -24,8 +24,11 @@ from ..mechanics.joint.contract import every_contact
 from ..mechanics.joint.elastic.contract import static_penetration
 from ..mechanics.joint.guide import Guide as GuideTerm
 from ..mechanics.joint.guide import deepest_corner
+from ..mechanics.joint.slot import SlotJoint
+from ..mechanics.joint.slot import normal_of as slot_normal_of
 from ..mechanics.joint.wear.contract import Worn
 from ..mechanics.joint.worn import has_worn_shape, seated_position
+from ..mechanics.joint.worn_slot import WornSlot
 from ..mechanics.mechanism import MECHANISMS, planar
 from ..mechanics.mechanism.contract import Built, body_angles, gaps, pose_at
 from ..mechanics.mechanism.spatial import initial_seats
@@ -35,6 +38,7 @@ from .ideal import ideal_motion, machine_of, mechanism_of
 from .initial import SceneInputs, scene_inputs
 
 _LAYOUTS: dict[CaseFeatures, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with their sources
+TOUCHING = 1e-14  # of the mechanism's size: rounding of the penetration of bodies that touch at the start
 SEAT_ITERATIONS = 3  # iterations on worn shapes: body angles depend slightly on the seats
 _MAX_WEAR_COEFFICIENT = 1e-11  # m^2/N: times the hardness of steel, 2 GPa, this exceeds DOUBTFUL_WEAR_NUMBER
 
@@ -216,9 +220,11 @@ def _check_planar_start(built: Built, joints: Mapping[str, Any]) -> None:
     for (name, joint), gap in zip(joints.items(), relative, strict=True):
         if isinstance(joint, GuideTerm):
             depth = deepest_corner(joint, gap)
+        elif isinstance(joint, (SlotJoint, WornSlot)):
+            depth = slot_normal_of(joint, gap).depth
         else:
             depth = math.hypot(gap.x, gap.y) - joint.clearance
-        if depth > 0.0:
+        if depth > TOUCHING * built.size:
             raise InputError(
                 f"joints.{name}: its bodies penetrate each other by {1e6 * depth:.6g} um at the start; change "
                 "`initial` of a body that it joins, or widen the clearance"

@@ -59,7 +59,7 @@ def choose_method(pointer, h, pattern):
             return
     if work.control.method != AUTO:
         return
-    cost, implicit_bit = work.counts.evaluations - work.stepper.evaluations, 1 << work.mode.size
+    cost, implicit_bit = work.counts.evaluations - work.stepper.evaluations, work.proposals.size >> 1
     if work.method.current == IMPLICIT:
         explicit_length = max(
             work.proposals[pattern & ~implicit_bit], choice.explicit_length

@@ -195,8 +195,8 @@ class Work(NamedTuple):
     counts: Counts
     method: Method
     slopes: Slopes
-    proposals: np.ndarray  # (2^(1+c),) step length by `step_control.contact_pattern`, 0: none yet
-    onset_rates: np.ndarray  # (2^(1+c),) m/s, largest onset rate of these contacts
+    proposals: np.ndarray  # (2^(1+b),) step length by `step_control.contact_pattern`, 0: none yet; b: at most c bits
+    onset_rates: np.ndarray  # (2^(1+b),) m/s, largest onset rate of these contacts
     control: ControlNumbers
     log: np.ndarray  # (LOG_ROWS, 5) events since the latest pause, see event_actions.Event
     guards: tuple  # coupling.guards.Guards

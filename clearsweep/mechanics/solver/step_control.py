@@ -17,7 +17,10 @@ SAFETY, MIN_SHRINK, MAX_GROWTH = (
     0.2,
     1.5,
 )  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
-MAX_REJECTIONS = 60  # rejections in a row: each shortens the step by at least a fifth, so a shorter step would not help
+MAX_REJECTIONS = 60  # rejections in a row, after which a shorter step would not help
+#: Rejections in a row from which the length is far off, such as that of the first step beside a slow shaft: its error
+#: says nothing about the right length.
+FAR_OFF = 20.0
 THIRD_ROOT_BITS = 2 * (1023 << 52) // 3 - (200 << 40)  # of 1; minus half the error of the root
 # Growth of the second step after an event: at the onset of a contact the motion bends less than later
 GROWTH_AFTER_EVENT = 0.8
@@ -26,6 +29,9 @@ BEST_CONTRACTION = 0.22  # contraction at which a step is cheapest per length; i
 #: Sweeps up to which a step is cheap regardless of its contraction, and the largest contraction that allows.
 CHEAP_SWEEPS, MAX_CONTRACTION = 4.0, 0.35
 STIFF_CONTRACTION = 0.03  # contraction from which a stiff component may limit the step
+
+MAX_CONTACT_BITS = 12  # contacts whose sets have lengths of their own
+HASH_FACTOR, HASH_SHIFT = 2654435769, 20  # 2^32 over the golden ratio (Knuth 1998, vol. 3, 6.4)
 
 # What the next step follows, see `set_next_length`
 BEGINNING, REJECTION, ACCEPTANCE = range(3)
@@ -79,13 +85,16 @@ def first_length(pointer, pattern):
 
 @kernel
 def contact_pattern(pointer):
-    """Return the index in `Work.proposals`: its bits are the touching contacts, then the method."""
-    work = pointer[0]
-    pattern = work.method.current << work.mode.size
+    """Return the index in `Work.proposals`: its bits are the touching contacts, then the method.
+
+    Of more contacts than MAX_CONTACT_BITS the index is a hash: now and then, sets of contacts share a first length.
+    """
+    work, pattern = pointer[0], 0
+    size = work.proposals.size >> 1  # of a method
     for j in range(work.mode.size):
         if touches(work.mode[j]):
-            pattern |= 1 << j
-    return pattern
+            pattern += 1 << j if j < MAX_CONTACT_BITS else j * HASH_FACTOR >> HASH_SHIFT
+    return work.method.current * size + (pattern & (size - 1))
 
 
 @kernel
@@ -141,7 +150,8 @@ def set_next_length(pointer, cause):
             0.0,
         )
     elif cause == REJECTION:
-        length, stepper.growth = work.step.length * shrink_factor(work.step.error), 1.0
+        factor = shrink_factor(work.step.error) if stepper.rejections < FAR_OFF else MIN_SHRINK
+        length, stepper.growth = work.step.length * factor, 1.0
     else:
         length, stepper.growth = length_after_acceptance(pointer), MAX_GROWTH
     stepper.next_length = length

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contracts.catalogue import Channel
-from ....contracts.machine import GROUND, Aim, BodyPoint, Guide, Machine, Motor, Schedule, Slot, Stretch
+from ....contracts.machine import GROUND, Aim, BodyPoint, Guide, Machine, Motor, Schedule, Slot, Spring, Stretch
 from ...joint.contract import Load
 from ..contract import Built, IdealMotion, Open
 from ..contract import Ideal as Closed
@@ -31,7 +31,7 @@ from .form import (
 )
 from .free_bodies import initial_coordinate
 from .ideal import IdealMachine, ideal_of, machine_key, masses_of
-from .loads import compile_loads, discontinuity_times_of
+from .loads import SpringLoad, compile_loads, discontinuity_times_of
 from .machine_type import kinds_of, machine_type
 from .segments import with_segments
 from .spanning_tree import ANGLE, TRAVEL, Coordinate
@@ -164,17 +164,36 @@ def _cached_dependent_indices(key: bytes, kinds: tuple, inputs: AlwaysEqual) -> 
     return tuple(choose_dependent(*inputs.value))
 
 
-def _massless_bodies(machine: Machine, form: Planar, start: np.ndarray) -> list[str]:
-    """Return the moving bodies without mass or moment of inertia, or [] if all accelerations are finite."""
+def _has_finite_accelerations(form: Planar, start: np.ndarray) -> bool:
+    """Return whether all accelerations at the initial state are finite."""
     no_loads = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in form.joints if isinstance(joint.site, Open))
     try:
         with np.errstate(all="ignore"):
             accelerations = function_of(form, "accelerate")(form, function_of(form, "pose_at")(form, start), no_loads)
-        is_finite = bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
     except ZeroDivisionError:
-        is_finite = False
-    if is_finite:
+        return False
+    return bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
+
+
+def _check_spring_directions(machine: Machine, form: Planar, start: np.ndarray) -> None:
+    """Raise MobilityError if a spring with a free length has no direction at the start: its ends coincide."""
+    without_free_lengths = tuple(
+        load._replace(free_length=0.0) if isinstance(load, SpringLoad) else load for load in form.loads
+    )
+    if not _has_finite_accelerations(form._replace(loads=without_free_lengths), start):
+        return
+    names = ", ".join(f"loads.{load.name}" for load in machine.loads if isinstance(load, Spring) and load.free_length)
+    raise MobilityError(
+        f"the ends of a spring coincide at the start, so the direction of its force is unknown: {names}; move its "
+        "anchor or its point, or write free_length: 0"
+    )
+
+
+def _massless_bodies(machine: Machine, form: Planar, start: np.ndarray) -> list[str]:
+    """Return the moving bodies without mass or moment of inertia, or [] if all accelerations are finite."""
+    if _has_finite_accelerations(form, start):
         return []
+    _check_spring_directions(machine, form, start)
     moving_bodies = _moving_names(machine)
     return [
         name for name in moving_bodies if 0.0 in (machine.bodies[name].mass, machine.bodies[name].inertia)

@@ -276,8 +276,9 @@ class IdealMachine:
         )
         x, y = second_point.x - first_point.x, second_point.y - first_point.y
         length = np.hypot(x, y)
-        direction = np.stack([x, y], -1) / length[:, None]
-        extension_rate = (x * (second_point.dx - first_point.dx) + y * (second_point.dy - first_point.dy)) / length
+        divisor = np.where((length > 0.0) | (load.free_length > 0.0), length, 1.0)  # see `kinematics.Bodies`
+        direction = np.stack([x, y], -1) / divisor[:, None]
+        extension_rate = (x * (second_point.dx - first_point.dx) + y * (second_point.dy - first_point.dy)) / divisor
         tension = load.stiffness * (length - load.free_length) + load.damping * rate * extension_rate
         self.add_force(forces, states, load.first, tension[:, None] * direction, 0.0)
         self.add_force(forces, states, load.second, -tension[:, None] * direction, 0.0)

@@ -219,7 +219,10 @@ class Bodies(Kinematics):
         return stiffness * self.travel[j] + damping * self.rate[Coordinate(TRAVEL, j)]
 
     def _spring(self, i: int, load: LoadKind) -> list[Load]:
-        """Return the forces of the load number `i`, a spring and damper, at both ends."""
+        """Return the forces of the load number `i`, a spring and damper, at both ends.
+
+        Where its ends coincide its direction is unknown; a spring without free length then has no force.
+        """
         path_code = f"mechanism.loads[{i}]"
         stiffness, damping = (self.code.expression(f"{path_code}.{name}") for name in ("stiffness", "damping"))
         (first_body, first_point), (second_body, second_point) = (
@@ -227,10 +230,12 @@ class Bodies(Kinematics):
         )
         path = self.between(self.path_to(first_body, first_point), self.path_to(second_body, second_point))
         distance, velocity = self.position(path), self.velocity(path)
-        length = self.code.call("math.sqrt", distance.dot(distance))
+        square, free_length = distance.dot(distance).assigned(), self.code.assign(f"{path_code}.free_length")
+        known_square = f"where(({square} > 0.0) | ({free_length} > 0.0), {square}, 1.0)"
+        length = self.code.call("math.sqrt", known_square)
         unit = (1.0 / length) * distance
         rate = unit.assigned().dot(velocity)
-        extension = length - self.code.assign(f"{path_code}.free_length")
+        extension = length - free_length
         force = ((stiffness * extension + damping * rate) * unit).assigned()
         return [Load(first_body, first_point, force, ZERO), Load(second_body, second_point, -force, ZERO)]
 
