@@ -1,8 +1,10 @@
 """Free bodies of a planar machine that start where and as fast as their `initial` says."""
 
+import itertools
 import json
 import math
 from copy import deepcopy
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ import pytest
 import clearsweep
 from clearsweep import simulation
 from clearsweep.language.errors import InputError
+from clearsweep.mechanics.joint.modes import FREE, PRESSED
+from clearsweep.mechanics.solver.step_control import MAX_CONTACT_BITS, contact_pattern
 from clearsweep.sweeping import estimate
 
 pytestmark = pytest.mark.heavy
@@ -147,3 +151,118 @@ def test_the_identity_of_a_machine_without_initial_has_no_trace_of_it():
     source = grid(vx=1.0)
     assert "bodies.ball.initial.vx" in clearsweep.load_case(source).case.mechanism.values
     assert not any("wheel.initial" in key for key in clearsweep.load_case(source).case.mechanism.values)
+
+
+# ---------------------------------------------------------------------------------------------- at limits
+
+
+def test_a_pin_may_start_anywhere_along_its_slot():
+    def slotted(along):
+        source = grid(x=along, y=0.04)
+        source["mechanism"]["joints"]["ring"] = {"type": "slot", "between": ["ground.ring", "ball.middle"], "axis": 0.0}
+        source["joints"]["ring"]["slot_length"] = 2.0
+        return clearsweep.load_case(source)
+
+    slotted(-0.999)
+    with pytest.raises(InputError, match=r"penetrate each other by 39442\.7 um"):  # hypot(1.08 - 1, 0.04) - 0.05 m
+        slotted(1.08)
+
+
+@pytest.mark.parametrize("rounding", [0.0, 1e-17, 5e-16])
+@pytest.mark.parametrize("rate", [0.0, -0.1])
+def test_bodies_may_touch_at_the_start_and_are_pressed_from_there_on(rounding, rate):
+    """A ball let go on the ring deflects it as a suddenly applied weight does; a fast one as in an impact."""
+    source = grid(9.81, y=-0.05 - rounding, vy=rate) | {"drive": {"speed": 10.0}}
+    source["simulate"]["revolutions"] = 0.02
+    path = clearsweep.simulate(clearsweep.load_case(source))
+    assert (path.events["t"][0], path.events["kind"][0]) == (0.0, "on")
+    peak = path.summary["ring_force_peak"]
+    deepest = (peak / 1e9) ** (2.0 / 3.0)  # m
+    assert 0.4 * peak * deepest == pytest.approx(0.05 * rate**2 + 0.981 * deepest, rel=1e-6)
+
+
+def sprung(free_length, damping=0.5):
+    """Return the grid of a ball on a spring whose ends coincide at the start."""
+    source = grid(9.81, x=0.0)
+    source["joints"]["ring"] |= {"clearance": 10.0, "bearing_radius": 20.0}
+    source["loads"] = {
+        "string": {
+            "between": ["ground", "ball"],
+            "anchor": [0.0, 0.0],
+            "point": "middle",
+            "stiffness": 10.0,
+            "free_length": free_length,
+            "damping": damping,
+        }
+    }
+    source["drive"] = {"speed": 2.0 * math.pi}
+    return source
+
+
+def test_a_spring_may_start_without_length():
+    """A ball of 0.1 kg falls on its spring: the damped oscillator, up to its first return."""
+    path = clearsweep.simulate(clearsweep.load_case(sprung(0.0)), times=np.linspace(0.0, 0.25, 26))
+    decay, sag = 0.5 / 0.2, 0.0981  # 1/s, m
+    rate = math.sqrt(100.0 - decay**2)
+    t = path.t
+    exact = -sag * (1.0 - np.exp(-decay * t) * (np.cos(rate * t) + decay / rate * np.sin(rate * t)))
+    assert path["ball/y"] == pytest.approx(exact, abs=1e-9)
+
+
+def test_a_spring_with_a_free_length_needs_a_direction():
+    with pytest.raises(InputError, match=r"ends of a spring coincide at the start.*loads\.string; move its anchor"):
+        clearsweep.load_case(sprung(0.1))
+
+
+def test_a_slow_shaft_beside_a_fast_body_changes_nothing():
+    def bounced(speed):
+        source = grid(9.81, y=-0.04, vx=0.3) | {"drive": {"speed": speed}}
+        source["simulate"] |= {"revolutions": 0.1 * speed / (2.0 * math.pi), "tolerance": 1e-10}
+        return clearsweep.simulate(clearsweep.load_case(source), times=[0.0, 0.02])
+
+    fast, slow = bounced(100.0), bounced(2e-7 * math.pi)
+    assert slow.status == "ok"
+    assert slow.summary["steps"] < 3 * fast.summary["steps"]
+    assert slow["ball/y"][-1] == pytest.approx(fast["ball/y"][-1], abs=1e-8)
+
+
+def test_a_film_beside_a_slow_shaft_does_not_end_in_ever_smaller_steps():
+    source = grid(vx=0.1) | {"drive": {"speed": 2e-7 * math.pi}}
+    film = {"law": "short", "viscosity": 0.1}
+    source["joints"]["ring"] = {"clearance": 1e-3, "bearing_radius": 0.02, "length": 0.01, "film": film}
+    source["simulate"] |= {"revolutions": 0.2 * 1e-7, "tolerance": 1e-8}
+    path = clearsweep.simulate(clearsweep.load_case(source))
+    assert path.status == "ok"
+    assert path.summary["steps"] < 5000
+
+
+def pattern(contacts, touching):
+    """Return the index of a set of touching contacts among the lengths of first steps."""
+    mode = np.full(contacts, FREE)
+    mode[list(touching)] = PRESSED
+    proposals = np.zeros(2 << min(contacts, MAX_CONTACT_BITS))
+    return contact_pattern((SimpleNamespace(mode=mode, proposals=proposals, method=SimpleNamespace(current=0)),))
+
+
+def test_sets_of_contacts_have_lengths_of_their_own_in_little_memory():
+    assert len({pattern(4, touching) for n in range(5) for touching in itertools.combinations(range(4), n)}) == 16
+    pairs = [pattern(50, touching) for touching in itertools.combinations(range(50), 2)]
+    assert max(pairs) < 1 << MAX_CONTACT_BITS
+    assert len(set(pairs)) > 0.7 * len(pairs)
+
+
+@pytest.mark.slow
+def test_ten_guides_with_clearance_run():
+    source = grid()
+    bodies, joints = source["mechanism"]["bodies"], source["mechanism"]["joints"]
+    del bodies["ball"], joints["ring"], source["joints"]["ring"]
+    for i in range(10):
+        bodies[f"b{i}"] = {"mass": 1.0, "inertia": 1.0, "points": {"p": STILL}, "initial": {"y": -5e-4 * (i + 1)}}
+        bodies[f"b{i}"]["initial"] |= {"vy": -0.1} if i == 9 else {}
+        before = f"b{i - 1}.p" if i else "ground.ring"
+        joints[f"k{i}"] = {"type": "prismatic", "between": [before, f"b{i}.p"], "axis": 0.0}
+        source["joints"][f"k{i}"] = {"clearance": 1e-3, "length": 0.1, "height": 1e-3, "contact": CONTACT}
+    path = clearsweep.simulate(clearsweep.load_case(source))
+    assert path.status == "ok"
+    assert path.summary["k9_force_peak"] > 100.0  # N
+    assert sum(path[f"b{i}/vy"][-1] for i in range(10)) < 0.0

@@ -11,6 +11,7 @@ from importlib import resources
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import clearsweep
 from clearsweep.language.errors import InputError
@@ -108,6 +109,43 @@ def test_a_crank_that_does_not_get_through_ends_stalled_and_one_that_takes_too_l
     path = clearsweep.simulate(clearsweep.load_case(source))
     assert path.status == "time-limit"
     assert "increase simulate.time_limit" in path.message
+
+
+def test_a_free_crank_that_turns_back_keeps_its_history():
+    """A pendulum on an ideal pin rises until it turns back; the run ends a hundredth of a turn later."""
+    still = [0.0, 0.0]
+    crank = {"mass": 2.0, "inertia": 0.1, "center": [0.5, 0.0], "points": {"pivot": still}}
+    free = {"mass": 1.0, "inertia": 1.0, "points": {"middle": still}, "initial": {}}
+    source = {
+        "mechanism": {
+            "type": "planar",
+            "gravity": 9.81,
+            "bodies": {"ground": {"points": {"main": still}}, "crank": crank, "weight": free},
+            "joints": {
+                "main": {"type": "revolute", "between": ["ground.main", "crank.pivot"]},
+                "rest": {"type": "revolute", "between": ["ground.main", "weight.middle"]},
+            },
+            "driven": "main",
+            "output": {"body": "crank"},
+        },
+        "drive": {"torque": 0.0, "initial_speed": 3.0},
+        "joints": {"rest": {"clearance": 50.0, "bearing_radius": 60.0, "contact": {"law": "hertz", "stiffness": 1e9}}},
+        "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-10},
+        "save": {"orbits": "all"},
+    }
+
+    def swing(_, state):
+        return [state[1], -2.0 * 9.81 * 0.5 * np.cos(state[0]) / (0.1 + 2.0 * 0.25)]
+
+    scene, times = clearsweep.load_case(source), np.linspace(0.0, 0.6, 61)
+    path = clearsweep.simulate(scene, times=times)
+    assert path.status == "stalled"
+    exact = solve_ivp(swing, (0.0, 0.6), [0.0, 3.0], "DOP853", times, rtol=1e-11, atol=1e-13).y[0]
+    assert len(path.t) > 10
+    assert np.max(path["crank_angle"]) - path["crank_angle"][-1] > 0.03  # rad: it is on its way back
+    assert path["crank_angle"] == pytest.approx(exact[: len(path.t)], abs=1e-8)
+    by_angle = clearsweep.simulate(scene)
+    assert by_angle["crank_angle"] == pytest.approx(2.0 * np.pi / 720 * np.arange(len(by_angle.t)), abs=1e-9)
 
 
 @pytest.mark.slow

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..contracts.layout import SECTION_COUNT, Layout
 from ..contracts.machine import Motor
-from ..contracts.results import EVENT_DTYPE, Trajectory
+from ..contracts.results import EVENT_DTYPE, PARTIAL_STATUSES, Trajectory
 from ..judging.validity import join_remarks
 from ..mechanics.observe.histogram import force_quantiles, time_above
 from ..mechanics.solver import integration
@@ -106,11 +106,14 @@ def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
     log = _events_of(scene.layout, run.events)
     if failed:
         status, message = _failure_of(scene, run, end)
-        return Trajectory(status, message, summary, events=log if status == LEFT_BEARING else log[:0], units=units)
+        sample_count = int(run.work.counts.samples) if status in PARTIAL_STATUSES else 0
+        channels = _histories_of(scene.layout, run.record, sample_count)
+        events = log if status in (LEFT_BEARING, *PARTIAL_STATUSES) else log[:0]
+        return Trajectory(status, message, summary, channels, events, units=units)
     summary |= run.figures
     summary |= yield_speeds(scene)
     message = join_remarks(*remarks(scene, window, summary))
-    channels, sections = _histories_of(scene.layout, run.record), sections_of(scene, run)
+    channels, sections = _histories_of(scene.layout, run.record, len(run.record.times)), sections_of(scene, run)
     return Trajectory("ok", message, summary, channels, log, window.wear, sections, units)
 
 
@@ -248,11 +251,11 @@ def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
     }
 
 
-def _histories_of(layout: Layout, record: Record) -> dict[str, np.ndarray]:
-    """Return the time histories of a run by channel, or {} if none are recorded."""
-    if not record.times.size:
+def _histories_of(layout: Layout, record: Record, count: int) -> dict[str, np.ndarray]:
+    """Return the first `count` samples of the time histories of a run by channel, or {} if none are recorded."""
+    if not count:
         return {}
-    samples = np.array(record.samples.T, order="C")  # a copy: another case may reuse the buffers
+    samples = np.array(record.samples[:count].T, order="C")  # a copy: another case may reuse the buffers
     return dict(zip([channel.name for channel in layout.channels], samples, strict=True))
 
 

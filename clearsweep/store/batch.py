@@ -220,22 +220,28 @@ def _add_dataset(file: h5py.File, dataset: Dataset, values: np.ndarray) -> None:
 def _count_items(schema: ResultSchema, trajectory: results.Trajectory, item: str) -> int:
     if schema.histories and item == EVENT:
         return len(trajectory.events)  # also for failed cases, if stored
+    if schema.histories and item == SAMPLE:
+        return len(trajectory.t) if _keeps_samples(trajectory) else 0
     if trajectory.status != "ok":
         return 0  # failed cases have no other histories
     if item == NODE:
         return len(trajectory.history["revolutions"])
     if not schema.histories:
         return 0
-    if item == SECTION:
-        return len(trajectory.poincare.get(SECTION_COUNT, ()))
-    return len(trajectory.t)
+    assert item == SECTION, item
+    return len(trajectory.poincare.get(SECTION_COUNT, ()))
+
+
+def _keeps_samples(trajectory: results.Trajectory) -> bool:
+    return trajectory.status in ("ok", *results.PARTIAL_STATUSES)
 
 
 def _concatenate_values(schema: ResultSchema, dataset: Dataset, rows: list[Row]) -> np.ndarray:
     """Return the values of a dataset for all rows, case after case."""
     finished = [row.trajectory for row in rows if row.trajectory.status == "ok"]
     if dataset.item == SAMPLE:
-        return np.concatenate([np.empty(0), *(path.channels[dataset.path] for path in finished)])
+        recorded = [row.trajectory.channels for row in rows if len(row.trajectory.t) and _keeps_samples(row.trajectory)]
+        return np.concatenate([np.empty(0), *(channels[dataset.path] for channels in recorded)])
     if dataset.item == SECTION:
         arrays = [path.poincare[dataset.path] for path in finished if dataset.path in path.poincare]
         return np.concatenate([np.empty(0, dataset.dtype), *arrays])

@@ -31,7 +31,7 @@ CHEAP_SWEEPS, MAX_CONTRACTION = 4.0, 0.35
 STIFF_CONTRACTION = 0.03  # contraction from which a stiff component may limit the step
 
 MAX_CONTACT_BITS = 12  # contacts whose sets have lengths of their own
-HASH_FACTOR, HASH_SHIFT = 2654435769, 20  # 2^32 over the golden ratio (Knuth 1998, vol. 3, 6.4)
+HASH_FACTOR, HASH_BITS, HASH_SHIFT = 2654435769, 2**32 - 1, 20  # 2^32 over the golden ratio (Knuth 1998, vol. 3, 6.4)
 
 # What the next step follows, see `set_next_length`
 BEGINNING, REJECTION, ACCEPTANCE = range(3)
@@ -93,7 +93,7 @@ def contact_pattern(pointer):
     size = work.proposals.size >> 1  # of a method
     for j in range(work.mode.size):
         if touches(work.mode[j]):
-            pattern += 1 << j if j < MAX_CONTACT_BITS else j * HASH_FACTOR >> HASH_SHIFT
+            pattern += 1 << j if j < MAX_CONTACT_BITS else (j * j * j * HASH_FACTOR & HASH_BITS) >> HASH_SHIFT
     return work.method.current * size + (pattern & (size - 1))
 
 
