@@ -20,7 +20,7 @@ SAFETY, MIN_SHRINK, MAX_GROWTH = (
 MAX_REJECTIONS = 60  # rejections in a row, after which a shorter step would not help
 #: Rejections in a row from which the length is far off, such as that of the first step beside a slow shaft: its error
 #: says nothing about the right length.
-FAR_OFF = 20.0
+FAR_OFF = 40.0
 THIRD_ROOT_BITS = 2 * (1023 << 52) // 3 - (200 << 40)  # of 1; minus half the error of the root
 # Growth of the second step after an event: at the onset of a contact the motion bends less than later
 GROWTH_AFTER_EVENT = 0.8
