@@ -8,10 +8,12 @@ import h5py
 import numpy as np
 
 from ..language import phases
+from ..language.errors import DamagedError
 from . import durable
 from .batch import ResultSchema
 from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE, RunDirectory
 from .orbits import HDF5_LIBRARY_VERSIONS, write_orbits
+from .read import StoredRun
 from .record import read_record
 from .summary import ROWS_IN_MEMORY, summary_groups, write_summary
 from .worst import ComputePeakRevolutions, worst_cases, write_worst
@@ -32,11 +34,16 @@ def merge(
     `report` receives a sentence for each changed file.  `compute_peak_revolutions` returns those of the worst cases.
     """
     content_hash = content_hash_of(run, result_schema, rows)
-    recorded_checksums: dict[str, str] = read_record(run.path).get("merged", {})
+    record = read_record(run.path)
+    recorded_checksums: dict[str, str] = record.get("merged", {})
     if recorded_checksums.get("mark") == content_hash:
         current_checksums = _checksums(run, content_hash)
         if current_checksums == recorded_checksums:
-            return recorded_checksums
+            try:
+                StoredRun.check_merged(run.path, record)
+                return recorded_checksums
+            except DamagedError as error:
+                report(f"{str(error).partition(';')[0]}; written again from the batches")
         for name in sorted(recorded_checksums):
             if current_checksums.get(name) != recorded_checksums[name]:
                 state = "damaged (its checksum is not that in run.json)" if name in current_checksums else "missing"

@@ -6,7 +6,7 @@ import hashlib
 import io
 import json
 import re
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -20,14 +20,16 @@ from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Column, Layout
 from ..grid import Grid
 from ..judging.verdict import LimitsAndFigures
+from ..language.errors import error_line
 from . import durable
-from .columns import column_of, field_of, values_of, words_of
-from .datasets import CASE, EVENT, NODE, SAMPLE, SECTION, Dataset, event_datasets, life_datasets, section_datasets
+from .columns import column_of, field_of, is_plausible, values_of, words_of
+from .datasets import CASE_ID, EVENT, ID_LENGTH, NODE, SAMPLE, SECTION, Dataset, datasets, offset_datasets
+from .record_shape import MisshapenError, check_facts
 
-ID_LENGTH = 16  # hexadecimal digits of a case_id
 GROUP_ROWS = 16384  # rows of a group of the summary, and of what is worked at in one go
 ORBITS, SUMMARIES = "shards", "parts"  # folders of a run directory; their names predate the present terms
 DATASET_BYTES = 4096  # bytes of a file for the description of a dataset, more than HDF5 needs
+MAX_ROWS = 2**17  # cases of a batch, as many as of a block
 HASH_LENGTH = 16  # hexadecimal digits of a checksum in a name
 _VERIFIED: Any = {"pre_buffer": False, "page_checksum_verification": True}  # options of a reader of Parquet
 _WITH_GROUPS = h5p.create(h5p.LINK_CREATE)  # a dataset is created with the groups of its path
@@ -40,7 +42,7 @@ class Axis(NamedTuple):
 
     path: str
     unit: str
-    text: bool
+    text: bool | None  # None: not known
     labels: str = ""  # JSON of label -> value, SI; '' for none
 
 
@@ -62,10 +64,14 @@ class ResultSchema(NamedTuple):
             for path, values in grid.axes.items()
         )
         frame = grid.fixed_settings()
-        text = json.dumps(frame, default=lambda value: value.item())
-        text = json.dumps(json.loads(text, parse_int=float), sort_keys=True)  # 1 and 1.0 are the same value
-        frame_hash = hashlib.sha256(text.encode()).hexdigest()
-        return cls(grid.layout, axes, frame.get("save.orbits") != "none", frame_hash, grid.verdict, grid.worst_count)
+        return cls(grid.layout, axes, has_histories(frame), _frame_hash(frame), grid.verdict, grid.worst_count)
+
+    @classmethod
+    def of_record(cls, record: Mapping[str, Any]) -> "ResultSchema":
+        """Return the schema of the batches of a run from its run.json, which does not say whether an axis has words."""
+        axes = tuple(Axis(path, unit, None) for path, unit in record["units"].items())
+        frame = record["frame"]
+        return cls(Layout.read(record["layout"]), axes, has_histories(frame), _frame_hash(frame))
 
     @property
     def content(self) -> str:
@@ -75,6 +81,17 @@ class ResultSchema(NamedTuple):
             for group in (self.layout.columns, self.layout.channels)
         )
         return repr(self._replace(layout=self.layout._replace(columns=columns, channels=channels)))
+
+
+def has_histories(frame: Mapping[str, Any]) -> bool:
+    """Return whether a run with these fixed settings stores samples and events."""
+    return frame.get("save.orbits") != "none"
+
+
+def _frame_hash(frame: Mapping[str, Any]) -> str:
+    text = json.dumps(frame, default=lambda value: value.item())
+    text = json.dumps(json.loads(text, parse_int=float), sort_keys=True)  # 1 and 1.0 are the same value
+    return hashlib.sha256(text.encode()).hexdigest()
 
 
 class Row(NamedTuple):
@@ -144,42 +161,6 @@ def _values_by_column(names: list[str], rows: list[dict]) -> dict[str, list]:
     return dict(zip(names, map(list, zip(*(map(row.get, names) for row in rows), strict=True)), strict=True))
 
 
-def datasets(schema: ResultSchema) -> tuple[Dataset, ...]:
-    """Return the datasets of the orbits for `case_id` and the offsets."""
-    all_datasets = []
-    if schema.histories:
-        all_datasets += [
-            Dataset(column.name, np.dtype("f8"), column.unit, column.description, SAMPLE)
-            for column in schema.layout.stored
-        ]
-        all_datasets += event_datasets(schema.layout)
-        all_datasets += section_datasets(schema.layout)
-    for joint in schema.layout.joints:
-        if joint.wear_bins:
-            text = "wear depth of the {} in angular bins of its own frame"
-            shape: tuple[int, ...] = (joint.wear_bins,)
-            if joint.is_spatial:
-                text, shape = f"{text}, and in bins along its axis", (*shape, joint.wear_rows)
-            all_datasets += [
-                Dataset(f"wear/{joint.name}/{body}", np.dtype("f8"), "m", text.format(body), CASE, shape)
-                for body in ("bearing", "journal")
-            ]
-    return (*all_datasets, *life_datasets(schema.layout))
-
-
-def offset_datasets(schema: ResultSchema) -> dict[str, Dataset]:
-    """Return the datasets with the offsets of cases, by the counted item: sample, event and so on."""
-    text = "first {} of each case; the last value is their number"
-    offsets = {SAMPLE: Dataset("offsets", np.dtype("i8"), "1", text.format(SAMPLE), CASE)}
-    if schema.histories:
-        offsets[EVENT] = Dataset("events/offsets", np.dtype("i8"), "1", text.format(EVENT), CASE)
-        if schema.layout.sections:
-            offsets[SECTION] = Dataset("poincare/offsets", np.dtype("i8"), "1", text.format(SECTION), CASE)
-    if schema.layout.life:
-        offsets[NODE] = Dataset(f"{results.HISTORY}offsets", np.dtype("i8"), "1", text.format(NODE), CASE)
-    return offsets
-
-
 def write_dataset(file: h5py.File, dataset: Dataset, values: np.ndarray, **options: Any) -> None:
     """Write `values` as one dataset with its unit and description."""
     describe_dataset(file.create_dataset(dataset.path, data=values, **options), dataset)
@@ -189,9 +170,6 @@ def describe_dataset(target: h5py.Dataset, dataset: Dataset) -> None:
     """Attach unit and description to a dataset of the file."""
     target.attrs["units"] = dataset.unit
     target.attrs["description"] = dataset.description
-
-
-CASE_ID = Dataset("case_id", np.dtype(f"S{ID_LENGTH}"), "1", "identity of the case, ascending", CASE)
 
 
 def orbits_bytes(schema: ResultSchema, rows: list[Row]) -> bytes:
@@ -289,6 +267,8 @@ class BatchFiles(NamedTuple):
     sha256: str  # of `orbits`
     written: int  # ns since 1970
     frame: str  # `ResultSchema.frame` of its cases
+    ids: np.ndarray  # identities of its cases, uint64
+    failed: np.ndarray  # bool, of each case
 
     @property
     def name(self) -> str:
@@ -307,12 +287,64 @@ def hash_in_name(path: Path) -> str | None:
     return match and match.group(1)
 
 
-def batch_files(path: Path, content: bytes) -> BatchFiles:
-    """Return the files of the batch whose summary at `path` has this content; its checksum has been verified."""
-    with pq.ParquetFile(pa.BufferReader(content), pre_buffer=False) as file:
-        facts = json.loads(file.metadata.metadata[b"clearsweep"])
-    orbits = None if facts["shard"] is None else path.parent.parent / ORBITS / facts["shard"]
-    return BatchFiles(path, orbits, facts["sha256"], facts["written"], facts.get("frame", ""))
+def batch_files(path: Path, content: bytes, result_schema: ResultSchema | None = None) -> BatchFiles:
+    """Return the files of the batch whose summary at `path` has this content.
+
+    The checksum of the content has been verified; this does not prove that a run wrote it.  MisshapenError for content
+    that no run writes: facts, identities and, for a batch of the cases of `result_schema`, all columns are checked.
+    """
+    try:
+        with pq.ParquetFile(pa.BufferReader(content), pre_buffer=False) as file:
+            facts = json.loads((file.metadata.metadata or {}).get(b"clearsweep", b"null"))
+            check_facts(facts)
+            if file.metadata.num_rows > MAX_ROWS:
+                raise MisshapenError(f"it has {file.metadata.num_rows:,} rows")
+            known = result_schema if result_schema and facts["frame"] == result_schema.frame else None
+            table = file.read(None if known else ["case_id", "status"], use_threads=False)
+    except (pa.ArrowException, OSError, ValueError, RecursionError) as error:
+        raise MisshapenError(error_line(error)) from error
+    if known:
+        check_rows(table, known)
+    ids, failed = _finished_ids(table)
+    name = facts["shard"]
+    if name is not None and name[:ID_LENGTH] != path.name[:ID_LENGTH]:
+        raise MisshapenError(f"its histories are those of another batch, {name}")
+    orbits = None if name is None else path.parent.parent / ORBITS / name
+    return BatchFiles(path, orbits, facts["sha256"], facts["written"], facts["frame"], ids, failed)
+
+
+def check_rows(table: pa.Table, result_schema: ResultSchema) -> None:
+    """Raise MisshapenError unless rows of a batch have the columns of `result_schema`, with plausible values."""
+    schema, free = summary_schema(result_schema), {axis.path for axis in result_schema.axes if axis.text is None}
+    types = {field.name: {pa.string(), pa.float64()} if field.name in free else {field.type} for field in schema}
+    if table.schema.names != schema.names or any(field.type not in types[field.name] for field in table.schema):
+        raise MisshapenError("its columns are not those of its grid")
+    for field, column in zip(schema, table.columns, strict=True):
+        if not all(map(is_plausible, column.chunks)):
+            raise MisshapenError(f"{field.name} has values that no run writes")
+
+
+def _finished_ids(table: pa.Table) -> tuple[np.ndarray, np.ndarray]:
+    """Return the identities (uint64) of the cases in the summary of a batch, and which of them failed."""
+    for name in ("case_id", "status"):
+        if table.schema.get_field_index(name) < 0 or table[name].type != pa.string() or table[name].null_count:
+            raise MisshapenError(f"its column {name} is missing, or not of texts")
+    ids = list(map(ids_of_column, table["case_id"].chunks))
+    failed = [words_of(chunk) != "ok" for chunk in table["status"].chunks]
+    return np.concatenate([np.empty(0, "u8"), *ids]), np.concatenate([np.empty(0, bool), *failed])
+
+
+def ids_of_column(column: pa.Array) -> np.ndarray:
+    """Return a column of identities as numbers, uint64; MisshapenError for other texts."""
+    bounds = np.frombuffer(column.buffers()[1], "i4")[column.offset : column.offset + len(column) + 1]
+    texts = column.buffers()[2].to_pybytes()[bounds[0] : bounds[-1]] if len(column) else b""
+    try:
+        ids = ids_of_texts(texts)
+    except ValueError:
+        ids = np.empty(0, "u8")
+    if (np.diff(bounds) != ID_LENGTH).any() or id_texts(ids).tobytes() != texts:
+        raise MisshapenError("case_id has other texts than identities")
+    return ids
 
 
 def read_summary(path: Path, columns: list[str]) -> pa.Table:
@@ -322,14 +354,6 @@ def read_summary(path: Path, columns: list[str]) -> pa.Table:
             return file.read(columns, use_threads=False)
     except (OSError, ValueError) as error:  # Arrow's error
         raise durable.damaged_error(path) from error
-
-
-def read_finished_ids(path: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Return the identities (uint64) of the cases in the summary of a batch, and which of them failed."""
-    table = read_summary(path, ["case_id", "status"])
-    ids = [ids_of_texts(chunk.buffers()[2].to_pybytes()[: ID_LENGTH * len(chunk)]) for chunk in table["case_id"].chunks]
-    failed = [words_of(chunk) != "ok" for chunk in table["status"].chunks]
-    return np.concatenate([np.empty(0, "u8"), *ids]), np.concatenate([np.empty(0, bool), *failed])
 
 
 def id_text(value: int) -> str:

@@ -65,10 +65,10 @@ class Block(NamedTuple):
         """Return the file with the outcome of the block."""
         return self.path / MARK_FILE
 
-    def directory(self, frame: str) -> RunDirectory:
+    def directory(self, result_schema: ResultSchema) -> RunDirectory:
         """Return the directory of the block's batches; create it if it is missing."""
         directory = RunDirectory(self.path)
-        directory.frame = frame
+        directory.expect(result_schema)
         for folder in (self.path.parent, self.path, directory.orbits, directory.summaries, directory.scratch):
             durable.make_folder(folder)
         return directory

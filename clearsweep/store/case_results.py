@@ -11,8 +11,9 @@ import pyarrow.parquet as pq
 from ..contracts.layout import Column
 from ..judging.verdict import EXCEEDED
 from . import durable
-from .batch import ResultSchema, add_verdict_columns, datasets, summary_schema
+from .batch import ResultSchema, add_verdict_columns, summary_schema
 from .columns import field_of, values_of
+from .datasets import datasets
 from .directory import IDENTIFY_FILE, OPTIMISE_FILE, SEEK_FILE, RunDirectory
 from .orbits import OrbitFiles
 from .summary import summary_groups

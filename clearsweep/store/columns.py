@@ -31,6 +31,14 @@ def array_of(buffers: list, kind: pa.DataType, count: int) -> pa.Array:
     return pa.Array.from_buffers(kind, count, [None if buffer is None else pa.py_buffer(buffer) for buffer in buffers])
 
 
+def is_plausible(column: pa.Array) -> bool:
+    """Return whether all values of a column can be from `column_of`: its numbers are finite, or null."""
+    if column.type != pa.float64():
+        return True
+    finite_count = np.count_nonzero(np.isfinite(values_of(column)))
+    return bool(finite_count == len(column) - column.null_count)
+
+
 def values_of(column: pa.Array) -> np.ndarray:
     """Return a column as an array: numbers as float64, NaN for null, texts as objects; to_numpy would import pandas."""
     if column.type == pa.string():

@@ -5,7 +5,8 @@ from typing import Any
 import numpy as np
 
 from ..contracts.results import TIMINGS
-from .batch import GROUP_ROWS, ResultSchema, datasets, id_text, summary_schema
+from .batch import GROUP_ROWS, ResultSchema, id_text, summary_schema
+from .datasets import datasets
 from .directory import RunDirectory
 from .orbits import OrbitFiles
 from .summary import summary_groups

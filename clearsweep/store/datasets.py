@@ -1,15 +1,42 @@
-"""The datasets of the orbits besides time histories and wear: events, sections, the history of a life."""
+"""The datasets of the orbits, and the opening of a file that has exactly these, as plain arrays."""
 
+import contextlib
 import math
-from typing import NamedTuple
+import os
+from collections.abc import Iterator
+from functools import lru_cache
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
 
 import h5py
 import numpy as np
+from h5py import h5d, h5l, h5t, h5z
 
 from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Layout
+from . import durable
+from .record_shape import MisshapenError
 
 CASE, SAMPLE, EVENT, SECTION, NODE = "case", "sample", "event", "section", "node"
+ID_LENGTH = 16  # hexadecimal digits of a case_id
+GROUP = "worst"  # of orbits.h5: the peak revolutions of the worst cases
+JOINT, TURNS, OFFSETS = f"{GROUP}/joint", f"{GROUP}/turns", f"{GROUP}/offsets"
+_PEAK, _PEAK_SAMPLE = "peak", "sample of a peak"  # items of this group
+_FILTERS = {h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32}  # another could load a library
+_HEX_DIGITS = np.frombuffer(b"0123456789abcdef", "u1")
+_CLOCKS = ("t", "crank_angle", "events/t")  # never NaN
+
+
+class Stored(Protocol):
+    """What determines the datasets of a run."""
+
+    @property
+    def layout(self) -> Layout:
+        """Return the layout of the cases."""
+
+    @property
+    def histories(self) -> bool:
+        """Return whether samples and events are stored."""
 
 
 class Dataset(NamedTuple):
@@ -82,3 +109,200 @@ def life_datasets(layout: Layout) -> list[Dataset]:
             path, shape = f"{results.HISTORY}{joint.name}/{name}", (joint.wear_bins,) if has_bins else ()
             datasets.append(Dataset(path, np.dtype("f8"), unit, text, NODE, shape))
     return datasets
+
+
+CASE_ID = Dataset("case_id", np.dtype(f"S{ID_LENGTH}"), "1", "identity of the case, ascending", CASE)
+
+
+def datasets(schema: Stored) -> tuple[Dataset, ...]:
+    """Return the datasets of the orbits for `case_id` and the offsets."""
+    all_datasets = []
+    if schema.histories:
+        all_datasets += [
+            Dataset(column.name, np.dtype("f8"), column.unit, column.description, SAMPLE)
+            for column in schema.layout.stored
+        ]
+        all_datasets += event_datasets(schema.layout)
+        all_datasets += section_datasets(schema.layout)
+    for joint in schema.layout.joints:
+        if joint.wear_bins:
+            text = "wear depth of the {} in angular bins of its own frame"
+            shape: tuple[int, ...] = (joint.wear_bins,)
+            if joint.is_spatial:
+                text, shape = f"{text}, and in bins along its axis", (*shape, joint.wear_rows)
+            all_datasets += [
+                Dataset(f"wear/{joint.name}/{body}", np.dtype("f8"), "m", text.format(body), CASE, shape)
+                for body in ("bearing", "journal")
+            ]
+    return (*all_datasets, *life_datasets(schema.layout))
+
+
+def offset_datasets(schema: Stored) -> dict[str, Dataset]:
+    """Return the datasets with the offsets of cases, by the counted item: sample, event and so on."""
+    text = "first {} of each case; the last value is their number"
+    offsets = {SAMPLE: Dataset("offsets", np.dtype("i8"), "1", text.format(SAMPLE), CASE)}
+    if schema.histories:
+        offsets[EVENT] = Dataset("events/offsets", np.dtype("i8"), "1", text.format(EVENT), CASE)
+        if schema.layout.sections:
+            offsets[SECTION] = Dataset("poincare/offsets", np.dtype("i8"), "1", text.format(SECTION), CASE)
+    if schema.layout.life:
+        offsets[NODE] = Dataset(f"{results.HISTORY}offsets", np.dtype("i8"), "1", text.format(NODE), CASE)
+    return offsets
+
+
+def peak_datasets(layout: Layout) -> tuple[Dataset, ...]:
+    """Return the datasets of the peak revolutions of the worst cases, the worst case first."""
+    joints = h5py.enum_dtype({joint.name: code for code, joint in enumerate(layout.joints)}, basetype="i1")
+    return (
+        CASE_ID._replace(path=f"{GROUP}/case_id", description="identity of the case, the worst first", item=_PEAK),
+        Dataset(JOINT, joints, "1", "joint whose largest normal force it is", _PEAK),
+        Dataset(TURNS, np.dtype("f8"), "1", "revolutions before the first sample", _PEAK),
+        Dataset(OFFSETS, np.dtype("i8"), "1", "first sample of each case; the last value is their number", _PEAK),
+        *(
+            Dataset(f"{GROUP}/{column.name}", np.dtype("f8"), column.unit, column.description, _PEAK_SAMPLE)
+            for column in layout.channels
+        ),
+    )
+
+
+# ---------------------------------------------------------------------------------------------- checked reading
+
+
+class _Expected(NamedTuple):
+    """The datasets of a file, all by path."""
+
+    datasets: dict[str, Dataset]
+    types: dict[str, Any]  # HDF5's
+    offsets: dict[str, str]  # item -> path of its offsets
+    groups: frozenset[str]
+
+
+class _Names(NamedTuple):
+    layout: Layout
+    histories: bool
+
+
+@lru_cache(8)
+def _expected(names: _Names, *, with_peaks: bool) -> _Expected:
+    """Return what the contract says of a file."""
+    offsets = offset_datasets(names)
+    all_datasets = [CASE_ID, *offsets.values(), *datasets(names), *(peak_datasets(names.layout) if with_peaks else ())]
+    by_path = {dataset.path: dataset for dataset in all_datasets}
+    paths_of_offsets = {item: dataset.path for item, dataset in offsets.items()}
+    paths_of_offsets |= {_PEAK_SAMPLE: OFFSETS} if with_peaks else {}
+    groups = {path[:end] for path in by_path for end in range(len(path)) if path[end] == "/"}
+    types = {path: h5t.py_create(dataset.dtype, logical=True) for path, dataset in by_path.items()}
+    return _Expected(by_path, types, paths_of_offsets, frozenset(groups))
+
+
+class Contents(NamedTuple):
+    """What a checked file says of its cases."""
+
+    ids: np.ndarray  # CASE_ID.dtype, one for each case
+    offsets: dict[str, np.ndarray]  # item -> first item of each case and the number of items, int64
+    positions: dict[str, int]  # path -> its first byte in the file; of files of batches
+
+
+@contextlib.contextmanager
+def open_orbits(path: Path, schema: Stored, rows: int, *, plain: bool = False) -> Iterator[tuple[h5py.File, Contents]]:
+    """Yield a file of orbits that has the datasets of `schema` for `rows` cases, and nothing else; with its contents.
+
+    An HDF5 file can refer to other files, pipes and libraries.  So every link must be a hard one, and every dataset an
+    array in this file with the type and the shape of the contract.  `plain`: without chunks and filters, as in a batch.
+
+    Raises MisshapenError, or what HDF5 raises: OSError, RuntimeError, KeyError, ValueError or TypeError.
+    """
+    durable.open_regular(path).close()
+    with h5py.File(path, "r") as file:
+        yield file, _check_file(file, schema, rows, os.stat(path).st_size if plain else None)
+
+
+def _check_file(file: h5py.File, schema: Stored, rows: int, plain_size: int | None) -> Contents:
+    """Return the contents of a file; raise MisshapenError if it has others than `schema` says."""
+    has_peaks = bool(file.id.links.exists(GROUP.encode()))  # `in` would follow a link
+    expected = _expected(_Names(schema.layout, schema.histories), with_peaks=has_peaks)
+    _check_links(file, expected)
+    opened = {path: h5d.open(file.id, path.encode()) for path in expected.datasets}
+    for path, dataset in opened.items():
+        _check_dataset(path, dataset, expected.types[path], plain=plain_size is not None)
+    counts = {CASE: rows, _PEAK: opened[f"{GROUP}/case_id"].shape[0] if has_peaks else 0}
+    contents = Contents(_read_ids(file, rows, has_peaks=has_peaks), {}, {})
+    for item, path in expected.offsets.items():
+        cases = counts[_PEAK if item == _PEAK_SAMPLE else CASE]
+        _check_shape(path, opened[path].shape, (cases + 1,))
+        offsets = contents.offsets[item] = file[path][:]
+        counts[item] = int(offsets[-1])
+        if offsets[0] != 0 or (np.diff(offsets) < 0).any():
+            raise MisshapenError(f"{path} does not ascend from 0")
+    for path, dataset in expected.datasets.items():
+        if path not in expected.offsets.values():
+            _check_shape(path, opened[path].shape, (counts[dataset.item], *dataset.shape))
+        if plain_size is not None and math.prod(opened[path].shape):
+            position, size = opened[path].get_offset(), math.prod(opened[path].shape) * dataset.dtype.itemsize
+            if position is None or position + size > plain_size:
+                raise MisshapenError(f"{path} is not in the file")
+            contents.positions[path] = position
+    return contents
+
+
+def _check_links(file: h5py.File, expected: _Expected) -> None:
+    """Check that the names in a file are those of the contract, and that none leads elsewhere."""
+    missing, refused = set(expected.datasets), []
+
+    def visit(name: bytes, link: Any) -> str | None:
+        path = name.decode(errors="replace")
+        missing.discard(path)
+        if link.type != h5l.TYPE_HARD or (path not in expected.datasets and path not in expected.groups):
+            refused.append(path)
+        return refused[0] if refused else None  # a text ends the visit
+
+    file.id.links.visit(visit, info=True)
+    if refused:
+        raise MisshapenError(f"it has {refused[0][:60]!r}, which leads elsewhere or is none of its datasets")
+    if missing:
+        raise MisshapenError(f"it has no {min(missing)!r}")
+
+
+def _check_dataset(path: str, dataset: Any, expected_type: Any, *, plain: bool) -> None:
+    """Check the type of a dataset, and that its values are in this file."""
+    properties = dataset.get_create_plist()
+    filters = {properties.get_filter(number)[0] for number in range(properties.get_nfilters())}
+    layouts = (h5d.CONTIGUOUS,) if plain else (h5d.CONTIGUOUS, h5d.CHUNKED)
+    if properties.get_layout() not in layouts or properties.get_external_count() or not filters <= _FILTERS:
+        raise MisshapenError(f"{path} is no plain dataset of this file")
+    if not dataset.get_type().equal(expected_type):
+        raise MisshapenError(f"{path} has another type")
+
+
+def _check_shape(path: str, shape: tuple[int, ...], expected: tuple[int, ...]) -> None:
+    if shape != expected:
+        raise MisshapenError(f"{path} has the shape {shape}, not {expected}")
+
+
+def _read_ids(file: h5py.File, rows: int, *, has_peaks: bool) -> np.ndarray:
+    """Return the identities of the cases; they are checked, and those of peaks are among them."""
+    _check_shape(CASE_ID.path, file[CASE_ID.path].shape, (rows,))
+    ids: np.ndarray = file[CASE_ID.path][:]
+    if not np.isin(np.frombuffer(ids.tobytes(), "u1"), _HEX_DIGITS).all():
+        raise MisshapenError(f"{CASE_ID.path} has other texts than identities")
+    if has_peaks and not np.isin(file[f"{GROUP}/case_id"][:], ids).all():
+        raise MisshapenError(f"{GROUP}/case_id has other cases")
+    return ids
+
+
+def read_values(file: h5py.File, path: str, span: Any) -> np.ndarray:
+    """Return a part of a dataset of a checked file; MisshapenError for values that no run writes.
+
+    Numbers are finite, or NaN where a channel is undefined; codes are those of a word.
+    """
+    values: np.ndarray = file[path][span]
+    words = h5py.check_enum_dtype(file[path].dtype)
+    if words is not None:
+        is_valid = not values.size or (values.min() >= 0 and values.max() < len(words))
+    elif values.dtype.kind == "f":
+        is_valid = bool(np.isfinite(values).all()) or (path not in _CLOCKS and not np.isinf(values).any())
+    else:
+        is_valid = True
+    if not is_valid:
+        raise MisshapenError(f"{path} has values that no run writes")
+    return values

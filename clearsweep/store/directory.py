@@ -15,7 +15,7 @@ from typing import Any, BinaryIO, Self
 import numpy as np
 
 from ..grid import Grid
-from ..language.errors import DamagedError, DirectoryError
+from ..language.errors import ClearsweepError, DamagedError, DirectoryError, error_line
 from . import durable
 from .batch import (
     HASH_LENGTH,
@@ -25,27 +25,28 @@ from .batch import (
     ResultSchema,
     Row,
     batch_files,
-    datasets,
     file_name,
     hash_in_name,
     id_text,
+    id_texts,
     orbits_bytes,
-    read_finished_ids,
     summary_bytes,
 )
+from .datasets import Contents, datasets, open_orbits
 from .record import RECORD_FILE, json_round_trip, read_record, record_bytes, signed, utc_now
+from .record_shape import MisshapenError
 
 ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
 LOCK, SCRATCH = "lock", "tmp"
 BLOCKS, DATASET = "blocks", "summary"  # folders of a run that is cut: of its blocks, and of their sorted summaries
 LOCK_WAIT = 0.05  # s, longer than reading the holder of the lock
-MAX_CACHED = 64  # largest batch whose cases are cached in memory
 FINAL_FILES = SUMMARY_FILE, ORBITS_FILE = "summary.parquet", "orbits.h5"
 ANSWER_FILES = (SEEK_FILE, OPTIMISE_FILE, IDENTIFY_FILE) = (
     "seek.parquet",
     "optimise.parquet",
     "identify.parquet",
 )  # results of searches; run.json has their checksums
+MISSHAPEN = "not as a run writes it"  # of a file with a valid checksum and other content
 _OWN_NAMES = {LOCK, SCRATCH, ORBITS, SUMMARIES}  # files of a run that may exist before run.json
 _HOLDER = re.compile(rb"(process \d+ on .* since \S+)?\s*")  # content of the lock file
 
@@ -58,15 +59,17 @@ class RunDirectory:
         self.orbits, self.summaries = self.path / ORBITS, self.path / SUMMARIES
         self.scratch = self.path / SCRATCH
         self.record = self.path / RECORD_FILE
-        self.cached: dict[Path, tuple[np.ndarray, np.ndarray]] = {}  # cases of small batches and whether they failed
         self.batches: list[BatchFiles] = []  # committed batches with valid checksums
         self.others: list[BatchFiles] = []  # batches of another grid
+        self.misshapen: set[Path] = set()  # summaries whose content no run writes
         self.frame: str | None = None  # `ResultSchema.frame` of the batches that count; None: of all
+        self.result_schema: ResultSchema | None = None  # of these batches, if it is known
         self.record_damage: str | None = None  # damage of run.json, if it can be restored from the batches
 
     def check(self, grid: Grid) -> None:
         """Raise DirectoryError if the directory cannot hold the results of `grid`; change nothing."""
-        self.frame, self.record_damage = ResultSchema.of(grid).frame, None
+        self.expect(ResultSchema.of(grid))
+        self.record_damage = None
         try:
             if not self.path.exists():
                 return
@@ -88,11 +91,15 @@ class RunDirectory:
         if stored is not None:
             self._compare(stored, json_round_trip(grid.fixed_settings()))
 
+    def expect(self, result_schema: ResultSchema) -> None:
+        """Let only batches with this schema count."""
+        self.result_schema, self.frame = result_schema, result_schema.frame
+
     def _blocks_match(self) -> bool:
         """Return whether a block of the run has batches of the requested grid."""
         for folder in sorted(self.path.glob(f"{BLOCKS}/*/{SUMMARIES}")):
             block = RunDirectory(folder.parent)
-            block.frame = self.frame
+            block.frame, block.result_schema = self.frame, self.result_schema
             block.load_batches(histories=False)
             if block.batches:
                 return True
@@ -224,7 +231,7 @@ class RunDirectory:
         needed = {batch.orbits for batch in self.batches} | {batch.orbits for batch in self.others}
         unneeded = [*damage, *(path for path in batch_files_in(self.orbits) if path not in needed)]
         for path in unneeded:
-            if durable.checksum(path)[:HASH_LENGTH] == hash_in_name(path):
+            if path not in self.misshapen and durable.checksum(path)[:HASH_LENGTH] == hash_in_name(path):
                 durable.discard(path)
             else:
                 durable.set_aside(path)
@@ -236,41 +243,59 @@ class RunDirectory:
                 durable.discard(logs[case_id])
         return notes
 
-    def load_batches(self, *, histories: bool = True) -> dict[Path, str]:
-        """Load every committed batch with valid checksums; return damaged summaries with the reason.
+    def load_batches(self, *, histories: bool = True, contents: bool = False) -> dict[Path, str]:
+        """Load every committed batch with valid checksums and content; return the others' summaries with the reason.
 
-        Without `histories` their files are not read.
+        Without `histories` their files are not read; with `contents` these are opened and checked, too, which a merge
+        does in any case.
         """
-        self.batches, self.others, damage = [], [], {}
+        self.batches, self.others, self.misshapen, damage = [], [], set(), {}
         for path in batch_files_in(self.summaries):
             content = durable.read(path)
             if hashlib.sha256(content).hexdigest()[:HASH_LENGTH] != hash_in_name(path):
                 damage[path] = f"{path.relative_to(self.path)}: damaged (its checksum differs)"
                 continue
-            batch = batch_files(path, content)
+            try:
+                batch = batch_files(path, content, self.result_schema)
+            except MisshapenError as error:
+                damage[path] = f"{path.relative_to(self.path)}: {MISSHAPEN} ({error})"
+                self.misshapen.add(path)
+                continue
             if self.frame not in (None, batch.frame):
                 self.others.append(batch)
-            elif histories and (problem := self._describe_damage(batch)):
+            elif histories and (problem := self._describe_damage(batch, contents=contents)):
                 damage[path] = problem
             else:
                 self.batches.append(batch)
         return damage
 
-    def _describe_damage(self, batch: BatchFiles) -> str | None:
+    def _describe_damage(self, batch: BatchFiles, *, contents: bool) -> str | None:
         """Return the damage of a batch's histories."""
         if batch.orbits is None:
             return None
         name = batch.orbits.relative_to(self.path)
         try:
-            is_intact = durable.checksum(batch.orbits) == batch.sha256
+            if durable.checksum(batch.orbits) != batch.sha256:
+                return f"{name}: damaged (its checksum differs)"
+            if contents and self.result_schema is not None:
+                check_histories(batch, self.result_schema)
         except FileNotFoundError:
             return f"{name}: missing"
-        return None if is_intact else f"{name}: damaged (its checksum differs)"
+        except MisshapenError as error:
+            return f"{name}: {MISSHAPEN} ({error})"
+        return None
 
     def register_batch(self, name: str) -> None:
         """Register a batch that was committed during this run, by the name of its summary."""
+        self.batches.append(self._read_batch(name))
+
+    def _read_batch(self, name: str) -> BatchFiles:
+        """Return a batch by the name of its summary; StorageError if it is not as a run writes it."""
         path = self.summaries / name
-        self.batches.append(batch_files(path, self._read_intact(path)))
+        try:
+            return batch_files(path, self._read_intact(path), self.result_schema)
+        except MisshapenError as error:
+            raise durable.damaged_error(path) from error
 
     def _read_intact(self, path: Path) -> bytes:
         """Return the content of the summary of a batch; StorageError if it was changed after the commit."""
@@ -297,9 +322,13 @@ class RunDirectory:
         for batch in new_batches:
             self.register_batch(batch.name)
 
+    def summary_names(self) -> set[str]:
+        """Return the names of the summaries of all committed batches."""
+        return {path.name for path in batch_files_in(self.summaries)}
+
     def committed(self) -> set[str]:
         """Return the names of all committed batches."""
-        return {path.name.partition("-")[0] for path in batch_files_in(self.summaries)}
+        return {name.partition("-")[0] for name in self.summary_names()}
 
     def committed_summary(self, batch: str) -> str | None:
         """Return the name of the summary that `batch` committed, or None if it committed nothing."""
@@ -307,21 +336,19 @@ class RunDirectory:
 
     def finished_ids_in(self, name: str) -> np.ndarray:
         """Return the identities (uint64) of the cases in the summary `name`."""
-        return read_finished_ids(self.summaries / name)[0]
+        return self._read_batch(name).ids
 
     def counts_of(self, name: str) -> tuple[int, int]:
         """Return how many cases the summary `name` contains and how many of them failed."""
-        self._read_intact(self.summaries / name)
-        failed = read_finished_ids(self.summaries / name)[1]
+        failed = self._read_batch(name).failed
         return len(failed), int(np.count_nonzero(failed))
 
     def rows(self) -> np.ndarray:
         """Return the location of each committed case (ROWS, ascending by id): its newest result, preferably 'ok'."""
-        contents = [self._finished_ids(batch) for batch in self.batches]
-        ids = np.concatenate([np.empty(0, "u8"), *(values for values, _ in contents)])
-        failed = np.concatenate([np.empty(0, bool), *(values for _, values in contents)])
-        sizes = [len(values) for _, values in contents]
-        batch = np.repeat(np.arange(len(contents), dtype="i4"), sizes)
+        ids = np.concatenate([np.empty(0, "u8"), *(batch.ids for batch in self.batches)])
+        failed = np.concatenate([np.empty(0, bool), *(batch.failed for batch in self.batches)])
+        sizes = [len(batch.ids) for batch in self.batches]
+        batch = np.repeat(np.arange(len(sizes), dtype="i4"), sizes)
         order = np.argsort(ids)
         is_repeated = np.concatenate([[False], np.diff(ids[order]) == 0])[: len(ids)]
         if is_repeated.any():
@@ -334,12 +361,19 @@ class RunDirectory:
         rows["row"] = np.concatenate([np.empty(0, "i4"), *(np.arange(size) for size in sizes)])[order]
         return rows
 
-    def _finished_ids(self, batch: BatchFiles) -> tuple[np.ndarray, np.ndarray]:
-        """Return the result of `read_finished_ids`, cached for small batches, which rounds of cases read repeatedly."""
-        content = self.cached.get(batch.summary) or read_finished_ids(batch.summary)
-        if len(content[0]) <= MAX_CACHED:
-            self.cached[batch.summary] = content
-        return content
+
+def check_histories(batch: BatchFiles, result_schema: ResultSchema) -> Contents:
+    """Return the contents of a batch's histories; MisshapenError if they are not those of its cases."""
+    assert batch.orbits is not None
+    try:
+        with open_orbits(batch.orbits, result_schema, len(batch.ids), plain=True) as (_, contents):
+            if not np.array_equal(contents.ids, id_texts(batch.ids)):
+                raise MisshapenError("its cases are not those of its summary")
+            return contents
+    except (FileNotFoundError, ClearsweepError):
+        raise
+    except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:  # errors of HDF5 and h5py
+        raise MisshapenError(error_line(error)) from error
 
 
 def commit(directory: Path, result_schema: ResultSchema, batch: str, rows: list[Row]) -> str:

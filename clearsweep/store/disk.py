@@ -10,7 +10,7 @@ import numpy as np
 
 from ..language import wording
 from . import durable
-from .batch import HASH_LENGTH, hash_in_name, id_text
+from .batch import HASH_LENGTH, ResultSchema, hash_in_name, id_text
 from .directory import ANSWER_FILES, FINAL_FILES, RunDirectory, batch_files_in
 from .read import verify
 from .record import RECORD_FILE, check_format, is_finished, read_record
@@ -48,6 +48,7 @@ def clean(directory: Path, *, batches: bool = False, dry_run: bool = False) -> d
     record = read_record(directory)
     check_format(directory, record)
     run = RunDirectory(directory)
+    run.result_schema = ResultSchema.of_record(record)
     with run.locked():
         finished = is_finished(record)
         if batches and finished:

@@ -1,7 +1,8 @@
 """Durable files: only regular files are opened, and writes are atomic.
 
 A file is written under an unpredictable name, synced, renamed, and its directory synced.  A link, a pipe,
-a device or a directory in place of a file is refused: it is not followed, waited for or replaced.
+a device or a directory in place of a file is refused: it is not followed, waited for or replaced.  Neither is a link in
+place of a folder of a run, nor a file of the user in place of a page, a picture or a table.
 """
 
 import contextlib
@@ -28,6 +29,9 @@ _KINDS = {
 # Names of files that a killed run leaves.
 _TEMPORARY = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(part|note|work|stop)|stop)")
 _LIFE_LOG = re.compile(r"\.clearsweep-([0-9a-f]{16})\.life")  # file from which the next run of the case resumes
+_OWN_MARK = b"clearsweep"  # in the first or last MARKED bytes of a page or picture, after one of _OWN_STARTS
+_OWN_STARTS = (b"<!doctype html", b"<?xml", b"<svg", b"<!-- drawn by", b"\x89PNG", b"%PDF")
+_MARKED = 4096  # bytes
 _SET_ASIDE = re.compile(r"[0-9a-f]{16}-[0-9a-f]{16}\.(h5|parquet)\.damaged")
 
 
@@ -45,6 +49,11 @@ def make_folder(path: Path) -> None:
     """Create a folder if it is missing; raise DirectoryError if a link or a file has its name."""
     with contextlib.suppress(FileExistsError):
         os.mkdir(path)
+    check_folder(path)
+
+
+def check_folder(path: Path) -> None:
+    """Raise DirectoryError if a link or a file has the name of a folder."""
     kind = stat.S_IFMT(os.lstat(path).st_mode)
     if kind != stat.S_IFDIR:
         raise DirectoryError(
@@ -78,6 +87,20 @@ def read(path: Path) -> bytes:
         return file.read()
 
 
+def read_span(file: BufferedReader, offset: int, size: int) -> bytes:
+    """Return exactly `size` bytes of a file from `offset` on; raise EOFError if it is shorter.
+
+    One call of the system may return less: over a network, after a signal, and beyond 2 GiB.
+    """
+    parts: list[bytes] = []
+    while size and (part := os.pread(file.fileno(), size, offset)):
+        parts.append(part)
+        offset, size = offset + len(part), size - len(part)
+    if size:
+        raise EOFError(f"it ends {size:,} bytes early")
+    return parts[0] if len(parts) == 1 else b"".join(parts)
+
+
 def checksum(path: Path) -> str:
     """Return the SHA-256 of a regular file in hexadecimal."""
     with _reading(path), open_regular(path) as file:
@@ -91,9 +114,12 @@ def _reading(path: Path) -> Iterator[None]:
     except (ClearsweepError, FileNotFoundError):
         raise
     except OSError as error:
-        raise DirectoryError(
-            f"{path}: cannot be read ({error.strerror or error}); make it readable or move it away"
-        ) from error
+        raise unreadable_error(path, error) from error
+
+
+def unreadable_error(path: Path, error: OSError) -> DirectoryError:
+    """Return the error for a file that the system does not let this user read; it need not be damaged."""
+    return DirectoryError(f"{path}: cannot be read ({error.strerror or error}); make it readable or move it away")
 
 
 def create_file(path: Path) -> int:
@@ -133,14 +159,15 @@ def overwrite_temporary(path: Path, content: bytes) -> None:
 def atomic_file(path: Path, scratch: Path | None = None) -> Iterator[Path]:
     """Yield the name under which to create and sync a file; at the end it replaces `path`.
 
-    The name is in `scratch`, on the same file system as `path`, or else next to `path`.  The exchange is on the
+    The name is in `scratch`, the folder of a run for temporary files, or else next to `path`.  The exchange is on the
     disk only after a `sync` of the directory.
     """
-    check_regular(path)
     temporary = scratch_file(scratch or path.parent, f"{secrets.token_hex(8)}.part")
     try:
-        yield temporary
-        os.replace(temporary, path)
+        with _folder_of(path, scratch) as folder:
+            check_regular(path)
+            yield temporary
+            os.replace(temporary, path.name, dst_dir_fd=folder)
     except OSError as error:
         if error.errno:  # system errors of a refused write name no file, or the temporary one
             error.filename = os.fspath(path)
@@ -150,13 +177,52 @@ def atomic_file(path: Path, scratch: Path | None = None) -> Iterator[Path]:
             temporary.unlink(missing_ok=True)
 
 
+@contextlib.contextmanager
+def _folder_of(path: Path, scratch: Path | None) -> Iterator[int]:
+    """Yield the descriptor of the folder of a file, with which a name in it stays in it.
+
+    A run may be worked at where the user's link leads, but its own folders, `scratch` among them, are no links: someone
+    may have put one there while the run works.
+    """
+    own = [folder for folder in (scratch, path.parent) if folder != scratch.parent] if scratch else []
+    for folder in own:
+        check_folder(folder)
+    handle = os.open(path.parent, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC | (os.O_NOFOLLOW if own[1:] else 0))
+    try:
+        yield handle
+    finally:
+        os.close(handle)
+
+
 def replace(path: Path, content: bytes, scratch: Path | None = None) -> None:
-    """Write a file atomically: after a crash `path` has the old or the new content."""
+    """Write a file of a run atomically: after a crash `path` has the old or the new content."""
     with atomic_file(path, scratch) as temporary, os.fdopen(create_file(temporary), "wb") as file:
         file.write(content)
         file.flush()
         os.fsync(file.fileno())
     sync(path.parent)
+
+
+def replace_output(path: Path, content: bytes, start: bytes = b"") -> None:
+    """Write a file where the user wants it, atomically; DirectoryError if `check_output` refuses."""
+    check_output(path, start)
+    replace(path, content)
+
+
+def check_output(path: Path, start: bytes = b"") -> None:
+    """Raise DirectoryError if `path` is something else than a file that clearsweep wrote, or an empty one.
+
+    Pages and pictures have a mark; tables have none, but begin with `start`, the names of their columns.
+    """
+    check_regular(path)
+    with contextlib.suppress(FileNotFoundError), open_regular(path) as file:
+        head = file.read(_MARKED)
+        file.seek(max(0, os.fstat(file.fileno()).st_size - _MARKED))
+        is_marked = head.startswith(_OWN_STARTS) and _OWN_MARK in head + file.read(_MARKED)
+        if head and not is_marked and not (start and head.startswith(start)):
+            raise DirectoryError(
+                f"{path}: exists, and clearsweep did not write it; move it away, or choose another name"
+            )
 
 
 def link_or_copy(source: Path, path: Path, scratch: Path) -> None:
@@ -240,11 +306,11 @@ def storing(path: Path) -> Iterator[None]:
         raise refused_write_error(path, error) from error
 
 
-def damaged_error(path: Path) -> StorageError:
+def damaged_error(path: Path, reason: str = "") -> StorageError:
     """Return the message for a batch file that was changed after the commit."""
     return StorageError(
-        f"{path}: was damaged or removed while this run worked here; run the same command again, which runs its cases "
-        "again"
+        f"{path}: was damaged or removed while this run worked here{f' ({reason})' if reason else ''}; run the same "
+        "command again, which runs its cases again"
     )
 
 

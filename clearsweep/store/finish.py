@@ -47,7 +47,7 @@ def finish_block(  # noqa: PLR0913 - the block, its content, what is made of it
 
     requested : identities of the cases in the block, ascending.  `report`, `compute_peak_revolutions` : as in `merge`.
     """
-    block.directory(result_schema.frame)
+    block.directory(result_schema)
     with durable.open_lock(block.path / LOCK) as lock:
         fcntl.flock(lock, fcntl.LOCK_EX)  # an abandoned driver may finish the block at the same time
         return _finish(block, division, result_schema, (requested, facts, compute_peak_revolutions, report))
@@ -61,7 +61,7 @@ def _finish(
 ) -> dict[str, Any]:
     """Write the files of `finish_block` under the lock of the block."""
     requested, facts, compute_peak_revolutions, report = content
-    run = block.directory(result_schema.frame)
+    run = block.directory(result_schema)
     for sentence in run.load_batches().values():
         report(f"{block.path}: {sentence}; its cases run again")
     rows = run.rows()

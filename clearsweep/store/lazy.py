@@ -8,8 +8,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from .batch import ID_LENGTH
 from .columns import values_of
+from .datasets import ID_LENGTH
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -4,18 +4,21 @@ import os
 import struct
 from collections.abc import Iterator
 from concurrent.futures import ThreadPoolExecutor
+from io import BufferedReader
 from pathlib import Path
-from typing import Any, BinaryIO, Self
+from typing import Any, Self
 
 import h5py
 import numpy as np
 from isal import isal_zlib
 
 from ..language import phases
+from ..language.errors import StorageError
 from . import durable
-from .batch import CASE_ID, ResultSchema, datasets, describe_dataset, id_texts, offset_datasets, write_dataset
-from .datasets import CASE, Dataset
-from .directory import RunDirectory
+from .batch import ResultSchema, describe_dataset, id_texts, write_dataset
+from .datasets import CASE, CASE_ID, Contents, Dataset, datasets, offset_datasets
+from .directory import RunDirectory, check_histories
+from .record_shape import MisshapenError
 from .summary import ROWS_IN_MEMORY, indices_by_value
 
 CHUNK_VALUES = 16384  # values in a compressed chunk of a dataset: 128 kB of float64
@@ -25,25 +28,13 @@ COMPRESSORS = min(4, os.cpu_count() or 1)  # threads; more would wait for writin
 HDF5_LIBRARY_VERSIONS = ("v110", "v110")  # first HDF5 format with checksums for metadata
 
 
-class _OrbitFile:
-    """The datasets of one batch, each a plain run of bytes in the file."""
-
-    def __init__(self, path: Path, result_schema: ResultSchema):
-        self.path = path
-        durable.check_regular(path)
-        with h5py.File(path, "r") as file:
-            self.starts = {item: file[dataset.path][:] for item, dataset in offset_datasets(result_schema).items()}
-            paths = [dataset.path for dataset in datasets(result_schema)]
-            self.byte_offsets = {name: h5py.h5d.open(file.id, name.encode()).get_offset() for name in paths}
-
-
 class OrbitFiles:
     """The orbits of all batches of a run, opened on demand; few files are open at a time."""
 
     def __init__(self, run: RunDirectory, result_schema: ResultSchema):
-        self.paths, self.result_schema = [batch.orbits for batch in run.batches], result_schema
-        self.files: dict[int, _OrbitFile] = {}  # number of a batch -> its datasets
-        self.handles: dict[int, BinaryIO] = {}  # number of a batch -> its open file
+        self.run, self.result_schema = run, result_schema
+        self.files: dict[int, Contents] = {}  # number of a batch -> its datasets, each a plain run of bytes
+        self.handles: dict[int, BufferedReader] = {}  # number of a batch -> its open file
 
     def __enter__(self) -> Self:
         return self
@@ -59,29 +50,41 @@ class OrbitFiles:
         first, count = np.zeros(len(rows), "i8"), np.zeros(len(rows), "i8")
         for selection in indices_by_value(rows["batch"]):
             if file := self._file(int(rows["batch"][selection[0]])):
-                starts, row = file.starts[item], rows["row"][selection]
+                starts, row = file.offsets[item], rows["row"][selection]
                 first[selection], count[selection] = starts[row], starts[row + 1] - starts[row]
         return first * width, count * width
 
-    def _file(self, number: int) -> _OrbitFile | None:
-        """Return the file of a batch, or None if it has no orbits."""
-        path = self.paths[number]
-        if number not in self.files and path:
-            self.files[number] = _OrbitFile(path, self.result_schema)
+    def _file(self, number: int) -> Contents | None:
+        """Return the datasets of a batch, or None if it has none; StorageError if they are not as a run writes them.
+
+        The next run then computes the cases again: the batch is set aside, unless it is in another directory.
+        """
+        batch = self.run.batches[number]
+        if number not in self.files and batch.orbits:
+            try:
+                self.files[number] = check_histories(batch, self.result_schema)
+            except MisshapenError as error:
+                if batch.summary.parent == self.run.summaries:
+                    durable.set_aside(batch.summary)
+                raise durable.damaged_error(batch.orbits, str(error)) from error
         return self.files.get(number)
 
     def read(self, number: int, dataset: Dataset, first: int, count: int) -> bytes:
         """Return `count` values of a batch's dataset from value `first` on, as bytes."""
         if not count:
             return b""  # a dataset without values has no offset in the file
-        file = self._file(number)
+        file, path = self._file(number), self.run.batches[number].orbits
         assert file is not None  # there are values
+        assert path is not None
         if number not in self.handles:
             if len(self.handles) >= OPEN_FILES:
                 self.handles.pop(next(iter(self.handles))).close()
-            self.handles[number] = durable.open_regular(file.path)
-        size, handle = dataset.dtype.itemsize, self.handles[number].fileno()
-        return os.pread(handle, count * size, file.byte_offsets[dataset.path] + first * size)
+            self.handles[number] = durable.open_regular(path)
+        size, start = dataset.dtype.itemsize, file.positions[dataset.path]
+        try:
+            return durable.read_span(self.handles[number], start + first * size, count * size)
+        except EOFError as error:
+            raise durable.damaged_error(path, str(error)) from error
 
 
 def write_orbits(
@@ -136,11 +139,22 @@ def _write_dataset(
     target = file.create_dataset(dataset.path, shape, dataset.dtype, **(compression if items else {}))
     describe_dataset(target, dataset)
     size = dataset.dtype.itemsize
-    row, chunks = 0, _rechunk(case_values, rows * dataset.width * size)
+    complete = _of_total(case_values, int(value_count) * size, dataset.path)
+    row, chunks = 0, _rechunk(complete, rows * dataset.width * size)
     while batch := [chunk for _, chunk in zip(range(CHUNKS_AT_ONCE), chunks, strict=False)]:
         for content in threads.map(lambda chunk: _filter_chunk(chunk, size), batch):
             target.id.write_direct_chunk((row, *(0 for _ in shape[1:])), content)
             row += rows
+
+
+def _of_total(case_values: Iterator[bytes], size: int, path: str) -> Iterator[bytes]:
+    """Yield `case_values`; StorageError unless they have `size` bytes in all, since later ones would be shifted."""
+    total = 0
+    for values in case_values:
+        total += len(values)
+        yield values
+    if total != size:
+        raise StorageError(f"{path}: {total:,} bytes of histories were read, not {size:,}; run the same command again")
 
 
 def _rechunk(case_values: Iterator[bytes], size: int) -> Iterator[bytes]:

@@ -5,7 +5,7 @@ import os
 from collections.abc import Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import h5py
 import numpy as np
@@ -17,16 +17,32 @@ from ..contracts.layout import SECTION_COUNT, Layout
 from ..judging import verdict
 from ..language.errors import ClearsweepError, DirectoryError, InputError
 from . import durable
-from .batch import CASE_ID, GROUP_ROWS, ID_LENGTH, open_table
-from .columns import values_of
-from .datasets import EVENT, NODE, SAMPLE, SECTION
+from .batch import GROUP_ROWS, has_histories, id_texts, ids_of_column, open_table
+from .columns import is_plausible, values_of
+from .datasets import (
+    CASE_ID,
+    EVENT,
+    GROUP,
+    ID_LENGTH,
+    JOINT,
+    NODE,
+    OFFSETS,
+    SAMPLE,
+    SECTION,
+    TURNS,
+    Contents,
+    life_datasets,
+    open_orbits,
+    read_values,
+)
 from .directory import ANSWER_FILES, FINAL_FILES, IDENTIFY_FILE, OPTIMISE_FILE, ORBITS_FILE, SEEK_FILE, SUMMARY_FILE
 from .record import RECORD_FILE, check_format, damaged_error, read_record
-from .worst import GROUP, JOINT, OFFSETS, TURNS
+from .record_shape import MisshapenError
 
 if TYPE_CHECKING:
     import pandas as pd  # imported only for frames
 
+EVENT_COLUMNS = ("t", "joint", "kind")  # of `event_blocks`
 COLUMN_TYPES = {pa.float64(), pa.int64(), pa.string()}  # of columns
 OFFSETS_BY_ITEM = {SAMPLE: "offsets", EVENT: "events/offsets", SECTION: "poincare/offsets", NODE: "history/offsets"}
 
@@ -47,12 +63,17 @@ class StoredRun:
         self.directory = Path(directory)
         self.files_directory = files_directory or self.directory
         self.grid = read_record(self.files_directory)
-        self._check()
         self.layout = Layout.read(self.grid["layout"])
+        self._check()
 
     def _path(self, name: str) -> Path:
         """Return the path of a final file."""
         return self.files_directory / name
+
+    @property
+    def histories(self) -> bool:
+        """Return whether samples and events are stored."""
+        return has_histories(self.grid["frame"])
 
     @property
     def files(self) -> tuple[str, ...]:
@@ -67,15 +88,35 @@ class StoredRun:
         """Yield the same as `blocks`; for a run in blocks, only random and extreme rows."""
         return self.blocks(columns)
 
+    @classmethod
+    def check_merged(cls, directory: Path, record: dict[str, Any]) -> None:
+        """Raise DamagedError if the merged files of a directory have content that no run writes."""
+        run = cls.__new__(cls)
+        run.directory, run.files_directory, run.grid = directory, directory, record
+        run.layout = Layout.read(record["layout"])
+        run.check_content()
+
     def _check(self) -> None:
         """Raise DirectoryError if the merged files are missing, damaged, of different runs or of another format."""
         check_format(self.files_directory, self.grid)
         verify(self.files_directory, self.grid, (SUMMARY_FILE, *ANSWER_FILES))
+        self.check_content()
+
+    def check_content(self) -> None:
+        """Raise DamagedError if the merged files have content that no run writes; their checksums do not prove that."""
         self._check_columns()
+        counts = self.grid.get("counts", {})
+        if {"ok", "failed"} <= counts.keys() and len(self) != counts["ok"] + counts["failed"]:
+            raise damaged_error(self._path(SUMMARY_FILE), "its number of rows is not that in run.json")
         with self._orbits() as file:
-            is_same_run = file.attrs["clearsweep"] == self.grid["merged"]["mark"]
-        if not is_same_run:
-            raise damaged_error(self.files_directory / ORBITS_FILE, "it belongs to another run than summary.parquet")
+            mark = file.attrs["clearsweep"]
+        if not isinstance(mark, str) or mark != self.grid["merged"]["mark"]:
+            raise damaged_error(self._path(ORBITS_FILE), "it belongs to another run than summary.parquet")
+        with self._table() as table:
+            chunks = table.read(["case_id"], use_threads=False).column(0).chunks
+            ids = np.concatenate([np.empty(0, "u8"), *map(ids_of_column, chunks)])
+        if not np.array_equal(id_texts(ids), self._ids) or not (ids[1:] > ids[:-1]).all():
+            raise damaged_error(self._path(ORBITS_FILE), "its cases are not those of summary.parquet, in order")
 
     def _check_columns(self) -> None:
         """Raise DamagedError if the columns of a table disagree with run.json."""
@@ -113,38 +154,37 @@ class StoredRun:
 
     @contextlib.contextmanager
     def _orbits(self) -> Iterator[h5py.File]:
-        """Yield orbits.h5, whose parts are verified on reading; DamagedError if one was changed."""
+        """Yield orbits.h5, whose parts are verified on reading; DamagedError if it is not as a run writes it."""
         path = self._path(ORBITS_FILE)
-        durable.check_regular(path)
-        try:
-            with h5py.File(path, "r") as file:
+        with damage_said(path, RuntimeError, KeyError, TypeError):  # of HDF5 and h5py
+            durable.open_regular(path).close()
+            if (state := _state_of(path)) == self._checked:
+                with h5py.File(path, "r") as file:
+                    yield file
+                return
+            with open_orbits(path, self, len(self)) as (file, contents):
+                self._accept(contents)
+                self._checked = state
                 yield file
-        except ClearsweepError:
-            raise
-        except FileNotFoundError:
-            raise _unfinished_error(path) from None
-        except (OSError, RuntimeError, KeyError, ValueError, TypeError) as error:  # errors of HDF5 and h5py
-            raise damaged_error(path, str(error)) from error
+
+    _checked: tuple[int, ...] = ()  # the state of orbits.h5 when it was last checked
+
+    def _accept(self, contents: Contents) -> None:
+        """Take the identities of the cases from a checked orbits.h5."""
+        self._ids = contents.ids
 
     @contextlib.contextmanager
     def _table(self, name: str = SUMMARY_FILE) -> Iterator[pq.ParquetFile]:
         """Yield a table, whose pages are verified on reading; raise DamagedError if one was changed."""
         path = self._path(name)
-        try:
-            with open_table(path) as table:
-                yield table
-        except ClearsweepError:
-            raise
-        except FileNotFoundError:
-            raise _unfinished_error(path) from None
-        except (OSError, ValueError) as error:  # Arrow's error
-            raise damaged_error(path, str(error)) from error
+        with damage_said(path), open_table(path) as table:
+            yield table
 
     @cached_property
     def _ids(self) -> np.ndarray:
-        """Return the case_id of every row, ascending."""
+        """Return the case_id of every row, ascending; set by the first opening of orbits.h5."""
         with self._orbits() as file:
-            ids: np.ndarray = file["case_id"][:]
+            ids: np.ndarray = file[CASE_ID.path][:]
             return ids
 
     def __len__(self) -> int:
@@ -158,7 +198,7 @@ class StoredRun:
     def summary(self) -> "pd.DataFrame":
         """Return the summary as a DataFrame; `attrs["units"]` and `attrs["descriptions"]` hold these by column."""
         with self._table() as file:
-            table = file.read(use_threads=False)
+            table = plausible(file.read(use_threads=False))
         schema = table.schema
         table = table.replace_schema_metadata(None)
         frame = table.to_pandas(
@@ -192,7 +232,7 @@ class StoredRun:
             return ids.to_pandas(use_threads=False).rename(name)
         with self._table() as file:
             if file.schema_arrow.field(name).type == pa.string():
-                texts = file.read([name], use_threads=False).column(0).combine_chunks()
+                texts = plausible(file.read([name], use_threads=False)).column(0).combine_chunks()
                 return texts.to_pandas(use_threads=False).rename(name)
         values, offset = np.empty(len(self)), 0
         for block in self.blocks([name]):  # group by group, so that only one copy exists
@@ -207,7 +247,7 @@ class StoredRun:
         """
         with self._table() as file:
             for batch in file.iter_batches(batch_size=GROUP_ROWS, columns=columns, use_threads=False):
-                yield {name: values_of(batch.column(name)) for name in columns}
+                yield {name: values_of(plausible(batch).column(name)) for name in columns}
 
     def orbit(self, case_id: str) -> "pd.DataFrame":
         """Return the time histories of one case as a DataFrame, columns by channel; `attrs["units"]` by column.
@@ -234,11 +274,11 @@ class StoredRun:
         joint : index in `layout.contacts`; kind : index in `results.EVENT_KINDS`.  Empty if `save.orbits` is none.
         """
         with self._orbits() as file:
-            offsets = file["events/offsets"][:] if "events" in file else np.zeros(1, "i8")
+            offsets = file["events/offsets"][:] if self.histories else np.zeros(1, "i8")
             for first in range(0, len(offsets) - 1, GROUP_ROWS):
                 bounds = offsets[first : first + GROUP_ROWS + 1]
                 span = slice(int(bounds[0]), int(bounds[-1]))
-                yield np.diff(bounds), {name: file[f"events/{name}"][span] for name in ("t", "joint", "kind")}
+                yield np.diff(bounds), {name: read_values(file, f"events/{name}", span) for name in EVENT_COLUMNS}
 
     @property
     def seek(self) -> "pd.DataFrame | None":
@@ -262,7 +302,7 @@ class StoredRun:
         if name not in self.grid.get("answers", {}):
             return None
         with self._table(name) as file:
-            table = file.read(use_threads=False)
+            table = plausible(file.read(use_threads=False))
         frame = table.replace_schema_metadata(None).to_pandas(use_threads=False)
         frame.attrs["units"] = {field.name: field.metadata[b"unit"].decode() for field in table.schema}
         return frame
@@ -301,9 +341,11 @@ class StoredRun:
                 others = ", ".join(case_id.decode() for case_id in saved) or "none; `save: {worst: 3}` asks for them"
                 raise InputError(f"{self.directory}: the peak of {case_id} was not saved (those that were: {others})")
             row = saved.index(case_id.encode())
-            start, stop = file[OFFSETS][row : row + 2]
-            frame = pd.DataFrame({column.name: file[f"{GROUP}/{column.name}"][start:stop] for column in channels})
-            frame.attrs["joint"] = self.layout.joints[int(file[JOINT][row])].name
+            span = slice(*file[OFFSETS][row : row + 2])
+            frame = pd.DataFrame(
+                {column.name: read_values(file, f"{GROUP}/{column.name}", span) for column in channels}
+            )
+            frame.attrs["joint"] = self.layout.joints[int(read_values(file, JOINT, slice(row, row + 1))[0])].name
             frame.attrs["turns"] = float(file[TURNS][row])
         frame.attrs["units"] = {channel.name: channel.unit for channel in channels}
         return frame
@@ -316,7 +358,10 @@ class StoredRun:
         row = self._row_of(case_id)
         with self._orbits() as file:
             return {
-                joint.name: (file[f"wear/{joint.name}/bearing"][row], file[f"wear/{joint.name}/journal"][row])
+                joint.name: (
+                    read_values(file, f"wear/{joint.name}/bearing", row),
+                    read_values(file, f"wear/{joint.name}/journal", row),
+                )
                 for joint in self.layout.joints
                 if joint.wear_bins
             }
@@ -330,11 +375,9 @@ class StoredRun:
             return {}
         row = self._row_of(case_id)
         with self._orbits() as file:
-            start, stop = file[OFFSETS_BY_ITEM[NODE]][row : row + 2]
-            names: list[str] = []
-            group = file[results.HISTORY]
-            group.visititems(lambda name, item: names.append(name) if isinstance(item, h5py.Dataset) else None)
-            return {name: group[name][start:stop] for name in names if name != "offsets"}
+            span = slice(*file[OFFSETS_BY_ITEM[NODE]][row : row + 2])
+            paths = sorted(dataset.path for dataset in life_datasets(self.layout))
+            return {path.removeprefix(results.HISTORY): read_values(file, path, span) for path in paths}
 
     def full_id(self, prefix: str) -> str:
         """Return the case_id that begins with `prefix`; InputError if there is none or more than one."""
@@ -359,10 +402,43 @@ class StoredRun:
 
         row = self._row_of(case_id)
         with self._orbits() as file:
-            stored = bool(paths) and "t" in file  # there is nothing if save.orbits is none
-            start, stop = file[OFFSETS_BY_ITEM[item]][row : row + 2] if stored else (0, 0)
-            frame = pd.DataFrame({path: file[path][start:stop] if stored else [] for path in paths})
+            stored = bool(paths) and self.histories  # there is nothing if save.orbits is none
+            span = slice(*file[OFFSETS_BY_ITEM[item]][row : row + 2]) if stored else slice(0)
+            frame = pd.DataFrame({path: read_values(file, path, span) if stored else [] for path in paths})
         return frame
+
+
+@contextlib.contextmanager
+def damage_said(path: Path, *errors: type[Exception]) -> Iterator[None]:
+    """Convert an error in reading a file into a DirectoryError: it is damaged, unreadable or missing."""
+    try:
+        yield
+    except ClearsweepError:
+        raise
+    except FileNotFoundError:
+        raise _unfinished_error(path) from None
+    except (OSError, ValueError, MisshapenError, pa.ArrowException, *errors) as error:
+        if isinstance(error, OSError) and error.errno:  # the system's
+            raise durable.unreadable_error(path, error) from error
+        raise damaged_error(path, str(error)) from error
+
+
+def _state_of(path: Path) -> tuple[int, ...]:
+    """Return numbers that change if a file is replaced or written to."""
+    state = os.stat(path)
+    return state.st_ino, state.st_size, state.st_mtime_ns
+
+
+T = TypeVar("T", pa.Table, pa.RecordBatch)
+
+
+def plausible(rows: T) -> T:
+    """Return rows of a table; MisshapenError if a number is not finite or if a case has no identity or status."""
+    for field, column in zip(rows.schema, rows.columns, strict=True):
+        chunks = column.chunks if isinstance(column, pa.ChunkedArray) else [column]
+        if not all(map(is_plausible, chunks)) or (field.name in ("case_id", "status") and column.null_count):
+            raise MisshapenError(f"{field.name} has values that no run writes")
+    return rows
 
 
 def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FINAL_FILES, *ANSWER_FILES)) -> None:

@@ -4,6 +4,7 @@ import contextlib
 import os
 from collections.abc import Iterator
 from functools import cached_property
+from io import BufferedReader
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,12 +15,13 @@ import pyarrow as pa
 from ..contracts.layout import Layout
 from ..language.errors import DirectoryError, InputError
 from . import durable
-from .batch import ID_LENGTH, id_text, open_table
+from .batch import id_text, open_table
 from .blocks import IDS_FILE, SAMPLE_FILE, Block, numbers_of_blocks, read_mark
 from .columns import values_of
+from .datasets import ID_LENGTH, Contents
 from .directory import DATASET, ORBITS_FILE, SUMMARY_FILE
 from .lazy import Filter, LazySummary
-from .read import StoredRun
+from .read import StoredRun, damage_said, plausible
 from .record import RECORD_FILE, check_format, damaged_error, read_record
 
 if TYPE_CHECKING:
@@ -52,7 +54,20 @@ class OneBlock(StoredRun):
     @property
     def numbers(self) -> np.ndarray:
         """Return the identities of its cases, uint64, ascending."""
-        return np.frombuffer(durable.read(self._ids_file), "<u8")
+        content = durable.read(self._ids_file)
+        if len(content) != 8 * self._row_count:
+            raise damaged_error(self._ids_file, "its size is not that of the identities of the cases")
+        return np.frombuffer(content, "<u8")
+
+    def _accept(self, contents: Contents) -> None:
+        if not np.array_equal(contents.ids, self._ids):
+            raise damaged_error(self._path(ORBITS_FILE), f"its cases are not those of {IDS_FILE}")
+
+    @cached_property
+    def _row_count(self) -> int:
+        """Return the number of rows of its summary."""
+        with self._table() as file:
+            return int(file.metadata.num_rows)
 
     @property
     def _ids_file(self) -> Path:
@@ -70,13 +85,12 @@ class OneBlock(StoredRun):
         Identities are uniformly distributed hashes, so a few kilobytes around the expected row are read.
         """
         with durable.open_regular(self._ids_file) as file:
-            handle, count = file.fileno(), len(self)
-            return np.array([_count_below(handle, count, low), _count_below(handle, count, high + 1)])
+            return np.array([_count_below(file, len(self), low), _count_below(file, len(self), high + 1)])
 
     def id_at(self, index: int) -> str:
         """Return the identity of the case at an index."""
         with durable.open_regular(self._ids_file) as file:
-            return id_text(int(np.frombuffer(os.pread(file.fileno(), 8, 8 * index), "<u8")[0]))
+            return id_text(int(_read_ids(file, index, index + 1)[0]))
 
     @cached_property
     def _ids(self) -> np.ndarray:
@@ -240,17 +254,17 @@ class BlockedRun(StoredRun):
         """Return the rows of the summary that pass some filters; blocks that cannot contain any are not read."""
         tables, schema = [], None
         for block_run in self._matching_blocks(filters):
-            with open_table(block_run._path(SUMMARY_FILE)) as file:
+            with block_run._table() as file:
                 schema = file.schema_arrow
                 groups = filters.groups(file, block_run.rows_between)
                 names = None if columns is None else list(dict.fromkeys([*columns, *filters.columns]))
                 for group in groups:
-                    table = file.read_row_group(group, names, use_threads=False)
+                    table = plausible(file.read_row_group(group, names, use_threads=False))
                     mask = filters.mask(table)
                     if mask.any():
                         tables.append(table.filter(pa.array(mask)))
         if schema is None:
-            with open_table(self._path(SUMMARY_FILE)) as file:
+            with self.block_runs[0]._table() as file:
                 schema = file.schema_arrow
         selected = pa.schema([schema.field(name) for name in columns]) if columns is not None else schema
         table = pa.concat_tables([selected.empty_table(), *(table.select(selected.names) for table in tables)])
@@ -277,12 +291,8 @@ def _summary_names(folder: Path) -> list[str]:
 
 def _read_sample(block: Block) -> pa.Table:
     path = block.files[SAMPLE_FILE]
-    durable.check_regular(path)
-    try:
-        with open_table(path) as file:
-            return file.read(use_threads=False)
-    except (OSError, ValueError) as error:
-        raise damaged_error(path, str(error)) from error
+    with damage_said(path), open_table(path) as file:
+        return plausible(file.read(use_threads=False))
 
 
 def to_frame(table: pa.Table) -> "pd.DataFrame":
@@ -293,12 +303,20 @@ def to_frame(table: pa.Table) -> "pd.DataFrame":
     return frame
 
 
-def _count_below(handle: int, count: int, value: int) -> int:
+def _read_ids(file: BufferedReader, first: int, last: int) -> np.ndarray:
+    """Return some of the identities in an open file."""
+    try:
+        return np.frombuffer(durable.read_span(file, 8 * first, 8 * (last - first)), "<u8")
+    except EOFError as error:
+        raise damaged_error(Path(file.name), str(error)) from error
+
+
+def _count_below(file: BufferedReader, count: int, value: int) -> int:
     """Return how many of `count` identities in an open file, ascending, are below a value."""
     expected_row, distance = (count * value) >> 64, READ_AROUND
     while True:
         first, last = max(expected_row - distance, 0), min(expected_row + distance, count)
-        identities = np.frombuffer(os.pread(handle, 8 * (last - first), 8 * first), "<u8")
+        identities = _read_ids(file, first, last)
         if len(identities) == 0 or value >> 64:
             return count if value >> 64 else first
         if (first == 0 or identities[0] < value) and (last == count or identities[-1] >= value):

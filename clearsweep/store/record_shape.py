@@ -13,6 +13,7 @@ from ..grid import Fit
 
 MAX_LENGTH = 10_000  # characters of a text
 MAX_INTEGER = 10**300  # largest integer that a float represents
+MAX_BINS = 10**6  # bins or contacts of a joint
 MAX_DEPTH = 20  # nesting of sections
 _CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")  # including line ends and bidirectional marks
 
@@ -34,6 +35,11 @@ def check_record(record: dict[str, Any]) -> None:
         unknown = [name for name in names if name not in available]
         if unknown:
             raise MisshapenError(f"{kind} names {unknown[0]!r}, which is missing")
+
+
+def check_facts(facts: Any) -> None:
+    """Raise MisshapenError if the metadata of a batch cannot have been written by `clearsweep run`."""
+    _BATCH_FACTS(facts, "")
 
 
 def _refusal(path: str, value: Any, expected: str) -> MisshapenError:
@@ -163,6 +169,17 @@ def _check_number(value: Any, path: str) -> None:
         raise _refusal(path, value, "a number")
 
 
+def _range_check(largest: int, expected: str) -> Check:
+    """Return a check of a whole number from 0 to `largest`."""
+
+    def check_range(value: Any, path: str) -> None:
+        _type_check(int, expected)(value, path)
+        if not 0 <= value <= largest:
+            raise _refusal(path, value, expected)
+
+    return check_range
+
+
 def _names(*names: str) -> Iterable[str]:
     return names
 
@@ -178,6 +195,7 @@ _TEXT = _type_check(str, "text")
 _FLAG = _type_check(bool, "true or false")
 _NUMBER = _check_number
 _COUNT = _type_check(int, "a whole number")
+_SMALL_COUNT = _range_check(MAX_BINS, "a whole number of bins or contacts")
 _NOTHING = _type_check(type(None), "null")
 _SECTION = _type_check(dict, "a section")
 _CHECKSUM = _text_check(r"[0-9a-f]{1,64}", "a checksum")
@@ -186,7 +204,7 @@ _VALUES_BY_PATH = _mapping_check(_PATH, _check_list_of_values)
 _COLUMN_NAME = _TEXT  # of a user's own figures: any identifier, checked where it is read
 _LIMIT = _any_check(_section_check({}, {"at_most": _NUMBER, "at_least": _NUMBER, "times": _COLUMN_NAME}), _NUMBER)
 _JOINT_FIELDS = {
-    name: {str: _NAME, int: _COUNT, bool: _FLAG}[kind] for name, kind in JointLayout.__annotations__.items()
+    name: {str: _NAME, int: _SMALL_COUNT, bool: _FLAG}[kind] for name, kind in JointLayout.__annotations__.items()
 }
 _COLUMN_KIND = _text_check("float|int|text", "float, int or text")
 _COLUMN_FIELDS = {
@@ -256,6 +274,15 @@ _NEAREST_FIELDS = {
 }
 _NEAREST_FIELDS["furthest"] = _any_check(
     _NOTHING, _section_check({"point": _SECTION, "value": _NUMBER, "margin": _NUMBER}, {})
+)
+_BATCH_FACTS = _section_check(
+    {
+        "shard": _any_check(_NOTHING, _text_check(r"[0-9a-f]{16}-[0-9a-f]{16}\.h5", "the name of a file of histories")),
+        "sha256": _text_check("([0-9a-f]{64})?", "a checksum"),
+        "written": _range_check(2**63 - 1, "a time in ns"),
+        "frame": _text_check("[0-9a-f]{64}", "a checksum"),
+    },
+    {},
 )
 _REQUIRED: dict[str, Check] = {
     "frame": _SECTION,

@@ -10,8 +10,8 @@ import pyarrow.compute as pc
 
 from .batch import GROUP_ROWS
 from .columns import values_of
-from .datasets import EVENT
-from .read import OFFSETS_BY_ITEM
+from .datasets import EVENT, read_values
+from .read import EVENT_COLUMNS, OFFSETS_BY_ITEM
 from .read_blocks import BlockedRun, OneBlock, to_frame
 
 if TYPE_CHECKING:
@@ -70,26 +70,26 @@ class SampledRun(BlockedRun):
         counts = np.array([len(events[number]["t"]) for number in order], int)
         yield (
             counts,
-            {name: np.concatenate([np.empty(0), *(events[number][name] for number in order)]) for name in _NAMES},
+            {
+                name: np.concatenate([np.empty(0), *(events[number][name] for number in order)])
+                for name in EVENT_COLUMNS
+            },
         )
-
-
-_NAMES = ("t", "joint", "kind")
 
 
 def _events(part: OneBlock, identities: list[int]) -> list[dict[str, np.ndarray]]:
     """Return the events of some cases of a block, by identity; consecutive rows are read at once."""
     row_indices = np.searchsorted(part.numbers, np.array(identities, "u8"))
-    events: list[dict[str, np.ndarray]] = [{name: np.empty(0) for name in _NAMES} for _ in identities]
+    events: list[dict[str, np.ndarray]] = [{name: np.empty(0) for name in EVENT_COLUMNS} for _ in identities]
     with part.orbits() as file:
-        if OFFSETS_BY_ITEM[EVENT] not in file or not len(row_indices):
+        if not part.histories or not len(row_indices):
             return events
         offsets = file[OFFSETS_BY_ITEM[EVENT]][:]
         runs = np.split(np.arange(len(row_indices)), np.flatnonzero(np.diff(row_indices) != 1) + 1)
         for run in runs:
             start, stop = int(offsets[row_indices[run[0]]]), int(offsets[row_indices[run[-1]] + 1])
-            values = {name: file[f"events/{name}"][start:stop] for name in _NAMES}
+            values = {name: read_values(file, f"events/{name}", slice(start, stop)) for name in EVENT_COLUMNS}
             for row in run.tolist():
                 span = slice(int(offsets[row_indices[row]]) - start, int(offsets[row_indices[row] + 1]) - start)
-                events[row] = {name: values[name][span] for name in _NAMES}
+                events[row] = {name: values[name][span] for name in EVENT_COLUMNS}
     return events

@@ -8,6 +8,7 @@ import numpy as np
 from ..language import phases
 from ..language.errors import DirectoryError
 from . import disk
+from .batch import ResultSchema
 from .blocks import Block, numbers_of_blocks, read_mark, verify_block
 from .directory import ANSWER_FILES, BLOCKS, DATASET, FINAL_FILES, RunDirectory
 from .read import verify
@@ -32,12 +33,13 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
     run = RunDirectory(directory)
     holder, merged = run.holder(), "merged" in record
     blocks = blocks_state(directory, record, every_file=every_file) if "blocks" in record else None
+    run.result_schema = ResultSchema.of_record(record)
     damage = (
         blocks[1]
         if blocks
         else [
             f"{directory}/{sentence}; its cases run again"
-            for sentence in run.load_batches(histories=every_file).values()
+            for sentence in run.load_batches(histories=every_file, contents=every_file).values()
         ]
     )
     for name in (*FINAL_FILES, *ANSWER_FILES) if merged and not blocks else ():
@@ -87,7 +89,9 @@ def blocks_state(
         if every_file:
             damage += verify_block(block, mark)
             batches = RunDirectory(block.path)
-            damage += [f"{block.path}/{sentence}; its cases run again" for sentence in batches.load_batches().values()]
+            batches.result_schema = ResultSchema.of_record(record)
+            sentences = batches.load_batches(contents=True).values()
+            damage += [f"{block.path}/{sentence}; its cases run again" for sentence in sentences]
     cases = record.get("counts", {}).get("cases")
     missing = None if cases is None else max(cases - ok - failed, 0)
     return {"cases": cases, "ok": ok, "failed": failed, "missing": missing}, damage

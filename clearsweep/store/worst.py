@@ -8,11 +8,10 @@ import numpy as np
 import pyarrow as pa
 
 from ..contracts.results import Peak
-from .batch import CASE, CASE_ID, SAMPLE, Dataset, ResultSchema, summary_schema, write_dataset
+from .batch import ResultSchema, summary_schema, write_dataset
 from .columns import values_of
+from .datasets import GROUP, JOINT, OFFSETS, TURNS, peak_datasets
 
-GROUP = "worst"  # of orbits.h5
-JOINT, TURNS, OFFSETS = f"{GROUP}/joint", f"{GROUP}/turns", f"{GROUP}/offsets"
 RANKING_FIGURES = ("force_peak_ratio", "force_peak")  # figures of a joint: the first of which any case has a value
 _LENGTH_COLUMN = "revolutions_run"  # of `simulate.until`
 
@@ -79,24 +78,15 @@ def write_worst(file: h5py.File, result_schema: ResultSchema, cases: Sequence[tu
     """Write the peak revolutions, the worst case first."""
     if not cases:
         return
-    joints = h5py.enum_dtype(
-        {joint.name: code for code, joint in enumerate(result_schema.layout.joints)}, basetype="i1"
-    )
     paths = [peak.path for _, peak in cases]
-    content: dict[Dataset, Any] = {
-        CASE_ID._replace(path=f"{GROUP}/case_id", description="identity of the case, the worst first"): [
-            case.case_id.encode() for case, _ in cases
-        ],
-        Dataset(JOINT, joints, "1", "joint whose largest normal force it is", CASE): [case.joint for case, _ in cases],
-        Dataset(TURNS, np.dtype("f8"), "1", "revolutions before the first sample", CASE): [
-            peak.turns for _, peak in cases
-        ],
-        Dataset(OFFSETS, np.dtype("i8"), "1", "first sample of each case; the last value is their number", CASE): (
-            np.cumsum([0, *(len(path.t) for path in paths)])
-        ),
+    content: dict[str, Any] = {
+        f"{GROUP}/case_id": [case.case_id.encode() for case, _ in cases],
+        JOINT: [case.joint for case, _ in cases],
+        TURNS: [peak.turns for _, peak in cases],
+        OFFSETS: np.cumsum([0, *(len(path.t) for path in paths)]),
     }
-    for column in result_schema.layout.channels:
-        values = np.concatenate([path.channels[column.name] for path in paths])
-        content[Dataset(f"{GROUP}/{column.name}", np.dtype("f8"), column.unit, column.description, SAMPLE)] = values
-    for dataset, values in content.items():
+    for dataset in peak_datasets(result_schema.layout):
+        values = content.get(dataset.path)
+        if values is None:
+            values = np.concatenate([path.channels[dataset.path.removeprefix(f"{GROUP}/")] for path in paths])
         write_dataset(file, dataset, np.asarray(values, dataset.dtype), fletcher32=True)

@@ -28,7 +28,8 @@ def complete_run(directory: str | Path, simulator: Simulator = SIMULATION) -> It
         return
     source = store.RunDirectory(directory)
     with phases.phase("reading the directory"):
-        source.load_batches()
+        source.expect(store.ResultSchema.of_record(record))
+        source.load_batches(contents=True)
     with tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         grid = grids.load(store.keys_of_all(record, source), simulator.catalogue())
         store.check_version(Path(directory), record, grid)

@@ -117,7 +117,7 @@ def unfinished_blocks(job: BlockJob) -> tuple[list[int], dict[int, dict[str, Any
 def committed_count(job: BlockJob, number: int) -> int:
     """Return how many cases of an unfinished block are committed."""
     directory = store.RunDirectory(store.Block(job.directory, number).path)
-    directory.frame = store.ResultSchema.of(job.grid).frame
+    directory.expect(store.ResultSchema.of(job.grid))
     directory.load_batches()
     if not directory.batches:
         return 0
@@ -143,7 +143,7 @@ class BlockRunner:
         """
         job = self.job
         block = store.Block(job.directory, number)
-        directory = block.directory(store.ResultSchema.of(job.grid).frame)
+        directory = block.directory(store.ResultSchema.of(job.grid))
         if read_finished_ids:
             self.shared.add(number)
         else:
@@ -173,7 +173,7 @@ class BlockRunner:
     def join(self, number: int, sources: Sequence[store.RunDirectory]) -> None:
         """Take over the batches of a block from other directories, and finish it."""
         block = store.Block(self.job.directory, number)
-        directory = block.directory(store.ResultSchema.of(self.job.grid).frame)
+        directory = block.directory(store.ResultSchema.of(self.job.grid))
         for sentence in directory.load_intact_batches():
             progress.print_line(f"{block.path}: {sentence}")
         for source in sources:

@@ -51,7 +51,7 @@ def run_merge(
     sources = [store.RunDirectory(path) for path in paths]
     for path in sources:
         path.check(grid)
-        for sentence in path.load_batches().values():
+        for sentence in path.load_batches(contents=True).values():
             progress.print_line(f"{path.path}: {sentence}; left out")
     rows = [path.rows() for path in sources]
     ids = distinct(case_ids(grid))
@@ -112,7 +112,7 @@ def _merge_blocks(paths: list[Path], target: store.RunDirectory, inputs: _MergeI
     numbers, shards = range(inputs.division.count), [record.get("shard") for record in inputs.records]
     missing = 0
     for number in numbers:  # everything is checked before anything is written
-        sources, rows = _block_sources(paths, number, result_schema.frame)
+        sources, rows = _block_sources(paths, number, result_schema)
         ids = np.sort(job.cases(number)[1])
         if not partial:
             _check_complete(ids, rows, shards)
@@ -131,7 +131,7 @@ def _merge_blocks(paths: list[Path], target: store.RunDirectory, inputs: _MergeI
     ):
         runner = blockwise.BlockRunner(job, case_runner)
         for number in numbers:
-            sources, _ = _block_sources(paths, number, result_schema.frame)
+            sources, _ = _block_sources(paths, number, result_schema)
             runner.join(number, sources)
         outcome = blockwise.BlocksOutcome(runner.marks, 0, 0.0, complete=not missing)
         counts: dict[str, Any] = blockwise.conclude(
@@ -157,12 +157,14 @@ def _merge_blocks(paths: list[Path], target: store.RunDirectory, inputs: _MergeI
     )
 
 
-def _block_sources(paths: list[Path], number: int, frame: str) -> tuple[list[store.RunDirectory], list[np.ndarray]]:
+def _block_sources(
+    paths: list[Path], number: int, result_schema: store.ResultSchema
+) -> tuple[list[store.RunDirectory], list[np.ndarray]]:
     """Return the batches of a block in several runs, and the location of each case."""
     sources = [store.RunDirectory(store.Block(path, number).path) for path in paths]
     for source in sources:
-        source.frame = frame
-        for sentence in source.load_batches().values():
+        source.expect(result_schema)
+        for sentence in source.load_batches(contents=True).values():
             progress.print_line(f"{source.path}: {sentence}; left out")
     return sources, [source.rows() for source in sources]
 

@@ -85,7 +85,7 @@ class _OtherCommits:
     def __init__(self, node: _NodeDriver, number: int):
         self.node = node
         self.directory = store.RunDirectory(store.Block(node.job.directory, number).path)
-        self.directory.frame = store.ResultSchema.of(node.job.grid).frame
+        self.directory.expect(store.ResultSchema.of(node.job.grid))
         self.ids = np.empty(0, "u8")
         self.read_names: set[str] = set()
 
@@ -93,7 +93,7 @@ class _OtherCommits:
         """Return the identities of committed cases, ascending; raise _StoppedError if the run must stop."""
         if self.node.must_stop():
             raise _StoppedError
-        names = {path.name for path in self.directory.summaries.glob("*.parquet")} - self.read_names
+        names = self.directory.summary_names() - self.read_names
         id_arrays = [self.directory.finished_ids_in(name) for name in sorted(names)]
         self.read_names |= names
         self.ids = np.unique(np.concatenate([self.ids, *id_arrays]))
@@ -146,7 +146,7 @@ def _help(node: _NodeDriver, number: int, other_nodes: _OtherCommits) -> None:
     """Run uncommitted cases of a block, last cases first: its own driver begins with the first cases."""
     job, case_runner = node.job, node.case_runner
     block = store.Block(job.directory, number)
-    directory = block.directory(store.ResultSchema.of(job.grid).frame)
+    directory = block.directory(store.ResultSchema.of(job.grid))
     directory.load_batches(histories=False)
     indices, ids = job.cases(number)
     pending = missing_indices(ids, np.sort(ids), directory.rows(), retry_failed=False)[::-1]

@@ -43,22 +43,35 @@ def prepare_cache() -> Path:
     """
     source_stamp = hash_of_sources()
     configured = os.environ.get("NUMBA_CACHE_DIR")
-    if configured and Path(configured).name == source_stamp and not privacy_problem(Path(configured)):
-        return Path(configured)  # inherited from the process that prepared it
-    parent = Path(configured or Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "clearsweep")
-    directory = parent / source_stamp
     try:
-        directory.mkdir(mode=0o700, parents=True, exist_ok=True)
-        is_writable = os.access(directory, os.W_OK | os.X_OK)
-        reason = privacy_problem(directory) or ("" if is_writable else "it cannot be written")
-    except OSError as error:
-        reason = f"it cannot be made ({error.strerror})"
+        parent = Path(configured) if configured else _user_cache()
+        is_inherited = parent.name == source_stamp  # from the process that prepared it
+        directory = parent if is_inherited else parent / source_stamp
+        place, reason = (directory if is_inherited else parent), _preparation_problem(directory)
+    except RuntimeError as error:  # pathlib's, without HOME and without an entry in passwd
+        place, reason = "~/.cache", f"{error}; set HOME or XDG_CACHE_HOME"
     if reason:
-        print(f"compiled code is not kept in {parent}: {reason}", file=sys.stderr)
+        print(f"compiled code is not kept in {place}: {reason}", file=sys.stderr)
         directory = _temporary_directory() / source_stamp
         directory.mkdir(mode=0o700)
     os.environ["NUMBA_CACHE_DIR"] = str(directory)
     return directory
+
+
+def _user_cache() -> Path:
+    return Path(os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache") / "clearsweep"
+
+
+def _preparation_problem(directory: Path) -> str:
+    """Create a directory if it is missing; return why code cannot be kept there, or ''.
+
+    Something may remove it at any moment, such as a cleaner of caches.
+    """
+    try:
+        directory.mkdir(mode=0o700, parents=True, exist_ok=True)
+        return privacy_problem(directory) or ("" if os.access(directory, os.W_OK | os.X_OK) else "it cannot be written")
+    except OSError as error:
+        return f"it cannot be made ({error.strerror})"
 
 
 def privacy_problem(directory: Path) -> str:
@@ -87,27 +100,20 @@ def _temporary_directory() -> Path:
     return directory
 
 
-def _without_checksum(content: bytes, path: str) -> bytes:
-    """Return the content of a file without its checksum; ValueError if they disagree."""
-    body, checksum = content[:-CHECKSUM], content[-CHECKSUM:]
-    if hashlib.sha256(body).digest() != checksum:
-        raise ValueError(f"{path}: its checksum differs")
-    return body
+def _checksum(name: str, stamp: str, body: bytes) -> bytes:
+    """Return the checksum of an object; it covers name and stamp, since an exchanged object would be foreign code."""
+    return hashlib.sha256(f"{stamp}/{name}\n".encode() + body).digest()
 
 
 _reported_directories: set[str] = set()  # directories with a reported damage
 
 
-def _report_damage(path: str) -> dict:
-    """Report damage once for each directory; return an empty index."""
-    directory = str(Path(path).parents[1])
+def _report_damage(path: Path) -> None:
+    """Report damage once for each directory."""
+    directory = str(path.parents[1])
     if directory not in _reported_directories:
         _reported_directories.add(directory)
         print(f"compiled code kept in {directory} is damaged and is compiled anew", file=sys.stderr)
-    return {}
-
-
-# ---------------------------------------------------------------------------------------------- plain objects
 
 
 def load(name: str) -> bytes | None:
@@ -115,11 +121,15 @@ def load(name: str) -> bytes | None:
     directory = Path(os.environ["NUMBA_CACHE_DIR"])
     for path in (directory / "traced" / name, SHIPPED / directory.name / name):
         try:
-            return _without_checksum(path.read_bytes(), str(path))
+            content = path.read_bytes()
         except FileNotFoundError:
             continue
-        except (OSError, ValueError):
-            _report_damage(str(path))
+        except OSError:
+            content = b""
+        body, checksum = content[:-CHECKSUM], content[-CHECKSUM:]
+        if checksum == _checksum(name, directory.name, body):
+            return body
+        _report_damage(path)
     return None
 
 
@@ -142,11 +152,12 @@ def stored_in_package() -> Iterator[Path]:
 
 def store(name: str, content: bytes) -> None:
     """Store content under a name; on failure, store nothing."""
-    directory = _PACKAGE_DIRECTORY[-1] if _PACKAGE_DIRECTORY else Path(os.environ["NUMBA_CACHE_DIR"]) / "traced"
+    prepared = Path(os.environ["NUMBA_CACHE_DIR"])
+    directory = _PACKAGE_DIRECTORY[-1] if _PACKAGE_DIRECTORY else prepared / "traced"
     partial = directory / f"{name}.{secrets.token_hex(8)}"
     try:
         directory.mkdir(mode=0o755 if _PACKAGE_DIRECTORY else 0o700, parents=True, exist_ok=True)
-        partial.write_bytes(content + hashlib.sha256(content).digest())
+        partial.write_bytes(content + _checksum(name, prepared.name, content))
         partial.replace(directory / name)
     except OSError:
         with contextlib.suppress(OSError):

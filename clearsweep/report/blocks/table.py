@@ -18,7 +18,8 @@ CONVERTED_DIGITS = 15  # digits of a value in another unit than SI
 _MARKDOWN_ESCAPES = str.maketrans(
     {"|": r"\|", "&": "&amp;", "<": "&lt;", ">": "&gt;", "[": r"\[", "`": r"\`", "\\": "\\\\"}
 )
-_FORMULA_STARTS = ("=", "+", "-", "@")  # a spreadsheet runs a text with this beginning as a formula
+#: A spreadsheet runs such a text as a formula, at the start of a cell; in some countries a semicolon separates cells.
+_FORMULA_START = re.compile(r"(^|[;\t\r\n])(?=\s*[=+\-@\uff1d\uff0b\uff0d\uff20])")
 _UNSAFE_CHARACTERS = re.compile(r"[^\w.-]|^\.+")  # in file names
 
 
@@ -82,9 +83,14 @@ class Table(NamedTuple):
         """Write the table into a directory, as `csv` and as `markdown`; return the files."""
         name = _UNSAFE_CHARACTERS.sub("_", self.key)
         files = [directory / f"{name}.{ending}" for ending in ("csv", "md")]
-        for file, text in zip(files, (self.csv(), self.markdown()), strict=True):
-            durable.replace(file, text.encode())
+        texts, starts = (self.csv(), self.markdown()), (self._first_head(), f"### {escape_markdown(self.title)}\n")
+        for file, text, start in zip(files, texts, starts, strict=True):
+            durable.replace_output(file, text.encode(), start.encode())
         return files
+
+    def _first_head(self) -> str:
+        """Return the beginning of the CSV that does not depend on the units of a run."""
+        return self.csv().partition("[")[0].partition(",")[0].rstrip()
 
     def csv(self) -> str:
         """Return the table with all its rows as CSV, in SI, axes in the unit of the grid; the unit is in the head.
@@ -185,7 +191,7 @@ def _file_value(value: Any, column: Column) -> object:
 
 def _without_formula(text: str) -> str:
     """Return a text changed so that a spreadsheet does not run it as a formula."""
-    return f"'{text}" if text.startswith(_FORMULA_STARTS) else text
+    return _FORMULA_START.sub(r"\1'", text)
 
 
 def _si_value(value: Any) -> Any:

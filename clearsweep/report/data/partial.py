@@ -41,7 +41,8 @@ def open_partial(
 def _assemble(directory: Path, target: Path, catalogue: Catalogue) -> None:
     """Write the run of the cases finished so far in a directory to `target`."""
     record, source = store.read_record(directory), store.RunDirectory(directory)
-    source.load_batches()
+    source.expect(store.ResultSchema.of_record(record))
+    source.load_batches(contents=True)
     if not source.batches:
         raise DirectoryError(f"{directory}: no case of its run is finished yet; `status` prints its progress")
     grid = grids.load(store.keys_so_far(record, source), catalogue)

@@ -32,7 +32,7 @@ class Page(NamedTuple):
 
     def write(self, out: Path) -> Path:
         """Write the page as one self-contained HTML file; the bytes depend only on the run."""
-        durable.check_regular(out)  # before the work
+        durable.check_output(out)  # before the work
         with phases.phase("drawing the report"):
             return write_page(self.text(), out)
 
@@ -137,7 +137,7 @@ def with_code(text: str) -> Markup:
 def write_page(text: str, out: Path) -> Path:
     """Write a page atomically; return its path."""
     out.parent.mkdir(parents=True, exist_ok=True)
-    durable.replace(out, text.encode())
+    durable.replace_output(out, text.encode())
     return out
 
 

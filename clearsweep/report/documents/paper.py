@@ -31,11 +31,12 @@ MM_PER_INCH = 25.4  # mm
 INDEX = "figures.md"
 #: Letters are outlines in an SVG and an embedded TrueType font in a PDF, as journals require.
 FONTS: dict[Any, Any] = {"svg.fonttype": "path", "pdf.fonttype": 42, "svg.hashsalt": "paper"}
-NO_DATE: dict[str, dict] = {
-    "svg": {"Date": None},
-    "pdf": {"CreationDate": None},
-    "png": {},
-}  # the bytes depend only on the run
+#: Metadata by form: no date, since the bytes depend only on the run, and the mark of `durable.check_output`.
+MARKS: dict[str, dict] = {
+    "svg": {"Date": None, "Creator": "clearsweep"},
+    "pdf": {"CreationDate": None, "Creator": "clearsweep"},
+    "png": {"Software": "clearsweep"},
+}
 
 
 def write_figures(sections: Iterable[Section], options: FigureOptions) -> list[Path]:
@@ -53,12 +54,12 @@ def write_figures(sections: Iterable[Section], options: FigureOptions) -> list[P
         if phase:
             phase.note(share=number / len(pictures))
         file = options.directory / f"{name}.{options.form}"
-        durable.replace(file, picture_bytes(picture, options.form, WIDTHS[options.width]))
+        durable.replace_output(file, picture_bytes(picture, options.form, WIDTHS[options.width]))
         files.append(file)
         lines.append(
             f"| {file.name} | {_table_cell(picture.title)} | {_table_cell(f'{picture.caption} {picture.alt}')} |"
         )
-    durable.replace(options.directory / INDEX, ("\n".join(lines) + "\n").encode())
+    durable.replace_output(options.directory / INDEX, ("\n".join(lines) + "\n").encode(), lines[0].encode())
     return [*files, options.directory / INDEX]
 
 
@@ -87,7 +88,7 @@ def picture_bytes(picture: Picture, form: str, width: float | None = None) -> by
             text.set_fontsize(scale * float(text.get_fontsize()))
         stream = io.BytesIO()
         with _without_source_date():
-            figure.savefig(stream, format=form, dpi=DOTS_PER_INCH, metadata=NO_DATE[form])
+            figure.savefig(stream, format=form, dpi=DOTS_PER_INCH, metadata=MARKS[form])
     return stream.getvalue()
 
 

@@ -17,7 +17,7 @@ from ..blocks.matplotlib_figure import STYLE
 from ..blocks.picture import Picture
 from ..data.study import Study, prepare, resolve_cases
 from ..one_case import motion, pin_forces, worn
-from . import page
+from . import page, paper
 
 MIN_SAMPLES = 1440  # per revolution at least, so that single contacts show
 PANEL_COLUMNS = 2  # of panels in a PNG or SVG
@@ -31,7 +31,8 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
     """
     if out.suffix.lower() not in ENDINGS:
         raise InputError(f"{out}: cannot write a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")
-    durable.check_regular(out)
+    if out.suffix.lower() != ".csv":
+        durable.check_output(out)  # before the work
     with phases.phase("reading the run"):
         study = prepare(run)
     if max(study.cases.row_of(case_id), study.failed.row_of(case_id)) < 0:
@@ -45,7 +46,8 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
     if out.suffix.lower() == ".csv":
         with phases.phase("forces in the joints"):
             forces = pin_forces.joint_forces(case, result.channels, study.joints)
-        durable.replace(out, forces.to_csv(index=False, lineterminator="\n").encode())
+        content = forces.to_csv(index=False, lineterminator="\n").encode()
+        durable.replace_output(out, content, content.partition(b"\n")[0])
         return out
     pictures = case_pictures(study, case_id, result)
     with phases.phase("drawing"):
@@ -103,6 +105,6 @@ def _write_panels(pictures: list[Picture], title: str, out: Path) -> Path:
             picture.paint(ax)
             ax.set_title(picture.title, fontsize=9, pad=22)
         file_format, stream = out.suffix[1:].lower(), io.BytesIO()
-        figure.savefig(stream, format=file_format, metadata={"Date": None} if file_format == "svg" else None)
-    durable.replace(out, stream.getvalue())
+        figure.savefig(stream, format=file_format, metadata=paper.MARKS[file_format])
+    durable.replace_output(out, stream.getvalue())
     return out

@@ -14,6 +14,7 @@ from ..draw import mechanism
 
 ENDINGS = (".svg", ".png")
 WIDTH, MAX_HEIGHT = 6.4, 4.2  # inches
+MARK = "<!-- drawn by clearsweep -->"  # recognised by `durable.check_output`
 
 
 def mechanism_picture(case: Case) -> Picture | None:
@@ -38,13 +39,14 @@ def draw_grid(source: Path, out: Path) -> Path:
     """Draw the mechanism of the first case of a grid as SVG or PNG by the ending of `out`; return `out`."""
     if out.suffix.lower() not in ENDINGS:
         raise InputError(f"{out}: cannot draw a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")
-    durable.check_regular(out)
+    durable.check_output(out)
     loaded_grid = grid.load(source, simulation.catalogue())
     picture = mechanism_picture(loaded_grid.case(0))
     if picture is None:
         raise InputError(f"{source}: a mechanism of this type has no picture; run it and see the report")
     out.parent.mkdir(parents=True, exist_ok=True)
-    durable.replace(out, draw_svg(picture, "m").encode() if out.suffix.lower() == ".svg" else _png_bytes(picture))
+    is_svg = out.suffix.lower() == ".svg"
+    durable.replace_output(out, f"{MARK}{draw_svg(picture, 'm')}".encode() if is_svg else _png_bytes(picture))
     return out
 
 
@@ -57,5 +59,5 @@ def _png_bytes(picture: Picture) -> bytes:
     with rc_context(matplotlib_figure.STYLE):
         figure, axes = matplotlib_figure.draw_figure(picture)
         axes.set_title(picture.title, fontsize=10)
-        figure.savefig(stream, format="png")
+        figure.savefig(stream, format="png", metadata={"Software": "clearsweep"})
     return stream.getvalue()
