@@ -405,9 +405,9 @@ def test_a_file_is_on_the_disk_before_its_name_is_and_the_name_before_anything_f
     done = []
 
     def seen(name, function, message):
-        def call(*arguments):
+        def call(*arguments, **options):
             done.append((name, *message(*arguments)))
-            return function(*arguments)
+            return function(*arguments, **options)
 
         monkeypatch.setattr(durable.os, name, call)
 

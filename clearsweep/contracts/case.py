@@ -125,15 +125,15 @@ class Oil(NamedTuple):
     def viscosity(self, temperature: float) -> float:
         """Return the dynamic viscosity (Pa s) at a temperature T (K) by Walther's equation (ASTM D341).
 
-        log10(log10(nu + 0.7)) is linear in log10(T), where nu is the kinematic viscosity in mm^2/s.
+        log10(log10(nu + 0.7)) is linear in log10(T), where nu is the kinematic viscosity in mm^2/s.  It rises so steeply
+        towards low temperatures that nu is limited to 1e300.
         """
         log_log_40, log_log_100 = (
             math.log10(math.log10(1e6 * nu + 0.7)) for nu in (self.viscosity_40, self.viscosity_100)
         )
         fraction = (math.log10(temperature) - math.log10(313.15)) / (math.log10(373.15) - math.log10(313.15))
-        dynamic: float = (
-            self.density * 1e-6 * (10.0**10.0 ** (log_log_40 + fraction * (log_log_100 - log_log_40)) - 0.7)
-        )
+        log_log = min(log_log_40 + fraction * (log_log_100 - log_log_40), math.log10(300.0))
+        dynamic: float = self.density * 1e-6 * (10.0**10.0**log_log - 0.7)
         return dynamic
 
 

@@ -9,6 +9,7 @@ from collections.abc import Iterable, Iterator
 from difflib import get_close_matches
 from unicodedata import category
 
+MAX_BITS = 4096  # of a quoted whole number
 MAX_LINE = 200  # longest quoted message of another library
 
 
@@ -99,6 +100,8 @@ def quoted(value: object) -> str:
     if isinstance(value, (dict, list)):
         return "a section" if isinstance(value, dict) else "a list"
     constant_texts = {True: "true", False: "false", None: "nothing"}
+    if isinstance(value, int) and value.bit_length() > MAX_BITS:
+        return "a whole number of thousands of digits"  # Python refuses to print it
     text = constant_texts[value] if value is None or isinstance(value, bool) else repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
 

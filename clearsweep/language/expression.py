@@ -19,6 +19,10 @@ if TYPE_CHECKING:
     import numpy as np  # imported only when values are computed
 
 MAX_LENGTH = 500  # characters
+DIGITS = 60  # of an exact value; with more it is rounded, as products of products would grow without bound
+LARGEST_EXPONENT = 1000  # of ten, of an exact value
+LARGEST_POWER, SMALLEST_POWER = 99, Fraction(1, 1000)  # of a base unit
+_EXACT_BITS = 200  # of numerator and denominator, up to which a value has at most DIGITS digits
 _SUM_OPERATORS: dict[type, Callable] = {ast.Add: operator.add, ast.Sub: operator.sub}
 _PRODUCT_OPERATORS: dict[type, tuple[Callable, int]] = {ast.Mult: (operator.mul, 1), ast.Div: (operator.truediv, -1)}
 _SIGN_OPERATORS: dict[type, Callable] = {ast.UAdd: operator.pos, ast.USub: operator.neg}
@@ -60,7 +64,10 @@ def unit_of_defined(text: str, units: Mapping[str, str]) -> str:
 
 def _si_unit(text: str, units: Mapping[str, str], vocabulary: Vocabulary) -> str:
     """Return the SI unit of an expression over names with the SI units `units`."""
-    dimension = _DimensionChecker(units, vocabulary).dimension(_parse(text, vocabulary))
+    try:
+        dimension = _DimensionChecker(units, vocabulary).dimension(_parse(text, vocabulary))
+    except RecursionError:
+        raise InputError(f"found {quoted(text)}, which is nested too deeply; define its parts by name") from None
     return quantity.unit_of(tuple(sorted(dimension.items())))
 
 
@@ -75,9 +82,10 @@ def value_of(text: str, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
 
 
 def exact_value(text: str, values: Mapping[str, Fraction]) -> Fraction:
-    """Return the value (SI) of an expression checked by `unit_of_defined`; only sqrt and ** round.
+    """Return the value (SI) of an expression checked by `unit_of_defined`, with at least DIGITS digits.
 
-    Raises InputError for a division by zero, a root of a negative number, or a number too large for a float.
+    Only sqrt and ** round to fewer, those of a float.  Raises InputError for a division by zero, a root of a negative
+    number, or a number too large for a float.
     """
     try:
         exact = Fraction(_evaluate_exactly(_parse(text, DEFINED), values))
@@ -121,6 +129,14 @@ def names_in(text: str, vocabulary: Vocabulary = COLUMNS) -> set[str]:
     return {node.id for node in nodes if isinstance(node, ast.Name) and node not in calls}
 
 
+def _quoted_part(node: ast.expr) -> str:
+    """Return a part of an expression as a message cites it."""
+    try:
+        return quoted(ast.unparse(node))
+    except RecursionError:
+        return "a long part of it"
+
+
 def _expected_text(vocabulary: Vocabulary) -> str:
     """Return the allowed parts of an expression, as the second half of a message."""
     functions = ", ".join(FUNCTIONS)
@@ -137,7 +153,7 @@ class _DimensionChecker:
         """Return the dimension of an expression; InputError if it has none."""
         match node:
             case ast.Constant(value=bool() | None) | ast.Constant(value=complex()) | ast.Constant(value=bytes()):
-                raise InputError(f"found {quoted(ast.unparse(node))}; {_expected_text(self.vocabulary)}")
+                raise InputError(f"found {_quoted_part(node)}; {_expected_text(self.vocabulary)}")
             case ast.Constant(value=str(quoted_quantity)):
                 return dict(quantity.value_and_dimension(quoted_quantity)[1])
             case ast.Constant(value=int() | float()):
@@ -160,7 +176,7 @@ class _DimensionChecker:
                 return [self._common_dimension(arguments[0], argument) for argument in arguments[1:]][-1]
             case ast.Call(func=ast.Name(id=name), args=[argument], keywords=[]) if name in _ONE_ARGUMENT_FUNCTIONS:
                 return _dimension_power(self.dimension(argument), _ONE_ARGUMENT_FUNCTIONS[name])
-        raise InputError(f"found {quoted(ast.unparse(node))}; {_expected_text(self.vocabulary)}")
+        raise InputError(f"found {_quoted_part(node)}; {_expected_text(self.vocabulary)}")
 
     def _name_dimension(self, name: str) -> Dimension:
         """Return the dimension of a name; InputError if it is unknown."""
@@ -177,7 +193,7 @@ class _DimensionChecker:
         if dimensions[0] == dimensions[1]:
             return dimensions[0]
         texts = [
-            f"{quoted(ast.unparse(operand))} in {quantity.unit_of(tuple(sorted(dimension.items())))}"
+            f"{_quoted_part(operand)} in {quantity.unit_of(tuple(sorted(dimension.items())))}"
             for operand, dimension in zip((left, right), dimensions, strict=True)
         ]
         raise InputError(
@@ -229,13 +245,25 @@ def _evaluate_exactly(node: Any, values: Mapping[str, Fraction]) -> Fraction:
             return _rounded_power(_evaluate_exactly(left, values), _signed_number(power))
         case ast.BinOp(left=left, op=operation, right=right):
             function = _SUM_OPERATORS.get(type(operation)) or _PRODUCT_OPERATORS[type(operation)][0]
-            return Fraction(function(_evaluate_exactly(left, values), _evaluate_exactly(right, values)))
+            return _rounded(Fraction(function(_evaluate_exactly(left, values), _evaluate_exactly(right, values))))
         case ast.Call(func=ast.Name(id="sqrt"), args=[argument]):
             return _rounded_power(_evaluate_exactly(argument, values), 0.5)
         case ast.Call(func=ast.Name(id=name), args=arguments):
             built_in: Any = {"min": min, "max": max, "abs": abs}[name]
             return Fraction(built_in(*(_evaluate_exactly(argument, values) for argument in arguments)))
     raise AssertionError(node)  # `unit_of_defined` has refused it
+
+
+def _rounded(value: Fraction) -> Fraction:
+    """Return a value with DIGITS digits if it has more; ValueError if it is too large or too small."""
+    top, bottom = value.numerator.bit_length(), value.denominator.bit_length()
+    if max(top, bottom) <= _EXACT_BITS:
+        return value
+    exponent = round((top - bottom) * 0.30103)
+    if abs(exponent) > LARGEST_EXPONENT:
+        raise ValueError(f"a value of the size 1e{exponent}")
+    scale = Fraction(10) ** (DIGITS - exponent)
+    return round(value * scale) / scale
 
 
 def _rounded_power(base: Fraction, power: float) -> Fraction:
@@ -253,15 +281,26 @@ def _signed_number(node: ast.expr) -> float:
             return -_signed_number(operand)
         case ast.Constant(value=int() | float() as value) if not isinstance(value, bool) and abs(value) < 1e300:
             return float(value)
-    raise InputError(f"found {quoted(ast.unparse(node))}; expected a plain number below 1e300")
+    raise InputError(f"found {_quoted_part(node)}; expected a plain number below 1e300")
 
 
 def _multiply_dimensions(left: Dimension, right: Dimension) -> Dimension:
     """Return the dimension of a product."""
     powers = {name: left.get(name, Fraction(0)) + right.get(name, Fraction(0)) for name in (*left, *right)}
-    return {name: power for name, power in powers.items() if power}
+    return _checked_powers(powers)
 
 
 def _dimension_power(dimension: Dimension, power: Fraction) -> Dimension:
     """Return a dimension raised to a power."""
-    return {name: power * exponent for name, exponent in dimension.items() if power}
+    return _checked_powers({name: power * exponent for name, exponent in dimension.items()})
+
+
+def _checked_powers(powers: Dimension) -> Dimension:
+    """Return the powers that are not 0; InputError for one that no unit can be written with."""
+    for power in powers.values():
+        if power and not SMALLEST_POWER <= abs(power) <= LARGEST_POWER:
+            raise InputError(
+                f"a unit to the power {float(_rounded(power)):.3g}; expected powers of a size from "
+                f"{float(SMALLEST_POWER):g} to {LARGEST_POWER}"
+            )
+    return {name: power for name, power in powers.items() if power}

@@ -181,7 +181,7 @@ def number_text(number: float, digits: int = 3) -> str:
     power = math.floor(math.log10(abs(float(f"{number:.{digits - 1}e}"))))
     if -4 <= power < 6:
         return _group_thousands(f"{number:.{max(digits - 1 - power, 0)}f}").replace("-", MINUS)
-    mantissa = f"{number / 10.0**power:.{digits - 1}f}".replace("-", MINUS)
+    mantissa = f"{number:.{digits - 1}e}".partition("e")[0].replace("-", MINUS)
     return f"{mantissa}{BLANK}{TIMES}{BLANK}10{str(power).translate(_SUPERSCRIPTS)}"
 
 

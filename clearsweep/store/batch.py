@@ -22,7 +22,7 @@ from ..grid import Grid
 from ..judging.verdict import LimitsAndFigures
 from ..language.errors import error_line
 from . import durable
-from .columns import column_of, field_of, is_plausible, values_of, words_of
+from .columns import LARGEST, column_of, field_of, is_plausible, values_of, words_of
 from .datasets import CASE_ID, EVENT, ID_LENGTH, NODE, SAMPLE, SECTION, Dataset, datasets, offset_datasets
 from .record_shape import MisshapenError, check_facts
 
@@ -178,13 +178,20 @@ def orbits_bytes(schema: ResultSchema, rows: list[Row]) -> bytes:
     for item, dataset in offset_datasets(schema).items():
         counts = (_count_items(schema, row.trajectory, item) for row in rows)
         arrays.append((dataset, np.cumsum([0, *counts]).astype("i8")))
-    arrays += [(dataset, _concatenate_values(schema, dataset, rows)) for dataset in datasets(schema)]
+    arrays += [(dataset, _without_huge(_concatenate_values(schema, dataset, rows))) for dataset in datasets(schema)]
     size = sum(values.nbytes + DATASET_BYTES for _, values in arrays)  # in one block, since growing takes longer
     with h5py.File("batch", "w", driver="core", backing_store=False, block_size=size) as file:
         for dataset, values in arrays:
             _add_dataset(file, dataset, values)
         file.flush()
         return bytes(file.id.get_file_image())
+
+
+def _without_huge(values: np.ndarray) -> np.ndarray:
+    """Return values with NaN in place of numbers beyond LARGEST, which the readers refuse."""
+    if values.dtype.kind != "f" or not (is_huge := np.abs(values) > LARGEST).any():
+        return values
+    return np.where(is_huge, np.nan, values)
 
 
 def _add_dataset(file: h5py.File, dataset: Dataset, values: np.ndarray) -> None:

@@ -5,6 +5,8 @@ import pyarrow as pa
 
 from ..contracts.layout import Column
 
+LARGEST = 1e100  # size of a number in results, far above that of a grid; beyond, and if it is not finite, it is null
+
 
 def field_of(column: Column) -> pa.Field:
     """Return the field of a column; its metadata hold `unit` and `description`."""
@@ -13,14 +15,14 @@ def field_of(column: Column) -> pa.Field:
 
 
 def column_of(values: list, kind: pa.DataType) -> pa.Array:
-    """Return a column, null if a value is None or not finite; pa.array would import pandas, 0.4 s in every worker."""
+    """Return a column, null where None or beyond LARGEST; pa.array would import pandas, 0.4 s in every worker."""
     if kind == pa.string():
         valid = np.array([value is not None for value in values], bool)
         texts = [(value or "").encode() for value in values]
         content = [np.cumsum([0, *map(len, texts)]).astype("i4"), b"".join(texts)]
     else:
         numbers = np.array(values, float)  # None is NaN
-        valid = np.isfinite(numbers)
+        valid = np.abs(numbers) <= LARGEST  # False for NaN
         exact_values = numbers if kind == pa.float64() else np.array(values, object)  # a count may exceed 2**53
         content = [np.where(valid, exact_values, 0).astype(kind.to_pandas_dtype())]
     return array_of([np.packbits(valid, bitorder="little"), *content], kind, len(values))
@@ -32,11 +34,11 @@ def array_of(buffers: list, kind: pa.DataType, count: int) -> pa.Array:
 
 
 def is_plausible(column: pa.Array) -> bool:
-    """Return whether all values of a column can be from `column_of`: its numbers are finite, or null."""
+    """Return whether all values of a column can be from `column_of`: its numbers are up to LARGEST, or null."""
     if column.type != pa.float64():
         return True
-    finite_count = np.count_nonzero(np.isfinite(values_of(column)))
-    return bool(finite_count == len(column) - column.null_count)
+    valid_count = np.count_nonzero(np.abs(values_of(column)) <= LARGEST)
+    return bool(valid_count == len(column) - column.null_count)
 
 
 def values_of(column: pa.Array) -> np.ndarray:

@@ -15,6 +15,7 @@ from h5py import h5d, h5l, h5t, h5z
 from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Layout
 from . import durable
+from .columns import LARGEST
 from .record_shape import MisshapenError
 
 CASE, SAMPLE, EVENT, SECTION, NODE = "case", "sample", "event", "section", "node"
@@ -24,6 +25,7 @@ JOINT, TURNS, OFFSETS = f"{GROUP}/joint", f"{GROUP}/turns", f"{GROUP}/offsets"
 _PEAK, _PEAK_SAMPLE = "peak", "sample of a peak"  # items of this group
 _FILTERS = {h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32}  # another could load a library
 _HEX_DIGITS = np.frombuffer(b"0123456789abcdef", "u1")
+LARGEST_CLOCK = 1e15  # s or rad; a step of a rounded crank angle is then 0.1 rad
 _CLOCKS = ("t", "crank_angle", "events/t")  # never NaN
 
 
@@ -293,16 +295,24 @@ def _read_ids(file: h5py.File, rows: int, *, has_peaks: bool) -> np.ndarray:
 def read_values(file: h5py.File, path: str, span: Any) -> np.ndarray:
     """Return a part of a dataset of a checked file; MisshapenError for values that no run writes.
 
-    Numbers are finite, or NaN where a channel is undefined; codes are those of a word.
+    Codes are those of a word; times and crank angles are up to LARGEST_CLOCK, other numbers up to LARGEST, or NaN.
     """
     values: np.ndarray = file[path][span]
     words = h5py.check_enum_dtype(file[path].dtype)
     if words is not None:
-        is_valid = not values.size or (values.min() >= 0 and values.max() < len(words))
+        check_values(path, values, len(words))
     elif values.dtype.kind == "f":
-        is_valid = bool(np.isfinite(values).all()) or (path not in _CLOCKS and not np.isinf(values).any())
+        check_values(path, values)
+    return values
+
+
+def check_values(path: str, values: np.ndarray, codes: int = 0) -> None:
+    """Raise MisshapenError if numbers, or the codes of `codes` words, are such as no run writes."""
+    if codes:
+        is_valid = not values.size or (values.min() >= 0 and values.max() < codes)
+    elif path in _CLOCKS:
+        is_valid = bool((np.abs(values) <= LARGEST_CLOCK).all())
     else:
-        is_valid = True
+        is_valid = not (np.abs(values) > LARGEST).any()
     if not is_valid:
         raise MisshapenError(f"{path} has values that no run writes")
-    return values

@@ -16,7 +16,7 @@ from ..language import phases
 from ..language.errors import StorageError
 from . import durable
 from .batch import ResultSchema, describe_dataset, id_texts, write_dataset
-from .datasets import CASE, CASE_ID, Contents, Dataset, datasets, offset_datasets
+from .datasets import CASE, CASE_ID, Contents, Dataset, check_values, datasets, offset_datasets
 from .directory import RunDirectory, check_histories
 from .record_shape import MisshapenError
 from .summary import ROWS_IN_MEMORY, indices_by_value
@@ -64,10 +64,26 @@ class OrbitFiles:
             try:
                 self.files[number] = check_histories(batch, self.result_schema)
             except MisshapenError as error:
-                if batch.summary.parent == self.run.summaries:
-                    durable.set_aside(batch.summary)
-                raise durable.damaged_error(batch.orbits, str(error)) from error
+                raise self._refusal(number, error) from error
         return self.files.get(number)
+
+    def _refusal(self, number: int, error: MisshapenError) -> StorageError:
+        batch = self.run.batches[number]
+        assert batch.orbits is not None
+        if batch.summary.parent == self.run.summaries:
+            durable.set_aside(batch.summary)
+        return durable.damaged_error(batch.orbits, str(error))
+
+    def refuse_values(self, dataset: Dataset) -> None:
+        """Raise the StorageError for the batch in which values of a dataset are such as no run writes."""
+        for number, batch in enumerate(self.run.batches):
+            file = self._file(number)
+            count = len(batch.ids) if dataset.item == CASE else int(file.offsets[dataset.item][-1]) if file else 0
+            if file:
+                try:
+                    _checked(self.read(number, dataset, 0, count * dataset.width), dataset)
+                except MisshapenError as error:
+                    raise self._refusal(number, error) from error
 
     def read(self, number: int, dataset: Dataset, first: int, count: int) -> bytes:
         """Return `count` values of a batch's dataset from value `first` on, as bytes."""
@@ -104,9 +120,11 @@ def write_orbits(
         all_datasets, writing = datasets(result_schema), phases.innermost_phase()
         for number, dataset in enumerate(all_datasets):
             first, count = orbits.extents(dataset.item, dataset.width, rows)
-            _write_dataset(
-                file, dataset, _case_values(orbits, dataset, rows["batch"], first, count), count.sum(), threads
-            )
+            values = _case_values(orbits, dataset, rows["batch"], first, count)
+            try:
+                _write_dataset(file, dataset, values, count.sum(), threads)
+            except MisshapenError:
+                orbits.refuse_values(dataset)
             if writing:
                 writing.note(share=(number + 1) / len(all_datasets))
 
@@ -142,9 +160,15 @@ def _write_dataset(
     complete = _of_total(case_values, int(value_count) * size, dataset.path)
     row, chunks = 0, _rechunk(complete, rows * dataset.width * size)
     while batch := [chunk for _, chunk in zip(range(CHUNKS_AT_ONCE), chunks, strict=False)]:
-        for content in threads.map(lambda chunk: _filter_chunk(chunk, size), batch):
+        for content in threads.map(lambda chunk: _filter_chunk(_checked(chunk, dataset), size), batch):
             target.id.write_direct_chunk((row, *(0 for _ in shape[1:])), content)
             row += rows
+
+
+def _checked(content: bytes, dataset: Dataset) -> bytes:
+    """Return the bytes of values of a dataset; MisshapenError if no run writes them."""
+    check_values(dataset.path, np.frombuffer(content, dataset.dtype), len(h5py.check_enum_dtype(dataset.dtype) or ()))
+    return content
 
 
 def _of_total(case_values: Iterator[bytes], size: int, path: str) -> Iterator[bytes]:

@@ -10,18 +10,12 @@ import numpy as np
 import clearsweep
 
 from ..grid import Grid
-from ..grid.sections.identify import IDENTIFY
-from ..grid.sections.optimise import OPTIMISE
-from ..grid.sections.reader import CHECK_LAWS
-from ..grid.sections.seek import REFINE, SEEK
 from ..grid.sections.variations import VARYING_SECTIONS
 from ..language.errors import DirectoryError
 from .assemble import merge
 from .batch import ResultSchema, open_table
 from .directory import RunDirectory
-from .record import read_record, utc_now
-
-SEARCHES = {SEEK, REFINE, OPTIMISE, IDENTIFY, CHECK_LAWS}  # sections that add cases during a run
+from .record import SEARCHES, read_record, utc_now
 
 
 def is_unfinished(directory: Path) -> bool:

@@ -2,7 +2,7 @@
 
 import contextlib
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -13,12 +13,12 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from ..contracts import results
-from ..contracts.layout import SECTION_COUNT, Layout
+from ..contracts.layout import SECTION_COUNT, Column, Layout
 from ..judging import verdict
 from ..language.errors import ClearsweepError, DirectoryError, InputError
 from . import durable
 from .batch import GROUP_ROWS, has_histories, id_texts, ids_of_column, open_table
-from .columns import is_plausible, values_of
+from .columns import field_of, is_plausible, values_of
 from .datasets import (
     CASE_ID,
     EVENT,
@@ -36,7 +36,7 @@ from .datasets import (
     read_values,
 )
 from .directory import ANSWER_FILES, FINAL_FILES, IDENTIFY_FILE, OPTIMISE_FILE, ORBITS_FILE, SEEK_FILE, SUMMARY_FILE
-from .record import RECORD_FILE, check_format, damaged_error, read_record
+from .record import RECORD_FILE, SEARCHES, check_format, damaged_error, read_record
 from .record_shape import MisshapenError
 
 if TYPE_CHECKING:
@@ -108,6 +108,7 @@ class StoredRun:
         counts = self.grid.get("counts", {})
         if {"ok", "failed"} <= counts.keys() and len(self) != counts["ok"] + counts["failed"]:
             raise damaged_error(self._path(SUMMARY_FILE), "its number of rows is not that in run.json")
+        self._check_axes()
         with self._orbits() as file:
             mark = file.attrs["clearsweep"]
         if not isinstance(mark, str) or mark != self.grid["merged"]["mark"]:
@@ -121,12 +122,13 @@ class StoredRun:
     def _check_columns(self) -> None:
         """Raise DamagedError if the columns of a table disagree with run.json."""
         try:
-            computed = [column.name for column in verdict.limits_and_figures_of(self.grid).columns]
+            computed = verdict.limits_and_figures_of(self.grid).columns
         except InputError as error:
             raise damaged_error(self.files_directory / RECORD_FILE, f"figures: {error}") from error
-        paths = list(self.grid["units"])
-        layout_names = [column["name"] for column in self.grid["layout"]["columns"]]
-        expected = {SUMMARY_FILE: {"case_id", *paths, "status", "message", *layout_names, *computed}}
+        texts = [Column(name, "", "", "text") for name in ("case_id", "status", "message")]
+        axes = [Column(path, unit, "", _kind_of_axis(self.grid, path)) for path, unit in self.grid["units"].items()]
+        self._check_fields(SUMMARY_FILE, [*texts, *axes, *self.layout.columns, *computed])
+        paths, expected = list(self.grid["units"]), {}
         if SEEK_FILE in self.grid.get("answers", {}):
             seek = self.grid.get("seek") or {}
             searched = seek.get("largest") or seek.get("smallest") or []
@@ -142,15 +144,32 @@ class StoredRun:
         if IDENTIFY_FILE in self.grid.get("answers", {}):
             expected[IDENTIFY_FILE] = {*paths, "weight"}
         for name, names in expected.items():
-            with self._table(name) as table:
-                fields = list(table.schema_arrow)
-            is_described = all({b"unit", b"description"} <= (field.metadata or {}).keys() for field in fields)
-            if (
-                not is_described
-                or not {field.type for field in fields} <= COLUMN_TYPES
-                or {field.name for field in fields} != names
-            ):
-                raise damaged_error(self.files_directory / name, "its columns differ from those in run.json")
+            self._check_fields(name, [Column(column, "", "", "") for column in names])
+
+    def _check_fields(self, name: str, columns: Iterable[Column]) -> None:
+        """Raise DamagedError unless a table has these columns, of their kind and with their unit if they are known."""
+        expected = {column.name: column for column in columns}
+        with self._table(name) as table:
+            fields = list(table.schema_arrow)
+            is_valid = sorted(field.name for field in fields) == sorted(expected)
+            for field in fields if is_valid else ():
+                column, described = expected[field.name], field.metadata or {}
+                unit = described[b"unit"].decode() if described.keys() >= {b"unit", b"description"} else None
+                described.get(b"description", b"").decode()  # UnicodeDecodeError is a ValueError
+                is_valid &= unit is not None and field.type in COLUMN_TYPES
+                is_valid &= not column.kind or (field.type == field_of(column).type and unit == column.unit)
+        if not is_valid:
+            raise damaged_error(self._path(name), "its columns differ from those in run.json")
+
+    def _check_axes(self) -> None:
+        """Raise DamagedError if a case has another value on an axis than run.json lists; a search adds values."""
+        declared = {path: declared_values(self.grid, path) for path in self.grid["units"]}
+        listed = {path: set(values) for path, values in declared.items() if values is not None}
+        with self._table() as table:
+            rows = plausible(table.read(list(listed), use_threads=False))
+        for path, values in listed.items():
+            if not values.issuperset(rows[path].unique().to_pylist()):
+                raise damaged_error(self._path(SUMMARY_FILE), f"{path} has other values than in run.json")
 
     @contextlib.contextmanager
     def _orbits(self) -> Iterator[h5py.File]:
@@ -439,6 +458,23 @@ def plausible(rows: T) -> T:
         if not all(map(is_plausible, chunks)) or (field.name in ("case_id", "status") and column.null_count):
             raise MisshapenError(f"{field.name} has values that no run writes")
     return rows
+
+
+def declared_values(record: Mapping[str, Any], path: str) -> list[Any] | None:
+    """Return the values of an axis in run.json; None if a search adds others."""
+    if SEARCHES & record.keys():
+        return None
+    sections = [
+        *(record.get(name, {}) for name in ("sweep", "zip", "cases")),
+        record.get("sample", {}).get("drawn", {}),
+    ]
+    return next((section[path] for section in sections if path in section), None)
+
+
+def _kind_of_axis(record: Mapping[str, Any], path: str) -> str:
+    """Return the kind of the column of an axis; '' if it is unknown."""
+    values = declared_values(record, path)
+    return "" if values is None else "text" if all(isinstance(value, str) for value in values) else "float"
 
 
 def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FINAL_FILES, *ANSWER_FILES)) -> None:

@@ -14,10 +14,15 @@ from typing import Any
 import clearsweep
 
 from ..grid import SCHEMA_VERSION, Grid
+from ..grid.sections.identify import IDENTIFY
+from ..grid.sections.optimise import OPTIMISE
+from ..grid.sections.reader import CHECK_LAWS
+from ..grid.sections.seek import REFINE, SEEK
 from ..language.errors import DamagedError, DirectoryError
 from . import durable, record_shape
 
 RECORD_FILE = "run.json"
+SEARCHES = {SEEK, REFINE, OPTIMISE, IDENTIFY, CHECK_LAWS}  # sections that add cases during a run
 
 
 def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:

@@ -7,6 +7,9 @@ from ...contracts.outline import GROUND, JointOutline
 from ..keys.kinds import Section
 from ..sections.reader import Reader
 
+FREEZING = 273.15  # K, 0 degC
+OIL_TEMPERATURES = 200.0, 700.0  # K, beyond those of ASTM D341, at which oils are solid or burn
+
 _UNCONNECTED_TEXT = "no chain of joints connects it with the ground; connect it with a joint, or remove it"
 
 
@@ -304,11 +307,24 @@ def _check_temperature(reader: Reader, film: str) -> None:
     if cold and warm and max(warm) >= min(cold):
         message = f"found {max(warm):.4g} m^2/s; allowed: below {min(cold):.4g}, at_40C: oil thins as it warms up"
         reader.problems.add(reader.position_of(f"{viscosity}.at_100C"), f"{viscosity}.at_100C", message)
+    for path in (temperature, f"{balance}.ambient"):
+        _check_kelvin(reader, path)
     if reader.is_given(balance) == reader.is_given(temperature):
         message = "is missing; for example: temperature: 60 degC, or thermal: {conductance: 20 W/K, ambient: 40 degC}"
         if reader.is_given(balance):
             message = "conflicts with `thermal`, which determines it; remove one of the two"
         reader.problems.add(reader.position_of(film), temperature, message)
+
+
+def _check_kelvin(reader: Reader, path: str) -> None:
+    """Check that a temperature of an oil is one at which it flows, and not a number in degC without its unit."""
+    coldest, hottest = OIL_TEMPERATURES
+    outside = [value for value in reader.values_of(path) if not coldest <= value <= hottest]
+    for value in outside[:1]:
+        celsius = value - FREEZING
+        meant = f"; did you mean {value:g} degC?" if coldest <= value + FREEZING <= hottest else ""
+        message = f"found {value:g} K ({celsius:.4g} degC); allowed for an oil: {coldest:g} K to {hottest:g} K{meant}"
+        reader.problems.add(reader.position_of(path), path, message)
 
 
 def _check_modulus(reader: Reader, joint: str) -> None:

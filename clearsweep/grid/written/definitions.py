@@ -20,6 +20,8 @@ DEFINE = "define"
 DEFINE_PREFIX = f"{DEFINE}."
 DEFINE_TEXT = "name -> quantity, or `= expression` of other names; numbers in the grid may use these names: `= d / 2`"
 MAX_VALUES = 20_000  # of a number that varies with names; beyond, only the ends of the axes are checked
+MAX_EVALUATIONS = 200_000  # of names for these values
+MAX_LISTED = 6  # names of a circle in a message
 _CASE_SECTIONS = ("mechanism", "drive", "loads", "joints", "simulate", "save", "life", DEFINE)  # numbers here may vary
 _TEXT_SECTIONS = ("name", "figures")  # texts in these sections are not expressions of defined quantities
 _AXIS_SECTIONS = ("sweep", "zip", "cases")
@@ -32,10 +34,21 @@ class Definitions(NamedTuple):
     expression_by_name: Mapping[str, str]  # name -> its expression, '' for a quantity; in order of evaluation
     values: Mapping[str, Fraction]  # as written in the grid
     units: Mapping[str, str]
+    names_by_name: Mapping[str, frozenset[str]]  # the names in each expression
     varied_names: frozenset[str] = frozenset()  # names that an axis varies
     invalid: frozenset[str] = frozenset()  # names with an invalid definition
     #: dotted path of a number -> its expression, which contains a varied name
     dependents: Mapping[str, str] = MappingProxyType({})
+    #: name -> the varied names in its expression, directly or through other names
+    varied_by_name: Mapping[str, frozenset[str]] = MappingProxyType({})
+
+    def with_varied(self, varied_names: frozenset[str]) -> "Definitions":
+        """Return the definitions with the names that an axis varies."""
+        varied_by_name: dict[str, frozenset[str]] = {}
+        for name in self.expression_by_name:  # in order of evaluation
+            others = self.names_by_name[name]
+            varied_by_name[name] = (others & varied_names).union(*(varied_by_name[other] for other in others))
+        return self._replace(varied_names=varied_names, varied_by_name=varied_by_name)
 
     def values_at(self, point: Mapping[str, Any]) -> dict[str, float]:
         """Return path -> value of the dependent numbers at a point, `define.NAME` -> value."""
@@ -54,29 +67,33 @@ class Definitions(NamedTuple):
             if DEFINE_PREFIX + name in point
         }
         for name, text in self.expression_by_name.items():
-            if text and self.varied_in(text):
+            if self.varied_by_name.get(name):
                 values[name] = expression.exact_value(text, values)
         return values
 
     def varied_in(self, text: str) -> frozenset[str]:
         """Return the varied names in an expression."""
-        found_names: set[str] = set()
-        for name in expression.names_in(text, expression.DEFINED):
-            found_names |= {name} if name in self.varied_names else set()
-            found_names |= self.varied_in(self.expression_by_name[name]) if self.expression_by_name.get(name) else set()
-        return frozenset(found_names)
+        names = frozenset(expression.names_in(text, expression.DEFINED))
+        return (names & self.varied_names).union(*(self.varied_by_name.get(name, frozenset()) for name in names))
+
+    def add_names(self, text: str, used: set[str]) -> None:
+        """Add the names in an expression to `used`, and those that they use."""
+        pending = expression.names_in(text, expression.DEFINED) - used
+        while pending:
+            used |= pending
+            pending = {other for name in pending for other in self.names_by_name.get(name, ())} - used
 
     def needed_definitions(self) -> dict[str, str]:
         """Return `define.NAME` -> grid text of the names that `dependents` needs and that do not vary themselves."""
         used: set[str] = set()
         for text in self.dependents.values():
-            used |= names_used(text, self.expression_by_name)
+            self.add_names(text, used)
         names = [name for name in self.expression_by_name if name in used - self.varied_names]
         return {DEFINE_PREFIX + name: self._text(name) for name in names}
 
     def _text(self, name: str) -> str:
         text = self.expression_by_name[name]
-        return f"= {text}" if text and self.varied_in(text) else self.grid_text(name)
+        return f"= {text}" if self.varied_by_name.get(name) else self.grid_text(name)
 
     def grid_text(self, name: str) -> str:
         """Return the value of a name as grid text: in SI, with its unit."""
@@ -87,7 +104,7 @@ class Definitions(NamedTuple):
     ) -> tuple[float, ...]:
         """Return the values of a number whose names vary on these axes.
 
-        These are all values, or beyond MAX_VALUES those at the ends of the axes.
+        These are all values, or beyond MAX_VALUES or MAX_EVALUATIONS those at the ends of the axes.
         """
         names = sorted(self.varied_in(self.dependents[path]))
         paths_by_axis: dict[str, list[str]] = {}
@@ -103,7 +120,7 @@ class Definitions(NamedTuple):
         count = 1
         for values in axis_points:
             count *= len(values)
-        if count > MAX_VALUES:
+        if count > MAX_VALUES or count * sum(map(bool, self.varied_by_name.values())) > MAX_EVALUATIONS:
             axis_points = [[min(values), max(values)] for values in axis_points]
         varied_paths = [axis_path for axis_paths in paths_by_axis.values() for axis_path in axis_paths]
         definitions = self._replace(dependents={path: self.dependents[path]})
@@ -111,17 +128,7 @@ class Definitions(NamedTuple):
         return tuple(definitions.values_at(point)[path] for point in points)
 
 
-NO_DEFINITIONS = Definitions({}, {}, {})
-
-
-def names_used(text: str, expression_by_name: Mapping[str, str]) -> set[str]:
-    """Return all names in an expression, directly or through other names."""
-    used: set[str] = set()
-    for name in expression.names_in(text, expression.DEFINED):
-        used |= {name} | (
-            names_used(expression_by_name[name], expression_by_name) if expression_by_name.get(name) else set()
-        )
-    return used
+NO_DEFINITIONS = Definitions({}, {}, {}, {})
 
 
 def resolve_definitions(
@@ -146,7 +153,7 @@ def resolve_definitions(
         for path in position_by_varied_path
         if path.removeprefix(DEFINE_PREFIX) in definitions.values
     )
-    definitions = definitions._replace(varied_names=names & definitions.expression_by_name.keys())
+    definitions = definitions.with_varied(names & definitions.expression_by_name.keys())
     evaluator = _ExpressionEvaluator(problems, definitions, position_by_varied_path)
     evaluator.used |= {
         other for name in definitions.invalid & named.keys() for other in (name, *_names_in_value(named[name]))
@@ -225,7 +232,7 @@ class _ExpressionEvaluator:
     def _evaluate(self, written: WrittenValue, path: str) -> WrittenValue:
         text = expression_of(written.value)
         try:
-            self.used |= names_used(text, self.definitions.expression_by_name)
+            self.definitions.add_names(text, self.used)
             unit = expression.unit_of_defined(text, self.definitions.units)
             value = expression.exact_value(text, self.definitions.values)
         except InputError as error:
@@ -289,42 +296,58 @@ def _evaluate_definitions(written: Mapping[str, WrittenValue], problems: Problem
     expression_by_name: dict[str, str] = {}
     values: dict[str, Fraction] = {}
     units: dict[str, str] = {}
-    definitions = Definitions(expression_by_name, values, units)
-    names_in_evaluation: list[str] = []
+    names_by_name = {name: frozenset(_names_in_value(entry) & written.keys()) for name, entry in written.items()}
+    definitions = Definitions(expression_by_name, values, units, names_by_name)
     invalid: set[str] = set()
 
     def evaluate(name: str) -> None:
-        if name in definitions.values or name in invalid:
-            return
         entry = written[name]
-        if name in names_in_evaluation:
-            cycle = " -> ".join([*names_in_evaluation[names_in_evaluation.index(name) :], name])
-            problems.add(entry, DEFINE_PREFIX + name, f"depends on itself: {cycle}; break the circle")
-            invalid.update(names_in_evaluation[names_in_evaluation.index(name) :])
-            return
-        names_in_evaluation.append(name)
+        text = expression_of(entry.value) if is_expression(entry.value) else ""
         try:
-            text = expression_of(entry.value) if is_expression(entry.value) else ""
-            for other in sorted(expression.names_in(text, expression.DEFINED) & written.keys()) if text else ():
-                evaluate(other)
             values[name], units[name] = (
                 _value_and_unit(text, definitions) if text else _quantity_of_definition(entry.value)
             )
             expression_by_name[name] = text
         except InputError as error:
-            if name not in invalid and not _already_reported(entry, written, invalid):
+            if name not in invalid and not names_by_name[name] & invalid:  # what is wrong there is said there
                 problems.add(entry, DEFINE_PREFIX + name, str(error))
             invalid.add(name)
-        names_in_evaluation.pop()
 
-    for name in written:
-        evaluate(name)
+    for names in _evaluation_order(names_by_name):
+        if isinstance(names, list):
+            problems.add(written[names[0]], DEFINE_PREFIX + names[0], f"depends on itself: {_circle_text(names)}")
+            invalid.update(names)
+        else:
+            evaluate(names)
     return definitions
 
 
-def _already_reported(entry: WrittenValue, written: Mapping[str, WrittenValue], invalid: set[str]) -> bool:
-    """Return whether an expression contains a name that was already reported."""
-    return bool(_names_in_value(entry) & invalid & written.keys())
+def _evaluation_order(names_by_name: Mapping[str, frozenset[str]]) -> Iterator[str | list[str]]:
+    """Yield every name after those in its expression; before that, the list of the names of each circle.
+
+    It keeps its own stack, since a chain of names may be longer than the interpreter's.
+    """
+    done: set[str] = set()
+    for root in names_by_name:
+        pending = {} if root in done else {root: iter(sorted(names_by_name[root]))}  # in order of their dependence
+        while pending:
+            name, others = next(reversed(pending.items()))
+            other = next(others, None)
+            if other is None:
+                yield name
+                done.add(name)
+                del pending[name]
+            elif other in pending:
+                chain = list(pending)
+                yield chain[chain.index(other) :]
+            elif other not in done:
+                pending[other] = iter(sorted(names_by_name[other]))
+
+
+def _circle_text(names: list[str]) -> str:
+    """Return a circle of names in words."""
+    listed = names if len(names) <= MAX_LISTED else [*names[: MAX_LISTED - 1], "...", names[-1]]
+    return f"{' -> '.join([*listed, names[0]])}; break the circle"
 
 
 def _names_in_value(entry: WrittenValue) -> set[str]:

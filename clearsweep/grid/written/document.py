@@ -17,6 +17,9 @@ from ...language.errors import InputError, quoted
 
 _MAX_BYTES = 64 * 2**20  # bytes of a grid file
 _NAME_PATTERN = re.compile(r"\w[\w .+-]{0,99}")
+_PREFIXED_INTEGER = re.compile(r"[+-]?(0x[0-9a-f]{1,40}|0o[0-7]{1,40})")
+_MAX_DEPTH = 60  # of sections and lists, more than any key has
+_TOO_DEEP = f"nested too deeply, or contains itself; expected at most {_MAX_DEPTH} levels of sections and lists"
 _TAG_PREFIX = "tag:yaml.org,2002:"
 _UNTAGGED_TYPES = {
     "map",
@@ -117,11 +120,14 @@ def read_document(source: str | PathLike | Mapping, problems: Problems) -> Writt
         error_mark = error.problem_mark or error.context_mark
         where = f"{name}:{error_mark.line + 1}:{error_mark.column + 1}" if error_mark else name
         raise InputError(f"{where}: not valid YAML: {_explain(error.problem or error.context or '')}") from error
-    except (YAMLError, RecursionError, ValueError) as error:
-        first_line = str(error).strip().splitlines()[0] if str(error).strip() else "nested too deeply"
+    except (YAMLError, ValueError) as error:
+        first_line = (str(error).strip().splitlines() or ["it cannot be read"])[0]
         raise InputError(f"{name}: not valid YAML: {first_line}") from error
+    except RecursionError:
+        raise InputError(f"{name}: {_TOO_DEEP}") from None
     if node is None:
         raise InputError(f"{name}:1:1: the file is empty; `clearsweep init` writes a grid to start from")
+    _check_depth(node, name)
     return from_node(node, name, "", problems, {})
 
 
@@ -134,19 +140,38 @@ def check_regular_file(name: str | PathLike, max_bytes: int) -> None:
         raise OSError(0, f"it has {file_status.st_size:,} bytes, more than the {max_bytes:,} that are read")
 
 
-def written_of(value: Any, origin: str) -> WrittenValue:
+def _check_depth(root: Node, origin: str) -> None:
+    """Raise InputError if a document is nested too deeply for the functions that read it; aliases count as nesting."""
+    depths, pending = {id(root): 0}, [root]
+    while pending:
+        node = pending.pop()
+        if (depth := depths[id(node)] + 1) > _MAX_DEPTH:
+            mark = node.start_mark
+            raise InputError(f"{origin}:{mark.line + 1}:{mark.column + 1}: {_TOO_DEEP}")
+        children = node.value if isinstance(node.value, list) else []
+        for child in (part for item in children for part in (item if isinstance(item, tuple) else (item,))):
+            if isinstance(child.value, list) and depths.get(id(child), -1) < depth:
+                depths[id(child)] = depth
+                pending.append(child)
+
+
+def written_of(value: Any, origin: str, depth: int = 0) -> WrittenValue:
     """Return a Python value (mapping, sequence, array, number or text) as a written value."""
+    if depth > _MAX_DEPTH:
+        raise InputError(f"{origin or 'the grid'}: {_TOO_DEEP}")
     if hasattr(value, "items"):
-        return WrittenValue({str(key): written_of(item, origin) for key, item in value.items()}, origin)
+        return WrittenValue({str(key): written_of(item, origin, depth + 1) for key, item in value.items()}, origin)
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, (list, tuple, range)):
-        return WrittenValue([written_of(item, origin) for item in value], origin)
+        return WrittenValue([written_of(item, origin, depth + 1) for item in value], origin)
     return WrittenValue(value, origin)
 
 
 def override(root: WrittenValue, path: str, value: Any, problems: Problems) -> WrittenValue:
     """Return `root` with `value` at dotted `path`; None removes the value there."""
+    if path.count(".") >= _MAX_DEPTH:
+        raise InputError(f"{quoted(path)}: {_TOO_DEEP}")
     written = value if isinstance(value, WrittenValue) else written_of(value, "overrides")
     return _with_value(
         root,
@@ -229,13 +254,15 @@ def _mapping(
 
 def _scalar(tag: str, text: str, key_location: WrittenValue, path: str, problems: Problems) -> bool | int | str | None:
     """Return a YAML scalar: bool, None, or text, from which quantities are read exactly."""
-    kind = tag.removeprefix(_TAG_PREFIX)
-    if kind == "bool":
-        return text.lower() == "true"
-    if kind == "null":
+    kind, word = tag.removeprefix(_TAG_PREFIX), text.lower()
+    if kind == "bool" and word in ("true", "false"):
+        return word == "true"
+    if kind == "null" and word in ("", "~", "null"):
         return None
-    if kind == "int" and text.lower().lstrip("+-").startswith(("0x", "0o")):
-        return int(text, 0)
+    if kind == "int" and _PREFIXED_INTEGER.fullmatch(word):
+        return int(word, 0)
+    if kind in ("bool", "null"):  # a tag on another text
+        problems.add(key_location, path, f"found {quoted(text)}, which is no {kind}; remove the tag")
     return text
 
 
@@ -302,8 +329,12 @@ def _read_yaml_text(origin: str, path: str, text: str, problems: Problems) -> Wr
     """Return the value of a YAML text that comes from `origin`."""
     try:
         node = YAML(typ="safe", pure=True).compose(text)
-    except YAMLError:
+    except (YAMLError, ValueError):
         raise InputError(f"{origin}: found {quoted(text)}, which is not valid YAML") from None
+    except RecursionError:
+        raise InputError(f"{origin}: found {quoted(text)}: {_TOO_DEEP}") from None
+    if node is not None:
+        _check_depth(node, origin)
     return (
         WrittenValue(None, origin)
         if node is None

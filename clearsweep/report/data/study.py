@@ -143,8 +143,10 @@ class Study(NamedTuple):
         return max(self.joints, key=severity)
 
     def worst(self, joint: Joint) -> str:
-        """Return the case with the worst leading figure of a joint; at least one case must have this figure."""
+        """Return the case with the worst leading figure of a joint, or the first one if none has this figure."""
         values = self.cases[joint.column(self.lead.figure)]
+        if values.isna().all():
+            return str(values.index[0])
         return str(values.idxmin() if self.lead.smallest else values.idxmax())
 
     def joint_text(self, joint: Joint, template: str) -> str:
@@ -272,6 +274,7 @@ _DERIVED_FIGURES = (
 def recorded_revolutions(cases: Rows, base: Mapping) -> tuple[pd.Series, pd.Series]:
     """Return the number of revolutions before and in the recorded window of each finished case; NaN if unknown."""
     total, discarded = (cases.get(path, value_at(base, path)) for path in ("simulate.revolutions", "simulate.discard"))
+    total = np.nan if total is None else total
     discarded = 2.0 * (total > 2.0) if discarded is None else discarded  # it follows from the revolutions, which vary
     discarded = pd.Series(discarded, cases.index, dtype="float64")
     recorded = pd.Series(cases.get("revolutions_run", total), cases.index, dtype="float64") - discarded

@@ -13,6 +13,7 @@ from ...language import wording
 MARGIN = 0.05  # of the data's extent, left free at its ends
 _STEPS = [1, 2, 2.5, 5, 10]
 _MIN_TICK_DISTANCE = {"x": 30.0, "y": 17.0}  # least distance of ticks, points
+MAX_DECADE = 300.0  # powers of ten of a logarithmic axis stay within those of floats
 _MAX_TICKS = 9  # largest number of ticks
 _MAX_DECADES = 7  # decades up to which each has a tick
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -57,7 +58,7 @@ class Side:
             end if data_end in self.sticky_ends else end + sign * margin
             for end, data_end, sign in ((a, low, -1.0), (b, high, 1.0))
         ]
-        limits = [10.0**end for end in limits] if self.is_log else limits
+        limits = [10.0 ** min(max(end, -MAX_DECADE), MAX_DECADE) for end in limits] if self.is_log else limits
         low, high = (
             end if set_limit is None else set_limit for end, set_limit in zip(limits, self.fixed_limits, strict=True)
         )

@@ -189,8 +189,10 @@ def _ratio_to_median_text(study: Study, joint: Joint) -> str:
     )
     ratio = peaks / np.where(medians > 0.0, medians, np.nan)
     ratio = ratio[np.isfinite(ratio)]
+    if not len(ratio):
+        return ""
     range_text = " to ".join(dict.fromkeys((wording.number_text(ratio.min(), 2), wording.number_text(ratio.max(), 2))))
-    return f": {range_text} times the median peak per revolution" if len(ratio) else ""
+    return f": {range_text} times the median peak per revolution"
 
 
 def law_range_remarks(study: Study) -> list[str]:

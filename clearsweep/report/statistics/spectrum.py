@@ -21,7 +21,7 @@ def harmonic_spectrum(angle: np.ndarray, values: np.ndarray) -> Spectrum | None:
     No window is applied: over full revolutions, periodic components are at integer orders only.
     """
     steps = len(angle) - 1
-    if steps < 2:
+    if steps < 2 or not angle[-1] > angle[0]:
         return None
     samples_per_revolution = TURN * steps / (angle[-1] - angle[0])  # samples
     revolutions = int(np.floor(steps / samples_per_revolution + 1e-6))
