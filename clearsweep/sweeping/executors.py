@@ -96,7 +96,18 @@ class _Process(SpawnProcess):
 
 
 class _Context(SpawnContext):
+    """The context of a pool, which knows the names of its locks."""
+
     Process = _Process
+
+    def __init__(self) -> None:
+        self.lock_names: list[str] = []
+
+    def RLock(self) -> Any:  # noqa: N802 - the name that pebble calls
+        """Return a lock that processes share."""
+        lock: Any = super().RLock()
+        self.lock_names.append(lock._semlock.name)
+        return lock
 
 
 class Local:
@@ -112,9 +123,10 @@ class Local:
         self._pool = self._started()
 
     def _started(self) -> ProcessPool:
+        self._context = _Context()
         with signals.shielded():
             try:
-                pool = ProcessPool(self.worker_count, 0, worker.start_worker, (os.getpid(), self._load), _Context())
+                pool = ProcessPool(self.worker_count, 0, worker.start_worker, (os.getpid(), self._load), self._context)
                 if pool.active:  # this call starts the workers
                     return pool
                 reason = ""
@@ -137,6 +149,7 @@ class Local:
 
     def close(self) -> None:
         """Kill all workers; finished batches are kept."""
+        signals.register_locks(self._context.lock_names)
         self._pool.stop()
         for process in multiprocessing.active_children():
             if isinstance(process, _Process):

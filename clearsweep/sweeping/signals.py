@@ -4,7 +4,8 @@ import contextlib
 import os
 import signal
 import threading
-from collections.abc import Iterator
+import warnings
+from collections.abc import Iterable, Iterator
 from types import FrameType
 
 from ..language.errors import ClearsweepError
@@ -91,6 +92,7 @@ def shielded() -> Iterator[None]:
     """Block all of these signals for threads and processes started in this context: Ctrl-C must not reach them."""
     from multiprocessing import resource_tracker
 
+    warnings.filterwarnings("ignore", "resource_tracker: process died")  # it is started again, and no lock is lost
     old_mask = signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
     resource_tracker.ensure_running()  # otherwise it would start with the first worker, and unblock two signals
     signal.pthread_sigmask(signal.SIG_BLOCK, SIGNALS)
@@ -98,6 +100,17 @@ def shielded() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, old_mask)
+
+
+def register_locks(names: Iterable[str]) -> None:
+    """Register locks again before they are released: another resource tracker than the first does not know them.
+
+    A system that runs out of memory may kill the first one; its successor would print a traceback for each lock.
+    """
+    from multiprocessing import resource_tracker
+
+    for name in names:
+        resource_tracker.register(name, "semaphore")
 
 
 def _in_parent(signum: int, _frame: FrameType | None) -> None:

@@ -142,17 +142,26 @@ def check_regular_file(name: str | PathLike, max_bytes: int) -> None:
 
 def _check_depth(root: Node, origin: str) -> None:
     """Raise InputError if a document is nested too deeply for the functions that read it; aliases count as nesting."""
-    depths, pending = {id(root): 0}, [root]
+    heights: dict[int, int] = {}  # of the finished nodes, each visited once
+    pending = {id(root): (root, iter(_children(root)))}  # the nodes around the present one
     while pending:
-        node = pending.pop()
-        if (depth := depths[id(node)] + 1) > _MAX_DEPTH:
+        node, children = pending[next(reversed(pending))]
+        child = next((child for child in children if id(child) not in pending and id(child) not in heights), None)
+        if child is not None:
+            pending[id(child)] = (child, iter(_children(child)))
+            continue
+        del pending[id(node)]
+        heights[id(node)] = 1 + max((heights.get(id(child), 0) for child in _children(node)), default=0)
+        if heights[id(node)] > _MAX_DEPTH:
             mark = node.start_mark
             raise InputError(f"{origin}:{mark.line + 1}:{mark.column + 1}: {_TOO_DEEP}")
-        children = node.value if isinstance(node.value, list) else []
-        for child in (part for item in children for part in (item if isinstance(item, tuple) else (item,))):
-            if isinstance(child.value, list) and depths.get(id(child), -1) < depth:
-                depths[id(child)] = depth
-                pending.append(child)
+
+
+def _children(node: Node) -> list[Node]:
+    """Return the sections and lists directly in a node, keys of sections included."""
+    entries = node.value if isinstance(node.value, list) else []
+    parts = (part for entry in entries for part in (entry if isinstance(entry, tuple) else (entry,)))
+    return [part for part in parts if isinstance(part.value, list)]
 
 
 def written_of(value: Any, origin: str, depth: int = 0) -> WrittenValue:
