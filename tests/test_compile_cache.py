@@ -1,10 +1,12 @@
 """Compiled code is kept in a private directory and checked before it is run."""
 
+import hashlib
 import json
 import os
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 import pytest
@@ -129,6 +131,61 @@ def test_two_processes_that_compile_at_once_do_not_harm_each_other(monkeypatch, 
     cache.store("code", b"of the slow one")
     assert cache.load("code") == b"of the slow one"
     assert [path.name for path in (tmp_path / "traced").iterdir()] == ["code"]
+
+
+@pytest.mark.heavy
+def test_a_checksum_of_the_content_alone_is_not_enough(run):
+    place, _, _ = run()
+    (file,) = place.rglob("*.o")
+    body = file.read_bytes()[: -cache.CHECKSUM]
+    file.write_bytes(body + hashlib.sha256(body).digest())
+    _, hits, message = run()
+    assert hits == 0
+    assert message.count("is damaged and is compiled anew") == 1
+
+
+def test_an_object_is_not_loaded_under_another_name_or_stamp(monkeypatch, tmp_path, capsys):
+    for stamp in ("this", "other"):
+        (tmp_path / stamp).mkdir()
+        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / stamp))
+        cache.store("one", b"code of one")
+        cache.store("two", b"code of two")
+    one, two = (tmp_path / "other" / "traced" / name for name in ("one", "two"))
+    shutil.copy(one, two)
+    shutil.copy(tmp_path / "this" / "traced" / "one", one)
+    assert cache.load("one") is None
+    assert cache.load("two") is None
+    assert "is damaged" in capsys.readouterr().err
+
+
+@pytest.mark.heavy
+def test_a_prepared_directory_that_has_vanished_is_made_again(run, tmp_path):
+    gone = tmp_path / "gone" / cache.hash_of_sources()
+    place, _, message = run(NUMBA_CACHE_DIR=str(gone))
+    assert (place, message) == (gone, "")
+    assert gone.stat().st_mode & 0o777 == 0o700
+
+
+def test_a_directory_that_vanishes_while_it_is_checked_is_a_reason_and_no_error(monkeypatch, tmp_path):
+    def vanish(path, **_):
+        raise FileNotFoundError(2, "No such file or directory", str(path))
+
+    monkeypatch.setattr(Path, "stat", vanish)
+    assert cache._preparation_problem(tmp_path).startswith("it cannot be made (No such file")
+
+
+def test_without_home_and_without_an_entry_in_passwd_code_is_kept_for_this_process(monkeypatch, tmp_path, capsys):
+    def unknown():
+        raise RuntimeError("Could not determine home directory.")
+
+    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+        monkeypatch.delenv(name, raising=False)
+    monkeypatch.setattr(Path, "home", unknown)
+    monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
+    place = cache.prepare_cache()
+    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    assert place.is_relative_to(tmp_path)
+    assert "compiled code is not kept in ~/.cache: Could not determine home" in capsys.readouterr().err
 
 
 THREADS = """

@@ -1,9 +1,12 @@
 """Claims about `define`: quantities of a grid's own, and expressions of them in place of numbers."""
 
+from fractions import Fraction
+
 import pytest
 from fake_runs import CONTACT, JOINT, TEXT, load
 
 from clearsweep.language.errors import InputError
+from clearsweep.language.expression import _rounded
 
 DEFINED = TEXT.replace("name: demo\n", "name: demo\ndefine: {play: 0.5 mm, d: 20 mm, r: = d / 2}\n").replace(
     "clearance: 0.5 mm", "clearance: = play"
@@ -199,3 +202,44 @@ def test_what_follows_from_a_wrong_definition_is_not_reported_again(problems_in,
 def test_an_axis_over_a_name_that_is_not_defined_is_reported_with_the_nearest(problems_in):
     problems = problems_in(f"{WHOLE}sweep: {{define.plai: [20 um, 50 um]}}\n")
     assert any("'plai' is not defined under `define`; did you mean 'play'?" in problem for problem in problems)
+
+
+PRODUCTS = "".join(f"  b{k}: = {'*'.join([f'b{k - 1}'] * 60)}\n" for k in range(1, 7))
+BOMBS = {
+    "products of products": f"  b0: 1.000000001\n{PRODUCTS}  value: = b6 / b6\n",
+    "sums of fractions": "".join(
+        f"  b{k}: = {' + '.join(f'1/{60 * k + n + 2}' for n in range(60))}\n" for k in range(9)
+    )
+    + f"  b: = {' + '.join(f'b{k}' for k in range(9))}\n  value: = b / b\n",
+    "a chain of 2,000 names": "".join(f"  b{k}: = b{k + 1}\n" for k in range(2000)) + "  b2000: 1\n  value: = b0\n",
+    "names that double": "  b0: 1\n  b1: 1\n"
+    + "".join(f"  b{k}: = b{k - 1} + b{k - 2}\n" for k in range(2, 300))
+    + "  value: = b299 / b299\n",
+}
+
+
+@pytest.mark.parametrize("name", BOMBS)
+@pytest.mark.timeout(20)
+def test_a_small_grid_of_definitions_is_evaluated_in_a_moment(at, name):
+    text = TEXT.replace("clearance: 0.5 mm", "clearance: = value * '0.5 mm'")
+    assert ids(at(f"{text}define:\n{BOMBS[name]}")) == ids(at(TEXT))
+
+
+def test_sixty_digits_of_an_exact_value_are_kept():
+    exact = Fraction(10**70 + 3 * 10**11, 10**70)
+    assert _rounded(exact) == 1 + Fraction(3, 10**59)
+    assert _rounded(Fraction(1, 3)) == Fraction(1, 3)
+    with pytest.raises(ValueError, match="of the size 1e1200"):
+        _rounded(Fraction(10**1200))
+
+
+@pytest.mark.parametrize("text", ["(play**1e200)**1e200", "play**1e-290", "(play**60)*(play**60)"])
+def test_a_power_of_a_unit_that_nobody_can_write_is_refused(at, text):
+    with pytest.raises(InputError, match=r"a unit to the power .*expected powers"):
+        at(f"{DEFINED}figures: {{}}\n".replace("r: = d / 2", f"r: = {text}"))
+
+
+def test_a_circle_of_many_names_is_said_in_a_line(at):
+    names = "".join(f"  b{k}: = b{(k + 1) % 1500}\n" for k in range(1500))
+    with pytest.raises(InputError, match=r"b0 -> b1 -> .* -> \.\.\. -> b1499 -> b0; break the circle"):
+        at(f"{TEXT}define:\n{names}")

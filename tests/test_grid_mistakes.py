@@ -10,8 +10,12 @@ from fake_runs import CONFIGS, CONTACT, JOINT, TEXT, load
 from hypothesis import given
 from hypothesis import strategies as st
 
+from clearsweep.contracts.case import Oil
 from clearsweep.grid.resolve import case_of
-from clearsweep.language.errors import InputError, did_you_mean
+from clearsweep.grid.written.document import OverriddenGrid, Problems, WrittenValue, apply_overrides, read_document
+from clearsweep.language.errors import InputError, did_you_mean, quoted
+
+ROOT = WrittenValue({})
 
 
 @pytest.fixture
@@ -35,6 +39,11 @@ def test_a_wrong_override_is_reported_as_one(problems_in):
 
 #: what is replaced, by what, and what the message begins with and contains
 MISTAKES = {
+    "a tag on another text": (
+        "{revolutions: 10,",
+        "{revolutions: !!int 0xzz,",
+        "19:25: simulate.revolutions: found '0xzz'",
+    ),
     "unknown law": (
         "law: lankarani-nikravesh",
         "law: herz",
@@ -566,3 +575,70 @@ def test_what_does_not_vary_is_made_once_and_what_varies_for_every_case(at):
     first, second = swept.case(0).joints[0], swept.case(1).joints[0]
     assert first.wear is second.wear
     assert (first.contact.values["restitution"], second.contact.values["restitution"]) == (0.5, 0.9)
+
+
+def nested(depth):
+    value = 1
+    for _ in range(depth):
+        value = [value]
+    return value
+
+
+LOOP: dict = {}
+LOOP["a"] = LOOP
+DEEP = "[" * 99 + "]" * 99
+TOO_DEEP = {
+    "a list of lists": lambda: read_document({"a": nested(100)}, Problems()),
+    "a dict in itself": lambda: read_document(LOOP, Problems()),
+    "a long option": lambda: apply_overrides(ROOT, OverriddenGrid({}, {"a": "[" * 700}), Problems()),
+    "an option": lambda: apply_overrides(ROOT, OverriddenGrid({}, {"a": DEEP}), Problems()),
+    "values of an axis": lambda: apply_overrides(ROOT, OverriddenGrid({}, {}, {"a": DEEP}), Problems()),
+    "a long path": lambda: apply_overrides(ROOT, OverriddenGrid({}, {"a." * 3000 + "a": "1"}), Problems()),
+}
+
+
+@pytest.mark.parametrize("name", TOO_DEEP)
+def test_what_is_nested_too_deeply_is_refused_in_a_line(name):
+    with pytest.raises(InputError, match="nested too deeply, or contains itself"):
+        TOO_DEEP[name]()
+
+
+def test_aliases_count_as_nesting(problems_in):
+    aliases = "a0: &a0 [1]\n" + "".join(f"a{k}: &a{k} [*a{k - 1}]\n" for k in range(1, 1500))
+    (problem,) = problems_in(aliases + TEXT)
+    assert "nested too deeply" in problem
+
+
+def test_a_huge_number_is_cited_without_its_digits():
+    assert quoted(10**5000) == "a whole number of thousands of digits"
+
+
+OIL = {"at_40C": "46 mm^2/s", "at_100C": "6.8 mm^2/s", "density": 870}
+FILM = "joints.rod-slider.film"
+
+
+@pytest.mark.parametrize(
+    ("value", "meant"), [("60", True), ("20", True), ("1 K", True), ("-5 degC", None), ("5000", False)]
+)
+def test_a_temperature_of_an_oil_without_its_unit_is_asked_about(value, meant):
+    if meant is None:
+        load(CONFIGS / "pump.yaml", {f"{FILM}.temperature": value, "sweep": None})
+        return
+    with pytest.raises(InputError) as caught:
+        load(CONFIGS / "pump.yaml", {f"{FILM}.temperature": value, "sweep": None})
+    (problem,) = caught.value.problems
+    number = value.removesuffix(" K")
+    assert f"temperature: found {number} K (" in problem
+    assert "allowed for an oil: 200 K to 700 K" in problem
+    assert (f"did you mean {number} degC?" in problem) == meant
+
+
+def test_so_is_that_of_the_surroundings_of_a_film():
+    thermal = {"conductance": "20 W/K", "ambient": 40}
+    film = {f"{FILM}.thermal": thermal, f"{FILM}.temperature": None, "sweep": None}
+    with pytest.raises(InputError, match=r"thermal.ambient: found 40 K .*did you mean 40 degC"):
+        load(CONFIGS / "pump.yaml", film)
+
+
+def test_no_temperature_of_a_sample_ends_in_an_overflow():
+    assert Oil(4.6e-5, 6.8e-6, 870.0).viscosity(5.0) < 1e300

@@ -115,10 +115,11 @@ def test_a_penetration_is_too_deep_where_no_bearing_bears_it(penetration, cleara
 
 
 def test_a_residual_is_remarked_upon_where_the_tolerance_does_not_explain_it():
-    assert imbalance_remark(9e-7, 1e-9, 100.0) == ""
-    assert "is 1.1e-06, but a tolerance of 1e-09 explains at most 1e-06" in imbalance_remark(1.1e-6, 1e-9, 100.0)
+    assert imbalance_remark(9e-8, 1e-9, 1000.0) == ""
+    assert "is 1.1e-07, but a tolerance of 1e-09 explains at most 1e-07" in imbalance_remark(1.1e-7, 1e-9, 1000.0)
     assert imbalance_remark(9e-10, 1e-13, 1.0) == ""  # rounding
-    assert "explains at most 0.01" in imbalance_remark(0.024, 1e-3, 1e4)
+    assert "explains at most 0.001" in imbalance_remark(1.02e-3, 1e-3, 1.0)  # the tolerance itself
+    assert "explains at most 0.001" in imbalance_remark(1.3e-3, 1e-5, 1e6)  # no run is so long
 
 
 def test_a_run_counts_the_cases_whose_figures_cannot_be_meant_and_names_one():

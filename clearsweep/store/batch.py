@@ -24,6 +24,7 @@ from ..language.errors import error_line
 from . import durable
 from .columns import LARGEST, column_of, field_of, is_plausible, values_of, words_of
 from .datasets import CASE_ID, EVENT, ID_LENGTH, NODE, SAMPLE, SECTION, Dataset, datasets, offset_datasets
+from .record import kind_of_axis
 from .record_shape import MisshapenError, check_facts
 
 GROUP_ROWS = 16384  # rows of a group of the summary, and of what is worked at in one go
@@ -68,8 +69,12 @@ class ResultSchema(NamedTuple):
 
     @classmethod
     def of_record(cls, record: Mapping[str, Any]) -> "ResultSchema":
-        """Return the schema of the batches of a run from its run.json, which does not say whether an axis has words."""
-        axes = tuple(Axis(path, unit, None) for path, unit in record["units"].items())
+        """Return the schema of the batches of a run from its run.json."""
+        kinds = {path: kind_of_axis(record, path) for path in record["units"]}
+        axes = tuple(
+            Axis(path, unit, None if not kinds[path] else kinds[path] == "text")
+            for path, unit in record["units"].items()
+        )
         frame = record["frame"]
         return cls(Layout.read(record["layout"]), axes, has_histories(frame), _frame_hash(frame))
 

@@ -2,7 +2,7 @@
 
 import contextlib
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -36,7 +36,7 @@ from .datasets import (
     read_values,
 )
 from .directory import ANSWER_FILES, FINAL_FILES, IDENTIFY_FILE, OPTIMISE_FILE, ORBITS_FILE, SEEK_FILE, SUMMARY_FILE
-from .record import RECORD_FILE, SEARCHES, check_format, damaged_error, read_record
+from .record import RECORD_FILE, check_format, damaged_error, declared_values, kind_of_axis, read_record
 from .record_shape import MisshapenError
 
 if TYPE_CHECKING:
@@ -126,7 +126,7 @@ class StoredRun:
         except InputError as error:
             raise damaged_error(self.files_directory / RECORD_FILE, f"figures: {error}") from error
         texts = [Column(name, "", "", "text") for name in ("case_id", "status", "message")]
-        axes = [Column(path, unit, "", _kind_of_axis(self.grid, path)) for path, unit in self.grid["units"].items()]
+        axes = [Column(path, unit, "", kind_of_axis(self.grid, path)) for path, unit in self.grid["units"].items()]
         self._check_fields(SUMMARY_FILE, [*texts, *axes, *self.layout.columns, *computed])
         paths, expected = list(self.grid["units"]), {}
         if SEEK_FILE in self.grid.get("answers", {}):
@@ -458,23 +458,6 @@ def plausible(rows: T) -> T:
         if not all(map(is_plausible, chunks)) or (field.name in ("case_id", "status") and column.null_count):
             raise MisshapenError(f"{field.name} has values that no run writes")
     return rows
-
-
-def declared_values(record: Mapping[str, Any], path: str) -> list[Any] | None:
-    """Return the values of an axis in run.json; None if a search adds others."""
-    if SEARCHES & record.keys():
-        return None
-    sections = [
-        *(record.get(name, {}) for name in ("sweep", "zip", "cases")),
-        record.get("sample", {}).get("drawn", {}),
-    ]
-    return next((section[path] for section in sections if path in section), None)
-
-
-def _kind_of_axis(record: Mapping[str, Any], path: str) -> str:
-    """Return the kind of the column of an axis; '' if it is unknown."""
-    values = declared_values(record, path)
-    return "" if values is None else "text" if all(isinstance(value, str) for value in values) else "float"
 
 
 def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FINAL_FILES, *ANSWER_FILES)) -> None:

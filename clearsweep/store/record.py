@@ -7,6 +7,7 @@ import io
 import json
 import os
 import platform
+from collections.abc import Mapping
 from importlib import metadata
 from pathlib import Path
 from typing import Any
@@ -112,6 +113,23 @@ def record_checksum(record: dict[str, Any]) -> str:
     """Return the checksum of run.json without the checksum itself, regardless of layout."""
     content = {key: value for key, value in record.items() if key != "checksum"}
     return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
+
+
+def declared_values(record: Mapping[str, Any], path: str) -> list[Any] | None:
+    """Return the values of an axis in run.json; None if a search adds others."""
+    if SEARCHES & record.keys():
+        return None
+    sections = [
+        *(record.get(name, {}) for name in ("sweep", "zip", "cases")),
+        record.get("sample", {}).get("drawn", {}),
+    ]
+    return next((section[path] for section in sections if path in section), None)
+
+
+def kind_of_axis(record: Mapping[str, Any], path: str) -> str:
+    """Return the kind of the column of an axis; '' if it is unknown."""
+    values = declared_values(record, path)
+    return "" if values is None else "text" if all(isinstance(value, str) for value in values) else "float"
 
 
 def json_round_trip(value: Any) -> Any:
