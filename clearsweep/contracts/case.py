@@ -125,8 +125,8 @@ class Oil(NamedTuple):
     def viscosity(self, temperature: float) -> float:
         """Return the dynamic viscosity (Pa s) at a temperature T (K) by Walther's equation (ASTM D341).
 
-        log10(log10(nu + 0.7)) is linear in log10(T), where nu is the kinematic viscosity in mm^2/s.  It rises so steeply
-        towards low temperatures that nu is limited to 1e300.
+        log10(log10(nu + 0.7)) is linear in log10(T), where nu is the kinematic viscosity in mm^2/s, at most 1e300:
+        it rises steeply towards low temperatures.
         """
         log_log_40, log_log_100 = (
             math.log10(math.log10(1e6 * nu + 0.7)) for nu in (self.viscosity_40, self.viscosity_100)

@@ -43,7 +43,7 @@ THOUSAND_HOURS = 3.6e6  # s
 #: long: Neale, The Tribology Handbook, 'Dry rubbing bearings', and makers' sheets.
 MAX_PV = 3.6e6
 #: Energy residual over the tolerance, per onset and revolution, since errors of contacts add up; but at least the
-#: tolerance itself.  Half of 1,300 random cases at tolerances from 1e-12 to 1e-3 had less than 0.01, none more than 1.4.
+#: tolerance itself.  Half of 1,300 random cases at tolerances of 1e-12 to 1e-3 had less than 0.01, none over 1.4.
 #: Rounding alone stays below MIN_RESIDUAL; more than MAX_RESIDUAL is an error of the forces that counts.
 EXPLAINED_RESIDUAL, MIN_RESIDUAL, MAX_RESIDUAL = 0.1, 1e-9, 1e-3
 
