@@ -85,3 +85,27 @@ def test_a_burst_of_signals_ends_a_run_like_its_first_one(tmp_path, pause):
     _, err = process.communicate(timeout=60)
     assert process.returncode in {130, 143, 129} if pause == 0.0 else process.returncode == 130, err
     assert "Traceback" not in err
+
+
+TRACKED = """
+import os, signal, time
+from multiprocessing import resource_tracker
+from clearsweep.sweeping import executors
+if __name__ == "__main__":
+    pool = executors.Local(1)
+    assert pool.submit(abs, -2).result(60) == 2
+    os.kill(resource_tracker._resource_tracker._pid, signal.SIGKILL)
+    time.sleep(0.2)
+    assert pool.submit(abs, -3).result(60) == 3
+    pool.close()
+    del pool
+"""
+
+
+@pytest.mark.heavy
+def test_a_killed_resource_tracker_leaves_no_word_on_stderr(tmp_path):
+    (tmp_path / "tracked.py").write_text(TRACKED)
+    ended = subprocess.run(
+        [sys.executable, "tracked.py"], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=120
+    )
+    assert (ended.returncode, ended.stderr) == (0, "")

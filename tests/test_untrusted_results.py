@@ -2,6 +2,7 @@
 
 import copy
 import errno
+import html.parser
 import json
 import os
 import shutil
@@ -657,3 +658,28 @@ def test_no_cell_of_a_table_begins_like_a_formula_also_after_a_semicolon(start):
     first, second = table.csv().splitlines()[1].split(",")
     assert first.strip('"').startswith("'")
     assert second.strip('"').startswith("plain;'")
+
+
+class Elements(html.parser.HTMLParser):
+    """Collects the elements of a page that could run something."""
+
+    def __init__(self, text):
+        super().__init__()
+        self.active = []
+        self.feed(text)
+
+    def handle_starttag(self, tag, attrs):
+        if tag in ("img", "iframe", "object", "embed", "base") or any(name.startswith("on") for name, _ in attrs):
+            self.active.append((tag, attrs))
+
+
+@pytest.mark.parametrize("text", ["a</script><img src=x onerror=pwn()>", "\"'><svg onload=pwn()>b`c"])
+def test_labels_and_messages_of_a_stranger_are_no_elements_of_a_page(tmp_path, text):
+    axes = {MASS: {text: 0.1, "b": 0.2}, "joints.rod-slider.clearance": {f"c{text}": "0.1 mm", "d": "0.2 mm"}}
+    swept(fake_physics.grid(2, sweep=axes), tmp_path / "run")
+    crafted_table(tmp_path / "run" / "summary.parquet", with_column("message", f"{text}\u202e"))
+    new = {"summary.parquet": durable.checksum(tmp_path / "run" / "summary.parquet")}
+    crafted(tmp_path / "run", lambda content: content["merged"].update(new))
+    page = page_of(clearsweep.open(tmp_path / "run")).text()
+    assert page.count("pwn()") > 2
+    assert Elements(page).active == []
