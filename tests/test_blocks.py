@@ -235,7 +235,7 @@ def test_too_many_failures_leave_the_rest_and_a_later_run_continues(tmp_path):
 def test_files_of_other_drivers_in_a_block_are_kept(tmp_path, is_shared):
     job = SimpleNamespace(directory=tmp_path)
     runner = blockwise.BlockRunner(job, SimpleNamespace(workers=None))
-    directory = store.Block(tmp_path, 0).directory("frame")
+    directory = store.Block(tmp_path, 0).directory(store.ResultSchema.of(grids.load(grid(1), CATALOGUE)))
     other = durable.scratch_file(directory.scratch, "0123456789abcdef.part")
     other.write_bytes(b"half of a commit")
     future = Future()

@@ -167,10 +167,10 @@ def test_a_prepared_directory_that_has_vanished_is_made_again(run, tmp_path):
 
 
 def test_a_directory_that_vanishes_while_it_is_checked_is_a_reason_and_no_error(monkeypatch, tmp_path):
-    def vanish(path, **_):
+    def vanish(path):
         raise FileNotFoundError(2, "No such file or directory", str(path))
 
-    monkeypatch.setattr(Path, "stat", vanish)
+    monkeypatch.setattr(cache, "privacy_problem", vanish)
     assert cache._preparation_problem(tmp_path).startswith("it cannot be made (No such file")
 
 

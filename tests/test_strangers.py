@@ -352,8 +352,9 @@ def test_a_report_is_written_over_no_device_link_or_directory_and_leaves_nothing
         assert f"{name}: is a {kind}, not a file" in err
     assert sorted(tmp_path.iterdir()) == before
     assert victim.read_text() == "precious"
-    page.write_page("new", victim)
-    assert victim.read_text() == "new"
+    with pytest.raises(DirectoryError, match="clearsweep did not write it"):
+        page.write_page("new", victim)
+    assert victim.read_text() == "precious"
     assert command("report", run, "--out", victim / "x.html")[0] == 2
 
 

@@ -206,16 +206,22 @@ class Contents(NamedTuple):
 
 
 @contextlib.contextmanager
-def open_orbits(path: Path, schema: Stored, rows: int, *, plain: bool = False) -> Iterator[tuple[h5py.File, Contents]]:
+def open_orbits(
+    path: Path, schema: Stored, rows: int, *, mark: str | None = None, plain: bool = False
+) -> Iterator[tuple[h5py.File, Contents]]:
     """Yield a file of orbits that has the datasets of `schema` for `rows` cases, and nothing else; with its contents.
 
     An HDF5 file can refer to other files, pipes and libraries.  So every link must be a hard one, and every dataset an
-    array in this file with the type and the shape of the contract.  `plain`: without chunks and filters, as in a batch.
+    array in this file with the type and the shape of the contract.  `mark`: that of the run to which it must belong;
+    `plain`: without chunks and filters, as in a batch.
 
     Raises MisshapenError, or what HDF5 raises: OSError, RuntimeError, KeyError, ValueError or TypeError.
     """
     durable.open_regular(path).close()
     with h5py.File(path, "r") as file:
+        found = file.attrs["clearsweep"] if mark is not None else None
+        if mark is not None and not (isinstance(found, str) and found == mark):
+            raise MisshapenError("it belongs to another run than summary.parquet")
         yield file, _check_file(file, schema, rows, os.stat(path).st_size if plain else None)
 
 

@@ -63,6 +63,7 @@ class StoredRun:
         self.directory = Path(directory)
         self.files_directory = files_directory or self.directory
         self.grid = read_record(self.files_directory)
+        check_format(self.files_directory, self.grid)
         self.layout = Layout.read(self.grid["layout"])
         self._check()
 
@@ -97,8 +98,7 @@ class StoredRun:
         run.check_content()
 
     def _check(self) -> None:
-        """Raise DirectoryError if the merged files are missing, damaged, of different runs or of another format."""
-        check_format(self.files_directory, self.grid)
+        """Raise DirectoryError if the merged files are missing, damaged or of different runs."""
         verify(self.files_directory, self.grid, (SUMMARY_FILE, *ANSWER_FILES))
         self.check_content()
 
@@ -109,10 +109,8 @@ class StoredRun:
         if {"ok", "failed"} <= counts.keys() and len(self) != counts["ok"] + counts["failed"]:
             raise damaged_error(self._path(SUMMARY_FILE), "its number of rows is not that in run.json")
         self._check_axes()
-        with self._orbits() as file:
-            mark = file.attrs["clearsweep"]
-        if not isinstance(mark, str) or mark != self.grid["merged"]["mark"]:
-            raise damaged_error(self._path(ORBITS_FILE), "it belongs to another run than summary.parquet")
+        with self._orbits():  # checks it
+            pass
         with self._table() as table:
             chunks = table.read(["case_id"], use_threads=False).column(0).chunks
             ids = np.concatenate([np.empty(0, "u8"), *map(ids_of_column, chunks)])
@@ -181,10 +179,16 @@ class StoredRun:
                 with h5py.File(path, "r") as file:
                     yield file
                 return
-            with open_orbits(path, self, len(self)) as (file, contents):
+            with open_orbits(path, self, len(self), mark=self._mark) as (file, contents):
                 self._accept(contents)
                 self._checked = state
                 yield file
+
+    @property
+    def _mark(self) -> str | None:
+        """Return the mark that orbits.h5 has in common with summary.parquet; None if it has none."""
+        mark: str | None = self.grid.get("merged", {}).get("mark")
+        return mark
 
     _checked: tuple[int, ...] = ()  # the state of orbits.h5 when it was last checked
 

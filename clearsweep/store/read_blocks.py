@@ -59,6 +59,10 @@ class OneBlock(StoredRun):
             raise damaged_error(self._ids_file, "its size is not that of the identities of the cases")
         return np.frombuffer(content, "<u8")
 
+    @property
+    def _mark(self) -> str | None:
+        return None
+
     def _accept(self, contents: Contents) -> None:
         if not np.array_equal(contents.ids, self._ids):
             raise damaged_error(self._path(ORBITS_FILE), f"its cases are not those of {IDS_FILE}")
@@ -254,7 +258,7 @@ class BlockedRun(StoredRun):
         """Return the rows of the summary that pass some filters; blocks that cannot contain any are not read."""
         tables, schema = [], None
         for block_run in self._matching_blocks(filters):
-            with block_run._table() as file:
+            with damage_said(path := block_run._path(SUMMARY_FILE)), open_table(path) as file:
                 schema = file.schema_arrow
                 groups = filters.groups(file, block_run.rows_between)
                 names = None if columns is None else list(dict.fromkeys([*columns, *filters.columns]))
@@ -264,7 +268,7 @@ class BlockedRun(StoredRun):
                     if mask.any():
                         tables.append(table.filter(pa.array(mask)))
         if schema is None:
-            with self.block_runs[0]._table() as file:
+            with damage_said(path := self._path(SUMMARY_FILE)), open_table(path) as file:
                 schema = file.schema_arrow
         selected = pa.schema([schema.field(name) for name in columns]) if columns is not None else schema
         table = pa.concat_tables([selected.empty_table(), *(table.select(selected.names) for table in tables)])
