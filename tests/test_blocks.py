@@ -14,6 +14,7 @@ from fake_physics import CATALOGUE, FAILS, GOOD, Fake, grid, merge
 from test_sweep import quiet
 
 import clearsweep
+from clearsweep import grid as grids
 from clearsweep import report, store
 from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.report.blocks.section import Note, Points, Sentences
