@@ -149,8 +149,10 @@ class Local:
 
     def close(self) -> None:
         """Kill all workers; finished batches are kept."""
-        signals.register_locks(self._context.lock_names)
-        self._pool.stop()
+        try:
+            signals.register_locks(self._context.lock_names)
+        finally:
+            self._pool.stop()
         for process in multiprocessing.active_children():
             if isinstance(process, _Process):
                 process.kill()

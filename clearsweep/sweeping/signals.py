@@ -109,8 +109,9 @@ def register_locks(names: Iterable[str]) -> None:
     """
     from multiprocessing import resource_tracker
 
-    for name in names:
-        resource_tracker.register(name, "semaphore")
+    if not resource_tracker._resource_tracker._check_alive():  # type: ignore[attr-defined]
+        for name in names:
+            resource_tracker.register(name, "semaphore")
 
 
 def _in_parent(signum: int, _frame: FrameType | None) -> None:
