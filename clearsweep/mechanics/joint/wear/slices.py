@@ -37,9 +37,11 @@ from .step import (
     FACING,
     JOURNAL_START,
     LEAN,
+    LOAD_INTEGRAL,
     MAX_DEPTH,
     REACH,
     SLOPES,
+    TILT_SQUARE,
     fit_positions,
     fit_profiles,
     record,
@@ -49,11 +51,12 @@ from .step import (
 from .wall_strips import (
     DepthProfile,
     carries_load,
+    depth_along,
     depth_at_start,
     largest_depth_along,
-    load_fraction,
+    load_integral,
     loads_along,
-    pressed_range,
+    pressed_part,
     strip_position,
 )
 
@@ -87,7 +90,8 @@ def _record_wall(joint, gap, body_angles, contact, instant):
     step.positions[j, 1, i] = math.atan2(point.normal.y, point.normal.x)
     strip_start = strip_position(joint.end_type, joint, gap, point, end)
     overlap = bearing_length(joint.end_type, joint, gap)
-    step.axial[j, LEAN, i], step.axial[j, REACH, i] = strip_start.lean, overlap.half_length
+    step.axial[j, LEAN, i], step.axial[j, REACH, i] = strip_start.lean, 0.5 * (overlap.high - overlap.low)
+    step.axial[j, TILT_SQUARE, i] = gap.axis.x * gap.axis.x + gap.axis.y * gap.axis.y
     step.axial[j, BEARING_START, i] = strip_start.bearing_start
     step.axial[j, JOURNAL_START, i] = strip_start.journal_start
     step.axial[j, FACING, i] = strip_start.facing
@@ -116,9 +120,9 @@ class StripHistory(NamedTuple):
 @kernel
 def _strip_at(joint, history, i):
     """Return the DepthProfile of a strip and its depth (m) at equidistant time number `i`."""
-    return DepthProfile(history.values[REACH, i], history.values[LEAN, i]), depth_at_start(
-        joint.walls, history.step_values[DEPTH_ROW, i]
-    )
+    values = history.values
+    strip = DepthProfile(values[REACH, i], values[LEAN, i], values[TILT_SQUARE, i])
+    return strip, depth_at_start(joint.walls, history.step_values[DEPTH_ROW, i])
 
 
 @kernel
@@ -136,16 +140,18 @@ def slice_of(joint, history, low, high):
         if weight <= 0.0:
             continue
         strip, start_depth = _strip_at(joint, history, i)
-        near_end, far_end, largest_depth = min(low, strip.reach), min(high, strip.reach), history.values[MAX_DEPTH, i]
-        fraction = load_fraction(joint.walls, joint, strip, start_depth, (near_end, far_end))
-        loaded_start, loaded_end = pressed_range(strip, start_depth)
-        loaded_start, loaded_end = max(loaded_start, near_end), min(loaded_end, far_end)
+        largest_depth, total = history.values[MAX_DEPTH, i], history.values[LOAD_INTEGRAL, i]
+        interval = min(low, strip.reach), min(high, strip.reach)
+        fraction = 1.0 if low <= 0.0 else 0.0  # of a point, which has its load at its start
+        if total > 0.0:
+            fraction = load_integral(joint.walls, joint, strip, start_depth, interval) / total
+        loaded_start, loaded_end = pressed_part(joint.walls, joint, strip, start_depth, interval)
         load_fraction_sum += weight * fraction
         work_sum += weight
         if loaded_end > loaded_start:
             length_sum += weight * fraction * (loaded_end - loaded_start)
             begin_sum += weight * fraction * (loaded_start - low)
-            mean_depth = start_depth - 0.5 * strip.lean * (loaded_start + loaded_end)
+            mean_depth = depth_along(joint.walls, joint, strip, start_depth, 0.5 * (loaded_start + loaded_end))
             depth_sum += weight * fraction * mean_depth / largest_depth
             weight_sum += weight * fraction
     if weight_sum <= 0.0:
@@ -251,14 +257,16 @@ def fit_strip(joint, j, step):
     fit_positions(step.workspace, step.positions[j])
     max_reach = 0.0
     for i in rolled_range(PARTS + 1):
-        strip_values[LEAN, i] = strip_values[REACH, i] = 0.0
+        strip_values[LEAN, i] = strip_values[REACH, i] = strip_values[TILT_SQUARE, i] = 0.0
         for k in rolled_range(QUARTER_POINTS + 2):
             strip_values[LEAN, i] += FROM_QUARTERS[i, k] * axial[LEAN, k]
             strip_values[REACH, i] += FROM_QUARTERS[i, k] * axial[REACH, k]
+            strip_values[TILT_SQUARE, i] += FROM_QUARTERS[i, k] * axial[TILT_SQUARE, k]
         strip_values[REACH, i] = max(strip_values[REACH, i], 0.0)
         max_reach = max(max_reach, strip_values[REACH, i])
         strip, start_depth = _strip_at(joint, history, i)
-        strip_values[MAX_DEPTH, i] = largest_depth_along(strip, start_depth)
+        strip_values[MAX_DEPTH, i] = largest_depth_along(joint, strip, start_depth)
+        strip_values[LOAD_INTEGRAL, i] = load_integral(joint.walls, joint, strip, start_depth, (0.0, strip.reach))
     return StripHistory(max_reach, strip_values, step.step_values[j])
 
 

@@ -1,14 +1,18 @@
 """Contact strips along the walls of a spatial joint, and the distribution of the load along them.
 
 A wall contact is at the deepest point of the surfaces.  From there the surfaces touch over a strip that extends
-inwards, over at most half of the length on which journal and bore overlap.  Its depth decreases linearly:
+inwards, over at most half of the length on which journal and bore overlap.  Positions z along it are from its start.
 
-    depth(z) = depth - lean z,    0 <= z <= reach.
+For spread walls, depth and load are those of the equations of motion: the distance of the axes is a hyperbola,
 
-For spread walls, the load per length is the elastic force at this depth, as in the equations of motion.  If one end is
-separated, its strip still carries load where the contact of the other end extends past the middle.  For walls that
-carry load at their ends, the load along the strip is proportional to the depth, as on an elastic foundation (Johnson
-1985, Contact Mechanics, section 4.3).  So a parallel journal is loaded evenly and a tilted journal at its edge.
+    (clearance + depth(z))^2 = (clearance + depth)^2 - 2 (clearance + depth) lean z + tilt_square z^2,
+
+and the load per length is the elastic force at this depth.  If one end is separated, its strip still carries load
+where the contact of the other end extends past the middle.
+
+For walls that carry load at their ends, the depth decreases linearly, depth(z) = depth - lean z, and the load along the
+strip is proportional to it, as on an elastic foundation (Johnson 1985, Contact Mechanics, section 4.3).  So a parallel
+journal is loaded evenly and a tilted journal at its edge.
 """
 
 import math
@@ -22,37 +26,103 @@ from ..elastic.contract import elastic_force
 from ..modes import touches
 from ..spatial import AtEdges, EndContacts, InBore, Overlapping, Spread
 from ..spatial.points import is_past_edge
-from ..spatial.strips import mean_elastic, pressed_between
+from ..spatial.strips import Profile, depth_at, integrals_between, lifted_part
 
 
 class DepthProfile(NamedTuple):
     """Depth along a strip, from the deepest point of the surfaces."""
 
     reach: float  # m, largest length of the strip
-    lean: float  # 1, decrease of depth per length
+    lean: float  # 1, decrease of depth per length at its start
+    tilt_square: float  # 1, square of the sine of the angle between the axes
 
 
 @kernel
-def pressed_range(strip, depth):
-    """Return (begin, end) (m) of the pressed part of a strip of `depth` (m) at its start; (0, 0) without contact."""
-    pressed = pressed_between((depth, depth - strip.lean * strip.reach))
-    return strip.reach * pressed.start_fraction, strip.reach * (pressed.start_fraction + pressed.length_fraction)
+def _profile_of(joint, strip, depth):
+    """Return the Profile of a strip of spread walls; depth : m, at its start."""
+    distance = joint.clearance + depth
+    return Profile(distance * distance, -distance * strip.lean, strip.tilt_square, -joint.clearance, 0.0)
+
+
+@family
+def pressed_part(walls, joint, strip, depth, interval):
+    """Return (begin, end) (m) of the pressed part of an interval of a strip; end is not above begin without contact.
+
+    depth : m, at the strip's start.
+    """
+
+
+@pressed_part.member(EndContacts)
+def _pressed_part_end_contacts(walls, joint, strip, depth, interval):
+    inner_depth, begin, length = depth - strip.lean * strip.reach, 0.0, 1.0
+    if depth <= 0.0 and inner_depth <= 0.0:
+        length = 0.0
+    elif inner_depth <= 0.0:
+        length = depth / (depth - inner_depth)
+    elif depth <= 0.0:
+        length = inner_depth / (inner_depth - depth)
+        begin = 1.0 - length
+    return max(strip.reach * begin, interval[0]), min(strip.reach * (begin + length), interval[1])
+
+
+@pressed_part.member(Spread)
+def _pressed_part_spread(walls, joint, strip, depth, interval):
+    low, high = interval
+    lifted = lifted_part(_profile_of(joint, strip, depth), 2.0 * strip.reach)
+    if low < lifted.begin:
+        return low, high if lifted.end < high else min(high, lifted.begin)
+    return max(low, lifted.end), high
+
+
+@family
+def load_integral(walls, joint, strip, depth, interval):
+    """Return an integral over an interval (m) of a strip that is proportional to its load; depth : m, at its start."""
+
+
+@load_integral.member(EndContacts)
+def _load_integral_end_contacts(walls, joint, strip, depth, interval):
+    return _depth_integral(joint, strip, depth, interval[1]) - _depth_integral(joint, strip, depth, interval[0])
 
 
 @kernel
-def depth_integral(strip, depth, distance):
-    """Return the integral (m^2) of the depth up to `distance` (m) along a strip; depth : at its start, at least 0."""
-    stop_distance = min(distance, pressed_range(strip, depth)[1])
+def _depth_integral(joint, strip, depth, distance):
+    """Return the integral (m^2) of a linear depth up to `distance` (m) along a strip; depth : at its start, m."""
+    stop_distance = min(distance, pressed_part(joint.walls, joint, strip, depth, (0.0, strip.reach))[1])
     return stop_distance * (depth - 0.5 * strip.lean * stop_distance)
 
 
+@load_integral.member(Spread)
+def _load_integral_spread(walls, joint, strip, depth, interval):
+    return _integrals(joint, strip, depth, interval)[0]
+
+
 @kernel
-def foundation_load_fraction(strip, depth, low, high):
-    """Return the load fraction between two distances (m) along a strip on a foundation; a point has it at its start."""
-    total = depth_integral(strip, depth, strip.reach)
-    if total <= 0.0:
-        return 1.0 if low <= 0.0 else 0.0
-    return (depth_integral(strip, depth, high) - depth_integral(strip, depth, low)) / total
+def _integrals(joint, strip, depth, interval):
+    """Return the integrals of the elastic force (N m) and the depth (m^2) over an interval (m) of a strip."""
+    profile = _profile_of(joint, strip, depth)
+    lifted = lifted_part(profile, 2.0 * strip.reach)
+    return integrals_between(profile, lifted, joint.elastic, joint.walls.rule, interval)
+
+
+@family
+def depth_along(walls, joint, strip, depth, z):
+    """Return the depth (m) at the position z (m) of a strip; depth : m, at its start."""
+
+
+@depth_along.member(EndContacts)
+def _depth_along_end_contacts(walls, joint, strip, depth, z):
+    return depth - strip.lean * z
+
+
+@depth_along.member(Spread)
+def _depth_along_spread(walls, joint, strip, depth, z):
+    return depth_at(_profile_of(joint, strip, depth), z)
+
+
+@kernel
+def largest_depth_along(joint, strip, depth):
+    """Return the largest depth (m) along a strip, which is at its start or its inner end; negative without contact."""
+    return max(depth, depth_along(joint.walls, joint, strip, depth, strip.reach))
 
 
 @family
@@ -68,32 +138,6 @@ def _depth_at_start_end_contacts(walls, depth):
 @depth_at_start.member(Spread)
 def _depth_at_start_spread(walls, depth):
     return depth
-
-
-@family
-def load_fraction(walls, joint, strip, depth, interval):
-    """Return the fraction of a strip's load between two distances (m) along it."""
-
-
-@load_fraction.member(EndContacts)
-def _load_fraction_end_contacts(walls, joint, strip, depth, interval):
-    return foundation_load_fraction(strip, depth, interval[0], interval[1])
-
-
-@load_fraction.member(Spread)
-def _load_fraction_spread(walls, joint, strip, depth, interval):
-    low, high = interval
-    total = _elastic_load(joint, strip, depth, 0.0, strip.reach)
-    if total <= 0.0:
-        return 1.0 if low <= 0.0 else 0.0
-    return _elastic_load(joint, strip, depth, low, high) / total
-
-
-@kernel
-def _elastic_load(joint, strip, depth, low, high):
-    """Return the integral (N m) of the elastic force of the whole joint between two distances (m) along a strip."""
-    end_depths = depth - strip.lean * low, depth - strip.lean * high
-    return (high - low) * mean_elastic(joint.elastic, joint.walls.rule, end_depths)
 
 
 class LoadDistribution(NamedTuple):
@@ -112,32 +156,27 @@ def loads_along(walls, joint, strip, depth, load):
 
 @loads_along.member(EndContacts)
 def _loads_along_end_contacts(walls, joint, strip, depth, load):
-    loaded_length, area = pressed_range(strip, depth)[1], depth_integral(strip, depth, strip.reach)
+    interval = 0.0, strip.reach
+    loaded_length, area = (
+        pressed_part(walls, joint, strip, depth, interval)[1],
+        load_integral(walls, joint, strip, depth, interval),
+    )
     if area <= 0.0:
         return LoadDistribution(0.0, 0.0, 0.0, 0.0)
-    largest_depth = largest_depth_along(strip, depth)
+    largest_depth = largest_depth_along(joint, strip, depth)
     return LoadDistribution(load / loaded_length, area / loaded_length, load * largest_depth / area, largest_depth)
 
 
 @loads_along.member(Spread)
 def _loads_along_spread(walls, joint, strip, depth, load):
-    (loaded_start, loaded_end), total = (
-        pressed_range(strip, depth),
-        _elastic_load(joint, strip, depth, 0.0, strip.reach),
-    )
-    loaded_length, largest_depth = loaded_end - loaded_start, largest_depth_along(strip, depth)
+    total, area = _integrals(joint, strip, depth, (0.0, strip.reach))
+    lifted = lifted_part(_profile_of(joint, strip, depth), 2.0 * strip.reach)
+    loaded_length = max(min(lifted.begin, strip.reach), 0.0) + max(strip.reach - max(lifted.end, 0.0), 0.0)
     if total <= 0.0 or loaded_length <= 0.0:
         return LoadDistribution(0.0, 0.0, 0.0, 0.0)
+    largest_depth = largest_depth_along(joint, strip, depth)
     max_load = load * elastic_force(joint.elastic, largest_depth) / total
-    return LoadDistribution(
-        load / loaded_length, depth - strip.lean * (loaded_start + 0.5 * loaded_length), max_load, largest_depth
-    )
-
-
-@kernel
-def largest_depth_along(strip, depth):
-    """Return the largest depth (m) along a strip; negative without contact."""
-    return max(depth, depth - strip.lean * strip.reach)
+    return LoadDistribution(load / loaded_length, area / loaded_length, max_load, largest_depth)
 
 
 @family
