@@ -1,17 +1,19 @@
 """Loads of walls with distributed stiffness: each slice of the length carries load by itself, see `strips`.
 
-The joint stores the energy of its slices, an integral of the law's energy at their depth over the length.  Their
-depth is that of the straight line between the exact depths of both ends, less the sag of the line of the distances
-below its chord.  So the forces, the derivatives of this energy, are the ends' forces at their points, along their
-normals, and those of the sag, which turn the normal along the length.
+The joint stores the energy of its slices, an integral of the law's energy at their depth over the length.  With z from
+-1 to 1 over the length, the shares s1 = (1 + z) / 2 and s2 = (1 - z) / 2 of both ends, and their distances from the
+other axis, the clearance plus the depth there,
 
-The distance of a circle of the journal from the axis of the bearing, at the position z on the pin, is that of the
-vector p(z) = offset + z lean across the bearing, with the part along the lean shortened by the factor
+    distance(z)^2 = s1 distance1^2 + s2 distance2^2 - s1 s2 spread^2,
 
-    flattening = distance / (distance + radius lean^2),
+as the vector of the distance is linear along the pin.  `spread` is the length of its change between the ends: the
+overlap times the sine of the tilt phi.  In the view along the bearing the circles of the journal are ellipses; with
 
-as the circle is an ellipse in this view; the distance is the root mean square of those at both ends.  This is the
-exact largest distance to first order in lean^2 radius / distance; the ends have the exact one.
+    spread^2 = overlap^2 sin^2 phi / (1 + radius sin^2 phi / distance),
+
+this is the exact distance of their farthest point to first order in radius sin^2 phi / distance.  The forces are the
+derivatives of this energy: those of both ends act at their points, along their normals, as at `EndContacts`, and a
+couple is conjugate to the spread.  Together they turn the normal along the length.
 
 Each half of the length is the strip of its end: it has the onset rate and is clipped with the contact of this end.
 """
@@ -21,14 +23,15 @@ from typing import NamedTuple
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
 from ...compiled.family import family, kernel
-from ...compiled.vector import Vector, cross, dot, minus, plus, plus_scaled, times
+from ...compiled.vector import Vector, cross, dot, minus, norm, plus, plus_scaled, times
 from ..contract import Contact
 from ..friction.contract import friction_force
 from ..loss.contract import lowest_force
 from ..modes import CLIPPED, touches
 from .form import ContactForce, InBore, Overlapping, SpreadContact
-from .points import Point, wall_point
+from .points import Point, overlap_of, wall_point
 from .strips import (
+    Lifted,
     Profile,
     SliceRates,
     Span,
@@ -39,7 +42,6 @@ from .strips import (
     energy_of,
     lifted_part,
     no_sums,
-    root_at,
     with_span,
 )
 
@@ -65,13 +67,12 @@ def as_spread(contact, end_force):
 
 
 class Overlap(NamedTuple):
-    """The length on which journal and bore overlap, along the journal from its middle."""
+    """The length on which journal and bore overlap."""
 
-    high: float  # m, position of its end of +z
-    low: float  # m, of its end of -z
-    high_slides: float  # 1 if it is the edge of the bore, which moves along the journal, else 0
-    low_slides: float  # 1
-    full_length: float  # m, of an overlap with the full stiffness
+    half_length: float  # m, half of it
+    stiffness_fraction: float  # 1, fraction of the full stiffness that acts on this overlap
+    growth: float  # 1, rate of the length per velocity (m/s) of the journal along its axis, seen from the bearing
+    middle: float  # m, position of its middle along the journal, from the journal's middle
     circle_radius: float  # m, of the circles that are ellipses in the view along the other axis
 
 
@@ -83,24 +84,21 @@ def bearing_length(end_type, joint, gap):
 @bearing_length.member(InBore)
 def _bearing_length_in_bore(end_type, joint, gap):
     zero = as_type_of(0.0, gap.middle.z)
-    half_length = zero + joint.journal_half_length
-    return Overlap(half_length, -half_length, zero, zero, 2.0 * joint.journal_half_length, joint.journal_radius)
+    return Overlap(zero + joint.journal_half_length, zero + 1.0, zero, zero, joint.journal_radius)
 
 
 @bearing_length.member(Overlapping)
 def _bearing_length_overlapping(end_type, joint, gap):
-    zero, half_length = as_type_of(0.0, gap.middle.z), joint.journal_half_length
-    full_length = 2.0 * min(half_length, joint.half_length)
-    high, low = zero + half_length, zero - half_length
-    high_slides = low_slides = zero
-    if joint.half_length - gap.middle.z < half_length:
-        high, high_slides = joint.half_length - gap.middle.z, zero + 1.0
-    if joint.half_length + gap.middle.z < half_length:
-        low, low_slides = -joint.half_length - gap.middle.z, zero + 1.0
-    if high - low < 1e-9 * full_length:  # the run ends when it is 0
-        high = low + 1e-9 * full_length
-    return Overlap(high, low, high_slides, low_slides, full_length, 0.0)  # the circles of bore and journal: one sags,
-    # the other bulges
+    full_length, length = 2.0 * min(joint.journal_half_length, joint.half_length), overlap_of(joint, gap)
+    zero, shift = as_type_of(0.0, length), gap.middle.z
+    high = min(zero + joint.journal_half_length, joint.half_length - shift)
+    low = max(zero - joint.journal_half_length, -joint.half_length - shift)
+    middle = 0.5 * (high + low)
+    # Of an ellipse one end bulges and one sags where journal and bore carry one end each: circles have no radius here.
+    if length >= full_length:
+        return Overlap(zero + 0.5 * full_length, zero + 1.0, zero, middle, 0.0)
+    length = max(length, 1e-9 * full_length)  # the run ends when it is 0
+    return Overlap(0.5 * length, length / full_length, zero - math.copysign(1.0, shift), middle, 0.0)
 
 
 # ---------------------------------------------------------------------------------------------- one end
@@ -151,79 +149,18 @@ def _unloaded_contact(end_state, end_force):
 # ---------------------------------------------------------------------------------------------- geometry
 
 
-class _Line(NamedTuple):
-    """The axis of the journal, seen along that of the bearing, with the factor of the circles' ellipses."""
-
-    offset: Vector  # m, across the bearing at the journal's middle
-    lean: Vector  # 1, its increase per length
-    arm_offset: float  # m, at the journal's middle: position at which the lever of a slice acts, along the pin
-    flattening: float  # 1, increase of that position per length
-
-
-@kernel
-def _line_of(joint, gap, overlap):
-    """Return the _Line of a gap."""
-    middle, axis, zero = gap.middle, gap.axis, as_type_of(0.0, gap.middle.z)
-    lean = Vector(-axis.z * axis.x, -axis.z * axis.y, axis.x * axis.x + axis.y * axis.y)
-    offset = plus_scaled(middle, -dot(middle, axis), axis)
-    square = lean.z  # of the lean
-    distance = math.sqrt(dot(offset, offset) + square * overlap.high * overlap.high)
-    distance = max(distance, 0.5 * joint.clearance)
-    shortening = overlap.circle_radius / (distance + overlap.circle_radius * square)
-    arm_offset, flattening = -shortening * dot(offset, lean), zero + (1.0 - shortening * square)
-    return _Line(plus_scaled(offset, arm_offset, lean), times(flattening, lean), arm_offset, flattening)
-
-
-@kernel
-def _direction_at(line, z, distance):
-    """Return the gradient of the distance of the axes with the offset, at the position z (m)."""
-    return times(1.0 / distance, plus_scaled(line.offset, z, line.lean))
-
-
-class _End(NamedTuple):
-    """An end of the overlap: how the exact depth there moves relative to the distance of the axes."""
-
-    z: float  # m, position
-    distance: float  # m, of the axes
-    force_factor: Vector  # 1, force per force of the end, in addition to that of the distance
-    moment_factor: Vector  # m, moment likewise, about the journal's middle
-    rate: float  # m/s, of the exact depth less the distance
-
-
-@kernel
-def _end_of(context, profile, line, rates, end_state, z, slides):
-    """Return the _End of an EndState; slides : 1 if it moves along the journal as the bore does, else 0."""
-    gap, distance = context.gap, distance_at(profile, z)
-    middle = gap.middle
-    direction = _direction_at(line, z, distance)
-    along = slides * (profile.product + profile.tilt_square * z) / distance
-    normal, arm = end_state.point.normal, minus(end_state.point.position, middle)
-    lever = line.arm_offset + line.flattening * z
-    force_factor = minus(normal, direction)
-    moment = cross(arm, normal)
-    moment_factor = Vector(
-        moment.x + lever * direction.y - along * middle.y, moment.y - lever * direction.x + along * middle.x, moment.z
-    )
-    rate = end_state.rate - (rates.first + z * (rates.second + rates.third * z)) / distance
-    return _End(
-        z, distance, Vector(force_factor.x, force_factor.y, force_factor.z + along), moment_factor, rate
-    )
-
-
 class _Geometry(NamedTuple):
-    """The walls in a pose."""
+    """The walls in a pose; positions z along the length are from -1 to 1."""
 
     overlap: Overlap
-    line: _Line
     profile: Profile
-    middle: float  # m, position of the middle of the overlap
-    half_length: float  # m, half of the overlap
-    first: _End  # of +z
-    second: _End
+    first_distance: float  # m, clearance plus depth at the end of +z
+    second_distance: float  # m, at the other end
     rates: SliceRates
-    along: float  # m/s, velocity of the journal along its axis, seen from the bearing
-    shift: float  # 1, velocity of a slice at the journal's middle along the pin, per `along`
-    stretch: float  # 1/m, its increase per length
+    spread_rate: float  # m^2/s, rate of the squared spread
+    spin_factor: Vector  # m^2, rate of the squared spread per angular velocity (rad/s) of the journal
+    axial_factor: float  # m, per velocity (m/s) of the journal along its axis
+    length_rate: float  # 1/s, relative rate of the overlap's length
 
 
 @kernel
@@ -231,38 +168,31 @@ def _geometry_of(context, first_end, second_end):
     """Return the _Geometry of the EndStates of both walls."""
     joint, gap, motion = context.joint, context.gap, context.relative_motion
     overlap = bearing_length(joint.end_type, joint, gap)
-    line = _line_of(joint, gap, overlap)
-    zero = as_type_of(0.0, gap.middle.z)
-    # the square of the flattened vector, along the pin
-    offset, lean = plus_scaled(gap.middle, -dot(gap.middle, gap.axis), gap.axis), line.lean
-    square, product = dot(offset, line.offset), dot(offset, lean)
-    tilt_square = line.flattening * (gap.axis.x * gap.axis.x + gap.axis.y * gap.axis.y)
-    profile = Profile(square, product, tilt_square, zero + joint.clearance, zero)
-
-    turning = Vector(motion.spin.y, -motion.spin.x, zero)  # rate of the journal's axis, seen from the bearing
+    axis, clearance = gap.axis, joint.clearance
+    first_depth, second_depth = _depth_at_end(first_end), _depth_at_end(second_end)
+    first_distance, second_distance = clearance + first_depth, clearance + second_depth
+    distance = max(0.5 * (first_distance + second_distance), 0.5 * clearance)
+    sine_square = axis.x * axis.x + axis.y * axis.y
+    flattening = distance / (distance + overlap.circle_radius * sine_square)
+    length_square = 4.0 * overlap.half_length * overlap.half_length * flattening
+    spread_square = length_square * sine_square
+    spin_factor = 2.0 * length_square * flattening * axis.z
+    spin_factor = Vector(spin_factor * axis.y, -spin_factor * axis.x, as_type_of(0.0, axis.z))
     along = motion.velocity.z + motion.spin.y * gap.middle.x - motion.spin.x * gap.middle.y
-    half_length, middle = 0.5 * (overlap.high - overlap.low), 0.5 * (overlap.high + overlap.low)
-    stretch = (overlap.low_slides - overlap.high_slides) / (overlap.high - overlap.low)
-    shift = -overlap.high_slides - stretch * overlap.high
-    rates = SliceRates(
-        zero,
-        zero,
-        dot(line.offset, motion.velocity) + line.arm_offset * dot(line.offset, turning) + product * shift * along,
-        dot(lean, motion.velocity)
-        + line.flattening * dot(line.offset, turning)
-        + line.arm_offset * dot(lean, turning)
-        + (product * stretch + tilt_square * shift) * along,
-        line.flattening * dot(lean, turning) + tilt_square * stretch * along,
+    axial_factor = 4.0 * overlap.half_length * overlap.growth * flattening * sine_square
+    spread_rate = dot(motion.spin, spin_factor) + axial_factor * along
+
+    first_square = first_depth * (clearance + first_distance)  # past the squared clearance
+    second_square = second_depth * (clearance + second_distance)
+    constant, product = 0.5 * (first_square + second_square), 0.25 * (first_square - second_square)
+    profile = Profile(clearance, constant - 0.25 * spread_square, product, 0.25 * spread_square)
+    first_rate, second_rate = 0.5 * first_distance * first_end.rate, 0.5 * second_distance * second_end.rate
+    curvature = 0.125 * spread_rate
+    rates = SliceRates(first_rate + second_rate - curvature, first_rate - second_rate, curvature)
+    length_rate = 0.5 * overlap.growth * along / overlap.half_length
+    return _Geometry(
+        overlap, profile, first_distance, second_distance, rates, spread_rate, spin_factor, axial_factor, length_rate
     )
-    first = _end_of(context, profile, line, rates, first_end, overlap.high, overlap.high_slides)
-    second = _end_of(context, profile, line, rates, second_end, overlap.low, overlap.low_slides)
-    inverse = 1.0 / (first.z - second.z)
-    first_excess = _depth_at_end(first_end) - first.distance
-    slope = (first_excess - (_depth_at_end(second_end) - second.distance)) * inverse
-    profile = Profile(square, product, tilt_square, first_excess - slope * first.z, slope)
-    rate_slope = (first.rate - second.rate) * inverse
-    rates = SliceRates(first.rate - rate_slope * first.z, rate_slope, rates.first, rates.second, rates.third)
-    return _Geometry(overlap, line, profile, middle, half_length, first, second, rates, along, shift, stretch)
 
 
 @kernel
@@ -276,39 +206,58 @@ def _depth_at_end(end_state):
 # ---------------------------------------------------------------------------------------------- load
 
 
+class _Division(NamedTuple):
+    """Where the spans of both strips end."""
+
+    lifted: Lifted
+    root: float  # m^0.5, of the depth where spans are divided, 0 if the journal is lifted
+    distance: float  # m, of the axes there
+    middle_root: float  # m^0.5, of the depth in the middle, negative if both ends are apart or past their separation
+    middle_distance: float  # m, of the axes there
+
+
+@kernel
+def _division_of(geometry, first_end, second_end):
+    """Return the _Division of a _Geometry."""
+    profile, zero = geometry.profile, as_type_of(0.0, geometry.first_distance)
+    lifted, distance = lifted_part(profile, 2.0, 1.0), zero + profile.clearance
+    middle_distance, root = distance, zero
+    middle_root = zero
+    if profile.constant > 0.0:
+        middle_distance = distance_at(profile, zero)
+        middle_root = math.sqrt(profile.constant / (profile.clearance + middle_distance))
+    is_first_past = first_end.root < 0.0 or not touches(first_end.mode)
+    if is_first_past and (second_end.root < 0.0 or not touches(second_end.mode)):
+        middle_root = -middle_root
+    if not lifted.is_lifted and lifted.begin != 0.0:
+        distance = distance_at(profile, lifted.begin)
+        root = math.copysign(math.sqrt(max(distance - profile.clearance, 0.0)), middle_root)
+    return _Division(lifted, root, distance, middle_root, middle_distance)
+
+
 class _Spans(NamedTuple):
     """The pressed spans of a strip."""
 
     outer: Span  # from its end inwards
-    inner: Span  # another one, if the journal is lifted in between; it reaches the middle of the overlap
+    inner: Span  # another one, if the journal is lifted in between; it reaches the middle
 
 
 @kernel
-def _spans_of(geometry, lifted, middle_root, end_state, end_z):
-    """Return the _Spans of the strip from `end_z` (m); middle_root : m^0.5, of the depth in the middle."""
-    middle, profile = geometry.middle, geometry.profile
-    low, high, near, far = middle, end_z, lifted.end, lifted.begin
-    if end_z < middle:
-        low, high, near, far = end_z, middle, lifted.begin, lifted.end
-    near, far = min(max(near, low), high), min(max(far, low), high)
-    boundary_root = as_type_of(0.0, middle_root)
-    if not lifted.is_lifted and low < near < high:
-        boundary_root = math.copysign(root_at(profile, near), middle_root)
-    outer = Span(end_z, near, end_state.root, middle_root if near == middle else boundary_root)
-    inner = Span(far, middle, end_state.root if far == end_z else boundary_root, middle_root)
-    return _Spans(outer, inner)
-
-
-@kernel
-def _middle_root(geometry, lifted, first_end, second_end):
-    """Return the root (m^0.5) of the depth in the middle, negative if both ends are apart or past their separation."""
-    root = as_type_of(0.0, geometry.middle)
-    if not (lifted.is_lifted and lifted.begin <= geometry.middle <= lifted.end):
-        root = root_at(geometry.profile, geometry.middle)
-    is_first_past = first_end.root < 0.0 or not touches(first_end.mode)
-    if is_first_past and (second_end.root < 0.0 or not touches(second_end.mode)):
-        root = -root
-    return root
+def _spans_of(division, end, end_root, end_distance):
+    """Return the _Spans of the strip at one of the ENDS; end_root : m^0.5; end_distance : m, of the axes there."""
+    lifted, zero = division.lifted, as_type_of(0.0, division.root)
+    near, far = (lifted.end, lifted.begin) if end > 0.0 else (-lifted.begin, -lifted.end)
+    near, far = min(max(near, 0.0), 1.0), min(max(far, 0.0), 1.0)
+    near_root = far_root = division.root
+    near_distance = far_distance = division.distance
+    if near == 0.0:
+        near_root, near_distance = division.middle_root, division.middle_distance
+    if far == 1.0:
+        far_root, far_distance = end_root, end_distance
+    return _Spans(
+        Span(zero + end, end * near, end_root, near_root, end_distance, near_distance),
+        Span(end * far, zero, far_root, division.middle_root, far_distance, division.middle_distance),
+    )
 
 
 class StripForce(NamedTuple):
@@ -323,10 +272,10 @@ class StripForce(NamedTuple):
 
 
 @kernel
-def _clipped(sums, is_clipped, least_distance):
+def _clipped(sums, is_clipped, largest_inverse):
     """Return StripSums, continuously clipped to those of forces that do not pull."""
     force = max(sums.force, 0.0) if not is_clipped else as_type_of(0.0, sums.force)
-    over_distance = force / least_distance
+    over_distance = force * largest_inverse
     return StripSums(
         force,
         min(max(sums.outward, 0.0), force),
@@ -337,96 +286,80 @@ def _clipped(sums, is_clipped, least_distance):
 
 
 @kernel
-def _strip_force(context, geometry, spans, end_state, other_end, end):
-    """Return the StripForce of the strip of an EndState at an _End.
+def _strip_force(context, geometry, spans, end_state, other_end):
+    """Return the StripForce of the strip of an EndState.
 
     The law uses the onset rate of this end if it touches, else that of the other end.
     """
-    joint, zero = context.joint, as_type_of(0.0, geometry.middle)
+    joint, zero = context.joint, as_type_of(0.0, geometry.first_distance)
     outer, inner = spans
     if outer.start == outer.stop and inner.start == inner.stop:
         return StripForce(False, no_sums(zero), no_sums(zero), zero, zero, zero)
     onset_rate = end_state.onset_rate if touches(end_state.mode) else other_end.onset_rate
-    per_length = 1.0 / geometry.overlap.full_length
-    strip, laws = (geometry.middle, 1.0 / (end.z - geometry.middle), per_length), (joint.law, joint.elastic)
-    load = StripLoad(no_sums(zero), no_sums(zero), end.distance)
+    laws, rule, scale = (joint.law, joint.elastic), joint.walls.rule, 0.5 * geometry.overlap.stiffness_fraction
+    load = StripLoad(no_sums(zero), no_sums(zero), zero)
     for span in spans:
-        load = with_span(load, geometry.profile, span, laws, joint.walls.rule, geometry.rates, onset_rate, strip)
+        load = with_span(load, geometry.profile, span, laws, rule, geometry.rates, onset_rate, scale)
     lowest = lowest_force(joint.law)
     unclipped, total, energy, energy_force = load.total.force - lowest, load.total, zero, zero
     if lowest == 0.0:  # without a jump where clipping begins or ends; otherwise these events would alternate endlessly
-        total = _clipped(total, end_state.mode == CLIPPED, load.least_distance)
-    if geometry.stretch != 0.0 and load.elastic.force > 0.0:
+        total = _clipped(total, end_state.mode == CLIPPED, load.largest_inverse)
+    if geometry.overlap.growth != 0.0 and load.elastic.force > 0.0:
         for span in spans:
-            energy = energy + per_length * energy_of(geometry.profile, span, joint.elastic, joint.walls.rule)
+            energy = energy + scale * energy_of(geometry.profile, span, joint.elastic, rule)
         energy_force = energy * (total.force / load.elastic.force)
     return StripForce(True, total, load.elastic, unclipped, energy, energy_force)
 
 
-class _LineSums(NamedTuple):
-    """StripSums over positions z along the journal."""
+class _EndSums(NamedTuple):
+    """The StripSums of a strip as forces on both ends, and the force conjugate to the squared spread."""
 
-    first: float  # N, the part of the force at the end of +z, of two end forces with the sum and moment
-    second: float  # N, at the other end
-    over_distance: float  # N/m
-    z_over_distance: float  # N
-    square_over_distance: float  # N m
+    first: float  # N, along the normal of the end of +z
+    second: float  # N, of the other end
+    spread: float  # N/m
 
 
 @kernel
-def _line_sums(geometry, sums, end):
-    """Return the _LineSums of the StripSums of an _End."""
-    reach, middle = end.z - geometry.middle, geometry.middle
-    outward = math.copysign(0.5, reach) * sums.outward
-    return _LineSums(
-        0.5 * sums.force + outward,
-        0.5 * sums.force - outward,
-        sums.over_distance,
-        middle * sums.over_distance + reach * sums.outward_over_distance,
-        middle * middle * sums.over_distance
-        + reach * (2.0 * middle * sums.outward_over_distance + reach * sums.square_over_distance),
+def _end_sums(geometry, sums, end):
+    """Return the _EndSums of the strip at one of the ENDS."""
+    outward = end * sums.outward_over_distance
+    return _EndSums(
+        0.5 * geometry.first_distance * (sums.over_distance + outward),
+        0.5 * geometry.second_distance * (sums.over_distance - outward),
+        0.125 * (sums.over_distance - sums.square_over_distance),
     )
 
 
 @kernel
-def _axial_force(geometry, sums, energy):
-    """Return the force (N) on the journal along its axis, of _LineSums, as its ends slide; energy : J, of the strip."""
-    profile, shift, stretch = geometry.profile, geometry.shift, geometry.stretch
-    return -(
-        energy * stretch
-        + profile.product * shift * sums.over_distance
-        + (profile.product * stretch + profile.tilt_square * shift) * sums.z_over_distance
-        + profile.tilt_square * stretch * sums.square_over_distance
-    )
+def _pressing(walls, sums):
+    """Return the force (N) of _EndSums on the bearing; walls : the EndStates of both."""
+    return plus_scaled(times(sums.first, walls[0].point.normal), sums.second, walls[1].point.normal)
 
 
 @kernel
-def _strip_resultant(context, geometry, sums, energy):
-    """Return the normal force (N) of _LineSums on the journal, and its moment (N m) about the journal's middle."""
-    line, first, second, middle = geometry.line, geometry.first, geometry.second, context.gap.middle
-    pressing = plus(times(sums.over_distance, line.offset), times(sums.z_over_distance, line.lean))
-    turning = plus(times(sums.z_over_distance, line.offset), times(sums.square_over_distance, line.lean))
-    turning = plus_scaled(times(line.flattening, turning), line.arm_offset, pressing)
-    axial_force = _axial_force(geometry, sums, energy)
-    force = plus_scaled(
-        plus_scaled(pressing, sums.first, first.force_factor), sums.second, second.force_factor
+def _strip_resultant(context, geometry, walls, sums, energy):
+    """Return the normal force (N) of a strip on the journal, and its moment (N m) about the journal's middle.
+
+    walls : the EndStates of both; sums : _EndSums; energy : J, of the strip.
+    """
+    middle, overlap = context.gap.middle, geometry.overlap
+    first, second = times(sums.first, walls[0].point.normal), times(sums.second, walls[1].point.normal)
+    axial_force = sums.spread * geometry.axial_factor - 0.5 * energy * overlap.growth / overlap.half_length
+    moment = plus(
+        cross(minus(walls[0].point.position, middle), first), cross(minus(walls[1].point.position, middle), second)
     )
-    moment = plus(times(sums.first, first.moment_factor), times(sums.second, second.moment_factor))
+    moment = minus(times(sums.spread, geometry.spin_factor), moment)
     return (
-        Vector(-force.x, -force.y, axial_force - force.z),
-        Vector(
-            turning.y - moment.x - axial_force * middle.y, -turning.x - moment.y + axial_force * middle.x, -moment.z
-        ),
+        Vector(-first.x - second.x, -first.y - second.y, axial_force - first.z - second.z),
+        Vector(moment.x - axial_force * middle.y, moment.y + axial_force * middle.x, moment.z),
     )
 
 
 @kernel
-def _power_of(geometry, sums, energy):
-    """Return the power (W) of _LineSums in the rates of depth of their slices."""
-    rates, first, second = geometry.rates, geometry.first, geometry.second
-    slices = rates.first * sums.over_distance + rates.second * sums.z_over_distance
-    slices = slices + rates.third * sums.square_over_distance + energy * geometry.stretch * geometry.along
-    return sums.first * first.rate + sums.second * second.rate + slices
+def _power_of(geometry, walls, sums, energy):
+    """Return the power (W) of the _EndSums of a strip with this energy (J); walls : the EndStates of both."""
+    ends = sums.first * walls[0].rate + sums.second * walls[1].rate
+    return ends - sums.spread * geometry.spread_rate + energy * geometry.length_rate
 
 
 # ---------------------------------------------------------------------------------------------- friction
@@ -443,22 +376,21 @@ class _StripFriction(NamedTuple):
 
 
 @kernel
-def _strip_friction(context, geometry, load, end_state, end):
-    """Return the friction of a strip with a StripForce, at the centre of its elastic load, across the normal there."""
+def _strip_friction(context, geometry, load, pressing, end_state, end):
+    """Return the friction of a strip with a StripForce at one of the ENDS.
+
+    It acts at the centre of the elastic load, across the direction of its resultant `pressing` (N).
+    """
     joint, gap, relative_motion = context.joint, context.gap, context.relative_motion
     friction_load = load.total.force if lowest_force(joint.law) == 0.0 else max(load.total.force, 0.0)
-    weight = load.elastic.force if load.elastic.force > 0.0 else as_type_of(1.0, load.elastic.force)
-    fraction = min(max(load.elastic.outward / weight, 0.0), 1.0)
-    z = geometry.middle + fraction * (end.z - geometry.middle)
-    first, second, profile = geometry.first, geometry.second, geometry.profile
-    share = (z - second.z) / (first.z - second.z)
-    direction = _direction_at(geometry.line, z, distance_at(profile, z))
-    direction = plus_scaled(
-        plus_scaled(direction, share, first.force_factor), 1.0 - share, second.force_factor
-    )
-    normal = times(1.0 / math.sqrt(dot(direction, direction)), direction)
-    radial = joint.journal_radius / math.sqrt(normal.x * normal.x + normal.y * normal.y)
-    arm, depth = Vector(radial * normal.x, radial * normal.y, z), depth_at(profile, z)
+    weight, direction = as_type_of(1.0, load.elastic.force), end_state.point.normal
+    if load.elastic.force > 0.0:
+        weight, direction = load.elastic.force, pressing
+    z = end * min(max(load.elastic.outward / weight, 0.0), 1.0)
+    normal = times(1.0 / norm(direction), direction)
+    radial = joint.journal_radius / math.sqrt(direction.x * direction.x + direction.y * direction.y)
+    position = geometry.overlap.middle + z * geometry.overlap.half_length
+    arm, depth = Vector(radial * direction.x, radial * direction.y, position), depth_at(geometry.profile, z)
     velocity = plus_scaled(
         plus(relative_motion.velocity, cross(relative_motion.spin, arm)), depth, cross(gap.bearing_spin, normal)
     )
@@ -479,14 +411,18 @@ def _strip_friction(context, geometry, load, end_state, end):
 
 
 @kernel
-def _strip_contact_force(context, geometry, load, end_state, end, end_force):
-    """Return the ContactForce of an EndState with the StripForce `load`; end_force : N, as in a SpreadContact."""
+def _strip_contact_force(context, geometry, walls, load, end, end_force):
+    """Return the ContactForce of the strip at one of the ENDS with the StripForce `load`.
+
+    walls : the EndStates of both; end_force : N, as in a SpreadContact.
+    """
+    end_state = walls[0] if end > 0.0 else walls[1]
     if not load.is_pressed:
         return _unloaded_contact(end_state, end_force)
-    sums, elastic_sums = _line_sums(geometry, load.total, end), _line_sums(geometry, load.elastic, end)
-    stored = _power_of(geometry, elastic_sums, load.energy)
-    normal_force, moment = _strip_resultant(context, geometry, sums, load.energy_force)
-    friction = _strip_friction(context, geometry, load, end_state, end)
+    sums, elastic_sums = _end_sums(geometry, load.total, end), _end_sums(geometry, load.elastic, end)
+    stored = _power_of(geometry, walls, elastic_sums, load.energy)
+    normal_force, moment = _strip_resultant(context, geometry, walls, sums, load.energy_force)
+    friction = _strip_friction(context, geometry, load, _pressing(walls, elastic_sums), end_state, end)
     contact = SpreadContact(
         normal=load.total.force,
         tangential=friction.tangential,
@@ -496,7 +432,7 @@ def _strip_contact_force(context, geometry, load, end_state, end, end_force):
         elastic=load.elastic.force,
         raw=load.raw,
         stored_power=stored,
-        lost_power=_power_of(geometry, sums, load.energy_force) - stored,
+        lost_power=_power_of(geometry, walls, sums, load.energy_force) - stored,
         end_force=end_force,
     )
     moment = plus(moment, cross(friction.arm, friction.force))
@@ -510,17 +446,15 @@ def spread_walls(context):
     if not (touches(first_end.mode) or touches(second_end.mode)):
         zero = as_type_of(0.0, first_end.rate)
         return _unloaded_contact(first_end, zero), _unloaded_contact(second_end, zero)
-    geometry = _geometry_of(context, first_end, second_end)
-    first, second = geometry.first, geometry.second
-    lifted = lifted_part(geometry.profile, 2.0 * max(abs(first.z), abs(second.z)))
-    middle_root = _middle_root(geometry, lifted, first_end, second_end)
-    spans = _spans_of(geometry, lifted, middle_root, first_end, first.z)
-    load = _strip_force(context, geometry, spans, first_end, second_end, first)
-    other_spans = _spans_of(geometry, lifted, middle_root, second_end, second.z)
-    other_load = _strip_force(context, geometry, other_spans, second_end, first_end, second)
-    inner, other_inner = 0.5 * load.total.outward, 0.5 * other_load.total.outward
-    end_force = 0.5 * load.total.force + inner + 0.5 * other_load.total.force - other_inner
-    other_end_force = 0.5 * load.total.force - inner + 0.5 * other_load.total.force + other_inner
-    return _strip_contact_force(context, geometry, load, first_end, first, end_force), _strip_contact_force(
-        context, geometry, other_load, second_end, second, other_end_force
+    walls, geometry = (first_end, second_end), _geometry_of(context, first_end, second_end)
+    division = _division_of(geometry, first_end, second_end)
+    spans = _spans_of(division, 1.0, first_end.root, geometry.first_distance)
+    load = _strip_force(context, geometry, spans, first_end, second_end)
+    other_spans = _spans_of(division, -1.0, second_end.root, geometry.second_distance)
+    other_load = _strip_force(context, geometry, other_spans, second_end, first_end)
+    inward, other_inward = load.total.force - load.total.outward, other_load.total.force - other_load.total.outward
+    end_force = load.total.force - 0.5 * inward + 0.5 * other_inward
+    other_end_force = other_load.total.force - 0.5 * other_inward + 0.5 * inward
+    return _strip_contact_force(context, geometry, walls, load, 1.0, end_force), _strip_contact_force(
+        context, geometry, walls, other_load, -1.0, other_end_force
     )

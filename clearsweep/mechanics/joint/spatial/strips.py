@@ -1,13 +1,12 @@
 """Depth along a wall of a spatial joint, and the sums of the force of its slices.
 
-The bearing's axis is a straight line, seen from the journal.  So the distance of the journal's circle at the
-position z along the pin is a hyperbola,
+The axis of the bearing is a straight line, seen from the journal.  So the distance of the axes is a hyperbola over the
+position z along the pin,
 
-    distance(z)^2 = square + 2 product z + tilt_square z^2,    depth(z) = distance(z) + intercept + slope z.
+    depth(z) = distance(z) - clearance,    distance(z)^2 = clearance^2 + constant + 2 product z + tilt_square z^2.
 
-The straight part makes the depth exact at both ends.  The depth is convex: it is largest at an end, and only between
-the ends can the journal lift off.  Slices carry load independently: the force per length is that of the joint's law
-at the depth and rate of the slice, over the length.
+It is convex: the depth is largest at an end, and only between the ends can the journal lift off.  Slices carry load
+independently: the force per length is that of the joint's law at the depth and rate of the slice, over the length.
 
 A span is a pressed part of the length.  With the fraction s of the span, and the signed roots a and b of the depth
 where it begins and ends,
@@ -29,6 +28,8 @@ from ..elastic.power import Linear, PowerThreeHalves
 from ..loss.contract import contact_force, sign_past_separation
 from .form import FewNodes, ManyNodes, Spread
 
+#: Least depth, over its rise along a strip, from which the quadrature is as exact without a division there.
+SPLIT_DEPTH = 0.25
 MIN_ROOT_RATIO = -0.5  # of the other root of a span: most negative root at an end past its separation, in a trial step
 
 
@@ -64,30 +65,41 @@ def spread_over(elastic: tuple) -> Spread:
 
 
 class Profile(NamedTuple):
-    """The depth along the pin, see above."""
+    """The depth over a position z, see above; z and the length are in one unit, m unless stated otherwise."""
 
-    square: float  # m^2, of the distance of the axes at z = 0
-    product: float  # m, half the slope of the squared distance there
+    clearance: float  # m
+    constant: float  # m^2
+    product: float  # m
     tilt_square: float  # 1
-    intercept: float  # m
-    slope: float  # 1
+
+
+@kernel
+def _square_past_clearance(profile, z):
+    """Return the squared distance of the axes at z, less the squared clearance (m^2)."""
+    return profile.constant + z * (2.0 * profile.product + profile.tilt_square * z)
 
 
 @kernel
 def distance_at(profile, z):
-    """Return the distance (m) of the axes at the position z (m)."""
-    square = profile.square + z * (2.0 * profile.product + profile.tilt_square * z)
-    return math.sqrt(max(square, 1e-24 * profile.intercept * profile.intercept))
+    """Return the distance (m) of the axes at z."""
+    square = profile.clearance * profile.clearance
+    return math.sqrt(max(square + _square_past_clearance(profile, z), 1e-24 * square))
 
 
 @kernel
 def depth_at(profile, z):
-    """Return the depth (m) at the position z (m)."""
-    return distance_at(profile, z) + (profile.intercept + profile.slope * z)
+    """Return the depth (m) at z."""
+    return _square_past_clearance(profile, z) / (profile.clearance + distance_at(profile, z))
+
+
+@kernel
+def root_at(profile, z):
+    """Return the root (m^0.5) of the depth at z, 0 if the journal is lifted there."""
+    return math.sqrt(max(depth_at(profile, z), 0.0))
 
 
 class Lifted(NamedTuple):
-    """The part of the length on which the journal is lifted, of length 0 at the least depth if there is none."""
+    """The part of the length on which the journal is lifted, of length 0 if there is none."""
 
     begin: float  # m
     end: float  # m
@@ -103,22 +115,26 @@ def _ratio_within(numerator, denominator, bound):
 
 
 @kernel
-def lifted_part(profile, bound):
-    """Return the Lifted part of a Profile, limited to positions between plus and minus a bound (m)."""
-    # depth = 0 where the squared distance is (intercept + slope z)^2: leading z^2 + 2 middle z + constant = 0
-    leading = profile.tilt_square - profile.slope * profile.slope
-    middle = profile.product - profile.intercept * profile.slope
-    constant = profile.square - profile.intercept * profile.intercept
-    discriminant = middle * middle - leading * constant
-    leading = max(leading, 0.0)
-    if discriminant <= 0.0:
-        vertex = _ratio_within(-middle, leading, bound)
-        return Lifted(vertex, vertex, False)
-    root_sum = abs(middle) + math.sqrt(discriminant)
-    far, near = _ratio_within(root_sum, leading, bound), _ratio_within(constant, root_sum, bound)
-    if middle >= 0.0:
-        return Lifted(-far, -near, True)
-    return Lifted(near, far, True)
+def lifted_part(profile, bound, reach):
+    """Return the Lifted part of a Profile, with positions between plus and minus a bound.
+
+    If the journal is nowhere lifted, spans are divided at `begin` for the quadrature: near the least depth if that is
+    small, and at 0 if it exceeds SPLIT_DEPTH of the rise of the depth over a `reach` from there.
+    """
+    leading, middle = max(profile.tilt_square, 0.0), profile.product
+    discriminant = middle * middle - leading * profile.constant
+    if discriminant > 0.0:
+        root_sum = abs(middle) + math.sqrt(discriminant)
+        far, near = _ratio_within(root_sum, leading, bound), _ratio_within(profile.constant, root_sum, bound)
+        if middle >= 0.0:
+            return Lifted(-far, -near, True)
+        return Lifted(near, far, True)
+    division = as_type_of(0.0, leading)
+    rise = SPLIT_DEPTH * (leading * reach) * (leading * reach)
+    if rise + discriminant > 0.0:
+        closeness = (rise + discriminant) / rise
+        division = (closeness * closeness) * _ratio_within(-middle, leading, bound)
+    return Lifted(division, division, False)
 
 
 # ---------------------------------------------------------------------------------------------- spans
@@ -131,13 +147,15 @@ class Span(NamedTuple):
     stop: float  # m, where it ends
     begin: float  # m^0.5, signed root of the depth where it begins
     end: float  # m^0.5, where it ends
+    start_distance: float  # m, of the axes where it begins
+    stop_distance: float  # m, where it ends
 
 
 class _Node(NamedTuple):
     """A slice at a node of a span."""
 
     z: float  # m, position
-    distance: float  # m, of the axes
+    inverse: float  # 1/m, one over the distance of the axes
     root: float  # m^0.5, negative past a separation
     depth: float  # m
     weight: float  # m, length of the slice
@@ -148,18 +166,19 @@ class _Chord(NamedTuple):
 
     begin: float  # m^0.5, root
     inverse: float  # m^-0.5, one over the sum of the roots
-    distance: float  # m, of the axes where the span begins
-    rise: float  # m, its increase along the span
+    length: float  # m, signed
+    rise: float  # m, increase of the distance of the axes along the span
     excess: float  # m^2, of the squared tilt over the squared slope of the chord, times the length squared
 
 
 @kernel
 def _chord_of(profile, span):
     begin = max(span.begin, MIN_ROOT_RATIO * span.end) if span.end > 0.0 else span.begin
-    length, first, last = span.stop - span.start, distance_at(profile, span.start), distance_at(profile, span.stop)
-    chord_slope = (2.0 * profile.product + profile.tilt_square * (span.start + span.stop)) / (first + last)
-    excess = max(profile.tilt_square - chord_slope * chord_slope, 0.0) * length * length
-    return _Chord(begin, 1.0 / (begin + span.end), first, length * chord_slope, excess)
+    roots, distances, length = begin + span.end, span.start_distance + span.stop_distance, span.stop - span.start
+    inverse = 1.0 / (roots * distances)
+    slope = (2.0 * profile.product + profile.tilt_square * (span.start + span.stop)) * (roots * inverse)
+    excess = max(profile.tilt_square - slope * slope, 0.0) * (length * length)
+    return _Chord(begin, distances * inverse, length, length * slope, excess)
 
 
 @kernel
@@ -168,21 +187,23 @@ def _node_of(profile, span, chord, u, weight):
     x = chord.begin + (span.end - chord.begin) * u
     fraction = u * (chord.begin + x) * chord.inverse
     product = fraction * ((1.0 - u) * (span.end + x) * chord.inverse)
-    z = span.start + (span.stop - span.start) * fraction
+    z = span.start + chord.length * fraction
     distance = distance_at(profile, z)
-    sag = chord.excess * product / (chord.distance + chord.rise * fraction + distance)
-    length = 2.0 * weight * (x * chord.inverse) * abs(span.stop - span.start)
-    return _Node(z, distance, x, max(x * x - sag, 0.0), length)
+    distances = span.start_distance + chord.rise * fraction + distance
+    inverse = 1.0 / (distance * distances)
+    sag = chord.excess * product * (distance * inverse)
+    length = 2.0 * weight * (x * chord.inverse) * abs(chord.length)
+    return _Node(z, distances * inverse, x, max(x * x - sag, 0.0), length)
 
 
 class StripSums(NamedTuple):
-    """Sums over the slices of a strip; t : 0 at the middle of the length to 1 at the end of the strip."""
+    """Sums over the slices of a strip at z, from -1 to 1 over the length."""
 
     force: float  # N
-    outward: float  # N, of force times t
+    outward: float  # N, of force times the size of z
     over_distance: float  # N/m, of force over the distance of the axes
-    outward_over_distance: float  # N/m, of force times t over distance
-    square_over_distance: float  # N/m, of force times t^2 over distance
+    outward_over_distance: float  # N/m, of force times the size of z over distance
+    square_over_distance: float  # N/m, of force times z^2 over distance
 
 
 class StripLoad(NamedTuple):
@@ -190,17 +211,15 @@ class StripLoad(NamedTuple):
 
     total: StripSums
     elastic: StripSums
-    least_distance: float  # m, of the axes at the slices
+    largest_inverse: float  # 1/m, one over the least distance of the axes at the slices
 
 
 class SliceRates(NamedTuple):
-    """Rate of the depth (m/s) along the length: offset + slope z + (first + second z + third z^2) / distance."""
+    """Rate of the depth times the distance of the axes, constant + slope z + curvature z^2, with z from -1 to 1."""
 
-    offset: float  # m/s
-    slope: float  # 1/s
-    first: float  # m^2/s
-    second: float  # m/s
-    third: float  # 1/s
+    constant: float  # m^2/s
+    slope: float  # m^2/s
+    curvature: float  # m^2/s
 
 
 @kernel
@@ -211,12 +230,12 @@ def no_sums(zero):
 
 @kernel
 def _with_slice(sums, force, t, inverse):
-    """Return StripSums with a slice at `t`; inverse : 1/m, one over its distance."""
-    outward, over_distance = force * t, force * inverse
+    """Return StripSums with a slice at the size `t` of z; inverse : 1/m, one over its distance."""
+    over_distance = force * inverse
     outward_over_distance = over_distance * t
     return StripSums(
         sums.force + force,
-        sums.outward + outward,
+        sums.outward + force * t,
         sums.over_distance + over_distance,
         sums.outward_over_distance + outward_over_distance,
         sums.square_over_distance + outward_over_distance * t,
@@ -230,35 +249,32 @@ def is_empty(span):
 
 
 @kernel
-def with_span(load, profile, span, laws, quadrature, rates, onset_rate, strip):
-    """Return the StripLoad with the slices of a Span; laws : (law, elastic).
+def with_span(load, profile, span, laws, rule, rates, onset_rate, scale):
+    """Return the StripLoad with the slices of a Span over -1 to 1.
 
-    rates : SliceRates; strip : (middle of the length, m; inverse of the strip's length outwards, 1/m; of the length
-    that has the full stiffness, 1/m).
+    laws : (law, elastic); rates : SliceRates; scale : fraction of the stiffness of the whole joint on a unit of z.
     """
     if is_empty(span):
         return load
     law, elastic = laws
-    middle, per_strip, per_length = strip
-    total, elastic_sums, least_distance = load
+    total, elastic_sums, largest_inverse = load
     chord = _chord_of(profile, span)
-    for u, weight in nodes_of(quadrature):
+    for u, weight in nodes_of(rule):
         node = _node_of(profile, span, chord, u, weight)
-        inverse, t, length = 1.0 / node.distance, (node.z - middle) * per_strip, node.weight * per_length
-        rate = rates.offset + rates.slope * node.z
-        rate = rate + (rates.first + node.z * (rates.second + rates.third * node.z)) * inverse
+        inverse, t, share = node.inverse, abs(node.z), node.weight * scale
+        rate = (rates.constant + node.z * (rates.slope + rates.curvature * node.z)) * inverse
         force, elastic_part = contact_force(law, elastic, node.depth, rate, onset_rate)
         if node.root < 0.0:
-            length = length * sign_past_separation(law, elastic)
-        total = _with_slice(total, length * force, t, inverse)
-        elastic_sums = _with_slice(elastic_sums, length * elastic_part, t, inverse)
-        least_distance = min(least_distance, node.distance)
-    return StripLoad(total, elastic_sums, least_distance)
+            share = share * sign_past_separation(law, elastic)
+        total = _with_slice(total, share * force, t, inverse)
+        elastic_sums = _with_slice(elastic_sums, share * elastic_part, t, inverse)
+        largest_inverse = max(largest_inverse, inverse)
+    return StripLoad(total, elastic_sums, largest_inverse)
 
 
 @kernel
 def energy_of(profile, span, elastic, quadrature):
-    """Return the integral (J m) of the stored energy of the whole joint over a Span."""
+    """Return the integral over a Span of the energy (J) that the whole joint stores at the depth of its slices."""
     total = as_type_of(0.0, span.stop)
     if is_empty(span):
         return total
@@ -269,16 +285,13 @@ def energy_of(profile, span, elastic, quadrature):
     return total
 
 
-@kernel
-def root_at(profile, z):
-    """Return the root (m^0.5) of the depth at the position z (m), 0 if the journal is lifted there."""
-    return math.sqrt(max(depth_at(profile, z), 0.0))
+# ---------------------------------------------------------------------------------------------- wear
 
 
 @kernel
-def _integrals_of(profile, span, elastic, quadrature):
-    """Return the integrals of the elastic force (N m) of the whole joint and of the depth (m^2) over a Span."""
-    load = area = 0.0
+def _with_integrals(integrals, profile, span, elastic, quadrature):
+    """Return (load, area) with the integrals of the elastic force (N m) and the depth (m^2) over a Span."""
+    load, area = integrals
     if is_empty(span):
         return load, area
     chord = _chord_of(profile, span)
@@ -290,18 +303,33 @@ def _integrals_of(profile, span, elastic, quadrature):
 
 
 @kernel
-def integrals_between(profile, lifted, elastic, quadrature, interval):
-    """Return the integrals of the elastic force (N m) and of the depth (m^2) over an interval (m) outside a Lifted."""
-    low, high = interval
-    below, above = min(high, lifted.begin), max(low, lifted.end)
-    load = area = 0.0
-    if low < below:
-        load, area = _integrals_of(
-            profile, Span(low, below, root_at(profile, low), root_at(profile, below)), elastic, quadrature
-        )
-    if above < high:
-        other_load, other_area = _integrals_of(
-            profile, Span(above, high, root_at(profile, above), root_at(profile, high)), elastic, quadrature
-        )
-        load, area = load + other_load, area + other_area
-    return load, area
+def integrals_up_to(profile, reach, elastic, quadrature):
+    """Return the integrals of the elastic force (N m) and of the depth (m^2) from 0 to a reach (m)."""
+    lifted = lifted_part(profile, 2.0 * reach, 0.0)
+    first_distance, last_distance = distance_at(profile, 0.0), distance_at(profile, reach)
+    first, last = root_at(profile, 0.0), root_at(profile, reach)
+    if not lifted.is_lifted:
+        span = Span(0.0, reach, first, last, first_distance, last_distance)
+        return _with_integrals((0.0, 0.0), profile, span, elastic, quadrature)
+    low, high = min(max(lifted.begin, 0.0), reach), min(max(lifted.end, 0.0), reach)
+    low_root, high_root = last if low == reach else 0.0, first if high == 0.0 else 0.0
+    span = Span(0.0, low, first, low_root, first_distance, distance_at(profile, low))
+    integrals = _with_integrals((0.0, 0.0), profile, span, elastic, quadrature)
+    span = Span(high, reach, high_root, last, distance_at(profile, high), last_distance)
+    return _with_integrals(integrals, profile, span, elastic, quadrature)
+
+
+@kernel
+def mean_elastic(elastic, quadrature, depths):
+    """Return the mean elastic force (N) between two depths (m) of a straight line."""
+    first, last = depths
+    if first <= 0.0 and last <= 0.0:
+        return 0.0
+    fraction, begin, end = 1.0, math.sqrt(max(first, 0.0)), math.sqrt(max(last, 0.0))
+    if first <= 0.0 or last <= 0.0:
+        fraction = max(first, last) / abs(first - last)
+    total, inverse = 0.0, 1.0 / (begin + end)
+    for u, weight in nodes_of(quadrature):
+        x = begin + (end - begin) * u
+        total += 2.0 * weight * (x * inverse) * elastic_force(elastic, x * x)
+    return fraction * total

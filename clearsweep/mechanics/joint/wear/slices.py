@@ -34,6 +34,7 @@ from .contract import (
 )
 from .step import (
     BEARING_START,
+    DEPTH_INTEGRAL,
     FACING,
     JOURNAL_START,
     LEAN,
@@ -53,11 +54,13 @@ from .wall_strips import (
     carries_load,
     depth_along,
     depth_at_start,
+    integrals_of,
     largest_depth_along,
     load_integral,
     loads_along,
     pressed_part,
     strip_position,
+    sum_of_fractions,
 )
 
 LOAD_TOLERANCE = 0.2  # of the largest load per length: slices with smaller differences have a common arc width
@@ -90,7 +93,7 @@ def _record_wall(joint, gap, body_angles, contact, instant):
     step.positions[j, 1, i] = math.atan2(point.normal.y, point.normal.x)
     strip_start = strip_position(joint.end_type, joint, gap, point, end)
     overlap = bearing_length(joint.end_type, joint, gap)
-    step.axial[j, LEAN, i], step.axial[j, REACH, i] = strip_start.lean, 0.5 * (overlap.high - overlap.low)
+    step.axial[j, LEAN, i], step.axial[j, REACH, i] = strip_start.lean, overlap.half_length
     step.axial[j, TILT_SQUARE, i] = gap.axis.x * gap.axis.x + gap.axis.y * gap.axis.y
     step.axial[j, BEARING_START, i] = strip_start.bearing_start
     step.axial[j, JOURNAL_START, i] = strip_start.journal_start
@@ -166,7 +169,8 @@ def accumulate_strip_pressure(joint, step, history, account):
     for i in rolled_range(PARTS + 1):
         strip, start_depth = _strip_at(joint, history, i)
         load, slip = max(step_values[FORCE_ROW, i], 0.0), step_values[SLIP_ROW, i]
-        loads = loads_along(joint.walls, joint, strip, start_depth, load)
+        integrals = history.values[LOAD_INTEGRAL, i], history.values[DEPTH_INTEGRAL, i]
+        loads = loads_along(joint.walls, joint, strip, start_depth, (load, *integrals))
         if loads.max_depth <= 0.0:
             continue
         mean_sliding = sliding_contact_of(
@@ -266,7 +270,8 @@ def fit_strip(joint, j, step):
         max_reach = max(max_reach, strip_values[REACH, i])
         strip, start_depth = _strip_at(joint, history, i)
         strip_values[MAX_DEPTH, i] = largest_depth_along(joint, strip, start_depth)
-        strip_values[LOAD_INTEGRAL, i] = load_integral(joint.walls, joint, strip, start_depth, (0.0, strip.reach))
+        integrals = integrals_of(joint.walls, joint, strip, start_depth)
+        strip_values[LOAD_INTEGRAL, i], strip_values[DEPTH_INTEGRAL, i] = integrals
     return StripHistory(max_reach, strip_values, step.step_values[j])
 
 
@@ -284,15 +289,22 @@ def fit_depth(history, workspace, factor):
 def write_slices(joint, history, step):
     """Write the Slices of a strip to `step.wear_buffer`, after the bins; return the largest load per length (1/m)."""
     slice_count = int(joint.wear_rows)
-    slices_offset, slice_length, max_line_load = 2 * step.wear_buffer.size // 3, 2.0 * history.reach / slice_count, 0.0
+    slices_offset, slice_length = 2 * step.wear_buffer.size // 3, 2.0 * history.reach / slice_count
+    max_line_load = fraction_sum = 0.0
     for k in range((slice_count + 1) // 2):
         low = k * slice_length
         strip_slice = slice_of(joint, history, low, min(low + slice_length, history.reach))
+        fraction_sum += strip_slice.load_fraction
         if strip_slice.load_fraction > 0.0:
             max_line_load = max(max_line_load, strip_slice.load_fraction / strip_slice.loaded_length)
         offset = slices_offset + k * len(strip_slice)
         for i in range(len(strip_slice)):
             step.wear_buffer[offset + i] = strip_slice[i]
+    fraction_sum = sum_of_fractions(joint.walls, fraction_sum)
+    if fraction_sum > 0.0:
+        max_line_load = max_line_load / fraction_sum
+        for k in range((slice_count + 1) // 2):
+            step.wear_buffer[slices_offset + 4 * k] /= fraction_sum
     return max_line_load
 
 

@@ -43,8 +43,8 @@ SLOPES = POSITIONS  # of these profiles, per fraction of the step; `record` writ
 #: What a joint in space notes of a contact at the quarters, see `wall_strips.StripPosition`.
 LEAN, REACH, TILT_SQUARE, BEARING_START, JOURNAL_START, FACING, AXIAL_ROWS = range(7)
 #: Of the strip of one contact at equidistant times: the first three, as at the quarters, its largest depth (m), and
-#: what `wall_strips.load_integral` gives for all of it.
-MAX_DEPTH, LOAD_INTEGRAL, STRIP_ROWS = range(TILT_SQUARE + 1, TILT_SQUARE + 4)
+#: its integrals, see `wall_strips.integrals_of`.
+MAX_DEPTH, LOAD_INTEGRAL, DEPTH_INTEGRAL, STRIP_ROWS = range(TILT_SQUARE + 1, TILT_SQUARE + 5)
 RECORDED_SIZE = (POSITIONS + SLOPES + AXIAL_ROWS) * STATE_POINTS  # numbers stored per contact
 _QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
 #: (ANGLES, POINTS): the coefficients of an angle's profile from its values at the quarters and its end slopes.

@@ -26,7 +26,7 @@ from ..elastic.contract import elastic_force
 from ..modes import touches
 from ..spatial import AtEdges, EndContacts, InBore, Overlapping, Spread
 from ..spatial.points import is_past_edge
-from ..spatial.strips import Profile, depth_at, integrals_between, lifted_part
+from ..spatial.strips import Profile, depth_at, integrals_up_to, lifted_part, mean_elastic
 
 
 class DepthProfile(NamedTuple):
@@ -41,7 +41,7 @@ class DepthProfile(NamedTuple):
 def _profile_of(joint, strip, depth):
     """Return the Profile of a strip of spread walls; depth : m, at its start."""
     distance = joint.clearance + depth
-    return Profile(distance * distance, -distance * strip.lean, strip.tilt_square, -joint.clearance, 0.0)
+    return Profile(joint.clearance, depth * (joint.clearance + distance), -distance * strip.lean, strip.tilt_square)
 
 
 @family
@@ -68,20 +68,21 @@ def _pressed_part_end_contacts(walls, joint, strip, depth, interval):
 @pressed_part.member(Spread)
 def _pressed_part_spread(walls, joint, strip, depth, interval):
     low, high = interval
-    lifted = lifted_part(_profile_of(joint, strip, depth), 2.0 * strip.reach)
+    lifted = lifted_part(_profile_of(joint, strip, depth), 2.0 * strip.reach, 0.0)
     if low < lifted.begin:
         return low, high if lifted.end < high else min(high, lifted.begin)
     return max(low, lifted.end), high
 
 
 @family
-def load_integral(walls, joint, strip, depth, interval):
-    """Return an integral over an interval (m) of a strip that is proportional to its load; depth : m, at its start."""
+def integrals_of(walls, joint, strip, depth):
+    """Return integrals over a strip: one proportional to its load, and of the depth (m^2); depth : m, at its start."""
 
 
-@load_integral.member(EndContacts)
-def _load_integral_end_contacts(walls, joint, strip, depth, interval):
-    return _depth_integral(joint, strip, depth, interval[1]) - _depth_integral(joint, strip, depth, interval[0])
+@integrals_of.member(EndContacts)
+def _integrals_of_end_contacts(walls, joint, strip, depth):
+    area = _depth_integral(joint, strip, depth, strip.reach)
+    return area, area
 
 
 @kernel
@@ -91,17 +92,41 @@ def _depth_integral(joint, strip, depth, distance):
     return stop_distance * (depth - 0.5 * strip.lean * stop_distance)
 
 
+@integrals_of.member(Spread)
+def _integrals_of_spread(walls, joint, strip, depth):
+    return integrals_up_to(_profile_of(joint, strip, depth), strip.reach, joint.elastic, joint.walls.rule)
+
+
+@family
+def load_integral(walls, joint, strip, depth, interval):
+    """Return the first of `integrals_of` over an interval (m), along which the depth of spread walls is straight."""
+
+
+@load_integral.member(EndContacts)
+def _load_integral_end_contacts(walls, joint, strip, depth, interval):
+    return _depth_integral(joint, strip, depth, interval[1]) - _depth_integral(joint, strip, depth, interval[0])
+
+
 @load_integral.member(Spread)
 def _load_integral_spread(walls, joint, strip, depth, interval):
-    return _integrals(joint, strip, depth, interval)[0]
+    low, high = interval
+    end_depths = depth_along(walls, joint, strip, depth, low), depth_along(walls, joint, strip, depth, high)
+    return (high - low) * mean_elastic(joint.elastic, walls.rule, end_depths)
 
 
-@kernel
-def _integrals(joint, strip, depth, interval):
-    """Return the integrals of the elastic force (N m) and the depth (m^2) over an interval (m) of a strip."""
-    profile = _profile_of(joint, strip, depth)
-    lifted = lifted_part(profile, 2.0 * strip.reach)
-    return integrals_between(profile, lifted, joint.elastic, joint.walls.rule, interval)
+@family
+def sum_of_fractions(walls, total):
+    """Return the sum of the load fractions of all slices of a strip; total : as computed slice by slice."""
+
+
+@sum_of_fractions.member(EndContacts)
+def _sum_of_fractions_end_contacts(walls, total):
+    return 1.0
+
+
+@sum_of_fractions.member(Spread)
+def _sum_of_fractions_spread(walls, total):
+    return total
 
 
 @family
@@ -150,17 +175,17 @@ class LoadDistribution(NamedTuple):
 
 
 @family
-def loads_along(walls, joint, strip, depth, load):
-    """Return the LoadDistribution of a strip that carries a load (N); all are 0 without load."""
+def loads_along(walls, joint, strip, depth, load_and_integrals):
+    """Return the LoadDistribution of a strip that carries a load (N); all are 0 without load.
+
+    load_and_integrals : the load, and `integrals_of` the strip.
+    """
 
 
 @loads_along.member(EndContacts)
-def _loads_along_end_contacts(walls, joint, strip, depth, load):
-    interval = 0.0, strip.reach
-    loaded_length, area = (
-        pressed_part(walls, joint, strip, depth, interval)[1],
-        load_integral(walls, joint, strip, depth, interval),
-    )
+def _loads_along_end_contacts(walls, joint, strip, depth, load_and_integrals):
+    load, _, area = load_and_integrals
+    loaded_length = pressed_part(walls, joint, strip, depth, (0.0, strip.reach))[1]
     if area <= 0.0:
         return LoadDistribution(0.0, 0.0, 0.0, 0.0)
     largest_depth = largest_depth_along(joint, strip, depth)
@@ -168,9 +193,9 @@ def _loads_along_end_contacts(walls, joint, strip, depth, load):
 
 
 @loads_along.member(Spread)
-def _loads_along_spread(walls, joint, strip, depth, load):
-    total, area = _integrals(joint, strip, depth, (0.0, strip.reach))
-    lifted = lifted_part(_profile_of(joint, strip, depth), 2.0 * strip.reach)
+def _loads_along_spread(walls, joint, strip, depth, load_and_integrals):
+    load, total, area = load_and_integrals
+    lifted = lifted_part(_profile_of(joint, strip, depth), 2.0 * strip.reach, 0.0)
     loaded_length = max(min(lifted.begin, strip.reach), 0.0) + max(strip.reach - max(lifted.end, 0.0), 0.0)
     if total <= 0.0 or loaded_length <= 0.0:
         return LoadDistribution(0.0, 0.0, 0.0, 0.0)
