@@ -22,7 +22,7 @@ from typing import NamedTuple
 
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
-from ...compiled.family import family, kernel
+from ...compiled.family import family, inlined, kernel
 from ...compiled.vector import Vector, cross, dot, minus, norm, plus, plus_scaled, times
 from ..contract import Contact
 from ..friction.contract import friction_force
@@ -37,7 +37,6 @@ from .strips import (
     Span,
     StripLoad,
     StripSums,
-    depth_at,
     distance_at,
     energy_of,
     lifted_part,
@@ -115,7 +114,7 @@ class EndState(NamedTuple):
     rate: float  # m/s, of the depth
 
 
-@kernel
+@inlined
 def end_state_of(context, contact_number, end):
     """Return the EndState at one of the ENDS, contact `number` of the joint of a context."""
     joint, gap, relative_motion, state = context.joint, context.gap, context.relative_motion, context.state
@@ -163,7 +162,7 @@ class _Geometry(NamedTuple):
     length_rate: float  # 1/s, relative rate of the overlap's length
 
 
-@kernel
+@inlined
 def _geometry_of(context, first_end, second_end):
     """Return the _Geometry of the EndStates of both walls."""
     joint, gap, motion = context.joint, context.gap, context.relative_motion
@@ -189,13 +188,15 @@ def _geometry_of(context, first_end, second_end):
     first_rate, second_rate = 0.5 * first_distance * first_end.rate, 0.5 * second_distance * second_end.rate
     curvature = 0.125 * spread_rate
     rates = SliceRates(first_rate + second_rate - curvature, first_rate - second_rate, curvature)
-    length_rate = 0.5 * overlap.growth * along / overlap.half_length
+    length_rate = as_type_of(0.0, along)
+    if overlap.growth != 0.0:
+        length_rate = 0.5 * overlap.growth * along / overlap.half_length
     return _Geometry(
         overlap, profile, first_distance, second_distance, rates, spread_rate, spin_factor, axial_factor, length_rate
     )
 
 
-@kernel
+@inlined
 def _depth_at_end(end_state):
     """Return the depth (m) at an end that the slices see: that of the root if it touches, else at most 0."""
     if touches(end_state.mode):
@@ -216,7 +217,7 @@ class _Division(NamedTuple):
     middle_distance: float  # m, of the axes there
 
 
-@kernel
+@inlined
 def _division_of(geometry, first_end, second_end):
     """Return the _Division of a _Geometry."""
     profile, zero = geometry.profile, as_type_of(0.0, geometry.first_distance)
@@ -242,7 +243,7 @@ class _Spans(NamedTuple):
     inner: Span  # another one, if the journal is lifted in between; it reaches the middle
 
 
-@kernel
+@inlined
 def _spans_of(division, end, end_root, end_distance):
     """Return the _Spans of the strip at one of the ENDS; end_root : m^0.5; end_distance : m, of the axes there."""
     lifted, zero = division.lifted, as_type_of(0.0, division.root)
@@ -265,17 +266,18 @@ class StripForce(NamedTuple):
 
     is_pressed: bool
     total: StripSums  # clipped
-    elastic: StripSums  # clipped or not
+    elastic: float  # N, elastic part of the force, clipped or not
+    elastic_outward: float  # N, see StripLoad
+    stored_power: float  # W
     raw: float  # N, force before clipping, minus the least force of its law
-    energy: float  # J, if the overlap varies
-    energy_force: float  # J, the same, clipped like the force
+    energy: float  # J, if the overlap varies, clipped like the force
 
 
-@kernel
-def _clipped(sums, is_clipped, largest_inverse):
-    """Return StripSums, continuously clipped to those of forces that do not pull."""
+@inlined
+def _clipped(sums, is_clipped, clearance):
+    """Return StripSums, continuously clipped to those of forces that do not pull; distances exceed the clearance."""
     force = max(sums.force, 0.0) if not is_clipped else as_type_of(0.0, sums.force)
-    over_distance = force * largest_inverse
+    over_distance = force / clearance
     return StripSums(
         force,
         min(max(sums.outward, 0.0), force),
@@ -285,7 +287,7 @@ def _clipped(sums, is_clipped, largest_inverse):
     )
 
 
-@kernel
+@inlined
 def _strip_force(context, geometry, spans, end_state, other_end):
     """Return the StripForce of the strip of an EndState.
 
@@ -294,21 +296,22 @@ def _strip_force(context, geometry, spans, end_state, other_end):
     joint, zero = context.joint, as_type_of(0.0, geometry.first_distance)
     outer, inner = spans
     if outer.start == outer.stop and inner.start == inner.stop:
-        return StripForce(False, no_sums(zero), no_sums(zero), zero, zero, zero)
+        return StripForce(False, no_sums(zero), zero, zero, zero, zero, zero)
     onset_rate = end_state.onset_rate if touches(end_state.mode) else other_end.onset_rate
     laws, rule, scale = (joint.law, joint.elastic), joint.walls.rule, 0.5 * geometry.overlap.stiffness_fraction
-    load = StripLoad(no_sums(zero), no_sums(zero), zero)
+    load = StripLoad(no_sums(zero), zero, zero, zero)
     for span in spans:
         load = with_span(load, geometry.profile, span, laws, rule, geometry.rates, onset_rate, scale)
     lowest = lowest_force(joint.law)
-    unclipped, total, energy, energy_force = load.total.force - lowest, load.total, zero, zero
+    unclipped, total, stored_power, energy = load.total.force - lowest, load.total, load.stored_power, zero
     if lowest == 0.0:  # without a jump where clipping begins or ends; otherwise these events would alternate endlessly
-        total = _clipped(total, end_state.mode == CLIPPED, load.largest_inverse)
-    if geometry.overlap.growth != 0.0 and load.elastic.force > 0.0:
+        total = _clipped(total, end_state.mode == CLIPPED, joint.clearance)
+    if geometry.overlap.growth != 0.0 and load.elastic > 0.0:
         for span in spans:
             energy = energy + scale * energy_of(geometry.profile, span, joint.elastic, rule)
-        energy_force = energy * (total.force / load.elastic.force)
-    return StripForce(True, total, load.elastic, unclipped, energy, energy_force)
+        stored_power = stored_power + energy * geometry.length_rate
+        energy = energy * (total.force / load.elastic)
+    return StripForce(True, total, load.elastic, load.elastic_outward, stored_power, unclipped, energy)
 
 
 class _EndSums(NamedTuple):
@@ -319,7 +322,7 @@ class _EndSums(NamedTuple):
     spread: float  # N/m
 
 
-@kernel
+@inlined
 def _end_sums(geometry, sums, end):
     """Return the _EndSums of the strip at one of the ENDS."""
     outward = end * sums.outward_over_distance
@@ -330,13 +333,7 @@ def _end_sums(geometry, sums, end):
     )
 
 
-@kernel
-def _pressing(walls, sums):
-    """Return the force (N) of _EndSums on the bearing; walls : the EndStates of both."""
-    return plus_scaled(times(sums.first, walls[0].point.normal), sums.second, walls[1].point.normal)
-
-
-@kernel
+@inlined
 def _strip_resultant(context, geometry, walls, sums, energy):
     """Return the normal force (N) of a strip on the journal, and its moment (N m) about the journal's middle.
 
@@ -344,7 +341,9 @@ def _strip_resultant(context, geometry, walls, sums, energy):
     """
     middle, overlap = context.gap.middle, geometry.overlap
     first, second = times(sums.first, walls[0].point.normal), times(sums.second, walls[1].point.normal)
-    axial_force = sums.spread * geometry.axial_factor - 0.5 * energy * overlap.growth / overlap.half_length
+    axial_force = as_type_of(0.0, energy)
+    if overlap.growth != 0.0:
+        axial_force = sums.spread * geometry.axial_factor - 0.5 * energy * overlap.growth / overlap.half_length
     moment = plus(
         cross(minus(walls[0].point.position, middle), first), cross(minus(walls[1].point.position, middle), second)
     )
@@ -355,7 +354,7 @@ def _strip_resultant(context, geometry, walls, sums, energy):
     )
 
 
-@kernel
+@inlined
 def _power_of(geometry, walls, sums, energy):
     """Return the power (W) of the _EndSums of a strip with this energy (J); walls : the EndStates of both."""
     ends = sums.first * walls[0].rate + sums.second * walls[1].rate
@@ -375,22 +374,22 @@ class _StripFriction(NamedTuple):
     slip: float  # m/s
 
 
-@kernel
-def _strip_friction(context, geometry, load, pressing, end_state, end):
-    """Return the friction of a strip with a StripForce at one of the ENDS.
+@inlined
+def _strip_friction(context, geometry, walls, load, end):
+    """Return the friction of a strip with a StripForce at one of the ENDS, at the centre of its elastic load.
 
-    It acts at the centre of the elastic load, across the direction of its resultant `pressing` (N).
+    walls : the EndStates of both.
     """
     joint, gap, relative_motion = context.joint, context.gap, context.relative_motion
+    end_state = walls[0] if end > 0.0 else walls[1]
     friction_load = load.total.force if lowest_force(joint.law) == 0.0 else max(load.total.force, 0.0)
-    weight, direction = as_type_of(1.0, load.elastic.force), end_state.point.normal
-    if load.elastic.force > 0.0:
-        weight, direction = load.elastic.force, pressing
-    z = end * min(max(load.elastic.outward / weight, 0.0), 1.0)
-    normal = times(1.0 / norm(direction), direction)
-    radial = joint.journal_radius / math.sqrt(direction.x * direction.x + direction.y * direction.y)
-    position = geometry.overlap.middle + z * geometry.overlap.half_length
-    arm, depth = Vector(radial * direction.x, radial * direction.y, position), depth_at(geometry.profile, z)
+    weight = load.elastic if load.elastic > 0.0 else as_type_of(1.0, load.elastic)
+    z, radial = end * min(max(load.elastic_outward / weight, 0.0), 1.0), joint.journal_radius
+    first, second = 0.5 * (1.0 + z) * geometry.first_distance, 0.5 * (1.0 - z) * geometry.second_distance
+    offset = plus_scaled(times(first, walls[0].point.normal), second, walls[1].point.normal)
+    distance = norm(offset)
+    normal, depth = times(1.0 / distance, offset), distance - joint.clearance
+    arm = Vector(radial * normal.x, radial * normal.y, geometry.overlap.middle + z * geometry.overlap.half_length)
     velocity = plus_scaled(
         plus(relative_motion.velocity, cross(relative_motion.spin, arm)), depth, cross(gap.bearing_spin, normal)
     )
@@ -410,7 +409,7 @@ def _strip_friction(context, geometry, load, pressing, end_state, end):
 # ---------------------------------------------------------------------------------------------- both walls
 
 
-@kernel
+@inlined
 def _strip_contact_force(context, geometry, walls, load, end, end_force):
     """Return the ContactForce of the strip at one of the ENDS with the StripForce `load`.
 
@@ -419,20 +418,19 @@ def _strip_contact_force(context, geometry, walls, load, end, end_force):
     end_state = walls[0] if end > 0.0 else walls[1]
     if not load.is_pressed:
         return _unloaded_contact(end_state, end_force)
-    sums, elastic_sums = _end_sums(geometry, load.total, end), _end_sums(geometry, load.elastic, end)
-    stored = _power_of(geometry, walls, elastic_sums, load.energy)
-    normal_force, moment = _strip_resultant(context, geometry, walls, sums, load.energy_force)
-    friction = _strip_friction(context, geometry, load, _pressing(walls, elastic_sums), end_state, end)
+    sums = _end_sums(geometry, load.total, end)
+    normal_force, moment = _strip_resultant(context, geometry, walls, sums, load.energy)
+    friction = _strip_friction(context, geometry, walls, load, end)
     contact = SpreadContact(
         normal=load.total.force,
         tangential=friction.tangential,
         slip=friction.slip,
         rate=end_state.rate,
         depth=end_state.point.depth,
-        elastic=load.elastic.force,
+        elastic=load.elastic,
         raw=load.raw,
-        stored_power=stored,
-        lost_power=_power_of(geometry, walls, sums, load.energy_force) - stored,
+        stored_power=load.stored_power,
+        lost_power=_power_of(geometry, walls, sums, load.energy) - load.stored_power,
         end_force=end_force,
     )
     moment = plus(moment, cross(friction.arm, friction.force))

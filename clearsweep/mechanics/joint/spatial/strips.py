@@ -21,7 +21,7 @@ from typing import NamedTuple
 
 from ...compiled import calculus as math
 from ...compiled.dual import as_type_of
-from ...compiled.family import family, kernel
+from ...compiled.family import family, inlined, kernel
 from ...trace.portable import gauss_rule
 from ..elastic.contract import elastic_energy, elastic_force
 from ..elastic.power import Linear, PowerThreeHalves
@@ -73,20 +73,20 @@ class Profile(NamedTuple):
     tilt_square: float  # 1
 
 
-@kernel
+@inlined
 def _square_past_clearance(profile, z):
     """Return the squared distance of the axes at z, less the squared clearance (m^2)."""
     return profile.constant + z * (2.0 * profile.product + profile.tilt_square * z)
 
 
-@kernel
+@inlined
 def distance_at(profile, z):
     """Return the distance (m) of the axes at z."""
     square = profile.clearance * profile.clearance
     return math.sqrt(max(square + _square_past_clearance(profile, z), 1e-24 * square))
 
 
-@kernel
+@inlined
 def depth_at(profile, z):
     """Return the depth (m) at z."""
     return _square_past_clearance(profile, z) / (profile.clearance + distance_at(profile, z))
@@ -106,7 +106,7 @@ class Lifted(NamedTuple):
     is_lifted: bool
 
 
-@kernel
+@inlined
 def _ratio_within(numerator, denominator, bound):
     """Return a ratio within plus and minus a bound; denominator : not negative."""
     if abs(numerator) < bound * denominator:
@@ -114,7 +114,7 @@ def _ratio_within(numerator, denominator, bound):
     return as_type_of(math.copysign(bound, numerator), numerator)
 
 
-@kernel
+@inlined
 def lifted_part(profile, bound, reach):
     """Return the Lifted part of a Profile, with positions between plus and minus a bound.
 
@@ -158,7 +158,7 @@ class _Node(NamedTuple):
     inverse: float  # 1/m, one over the distance of the axes
     root: float  # m^0.5, negative past a separation
     depth: float  # m
-    weight: float  # m, length of the slice
+    weight: float  # m, signed length of the slice
 
 
 class _Chord(NamedTuple):
@@ -168,32 +168,32 @@ class _Chord(NamedTuple):
     inverse: float  # m^-0.5, one over the sum of the roots
     length: float  # m, signed
     rise: float  # m, increase of the distance of the axes along the span
-    excess: float  # m^2, of the squared tilt over the squared slope of the chord, times the length squared
+    excess: float  # m^1.5, of the squared tilt over the squared slope of the chord, times length squared and `inverse`
+    weight: float  # m^0.5, length of a slice per weight of the rule and root
 
 
-@kernel
+@inlined
 def _chord_of(profile, span):
     begin = max(span.begin, MIN_ROOT_RATIO * span.end) if span.end > 0.0 else span.begin
     roots, distances, length = begin + span.end, span.start_distance + span.stop_distance, span.stop - span.start
     inverse = 1.0 / (roots * distances)
     slope = (2.0 * profile.product + profile.tilt_square * (span.start + span.stop)) * (roots * inverse)
     excess = max(profile.tilt_square - slope * slope, 0.0) * (length * length)
-    return _Chord(begin, distances * inverse, length, length * slope, excess)
+    inverse = distances * inverse
+    return _Chord(begin, inverse, length, length * slope, excess * inverse, 2.0 * inverse * abs(length))
 
 
-@kernel
+@inlined
 def _node_of(profile, span, chord, u, weight):
     """Return the _Node at `u`, 0 to 1, of a span."""
     x = chord.begin + (span.end - chord.begin) * u
     fraction = u * (chord.begin + x) * chord.inverse
-    product = fraction * ((1.0 - u) * (span.end + x) * chord.inverse)
     z = span.start + chord.length * fraction
     distance = distance_at(profile, z)
     distances = span.start_distance + chord.rise * fraction + distance
     inverse = 1.0 / (distance * distances)
-    sag = chord.excess * product * (distance * inverse)
-    length = 2.0 * weight * (x * chord.inverse) * abs(chord.length)
-    return _Node(z, distances * inverse, x, max(x * x - sag, 0.0), length)
+    sag = chord.excess * (fraction * ((1.0 - u) * (span.end + x))) * (distance * inverse)
+    return _Node(z, distances * inverse, x, max(x * x - sag, 0.0), weight * x * chord.weight)
 
 
 class StripSums(NamedTuple):
@@ -210,8 +210,9 @@ class StripLoad(NamedTuple):
     """Load of a strip, not clipped."""
 
     total: StripSums
-    elastic: StripSums
-    largest_inverse: float  # 1/m, one over the least distance of the axes at the slices
+    elastic: float  # N, elastic part of the force
+    elastic_outward: float  # N, times the size of z
+    stored_power: float  # W, times the rate of the depth
 
 
 class SliceRates(NamedTuple):
@@ -222,13 +223,13 @@ class SliceRates(NamedTuple):
     curvature: float  # m^2/s
 
 
-@kernel
+@inlined
 def no_sums(zero):
     """Return the StripSums of an unloaded strip."""
     return StripSums(zero, zero, zero, zero, zero)
 
 
-@kernel
+@inlined
 def _with_slice(sums, force, t, inverse):
     """Return StripSums with a slice at the size `t` of z; inverse : 1/m, one over its distance."""
     over_distance = force * inverse
@@ -242,7 +243,7 @@ def _with_slice(sums, force, t, inverse):
     )
 
 
-@kernel
+@inlined
 def is_empty(span):
     """Return whether a span has no length or no depth."""
     return span.start == span.stop or (span.begin == 0.0 and span.end == 0.0)
@@ -257,7 +258,7 @@ def with_span(load, profile, span, laws, rule, rates, onset_rate, scale):
     if is_empty(span):
         return load
     law, elastic = laws
-    total, elastic_sums, largest_inverse = load
+    total, elastic_force_sum, elastic_outward, stored_power = load
     chord = _chord_of(profile, span)
     for u, weight in nodes_of(rule):
         node = _node_of(profile, span, chord, u, weight)
@@ -266,10 +267,11 @@ def with_span(load, profile, span, laws, rule, rates, onset_rate, scale):
         force, elastic_part = contact_force(law, elastic, node.depth, rate, onset_rate)
         if node.root < 0.0:
             share = share * sign_past_separation(law, elastic)
-        total = _with_slice(total, share * force, t, inverse)
-        elastic_sums = _with_slice(elastic_sums, share * elastic_part, t, inverse)
-        largest_inverse = max(largest_inverse, inverse)
-    return StripLoad(total, elastic_sums, largest_inverse)
+        total, elastic_part = _with_slice(total, share * force, t, inverse), share * elastic_part
+        elastic_force_sum = elastic_force_sum + elastic_part
+        elastic_outward = elastic_outward + elastic_part * t
+        stored_power = stored_power + elastic_part * rate
+    return StripLoad(total, elastic_force_sum, elastic_outward, stored_power)
 
 
 @kernel
