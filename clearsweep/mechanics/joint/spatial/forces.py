@@ -77,7 +77,7 @@ def _contact_force(point, context, laws, contact_state):
     normal_force, friction = times(-clipped_force, normal), times(friction_per_slip, sliding)
     resultant_force = plus(normal_force, friction)
     contact = Contact(
-        normal=clipped_force, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=unclipped
+        normal=clipped_force, tangential=tangential, slip=slip, rate=rate, depth=pen, elastic=elastic, raw=unclipped
     )
     return ContactForce(
         normal_force, resultant_force, cross(arm, resultant_force), times(depth, cross(normal, friction)), contact

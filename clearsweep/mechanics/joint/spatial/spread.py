@@ -426,7 +426,7 @@ def _strip_contact_force(context, geometry, walls, load, end, end_force):
         tangential=friction.tangential,
         slip=friction.slip,
         rate=end_state.rate,
-        depth=end_state.point.depth,
+        depth=end_state.root * abs(end_state.root) if touches(end_state.mode) else end_state.point.depth,
         elastic=load.elastic,
         raw=load.raw,
         stored_power=load.stored_power,

@@ -64,6 +64,9 @@ from .wall_strips import (
 )
 
 LOAD_TOLERANCE = 0.2  # of the largest load per length: slices with smaller differences have a common arc width
+#: Of the largest depth in a step: below, the largest pressure is not evaluated.  It has a limit at the depth 0, but load
+#: and depth are two polynomials over the step, whose errors leave 0 / 0.
+SMALLEST_DEPTH = 1e-2
 EDGE_TOLERANCE = 1e-9  # of a bin's length: a slice that ends closer to an edge ends at it
 _QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
 _POWERS = coefficients_through(_QUARTERS)
@@ -165,7 +168,9 @@ def slice_of(joint, history, low, high):
 @kernel
 def accumulate_strip_pressure(joint, step, history, account):
     """Record pressure and pressure times sliding speed of a wall contact at equidistant points of the step."""
-    law, step_values = joint.wear, history.step_values
+    law, step_values, smallest_depth = joint.wear, history.step_values, 0.0
+    for i in rolled_range(PARTS + 1):
+        smallest_depth = max(smallest_depth, SMALLEST_DEPTH * history.values[MAX_DEPTH, i])
     for i in rolled_range(PARTS + 1):
         strip, start_depth = _strip_at(joint, history, i)
         load, slip = max(step_values[FORCE_ROW, i], 0.0), step_values[SLIP_ROW, i]
@@ -189,6 +194,8 @@ def accumulate_strip_pressure(joint, step, history, account):
         )
         time = (0.5 if i in (0, PARTS) else 1.0) / PARTS * step.length * step_values[KAPPA_ROW, i]
         account[PRESSURE_TIME] += mean_sliding.pressure_integral / (2.0 * joint.bearing_radius * half_angle) * time
+        if loads.max_depth < smallest_depth:
+            continue
         account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
         account[PV_MAX] = max(account[PV_MAX], peak * peak_sliding.sliding_speed)
         if peak * peak_sliding.sliding_speed > law.pv_limit:
