@@ -253,3 +253,44 @@ class Oracle:
                     self.onset[k] = max(rate, 1e-3)
                     events.append((t, k, rate))
         return states, normals, events
+
+
+class SlicedOracle(Oracle):
+    """The same scene with 60 slices of the length, each pressed by itself at the farthest point of its circle.
+
+    The contact is lossless, without friction and without flanges in reach.
+    """
+
+    def __init__(self, grid, count=60):
+        """Read the numbers; `count` slices at the nodes of Gauss's rule."""
+        grid["joints"][next(iter(grid["joints"]))]["contact"].setdefault("restitution", 1.0)
+        super().__init__(grid)
+        nodes, weights = np.polynomial.legendre.leggauss(count)
+        self.z, self.shares = self.journal_half_length * nodes, 0.5 * weights
+
+    def forces(self, t, y):
+        """Return what Oracle.forces returns, with the force of each slice in place of those of contact points."""
+        seen = self.look(t, y)
+        turn, _, _, (middle, u, _, _), journal, _ = seen
+        center = journal - middle + self.z[:, None] * turn[:, 2]
+        across = center - (center @ u)[:, None] * u
+        a, b = (self.journal * (turn[:, k] - (turn[:, k] @ u) * u) for k in range(2))
+        angle = np.arctan2(across @ b, across @ a)
+        for _ in range(8):
+            d = np.cos(angle)[:, None] * a + np.sin(angle)[:, None] * b
+            e = -np.sin(angle)[:, None] * a + np.cos(angle)[:, None] * b
+            out = across + d
+            curvature = np.sum(e * e, axis=1) - np.sum(out * d, axis=1)
+            angle = angle - np.sum(out * e, axis=1) / np.where(curvature < 0.0, curvature, -np.inf)
+        distance = np.linalg.norm(out, axis=1)
+        size = self.stiffness * self.shares * np.maximum(distance - self.bearing, 0.0) ** 1.5
+        normals = -size[:, None] * out / distance[:, None]
+        rim = np.cos(angle)[:, None] * turn[:, 0] + np.sin(angle)[:, None] * turn[:, 1]
+        points = middle + center + self.journal * rim
+        force, moment = normals.sum(axis=0), np.cross(points - y[:3], normals).sum(axis=0)
+        return seen, force, moment, np.zeros(3) if self.on_crank else -force, [], size
+
+    def move(self, time):
+        """Return the state at `time` (s)."""
+        result = solve_ivp(self.rates, (0.0, time), self.start(), "DOP853", rtol=1e-9, atol=1e-12, max_step=1e-5)
+        return result.y[:, -1]
