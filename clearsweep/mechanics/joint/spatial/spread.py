@@ -7,12 +7,13 @@ other axis, the clearance plus the depth there,
     distance(z)^2 = s1 distance1^2 + s2 distance2^2 - s1 s2 spread^2,
 
 as the vector of the distance is linear along the pin.  `spread` is the length of its change between the ends: the
-overlap times the sine of the tilt phi.  In the view along the bearing the circles of the journal are ellipses; with
+overlap times the sine of the tilt.  In the view along the bearing the circles of the journal are ellipses, which makes
+it shorter across the load, by about radius tilt^2 / distance: with the slopes n1 and n2 of the normals of both ends,
 
-    spread^2 = overlap^2 sin^2 phi / (1 + radius sin^2 phi / distance),
+    spread^2 = overlap (distance1 n1 - distance2 n2).
 
-this is the exact distance of their farthest point to first order in radius sin^2 phi / distance.  The forces are the
-derivatives of this energy: those of both ends act at their points, along their normals, as at `EndContacts`, and a
+This is the exact distance of the circles' farthest points to first order in radius tilt^2 / distance.  The forces are
+the derivatives of this energy: those of both ends act at their points, along their normals, as at `EndContacts`, and a
 couple is conjugate to the spread.  Together they turn the normal along the length.
 
 Each half of the length is the strip of its end: it has the onset rate and is clipped with the contact of this end.
@@ -44,6 +45,9 @@ from .strips import (
     with_span,
 )
 
+#: Of the squared tilt times the length over the sum of the distances: below, normals do not resolve the ellipse.
+SMALLEST_TILT_SQUARE = 1e-9
+
 
 @kernel
 def as_spread(contact, end_force):
@@ -72,7 +76,6 @@ class Overlap(NamedTuple):
     stiffness_fraction: float  # 1, fraction of the full stiffness that acts on this overlap
     growth: float  # 1, rate of the length per velocity (m/s) of the journal along its axis, seen from the bearing
     middle: float  # m, position of its middle along the journal, from the journal's middle
-    circle_radius: float  # m, of the circles that are ellipses in the view along the other axis
 
 
 @family
@@ -83,7 +86,7 @@ def bearing_length(end_type, joint, gap):
 @bearing_length.member(InBore)
 def _bearing_length_in_bore(end_type, joint, gap):
     zero = as_type_of(0.0, gap.middle.z)
-    return Overlap(zero + joint.journal_half_length, zero + 1.0, zero, zero, joint.journal_radius)
+    return Overlap(zero + joint.journal_half_length, zero + 1.0, zero, zero)
 
 
 @bearing_length.member(Overlapping)
@@ -93,11 +96,10 @@ def _bearing_length_overlapping(end_type, joint, gap):
     high = min(zero + joint.journal_half_length, joint.half_length - shift)
     low = max(zero - joint.journal_half_length, -joint.half_length - shift)
     middle = 0.5 * (high + low)
-    # Of an ellipse one end bulges and one sags where journal and bore carry one end each: circles have no radius here.
     if length >= full_length:
-        return Overlap(zero + 0.5 * full_length, zero + 1.0, zero, middle, 0.0)
+        return Overlap(zero + 0.5 * full_length, zero + 1.0, zero, middle)
     length = max(length, 1e-9 * full_length)  # the run ends when it is 0
-    return Overlap(0.5 * length, length / full_length, zero - math.copysign(1.0, shift), middle, 0.0)
+    return Overlap(0.5 * length, length / full_length, zero - math.copysign(1.0, shift), middle)
 
 
 # ---------------------------------------------------------------------------------------------- one end
@@ -162,6 +164,29 @@ class _Geometry(NamedTuple):
     length_rate: float  # 1/s, relative rate of the overlap's length
 
 
+@family
+def _flattening(end_type, ends, tilt_length):
+    """Return the squared spread over its value for circles that stay circles in the view along the other axis.
+
+    ends : of both, the distance (m) and the slope along the pin of the normal; tilt_length : m, length of the overlap
+    times the squared sine of the tilt.
+    """
+
+
+@_flattening.member(InBore)
+def _flattening_in_bore(end_type, ends, tilt_length):
+    (first, first_slope), (second, second_slope) = ends
+    if tilt_length <= SMALLEST_TILT_SQUARE * (abs(first) + abs(second)):
+        return as_type_of(1.0, tilt_length)
+    return min(max((first * first_slope - second * second_slope) / tilt_length, 0.5), 1.0)
+
+
+@_flattening.member(Overlapping)
+def _flattening_overlapping(end_type, ends, tilt_length):
+    # of an ellipse of the journal one end sags, of one of the bore it bulges: with one end each, they cancel
+    return as_type_of(1.0, tilt_length)
+
+
 @inlined
 def _geometry_of(context, first_end, second_end):
     """Return the _Geometry of the EndStates of both walls."""
@@ -170,10 +195,10 @@ def _geometry_of(context, first_end, second_end):
     axis, clearance = gap.axis, joint.clearance
     first_depth, second_depth = _depth_at_end(first_end), _depth_at_end(second_end)
     first_distance, second_distance = clearance + first_depth, clearance + second_depth
-    distance = max(0.5 * (first_distance + second_distance), 0.5 * clearance)
-    sine_square = axis.x * axis.x + axis.y * axis.y
-    flattening = distance / (distance + overlap.circle_radius * sine_square)
-    length_square = 4.0 * overlap.half_length * overlap.half_length * flattening
+    sine_square, length = axis.x * axis.x + axis.y * axis.y, 2.0 * overlap.half_length
+    ends = (first_distance, first_end.point.normal.z), (second_distance, second_end.point.normal.z)
+    flattening = _flattening(joint.end_type, ends, length * sine_square)
+    length_square = length * length * flattening
     spread_square = length_square * sine_square
     spin_factor = 2.0 * length_square * flattening * axis.z
     spin_factor = Vector(spin_factor * axis.y, -spin_factor * axis.x, as_type_of(0.0, axis.z))
