@@ -64,8 +64,8 @@ from .wall_strips import (
 )
 
 LOAD_TOLERANCE = 0.2  # of the largest load per length: slices with smaller differences have a common arc width
-#: Of the largest depth in a step: below, the largest pressure is not evaluated.  It has a limit at the depth 0, but load
-#: and depth are two polynomials over the step, whose errors leave 0 / 0.
+#: Of the largest depth in a step: below, the largest pressure is not evaluated.  It has a limit at the depth 0, but
+#: load and depth are two polynomials over the step, whose errors leave 0 / 0.
 SMALLEST_DEPTH = 1e-2
 EDGE_TOLERANCE = 1e-9  # of a bin's length: a slice that ends closer to an edge ends at it
 _QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
