@@ -40,8 +40,8 @@ class DepthProfile(NamedTuple):
 @kernel
 def _profile_of(joint, strip, depth):
     """Return the Profile of a strip of spread walls; depth : m, at its start."""
-    distance = joint.clearance + depth
-    return Profile(joint.clearance, depth * (joint.clearance + distance), -distance * strip.lean, strip.tilt_square)
+    distance, tilt_square = joint.clearance + depth, max(strip.tilt_square, strip.lean * strip.lean)
+    return Profile(joint.clearance, depth * (joint.clearance + distance), -distance * strip.lean, tilt_square)
 
 
 @family
