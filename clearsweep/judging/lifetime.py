@@ -1,11 +1,10 @@
 """Texts on a life: hours, with the intervals from numerics and from uncertain wear coefficients."""
 
 import math
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 from ..language import wording
-from .validity import MAX_RELIABLE_SMOOTHING_WIDTH
 
 WEAR_UNCERTAINTY_FACTORS = (3.0, 10.0)  # usual uncertainty of a wear coefficient
 FASTER_WEAR = "{:g} to {:g} times".format(*WEAR_UNCERTAINTY_FACTORS)
@@ -22,7 +21,6 @@ class Lifetime(NamedTuple):
     revolutions_high: float  # upper bound; inf or NaN: unbounded
     revolutions_low_with_wear_uncertainty: float = math.nan  # lower bound from the uncertain wear coefficients
     revolutions_high_with_wear_uncertainty: float = math.nan  # upper bound from them
-    smoothing_width: float = math.nan  # rad, smoothing width of worn shapes at its end
 
 
 #: Name of a joint's column -> field of Lifetime.
@@ -33,7 +31,6 @@ FIELD_BY_COLUMN = {
     "life_high": "revolutions_high",
     "life_low_uncertain": "revolutions_low_with_wear_uncertainty",
     "life_high_uncertain": "revolutions_high_with_wear_uncertainty",
-    "wear_smoothing": "smoothing_width",
 }
 
 
@@ -101,21 +98,6 @@ def interval_sentences(life: Lifetime) -> list[str]:
         bounds_text = " ".join(bounds).removeprefix("from ") if len(bounds) == 2 else f"{bounds[0]}, other end unknown"
         sentences.append(f"With the uncertain wear coefficients: {bounds_text}.")
     return sentences
-
-
-def smoothing_sentences(widths: Iterable[float]) -> list[str]:
-    """Return the sentence on the smoothing of the worn shapes at the end of lives, which their intervals omit, or [].
-
-    widths : rad, smoothing width of each life; NaN without smoothing
-    """
-    wide = [math.degrees(width) for width in widths if width > MAX_RELIABLE_SMOOTHING_WIDTH]
-    if not wide:
-        return []
-    range_text = " to ".join(dict.fromkeys(f"{width:.2g}" for width in (min(wide), max(wide))))
-    return [
-        f"Not included: the effect of smoothing the worn shapes over {range_text} deg, which is unknown: take the "
-        "hours as an estimate."
-    ]
 
 
 def _interval_end_text(life: Lifetime, revolutions: float, digits: int) -> str:

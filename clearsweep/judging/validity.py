@@ -32,8 +32,7 @@ BALL_STIFFNESS = "ball-stiffness: "  # a stiffness from the material, for a ball
 ERROR_CHECK_FAILED = "unchecked: "  # its error check failed
 LIFE_UNREACHED = "unreached: "  # its life did not reach the limit
 LIFE_FAILED = "life-failed: "  # a life at one end of the wear coefficients' intervals
-SMOOTHED = "smoothed: "  # its worn shapes were smoothed more widely than a contact arc
-MAX_RELIABLE_SMOOTHING_WIDTH = math.radians(4.0)
+CONFORMAL = "conformal: "  # its worn surfaces fit each other too closely for contact at one point
 SEPARATOR = " | "  # between the remarks of a message
 #: Of the bearing radius.  Beyond MAX_DEPTH a contact is not a small deformation.  Up to TOLERATED_DEPTH, a strain of
 #: about 1 %, a penetration may exceed the clearance, as it does in tight fits.
@@ -173,7 +172,7 @@ _REMARK_TEXTS = {
     ERROR_CHECK_FAILED: "The error check failed",
     LIFE_UNREACHED: "A life does not reach its limit",
     LIFE_FAILED: "A further life, at an end of the uncertain wear coefficients, failed",
-    SMOOTHED: "Worn shapes are smoothed widely, with an unknown effect on the life,",
+    CONFORMAL: "Worn surfaces fit each other too closely for a pressure from the curvatures at one point",
 }
 
 
@@ -265,20 +264,24 @@ def pv_remark(joints: Iterable[RubbingJoint]) -> str:
     return PV_HIGH + "; ".join(remarks) + hint if remarks else ""
 
 
-def smoothing_remark(widths: Iterable[tuple[str, float | None]]) -> str:
-    """Return the remark on joints with shapes smoothed by more than MAX_RELIABLE_SMOOTHING_WIDTH; widths in rad."""
-    remarks = [
-        f"the worn shapes of {joint} are smoothed over {math.degrees(width):.3g} deg at the end, at first over 2 deg"
-        for joint, width in widths
-        if width is not None and width > MAX_RELIABLE_SMOOTHING_WIDTH
-    ]
-    hint = (
-        ". Contact at one point needs this where the surfaces become conformal. The effect on the life is "
-        "unknown and not part of its interval. Contact on springs needs less, but can take 100 times as long: "
-        "`contact: {elastic: winkler, thickness: 0.5 mm, material: {young: 207 GPa, poisson: 0.3}}` without a "
-        "stiffness, `wear: {pressure: winkler}`"
+class ConformalJoint(NamedTuple):
+    """A joint whose worn surfaces fit each other too closely, and the last state in which they did not."""
+
+    joint: str  # 'rod-slider'
+    pressure: str  # name of its distribution
+    in_slot: bool  # no other distribution is available there
+    wear_depth: float  # m, the largest of both bodies
+    revolutions: float
+
+
+def conformal_remark(joint: ConformalJoint) -> str:
+    """Return the remark on a joint that has worn to surfaces which fit each other."""
+    advice = "use a smaller life.limit" if joint.in_slot else "set wear.pressure: winkler"
+    return (
+        f"{CONFORMAL}{joint.joint} is worn {_mm_text(joint.wear_depth)} deep after {joint.revolutions:.6g} "
+        f"revolutions. Beyond, the worn surfaces fit each other, and wear.pressure: {joint.pressure} takes the arc of contact from "
+        f"the curvatures at one point, which no longer determine it: {advice}"
     )
-    return SMOOTHED + "; ".join(remarks) + hint if remarks else ""
 
 
 class FilmState(NamedTuple):

@@ -44,6 +44,12 @@ class LimitedQuantity(Protocol):
     def slope(self, state: np.ndarray, /) -> np.ndarray:
         """Return the derivatives (n,) of the quantity with respect to the worn state."""
 
+    def shape_error(self, state: np.ndarray, /) -> float:
+        """Return the error of the quantity by smoothing and bins, in the quantity's unit."""
+
+    def is_valid(self, state: np.ndarray, /) -> bool:
+        """Return whether the model of contact holds in the worn state."""
+
 
 class StepControl(NamedTuple):
     """Limit and step control of an extrapolation."""
@@ -77,6 +83,7 @@ class Life(NamedTuple):
     low: float  # revolutions, lower end of the 95 % interval; nan: unknown
     high: float  # inf: unbounded
     jump_error: float  # relative change of the life without every other block; nan: limit not reached
+    shape_error: float  # relative error of the life by smoothing and bins; nan as above
     blocks: int  # number of blocks run
 
     @property
@@ -126,17 +133,23 @@ def extrapolate_life(
             else _corrected(node.rate, next_block.rate, criterion.slope(predicted))
         )
         next_node = Node(node.revolutions + jump, node.state + 0.5 * jump * (node.rate + rate), rate, next_block)
-        if criterion.value(next_node.state) >= settings.limit:
-            nodes.append(_node_at_limit(settings.limit, criterion, node, next_node))
-            return _interval(nodes, blocks, criterion, settings, jump)
+        is_last = criterion.value(next_node.state) >= settings.limit
+        if is_last:
+            next_node = _node_at_limit(settings.limit, criterion, node, next_node)
+        if not criterion.is_valid(next_node.state):
+            break
         nodes.append(next_node)
+        if is_last:
+            return _interval(nodes, blocks, criterion, settings, jump)
         jump *= (
             min(max(SAFETY * settings.tolerance / redistributed, MIN_JUMP_RATIO), MAX_JUMP_RATIO)
             if redistributed
             else MAX_JUMP_RATIO
         )
     low = nodes[-1].revolutions
-    return Life(tuple(nodes), reached=False, low=low, high=math.inf, jump_error=math.nan, blocks=blocks)
+    return Life(
+        tuple(nodes), reached=False, low=low, high=math.inf, jump_error=math.nan, shape_error=math.nan, blocks=blocks
+    )
 
 
 def _corrected(old_rate: np.ndarray, new_rate: np.ndarray, slope: np.ndarray) -> np.ndarray:
@@ -209,8 +222,8 @@ def _interval(
     With q the rate of the limited quantity, the life is the integral of dq / q.  A relative error of a rate is
     the same relative error of the revolutions to which it applies.  Relative errors within the intervals of rates are
     independent from block to block unless the blocks are alike.  The error of the jumps is the change without every
-    other block; with one jump, it is the change by the rate after it.  If rates drift during a block, its bias is
-    added.
+    other block; with one jump, it is the change by the rate after it.  The error of the shape is added, and the bias
+    of rates that drift during a block.
     """
     total = nodes[-1].revolutions
     slopes = [criterion.slope(node.state) for node in (*nodes[1:], nodes[-1])]  # growth in each jump
@@ -226,10 +239,18 @@ def _interval(
     error = abs(_change_without_every_other(nodes, slopes, growth_rates)) / total
     half_width = math.hypot(spread, error)
     low, high = total / (1.0 + half_width), total / (1.0 - half_width) if half_width < 1.0 else math.inf
+    bias = shape_error = criterion.shape_error(nodes[-1].state) / growth_rates[-1]
     if settings.drifting_rates:
-        drift_bias = _drift_bias(nodes, growth_rates)
-        low, high = max(low - drift_bias, 0.0), high + drift_bias
-    return Life(tuple(nodes), reached=True, low=low, high=high, jump_error=error, blocks=blocks)
+        bias += _drift_bias(nodes, growth_rates)
+    return Life(
+        tuple(nodes),
+        reached=True,
+        low=max(low - bias, 0.0),
+        high=high + bias,
+        jump_error=error,
+        shape_error=shape_error / total,
+        blocks=blocks,
+    )
 
 
 def _drift_bias(nodes: list[Node], growth_rates: list[float]) -> float:

@@ -13,7 +13,7 @@ from collections.abc import Callable
 import numpy as np
 
 from ..contracts.case import Case
-from ..judging.validity import LIFE_UNREACHED, smoothing_remark
+from ..judging.validity import LIFE_UNREACHED, ConformalJoint, conformal_remark
 from ..language.wording import count_text
 from ..mechanics.joint import registry
 from ..mechanics.joint.wear.contract import Worn
@@ -26,6 +26,7 @@ from .scene import Scene, build
 from .window import interpolated_depths
 
 FIRST_WEAR = 0.02  # of the smallest clearance: most wear in the first jump
+MAX_MISFIT = 0.05  # of the wear depth: how far contact at one point may move the worn shapes
 BOUNDING_LIVES = 2  # further lives of a case with uncertain wear coefficients
 FIRST_SLIDING = 0.1  # of the running-in distance: most sliding in the first jump
 HOUR = 3600.0  # s
@@ -52,6 +53,7 @@ class LifeRun:
         self.records_of_earlier_lives = [record for record in stored_blocks if record.life < life_index]
         self.records = [record for record in stored_blocks if record.life == life_index]
         self.blocks_requested = 0  # blocks requested in this process
+        self.conformal_joint: WornJoint | None = None  # whose surfaces fit each other too closely
         self.seconds_before = (
             float(stored_blocks[-1].seconds[1]) if stored_blocks else 0.0
         )  # s, processor time of earlier processes
@@ -179,6 +181,39 @@ class LifeRun:
             slope[worn.first + int(np.argmax(state[worn.all_bins]))] = 1.0
         return slope
 
+    def shape_error(self, state: np.ndarray) -> float:
+        """Return the error (m) of the limited quantity: how much smoothing, or bins twice as wide, change it."""
+        acting = self._acting_wear(self.target, state)
+        if acting is None:
+            return 0.0
+        value, changed = self.value(state), []
+        wear = self._worn(self.target, state)
+        coarse = [
+            0.25 * np.roll(depths, 1) + 0.5 * depths + 0.25 * np.roll(depths, -1)
+            for depths in (wear.bearing, wear.journal)
+        ]
+        for bearing, journal in (acting[0][:2], coarse):
+            other = state.copy()
+            other[self.target.bearing], other[self.target.journal] = bearing, journal
+            changed.append(abs(self.value(other) - value))
+        return math.fsum(changed)
+
+    def is_valid(self, state: np.ndarray) -> bool:
+        """Return whether contact at one point can represent all worn surfaces."""
+        self.conformal_joint = next((worn for worn in self.worn_joints if self._conforms(worn, state)), None)
+        return self.conformal_joint is None
+
+    def _conforms(self, worn: WornJoint, state: np.ndarray) -> bool:
+        """Return whether the worn surfaces of a joint fit each other too closely for contact at one point."""
+        acting = self._acting_wear(worn, state)
+        if acting is None or not registry.wears_at_one_point(self.scene.case.joints[worn.joint_index]):
+            return False
+        return acting[1] > MAX_MISFIT * float(state[worn.all_bins].max())
+
+    def _acting_wear(self, worn: WornJoint, state: np.ndarray) -> tuple[Worn, float] | None:
+        """Return `registry.acting_wear` of a joint in a worn state."""
+        return registry.acting_wear(self.scene.case.joints[worn.joint_index], self._worn(worn, state))
+
     def with_last_block(self, life: Life, record: BlockRecord) -> Life:
         """Return a life with the block of its last node's worn state."""
         last_node = life.nodes[-1]._replace(rate=record.rate, block=record)
@@ -193,10 +228,7 @@ class LifeRun:
             f"{target}_life_low": life.low,
             f"{target}_life_high": life.high,
             f"{target}_life_jump_error": life.jump_error,
-        }
-        numbers |= {
-            f"{worn.column}_wear_smoothing": math.nan if width is None else width
-            for worn, width in zip(self.worn_joints, self.smoothing(last_node.state), strict=True)
+            f"{target}_life_shape_error": life.shape_error,
         }
         numbers |= {
             f"{worn.column}_clearance_growth": self.first_touch_at(worn, last_node.state).growth
@@ -207,25 +239,19 @@ class LifeRun:
         }
         return figures | {f"{target}_life_blocks": life.blocks}
 
-    def smoothing(self, state: np.ndarray) -> list[float | None]:
-        """Return the smoothing width (rad) of each joint's worn shape, or None if shapes do not affect contact."""
-        joints = self.scene.case.joints
-        return [
-            registry.smoothing_width(joints[worn.joint_index], self._worn(worn, state)) for worn in self.worn_joints
-        ]
-
     def remarks(self, life: Life) -> tuple[str, ...]:
-        """Return remarks on why a life did not reach its limit and on widely smoothed shapes.
-
-        A remark that does not apply is ''.
-        """
-        widths = zip([worn.name for worn in self.worn_joints], self.smoothing(life.nodes[-1].state), strict=True)
-        return self._reason_unreached(life), smoothing_remark(widths)
+        """Return the remark on why a life did not reach its limit, or '' if it did."""
+        return (self._reason_unreached(life),)
 
     def _reason_unreached(self, life: Life) -> str:
         """Return why a life did not reach its limit, or '' if it did."""
         if life.reached:
             return ""
+        if worn := self.conformal_joint:
+            joint, last_state = self.scene.case.joints[worn.joint_index], life.nodes[-1].state
+            assert joint.wear is not None  # only joints with wear
+            depth, in_slot = float(last_state[worn.all_bins].max()), joint.slot_length is not None
+            return conformal_remark(ConformalJoint(worn.name, joint.wear.pressure, in_slot, depth, life.revolutions))
         if life.revolutions == 0.0:
             return f"{LIFE_UNREACHED}{self.life.joint} has no wear, so it never reaches life.limit"
         return (

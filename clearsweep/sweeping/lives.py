@@ -26,7 +26,7 @@ class LifeExtremes:
         )
         self.columns = [*self.columns_by_name.values()]
         self.until = lifetime.criterion_text(section)
-        self.unreached, self.widths = 0, list[float]()  # rad, smoothing of the worn shapes
+        self.unreached = 0
         self.extremes: dict[str, dict[str, Any]] = {}  # key of COMPARISONS -> the case
 
     def add(self, block: Mapping[str, np.ndarray], describe: Callable[[int], dict[str, Any]]) -> None:
@@ -37,10 +37,6 @@ class LifeExtremes:
         self.unreached += int(np.isnan(hours).sum())
         if np.isnan(hours).all():
             return
-        if width_column := self.columns_by_name.get("wear_smoothing"):
-            widths = block[width_column].astype(float)[np.isfinite(hours)]
-            known = [*self.widths, *widths[np.isfinite(widths)].tolist()]
-            self.widths = [min(known), max(known)] if known else []
         for index in dict.fromkeys((int(np.nanargmin(hours)), int(np.nanargmax(hours)))):
             life = lifetime.read_lifetime(
                 {name: float(block[column].astype(float)[index]) for name, column in self.columns_by_name.items()}
@@ -57,7 +53,6 @@ class LifeExtremes:
         """Return both lives and the number of cases that did not reach their limit, for JSON, or None without lives."""
         return (
             {"joint": self.joint, "until": self.until, **self.extremes, "unreached": self.unreached}
-            | {"omitted": lifetime.smoothing_sentences(self.widths)}
             if self.columns
             else None
         )
@@ -80,7 +75,6 @@ def life_lines(life: dict[str, Any] | None, setting: Callable[[dict[str, Any]], 
                 f"  {key.capitalize()} life{joint_text}: {life[key]['text']}{case_text}. "
                 f"{' '.join(life[key]['remarks'])}"
             )
-    lines += [f"  {sentence}" for sentence in life["omitted"]]
     if life["unreached"]:
         lines.append(f"  {wording.count_text(life['unreached'], 'case')} did not reach the limit.")
     return lines

@@ -27,7 +27,8 @@ from .recipe import RECIPES, Recipe, compile_law
 from .roughness.series import ArcParameters, Series, combine_in_series
 from .roughness.spots import Surface
 from .wear.contract import NoWear, Worn
-from .wear.shape import FOUNDATION_MARGIN, POINT_MARGIN, Shape, shapes_of
+from .wear.foundation import Overlap
+from .wear.shape import CONFORMAL_FIT, POINT_FIT, Fit, Shape, bin_means, fitted_profiles, shapes_of
 
 # Each import registers its laws, which are listed in this order.
 # isort: off
@@ -41,6 +42,7 @@ from .film import reynolds, finite, short, long, shear, transition  # noqa: F401
 
 __all__ = [
     "RECIPES",
+    "acting_wear",
     "all_laws",
     "can_pull",
     "compile_contact",
@@ -56,8 +58,8 @@ __all__ = [
     "jam_angle",
     "penetration_limit",
     "restitution",
-    "smoothing_width",
     "uses_ball_stiffness",
+    "wears_at_one_point",
 ]
 
 
@@ -101,7 +103,7 @@ def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -
         later_fields = law, elastic, _compile_contact_friction(joint), mean_radius, compile_wear(joint)
         unworn_slot = slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half_slot, *later_fields)
         return (
-            worn_slot.WornSlot(*unworn_slot, *_worn_slot_shapes(joint, unworn_slot, earlier_wear)[:2])
+            worn_slot.WornSlot(*unworn_slot, *_worn_slot_shapes(joint, unworn_slot, earlier_wear))
             if _has_evolving_shape(joint)
             else unworn_slot
         )
@@ -119,7 +121,10 @@ def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -
     )
     if _has_evolving_shape(joint):
         worn_type = worn.WornOnFoundation if _is_on_foundation(joint, elastic) else worn.WornJoint
-        return worn_type(*dry_joint, *_worn_shapes(joint, elastic, earlier_wear)[:2])
+        if _wears_by_overlap(joint):
+            pressure = Overlap(*_worn_shapes(joint, CONFORMAL_FIT, earlier_wear))
+            dry_joint = dry_joint._replace(wear=dry_joint.wear._replace(pressure=pressure))
+        return worn_type(*dry_joint, *_worn_shapes(joint, _contact_fit(joint, elastic), earlier_wear))
     if joint.film is None:
         return dry_joint
     film, film_shear = compile_film(joint)
@@ -133,7 +138,7 @@ def _has_evolving_shape(joint: Joint) -> bool:
     return joint.wear is not None and joint.wear.evolve
 
 
-def _worn_slot_shapes(joint: Joint, compiled: Any, worn: Worn | None) -> tuple[Shape, Shape, float]:
+def _worn_slot_shapes(joint: Joint, compiled: Any, worn: Worn | None) -> tuple[Shape, Shape]:
     """Return the result of `_worn_shapes` for a slot with the compiled form `compiled`."""
     assert joint.wear is not None  # only joints with wear
     zero_depths = np.zeros(joint.wear.bins)
@@ -141,31 +146,48 @@ def _worn_slot_shapes(joint: Joint, compiled: Any, worn: Worn | None) -> tuple[S
     return worn_slot.slot_shapes(compiled, bearing, journal)
 
 
+def _wears_by_overlap(joint: Joint) -> bool:
+    """Return whether the wear of a joint is distributed like the overlap of its worn surfaces."""
+    return joint.wear is not None and joint.wear.pressure == "winkler" and joint.slot_length is None
+
+
 def _is_on_foundation(joint: Joint, elastic: tuple) -> bool:
     """Return whether the worn surfaces of a joint press on a bed of springs, not at one point."""
-    return isinstance(elastic, Foundation) and joint.wear is not None and joint.wear.pressure == "winkler"
+    return isinstance(elastic, Foundation) and _wears_by_overlap(joint)
 
 
-def _worn_shapes(joint: Joint, elastic: tuple, worn: Worn | None) -> tuple[Shape, Shape, float]:
-    """Return the shapes of bearing and journal, circles if unworn, and their smoothing width.
+def _contact_fit(joint: Joint, elastic: tuple) -> Fit:
+    """Return the Fit of the shapes on which the force of a worn joint acts."""
+    return CONFORMAL_FIT if _is_on_foundation(joint, elastic) else POINT_FIT
 
-    The width is the standard deviation (rad) of the Gaussian.
-    """
+
+def _worn_shapes(joint: Joint, fit: Fit, worn: Worn | None) -> tuple[Shape, Shape]:
+    """Return the shapes of bearing and journal, circles if unworn."""
     assert joint.wear is not None  # only joints with wear
     zero_depths = np.zeros(joint.wear.bins)
     bearing, journal = worn[:2] if worn else (zero_depths, zero_depths)
-    return shapes_of(
-        bearing, journal, joint.clearance, FOUNDATION_MARGIN if _is_on_foundation(joint, elastic) else POINT_MARGIN
-    )
+    return shapes_of(bearing, journal, joint.clearance, fit)
 
 
-def smoothing_width(joint: Joint, worn: Worn) -> float | None:
-    """Return the standard deviation (rad) of the Gaussian that smooths worn shapes, or None if they have no effect."""
+def acting_wear(joint: Joint, worn: Worn) -> tuple[Worn, float] | None:
+    """Return the wear (bins) of the shapes that decide where a joint wears, and how far (m) their margin moves them.
+
+    None if worn shapes have no effect.
+    """
     if not _has_evolving_shape(joint):
         return None
+    fit = CONFORMAL_FIT if _wears_by_overlap(joint) else POINT_FIT
     if joint.slot_length is not None:
-        return _worn_slot_shapes(joint, compile_joint(joint, "", worn), worn)[2]
-    return _worn_shapes(joint, compile_contact(joint)[1], worn)[2]
+        profiles, moved = worn_slot.fitted_profiles(compile_joint(joint, "", worn), worn.bearing, worn.journal)
+    else:
+        profiles, moved = fitted_profiles(worn.bearing, worn.journal, joint.clearance, fit)
+    bearing, journal = (bin_means(profile, len(worn.bearing)) for profile in profiles)
+    return Worn(bearing, journal, worn.sliding_distance), moved
+
+
+def wears_at_one_point(joint: Joint) -> bool:
+    """Return whether the pressure of a worn joint follows from the curvatures at its point of contact alone."""
+    return _has_evolving_shape(joint) and not _wears_by_overlap(joint)
 
 
 def compile_film(joint: Joint) -> tuple:

@@ -23,13 +23,14 @@ from ..compiled.family import inlined, kernel
 from ..trace import portable
 from .elastic.contract import elastic_force
 from .nearest import GapWithAngles, bodies_of, nearest, surfaces_of
-from .wear.shape import wear_depth_at
+from .wear.shape import KNOT_SPACING, wear_depth_at
 from .worn import GeneralisedDepth, WornJoint, WornOnFoundation, generalised_depth, seated_position
 
 GAUSS_POINTS = 7  # points of Gauss's rule: to 1e-10 over half an arc of 60 degrees
 NODES, WEIGHTS = portable.gauss_rule(GAUSS_POINTS)
 END_TOLERANCE = 0.05  # of the distance to an end of the arc: after a smaller Halley step the next is 1e-4 of it
-MAX_STEPS = 30
+MAX_LAST_STEP = 0.25 * KNOT_SPACING  # rad: over more, an edge of a groove is no parabola
+MAX_STEPS = 30  # the last bisections are of 1e-8 rad
 DEPTH_ITERATIONS = 6  # Newton steps for the generalised depth
 MAX_END_ANGLE = 1.7  # rad from the deepest point: there f is always negative
 MIN_RADIUS_DIFFERENCE = 0.05  # clearances: least difference of curvature radii in the first guess of an arc's end
@@ -78,20 +79,21 @@ def overlap(surfaces, x, y, angle, body_angles):
 
 
 @inlined
-def halley_end_step(overlap_values, distance, sign):
-    """Return the angle (rad) from the deepest point to an arc's end, by one Halley step from `distance` (rad).
+def end_step(overlap_values, distance, sign, bracket):
+    """Return the angle (rad) from the deepest point to an arc's end, one step from `distance` (rad).
 
-    If f does not decrease there, half of the remaining range is taken.
+    A Halley step, or half of the bracket where that leaves it.  Also return whether the next step is accurate, and the
+    bracket (rad) of the end: f is positive before and not behind it.
     """
     f, slope, curvature = overlap_values
     slope = sign * slope
-    if slope >= 0.0:
-        return 0.5 * (distance + MAX_END_ANGLE)
-    step = f / slope
-    return min(
-        max(distance - step / (1.0 - min(max(0.5 * curvature * step / slope, -0.5), 0.5)), 0.5 * distance),
-        MAX_END_ANGLE,
-    )
+    inside, outside = (distance, bracket[1]) if f > 0.0 else (bracket[0], distance)
+    inverse_slope = 1.0 / slope if slope < 0.0 else 0.0
+    step = f * inverse_slope
+    halley = distance - step / (1.0 - min(max(0.5 * curvature * step * inverse_slope, -0.5), 0.5))
+    is_inside = slope < 0.0 and inside < halley < outside
+    end = halley if is_inside else 0.5 * (inside + outside)
+    return end, is_inside and abs(end - distance) < min(END_TOLERANCE * end, MAX_LAST_STEP), (inside, outside)
 
 
 @kernel
@@ -101,11 +103,13 @@ def arc_ends(surfaces, x, y, body_angles, guess):
     guess : rad, angle of the deepest point, and the angle from there to one end.
     """
     arc_middle, low, high = guess[0], guess[1], guess[1]
+    low_bracket, high_bracket = (0.0, MAX_END_ANGLE), (0.0, MAX_END_ANGLE)
     for _ in range(MAX_STEPS):
-        low_step, high_step = low, high
-        low = halley_end_step(overlap(surfaces, x, y, arc_middle - low_step, body_angles), low_step, -1.0)
-        high = halley_end_step(overlap(surfaces, x, y, arc_middle + high_step, body_angles), high_step, 1.0)
-        if abs(low - low_step) < END_TOLERANCE * low and abs(high - high_step) < END_TOLERANCE * high:
+        at_low = overlap(surfaces, x, y, arc_middle - low, body_angles)
+        at_high = overlap(surfaces, x, y, arc_middle + high, body_angles)
+        low, is_low_accurate, low_bracket = end_step(at_low, low, -1.0, low_bracket)
+        high, is_high_accurate, high_bracket = end_step(at_high, high, 1.0, high_bracket)
+        if is_low_accurate and is_high_accurate:
             break
     return low, high
 

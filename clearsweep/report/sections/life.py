@@ -54,9 +54,6 @@ def _extreme_life_sentences(study: Study, joint: Joint) -> list[str]:
             criterion = "" if points else f" of joint {joint.title}, {criterion_text}"
             life_sentence = f"{lead_in}{criterion}: {lifetime.hours_text(life)}{setting_text}."
             points.append(" ".join([life_sentence, *lifetime.remarks(life)]))
-        column, is_known = joint.column("wear_smoothing"), hours_by_case.notna().to_numpy()
-        widths = study.cases[column].to_numpy(float)[is_known] if column in study.cases else ()
-        points += lifetime.smoothing_sentences(widths)
     unreached_count = int(study.cases[hours].isna().sum())
     if unreached_count:
         points.append(

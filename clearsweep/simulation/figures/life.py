@@ -83,14 +83,14 @@ LIFE = (
         tables=(Entry("wear", "blocks", 73),),
     ),
     Figure(
-        "wear_smoothing",
-        "rad",
-        "standard deviation of the Gaussian that smooths the worn shapes at the end of the life; null: wear does not "
-        "act on the contact",
+        "life_shape_error",
+        "1",
+        "relative change of the life by smoothing the worn shapes and by bins twice as wide; 0 without `evolve`; null: "
+        "not reached",
         of="joint",
-        needs=("wear", "life"),
+        needs=("limited",),
         differs=False,
-        tables=(Entry("wear", "smoothing", 74, if_any=True),),
+        tables=(Entry("wear", "error of shapes", 74, if_any=True),),
     ),
     Figure(
         "clearance_growth",

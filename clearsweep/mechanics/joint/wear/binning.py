@@ -164,12 +164,18 @@ def update_body_wear(pressure, workspace, bins):
     bins.depths[bins.start + cursor.position] += (total - cursor.wear_before) * (bins.count / (2.0 * math.pi))
 
 
-@update_wear_over_span.member(None)
-def _default_update_wear_over_span(joint, workspace, step_length, span, bins):
+@kernel
+def update_wear_over_arc(joint, workspace, step_length, span, bins):
+    """Do what `update_wear_over_span` says, under an arc whose middle is the point of contact."""
     evaluate_arc(joint, workspace, step_length, span[0], span[1])
     for body in range(2):
         body_workspace = workspace[FIRST_BODY + body * BODY_SIZE : FIRST_BODY + (body + 1) * BODY_SIZE]
         update_body_wear(joint.wear.pressure, body_workspace, bins[body])
+
+
+@update_wear_over_span.member(None)
+def _default_update_wear_over_span(joint, workspace, step_length, span, bins):
+    update_wear_over_arc(joint, workspace, step_length, span, bins)
 
 
 @kernel

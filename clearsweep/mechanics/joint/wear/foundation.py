@@ -1,26 +1,27 @@
-"""Wear under the Winkler foundation of `joint.worn_foundation`, whose springs press where worn surfaces overlap.
+"""Wear in proportion to the overlap of worn surfaces: `pressure: winkler` with `evolve: true`.
 
 In the frame of the normal at the deepest point the surfaces overlap by
 
     f(psi) = (penetration + c + h(0)) cos psi + h'(0) sin psi - c - h(psi)   (m)
 
-c : radial clearance (m); h : wear depth of bearing and journal together (m); psi : angle from the deepest point (rad);
-penetration : the maximum of f (m), at psi = 0.
+c : radial clearance (m); h : wear depth of bearing and journal together (m); psi : angle from the deepest point
+(rad); penetration : the maximum of f (m), at psi = 0.
 
-The pressure is proportional to f.  Its fraction before the edge of a bin is known in closed form, because the table of
-a shape has the integral of h.  The wear is integrated by Lobatto's rule over the step, whose length is in tau; the
-factor kappa = dt/dtau (s) makes it a time.  The total wear of a body is that of the law.  A bin whose edge an end of
-the arc passes within a step receives an approximate depth.
+The force acts at that point or on the springs of `joint.worn_foundation`.  The pressure is proportional to f.  Under a
+steady load the surfaces so wear into arcs of the same radius, on which f varies as cos psi.  Its fraction before the
+edge of a bin is known in closed form, because the table of a shape has the integral of h.  The wear is integrated by
+Lobatto's rule over the step, whose length is in tau; the factor kappa = dt/dtau (s) makes it a time.  The total wear
+of a body is that of the law.  A bin whose edge an end of the arc passes within a step receives an approximate depth.
 """
 
 import math
 from typing import NamedTuple
 
 from ...compiled.choosing import rolled_range
-from ...compiled.family import inlined, kernel
+from ...compiled.family import family, inlined, kernel
 from ...observe.histogram import FRICTION_POWER_ROW, KAPPA_ROW, SLIP_ROW
-from ..nearest import surfaces_of
-from ..worn import WornOnFoundation
+from ..nearest import Surfaces
+from ..worn import WornJoint, WornOnFoundation
 from ..worn_foundation import MIN_RADIUS_DIFFERENCE, arc_ends, overlap
 from .arc_over_step import (
     AREA,
@@ -38,8 +39,16 @@ from .arc_over_step import (
     evaluate_polynomial,
     write_pressure,
 )
+from .binning import update_wear_over_arc
 from .contract import SlidingContact, update_wear_over_span, wear_rate
-from .shape import wear_depth_at, wear_integral_at
+from .shape import Shape, wear_depth_at, wear_integral_at
+
+
+class Overlap(NamedTuple):
+    """Pressure proportional to the overlap of worn surfaces, whose shapes conform to each other."""
+
+    bearing: Shape
+    journal: Shape
 
 
 class OverlapArc(NamedTuple):
@@ -55,10 +64,17 @@ class OverlapArc(NamedTuple):
 
 
 @inlined
+def conformal_surfaces(joint):
+    """Return the Surfaces of a joint on whose overlap its wear depends."""
+    return Surfaces(joint.clearance, joint.wear.pressure.bearing.table, joint.wear.pressure.journal.table)
+
+
+@inlined
 def overlap_antiderivative(joint, arc, psi):
     """Return the antiderivative of f at psi (m rad); its constant cancels in differences.  psi : angle (rad)."""
-    worn = wear_integral_at(joint.bearing, psi - arc.body_angles[0]) + wear_integral_at(
-        joint.journal, psi - arc.body_angles[1]
+    pressure = joint.wear.pressure
+    worn = wear_integral_at(pressure.bearing, psi - arc.body_angles[0]) + wear_integral_at(
+        pressure.journal, psi - arc.body_angles[1]
     )
     return arc.cos_coefficient * math.sin(psi) - arc.sin_coefficient * math.cos(psi) - joint.clearance * psi - worn
 
@@ -73,7 +89,7 @@ def arc_at(joint, workspace, fraction):
         ),
         evaluate_polynomial(workspace, PENETRATION_ROW, fraction),
     )
-    surfaces = surfaces_of(joint)
+    surfaces = conformal_surfaces(joint)
     bearing_wear, bearing_slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, -body_angles[0])
     journal_wear, journal_slope, journal_curvature, _ = wear_depth_at(surfaces.journal, -body_angles[1])
     cos_coefficient, sin_coefficient = (
@@ -102,7 +118,7 @@ def pressure_integral_over_load(joint, arc):
     normal_sum, tangential_sum, half_angle = 0.0, 0.0, 0.5 * (arc.stop_angle - arc.start_angle)
     for i in rolled_range(POINTS):
         psi = arc.start_angle + half_angle * (1.0 + NODES[i])
-        f, _, _ = overlap(surfaces_of(joint), arc.cos_coefficient, arc.sin_coefficient, psi, arc.body_angles)
+        f, _, _ = overlap(conformal_surfaces(joint), arc.cos_coefficient, arc.sin_coefficient, psi, arc.body_angles)
         normal_sum += WEIGHTS[i] * f * math.cos(psi)
         tangential_sum += WEIGHTS[i] * f * math.sin(psi)
     return (
@@ -156,8 +172,24 @@ def update_wear_under_arc(joint, arc, body, area_over_radius, bins):
         bin_index = bin_index + 1 if bin_index + 1 < bins.count else 0
 
 
+@update_wear_over_span.member(WornJoint)
 @update_wear_over_span.member(WornOnFoundation)
-def _update_wear_over_span_worn_on_foundation(joint, workspace, step_length, span, bins):
+def _update_wear_over_span_worn_joint_or_worn_on_foundation(joint, workspace, step_length, span, bins):
+    update_worn_surfaces(joint.wear.pressure, joint, workspace, step_length, span, bins)
+
+
+@family
+def update_worn_surfaces(pressure, joint, workspace, step_length, span, bins):
+    """Do what `update_wear_over_span` says for a worn joint with this pressure."""
+
+
+@update_worn_surfaces.member(None)
+def _default_update_worn_surfaces(pressure, joint, workspace, step_length, span, bins):
+    update_wear_over_arc(joint, workspace, step_length, span, bins)
+
+
+@update_worn_surfaces.member(Overlap)
+def _update_worn_surfaces_overlap(pressure, joint, workspace, step_length, span, bins):
     """Add the wear under the OverlapArc at the nodes of Lobatto's rule over the span."""
     half_span, journal = 0.5 * (span[1] - span[0]), FIRST_BODY + BODY_SIZE
     for i in rolled_range(POINTS):

@@ -8,14 +8,15 @@ and journal differ by
     c + h + h'',   h = h_bearing + h_journal ,
 
 where they face each other.  While that is positive they touch at one point; the journal does not reach into a groove
-narrower than itself.  The means of the bins are therefore smoothed by a Gaussian, periodic and so without loss of
-volume.  Its width is SMOOTHING_WIDTH, about that of a contact arc, or larger, so that the difference exceeds a minimum
-for any rotation of the bodies: POINT_MARGIN for a force at one point, whose normal rotates the faster the smaller the
-difference, FOUNDATION_MARGIN where surfaces that have run in conform to each other.  For bins finer than that, their
-number does not matter.  A cubic spline through KNOTS values of the result is twice continuously differentiable, so
-forces have a continuous slope.
+narrower than itself.  The means of the bins are smoothed by a Gaussian, periodic and so without loss of volume.  For
+bins finer than that, their number does not matter.  What acts is the profile of the same volume that is nearest to
+the smoothed one (least sum of squares) and whose difference of radii exceeds a margin for any rotation of the
+bodies, see Fit.  (A wider Gaussian would reach the margin too.  But it makes a groove shallower and wider than it is;
+its edges then lose contact and wear no more, and the groove stays narrower than the journal.)  A cubic spline through
+KNOTS values is twice continuously differentiable, so forces have a continuous slope.
 """
 
+import functools
 import math
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -37,9 +38,20 @@ KNOTS_PER_RADIAN = 1.0 / KNOT_SPACING
 #: Columns of an interval of the table: coefficients of h (m) by powers of the fraction of the interval, and the
 #: integral of h (m rad) over all previous intervals.
 CONSTANT, LINEAR, QUADRATIC, CUBIC, INTEGRAL_BEFORE, ROW_LENGTH = range(6)
-SMOOTHING_WIDTH = math.radians(2.0)  # standard deviation of the Gaussian
-WIDENING_FACTOR = 1.1  # factor on the width in each attempt to make the difference large enough
-POINT_MARGIN, FOUNDATION_MARGIN = 0.1, -0.02  # clearances: minimum difference of the radii of curvature
+MAX_FIT_STEPS = 20 * KNOTS  # of the active set; it takes about as many as there are knots in conformal contact
+
+
+class Fit(NamedTuple):
+    """How bins become shapes."""
+
+    width: float  # rad, standard deviation of the Gaussian
+    margin: float  # clearances, least difference of the radii of curvature
+
+
+#: For a force at one point, whose normal rotates the faster the smaller the difference.
+POINT_FIT = Fit(math.radians(2.0), 0.1)
+#: For an arc of any width.  Surfaces that have run in differ by 0; above 0 they still overlap on one arc alone.
+CONFORMAL_FIT = Fit(math.radians(1.0), 2e-4)
 
 
 class Shape(NamedTuple):
@@ -54,10 +66,8 @@ class Shape(NamedTuple):
     integral: float  # m rad, integral of h over the circumference
 
 
-def smooth_depths(depths: np.ndarray, width: float) -> "CubicSpline":
-    """Return the periodic spline h (m) of the angle (rad) from mean depths of bins and a Gaussian's `width` (rad)."""
-    from scipy.interpolate import CubicSpline
-
+def smooth_depths(depths: np.ndarray, width: float) -> np.ndarray:
+    """Return h (KNOTS,) m around a body from mean depths of bins (m), smoothed by a Gaussian of `width` (rad)."""
     count = len(depths)
     orders = np.arange(min(count, KNOTS) // 2)  # of harmonics; higher ones would alias
     angles = math.pi * orders / count
@@ -65,29 +75,94 @@ def smooth_depths(depths: np.ndarray, width: float) -> "CubicSpline":
     spectrum = np.fft.rfft(depths)[: orders.size] * phase_shift
     bin_mean_factor = np.append(1.0, portable.sin(angles[1:]) / angles[1:])
     filtered = spectrum / bin_mean_factor * portable.exp(-0.5 * (orders * width) ** 2)
-    values = np.fft.irfft(filtered, KNOTS) * (KNOTS / count)
+    values: np.ndarray = np.fft.irfft(filtered, KNOTS) * (KNOTS / count)
+    return values
+
+
+def spline_through(values: np.ndarray) -> "CubicSpline":
+    """Return the periodic cubic spline (m) of the angle (rad) through KNOTS values around a body."""
+    from scipy.interpolate import CubicSpline
+
     return CubicSpline(np.arange(KNOTS + 1) * KNOT_SPACING, np.append(values, values[0]), bc_type="periodic")
 
 
-def shapes_of(
-    bearing: np.ndarray, journal: np.ndarray, clearance: float, min_difference: float
-) -> tuple[Shape, Shape, float]:
-    """Return the shapes of both bodies from the mean depths of their bins (m), and the width (rad) of the Gaussian.
+@functools.cache
+def second_derivatives() -> np.ndarray:
+    """Return the (KNOTS, KNOTS) matrix (1/rad^2) from values at the knots to second derivatives of their spline."""
+    cosines = portable.cos(np.arange(KNOTS // 2 + 1) * KNOT_SPACING)
+    column = np.fft.irfft(12.0 * (cosines - 1.0) / (KNOT_SPACING**2 * (4.0 + 2.0 * cosines)), KNOTS)
+    knots = np.arange(KNOTS)
+    matrix: np.ndarray = column[(knots[:, None] - knots) % KNOTS]
+    return matrix
 
-    min_difference : least difference of the radii of curvature, in clearances: POINT_MARGIN or FOUNDATION_MARGIN
+
+def fit_profile(values: np.ndarray, stiffness: float, least: np.ndarray) -> np.ndarray:
+    """Return the profile (KNOTS,) nearest to `values` (m) whose spline q has stiffness q + q'' >= least at all knots.
+
+    Nearest by the sum of squares, among profiles of the same mean.  (Lawson & Hanson 1974, Solving Least Squares
+    Problems, chapter 23: least distance programming.)
+
+    stiffness : 1 for a support function, 0 for a height; least : (KNOTS,) m, or one for all
     """
-    width = SMOOTHING_WIDTH
-    while True:
-        splines = smooth_depths(bearing, width), smooth_depths(journal, width)
-        knots = splines[0].x
-        radius_change = math.fsum(float(np.min(spline(knots) + spline(knots, 2))) for spline in splines)
-        if clearance + radius_change >= min_difference * clearance:
-            return shape_of(splines[0]), shape_of(splines[1]), width
-        width *= WIDENING_FACTOR
+    operator = second_derivatives() + stiffness * np.eye(KNOTS)
+    shortfall = least - operator @ values
+    if shortfall.max() <= 0.0:
+        return values
+    from scipy.optimize import nnls
+
+    unit, scale = float(shortfall.max()), abs(float(operator[0, 0]))
+    rows = (operator - stiffness / KNOTS) / scale  # without its mean, a change moves no volume
+    system = np.vstack([rows.T, shortfall[None] / unit])
+    target = np.append(np.zeros(KNOTS), 1.0)
+    multipliers, _ = nnls(system, target, maxiter=MAX_FIT_STEPS)
+    residual = system @ multipliers - target
+    return values - (unit / scale) * residual[:-1] / residual[-1]
 
 
-def shape_of(spline: "CubicSpline") -> Shape:
-    """Return the Shape of a spline through KNOTS values around the body."""
+def shapes_of(bearing: np.ndarray, journal: np.ndarray, clearance: float, fit: Fit) -> tuple[Shape, Shape]:
+    """Return the shapes of both bodies from the mean depths of their bins (m)."""
+    (bearing_profile, journal_profile), _ = fitted_profiles(bearing, journal, clearance, fit)
+    return shape_of(bearing_profile), shape_of(journal_profile)
+
+
+def fitted_profiles(
+    bearing: np.ndarray, journal: np.ndarray, clearance: float, fit: Fit
+) -> tuple[tuple[np.ndarray, np.ndarray], float]:
+    """Return the acting profiles (KNOTS,) m of both bodies from the mean depths of their bins (m).
+
+    Also return how far (m) the margin moves them.
+    """
+    smooth = [smooth_depths(bins, fit.width) for bins in (bearing, journal)]
+    least = [float(np.min(values + second_derivatives() @ values)) for values in smooth]
+    bounds = least_radius_changes(least[0], least[1], (fit.margin - 1.0) * clearance)
+    fitted = [fit_profile(values, 1.0, np.full(KNOTS, bound)) for values, bound in zip(smooth, bounds, strict=True)]
+    moved = max(float(np.abs(profile - values).max()) for profile, values in zip(fitted, smooth, strict=True))
+    return (fitted[0], fitted[1]), moved
+
+
+def bin_means(profile: np.ndarray, count: int) -> np.ndarray:
+    """Return the mean depths (m) of `count` bins of a profile (KNOTS,) m."""
+    edges = np.linspace(0.0, 2.0 * math.pi, count + 1)
+    means: np.ndarray = np.diff(spline_through(profile).antiderivative()(edges)) * (count / (2.0 * math.pi))
+    return means
+
+
+def least_radius_changes(bearing: float, journal: float, bound: float) -> tuple[float, float]:
+    """Return bounds (m) of the radius changes of both bodies, whose sum is `bound`, from the least of each (m).
+
+    A body whose radius of curvature grows everywhere gives its share to the other; else both share alike.
+    """
+    if bearing + journal >= bound:
+        return bearing, journal
+    if max(bearing, journal) >= 0.0:
+        return (bearing, bound - bearing) if bearing >= journal else (bound - journal, journal)
+    share = bound / (bearing + journal)
+    return share * bearing, share * journal
+
+
+def shape_of(values: np.ndarray) -> Shape:
+    """Return the Shape of the spline through KNOTS values (m) around the body."""
+    spline = spline_through(values)
     table = np.empty((KNOTS, ROW_LENGTH))
     for power in range(4):
         table[:, power] = spline.c[3 - power] * KNOT_SPACING**power
