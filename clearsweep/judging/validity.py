@@ -279,8 +279,9 @@ def conformal_remark(joint: ConformalJoint) -> str:
     advice = "use a smaller life.limit" if joint.in_slot else "set wear.pressure: winkler"
     return (
         f"{CONFORMAL}{joint.joint} is worn {_mm_text(joint.wear_depth)} deep after {joint.revolutions:.6g} "
-        f"revolutions. Beyond, the worn surfaces fit each other, and wear.pressure: {joint.pressure} takes the arc of contact from "
-        f"the curvatures at one point, which no longer determine it: {advice}"
+        "revolutions. Beyond, the worn surfaces fit each other closely. "
+        f"wear.pressure: {joint.pressure} takes the arc of contact from the curvatures at one point, which no longer "
+        f"determine it: {advice}"
     )
 
 

@@ -26,7 +26,7 @@ from .scene import Scene, build
 from .window import interpolated_depths
 
 FIRST_WEAR = 0.02  # of the smallest clearance: most wear in the first jump
-MAX_MISFIT = 0.05  # of the wear depth: how far contact at one point may move the worn shapes
+MAX_SMOOTHING_WIDTH = math.radians(4.0)  # wider than an arc of contact at one point
 BOUNDING_LIVES = 2  # further lives of a case with uncertain wear coefficients
 FIRST_SLIDING = 0.1  # of the running-in distance: most sliding in the first jump
 HOUR = 3600.0  # s
@@ -183,16 +183,16 @@ class LifeRun:
 
     def shape_error(self, state: np.ndarray) -> float:
         """Return the error (m) of the limited quantity: how much smoothing, or bins twice as wide, change it."""
-        acting = self._acting_wear(self.target, state)
+        wear = self._worn(self.target, state)
+        acting = registry.acting_wear(self.scene.case.joints[self.target.joint_index], wear)
         if acting is None:
             return 0.0
         value, changed = self.value(state), []
-        wear = self._worn(self.target, state)
         coarse = [
             0.25 * np.roll(depths, 1) + 0.5 * depths + 0.25 * np.roll(depths, -1)
             for depths in (wear.bearing, wear.journal)
         ]
-        for bearing, journal in (acting[0][:2], coarse):
+        for bearing, journal in (acting[:2], coarse):
             other = state.copy()
             other[self.target.bearing], other[self.target.journal] = bearing, journal
             changed.append(abs(self.value(other) - value))
@@ -205,14 +205,8 @@ class LifeRun:
 
     def _conforms(self, worn: WornJoint, state: np.ndarray) -> bool:
         """Return whether the worn surfaces of a joint fit each other too closely for contact at one point."""
-        acting = self._acting_wear(worn, state)
-        if acting is None or not registry.wears_at_one_point(self.scene.case.joints[worn.joint_index]):
-            return False
-        return acting[1] > MAX_MISFIT * float(state[worn.all_bins].max())
-
-    def _acting_wear(self, worn: WornJoint, state: np.ndarray) -> tuple[Worn, float] | None:
-        """Return `registry.acting_wear` of a joint in a worn state."""
-        return registry.acting_wear(self.scene.case.joints[worn.joint_index], self._worn(worn, state))
+        width = registry.smoothing_width(self.scene.case.joints[worn.joint_index], self._worn(worn, state))
+        return width is not None and width > MAX_SMOOTHING_WIDTH
 
     def with_last_block(self, life: Life, record: BlockRecord) -> Life:
         """Return a life with the block of its last node's worn state."""

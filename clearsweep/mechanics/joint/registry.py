@@ -28,7 +28,7 @@ from .roughness.series import ArcParameters, Series, combine_in_series
 from .roughness.spots import Surface
 from .wear.contract import NoWear, Worn
 from .wear.foundation import Overlap
-from .wear.shape import CONFORMAL_FIT, POINT_FIT, Fit, Shape, bin_means, fitted_profiles, shapes_of
+from .wear.shape import Shape, bin_means, conformal_profiles, point_profiles, shape_of
 
 # Each import registers its laws, which are listed in this order.
 # isort: off
@@ -58,8 +58,8 @@ __all__ = [
     "jam_angle",
     "penetration_limit",
     "restitution",
+    "smoothing_width",
     "uses_ball_stiffness",
-    "wears_at_one_point",
 ]
 
 
@@ -103,7 +103,7 @@ def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -
         later_fields = law, elastic, _compile_contact_friction(joint), mean_radius, compile_wear(joint)
         unworn_slot = slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half_slot, *later_fields)
         return (
-            worn_slot.WornSlot(*unworn_slot, *_worn_slot_shapes(joint, unworn_slot, earlier_wear))
+            worn_slot.WornSlot(*unworn_slot, *_worn_slot_shapes(joint, unworn_slot, earlier_wear)[:2])
             if _has_evolving_shape(joint)
             else unworn_slot
         )
@@ -121,10 +121,12 @@ def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -
     )
     if _has_evolving_shape(joint):
         worn_type = worn.WornOnFoundation if _is_on_foundation(joint, elastic) else worn.WornJoint
-        if _wears_by_overlap(joint):
-            pressure = Overlap(*_worn_shapes(joint, CONFORMAL_FIT, earlier_wear))
-            dry_joint = dry_joint._replace(wear=dry_joint.wear._replace(pressure=pressure))
-        return worn_type(*dry_joint, *_worn_shapes(joint, _contact_fit(joint, elastic), earlier_wear))
+        if not _wears_by_overlap(joint):
+            return worn_type(*dry_joint, *_point_shapes(joint, earlier_wear)[:2])
+        conformal = _conformal_shapes(joint, earlier_wear)
+        dry_joint = dry_joint._replace(wear=dry_joint.wear._replace(pressure=Overlap(*conformal)))
+        is_at_point = worn_type is worn.WornJoint
+        return worn_type(*dry_joint, *(_point_shapes(joint, earlier_wear)[:2] if is_at_point else conformal))
     if joint.film is None:
         return dry_joint
     film, film_shear = compile_film(joint)
@@ -138,7 +140,7 @@ def _has_evolving_shape(joint: Joint) -> bool:
     return joint.wear is not None and joint.wear.evolve
 
 
-def _worn_slot_shapes(joint: Joint, compiled: Any, worn: Worn | None) -> tuple[Shape, Shape]:
+def _worn_slot_shapes(joint: Joint, compiled: Any, worn: Worn | None) -> tuple[Shape, Shape, float]:
     """Return the result of `_worn_shapes` for a slot with the compiled form `compiled`."""
     assert joint.wear is not None  # only joints with wear
     zero_depths = np.zeros(joint.wear.bins)
@@ -156,38 +158,53 @@ def _is_on_foundation(joint: Joint, elastic: tuple) -> bool:
     return isinstance(elastic, Foundation) and _wears_by_overlap(joint)
 
 
-def _contact_fit(joint: Joint, elastic: tuple) -> Fit:
-    """Return the Fit of the shapes on which the force of a worn joint acts."""
-    return CONFORMAL_FIT if _is_on_foundation(joint, elastic) else POINT_FIT
-
-
-def _worn_shapes(joint: Joint, fit: Fit, worn: Worn | None) -> tuple[Shape, Shape]:
-    """Return the shapes of bearing and journal, circles if unworn."""
+def _depths(joint: Joint, worn: Worn | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mean depths (bins,) m of bearing and journal."""
     assert joint.wear is not None  # only joints with wear
     zero_depths = np.zeros(joint.wear.bins)
-    bearing, journal = worn[:2] if worn else (zero_depths, zero_depths)
-    return shapes_of(bearing, journal, joint.clearance, fit)
+    return worn[:2] if worn else (zero_depths, zero_depths)
 
 
-def acting_wear(joint: Joint, worn: Worn) -> tuple[Worn, float] | None:
-    """Return the wear (bins) of the shapes that decide where a joint wears, and how far (m) their margin moves them.
+def _point_shapes(joint: Joint, worn: Worn | None) -> tuple[Shape, Shape, float]:
+    """Return the shapes of bearing and journal on which a force acts at one point, and the smoothing width (rad)."""
+    (bearing, journal), width = point_profiles(*_depths(joint, worn), joint.clearance)
+    return shape_of(bearing), shape_of(journal), width
 
-    None if worn shapes have no effect.
+
+def _conformal_shapes(joint: Joint, worn: Worn | None) -> tuple[Shape, Shape]:
+    """Return the shapes of bearing and journal on whose overlap the wear depends, and springs."""
+    bearing, journal = conformal_profiles(*_depths(joint, worn), joint.clearance)
+    return shape_of(bearing), shape_of(journal)
+
+
+def smoothing_width(joint: Joint, worn: Worn) -> float | None:
+    """Return the standard deviation (rad) of the Gaussian that smooths the shapes for a pressure at one point.
+
+    None if shapes have no effect, or the arc of contact may have any width.
+    """
+    if not _has_evolving_shape(joint) or _wears_by_overlap(joint):
+        return None
+    if joint.slot_length is not None:
+        return _worn_slot_shapes(joint, compile_joint(joint, "", worn), worn)[2]
+    return _point_shapes(joint, worn)[2]
+
+
+def acting_wear(joint: Joint, worn: Worn) -> Worn | None:
+    """Return the wear (bins) of the shapes that decide where a joint wears, or None if they have no effect.
+
+    In a slot they are those without smoothing.
     """
     if not _has_evolving_shape(joint):
         return None
-    fit = CONFORMAL_FIT if _wears_by_overlap(joint) else POINT_FIT
     if joint.slot_length is not None:
-        profiles, moved = worn_slot.fitted_profiles(compile_joint(joint, "", worn), worn.bearing, worn.journal)
-    else:
-        profiles, moved = fitted_profiles(worn.bearing, worn.journal, joint.clearance, fit)
+        return worn
+    profiles = (
+        conformal_profiles(worn.bearing, worn.journal, joint.clearance)
+        if _wears_by_overlap(joint)
+        else point_profiles(worn.bearing, worn.journal, joint.clearance)[0]
+    )
     bearing, journal = (bin_means(profile, len(worn.bearing)) for profile in profiles)
-    return Worn(bearing, journal, worn.sliding_distance), moved
-
-
-def wears_at_one_point(joint: Joint) -> bool:
-    """Return whether the pressure of a worn joint follows from the curvatures at its point of contact alone."""
-    return _has_evolving_shape(joint) and not _wears_by_overlap(joint)
+    return Worn(bearing, journal, worn.sliding_distance)
 
 
 def compile_film(joint: Joint) -> tuple:

@@ -33,20 +33,18 @@ from .wear.contract import arc_width, local_clearance
 from .wear.shape import (
     KNOT_SPACING,
     KNOTS,
-    POINT_FIT,
+    POINT_MARGIN,
+    SMOOTHING_WIDTH,
+    WIDENING_FACTOR,
     Shape,
-    fit_profile,
+    point_profiles,
     shape_of,
     smooth_depths,
     spline_through,
     wear_depth_at,
 )
-from .wear.shape import (
-    fitted_profiles as conforming_profiles,
-)
 from .wear.step import record
 
-KNOT_ANGLES = np.arange(KNOTS) * KNOT_SPACING  # rad
 _FIELDS = [*SlotJoint.__annotations__.items(), ("bearing", Shape), ("journal", Shape)]
 WornSlot = NamedTuple("WornSlot", _FIELDS)
 WornSlot.__doc__ = "A pin in a slot with the worn shapes of both; the Shape of the slot is that of g."
@@ -170,7 +168,7 @@ def _local_clearance_worn_slot(joint, wall_angle, pin_angle):
     _, _, curvature, _ = wear_depth_at(joint.bearing.table, wall_angle)
     radii = (joint.journal_radius + joint.clearance) * joint.journal_radius
     difference = clearance - radii / (joint.bearing_radius * joint.bearing_radius) * curvature
-    return clearance * clearance / max(difference, POINT_FIT.margin * clearance)
+    return clearance * clearance / max(difference, POINT_MARGIN * clearance)
 
 
 @arc_width.member(WornSlot)
@@ -181,33 +179,25 @@ def _arc_width_worn_slot(joint, workspace):
 # ---------------------------------------------------------------------------------------------- worn shapes
 
 
-def fitted_profiles(
-    joint: SlotJoint | WornSlot, bearing: np.ndarray, journal: np.ndarray
-) -> tuple[tuple[np.ndarray, np.ndarray], float]:
-    """Return the wear of wall and pin (KNOTS,) m from the mean depths of their bins (m), fitted to touch at one point.
+def slot_shapes(joint: SlotJoint, bearing: np.ndarray, journal: np.ndarray) -> tuple[Shape, Shape, float]:
+    """Return the shapes of slot (g) and pin from the mean depths of their bins (m), and the Gaussian's width (rad).
 
-    Also return how far (m) the fit moves them.
+    The Gaussian smooths the wall enough for the pin to touch it at one point.
     """
-    smooth_wall = smooth_depths(bearing, POINT_FIT.width)
-    wall = fit_profile(smooth_wall, 0.0, (POINT_FIT.margin - 1.0) * new_curvature(joint))
-    (_, pin), pin_moved = conforming_profiles(np.zeros_like(journal), journal, joint.clearance, POINT_FIT)
-    return (wall, pin), max(float(np.abs(wall - smooth_wall).max()), pin_moved)
-
-
-def new_curvature(joint: SlotJoint | WornSlot) -> np.ndarray:
-    """Return the curvature (KNOTS,) m/rad^2 of the gap between new pin and wall around the wall."""
-    radii = (joint.journal_radius + joint.clearance) * joint.journal_radius
-    is_flat = np.array([is_on_flat_wall(joint, position) for position in KNOT_ANGLES])
-    curvature: np.ndarray = np.where(is_flat, 1.0 / joint.journal_radius, joint.clearance / radii)
-    return curvature * joint.bearing_radius**2
-
-
-def slot_shapes(joint: SlotJoint, bearing: np.ndarray, journal: np.ndarray) -> tuple[Shape, Shape]:
-    """Return the shapes of slot (g) and pin from the mean depths of their bins (m)."""
-    (wall_profile, pin_profile), _ = fitted_profiles(joint, bearing, journal)
-    wall, curvature, shift = spline_through(wall_profile), new_curvature(joint), np.zeros(KNOTS)
+    mean_radius, radii = joint.bearing_radius, (joint.journal_radius + joint.clearance) * joint.journal_radius
+    positions, width = np.arange(KNOTS) * KNOT_SPACING, SMOOTHING_WIDTH
+    is_flat = np.array([is_on_flat_wall(joint, position) for position in positions])
+    curvature = np.where(is_flat, 1.0 / joint.journal_radius, joint.clearance / radii) * mean_radius**2  # per rad^2
+    while True:
+        smooth_wear = spline_through(smooth_depths(bearing, width))
+        if np.all(curvature + smooth_wear(positions, 2) >= POINT_MARGIN * curvature):
+            break
+        width *= WIDENING_FACTOR
+    shift = np.zeros(KNOTS)
     for _ in range(NEWTON_STEPS):
-        shift -= (curvature * shift + wall(KNOT_ANGLES + shift, 1)) / (
-            curvature + np.maximum(wall(KNOT_ANGLES + shift, 2), 0.0)
+        shift -= (curvature * shift + smooth_wear(positions + shift, 1)) / (
+            curvature + np.maximum(smooth_wear(positions + shift, 2), 0.0)
         )
-    return shape_of(0.5 * curvature * shift**2 + wall(KNOT_ANGLES + shift)), shape_of(pin_profile)
+    effective_wear = 0.5 * curvature * shift**2 + smooth_wear(positions + shift)
+    (_, pin), pin_width = point_profiles(np.zeros_like(journal), journal, joint.clearance)
+    return shape_of(effective_wear), shape_of(pin), max(width, pin_width)

@@ -43,6 +43,8 @@ from .binning import update_wear_over_arc
 from .contract import SlidingContact, update_wear_over_span, wear_rate
 from .shape import Shape, wear_depth_at, wear_integral_at
 
+MAX_DISTANCE = 0.25  # bins: an arc that moves less within a step counts as standing
+
 
 class Overlap(NamedTuple):
     """Pressure proportional to the overlap of worn surfaces, whose shapes conform to each other."""
@@ -129,8 +131,11 @@ def pressure_integral_over_load(joint, arc):
 
 
 @kernel
-def sliding_contact_on(joint, workspace, arc, fraction):
-    """Return the SlidingContact on an OverlapArc at a fraction (0 to 1) of a step."""
+def sliding_contact_on(joint, workspace, arc, load_sum, fraction):
+    """Return the SlidingContact on an OverlapArc at a fraction (0 to 1) of a step.
+
+    load_sum : integral of the pressure over the arc over the magnitude of its resultant
+    """
     line_load, sliding_distance = (
         max(evaluate_polynomial(workspace, LINE_LOAD_ROW, fraction), 0.0),
         workspace[DISTANCE_ROW * POINTS] + workspace[DISTANCE_ROW * POINTS + 1] * fraction,
@@ -141,9 +146,34 @@ def sliding_contact_on(joint, workspace, arc, fraction):
         sliding_speed=abs(evaluate_polynomial(workspace, SLIP_ROW, fraction)),
         friction_power=max(evaluate_polynomial(workspace, FRICTION_POWER_ROW, fraction), 0.0),
         sliding_distance=sliding_distance,
-        pressure_integral=line_load * pressure_integral_over_load(joint, arc),
+        pressure_integral=line_load * load_sum,
         clearance=joint.clearance,
     )
+
+
+@kernel
+def write_wear_at(joint, workspace, arc, load_sum, node, time):
+    """Write the wear under an OverlapArc at a node of Lobatto's rule over a span; return its areas over the radii.
+
+    load_sum : as in `sliding_contact_on`; time : (fraction of the step, duration (s) of the node without kappa)
+    """
+    fraction, journal = time[0], FIRST_BODY + BODY_SIZE
+    duration = time[1] * WEIGHTS[node] * max(evaluate_polynomial(workspace, KAPPA_ROW, fraction), 0.0)
+    width, bearing_area, journal_area = arc.stop_angle - arc.start_angle, 0.0, 0.0
+    mean_pressure, largest_pressure, speed = 0.0, 0.0, 0.0
+    if arc.overlap_integral > 0.0:
+        sliding = sliding_contact_on(joint, workspace, arc, load_sum, fraction)
+        bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
+        bearing_area = duration * bearing_rate / joint.bearing_radius
+        journal_area = duration * journal_rate / joint.journal_radius
+        pressure_sum, speed = sliding.pressure_integral / joint.bearing_radius, sliding.sliding_speed
+        mean_pressure = pressure_sum / width
+        # the largest pressure is where the surfaces overlap most
+        largest_pressure = pressure_sum * arc.penetration / arc.overlap_integral
+    write_pressure(workspace, node, (mean_pressure, largest_pressure), speed, duration)
+    workspace[FIRST_BODY + HALF * POINTS + node] = 0.5 * width
+    workspace[FIRST_BODY + AREA * POINTS + node], workspace[journal + AREA * POINTS + node] = bearing_area, journal_area
+    return bearing_area, journal_area
 
 
 @kernel
@@ -188,25 +218,40 @@ def _default_update_worn_surfaces(pressure, joint, workspace, step_length, span,
     update_wear_over_arc(joint, workspace, step_length, span, bins)
 
 
+@inlined
+def distance_between(first, second):
+    """Return how far (rad) an OverlapArc is from another: the largest difference of angles of its ends on a body."""
+    start, stop = second.start_angle - first.start_angle, second.stop_angle - first.stop_angle
+    bearing = second.body_angles[0] - first.body_angles[0]
+    journal = second.body_angles[1] - first.body_angles[1]
+    return max(abs(start - bearing), abs(stop - bearing), abs(start - journal), abs(stop - journal))
+
+
 @update_worn_surfaces.member(Overlap)
 def _update_worn_surfaces_overlap(pressure, joint, workspace, step_length, span, bins):
-    """Add the wear under the OverlapArc at the nodes of Lobatto's rule over the span."""
-    half_span, journal = 0.5 * (span[1] - span[0]), FIRST_BODY + BODY_SIZE
+    """Add the wear under the OverlapArc in the middle of the span, or at the nodes of Lobatto's rule if it moves."""
+    half_span = 0.5 * (span[1] - span[0])
+    middle, bin_angle = arc_at(joint, workspace, span[0] + half_span), 2.0 * math.pi / bins[0].count
+    distance = max(
+        distance_between(middle, arc_at(joint, workspace, span[0])),
+        distance_between(middle, arc_at(joint, workspace, span[1])),
+    )
+    stands = middle.overlap_integral > 0.0 and distance < MAX_DISTANCE * bin_angle
+    load_sum, bearing_area, journal_area = 0.0, 0.0, 0.0
+    if stands:
+        load_sum = pressure_integral_over_load(joint, middle)
     for i in rolled_range(POINTS):
         fraction = span[0] + half_span * (1.0 + NODES[i])
-        arc, bearing_area, journal_area = arc_at(joint, workspace, fraction), 0.0, 0.0
-        duration = step_length * half_span * WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, fraction), 0.0)
-        width, pressures, speed = arc.stop_angle - arc.start_angle, (0.0, 0.0), 0.0
-        if arc.overlap_integral > 0.0:
-            sliding = sliding_contact_on(joint, workspace, arc, fraction)
-            bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
-            bearing_area = duration * bearing_rate / joint.bearing_radius
-            journal_area = duration * journal_rate / joint.journal_radius
-            update_wear_under_arc(joint, arc, 0, bearing_area, bins[0])
-            update_wear_under_arc(joint, arc, 1, journal_area, bins[1])
-            pressure_sum, speed = sliding.pressure_integral / joint.bearing_radius, sliding.sliding_speed
-            # the largest pressure is where the surfaces overlap most
-            pressures = pressure_sum / width, pressure_sum * arc.penetration / arc.overlap_integral
-        write_pressure(workspace, i, pressures, speed, duration)
-        workspace[FIRST_BODY + HALF * POINTS + i] = 0.5 * width
-        workspace[FIRST_BODY + AREA * POINTS + i], workspace[journal + AREA * POINTS + i] = bearing_area, journal_area
+        time = fraction, step_length * half_span
+        if stands:
+            areas = write_wear_at(joint, workspace, middle, load_sum, i, time)
+            bearing_area, journal_area = bearing_area + areas[0], journal_area + areas[1]
+        else:
+            arc = arc_at(joint, workspace, fraction)
+            areas = write_wear_at(joint, workspace, arc, pressure_integral_over_load(joint, arc), i, time)
+            if arc.overlap_integral > 0.0:
+                update_wear_under_arc(joint, arc, 0, areas[0], bins[0])
+                update_wear_under_arc(joint, arc, 1, areas[1], bins[1])
+    if stands:
+        update_wear_under_arc(joint, middle, 0, bearing_area, bins[0])
+        update_wear_under_arc(joint, middle, 1, journal_area, bins[1])

@@ -9,11 +9,16 @@ and journal differ by
 
 where they face each other.  While that is positive they touch at one point; the journal does not reach into a groove
 narrower than itself.  The means of the bins are smoothed by a Gaussian, periodic and so without loss of volume.  For
-bins finer than that, their number does not matter.  What acts is the profile of the same volume that is nearest to
-the smoothed one (least sum of squares) and whose difference of radii exceeds a margin for any rotation of the
-bodies, see Fit.  (A wider Gaussian would reach the margin too.  But it makes a groove shallower and wider than it is;
-its edges then lose contact and wear no more, and the groove stays narrower than the journal.)  A cubic spline through
-KNOTS values is twice continuously differentiable, so forces have a continuous slope.
+bins finer than that, their number does not matter.
+
+* For a force at one point, whose normal rotates the faster the smaller the difference, the Gaussian is so wide that the
+  difference exceeds POINT_MARGIN for any rotation of the bodies.
+* Where the arc may have any width, the Gaussian is narrow, and what acts is the profile of the same volume that is
+  nearest to the smoothed one (least sum of squares) and whose difference exceeds CONFORMAL_MARGIN.  A wider Gaussian
+  would reach the margin too.  But it makes a groove shallower and wider than it is; its edges then lose contact and
+  wear no more, and the groove stays narrower than the journal.
+
+A cubic spline through KNOTS values is twice continuously differentiable, so forces have a continuous slope.
 """
 
 import functools
@@ -41,17 +46,12 @@ CONSTANT, LINEAR, QUADRATIC, CUBIC, INTEGRAL_BEFORE, ROW_LENGTH = range(6)
 MAX_FIT_STEPS = 20 * KNOTS  # of the active set; it takes about as many as there are knots in conformal contact
 
 
-class Fit(NamedTuple):
-    """How bins become shapes."""
-
-    width: float  # rad, standard deviation of the Gaussian
-    margin: float  # clearances, least difference of the radii of curvature
-
-
-#: For a force at one point, whose normal rotates the faster the smaller the difference.
-POINT_FIT = Fit(math.radians(2.0), 0.1)
-#: For an arc of any width.  Surfaces that have run in differ by 0; above 0 they still overlap on one arc alone.
-CONFORMAL_FIT = Fit(math.radians(1.0), 2e-4)
+SMOOTHING_WIDTH = math.radians(2.0)  # standard deviation of the Gaussian for a force at one point, at least
+WIDENING_FACTOR = 1.1  # factor on this width in each attempt to make the difference large enough
+CONFORMAL_WIDTH = math.radians(1.0)  # standard deviation of the Gaussian for an arc of any width
+#: clearances: minimum difference of the radii of curvature.  Surfaces that have run in differ by 0; above 0 they still
+#: overlap on one arc alone.
+POINT_MARGIN, CONFORMAL_MARGIN = 0.1, 2e-4
 
 
 class Shape(NamedTuple):
@@ -96,22 +96,20 @@ def second_derivatives() -> np.ndarray:
     return matrix
 
 
-def fit_profile(values: np.ndarray, stiffness: float, least: np.ndarray) -> np.ndarray:
-    """Return the profile (KNOTS,) nearest to `values` (m) whose spline q has stiffness q + q'' >= least at all knots.
+def fit_profile(values: np.ndarray, least: float) -> np.ndarray:
+    """Return the profile (KNOTS,) nearest to `values` (m) whose spline q has q + q'' >= `least` (m) at all knots.
 
     Nearest by the sum of squares, among profiles of the same mean.  (Lawson & Hanson 1974, Solving Least Squares
     Problems, chapter 23: least distance programming.)
-
-    stiffness : 1 for a support function, 0 for a height; least : (KNOTS,) m, or one for all
     """
-    operator = second_derivatives() + stiffness * np.eye(KNOTS)
+    operator = second_derivatives() + np.eye(KNOTS)
     shortfall = least - operator @ values
     if shortfall.max() <= 0.0:
         return values
     from scipy.optimize import nnls
 
     unit, scale = float(shortfall.max()), abs(float(operator[0, 0]))
-    rows = (operator - stiffness / KNOTS) / scale  # without its mean, a change moves no volume
+    rows = (operator - 1.0 / KNOTS) / scale  # without its mean, a change moves no volume
     system = np.vstack([rows.T, shortfall[None] / unit])
     target = np.append(np.zeros(KNOTS), 1.0)
     multipliers, _ = nnls(system, target, maxiter=MAX_FIT_STEPS)
@@ -119,25 +117,29 @@ def fit_profile(values: np.ndarray, stiffness: float, least: np.ndarray) -> np.n
     return values - (unit / scale) * residual[:-1] / residual[-1]
 
 
-def shapes_of(bearing: np.ndarray, journal: np.ndarray, clearance: float, fit: Fit) -> tuple[Shape, Shape]:
-    """Return the shapes of both bodies from the mean depths of their bins (m)."""
-    (bearing_profile, journal_profile), _ = fitted_profiles(bearing, journal, clearance, fit)
-    return shape_of(bearing_profile), shape_of(journal_profile)
-
-
-def fitted_profiles(
-    bearing: np.ndarray, journal: np.ndarray, clearance: float, fit: Fit
+def point_profiles(
+    bearing: np.ndarray, journal: np.ndarray, clearance: float
 ) -> tuple[tuple[np.ndarray, np.ndarray], float]:
-    """Return the acting profiles (KNOTS,) m of both bodies from the mean depths of their bins (m).
+    """Return the profiles (KNOTS,) m for a force at one point from the mean depths of bins (m), and the width (rad)."""
+    width = SMOOTHING_WIDTH
+    while True:
+        profiles = smooth_depths(bearing, width), smooth_depths(journal, width)
+        if clearance + sum(least_radius_change(profile) for profile in profiles) >= POINT_MARGIN * clearance:
+            return profiles, width
+        width *= WIDENING_FACTOR
 
-    Also return how far (m) the margin moves them.
-    """
-    smooth = [smooth_depths(bins, fit.width) for bins in (bearing, journal)]
-    least = [float(np.min(values + second_derivatives() @ values)) for values in smooth]
-    bounds = least_radius_changes(least[0], least[1], (fit.margin - 1.0) * clearance)
-    fitted = [fit_profile(values, 1.0, np.full(KNOTS, bound)) for values, bound in zip(smooth, bounds, strict=True)]
-    moved = max(float(np.abs(profile - values).max()) for profile, values in zip(fitted, smooth, strict=True))
-    return (fitted[0], fitted[1]), moved
+
+def conformal_profiles(bearing: np.ndarray, journal: np.ndarray, clearance: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the profiles (KNOTS,) m of both bodies for an arc of any width from the mean depths of their bins (m)."""
+    smooth = [smooth_depths(bins, CONFORMAL_WIDTH) for bins in (bearing, journal)]
+    least = [least_radius_change(profile) for profile in smooth]
+    bounds = least_radius_changes(least[0], least[1], (CONFORMAL_MARGIN - 1.0) * clearance)
+    return fit_profile(smooth[0], bounds[0]), fit_profile(smooth[1], bounds[1])
+
+
+def least_radius_change(profile: np.ndarray) -> float:
+    """Return the least h + h'' (m) at the knots of a profile (KNOTS,) m."""
+    return float(np.min(profile + second_derivatives() @ profile))
 
 
 def bin_means(profile: np.ndarray, count: int) -> np.ndarray:
