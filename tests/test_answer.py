@@ -1,10 +1,7 @@
 """The answer of a run: the same sentences on the page and in its closing lines, each from its own figures."""
 
-import re
-
 import numpy as np
 import pytest
-import yaml
 from click.testing import CliRunner
 
 import clearsweep
@@ -23,7 +20,6 @@ from clearsweep.judging import (
     probability,
     sampled,
     start_up,
-    validity,
     wear,
 )
 from clearsweep.judging.case_ranking import Candidate, CaseRanking, ranking_of
@@ -672,22 +668,6 @@ def test_a_small_margin_is_not_stated_without_reservation(margin, is_small):
     columns = {MARGIN: np.array([margin, 0.5]), "limits_exceeded": ["", ""], SPEED: [1, 2], "pin_load_peak": np.ones(2)}
     (sentence,) = answer.end_of_life_limit_sentences(cases(columns, (SPEED,), record=LIMITED, figures=("load_peak",)))
     assert ("Such a small margin is not certain" in sentence) == is_small
-
-
-def test_the_advice_on_wide_smoothing_is_text_of_the_grid_that_loads():
-    advice_text = validity.smoothing_remark([("rod-slider", 1.0)])
-    source = yaml.safe_load(MOTOR)
-    joint = source["joints"]["rod-slider"]
-    joint |= {"length": "20 mm", "wear": {"law": "archard", "coefficient": "1e-16 m^2/N"}}
-    stiff = {"contact": {"law": "flores", "restitution": 0.6}}
-    joint["contact"] = stiff["contact"]
-    given = [yaml.safe_load(text) for text in re.findall("`([^`]*)`", advice_text)]
-    assert [next(iter(each)) for each in given] == ["contact", "wear"]
-    for each in given:
-        for section, keys in each.items():
-            joint[section] |= keys
-    del source["sweep"]
-    assert clearsweep.load_case(source).layout.joints[0].wear_bins
 
 
 def test_a_life_says_the_clearance_at_its_start():

@@ -14,7 +14,6 @@ from clearsweep.judging.lifetime import (
     hours_text,
     interval_sentences,
     remarks,
-    smoothing_sentences,
 )
 from clearsweep.sweeping.lives import LifeExtremes, life_lines
 
@@ -69,37 +68,25 @@ def test_an_uncertain_coefficient_is_reported_next_to_the_numerics():
     assert "uncertain" not in " ".join(sentences(life(0.02)))
 
 
-def test_wide_smoothing_is_reported_once_for_all_lives():
-    widths = [math.radians(angle) for angle in (3.0, 17.9, 11.0)]
-    assert smoothing_sentences([*widths, math.nan]) == [
-        "Not included: the effect of smoothing the worn shapes over 11 to 18 deg, which is unknown: take the hours as "
-        "an estimate."
-    ]
-    assert " over 11 deg, which" in smoothing_sentences(widths[2:])[0]
-    assert smoothing_sentences(widths[:1]) == []
-
-
 def test_no_sentence_on_a_life_has_more_than_25_words():
     known = life(
         0.02,
         revolutions_low_with_wear_uncertainty=1000.0 / 3.0,
         revolutions_high_with_wear_uncertainty=3100.0,
-        smoothing_width=0.3,
     )
-    all_sentences = [*remarks(known), *remarks(life(0.02)), *smoothing_sentences([known.smoothing_width])]
-    assert len(all_sentences) == 7
+    all_sentences = [*remarks(known), *remarks(life(0.02))]
+    assert len(all_sentences) == 6
     assert max(len(sentence.split()) for sentence in all_sentences) <= 25
     assert hours_text(known) == "85.5 h"
 
 
 def test_the_closing_lines_name_the_shortest_and_the_longest_life():
-    columns = tuple(Column(f"pin_{name}", "1", "") for name in [*[*FIELD_BY_COLUMN][:4], "wear_smoothing"])
+    columns = tuple(Column(f"pin_{name}", "1", "") for name in [*FIELD_BY_COLUMN][:4])
     lives = LifeExtremes(
         Layout("planar", True, "", (), columns, (), life="pin"), {"of": "wear_depth_max", "limit": 2e-5}
     )
     hours = np.array([40.0, 85.5, np.nan, 20.0, 60.0])
     block = {"pin_life_hours": hours, "pin_life_revolutions": np.full(5, 1000.0)}
-    block |= {"pin_wear_smoothing": np.radians([9.0, 8.0, 90.0, 7.0, 6.0])}  # the third has no life
     block |= {"pin_life_low": np.full(5, 990.0), "pin_life_high": np.full(5, 1010.0)}
     lives.add(block, lambda place: {"case_id": f"{place}" * 16, "swept": {"drive.speed": place}})
     lines = [plainly(line) for line in life_lines(lives.facts(), lambda point: f"speed {point['drive.speed']}")]

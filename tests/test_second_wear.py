@@ -137,7 +137,7 @@ def test_a_joint_that_runs_in_lives_as_long_as_the_second_program_says(both):
 LAYER = {"law": "hertz", "elastic": "winkler", "thickness": 5e-3, "material": {"young": 207e9, "poisson": 0.3}}
 SPRING = 0.7 * 207e9 / (1.3 * 0.4 * 5e-3)  # Pa/m
 OPEN, NODES = Sizes(0.5e-3, 0.01), np.polynomial.legendre.leggauss(24)
-SPREAD = math.radians(2.0)  # of the Gaussian that smooths what is worn
+SPREAD = math.radians(1.0)  # of the Gaussian that smooths what is worn
 WAVES = (2, 5e-5, 0.3), (3, 2e-5, 1.0)  # of bearing and journal: harmonic, m, rad
 
 

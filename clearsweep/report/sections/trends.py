@@ -19,12 +19,15 @@ from ..statistics.sensitivity import estimate_quantile
 
 UNEVEN_RATIO = 1.5  # deepest over mean depth around a body above which its wear is called uneven
 MAX_CASES_READ = 200  # cases whose depths round the circle are read; ids are hashes, so the first ones are random
-SHOWN, CONTRADICTED, OPEN = "shown", "contradicted", "not decided"
+SHOWN, CONTRADICTED, OPEN, NO_CLAIM = "shown", "contradicted", "not decided", "no claim"
 NOTE = (
     "The literature finds deeper wear with larger clearance, higher crank speed and lower stiffness, and uneven wear "
     "around the circumference. This section compares the depth per turn of the crank in pairs of cases that differ in "
-    "one value only. The 95 % interval of the median change shows or contradicts a trend. It assumes no distribution "
-    "of the depths. If the interval allows both, or the cases are too few for one, the trend remains open. Wear is "
+    "one value only. The interval of the median change shows or contradicts a trend. It assumes no distribution of the "
+    "depths. With a probability of 95 % all claims on a joint are judged rightly together (Holm 1979). If an interval "
+    "allows both, or the cases are too few for one, the trend remains open. Volume and pressure give the reason: the "
+    "volume is the coefficient times the integral of the force over the sliding distance, and the depth is this volume "
+    "over the area that the contact passes. So a higher pressure alone does not wear deeper. Wear is "
     f"uneven if its deepest place is at least {UNEVEN_RATIO} times as deep as the mean around the body."
 )
 
@@ -42,6 +45,8 @@ CLAIMS = (
     Claim("deeper with higher crank speed", ("drive.speed",), 1.0),
     Claim("deeper with lower stiffness", ("contact.stiffness", "young"), -1.0),
 )
+#: Figures that give the reason of a trend: column of a joint, name.
+REASONS = (("wear_volume", "volume"), ("pressure_mean", "mean pressure"))
 
 
 class Answer(NamedTuple):
@@ -69,8 +74,9 @@ def sections(study: Study) -> list[Section]:
 def _answers(study: Study, joint: Joint) -> list[Answer]:
     if not study.has(joint.column(WEAR_PER_MILLION_STROKES)):
         return []
-    pairs = [(claim, axis) for claim in CLAIMS for axis in study.levels() if _concerns(claim, axis, joint)]
-    return [_answer_for_axis(study, joint, *pair) for pair in pairs] + _unevenness(study, joint)
+    concerned = [(claim, axis) for claim in CLAIMS for axis in study.levels() if _concerns(claim, axis, joint)]
+    reasons = [answer for claim, axis in concerned for answer in _reasons(study, joint, claim, axis)]
+    return _judged(study, joint, concerned) + _unevenness(study, joint) + reasons
 
 
 def _concerns(claim: Claim, axis: Axis, joint: Joint) -> bool:
@@ -80,14 +86,50 @@ def _concerns(claim: Claim, axis: Axis, joint: Joint) -> bool:
     return in_scope and is_positive and axis.path.endswith(claim.path_endings)
 
 
-def _answer_for_axis(study: Study, joint: Joint, claim: Claim, axis: Axis) -> Answer:
-    """Return the answer to a claim from pairs of cases that differ only in the value of one axis."""
+def _judged(study: Study, joint: Joint, concerned: list[tuple[Claim, Axis]]) -> list[Answer]:
+    """Return the answers to claims, each at the level that Holm's procedure gives it.
+
+    All claims share the probability of error; those that are decided leave it to the others (Holm 1979, Scand. J.
+    Stat. 6:65).
+    """
+    answers: dict[int, Answer] = {}
+    while len(answers) < len(concerned):
+        remaining = [index for index in range(len(concerned)) if index not in answers]
+        tried = {index: _answer_for_axis(study, joint, *concerned[index], len(remaining)) for index in remaining}
+        decided = {index: answer for index, answer in tried.items() if answer.verdict != OPEN}
+        answers |= decided or tried
+    return [answers[index] for index in range(len(concerned))]
+
+
+def _answer_for_axis(study: Study, joint: Joint, claim: Claim, axis: Axis, claims: int) -> Answer:
+    """Return the answer to a claim, one of `claims`, from pairs of cases that differ only in the value of one axis."""
     table = match_cases(study, axis).table(study, joint.column(WEAR_PER_MILLION_STROKES))
-    estimate, pairs = trend_exponent(table.columns.to_numpy(float), table.to_numpy(float))
+    estimate, pairs = trend_exponent(table.columns.to_numpy(float), table.to_numpy(float), claims)
     bounds = sorted((claim.sign * estimate.low, claim.sign * estimate.high))
-    factor = Estimate(*(2.0**value for value in estimate))
     measure = f"factor of the depth for twice the {axis.name}"
-    return Answer(claim.title, joint, measure, factor, pairs, "pairs", _verdict(*bounds, border=0.0))
+    return Answer(claim.title, joint, measure, _doubled(estimate), pairs, "pairs", _verdict(*bounds, border=0.0))
+
+
+def _doubled(exponent: Estimate) -> Estimate:
+    """Return the factor of a figure for twice the value, from its exponent."""
+    return Estimate(*(2.0**value for value in exponent))
+
+
+def _reasons(study: Study, joint: Joint, claim: Claim, axis: Axis) -> list[Answer]:
+    """Return how volume and pressure change with the value of a claim, which decide nothing."""
+    matches, answers = match_cases(study, axis), []
+    depth, per_strokes = (
+        matches.table(study, joint.column(figure)) for figure in ("wear_depth_max", WEAR_PER_MILLION_STROKES)
+    )
+    for figure, name in REASONS:
+        if not study.has(joint.column(figure)):
+            continue
+        table = matches.table(study, joint.column(figure))
+        values = table * per_strokes / depth if figure == "wear_volume" else table  # of as many turns
+        estimate, pairs = trend_exponent(table.columns.to_numpy(float), values.to_numpy(float))
+        measure = f"factor for twice the {axis.name}"
+        answers.append(Answer(f"{name} with {axis.name}", joint, measure, _doubled(estimate), pairs, "pairs", NO_CLAIM))
+    return answers
 
 
 def _unevenness(study: Study, joint: Joint) -> list[Answer]:
@@ -120,11 +162,16 @@ def _points(study: Study, answers: list[Answer]) -> list[str]:
             if answer.verdict == verdict_word
         ]
         sentences += [f"{capitalise(verdict_word)}: {wording.sentence_list(titles)}."] if titles else []
-    return sentences
+    factors = [
+        f"{answer.title}{study.joint_text(answer.joint, ' ({})')} {wording.number_text(answer.estimate.value)}"
+        for answer in answers
+        if answer.verdict == NO_CLAIM and math.isfinite(answer.estimate.value)
+    ]
+    return sentences + ([f"Reason, as factors of a doubling: {wording.sentence_list(factors)}."] if factors else [])
 
 
 def _table(study: Study, answers: list[Answer]) -> Table:
-    columns = ("wear is", "joint", "answer", "measured", "median", "95 % from", "to", "number", "of")
+    columns = ("wear is", "joint", "answer", "measured", "median", "interval from", "to", "number", "of")
     rows = [
         (
             answer.title,

@@ -12,7 +12,7 @@ MAX_EXACT_PAIRS = (
 )
 
 
-def trend_exponent(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
+def trend_exponent(x: np.ndarray, table: np.ndarray, claims: int = 1) -> tuple[Estimate, int]:
     """Return the exponent of `x` in the trend of a figure, its interval, and the number of pairs of cases.
 
     The exponent is the median slope of log figure over log x of all pairs of a row; the interval contains the
@@ -24,6 +24,7 @@ def trend_exponent(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
     ----------
     x : (values,) above 0, distinct
     table : (rows, values) the positive figure; in a row everything except x is equal; NaN if unknown
+    claims : number of claims that share the probability of error of one interval (Bonferroni)
 
     Returns
     -------
@@ -40,17 +41,18 @@ def trend_exponent(x: np.ndarray, table: np.ndarray) -> tuple[Estimate, int]:
     if not len(slopes):
         return Estimate(math.nan, math.nan, math.nan), 0
     sizes = np.isfinite(log_values).sum(axis=1)
-    beyond = _slopes_beyond(sizes[sizes > 1])
+    beyond = _slopes_beyond(sizes[sizes > 1], 0.5 * (1.0 - CONFIDENCE) / claims)
     interval = (float(slopes[beyond]), float(slopes[-1 - beyond])) if beyond >= 0 else (math.nan, math.nan)
     return Estimate(float(np.median(slopes)), *interval), len(slopes)
 
 
-def _slopes_beyond(sizes: np.ndarray) -> int:
+def _slopes_beyond(sizes: np.ndarray, tail: float) -> int:
     """Return the number of ordered slopes beyond each end of the interval, -1 without ends.
 
     The number of descending pairs of n values without a trend is distributed like the inversions of a permutation.
+
+    tail : probability beyond either end
     """
-    tail = 0.5 * (1.0 - CONFIDENCE)
     if (sizes * (sizes - 1) // 2).sum() > MAX_EXACT_PAIRS:
         from scipy.special import ndtri  # loads in a fraction of the time of scipy.stats
 
