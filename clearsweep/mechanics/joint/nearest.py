@@ -21,7 +21,7 @@ from ..trace import portable
 from .offsets import after_number
 from .wear.shape import wear_depth_at
 
-NEXT_TO_LAST_STEP = 0.02  # rad, about the smallest smoothing width of shapes: after a smaller step the next is the last
+NEXT_TO_LAST_STEP = 0.004  # rad, a quarter of the smallest smoothing width: after a smaller step the next is the last
 MAX_LAST_STEP = 1e-4  # rad: largest last step, which is differentiated
 MAX_STEPS, MAX_BISECTIONS = 8, 60
 SAMPLES = 64  # samples round the bearing
