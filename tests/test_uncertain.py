@@ -124,7 +124,7 @@ def life_run(case, log=None):
 
 def evolving(log=None, scale=2e-5):
     """Return a case that evolves, its own block found, and what runs the blocks of its further lives."""
-    wear = WORN["joints.rod-slider.wear"] | {"evolve": True}
+    wear = WORN["joints.rod-slider.wear"] | {"evolve": True, "pressure": "winkler"}
     made = loaded(FACTOR, **{"joints.rod-slider.wear": wear, "life": LIFE | {"tolerance": 0.02, "blocks": 1000}})
     block, aged = Block(1e6, scale), life_run(made.case(0), log)
     if not aged.records:
@@ -133,7 +133,7 @@ def evolving(log=None, scale=2e-5):
 
 
 def test_lives_that_evolve_are_lived_again_at_both_ends():
-    wear = WORN["joints.rod-slider.wear"] | {"evolve": True}
+    wear = WORN["joints.rod-slider.wear"] | {"evolve": True, "pressure": "winkler"}
     made = loaded(FACTOR, **{"joints.rod-slider.wear": wear, "life": LIFE | {"tolerance": 0.02, "blocks": 1000}})
     block, aged = Block(1e6, 2e-5), life_run(made.case(0))
     aged.records.append(block(aged, aged.start))
