@@ -55,7 +55,7 @@ class DiesFinishing(Fake):
     """Substitute for the mechanics in which the first worker is killed while it finishes a block."""
 
     @staticmethod
-    def peak(case, joint, revolutions):
+    def peak(case, joint, revolutions, window_from=None):
         """Die once, otherwise return the result of `Fake`."""
         marker = os.environ["CLEARSWEEP_TEST_MARKER"]
         if not os.path.exists(marker):

@@ -151,7 +151,7 @@ class Fake:
         return {"joints.rod-slider.contact.law": ["lankarani-nikravesh", "hertz"]}
 
     @staticmethod
-    def peak(case, joint, revolutions):
+    def peak(case, joint, revolutions, window_from=None):
         """Return a made-up revolution, the fourth, with the motion of the case."""
         return results.Peak(3.0, trajectory(case._replace(save=case.save._replace(orbits="last"))))
 

@@ -21,7 +21,7 @@ class Peaked(Fake):
     asked: ClassVar[list] = []
 
     @classmethod
-    def peak(cls, case, joint, revolutions):
+    def peak(cls, case, joint, revolutions, window_from=None):
         """Return a made-up revolution."""
         cls.asked.append((case.mechanism.values["slider.mass"], joint, revolutions))
         return Fake.peak(case, joint, revolutions)
@@ -96,7 +96,7 @@ class Elsewhere(Peaked):
     """Made-up mechanics on another machine, where peaks differ in their last bits."""
 
     @classmethod
-    def peak(cls, case, joint, revolutions):
+    def peak(cls, case, joint, revolutions, window_from=None):
         """Return a made-up revolution with another peak."""
         result = super().peak(case, joint, revolutions)
         result.path.summary[PEAK] *= 1.0 + 1e-15

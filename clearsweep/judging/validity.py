@@ -16,8 +16,9 @@ from ..language.wording import joint_name, short_id
 ONSET_RATE, YIELD_SPEED, LIMIT_SHARE = "onset_rate_max", "yield_speed", "law_limit_fraction"
 _FIGURE_THRESHOLDS = {ONSET_RATE: 1.0, LIMIT_SHARE: 0.0}  # figure -> value above which there is a remark
 #: Keywords of the remarks in a message: a law beyond its range, a contact that never ends and keeps its onset rate,
-#: implausible results.
-LAW_LIMIT, ONSET_KEPT = "law-limit: ", "onset-kept: "
+#: a window that begins before the motion is periodic, implausible results.
+LAW_LIMIT, ONSET_KEPT, RUN_IN = "law-limit: ", "onset-kept: ", "run-in: "
+MIN_PEAK_EXCESS = 0.02  # of a peak of the periodic motion: a larger excess of the run-in is a remark
 WORN_AWAY, PV_HIGH = "worn-away: ", "pv-high: "
 TOO_DEEP, WORN_THROUGH, IMBALANCE = "too-deep: ", "worn-through: ", "imbalance: "
 FILM_LIMIT, FILM_BEYOND, FILM_FLOW, FILM_GAIN = "film-limit: ", "film-beyond: ", "film-flow: ", "film-fed: "
@@ -153,6 +154,7 @@ class Remarks:
 _REMARK_TEXTS = {
     ONSET_KEPT: "A contact never ends and keeps the onset rate of its first touch, so the start of the run affects all "
     "forces,",
+    RUN_IN: "The window contains the run-in before a periodic motion, with larger force peaks,",
     TOO_DEEP: "The penetration is implausibly large",
     WORN_THROUGH: "Wear is deeper than the clearance",
     WORN_AWAY: "At its wear rate a bearing is worn away within 1000 h",
@@ -437,6 +439,24 @@ def onset_remark(joints: Iterable[tuple[str, float]]) -> str:
     ]
     return (
         f"{ONSET_KEPT}{', '.join(descriptions)}; contact.onset: renewed removes this influence" if descriptions else ""
+    )
+
+
+def run_in_remark(periodic_from: float, discard: float, joints: Iterable[tuple[str, float, float]]) -> str:
+    """Return the remark on force peaks of a window that are larger than those of its periodic motion.
+
+    periodic_from, discard : revolutions; joints : (name, peak of the window, peak of the periodic motion), N
+    """
+    descriptions = [
+        f"{joint} {largest:.4g} N, once periodic {lasting:.4g} N"
+        for joint, largest, lasting in joints
+        if largest > (1.0 + MIN_PEAK_EXCESS) * lasting
+    ]
+    if periodic_from <= discard or not descriptions:
+        return ""
+    return (
+        f"{RUN_IN}the motion is periodic from revolution {periodic_from:.6g} on, but the window of the figures begins "
+        f"at {discard:.6g}. Force peaks: {', '.join(descriptions)}. Increase simulate.discard to {periodic_from:.6g}"
     )
 
 

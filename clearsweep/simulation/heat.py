@@ -18,6 +18,7 @@ from ..contracts.case import REFERENCE_TEMPERATURE, Case, Joint
 from ..contracts.layout import Layout
 from ..mechanics.solver import integration
 from ..mechanics.solver.integration import Work
+from .observed_run import Decision
 from .run import integration_of
 from .scene import Scene, build
 from .sums import half_width
@@ -73,13 +74,13 @@ class HeatObserver:
         self.times: list[float] = []
         self.sums: list[np.ndarray] = []
 
-    def observe(self, work: Work) -> bool:
+    def observe(self, work: Work) -> Decision:
         """Record the time (s) and the accumulated energies (J); the run continues."""
         self.times.append(float(work.end[work.time]))  # at the end of a run `y` is the start of its last step
         totals: Any = work.totals  # mypy takes it for a tuple of anything
         joints = by_joint(totals, self.layout).joint
         self.sums.append(np.array([getattr(joints[index], field) for index, field in self.energies.items()]))
-        return False
+        return Decision.CONTINUE
 
     def losses(self, cost: Cost) -> Losses:
         """Return the losses between the first and the last time, of a run with this cost.

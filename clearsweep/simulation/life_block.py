@@ -3,7 +3,6 @@
 import io
 import math
 import zipfile
-from collections import deque
 from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
 
@@ -13,12 +12,13 @@ from ..contracts.case import Case
 from ..mechanics.joint.wear.contract import MAX_BINS, SLIDING_DISTANCE
 from ..mechanics.mechanism.contract import body_angles
 from ..mechanics.solver.integration import Work
-from .batch_means import Blocks, Interval
-from .observed_run import Snapshot, snapshot_of
-from .revolutions import with_whole_revolutions
+from .batch_means import Blocks
+from .observed_run import Decision
+from .revolutions import Marks, with_whole_revolutions
 from .run import Run
 from .scene import Scene
 from .sums import half_width
+from .until import WindowLength
 from .window import by_joint
 
 PHASES = 24  # phases of a revolution at which relative body angles are recorded
@@ -74,28 +74,25 @@ class BlockRecord(NamedTuple):
     life: int = 0  # index of the life: 0 for the case's own
 
 
-class RateObserver:
+class RateObserver(WindowLength):
     """Ends a block when the wear rate of the limited joint is accurate enough."""
 
     per_revolution = PHASES
 
-    def __init__(self, scene: Scene):
-        """Prepare for a block of `scene`."""
-        case, save = scene.case, scene.case.save
+    def __init__(self, scene: Scene, marks: Marks):
+        """Prepare for a block of `scene`, a run with these marks."""
+        case = scene.case
         assert case.life is not None  # asked of cases that have one
-        self.target, self.tolerance = wear_rate_column(case.life.column), case.life.tolerance
-        self.blocks = Blocks(scene.layout, [wear_rate_column(worn.column) for worn in worn_joints_of(case)])
-        self.discard, self.min_revolutions, self.observations = case.simulate.discard, case.simulate.revolutions, 0
-        self.revolutions = self.discard
+        rates = [wear_rate_column(worn.column) for worn in worn_joints_of(case)]
+        super().__init__(
+            scene, marks, rates, (wear_rate_column(case.life.column), case.life.tolerance), longest_block(case)
+        )
+        self.phase = 0
         self.mechanism, self.sides = scene.value.mechanism, [joint.side for joint in scene.value.joints]
         self.relative_angles: list[list[float]] = []
-        self.interval: Interval | None = None
-        # snapshots, oldest first, from which the saved revolutions can be repeated
-        self.snapshots: deque[Snapshot] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
 
-    def observe(self, work: Work) -> bool:
-        """Return whether the block may end with this revolution."""
-        phase, self.observations = self.observations % PHASES, self.observations + 1
+    def observe(self, work: Work) -> Decision:
+        """Record the angles of the bodies over the first revolution; return the decision at the end of every one."""
         if len(self.relative_angles) < PHASES:
             angles = body_angles(self.mechanism, work.y)
             self.relative_angles.append(
@@ -104,15 +101,13 @@ class RateObserver:
                     for side, (bearing_angle, journal_angle) in zip(self.sides, angles, strict=True)
                 ]
             )
+        phase, self.phase = self.phase, (self.phase + 1) % PHASES
         if phase:
-            return False
-        self.snapshots.append(snapshot_of(work))
-        if self.observations == 1:
-            return False  # a revolution has just begun; all other pauses are at the same distance from its end
-        self.revolutions = self.discard + (self.observations - 1) // PHASES
-        if self.blocks.record(work) or self.interval is None:
-            self.interval = self.blocks.interval(self.target)
-        return self.interval.within(self.tolerance) and self.revolutions >= self.min_revolutions
+            return Decision.CONTINUE
+        decision = self.decide(work)
+        if decision == Decision.BEGIN_WINDOW:
+            self.phase = 0
+        return decision
 
 
 def wear_rate_column(joint: str) -> str:

@@ -9,7 +9,7 @@ import numpy as np
 from ..mechanics.joint.modes import touches
 from ..mechanics.solver import event_actions, integration
 from ..mechanics.solver.integration import Work
-from .observed_run import Pausing, restore, snapshot_of
+from .observed_run import Decision, Pausing, restore, snapshot_of
 
 RESCALINGS = 20  # rescalings per revolution
 DISTURBANCE, DISTURBANCE_PER_TOLERANCE, MAX_DISTURBANCE = (
@@ -66,8 +66,8 @@ class Perturbed:
         self.growths: list[float] = []  # logarithm of the growth from the start to each of `times`
         self.status = integration.OK
 
-    def observe(self, base: Work) -> bool:
-        """Advance the perturbed run to the present time of `base`."""
+    def observe(self, base: Work) -> Decision:
+        """Advance the perturbed run to the present time of `base`; the run continues."""
         time = float(base.y[base.time])
         if not self.times:
             self.times, self.growths = [time], [0.0]
@@ -77,9 +77,9 @@ class Perturbed:
             status, _ = self.run.advance(control)
             if status != integration.PAUSED:
                 self.status = status
-                return False
+                return Decision.CONTINUE
             self._measure(base)
-        return False
+        return Decision.CONTINUE
 
     def _measure(self, base: Work) -> None:
         """Record the distance of the perturbed motion from `base`, and rescale it."""

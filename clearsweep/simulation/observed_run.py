@@ -1,10 +1,10 @@
 """Runs with observers, which measure the growth of a perturbation or decide whether the run is long enough.
 
 An observed run pauses between two steps and resumes without a trace: its motion and figures are, to the last bit, those
-of a plain run of the same length.
+of a plain run of the same length and window. An observer may begin the window anew; a step then ends where it begins.
 """
 
-import itertools
+import enum
 from collections.abc import Callable, Sequence
 from typing import Any, Protocol
 
@@ -30,6 +30,14 @@ _NOT_OF_MOTION = (
 Snapshot = dict[str, np.ndarray]  # copies by name of all arrays that determine the further motion
 
 
+class Decision(enum.IntEnum):
+    """What an observer decides at the end of a revolution."""
+
+    CONTINUE = 0
+    END = 1  # end the run with this revolution
+    BEGIN_WINDOW = 2  # begin the window of the figures at the end of this revolution
+
+
 class Pausing(Protocol):
     """An integration that can pause and resume: a `run.Run`."""
 
@@ -38,14 +46,33 @@ class Pausing(Protocol):
     def advance(self, control: integration.Control) -> tuple[int, np.ndarray]:
         """Return status and events from the present state to the end or pause in `control`."""
 
+    def forget_figures(self) -> None:
+        """Forget the figures of the window, which begins anew later."""
+
 
 class Observer(Protocol):
     """An observer of a run."""
 
     per_revolution: int  # observations per revolution
 
-    def observe(self, work: Work) -> bool:
-        """Observe the run; return whether it may end with this revolution."""
+    def observe(self, work: Work) -> Decision:
+        """Observe the run; return a decision, at any but the end of a revolution CONTINUE."""
+
+
+class LaterWindow:
+    """Begins the window anew as another run did, whose motion is repeated."""
+
+    per_revolution = 1
+
+    def __init__(self, revolutions: float):
+        """Prepare for a window that begins `revolutions` after the first one."""
+        self.revolutions_left = round(revolutions)
+
+    def observe(self, work: Work) -> Decision:
+        """Return BEGIN_WINDOW at the end of the revolution before the window."""
+        is_time = self.revolutions_left == 0
+        self.revolutions_left -= 1
+        return Decision.BEGIN_WINDOW if is_time else Decision.CONTINUE
 
 
 def run_observed(
@@ -60,21 +87,26 @@ def run_observed(
     discard : revolutions before the first observation; value_after : revolutions -> clock, see `crank_clock`.
     """
     work, logs, per_revolution = run.work, [], max(observer.per_revolution for observer in observers)
-    for observation in itertools.count():
-        pause = pause_at(observation / per_revolution, discard, value_after)
-        if pause >= control.end:
-            break
+    observation = 0
+    while (pause := pause_at(observation / per_revolution, discard, value_after)) < control.end:
         status, log = run.advance(control._replace(pause=pause))
         logs.append(log)
         if status != integration.PAUSED:
             return status, np.concatenate(logs)
-        end = value_after(discard + observation // per_revolution)
-        may_end = [
+        revolutions = discard + observation // per_revolution
+        end = value_after(revolutions)
+        decision = max(
             observer.observe(work)
             for observer in observers
             if observation % (per_revolution // observer.per_revolution) == 0
-        ]
-        if any(may_end) and work.y[work.independent] < end:
+        )
+        observation += 1
+        if work.y[work.independent] >= end:
+            continue
+        if decision == Decision.BEGIN_WINDOW:
+            run.forget_figures()
+            control, discard, observation = control._replace(window=end), revolutions, 0
+        elif decision == Decision.END:
             control = control._replace(end=end)
     status, log = run.advance(control)
     return status, np.concatenate([*logs, log])

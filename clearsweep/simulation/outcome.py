@@ -16,7 +16,7 @@ from ..mechanics.solver.accumulate.within_step import Record, sample_states
 from .figures.catalogue import WORK_COUNTS, figures_of, layout_formulas
 from .ideal import ideal_peaks
 from .remarks import remarks
-from .revolutions import marks_reached, peak_spreads, period_of_window, start_turns
+from .revolutions import marks_reached, peak_spreads, repetition_of, start_turns
 from .run import ROUNDING, TIME_BUDGET, Run, onset_rates
 from .scene import Scene
 from .start import control_of
@@ -126,6 +126,7 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
     totals = by_joint(run.totals, scene.layout)
     sums = summed_of(totals)
     revolutions: Any = run.work.revolutions  # mypy takes it for a tuple of anything
+    repetition = None if failed else repetition_of(scene, run.marks, revolutions)
     return Window(
         case=scene.case,
         mechanism=scene.mechanism,
@@ -141,8 +142,8 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
         integration_time=run.duration,
         duration=duration,
         turns=settings.revolutions - settings.discard if scene.mechanism.turns else 1.0,
-        spreads=peak_spreads(scene, run.marks, revolutions),
-        period=None if failed else period_of_window(scene, run.marks, revolutions),
+        spreads=peak_spreads(scene, run.marks, revolutions, repetition),
+        repetition=repetition,
         sliding_distance=[
             scene.worn[joint.name].sliding_distance if joint.name in scene.worn else 0.0 for joint in scene.case.joints
         ],

@@ -21,6 +21,7 @@ from ..judging.validity import (
     onset_remark,
     penetration_remark,
     pv_remark,
+    run_in_remark,
     wear_depth_remark,
     wear_rate_remark,
 )
@@ -56,6 +57,7 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
     return (
         law_range_remark(beyond_limit),
         onset_remark(_lasting_contacts(scene, window)),
+        _run_in(window),
         *(film_remarks(_film_states(scene, window, summary)) if has_film else ()),
         friction_heat_remark(rubbing_powers),
         free_bush_remark(_free_bearings(scene)),
@@ -107,6 +109,22 @@ def _lasting_contacts(scene: Scene, window: Window) -> Iterator[tuple[str, float
         rate = float(window.onset_rate[index])
         if joint.contact.onset == "first" and not math.isnan(rate) and window.totals.joint[index].onsets == 0.0:
             yield joint.name, rate
+
+
+def _run_in(window: Window) -> str:
+    """Return the remark on force peaks before the motion of the window is periodic, or ''."""
+    if window.repetition is None:
+        return ""
+    peaks = zip(window.case.joints, window.totals.joint, window.spreads, strict=True)
+    return run_in_remark(
+        window.repetition.begin,
+        window.case.simulate.discard,
+        [
+            (joint.name, float(totals.force_max), spread.of_million.value)
+            for joint, totals, spread in peaks
+            if spread.of_million.value is not None
+        ],
+    )
 
 
 def _film_states(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Iterator[FilmState]:

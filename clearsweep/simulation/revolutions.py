@@ -12,7 +12,7 @@ from ..contracts.layout import MAX_REVOLUTIONS
 from ..mechanics.solver.accumulate.within_step import RevolutionMarks
 from .extreme import expected_largest
 from .scene import Scene, state_units
-from .spread import Spread, quantiles
+from .spread import Quantile, Repetition, Spread, quantiles
 from .window import force_contacts
 
 LONGEST_PERIOD, MIN_REPEATS = 16, 3  # most revolutions of a period; how often it must be repeated
@@ -27,6 +27,10 @@ class Marks(NamedTuple):
     turns: np.ndarray  # (marks,) increasing
     window: np.ndarray  # (w,) indices of the bounds of the window's revolutions
     sections: np.ndarray  # (s,) indices of the marks at crank angle 0
+
+    def after(self, turns: float) -> "Marks":
+        """Return the marks of a window that begins `turns` revolutions after the start."""
+        return self._replace(window=self.window[self.turns[self.window] > turns - MARK_TOLERANCE])
 
 
 NO_MARKS = Marks(np.empty(0), np.empty(0, int), np.empty(0, int))
@@ -89,15 +93,23 @@ def buffers_for(marks: np.ndarray, state_size: int, contacts: int, zeros: Callab
     )
 
 
-def peak_spreads(scene: Scene, marks: Marks, revolutions: Any) -> tuple[Spread, ...]:
+def peak_spreads(scene: Scene, marks: Marks, revolutions: Any, repetition: Repetition | None) -> tuple[Spread, ...]:
     """Return the distribution of each joint's force peaks over the window's revolutions."""
-    return tuple([_spread(peaks, marks) for peaks in peaks_of(scene, marks, revolutions).T])
+    return tuple([_spread(peaks, marks, repetition) for peaks in peaks_of(scene, marks, revolutions).T])
 
 
-def _spread(peaks: np.ndarray, marks: Marks) -> Spread:
-    """Return the distribution of the peaks (N) of the window's revolutions."""
+def _spread(peaks: np.ndarray, marks: Marks, repetition: Repetition | None) -> Spread:
+    """Return the distribution of the peaks (N) of the window's revolutions.
+
+    All later revolutions of a periodic motion have the peaks of its last periods, without those of the run-in.
+    """
     median, p95 = quantiles(peaks, (0.5, 0.95))
-    return Spread(median, p95, expected_largest(peaks), _largest_peak(peaks, marks))
+    if repetition is None:
+        of_million = expected_largest(peaks)
+    else:
+        lasting = float(peaks[-MIN_REPEATS * repetition.period :].max())
+        of_million = Quantile(lasting, lasting, lasting)
+    return Spread(median, p95, of_million, _largest_peak(peaks, marks))
 
 
 def _largest_peak(peaks: np.ndarray, marks: Marks) -> tuple[float, int] | None:
@@ -128,14 +140,27 @@ def peaks_of(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
     return peaks[:, force_contacts(scene.layout)]
 
 
-def period_of_window(scene: Scene, marks: Marks, revolutions: Any) -> int | None:
-    """Return the period of the window's motion in revolutions, or None if it is not periodic."""
-    rows = marks_reached(marks.window, revolutions)[-LAST_RETURNS:]
+def repetition_of(scene: Scene, marks: Marks, revolutions: Any) -> Repetition | None:
+    """Return the period of the window's motion and where it begins, or None if the motion is not periodic."""
+    rows = marks_reached(marks.window, revolutions)
     if len(rows) <= MIN_REPEATS:
         return None
     units, coordinate_count = state_units(scene), len(scene.value.coordinates)
-    states = revolutions.states[rows, : 2 * coordinate_count]
-    return period_of(states / units, 2.0 * math.pi / units[:coordinate_count])
+    angle_period = 2.0 * math.pi / units[:coordinate_count]
+
+    def states(chosen: np.ndarray) -> np.ndarray:
+        return revolutions.states[chosen, : 2 * coordinate_count] / units  # type: ignore[no-any-return]
+
+    period = period_of(states(rows[-LAST_RETURNS:]), angle_period)
+    if period is None:
+        return None
+    every = states(rows)
+    differences = every[period:] - every[:-period]
+    angles = differences[:, :coordinate_count]
+    angles -= angle_period * np.round(angles / angle_period)
+    departures = np.flatnonzero(np.abs(differences).max(axis=1) > RETURN_TOLERANCE)
+    first = int(departures[-1]) + 1 if len(departures) else 0
+    return Repetition(period, float(marks.turns[rows[first]]))
 
 
 def period_of(returns: np.ndarray, angle_period: np.ndarray | None = None) -> int | None:

@@ -130,13 +130,25 @@ class Run:
 
     def begin(self, start: Start) -> None:
         """Restart from another scene of the same type and BatchKey, as if this run were new."""
+        self._clear_histograms()
         self.memory.clear()
+        self._begin(start)
+
+    def _clear_histograms(self) -> None:
+        """Empty the histograms; most of a histogram was never written."""
         for histogram_rows, highest in zip(
             self.totals.histogram, self.totals.bins[:, total_columns.HIGHEST_BIN].tolist(), strict=True
         ):
-            histogram_rows[: highest + 1] = 0.0  # most of it was never written
+            histogram_rows[: highest + 1] = 0.0
         self.totals.dry.fill(0.0)
-        self._begin(start)
+
+    def forget_figures(self) -> None:
+        """Forget the figures of the window, which begins anew later; the loop itself resets those that it computes."""
+        self._clear_histograms()
+        self.totals.bins.fill(0)
+        self.totals.wear.fill(0.0)
+        self.totals.account.fill(0.0)
+        self.totals.account[:, SLIDING_DISTANCE] = self.earlier_sliding
 
     def _begin(self, start: Start) -> None:
         """Initialise; the run's own arrays are zero already."""
@@ -153,8 +165,8 @@ class Run:
         put_numbers(value, inputs.initial_values[: self.parameters.size], self.parameters)
         mechanism_totals: Any = self.totals.mechanism
         mechanism_totals.target_speed, mechanism_totals.target_time = start_up(scene.machine)
-        if scene.worn:
-            self.totals.account[:, SLIDING_DISTANCE] = inputs.sliding_distance
+        self.earlier_sliding = inputs.sliding_distance if scene.worn else 0.0  # m, before the run
+        self.totals.account[:, SLIDING_DISTANCE] = self.earlier_sliding
         self.pinned.put(reference_rate=value.reference_rate, sigma=value.sigma, max_duration=start.max_step)
         self.work = self.pinned.value
         self.value, self.deadline, self.marks = value, scene.deadline, start.marks

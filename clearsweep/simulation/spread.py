@@ -27,6 +27,13 @@ class Spread(NamedTuple):
     highest: tuple[float, int] | None = None  # N, and its revolution in the run, counted from 1
 
 
+class Repetition(NamedTuple):
+    """A motion that repeats itself at the end of a window."""
+
+    period: int  # revolutions
+    begin: float  # revolutions since the start of the run, from which it repeats itself
+
+
 def quantiles(values: np.ndarray, probabilities: tuple[float, ...]) -> tuple[Quantile, ...]:
     """Return quantiles (linear interpolation) of successive values, with their intervals.
 
@@ -54,15 +61,23 @@ def _quantile(ordered: list[float], independent: int, probability: float) -> Qua
 
 
 def variance_inflation(values: np.ndarray) -> float:
-    """Return the number of successive values that count as one independent value: (1 + r) / (1 - r)."""
+    """Return the number of successive values that count as one independent value, from their lag-1 correlation."""
+    return inflation_of(lag_correlation(values))
+
+
+def lag_correlation(values: np.ndarray) -> float:
+    """Return the correlation of successive values with their neighbours; 0 for fewer than three or equal ones."""
     if len(values) < 3:
-        return 1.0  # two values lie on either side of their mean
+        return 0.0  # two values lie on either side of their mean
     deviations = values - np.add.reduce(values) / len(values)
     squares = float(deviations @ deviations)
-    correlation = (
-        min(max(float(deviations[1:] @ deviations[:-1]) / squares, 0.0), MAX_CORRELATION) if squares > 0.0 else 0.0
-    )
-    return (1.0 + correlation) / (1.0 - correlation)
+    return float(deviations[1:] @ deviations[:-1]) / squares if squares > 0.0 else 0.0
+
+
+def inflation_of(correlation: float) -> float:
+    """Return (1 + r) / (1 - r) for a correlation r of neighbours, which counts up to MAX_CORRELATION if positive."""
+    counted = min(max(correlation, 0.0), MAX_CORRELATION)
+    return (1.0 + counted) / (1.0 - counted)
 
 
 @lru_cache(1024)

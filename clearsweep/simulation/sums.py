@@ -16,12 +16,24 @@ from ..contracts.catalogue import Figure
 from ..contracts.layout import Layout
 from ..mechanics.observe import histogram
 from ..mechanics.solver.accumulate.totals import Totals
-from .spread import CONFIDENCE, variance_inflation
+from .spread import CONFIDENCE, inflation_of, lag_correlation
 from .window import DRY_FORCE_THRESHOLD, RARE_SHARE, Summed, Window
+
+MIN_SKEWNESS = 1e-6  # of a mean: below, the correction for skewness is less than rounding
 
 
 def half_width(values: np.ndarray) -> float:
-    """Return the half-width of the 95 % interval of the mean of successive values."""
+    """Return the half-width of the 95 % interval of the mean of successive values: inf for one, 0 for equal ones.
+
+    Student's interval with three corrections for few values:
+
+    * The variance of the mean is that of a first-order autoregressive process. The correlation r of neighbours comes
+      out too small by (1 + 3 r) / n (Kendall 1954, Biometrika 41:403), which is added.
+    * The mean of skewed values is skewed as well. Its interval extends further to one side (Hall 1992, J. R. Stat. Soc.
+      B 54:221, the cubic transformation); this side is returned.
+    * A run that ends when its interval is narrow ends too often when the values happen to scatter little. The
+      deficit of such intervals is of order 1 / n (Woodroofe 1977, Ann. Stat. 5:984); they are wider by 1 + 1 / n.
+    """
     from scipy.special import stdtrit
 
     count = len(values)
@@ -31,8 +43,20 @@ def half_width(values: np.ndarray) -> float:
     sum_of_squares = float(deviations @ deviations)
     if sum_of_squares == 0.0:
         return 0.0
-    variance = sum_of_squares / (count * (count - 1)) * variance_inflation(values)
-    return float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE)) * math.sqrt(variance)
+    correlation = lag_correlation(values)
+    inflation = inflation_of(correlation + (1.0 + 3.0 * correlation) / count)
+    standard_error = math.sqrt(sum_of_squares / (count * (count - 1)) * inflation)
+    skewness = abs(float(np.sum(deviations**3))) * math.sqrt(count) / sum_of_squares**1.5
+    quantile = float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE))
+    longer = _longer_side(quantile, skewness * math.sqrt(inflation / count))
+    return longer * standard_error * (1.0 + 1.0 / count)
+
+
+def _longer_side(quantile: float, skewness: float) -> float:
+    """Return the end of an interval on its longer side (standard errors); `skewness` : of the mean, not negative."""
+    if skewness < MIN_SKEWNESS:
+        return quantile
+    return 3.0 / skewness * (1.0 - math.cbrt(1.0 - skewness * (quantile + skewness / 6.0)))
 
 
 def _sum(totals: Totals | Summed, index: int | None, name: str) -> Any:
@@ -188,7 +212,7 @@ class ForceExceeded(NamedTuple):
         value = force(RARE_SHARE)
         time_above = np.array([histogram.time_above(value, forces) for forces in histograms])
         width = half_width(np.diff(time_above) / np.diff(times))
-        return value, 0.5 * (force(RARE_SHARE - width) - force(RARE_SHARE + width))
+        return value, max(force(RARE_SHARE - width) - value, value - force(RARE_SHARE + width))
 
 
 class DryTime(NamedTuple):

@@ -32,7 +32,7 @@ from .scene import Scene, build
 from .start import NO_TIMES, UNLIMITED, control_of, start_of
 from .uncertain import failures, further_lives
 from .uncertain import figures as uncertain_figures
-from .until import ConvergenceObserver, max_revolutions, pauses
+from .until import ConvergenceObserver, WindowLength, max_revolutions
 
 
 def simulate(
@@ -193,29 +193,27 @@ def _run_until_converged(scene: Scene, times: ArrayLike | None, observers: Seque
 
     The samples come from a second, bit-identical run over the saved revolutions, as their times were unknown.
     """
-    settings, value_after = scene.case.simulate, scene.crank_clock.value_after
+    settings = scene.case.simulate
     full_scene = scene.with_settings(revolutions=max_revolutions(settings))
     end = end_of(full_scene)
-    run = Run(
-        start_of(scene, pauses(settings, value_after), marks_of(scene, max_revolutions(settings))), in_angles=True
-    )
-    observer = ConvergenceObserver(scene, run.record.samples)
+    marks = marks_of(scene, max_revolutions(settings))
+    run = Run(start_of(scene, np.zeros(1), marks), in_angles=True)  # with a sample, also sections can be computed
+    observer = ConvergenceObserver(scene, marks)
     integrate(full_scene, run, end, (observer, *observers))
     run.record = Record(NO_TIMES, NO_TIMES, run.record.independent)
     if run.status != integration.OK:
         return trajectory_of(full_scene, run, end)
     trajectory = _converged_trajectory(scene, run, observer, times)
-    trajectory.summary.update(observer.figures())
+    trajectory.summary.update(observer.results())
     return trajectory
 
 
-def _converged_trajectory(
-    scene: Scene, run: Run, observer: ConvergenceObserver | RateObserver, times: ArrayLike | None
-) -> Trajectory:
+def _converged_trajectory(scene: Scene, run: Run, observer: WindowLength, times: ArrayLike | None) -> Trajectory:
     """Return the trajectory of a run that has determined its length."""
     value_after, orbits = scene.crank_clock.value_after, scene.case.save.orbits
-    final_scene = scene.with_settings(revolutions=observer.revolutions)
+    final_scene = scene.with_settings(revolutions=observer.revolutions, discard=observer.discard)
     end = value_after(observer.revolutions)
+    run.marks = run.marks.after(observer.discard)
     if times is not None or orbits != "none":
         check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, observer.revolutions))
         end_time = math.inf if scene.crank_clock.free else end
@@ -274,7 +272,8 @@ def _block(scene: Scene, observers: Sequence[Observer]) -> tuple[Scene, Run, Rat
     """Return a scene, the run of a block of revolutions, and its observer."""
     max_revolutions = longest_block(scene.case)
     full_scene = scene.with_settings(revolutions=max_revolutions)
-    run, observer = Run(start_of(full_scene, NO_TIMES, marks_of(full_scene, max_revolutions))), RateObserver(scene)
+    marks = marks_of(full_scene, max_revolutions)
+    run, observer = Run(start_of(full_scene, NO_TIMES, marks)), RateObserver(scene, marks)
     integrate(full_scene, run, scene.crank_clock.value_after(max_revolutions), (observer, *observers))
     return scene, run, observer
 
@@ -300,6 +299,7 @@ def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
     tighter_settings = {"tolerance": 0.1 * scene.case.simulate.tolerance}
     if scene.layout.until:
         tighter_settings["revolutions"] = trajectory.summary["revolutions_run"]
+        tighter_settings["discard"] = trajectory.summary["window_from"]
     tighter_run = _simulate(scene.with_settings(**tighter_settings), NO_TIMES)
     _add_differences(trajectory.summary, tighter_run.summary)
     if tighter_run.status == "ok":

@@ -1,75 +1,101 @@
-"""Decides whether a run is long enough: its figure has converged, or its motion is periodic."""
+"""Decides whether a run is long enough: the interval of its figure is narrow, in periodic or in other motion."""
 
 import math
 from collections import deque
-from collections.abc import Callable
-
-import numpy as np
+from collections.abc import Sequence
+from typing import Any
 
 from ..contracts import case
 from ..contracts.case import Simulate
 from ..mechanics.solver.integration import Work
-from .batch_means import Blocks, Interval
-from .observed_run import Snapshot, pause_at, snapshot_of
-from .revolutions import period_of, with_whole_revolutions
+from .batch_means import MIN_REVOLUTIONS, Blocks
+from .observed_run import Decision, Snapshot, snapshot_of
+from .revolutions import MIN_REPEATS, Marks, repetition_of, with_whole_revolutions
 from .scene import Scene
 
-
-def pauses(settings: Simulate, value_after: Callable[[float], float]) -> np.ndarray:
-    """Return the pauses: one per revolution, at a fixed crank angle, up to the longest run."""
-    count = math.ceil(max_revolutions(settings) - settings.discard - 1e-9)
-    return np.array([pause_at(k, settings.discard, value_after) for k in range(1, count + 1)])
+CONFIRMATIONS = 5  # successive revolutions at which an interval has to be narrow: it may be so by chance
 
 
-class ConvergenceObserver:
-    """Ends a run when its figure has converged or its motion is periodic."""
+class WindowLength:
+    """Decides at every revolution whether the window is long enough to know a figure.
+
+    Once the motion is periodic, the window is begun anew, because the motion before it, the run-in, never occurs again.
+    The figures are then those of whole periods.
+    """
+
+    def __init__(self, scene: Scene, marks: Marks, figures: Sequence[str], accuracy: tuple[str, float], longest: float):
+        """Prepare for a run of `scene`.
+
+        marks : of the run; figures : those with blocks; accuracy : the figure that decides, and the largest half-width
+        of its interval relative to it; longest : revolutions of the longest run
+        """
+        self.scene, self.marks, self.figures, self.longest = scene, marks, figures, longest
+        self.figure, self.relative = accuracy
+        settings, save = scene.case.simulate, scene.case.save
+        self.discard, self.shortest = settings.discard, settings.revolutions  # revolutions
+        self.revolutions = self.discard
+        self.blocks = Blocks(scene.layout, figures)
+        self.interval = self.blocks.interval(self.figure)
+        self.turns, self.settled, self.confirmations = 0, False, 0  # turns: revolutions of the window
+        # snapshots, oldest first, from which the saved revolutions can be repeated
+        self.snapshots: deque[Snapshot] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
+
+    def decide(self, work: Work) -> Decision:
+        """Return the decision at the end of a revolution, or at the start of the window.
+
+        A run pauses shortly before the end of a revolution, so the blocks begin in the first revolution of the window.
+        """
+        turns, self.turns = self.turns, self.turns + 1
+        self.revolutions = self.discard + turns
+        self.snapshots.append(snapshot_of(work))
+        if not turns:
+            return Decision.CONTINUE
+        revolutions: Any = work.revolutions  # mypy takes it for a tuple of anything
+        repetition = repetition_of(self.scene, self.marks, revolutions)
+        if repetition and repetition.period != self.blocks.period and self._leaves_room_for(repetition.period):
+            self.discard, self.blocks = self.revolutions, Blocks(self.scene.layout, self.figures, repetition.period)
+            self.turns, self.settled, self.confirmations = 0, False, 0
+            return Decision.BEGIN_WINDOW
+        if self.blocks.record(work):
+            self.interval = self.blocks.interval(self.figure)
+        is_narrow = self.interval.within(self.relative)
+        if self.blocks.period:
+            has_whole_periods = turns % self.blocks.period == 0 and self.interval.blocks >= MIN_REPEATS
+            self.settled = is_narrow and has_whole_periods and repetition is not None
+        else:
+            is_narrow = is_narrow and self.interval.revolutions >= MIN_REVOLUTIONS
+            self.confirmations = self.confirmations + 1 if is_narrow else 0
+            self.settled = self.confirmations >= CONFIRMATIONS
+        return Decision.END if self.settled and self.revolutions >= self.shortest else Decision.CONTINUE
+
+    def _leaves_room_for(self, period: int) -> bool:
+        """Return whether the longest run has enough periods left for a window of periodic motion."""
+        return self.revolutions + (MIN_REPEATS + 1) * period <= self.longest
+
+
+class ConvergenceObserver(WindowLength):
+    """Ends a run when its figure has converged."""
 
     per_revolution = 1
 
-    def __init__(self, scene: Scene, samples: np.ndarray):
-        """Prepare for a run of `scene` that stores its time histories at the `pauses` in `samples`."""
-        settings, save, until = scene.case.simulate, scene.case.save, until_of(scene.case.simulate)
-        self.figure, self.relative = until.figure, until.relative_ci
-        self.blocks = Blocks(scene.layout, (self.figure,))
-        self.discard, self.min_revolutions = settings.discard, settings.revolutions
-        self.samples, self.columns, self.units = samples, *_journal_channels(scene)
-        # snapshots, oldest first, from which the saved revolutions can be repeated
-        self.snapshots: deque[Snapshot] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
-        self.revolutions, self.settled = 0.0, False
-        self.period: int | None = None  # revolutions
-        self.interval: Interval | None = None
+    def __init__(self, scene: Scene, marks: Marks):
+        """Prepare for a run of `scene` with these marks."""
+        until = until_of(scene.case.simulate)
+        accuracy = until.figure, until.relative_ci
+        super().__init__(scene, marks, (until.figure,), accuracy, max_revolutions(scene.case.simulate))
 
-    def observe(self, work: Work) -> bool:
-        """Return whether the run may end with this revolution."""
-        turns = self.blocks.turns
-        self.revolutions = self.discard + turns
-        self.snapshots.append(snapshot_of(work))
-        if self.blocks.record(work) or self.interval is None:
-            self.interval = self.blocks.interval(self.figure)
-        self.period = period_of(self.samples[:turns, self.columns] / self.units)
-        self.settled = self.period is not None or self.interval.within(self.relative)
-        return turns > 0 and self.settled and self.revolutions >= self.min_revolutions
+    def observe(self, work: Work) -> Decision:
+        """Return the decision at a revolution."""
+        return self.decide(work)
 
-    def figures(self) -> dict[str, float | None]:
+    def results(self) -> dict[str, float | None]:
         """Return the results as columns of the summary."""
-        width = self.interval.half_width if self.interval and math.isfinite(self.interval.half_width) else None
         return {
             "revolutions_run": self.revolutions,
-            "period": self.period,
-            "figure_ci": width,
+            "window_from": self.discard,
+            "figure_ci": self.interval.half_width if math.isfinite(self.interval.half_width) else None,
             "settled": int(self.settled),
         }
-
-
-def _journal_channels(scene: Scene) -> tuple[list[int], np.ndarray]:
-    """Return the channels of journal positions and velocities, and the unit of each."""
-    names = [channel.name for channel in scene.layout.channels]
-    columns: list[int] = []
-    units: list[float] = []
-    for joint_layout, joint in zip(scene.layout.joints, scene.value.joints, strict=True):
-        columns += [names.index(f"joints/{joint_layout.name}/{name}") for name in ("x", "y", "vx", "vy")]
-        units += [joint.clearance] * 2 + [joint.clearance * scene.value.reference_rate] * 2
-    return columns, np.array(units)
 
 
 def max_revolutions(settings: Simulate) -> float:

@@ -21,7 +21,7 @@ from ..mechanics.joint.wear.contract import (
 )
 from ..mechanics.solver.accumulate.totals import ContactTotals, Totals
 from ..mechanics.solver.integration import Counts
-from .spread import Spread
+from .spread import Repetition, Spread
 
 #: Fields of ContactTotals of which the largest counts.
 MAXIMUM_FIELDS = (
@@ -107,7 +107,7 @@ class Window(NamedTuple):
     duration: float  # s
     turns: float  # revolutions; 1 where nothing turns
     spreads: tuple[Spread, ...]  # of each joint's force peaks over the revolutions
-    period: int | None  # period in revolutions, or None
+    repetition: Repetition | None  # of a periodic motion
     sliding_distance: list[float]  # (joints,) m, sliding distance before the run
     onset_rate: list[float]  # (joints,) m/s, onset rate in the law at the end; nan: none
 

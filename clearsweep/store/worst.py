@@ -13,7 +13,7 @@ from .columns import values_of
 from .datasets import GROUP, JOINT, OFFSETS, TURNS, peak_datasets
 
 RANKING_FIGURES = ("force_peak_ratio", "force_peak")  # figures of a joint: the first of which any case has a value
-_LENGTH_COLUMN = "revolutions_run"  # of `simulate.until`
+_LENGTH_COLUMNS = ("revolutions_run", "window_from")  # of `simulate.until`
 
 
 class Worst(NamedTuple):
@@ -24,6 +24,7 @@ class Worst(NamedTuple):
     joint: int  # index of its joint in the layout
     peak: float  # N, the largest normal force of that joint
     revolutions: float | None  # length of its run, if `simulate.until` determined it
+    window_from: float | None  # revolutions before the window of its figures, likewise
 
 
 #: Reads columns of the summary, some rows at a time.
@@ -51,7 +52,7 @@ def _cases_with_largest(result_schema: ResultSchema, groups: ReadGroups, names: 
     joints, paths = result_schema.layout.joints, [axis.path for axis in result_schema.axes]
     peaks = [f"{joint.name}_force_peak" for joint in joints]
     full_schema = summary_schema(result_schema)
-    optional = [_LENGTH_COLUMN] if _LENGTH_COLUMN in full_schema.names else []
+    optional = [name for name in _LENGTH_COLUMNS if name in full_schema.names]
     names_to_read = dict.fromkeys(["case_id", "status", *paths, *names, *peaks, *optional])
     ranked: list[tuple[float, Worst]] = []
     for group in groups(pa.schema([full_schema.field(name) for name in names_to_read])):
@@ -63,8 +64,8 @@ def _cases_with_largest(result_schema: ResultSchema, groups: ReadGroups, names: 
             if np.isfinite(largest[row]):
                 joint = int(np.nanargmax(figures[:, row]))
                 point = {path: _plain_value(columns[path][row]) for path in paths}
-                length = float(columns[_LENGTH_COLUMN][row]) if optional else None
-                case = Worst(columns["case_id"][row], point, joint, float(columns[peaks[joint]][row]), length)
+                length = [float(columns[name][row]) if name in optional else None for name in _LENGTH_COLUMNS]
+                case = Worst(columns["case_id"][row], point, joint, float(columns[peaks[joint]][row]), *length)
                 ranked.append((float(largest[row]), case))
     ranked.sort(key=lambda entry: (-entry[0], entry[1].case_id))
     return [case for _, case in ranked[: result_schema.worst]]

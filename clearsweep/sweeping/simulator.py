@@ -21,7 +21,7 @@ class _Functions(NamedTuple):
     compile_for: Callable[[Case], None] = simulation.compile_for
     compile_loop: Callable[[Case], None] = simulation.compile_loop
     solve: Callable[..., Trajectory] = simulation.solve
-    peak: Callable[[Case, int, float], Peak] = simulation.peak_revolution
+    peak: Callable[[Case, int, float, float | None], Peak] = simulation.peak_revolution
     derived: Callable[[Case], dict[str, tuple[float, str]]] = simulation.derived
     warnings: Callable[[Case], list[str]] = simulation.warnings
     recommended: Callable[[Case], list[str]] = _recommended

@@ -61,8 +61,11 @@ class Simulator(Protocol):
     def solve(self, case: Case, log: store.Unfinished | None = None, /) -> Trajectory:
         """Return the result of a case; a life gets a `log`, from which it resumes."""
 
-    def peak(self, case: Case, joint: int, revolutions: float, /) -> Peak:
-        """Return the revolution with the largest normal force of a joint; `revolutions`: length of the run."""
+    def peak(self, case: Case, joint: int, revolutions: float, window_from: float | None, /) -> Peak:
+        """Return the revolution with the largest normal force of a joint.
+
+        revolutions : length of the run; window_from : revolutions before its window, None: those of the case.
+        """
 
     def derived(self, case: Case, /) -> dict[str, tuple[float, str]]:
         """Return name -> (value, SI unit) of derived values."""
@@ -207,7 +210,8 @@ def find_peak(simulator: Simulator, case: Case, column: str, worst_case: store.W
     column : of the summary, that of this force
     """
     try:
-        peak = simulator.peak(case, worst_case.joint, worst_case.revolutions or case.simulate.revolutions)
+        revolutions = worst_case.revolutions or case.simulate.revolutions
+        peak = simulator.peak(case, worst_case.joint, revolutions, worst_case.window_from)
     except Exception as error:
         return error_line(error)
     is_same_peak = peak.path.status == "ok" and peak.path.summary[column] == worst_case.peak

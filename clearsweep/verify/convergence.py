@@ -17,6 +17,7 @@ from ..contracts.layout import Layout
 from ..mechanics.solver.integration import Work
 from ..simulation import scene
 from ..simulation.batch_means import Blocks, Interval
+from ..simulation.observed_run import Decision
 from ..simulation.trajectory import simulate
 from .problems import all_problems
 
@@ -37,13 +38,13 @@ class LengthObserver:
         self.blocks, self.lengths = Blocks(layout, FIGURES), lengths
         self.intervals: dict[int, dict[str, Interval]] = {}  # length -> figure -> interval
 
-    def observe(self, work: Work) -> bool:
+    def observe(self, work: Work) -> Decision:
         """Record a revolution, and the intervals of the figures if the run has reached one of the lengths."""
         revolutions = self.blocks.turns
         self.blocks.record(work)
         if revolutions in self.lengths:
             self.intervals[revolutions] = {figure: self.blocks.interval(figure) for figure in FIGURES}
-        return False
+        return Decision.CONTINUE
 
 
 def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:

@@ -276,7 +276,7 @@ def recorded_revolutions(cases: Rows, base: Mapping) -> tuple[pd.Series, pd.Seri
     total, discarded = (cases.get(path, value_at(base, path)) for path in ("simulate.revolutions", "simulate.discard"))
     total = np.nan if total is None else total
     discarded = 2.0 * (total > 2.0) if discarded is None else discarded  # it follows from the revolutions, which vary
-    discarded = pd.Series(discarded, cases.index, dtype="float64")
+    discarded = pd.Series(cases.get("window_from", discarded), cases.index, dtype="float64")
     recorded = pd.Series(cases.get("revolutions_run", total), cases.index, dtype="float64") - discarded
     recorded_values = recorded.to_numpy()
     return discarded, pd.Series(np.where(recorded_values > 0.0, recorded_values, np.nan), recorded.index)

@@ -26,9 +26,10 @@ def sections(study: Study) -> list[Section]:
         blocks.append(
             Note(
                 "The peak is the largest force of the window; median and 95 % quantile are those of the peaks of its "
-                "revolutions. In periodic motion the three are equal. The load is the resultant of normal and friction "
-                "force. p99 is exceeded during 1 % of the time, so it ignores shorter impacts. The ideal peak is the "
-                "largest reaction of the same joint without clearance."
+                "revolutions. They are equal if every revolution of the window is the same; a window that begins "
+                "before the motion is periodic also contains its run-in. The load is the resultant of normal and "
+                "friction force. p99 is exceeded during 1 % of the time, so it ignores shorter impacts. The ideal peak "
+                "is the largest reaction of the same joint without clearance."
             )
         )
     tables = [*(_force_table(study, joint) for joint in study.joints), _mechanism_table(study)]

@@ -305,9 +305,16 @@ OBSERVED = (
         tables=(Entry("certainty", "revolutions", 1),),
     ),
     Figure(
+        "window_from",
+        "1",
+        "revolutions before the window of the figures: `discard`, or those before the motion was found to be periodic",
+        needs=("until",),
+        differs=False,
+    ),
+    Figure(
         "settled",
         "1",
-        "1: periodic, or the interval is narrow enough; 0: max_revolutions ended the run",
+        "1: the interval is narrow enough; 0: max_revolutions ended the run",
         needs=("until",),
         kind="int",
         differs=False,

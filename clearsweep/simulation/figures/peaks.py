@@ -48,19 +48,6 @@ def peak_quantile_figures(name: str, text: str, entry: Entry) -> tuple[Figure, .
     )
 
 
-def _expected_largest(end: str) -> Callable[[Window, int], float | None]:
-    """Return the formula of an end of the largest force to expect.
-
-    For periodic motion it is the largest in the window.
-    """
-
-    def value(window: Window, index: int) -> float | None:
-        spread = window.spreads[index]
-        return spread.highest[0] if window.period and spread.highest else getattr(spread.of_million, end)
-
-    return value
-
-
 PEAKS = (
     Figure(
         "force_peak_revolution",
@@ -87,10 +74,11 @@ PEAKS = (
         "force_peak_million",
         "N",
         "largest normal force to expect in 10^6 revolutions (median), by extreme-value statistics of the window's "
-        "revolutions; null: fewer than 100 independent ones",
+        "revolutions; of a periodic motion, the largest of its last three periods; null: fewer than 100 independent "
+        "revolutions",
         of="joint",
         needs=("turns",),
-        value=_expected_largest("value"),
+        value=lambda window, index: window.spreads[index].of_million.value,
         differs=False,
         tables=(Entry("forces", "expected in 10⁶ revolutions", 3, if_any=True),),
     ),
@@ -100,7 +88,7 @@ PEAKS = (
         "normal force that the largest of 10^6 revolutions exceeds with a probability of 2.5 %; null as for the median",
         of="joint",
         needs=("turns",),
-        value=_expected_largest("high"),
+        value=lambda window, index: window.spreads[index].of_million.high,
         differs=False,
     ),
     Figure(
@@ -129,7 +117,7 @@ PEAKS = (
         ),
     ),
 )
-#: Figures from the state at the ends of revolutions; for a watched run they come from the observer, see `until`.
+#: Figures from the state at the ends of revolutions.
 PERIOD = (
     Figure(
         "period",
@@ -137,8 +125,18 @@ PERIOD = (
         "revolutions after which the motion repeats; null: no repetition within the window",
         needs=("turns",),
         kind="int",
-        value=lambda window, _: window.period,
+        value=lambda window, _: window.repetition and window.repetition.period,
         differs=False,
         tables=(Entry("certainty", "period", 2),),
+    ),
+    Figure(
+        "periodic_from",
+        "1",
+        "revolutions of the run, `discard` included, after which the motion repeats itself with this period; null: as "
+        "for the period",
+        needs=("turns",),
+        value=lambda window, _: window.repetition and window.repetition.begin,
+        differs=False,
+        tables=(Entry("certainty", "periodic from (rev.)", 2),),
     ),
 )
