@@ -135,9 +135,11 @@ MUTATIONS = (
     Mutation(SPREAD, "CONFIDENCE", "0.95", "0.9", MEANS),
     Mutation(SPREAD, "MAX_CORRELATION", "0.9", "0.95", MEANS),
     Mutation(SUMS, "half_width", "0.5 + 0.5 * CONFIDENCE", "CONFIDENCE", MEANS),
-    Mutation(
-        SPREAD, "variance_inflation", "(1.0 + correlation) / (1.0 - correlation)", "1.0 / (1.0 - correlation)", MEANS
-    ),
+    Mutation(SPREAD, "inflation_of", "(1.0 + counted) / (1.0 - counted)", "1.0 / (1.0 - counted)", MEANS),
+    Mutation(SUMS, "half_width", "correlation + (1.0 + 3.0 * correlation) / count", "correlation", MEANS),
+    Mutation(SUMS, "_longer_side", "(quantile + skewness / 6.0)", "quantile", MEANS),
+    Mutation(BLOCKS, "Blocks.interval", "half_width <= EQUAL_TOLERANCE * abs(value)", "half_width < 0.0", MEANS),
+    Mutation(BLOCKS, "UNOBSERVED", "3.0", "2.0", MEANS),
     Mutation(SUMS, "half_width", "count * (count - 1)", "count * count", MEANS),
     Mutation(SUMS, "half_width", "stdtrit(count - 1", "stdtrit(count", MEANS),
     Mutation(SUMS, "RootMean.over_blocks", "0.5 * width / value if value", "width / value if value", MEANS),
@@ -149,7 +151,7 @@ MUTATIONS = (
         SUMS, "DepthRate.take", "reshape(len(totals.joint), -1)[index]", "reshape(len(totals.joint), -1)[0]", MEANS
     ),
     Mutation(
-        SUMS, "ForceExceeded.over_blocks", "0.5 * (force(RARE_SHARE - width)", "1.0 * (force(RARE_SHARE - width)", MEANS
+        SUMS, "ForceExceeded.over_blocks", "max(force(RARE_SHARE - width)", "min(force(RARE_SHARE - width)", MEANS
     ),
     Mutation(HISTOGRAM, "time_above", "bin_time[index] * (high - force)", "bin_time[index] * (force - low)", MEANS),
     Mutation(SUMS, "DryTime.over_blocks", "threshold = DRY_FORCE_THRESHOLD * (", "threshold = 0.1 * (", SHARES),
@@ -234,7 +236,7 @@ MUTATIONS = (
         "bin_edge(highest_bin)",
         RAMPS,
     ),
-    Mutation(HISTOGRAM, "add_ramps", "histogram[j, bins[j, i], 1] +=", "histogram[j, bins[j, i] + 1, 1] +=", RAMPS),
+    Mutation(HISTOGRAM, "add_ramp", "histogram[j, bins[0], 1] +=", "histogram[j, bins[0] + 1, 1] +=", RAMPS),
     Mutation(
         HISTOGRAM,
         "ramp_of",
@@ -245,16 +247,16 @@ MUTATIONS = (
     Mutation(
         HISTOGRAM, "ramp_of", "Ramp(where(is_rising, lower, upper),", "Ramp(where(is_rising, upper, lower),", RAMPS
     ),
-    Mutation(HISTOGRAM, "add_ramps", "density[j, i] - density[j, i - 1]", "density[j, i]", RAMPS),
+    Mutation(HISTOGRAM, "add_fine_part", "(0.5 / FINE_PARTS)", "(1.0 / FINE_PARTS)", RAMPS),
     Mutation(
         HISTOGRAM,
-        "_force_quantile",
+        "force_quantile_of",
         "offset = (higher_time - time_exceeded) / bin_time",
         "offset = (higher_time + time_exceeded) / bin_time",
         RAMPS,
     ),
     Mutation(
-        HISTOGRAM, "_force_quantile", "higher_time >= time_exceeded and", "higher_time >= 2.0 * duration and", RAMPS
+        HISTOGRAM, "force_quantile_of", "higher_time >= time_exceeded and", "higher_time >= 2.0 * duration and", RAMPS
     ),
     Mutation(ALONG, "sum_stages", "square + weight * (force * force)", "square + weight * force", WINDOW),
     Mutation(

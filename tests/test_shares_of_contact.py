@@ -117,7 +117,7 @@ def test_shares_of_blocks_are_those_of_their_mean_load():
     assert width > 0.1
     ratio, around = Ratio("dry_force_time", "load_time").over_blocks(times, sums, 1)
     assert ratio == pytest.approx(3.45 / 4000.0, rel=1e-12)
-    assert 0.0 < around < ratio
+    assert 0.0 < around < 2.0 * ratio
     _, _, even = blocks([500.0, 1500.0, 1000.0], [1.0, 3.0, 2.0])  # the same share in every block
     share = Ratio("dry_force_time", "load_time").over_blocks(np.arange(4.0), even, 1)
     assert share == pytest.approx((1e-3, 0.0), abs=1e-15)

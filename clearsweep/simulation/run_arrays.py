@@ -55,7 +55,7 @@ def arrays_of(scene: Scene) -> Arrays:
     integer_array_shapes = {
         "mode": (contacts,),
         "has_friction": (contacts,),
-        "bins": (contacts, total_columns.HIGHEST_BIN + 1),
+        "bins": (contacts, total_columns.BIN_COLUMNS),
     }
     return (
         arrays

@@ -25,14 +25,12 @@ MIN_SKEWNESS = 1e-6  # of a mean: below, the correction for skewness is less tha
 def half_width(values: np.ndarray) -> float:
     """Return the half-width of the 95 % interval of the mean of successive values: inf for one, 0 for equal ones.
 
-    Student's interval with three corrections for few values:
+    Student's interval with two corrections for few values:
 
     * The variance of the mean is that of a first-order autoregressive process. The correlation r of neighbours comes
       out too small by (1 + 3 r) / n (Kendall 1954, Biometrika 41:403), which is added.
     * The mean of skewed values is skewed as well. Its interval extends further to one side (Hall 1992, J. R. Stat. Soc.
       B 54:221, the cubic transformation); this side is returned.
-    * A run that ends when its interval is narrow ends too often when the values happen to scatter little. The
-      deficit of such intervals is of order 1 / n (Woodroofe 1977, Ann. Stat. 5:984); they are wider by 1 + 1 / n.
     """
     from scipy.special import stdtrit
 
@@ -48,8 +46,7 @@ def half_width(values: np.ndarray) -> float:
     standard_error = math.sqrt(sum_of_squares / (count * (count - 1)) * inflation)
     skewness = abs(float(np.sum(deviations**3))) * math.sqrt(count) / sum_of_squares**1.5
     quantile = float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE))
-    longer = _longer_side(quantile, skewness * math.sqrt(inflation / count))
-    return longer * standard_error * (1.0 + 1.0 / count)
+    return _longer_side(quantile, skewness * math.sqrt(inflation / count)) * standard_error
 
 
 def _longer_side(quantile: float, skewness: float) -> float:

@@ -13,8 +13,6 @@ from .observed_run import Decision, Snapshot, snapshot_of
 from .revolutions import MIN_REPEATS, Marks, repetition_of, with_whole_revolutions
 from .scene import Scene
 
-CONFIRMATIONS = 5  # successive revolutions at which an interval has to be narrow: it may be so by chance
-
 
 class WindowLength:
     """Decides at every revolution whether the window is long enough to know a figure.
@@ -36,7 +34,7 @@ class WindowLength:
         self.revolutions = self.discard
         self.blocks = Blocks(scene.layout, figures)
         self.interval = self.blocks.interval(self.figure)
-        self.turns, self.settled, self.confirmations = 0, False, 0  # turns: revolutions of the window
+        self.turns, self.settled = 0, False  # turns: revolutions of the window
         # snapshots, oldest first, from which the saved revolutions can be repeated
         self.snapshots: deque[Snapshot] = deque(maxlen=math.ceil(save.revolutions) + 1 if save.orbits == "last" else 1)
 
@@ -54,7 +52,7 @@ class WindowLength:
         repetition = repetition_of(self.scene, self.marks, revolutions)
         if repetition and repetition.period != self.blocks.period and self._leaves_room_for(repetition.period):
             self.discard, self.blocks = self.revolutions, Blocks(self.scene.layout, self.figures, repetition.period)
-            self.turns, self.settled, self.confirmations = 0, False, 0
+            self.turns, self.settled = 0, False
             return Decision.BEGIN_WINDOW
         if self.blocks.record(work):
             self.interval = self.blocks.interval(self.figure)
@@ -63,9 +61,7 @@ class WindowLength:
             has_whole_periods = turns % self.blocks.period == 0 and self.interval.blocks >= MIN_REPEATS
             self.settled = is_narrow and has_whole_periods and repetition is not None
         else:
-            is_narrow = is_narrow and self.interval.revolutions >= MIN_REVOLUTIONS
-            self.confirmations = self.confirmations + 1 if is_narrow else 0
-            self.settled = self.confirmations >= CONFIRMATIONS
+            self.settled = is_narrow and self.interval.revolutions >= MIN_REVOLUTIONS
         return Decision.END if self.settled and self.revolutions >= self.shortest else Decision.CONTINUE
 
     def _leaves_room_for(self, period: int) -> bool:

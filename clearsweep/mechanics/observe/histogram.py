@@ -18,6 +18,8 @@ FIRST_BIN = (1023 + LOWEST_EXPONENT) << BIN_BITS  # the bits of 2^LOWEST_EXPONEN
 EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64)  # N
 WIDTHS = np.diff(EDGES)  # N
 PARTS = 8  # parts of a step for the histogram and for wear
+FINE_PARTS = 16  # of a part of a step with forces near the quantile that is wanted
+FINE_SHARE = 0.02  # of the window's time: forces exceeded for so long, or shorter, are distributed by fine parts
 QUARTER_POINTS = 3  # quarter points of a step at which positions are evaluated
 STATE_POINTS = 8  # quarter points, both ends, and the last end again, to fill the vector lanes
 # Rows of Totals.step_values: N, s, m/s, m, W
@@ -36,6 +38,23 @@ def _lagrange(nodes, points):
 
 #: (nodes, PARTS): from values at the nodes of a step to those at the ends of its parts.
 TO_PART_ENDS = np.ascontiguousarray(_lagrange(NODE_FRACTIONS, np.arange(1, PARTS + 1) / PARTS).T)
+
+
+#: (nodes, PARTS FINE_PARTS + 1): the same to the ends of the fine parts, the start of the step included.
+TO_FINE_ENDS = np.ascontiguousarray(
+    _lagrange(NODE_FRACTIONS, np.arange(PARTS * FINE_PARTS + 1) / (PARTS * FINE_PARTS)).T
+)
+
+
+def _part_integrals():
+    """Return the (nodes, PARTS) matrix from values at the nodes of a step to their means over its parts."""
+    places, weights = np.polynomial.legendre.leggauss(len(NODE_FRACTIONS))
+    points = (np.arange(PARTS)[:, None] + 0.5 + 0.5 * places) / PARTS
+    values = _lagrange(NODE_FRACTIONS, points.ravel()).reshape(PARTS, len(places), -1)
+    return np.ascontiguousarray((0.5 * weights[:, None] * values).sum(axis=1).T)
+
+
+TO_PART_MEANS = _part_integrals()
 
 
 class Ramp(NamedTuple):
@@ -83,19 +102,45 @@ def ramp_of(forces, bins, duration):
 
 
 @inlined
-def add_ramps(histogram, j, bins, ramps):
-    """Add the Ramps of the PARTS parts of a step, row `j` of three arrays, to histogram `j`, (BINS, 2).
+def add_ramp(histogram, j, bins, ramp):
+    """Add a Ramp of a force that begins and ends in these `bins` to histogram `j`, (BINS, 2)."""
+    histogram[j, bins[0], 0] += ramp[0]
+    histogram[j, bins[0], 1] += ramp[2]
+    histogram[j, bins[1], 0] += ramp[1]
+    histogram[j, bins[1], 1] -= ramp[2]
 
-    bins : (contacts, PARTS + 1 or more), of the force at the ends of the parts.
+
+@kernel
+def fine_value(o, column, point):
+    """Return the polynomial through an observable at the nodes of a step, at the end of one of its fine parts."""
+    total = 0.0
+    for m in range(NODES.size):
+        total += TO_FINE_ENDS[m, point] * o[column, NODES[m]]
+    return total
+
+
+@kernel
+def add_fine_part(histogram, j, o, columns, part, scale):
+    """Add a part of a step to histogram `j` by FINE_PARTS ramps; return the highest bin.
+
+    The steps of a method of high order are so long that a part of them is far from a ramp.
+
+    columns : of dt/dtau and of the force (N) in `o`; scale : s, of the part for dt/dtau = 1
     """
-    first_bin_time, last_bin_time, density = ramps
-    histogram[j, bins[j, 0], 0] += first_bin_time[j, 0]
-    histogram[j, bins[j, 0], 1] += density[j, 0]
-    for i in range(1, PARTS):
-        histogram[j, bins[j, i], 0] += last_bin_time[j, i - 1] + first_bin_time[j, i]
-        histogram[j, bins[j, i], 1] += density[j, i] - density[j, i - 1]
-    histogram[j, bins[j, PARTS], 0] += last_bin_time[j, PARTS - 1]
-    histogram[j, bins[j, PARTS], 1] -= density[j, PARTS - 1]
+    first, scale_of_ramp = part * FINE_PARTS, scale * (0.5 / FINE_PARTS)
+    start_kappa = max(fine_value(o, columns[0], first), 0.0)
+    start_force = max(fine_value(o, columns[1], first), 0.0)
+    begin_bin = force_bin(start_force)
+    highest = begin_bin
+    for i in range(FINE_PARTS):
+        end_kappa = max(fine_value(o, columns[0], first + i + 1), 0.0)
+        end_force = max(fine_value(o, columns[1], first + i + 1), 0.0)
+        end_bin = force_bin(end_force)
+        ramp = ramp_of((start_force, end_force), (begin_bin, end_bin), (start_kappa + end_kappa) * scale_of_ramp)
+        add_ramp(histogram, j, (begin_bin, end_bin), (ramp.first_bin_time, ramp.last_bin_time, ramp.density))
+        start_kappa, start_force, begin_bin = end_kappa, end_force, end_bin
+        highest = max(highest, end_bin)
+    return highest
 
 
 @kernel
@@ -113,14 +158,11 @@ def add_profile(histogram, j, step_values, duration):
             duration_of_part = (step_values[KAPPA_ROW, i] + step_values[KAPPA_ROW, i + 1]) * (duration / total)
             begin_bin, end_bin = force_bin(start_force), force_bin(end_force)
             ramp = ramp_of((start_force, end_force), (begin_bin, end_bin), duration_of_part)
-            histogram[j, begin_bin, 0] += ramp.first_bin_time
-            histogram[j, begin_bin, 1] += ramp.density
-            histogram[j, end_bin, 0] += ramp.last_bin_time
-            histogram[j, end_bin, 1] -= ramp.density
+            add_ramp(histogram, j, (begin_bin, end_bin), (ramp.first_bin_time, ramp.last_bin_time, ramp.density))
 
 
 @kernel
-def _force_quantile(histogram, j, highest, time_exceeded):
+def force_quantile_of(histogram, j, highest, time_exceeded):
     """Return the force (N) that histogram `j` exceeds during `time_exceeded` (s), or 0 if contact was shorter."""
     index, higher_time, density, force = highest, 0.0, 0.0, -1.0
     while force < 0.0:  # from the top, as most bins are below the result
@@ -143,7 +185,7 @@ def _force_quantiles(histogram, highest, duration, forces, count):
     histogram, duration = shaped(histogram, (count, BINS, 2)), shaped(duration, (1,))[0]
     highest, forces = shaped(highest, (count,)), shaped(forces, (count,))
     for j in rolled_range(count):
-        forces[j] = _force_quantile(histogram, j, highest[j], duration)
+        forces[j] = force_quantile_of(histogram, j, highest[j], duration)
 
 
 _write_force_quantiles = Routine(_force_quantiles, "fiff")

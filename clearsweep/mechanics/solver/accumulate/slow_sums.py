@@ -7,13 +7,17 @@ from ...compiled.family import invoke, kernel
 from ...joint.modes import acts, touches
 from ...observe.histogram import (
     DEPTH_ROW,
+    FINE_SHARE,
     FORCE_ROW,
     FRICTION_POWER_ROW,
     KAPPA_ROW,
     PARTS,
     SLIP_ROW,
+    add_fine_part,
     add_profile,
-    add_ramps,
+    add_ramp,
+    force_bin,
+    force_quantile_of,
     fraction_above,
     write_row,
 )
@@ -25,6 +29,7 @@ from ...observe.observables import (
     ERROR,
     FILM_POWER,
     FRICTION_POWER,
+    KAPPA,
     LOAD,
     NORMAL,
     PEAK_PRESSURE,
@@ -48,11 +53,16 @@ from .step_sums import (
     stage_integral,
 )
 from .totals import (
+    BINNED_STEPS,
     CONTACT_FIGURES,
+    FINE_BIN,
     FIRST_BIN_TIME,
     FIRST_FIGURE,
+    HIGHEST_BIN,
     LAST_BIN_TIME,
+    NEXT_FINE_BIN,
     PULLING_TIME,
+    RELATIVE_DURATION,
     TIME_PER_FORCE,
     MechanismTotals,
 )
@@ -65,25 +75,53 @@ from .within_step import (
     write_samples,
 )
 
+MIN_BINNED_STEPS = 8  # between two computations of the forces that are distributed by fine parts
+
 
 @kernel
 def add_profiles(pointer):
     """Add the profiles over a step of all acting contacts to their histograms, wear and film."""
     work = pointer[0]
-    totals, has_wear = work.totals, work.wear.code != 0
+    has_wear = work.wear.code != 0
     for j in range(work.mode.size):
         if acts(work.mode[j]):
-            part_times = totals.part_times
-            add_ramps(
-                totals.histogram,
-                j,
-                totals.bins,
-                (part_times[:, FIRST_BIN_TIME], part_times[:, LAST_BIN_TIME], part_times[:, TIME_PER_FORCE]),
-            )
-            if work.film[j, 1] < math.inf:
-                totals.histogram[j, 0, 0] += total_of(part_times[j, PULLING_TIME])
+            add_force_times(pointer, j)
             if has_wear or work.limit_depth[j] < math.inf or work.film[j, 1] < math.inf:
                 add_contact_profile(pointer, j, work.end[work.time] - work.y[work.time])
+
+
+@kernel
+def add_force_times(pointer, j):
+    """Add the time of a step to the histogram of the force of contact `j`."""
+    work = pointer[0]
+    totals, bins, part_times = work.totals, work.totals.bins, work.totals.part_times
+    if bins[j, BINNED_STEPS] >= bins[j, NEXT_FINE_BIN]:
+        revolution = 2.0 * math.pi / work.reference_rate
+        elapsed = max(work.end[work.time] - totals.mechanism.window_start, revolution)
+        bins[j, FINE_BIN] = force_bin(
+            force_quantile_of(totals.histogram, j, bins[j, HIGHEST_BIN], FINE_SHARE * elapsed)
+        )
+        bins[j, NEXT_FINE_BIN] = bins[j, BINNED_STEPS] + bins[j, BINNED_STEPS] // 4 + MIN_BINNED_STEPS
+    bins[j, BINNED_STEPS] += 1
+    scale = (work.end[work.time] - work.y[work.time]) / total_of(part_times[j, RELATIVE_DURATION])
+    force, has_film = work.profiles[1 + j], work.film[j, 1] < math.inf
+    for i in range(PARTS):
+        pulls = has_film and force[i] * force[i + 1] < 0.0  # for a part of the time
+        if max(bins[j, i], bins[j, i + 1]) >= bins[j, FINE_BIN] and not pulls:
+            highest = add_fine_part(
+                totals.histogram,
+                j,
+                work.o,
+                (KAPPA, column_of(j, NORMAL)),
+                i,
+                scale,
+            )
+            bins[j, HIGHEST_BIN] = max(bins[j, HIGHEST_BIN], highest)
+        else:
+            ramp = part_times[j, FIRST_BIN_TIME, i], part_times[j, LAST_BIN_TIME, i], part_times[j, TIME_PER_FORCE, i]
+            add_ramp(totals.histogram, j, (bins[j, i], bins[j, i + 1]), ramp)
+            if has_film:
+                totals.histogram[j, 0, 0] += part_times[j, PULLING_TIME, i]
 
 
 @kernel

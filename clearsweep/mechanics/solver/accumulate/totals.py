@@ -8,7 +8,7 @@ import numpy as np
 from ...compiled.choosing import lane_range, total_of, where
 from ...compiled.family import inlined
 from ...joint.modes import acts, touches
-from ...observe.histogram import PARTS, force_bin, ramp_of
+from ...observe.histogram import PARTS, TO_PART_MEANS, force_bin, ramp_of
 from ...observe.observables import (
     ACCELERATION,
     DEPTH,
@@ -85,7 +85,9 @@ class ContactTotals(Fields):
 
 FIRST_FIGURE = MechanismTotals.index_of("acceleration_square")  # what is reset where the window opens
 CONTACT_FIGURES = ContactTotals.index_of("peak")  # number of fields that are reset there
-HIGHEST_BIN = PARTS + 1  # in Totals.bins: the highest bin used
+#: In Totals.bins: the highest bin used; the lowest bin of the forces that are distributed by fine parts; the steps of
+#: the contact so far, and their number at which this bin is computed again.
+HIGHEST_BIN, FINE_BIN, BINNED_STEPS, NEXT_FINE_BIN, BIN_COLUMNS = range(PARTS + 1, PARTS + 6)
 #: Rows of Totals.part_times, for each part of the step: its duration relative to other parts, a histogram.Ramp, and the
 #: time (s) during which a film pulls.
 RELATIVE_DURATION, FIRST_BIN_TIME, LAST_BIN_TIME, TIME_PER_FORCE, PULLING_TIME, PART_TIME_ROWS = range(6)
@@ -99,7 +101,7 @@ class Totals(NamedTuple):
     histogram: np.ndarray  # (contacts, BINS, 2) s, at a force within each bin; s/N, increment in each bin above it
     dry: np.ndarray  # the same for the dry part of the force, above zero; (0, BINS, 2) without films
     step_values: np.ndarray  # (contacts, STEP_VALUE_ROWS, PARTS + 1) at equidistant places of the step, see histogram
-    bins: np.ndarray  # (contacts, HIGHEST_BIN + 1) int64, bins of the force between the parts of the step
+    bins: np.ndarray  # (contacts, BIN_COLUMNS) int64, bins of the force between the parts of the step
     part_times: np.ndarray  # (contacts, PART_TIME_ROWS, PARTS) contribution of each part to the histogram
     length: np.ndarray  # (1,) length of the step
     dense_states: np.ndarray  # (2 coordinates + 1, STATE_POINTS) the state within the step, with wear
@@ -236,9 +238,12 @@ def add_contact_maxima(accumulators, j, in_window, duration):
 def add_force_profile(accumulators, j, duration):
     """Distribute the step's time (s) over bins by the profile of contact `j`'s force, all parts of the step at once."""
     part_times, bins, film = accumulators.part_times, accumulators.bins, accumulators.film[j, 1] < math.inf
-    kappa, force = accumulators.profiles[0], accumulators.profiles[1 + j]
+    o, force = accumulators.o, accumulators.profiles[1 + j]
     for i in lane_range(PARTS):
-        part_times[j, RELATIVE_DURATION, i] = max(kappa[i], 0.0) + max(kappa[i + 1], 0.0)
+        mean = TO_PART_MEANS[0, i] * o[KAPPA, NODES[0]]
+        for m in range(1, NODES.size):
+            mean += TO_PART_MEANS[m, i] * o[KAPPA, NODES[m]]
+        part_times[j, RELATIVE_DURATION, i] = max(mean, 0.0)
     scale = duration / total_of(part_times[j, RELATIVE_DURATION])
     for i in lane_range(PARTS):
         start_value, end_value = force[i], force[i + 1]
