@@ -16,8 +16,8 @@ from ..language.wording import joint_name, short_id
 ONSET_RATE, YIELD_SPEED, LIMIT_SHARE = "onset_rate_max", "yield_speed", "law_limit_fraction"
 _FIGURE_THRESHOLDS = {ONSET_RATE: 1.0, LIMIT_SHARE: 0.0}  # figure -> value above which there is a remark
 #: Keywords of the remarks in a message: a law beyond its range, a contact that never ends and keeps its onset rate,
-#: a window that begins before the motion is periodic, implausible results.
-LAW_LIMIT, ONSET_KEPT, RUN_IN = "law-limit: ", "onset-kept: ", "run-in: "
+#: a window that begins before the motion is periodic, chaos without impacts, implausible results.
+LAW_LIMIT, ONSET_KEPT, RUN_IN, SWING = "law-limit: ", "onset-kept: ", "run-in: ", "swing: "
 MIN_PEAK_EXCESS = 0.02  # of a peak of the periodic motion: a larger excess of the run-in is a remark
 WORN_AWAY, PV_HIGH = "worn-away: ", "pv-high: "
 TOO_DEEP, WORN_THROUGH, IMBALANCE = "too-deep: ", "worn-through: ", "imbalance: "
@@ -155,6 +155,7 @@ _REMARK_TEXTS = {
     ONSET_KEPT: "A contact never ends and keeps the onset rate of its first touch, so the start of the run affects all "
     "forces,",
     RUN_IN: "The window contains the run-in before a periodic motion, with larger force peaks,",
+    SWING: "Disturbances grow without impacts",
     TOO_DEEP: "The penetration is implausibly large",
     WORN_THROUGH: "Wear is deeper than the clearance",
     WORN_AWAY: "At its wear rate a bearing is worn away within 1000 h",
@@ -457,6 +458,16 @@ def run_in_remark(periodic_from: float, discard: float, joints: Iterable[tuple[s
     return (
         f"{RUN_IN}the motion is periodic from revolution {periodic_from:.6g} on, but the window of the figures begins "
         f"at {discard:.6g}. Force peaks: {', '.join(descriptions)}. Increase simulate.discard to {periodic_from:.6g}"
+    )
+
+
+def swing_remark(exponent: float | None, onsets: float) -> str:
+    """Return the remark on chaos without impacts; exponent : 1/s, None if unknown; onsets : of the window."""
+    if exponent is None or exponent <= 0.0 or onsets:
+        return ""
+    return (
+        f"{SWING}the Lyapunov exponent is {exponent:.3g} 1/s although no surfaces separate. The journals swing along "
+        "their bearings; friction and contact.restitution, the damping of lasting contact, decide whether this decays"
     )
 
 

@@ -22,6 +22,7 @@ from ..judging.validity import (
     penetration_remark,
     pv_remark,
     run_in_remark,
+    swing_remark,
     wear_depth_remark,
     wear_rate_remark,
 )
@@ -58,6 +59,7 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
         law_range_remark(beyond_limit),
         onset_remark(_lasting_contacts(scene, window)),
         _run_in(window),
+        swing_remark(summary.get("lyapunov_exponent"), sum(totals.onsets for totals in window.totals.joint)),
         *(film_remarks(_film_states(scene, window, summary)) if has_film else ()),
         friction_heat_remark(rubbing_powers),
         free_bush_remark(_free_bearings(scene)),
