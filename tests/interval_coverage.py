@@ -16,6 +16,7 @@ from mechanism_cases import slider_crank
 from scipy import signal, special
 
 import clearsweep
+from clearsweep import simulation
 from clearsweep.mechanics.observe.histogram import BINS
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals, MechanismTotals
 from clearsweep.simulation import load_case, until
@@ -23,7 +24,7 @@ from clearsweep.simulation.revolutions import NO_MARKS
 
 TURN = 0.02  # s, of a revolution
 FIGURE = "rod_slider_wear_rate_max"
-WEAR = {"law": "archard", "coefficient": 2e-14, "bins": 90}
+WEAR = {"law": "archard", "coefficient": 2e-14, "bins": 360}
 #: Of the chaotic slider-crank whose lives are repeated.
 CHAOTIC = {
     "drive.speed": "3000 rpm",
@@ -121,13 +122,18 @@ class MadeUpRun:
         self.turns += 1
 
 
-def interval_at_end(rates: np.ndarray, relative: float) -> tuple[float, float, float]:
+class MadeUpLength(until.WindowLength):
+    """The rule that ends a run, for a run that is made up."""
+
+    def take_snapshot(self, work: MadeUpRun) -> None:
+        """Take none: there is nothing to repeat."""
+
+
+def interval_at_end(scene: simulation.Scene, rates: np.ndarray, relative: float) -> tuple[float, float, float]:
     """Return (low, high, revolutions) of the mean rate where the rule ends a run of these rates."""
-    until.snapshot_of = lambda work: {}
-    scene = load_case(slider_crank("rod-slider", changes={"joints.rod-slider.wear": WEAR, "simulate.discard": 0}))
-    length = until.WindowLength(scene, NO_MARKS, (FIGURE,), (FIGURE, relative), len(rates))
+    length = MadeUpLength(scene, NO_MARKS, (FIGURE,), (FIGURE, relative), len(rates))
     run = MadeUpRun(rates)
-    while length.decide(run) != until.Decision.END and run.turns < len(rates):  # type: ignore[arg-type]
+    while length.decide(run) != until.Decision.END and run.turns < len(rates):
         run.turn()
     value, width = TURN * length.interval.value, TURN * length.interval.half_width
     return value - width, value + width, run.turns
@@ -137,7 +143,8 @@ def made_up_coverage(name: str, relative: float, trials: int, seed: int = 1) -> 
     """Return the coverage of the intervals of a made-up series."""
     random = np.random.default_rng(seed)
     series = [SERIES[name](random, 2000) for _ in range(trials)]
-    return coverage_of([interval_at_end(rates, relative) for rates in series], 1.0)
+    scene = load_case(slider_crank("rod-slider", changes={"joints.rod-slider.wear": WEAR, "simulate.discard": 0}))
+    return coverage_of([interval_at_end(scene, rates, relative) for rates in series], 1.0)
 
 
 # ---------------------------------------------------------------------------------------------- lives

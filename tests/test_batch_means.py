@@ -3,6 +3,7 @@
 import math
 from types import SimpleNamespace
 
+import interval_coverage
 import numpy as np
 import pytest
 from mechanism_cases import slider_crank
@@ -225,3 +226,16 @@ def test_the_interval_of_p99_reaches_the_forces_at_both_ends_of_its_share_of_tim
     assert result.value == pytest.approx(200.0, rel=5e-3)
     above = student(np.tile([0.005, 0.015], 15))
     assert result.half_width == pytest.approx(1800.0 * above / 0.01, rel=0.02)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", interval_coverage.SERIES)
+def test_intervals_at_which_runs_end_contain_the_mean_as_often_as_stated(name):
+    """Of 200 trials 190 are expected; the rule that ends a run is that of `until` and of lives."""
+    assert 180 <= interval_coverage.made_up_coverage(name, 0.05, 200).inside <= 199
+
+
+@pytest.mark.slow
+def test_intervals_of_lives_contain_the_life_of_long_runs_as_often_as_stated():
+    truth = interval_coverage.true_life()
+    assert 90 <= interval_coverage.life_coverage((10, 2, 0.05), 100, truth).inside <= 99

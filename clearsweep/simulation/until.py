@@ -45,7 +45,7 @@ class WindowLength:
         """
         turns, self.turns = self.turns, self.turns + 1
         self.revolutions = self.discard + turns
-        self.snapshots.append(snapshot_of(work))
+        self.take_snapshot(work)
         if not turns:
             return Decision.CONTINUE
         revolutions: Any = work.revolutions  # mypy takes it for a tuple of anything
@@ -63,6 +63,10 @@ class WindowLength:
         else:
             self.settled = is_narrow and self.interval.revolutions >= MIN_REVOLUTIONS
         return Decision.END if self.settled and self.revolutions >= self.shortest else Decision.CONTINUE
+
+    def take_snapshot(self, work: Work) -> None:
+        """Take a snapshot, from which the saved revolutions can be repeated."""
+        self.snapshots.append(snapshot_of(work))
 
     def _leaves_room_for(self, period: int) -> bool:
         """Return whether the longest run has enough periods left for a window of periodic motion."""
