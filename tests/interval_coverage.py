@@ -24,7 +24,7 @@ from clearsweep.simulation.revolutions import NO_MARKS
 
 TURN = 0.02  # s, of a revolution
 FIGURE = "rod_slider_wear_rate_max"
-WEAR = {"law": "archard", "coefficient": 2e-14, "bins": 360}
+WEAR = {"law": "archard", "coefficient": 2e-14, "bins": 90}
 #: Of the chaotic slider-crank whose lives are repeated.
 CHAOTIC = {
     "drive.speed": "3000 rpm",

@@ -238,4 +238,4 @@ def test_intervals_at_which_runs_end_contain_the_mean_as_often_as_stated(name):
 @pytest.mark.slow
 def test_intervals_of_lives_contain_the_life_of_long_runs_as_often_as_stated():
     truth = interval_coverage.true_life()
-    assert 90 <= interval_coverage.life_coverage((10, 2, 0.05), 100, truth).inside <= 99
+    assert interval_coverage.life_coverage((10, 2, 0.05), 100, truth).inside >= 92
