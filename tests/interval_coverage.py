@@ -16,11 +16,11 @@ from mechanism_cases import slider_crank
 from scipy import signal, special
 
 import clearsweep
-from clearsweep import simulation
 from clearsweep.mechanics.observe.histogram import BINS
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals, MechanismTotals
 from clearsweep.simulation import load_case, until
 from clearsweep.simulation.revolutions import NO_MARKS
+from clearsweep.simulation.scene import Scene
 
 TURN = 0.02  # s, of a revolution
 FIGURE = "rod_slider_wear_rate_max"
@@ -129,7 +129,7 @@ class MadeUpLength(until.WindowLength):
         """Take none: there is nothing to repeat."""
 
 
-def interval_at_end(scene: simulation.Scene, rates: np.ndarray, relative: float) -> tuple[float, float, float]:
+def interval_at_end(scene: Scene, rates: np.ndarray, relative: float) -> tuple[float, float, float]:
     """Return (low, high, revolutions) of the mean rate where the rule ends a run of these rates."""
     length = MadeUpLength(scene, NO_MARKS, (FIGURE,), (FIGURE, relative), len(rates))
     run = MadeUpRun(rates)
