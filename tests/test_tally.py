@@ -123,21 +123,21 @@ def test_a_part_of_a_long_step_is_not_taken_for_a_ramp():
     """The force is a parabola over the step, and dt/dtau a straight line; the time above a force is known."""
     x = NODE_FRACTIONS
     o = np.zeros((2, NODES.max() + 1))
-    o[0, NODES], o[1, NODES] = 1.0 + x, 1000.0 - 1600.0 * (x - 0.375) ** 2
+    o[0, NODES], o[1, NODES] = 1.0 + x, 1001.0 - 1600.0 * (x - 0.375) ** 2
     histogram, shares = np.zeros((1, BINS, 2)), TO_PART_MEANS.T @ o[0, NODES]
     assert shares == pytest.approx(1.0 + (np.arange(PARTS) + 0.5) / PARTS)
     highest = [add_fine_part(histogram, 0, o, (0, 1), part, 2.0 / shares.sum()) for part in range(PARTS)]
-    assert max(highest) == force_bin(1000.0)
+    assert max(highest) == force_bin(1001.0)
     for force in (600.0, 900.0, 990.0):
-        half = math.sqrt((1000.0 - force) / 1600.0)
+        half = math.sqrt((1001.0 - force) / 1600.0)
         begin, end = max(0.375 - half, 0.0), min(0.375 + half, 1.0)
         above = 2.0 * (end - begin + 0.5 * (end**2 - begin**2)) / 1.5
         assert time_above(force, histogram[0]) == pytest.approx(above, rel=3e-3)  # as far as bins resolve it
         edge = EDGES[force_bin(force)]
-        half = math.sqrt((1000.0 - edge) / 1600.0)
+        half = math.sqrt((1001.0 - edge) / 1600.0)
         begin, end = max(0.375 - half, 0.0), min(0.375 + half, 1.0)
         above = 2.0 * (end - begin + 0.5 * (end**2 - begin**2)) / 1.5
-        assert time_above(edge, histogram[0]) == pytest.approx(above, rel=1e-4)
+        assert time_above(edge, histogram[0]) == pytest.approx(above, rel=2e-3)  # 3 % by eight ramps
 
 
 @pytest.mark.parametrize("onset", ["first", "renewed"])
