@@ -26,7 +26,7 @@ from .scene import Scene, build
 from .window import interpolated_depths
 
 FIRST_WEAR = 0.02  # of the smallest clearance: most wear in the first jump
-MAX_SMOOTHING_WIDTH = math.radians(4.0)  # wider than an arc of contact at one point
+MAX_SMOOTHING_WIDTH = math.radians(14.5)  # that of a scar 0.25 clearances deep, up to which lives err by at most 3 %
 BOUNDING_LIVES = 2  # further lives of a case with uncertain wear coefficients
 FIRST_SLIDING = 0.1  # of the running-in distance: most sliding in the first jump
 HOUR = 3600.0  # s
