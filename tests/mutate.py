@@ -612,7 +612,7 @@ MUTATIONS = (
         REYNOLDS,
     ),
     Mutation(
-        "judging/validity.py",
+        "answers/validity.py",
         "film_remarks",
         "if joint.energy_gain > MIN_ENERGY_GAIN",
         "if joint.energy_gain < MIN_ENERGY_GAIN",

@@ -9,9 +9,7 @@ from click.testing import CliRunner
 
 import clearsweep
 from clearsweep import report
-from clearsweep.cli import verbs
-from clearsweep.contracts.layout import Column, JointLayout, Layout
-from clearsweep.judging import (
+from clearsweep.answers import (
     advice,
     answer,
     designs,
@@ -26,9 +24,11 @@ from clearsweep.judging import (
     validity,
     wear,
 )
-from clearsweep.judging.case_ranking import Candidate, CaseRanking, ranking_of
-from clearsweep.judging.cases import FinishedCases, column_texts, range_text
-from clearsweep.judging.verdict import MARGIN, Limit
+from clearsweep.answers.case_ranking import Candidate, CaseRanking, ranking_of
+from clearsweep.answers.cases import FinishedCases, column_texts, range_text
+from clearsweep.answers.verdict import MARGIN, Limit
+from clearsweep.cli import verbs
+from clearsweep.contracts.layout import Column, JointLayout, Layout
 from clearsweep.report.data import study
 from clearsweep.report.data.answered import answer_sentences
 

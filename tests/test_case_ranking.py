@@ -6,8 +6,8 @@ from fake_physics import grid
 from fake_runs import Run
 from test_seek import quiet
 
+from clearsweep.answers import case_ranking, verdict
 from clearsweep.contracts.layout import Column
-from clearsweep.judging import case_ranking, verdict
 from clearsweep.report.data.study import prepare
 from clearsweep.report.data.worst_case import case_ranking_of, worst_case
 from clearsweep.report.sections import summary

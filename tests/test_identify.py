@@ -10,8 +10,8 @@ from fake_runs import TEXT
 
 import clearsweep
 from clearsweep import grid as grids
+from clearsweep.answers import features
 from clearsweep.contracts.results import Trajectory
-from clearsweep.judging import features
 from clearsweep.language.errors import InputError
 from clearsweep.report.data import study
 from clearsweep.report.sections.identified import sections

@@ -6,9 +6,9 @@ from fake_physics import Fake, grid, sweep, trajectory
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep import simulation, store
-from clearsweep.judging import law_check
-from clearsweep.judging.law_check import LawResult
-from clearsweep.judging.verdict import MARGIN
+from clearsweep.answers import law_check
+from clearsweep.answers.law_check import LawResult
+from clearsweep.answers.verdict import MARGIN
 from clearsweep.language import wording
 from clearsweep.language.errors import InputError
 from clearsweep.report.data import study

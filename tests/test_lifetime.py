@@ -6,8 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from clearsweep.contracts.layout import Column, Layout
-from clearsweep.judging.lifetime import (
+from clearsweep.answers.lifetime import (
     FIELD_BY_COLUMN,
     Lifetime,
     faster_wear_sentences,
@@ -16,6 +15,7 @@ from clearsweep.judging.lifetime import (
     remarks,
     smoothing_sentences,
 )
+from clearsweep.contracts.layout import Column, Layout
 from clearsweep.sweeping.lives import LifeExtremes, life_lines
 
 

@@ -10,9 +10,9 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep import grid
+from clearsweep.answers import verdict
 from clearsweep.contracts import catalogue
 from clearsweep.contracts.layout import Column
-from clearsweep.judging import verdict
 from clearsweep.language import expression
 from clearsweep.language.errors import InputError
 from clearsweep.report.data.study import prepare

@@ -15,11 +15,11 @@ from mechanism_cases import PAIR, changed
 
 import clearsweep
 from clearsweep import grid, report, simulation, store
+from clearsweep.answers import variance
 from clearsweep.contracts import results
 from clearsweep.grid.cases import nest
 from clearsweep.grid.keys.key_table import table_of_keys
 from clearsweep.grid.keys.kinds import Number
-from clearsweep.judging import variance
 from clearsweep.language import quantity, wording
 from clearsweep.language.errors import InputError
 from clearsweep.report.blocks import interactive

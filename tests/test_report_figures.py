@@ -15,10 +15,10 @@ from mechanism_cases import PAIR, changed
 from test_report import Page
 
 from clearsweep import grid, report, simulation, store
+from clearsweep.answers import labels, verdict
 from clearsweep.cli import verbs
 from clearsweep.contracts.case import Contact, Joint, Material, Materials
 from clearsweep.contracts.results import Trajectory
-from clearsweep.judging import labels, verdict
 from clearsweep.language.wording import TIMES, axis_name
 from clearsweep.report import sections
 from clearsweep.report.blocks import section

@@ -16,8 +16,8 @@ from test_seek import MASS, quiet, searching
 
 import clearsweep
 from clearsweep import report, simulation
+from clearsweep.answers import validity, verdict
 from clearsweep.contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism, Output
-from clearsweep.judging import validity, verdict
 from clearsweep.language import wording
 from clearsweep.mechanics.mechanism import MECHANISMS
 from clearsweep.report import sections

@@ -10,7 +10,7 @@ from test_sweep import parts, program, same_results, wait_for
 
 import clearsweep
 from clearsweep import grid as grids
-from clearsweep.judging.verdict import Limit
+from clearsweep.answers.verdict import Limit
 from clearsweep.language.errors import InputError
 from clearsweep.report.blocks.table import Quantity, Table
 from clearsweep.report.data import study

@@ -11,7 +11,7 @@ from fake_runs import CONTACT, JOINT, TEXT, OfFrame, load
 from scipy import stats
 
 from clearsweep import report
-from clearsweep.judging import sampled
+from clearsweep.answers import sampled
 from clearsweep.language.errors import InputError
 from clearsweep.report.data import answered, study
 from clearsweep.report.samples import sample_tables

@@ -4,8 +4,8 @@ import math
 
 import numpy as np
 
+from clearsweep.answers.validity import smoothing_remark
 from clearsweep.contracts.case import Contact, Joint, Wear
-from clearsweep.judging.validity import smoothing_remark
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.joint.wear.contract import Worn
 

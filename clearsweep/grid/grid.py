@@ -7,10 +7,10 @@ from functools import cached_property
 from typing import Any
 
 from .. import MODEL_VERSION
+from ..answers.verdict import LimitsAndFigures, figures_of, limits_of
 from ..contracts.case import Case
 from ..contracts.layout import Layout
 from ..contracts.outline import Outline
-from ..judging.verdict import LimitsAndFigures, figures_of, limits_of
 from .cases import (
     TIME_BUDGET,
     CaseTemplate,

@@ -16,10 +16,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from h5py import h5d, h5p, h5s, h5t
 
+from ..answers.verdict import LimitsAndFigures
 from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Column, Layout
 from ..grid import Grid
-from ..judging.verdict import LimitsAndFigures
 from . import durable
 from .columns import column_of, field_of, values_of, words_of
 from .datasets import CASE, EVENT, NODE, SAMPLE, SECTION, Dataset, event_datasets, life_datasets, section_datasets

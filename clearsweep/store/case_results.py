@@ -8,8 +8,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from ..answers.verdict import EXCEEDED
 from ..contracts.layout import Column
-from ..judging.verdict import EXCEEDED
 from . import durable
 from .batch import ResultSchema, add_verdict_columns, datasets, summary_schema
 from .columns import field_of, values_of

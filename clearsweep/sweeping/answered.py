@@ -6,10 +6,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import grid as grids
-from ..judging import advice, answer, sampled, wear
-from ..judging.case_ranking import CONTENT_QUESTIONS, CaseRanking
-from ..judging.cases import FinishedCases, column_texts
-from ..judging.verdict import units_of
+from ..answers import advice, answer, sampled, wear
+from ..answers.case_ranking import CONTENT_QUESTIONS, CaseRanking
+from ..answers.cases import FinishedCases, column_texts
+from ..answers.verdict import units_of
 from ..language import wording
 from ..store import BlockedRun, SampledRun, StoredRun
 from .law_checks import LawCheckResults

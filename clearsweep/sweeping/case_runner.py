@@ -12,9 +12,9 @@ import numpy as np
 
 from .. import grid as grids
 from .. import store
+from ..answers import case_ranking
 from ..contracts.case import Case
 from ..contracts.results import Peak
-from ..judging import case_ranking
 from ..language import phases
 from ..language.errors import InputError, error_line
 from . import executors, progress, signals

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from ..judging import identification
+from ..answers import identification
 from ..language import wording
 from .identifying import IdentificationResult
 from .observed import GAIN, NOISE

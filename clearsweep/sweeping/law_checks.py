@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from .. import store
+from ..answers import case_ranking, law_check
 from ..grid import Grid, leaves
-from ..judging import case_ranking, law_check
 from .adaptive import Point
 from .settings import grid_text
 from .worker import Simulator

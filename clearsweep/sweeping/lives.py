@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ..answers import lifetime
 from ..contracts.layout import Layout
-from ..judging import lifetime
 from ..language import wording
 
 COMPARISONS = {"shortest": operator.lt, "longest": operator.gt}

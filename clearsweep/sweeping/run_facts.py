@@ -9,8 +9,8 @@ from typing import Any
 import numpy as np
 
 from .. import grid as grids
+from ..answers import case_ranking, expected, validity, verdict
 from ..contracts.layout import Layout
-from ..judging import case_ranking, expected, validity, verdict
 from ..store import StoredRun, sum_counts
 from .law_checks import LawCheckResults
 from .lives import LifeExtremes

@@ -3,9 +3,9 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from ..answers import case_ranking, expected, films, labels, probability
+from ..answers.verdict import Limit
 from ..contracts.layout import Layout
-from ..judging import case_ranking, expected, films, labels, probability
-from ..judging.verdict import Limit
 from ..language import wording
 from . import answered, identified
 from .law_checks import law_lines

@@ -4,7 +4,7 @@ import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
-from ..judging.verdict import Limit, margin_text
+from ..answers.verdict import Limit, margin_text
 from ..language import wording
 from . import unanswered
 from .optimising import BestCase

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from typing import Any
 
+from ..answers import verdict
+from ..answers.verdict import KINDS, Limit
 from ..grid import key_units
-from ..judging import verdict
-from ..judging.verdict import KINDS, Limit
 from .seeking import Answer
 from .sensitivity import Effect, furthest_from_limits
 from .simulator import SIMULATION

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ..judging.case_ranking import CaseRanking
-from ..judging.verdict import EXCEEDED, MARGIN, Limit, margin_text
+from ..answers.case_ranking import CaseRanking
+from ..answers.verdict import EXCEEDED, MARGIN, Limit, margin_text
 
 WORST_CASES = 5
 

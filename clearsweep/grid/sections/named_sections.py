@@ -4,10 +4,10 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from ...answers.verdict import EXCEEDED, KINDS, MARGIN
 from ...contracts.case import Uncertain, column_name
 from ...contracts.catalogue import Catalogue, Field, Mechanism
 from ...contracts.layout import columns_of, rubbing_joints
-from ...judging.verdict import EXCEEDED, KINDS, MARGIN
 from ...language import expression
 from ...language.errors import InputError, did_you_mean, quoted
 from ...language.quantity import is_bare

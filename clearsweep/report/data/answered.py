@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from ...judging import answer
-from ...judging.cases import FinishedCases, column_texts
+from ...answers import answer
+from ...answers.cases import FinishedCases, column_texts
 from .study import Study
 from .worst_case import case_ranking_of
 
@@ -18,7 +18,7 @@ def answer_sentences(study: Study) -> list[str]:
 
 
 def answer_cases(study: Study) -> FinishedCases:
-    """Return the finished cases of a study for `judging.answer`."""
+    """Return the finished cases of a study for `answers.answer`."""
     axes = {axis.path: axis for axis in study.swept()}
     ids = study.cases.index
 

@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 
 from ... import grid, simulation
+from ...answers import case_ranking, law_check
+from ...answers.cases import column_scale, column_texts
+from ...answers.verdict import EXCEEDED, Limit, limits_of
 from ...contracts.case import Case
 from ...contracts.case import Joint as CaseJoint
-from ...judging import case_ranking, law_check
-from ...judging.cases import column_scale, column_texts
-from ...judging.verdict import EXCEEDED, Limit, limits_of
 from ...language import wording
 from ...store import BlockedRun, SampledRun, StoredRun
 from .axis import Axis, axes_of, index_on_axis

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...judging import case_ranking
+from ...answers import case_ranking
 from .study import Study
 
 

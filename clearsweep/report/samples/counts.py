@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...judging.verdict import Limit
+from ...answers.verdict import Limit
 from ...store import sum_counts
 from ..blocks.section import Note, Section
 from ..data.study import Study

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...judging.probability import Estimate
-from ...judging.verdict import Limit
+from ...answers.probability import Estimate
+from ...answers.verdict import Limit
 from ...language import wording
 from ..blocks.case_table import axis_columns
 from ..blocks.table import Column, Quantity, Table, count_cell

@@ -4,8 +4,8 @@ from collections import Counter
 
 import numpy as np
 
+from ...answers import expected, validity
 from ...contracts.layout import FRICTION_POWER
-from ...judging import expected, validity
 from ...language import wording
 from ..blocks.case_table import CHUNK_ROWS, axis_columns
 from ..blocks.section import Points, Section, without_empty

@@ -1,6 +1,6 @@
 """Wear and life at a glance: deepest wear, its map, and the life of joints where the verdict does not lead."""
 
-from ...judging import sampled, wear
+from ...answers import sampled, wear
 from ..blocks.picture import Picture
 from ..blocks.section import Gallery, Points, Section, without_empty
 from ..data.answered import answer_cases

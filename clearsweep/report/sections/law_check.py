@@ -2,8 +2,8 @@
 
 import math
 
-from ...judging import law_check
-from ...judging.verdict import MARGIN
+from ...answers import law_check
+from ...answers.verdict import MARGIN
 from ...language import wording
 from ..blocks.picture import capitalise
 from ..blocks.section import Points, Section, without_empty

@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from ...judging import variance
+from ...answers import variance
 from ...language import wording
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Part, Section

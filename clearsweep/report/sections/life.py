@@ -4,7 +4,7 @@ from functools import partial
 
 import numpy as np
 
-from ...judging import lifetime
+from ...answers import lifetime
 from ...language import wording
 from ..blocks.picture import Picture
 from ..blocks.section import Gallery, Points, Section, without_empty

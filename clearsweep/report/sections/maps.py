@@ -10,9 +10,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...judging import designs, films
-from ...judging.case_ranking import START_UP
-from ...judging.verdict import MARGIN
+from ...answers import designs, films
+from ...answers.case_ranking import START_UP
+from ...answers.verdict import MARGIN
 from ...language import wording
 from ..blocks.picture import Picture, Spot, capitalise
 from ..blocks.section import Gallery, Section, without_empty

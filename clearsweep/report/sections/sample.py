@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...judging import sampled
-from ...judging.probability import RANDOM_METHODS, Estimate
-from ...judging.validity import THOUSAND_HOURS
+from ...answers import sampled
+from ...answers.probability import RANDOM_METHODS, Estimate
+from ...answers.validity import THOUSAND_HOURS
 from ...language import wording
 from ...language.errors import InputError
 from ..blocks.picture import Picture, capitalise

@@ -2,9 +2,9 @@
 
 import numpy as np
 
-from ...judging import designs, films, fits, lifetime, probability, sampled, start_up, verdict, wear
-from ...judging.case_ranking import Candidate
-from ...judging.validity import YIELD_SPEED
+from ...answers import designs, films, fits, lifetime, probability, sampled, start_up, verdict, wear
+from ...answers.case_ranking import Candidate
+from ...answers.validity import YIELD_SPEED
 from ...language import wording
 from ..blocks.section import Cards, Section
 from ..data.answered import answer_cases

@@ -5,9 +5,9 @@ import re
 
 import numpy as np
 
-from ...judging import advice, case_ranking, designs, fits, probability, sampled, verdict
-from ...judging.cases import MAX_NAMED_AXES
-from ...judging.labels import limit_label
+from ...answers import advice, case_ranking, designs, fits, probability, sampled, verdict
+from ...answers.cases import MAX_NAMED_AXES
+from ...answers.labels import limit_label
 from ...language import wording
 from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture

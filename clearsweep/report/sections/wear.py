@@ -1,7 +1,7 @@
 """Wear: the deepest places of each joint, and the wear in every finished case."""
 
 from ... import simulation
-from ...judging import wear
+from ...answers import wear
 from ...language import wording
 from ..blocks.case_table import case_table
 from ..blocks.picture import Picture

@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...judging import variance
+from ...answers import variance
 from ..data.axis import Axis
 from ..data.comparable import comparable_values
 from ..data.study import Study, indices_by_value

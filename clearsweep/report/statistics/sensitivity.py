@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...answers import probability
+from ...answers.probability import CONFIDENCE, Estimate
+from ...answers.sampled import QUANTILES
+from ...answers.verdict import EXCEEDED
 from ...contracts.layout import DIFFERENCE
-from ...judging import probability
-from ...judging.probability import CONFIDENCE, Estimate
-from ...judging.sampled import QUANTILES
-from ...judging.verdict import EXCEEDED
 from ...language.errors import InputError
 from ...store import StoredRun
 from ..data.rows import CACHED_VALUES
