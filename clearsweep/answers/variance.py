@@ -20,13 +20,17 @@ def largest_over_smallest(medians: np.ndarray) -> float:
 
 
 def variance_shares(values: np.ndarray, value_indices: list[np.ndarray]) -> list[tuple[float, float]]:
-    """Return, for each axis, its share of the variance of log(values), corrected for chance, and its F ratio.
+    """Return, for each axis, its share of the variance of a figure, corrected for chance, and its F ratio.
+
+    The variance is that of log(values) where all values are positive, else that of the values.
 
     `value_indices` : per axis the index of each case on it, (cases,).  The scatter is the residual of the sum of all
     main effects (analysis of variance without interactions); without degrees of freedom both are NaN.
     """
-    is_known = np.isfinite(values) & (values > 0.0)
-    residuals = np.log(values[is_known])  # the largest array here, so there is only one
+    is_known = np.isfinite(values)
+    known = values[is_known]
+    is_positive = bool((known > 0.0).all())
+    residuals = np.log(known) if is_positive else known / max(float(np.abs(known).max(initial=0.0)), 1e-300)
     groups = [_renumbered(indices[is_known]) for indices in value_indices]
     freedoms = [int(group.max(initial=0)) for group in groups]
     residual_freedom = len(residuals) - 1 - sum(freedoms)

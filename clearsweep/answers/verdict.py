@@ -4,14 +4,14 @@ import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ..contracts.catalogue import ENDLESS, NOTHING
+from ..contracts.catalogue import ENDLESS
 from ..contracts.layout import Column
 from ..language import expression, wording
 
 if TYPE_CHECKING:
     import numpy as np  # imported only when cases are assessed
 
-EXCEEDED, MARGIN = "limits_exceeded", "margin"  # columns
+EXCEEDED, UNDECIDED, MARGIN = "limits_exceeded", "limits_undecided", "margin"  # columns
 KINDS = ("at_most", "at_least")
 SMALL_MARGIN = 0.1  # margins below this are not certain
 
@@ -40,52 +40,52 @@ class Limit(NamedTuple):
             allowed: np.ndarray = self.value * factors
         return allowed
 
-    def slack(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return the distance of each case to the bound, in the column's unit, negative beyond it."""
+    def is_exceeded(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+        """Return a mask of the cases beyond the bound; a value equal to it meets it.
+
+        A missing value that means "infinite" exceeds every upper bound.
+        """
         import numpy as np
 
-        with np.errstate(all="ignore"):
-            distance: np.ndarray = self.limit_values(columns) - columns[self.column]
-        return distance if self.kind == "at_most" else -distance
+        values, bounds = columns[self.column], self.limit_values(columns)
+        with np.errstate(invalid="ignore"):
+            is_beyond: np.ndarray = values > bounds if self.kind == KINDS[0] else values < bounds
+        is_beyond &= np.isfinite(values) & np.isfinite(bounds)
+        if self.null == ENDLESS and self.kind == KINDS[0]:
+            is_beyond |= ~np.isfinite(values)
+        return is_beyond
 
-    def is_unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return a mask of the cases that cannot be assessed because value or bound is missing or not finite.
+    def is_undecided(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+        """Return a mask of the cases that the limit cannot assess: value or bound is missing.
 
-        A missing value that means "nothing to measure" meets every limit; one that means "infinite" is assessed.
+        A missing value that means "nothing to measure" meets every limit, one that means "infinite" every lower bound.
         """
         import numpy as np
 
         is_missing = ~np.isfinite(columns[self.column])
-        if self.null == NOTHING:
-            unknown: np.ndarray = ~is_missing & ~np.isfinite(self.limit_values(columns))
-        elif self.null == ENDLESS:
-            unknown = ~np.isfinite(self.limit_values(columns))
-        else:
-            unknown = is_missing | ~np.isfinite(self.limit_values(columns))
-        return unknown
+        has_bound = np.isfinite(self.limit_values(columns))
+        undecided: np.ndarray = ~is_missing & ~has_bound if self.null else is_missing | ~has_bound
+        return undecided
 
-    def is_exceeded(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return a mask of the cases that exceed the limit or cannot be assessed."""
+    def excess(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+        """Return by how much each value exceeds the bound, in the unit of the column; negative within it, NaN: unknown."""
         import numpy as np
 
-        is_failing: np.ndarray = (self.slack(columns) < 0.0) | self.is_unknown(columns)
-        if self.null == ENDLESS and self.kind == "at_most":
-            is_failing |= ~np.isfinite(columns[self.column])
-        return is_failing
+        with np.errstate(all="ignore"):
+            distance: np.ndarray = columns[self.column] - self.limit_values(columns)
+            return np.where(np.isfinite(distance), distance if self.kind == KINDS[0] else -distance, np.nan)
 
     def margin(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return the margin of every case: 1 - value / limit, or value / limit - 1 for `at_least`.
-
-        It is NaN for a zero limit.
-        """
+        """Return the distance within the bound relative to the bound, negative beyond it; NaN: unknown, or a bound of 0."""
         import numpy as np
 
         largest_float = np.finfo(float).max
+        bounds, values = np.abs(self.limit_values(columns)), columns[self.column]
         with np.errstate(all="ignore"):
-            bound_size = np.abs(self.limit_values(columns))
-            margin: np.ndarray = np.where(bound_size > 0.0, self.slack(columns) / bound_size, np.nan)
-            is_usable = np.isfinite(columns[self.column]) & np.isfinite(bound_size)
-        return np.where(is_usable, np.clip(margin, -largest_float, largest_float), np.nan)
+            distance = self.limit_values(columns) - values
+            distance = distance if self.kind == KINDS[0] else -distance
+            margin: np.ndarray = np.clip(distance / bounds, -largest_float, largest_float)
+        return np.where(np.isfinite(values) & np.isfinite(bounds) & (bounds > 0.0), margin, np.nan)
 
 
 def units_of(record: Mapping[str, Any]) -> dict[str, str]:
@@ -115,6 +115,7 @@ class LimitsAndFigures(NamedTuple):
         if self.limits:
             figures += [
                 Column(EXCEEDED, "", _EXCEEDED_DESCRIPTION, "text"),
+                Column(UNDECIDED, "", _UNDECIDED_DESCRIPTION, "text"),
                 Column(MARGIN, "1", _MARGIN_DESCRIPTION),
             ]
         return tuple(figures)
@@ -130,20 +131,19 @@ class LimitsAndFigures(NamedTuple):
         """Return the added columns of a case from its `summary`; None for missing values."""
         if not (self.figures or self.limits):
             return {}
-        if failed:
-            return dict.fromkeys(column.name for column in self.columns)
         import numpy as np
 
         known = {name: summary[name] for name in self.required_columns()}
-        evaluated = self.evaluate(
-            {name: np.array([np.nan if value is None else value]) for name, value in known.items()}
-        )
+        columns = {name: np.array([np.nan if value is None else value], float) for name, value in known.items()}
+        evaluated = self.evaluate(columns, np.array([not failed]))
         return {name: None if values[0] != values[0] else values.tolist()[0] for name, values in evaluated.items()}
 
-    def evaluate(self, columns: "Mapping[str, np.ndarray]") -> "dict[str, np.ndarray]":
-        """Return the added columns (n,) of finished cases from their `columns` (n,); NaN for missing values.
+    def evaluate(
+        self, columns: "Mapping[str, np.ndarray]", is_finished: "np.ndarray | None" = None
+    ) -> "dict[str, np.ndarray]":
+        """Return the added columns (n,) of cases from their `columns` (n,); NaN or None for missing values.
 
-        A case that cannot be assessed counts as exceeding its limit, with a missing margin.
+        is_finished : (n,), default all; of a failed case every limit is undecided and nothing else is known
         """
         import numpy as np
 
@@ -151,29 +151,65 @@ class LimitsAndFigures(NamedTuple):
         for figure in self.figures:
             evaluated[figure.name] = values[figure.name] = expression.value_of(figure.text, values)
         if self.limits:
-            is_beyond = {limit.column: np.zeros(len(values[limit.column]), bool) for limit in self.limits}
-            for limit in self.limits:
-                is_beyond[limit.column] |= limit.is_exceeded(values)
-            is_beyond_table = np.array(list(is_beyond.values()))
-            names = np.array(list(is_beyond), object)
-            evaluated[EXCEEDED] = np.array(
-                [",".join(names[is_beyond_case]) for is_beyond_case in is_beyond_table.T], object
-            )
-            margins = np.array([limit.margin(values) for limit in self.limits])
-            evaluated[MARGIN] = np.where(self.is_unknown(values), np.nan, np.fmin.reduce(margins, axis=0))
+            assessment = self.assess(values, is_finished)
+            evaluated[EXCEEDED] = self._names(assessment.exceeded)
+            evaluated[UNDECIDED] = self._names(assessment.undecided)
+            evaluated[MARGIN] = assessment.margin
+        if is_finished is not None and not is_finished.all():
+            for name in evaluated.keys() - {UNDECIDED}:
+                evaluated[name] = np.where(is_finished, evaluated[name].astype(object), None)
         return evaluated
 
-    def is_unknown(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return a mask of the cases that some limit cannot assess; `columns` include the user-defined figures."""
+    def assess(self, columns: "Mapping[str, np.ndarray]", is_finished: "np.ndarray | None" = None) -> "Assessment":
+        """Return how cases compare with each limit; `columns` include the user-defined figures, (n,) each.
+
+        is_finished : (n,), default all
+        """
         import numpy as np
 
-        unknown: np.ndarray = np.any([limit.is_unknown(columns) for limit in self.limits], axis=0)
-        return unknown
+        exceeded = np.array([limit.is_exceeded(columns) for limit in self.limits])
+        undecided = np.array([limit.is_undecided(columns) for limit in self.limits])
+        if is_finished is not None:
+            exceeded &= is_finished
+            undecided |= ~is_finished
+        relative = np.array([limit.margin(columns) for limit in self.limits])
+        if is_finished is not None:
+            relative = np.where(is_finished, relative, np.nan)
+        margin = np.fmin.reduce(relative, axis=0)
+        is_beyond, is_open = exceeded.any(axis=0), undecided.any(axis=0)
+        margin = np.where((is_open & ~is_beyond) | (is_beyond & ~(margin < 0.0)), np.nan, margin)
+        return Assessment(exceeded, undecided, relative, margin)
+
+    def _names(self, masks: "np.ndarray") -> "np.ndarray":
+        """Return the columns of the limits whose mask holds, comma separated, for every case; masks : (limits, n)."""
+        import numpy as np
+
+        columns = list(dict.fromkeys(limit.column for limit in self.limits))
+        of_column = np.array([[limit.column == column for limit in self.limits] for column in columns])
+        is_named = (of_column.astype(np.int64) @ masks) > 0
+        names = np.array(columns, object)
+        patterns, indices = np.unique(is_named, axis=1, return_inverse=True)  # few differ, of many cases
+        texts = np.array([",".join(names[pattern]) for pattern in patterns.T], object)
+        named: np.ndarray = texts[indices.reshape(-1)]
+        return named
 
 
-_EXCEEDED_DESCRIPTION = "columns whose limits the case exceeds or that cannot be assessed, separated by commas"
+class Assessment(NamedTuple):
+    """How n cases compare with each of m limits."""
+
+    exceeded: "np.ndarray"  # (m, n) mask
+    undecided: "np.ndarray"  # (m, n) mask: value or bound is missing, or the case failed
+    relative: "np.ndarray"  # (m, n) distance within the bound over its size; NaN: unknown, or a bound of 0
+    margin: "np.ndarray"  # (n,) smallest of these; NaN: undecided, or exceeded though no distance is negative
+
+
+_EXCEEDED_DESCRIPTION = "columns whose limits the case exceeds, separated by commas"
+_UNDECIDED_DESCRIPTION = (
+    "columns whose limits cannot be assessed, as the case failed or a figure is null, separated by commas"
+)
 _MARGIN_DESCRIPTION = (
-    "smallest of 1 - value/limit (value/limit - 1 for at_least); null: a limit cannot be assessed or has no margin"
+    "smallest distance within a limit over its size, negative beyond it; null: undecided, or no limit above or below 0 "
+    "shows the distance"
 )
 NO_LIMITS = LimitsAndFigures()
 
