@@ -1,7 +1,7 @@
 """Effects of varied values on figures, from blocks of cases that differ in one value and in nothing else."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -79,42 +79,56 @@ def _fix_one_another(codes: np.ndarray, other: np.ndarray) -> bool:
     return pairs == len(np.unique(codes)) == len(np.unique(other))
 
 
-def blocks_of(cases: "Cases", axis: Axis) -> list[np.ndarray]:
-    """Return the judged cases that differ on one axis alone, as arrays of indices with ascending codes."""
+def blocks_of(codes: Mapping[str, np.ndarray], axis: Axis) -> list[np.ndarray]:
+    """Return the cases that differ on one axis alone, as arrays of indices with ascending codes.
+
+    codes : path -> (n,) index of each case's value, -1: not used
+    """
     used = np.flatnonzero(axis.codes >= 0)
     group = np.zeros(len(used), np.int64)
-    for path, (_, codes) in cases.codes.items():
+    for path, of_path in codes.items():
         if path not in axis.paths:
-            group = group * (int(codes.max(initial=0)) + 2) + codes[used] + 1
+            group = group * (int(of_path.max(initial=0)) + 2) + of_path[used] + 1
             group = np.unique(group, return_inverse=True)[1].reshape(-1)
     order = np.lexsort([axis.codes[used], group])
     ends = np.flatnonzero(np.diff(group[order])) + 1
     return np.split(used[order], ends) if len(used) else []
 
 
-def _effect(cases: "Cases", axis: Axis, values: np.ndarray, share: float) -> dict[str, Any]:
-    """Return the effect of an axis on a figure; values : (n,) SI, NaN for null."""
-    blocks = [block[np.isfinite(values[block])] for block in blocks_of(cases, axis)]
+def known_blocks(codes: Mapping[str, np.ndarray], axis: Axis, values: np.ndarray) -> list[np.ndarray]:
+    """Return the blocks whose figure is known at both ends of the axis, or of words at every value; values : (n,)."""
+    blocks = [block[np.isfinite(values[block])] for block in blocks_of(codes, axis)]
     last = len(axis.levels) - 1
     if axis.is_text:
-        blocks = [block for block in blocks if len(np.unique(axis.codes[block])) == last + 1]
-    else:
-        blocks = [block for block in blocks if block.size and _spans(axis.codes[block], last)]
+        return [block for block in blocks if len(np.unique(axis.codes[block])) == last + 1]
+    return [block for block in blocks if block.size and _spans(axis.codes[block], last)]
+
+
+def verdict_on(axis: Axis, blocks: Sequence[np.ndarray], values: np.ndarray) -> str:
+    """Return the verdict on the differences of a figure between the values of an axis; values : (n,) SI."""
+    lines = [_line(axis.codes[block], values[block], len(axis.levels) - 1) for block in blocks]
+    if not axis.is_text:
+        return _direction(lines)
+    return NONE if all(_is_none(float(np.nanmin(line)), float(np.nanmax(line))) for line in lines) else DIFFERS
+
+
+def _effect(cases: "Cases", axis: Axis, values: np.ndarray, share: float) -> dict[str, Any]:
+    """Return the effect of an axis on a figure; values : (n,) SI, NaN for null."""
+    last = len(axis.levels) - 1
+    codes = {path: of_path for path, (_, of_path) in cases.codes.items()}
+    blocks = known_blocks(codes, axis, values) if 1 <= last <= MAX_LEVELS else []
     entry: dict[str, Any] = {"verdict": NOT_DECIDED, "from": None, "to": None, "pairs": len(blocks)}
-    if last > MAX_LEVELS or not blocks or last < 1:
+    if not blocks:
         return entry | {"share": None, "method": "pairs", **_tied(axis)}
-    lines = [_line(axis.codes[block], values[block], last) for block in blocks]
-    medians = _medians(lines)
-    entry["share"] = None if math.isnan(share) else float(share)
-    entry["method"] = "pairs"
+    medians = _medians([_line(axis.codes[block], values[block], last) for block in blocks])
+    entry |= {"verdict": verdict_on(axis, blocks, values)}
+    entry |= {"share": None if math.isnan(share) else float(share), "method": "pairs"}
     if axis.is_text:
         lowest, highest = int(np.nanargmin(medians)), int(np.nanargmax(medians))
-        is_equal = all(_is_none(float(line.min()), float(line.max())) for line in lines)
-        entry |= {"verdict": NONE if is_equal else DIFFERS}
         entry |= {"lowest": axis.levels[lowest], "highest": axis.levels[highest]}
         entry |= {"from": float(medians[lowest]), "to": float(medians[highest])}
     else:
-        entry |= {"verdict": _direction(lines), "from": float(medians[0]), "to": float(medians[-1])}
+        entry |= {"from": float(medians[0]), "to": float(medians[-1])}
     return entry | {"medians": [None if math.isnan(median) else float(median) for median in medians], **_tied(axis)}
 
 

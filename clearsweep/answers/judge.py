@@ -4,6 +4,7 @@ Everything follows from the run's record and the columns of its summary; no file
 The result of `judge` is the answer: a dict of plain values that terminal, page and answer.json share.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 from typing import Any
@@ -28,7 +29,9 @@ Key = tuple[int, ...]  # codes of the values at some paths, -1 where the case do
 class Cases:
     """The judged cases of a run, with the codes of their varied values."""
 
-    def __init__(self, record: Mapping[str, Any], columns: Mapping[str, Any], own: Sequence[bool] | None = None):
+    def __init__(
+        self, record: Mapping[str, Any], columns: Mapping[str, Any], own: Sequence[bool] | np.ndarray | None = None
+    ):
         """Prepare the cases of a grid.
 
         record : run.json; columns : (n,) each, by name; own : (n,) mask of the grid's own cases, default all
@@ -80,6 +83,15 @@ class Cases:
         """Return a column of the own cases, coarse ones included."""
         return _array(self._columns[name])[self._all_rows]
 
+    def rows_of(self, values: Mapping[str, Any]) -> np.ndarray:
+        """Return the judged cases (indices) with these values, in the form of the answer; an unused path matches."""
+        is_match = np.ones(len(self), bool)
+        for path, value in values.items():
+            levels, codes = self.codes[path]
+            wanted = [code for code, level in enumerate(levels) if named_value(self.record, path, level) == value]
+            is_match &= np.isin(codes, [-1, *wanted])
+        return np.flatnonzero(is_match)
+
     def keys(self, paths: Sequence[str]) -> list[Key]:
         """Return the codes of every case at some paths."""
         columns = [self.codes[path][1].tolist() for path in paths]
@@ -112,11 +124,11 @@ class Cases:
         return np.where(exceeded, EXCEEDED, np.where(undecided, UNDECIDED, MET))
 
 
-def judge(
+def judge(  # noqa: PLR0913 - one call, whose arguments are the fields of a question
     record: Mapping[str, Any],
     columns: Mapping[str, Any],
     *,
-    own: Sequence[bool] | None = None,
+    own: Sequence[bool] | np.ndarray | None = None,
     complete: bool = True,
     question: str = "",
     figures: Sequence[str] | None = None,
@@ -133,34 +145,39 @@ def judge(
     search : rows of the table of the search
     """
     cases = Cases(record, columns, own)
-    limited = list(dict.fromkeys(limit.column for limit in cases.limits))
     if figures is None:
-        figures = list(dict.fromkeys([*limited, *(record.get("figures") or {})]))
-    designs = _designs(cases) if cases.limits else []
-    designs.sort(key=_rank)
-    counts = None
-    if cases.limits:
-        counts = {name: int((cases.verdicts == name).sum()) for name in (MET, EXCEEDED, UNDECIDED)}
-        counts["added"] = cases.added_count
+        figures = list(dict.fromkeys([*(limit.column for limit in cases.limits), *(record.get("figures") or {})]))
     return {
-        "question": question or _question(record, bool(cases.limits)),
+        "question": question or _question(cases),
         "complete": bool(complete),
-        "roles": {path: role for path, role in cases.role_by_path.items() if path in cases.paths},
-        "cases": counts,
-        "designs": designs[:MAX_DESIGNS],
-        "designs_total": len(designs),
-        "effects": blocks.effects(cases, figures),
-        "convergence": _convergence(cases, figures),
+        **answer_on(cases, figures),
         "search": [dict(row) for row in search],
         "sentences": [],
     }
 
 
-def _question(record: Mapping[str, Any], has_limits: bool) -> str:
-    sample = record.get("sample") or {}
-    if sample.get("method") in RANDOM_METHODS and set(record.get("roles") or {}) == set(sample.get("drawn", {})):
+def answer_on(cases: Cases, figures: Sequence[str]) -> dict[str, Any]:
+    """Return the part of the answer that follows from the cases; figures : columns whose effects are listed."""
+    designs = sorted(_designs(cases) if cases.limits else [], key=_rank)
+    counts = None
+    if cases.limits:
+        counts = {name: int((cases.verdicts == name).sum()) for name in (MET, EXCEEDED, UNDECIDED)}
+        counts["added"] = cases.added_count
+    return {
+        "roles": {path: cases.role_by_path[path] for path in cases.paths},
+        "cases": counts,
+        "designs": designs[:MAX_DESIGNS],
+        "designs_total": len(designs),
+        "effects": blocks.effects(cases, figures),
+        "convergence": _convergence(cases, figures),
+    }
+
+
+def _question(cases: Cases) -> str:
+    sample = cases.record.get("sample") or {}
+    if sample.get("method") in RANDOM_METHODS and set(cases.role_by_path) == set(sample.get("drawn", {})):
         return "sample"
-    return "limits" if has_limits else "force"
+    return "limits" if cases.limits else "force"
 
 
 def _designs(cases: Cases) -> list[dict[str, Any]]:
@@ -184,7 +201,7 @@ def _designs(cases: Cases) -> list[dict[str, Any]]:
     for design, rows_by_tuple in rows_by_design.items():
         entry = _design(cases, rows_by_tuple, (conditions, tuples))
         if drawn:
-            entry["share"] = _share(cases, rows_by_tuple, drawn, sample.get("method") in RANDOM_METHODS)
+            entry["share"] = _share(cases, rows_by_tuple, drawn)
         designs.append({"values": cases.values_at(choices, design), **entry})
     return designs
 
@@ -270,9 +287,7 @@ def _rank(design: Mapping[str, Any]) -> tuple[int, bool, float, float]:
     return place, margin is None, -(margin or 0.0), np.inf if excess is None else excess
 
 
-def _share(
-    cases: Cases, rows_by_tuple: Mapping[Key, Sequence[int]], drawn: Sequence[int], is_random: bool
-) -> dict[str, float | None]:
+def _share(cases: Cases, rows_by_tuple: Mapping[Key, Sequence[int]], drawn: Sequence[int]) -> dict[str, float | None]:
     """Return the shares of the draws of a design that meet the limits, exceed one, or are undecided.
 
     `low` and `high` are the ends of the 95 % interval of the share that meets them; None unless the draws are random.
@@ -283,6 +298,7 @@ def _share(
         verdicts.setdefault(draw, []).extend(cases.verdicts[list(rows)].tolist())
     results = [combined(of_draw) for of_draw in verdicts.values()]
     count = {name: results.count(name) for name in (MET, EXCEEDED, UNDECIDED)}
+    is_random = cases.record["sample"].get("method") in RANDOM_METHODS
     _, low, high = binomial_interval(count[MET], len(results)) if is_random else (None, None, None)
     shares = {name: count[name] / len(results) for name in count}
     return {"met": shares[MET], "low": low, "high": high, "exceeded": shares[EXCEEDED], "undecided": shares[UNDECIDED]}
@@ -381,7 +397,7 @@ def combined_codes(columns: Sequence[np.ndarray], count: int) -> np.ndarray:
 
 
 def codes_of(values: np.ndarray) -> tuple[list, np.ndarray]:
-    """Return the distinct values, numbers ascending and text in order of appearance, and each value's index; null: -1."""
+    """Return the distinct values, numbers ascending, texts in order of appearance, and each value's index; null: -1."""
     if values.dtype.kind in "fiub":
         unique_values, indices = np.unique(values, return_inverse=True)
         is_known = np.isfinite(unique_values.astype(float))
@@ -395,7 +411,7 @@ def codes_of(values: np.ndarray) -> tuple[list, np.ndarray]:
 
 def is_null(value: Any) -> bool:
     """Return whether a value is None or NaN."""
-    return value is None or value != value
+    return value is None or (isinstance(value, float) and math.isnan(value))
 
 
 def named_value(record: Mapping[str, Any], path: str, value: Any) -> Any:

@@ -1,15 +1,14 @@
-"""Effect of the other valid laws on the deciding case of a run (`check_laws`), in words."""
+"""Effect of the other valid laws on the deciding case of a run (`check_laws`)."""
 
-import itertools
-import math
-from collections.abc import Callable, Mapping
-from typing import NamedTuple
+from collections.abc import Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..language import wording
 from .case_ranking import CaseRanking
-from .verdict import MARGIN
+from .judge import EXCEEDED, Cases, is_null
+from .words import Words
 
 MAX_NAMED_LAWS = 4  # laws that a sentence names
 
@@ -29,74 +28,58 @@ def law_results(table: Mapping[str, np.ndarray], grid_laws: Mapping[str, str], r
     worst_values, candidate_numbers = ranking.worst_values(table)
     rows = []
     for index, case_id in enumerate(table["case_id"].tolist()):
-        laws = {path: table[path][index] for path in grid_laws}
-        ((path, law),) = ((path, law) for path, law in laws.items() if law is not None and law != grid_laws[path])
-        rows.append(
-            LawResult(
-                case_id,
-                path,
-                law,
-                ranking.candidates[int(candidate_numbers[index])].columns[0],
-                float(worst_values[index]),
-            )
-        )
+        path, law = changed_law({path: table[path][index] for path in grid_laws}, grid_laws)
+        column = ranking.candidates[int(candidate_numbers[index])].columns[0]
+        rows.append(LawResult(case_id, path, law, column, float(worst_values[index])))
     return rows
 
 
-def law_check_sentence(
-    deciding_case: LawResult, rows: list[LawResult], format_value: Callable[[str, float], str]
+def changed_law(laws: Mapping[str, Any], grid_laws: Mapping[str, str]) -> tuple[str, str]:
+    """Return path and name of the law of a case that is not the grid's."""
+    return next((path, law) for path, law in laws.items() if not is_null(law) and law != grid_laws[path])
+
+
+def sentence(
+    record: Mapping[str, Any], columns: Any, checks: tuple[Mapping[str, str], np.ndarray], words: Words, figure: str
 ) -> str:
-    """Return a sentence on whether other laws change the verdict on the deciding case.
+    """Return whether the other laws change the verdict on the deciding case or, without limits, its figure.
 
-    format_value : returns a value of a column in words
+    checks : path -> law of the grid, and a mask (n,) of the cases that check laws; figure : the leading column
     """
-    sorted_rows = sorted((row for row in rows if not math.isnan(row.value)), key=lambda row: row.value)
-    noun = "other valid law" if len(rows) == 1 else "other valid laws"
-    subject = f"case {wording.short_id(deciding_case.case_id)} under {len(rows)} {noun}"
-    if not sorted_rows or math.isnan(deciding_case.value):
-        return f"{subject}: no figure to compare."
-    names = _law_names(sorted_rows)
-    lowest_text, highest_text, grid_text = (
-        _figure_text(row, format_value) for row in (sorted_rows[0], sorted_rows[-1], deciding_case)
-    )
-    range_text = f"{lowest_text} ({names[0]})" + (f" to {highest_text} ({names[-1]})" if len(sorted_rows) > 1 else "")
-    prefix = "margin " if deciding_case.column == MARGIN else ""
+    grid_laws, is_checked = checks
+    rows = np.flatnonzero(is_checked)
+    changed = [changed_law({path: columns[path][row] for path in grid_laws}, grid_laws) for row in rows.tolist()]
+    several = len({path.split(".")[1] for path, _ in changed}) > 1
+    names = [f"{law} ({path.split('.')[1]})" if several else law for path, law in changed]
+    count = f"{len(rows)} other valid law{'s' * (len(rows) != 1)}"
+    if not words.limits:
+        values = columns[figure][rows].astype(float)
+        if not np.isfinite(values).any():
+            return ""
+        low, high = int(np.nanargmin(values)), int(np.nanargmax(values))
+        texts = words.figures(figure, [float(values[low]), float(values[high])])
+        spread = f"{texts[0]} ({names[low]})" + (f" to {texts[1]} ({names[high]})" if low != high else "")
+        return f"The worst case under {count}: {words.figure(figure)} {spread}."
+    cases = Cases(record, columns)
+    verdicts = cases.verdicts[rows].tolist()
+    unchecked = np.flatnonzero(~is_checked).tolist()
+    base = next(row for row in unchecked if _is_same(record, columns, (rows[0], row), grid_laws))
+    was_exceeded = cases.verdicts[base] == EXCEEDED
+    changing = [name for name, verdict in zip(names, verdicts, strict=True) if (verdict == EXCEEDED) != was_exceeded]
+    if not changing:
+        return f"{count[0].upper()}{count[1:]} do{'es' * (len(rows) == 1)} not change the verdict on the worst case."
+    more = [f"{len(changing) - MAX_NAMED_LAWS} more"] if len(changing) > MAX_NAMED_LAWS else []
+    outcome = "meets the limits" if was_exceeded else "does not meet the limits"
     return (
-        f"{subject}: {prefix}{range_text}; {grid_text} under the laws of the grid. "
-        f"{_verdict_change_sentence(deciding_case, sorted_rows)}"
+        f"The verdict changes: the worst case {outcome} with {wording.sentence_list(changing[:MAX_NAMED_LAWS] + more)}."
     )
 
 
-def _figure_text(row: LawResult, format_value: Callable[[str, float], str]) -> str:
-    return (
-        f"{wording.short_number_text(100.0 * row.value, 3)} %"
-        if row.column == MARGIN
-        else format_value(row.column, row.value)
+def _is_same(record: Mapping[str, Any], columns: Any, rows: tuple[int, int], grid_laws: Mapping[str, str]) -> bool:
+    """Return whether two cases agree at all varied paths but the checked laws."""
+    row, other = rows
+    paths = [path for path in record["units"] if path not in grid_laws]
+    return all(
+        columns[path][row] == columns[path][other] or (is_null(columns[path][row]) and is_null(columns[path][other]))
+        for path in paths
     )
-
-
-def _law_names(rows: list[LawResult]) -> list[str]:
-    """Return the names of the laws, with their joints if several joints have clearance."""
-    joints = [row.path.split(".")[1] for row in rows]
-    has_several_joints = len({*joints}) > 1
-    return [f"{row.law}, {joint}" if has_several_joints else row.law for row, joint in zip(rows, joints, strict=True)]
-
-
-def _verdict_change_sentence(deciding_case: LawResult, sorted_rows: list[LawResult]) -> str:
-    """Return a sentence on whether another law changes the verdict or, without limits, the range of the figure."""
-    if deciding_case.column != MARGIN:
-        factors = [row.value / deciding_case.value for row in sorted_rows if deciding_case.value]
-        if not factors:
-            return "The figure is zero under the laws of the grid."
-        low, high = (wording.number_text(factor, 3) for factor in (min(factors), max(factors)))
-        return f"They give {' to '.join(dict.fromkeys((low, high)))} times the figure under the laws of the grid."
-    is_changed = [(row.value >= 0.0) != (deciding_case.value >= 0.0) for row in sorted_rows]
-    changing_laws = list(itertools.compress(_law_names(sorted_rows), is_changed))
-    if not changing_laws:
-        return "No law changes the verdict."
-    names = [
-        *changing_laws[:MAX_NAMED_LAWS],
-        *([f"{len(changing_laws) - MAX_NAMED_LAWS} more"] if len(changing_laws) > MAX_NAMED_LAWS else []),
-    ]
-    outcome = "exceeds a limit" if deciding_case.value >= 0.0 else "meets the limits"
-    return f"The verdict changes: the case {outcome} with {wording.sentence_list(names)}."

@@ -2,21 +2,7 @@
 
 import numpy as np
 
-MIN_EFFECT_RATIO = 1.05  # ratio of largest to smallest median below which an axis has no clear effect
-CLEAR_F_RATIO = 4.0  # F ratio below which it has none
 PASSES = 20  # of the fit of main effects; one is exact if every combination finished
-
-
-def is_clear(medians: np.ndarray, f_ratio: float) -> bool:
-    """Return whether an effect exceeds the scatter; without scatter (NaN), decide by its medians."""
-    is_large = bool(largest_over_smallest(medians) >= MIN_EFFECT_RATIO)
-    return is_large if np.isnan(f_ratio) else is_large and f_ratio >= CLEAR_F_RATIO
-
-
-def largest_over_smallest(medians: np.ndarray) -> float:
-    """Return the ratio of largest to smallest median; NaN if it is zero or undefined."""
-    known = medians[np.isfinite(medians)]
-    return float(known.max() / known.min()) if known.size and known.min() > 0.0 else np.nan
 
 
 def variance_shares(values: np.ndarray, value_indices: list[np.ndarray]) -> list[tuple[float, float]]:

@@ -1,6 +1,5 @@
 """User-defined figures and limits of a grid: their columns, the limits that a case exceeds, its margin."""
 
-import math
 from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -13,7 +12,6 @@ if TYPE_CHECKING:
 
 EXCEEDED, UNDECIDED, MARGIN = "limits_exceeded", "limits_undecided", "margin"  # columns
 KINDS = ("at_most", "at_least")
-SMALL_MARGIN = 0.1  # margins below this are not certain
 
 
 class Limit(NamedTuple):
@@ -68,7 +66,7 @@ class Limit(NamedTuple):
         return undecided
 
     def excess(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return by how much each value exceeds the bound, in the unit of the column; negative within it, NaN: unknown."""
+        """Return by how much each value exceeds the bound, in the column's unit; negative within it, NaN: unknown."""
         import numpy as np
 
         with np.errstate(all="ignore"):
@@ -76,7 +74,7 @@ class Limit(NamedTuple):
             return np.where(np.isfinite(distance), distance if self.kind == KINDS[0] else -distance, np.nan)
 
     def margin(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
-        """Return the distance within the bound relative to the bound, negative beyond it; NaN: unknown, or a bound of 0."""
+        """Return the distance within the bound over its size, negative beyond it; NaN: unknown, or a bound of 0."""
         import numpy as np
 
         largest_float = np.finfo(float).max
@@ -157,7 +155,9 @@ class LimitsAndFigures(NamedTuple):
             evaluated[MARGIN] = assessment.margin
         if is_finished is not None and not is_finished.all():
             for name in evaluated.keys() - {UNDECIDED}:
-                evaluated[name] = np.where(is_finished, evaluated[name].astype(object), None)
+                values_of_all = evaluated[name].astype(object)
+                values_of_all[~is_finished] = None
+                evaluated[name] = values_of_all
         return evaluated
 
     def assess(self, columns: "Mapping[str, np.ndarray]", is_finished: "np.ndarray | None" = None) -> "Assessment":
@@ -212,28 +212,6 @@ _MARGIN_DESCRIPTION = (
     "shows the distance"
 )
 NO_LIMITS = LimitsAndFigures()
-
-
-def margin_text(margin: float, limits: Iterable[Limit], exceeded: str) -> str:
-    """Return a margin in per cent, or a dash if missing; values above twice the limit also as a multiple of it.
-
-    limits : limits of the grid
-    exceeded : columns whose limits the case exceeds, as in EXCEEDED
-    """
-    exceeded_limits = [limit for limit in limits if limit.column in exceeded.split(",")]
-    if not math.isfinite(margin):
-        return wording.DASH
-    percentage = f"{wording.short_number_text(100.0 * margin, 3)}{wording.BLANK}%"
-    if margin < -1.0 and all(limit.kind == "at_most" and limit.value > 0.0 for limit in exceeded_limits):
-        return f"{percentage} ({wording.number_text(1.0 - margin, 2)} times the limit)"
-    return percentage
-
-
-def small_margin_sentences(margin: float) -> list[str]:
-    """Return the reservation on a margin that is met, but smaller than SMALL_MARGIN; else []."""
-    if not 0.0 <= margin < SMALL_MARGIN:
-        return []
-    return ["Such a small margin is not certain: other contact laws, or higher peaks in longer runs, may use it up."]
 
 
 def limits_of(section: Mapping[str, Any], columns: Iterable[Column] = ()) -> tuple[Limit, ...]:

@@ -11,7 +11,6 @@ from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture
 from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table
-from ..data.answered import answer_cases
 from ..data.dotted_paths import value_at
 from ..data.study import Study
 from ..data.table_columns import column_label
@@ -35,31 +34,6 @@ def sections(study: Study) -> list[Section]:
     table = _table(study, rows, names, written_id)
     blocks: list[Block] = [Sentences(texts), _shorten_table(table)]
     return [Section("optimise", "The best cases", without_empty(blocks))]
-
-
-def best_by_objective(study: Study) -> list[tuple[str, str]]:
-    """Return each objective and the case in which it is best, or [] without an answer."""
-    result = _best_rows(study)
-    if result is None:
-        return []
-    rows, minimised = [row for row in result[0] if row["case_id"] in study.cases.index], _objectives_by_sense(study)[0]
-    best_cases = []
-    for name in result[1]:
-        rows_with_value = [row for row in rows if row[name] is not None]
-        if rows_with_value:
-            best = min(rows_with_value, key=lambda row: row[name] * (1.0 if name in minimised else -1.0))
-            best_cases.append((name, str(best["case_id"])))
-    return best_cases
-
-
-def best_case_sentences(study: Study) -> list[str]:
-    """Return a sentence for each objective on the best case for it."""
-    label = answer_cases(study).column_label
-    return [
-        f"Best {label(name)}: {study.text(case_id, name)} at {study.setting(case_id)}, "
-        f"case {wording.short_id(case_id)}."
-        for name, case_id in best_by_objective(study)
-    ]
 
 
 def _objectives_by_sense(study: Study) -> list[list[str]]:

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 import pandas as pd
 
+from ...answers.words import case_margin_text
 from ...language import wording
 from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture, capitalise
@@ -61,30 +62,6 @@ def sections(study: Study) -> list[Section]:
     sentences, pictures = Sentences(lines), Gallery("", _pictures(answers, title))  # the verdict has the answer
     blocks: list[Block] = [sentences, pictures, _table(study, answers), *_nearest_blocks(study, answers)]
     return [Section("seek", title, without_empty(blocks))]
-
-
-def safe_value_sentences(study: Study) -> list[str]:
-    """Return a sentence with the largest (or smallest) value that is safe for all cases, or [] without `seek`."""
-    answers = _read_answers(study)
-    if answers is None:
-        return []
-    superlative, name = ("Largest" if answers.is_largest else "Smallest"), answers.axis.name
-    unanswered = [row for row in answers.rows if row[answers.column] is None]
-    if unanswered:
-        count_text = f" in {len(unanswered)} of {len(answers.rows)} searches" if len(answers.rows) > 1 else ""
-        return [
-            f"{superlative} safe {name}: the range contains "
-            f"none{count_text}{_limiting_text(study, answers, unanswered[0])}.",
-            *_not_monotone_sentences(answers),
-        ]
-    strictest_of = min if answers.is_largest else max
-    row = strictest_of(answers.rows, key=lambda row: row[answers.column])
-    text = f"{superlative} safe {name}: {answers.axis.text(row[answers.column])}"
-    if answers.is_per_case and len(answers.rows) > 1:
-        text += f", which is safe in all {len(answers.rows)} searches"
-    interval_text = answers.interval_text(row)
-    text += f"; the border is {interval_text}" if interval_text else "; the range of the search ends there"
-    return [f"{text}{_limiting_text(study, answers, row)}.", *_not_monotone_sentences(answers)]
 
 
 def answer_cards(study: Study) -> list[tuple[str, str, str]]:
@@ -241,7 +218,7 @@ def _key_effect_blocks(answers: _Answers, nearest: dict[str, Any]) -> list[Block
 
 def _margin_cell(margin: float | None, missing: str = "unknown") -> Quantity:
     """Return a margin in per cent, or `missing`."""
-    text = missing if margin is None else f"{wording.short_number_text(100.0 * margin, 3)}{wording.BLANK}%"
+    text = missing if margin is None else case_margin_text(margin, (), "")
     return Quantity(text if margin is None else margin, text)
 
 
