@@ -18,6 +18,7 @@ import clearsweep
 from clearsweep import report, simulation
 from clearsweep.answers import validity, verdict
 from clearsweep.contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism, Output
+from clearsweep.contracts.roles import CHOICE, CONDITION
 from clearsweep.language import wording
 from clearsweep.mechanics.mechanism import MECHANISMS
 from clearsweep.report import sections
@@ -234,7 +235,7 @@ MADE_UP = (
         *("four-bar", "made up", "", "", ""),
         bodies=("ground", "crank", "rod", "rocker"),
         joints=(JointSite("rod-rocker", "rod", "rocker"),),
-        keys=(Keys("drive", "the drive", (Field("speed", "rad/s"),), "implied"),),
+        keys=(Keys("drive", "the drive", (Field("speed", "rad/s"),), "implied", role=CONDITION),),
         channels=(
             Channel("rocker/angle", "rad", "angle of the rocker"),
             Channel("rocker/rate", "rad/s", "its rate"),
@@ -249,7 +250,7 @@ MADE_UP = (
         *("falling-mass", "made up", "", "", ""),
         bodies=("slot", "mass"),
         joints=(JointSite("slot", "slot", "mass", "line"),),
-        keys=(Keys("mechanism", "", (Field("mass", "kg"), GRAVITY)),),
+        keys=(Keys("mechanism", "", (Field("mass", "kg"), GRAVITY), role=CHOICE),),
         channels=(Channel("mass/x", "m", "height of the mass"), Channel("mass/v", "m/s", "its rate")),
         turns=False,
         build=None,
@@ -258,7 +259,7 @@ MADE_UP = (
         *("wheel", "made up", "", "", ""),
         bodies=("ground", "wheel"),
         joints=(JointSite("hub", "ground", "wheel"),),
-        keys=(Keys("drive", "the drive", (Field("speed", "rad/s"),), "implied"),),
+        keys=(Keys("drive", "the drive", (Field("speed", "rad/s"),), "implied", role=CONDITION),),
         channels=(Channel("wheel/charge", "A*s", "what it carries"),),
         turns=True,
         build=None,

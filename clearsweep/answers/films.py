@@ -38,6 +38,8 @@ def film_answer(record: Mapping[str, Any], layout: Layout, columns: Any, cases: 
     texts = [(wording.texts_in_common_unit([size], "m")[0], values) for size, values in named]
     return {
         "count": len(safe),
+        "undecided": sum(design["verdict"] == "undecided" for design in answer["designs"]),
+        "missing": [design for design in answer["designs"] if design["missing"]][:MAX_LISTED],
         "total": answer["designs_total"],
         "criterion": criterion_text(finished, joints[0]),
         "designs": [{"values": values, "text": f"least film {text}"} for text, values in texts[:MAX_LISTED]],

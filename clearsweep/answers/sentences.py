@@ -109,7 +109,8 @@ def _verdict_on_cases(answer: Answer, words: Words) -> Iterator[Sentence]:
         return
     undecided = f"; {counts['undecided']} undecided" if counts["undecided"] else ""
     values = {"met": counts["met"], "judged": judged, "limits": words.limits_text(), "undecided": undecided}
-    yield Sentence("{met} of {judged} cases meet the limits: {limits}{undecided}.", values)
+    values["verb"] = "meets" if counts["met"] == 1 else "meet"
+    yield Sentence("{met} of {judged} cases {verb} the limits: {limits}{undecided}.", values)
 
 
 def design_counts(answer: Answer) -> dict[str, int]:
@@ -256,10 +257,9 @@ def _missing_text(
 ) -> str:
     names = [words.setting(design["values"]) for design in designs if design["values"]]
     total = answer["designs_total"]
-    subject = (
-        names[0] if len(names) == 1 else f"all {total} designs" if len(designs) == total else f"{len(names)} designs"
-    )
-    subject = subject if names else "the case" if not values else "it"
+    everyone = "both designs" if total == 2 else f"all {total} designs"
+    several = everyone if len(designs) == total else f"{len(names)} designs"
+    subject = (names[0] if len(names) == 1 else several) if names else "it" if values else "the case"
     at = f" at {words.setting(values)}" if values else ""
     if why == NOT_RUN:
         return f"{subject} {'was' if len(names) < 2 else 'were'} not run{at}"
@@ -304,7 +304,7 @@ def convergence(answer: Answer, words: Words) -> Iterator[Sentence]:
             )
         else:
             yield Sentence(
-                "The finest {axis} decides ({figure} {finest}); {value} gives {coarse}, {difference} off: unconverged.",
+                "The finest {axis} decides ({figure} {finest}); {value}: {coarse}, {difference} off, not converged.",
                 values,
             )
 
@@ -434,7 +434,7 @@ def force(answer: Answer, words: Words) -> Iterator[Sentence]:
 
 def error(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Give the largest error of the output."""
-    for entry in extremes_of(answer, "error_max", words)[:1]:
+    for entry in [entry for entry in extremes_of(answer, "error_max", words) if entry["largest"]["value"]][:1]:
         (text,) = words.figures(entry["figure"], [entry["largest"]["value"]])
         where = place_text(answer, words, entry["largest"])
         values = {"figure": words.figure(entry["figure"]), "value": text, "where": where}
@@ -506,10 +506,10 @@ def film(answer: Answer, words: Words) -> Iterator[Sentence]:
         items = [f"{words.setting(design['values'])}{in_brackets(design['text'])}" for design in safe["designs"]]
         values = {"count": safe["count"], "total": safe["total"], "every": every_text(answer, words)}
         values |= {"criterion": safe["criterion"], "designs": listed(items, 60)}
-        yield Sentence(
-            "{count} of {total} combinations keep their film {criterion}{every}" + (": {designs}." if items else "."),
-            values,
-        )
+        values["open"] = f"; {safe['undecided']} undecided" if safe["undecided"] else ""
+        template = "{count} of {total} combinations keep their film {criterion}{every}"
+        yield Sentence(template + (": {designs}{open}." if items else "{open}."), values)
+        yield from missing({**answer, "designs": safe["missing"], "designs_total": safe["total"]}, words)
     entry = min(entries, key=lambda candidate: candidate["smallest"]["value"])
     (text,) = words.figures(entry["figure"], [entry["smallest"]["value"]])
     where = place_text(answer, words, entry["smallest"])
