@@ -261,7 +261,8 @@ def _more(source: Source, cases: Cases, column: Any, row: int, end: str) -> dict
         )
         case_id = str(cases.values("case_id")[row])
         body = source.worn_body(case_id)
-        return {"interval": lifetime.interval_text(life), "spread": lifetime.spread_text(life), "body": body}
+        texts = {"interval": lifetime.interval_text(life), "spread": lifetime.spread_text(life), "body": body}
+        return texts | {"omitted": lifetime.smoothing_sentences([life.smoothing_width])}
     return {}
 
 

@@ -461,6 +461,8 @@ def life(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence("Shortest life of {joint}{body}{until}: {hours}{interval}{where}.", values)
         if shortest.get("spread"):
             yield Sentence("{spread}.", {"spread": shortest["spread"]})
+        for text in shortest.get("omitted", ()):
+            yield Sentence("{text}", {"text": text})
         if longest["case"] != shortest["case"]:
             yield Sentence("Longest: {hours}{interval}{where}.", _life_values(answer, words, longest))
     if unreached := answer.get("unreached"):
