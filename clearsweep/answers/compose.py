@@ -11,7 +11,7 @@ from ..contracts.layout import Layout
 from ..language import wording
 from . import case_ranking, films, fits, identification, law_check, lifetime, sentences
 from .judge import EXCEEDED, MET, UNDECIDED, Cases, answer_on, is_null, judge, named_value
-from .probability import is_one_sample
+from .probability import RANDOM_METHODS
 from .words import Words
 
 SEARCHES = ("seek", "optimise", "identify")  # sections of a grid that choose all of its cases
@@ -71,7 +71,7 @@ def compose(source: Source) -> dict[str, Any]:
     columns: Any = _Columns(source.read, names | {*(record.get("figures") or {})})
     own = own_cases(record, columns, source.base_laws)
     cases = Cases(record, columns, own)
-    question = question_of(record, layout)
+    question = question_of(record, layout, cases.paths)
     figures = _figures(question, cases, layout)
     answer: dict[str, Any] = {
         "question": question,
@@ -91,12 +91,13 @@ def compose(source: Source) -> dict[str, Any]:
     return answer
 
 
-def question_of(record: Mapping[str, Any], layout: Layout) -> str:
-    """Return the leading question of a grid."""
+def question_of(record: Mapping[str, Any], layout: Layout, paths: Sequence[str]) -> str:
+    """Return the leading question of a grid; paths : those that vary."""
     question = case_ranking.ranking_of(layout, case_ranking.limits_of_record(record), record).question
     if question in ("life", *SEARCHES):
         return question
-    if is_one_sample(record):
+    sample = record.get("sample") or {}
+    if sample.get("method") in RANDOM_METHODS and set(paths) <= set(sample["drawn"]):
         return "sample"
     return "refine" if record.get("refine") else question
 

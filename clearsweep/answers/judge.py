@@ -59,8 +59,8 @@ class Cases:
     def _is_varied(self, path: str) -> bool:
         if path not in self._columns:
             return False
-        levels, codes = codes_of(_array(self._columns[path])[self._rows])
-        return len(levels) > 1 or (len(levels) == 1 and bool((codes < 0).any()))
+        values = _array(self._columns[path])
+        return len(codes_of(values[self._rows] if len(self._rows) else values)[0]) > 1  # a search runs none of its own
 
     def paths_of(self, *names: str) -> list[str]:
         """Return the varied paths with one of these roles."""
@@ -175,7 +175,7 @@ def answer_on(cases: Cases, figures: Sequence[str]) -> dict[str, Any]:
 
 def _question(cases: Cases) -> str:
     sample = cases.record.get("sample") or {}
-    if sample.get("method") in RANDOM_METHODS and set(cases.role_by_path) == set(sample.get("drawn", {})):
+    if sample.get("method") in RANDOM_METHODS and set(cases.paths) <= set(sample.get("drawn", {})):
         return "sample"
     return "limits" if cases.limits else "force"
 

@@ -18,8 +18,9 @@ FAILED_TO_SEPARATE = 1e-3  # relative difference of the depths of both bodies be
 
 def answer_of(run: StoredRun) -> dict[str, Any]:
     """Return the answer of a run, with its sentences; that of more than MOST_READ cases is not complete."""
-    is_cut = isinstance(run, SampledRun) or len(run) > MOST_READ
-    source = SampledRun(run) if isinstance(run, BlockedRun) and is_cut and not isinstance(run, SampledRun) else run
+    is_sampled = isinstance(run, SampledRun)
+    is_cut = is_sampled or (isinstance(run, BlockedRun) and len(run) > MOST_READ)
+    source = SampledRun(run) if isinstance(run, BlockedRun) and is_cut and not is_sampled else run
     counts = run.grid.get("counts") or {}
     is_complete = not (is_cut or counts.get("missing", 0) or run.grid.get("shard") or not run.grid.get("end"))
 

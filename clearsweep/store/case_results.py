@@ -53,7 +53,7 @@ def read_results(
         group_margins: dict[str, np.ndarray] = {}
         for limit in result_schema.verdict.limits:
             margin = limit.margin(columns)
-            margin = np.where(np.isnan(margin), -limit.excess(columns), margin)  # a bound of 0
+            margin = np.where(np.isnan(margin), -limit.excess(columns), margin) if limit.value == 0.0 else margin
             is_unmet = limit.is_exceeded(columns) | limit.is_undecided(columns)
             margin = np.where(np.isnan(margin) & is_unmet, -np.inf, margin)
             group_margins[limit.column] = np.fmin(group_margins.get(limit.column, np.inf), margin)

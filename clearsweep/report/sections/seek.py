@@ -1,9 +1,11 @@
 """Result of `seek`: the largest or smallest value that meets the limits, as an interval, for each case."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import pandas as pd
 
+from ...answers.verdict import Limit
 from ...answers.words import case_margin_text
 from ...language import wording
 from ..blocks.case_table import axis_columns
@@ -184,7 +186,7 @@ def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
         (
             *(case["point"].get(other.path) for other in answers.other_axes),
             case["value"],
-            _margin_cell(case["margin"]),
+            _margin_cell(case["margin"], study.limits),
             _limit_cell(study, case["limiting"]),
             _needed_text(case["needed"]) or wording.DASH,
         )
@@ -193,14 +195,14 @@ def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
     blocks: list[Block] = [Table("nearest", "How close the cases come to their limits", "", columns, rows)]
     if nearest["needed"] and len(best) > 1:
         blocks.append(Sentences([f"All of these {len(best)} would pass with {_needed_text(nearest['needed'])}."]))
-    return [*blocks, *_key_effect_blocks(answers, nearest)]
+    return [*blocks, *_key_effect_blocks(answers, nearest, study.limits)]
 
 
-def _key_effect_blocks(answers: _Answers, nearest: dict[str, Any]) -> list[Block]:
+def _key_effect_blocks(answers: _Answers, nearest: dict[str, Any], limits: Sequence[Limit]) -> list[Block]:
     """Return the other keys that change the margin of the case furthest from its limits."""
     furthest, rows = nearest["furthest"], []
     for effect in nearest["effects"]:
-        margins = [_margin_cell(effect[name], "failed") for name in ("lower", "margin", "upper")]
+        margins = [_margin_cell(effect[name], limits, "failed") for name in ("lower", "margin", "upper")]
         if len({margin.text for margin in margins}) > 1:
             scale = wording.scale(effect["unit"], effect["value"], speed=effect["path"].endswith("speed"))
             rows.append((effect["path"], Quantity(effect["value"], scale.text(effect["value"])), *margins[::2]))
@@ -210,15 +212,15 @@ def _key_effect_blocks(answers: _Answers, nearest: dict[str, Any]) -> list[Block
         return [Sentences(["No other single key of the grid changes the margin."])]
     other_texts = [f"{other.name} {other.text(furthest['point'].get(other.path))}" for other in answers.other_axes]
     setting = ", ".join([*other_texts, f"{answers.axis.name} {answers.axis.text(furthest['value'])}"])
-    margin = _margin_cell(furthest["margin"]).text
+    margin = _margin_cell(furthest["margin"], limits).text
     note = f"One key at a time is changed in the case furthest from its limits ({setting}); its margin is {margin}."
     columns = (Column("key"), Column("value"), Column("margin with 10 % less"), Column("with 10 % more"))
     return [Table("nearest-keys", "Other keys that change the margin", note, columns, rows)]
 
 
-def _margin_cell(margin: float | None, missing: str = "unknown") -> Quantity:
-    """Return a margin in per cent, or `missing`."""
-    text = missing if margin is None else case_margin_text(margin, (), "")
+def _margin_cell(margin: float | None, limits: Sequence[Limit], missing: str = "unknown") -> Quantity:
+    """Return a margin in words, or `missing`."""
+    text = missing if margin is None else case_margin_text(margin, limits, "")
     return Quantity(text if margin is None else margin, text)
 
 
