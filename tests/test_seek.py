@@ -295,7 +295,9 @@ def test_the_report_says_how_near_the_cases_come_and_which_keys_would_help(tmp_p
         "force peak",
         "rod_slider_force_peak at most 0.14\u00a0N",
     ]
-    assert [(row[0], row[2].text, row[3].text) for row in keys.rows] == [(MASS, "2.5 times the limit", "3.1 times the limit")]
+    assert [(row[0], row[2].text, row[3].text) for row in keys.rows] == [
+        (MASS, "2.5 times the limit", "3.1 times the limit")
+    ]
     quiet(searching(limit=1.0, largest="mechanism.rod.mass"), tmp_path / "run")
     (section,) = sections(study.prepare(clearsweep.open(tmp_path / "run")))
     assert len([block for block in section.blocks if isinstance(block, Table)]) == 1

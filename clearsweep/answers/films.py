@@ -71,7 +71,8 @@ def is_outside_law(cases: FinishedCases) -> np.ndarray:
     """Return which cases (n,) leave the range of their film law."""
     is_outside = np.zeros(len(cases), bool)
     for joint in film_joints(cases):
-        is_outside |= cases.values_of(f"{joint}_{LIMIT_FRACTION}").astype(float) > 0.0
+        if cases.has_values(f"{joint}_{LIMIT_FRACTION}"):
+            is_outside |= cases.values_of(f"{joint}_{LIMIT_FRACTION}").astype(float) > 0.0
     return is_outside
 
 
