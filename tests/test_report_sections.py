@@ -30,7 +30,7 @@ from clearsweep.report.data import study
 from clearsweep.report.data.answered import answer_of_study
 from clearsweep.report.documents import page, single
 from clearsweep.report.one_case import motion
-from clearsweep.report.sections import drivers, headline, maps, peaks, summary, tradeoffs, trust
+from clearsweep.report.sections import drivers, maps, peaks, summary, tradeoffs, trust
 from clearsweep.report.sections import seek as answers
 from clearsweep.report.sections import verdict as verdict_section
 
@@ -375,15 +375,6 @@ def test_the_rows_of_a_figure_have_one_unit(wide_run):
     cells = [cell.text for row in table.rows if row[0] == "force peak" for cell in (row[4], row[6])]
     assert len(cells) == 4
     assert units(" ".join(cells)) == {"kN"}
-
-
-def test_the_largest_peak_is_named_with_what_p99_sees_of_it(wide_run):
-    hidden = wide_run.summary[P99].idxmin()
-    wide_run.summary.loc[hidden, PEAK] = 9e6
-    message = headline.sentences(study.prepare(wide_run))[0]
-    assert message.startswith("Largest force peak: 9.00\u00a0MN at ")
-    assert "crank speed 286.5\u00a0rpm" in message
-    assert "(p99 " in message
 
 
 def test_cards_and_pictures_have_the_speed_at_which_the_joint_first_yields(wide_run):

@@ -15,7 +15,7 @@ from ..blocks.section import Block, Gallery, Points, Section, without_empty
 from ..blocks.table import Column, Quantity, Table, count_cell
 from ..data.answered import answer_of_study, finished_cases, words_of
 from ..data.axis import Axis
-from ..data.study import Joint, Study, largest, reduce_over_other_axes
+from ..data.study import Study, largest, reduce_over_other_axes
 from ..draw import heat_map, pass_share
 from ..samples import counts
 from ..statistics.main_effects import main_effects_of
@@ -53,39 +53,6 @@ def _progress_sentences(study: Study) -> list[str]:
         return []
     finished = len(study.cases) + len(study.failed)
     return [f"The run is not finished: this page has {finished} of {wording.count_text(finished + missing, 'case')}."]
-
-
-def force_ratio_sentences(study: Study) -> list[str]:
-    """Return the largest ratio of resultant to ideal forces for each joint."""
-    sentences = []
-    for joint in study.joints:
-        column = joint.column("force_peak_ratio")
-        if study.has(column):
-            worst = study.cases[column].idxmax()
-            setting_text = f", at {study.setting(worst)}" if study.swept() else ""
-            columns = [joint.column(name) for name in ("load_peak", "force_peak_ideal", "force_peak_median")]
-            load, ideal, *median_texts = study.texts(*((worst, name) for name in columns if study.has(name)))
-            sentences.append(
-                f"The load{study.joint_text(joint, ' in joint {}')} is at most {study.text(worst, column)} times the "
-                f"largest reaction without clearance: {load} against {ideal}{setting_text}. "
-                f"{_recurrence_text(study, joint, worst, median_texts)}."
-            )
-    return sentences
-
-
-def _recurrence_text(study: Study, joint: Joint, case_id: str, median_texts: list[str]) -> str:
-    """Return in words how often the largest peak of a case occurs.
-
-    If there is no period, `median_texts` contains the median peak.
-    """
-    period = study.cases.at[case_id, "period"] if "period" in study.cases else np.nan
-    if period == 1.0:
-        return "This motion is periodic, so the peak recurs every revolution"
-    if period > 1.0:
-        return f"This motion has a period of {period:.0f} revolutions, and the peak recurs in every period"
-    if not median_texts or wording.is_missing(study.cases.at[case_id, joint.column("force_peak_median")]):
-        return "No period was found in this motion"
-    return f"No period was found; the median peak per revolution is {median_texts[0]}"
 
 
 def _table(study: Study) -> Table:
