@@ -46,6 +46,7 @@ class Source(NamedTuple):
     base_laws: Mapping[str, str] = {}  # path of a law that `check_laws` varies -> the law of the grid
     complete: bool = True
     search: Sequence[Mapping[str, Any]] = ()  # rows of the table of a search
+    counts: Mapping[str, int] | None = None  # of verdicts, where `read` gives a part of the cases: no design is judged
     worn_body: Callable[[str], str] = lambda case_id: ""  # returns which body limits the life of a case, in words
 
 
@@ -70,9 +71,10 @@ def compose(source: Source) -> dict[str, Any]:
     names = {column.name for column in layout.columns} | {*record["units"], "case_id", "status"}
     columns: Any = _Columns(source.read, names | {*(record.get("figures") or {})})
     own = own_cases(record, columns, source.base_laws)
-    cases = Cases(record, columns, own)
+    is_part = source.counts is not None
+    cases = Cases({**record, "limits": {}} if is_part else record, columns, own)
     question = question_of(record, layout, cases.paths)
-    figures = _figures(question, cases, layout)
+    figures = [] if is_part else _figures(question, cases, layout)
     answer: dict[str, Any] = {
         "question": question,
         "complete": source.complete,
@@ -80,6 +82,7 @@ def compose(source: Source) -> dict[str, Any]:
         "search": [dict(row) for row in source.search],
         "sentences": [],
     }
+    answer |= {"cases": dict(source.counts)} if source.counts and record.get("limits") else {}
     answer |= _details(source, cases, columns, answer)
     is_ok = np.array([value == "ok" for value in columns["status"].tolist()], bool)
     words = Words(record, layout, lambda name: columns[name][is_ok])

@@ -7,6 +7,7 @@ import numpy as np
 from .. import grid as grids
 from ..answers.compose import Source, compose
 from ..answers.judge import is_null
+from .blocks import sum_counts
 from .directory import RunDirectory
 from .read import StoredRun
 from .read_blocks import BlockedRun
@@ -18,15 +19,20 @@ FAILED_TO_SEPARATE = 1e-3  # relative difference of the depths of both bodies be
 
 def answer_of(run: StoredRun) -> dict[str, Any]:
     """Return the answer of a run, with its sentences; that of more than MOST_READ cases is not complete."""
-    is_sampled = isinstance(run, SampledRun)
-    is_cut = is_sampled or (isinstance(run, BlockedRun) and len(run) > MOST_READ)
-    source = SampledRun(run) if isinstance(run, BlockedRun) and is_cut and not is_sampled else run
+    whole = run.whole if isinstance(run, SampledRun) else run
+    is_cut = isinstance(whole, BlockedRun) and len(whole) > MOST_READ
+    source = SampledRun(whole) if isinstance(whole, BlockedRun) and is_cut else whole
     counts = run.grid.get("counts") or {}
     is_complete = not (is_cut or counts.get("missing", 0) or run.grid.get("shard") or not run.grid.get("end"))
 
-    def read(name: str) -> np.ndarray:
+    def column(name: str) -> np.ndarray:
         values: np.ndarray = np.concatenate([block[name] for block in source.blocks([name])])
         return values
+
+    order = np.argsort(column("case_id"))  # blocks have an order of their own
+
+    def read(name: str) -> np.ndarray:
+        return column(name)[order]
 
     return compose(
         Source(
@@ -36,9 +42,19 @@ def answer_of(run: StoredRun) -> dict[str, Any]:
             grids.base_laws(run.grid),
             is_complete,
             search_rows(run),
-            lambda case_id: _worn_body(run, case_id),
+            _counts(whole) if is_cut else None,
+            lambda case_id: _worn_body(whole, case_id),
         )
     )
+
+
+def _counts(run: StoredRun) -> dict[str, int]:
+    """Return the number of cases of a run in blocks with each verdict."""
+    counts = [mark["counts"] for mark in run.marks()]
+    limits, statuses = sum_counts(counts, "limits"), sum_counts(counts, "statuses")
+    failed = sum(statuses.values()) - statuses["ok"]
+    met = limits["cases"] - limits["any"] - limits["unknown"]
+    return {"met": met, "exceeded": limits["any"], "undecided": limits["unknown"] + failed, "added": 0}
 
 
 def search_rows(run: StoredRun) -> list[dict[str, Any]]:
