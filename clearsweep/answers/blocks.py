@@ -47,7 +47,7 @@ def effects(cases: "Cases", figures: Sequence[str]) -> list[dict[str, Any]]:
         shares = variance_shares(values, [axis.codes for axis in axes])
         found = [
             {"figure": figure, "path": axis.paths[0], **_effect(cases, axis, values, share)}
-            for axis, (share, _) in zip(axes, shares, strict=True)
+            for axis, share in zip(axes, shares, strict=True)
         ]
         found += [{"figure": figure, "path": path, **entry} for path, entry in _rank_effects(cases, drawn, values)]
         entries += sorted(found, key=lambda entry: -(entry["share"] or 0.0))

@@ -168,6 +168,7 @@ def answer_on(cases: Cases, figures: Sequence[str]) -> dict[str, Any]:
         "cases": counts,
         "designs": designs[:MAX_DESIGNS],
         "designs_total": len(designs),
+        "verdicts": {name: sum(design["verdict"] == name for design in designs) for name in VERDICTS.values()},
         "effects": blocks.effects(cases, figures),
         "convergence": _convergence(cases, figures),
     }

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from ..language import wording
 from . import blocks, labels, lifetime
-from .judge import MAX_DESIGNS, NOT_RUN, missing_groups
+from .judge import NOT_RUN, missing_groups
 from .words import Words, factor_text, margin_text
 
 MAX_LINES, MAX_LENGTH = 6, 160  # of an answer, and characters of a line
@@ -64,59 +64,36 @@ def state(answer: Answer, words: Words) -> Iterator[Sentence]:
 
 
 def verdict(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Say how many designs meet the limits under every condition."""
-    designs, total = answer["designs"], answer["designs_total"]
-    if not answer["cases"]:
-        return
-    if not designs:
-        yield from _verdict_on_cases(answer, words)
-        return
-    counts = design_counts(answer)
-    if total > MAX_DESIGNS:
-        yield Sentence("There are {total} designs; the best {most} are listed.", {"total": total, "most": MAX_DESIGNS})
-    values = {"every": every_text(answer, words), "limits": words.limits_text(), "total": total, **counts}
-    values["open"] = f"; {counts['undecided']} undecided" if counts["undecided"] else ""
-    if total == 1:
-        template = {
-            "meets": "{subject} meets the limits{every}: {limits}.",
-            "exceeds": "{subject} does not meet the limits{every}: {limits}{share}.",
-            "undecided": "Whether {subject} meets the limits{every} is undecided: {limits}.",
-        }[designs[0]["verdict"]]
-        values["subject"] = "the machine" if designs[0]["conditions"] > 1 else "the case"
-        values["share"] = _share_of_conditions(designs[0])
-        yield Sentence(template, values)
-    elif counts["meets"] == total:
-        yield Sentence("All {total} designs meet the limits{every}: {limits}.", values)
-    elif not counts["meets"] and counts["undecided"] == total:
-        yield Sentence("No design is known to meet the limits{every}: {limits}; all {total} are undecided.", values)
-    elif not counts["meets"]:
-        yield Sentence("None of {total} designs meets the limits{every}: {limits}{open}.", values)
-    else:
-        values["verb"] = "meets" if counts["meets"] == 1 else "meet"
-        yield Sentence("{meets} of {total} designs {verb} the limits{every}: {limits}{open}.", values)
-
-
-def _share_of_conditions(design: Mapping[str, Any]) -> str:
-    if design["conditions"] < 2:
-        return ""
-    return f" ({design['exceeded']} of {design['conditions']} exceed)"
-
-
-def _verdict_on_cases(answer: Answer, words: Words) -> Iterator[Sentence]:
-    counts = answer["cases"]
-    judged = counts["met"] + counts["exceeded"] + counts["undecided"]
+    """Say how many designs meet the limits under every condition; without designs, how many cases do."""
+    designs, total, counts = answer["designs"], answer["designs_total"], answer["cases"]
+    judged = sum(counts[name] for name in ("met", "exceeded", "undecided")) if counts else 0
     if not judged:
         return
-    undecided = f"; {counts['undecided']} undecided" if counts["undecided"] else ""
-    values = {"met": counts["met"], "judged": judged, "limits": words.limits_text(), "undecided": undecided}
-    values["verb"] = "meets" if counts["met"] == 1 else "meet"
-    yield Sentence("{met} of {judged} cases {verb} the limits: {limits}{undecided}.", values)
-
-
-def design_counts(answer: Answer) -> dict[str, int]:
-    """Return the number of listed designs with each verdict."""
-    verdicts = [design["verdict"] for design in answer["designs"]]
-    return {name: verdicts.count(name) for name in ("meets", "undecided", "exceeds")}
+    verdicts = answer["verdicts"] if designs else {"meets": counts["met"], "undecided": counts["undecided"]}
+    met, open_count = verdicts["meets"], verdicts["undecided"]
+    values = {"every": every_text(answer, words), "limits": words.limits_text(), "met": met, "total": total or judged}
+    values["open"] = f"; {open_count} undecided" if open_count else ""
+    values["verb"] = "meets" if met == 1 else "meet"
+    if not designs:
+        yield Sentence("{met} of {total} cases {verb} the limits: {limits}{open}.", values)
+    elif total == 1:
+        (design,) = designs
+        values["subject"] = "the machine" if design["conditions"] > 1 else "the case"
+        exceeding = f" ({design['exceeded']} of {design['conditions']} exceed)" if design["conditions"] > 1 else ""
+        template = {
+            "meets": "{subject} meets the limits{every}: {limits}.",
+            "exceeds": "{subject} does not meet the limits{every}: {limits}{exceeding}.",
+            "undecided": "Whether {subject} meets the limits{every} is undecided: {limits}.",
+        }
+        yield Sentence(template[design["verdict"]], values | {"exceeding": exceeding})
+    elif met == total:
+        yield Sentence("All {total} designs meet the limits{every}: {limits}.", values)
+    elif open_count == total:
+        yield Sentence("No design is known to meet the limits{every}: {limits}; all {total} are undecided.", values)
+    elif not met:
+        yield Sentence("None of {total} designs meets the limits{every}: {limits}{open}.", values)
+    else:
+        yield Sentence("{met} of {total} designs {verb} the limits{every}: {limits}{open}.", values)
 
 
 def every_text(answer: Answer, words: Words) -> str:
@@ -133,25 +110,20 @@ def every_text(answer: Answer, words: Words) -> str:
 
 
 def share(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Say which share of the draws of a sample exceeds a limit."""
+    """Say which share of the draws of a sample exceeds a limit; the interval is that of the share that meets them."""
     for design in answer["designs"][:2]:
         if part := design.get("share"):
-            ends = [part["low"], part["high"]]
-            values = {
-                "where": f"{words.setting(design['values'])}: " if design["values"] else "",
-                "exceeded": f"{100.0 * part['exceeded']:.2g}{PERCENT}",
-                "count": design["conditions"],
-                "limits": words.limits_text(),
-                "undecided": f"; {100.0 * part['undecided']:.2g}{PERCENT} are undecided" if part["undecided"] else "",
-                "interval": "",
-            }
-            if None not in ends:
-                low, high = (f"{100.0 * (1.0 - end):.2g}" for end in reversed(ends))
-                values["interval"] = f" (95{PERCENT} interval of the share: {low} to {high}{PERCENT})"
-                if part["undecided"]:
-                    low, high = (f"{100.0 * end:.2g}" for end in ends)
-                    values["interval"] = f" ({low} to {high}{PERCENT} meet them, 95{PERCENT} interval)"
-            yield Sentence("{where}{exceeded} of {count} draws exceed a limit{interval}{undecided}: {limits}.", values)
+            exceeded, undecided = (f"{100.0 * part[name]:.2g}{PERCENT}" for name in ("exceeded", "undecided"))
+            values = {"where": f"{words.setting(design['values'])}: " if design["values"] else "", "interval": ""}
+            values |= {"exceeded": exceeded, "count": design["conditions"], "limits": words.limits_text()}
+            values["undecided"] = f"; {undecided} are undecided" if part["undecided"] else ""
+            if part["low"] is not None:
+                ends = (part["low"], part["high"]) if part["undecided"] else (1.0 - part["high"], 1.0 - part["low"])
+                low, high = (f"{100.0 * end:.2g}" for end in ends)
+                of_what = "meeting them" if part["undecided"] else "exceeding one"
+                values["interval"] = f" ({low} to {high}{PERCENT} {of_what}, 95{PERCENT} interval)"
+            template = "{where}{exceeded} of {count} draws exceed a limit{interval}{undecided}: {limits}."
+            yield Sentence(template, values)
 
 
 def boundary(answer: Answer, words: Words) -> Iterator[Sentence]:
@@ -161,7 +133,10 @@ def boundary(answer: Answer, words: Words) -> Iterator[Sentence]:
         return
     met = [design for design in designs if design["verdict"] == "meets"]
     if answer["designs_total"] == 1 or not designs[0]["values"]:
-        yield from _worst_case(answer, words, designs[0])
+        if text := words.margin(designs[0]):
+            lead = "Smallest" if designs[0]["verdict"] == "meets" else "Worst:"
+            values = {"lead": lead, "margin": text, "where": at_worst(answer, words, designs[0])}
+            yield Sentence("{lead} {margin}{where}.", values)
     elif edge := _edge(answer):
         good, bad, upwards = edge
         values = {
@@ -192,14 +167,6 @@ def boundary(answer: Answer, words: Words) -> Iterator[Sentence]:
 def in_brackets(text: str) -> str:
     """Return ' (text)', or '' for no text."""
     return f" ({text})" if text else ""
-
-
-def _worst_case(answer: Answer, words: Words, design: Mapping[str, Any]) -> Iterator[Sentence]:
-    text = words.margin(design)
-    if text:
-        values = {"margin": text, "where": at_worst(answer, words, design)}
-        is_met = design["verdict"] == "meets"
-        yield Sentence("Smallest {margin}{where}." if is_met else "Worst: {margin}{where}.", values)
 
 
 def at_worst(answer: Answer, words: Words, design: Mapping[str, Any]) -> str:

@@ -1,17 +1,16 @@
-"""Analysis of variance of a figure over varied values: their shares, and whether an effect exceeds the scatter."""
+"""Analysis of variance of a figure over varied values: the share of each."""
 
 import numpy as np
 
 PASSES = 20  # of the fit of main effects; one is exact if every combination finished
 
 
-def variance_shares(values: np.ndarray, value_indices: list[np.ndarray]) -> list[tuple[float, float]]:
-    """Return, for each axis, its share of the variance of a figure, corrected for chance, and its F ratio.
+def variance_shares(values: np.ndarray, value_indices: list[np.ndarray]) -> list[float]:
+    """Return, for each axis, its share of the variance of a figure, corrected for chance; NaN: undefined.
 
     The variance is that of log(values) where all values are positive, else that of the values.
-
     `value_indices` : per axis the index of each case on it, (cases,).  The scatter is the residual of the sum of all
-    main effects (analysis of variance without interactions); without degrees of freedom both are NaN.
+    main effects (analysis of variance without interactions); without degrees of freedom no share is defined.
     """
     is_known = np.isfinite(values)
     known = values[is_known]
@@ -23,19 +22,14 @@ def variance_shares(values: np.ndarray, value_indices: list[np.ndarray]) -> list
     residuals -= residuals.mean() if len(residuals) else 0.0
     total = float(residuals @ residuals)
     if residual_freedom <= 0 or total <= 1e-20 * len(residuals):  # all values equal, except for rounding
-        return [(np.nan, np.nan)] * len(value_indices)
+        return [np.nan] * len(value_indices)
     sums_between = [float(np.bincount(group) @ _group_means(group, residuals) ** 2) for group in groups]
     for _ in range(PASSES):
         for group in groups:
             residuals -= _group_means(group, residuals)[group]
     scatter = max(float(residuals @ residuals) / residual_freedom, 1e-12 * total)
-    return [
-        (
-            max(0.0, (sum_of_squares - freedom * scatter) / total),
-            sum_of_squares / freedom / scatter if freedom else np.nan,
-        )
-        for sum_of_squares, freedom in zip(sums_between, freedoms, strict=True)
-    ]
+    between = zip(sums_between, freedoms, strict=True)
+    return [max(0.0, (sum_of_squares - freedom * scatter) / total) for sum_of_squares, freedom in between]
 
 
 def _renumbered(indices: np.ndarray) -> np.ndarray:

@@ -63,9 +63,9 @@ def _verdict_cards(study: Study, answer: Mapping[str, Any]) -> list[Card]:
     if answer["designs_total"] == 1:
         cards = [("Verdict", f"{best['verdict']} the limits".replace("undecided the limits", "undecided"), every)]
     else:
-        met = sentences.design_counts(answer)
-        note = "; ".join(filter(None, (every, f"{met['undecided']} undecided" if met["undecided"] else "")))
-        cards = [("Designs within the limits", f"{met['meets']} of {answer['designs_total']}", note)]
+        met, open_count = (answer["verdicts"][name] for name in ("meets", "undecided"))
+        note = "; ".join(filter(None, (every, f"{open_count} undecided" if open_count else "")))
+        cards = [("Designs within the limits", f"{met} of {answer['designs_total']}", note)]
     text = words.margin(best)
     where = "; ".join(
         filter(None, (words.setting(best["values"]), sentences.at_worst(answer, words, best).removeprefix(" at ")))

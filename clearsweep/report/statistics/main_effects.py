@@ -41,7 +41,7 @@ def _main_effects(study: Study, column: str) -> list[MainEffect]:
     codes = {axis.path: study.indices_on(axis) for axis in study.swept()}
     shares = variance.variance_shares(values, [codes[axis.path] for axis in levels])
     effects = []
-    for axis, (share, _) in zip(levels, shares, strict=True):
+    for axis, share in zip(levels, shares, strict=True):
         of_axis = blocks.Axis((axis.path,), list(axis.values), codes[axis.path])
         matched = blocks.known_blocks(codes, of_axis, values)
         if not matched:
