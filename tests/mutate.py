@@ -625,7 +625,7 @@ MUTATIONS = (
     Mutation(JUDGE, "combined", "EXCEEDED if EXCEEDED in verdicts else", "", JUDGED),
     Mutation(JUDGE, "_design", "for condition in tuples", "for condition in rows_by_tuple", JUDGED),
     Mutation(JUDGE, "_design", "UNDECIDED if missing else MET", "MET", JUDGED),
-    Mutation(JUDGE, "_designs", "sample.get('method') == ONE_AT_A_TIME or", "", JUDGED),
+    Mutation(JUDGE, "_designs", 'sample.get("method") == ONE_AT_A_TIME or', "", JUDGED),
     Mutation(JUDGE, "_designs", "roles.CONDITION, roles.MODEL", "roles.CONDITION", JUDGED),
     Mutation(JUDGE, "_worst", 'fact["margin"] or 0.0', '-(fact["margin"] or 0.0)', JUDGED),
     Mutation(JUDGE, "_rank", "-(margin or 0.0)", "(margin or 0.0)", JUDGED),

@@ -167,6 +167,7 @@ def _details(source: Source, cases: Cases, columns: Any, answer: Mapping[str, An
         details["nearest"] = _nearest(record, columns, answer["search"])
     if answer["question"] == "sample":
         details["irregular"] = _irregular(cases)
+    details["tried"] = len(columns["case_id"])
     if answer["question"] == "optimise" and cases.limits and answer["search"]:
         everything = Cases(record, columns)
         of_case = dict(zip(everything.values("case_id").tolist(), everything.verdicts.tolist(), strict=True))
@@ -175,6 +176,7 @@ def _details(source: Source, cases: Cases, columns: Any, answer: Mapping[str, An
         details["suggestion"] = _suggested_limit(source, cases, answer["question"], details["extremes"])
     if answer["question"] == "identify":
         details["identified"] = identified_parameters(record)
+        details["explained"] = bool((record.get("identified") or {}).get("explained", True))
     return details
 
 

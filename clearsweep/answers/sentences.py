@@ -509,6 +509,8 @@ def wear(answer: Answer, words: Words) -> Iterator[Sentence]:
 def added(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Say how many cases a search added, and how many exceed a limit with them."""
     counts = answer["cases"]
+    if counts and not counts["added"] and answer["question"] == "refine":
+        yield Sentence("No cases were added: no two neighbours differ in meeting the limits.")
     if counts and counts["added"] and (totals := answer.get("all_cases")):
         values = {"added": counts["added"], "count": sum(totals.values()), **totals}
         values["open"] = f", {totals['undecided']} are undecided" if totals["undecided"] else ""
@@ -575,7 +577,8 @@ def optimise(answer: Answer, words: Words) -> Iterator[Sentence]:
     margins = [row.get("margin") for row in rows]
     is_met = answer.get("best_met", True)
     count = len(rows)
-    lead = "The best case" if count == 1 else f"The front has {count} cases, such as"
+    tried = wording.count_text(answer["tried"], "case")
+    lead = f"The best of {tried}" if count == 1 else f"The front has {count} of {tried}, such as"
     lead = lead if is_met else "No case meets the limits; nearest"
     for index, row in enumerate(rows[: MAX_LINES - 2]):
         values = {
@@ -601,11 +604,13 @@ def _limits_of(words: Words, row: Mapping[str, Any]) -> list:
 
 def identify(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Give the identified values with their intervals."""
-    for parameter in answer.get("identified", ())[:MAX_LINES]:
+    for parameter in answer.get("identified", ())[: MAX_LINES - 1]:
         path = parameter["path"]
         value, low, high = (words.value(path, parameter[key]) for key in ("value", "low", "high"))
-        values = {"name": words.axis_name(path), "value": value, "low": low, "high": high}
-        yield Sentence("{name} {value} (95 %: {low} to {high}){note}.", values | {"note": parameter["note"]})
+        values = {"name": words.axis_name(path), "value": value, "range": from_to(low, high).removeprefix("from ")}
+        yield Sentence("{name} {value} (95 %: {range}){note}.", values | {"note": parameter["note"]})
+    if not answer.get("explained", True):
+        yield Sentence("Misfit: no values of these keys explain the measurement, so the intervals are widened.")
 
 
 def laws(answer: Answer, words: Words) -> Iterator[Sentence]:

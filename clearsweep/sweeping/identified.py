@@ -3,8 +3,10 @@
 from pathlib import Path
 from typing import Any
 
+from ..answers import identification
 from .identifying import IdentificationResult
 from .observed import GAIN, NOISE
+from .settings import grid_text, number_of_joints
 
 
 def of_run(identified: IdentificationResult) -> dict[str, Any]:
@@ -18,3 +20,18 @@ def of_run(identified: IdentificationResult) -> dict[str, Any]:
         fact | {"file": Path(fact["file"]).name, "noise": list(fact["noise"])} for fact in facts["signals"]
     ]
     return facts | {"priors": {"gain": GAIN, "noise": list(NOISE)}}
+
+
+def fit_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the lines that compare the best cases with the measured signals, feature by feature."""
+    identified = facts["identified"]
+    if not identified:
+        return []
+    lines = ["", "The best cases compared with the measured signals"]
+    for fit in identified["fits"]:
+        measured, computed = (grid_text(fit[name], fit["unit"]) for name in ("measured", "computed"))
+        discrepancy = identification.difference_text(fit)
+        lines.append(f"  {fit['channel']}, {fit['feature']}: {measured} measured, {computed} computed{discrepancy}")
+    joints = number_of_joints(parameter["path"] for parameter in identified["parameters"])
+    lines += ["", f"Identified by {identified['finished']:,} finished cases of {identified['looked_at']:,}"]
+    return [*lines, *(f"  {sentence}" for sentence in identification.sentences(identified, joints))]

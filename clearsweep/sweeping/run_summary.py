@@ -131,7 +131,7 @@ def run_text(facts: dict[str, Any]) -> str:
         lines += ["  --retry-failed runs them again"]
     if facts["worst"]:
         lines += ["", facts["ranked"]["title"] + _shared(facts), *_aligned(_worst_rows(facts))]
-    lines += _expected_lines(facts)
+    lines += [*_expected_lines(facts), *identified.fit_lines(facts)]
     lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
     lines += _answer_lines(facts)
     lines += [
