@@ -26,7 +26,8 @@ def answer_of(run: StoredRun) -> dict[str, Any]:
     is_complete = not (is_cut or counts.get("missing", 0) or run.grid.get("shard") or not run.grid.get("end"))
 
     def column(name: str) -> np.ndarray:
-        values: np.ndarray = np.concatenate([block[name] for block in source.blocks([name])])
+        parts = [block[name] for block in source.blocks([name])]
+        values: np.ndarray = np.concatenate(parts) if parts else np.zeros(0, object)
         return values
 
     order = np.argsort(column("case_id"))  # blocks have an order of their own
