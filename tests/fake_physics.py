@@ -15,6 +15,7 @@ import numpy as np
 from clearsweep.contracts import results
 from clearsweep.contracts.catalogue import Catalogue, Channel, Field, Figure, JointSite, Keys, Law, Mechanism, Output
 from clearsweep.contracts.layout import Layout
+from clearsweep.contracts.roles import CHOICE, CONDITION
 from clearsweep.language.errors import InputError
 
 GOOD, REFUSED, RAISES, DIES, HANGS, FAILS, LOCKS = 0.0, 400.0, 500.0, 600.0, 700.0, 800.0, 900.0  # below 10: s of sleep
@@ -45,11 +46,11 @@ CATALOGUE = Catalogue(
             bodies=("ground", "crank", "rod", "slider"),
             joints=(JointSite("rod-slider", "rod", "slider", journal="rod"),),
             keys=(
-                Keys("mechanism.crank", "the crank", _BODY),
-                Keys("mechanism.rod", "the rod", _BODY),
-                Keys("mechanism.slider", "the slider", (Field("mass", "kg"),)),
-                Keys("mechanism", "", (Field("gravity", "m/s^2", low_open=False, default=0.0),)),
-                Keys("drive", "the drive", (Field("speed", "rad/s"),), "implied"),
+                Keys("mechanism.crank", "the crank", _BODY, role=CHOICE),
+                Keys("mechanism.rod", "the rod", _BODY, role=CHOICE),
+                Keys("mechanism.slider", "the slider", (Field("mass", "kg"),), role=CHOICE),
+                Keys("mechanism", "", (Field("gravity", "m/s^2", low_open=False, default=0.0),), role=CONDITION),
+                Keys("drive", "the drive", (Field("speed", "rad/s"),), "implied", role=CONDITION),
             ),
             channels=tuple(
                 Channel(name, "m", "made up")

@@ -169,7 +169,10 @@ class Run(OfFrame):
         rows = [self._row(point, index < failures) for index, point in enumerate(points)]
         self.summary = pd.DataFrame(rows).sort_values("case_id", ignore_index=True)
         units = {column.name: column.unit for column in self.layout.columns}
-        units |= {path: UNITS.get(path.rsplit(".", 1)[-1], "1") for path in sweep}
+        path_units = {path: UNITS.get(path.rsplit(".", 1)[-1], "1") for path in sweep}
+        units |= path_units
+        roles = {path: "condition" if path == "drive.speed" else "choice" for path in sweep}
+        self.grid |= {"units": path_units, "layout": self.layout.written(), "roles": roles}
         self.summary.attrs["units"] = units
 
     def _row(self, point, failed):

@@ -75,6 +75,8 @@ WEAR = "tests/test_plain.py -k archard"
 IMPACT = "tests/test_plain.py -k give"
 FLIGHT = "tests/test_plain.py -k flight"
 LIMIT = "tests/test_law_limit.py"
+JUDGE, BLOCKED, VERDICT = (f"answers/{name}.py" for name in ("judge", "blocks", "verdict"))
+JUDGED = "tests/test_judge.py"
 BLOCKS, MEANS = "simulation/batch_means.py", "tests/test_batch_means.py"
 EVENTS, BERNSTEIN = (f"mechanics/solver/{name}.py" for name in ("event_search", "bernstein"))
 SEEN, SEARCH = "tests/test_plain.py -k unseen", "tests/test_event_search.py"
@@ -613,8 +615,37 @@ MUTATIONS = (
         "(max(lengths), max(radii))",
         REYNOLDS,
     ),
+    Mutation(VERDICT, "Limit.is_exceeded", "values > bounds", "values >= bounds", JUDGED),
+    Mutation(VERDICT, "Limit.is_exceeded", "values < bounds", "values <= bounds", JUDGED),
+    Mutation(VERDICT, "Limit.is_exceeded", "is_beyond |= ~np.isfinite(values)", "pass", JUDGED),
+    Mutation(VERDICT, "Limit.is_undecided", "~is_missing & ~has_bound if self.null else", "", JUDGED),
+    Mutation(VERDICT, "LimitsAndFigures.assess", "undecided |= ~is_finished", "pass", JUDGED),
+    Mutation(VERDICT, "LimitsAndFigures.assess", "(is_beyond & ~(margin < 0.0))", "(is_beyond & False)", JUDGED),
     Mutation(
-        "judging/validity.py",
+        JUDGE, "Cases.verdicts", "np.where(exceeded, EXCEEDED,", "np.where(exceeded & ~undecided, EXCEEDED,", JUDGED
+    ),
+    Mutation(JUDGE, "combined", "EXCEEDED if EXCEEDED in verdicts else", "", JUDGED),
+    Mutation(JUDGE, "_design", "for condition in tuples", "for condition in rows_by_tuple", JUDGED),
+    Mutation(JUDGE, "_design", "UNDECIDED if missing else MET", "MET", JUDGED),
+    Mutation(JUDGE, "_designs", 'sample.get("method") == ONE_AT_A_TIME or', "", JUDGED),
+    Mutation(JUDGE, "_designs", "roles.CONDITION, roles.MODEL", "roles.CONDITION", JUDGED),
+    Mutation(JUDGE, "_worst", 'fact["margin"] or 0.0', '-(fact["margin"] or 0.0)', JUDGED),
+    Mutation(JUDGE, "_rank", "-(margin or 0.0)", "(margin or 0.0)", JUDGED),
+    Mutation(JUDGE, "_fineness", "-1 if", "1 if", JUDGED),
+    Mutation(JUDGE, "_finest", "order[is_last].tolist()", "order[::-1][is_last].tolist()", JUDGED),
+    Mutation(JUDGE, "_difference", "int(np.argmax(relative))", "int(np.argmin(relative))", JUDGED),
+    Mutation(JUDGE, "_merged", "b if a < 0 else a", "a", JUDGED),
+    Mutation(JUDGE, "named_value", "if labelled == value", "if labelled != value", JUDGED),
+    Mutation(BLOCKED, "_is_none", "max(abs(start), abs(end))", "min(abs(start), abs(end))", JUDGED),
+    Mutation(BLOCKED, "_direction", "sign_test(rising, falling) > SIGNIFICANCE", "False", JUDGED),
+    Mutation(BLOCKED, "_direction", "RISES if rising > falling", "RISES if rising < falling", JUDGED),
+    Mutation(BLOCKED, "_turns_back", "reversal > MAX_REVERSAL * (high - low)", "False", JUDGED),
+    Mutation(BLOCKED, "sign_test", "range(larger, total + 1)", "range(larger + 1, total + 1)", JUDGED),
+    Mutation(BLOCKED, "_spans", "int(codes.max()) == last", "True", JUDGED),
+    Mutation(BLOCKED, "_fix_one_another", "== len(np.unique(other))", "", JUDGED),
+    Mutation(BLOCKED, "_rank_effects", "FALLS if partial.high < 0.0", "FALLS if partial.high > 0.0", JUDGED),
+    Mutation(
+        "answers/validity.py",
         "film_remarks",
         "if joint.energy_gain > MIN_ENERGY_GAIN",
         "if joint.energy_gain < MIN_ENERGY_GAIN",

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import clearsweep
-from clearsweep.judging import expected
+from clearsweep.answers import expected
 from clearsweep.simulation import revolutions
 from clearsweep.simulation.extreme import UNKNOWN_QUANTILE, Tail, expected_largest
 from clearsweep.sweeping import run_summary

@@ -12,8 +12,8 @@ from mechanism_cases import changed, slider_crank
 
 import clearsweep
 from clearsweep import simulation
+from clearsweep.answers import validity
 from clearsweep.contracts.case import NO_CONTACT, Film, Joint
-from clearsweep.judging import validity
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.compiled.dual import Dual
 from clearsweep.mechanics.joint import lubricated, registry

@@ -405,7 +405,7 @@ def test_the_schema_names_every_key_with_unit_and_range():
     assert "N*s/m" in joint["contact"]["properties"]["damping"]["description"]
     assert set(schema["then"]["properties"]) == {
         *("define", "mechanism", "joints", "simulate", "save", "name"),
-        *("sweep", "zip", "cases", "sample", "figures", "limits", "uncertain", "seek", "refine"),
+        *("sweep", "zip", "cases", "sample", "figures", "limits", "roles", "uncertain", "seek", "refine"),
         *("optimise", "identify", "check_laws"),
     }
 

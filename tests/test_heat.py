@@ -9,7 +9,7 @@ from mechanism_cases import changed, slider_crank
 from scipy.optimize import brentq
 
 import clearsweep
-from clearsweep.judging import validity
+from clearsweep.answers import validity
 from clearsweep.simulation import heat
 from clearsweep.simulation.sums import half_width
 

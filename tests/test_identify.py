@@ -10,8 +10,8 @@ from fake_runs import TEXT
 
 import clearsweep
 from clearsweep import grid as grids
+from clearsweep.answers import features
 from clearsweep.contracts.results import Trajectory
-from clearsweep.judging import features
 from clearsweep.language.errors import InputError
 from clearsweep.report.data import study
 from clearsweep.report.sections.identified import sections
@@ -107,7 +107,7 @@ def test_gain_angle_and_noise_are_found_next_to_it(ran):
 
 def test_the_closing_lines_say_value_interval_and_fit(ran):
     text = run_text(of_run(ran[0]))
-    assert re.search(r"slider mass 0\.\d+ kg \(95 %: 0\.\d+ to 0\.\d+ kg\)", text)
+    assert re.search(r"[Ss]lider mass 0\.\d+ kg \(95 %: 0\.\d+ to 0\.\d+ kg\)", text)
     assert "The model explains the measurement" in text
     for feature in ("rms:", "peak per revolution, median:", "impacts a revolution:", "rms, orders 17 to 22:"):
         assert feature in text

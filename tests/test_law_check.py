@@ -6,10 +6,6 @@ from fake_physics import Fake, grid, sweep, trajectory
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep import simulation, store
-from clearsweep.judging import law_check
-from clearsweep.judging.law_check import LawResult
-from clearsweep.judging.verdict import MARGIN
-from clearsweep.language import wording
 from clearsweep.language.errors import InputError
 from clearsweep.report.data import study
 from clearsweep.report.sections import law_check as section
@@ -84,44 +80,24 @@ def test_checks_enter_neither_the_closing_table_nor_the_page_but_move_the_verdic
     assert facts["limits"]["cases"] == 3
     assert facts["limits"]["exceeding"] == 0
     assert all(LAW not in entry["swept"] for entry in facts["worst"])
-    text = run_summary.run_text(facts)
-    said = "under 1 other valid law: margin -12.5 % (hertz); 25 % under the laws of the grid"
-    assert said in text.replace(wording.MINUS, "-")
-    assert "The verdict changes: the case exceeds a limit with hertz." in text
+    assert facts["answer"]["cases"] == {"met": 3, "exceeded": 0, "undecided": 0, "added": 1}
+    assert "hertz" in facts["answer"]["laws"]
+    assert "does not meet the limits" in facts["answer"]["laws"]
     page = study.prepare(store.open(tmp_path / "run"))
     assert len(page.cases) == 3
-    (said,) = section.sentences(page)
-    assert "The verdict changes" in said
     (shown,) = section.sections(page)
     assert shown.blocks
 
 
-def row(law, value, column=MARGIN, joint="a"):
-    return LawResult("0" * 16, f"joints.{joint}.contact.law", law, column, value)
+def test_a_verdict_that_all_laws_share_stands(tmp_path):
+    limited = checked() | {"limits": {PEAK: "1 kN"}}
+    facts = run_summary.of_run(ran(tmp_path / "run", limited))
+    assert "not change the verdict" in facts["answer"]["laws"]
 
 
-def plain(_, value):
-    return f"{value:g} h"
-
-
-def test_a_verdict_that_all_laws_share_is_said_to_stand():
-    said = law_check.law_check_sentence(row("", 0.2), [row("x", 0.1), row("y", 0.3)], plain)
-    assert said.endswith(
-        "under 2 other valid laws: margin 10 % (x) to 30 % (y); 20 % under the laws of the grid. "
-        "No law changes the verdict."
-    )
-
-
-def test_without_limits_the_figure_is_compared():
-    said = law_check.law_check_sentence(row("", 10.0, "a_life_hours"), [row("x", 5.0, "a_life_hours")], plain)
-    assert "They give 0.500 times the figure under the laws of the grid" in said
-
-
-def test_joints_are_named_where_there_are_several_and_nulls_are_left_out():
-    rows = [row("x", float("nan")), row("x", -0.1, joint="b"), row("y", 0.1)]
-    said = law_check.law_check_sentence(row("", 0.2), rows, plain)
-    assert "(x, b) to" in said
-    assert "exceeds a limit with x, b" in said
+def test_without_limits_the_figure_is_compared(tmp_path):
+    unlimited = {key: value for key, value in checked().items() if key != "limits"}
+    assert "hertz" in run_summary.of_run(ran(tmp_path / "run", unlimited))["answer"]["laws"]
 
 
 @pytest.mark.parametrize("other", [{"refine": {"cases": 3}}, {"check_laws": "yes"}])

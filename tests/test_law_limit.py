@@ -5,7 +5,7 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep.judging.validity import (
+from clearsweep.answers.validity import (
     LIMIT_SHARE,
     ONSET_RATE,
     YIELD_SPEED,

@@ -10,9 +10,9 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep import grid
+from clearsweep.answers import verdict, words
 from clearsweep.contracts import catalogue
 from clearsweep.contracts.layout import Column
-from clearsweep.judging import verdict
 from clearsweep.language import expression
 from clearsweep.language.errors import InputError
 from clearsweep.report.data.study import prepare
@@ -24,10 +24,15 @@ UNITS = {"force": "N", "other": "N", "length": "m", "rate": "rad/s", "ratio": "1
 HEADROOM = {"headroom": f"1 - {PEAK} / (2 * {IDEAL})"}
 
 
+def evaluated(limits, **columns):
+    """Return the columns that limits add to some cases."""
+    given = {name: np.array(values, float) for name, values in columns.items()}
+    return verdict.LimitsAndFigures((), verdict.limits_of(limits)).evaluate(given)
+
+
 def verdict_of(limits, **columns):
     """Return which limits some cases exceed, and their margins."""
-    given = {name: np.array(values, float) for name, values in columns.items()}
-    result = verdict.LimitsAndFigures((), verdict.limits_of(limits)).evaluate(given)
+    result = evaluated(limits, **columns)
     return result["limits_exceeded"].tolist(), result["margin"].tolist()
 
 
@@ -49,31 +54,35 @@ def test_both_ends_of_a_range_count():
 
 
 @pytest.mark.parametrize("value", [math.nan, math.inf, -math.inf])
-def test_what_is_null_or_not_finite_exceeds_its_limit_and_leaves_no_margin(value):
+def test_a_figure_that_is_null_leaves_its_limit_undecided(value):
     limits = {"force": {"at_most": 8.0, "at_least": -8.0}, "length": 1.0}
-    exceeded, margins = verdict_of(limits, force=[4.0, value, value], length=[0.5, 0.5, 2.0])
-    assert exceeded == ["", "force", "force,length"]
-    assert margins == pytest.approx([0.5, math.nan, math.nan], nan_ok=True)
+    result = evaluated(limits, force=[4.0, value, value], length=[0.5, 0.5, 2.0])
+    assert result["limits_exceeded"].tolist() == ["", "", "length"]
+    assert result["limits_undecided"].tolist() == ["", "force", "force"]
+    assert result["margin"] == pytest.approx([0.5, math.nan, -1.0], nan_ok=True)
 
 
 @pytest.mark.parametrize("times", [math.nan, math.inf, 1e300])
-def test_a_limit_that_is_null_or_overflows_judges_nothing_and_warns_of_nothing(times, recwarn):
-    exceeded, margins = verdict_of(
-        {"force": {"at_most": 1e308, "times": "ideal"}}, force=[1.0, 1.0], ideal=[times, 1.0]
-    )
-    assert (exceeded, np.isnan(margins).tolist()) == (["force", ""], [True, False])
+def test_a_bound_that_is_null_or_overflows_is_undecided_without_warning(times, recwarn):
+    limits = {"force": {"at_most": 1e308, "times": "ideal"}}
+    result = evaluated(limits, force=[1.0, 1.0], ideal=[times, 1.0])
+    assert result["limits_exceeded"].tolist() == ["", ""]
+    assert result["limits_undecided"].tolist() == ["force", ""]
+    assert np.isnan(result["margin"]).tolist() == [True, False]
     assert not recwarn.list
 
 
 @pytest.mark.parametrize(
-    ("null", "most", "least"), [(catalogue.NOTHING, "", ""), (catalogue.ENDLESS, "x", ""), ("", "x", "x")]
+    ("null", "most", "least"),
+    [(catalogue.NOTHING, ("", ""), ("", "")), (catalogue.ENDLESS, ("x", ""), ("", "")), ("", ("", "x"), ("", "x"))],
 )
 def test_a_null_counts_by_what_it_means(null, most, least):
     columns = [Column("x", "1", "", null=null)]
     for kind, expected in (("at_most", most), ("at_least", least)):
         limits = verdict.limits_of({"x": {kind: 5.0}}, columns)
         result = verdict.LimitsAndFigures((), limits).evaluate({"x": np.array([math.nan, 5.0])})
-        assert result["limits_exceeded"].tolist() == [expected, ""]
+        names = [result[name].tolist() for name in ("limits_exceeded", "limits_undecided")]
+        assert names == [[expected[0], ""], [expected[1], ""]]
 
 
 def test_no_margin_is_beyond_a_float():
@@ -82,9 +91,15 @@ def test_no_margin_is_beyond_a_float():
 
 
 def test_a_limit_of_zero_is_judged_without_margin():
-    exceeded, margins = verdict_of({"force": 0.0}, force=[-1, 1])
-    assert exceeded == ["", "force"]
+    exceeded, margins = verdict_of({"force": 0.0}, force=[-1, 0, 1])
+    assert exceeded == ["", "", "force"]
     assert np.isnan(margins).all()
+
+
+def test_no_margin_hides_a_limit_of_zero_that_is_exceeded():
+    exceeded, margins = verdict_of({"impacts": 0.0, "force": 8.0}, impacts=[0, 2, 2], force=[4, 4, 16])
+    assert exceeded == ["", "impacts", "impacts,force"]
+    assert margins == pytest.approx([0.5, math.nan, -1.0], nan_ok=True)
 
 
 @pytest.mark.parametrize(
@@ -223,6 +238,7 @@ def test_limits_of_a_finished_sweep_are_changed_without_running_a_case(ran):
     failed = summary[summary["status"] != "ok"]
     assert len(failed) == 3
     assert failed[["limits_exceeded", "margin", "headroom"]].isna().all(axis=None)
+    assert failed["limits_undecided"].tolist() == [PEAK] * 3
     second, summary = ran(limits={"headroom": {"at_least": 0.9}}, figures=HEADROOM)
     assert second.ran == 0
     assert set(summary["limits_exceeded"].dropna()) == {"headroom"}
@@ -236,33 +252,26 @@ def test_the_closing_lines_count_cases_that_exceed_limits(ran):
     assert facts["limits"]["exceeding"] == 3
     assert facts["limits"]["each"][PEAK]["cases"] == int((summary[PEAK] > 0.1015).sum()) == 1
     assert facts["limits"]["worst"]["margin"] == summary["margin"].min()
-    text = run_summary.run_text(facts)
-    assert "Limits: 3 of 3 cases exceed at least one; 3 cases failed and have no figures" in text
-    assert "force peak at most 0.1015 N: 1 exceed it" in text
-    assert "steps at least 2 times the rhs evaluations: 3 exceed it" in text
-    assert f"case {facts['limits']['worst']['case_id'][:8]}" in text
+    counts = {"met": 0, "exceeded": 3, "undecided": 3, "added": 0}
+    assert facts["answer"]["cases"] == counts
     assert run_summary.of_run(ran()[0])["limits"] is None
 
 
 @pytest.mark.parametrize("text", [f"{PEAK} / (0 * steps)", f"0 * {PEAK} / (0 * steps)"])
-def test_an_infinite_or_undefined_figure_is_no_good_case_wherever_a_run_is_judged(ran, text):
+def test_an_infinite_or_undefined_figure_decides_nothing(ran, text):
     limits = {"ratio": "5 N", PEAK: "1 kN"}
     result, summary = ran(limits=limits, figures={"ratio": text})
     good = summary[summary["status"] == "ok"]
-    assert good["limits_exceeded"].tolist() == ["ratio"] * 3
+    assert good["limits_exceeded"].tolist() == [""] * 3
+    assert good["limits_undecided"].tolist() == ["ratio"] * 3
     assert good[["ratio", "margin"]].isna().all(axis=None)
     facts = run_summary.of_run(result)
-    assert (facts["limits"]["exceeding"], facts["limits"]["unknown"], facts["limits"]["worst"]) == (3, 3, None)
-    assert facts["limits"]["each"]["ratio"] == {"limit": "at most 5\u00a0N", "cases": 3, "unknown": 3}
-    message = run_summary.run_text(facts)
-    assert "ratio at most 5 N: 3 exceed it (3 of them cannot be assessed: null)" in message
-    assert "3 cases cannot be assessed" in message
+    assert (facts["limits"]["exceeding"], facts["limits"]["unknown"], facts["limits"]["worst"]) == (0, 3, None)
+    assert facts["limits"]["each"]["ratio"] == {"limit": "at most 5\u00a0N", "cases": 0, "unknown": 3}
+    assert {entry["why"] for design in facts["answer"]["designs"] for entry in design["missing"]} >= {"ratio is null"}
     study = prepare(clearsweep.open(result.directory))
-    points = section_of_verdict.sections(study)[0].blocks[0].texts
-    assert points[0].startswith("3 of 3 cases exceed at least one limit")
-    assert points[1].startswith("3 cases cannot be assessed by ratio")
     rows = {row[0]: row for row in section_of_verdict._table(study).rows}
-    assert [cell.value for cell in rows["ratio"][2:5]] == [3, 3, 3]
+    assert [cell.value for cell in rows["ratio"][2:5]] == [0, 3, 3]
     assert [cell.value for cell in rows[PEAK][2:5]] == [0, 0, 3]
 
 
@@ -282,12 +291,11 @@ def test_until_cannot_judge_an_own_figure():
         grid.load(source, fake_physics.CATALOGUE)
 
 
-def test_margins_far_beyond_a_bound_from_above_are_reported_as_its_multiples():
+def test_margins_beyond_a_bound_are_multiples_of_it_and_never_negative():
     force, film = verdict.Limit("force", "at_most", 5.0), verdict.Limit("film", "at_least", 2.0)
-    words = verdict.margin_text
-    assert words(1.0 - 31.4, (force, film), "force") == "\u22123040\u00a0% (31 times the limit)"
-    assert words(-0.5, (force, film), "force") == "\u221250\u00a0%"
-    assert words(0.32, (force,), "") == "32\u00a0%"
-    # a value below zero under a bound from below is no multiple of it
-    assert "times" not in words(-3.0, (force, film), "film")
-    assert "times" not in words(-3.0, (verdict.Limit("force", "at_most", -1.0),), "force")
+    below = verdict.Limit("force", "at_most", -1.0)
+    assert words.margin_text(1.0 - 31.4, (force,)) == "31 times the limit"
+    assert words.margin_text(-1e-4, (force,)) == "1.0001 times the limit"
+    assert words.margin_text(0.32, (force,)) == "margin 32\u00a0%"
+    assert words.margin_text(-0.75, (film,)) == "0.25 times the limit"
+    assert words.margin_text(-3.0, (below,)) == "beyond the limit by 3 times its size"

@@ -9,8 +9,7 @@ from fake_physics import Fake, grid
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep.grid import check_memory, largest_history, load
-from clearsweep.judging.validity import (
+from clearsweep.answers.validity import (
     PenetrationAndWear,
     Remarks,
     RubbingJoint,
@@ -21,6 +20,7 @@ from clearsweep.judging.validity import (
     wear_depth_remark,
     wear_rate_remark,
 )
+from clearsweep.grid import check_memory, largest_history, load
 from clearsweep.simulation import catalogue, scene
 from clearsweep.sweeping import sweep
 

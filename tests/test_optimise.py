@@ -46,7 +46,7 @@ def test_the_best_case_is_found_among_ordinary_cases(tmp_path):
     assert row[MASS] == pytest.approx(0.4, abs=0.02)
     summary = clearsweep.open(tmp_path / "run").summary
     assert row["miss"] == summary["miss"].min()
-    assert "Optimised over 40 cases" in run_text(of_run(result))
+    assert "best of 40 cases" in run_text(of_run(result))
     assert clearsweep.open(tmp_path / "run").optimise["case_id"][0] == row["case_id"]
 
 
@@ -71,7 +71,7 @@ def test_limits_are_constraints(tmp_path):
     (row,) = best(tmp_path / "run")
     assert row["margin"] < 0.0
     assert row["limiting"] == "rod_slider_force_peak"
-    assert "no case meets the limits" in run_text(of_run(none))
+    assert of_run(none)["answer"]["best_met"] is False
 
 
 def test_of_two_objectives_the_front_is_given(tmp_path):
@@ -152,12 +152,8 @@ def test_an_objective_with_an_interval_is_given_with_it(tmp_path):
     (peak,) = best.values.values()
     assert best.intervals == {"rod_slider_force_peak_p95": (peak - 0.05, peak + 0.05)}
     assert result.optimised.alike == ((peaks > peak) & (peaks <= peak + 0.1)).sum() > 1
-    text = run_text(of_run(result))
-    ends = (f"{peak + off:.4g} N" for off in (-0.05, 0.05))
-    assert f"(95 %: {' to '.join(ends)})" in text
-    said = f"{result.optimised.alike} other cases within the limits cannot be distinguished from it"
-    assert said in text
     (section,) = sections(study.prepare(clearsweep.open(out)))
+    said = f"{result.optimised.alike} other cases within the limits cannot be distinguished from it"
     assert said in " ".join(section.blocks[0].texts)
 
 

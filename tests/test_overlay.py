@@ -6,8 +6,8 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from clearsweep.answers import features
 from clearsweep.grid.written.tables import read_signals
-from clearsweep.judging import features
 from clearsweep.language.errors import InputError
 from clearsweep.report.sections import overlay as page
 from clearsweep.report.statistics import overlay

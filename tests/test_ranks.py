@@ -8,7 +8,7 @@ from scipy import stats
 from test_sensitivity import CLEARANCE, PEAK, SPEED, YOUNG, linear, run  # noqa: F401 - a fixture
 
 from clearsweep import report
-from clearsweep.judging import ranks
+from clearsweep.answers import ranks
 
 
 def test_a_rank_correlation_is_that_of_spearman():

@@ -15,11 +15,11 @@ from mechanism_cases import PAIR, changed
 
 import clearsweep
 from clearsweep import grid, report, simulation, store
+from clearsweep.answers import variance
 from clearsweep.contracts import results
 from clearsweep.grid.cases import nest
 from clearsweep.grid.keys.key_table import table_of_keys
 from clearsweep.grid.keys.kinds import Number
-from clearsweep.judging import variance
 from clearsweep.language import quantity, wording
 from clearsweep.language.errors import InputError
 from clearsweep.report.blocks import interactive
@@ -146,8 +146,8 @@ def test_same_run_gives_the_same_bytes(pages, tmp_path, name):
 def test_page_names_worst_case_and_drivers_with_units(pages):
     text = Page(pages("full").read_text(encoding="utf-8")).text
     assert "100 of 108" in text
-    assert "Largest normal force: " in text
-    assert "The variation of the force peak is caused by crank speed" in text
+    assert "Largest force peak: " in text
+    assert "Force peak rises from" in text
     assert "crank speed 1000, 3000, 5000 rpm" in text
     assert "8 \u00d7 step-budget" in text
     assert "the step budget of 1000000 steps" in text
@@ -271,30 +271,26 @@ def test_tables_hold_every_case_in_si_with_units(tmp_path):
     assert {row["status"] for row in failed} == {"step-budget"}
 
 
-def test_an_axis_that_does_nothing_explains_nothing_and_is_not_clear():
+def test_an_axis_that_does_nothing_explains_nothing():
     chance = np.random.default_rng(1)
     places = [np.repeat(np.arange(4), 12), np.tile(np.repeat(np.arange(3), 4), 4)]
     drawn = [variance.variance_shares(np.exp(chance.normal(size=48)), places) for _ in range(200)]
-    shares, f_ratios = np.array(drawn)[:, 0, 0], np.array(drawn)[:, 0, 1]
-    assert 0.0 <= shares.mean() < 0.04
-    assert (f_ratios >= variance.CLEAR_F_RATIO).mean() < 0.05
+    assert 0.0 <= np.array(drawn)[:, 0].mean() < 0.04
 
 
 def test_a_weak_axis_is_seen_next_to_a_strong_one():
     chance = np.random.default_rng(1)
     strong, weak = np.repeat(np.arange(4), 12), np.tile(np.repeat(np.arange(3), 4), 4)
     values = np.exp(1.0 * strong + 0.2 * weak + 0.05 * chance.normal(size=48))
-    (most, _), (least, f_ratio) = variance.variance_shares(values, [strong, weak])
+    most, least = variance.variance_shares(values, [strong, weak])
     total = np.log(values).var()
     assert most == pytest.approx(1.25 / total, rel=0.05)  # the variance of 0, 1, 2, 3
     assert least == pytest.approx(0.04 * 2.0 / 3.0 / total, rel=0.3)
-    assert f_ratio > 20.0
 
 
 def test_without_two_cases_per_value_there_is_no_scatter_to_compare_with():
-    share, f_ratio = variance.variance_shares(np.array([1.0, 2.0, 3.0]), [np.arange(3)])[0]
+    (share,) = variance.variance_shares(np.array([1.0, 2.0, 3.0]), [np.arange(3)])
     assert np.isnan(share)
-    assert np.isnan(f_ratio)
 
 
 @pytest.mark.parametrize(

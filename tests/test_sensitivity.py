@@ -11,11 +11,11 @@ from fake_runs import CONTACT, JOINT, TEXT, OfFrame, load
 from scipy import stats
 
 from clearsweep import report
-from clearsweep.judging import sampled
+from clearsweep.answers import sampled
 from clearsweep.language.errors import InputError
-from clearsweep.report.data import answered, study
+from clearsweep.report.data import study
+from clearsweep.report.data.answered import answer_of_study
 from clearsweep.report.samples import sample_tables
-from clearsweep.report.sections import verdict
 from clearsweep.report.statistics import sensitivity
 
 pytestmark = pytest.mark.heavy
@@ -33,6 +33,7 @@ class Run(OfFrame):
         self.layout = cases.layout
         units = {column.name: column.unit for column in self.layout.columns}
         self.grid = cases.resolved() | {"units": {path: cases.unit(path) for path in cases.axes}}
+        self.grid |= {"roles": cases.roles, "layout": cases.layout.written()}
         rows = []
         for k in range(len(cases)):
             point, failed = cases.point(k), k in failing
@@ -325,14 +326,17 @@ def test_the_verdict_of_a_sample_has_the_probability_with_its_interval(run):
     def verdict_of(more):
         made = run(linear, more=f"limits: {{{PEAK}: 14 N}}\n{more}")
         made.summary["limits_exceeded"] = np.where(made.summary[PEAK] > 14.0, PEAK, "")
-        return made, str(verdict.sections(study.prepare(made))[0].blocks)
+        made.summary["limits_undecided"] = ""
+        return made, answer_of_study(study.prepare(made))
 
-    made, text = verdict_of("")
+    made, answer = verdict_of("")
     beyond = int((made.summary[PEAK] > 14.0).sum())
-    low, high = stats.binomtest(beyond, 64).proportion_ci(0.95, method="exact")
-    expected = f"probability of {100.0 * beyond / 64:.2g} % (95 %: {100.0 * low:.2g} to {100.0 * high:.2g} %)"
-    assert f"{expected} within the 8 counted revolutions." in text
-    assert "probability" not in verdict_of("sweep: {mechanism.gravity: [0, 1]}\n")[1]  # two samples
+    low, high = stats.binomtest(64 - beyond, 64).proportion_ci(0.95, method="exact")
+    (design,) = answer["designs"]
+    assert design["share"]["exceeded"] == beyond / 64
+    assert (design["share"]["low"], design["share"]["high"]) == pytest.approx((low, high), rel=1e-12)
+    swept = verdict_of("sweep: {mechanism.gravity: [0, 1]}\n")[1]
+    assert swept["designs"][0]["conditions"] == 128
 
 
 def test_the_report_shows_spread_and_limits(run, tmp_path):
@@ -360,19 +364,3 @@ def test_a_report_without_a_sample_has_no_such_section(tmp_path):
     (text := tmp_path / "text.yaml").write_text(f"{TEXT}zip: {{{SPEED}: [10, 20], {CLEARANCE}: [1 mm, 2 mm]}}\n")
     page = report.write(Run(text, linear), tmp_path / "page.html").read_text(encoding="utf-8")
     assert "Probabilistic study" not in page
-    assert "The variation of the force" in page
-
-
-def test_the_spread_of_wear_is_that_of_1000_hours(run, monkeypatch):
-    made = run(linear)
-    rate = PEAK.replace("force_peak", "wear_rate_max")
-    made.summary[rate] = 1e-3 / 3.6e6
-    prepared = study.prepare(made)
-    for wears in (True, False):
-        joints = tuple(joint._replace(wears=wears) for joint in prepared.joints)
-        wearing = prepared.run.layout._replace(
-            joints=tuple(each._replace(wear_bins=9 * wears) for each in made.layout.joints)
-        )
-        monkeypatch.setattr(made, "layout", wearing)
-        said = " ".join(answered.answer_sentences(prepared._replace(joints=joints)))
-        assert ("Wear depth per 1000 h: median 1.00\u00a0mm" in said) == wears

@@ -9,7 +9,7 @@ from spatial_cases import spatial
 
 import clearsweep
 from clearsweep import grid, simulation
-from clearsweep.judging import validity
+from clearsweep.answers import validity
 from clearsweep.mechanics.joint import registry
 from clearsweep.mechanics.observe.histogram import BINS, FORCE_ROW, KAPPA_ROW, PARTS, add_profile, time_above
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals

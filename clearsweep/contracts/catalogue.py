@@ -29,6 +29,7 @@ class Field(NamedTuple):
     integer: bool = False
     refusal: str = ""  # why laws without this number do not take it
     fit: bool = False  # a clearance that may be an ISO 286 fit, for the `bearing_radius` next to it
+    role: str = ""  # one of contracts.roles; '': that of its section or of the laws of its family
 
     def allowed(self, value: float = 0.0) -> str:
         """Return the range in words: 'above 0 and at most 1'; with the global bounds if `value` exceeds them."""
@@ -202,6 +203,7 @@ class Keys(NamedTuple):
     flags: tuple[tuple[str, str], ...] = ()  # name and description of keys that are true or left out
     scalar_factors: tuple[int, ...] = ()  # of a list: factors that turn a single quantity into the items
     given_size_key: str = ""  # of friction laws: 'torque' or 'force' instead of a coefficient, see `with_given_size`
+    role: str = ""  # one of contracts.roles: the role of its numbers; required where it has any
 
     @property
     def items(self) -> int:

@@ -7,10 +7,11 @@ from functools import cached_property
 from typing import Any
 
 from .. import MODEL_VERSION
+from ..answers.verdict import LimitsAndFigures, figures_of, limits_of
 from ..contracts.case import Case
 from ..contracts.layout import Layout
 from ..contracts.outline import Outline
-from ..judging.verdict import LimitsAndFigures, figures_of, limits_of
+from ..contracts.roles import PRECEDENCE, UNCERTAINTY
 from .cases import (
     TIME_BUDGET,
     CaseTemplate,
@@ -79,6 +80,7 @@ class Grid:
     labels: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path -> label of a value -> value, SI
     checked_laws: tuple[str, ...] = ()  # paths of the laws that are checked in the deciding case
     materials: Mapping[str, VariedMaterial] = field(default_factory=dict)  # path of a name -> material
+    given_roles: Mapping[str, str] = field(default_factory=dict)  # varied path -> role that the grid sets
     _layout: Layout | None = None
 
     @cached_property
@@ -86,6 +88,22 @@ class Grid:
         """Return the user-defined figures and the limits."""
         units = {column.name: column.unit for column in self.layout.columns}
         return LimitsAndFigures(figures_of(self.figures, units), limits_of(self.limits, self.layout.columns))
+
+    @cached_property
+    def roles(self) -> dict[str, str]:
+        """Return the role of every varied path, one of contracts.roles; a defined quantity has that of its uses."""
+        return {path: self._role(path) for path in self.axes}
+
+    def _role(self, path: str) -> str:
+        drawn = (*self._sample.get("over", {}), *self.uncertain)
+        if path in self.given_roles:
+            return self.given_roles[path]
+        if path in drawn:
+            return UNCERTAINTY
+        name = path.removeprefix(DEFINE_PREFIX)
+        uses = [used for used, text in self.defined.dependents.items() if name in self.defined.varied_in(text)]
+        roles = {value_key(self._shape, used).role for used in uses if path.startswith(DEFINE_PREFIX)}
+        return next((role for role in PRECEDENCE if role in roles), value_key(self._shape, path).role)
 
     @property
     def worst_count(self) -> int:
@@ -221,6 +239,7 @@ class Grid:
             variations["sweep"] = {path: values for path, values in swept.items() if path not in self.seek.paths}
         variations = {section_name: part for section_name, part in variations.items() if part}
         other_sections: dict[str, Any] = {"figures": self.figures, "limits": self.limits}
+        other_sections |= {"roles": dict(self.given_roles)}
         other_sections |= {UNCERTAIN: dict(self.uncertain), CHECK_LAWS: self.checked_laws and (added_values or True)}
         other_sections |= {SEEK: self.seek.resolved() | added_values} if self.seek else {}
         other_sections |= {OPTIMISE: self.optimise.resolved() | added_values} if self.optimise else {}

@@ -75,6 +75,7 @@ def load(
         labels_of_axes(reader),
         checked_law_paths(reader),
         reader.materials,
+        reader.roles,
     )
     adds_cases = grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws
     max_cases = MAX_IDENTITIES if adds_cases or grid.may_repeat else MAX_CASES

@@ -12,8 +12,8 @@ from collections.abc import Callable
 
 import numpy as np
 
+from ..answers.validity import LIFE_UNREACHED, ConformalJoint, conformal_remark
 from ..contracts.case import Case
-from ..judging.validity import LIFE_UNREACHED, ConformalJoint, conformal_remark
 from ..language.wording import count_text
 from ..mechanics.joint import registry
 from ..mechanics.joint.wear.contract import Worn

@@ -5,10 +5,10 @@ from typing import Any
 
 import numpy as np
 
+from ..answers.validity import join_remarks
 from ..contracts.layout import SECTION_COUNT, Layout
 from ..contracts.machine import Motor
 from ..contracts.results import EVENT_DTYPE, PARTIAL_STATUSES, Trajectory
-from ..judging.validity import join_remarks
 from ..mechanics.observe.histogram import force_quantiles, time_above
 from ..mechanics.solver import integration
 from ..mechanics.solver.accumulate.totals import HIGHEST_BIN, Totals

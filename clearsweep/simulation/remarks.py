@@ -4,9 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ..contracts.case import REFERENCE_TEMPERATURE, Joint, column_name
-from ..contracts.layout import FRICTION_POWER
-from ..judging.validity import (
+from ..answers.validity import (
     FilmState,
     FreeBearing,
     PenetrationAndWear,
@@ -26,6 +24,8 @@ from ..judging.validity import (
     wear_depth_remark,
     wear_rate_remark,
 )
+from ..contracts.case import REFERENCE_TEMPERATURE, Joint, column_name
+from ..contracts.layout import FRICTION_POWER
 from ..mechanics.joint import registry
 from ..mechanics.joint.film import reynolds
 from ..mechanics.mechanism.described import MAX_SEGMENTS

@@ -11,11 +11,11 @@ from typing import Any
 import numpy as np
 
 from .. import grid
+from ..answers.verdict import NO_LIMITS, LimitsAndFigures
 from ..contracts.case import DOUBTFUL_WEAR_NUMBER, Case, Joint
 from ..contracts.catalogue import Catalogue, Figure, Mechanism
 from ..contracts.layout import CaseFeatures, Layout, features_of
 from ..contracts.machine import Machine
-from ..judging.verdict import NO_LIMITS, LimitsAndFigures
 from ..language.errors import InputError
 from ..mechanics.coupling import rates
 from ..mechanics.coupling.state import every_state

@@ -9,11 +9,11 @@ from collections.abc import Iterable, Sequence
 import numpy as np
 from numpy.typing import ArrayLike
 
+from ..answers.validity import ERROR_CHECK_FAILED, UNBALANCED, film_temperature_remark, join_remarks
 from ..contracts.case import Case
 from ..contracts.layout import DIFFERENCE
 from ..contracts.results import Trajectory
 from ..grid import check_memory, history_bytes
-from ..judging.validity import ERROR_CHECK_FAILED, UNBALANCED, film_temperature_remark, join_remarks
 from ..language import phases
 from ..language.errors import InputError, quoted
 from ..mechanics.compiled.family import Routine, empty_entries

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..answers.validity import LIFE_FAILED
 from ..contracts.case import Case
-from ..judging.validity import LIFE_FAILED
 from ..language import phases
 from .extrapolation import Life, extrapolate_life
 from .life import LifeRun

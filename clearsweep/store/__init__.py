@@ -5,6 +5,7 @@ from pathlib import Path
 import pyarrow
 
 from . import blocks
+from .answering import answer_of, commit_answer
 from .assemble import merge
 from .batch import Axis, ResultSchema, Row, id_text, open_table
 from .blocks import Block, Division, discard_from, numbers_of_blocks, read_mark, sha256_of, sum_counts
@@ -19,7 +20,7 @@ from .case_results import (
     write_sample,
 )
 from .compare import difference
-from .directory import BLOCKS, DATASET, FINAL_FILES, SCRATCH, RunDirectory, commit
+from .directory import ANSWER_FILE, BLOCKS, DATASET, FINAL_FILES, SCRATCH, RunDirectory, commit
 from .disk import clean, clean_text
 from .finish import finish_block
 from .partial import check_version, gather, is_unfinished, keys_of_all, keys_so_far
@@ -33,6 +34,7 @@ from .working import Working, case_text
 from .worst import Worst
 
 __all__ = [
+    "ANSWER_FILE",
     "BLOCKS",
     "DATASET",
     "FINAL_FILES",
@@ -53,6 +55,7 @@ __all__ = [
     "Unfinished",
     "Working",
     "Worst",
+    "answer_of",
     "block_size",
     "case_text",
     "check_format",
@@ -60,6 +63,7 @@ __all__ = [
     "clean",
     "clean_text",
     "commit",
+    "commit_answer",
     "difference",
     "discard_from",
     "finish_block",

@@ -16,10 +16,10 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 from h5py import h5d, h5p, h5s, h5t
 
+from ..answers.verdict import LimitsAndFigures
 from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Column, Layout
 from ..grid import Grid
-from ..judging.verdict import LimitsAndFigures
 from ..language.errors import error_line
 from . import durable
 from .columns import LARGEST, column_of, field_of, is_plausible, values_of, words_of
@@ -134,14 +134,13 @@ def _with_labels(field: pa.Field, labels: str) -> pa.Field:
 
 
 def add_verdict_columns(verdict: LimitsAndFigures, table: pa.Table) -> pa.Table:
-    """Return rows of a summary with user-defined figures and limits added; null for failed cases."""
+    """Return rows of a summary with user-defined figures and limits added; of failed cases all limits are undecided."""
     if not verdict.columns:
         return table
     columns = {name: values_of(table[name].combine_chunks()) for name in verdict.required_columns()}
-    verdict_columns, failed = verdict.evaluate(columns), values_of(table["status"].combine_chunks()) != "ok"
+    verdict_columns = verdict.evaluate(columns, values_of(table["status"].combine_chunks()) == "ok")
     for column in verdict.columns:
         field, values = field_of(column), verdict_columns[column.name].astype(object)
-        values[failed] = None
         table = table.append_column(field, column_of(values.tolist(), field.type))
     return table
 

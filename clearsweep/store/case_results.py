@@ -8,8 +8,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from ..answers.verdict import EXCEEDED, MARGIN, UNDECIDED
 from ..contracts.layout import Column
-from ..judging.verdict import EXCEEDED
 from . import durable
 from .batch import ResultSchema, add_verdict_columns, summary_schema
 from .columns import field_of, values_of
@@ -23,9 +23,10 @@ class CaseResults(NamedTuple):
     """Cases compared with their limits."""
 
     status: list[str]
-    exceeded: list[str]  # columns, comma separated
-    margins: dict[str, np.ndarray]  # by limited column, NaN if missing
+    unmet: list[str]  # columns whose limits are exceeded or undecided, comma separated; '': all limits are met
+    margins: dict[str, np.ndarray]  # by limited column; of a bound of 0 minus the excess, minus infinity if undecided
     columns: dict[str, np.ndarray]  # requested columns, NaN for null
+    margin: np.ndarray  # of each case, as in the summary; NaN for null
     histories: tuple[dict[str, np.ndarray], ...] = ()  # requested channels of each case; empty for a failed case
 
 
@@ -34,17 +35,16 @@ def read_results(
 ) -> CaseResults:
     """Return committed cases (ROWS) compared with the limits of their grid, and the columns with these names."""
     status: list[str] = []
-    exceeded: list[str] = []
+    unmet: list[str] = []
     requested: dict[str, list[np.ndarray]] = {name: [] for name in names}
+    case_margins: list[np.ndarray] = []
     margins: dict[str, list[np.ndarray]] = {limit.column: [] for limit in result_schema.verdict.limits}
     for group in summary_groups(run, summary_schema(result_schema), rows):
         table = add_verdict_columns(result_schema.verdict, group)
         status += table["status"].to_pylist()
-        exceeded += (
-            [columns or "" for columns in table[EXCEEDED].to_pylist()]
-            if result_schema.verdict.limits
-            else [""] * len(table)
-        )
+        unmet += _unmet_columns(table) if result_schema.verdict.limits else [""] * len(table)
+        if result_schema.verdict.limits:
+            case_margins.append(np.asarray(values_of(table[MARGIN].combine_chunks()), float))
         for name in names:
             requested[name].append(np.asarray(values_of(table[name].combine_chunks()), float))
         limited_columns = {
@@ -54,11 +54,20 @@ def read_results(
         group_margins: dict[str, np.ndarray] = {}
         for limit in result_schema.verdict.limits:
             margin = limit.margin(columns)
-            margin = np.where(np.isnan(margin) & limit.is_exceeded(columns), -np.inf, margin)
+            margin = np.where(np.isnan(margin), -limit.excess(columns), margin) if limit.value == 0.0 else margin
+            is_unmet = limit.is_exceeded(columns) | limit.is_undecided(columns)
+            margin = np.where(np.isnan(margin) & is_unmet, -np.inf, margin)
             group_margins[limit.column] = np.fmin(group_margins.get(limit.column, np.inf), margin)
         for name, values in group_margins.items():
             margins[name].append(values)
-    return CaseResults(status, exceeded, _concatenate_groups(margins), _concatenate_groups(requested))
+    margin = np.concatenate([[], *case_margins]) if case_margins else np.full(len(status), np.nan)
+    return CaseResults(status, unmet, _concatenate_groups(margins), _concatenate_groups(requested), margin)
+
+
+def _unmet_columns(table: pa.Table) -> list[str]:
+    """Return the columns whose limits each case exceeds or leaves undecided, comma separated."""
+    names = zip(table[EXCEEDED].to_pylist(), table[UNDECIDED].to_pylist(), strict=True)
+    return [",".join(dict.fromkeys(name for part in pair if part for name in part.split(","))) for pair in names]
 
 
 def _concatenate_groups(arrays: Mapping[str, Sequence[np.ndarray]]) -> dict[str, np.ndarray]:

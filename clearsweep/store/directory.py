@@ -47,6 +47,7 @@ ANSWER_FILES = (SEEK_FILE, OPTIMISE_FILE, IDENTIFY_FILE) = (
     "identify.parquet",
 )  # results of searches; run.json has their checksums
 MISSHAPEN = "not as a run writes it"  # of a file with a valid checksum and other content
+ANSWER_FILE = "answer.json"  # the answer to the question of the grid, of a finished run
 _OWN_NAMES = {LOCK, SCRATCH, ORBITS, SUMMARIES}  # files of a run that may exist before run.json
 _HOLDER = re.compile(rb"(process \d+ on .* since \S+)?\s*")  # content of the lock file
 
@@ -218,6 +219,17 @@ class RunDirectory:
         """Add facts to the existing run.json."""
         with durable.storing(self.record):
             durable.replace(self.record, signed(read_record(self.path) | facts), self.scratch)
+
+    def write_answer(self, answer: dict[str, Any]) -> None:
+        """Write answer.json."""
+        file = self.path / ANSWER_FILE
+        with durable.storing(file):
+            durable.replace(file, json.dumps(json_round_trip(answer), indent=2).encode(), self.scratch)
+
+    def discard_answer(self) -> None:
+        """Remove answer.json, as a run starts that may change it."""
+        with durable.storing(self.path / ANSWER_FILE):
+            durable.discard(self.path / ANSWER_FILE)
 
     def load_intact_batches(self) -> list[str]:
         """Load intact commits; return descriptions of damaged ones and what happens to them.

@@ -11,11 +11,11 @@ import numpy as np
 from ..language import wording
 from . import durable
 from .batch import HASH_LENGTH, ResultSchema, hash_in_name, id_text
-from .directory import ANSWER_FILES, FINAL_FILES, RunDirectory, batch_files_in
+from .directory import ANSWER_FILE, ANSWER_FILES, FINAL_FILES, RunDirectory, batch_files_in
 from .read import verify
 from .record import RECORD_FILE, check_format, is_finished, read_record
 
-RESULT_FILES = (*FINAL_FILES, *ANSWER_FILES, RECORD_FILE)
+RESULT_FILES = (*FINAL_FILES, *ANSWER_FILES, ANSWER_FILE, RECORD_FILE)
 
 #: Removable files: kind -> description, in the order of the report.
 KINDS = {

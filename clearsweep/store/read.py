@@ -12,9 +12,9 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from ..answers import verdict
 from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Column, Layout
-from ..judging import verdict
 from ..language.errors import ClearsweepError, DirectoryError, InputError
 from . import durable
 from .batch import GROUP_ROWS, has_histories, id_texts, ids_of_column, open_table

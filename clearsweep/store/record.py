@@ -40,6 +40,7 @@ def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:
             "units": {path: grid.unit(path) for path in grid.axes},
             "fits": {path: [entry._asdict() for entry in fits] for path, fits in grid.fits.items()},
             "labels": grid.labels,
+            "roles": grid.roles,
             "written_units": {path: entry._asdict() for path, entry in grid.written_units.items()},
             "seeds": {"sample": written["sample"]["seed"]} if "seed" in written.get("sample", {}) else {},
             "versions": _package_versions(),

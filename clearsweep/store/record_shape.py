@@ -318,6 +318,7 @@ _OPTIONAL: dict[str, Check] = {
     "fits": _mapping_check(_PATH, _list_check(_FIT)),
     "labels": _mapping_check(_PATH, _mapping_check(_TEXT, _NUMBER)),
     "written_units": _mapping_check(_PATH, _section_check({"unit": _TEXT, "factor": _NUMBER, "offset": _NUMBER}, {})),
+    "roles": _mapping_check(_PATH, _WORD),
     "seeds": _SECTION,
     "versions": _mapping_check(_WORD, _TEXT),
     "machine": _SECTION,

@@ -23,6 +23,7 @@ class SampledRun(BlockedRun):
 
     def __init__(self, run: BlockedRun):
         """Take the run."""
+        self.whole = run
         self.directory, self.files_directory, self.grid, self.layout = (
             run.directory,
             run.files_directory,

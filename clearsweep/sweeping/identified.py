@@ -3,8 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from ..judging import identification
-from ..language import wording
+from ..answers import identification
 from .identifying import IdentificationResult
 from .observed import GAIN, NOISE
 from .settings import grid_text, number_of_joints
@@ -23,28 +22,16 @@ def of_run(identified: IdentificationResult) -> dict[str, Any]:
     return facts | {"priors": {"gain": GAIN, "noise": list(NOISE)}}
 
 
-def identify_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the last lines on the identified values."""
+def fit_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the lines that compare the best cases with the measured signals, feature by feature."""
     identified = facts["identified"]
     if not identified:
         return []
-    joints = number_of_joints(fit["path"] for fit in identified["parameters"])
     lines = ["", "The best cases compared with the measured signals"]
     for fit in identified["fits"]:
         measured, computed = (grid_text(fit[name], fit["unit"]) for name in ("measured", "computed"))
         discrepancy = identification.difference_text(fit)
         lines.append(f"  {fit['channel']}, {fit['feature']}: {measured} measured, {computed} computed{discrepancy}")
-    cases = f"{identified['finished']:,} finished cases of {identified['looked_at']:,}"
-    lines += ["", f"Identified by {cases} (a sample of the posterior in identify.parquet)"]
-    lines += [f"  {sentence}" for sentence in identification.sentences(identified, joints)]
-    for fit in identified["parameters"]:
-        unit = facts["units"].get(fit["path"], "1")
-        scale = wording.scale(unit, fit["value"], speed=fit["path"].endswith("speed"))
-        scale = scale if scale.unit.isascii() or scale.unit.startswith("µ") else wording.Scale(1.0, unit)
-        value, low, high = (f"{fit[key] / scale.factor:.3g}" for key in ("value", "low", "high"))
-        unit_text = f" {scale.unit.replace('µ', 'u')}".rstrip()
-        name = wording.axis_name(fit["path"], joints)
-        lines.append(
-            f"  {name} {value}{unit_text} (95 %: {low} to {high}{unit_text}){identification.certainty_text(fit)}"
-        )
-    return lines
+    joints = number_of_joints(parameter["path"] for parameter in identified["parameters"])
+    lines += ["", f"Identified by {identified['finished']:,} finished cases of {identified['looked_at']:,}"]
+    return [*lines, *(f"  {sentence}" for sentence in identification.sentences(identified, joints))]

@@ -1,16 +1,15 @@
 """Runs the deciding case of a grid again under the other laws that are suitable for its joints (`check_laws`)."""
 
-import math
 from collections.abc import Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
 from .. import store
+from ..answers import case_ranking, law_check
+from ..answers.verdict import EXCEEDED, UNDECIDED
 from ..grid import Grid, leaves
-from ..judging import case_ranking, law_check
 from .adaptive import Point
-from .settings import grid_text
 from .worker import Simulator
 
 
@@ -27,7 +26,8 @@ class LawCheckSearch:
             self.points = []
             return
         self.is_done = True
-        values, _ = self.ranking.worst_values(results.columns)
+        columns = results.columns | dict.fromkeys((EXCEEDED, UNDECIDED), np.array(results.unmet, object))
+        values, _ = self.ranking.worst_values(columns)
         severity = self.ranking.severity(values)
         if np.isneginf(severity).all():
             return
@@ -76,17 +76,3 @@ class LawCheckResults:
         figure = deciding["figures"][0]
         rows = [row._asdict() for row in self.rows]
         return {"case_id": deciding["case_id"], "column": figure["column"], "value": figure["value"], "rows": rows}
-
-
-def law_lines(check: dict[str, Any] | None, units: Mapping[str, str]) -> list[str]:
-    """Return the last lines on the checked laws."""
-    if not check:
-        return []
-    rows = [law_check.LawResult(**row) for row in check["rows"]]
-
-    def text(column: str, value: float) -> str:
-        return f"{value:.4g} h" if column.endswith("_life_hours") else grid_text(value, units.get(column, "1"))
-
-    value = math.nan if check["value"] is None else check["value"]
-    used_law = law_check.LawResult(check["case_id"], "", "", check["column"], value)
-    return ["", f"Laws: {law_check.law_check_sentence(used_law, rows, text)}"]

@@ -6,9 +6,8 @@ from typing import Any
 
 import numpy as np
 
+from ..answers import lifetime
 from ..contracts.layout import Layout
-from ..judging import lifetime
-from ..language import wording
 
 COMPARISONS = {"shortest": operator.lt, "longest": operator.gt}
 
@@ -46,7 +45,9 @@ class LifeExtremes:
                     self.extremes[key] = describe(index) | {
                         "hours": life.hours,
                         "text": lifetime.hours_text(life),
-                        "remarks": lifetime.remarks(life),
+                        "remarks": [
+                            text for text in (lifetime.interval_text(life), lifetime.spread_text(life)) if text
+                        ],
                     }
 
     def facts(self) -> dict[str, Any] | None:
@@ -56,25 +57,3 @@ class LifeExtremes:
             if self.columns
             else None
         )
-
-
-def life_lines(life: dict[str, Any] | None, setting: Callable[[dict[str, Any]], str]) -> list[str]:
-    """Return the last lines on lives; setting : swept values of a case -> words."""
-    if not life:
-        return []
-    until_text = f", {life['until']}" if life["until"] else ""
-    lines, listed_ids = ["", "Answer"], []
-    for key in COMPARISONS:
-        if key in life and life[key]["case_id"] not in listed_ids:
-            listed_ids.append(life[key]["case_id"])
-            case_setting = setting(life[key]["swept"])
-            setting_text = f" at {case_setting}" if case_setting else ""
-            case_text = f"{setting_text} (case {wording.short_id(life[key]['case_id'])})"
-            joint_text = "" if listed_ids[1:] else f" of joint {wording.joint_name(life['joint'])}{until_text}"
-            lines.append(
-                f"  {key.capitalize()} life{joint_text}: {life[key]['text']}{case_text}. "
-                f"{' '.join(life[key]['remarks'])}"
-            )
-    if life["unreached"]:
-        lines.append(f"  {wording.count_text(life['unreached'], 'case')} did not reach the limit.")
-    return lines

@@ -60,6 +60,7 @@ def run_merge(
     _check_agreement(store.ResultSchema.of(grid), sources, rows)
     derived, warnings = facts(grid, simulator)
     with signals.catching(), target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
+        target.discard_answer()
         start = min(record["start"] for record in records)
         for sentence in target.load_intact_batches():
             progress.print_line(sentence)
@@ -75,6 +76,7 @@ def run_merge(
             warnings=warnings,
             joined=[str(path) for path in paths],
         )
+        store.commit_answer(target, store.open(target.path))
     return RunResult(
         out,
         **counts,
@@ -129,6 +131,7 @@ def _merge_blocks(paths: list[Path], target: store.RunDirectory, inputs: _MergeI
         target.open_for(grid, **record_entries),
         CaseRunner(target, Options(executor="serial"), inputs.simulator) as case_runner,
     ):
+        target.discard_answer()
         runner = blockwise.BlockRunner(job, case_runner)
         for number in numbers:
             sources, _ = _block_sources(paths, number, result_schema)
@@ -145,6 +148,7 @@ def _merge_blocks(paths: list[Path], target: store.RunDirectory, inputs: _MergeI
             warnings=warnings,
             joined=[str(path) for path in paths],
         )
+        store.commit_answer(target, store.open(target.path))
     return RunResult(
         target.path,
         **counts,

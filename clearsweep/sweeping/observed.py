@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ..answers import features
 from ..grid import AngularSignal, Identify, angular_signals
-from ..judging import features
 from ..language.errors import InputError
 
 GAIN = 0.05  # standard deviation of the logarithm of a sensor's gain: 95 % within 10 %

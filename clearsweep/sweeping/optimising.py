@@ -39,7 +39,7 @@ class BestCase(NamedTuple):
     values: dict[str, float]  # by objective
     intervals: dict[str, tuple[float, float]]  # 95 % interval, by objective, if any
     margin: float | None  # margin to the limits, or None without limits
-    limiting: str | None  # columns with exceeded limits, or with the nearest limit
+    limiting: str | None  # columns whose limits are not met, or with the nearest limit
     feasible: bool
 
 
@@ -80,7 +80,16 @@ class Optimisation:
             intervals = {name: _interval(results.columns, name, k) for name in names}
             margins = {name: float(margin[k]) for name, margin in results.margins.items()}
             self.seen_points.add(tuple(point.values()))
-            trial = _Trial(grid.case_id(index), point, values, intervals, margins, results.exceeded[k], failed)
+            trial = _Trial(
+                grid.case_id(index),
+                point,
+                values,
+                intervals,
+                margins,
+                results.unmet[k],
+                float(results.margin[k]),
+                failed=failed,
+            )
             self.trials.append(trial)
 
     def next_points(self) -> list[Point]:
@@ -230,7 +239,8 @@ class _Trial(NamedTuple):
     values: dict[str, float]
     intervals: dict[str, tuple[float, float]]  # by objective, NaN if missing
     margins: dict[str, float]  # by limited column; minus infinity if unknown
-    exceeded: str
+    unmet: str  # columns whose limits are exceeded or undecided, comma separated
+    margin: float  # of the case, NaN for null
     failed: bool
 
     @property
@@ -240,7 +250,7 @@ class _Trial(NamedTuple):
             return FAILED_VIOLATION
         excesses = [
             FAILED_VIOLATION if not math.isfinite(self.margins[name]) else -self.margins[name]
-            for name in self.exceeded_columns
+            for name in self.unmet_columns
         ]
         return sum(max(violation, np.finfo(float).tiny) for violation in excesses)
 
@@ -249,9 +259,9 @@ class _Trial(NamedTuple):
         return self.violation, math.inf if self.failed else sign * self.values[name], self.case_id
 
     @property
-    def exceeded_columns(self) -> list[str]:
-        """Return the columns with exceeded limits."""
-        return [name for name in self.exceeded.split(",") if name]
+    def unmet_columns(self) -> list[str]:
+        """Return the columns whose limits are not met."""
+        return [name for name in self.unmet.split(",") if name]
 
     def best(self) -> BestCase:
         """Return the trial as a result."""
@@ -259,8 +269,8 @@ class _Trial(NamedTuple):
         nearest = min(finite, key=lambda name: finite[name], default=None)
         values = {name: value for name, value in self.values.items() if math.isfinite(value)}
         intervals = {name: interval for name, interval in self.intervals.items() if math.isfinite(sum(interval))}
-        margin = min(finite.values(), default=None)
-        limiting = self.exceeded or nearest
+        margin = self.margin if math.isfinite(self.margin) else None
+        limiting = self.unmet or nearest
         return BestCase(self.case_id, self.point, values, intervals, margin, limiting, self.violation == 0.0)
 
 

@@ -111,7 +111,7 @@ class Refinement:
     def learn(self, grid: Grid, first_index: int, results: store.CaseResults) -> None:
         """Record how the cases of a grid, from the index `first_index` on, compare to its limits."""
         keys = [self._key(grid.point(index)) for index in range(first_index, len(grid))]
-        is_good = [status == "ok" and not names for status, names in zip(results.status, results.exceeded, strict=True)]
+        is_good = [status == "ok" and not names for status, names in zip(results.status, results.unmet, strict=True)]
         if first_index:
             self.added_is_good |= dict(zip(keys, is_good, strict=True))
             self._keep_crossed_halves()

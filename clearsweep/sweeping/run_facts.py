@@ -9,8 +9,9 @@ from typing import Any
 import numpy as np
 
 from .. import grid as grids
+from ..answers import case_ranking, expected, validity, verdict
+from ..answers.words import case_margin_text
 from ..contracts.layout import Layout
-from ..judging import case_ranking, expected, validity, verdict
 from ..store import StoredRun, sum_counts
 from .law_checks import LawCheckResults
 from .lives import LifeExtremes
@@ -120,12 +121,12 @@ class _LimitCounts:
         self.verdict = verdict.limits_and_figures_of(record)
         self.units = verdict.units_of(record)
         limited = {name for limit in self.verdict.limits for name in (limit.column, limit.times) if name}
-        self.columns = [verdict.EXCEEDED, verdict.MARGIN, *sorted(limited)] if limited else []
+        self.columns = [verdict.EXCEEDED, verdict.UNDECIDED, verdict.MARGIN, *sorted(limited)] if limited else []
         self.cases = 0
         self.exceeded: Counter[str] = Counter()  # column -> number of cases beyond its limit
-        self.unknown: Counter[str] = Counter()  # column -> number of these whose value is unknown
-        self.fails: Counter[str] = Counter()  # index of a limit -> number of cases that do not meet it
-        self.unjudged: Counter[str] = Counter()  # index of a limit -> number of these whose value is unknown
+        self.unknown: Counter[str] = Counter()  # column -> number of cases whose limit is undecided
+        self.fails: Counter[str] = Counter()  # index of a limit -> number of cases beyond it
+        self.unjudged: Counter[str] = Counter()  # index of a limit -> number of cases that leave it undecided
         self.any = self.any_unknown = 0
         self.worst: dict[str, Any] | None = None  # the case with the smallest margin
 
@@ -135,20 +136,21 @@ class _LimitCounts:
             return
         self.cases += len(block["status"])
         self.any += sum(map(bool, block[verdict.EXCEEDED]))
-        self.exceeded.update(name for names in block[verdict.EXCEEDED] if names for name in names.split(","))
-        self.any_unknown += int(np.count_nonzero(self.verdict.is_unknown(block)))
-        for name in {limit.column for limit in self.verdict.limits}:
-            unknown = [limit.is_unknown(block) for limit in self.verdict.limits if limit.column == name]
-            self.unknown[name] += int(np.count_nonzero(np.any(unknown, axis=0)))
+        self.any_unknown += sum(
+            bool(undecided) and not exceeded
+            for exceeded, undecided in zip(block[verdict.EXCEEDED], block[verdict.UNDECIDED], strict=True)
+        )
+        for counter, column in ((self.exceeded, verdict.EXCEEDED), (self.unknown, verdict.UNDECIDED)):
+            counter.update(name for names in block[column] if names for name in names.split(","))
         for index, limit in enumerate(self.verdict.limits):
             self.fails[str(index)] += int(np.count_nonzero(limit.is_exceeded(block)))
-            self.unjudged[str(index)] += int(np.count_nonzero(limit.is_unknown(block)))
+            self.unjudged[str(index)] += int(np.count_nonzero(limit.is_undecided(block)))
         margins = block[verdict.MARGIN]
         if np.isfinite(margins).any():
             index = int(np.nanargmin(margins))
             margin = float(margins[index])
             if self.worst is None or (margin, block["case_id"][index]) < (self.worst["margin"], self.worst["case_id"]):
-                words = verdict.margin_text(margin, self.verdict.limits, block[verdict.EXCEEDED][index] or "")
+                words = case_margin_text(margin, self.verdict.limits, block[verdict.EXCEEDED][index] or "")
                 self.worst = _case_description(block, index, swept) | {"margin": margin, "margin_words": words}
 
     def facts(self) -> dict[str, Any] | None:

@@ -3,16 +3,16 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from ..answers import case_ranking, expected, films, labels, probability
+from ..answers.verdict import Limit
+from ..answers.words import common_units, digits_of
 from ..contracts.layout import Layout
-from ..judging import case_ranking, expected, films, labels, probability
-from ..judging.verdict import Limit
 from ..language import wording
-from . import answered, identified
-from .law_checks import law_lines
-from .lives import life_lines
+from ..store import ANSWER_FILE, answer_of
+from . import identified
 from .run_facts import RunFacts
-from .searched import optimise_facts, optimise_lines, refine_lines, seek_facts, seek_lines
-from .settings import common_units, given_text, grid_text, grid_texts, setting_name, setting_text, value_text
+from .searched import optimise_facts, seek_facts
+from .settings import given_text, grid_text, grid_texts, setting_name, setting_text, value_text
 from .slowest_case import slowest_case_lines
 from .sweep import RunResult
 
@@ -29,8 +29,8 @@ def of_run(result: RunResult) -> dict[str, Any]:
     limits, leading = run_facts.limits, run_facts.ranking
     words = {key: run.grid.get(key, {}) for key in ("units", "fits", "labels")}
     words["written_units"] = common_units(run.grid)
-    chance = _probability(result, run.grid, limits.facts())
-    answer = answered.of_run(run, leading, run_facts.laws, words)
+    words["digits"] = {path: digits_of(run.grid, path, words["written_units"]) for path in run.grid["units"]}
+    answer = answer_of(run)
     return words | {
         "directory": str(result.directory),
         "cases": result.cases,
@@ -51,35 +51,31 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "limited_figures": {
             limit.column: labels.column_label(run.layout, limit.column) for limit in limits.verdict.limits
         },
-        "probability": chance,
+        "probability": _probability(answer),
         "life": run_facts.lives.facts(),
         "slowest": run_facts.slowest_case.slowest,
         "seek": seek_facts(result, run.grid),
         "optimised": optimise_facts(result, limits.units, limits.verdict.limits),
         "identified": result.identified and identified.of_run(result.identified),
         "refined": result.refined and result.refined._asdict(),
-        "question": leading.question,
+        "question": answer["question"],
         "ranked": {"title": leading.title, "headings": list(leading.headings), "units": limits.units},
-        "no_limits": answer.no_limits,
         "worst": run_facts.worst.entries,
-        "answer": [
-            *([plain(probability.exceedance_sentence(chance, run.grid))] if chance else []),
-            *(plain(text) for text in answer.sentences),
-        ],
+        "answer": answer | {"sentences": [plain(text) for text in answer["sentences"]]},
         "expected": run_facts.expected,
         "law_check": run_facts.laws.facts(next(iter(run_facts.worst.entries), None)),
         "failures": run_facts.failures,
-        "files": {name: str(result.directory / name) for name in run.files},
+        "files": {name: str(result.directory / name) for name in (*run.files, ANSWER_FILE)},
     }
 
 
-def _probability(
-    result: RunResult, record: Mapping[str, Any], limits: dict[str, Any] | None
-) -> tuple[float, float, float] | None:
+def _probability(answer: Mapping[str, Any]) -> tuple[float, float, float] | None:
     """Return the probability of exceeding a limit, with its interval; None if the cases are not one random sample."""
-    if not limits or not limits["cases"] or result.failed or not probability.is_one_sample(record):
+    share = answer["designs"][0].get("share") if answer["question"] == "sample" and answer["designs"] else None
+    if share is None:
         return None
-    return probability.binomial_interval(limits["exceeding"], limits["cases"])
+    draws = answer["designs"][0]["conditions"]
+    return probability.binomial_interval(round(share["exceeded"] * draws), draws)
 
 
 def _limit_labels(layout: Layout, limits: Iterable[Limit], units: Mapping[str, str]) -> dict[str, str]:
@@ -88,30 +84,6 @@ def _limit_labels(layout: Layout, limits: Iterable[Limit], units: Mapping[str, s
     for limit in limits:
         texts.setdefault(limit.column, []).append(labels.limit_label(layout, limit, units.get(limit.column, "1")))
     return {column: " and ".join(limit_texts) for column, limit_texts in texts.items()}
-
-
-def _limit_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the lines on limits."""
-    limits = facts["limits"]
-    if not limits:
-        return []
-    failed = f"; {cases(facts['failed'])} failed and have no figures" if facts["failed"] else ""
-    lines = ["", f"Limits: {limits['exceeding']:,} of {cases(limits['cases'])} exceed at least one{failed}"]
-    for name, limit in limits["each"].items():
-        doubt = f" ({limit['unknown']:,} of them cannot be assessed: null)" if limit["unknown"] else ""
-        lines.append(f"  {facts['limit_labels'][name]}: {limit['cases']:,} exceed it{doubt}")
-    if limits["unknown"]:
-        lines.append(
-            f"  {cases(limits['unknown'])} cannot be assessed, as a limited figure is null (infinite, 0/0 or not "
-            "computed); they count as exceeding it and have no margin"
-        )
-    if limits["worst"]:
-        setting = setting_text(limits["worst"]["swept"], facts)
-        lines.append(
-            f"  smallest margin: {limits['worst']['margin_words']}, case {wording.short_id(limits['worst']['case_id'])}"
-            + (f", {setting}" if setting and len(limits["worst"]["swept"]) <= MANY_AXES else "")
-        )
-    return lines
 
 
 def _expected_lines(facts: dict[str, Any]) -> list[str]:
@@ -159,8 +131,7 @@ def run_text(facts: dict[str, Any]) -> str:
         lines += ["  --retry-failed runs them again"]
     if facts["worst"]:
         lines += ["", facts["ranked"]["title"] + _shared(facts), *_aligned(_worst_rows(facts))]
-    lines += [*_expected_lines(facts), *refine_lines(facts)]
-    lines += law_lines(facts["law_check"], facts["ranked"]["units"])
+    lines += [*_expected_lines(facts), *identified.fit_lines(facts)]
     lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
     lines += _answer_lines(facts)
     lines += [
@@ -172,15 +143,9 @@ def run_text(facts: dict[str, Any]) -> str:
 
 
 def _answer_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the lines on the questions of the grid, those on the leading one last, where a reader looks first."""
-    lives = life_lines(facts["life"], lambda point: setting_text(point, facts))
-    sentences = [f"  {sentence}" for sentence in facts["answer"]]
-    if facts["question"] == "life":
-        return [*_limit_lines(facts), *seek_lines(facts), *lives, *sentences]
-    lines = [*lives, *_limit_lines(facts)]
-    lines += ["", facts["no_limits"]] if facts["no_limits"] and facts["ok"] else []
-    lines += ["", "Answer", *sentences] if sentences else []
-    return [*lines, *seek_lines(facts), *optimise_lines(facts), *identified.identify_lines(facts)]
+    """Return the lines of the answer, which come last, where a reader looks first."""
+    sentences = facts["answer"]["sentences"]
+    return ["", "Answer", *(f"  {sentence}" for sentence in sentences)] if sentences else []
 
 
 def derived_lines(derived: dict[str, dict[str, Any]], max_lines: int | None = None) -> list[str]:
@@ -346,7 +311,7 @@ def _figure(figure: dict[str, Any]) -> str | None:
     """Return a figure in words, shares in per cent, lives in hours; None for a number with a unit of its column."""
     name, value = figure["column"], figure["value"]
     if value is None and name.endswith("_dry_load_share"):
-        return films.NOT_MODELLED
+        return films.dry_share_text(float("nan"))
     if value is None and name == case_ranking.START_UP:
         return "cut off"
     if value is None or "words" in figure:

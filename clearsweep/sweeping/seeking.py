@@ -154,7 +154,7 @@ def _probe(results: store.CaseResults, index: int) -> _Probe:
     if status != "ok":
         return _Probe(is_good=False, margin=-np.inf, limiting=status, margins={})
     margins = {name: values[index] for name, values in results.margins.items()}
-    exceeded = [name for name in results.exceeded[index].split(",") if name]
-    worst = min(exceeded, key=lambda name: np.nan_to_num(margins[name], nan=-np.inf), default=None)
+    unmet = [name for name in results.unmet[index].split(",") if name]
+    worst = min(unmet, key=lambda name: np.nan_to_num(margins[name], nan=-np.inf), default=None)
     finite = [margin for margin in margins.values() if not np.isnan(margin)]
-    return _Probe(is_good=not exceeded, margin=float(min(finite, default=np.inf)), limiting=worst, margins=margins)
+    return _Probe(is_good=not unmet, margin=float(min(finite, default=np.inf)), limiting=worst, margins=margins)

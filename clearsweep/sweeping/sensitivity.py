@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from .. import grid as grids
 from .. import store
-from ..judging.verdict import MARGIN
+from ..answers.verdict import MARGIN
 from ..language.errors import InputError
 from .seeking import Answer
 from .worker import Simulator

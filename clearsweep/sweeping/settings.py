@@ -3,16 +3,10 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from ..answers.words import MIN_DIGITS, grid_text, number_of_joints, varied_text
 from ..language import wording
 
-
-def grid_text(value: float, unit: str, *, speed: bool = False) -> str:
-    """Return a value as it could be written in a grid: '0.5 mm', '5000 rpm', '6.61e+10 N/m^1.5'."""
-    scale = wording.scale(unit, value, speed=speed)
-    scale = scale._replace(unit="deg") if scale.unit == "°" else scale
-    if scale.unit.replace(wording.BLANK, " ").isascii() or scale.unit.startswith("µ"):
-        return f"{value / scale.factor:.4g} {scale.unit}".rstrip()
-    return f"{value:.4g} {unit}"
+__all__ = ["given_text", "grid_text", "grid_texts", "number_of_joints", "setting_name", "setting_text", "value_text"]
 
 
 def grid_texts(values: Iterable[float], unit: str, *, speed: bool = False) -> list[str]:
@@ -32,18 +26,11 @@ def _pure_number(value: float) -> str:
     return f"{float(f'{value:.4g}'):.0f}" if 1e4 <= abs(value) < 1e6 else f"{value:.4g}"
 
 
-def given_text(path: str, value: float, unit: str, written: Mapping[str, Mapping[str, Any]]) -> str:
+def given_text(
+    path: str, value: float, unit: str, written: Mapping[str, Mapping[str, Any]], digits: int = MIN_DIGITS
+) -> str:
     """Return a value in the unit that the grid uses; `written` is `written_units` of run.json."""
-    scale = wording.written_scale(written.get(path), unit)
-    if scale is None:
-        return grid_text(value, unit, speed=path.endswith("speed"))
-    name = written[path]["unit"] if path in written and scale == wording.recorded_scale(written[path]) else scale.unit
-    return f"{scale.from_si(value):.4g} {name}"
-
-
-def number_of_joints(paths: Iterable[str]) -> int:
-    """Return the number of joints in dotted paths."""
-    return len({path.split(".")[1] for path in paths if path.startswith("joints.")})
+    return varied_text(path, value, unit, written, digits)
 
 
 def setting_text(swept: dict[str, Any], facts: dict[str, Any]) -> str:
@@ -61,27 +48,6 @@ def setting_name(path: str, paths: Iterable[str], facts: Mapping[str, Any]) -> s
     return name.replace("clearance", "radial clearance", 1) if facts["fits"].get(path) else name
 
 
-def common_units(record: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the display unit of each varied path: the unit in the grid, else one that suits the values.
-
-    record : run.json; the result is like its `written_units`
-    """
-    written = dict(record.get("written_units") or {})
-    drawn = (record.get("sample") or {}).get("drawn", {})
-    labelled = {path: [*values.values()] for path, values in (record.get("labels") or {}).items()}
-    varied = labelled | dict(record.get("sweep") or {}) | dict(record.get("zip") or {}) | drawn
-    for path, values in varied.items():
-        numbers = [value for value in values if isinstance(value, int | float) and not isinstance(value, bool)]
-        unit = record["units"].get(path, "1")
-        if path in written or not numbers or unit == "1":
-            continue
-        scale = wording.scale(unit, numbers, speed=path.endswith("speed"))
-        scale = wording.fit_scale() if (record.get("fits") or {}).get(path) else scale
-        if scale.unit.replace(wording.BLANK, " ").isascii() or scale.unit.startswith("\u00b5"):
-            written[path] = {"unit": scale.unit, "factor": scale.factor, "offset": scale.offset}
-    return written
-
-
 def value_text(path: str, value: Any, facts: dict[str, Any]) -> str:
     """Return a swept value with its unit; its label comes first, and the fit of which it is the mean is added."""
     if value is None or isinstance(value, str):
@@ -94,4 +60,5 @@ def value_text(path: str, value: Any, facts: dict[str, Any]) -> str:
 def _number_text(path: str, value: float, facts: dict[str, Any]) -> str:
     """Return a swept number with its unit; if it is the mean clearance of a fit, the fit is added."""
     fit = next((f" ({fit['name']})" for fit in facts["fits"].get(path, ()) if fit["mean"] == value), "")
-    return given_text(path, value, facts["units"].get(path, "1"), facts["written_units"]) + fit
+    digits = facts.get("digits", {}).get(path, MIN_DIGITS)
+    return given_text(path, value, facts["units"].get(path, "1"), facts["written_units"], digits) + fit

@@ -162,6 +162,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
     begun = {"counts": {"cases": len(requested)}, **record_entries}
     with signals.catching(), directory_of(grid, out, shard).open_for(grid, **begun) as directory:
         start = store.utc_now()
+        directory.discard_answer()
         with phases.phase("reading the directory"):
             sentences = directory.load_intact_batches()
         for sentence in sentences:
@@ -189,6 +190,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
             )
             record_entries["identified"] = machine and identified.of_run(machine)
             counts: dict[str, Any] = conclude(case_runner, grid, requested, start=start, **record_entries)
+        store.commit_answer(directory, store.open(directory.path))
     return RunResult(
         directory.path,
         **counts,
@@ -243,6 +245,7 @@ def _run_cut(
     blocks = {"size": division.size, "count": division.count, "numbers": []}
     with signals.catching(), directory.open_for(grid, counts={"cases": requested}, blocks=blocks, **record_entries):
         start = store.utc_now()
+        directory.discard_answer()
         with phases.phase("reading the directory"):
             for sentence in directory.load_intact_batches():
                 progress.print_line(sentence)
@@ -254,6 +257,7 @@ def _run_cut(
             counts = blockwise.conclude(
                 directory, job, outcome, (outcome.ran, requested), start=start, **record_entries
             )
+        store.commit_answer(directory, store.open(directory.path))
     return RunResult(
         directory.path,
         **counts,

@@ -5,9 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from typing import Any
 
+from ..answers import verdict
+from ..answers.verdict import KINDS, Limit
 from ..grid import key_units
-from ..judging import verdict
-from ..judging.verdict import KINDS, Limit
 from .seeking import Answer
 from .sensitivity import Effect, furthest_from_limits
 from .simulator import SIMULATION
@@ -44,7 +44,8 @@ def loosened_limits(
             return {}
         if margin < 0.0:
             is_upper = limit.kind == KINDS[0]
-            loosened = limit.value + abs(limit.value) * (-margin if is_upper else margin)
+            size = abs(limit.value) or 1.0  # the margin to a bound of 0 is the excess
+            loosened = limit.value + size * (-margin if is_upper else margin)
             value = _rounded(loosened, ROUND_CEILING if is_upper else ROUND_FLOOR)
             texts[limit.column] = limit._replace(value=value).bound_text(units.get(limit.column, "1"))
     return texts

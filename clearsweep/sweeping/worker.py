@@ -18,11 +18,11 @@ from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
 from .. import store
+from ..answers.validity import LIFE_FAILED
 from ..contracts.case import Case
 from ..contracts.catalogue import Catalogue
 from ..contracts.results import Peak, Trajectory
 from ..grid import Grid
-from ..judging.validity import LIFE_FAILED
 from ..language import phases
 from ..language.errors import ClearsweepError, DirectoryError, InputError, StorageError, error_line
 from ..store import durable

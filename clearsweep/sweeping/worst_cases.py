@@ -5,8 +5,9 @@ from typing import Any
 
 import numpy as np
 
-from ..judging.case_ranking import CaseRanking
-from ..judging.verdict import EXCEEDED, MARGIN, Limit, margin_text
+from ..answers.case_ranking import CaseRanking
+from ..answers.verdict import EXCEEDED, MARGIN, Limit
+from ..answers.words import case_margin_text
 
 WORST_CASES = 5
 
@@ -30,13 +31,15 @@ class WorstCases:
         worst = np.flatnonzero(severity >= least_severity)
         worst = worst[np.lexsort((block["case_id"][worst], severity[worst]))[-WORST_CASES:]]
         entries = [
-            describe(index) | self._figures(block, index, int(candidate_numbers[index])) for index in worst.tolist()
+            describe(index)
+            | self._figures(block, index, int(candidate_numbers[index]))
+            | {"severity": float(severity[index])}
+            for index in worst.tolist()
         ]
         self.entries = sorted([*self.entries, *entries], key=self._severity, reverse=True)[:WORST_CASES]
 
     def _severity(self, entry: dict[str, Any]) -> tuple[float, str]:
-        figure = entry["figures"][0]["value"]
-        return float(self.ranking.severity(np.array(np.nan if figure is None else figure))), entry["case_id"]
+        return entry["severity"], entry["case_id"]
 
     def _figures(self, block: Mapping[str, np.ndarray], index: int, number: int) -> dict[str, Any]:
         """Return the figures that rank a case, and the largest force peak with its joint; None for null."""
@@ -48,5 +51,5 @@ class WorstCases:
             value = float(block[name][index])
             figures.append({"column": name, "value": None if np.isnan(value) else value})
             if name == MARGIN:
-                figures[-1]["words"] = margin_text(value, self.limits, block[EXCEEDED][index] or "")
+                figures[-1]["words"] = case_margin_text(value, self.limits, block[EXCEEDED][index] or "")
         return {"joint": candidate.joint or joint, "force_peak": peak, "figures": figures}

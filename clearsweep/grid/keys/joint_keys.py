@@ -5,6 +5,7 @@ import math
 from ...contracts.case import Materials
 from ...contracts.catalogue import Catalogue, Field, JointSite, Law
 from ...contracts.layout import PRELOAD
+from ...contracts.roles import CHOICE, CONDITION, MODEL
 from ..library import MATERIALS, OILS
 from .kinds import (
     Condition,
@@ -43,14 +44,15 @@ _ONSET_KEY = Word(
     ),
     "renewed",
     sweep=True,
+    role=MODEL,
     may_be_unused=True,
 )
 
 
-def add_numbers(keys: KeyTable, path: str, fields: tuple[Field, ...], *, sweep: bool = True) -> None:
-    """Add keys that are in use with any choice of laws."""
+def add_numbers(keys: KeyTable, path: str, fields: tuple[Field, ...], role: str, *, sweep: bool = True) -> None:
+    """Add keys that are in use with any choice of laws; role : of the fields that have none of their own."""
     for field in fields:
-        keys[f"{path}.{field.name}"] = Number((Use(field),), sweep)
+        keys[f"{path}.{field.name}"] = Number((Use(field),), field.role or role, sweep)
 
 
 def add_friction(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
@@ -58,7 +60,9 @@ def add_friction(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     keys[f"{path}.friction"] = Section(
         "friction of the joint. Without this section, the joint has no friction", "optional"
     )
-    keys[f"{path}.friction.law"] = Word(catalogue.names("friction"), "the friction law", sweep=True, noun="law")
+    keys[f"{path}.friction.law"] = Word(
+        catalogue.names("friction"), "the friction law", sweep=True, noun="law", role=MODEL
+    )
     add_laws(keys, f"{path}.friction", "law", catalogue.of("friction"))
 
 
@@ -73,7 +77,7 @@ def add_preload(keys: KeyTable, path: str, catalogue: Catalogue, text: str = _PI
     """Add the keys of the preload of a pin, or of a guide, which also acts without contact."""
     laws = frozenset(law.name for law in catalogue.of("friction") if not law.sticks)
     key_use = Use(Field(PRELOAD, "N", text, optional=True), ((f"{path}.friction.law", laws),))
-    keys[f"{path}.friction.{PRELOAD}"] = Number((key_use,))
+    keys[f"{path}.friction.{PRELOAD}"] = Number((key_use,), CONDITION)
 
 
 def add_contact(keys: KeyTable, path: str, catalogue: Catalogue, contact: str = "") -> None:
@@ -81,7 +85,7 @@ def add_contact(keys: KeyTable, path: str, catalogue: Catalogue, contact: str = 
     contact = contact or f"{path}.contact"
     elastic_in_use = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_elastic)),)
     keys[contact] = Section("law and parameters of the normal force")
-    keys[f"{contact}.law"] = Word(catalogue.names("law"), "law of the normal force", sweep=True, noun="law")
+    keys[f"{contact}.law"] = Word(catalogue.names("law"), "law of the normal force", sweep=True, noun="law", role=MODEL)
     keys[f"{contact}.elastic"] = _elastic_law_key(path, catalogue, contact)._replace(when=elastic_in_use)
     onset_in_use = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_onset)),)
     keys[f"{contact}.onset"] = _ONSET_KEY._replace(when=onset_in_use)
@@ -95,7 +99,7 @@ def add_contact(keys: KeyTable, path: str, catalogue: Catalogue, contact: str = 
     for field in _MATERIAL_FIELDS:
         requirement_text = "" if field.optional else "; required unless each body has its own"
         default_field = field._replace(text=field.text.format("both bodies") + requirement_text, optional=True)
-        keys[f"{material}.{field.name}"] = Number((Use(default_field, elastic_in_use),))
+        keys[f"{material}.{field.name}"] = Number((Use(default_field, elastic_in_use),), CHOICE)
     for body in Materials._fields:
         keys[f"{material}.{body}"] = Section(
             f"material of the {body}, or its name; write the materials of both bodies or of neither", "optional"
@@ -103,7 +107,7 @@ def add_contact(keys: KeyTable, path: str, catalogue: Catalogue, contact: str = 
         add_material_name(keys, f"{material}.{body}", f"of the {body}")
         for field in _MATERIAL_FIELDS:
             body_field = field._replace(text=field.text.format(f"the {body}"))
-            keys[f"{material}.{body}.{field.name}"] = Number((Use(body_field, elastic_in_use),))
+            keys[f"{material}.{body}.{field.name}"] = Number((Use(body_field, elastic_in_use),), CHOICE)
 
 
 def add_material_name(keys: KeyTable, path: str, bodies_text: str) -> None:
@@ -117,7 +121,7 @@ def add_material_name(keys: KeyTable, path: str, bodies_text: str) -> None:
 def _elastic_law_key(path: str, catalogue: Catalogue, contact: str) -> Word:
     """Return the key of the elastic law; its default is JOURNAL_LAW if its inputs are given but no stiffness."""
     names = catalogue.names("elastic")
-    law_key = Word(names, "law of the elastic force", "power", sweep=True, noun="law")
+    law_key = Word(names, "law of the elastic force", "power", sweep=True, noun="law", role=MODEL)
     if JOURNAL_LAW not in names:
         return law_key
     hertzian_laws = frozenset(law.name for law in catalogue.of("law") if "hertz" in law.needs)
@@ -139,7 +143,7 @@ def add_thermal(keys: KeyTable, path: str) -> None:
     thermal = f"{path}.thermal"
     text = "heat balance of dry friction: temperature = ambient + mean friction power / conductance"
     keys[thermal] = Section(f"{text}. Without this section, friction does not heat the joint", "optional")
-    add_numbers(keys, thermal, HEAT_BALANCE_FIELDS)
+    add_numbers(keys, thermal, HEAT_BALANCE_FIELDS, CHOICE)
     text = "thermal expansion of both bodies. Without this section, the temperature does not change the clearance"
     keys[f"{thermal}.expansion"] = Section(text, "optional")
     for body in Materials._fields:
@@ -149,7 +153,7 @@ def add_thermal(keys: KeyTable, path: str) -> None:
             f"coefficient of thermal expansion of the {body}; a named material provides it",
             low_open=False,
         )
-        add_numbers(keys, f"{thermal}.expansion", (field,))
+        add_numbers(keys, f"{thermal}.expansion", (field,), CHOICE)
     housing = f"{thermal}.housing"
     keys[housing] = Section(
         "housing that holds the bearing, a bush, at its outside and does not give. Without this section, the bearing "
@@ -159,18 +163,23 @@ def add_thermal(keys: KeyTable, path: str) -> None:
     keys[f"{housing}.{HOUSING_MATERIAL}"] = Name(
         tuple(MATERIALS), "material of the housing, from `clearsweep list materials`; it provides the expansion"
     )
-    add_numbers(keys, housing, HOUSING_FIELDS)
+    add_numbers(keys, housing, HOUSING_FIELDS, CHOICE)
 
 
-def add_laws(keys: KeyTable, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = ()) -> None:
-    """Add the keys of the laws that `key` chooses from; the chosen law decides the meaning of a shared key."""
+def add_laws(
+    keys: KeyTable, path: str, key: str, laws: tuple[Law, ...], when: tuple[Condition, ...] = (), role: str = CHOICE
+) -> None:
+    """Add the keys of the laws that `key` chooses from; the chosen law decides the meaning of a shared key.
+
+    role : of the numbers that have none of their own
+    """
     for law in laws:
         for field in law.fields:
             key_use = Use(field, (*when, (f"{path}.{key}", frozenset((law.name,)))))
             existing_key = keys.get(f"{path}.{field.name}")
             uses = existing_key.uses if isinstance(existing_key, Number) else ()
             if not uses or any(existing_use.when for existing_use in uses):
-                keys[f"{path}.{field.name}"] = Number((*uses, key_use))
+                keys[f"{path}.{field.name}"] = Number((*uses, key_use), field.role or role)
     tables = {
         columns: frozenset(law.name for law in laws if columns in law.tables) for law in laws for columns in law.tables
     }
@@ -217,7 +226,7 @@ OIL_FIELDS = (
 TEMPERATURE_FIELD = Field("temperature", "K", "temperature of the oil; required with two viscosities", optional=True)
 HEAT_BALANCE_FIELDS = (
     Field("conductance", "W/K", "heat flow per temperature difference to the surroundings"),
-    Field("ambient", "K", "temperature of the surroundings"),
+    Field("ambient", "K", "temperature of the surroundings", role=CONDITION),
 )
 HOUSING_FIELDS = (
     Field(
@@ -247,7 +256,9 @@ def add_roughness(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
         "roughness of the surfaces, in series with the elastic law. Without this section, the surfaces are smooth",
         "optional",
     )
-    keys[f"{roughness}.law"] = Word(catalogue.names("roughness"), "law of the roughness", sweep=True, noun="law")
+    keys[f"{roughness}.law"] = Word(
+        catalogue.names("roughness"), "law of the roughness", sweep=True, noun="law", role=MODEL
+    )
     add_laws(keys, roughness, "law", catalogue.of("roughness"))
 
 
@@ -257,22 +268,24 @@ def add_film(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     film = f"{path}.film"
     keys[film] = Section("oil film. Without this section, the joint has no film", "optional")
     keys[f"{film}.law"] = Word(
-        catalogue.names("film"), "law of the film force", DEFAULT_FILM_LAW, sweep=True, noun="law"
+        catalogue.names("film"), "law of the film force", DEFAULT_FILM_LAW, sweep=True, noun="law", role=MODEL
     )
     keys[f"{film}.{OIL}"] = Name(tuple(OILS), "oil from `clearsweep list oils`; it determines viscosities and density")
-    add_numbers(keys, film, (VISCOSITY_FIELD,))
-    add_numbers(keys, f"{film}.viscosity", OIL_FIELDS)
-    add_numbers(keys, film, (TEMPERATURE_FIELD, *FILM_LIMIT_FIELDS))
+    add_numbers(keys, film, (VISCOSITY_FIELD,), CHOICE)
+    add_numbers(keys, f"{film}.viscosity", OIL_FIELDS, CHOICE)
+    add_numbers(keys, film, (TEMPERATURE_FIELD,), CONDITION)
+    add_numbers(keys, film, FILM_LIMIT_FIELDS, MODEL)
     keys[f"{film}.thermal"] = Section(
         "heat balance of the film: temperature = ambient + mean loss / conductance", "optional"
     )
-    add_numbers(keys, f"{film}.thermal", HEAT_BALANCE_FIELDS)
+    add_numbers(keys, f"{film}.thermal", HEAT_BALANCE_FIELDS, CHOICE)
     keys[f"{film}.friction"] = Word(
         ("by-law", *catalogue.names("film-friction")),
         "law of the torque from the shear of the film; by-law: butenschoen",
         "by-law",
         sweep=True,
         noun="law",
+        role=MODEL,
     )
     keys[f"{film}.transition"] = Section("transition from the film to dry contact", "implied", needs="contact")
     transition = f"{film}.transition"
@@ -282,9 +295,10 @@ def add_film(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
         "ramp",
         sweep=True,
         noun="law",
+        role=MODEL,
     )
-    add_numbers(keys, transition, TRANSITION_FIELDS)
-    add_laws(keys, transition, "law", catalogue.of("transition"))
+    add_numbers(keys, transition, TRANSITION_FIELDS, MODEL)
+    add_laws(keys, transition, "law", catalogue.of("transition"), role=MODEL)
 
 
 _SPATIAL_SIZES = (
@@ -306,7 +320,7 @@ _MISALIGNMENTS = (
 
 def add_flanges(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the further keys of a spatial revolute joint with flanges."""
-    add_numbers(keys, path, (_AXIAL_CLEARANCE,))
+    add_numbers(keys, path, (_AXIAL_CLEARANCE,), CHOICE)
     axial = f"{path}.axial"
     _add_point_contact(keys, axial, catalogue._replace(laws=laws_of_point_contacts(catalogue)))
     for nested in [nested for nested in keys if nested.startswith(f"{axial}.material")]:
@@ -320,7 +334,7 @@ def add_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: 
     """Add the keys of a spatial revolute joint without flanges."""
     keys[path] = Section("a revolute joint with radial and axial clearance, in which the journal may tilt", "optional")
     keys[f"{path}.type"] = Word(("spatial",), "kind of the joint")
-    add_numbers(keys, path, _SPATIAL_SIZES)
+    add_numbers(keys, path, _SPATIAL_SIZES, CHOICE)
     keys[f"{path}.flange"] = Flag(
         "the bearing has flanges, `axial_clearance` away from the journal on each side", default=True
     )
@@ -331,6 +345,7 @@ def add_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: 
         "two ends, with half of the stiffness each; laws with permanent indentation always use `ends`",
         "spread",
         sweep=True,
+        role=MODEL,
         when=((f"{path}.contact.law", elastic),),
         may_be_unused=True,
     )
@@ -340,7 +355,7 @@ def add_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: 
             Field(str(k), unit, f"about {axis}" if unit == "rad" else f"along {axis}", -math.inf, default=0.0)
             for k, axis in enumerate("xyz"[:count])
         )
-        add_numbers(keys, f"{path}.{name}", tuple(axes))
+        add_numbers(keys, f"{path}.{name}", tuple(axes), CONDITION)
     _add_point_contact(keys, f"{path}.contact", catalogue)
     laws = tuple(law for law in catalogue.laws if not (law.has_state or law.sticks))
     add_friction(keys, path, catalogue._replace(laws=laws))

@@ -3,6 +3,7 @@
 from ...contracts.catalogue import Catalogue, Field, JointSite, Keys, Mechanism, with_given_size
 from ...contracts.layout import converging_columns
 from ...contracts.outline import ANY
+from ...contracts.roles import CHOICE, MODEL, NUMERICS, ROLES
 from ..library import PAIRS
 from .joint_keys import (
     GUIDE_PRELOAD_TEXT,
@@ -192,9 +193,17 @@ def table_of_keys(mechanism: Mechanism, catalogue: Catalogue) -> KeyTable:
     else:
         add_life_keys(keys)
     if mechanism.free:
-        add_numbers(keys, "simulate", (_TIME_LIMIT,), sweep=False)
+        add_numbers(keys, "simulate", (_TIME_LIMIT,), NUMERICS, sweep=False)
         del keys["simulate.horizon"]  # a disturbed free crank turns at another speed, so two motions cannot be compared
+    for path, key in keys.items():
+        if key_can_vary(key) and getattr(key, "role", "") not in ROLES:
+            raise LookupError(f"{path}: its entry in the key table has no role; give it one of {', '.join(ROLES)}")
     return keys
+
+
+def key_can_vary(key: object) -> bool:
+    """Return whether a key can be swept."""
+    return isinstance(key, Number | Word) and key.sweep
 
 
 def _add_section_keys(keys: KeyTable, section: Keys, catalogue: Catalogue) -> None:
@@ -209,9 +218,9 @@ def _add_section_keys(keys: KeyTable, section: Keys, catalogue: Catalogue) -> No
         laws = catalogue.of(section.family)
         laws = tuple(with_given_size(law, section.given_size_key) for law in laws) if section.given_size_key else laws
         names = tuple(law.name for law in laws)
-        keys[f"{section.path}.law"] = Word(names, f"the {section.family} law", sweep=True, noun="law")
-        add_laws(keys, section.path, "law", laws)
-    add_numbers(keys, section.path, section.fields)
+        keys[f"{section.path}.law"] = Word(names, f"the {section.family} law", sweep=True, noun="law", role=MODEL)
+        add_laws(keys, section.path, "law", laws, role=section.role)
+    add_numbers(keys, section.path, section.fields, section.role)
     for columns in section.tables:
         keys[f"{section.path}.{columns.name}"] = Table(columns)
 
@@ -219,28 +228,28 @@ def _add_section_keys(keys: KeyTable, section: Keys, catalogue: Catalogue) -> No
 def _add_revolution_keys(keys: KeyTable, figures: tuple[str, ...], refused_figures: tuple[str, ...]) -> None:
     """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts only `figures`."""
     keys["simulate"] = Section("duration, tolerance and start of the motion", "implied")
-    add_numbers(keys, "simulate", _SIMULATE_FIELDS)
+    add_numbers(keys, "simulate", _SIMULATE_FIELDS, NUMERICS)
     keys["simulate.start"] = Word(
         ("centred", "seated"), "initial position of the journals in their bearings; seated: in contact", "centred"
     )
     keys["simulate.method"] = _METHOD
-    add_numbers(keys, "simulate", _BUDGET_FIELDS)
-    add_numbers(keys, "simulate", (TIME_BUDGET_FIELD,), sweep=False)
+    add_numbers(keys, "simulate", _BUDGET_FIELDS, NUMERICS)
+    add_numbers(keys, "simulate", (TIME_BUDGET_FIELD,), NUMERICS, sweep=False)
     keys["simulate.error_check"], keys["simulate.horizon"] = _ERROR_CHECK, _PREDICTION_HORIZON
     keys["simulate.until"] = Section(
         "criterion for the end of a case: a figure is accurate enough, or the motion is periodic", "optional"
     )
     text = "column of the summary whose 95 % interval determines the end of the case"
     keys["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(refused_figures, _NO_INTERVAL_TEXT))
-    add_numbers(keys, "simulate.until", _UNTIL_FIELDS, sweep=False)
+    add_numbers(keys, "simulate.until", _UNTIL_FIELDS, NUMERICS, sweep=False)
     add_save_keys(keys, has_turns=True)
 
 
 def _add_impact_keys(keys: KeyTable) -> None:
     """Add the keys of `simulate` and `save` for mechanisms that do not turn."""
     keys["simulate"] = Section("duration and tolerance of the motion", "implied")
-    add_numbers(keys, "simulate", (_IMPACT_COUNT, _TOLERANCE, *_BUDGET_FIELDS))
-    add_numbers(keys, "simulate", (TIME_BUDGET_FIELD,), sweep=False)
+    add_numbers(keys, "simulate", (_IMPACT_COUNT, _TOLERANCE, *_BUDGET_FIELDS), NUMERICS)
+    add_numbers(keys, "simulate", (TIME_BUDGET_FIELD,), NUMERICS, sweep=False)
     keys["simulate.method"] = _METHOD
     keys["simulate.error_check"] = _ERROR_CHECK
     add_save_keys(keys, has_turns=False)
@@ -249,14 +258,14 @@ def _add_impact_keys(keys: KeyTable) -> None:
 def _add_line_gap(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a gap on a line, which always has clearance."""
     keys[path] = Section("the gap between the bodies")
-    add_numbers(keys, path, (Field("clearance", "m", "half of the total gap"),))
+    add_numbers(keys, path, (Field("clearance", "m", "half of the total gap"),), CHOICE)
     add_contact(keys, path, catalogue)
     add_roughness(keys, path, catalogue)
     add_film(keys, path, catalogue)
     elastic, film = (word_key(keys, f"{path}.{key}") for key in ("contact.elastic", "film.law"))
     for field in _GAP_FIELDS:
         keys[f"{path}.{field.name}"] = Number(
-            (Use(field, elastic.when), Use(field, ((f"{path}.film.law", frozenset(film.options)),)))
+            (Use(field, elastic.when), Use(field, ((f"{path}.film.law", frozenset(film.options)),))), CHOICE
         )
 
 
@@ -273,6 +282,7 @@ def _add_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalog
             ),
             _PIN_LENGTH,
         ),
+        CHOICE,
     )
     keys[f"{path}.journal"] = Word(site.journals, "body that carries the journal", site.journals[0])
     add_contact(keys, path, catalogue)
@@ -288,7 +298,7 @@ def _add_wear(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of a joint's wear."""
     wear_path = f"{path}.wear"
     keys[wear_path] = Section("wear of the joint. Without this section, no wear is computed", "optional")
-    keys[f"{wear_path}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law")
+    keys[f"{wear_path}.law"] = Word(catalogue.names("wear"), "the wear law", sweep=True, noun="law", role=MODEL)
     keys[f"{wear_path}.{PAIR}"] = Name(
         tuple(PAIRS),
         f"wear pair from `clearsweep list pairs`; it determines the law `{DEFAULT_WEAR_LAW}` and, unless given, "
@@ -303,15 +313,16 @@ def _add_wear(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     keys[f"{wear_path}.running_in"] = Section("decrease of the wear coefficient as the surfaces run in", "optional")
     _add_coefficients(keys, wear_path, _WEAR_FIELDS)
     _add_coefficients(keys, f"{wear_path}.running_in", _RUNNING_IN_FIELDS)
-    add_numbers(keys, f"{wear_path}.running_in", (_RUNNING_IN_DISTANCE,))
-    add_numbers(keys, wear_path, (_HARDNESS, _PRESSURE_VELOCITY_LIMIT))
-    add_numbers(keys, wear_path, (_BINS,), sweep=False)
+    add_numbers(keys, f"{wear_path}.running_in", (_RUNNING_IN_DISTANCE,), CHOICE)
+    add_numbers(keys, wear_path, (_HARDNESS, _PRESSURE_VELOCITY_LIMIT), CHOICE)
+    add_numbers(keys, wear_path, (_BINS,), NUMERICS, sweep=False)
     keys[f"{wear_path}.pressure"] = Word(
         catalogue.names("pressure"),
         "distribution of the pressure over the contact arc; default: hertz-line with a material or a pressure_modulus",
         "mean",
         sweep=True,
         noun="law",
+        role=MODEL,
         conditional_default=ConditionalDefault("hertz-line", one_of=modulus_paths(path)),
     )
     add_laws(keys, wear_path, "law", catalogue.of("wear"))
@@ -327,13 +338,13 @@ def _add_coefficients(keys: KeyTable, path: str, fields: tuple[Field, ...]) -> N
             Use(field, ((unit_path, frozenset(("m^2/N",))),)),
             Use(dimensionless_field, ((unit_path, frozenset((DIMENSIONLESS,))),)),
         )
-        keys[f"{path}.{field.name}"] = Number(uses)
+        keys[f"{path}.{field.name}"] = Number(uses, CHOICE)
 
 
 def _add_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a prismatic joint with clearance: a block between two walls."""
     keys[path] = Section("a prismatic joint with clearance, a block between two walls", "optional")
-    add_numbers(keys, path, _GUIDE_FIELDS)
+    add_numbers(keys, path, _GUIDE_FIELDS, CHOICE)
     add_contact(keys, path, catalogue._replace(laws=laws_of_point_contacts(catalogue)))
     for child_path in [child_path for child_path in keys if child_path.startswith(f"{path}.contact.material")]:
         del keys[child_path]
@@ -345,7 +356,7 @@ def _add_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue)
 def _add_slot(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a pin in a straight slot, which always has clearance."""
     keys[path] = Section("a pin in a straight slot with rounded ends")
-    add_numbers(keys, path, _SLOT_FIELDS)
+    add_numbers(keys, path, _SLOT_FIELDS, CHOICE)
     add_contact(keys, path, catalogue._replace(laws=laws_of_point_contacts(catalogue)))
     for child_path in [child_path for child_path in keys if child_path.startswith(f"{path}.contact.material")]:
         del keys[child_path]
@@ -368,8 +379,9 @@ def _add_pin_or_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Cat
         keys,
         path,
         (_GUIDE_HEIGHT._replace(text=f"of a guide: {_GUIDE_HEIGHT.text}", optional=True),),
+        CHOICE,
     )
-    add_numbers(keys, path, (_SLOT_LENGTH._replace(text=f"of a slot: {_SLOT_LENGTH.text}", optional=True),))
+    add_numbers(keys, path, (_SLOT_LENGTH._replace(text=f"of a slot: {_SLOT_LENGTH.text}", optional=True),), CHOICE)
 
 
 def _add_worn_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
@@ -377,7 +389,7 @@ def _add_worn_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catal
     add_spatial_revolute(keys, path, site, catalogue)
     _add_wear(keys, path, catalogue)
     del keys[f"{path}.wear.evolve"]  # worn shapes affect contact only in the plane
-    add_numbers(keys, f"{path}.wear", (_LENGTH_BINS,), sweep=False)
+    add_numbers(keys, f"{path}.wear", (_LENGTH_BINS,), NUMERICS, sweep=False)
 
 
 def _add_flanged_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:

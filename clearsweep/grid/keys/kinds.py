@@ -20,6 +20,7 @@ class Number(NamedTuple):
     """A key that contains a quantity."""
 
     uses: tuple[Use, ...]
+    role: str  # one of contracts.roles, where it is varied
     sweep: bool = True
 
     def fields(self, names: NamesInUse) -> tuple[Field, ...]:
@@ -63,6 +64,7 @@ class Word(NamedTuple):
     may_be_unused: bool = False  # may be written even if it is not in use
     conditional_default: ConditionalDefault | None = None
     refused: Mapping[str, str] = {}  # a plausible word -> why it is not allowed
+    role: str = ""  # one of contracts.roles, where it can be swept
 
     def is_used(self, names: NamesInUse) -> bool:
         """Return whether the key is in use with these law names."""

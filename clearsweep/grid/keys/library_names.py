@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
+from ...contracts.roles import CHOICE
 from ...language.errors import InputError, quoted
 from .. import library
 from ..library import MATERIALS, Entry, Value
@@ -202,7 +203,9 @@ def find_varied_materials(
 
 def keys_of_materials(materials: Iterable[str]) -> KeyTable:
     """Return the keys of the names that vary."""
-    return {path: Word(tuple(MATERIALS), "the material", sweep=True, noun="material") for path in materials}
+    return {
+        path: Word(tuple(MATERIALS), "the material", sweep=True, noun="material", role=CHOICE) for path in materials
+    }
 
 
 def name_path(path: str, key_table: KeyTable) -> str:

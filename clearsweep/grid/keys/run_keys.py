@@ -1,6 +1,7 @@
 """Keys of a run: saved results of a case (`save`), and its life (`life`)."""
 
 from ...contracts.catalogue import Field
+from ...contracts.roles import CONDITION, NUMERICS
 from .joint_keys import add_numbers
 from .kinds import KeyTable, NameList, Number, Section, Use, Word
 
@@ -50,6 +51,7 @@ def add_save_keys(keys: KeyTable, *, has_turns: bool) -> None:
         keys,
         "save",
         (_SAVED_REVOLUTIONS_FIELD, _SAMPLES_FIELD, _WORST_FIELD) if has_turns else (_SAMPLES_FIELD,),
+        NUMERICS,
         sweep=False,
     )
     keys[CHANNELS] = _CHANNELS_LIST
@@ -127,4 +129,4 @@ def add_life_keys(keys: KeyTable) -> None:
         LIMITED_QUANTITIES[0],
     )
     for field in _LIFE_FIELDS:
-        keys[f"{LIFE}.{field.name}"] = Number((Use(field),), field.name == "limit")
+        keys[f"{LIFE}.{field.name}"] = Number((Use(field),), CONDITION, field.name == "limit")

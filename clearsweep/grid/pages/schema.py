@@ -10,7 +10,7 @@ from ..keys.library_names import MATERIAL
 from ..keys.outline import key_trees
 from ..sections.axes import SAMPLE_SECTION
 from ..sections.identify import IDENTIFY_SECTION
-from ..sections.named_sections import FIGURES_SECTION, LIMITS_SECTION, UNCERTAIN_SECTION
+from ..sections.named_sections import FIGURES_SECTION, LIMITS_SECTION, ROLES_SECTION, UNCERTAIN_SECTION
 from ..sections.optimise import OPTIMISE_SECTION
 from ..sections.reader import CHECK_LAWS, CHECK_LAWS_TEXT
 from ..sections.section import ADDED, FIT_SCHEMA, FITS_SCHEMA
@@ -19,7 +19,7 @@ from ..sections.variations import MAX_LABEL_LENGTH, RESERVED_LABELS
 from ..written.definitions import DEFINE, DEFINE_TEXT
 
 KEY_SECTIONS = (SAMPLE_SECTION, SEEK_SECTION, REFINE_SECTION, OPTIMISE_SECTION, IDENTIFY_SECTION)
-NAME_SECTIONS = (FIGURES_SECTION, LIMITS_SECTION, UNCERTAIN_SECTION)
+NAME_SECTIONS = (FIGURES_SECTION, LIMITS_SECTION, ROLES_SECTION, UNCERTAIN_SECTION)
 _CHECK_LAWS_SCHEMA = {"type": "object", "additionalProperties": False, "properties": {ADDED: {"type": "object"}}}
 
 

@@ -2,6 +2,7 @@
 
 from ...contracts.catalogue import Catalogue, Mechanism
 from ...contracts.layout import ALWAYS_STORED, Layout
+from ...contracts.roles import NUMERICS
 from ...language.errors import did_you_mean, nearest_words, quoted
 from ..keys.key_table import table_of_keys
 from ..keys.kinds import Flag, KeyTable, Name, NameList, Number, Section, Table, Use, Word
@@ -13,9 +14,11 @@ from ..sections.identify import IDENTIFY, read_identify, set_saved_signals
 from ..sections.named_sections import (
     FIGURES_SECTION,
     LIMITS_SECTION,
+    ROLES_SECTION,
     UNCERTAIN,
     expected_columns,
     read_limits,
+    read_roles,
     read_uncertain,
 )
 from ..sections.optimise import OPTIMISE, read_optimise
@@ -48,7 +51,7 @@ _SEARCH_SECTIONS = (SEEK, REFINE, OPTIMISE, IDENTIFY)
 
 
 _TOP_SECTIONS = [  # sections that belong to no law or mechanism
-    *("name", DEFINE, FIGURES_SECTION.name, LIMITS_SECTION.name, UNCERTAIN),
+    *("name", DEFINE, FIGURES_SECTION.name, LIMITS_SECTION.name, ROLES_SECTION.name, UNCERTAIN),
     *(*_SEARCH_SECTIONS, CHECK_LAWS, *VARYING_SECTIONS),
 ]
 
@@ -94,6 +97,7 @@ def read_keys(
     check_variations(reader)
     check_dependents(reader)
     read_uncertain(reader, root)
+    read_roles(reader, root)
     reader.figures = expected_columns(reader, mechanism, catalogue)
     report_column_name_clashes(reader, defined_section)
     read_limits(reader, root)
@@ -230,7 +234,9 @@ def _select_keys_in_use(reader: Reader, all_keys: KeyTable) -> None:
         if isinstance(key, Number) and (
             is_required_by_roughness or (is_of_material and f"{joint}.wear" in reader.keys_in_use)
         ):
-            reader.keys_in_use[path] = Number(tuple(key_use._replace(when=()) for key_use in key.uses))
+            reader.keys_in_use[path] = key._replace(
+                uses=tuple(key_use._replace(when=()) for key_use in key.uses), sweep=True
+            )
 
 
 def _has_keys_below(all_keys: KeyTable, path: str) -> bool:
@@ -280,4 +286,4 @@ def set_life_time_budget(reader: Reader) -> None:
     """Make the time budget of a case with a life optional, without a default."""
     if LIFE in reader.keys_in_use and TIME_BUDGET_PATH in reader.keys_in_use:
         field = TIME_BUDGET_FIELD._replace(default=None, optional=True)
-        reader.keys_in_use[TIME_BUDGET_PATH] = Number((Use(field),), sweep=False)
+        reader.keys_in_use[TIME_BUDGET_PATH] = Number((Use(field),), NUMERICS, sweep=False)

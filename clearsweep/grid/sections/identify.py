@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ...answers import features
 from ...contracts.layout import Layout
-from ...judging import features
 from ...language.errors import InputError, did_you_mean, quoted
 from ..keys.kinds import Number
 from ..keys.run_keys import CHANNELS

@@ -4,10 +4,11 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from ...answers.verdict import EXCEEDED, KINDS, MARGIN, UNDECIDED
 from ...contracts.case import Uncertain, column_name
 from ...contracts.catalogue import Catalogue, Field, Mechanism
 from ...contracts.layout import columns_of, rubbing_joints
-from ...judging.verdict import EXCEEDED, KINDS, MARGIN
+from ...contracts.roles import ROLES
 from ...language import expression
 from ...language.errors import InputError, did_you_mean, quoted
 from ...language.quantity import is_bare
@@ -49,6 +50,29 @@ LIMITS_SECTION = NameSection(
         ]
     },
 )
+ROLES_SECTION = NameSection(
+    "roles",
+    "varied path -> its part in the answer, in place of the usual one: choice (the designer decides), condition (must "
+    "hold at every value), uncertainty, model (both: the worst value counts), numerics (the finest value counts)",
+    "role",
+    "loads.spring.stiffness: choice",
+    {"enum": list(ROLES)},
+)
+
+
+def read_roles(reader: Reader, root: WrittenValue) -> None:
+    """Read the roles that the grid sets; the axes must be known."""
+    for path, written in ROLES_SECTION.entries(reader.problems, root).items():
+        if path not in reader.written_axes:
+            position = root.value["roles"].key_position(path)
+            message = f"does not vary{did_you_mean(path, reader.written_axes)}"
+            known = f" (varied: {', '.join(reader.written_axes)})" if reader.written_axes else "; nothing varies"
+            reader.problems.add(position, f"roles.{path}", message if "mean" in message else message + known)
+        elif written.value not in ROLES:
+            suggestion = did_you_mean(str(written.value), ROLES) or f" (known: {', '.join(ROLES)})"
+            reader.problems.add(written, f"roles.{path}", f"unknown role {quoted(written.value)}{suggestion}")
+        else:
+            reader.roles[path] = written.value
 
 
 def read_limits(reader: Reader, root: WrittenValue) -> None:
@@ -82,7 +106,7 @@ def _name_mistake(reader: Reader, name: str) -> str:
     """Return why a user-defined figure cannot have this name, or '' if it can."""
     if name in reader.figures:
         return "is a column already; give the figure another name"
-    if name in (EXCEEDED, MARGIN, "case_id", "status", "message", *expression.FUNCTIONS):
+    if name in (EXCEEDED, UNDECIDED, MARGIN, "case_id", "status", "message", *expression.FUNCTIONS):
         return "is a reserved name; rename the figure"
     return "" if name.isidentifier() else "is not a valid name; expected letters, digits and _, and a letter or _ first"
 

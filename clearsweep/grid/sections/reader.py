@@ -60,6 +60,7 @@ class Reader:
     added_written: dict[str, WrittenValue] = field(default_factory=dict)  # their values, by path
     added_cases: dict[str, list[Any]] = field(default_factory=dict)  # the same, SI
     uncertain: dict[str, dict[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its distribution, SI
+    roles: dict[str, str] = field(default_factory=dict)  # varied path -> its role as the grid sets it
     user_figures: dict[str, str] = field(default_factory=dict)  # name -> expression of columns
     defined: Definitions = NO_DEFINITIONS
     materials: dict[str, VariedMaterial] = field(default_factory=dict)  # path of a name -> the material that varies

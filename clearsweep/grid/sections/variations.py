@@ -6,6 +6,7 @@ from itertools import product
 from typing import Any
 
 from ...contracts.catalogue import Field
+from ...contracts.roles import CHOICE
 from ...language.errors import did_you_mean, quoted
 from ..keys.kinds import KeyTable, Name, Number, Section, Use, Word, value_key
 from ..keys.library_names import BODIES, name_path
@@ -368,7 +369,7 @@ def keys_of_definitions(definitions: Definitions) -> KeyTable:
         return {}
     names = [name for name in definitions.expression_by_name if name in definitions.varied_names]
     fields = {name: Field(name, definitions.units[name], "defined by the grid", low=-math.inf) for name in names}
-    numbers = {f"{DEFINE_PREFIX}{name}": Number((Use(field),)) for name, field in fields.items()}
+    numbers = {f"{DEFINE_PREFIX}{name}": Number((Use(field),), CHOICE) for name, field in fields.items()}
     return {DEFINE: Section(DEFINE_TEXT, need="optional"), **numbers}
 
 

@@ -7,6 +7,7 @@ from ...contracts.case import Case
 from ...contracts.catalogue import Channel, Choice, Field, Keys, Mechanism, Output
 from ...contracts.machine import Constant, Elastic, Machine
 from ...contracts.outline import GROUND, Outline
+from ...contracts.roles import CHOICE, NUMERICS
 from . import drives, loads, planar
 
 
@@ -54,6 +55,7 @@ def elastic_keys(path: str, points: tuple[str, ...] = ()) -> tuple[Keys, ...]:
         "elasticity along the line of the pins. Without this section, the body is rigid",
         _ELASTIC,
         "optional",
+        role=CHOICE,
     )
     if not points:
         return (elastic_section,)
@@ -125,6 +127,7 @@ _ELASTIC = (
         False,
         default=4,
         integer=True,
+        role=NUMERICS,
     ),
     Field(
         "damping",

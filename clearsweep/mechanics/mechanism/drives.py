@@ -7,11 +7,19 @@ import numpy as np
 from ...contracts import case, machine
 from ...contracts.catalogue import Columns, Field, Keys, Law
 from ...contracts.outline import ANY, Outline
+from ...contracts.roles import CHOICE, CONDITION
 
 _START_ANGLE = Field("start_angle", "rad", "crank angle at t = 0; default: 0", -math.inf, optional=True)
 _FREE = (
     Field("initial_speed", "rad/s", "crank speed at t = 0", low_open=False, default=0.0),
-    Field("inertia", "kg*m^2", "inertia of a flywheel, added to that of the crank", low_open=False, default=0.0),
+    Field(
+        "inertia",
+        "kg*m^2",
+        "inertia of a flywheel, added to that of the crank",
+        low_open=False,
+        default=0.0,
+        role=CHOICE,
+    ),
 )
 _SPEED_TABLE = Columns(
     "table",
@@ -71,10 +79,14 @@ def drive_keys(outline: Outline) -> tuple[Keys, ...]:
     for law in DRIVES.values() if outline.drive == ANY else (DRIVES[outline.drive],):
         fields |= {field.name: field for field in law.fields}
     motor_fields = {name.partition(".")[2]: field for name, field in fields.items() if "." in name}
-    sections = [Keys("drive", "the drive", tuple(fields[name] for name in fields if "." not in name), "implied")]
+    sections = [
+        Keys("drive", "the drive", tuple(fields[name] for name in fields if "." not in name), "implied", role=CONDITION)
+    ]
     if motor_fields:
         motor = tuple(field._replace(name=name) for name, field in motor_fields.items())
-        sections.append(Keys("drive.motor", "a motor", motor, "optional" if outline.drive == ANY else "required"))
+        sections.append(
+            Keys("drive.motor", "a motor", motor, "optional" if outline.drive == ANY else "required", role=CONDITION)
+        )
     if outline.drive in ("speed-table", ANY):
         sections.append(Keys("drive.speed", "the speed over time", tables=(_SPEED_TABLE,)))
     return tuple(sections)

@@ -6,6 +6,7 @@ from ...contracts.case import Case
 from ...contracts.catalogue import Choice, Field, JointSite, Keys, Mechanism, Output
 from ...contracts.machine import Aim, Body, BodyPoint, Machine, Pin
 from ...contracts.outline import Outline
+from ...contracts.roles import CHOICE, CONDITION
 from . import described
 from .drives import make_drive
 from .loads import LoadPoints, make_loads
@@ -43,17 +44,22 @@ _KEYS = (
         "mechanism.ground",
         "fixed link, with the crank's pivot at the origin and the rocker's pivot at (length, 0)",
         (_LENGTH,),
+        role=CHOICE,
     ),
     *(
         section
         for body in _BODIES[1:]
-        for section in (Keys(f"mechanism.{body}", f"the {body}", _LINK), *described.elastic_keys(f"mechanism.{body}"))
+        for section in (
+            Keys(f"mechanism.{body}", f"the {body}", _LINK, role=CHOICE),
+            *described.elastic_keys(f"mechanism.{body}"),
+        )
     ),
     Keys(
         "mechanism",
         "",
-        (Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0),),
+        (Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0, role=CONDITION),),
         words=(_BRANCH,),
+        role=CHOICE,
     ),
 )
 

@@ -5,6 +5,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism
+from ...contracts.roles import CHOICE, CONDITION
 from ..joint.dry import Gap
 from .contract import (
     Built,
@@ -60,8 +61,11 @@ MECHANISM = Mechanism(
             "mechanism.masses",
             "masses of the two bodies",
             (Field("0", "kg", "mass of the first body"), Field("1", "kg", "mass of the second body")),
+            role=CHOICE,
         ),
-        Keys("mechanism", "", (Field("speed", "m/s", "speed at which the bodies approach each other"),)),
+        Keys(
+            "mechanism", "", (Field("speed", "m/s", "speed at which the bodies approach each other"),), role=CONDITION
+        ),
     ),
     channels=(
         Channel("pair/x", "m", "displacement of the second body relative to the first"),

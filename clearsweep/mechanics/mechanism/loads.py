@@ -8,6 +8,7 @@ import numpy as np
 from ...contracts import case, machine
 from ...contracts.catalogue import Choice, Columns, Field, Keys, Law
 from ...contracts.outline import ANY, GROUND, SIZES, LoadOutline
+from ...contracts.roles import CHOICE, CONDITION
 from ..joint.recipe import compile_law
 
 CENTER = "center"  # the name of a body's centre of mass as a point
@@ -16,8 +17,8 @@ _FORCE = (
     Field("0", "N", "force along x of the fixed frame", -math.inf),
     Field("1", "N", "force along y of the fixed frame", -math.inf),
 )
-_TORQUE = Field("torque", "N*m", "torque on the body, counter-clockwise", -math.inf, optional=True)
-_SCALE = Field("scale", "1", "factor on all forces and torques of the table", -math.inf, default=1.0)
+_TORQUE = Field("torque", "N*m", "torque on the body, counter-clockwise", -math.inf, optional=True, role=CONDITION)
+_SCALE = Field("scale", "1", "factor on all forces and torques of the table", -math.inf, default=1.0, role=CONDITION)
 _TABLE = Columns(
     "table",
     "force and torque as functions of the crank angle or of time; a table over the crank angle repeats with the period "
@@ -108,8 +109,8 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
     )
     body_key = Choice("on", bodies, "body on which the load acts; with `friction`: the joint")
     target_keys = (body_key, *(point_key if body_points else ()))
-    force = Keys(f"{path}.force", "force along x and y of the fixed frame", _FORCE, "optional")
-    table = Keys(path, LOADS["table"].summary, (_SCALE,), "optional", target_keys, (_TABLE,))
+    force = Keys(f"{path}.force", "force along x and y of the fixed frame", _FORCE, "optional", role=CONDITION)
+    table = Keys(path, LOADS["table"].summary, (_SCALE,), "optional", target_keys, (_TABLE,), role=CONDITION)
     body_keys = tuple(Choice(str(k), tuple(points), f"the {label} body") for k, label in enumerate(("first", "second")))
     second_point_text = (
         f"at `point`, by default the {CENTER_TEXT}"
@@ -122,21 +123,30 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
         words=body_keys,
     )
     anchor = Keys(
-        f"{path}.anchor", "point of the first body at which the spring acts, in the frame of that body", _ANCHOR
+        f"{path}.anchor",
+        "point of the first body at which the spring acts, in the frame of that body",
+        _ANCHOR,
+        role=CHOICE,
     )
     friction_keys = Keys(
-        f"{path}.friction", "friction in the joint on which the load acts", (_RADIUS,), family="friction"
+        f"{path}.friction",
+        "friction in the joint on which the load acts",
+        (_RADIUS,),
+        family="friction",
+        role=CONDITION,
     )
     given_friction_keys = {
-        size: Keys(f"{path}.friction", f"friction of a given {size}", family="friction", given_size_key=size)
+        size: Keys(
+            f"{path}.friction", f"friction of a given {size}", family="friction", given_size_key=size, role=CONDITION
+        )
         for size in SIZES
     }
     joint_load_keys = Keys(path, LOADS["friction"].summary, (), "optional", (body_key._replace(options=joints),))
     by_form = {
-        "force": (Keys(path, LOADS["force"].summary, (_TORQUE,), "optional", target_keys), force),
+        "force": (Keys(path, LOADS["force"].summary, (_TORQUE,), "optional", target_keys, role=CONDITION), force),
         "table": (table,),
         "spring": (
-            Keys(path, LOADS["spring"].summary, _SPRING, "optional", point_key if body_points else ()),
+            Keys(path, LOADS["spring"].summary, _SPRING, "optional", point_key if body_points else (), role=CHOICE),
             between,
             anchor,
         ),
@@ -145,7 +155,7 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
     if load.form != ANY:
         return by_form[load.form]
     any_form_keys = Keys(
-        path, "a load on the mechanism", (_TORQUE, _SCALE, *_SPRING), "optional", target_keys, (_TABLE,)
+        path, "a load on the mechanism", (_TORQUE, _SCALE, *_SPRING), "optional", target_keys, (_TABLE,), role=CHOICE
     )
     all_friction_keys = (friction_keys, *given_friction_keys.values())
     return any_form_keys, force, *(key._replace(need="optional") for key in (between, anchor, *all_friction_keys))

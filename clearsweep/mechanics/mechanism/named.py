@@ -6,6 +6,7 @@ from collections.abc import Iterable
 from ...contracts.catalogue import Choice, Field, Keys
 from ...contracts.machine import BodyPoint, Guide, Pin, Slot
 from ...contracts.outline import ANY, GROUND, JointOutline, Outline
+from ...contracts.roles import CHOICE
 
 _AXIS = Field(
     "axis",
@@ -29,7 +30,9 @@ def joint_keys(joint: JointOutline, endpoints: tuple[str, ...]) -> Iterable[Keys
     bodies = tuple(filter(None, joint.bodies))
     journal = (Choice("journal", bodies, "body that carries the journal", bodies[-1] if bodies else ANY),)
     choices = (type_choice,) if joint.type in ("prismatic", "slot") else (type_choice, *journal)
-    yield Keys(path, "a joint of the mechanism", () if joint.type == "revolute" else (_AXIS,), words=choices)
+    yield Keys(
+        path, "a joint of the mechanism", () if joint.type == "revolute" else (_AXIS,), words=choices, role=CHOICE
+    )
     texts = ("the proximal point, body.point", "the distal point")
     between = tuple(Choice(str(k), endpoints, text) for k, text in enumerate(texts))
     yield Keys(f"{path}.between", "the two points that the joint connects, the proximal point first", words=between)
@@ -47,6 +50,7 @@ def output_keys(outline: Outline) -> Iterable[Keys]:
         "initial guesses of body angles, which select one of the two positions in which a loop closes",
         start,
         "implied",
+        role=CHOICE,
     )
     body = Choice("body", moving_bodies, "body whose motion is the output")
     all_points = tuple(dict.fromkeys(point for body in outline.bodies for point in body.points))
@@ -61,6 +65,7 @@ def output_keys(outline: Outline) -> Iterable[Keys]:
         "the output",
         (_ALONG,) if is_point_output else (),
         words=(body, point) if is_point_output else (body,),
+        role=CHOICE,
     )
 
 

@@ -6,6 +6,7 @@ from ...contracts.case import Case
 from ...contracts.catalogue import Field, JointSite, Keys, Mechanism, Order, Output
 from ...contracts.machine import Aim, Body, BodyPoint, Guide, Machine, Pin
 from ...contracts.outline import Outline
+from ...contracts.roles import CHOICE, CONDITION
 from . import described, slider_crank_in_space
 from .drives import make_drive
 from .loads import LoadPoints, make_loads
@@ -46,16 +47,17 @@ _BODIES = ("ground", "crank", "rod", "slider")
 _OUTPUT = Output("slider", "m")
 _OUTPUT_CHANNELS = ("place", "v", "a")
 _KEYS = (
-    Keys("mechanism.crank", "the crank", _CRANK),
+    Keys("mechanism.crank", "the crank", _CRANK, role=CHOICE),
     *described.elastic_keys("mechanism.crank"),
-    Keys("mechanism.rod", "the rod", _ROD),
+    Keys("mechanism.rod", "the rod", _ROD, role=CHOICE),
     *described.elastic_keys("mechanism.rod"),
-    Keys("mechanism.slider", "the slider", _SLIDER),
+    Keys("mechanism.slider", "the slider", _SLIDER, role=CHOICE),
     Keys(
         "mechanism",
         "",
-        (Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0),),
+        (Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0, role=CONDITION),),
         flags=(SPATIAL_FLAG,),
+        role=CHOICE,
     ),
 )
 

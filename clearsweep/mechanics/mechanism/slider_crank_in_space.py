@@ -6,6 +6,7 @@ from ...contracts.case import Case
 from ...contracts.catalogue import Choice, Field, JointSite, Keys, Mechanism
 from ...contracts.machine import Aim, BodyPoint, Constant, Guide, Machine, Pin
 from ...contracts.outline import Outline
+from ...contracts.roles import CHOICE
 from . import described
 from .spatial import described as space
 from .spatial.build import Assembly, Solid
@@ -38,13 +39,18 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
     )
     inertia = space.along_axes("kg*m^2", "inertia", 0.0, None)
     return (
-        Keys("mechanism.crank", "the crank", (_LENGTH, mass._replace(low_open=False))),
-        Keys("mechanism.crank.inertia", inertia_text, inertia, scalar_factors=(1, 1, 1)),
-        Keys("mechanism.crank.center", center_text, _center(), "implied", scalar_factors=(1, 0, 0)),
-        Keys("mechanism.rod", "the rod", (_LENGTH, mass)),
-        Keys("mechanism.rod.inertia", inertia_text, tuple(field._replace(low_open=True) for field in inertia)),
-        Keys("mechanism.rod.center", center_text, _center(), "implied", scalar_factors=(1, 0, 0)),
-        Keys("mechanism.slider", "the slider", (mass,)),
+        Keys("mechanism.crank", "the crank", (_LENGTH, mass._replace(low_open=False)), role=CHOICE),
+        Keys("mechanism.crank.inertia", inertia_text, inertia, scalar_factors=(1, 1, 1), role=CHOICE),
+        Keys("mechanism.crank.center", center_text, _center(), "implied", scalar_factors=(1, 0, 0), role=CHOICE),
+        Keys("mechanism.rod", "the rod", (_LENGTH, mass), role=CHOICE),
+        Keys(
+            "mechanism.rod.inertia",
+            inertia_text,
+            tuple(field._replace(low_open=True) for field in inertia),
+            role=CHOICE,
+        ),
+        Keys("mechanism.rod.center", center_text, _center(), "implied", scalar_factors=(1, 0, 0), role=CHOICE),
+        Keys("mechanism.slider", "the slider", (mass,), role=CHOICE),
         Keys("mechanism", "", flags=(space.SPATIAL_FLAG,)),
         space.gravity_keys(),
         Keys("mechanism.ideal", _IDEAL, words=pin_choices, need="implied"),

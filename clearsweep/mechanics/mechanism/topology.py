@@ -7,6 +7,7 @@ from ...contracts.case import Case
 from ...contracts.catalogue import Choice, Field, JointSite, Keys, Mechanism, Output
 from ...contracts.machine import Aim, Body, Initial, Machine
 from ...contracts.outline import ANY, FULL_OUTLINE, GROUND, JointOutline, Outline
+from ...contracts.roles import CHOICE, CONDITION
 from . import described, topology_in_space
 from .drives import make_drive
 from .loads import LoadPoints, make_loads
@@ -31,7 +32,7 @@ _INITIAL = tuple(
         ("rate", "rad/s", "angular velocity of the body, counter-clockwise"),
     )
 )
-_GRAVITY = Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0)
+_GRAVITY = Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0, role=CONDITION)
 
 
 def with_outline(outline: Outline) -> Mechanism:
@@ -61,25 +62,29 @@ def _keys(outline: Outline) -> Iterable[Keys]:
     """Yield the sections of the bodies, the joints and the other parts of a mechanism."""
     pins = tuple(joint.name for joint in outline.joints if joint.type not in ("prismatic", "slot"))
     driven = Choice("driven", pins, "the revolute joint that the drive turns; it connects the ground and the crank")
-    yield Keys("mechanism", "", (_GRAVITY,), words=(driven,), flags=(SPATIAL_FLAG,))
+    yield Keys("mechanism", "", (_GRAVITY,), words=(driven,), flags=(SPATIAL_FLAG,), role=CHOICE)
     yield Keys("mechanism.bodies", "the bodies by name, `ground` among them")
     for body in outline.bodies:
         path = f"mechanism.bodies.{body.name}"
         is_fixed = body.name == GROUND
-        yield Keys(path, "the fixed body" if is_fixed else "a body of the mechanism", () if is_fixed else _BODY)
+        yield Keys(
+            path, "the fixed body" if is_fixed else "a body of the mechanism", () if is_fixed else _BODY, role=CHOICE
+        )
         if not is_fixed:
             center = tuple(field._replace(default=0.0) for field in _POSITION)
-            yield Keys(f"{path}.center", "centre of mass in the frame of the body", center, "implied")
+            yield Keys(f"{path}.center", "centre of mass in the frame of the body", center, "implied", role=CHOICE)
             text = (
                 "initial state of a body that has no ideal joint. Without this section, the body starts as in the "
                 "ideal mechanism"
             )
-            yield Keys(f"{path}.initial", text, _INITIAL, "optional")
+            yield Keys(f"{path}.initial", text, _INITIAL, "optional", role=CONDITION)
         yield Keys(f"{path}.points", "points of the body, by name", need="implied")
         if not is_fixed:
             yield from described.elastic_keys(path, body.points)
         for point in body.points:
-            yield Keys(f"{path}.points.{point}", "position of the point in the frame of its body", _POSITION)
+            yield Keys(
+                f"{path}.points.{point}", "position of the point in the frame of its body", _POSITION, role=CHOICE
+            )
     yield Keys("mechanism.joints", "the joints between the bodies, by name")
     endpoints = tuple(f"{body.name}.{point}" for body in outline.bodies for point in body.points)
     for joint in outline.joints:

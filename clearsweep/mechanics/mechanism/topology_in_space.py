@@ -6,6 +6,7 @@ from ...contracts.case import Case
 from ...contracts.catalogue import Choice, Field, Keys, Mechanism, Output
 from ...contracts.machine import Aim, Constant, Machine
 from ...contracts.outline import GROUND, Outline
+from ...contracts.roles import CHOICE
 from . import described
 from .named import joint_keys, joint_of, output_keys
 from .spatial import described as space
@@ -31,17 +32,23 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
         path, is_fixed = f"mechanism.bodies.{body.name}", body.name == GROUND
         mass = Field("mass", "kg", "mass of the body")
         keys.append(
-            Keys(path, "the fixed body" if is_fixed else "a body of the mechanism", () if is_fixed else (mass,))
+            Keys(
+                path,
+                "the fixed body" if is_fixed else "a body of the mechanism",
+                () if is_fixed else (mass,),
+                role=CHOICE,
+            )
         )
         if not is_fixed:
             inertia_text = "principal moments of inertia about the centre of mass, along the axes of the body frame"
             keys += [
-                Keys(f"{path}.inertia", inertia_text, space.along_axes("kg*m^2", "inertia", 0.0, None)),
+                Keys(f"{path}.inertia", inertia_text, space.along_axes("kg*m^2", "inertia", 0.0, None), role=CHOICE),
                 Keys(
                     f"{path}.center",
                     "centre of mass in the frame of the body",
                     space.along_axes("m", "of its frame"),
                     "implied",
+                    role=CHOICE,
                 ),
             ]
         keys.append(Keys(f"{path}.points", "points of the body, by name", need="implied"))
@@ -50,6 +57,7 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
                 f"{path}.points.{point}",
                 "position of the point in the frame of its body; z is along the pins",
                 space.along_axes("m", "of the body's frame", default=None),
+                role=CHOICE,
             )
             for point in body.points
         ]

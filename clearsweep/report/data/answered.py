@@ -1,38 +1,32 @@
-"""The finished cases of a study, prepared for the sentences that answer the question of its grid."""
+"""The answer of a study, the same value as in answer.json, and its words."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping
+from typing import Any
 
 import numpy as np
 
-from ...judging import answer
-from ...judging.cases import FinishedCases, column_texts
+from ...answers.cases import FinishedCases
+from ...answers.words import Words
+from ...store import answer_of
 from .study import Study
-from .worst_case import case_ranking_of
 
 
-def answer_sentences(study: Study) -> list[str]:
-    """Return the sentences that answer the question of the grid, or [] if a figure that ranks cases is not stored."""
-    if any(name not in study.cases for name in case_ranking_of(study).columns):
-        return []
-    return answer.sentences(answer_cases(study))
+def answer_of_study(study: Study) -> Mapping[str, Any]:
+    """Return the answer of the run of a study."""
+    answer: Mapping[str, Any] = study.cases.cached(("answer",), lambda: answer_of(study.run))
+    return answer
 
 
-def answer_cases(study: Study) -> FinishedCases:
-    """Return the finished cases of a study for `judging.answer`."""
-    axes = {axis.path: axis for axis in study.swept()}
-    ids = study.cases.index
+def words_of(study: Study) -> Words:
+    """Return the words of the run of a study."""
+    return Words(study.run.grid, study.run.layout, finished_cases(study).values_of)
 
-    def column(name: str) -> np.ndarray:
-        values: np.ndarray = study.cases[name].to_numpy()
-        return values
 
-    def describe_value(index: int, path: str) -> tuple[str, str] | None:
-        value = study.value(ids[index], path) if path in axes else None
-        return None if value is None else (axes[path].name, axes[path].text(value))
+def finished_cases(study: Study) -> FinishedCases:
+    """Return the finished cases of a study as the room of answers reads them."""
 
-    def texts(name: str, values: Sequence[float]) -> list[str]:
-        return column_texts(name, study.unit(name), column(name), values)
+    def values(name: str) -> np.ndarray:
+        column: np.ndarray = study.cases.index.to_numpy() if name == "case_id" else study.cases[name].to_numpy()
+        return column
 
-    return FinishedCases(
-        study.run.grid, study.run.layout, case_ranking_of(study), tuple(axes), list(ids), column, texts, describe_value
-    )
+    return FinishedCases(study.run.grid, study.run.layout, tuple(axis.path for axis in study.swept()), values)

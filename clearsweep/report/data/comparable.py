@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...judging.case_ranking import MAX_SPEED, SPEED_AFTER_START, START_UP
+from ...answers.case_ranking import MAX_SPEED, SPEED_AFTER_START, START_UP
 from .study import Study
 from .worst_case import case_ranking_of
 

@@ -3,9 +3,9 @@
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
+from ...answers import case_ranking, labels
+from ...answers.verdict import Limit
 from ...contracts.layout import Layout
-from ...judging import case_ranking, labels
-from ...judging.verdict import Limit
 
 
 class LeadingFigure(NamedTuple):

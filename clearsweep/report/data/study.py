@@ -8,11 +8,11 @@ import numpy as np
 import pandas as pd
 
 from ... import grid, simulation
+from ...answers import case_ranking, law_check
+from ...answers.cases import column_scale, column_texts
+from ...answers.verdict import EXCEEDED, UNDECIDED, Limit, limits_of
 from ...contracts.case import Case
 from ...contracts.case import Joint as CaseJoint
-from ...judging import case_ranking, law_check
-from ...judging.cases import column_scale, column_texts
-from ...judging.verdict import EXCEEDED, Limit, limits_of
 from ...language import wording
 from ...store import BlockedRun, SampledRun, StoredRun
 from .axis import Axis, axes_of, index_on_axis
@@ -207,7 +207,7 @@ def prepare(run: StoredRun, *, shows_median: bool = False) -> Study:
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
     is_finished = np.concatenate([np.array(block["status"] == "ok", bool) for block in run.blocks(["status"])])
     is_grid_case = _is_grid_case(run)
-    text_columns = {"status", "message", EXCEEDED, *(axis.path for axis in axes if not axis.is_numeric)}
+    text_columns = {"status", "message", EXCEEDED, UNDECIDED, *(axis.path for axis in axes if not axis.is_numeric)}
     derived = {
         joint.column(figure): (unit, functools.partial(compute, joint))
         for joint in joints

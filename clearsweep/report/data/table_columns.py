@@ -1,9 +1,9 @@
 """Determines the figures, the order and the headings of a table from the descriptions of the figures."""
 
 from ... import simulation
+from ...answers import labels
 from ...contracts.catalogue import Entry, Figure
 from ...contracts.layout import Column
-from ...judging import labels
 from .study import P99_OVER_IDEAL, WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES, Joint, Study
 
 #: The figures that are computed of columns of the summary, see `study`.

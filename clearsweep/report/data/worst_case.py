@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...judging import case_ranking
+from ...answers import case_ranking
 from .study import Study
 
 
@@ -16,7 +16,7 @@ def worst_case(study: Study) -> tuple[str, case_ranking.Candidate] | None:
     ranking, cases = case_ranking_of(study), study.cases
     if cases.empty or not ranking.candidates or any(name not in cases for name in ranking.columns):
         return None
-    values, candidate_indices = ranking.worst_values({name: cases[name].to_numpy(float) for name in ranking.columns})
+    values, candidate_indices = ranking.worst_values({name: cases[name].to_numpy() for name in ranking.columns})
     if np.isnan(values).all():
         return None
     severity = ranking.severity(values)

@@ -13,6 +13,7 @@ from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Facts, Gallery, Points, Section, without_empty
 from ..blocks.table import Column, Quantity, Table
+from ..data.answered import answer_of_study
 from ..data.dotted_paths import leaves, value_at
 from ..data.study import Study, prepare
 from ..data.table_columns import column_label
@@ -74,15 +75,25 @@ def pair_cases(first: Study, second: Study) -> Pairs:
 
 def _keyed_cases(study: Study, paths: list[str], name: str) -> pd.DataFrame:
     """Return the finished cases of a run: the values of `paths`, and the case_id under `name`."""
-    swept = {axis.path for axis in study.axes}
-    values = {path: study.cases[path].to_numpy() if path in swept else value_at(study.base, path) for path in paths}
+    values = {path: _values_at(study, path) for path in paths}
     return pd.DataFrame(values, index=study.cases.index).rename_axis(name).reset_index()
+
+
+def _values_at(study: Study, path: str) -> np.ndarray:
+    """Return the values of the finished cases at a path, swept, defined or fixed; None where there is none."""
+    ids = study.cases.index
+    if path in study.defined.dependents or any(axis.path == path for axis in study.axes):
+        values = [study.value(case_id, path) for case_id in ids]
+    else:
+        value = value_at(study.base, path)
+        values = [value if isinstance(value, int | float | str) else None] * len(ids)
+    return np.array([float(value) if isinstance(value, int | float) else value for value in values], object)
 
 
 def sections(pairs: Pairs) -> list[Section]:
     """Return the sections of the page: differences of setup and figures, and the most different cases."""
     setup: list[Block] = [Facts("Differences in setup", "Differences in setup", _differing_settings(pairs))]
-    blocks: list[Block] = [Points(_comparison_sentences(pairs))]
+    blocks: list[Block] = [Points([*_verdict_sentences(pairs), *_comparison_sentences(pairs)])]
     return [
         Section(
             "comparison",
@@ -95,6 +106,13 @@ def sections(pairs: Pairs) -> list[Section]:
             without_empty(setup) or [Points(["Both runs have the same setup and differ only in their swept values."])],
         ),
     ]
+
+
+def _verdict_sentences(pairs: Pairs) -> list[str]:
+    """Return the first sentence of the answer of each run."""
+    studies = zip((pairs.first, pairs.second), RUN_NAMES, strict=True)
+    answers = [(name, answer_of_study(study)["sentences"]) for study, name in studies]
+    return [f"{name}: {sentences[0]}" for name, sentences in answers if sentences]
 
 
 def _comparison_sentences(pairs: Pairs) -> list[str]:

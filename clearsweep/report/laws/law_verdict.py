@@ -3,7 +3,7 @@
 import numpy as np
 import pandas as pd
 
-from ...judging import verdict
+from ...answers import verdict
 from ...language import wording
 from ..blocks.section import Part
 from ..blocks.table import Column, Table, count_cell

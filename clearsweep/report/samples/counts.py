@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...judging.verdict import Limit
+from ...answers.verdict import Limit
 from ...store import sum_counts
 from ..blocks.section import Note, Section
 from ..data.study import Study
@@ -58,17 +58,17 @@ def limit_counts(study: Study) -> LimitCounts:
     if not study.limits:
         return LimitCounts(len(study.cases), 0, 0, [])
     columns_by_limit = [limit_columns(study, limit) for limit in study.limits]
-    is_exceeding, is_unknown = (
+    is_exceeding, is_undecided = (
         [getattr(limit, method)(values) for limit, values in zip(study.limits, columns_by_limit, strict=True)]
-        for method in ("is_exceeded", "is_unknown")
+        for method in ("is_exceeded", "is_undecided")
     )
     return LimitCounts(
         len(study.cases),
         int(np.any(is_exceeding, axis=0).sum()),
-        int(np.any(is_unknown, axis=0).sum()),
+        int(np.any(is_undecided, axis=0).sum()),
         [
             (int(cases.sum()), int(exceeding_and_unknown.sum()))
-            for cases, exceeding_and_unknown in zip(is_exceeding, is_unknown, strict=True)
+            for cases, exceeding_and_unknown in zip(is_exceeding, is_undecided, strict=True)
         ],
     )
 

@@ -4,8 +4,8 @@ import itertools
 
 import numpy as np
 
-from ...judging import sampled
-from ...judging.probability import Estimate
+from ...answers import sampled
+from ...answers.probability import Estimate
 from ...language import wording
 from ..blocks.table import Column, Quantity, Table
 from ..data.study import Study

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...judging.probability import Estimate
-from ...judging.verdict import Limit
+from ...answers.probability import Estimate
+from ...answers.verdict import Limit
 from ...language import wording
 from ..blocks.case_table import axis_columns
 from ..blocks.table import Column, Quantity, Table, count_cell
@@ -109,8 +109,8 @@ def limit_table(study: Study, samples: list[Sample]) -> Table:
             )
         )
     note = (
-        "Brackets contain the exact 95 % confidence interval (Clopper and Pearson). A case whose figure is null counts "
-        "as exceeding its limit."
+        "Brackets contain the exact 95 % confidence interval (Clopper and Pearson). A case whose figure is null "
+        "does not count as exceeding its limit."
     )
     if failures:
         failed = sum(len(sample.failed) for sample in samples)
@@ -145,7 +145,7 @@ def _failed_rows(sample: Sample) -> int:
 
 
 def any_limit_exceeded(study: Study, sample: Sample) -> np.ndarray:
-    """Return a mask of the finished cases of a sample that exceed a limit, or whose limited figure is missing."""
+    """Return a mask of the finished cases of a sample that exceed a limit."""
     exceeds: np.ndarray = np.any([limit.is_exceeded(sample.figures) for limit in study.limits], axis=0)[
         sample.is_finished()
     ]

@@ -18,6 +18,7 @@ from ..one_case import player
 from ..one_case.motion import motion_pictures, onset_pictures, saved_channels
 
 MECHANISM_ONLY = Joint("-", "", wears=False)  # figures of the mechanism alone
+FIRST = ("joint", "peak", "load / ideal", " error", "film", "life")  # ends of the names of figures of the first screen
 SHOWN_PEAK = 0.9  # of the force peak: curves that reach it show the peak
 NOT_SAVED = Markup(
     "No time histories were saved (<code>save: {{orbits: none}}</code>). <code>clearsweep show {} {}</code> "
@@ -40,7 +41,10 @@ def sections(study: Study) -> list[Section]:
     shown_id = next(iter([*worst_ids, *_representative_case_ids(study)]), None)
     blocks: list[Block] = []
     if shown_id is not None:
-        blocks += _details(study, [shown_id], {}, label) or [_without_history(study, shown_id, label)]
+        shown = _details(study, [shown_id], {}, label) or [_without_history(study, shown_id, label)]
+        blocks += [
+            detail._replace(figures=[pair for pair in detail.figures if pair[0].endswith(FIRST)]) for detail in shown
+        ]
     return [Section("cases", "The worst case" if len(study.cases) > 1 else "The motion", blocks)]
 
 

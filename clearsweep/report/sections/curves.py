@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...judging.verdict import Limit
+from ...answers.verdict import Limit
 from ...language import wording
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Gallery, Section, without_empty

@@ -5,13 +5,12 @@ import numpy as np
 from ...language import wording
 from ...language.wording import Scale
 from ..blocks.picture import Picture, capitalise
-from ..blocks.section import Gallery, Points, Section, without_empty
+from ..blocks.section import Gallery, Section, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..data.comparable import EXCLUDED_STARTS_NOTE, excludes_cut_off_starts
 from ..data.leading import PEAK
 from ..data.study import P99_OVER_IDEAL, Joint, Study
 from ..data.table_columns import columns_in_table
-from ..data.worst_case import case_ranking_of
 from ..draw import comparison
 from ..draw.comparison import Curve
 from ..draw.style import BLUE, JOINT_COLOURS, RED
@@ -28,9 +27,8 @@ def sections(study: Study) -> list[Section]:
     """Return the section with pictures of the strongest axes, or [] if no two cases share the value of an axis."""
     if not _has_shared_values(study):
         return []
-    points = Points(sentences(study, study.most_loaded_joint()))
     gallery = Gallery(_note(study), _lead_pictures(study)[: _unfolded_count(study)], small=True)
-    return [Section("drivers", "What drives it", without_empty([points, gallery]))]
+    return [Section("drivers", "What drives it", without_empty([gallery]))]
 
 
 def folded_sections(study: Study) -> list[Section]:
@@ -41,81 +39,6 @@ def folded_sections(study: Study) -> list[Section]:
     if study.has(joint.column(P99_OVER_IDEAL)) and len(study.levels()) > 1 and ideal_varies(study, joint):
         pictures += _pictures(study, ((P99_OVER_IDEAL, "p99 / ideal"),), "p99 / ideal peak")
     return [Section("main-effects", "Main effects", without_empty([Gallery("", pictures, small=True), _table(study)]))]
-
-
-def sentences(study: Study, joint: Joint) -> list[str]:
-    """Return sentences that name the strongest axes for the leading figure of a joint and for its other figures."""
-    column = joint.column(study.lead.figure)
-    effects = main_effects_of(study, column)
-    clear_effects = [effect for effect in effects if effect.is_clear()]
-    unclear_names = [effect.axis.name for effect in effects if not effect.is_clear()]
-    if not clear_effects:
-        return _other_driver_sentences(study, joint)  # as the answer says
-    if len(effects) == 1:  # the answer has its effect
-        return _other_driver_sentences(study, joint)
-    driver_texts = [
-        effect.axis.name
-        if wording.is_missing(effect.share)  # each case varies one value, so that shares are undefined
-        else f"{effect.axis.name} ({wording.percent_text(effect.share)})"
-        for effect in clear_effects
-    ]
-    text = f"The variation of the {study.lead.name} is caused by {wording.sentence_list(driver_texts)}."
-    if unclear_names:
-        scope_text = " among the started cases" if excludes_cut_off_starts(study, column) else ""
-        text += f" The effect of {wording.sentence_list(unclear_names)} is not clear{scope_text}."
-    return [text, *_other_driver_sentences(study, joint), *_ideal_ratio_sentences(study, joint)]
-
-
-def _other_driver_sentences(study: Study, joint: Joint) -> list[str]:
-    """Return one sentence for each other figure with a clear strongest driver that the answer does not mention."""
-    question_name, name_by_column = case_ranking_of(study).question, dict[str, str]()
-    if question_name != "film":
-        name_by_column[joint.column("film_loss")] = "film loss"
-    if question_name not in ("force", "start-up"):
-        name_by_column[study.column("error_max")] = f"{study.run.layout.output} error"
-    sentences = []
-    for column, name in name_by_column.items():
-        if not column or column not in study.cases or not study.has(column):
-            continue
-        strongest = main_effects_of(study, column)[0]
-        if strongest.is_clear():
-            verb = "varies with" if len(study.levels()) == 1 else "depends most on"
-            sentences.append(f"The {name} {verb} {_effect_text(strongest, study)}.")
-    return sentences[:MAX_OTHER_FIGURES]
-
-
-def _ideal_ratio_sentences(study: Study, joint: Joint) -> list[str]:
-    """Return the sentence on the strongest axis for force over ideal reaction, or [] if that reaction is constant."""
-    ratio = joint.column("force_peak_ratio")
-    if study.lead is not PEAK or not study.has(ratio) or not ideal_varies(study, joint):
-        return []
-    strongest = main_effects_of(study, ratio)[0]
-    if not strongest.is_clear():
-        return []
-    return [
-        f"The ratio of the peak to that without clearance depends most on {strongest.axis.name}: "
-        f"{_span_text(strongest, wording.Scale(1.0, ''))}."
-    ]
-
-
-def _effect_text(effect: MainEffect, study: Study) -> str:
-    """Return the name of an axis with its smallest and largest median."""
-    return f"{effect.axis.name}: {_span_text(effect, study.scale(effect.column))}"
-
-
-def _span_text(effect: MainEffect, scale: wording.Scale) -> str:
-    medians = _extreme_medians_text(effect, scale)
-    return medians if np.isnan(effect.share) else f"median {medians}"
-
-
-def _extreme_medians_text(effect: MainEffect, scale: wording.Scale) -> str:
-    """Return the smallest and the largest median of an effect, in the order of the axis."""
-    low_index, high_index = sorted(effect.extreme_indices())
-    axis = effect.axis
-    smallest_text, largest_text = (
-        f"{scale.text(effect.medians[index])} at {axis.text(axis.values[index])}" for index in (low_index, high_index)
-    )
-    return f"{smallest_text}, {largest_text}"
 
 
 def _has_shared_values(study: Study) -> bool:
@@ -242,8 +165,8 @@ def _table(study: Study) -> Table:
         scale = study.scale(column)
         rows += [_row(study, name, effect, scale) for effect in effects]
     note = (
-        "Median over all finished cases that share a value; the other axes take all their values. Share of the "
-        "variation: the part of the variance of the figure's logarithm that the axis explains by itself. Interaction "
+        "Median over cases that are compared with cases equal in every other value. Share of the "
+        "variation: the part of the figure's variance that the axis explains by itself. Interaction "
         "and chaos explain the rest."
     )
     return Table("effects", "Main effects", note, columns, rows)

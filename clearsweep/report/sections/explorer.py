@@ -2,8 +2,8 @@
 
 import numpy as np
 
+from ...answers.verdict import MARGIN
 from ...grid.sections.optimise import SENSES
-from ...judging.verdict import MARGIN
 from ..blocks.interactive import encode_floats
 from ..blocks.section import Block, Interactive, Note, Section
 from ..data.axis import Axis

@@ -1,19 +1,17 @@
-"""Sentences on the figures of a run: forces, drivers, output, wear, valid ranges of laws, periodicity."""
+"""Reliability of peaks in words: periodicity, chaos, ranges of laws; and a table of forces by crank speed."""
 
 from collections import Counter
 
 import numpy as np
 
-from ...contracts.layout import FRICTION_POWER
-from ...judging import expected, validity
+from ...answers import expected, validity
 from ...language import wording
 from ..blocks.case_table import CHUNK_ROWS, axis_columns
-from ..blocks.section import Points, Section, without_empty
+from ..blocks.section import Section, without_empty
 from ..blocks.table import Column, Table
 from ..data.leading import PEAK
 from ..data.study import Joint, Study, indices_by_value
 from ..samples import counts
-from .verdict import force_ratio_sentences
 
 START_UP_NOTE = (
     "The motion is a start-up, so figures are those of this run from rest or its initial speed, not of a steady state."
@@ -21,97 +19,12 @@ START_UP_NOTE = (
 
 
 def sections(study: Study) -> list[Section]:
-    """Return the section of forces and output in words."""
-    if study.cases.empty:
-        return []
-    points = [*sentences(study), *force_ratio_sentences(study)]
-    return [
-        Section(
-            "headline", "Forces and output in words", without_empty([Points(points), _extremes_by_speed_table(study)])
-        )
-    ]
-
-
-def sentences(study: Study) -> list[str]:
-    """Return the largest and the smallest figures of the finished cases, one sentence or two per entry."""
-    return [
-        *_force_peak_sentences(study),
-        *_output_sentences(study),
-        *_restitution_sentences(study),
-        *_friction_sentences(study),
-    ]
-
-
-def _force_peak_sentences(study: Study) -> list[str]:
-    """Return sentences on the largest force peak of all joints, with p99 and ideal reaction, and on the smallest."""
-    joints = [joint for joint in study.joints if study.has(joint.column(PEAK.figure))]
-    if not joints:
-        return ["No contact force was recorded in any case."]
-    joint = max(joints, key=lambda joint: study.cases.largest(joint.column(PEAK.figure)))
-    column = joint.column(PEAK.figure)
-    worst, mildest = study.cases[column].idxmax(), study.cases[column].idxmin()
-    joint_text, name_by_figure = (
-        study.joint_text(joint, " in joint {}"),
-        {"force_p99": "p99", "force_peak_ideal": "without clearance"},
-    )
-    columns = {joint.column(name): label for name, label in name_by_figure.items() if study.has(joint.column(name))}
-    peak, *others = study.texts((worst, column), *((worst, name) for name in columns))
-    others_text = wording.sentence_list(
-        [f"{label} {text}" for label, text in zip(columns.values(), others, strict=True)]
-    )
-    points = [
-        f"Largest force peak{joint_text}: "
-        f"{peak}{_setting_text(study, worst)}{f' ({others_text})' if others_text else ''}."
-    ]
-    if "force_p99" in {name.removeprefix(f"{joint.name}_") for name in columns}:
-        points.append("p99 is exceeded during 1 % of the time, so it ignores shorter impacts.")
-    if worst != mildest:
-        points.append(f"Smallest force peak{joint_text}: {study.text(mildest, column)} at {study.setting(mildest)}.")
-    return points
+    """Return the section with the least and the most loaded design at each crank speed."""
+    return [Section("headline", "Forces by crank speed", without_empty([_extremes_by_speed_table(study)]))]
 
 
 def _setting_text(study: Study, case_id: str) -> str:
     return f" at {study.setting(case_id)}" if study.swept() else ""
-
-
-def _friction_sentences(study: Study) -> list[str]:
-    """Return the friction power of the joints without clearance that have friction."""
-    clearance_joints, points = {joint.name for joint in study.joints}, []
-    for column in study.run.layout.columns:
-        if column.figure == FRICTION_POWER and column.joint not in clearance_joints and study.has(column.name):
-            powers = study.cases[column.name]
-            range_texts = wording.texts_in_common_unit(dict.fromkeys((float(powers.min()), float(powers.max()))), "W")
-            points.append(
-                f"Friction in joint {column.joint}, which has no clearance, dissipates {' to '.join(range_texts)} on "
-                "average."
-            )
-    return points
-
-
-def _output_sentences(study: Study) -> list[str]:
-    error, acceleration = study.column("error_max"), study.column("acceleration_peak")
-    if not study.has(error):
-        return []
-    worst, best = study.cases[error].idxmax(), study.cases[error].idxmin()
-    largest, smallest = study.texts((worst, error), (best, error))
-    range_text = f"up to {largest}" if worst == best else f"{smallest} to {largest}"
-    sentence = f"The {study.run.layout.output} deviates from its ideal position by {range_text}"
-    if study.has(acceleration):
-        sentence += f"; its acceleration reaches {study.text(study.cases[acceleration].idxmax(), acceleration)}"
-    return [f"{sentence}."]
-
-
-def _restitution_sentences(study: Study) -> list[str]:
-    points = []
-    for joint in study.joints:
-        column = joint.column("restitution")
-        if study.has(column):
-            measured, joint_text = study.cases[column], study.joint_text(joint, " in joint {}")
-            range_text = " to ".join(
-                dict.fromkeys((wording.number_text(measured.min(), 4), wording.number_text(measured.max(), 4)))
-            )
-            points.append(f"Measured restitution{joint_text} (rebound over approach speed): {range_text}.")
-    return points
 
 
 def periodicity_sentences(study: Study) -> list[str]:

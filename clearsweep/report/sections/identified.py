@@ -5,7 +5,7 @@ from typing import Any
 
 import pandas as pd
 
-from ...judging import identification
+from ...answers import identification
 from ...language import wording
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Gallery, Section, Sentences, without_empty

@@ -1,22 +1,14 @@
-"""Wear and life at a glance: deepest wear, its map, and the life of joints where the verdict does not lead."""
+"""Wear at a glance: the map of the joint that wears deepest."""
 
-from ...judging import sampled, wear
 from ..blocks.picture import Picture
-from ..blocks.section import Gallery, Points, Section, without_empty
-from ..data.answered import answer_cases
+from ..blocks.section import Gallery, Section, without_empty
 from ..data.study import WEAR_PER_1000_HOURS, Study
-from ..data.worst_case import case_ranking_of
-from . import life, maps
+from . import maps
 
 
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if nothing wears or no case finished."""
-    if study.cases.empty:
-        return []
-    life_points = [] if case_ranking_of(study).question == "life" else life.life_sentences(study)
-    wear_points = [] if sampled.is_one_sample(study.run.grid) else wear.sentences(answer_cases(study))
-    blocks = without_empty([Points([*life_points, *wear_points]), Gallery("", _maps(study))])
-    return [Section("lasting", "Wear and life", blocks)]
+    return [] if study.cases.empty else [Section("lasting", "Wear", without_empty([Gallery("", _maps(study))]))]
 
 
 def _maps(study: Study) -> list[Picture]:

@@ -2,31 +2,21 @@
 
 import math
 
-from ...judging import law_check
-from ...judging.verdict import MARGIN
+from ...answers import law_check
+from ...answers.verdict import MARGIN
+from ...answers.words import case_margin_text
 from ...language import wording
-from ..blocks.picture import capitalise
 from ..blocks.section import Points, Section, without_empty
 from ..blocks.table import Column, Quantity, Table
+from ..data.answered import answer_of_study
 from ..data.study import Study
 from ..data.worst_case import worst_case
 
 
 def sections(study: Study) -> list[Section]:
     """Return the section, or [] if no law is checked."""
-    points = sentences(study)
+    points = [answer_of_study(study)["laws"]] if answer_of_study(study).get("laws") else []
     return [Section("law_check", "The deciding case under other laws", without_empty([Points(points), _table(study)]))]
-
-
-def sentences(study: Study) -> list[str]:
-    """Return a sentence on whether other laws change the verdict, or [] if none is checked."""
-    base_result = _base_result(study)
-    if base_result is None or not study.law_checks:
-        return []
-    text = law_check.law_check_sentence(
-        base_result, [*study.law_checks], lambda column, value: _value_text(study, column, value)
-    )
-    return [f"{capitalise(text)}"]
 
 
 def _base_result(study: Study) -> law_check.LawResult | None:
@@ -43,7 +33,7 @@ def _value_text(study: Study, column: str, value: float) -> str:
     if math.isnan(value):
         return wording.DASH
     if column == MARGIN:
-        return f"{wording.short_number_text(100.0 * value, 3)}{wording.BLANK}%"
+        return case_margin_text(value, study.limits, "" if value >= 0.0 else study.limits[0].column)
     is_hours = column.endswith("_life_hours")
     return (
         f"{wording.number_text(value)}{wording.BLANK}h"

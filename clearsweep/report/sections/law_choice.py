@@ -3,7 +3,6 @@
 import numpy as np
 import pandas as pd
 
-from ...judging import variance
 from ...language import wording
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Part, Section
@@ -22,6 +21,8 @@ LAW_PATHS = (
     ".friction.law",
 )  # paths within a joint that name a law
 FIGURES = (("force_peak", "force peak"), ("force_p99", "force p99"), ("force_rms", "force rms"))
+
+MIN_RATIO = 1.05  # median ratio of the peaks under two laws from which the choice matters
 
 
 def sections(study: Study) -> list[Section]:
@@ -164,7 +165,7 @@ def _spread_sentence(study: Study, axis: Axis, spread: Table) -> str:
     sentence += f", the median of {comparisons.value} comparisons." if comparisons.value > 1 else "."
     effects = main_effects_of(study, most_loaded.column("force_peak"))
     effect = next((effect for effect in effects if effect.axis is axis), None)
-    if effect is not None and not effect.is_clear() and median >= variance.MIN_EFFECT_RATIO:
+    if effect is not None and effect.verdict != "differs" and median >= MIN_RATIO:
         sentence += (
             " The change of the peak is within the scatter, because a peak is a single event. To compare laws, use "
             "p99 or rms instead."

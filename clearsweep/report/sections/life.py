@@ -4,10 +4,9 @@ from functools import partial
 
 import numpy as np
 
-from ...judging import lifetime
 from ...language import wording
 from ..blocks.picture import Picture
-from ..blocks.section import Gallery, Points, Section, without_empty
+from ..blocks.section import Gallery, Section, without_empty
 from ..data.study import Joint, Study
 from ..draw import life
 from ..draw.life import LifeCurve
@@ -25,53 +24,7 @@ def sections(study: Study) -> list[Section]:
     joint = next((joint for joint in study.joints if joint.name == study.run.layout.life), None)
     if joint is None or study.cases.empty:
         return []
-    return [
-        Section(
-            "life",
-            "Life",
-            without_empty([Points(_extreme_life_sentences(study, joint)), Gallery(NOTE, _pictures(study, joint))]),
-        )
-    ]
-
-
-def life_sentences(study: Study) -> list[str]:
-    """Return the shortest and the longest life in one sentence each, or [] if no case has a life."""
-    joint = next((joint for joint in study.joints if joint.name == study.run.layout.life), None)
-    return [] if joint is None or study.cases.empty else _extreme_life_sentences(study, joint)
-
-
-def _extreme_life_sentences(study: Study, joint: Joint) -> list[str]:
-    """Return the shortest and the longest life, and the number of cases that did not reach their limit."""
-    life_section, hours = study.run.grid["life"], joint.column("life_hours")
-    criterion_text = lifetime.criterion_text(life_section | study.base.get("life", {}))
-    points: list[str] = []
-    if study.has(hours):
-        hours_by_case = study.cases[hours]
-        extreme_ids = dict.fromkeys((hours_by_case.idxmin(), hours_by_case.idxmax()))
-        for case_id, lead_in in zip(extreme_ids, ("Shortest life", "Longest life"), strict=False):
-            setting_text = f" at {study.setting(case_id)}" if study.swept() else ""
-            life = _lifetime(study, joint, case_id)
-            criterion = "" if points else f" of joint {joint.title}, {criterion_text}"
-            life_sentence = f"{lead_in}{criterion}: {lifetime.hours_text(life)}{setting_text}."
-            points.append(" ".join([life_sentence, *lifetime.remarks(life)]))
-    unreached_count = int(study.cases[hours].isna().sum())
-    if unreached_count:
-        points.append(
-            f"{wording.count_text(unreached_count, 'case')} did not reach the limit. The life is at least as long as "
-            "the "
-            "run."
-        )
-    return points
-
-
-def _lifetime(study: Study, joint: Joint, case_id: str) -> lifetime.Lifetime:
-    """Return the life of a case."""
-    column_by_name = {
-        name: joint.column(name) for name in lifetime.FIELD_BY_COLUMN if joint.column(name) in study.cases
-    }
-    return lifetime.read_lifetime(
-        {name: float(study.cases.at[case_id, column]) for name, column in column_by_name.items()}
-    )
+    return [Section("life", "Life", without_empty([Gallery(NOTE, _pictures(study, joint))]))]
 
 
 def _pictures(study: Study, joint: Joint) -> list[Picture]:

@@ -10,13 +10,14 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...judging import designs, films
-from ...judging.case_ranking import START_UP
-from ...judging.verdict import MARGIN
+from ...answers import films
+from ...answers.case_ranking import START_UP
+from ...answers.verdict import MARGIN
+from ...contracts.roles import CONDITION
 from ...language import wording
 from ..blocks.picture import Picture, Spot, capitalise
 from ..blocks.section import Gallery, Section, without_empty
-from ..data.answered import answer_cases
+from ..data.answered import answer_of_study, finished_cases
 from ..data.axis import Axis
 from ..data.comparable import EXCLUDED_STARTS_NOTE, comparable_values, excludes_cut_off_starts
 from ..data.dotted_paths import value_at
@@ -163,7 +164,7 @@ def _mapped_axes(study: Study, joint: Joint, ranked: list[Axis]) -> list[Axis]:
     if case_ranking_of(study).question != "film":
         return ranked
     clearance_path = f"joints.{wording.joint_name(joint.name)}.clearance"
-    conditions = designs.split_axes([axis.path for axis in ranked])[1]
+    conditions = [path for path, role in answer_of_study(study)["roles"].items() if role == CONDITION]
     return sorted(ranked, key=lambda axis: (axis.path != clearance_path, axis.path in conditions))
 
 
@@ -221,7 +222,7 @@ def _picture(study: Study, figure_map: FigureMap, value_range: tuple[float, floa
         caption += f" In a cell marked as cut off, at least one case ends{end_text}, before the motor's speed."
     unsafe = _unsafe_cells(study, figure_map)
     if unsafe.any():
-        criteria = films.safety_criteria_text(answer_cases(study), figure_map.joint.name)
+        criteria = films.criterion_text(finished_cases(study), figure_map.joint.name)
         caption += f" Unsafe: a case of the cell is not {criteria}."
     caption += EXCLUDED_STARTS_NOTE if excludes_cut_off_starts(study, figure_map.column) else ""
     return Picture(
@@ -241,7 +242,7 @@ def _unsafe_cells(study: Study, figure_map: FigureMap) -> np.ndarray:
     is_of_film = figure_map.column.endswith((films.THICKNESS, films.LOSS))
     if not (is_of_film and study.has(figure_map.joint.column(films.LIMIT_FRACTION))):
         return np.zeros(figure_map.table.shape, bool)
-    is_unsafe = films.is_unsafe(answer_cases(study)).astype(float)
+    is_unsafe = films.is_unsafe(finished_cases(study)).astype(float)
     unsafe: np.ndarray = reduce_over_other_axes(study, is_unsafe, figure_map.pair, largest) == 1.0
     return unsafe
 

@@ -5,13 +5,14 @@ from typing import Any
 import numpy as np
 import pandas as pd
 
+from ...answers.verdict import EXCEEDED, UNDECIDED
 from ...grid.sections.optimise import SENSES
 from ...language import quantity, wording
 from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture
 from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table
-from ..data.answered import answer_cases
+from ..data.answered import answer_of_study
 from ..data.dotted_paths import value_at
 from ..data.study import Study
 from ..data.table_columns import column_label
@@ -28,38 +29,12 @@ def sections(study: Study) -> list[Section]:
         return []
     (rows, names), written_id = result, _case_as_written(study)
     texts = [
-        *_sentences(study, rows),
         *_comparison_sentences(study, rows, names, written_id),
         *_indistinguishable_sentences(study, rows, names),
     ]
     table = _table(study, rows, names, written_id)
     blocks: list[Block] = [Sentences(texts), _shorten_table(table)]
     return [Section("optimise", "The best cases", without_empty(blocks))]
-
-
-def best_by_objective(study: Study) -> list[tuple[str, str]]:
-    """Return each objective and the case in which it is best, or [] without an answer."""
-    result = _best_rows(study)
-    if result is None:
-        return []
-    rows, minimised = [row for row in result[0] if row["case_id"] in study.cases.index], _objectives_by_sense(study)[0]
-    best_cases = []
-    for name in result[1]:
-        rows_with_value = [row for row in rows if row[name] is not None]
-        if rows_with_value:
-            best = min(rows_with_value, key=lambda row: row[name] * (1.0 if name in minimised else -1.0))
-            best_cases.append((name, str(best["case_id"])))
-    return best_cases
-
-
-def best_case_sentences(study: Study) -> list[str]:
-    """Return a sentence for each objective on the best case for it."""
-    label = answer_cases(study).column_label
-    return [
-        f"Best {label(name)}: {study.text(case_id, name)} at {study.setting(case_id)}, "
-        f"case {wording.short_id(case_id)}."
-        for name, case_id in best_by_objective(study)
-    ]
 
 
 def _objectives_by_sense(study: Study) -> list[list[str]]:
@@ -149,9 +124,11 @@ def _indistinguishable_sentences(study: Study, rows: list[dict[str, Any]], names
         if np.isnan([low[row], high[row]]).any():
             continue
         limits_text = " within the limits" if rows[0]["limiting"] else ""
-        feasible = study.cases["limits_exceeded"].to_numpy() == "" if "limits_exceeded" in study.cases else True
+        feasible = np.ones(len(study.cases), bool)
+        for column in (EXCEEDED, UNDECIDED) if EXCEEDED in study.cases else ():
+            feasible &= study.cases[column].to_numpy() == ""
         overlapping_count = int(np.count_nonzero((low <= high[row]) & (high >= low[row]) & feasible)) - 1
-        if rows[0]["margin"] is not None and rows[0]["margin"] < 0.0:
+        if not answer_of_study(study).get("best_met", True):
             continue  # no case meets the limits, so none of the others is best either
         interval_text = " to ".join(study.text(rows[0]["case_id"], column) for column in interval_columns)
         lines.append(
@@ -165,21 +142,6 @@ def _indistinguishable_sentences(study: Study, rows: list[dict[str, Any]], names
         for name in names
         if name.endswith("_force_peak") and study.has(f"{name}_median")
     ]
-    return lines
-
-
-def _sentences(study: Study, rows: list[dict[str, Any]]) -> list[str]:
-    """Return the best case and the binding limits."""
-    case_count = len(study.cases) + len(study.failed)
-    lines = [f"This is the best of {case_count:,} cases that were tried."]
-    if len(rows) > 1:
-        lines = [f"The front has {len(rows)} of {case_count:,} cases; none is worse than another in all objectives."]
-    if rows[0]["margin"] is not None and rows[0]["margin"] < 0.0:
-        exceeded = _limited_labels(study, rows[0]["limiting"])
-        lines.append(f"No case meets all limits. The closest case exceeds those on {wording.sentence_list(exceeded)}.")
-    elif binding := sorted({row["limiting"] for row in rows if row["limiting"]}):
-        labels = [label for names in binding for label in _limited_labels(study, names)]
-        lines.append(f"The closest limits are those on {wording.sentence_list(list(dict.fromkeys(labels)))}.")
     return lines
 
 
@@ -197,7 +159,7 @@ def _table(study: Study, rows: list[dict[str, Any]], names: list[str], written_i
         margin = study.cases.at[written_id, "margin"] if study.has("margin") else float("nan")
         values = [study.cases.at[written_id, axis.path] for axis in study.axes]
         cells = (*values, *(float(study.cases.at[written_id, name]) for name in names), float(margin))
-        exceeded = study.cases.at[written_id, "limits_exceeded"] if "limits_exceeded" in study.cases else ""
+        exceeded = study.cases.at[written_id, EXCEEDED] if EXCEEDED in study.cases else ""
         lines.append((*cells, _limits_cell(study, exceeded), "as written"))
     for row in rows:
         numbers = [float("nan") if row[name] is None else row[name] for name in (*names, "margin")]

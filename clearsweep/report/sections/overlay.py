@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from ...judging import features
+from ...answers import features
 from ...language import wording
 from ..blocks.picture import Picture
 from ..blocks.section import Block, Gallery, Section, Sentences, without_empty

@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...judging import sampled
-from ...judging.probability import RANDOM_METHODS, Estimate
-from ...judging.validity import THOUSAND_HOURS
+from ...answers import sampled
+from ...answers.probability import RANDOM_METHODS, Estimate
+from ...answers.validity import THOUSAND_HOURS
 from ...language import wording
 from ...language.errors import InputError
 from ..blocks.picture import Picture, capitalise
@@ -22,7 +22,6 @@ from ..samples.sample_tables import (
     limit_table,
     limited_figures,
     spread_table,
-    variable_names,
 )
 from ..statistics import sensitivity
 from ..statistics.sensitivity import Sample
@@ -73,20 +72,8 @@ def leading_sections(study: Study) -> list[Section]:
         scatter_plots += (
             _scatter_plots(study, _sample_with_largest(samples, figure), figure)[:1] if figure.limits else []
         )
-    driver_points = [] if sampled.is_one_sample(study.run.grid) else _driver_sentences(study, sample, figures[0])
     gallery = Gallery(SCATTER_NOTE, scatter_plots[:MAX_SCATTER_PLOTS], small=True)
-    return [Section("sample-drivers", "What drives it", without_empty([Points(driver_points), gallery]))]
-
-
-def _driver_sentences(study: Study, sample: Sample, figure: LimitedFigure) -> list[str]:
-    """Return the sentence on the variables that drive a figure of a sample."""
-    table, names = study.run.grid["sample"]["drawn"], variable_names(study)
-    inputs = {path: np.asarray(table[path], float) for path in names}
-    values = np.asarray(sample.figures[figure.column], float)
-    driver_texts = sampled.driver_sentences(
-        inputs, values, names, lambda numbers: wording.texts_in_common_unit(numbers, figure.unit)
-    )
-    return [" ".join([f"{capitalise(figure.name)}:", *driver_texts])] if driver_texts else []
+    return [Section("sample-drivers", "What drives it", without_empty([gallery]))]
 
 
 def _spread_sentences(study: Study, samples: list[Sample]) -> list[str]:
@@ -120,7 +107,9 @@ def _spread_sentence(study: Study, sample: Sample, figure: LimitedFigure, values
     interval_text = f" (95 %: {' to '.join(texts_of[3:])})" if len(texts_of) == 5 else ""
     settings = [f"{name} {text}" for name, text in _axis_values(study, sample)]
     setting_text = f" at {', '.join(settings)}" if settings else ""
-    return sampled.spread_sentence(f"{capitalise(figure.name)}{setting_text}: median", texts_of[:3], interval_text)
+    low_text, median_text, high_text = texts_of[:3]
+    spread = f"90 % of the cases are between {low_text} and {high_text}"
+    return f"{capitalise(figure.name)}{setting_text}: median {median_text}{interval_text}; {spread}."
 
 
 def _axis_values(study: Study, sample: Sample) -> list[tuple[str, str]]:

@@ -1,9 +1,12 @@
 """Result of `seek`: the largest or smallest value that meets the limits, as an interval, for each case."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import pandas as pd
 
+from ...answers.verdict import Limit
+from ...answers.words import case_margin_text
 from ...language import wording
 from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture, capitalise
@@ -61,30 +64,6 @@ def sections(study: Study) -> list[Section]:
     sentences, pictures = Sentences(lines), Gallery("", _pictures(answers, title))  # the verdict has the answer
     blocks: list[Block] = [sentences, pictures, _table(study, answers), *_nearest_blocks(study, answers)]
     return [Section("seek", title, without_empty(blocks))]
-
-
-def safe_value_sentences(study: Study) -> list[str]:
-    """Return a sentence with the largest (or smallest) value that is safe for all cases, or [] without `seek`."""
-    answers = _read_answers(study)
-    if answers is None:
-        return []
-    superlative, name = ("Largest" if answers.is_largest else "Smallest"), answers.axis.name
-    unanswered = [row for row in answers.rows if row[answers.column] is None]
-    if unanswered:
-        count_text = f" in {len(unanswered)} of {len(answers.rows)} searches" if len(answers.rows) > 1 else ""
-        return [
-            f"{superlative} safe {name}: the range contains "
-            f"none{count_text}{_limiting_text(study, answers, unanswered[0])}.",
-            *_not_monotone_sentences(answers),
-        ]
-    strictest_of = min if answers.is_largest else max
-    row = strictest_of(answers.rows, key=lambda row: row[answers.column])
-    text = f"{superlative} safe {name}: {answers.axis.text(row[answers.column])}"
-    if answers.is_per_case and len(answers.rows) > 1:
-        text += f", which is safe in all {len(answers.rows)} searches"
-    interval_text = answers.interval_text(row)
-    text += f"; the border is {interval_text}" if interval_text else "; the range of the search ends there"
-    return [f"{text}{_limiting_text(study, answers, row)}.", *_not_monotone_sentences(answers)]
 
 
 def answer_cards(study: Study) -> list[tuple[str, str, str]]:
@@ -207,7 +186,7 @@ def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
         (
             *(case["point"].get(other.path) for other in answers.other_axes),
             case["value"],
-            _margin_cell(case["margin"]),
+            _margin_cell(case["margin"], study.limits),
             _limit_cell(study, case["limiting"]),
             _needed_text(case["needed"]) or wording.DASH,
         )
@@ -216,14 +195,14 @@ def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
     blocks: list[Block] = [Table("nearest", "How close the cases come to their limits", "", columns, rows)]
     if nearest["needed"] and len(best) > 1:
         blocks.append(Sentences([f"All of these {len(best)} would pass with {_needed_text(nearest['needed'])}."]))
-    return [*blocks, *_key_effect_blocks(answers, nearest)]
+    return [*blocks, *_key_effect_blocks(answers, nearest, study.limits)]
 
 
-def _key_effect_blocks(answers: _Answers, nearest: dict[str, Any]) -> list[Block]:
+def _key_effect_blocks(answers: _Answers, nearest: dict[str, Any], limits: Sequence[Limit]) -> list[Block]:
     """Return the other keys that change the margin of the case furthest from its limits."""
     furthest, rows = nearest["furthest"], []
     for effect in nearest["effects"]:
-        margins = [_margin_cell(effect[name], "failed") for name in ("lower", "margin", "upper")]
+        margins = [_margin_cell(effect[name], limits, "failed") for name in ("lower", "margin", "upper")]
         if len({margin.text for margin in margins}) > 1:
             scale = wording.scale(effect["unit"], effect["value"], speed=effect["path"].endswith("speed"))
             rows.append((effect["path"], Quantity(effect["value"], scale.text(effect["value"])), *margins[::2]))
@@ -233,15 +212,15 @@ def _key_effect_blocks(answers: _Answers, nearest: dict[str, Any]) -> list[Block
         return [Sentences(["No other single key of the grid changes the margin."])]
     other_texts = [f"{other.name} {other.text(furthest['point'].get(other.path))}" for other in answers.other_axes]
     setting = ", ".join([*other_texts, f"{answers.axis.name} {answers.axis.text(furthest['value'])}"])
-    margin = _margin_cell(furthest["margin"]).text
+    margin = _margin_cell(furthest["margin"], limits).text
     note = f"One key at a time is changed in the case furthest from its limits ({setting}); its margin is {margin}."
     columns = (Column("key"), Column("value"), Column("margin with 10 % less"), Column("with 10 % more"))
     return [Table("nearest-keys", "Other keys that change the margin", note, columns, rows)]
 
 
-def _margin_cell(margin: float | None, missing: str = "unknown") -> Quantity:
-    """Return a margin in per cent, or `missing`."""
-    text = missing if margin is None else f"{wording.short_number_text(100.0 * margin, 3)}{wording.BLANK}%"
+def _margin_cell(margin: float | None, limits: Sequence[Limit], missing: str = "unknown") -> Quantity:
+    """Return a margin in words, or `missing`."""
+    text = missing if margin is None else case_margin_text(margin, limits, "")
     return Quantity(text if margin is None else margin, text)
 
 

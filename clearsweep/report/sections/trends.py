@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...judging.probability import Estimate
+from ...answers.probability import Estimate
 from ...language import wording
 from ..blocks.picture import capitalise
 from ..blocks.section import Points, Section

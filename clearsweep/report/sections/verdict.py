@@ -1,30 +1,25 @@
-"""The verdict: first the answer to the question of the grid, then the cases that meet or exceed the limits."""
+"""The answer to the question of the grid, and maps and a table of the limits."""
 
 import itertools
-import re
 
 import numpy as np
 
-from ...judging import advice, case_ranking, designs, fits, probability, sampled, verdict
-from ...judging.cases import MAX_NAMED_AXES
-from ...judging.labels import limit_label
+from ...answers import verdict
+from ...answers.judge import is_null, named_value
+from ...answers.labels import limit_label
+from ...answers.words import case_margin_text
 from ...language import wording
 from ..blocks.case_table import axis_columns
 from ..blocks.picture import Picture
 from ..blocks.section import Block, Gallery, Points, Section, without_empty
 from ..blocks.table import Column, Quantity, Table, count_cell
-from ..data.answered import answer_cases, answer_sentences
+from ..data.answered import answer_of_study, finished_cases, words_of
 from ..data.axis import Axis
-from ..data.study import Joint, Study, largest, reduce_over_other_axes
-from ..data.table_columns import column_label
-from ..data.worst_case import case_ranking_of
+from ..data.study import Study, largest, reduce_over_other_axes
 from ..draw import heat_map, pass_share
 from ..samples import counts
-from ..samples.sample_tables import any_limit_exceeded
-from ..statistics import sensitivity
 from ..statistics.main_effects import main_effects_of
-from . import law_check, life, maps, optimised
-from .seek import safe_value_sentences
+from . import maps
 
 MAX_MAPS = 3  # pairs of axes at most
 NOTE = "Each cell shows its smallest margin in per cent. It passes if all of its cases meet all limits."
@@ -33,22 +28,14 @@ NOTE = "Each cell shows its smallest margin in per cent. It passes if all of its
 def sections(study: Study) -> list[Section]:
     """Return the section."""
     if study.cases.empty:
-        sentence = (
-            f"None of the {wording.count_text(len(study.failed), 'case')} finished; the reasons are listed below."
-        )
-        return [Section("verdict", "Answer", [Points([sentence])])]
-    points = [
-        *_progress_sentences(study),
-        *life.life_sentences(study),
-        *safe_value_sentences(study),
-        *optimised.best_case_sentences(study),
-        *(_probability_sentences(study) if sampled.is_one_sample(study.run.grid) else []),
-        *answer_sentences(study),
-        *_limit_sentences(study),
-        *_advice_sentences(study),
-        *law_check.sentences(study),
+        count = wording.count_text(len(study.failed), "case")
+        return [
+            Section("verdict", "Answer", [Points([f"None of the {count} finished; the reasons are listed below."])])
+        ]
+    blocks: list[Block] = [
+        Points([*_progress_sentences(study), *answer_of_study(study)["sentences"]]),
+        Gallery("", [*_margin_maps(study)[:1], *maps.answer_maps(study)]),
     ]
-    blocks: list[Block] = [Points(points), Gallery("", [*_margin_maps(study)[:1], *maps.answer_maps(study)])]
     return [Section("verdict", "Answer", without_empty(blocks))]
 
 
@@ -68,146 +55,13 @@ def _progress_sentences(study: Study) -> list[str]:
     return [f"The run is not finished: this page has {finished} of {wording.count_text(finished + missing, 'case')}."]
 
 
-def _advice_sentences(study: Study) -> list[str]:
-    """Return the limit to add to a grid without limits."""
-    if case_ranking_of(study).question not in case_ranking.CONTENT_QUESTIONS:
-        return []
-    text = advice.suggest_limit(answer_cases(study))
-    return [f"{re.sub(r'limits: .*$', lambda found: f'`{found[0]}`', text)}".removesuffix(".") + "."]
-
-
-def force_ratio_sentences(study: Study) -> list[str]:
-    """Return the largest ratio of resultant to ideal forces for each joint."""
-    sentences = []
-    for joint in study.joints:
-        column = joint.column("force_peak_ratio")
-        if study.has(column):
-            worst = study.cases[column].idxmax()
-            setting_text = f", at {study.setting(worst)}" if study.swept() else ""
-            columns = [joint.column(name) for name in ("load_peak", "force_peak_ideal", "force_peak_median")]
-            load, ideal, *median_texts = study.texts(*((worst, name) for name in columns if study.has(name)))
-            sentences.append(
-                f"The load{study.joint_text(joint, ' in joint {}')} is at most {study.text(worst, column)} times the "
-                f"largest reaction without clearance: {load} against {ideal}{setting_text}. "
-                f"{_recurrence_text(study, joint, worst, median_texts)}."
-            )
-    return sentences
-
-
-def _recurrence_text(study: Study, joint: Joint, case_id: str, median_texts: list[str]) -> str:
-    """Return in words how often the largest peak of a case occurs.
-
-    If there is no period, `median_texts` contains the median peak.
-    """
-    period = study.cases.at[case_id, "period"] if "period" in study.cases else np.nan
-    if period == 1.0:
-        return "This motion is periodic, so the peak recurs every revolution"
-    if period > 1.0:
-        return f"This motion has a period of {period:.0f} revolutions, and the peak recurs in every period"
-    if not median_texts or wording.is_missing(study.cases.at[case_id, joint.column("force_peak_median")]):
-        return "No period was found in this motion"
-    return f"No period was found; the median peak per revolution is {median_texts[0]}"
-
-
-def _limit_sentences(study: Study) -> list[str]:
-    """Return sentences with the number of cases that meet the limits, and the worst and the best margin."""
-    if verdict.EXCEEDED not in study.cases:
-        return []
-    if case_ranking_of(study).question == "life":  # then the answer has the limits
-        return [*_probability_sentences(study), *_unassessed_sentences(study)]
-    counted_cases = counts.limit_counts(study)
-    exceeding, cases_text = counted_cases.exceeding, wording.count_text(counted_cases.cases, "case")
-    count_sentence = (
-        f"{exceeding} of {cases_text} exceed at least one limit"
-        if exceeding
-        else f"All of {cases_text} meet the limits"
-    )
-    is_in_answer = (
-        case_ranking_of(study).question == "limits" and len(study.limits) == 1
-    )  # then the answer has the limit
-    count_sentence += "." if is_in_answer else f": {wording.sentence_list(_limit_texts(study))}."
-    if "refine" in study.run.grid:
-        count_sentence += (
-            " They include cases that refine placed near the boundary, so this count is not a share of designs."
-        )
-    is_one_sample = sampled.is_one_sample(study.run.grid)
-    sentences = [
-        count_sentence,
-        *([] if is_one_sample else _probability_sentences(study)),
-        *_unassessed_sentences(study),
-    ]
-    if study.has(verdict.MARGIN):
-        margins = study.cases[verdict.MARGIN]
-        worst, best = margins.idxmin(), margins.idxmax()
-        exceeded = study.cases.at[worst, verdict.EXCEEDED]
-        exceeded_text = f" ({', '.join(column_label(study, name) for name in exceeded.split(','))})" if exceeded else ""
-        extremes = (("Smallest", worst, exceeded_text), ("Largest", best, ""))
-        is_best_shown = best != worst and case_ranking_of(study).question != "limits"
-        for word, case_id, remark in extremes[: 1 + is_best_shown]:
-            margin = verdict.margin_text(
-                float(study.cases.at[case_id, verdict.MARGIN]), study.limits, study.cases.at[case_id, verdict.EXCEEDED]
-            )
-            case_text = f"case {wording.short_id(case_id)}"
-            has_many_axes = len(study.swept()) > MAX_NAMED_AXES
-            location_text = (
-                f" in {case_text}"
-                if has_many_axes
-                else f"{_setting_text(study, case_id)}, {case_text}"
-                if study.swept()
-                else ""
-            )
-            sentences.append(f"{word} margin: {margin}{location_text}{remark}.")
-    return sentences
-
-
-def _limit_texts(study: Study) -> list[str]:
-    """Return each limit in words, with the number of cases that exceed it if there are several limits."""
-    counts_by_limit = counts.limit_counts(study).by_limit
-    if len(counts_by_limit) == 1:
-        return [_limit_text(study, study.limits[0])]
-    counted_limits = zip(study.limits, counts_by_limit, strict=True)
-    return [
-        f"{_limit_text(study, limit)} ({wording.count_text(failing, 'case')})" for limit, (failing, _) in counted_limits
-    ]
-
-
-def _probability_sentences(study: Study) -> list[str]:
-    """Return a sentence with the chance of exceeding a limit, or [] if the cases are not one random sample."""
-    samples = sensitivity.samples_of(study.run)
-    if len(samples) != 1 or study.run.grid["sample"]["method"] not in probability.RANDOM_METHODS:
-        return []
-    estimate = sensitivity.exceedance_probability(any_limit_exceeded(study, samples[0]))
-    return [probability.exceedance_sentence(estimate, study.run.grid)]
-
-
-def _unassessed_sentences(study: Study) -> list[str]:
-    """Return a sentence with the number of cases without a verdict and the missing figures, or [] for none."""
-    limits = counts.limit_counts(study)
-    count = limits.unknown
-    if not count:
-        return []
-    names = dict.fromkeys(
-        limit.column for limit, (_, unknown) in zip(study.limits, limits.by_limit, strict=True) if unknown
-    )
-    figures_text = wording.sentence_list([column_label(study, name) for name in names])
-    return [
-        f"{wording.count_text(count, 'case')} cannot be assessed by {figures_text}: the figure or its limit is null "
-        "(infinite, 0/0 "
-        "or not computed). Such a case counts as exceeding the limit and has no margin."
-    ]
-
-
-def _setting_text(study: Study, case_id: str) -> str:
-    return f" at {study.setting(case_id)}" if study.swept() else ""
-
-
 def _table(study: Study) -> Table:
     """Return, for each limit, the number of cases that exceed it, and the case with the smallest margin."""
     columns = (
         Column("column", file_only=True),
         Column("limit"),
         Column("cases that exceed it"),
-        Column("cannot be assessed"),
+        Column("undecided"),
         Column("of"),
         Column("smallest margin"),
         *axis_columns(study, study.swept()),
@@ -222,12 +76,12 @@ def _table(study: Study) -> Table:
         case_id = study.cases.index[row]
         values = (study.cases.at[case_id, axis.path] for axis in study.swept())
         worst = float(margins[row])
-        margin = Quantity(worst, verdict.margin_text(worst, [limit], limit.column))
+        margin = Quantity(worst, case_margin_text(worst, [limit], limit.column if fails[row] else ""))
         of_cases = (count_cell(failing), count_cell(unknown), count_cell(limit_counts.cases))
         rows.append((limit.column, _limit_text(study, limit), *of_cases, margin, *values, case_id))
     note = (
-        "The margin is 1 - value/limit, for a lower limit value/limit - 1. It is negative if the limit is exceeded. A "
-        "case that cannot be assessed, because its figure is null, counts as exceeding the limit."
+        "The margin is the distance within the limit over its size. A limit is undecided where its figure is null; a "
+        "bound of 0 has no margin."
     )
     return Table("limits_kept", "Limits", note, columns, rows)
 
@@ -242,7 +96,7 @@ def _margin_maps(study: Study) -> list[Picture]:
     if verdict.MARGIN not in study.cases or not study.has(verdict.MARGIN):
         return []
     ranked = [effect.axis for effect in main_effects_of(study, verdict.MARGIN)]
-    if len(ranked) == 1:
+    if len(ranked) < 2:
         return []
     pairs = list(itertools.combinations(ranked, 2))[:MAX_MAPS]
     return [_margin_map(study, *sorted(pair, key=study.axes.index)) for pair in pairs]
@@ -250,7 +104,8 @@ def _margin_maps(study: Study) -> list[Picture]:
 
 def _margin_map(study: Study, x_axis: Axis, y_axis: Axis) -> Picture:
     margins = study.cases[verdict.MARGIN].to_numpy(float)
-    exceeded = (study.cases[verdict.EXCEEDED] != "").to_numpy(float)
+    is_unmet = (study.cases[verdict.EXCEEDED] != "") | (study.cases[verdict.UNDECIDED] != "")
+    exceeded = is_unmet.to_numpy(float)
     smallest = -reduce_over_other_axes(study, -margins, (x_axis, y_axis), largest)
     failing = reduce_over_other_axes(study, exceeded, (x_axis, y_axis), largest)
     added_cases = _added_cases(study, exceeded, x_axis, y_axis)
@@ -274,25 +129,21 @@ def _margin_map(study: Study, x_axis: Axis, y_axis: Axis) -> Picture:
 
 
 def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, str]:
-    """Return the reservation of each cell, and the remark on it.
-
-    It is `pass_share.FAILS_ELSEWHERE` where the design exceeds a limit under some condition, `TOLERANCE_OPEN` for
-    an open fit, else 0.
-    """
-    cases = answer_cases(study)
-    design_groups = designs.designs_of(cases.varied_paths, cases.values_of, len(cases.case_ids))
-    codes = np.zeros(len(cases.case_ids))
-    if design_groups is not None and any(axis.path in design_groups.condition_paths for axis in pair):
-        for margin, case_indices in zip(design_groups.smallest_margins, design_groups.case_indices, strict=True):
-            codes[list(case_indices)] = pass_share.FAILS_ELSEWHERE * (margin < 0.0)
-    names = [wording.axis_name(path) for path in design_groups.condition_paths] if design_groups is not None else []
-    remark = f" (ok): met here, but not at every {wording.sentence_list(names)}." if codes.any() else ""
-    fit_states = fits.classify_fits(cases)
-    if fit_states is not None and fit_states.undecided and any(axis.path == fit_states.path for axis in pair):
-        codes[np.isin(cases.values_of(fit_states.path), [fit["mean"] for fit in fit_states.undecided])] = (
-            pass_share.TOLERANCE_OPEN
-        )
-        remark += " open: met at the mean clearance; an end of the fit's tolerance was not covered."
+    """Return which cells meet the limits although their design does not meet them everywhere, and the remark on it."""
+    answer, cases = answer_of_study(study), finished_cases(study)
+    conditions = [path for path, role in answer["roles"].items() if role in ("condition", "model", "uncertainty")]
+    codes = np.zeros(len(cases))
+    if any(axis.path in conditions for axis in pair):
+        for design in answer["designs"]:
+            if design["verdict"] != "meets" and design["values"]:
+                is_of_design = np.ones(len(cases), bool)
+                for path, value in design["values"].items():
+                    levels = cases.values_of(path).tolist()
+                    named = [None if is_null(level) else named_value(cases.record, path, level) for level in levels]
+                    is_of_design &= np.array([name in (None, value) for name in named])
+                codes[is_of_design] = pass_share.FAILS_ELSEWHERE
+    names = wording.sentence_list([words_of(study).axis_name(path) for path in conditions])
+    remark = f" (ok): met here, but not at every {names}." if codes.any() else ""
     return reduce_over_other_axes(study, codes, pair, largest), remark
 
 

@@ -1,13 +1,13 @@
 """Wear: the deepest places of each joint, and the wear in every finished case."""
 
 from ... import simulation
-from ...judging import wear
+from ...answers import wear
 from ...language import wording
 from ..blocks.case_table import case_table
 from ..blocks.picture import Picture
 from ..blocks.section import Block, Detail, Gallery, Note, Section, Sentences, without_empty
 from ..blocks.table import Table
-from ..data.answered import answer_cases
+from ..data.answered import finished_cases
 from ..data.study import WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES, Joint, Study
 from ..data.table_columns import columns_in_table
 from ..one_case import worn
@@ -131,7 +131,7 @@ def _hours_to_clearance(study: Study, joint: Joint, case_id: str) -> str:
     if per_1000_hours not in study.cases:
         return ""
     row, depth = int(study.cases.index.get_loc(case_id)), float(study.cases.at[case_id, per_1000_hours])
-    return wear.clearance_hours_text(answer_cases(study), layout, row, depth)
+    return wear.clearance_hours_text(finished_cases(study), layout, row, depth)
 
 
 def _maps(study: Study, joint: Joint) -> list[Picture]:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from ...judging.validity import YIELD_SPEED
+from ...answers.validity import YIELD_SPEED
 from ...language import wording
 from ...language.errors import InputError
 from ..data.study import Joint, Study, joint_of, resolve_cases

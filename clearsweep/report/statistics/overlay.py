@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...answers import features
 from ...grid.written.tables import MeasuredSignals, read_signals
-from ...judging import features
 from ...language.errors import InputError
 from ..data.study import Study
 

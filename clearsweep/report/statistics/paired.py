@@ -5,7 +5,7 @@ import math
 
 import numpy as np
 
-from ...judging.probability import CONFIDENCE, Estimate
+from ...answers.probability import CONFIDENCE, Estimate
 
 MAX_EXACT_PAIRS = (
     3000  # comparisons up to which the distribution of orders is exact; above, it is approximated as normal

@@ -11,11 +11,11 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...answers import probability
+from ...answers.probability import CONFIDENCE, Estimate
+from ...answers.sampled import QUANTILES
+from ...answers.verdict import EXCEEDED, UNDECIDED
 from ...contracts.layout import DIFFERENCE
-from ...judging import probability
-from ...judging.probability import CONFIDENCE, Estimate
-from ...judging.sampled import QUANTILES
-from ...judging.verdict import EXCEEDED
 from ...language.errors import InputError
 from ...store import StoredRun
 from ..data.rows import CACHED_VALUES
@@ -125,7 +125,7 @@ def samples_of(run: StoredRun) -> list[Sample]:
     for row_number, (point, drawn) in enumerate(zip(*keys, strict=True)):
         rows_of_point.setdefault(point, {})[drawn] = row_number
     ids, failed = run.column("case_id").to_numpy(), (run.column("status") != "ok").to_numpy(bool)
-    names = [name for name in run.columns[run.columns.index("message") + 1 :] if name != EXCEEDED]
+    names = [name for name in run.columns[run.columns.index("message") + 1 :] if name not in (EXCEEDED, UNDECIDED)]
 
     @functools.lru_cache(CACHED_VALUES)
     def read(column: str) -> np.ndarray:

@@ -3,6 +3,7 @@
 from typing import NamedTuple
 
 from ....contracts.catalogue import Field, Law, Order
+from ....contracts.roles import MODEL
 from ...compiled import calculus as math
 from ...compiled.choosing import where
 from ...compiled.family import kernel
@@ -11,7 +12,7 @@ from ..recipe import register
 from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, VISCOUS, friction_force, maker_from_values
 from .piecewise import register_force_in_piece
 
-SCALE = Field("velocity_scale", "m/s", "sliding speed at which 76 % of the friction acts")
+SCALE = Field("velocity_scale", "m/s", "sliding speed at which 76 % of the friction acts", role=MODEL)
 
 
 class Tanh(NamedTuple):
@@ -86,8 +87,8 @@ register(
         "Ambrosio 2003, in Virtual Nonlinear Multibody Systems, NATO Science Series 103",
         (
             COEFFICIENT,
-            Field("v0", "m/s", "sliding speed below which there is no friction", low_open=False),
-            Field("v1", "m/s", "sliding speed of full friction"),
+            Field("v0", "m/s", "sliding speed below which there is no friction", low_open=False, role=MODEL),
+            Field("v1", "m/s", "sliding speed of full friction", role=MODEL),
         ),
         notes="No friction at all within the dead band: parts creep.",
         orders=(Order("v0", "v1", "friction grows from v0 to v1"),),
@@ -126,7 +127,7 @@ register(
         "after Threlfall 1978, Mech. Mach. Theory 13:475; both forms as cited by others, not compared with the paper",
         (
             COEFFICIENT,
-            Field("velocity_scale", "m/s", "sliding speed of full friction"),
+            Field("velocity_scale", "m/s", "sliding speed of full friction", role=MODEL),
             Field(
                 "divisor",
                 "1",
@@ -178,7 +179,7 @@ register(
         (
             COEFFICIENT,
             STATIC,
-            Field("velocity_scale", "m/s", "sliding speed at which the static friction is reached"),
+            Field("velocity_scale", "m/s", "sliding speed at which the static friction is reached", role=MODEL),
             Field("decay", "s/m", "rate of the fall from static to kinetic friction", low_open=False),
         ),
         notes="Creeps where it should stick.",

@@ -8,6 +8,7 @@ from ....contracts.case import Case
 from ....contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism
 from ....contracts.machine import GROUND, Body, BodyPoint, Push
 from ....contracts.outline import ANY, JointOutline, Outline
+from ....contracts.roles import CONDITION
 from .. import described
 from ..contract import Built
 from .build import Assembly, Solid, build
@@ -37,12 +38,14 @@ def along_axes(unit: str, text: str, low: float = -math.inf, default: float | No
 def gravity_keys() -> Keys:
     """Return the section of gravity."""
     text = "acceleration of gravity; a single quantity acts along -y"
-    return Keys("mechanism.gravity", text, along_axes("m/s^2", "gravity"), "implied", scalar_factors=(0, -1, 0))
+    return Keys(
+        "mechanism.gravity", text, along_axes("m/s^2", "gravity"), "implied", scalar_factors=(0, -1, 0), role=CONDITION
+    )
 
 
 def speed_keys() -> Keys:
     """Return the section of the drive."""
-    return Keys("drive", "the drive", (Field("speed", "rad/s", "constant crank speed"),), "implied")
+    return Keys("drive", "the drive", (Field("speed", "rad/s", "constant crank speed"),), "implied", role=CONDITION)
 
 
 def site_kind_of(outline: Outline, joint: str) -> str:

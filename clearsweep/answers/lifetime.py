@@ -57,47 +57,30 @@ def hours_text(life: Lifetime) -> str:
     return f"{wording.number_text(life.hours)} h"
 
 
-def remarks(life: Lifetime) -> list[str]:
-    """Return the sentences that follow the hours of a life: revolutions, faster wear, intervals."""
-    revolutions = f"This is {wording.number_text(life.revolutions)} revolutions."
-    return [revolutions, *faster_wear_sentences(life), *interval_sentences(life)]
-
-
-def faster_wear_sentences(life: Lifetime) -> list[str]:
-    """Return the sentence on a larger wear coefficient, which ends a life sooner; [] if its uncertainty is known."""
-    if math.isfinite(life.revolutions_low_with_wear_uncertainty) or math.isfinite(
-        life.revolutions_high_with_wear_uncertainty
-    ):
-        return []
-    return [
-        f"With wear {FASTER_WEAR} as fast, the usual uncertainty of its coefficient, it is about "
-        f"{faster_wear_text(life.hours)}."
-    ]
-
-
 def faster_wear_text(hours: float) -> str:
     """Return a life in hours with the wear WEAR_UNCERTAINTY_FACTORS times as fast: '159 to 47.8 h'."""
     texts = [wording.number_text(hours / factor) for factor in WEAR_UNCERTAINTY_FACTORS]
     return f"{' to '.join(texts)}{wording.BLANK}h"
 
 
-def interval_sentences(life: Lifetime) -> list[str]:
-    """Return sentences on the intervals of a life: from numerics and from uncertain coefficients."""
-    sentences = [f"95{wording.BLANK}% interval of the numerics alone: {_numerical_interval_text(life)}."]
-    if math.isfinite(life.revolutions_low_with_wear_uncertainty) or math.isfinite(
-        life.revolutions_high_with_wear_uncertainty
-    ):
-        bounds = [
-            f"{preposition}{_interval_end_text(life, revolutions, INTERVAL_DIGITS[0])}"
-            for preposition, revolutions in (
-                ("from ", life.revolutions_low_with_wear_uncertainty),
-                ("to ", life.revolutions_high_with_wear_uncertainty),
-            )
-            if math.isfinite(revolutions)
-        ]
-        bounds_text = " ".join(bounds).removeprefix("from ") if len(bounds) == 2 else f"{bounds[0]}, other end unknown"
-        sentences.append(f"With the uncertain wear coefficients: {bounds_text}.")
-    return sentences
+def interval_text(life: Lifetime) -> str:
+    """Return the 95 % interval of a life that the numerics leave, or '' if it is unknown."""
+    if math.isnan(life.revolutions_low):
+        return ""
+    return f"95{wording.BLANK}% of the numerics alone: {_numerical_interval_text(life)}"
+
+
+def spread_text(life: Lifetime) -> str:
+    """Return what the wear coefficient leaves open: the interval of an uncertain one, or faster wear."""
+    ends = life.revolutions_low_with_wear_uncertainty, life.revolutions_high_with_wear_uncertainty
+    if any(map(math.isfinite, ends)):
+        low, high = (
+            _interval_end_text(life, end, INTERVAL_DIGITS[0]) if math.isfinite(end) else "unknown" for end in ends
+        )
+        return f"With the uncertain wear coefficients: {low} to {high}"
+    if not math.isfinite(life.hours):
+        return ""
+    return f"With wear {FASTER_WEAR} as fast, the usual uncertainty of its coefficient: {faster_wear_text(life.hours)}"
 
 
 def _interval_end_text(life: Lifetime, revolutions: float, digits: int) -> str:

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from typing import Any, NamedTuple
 
 RANDOM_METHODS = ("sobol", "latin-hypercube", "random")  # methods whose points represent the distributions
+ONE_AT_A_TIME = "one-at-a-time"  # method whose cases are no designs
 CONFIDENCE = 0.95  # of intervals
 
 

@@ -7,7 +7,7 @@ import numpy as np
 
 from ..contracts.layout import Layout
 from . import labels
-from .verdict import MARGIN, Limit
+from .verdict import EXCEEDED, MARGIN, UNDECIDED, Limit, limits_and_figures_of
 
 #: The questions of a grid in order of precedence.  Start-up, film and force studies are recognised by their content,
 #: if there is no other question.
@@ -40,16 +40,24 @@ class CaseRanking(NamedTuple):
     @property
     def columns(self) -> tuple[str, ...]:
         """Return all columns that the ranking needs."""
-        return tuple(dict.fromkeys(name for candidate in self.candidates for name in candidate.columns))
+        names = dict.fromkeys(name for candidate in self.candidates for name in candidate.columns)
+        return (*names, EXCEEDED, UNDECIDED) if MARGIN in names else tuple(names)
 
     def worst_values(self, columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
         """Return the worst value of each case over the candidates, NaN if all are null, and the candidate's index.
 
-        columns : (n,) each, NaN for null
+        columns : (n,) each, NaN for null; a case that exceeds a limit without a margin is the worst of all
         """
         values = np.array([np.asarray(columns[candidate.columns[0]], float) for candidate in self.candidates])
-        if self.question == "optimise" and MARGIN in self.columns:  # cases beyond the limits are never the best
-            values = np.where(np.asarray(columns[MARGIN], float) < 0.0, np.nan, values)
+        if MARGIN in self.columns:
+            is_beyond, is_open = (
+                np.array([isinstance(names, str) and names != "" for names in np.asarray(columns[name]).tolist()], bool)
+                for name in (EXCEEDED, UNDECIDED)
+            )
+            if self.question == "optimise":  # cases that are not within the limits are never the best
+                values = np.where(is_beyond | is_open, np.nan, values)
+            else:
+                values = np.where(np.isnan(values) & is_beyond, -np.inf, values)
         sign = -1.0 if self.is_smallest_worst else 1.0
         candidate_numbers = np.argmax(np.where(np.isnan(values), -np.inf, sign * values), axis=0)
         return np.take_along_axis(values, candidate_numbers[None], axis=0)[0], candidate_numbers
@@ -100,9 +108,9 @@ def ranking_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] 
     return _content_ranking(layout, [question for question, *_ in _CONTENT_FIGURES])
 
 
-def force_ranking(layout: Layout) -> CaseRanking:
-    """Return the ranking of cases by their largest force, whatever the question."""
-    return _content_ranking(layout, ["force"])
+def limits_of_record(record: Mapping[str, Any]) -> tuple[Limit, ...]:
+    """Return the limits of a run, from its run.json."""
+    return limits_and_figures_of(record).limits
 
 
 def _is_start_up(grid: Mapping[str, Any]) -> bool:

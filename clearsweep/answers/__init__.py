@@ -1,0 +1,1 @@
+"""Answers of a run: judges its cases against limits, compares designs, and words the result in one place."""

@@ -1,0 +1,335 @@
+"""Composes the answer of a run: the judged cases, the figures that lead its question, and the sentences on both."""
+
+import math
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ..contracts import roles
+from ..contracts.layout import Layout
+from ..language import wording
+from . import case_ranking, films, fits, identification, law_check, lifetime, sentences
+from .judge import EXCEEDED, MET, UNDECIDED, Cases, answer_on, is_null, judge, named_value
+from .probability import RANDOM_METHODS
+from .words import Words
+
+SEARCHES = ("seek", "optimise", "identify")  # sections of a grid that choose all of its cases
+MAX_SETTINGS = 50  # designs whose worst case has its values in the answer
+#: Question -> figures of a joint or of the mechanism whose effects are listed.
+LEADING = {
+    "life": ("life_hours",),
+    "start-up": ("start_up_time",),
+    "film": ("film_thickness_min",),
+    "force": ("force_peak", "error_max"),
+}
+#: Figures whose extremes are in the answer.
+EXTREMES = (
+    "force_peak",
+    "error_max",
+    "film_thickness_min",
+    "film_loss",
+    "life_hours",
+    "wear_rate_max",
+    "start_up_time",
+)
+
+Reader = Callable[[str], np.ndarray]
+
+
+class Source(NamedTuple):
+    """What an answer is made of."""
+
+    record: Mapping[str, Any]  # run.json
+    layout: Layout
+    read: Reader  # returns a column of all stored cases, (n,); numbers as floats, texts as objects
+    base_laws: Mapping[str, str] = {}  # path of a law that `check_laws` varies -> the law of the grid
+    complete: bool = True
+    search: Sequence[Mapping[str, Any]] = ()  # rows of the table of a search
+    counts: Mapping[str, int] | None = None  # of verdicts, where `read` gives a part of the cases: no design is judged
+    worn_body: Callable[[str], str] = lambda case_id: ""  # returns which body limits the life of a case, in words
+
+
+class _Columns:
+    """Columns by name, each read once."""
+
+    def __init__(self, read: Reader, names: set[str]):
+        self._read, self._names, self._known = read, names, dict[str, np.ndarray]()
+
+    def __contains__(self, name: str) -> bool:
+        return name in self._names
+
+    def __getitem__(self, name: str) -> np.ndarray:
+        if name not in self._known:
+            self._known[name] = self._read(name)
+        return self._known[name]
+
+
+def compose(source: Source) -> dict[str, Any]:
+    """Return the answer of a run, with its sentences."""
+    record, layout = source.record, source.layout
+    names = {column.name for column in layout.columns} | {*record["units"], "case_id", "status"}
+    columns: Any = _Columns(source.read, names | {*(record.get("figures") or {})})
+    own = own_cases(record, columns, source.base_laws)
+    is_part = source.counts is not None
+    cases = Cases({**record, "limits": {}} if is_part else record, columns, own)
+    question = question_of(record, layout, cases.paths)
+    figures = [] if is_part else _figures(question, cases, layout)
+    answer: dict[str, Any] = {
+        "question": question,
+        "complete": source.complete,
+        **answer_on(cases, figures),
+        "search": [dict(row) for row in source.search],
+        "sentences": [],
+    }
+    answer |= {"cases": dict(source.counts)} if source.counts and record.get("limits") else {}
+    answer |= _details(source, cases, columns, answer)
+    is_ok = np.array([value == "ok" for value in columns["status"].tolist()], bool)
+    words = Words(record, layout, lambda name: columns[name][is_ok])
+    if check := _law_check(source, columns, is_ok & ~own, answer, words):
+        answer["laws"] = check
+    if coverage := fits.coverage_text(record, answer, words):
+        answer["fits"] = coverage
+    answer["sentences"] = sentences.sentences(answer, words)
+    return answer
+
+
+def question_of(record: Mapping[str, Any], layout: Layout, paths: Sequence[str]) -> str:
+    """Return the leading question of a grid; paths : those that vary."""
+    question = case_ranking.ranking_of(layout, case_ranking.limits_of_record(record), record).question
+    if question in ("life", *SEARCHES):
+        return question
+    sample = record.get("sample") or {}
+    if sample.get("method") in RANDOM_METHODS and set(paths) <= set(sample["drawn"]):
+        return "sample"
+    return "refine" if record.get("refine") else question
+
+
+def own_cases(record: Mapping[str, Any], columns: Any, base_laws: Mapping[str, str]) -> np.ndarray:
+    """Return a mask of the grid's own cases; all others were added by a search or by check_laws."""
+    count = len(columns["case_id"])
+    if any(record.get(section) for section in SEARCHES):
+        return np.zeros(count, bool)
+    is_own = np.ones(count, bool)
+    for path, law in base_laws.items():
+        is_own &= np.array([is_null(value) or value == law for value in columns[path].tolist()], bool)
+    if added := (record.get("refine") or {}).get("added"):
+        points = set(_points(added.values()))
+        is_own &= np.array([point not in points for point in _points(columns[path].tolist() for path in added)])
+    return is_own
+
+
+def _points(columns: Iterable[Sequence[Any]]) -> list[tuple]:
+    """Return the rows of some columns; None for null."""
+    return [tuple(None if is_null(value) else value for value in row) for row in zip(*columns, strict=True)]
+
+
+def _figures(question: str, cases: Cases, layout: Layout) -> list[str]:
+    """Return the columns whose effects are listed."""
+    limited = [limit.column for limit in cases.limits]
+    leading: list[str] = []
+    for figure in LEADING.get(question, () if limited else LEADING["force"]):
+        candidates = [column.name for column in layout.columns if column.figure == figure]
+        sign = -1.0 if figure in ("life_hours", "film_thickness_min") else 1.0  # their smallest value is the worst
+        known = {name: sign * cases.numbers(name) for name in candidates}
+        worst = {name: float(np.nanmax(values)) for name, values in known.items() if np.isfinite(values).any()}
+        leading += [max(worst, key=worst.__getitem__)] if worst else []
+    return list(dict.fromkeys([*leading, *limited, *(cases.record.get("figures") or {})]))
+
+
+def _details(source: Source, cases: Cases, columns: Any, answer: Mapping[str, Any]) -> dict[str, Any]:
+    """Return further parts of the answer: ends of axes, extremes of figures, and what its question asks for."""
+    record = source.record
+    details: dict[str, Any] = {"ends": {}, "order": {}, "finished": int(cases.is_finished.sum())}
+    for path, (levels, _) in cases.codes.items():
+        if not any(isinstance(level, str) for level in levels) and levels:
+            named = [named_value(record, path, level) for level in levels]
+            details["ends"][path] = [named[0], named[-1]]
+            if isinstance(named[0], str):
+                details["order"][path] = named
+    details["extremes"] = [
+        entry
+        for column in [*source.layout.columns, *_own_figures(record)]
+        if column.figure in EXTREMES or not column.figure
+        if (entry := _extremes(source, cases, column))
+    ]
+    worst = [design["worst"] for design in answer["designs"][:MAX_SETTINGS] if design["worst"]]
+    details["settings"] = _settings(cases, worst)
+    counted = f"{source.layout.life}_life_hours" if answer["question"] == "life" else case_ranking.START_UP
+    if counted in columns and answer["question"] in ("life", "start-up"):
+        details["unreached"] = int(np.isnan(cases.numbers(counted)[cases.is_finished]).sum())
+    if answer["question"] == "film" and (film := films.film_answer(record, source.layout, columns, cases)):
+        details["film"] = film
+    if answer["cases"] and answer["cases"]["added"]:
+        everything = Cases(record, columns)
+        details["all_cases"] = {name: int((everything.verdicts == name).sum()) for name in (MET, EXCEEDED, UNDECIDED)}
+    if answer["question"] == "seek":
+        details["nearest"] = _nearest(record, columns, answer["search"])
+    if answer["question"] == "sample":
+        details["irregular"] = _irregular(cases)
+    details["tried"] = len(columns["case_id"])
+    if answer["question"] == "optimise" and cases.limits and answer["search"]:
+        everything = Cases(record, columns)
+        of_case = dict(zip(everything.values("case_id").tolist(), everything.verdicts.tolist(), strict=True))
+        details["best_met"] = of_case.get(answer["search"][0]["case_id"]) == MET
+    if not cases.limits and answer["question"] in LEADING:
+        details["suggestion"] = _suggested_limit(source, cases, answer["question"], details["extremes"])
+    if answer["question"] == "identify":
+        details["identified"] = identified_parameters(record)
+        details["explained"] = bool((record.get("identified") or {}).get("explained", True))
+    return details
+
+
+def _irregular(cases: Cases) -> int:
+    """Return how many finished motions are not periodic, where a limit on peaks depends on the length of a run."""
+    columns = {column["name"] for column in cases.record["layout"]["columns"]}
+    limits_peaks = any(limit.column.endswith(("_peak", "_max", "_ratio")) for limit in cases.limits)
+    if "period" not in columns or not limits_peaks:
+        return 0
+    return int(np.isnan(cases.numbers("period")[cases.is_finished]).sum())
+
+
+def _suggested_limit(source: Source, cases: Cases, question: str, extremes: Sequence[Mapping[str, Any]]) -> str:
+    """Return a limit to add to a grid without limits, as text of the grid; '' without a figure to limit."""
+    figures = {column.name: column for column in source.layout.columns}
+    leading = LEADING[question][0]
+    known = [entry for entry in extremes if entry["figure"] in figures and figures[entry["figure"]].figure == leading]
+    if question == "life" or not known:
+        return ""
+    if question == "start-up":
+        return f"{case_ranking.START_UP}: 1 s"
+    if question == "film":
+        column = min(known, key=lambda entry: float(entry["smallest"]["value"]))["figure"]
+        joint = figures[column].joint
+        finished = films.FinishedCases(source.record, source.layout, tuple(cases.codes), cases.values)
+        required = films.required_thickness(finished, joint)
+        least = films.law_end_thickness(finished, joint) if required is None else float(required.max())
+        return f"{column}: {{at_least: {math.ceil(1e8 * least) / 100:g} um}}" if least else ""
+    column = max(known, key=lambda entry: float(entry["largest"]["value"]))["figure"]
+    ideal = f"{column}_ideal"
+    has_ideal = ideal in figures and bool((cases.numbers(ideal) > 0.0).any())
+    return f"{column}: " + (f"{{at_most: 3, times: {ideal}}}" if has_ideal else "5 kN")
+
+
+def identified_parameters(record: Mapping[str, Any]) -> list[dict[str, Any]]:
+    """Return the identified parameters with a remark on how well the data determine each."""
+    parameters = (record.get("identified") or {}).get("parameters") or []
+    return [
+        {
+            "path": parameter["path"],
+            "value": parameter["median"] if "median" in parameter else parameter["value"],
+            "low": parameter["low"],
+            "high": parameter["high"],
+            "note": identification.certainty_text(parameter),
+        }
+        for parameter in parameters
+    ]
+
+
+class _Own(NamedTuple):
+    name: str
+    figure: str = ""
+    joint: str = ""
+
+
+def _own_figures(record: Mapping[str, Any]) -> list[Any]:
+    return [_Own(name) for name in record.get("figures") or {}]
+
+
+def _extremes(source: Source, cases: Cases, column: Any) -> dict[str, Any] | None:
+    """Return the smallest and the largest value of a figure with their cases; None if no case has it."""
+    values = cases.numbers(column.name)
+    if not np.isfinite(values).any():
+        return None
+    ends = {"smallest": int(np.nanargmin(values)), "largest": int(np.nanargmax(values))}
+    entry: dict[str, Any] = {"figure": column.name}
+    for name, row in ends.items():
+        case_id = str(cases.values("case_id")[row])
+        entry[name] = {"value": float(values[row]), "case": case_id, "values": _values_of(cases, row)}
+        entry[name] |= _more(source, cases, column, row, name)
+    return entry
+
+
+def _more(source: Source, cases: Cases, column: Any, row: int, end: str) -> dict[str, Any]:
+    """Return what belongs to one end of the extremes of a figure: ratio, intervals, hours."""
+    names = {known.name for known in source.layout.columns}
+    if column.figure == "force_peak" and (ratio := f"{column.joint}_force_peak_ratio") in names:
+        value = float(cases.numbers(ratio)[row])
+        return {"ratio": value} if np.isfinite(value) and value else {}
+    if column.figure == "wear_rate_max" and end == "largest":
+        clearance = _length(source, cases, f"joints.{wording.joint_name(column.joint)}.clearance", row)
+        depth = 3.6e6 * float(cases.numbers(column.name)[row])
+        return {"clearance_hours": 1000.0 * clearance / depth} if clearance and depth > clearance else {}
+    if column.figure == "life_hours":
+        fields = {name: f"{column.joint}_{name}" for name in lifetime.FIELD_BY_COLUMN}
+        life = lifetime.read_lifetime(
+            {name: float(cases.numbers(field)[row]) for name, field in fields.items() if field in names}
+        )
+        case_id = str(cases.values("case_id")[row])
+        body = source.worn_body(case_id)
+        return {"interval": lifetime.interval_text(life), "spread": lifetime.spread_text(life), "body": body}
+    return {}
+
+
+def _length(source: Source, cases: Cases, path: str, row: int) -> float | None:
+    """Return a length (m) of a case that varies or is fixed; None if it is not a number."""
+    if path in cases.codes:
+        return float(cases.numbers(path)[row])
+    value: Any = source.record
+    for key in path.split("."):
+        value = value.get(key) if isinstance(value, Mapping) else None
+    return value if isinstance(value, float) else None
+
+
+def _values_of(cases: Cases, row: int) -> dict[str, Any]:
+    """Return the varied values of a case in the form of the answer."""
+    return {
+        path: named_value(cases.record, path, levels[codes[row]])
+        for path, (levels, codes) in cases.codes.items()
+        if codes[row] >= 0
+    }
+
+
+def _settings(cases: Cases, case_ids: Sequence[str]) -> dict[str, dict[str, Any]]:
+    """Return the conditions of some cases, by case."""
+    wanted, found = set(case_ids), {}
+    conditions = cases.paths_of(roles.CONDITION, roles.MODEL, roles.UNCERTAINTY)
+    for row, case_id in enumerate(cases.values("case_id").tolist() if wanted else ()):
+        if case_id in wanted:
+            values = _values_of(cases, row)
+            found[case_id] = {path: values[path] for path in conditions if path in values}
+    return found
+
+
+def _nearest(record: Mapping[str, Any], columns: Any, rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
+    """Return what comes nearest to the limits where `seek` has no answer, at most one entry."""
+    section = record["seek"]
+    sought = section.get("largest") or section.get("smallest")
+    paths = [sought] if isinstance(sought, str) else list(sought)
+    row = next((row for row in rows if row.get(f"seek.{paths[0]}") is None), None)
+    if row is None:
+        return []
+    is_tried = np.ones(len(columns["case_id"]), bool)
+    for path in record["units"]:
+        if path not in paths and row.get(path) is not None:
+            is_tried &= np.array([value == row[path] for value in columns[path].tolist()], bool)
+    of_path = {path: roles.CHOICE if path in paths else roles.CONDITION for path in record["units"]}
+    tried = judge({**record, "roles": of_path}, columns, own=is_tried.tolist(), figures=())
+    best = next((design for design in tried["designs"] if design["verdict"] == "exceeds"), None)
+    if best is None:
+        return []
+    failed = int((is_tried & np.array([value != "ok" for value in columns["status"].tolist()], bool)).sum())
+    values = dict(best["values"])
+    index = [str(case_id) for case_id in columns["case_id"].tolist()].index(best["worst"])
+    for path in record["units"]:
+        values.setdefault(path, named_value(record, path, columns[path][index]))
+    entry = {name: best[name] for name in ("margin", "excess", "limit")}
+    return [entry | {"case": best["worst"], "values": values, "tried": int(is_tried.sum()), "failed": failed}]
+
+
+def _law_check(source: Source, columns: Any, checked: np.ndarray, answer: Mapping[str, Any], words: Words) -> str:
+    """Return the sentence on the deciding case under other laws, or ''."""
+    if not source.base_laws or not checked.any():
+        return ""
+    figure = _figures(answer["question"], Cases(source.record, columns, ~checked), source.layout)
+    return law_check.sentence(source.record, columns, (source.base_laws, checked), words, figure[0]) if figure else ""

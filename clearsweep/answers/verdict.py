@@ -1,0 +1,247 @@
+"""User-defined figures and limits of a grid: their columns, the limits that a case exceeds, its margin."""
+
+from collections.abc import Iterable, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+from ..contracts.catalogue import ENDLESS
+from ..contracts.layout import Column
+from ..language import expression, wording
+
+if TYPE_CHECKING:
+    import numpy as np  # imported only when cases are assessed
+
+EXCEEDED, UNDECIDED, MARGIN = "limits_exceeded", "limits_undecided", "margin"  # columns
+KINDS = ("at_most", "at_least")
+
+
+class Limit(NamedTuple):
+    """A bound on a column."""
+
+    column: str
+    kind: str  # one of KINDS
+    value: float  # SI: unit of the column over that of `times`
+    times: str = ""  # another column, of which the bound is a multiple, or ''
+    null: str = ""  # meaning of a missing value, see `contracts.layout.Column`
+
+    def bound_text(self, unit: str) -> str:
+        """Return the bound in words, for a column in `unit`: 'at most 5 kN', 'at least 2 times NAME'."""
+        scale = wording.scale("1" if self.times else unit, self.value)
+        threshold = scale.exact_text(self.value) + (f" times {self.times}" if self.times else "")
+        return f"{self.kind.replace('_', ' ')} {threshold}"
+
+    def limit_values(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+        """Return the limit of every case, in the unit of the column; not finite for a multiple of a missing value."""
+        import numpy as np
+
+        factors = columns[self.times] if self.times else np.ones(len(columns[self.column]))
+        with np.errstate(all="ignore"):
+            allowed: np.ndarray = self.value * factors
+        return allowed
+
+    def is_exceeded(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+        """Return a mask of the cases beyond the bound; a value equal to it meets it.
+
+        A missing value that means "infinite" exceeds every upper bound.
+        """
+        import numpy as np
+
+        values, bounds = columns[self.column], self.limit_values(columns)
+        with np.errstate(invalid="ignore"):
+            is_beyond: np.ndarray = values > bounds if self.kind == KINDS[0] else values < bounds
+        is_beyond &= np.isfinite(values) & np.isfinite(bounds)
+        if self.null == ENDLESS and self.kind == KINDS[0]:
+            is_beyond |= ~np.isfinite(values)
+        return is_beyond
+
+    def is_undecided(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+        """Return a mask of the cases that the limit cannot assess: value or bound is missing.
+
+        A missing value that means "nothing to measure" meets every limit, one that means "infinite" every lower bound.
+        """
+        import numpy as np
+
+        is_missing = ~np.isfinite(columns[self.column])
+        has_bound = np.isfinite(self.limit_values(columns))
+        undecided: np.ndarray = ~is_missing & ~has_bound if self.null else is_missing | ~has_bound
+        return undecided
+
+    def excess(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+        """Return by how much each value exceeds the bound, in the column's unit; negative within it, NaN: unknown."""
+        import numpy as np
+
+        with np.errstate(all="ignore"):
+            distance: np.ndarray = columns[self.column] - self.limit_values(columns)
+            return np.where(np.isfinite(distance), distance if self.kind == KINDS[0] else -distance, np.nan)
+
+    def margin(self, columns: "Mapping[str, np.ndarray]") -> "np.ndarray":
+        """Return the distance within the bound over its size, negative beyond it; NaN: unknown, or a bound of 0."""
+        import numpy as np
+
+        largest_float = np.finfo(float).max
+        bounds, values = np.abs(self.limit_values(columns)), columns[self.column]
+        with np.errstate(all="ignore"):
+            distance = self.limit_values(columns) - values
+            distance = distance if self.kind == KINDS[0] else -distance
+            margin: np.ndarray = np.clip(distance / bounds, -largest_float, largest_float)
+        return np.where(np.isfinite(values) & np.isfinite(bounds) & (bounds > 0.0), margin, np.nan)
+
+
+def units_of(record: Mapping[str, Any]) -> dict[str, str]:
+    """Return the SI unit of every column of a run, from its run.json."""
+    figure_units = {figure.name: figure.unit for figure in limits_and_figures_of(record).figures}
+    return {column["name"]: column["unit"] for column in record["layout"]["columns"]} | figure_units
+
+
+class UserFigure(NamedTuple):
+    """A user-defined figure."""
+
+    name: str
+    text: str  # expression of columns
+    unit: str  # SI
+
+
+class LimitsAndFigures(NamedTuple):
+    """User-defined figures and limits of a grid."""
+
+    figures: tuple[UserFigure, ...] = ()
+    limits: tuple[Limit, ...] = ()
+
+    @property
+    def columns(self) -> tuple[Column, ...]:
+        """Return the columns that the verdict adds to a summary."""
+        figures = [Column(figure.name, figure.unit, f"own figure: {figure.text}") for figure in self.figures]
+        if self.limits:
+            figures += [
+                Column(EXCEEDED, "", _EXCEEDED_DESCRIPTION, "text"),
+                Column(UNDECIDED, "", _UNDECIDED_DESCRIPTION, "text"),
+                Column(MARGIN, "1", _MARGIN_DESCRIPTION),
+            ]
+        return tuple(figures)
+
+    def required_columns(self) -> set[str]:
+        """Return the columns that the verdict needs."""
+        defined = {figure.name for figure in self.figures}
+        referenced = {name for figure in self.figures for name in expression.names_in(figure.text)}
+        referenced |= {name for limit in self.limits for name in (limit.column, limit.times) if name}
+        return referenced - defined
+
+    def evaluate_case(self, summary: Mapping[str, Any], *, failed: bool = False) -> dict[str, Any]:
+        """Return the added columns of a case from its `summary`; None for missing values."""
+        if not (self.figures or self.limits):
+            return {}
+        import numpy as np
+
+        known = {name: summary[name] for name in self.required_columns()}
+        columns = {name: np.array([np.nan if value is None else value], float) for name, value in known.items()}
+        evaluated = self.evaluate(columns, np.array([not failed]))
+        return {name: None if values[0] != values[0] else values.tolist()[0] for name, values in evaluated.items()}
+
+    def evaluate(
+        self, columns: "Mapping[str, np.ndarray]", is_finished: "np.ndarray | None" = None
+    ) -> "dict[str, np.ndarray]":
+        """Return the added columns (n,) of cases from their `columns` (n,); NaN or None for missing values.
+
+        is_finished : (n,), default all; of a failed case every limit is undecided and nothing else is known
+        """
+        import numpy as np
+
+        values, evaluated = dict(columns), dict[str, np.ndarray]()
+        for figure in self.figures:
+            evaluated[figure.name] = values[figure.name] = expression.value_of(figure.text, values)
+        if self.limits:
+            assessment = self.assess(values, is_finished)
+            evaluated[EXCEEDED] = self._names(assessment.exceeded)
+            evaluated[UNDECIDED] = self._names(assessment.undecided)
+            evaluated[MARGIN] = assessment.margin
+        if is_finished is not None and not is_finished.all():
+            for name in evaluated.keys() - {UNDECIDED}:
+                values_of_all = evaluated[name].astype(object)
+                values_of_all[~is_finished] = None
+                evaluated[name] = values_of_all
+        return evaluated
+
+    def assess(self, columns: "Mapping[str, np.ndarray]", is_finished: "np.ndarray | None" = None) -> "Assessment":
+        """Return how cases compare with each limit; `columns` include the user-defined figures, (n,) each.
+
+        is_finished : (n,), default all
+        """
+        import numpy as np
+
+        exceeded = np.array([limit.is_exceeded(columns) for limit in self.limits])
+        undecided = np.array([limit.is_undecided(columns) for limit in self.limits])
+        if is_finished is not None:
+            exceeded &= is_finished
+            undecided |= ~is_finished
+        relative = np.array([limit.margin(columns) for limit in self.limits])
+        if is_finished is not None:
+            relative = np.where(is_finished, relative, np.nan)
+        margin = np.fmin.reduce(relative, axis=0)
+        is_beyond, is_open = exceeded.any(axis=0), undecided.any(axis=0)
+        margin = np.where((is_open & ~is_beyond) | (is_beyond & ~(margin < 0.0)), np.nan, margin)
+        return Assessment(exceeded, undecided, relative, margin)
+
+    def _names(self, masks: "np.ndarray") -> "np.ndarray":
+        """Return the columns of the limits whose mask holds, comma separated, for every case; masks : (limits, n)."""
+        import numpy as np
+
+        columns = list(dict.fromkeys(limit.column for limit in self.limits))
+        of_column = np.array([[limit.column == column for limit in self.limits] for column in columns])
+        is_named = (of_column.astype(np.int64) @ masks) > 0
+        names = np.array(columns, object)
+        patterns, indices = np.unique(is_named, axis=1, return_inverse=True)  # few differ, of many cases
+        texts = np.array([",".join(names[pattern]) for pattern in patterns.T], object)
+        named: np.ndarray = texts[indices.reshape(-1)]
+        return named
+
+
+class Assessment(NamedTuple):
+    """How n cases compare with each of m limits."""
+
+    exceeded: "np.ndarray"  # (m, n) mask
+    undecided: "np.ndarray"  # (m, n) mask: value or bound is missing, or the case failed
+    relative: "np.ndarray"  # (m, n) distance within the bound over its size; NaN: unknown, or a bound of 0
+    margin: "np.ndarray"  # (n,) smallest of these; NaN: undecided, or exceeded though no distance is negative
+
+
+_EXCEEDED_DESCRIPTION = "columns whose limits the case exceeds, separated by commas"
+_UNDECIDED_DESCRIPTION = (
+    "columns whose limits cannot be assessed, as the case failed or a figure is null, separated by commas"
+)
+_MARGIN_DESCRIPTION = (
+    "smallest distance within a limit over its size, negative beyond it; null: undecided, or no limit above or below 0 "
+    "shows the distance"
+)
+NO_LIMITS = LimitsAndFigures()
+
+
+def limits_of(section: Mapping[str, Any], columns: Iterable[Column] = ()) -> tuple[Limit, ...]:
+    """Return the limits in a resolved grid: column -> number, or mapping of KINDS and 'times', in SI.
+
+    columns : columns of the summary, with the meaning of missing values
+    """
+    limits, nulls = [], {column.name: column.null for column in columns}
+    for name, threshold in section.items():
+        bounds = threshold if isinstance(threshold, Mapping) else {KINDS[0]: threshold}
+        times, null = bounds.get("times", ""), nulls.get(name, "")
+        limits += [Limit(name, kind, bounds[kind], times, null) for kind in KINDS if kind in bounds]
+    return tuple(limits)
+
+
+def limits_and_figures_of(record: Mapping[str, Any]) -> LimitsAndFigures:
+    """Return the limits and the user-defined figures of a run, from its run.json."""
+    columns = [Column(**column) for column in record["layout"]["columns"]]
+    units = {column.name: column.unit for column in columns}
+    limits = limits_of(record.get("limits") or {}, columns)
+    return LimitsAndFigures(figures_of(record.get("figures") or {}, units), limits)
+
+
+def figures_of(section: Mapping[str, str], units: Mapping[str, str]) -> tuple[UserFigure, ...]:
+    """Return the user-defined figures of a grid, functions of columns and earlier figures.
+
+    Raise InputError for mistakes.
+    """
+    known_units, figures = dict(units), []
+    for name, text in section.items():
+        known_units[name] = expression.unit_of(text, known_units)
+        figures.append(UserFigure(name, text, known_units[name]))
+    return tuple(figures)
