@@ -50,8 +50,13 @@ def effects(cases: "Cases", figures: Sequence[str]) -> list[dict[str, Any]]:
             for axis, share in zip(axes, shares, strict=True)
         ]
         found += [{"figure": figure, "path": path, **entry} for path, entry in _rank_effects(cases, drawn, values)]
-        entries += sorted(found, key=lambda entry: -(entry["share"] or 0.0))
+        entries += sorted(found, key=_strength, reverse=True)
     return entries
+
+
+def _strength(entry: dict[str, Any]) -> tuple[float, float]:
+    """Return the share of an effect and, where none is known, its size."""
+    return entry["share"] or 0.0, abs((entry["to"] or 0.0) - (entry["from"] or 0.0))
 
 
 def axes_of(cases: "Cases") -> list[Axis]:

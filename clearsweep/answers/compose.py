@@ -1,5 +1,6 @@
 """Composes the answer of a run: the judged cases, the figures that lead its question, and the sentences on both."""
 
+import itertools
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
@@ -10,11 +11,12 @@ from ..contracts import roles
 from ..contracts.layout import Layout
 from ..language import wording
 from . import case_ranking, films, fits, identification, law_check, lifetime, sentences
-from .judge import EXCEEDED, MET, UNDECIDED, Cases, answer_on, is_null, judge, named_value
+from .judge import EXCEEDED, MET, NOT_RUN, UNDECIDED, Cases, answer_on, is_null, judge, named_value
 from .probability import RANDOM_METHODS
 from .words import Words
 
 SEARCHES = ("seek", "optimise", "identify")  # sections of a grid that choose all of its cases
+MAX_UNRUN = 100_000  # cases of a grid up to which those that were not run are listed
 MAX_SETTINGS = 50  # designs whose worst case has its values in the answer
 #: Question -> figures of a joint or of the mechanism whose effects are listed.
 LEADING = {
@@ -54,10 +56,10 @@ class _Columns:
     """Columns by name, each read once."""
 
     def __init__(self, read: Reader, names: set[str]):
-        self._read, self._names, self._known = read, names, dict[str, np.ndarray]()
+        self._read, self.names, self._known = read, names, dict[str, np.ndarray]()
 
     def __contains__(self, name: str) -> bool:
-        return name in self._names
+        return name in self.names
 
     def __getitem__(self, name: str) -> np.ndarray:
         if name not in self._known:
@@ -71,6 +73,8 @@ def compose(source: Source) -> dict[str, Any]:
     names = {column.name for column in layout.columns} | {*record["units"], "case_id", "status"}
     columns: Any = _Columns(source.read, names | {*(record.get("figures") or {})})
     own = own_cases(record, columns, source.base_laws)
+    if not source.complete and source.counts is None and own.any():
+        columns, own = _with_unrun(record, columns, own)
     is_part = source.counts is not None
     cases = Cases({**record, "limits": {}} if is_part else record, columns, own)
     question = question_of(record, layout, cases.paths)
@@ -117,6 +121,39 @@ def own_cases(record: Mapping[str, Any], columns: Any, base_laws: Mapping[str, s
         points = set(_points(added.values()))
         is_own &= np.array([point not in points for point in _points(columns[path].tolist() for path in added)])
     return is_own
+
+
+def _with_unrun(record: Mapping[str, Any], columns: Any, own: np.ndarray) -> tuple[Any, np.ndarray]:
+    """Return the columns and the mask of own cases with a row for each case of the grid that was not run."""
+    paths = list(record["units"])
+    sections = [{path: values} for path, values in (record.get("sweep") or {}).items()]
+    sections += [record.get("zip") or {}, record.get("cases") or {}, (record.get("sample") or {}).get("drawn") or {}]
+    factors = [
+        [dict(zip(part, row, strict=True)) for row in zip(*part.values(), strict=True)] for part in sections if part
+    ]
+    if math.prod(map(len, factors)) > MAX_UNRUN:
+        return columns, own
+    points = [{path: value for part in parts for path, value in part.items()} for parts in itertools.product(*factors)]
+    stored = _points(columns[path].tolist() for path in paths)
+    exact, partial = set(stored), [row for row in stored if None in row]
+    keys = [tuple(point.get(path) for path in paths) for point in points]
+    unrun = [
+        key
+        for key in keys
+        if key not in exact and not any(all(a in (None, b) for a, b in zip(row, key, strict=True)) for row in partial)
+    ]
+
+    def read(name: str) -> np.ndarray:
+        values = columns[name]
+        if name in paths:
+            added: list[Any] = [key[paths.index(name)] for key in unrun]
+        else:
+            added = [{"case_id": "", "status": NOT_RUN}.get(name)] * len(unrun)
+        if values.dtype.kind == "O":
+            return np.concatenate([values, np.array([*added, None], object)[:-1]])
+        return np.concatenate([values, np.array([np.nan if value is None else value for value in added], float)])
+
+    return _Columns(read, {*columns.names}), np.append(own, np.ones(len(unrun), bool))
 
 
 def _points(columns: Iterable[Sequence[Any]]) -> list[tuple]:

@@ -202,7 +202,7 @@ def _designs(cases: Cases) -> list[dict[str, Any]]:
     for design, rows_by_tuple in rows_by_design.items():
         entry = _design(cases, rows_by_tuple, (conditions, tuples))
         if drawn:
-            entry["share"] = _share(cases, rows_by_tuple, drawn)
+            entry["share"] = _share(cases, rows_by_tuple, drawn, tuples)
         designs.append({"values": cases.values_at(choices, design), **entry})
     return designs
 
@@ -252,6 +252,7 @@ def _reason(cases: Cases, rows: Sequence[int]) -> str:
 
 def _worst(cases: Cases, rows: Sequence[int]) -> dict[str, Any]:
     """Return margin, excess, limit and identity of the worst of these cases, which share a verdict."""
+    rows = [row for row in rows if cases.values("status")[row] != NOT_RUN]
     if not rows:
         return {"margin": None, "excess": None, "limit": None, "worst": None}
     facts = [_margin_of(cases, row) for row in rows]
@@ -265,7 +266,7 @@ def _worst(cases: Cases, rows: Sequence[int]) -> dict[str, Any]:
 
 def _margin_of(cases: Cases, row: int) -> dict[str, Any]:
     """Return the margin of a case and its limit, or the largest excess over a bound that shows no margin."""
-    margin = float(cases.assessment.margin[row])
+    margin = float(cases.assessment.margin[row]) + 0.0  # no negative zero
     if np.isfinite(margin):
         relative = cases.assessment.relative[:, row]
         return {"margin": margin, "excess": None, "limit": cases.limits[int(np.nanargmin(relative))].column}
@@ -288,15 +289,18 @@ def _rank(design: Mapping[str, Any]) -> tuple[int, bool, float, float]:
     return place, margin is None, -(margin or 0.0), np.inf if excess is None else excess
 
 
-def _share(cases: Cases, rows_by_tuple: Mapping[Key, Sequence[int]], drawn: Sequence[int]) -> dict[str, float | None]:
+def _share(
+    cases: Cases, rows_by_tuple: Mapping[Key, Sequence[int]], drawn: Sequence[int], tuples: Sequence[Key]
+) -> dict[str, float | None]:
     """Return the shares of the draws of a design that meet the limits, exceed one, or are undecided.
 
     `low` and `high` are the ends of the 95 % interval of the share that meets them; None unless the draws are random.
     """
     verdicts: dict[Key, list[str]] = {}
-    for condition, rows in rows_by_tuple.items():
-        draw = tuple(condition[index] for index in drawn)
-        verdicts.setdefault(draw, []).extend(cases.verdicts[list(rows)].tolist())
+    for condition in tuples:
+        rows = list(rows_by_tuple.get(condition, ()))
+        of_condition = cases.verdicts[rows].tolist() if rows else [UNDECIDED]
+        verdicts.setdefault(tuple(condition[index] for index in drawn), []).extend(of_condition)
     results = [combined(of_draw) for of_draw in verdicts.values()]
     count = {name: results.count(name) for name in (MET, EXCEEDED, UNDECIDED)}
     is_random = cases.record["sample"].get("method") in RANDOM_METHODS

@@ -287,6 +287,7 @@ def effect_lines(answer: Answer, words: Words) -> Iterator[Sentence]:
         effects = [effect for effect in answer["effects"] if effect["figure"] == figure]
         clear = [effect for effect in effects if effect["verdict"] in (blocks.RISES, blocks.FALLS, blocks.DIFFERS)]
         texts = [effect_text(answer, words, effect, subject=not index) for index, effect in enumerate(clear)]
+        texts = [text for text in texts if text]
         if texts:
             yield Sentence("{effects}.", {"effects": listed(texts[:MAX_EFFECTS], MAX_LENGTH - 1)})
         others = {
@@ -322,10 +323,13 @@ def effect_text(answer: Answer, words: Words, effect: Mapping[str, Any], *, subj
     ends = answer.get("ends", {}).get(path)
     if effect["method"] == "ranks":
         return f"{name} {effect['verdict']} with {words.axis_name(path)}, {from_to(start, end)} over its quarters"
+    if effect.get("with"):
+        names = wording.sentence_list([words.axis_name(tied) for tied in (path, *effect["with"])])
+        return f"{name} {effect['verdict']} {from_to(start, end)} along {names}, which vary together"
     grows = f" as {words.axis_name(path)} grows"
     between = effect.get("medians", [])[1:-1]
     if start == end:
-        return f"{name} {effect['verdict']}{grows} in {effect['pairs']} comparisons (medians {start})"
+        return ""
     if 0 < len(between) <= MAX_BETWEEN and None not in between and subject:
         texts = [
             text.partition(wording.BLANK)[0] for text in words.figures(figure, [effect["from"], *between, effect["to"]])
@@ -425,7 +429,8 @@ def life(answer: Answer, words: Words) -> Iterator[Sentence]:
         joint = wording.joint_name(words.layout.life)
         shortest, longest = entry["smallest"], entry["largest"]
         values = {"joint": joint, "until": until, **_life_values(answer, words, shortest)}
-        yield Sentence("Shortest life of {joint}{body}{until}: {hours}{interval}{where}.", values)
+        yield Sentence("Shortest life of {joint}{body}: {hours}{where}.", values)
+        yield Sentence("It lasts{until}{interval}.", values)
         if shortest.get("spread"):
             yield Sentence("{spread}.", {"spread": shortest["spread"]})
         if longest["case"] != shortest["case"]:
@@ -554,10 +559,14 @@ def _sought(words: Words, row: Mapping[str, Any], path: str) -> str:
     """Return an answer of `seek` in words."""
     value, limiting = row.get(f"seek.{path}"), row.get("limiting")
     if value is None:
+        figures = {column.name for column in words.layout.columns} | {*(words.record.get("figures") or {})}
+        if limiting and figures.isdisjoint(limiting.split(",")):
+            return f"not known, as cases failed ({limiting})"
         return "none in the range" if "seek_fit" not in row else "none of the fits"
     text = f"{row['seek_fit']} ({words.value(path, value)})" if row.get("seek_fit") else words.value(path, value)
+    other = row["seek_high"] if "largest" in (words.record.get("seek") or {}) else row["seek_low"]
     by = wording.sentence_list([words.figure(name) for name in (limiting or "").split(",") if name])
-    border = f" (unsafe from {words.value(path, row['seek_high'])})" if row["seek_low"] != row["seek_high"] else ""
+    border = f" (not known to be safe at {words.value(path, other)})" if row["seek_low"] != row["seek_high"] else ""
     return f"{text}{border}{f', limited by {by}' if by else ', the end of the range'}"
 
 

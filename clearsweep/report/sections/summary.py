@@ -108,5 +108,5 @@ def _driver_cards(study: Study, answer: Mapping[str, Any]) -> list[Card]:
         for effect in answer["effects"]:
             if effect["figure"] == figure and effect["verdict"] in (blocks.RISES, blocks.FALLS, blocks.DIFFERS):
                 text = sentences.effect_text(answer, words, effect, subject=True)
-                return [(f"{words.figure(figure).capitalize()} depends most on", words.axis_name(effect["path"]), text)]
+                return [(f"{words.figure(figure).capitalize()} depends on", words.axis_name(effect["path"]), text)]
     return []
