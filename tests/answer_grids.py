@@ -4,6 +4,7 @@ import copy
 import json
 import math
 import tempfile
+import zlib
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -13,9 +14,11 @@ from hypothesis import strategies as st
 
 from clearsweep import grid as grids
 from clearsweep import simulation
+from clearsweep.answers import judge
 from clearsweep.contracts import results
 from clearsweep.contracts.catalogue import ENDLESS, Figure
 from clearsweep.contracts.layout import Layout
+from clearsweep.store import record as store_record
 from clearsweep.sweeping.sweep import Options, run_sweep
 
 PEAK, IMPACTS, ONSET, ANGLE, IDEAL = (
@@ -48,7 +51,12 @@ BASE: dict[str, Any] = {
     "drive": {"speed": "600 rpm"},
     "loads": {
         "press": {"on": "slider", "force": ["10 N", "0 N"]},
-        "back": {"between": ["ground", "slider"], "anchor": ["300 mm", "0 mm"], "stiffness": "1 kN/m", "free_length": 0},
+        "back": {
+            "between": ["ground", "slider"],
+            "anchor": ["300 mm", "0 mm"],
+            "stiffness": "1 kN/m",
+            "free_length": 0,
+        },
     },
     "joints": {
         "rod-slider": {
@@ -68,6 +76,7 @@ VALUES: dict[str, list | dict] = {
     LENGTH: ["119.98 mm", "120 mm", "120.02 mm"],
     SPRING: ["0 N/m", "1 kN/m", "2 kN/m"],
     FRICTION: [0, 0.1, 0.2],
+    RESTITUTION: [0.2, 0.5, 0.8],
     SPEED: ["500 rpm", "2000 rpm", "1000 rpm"],
     FORCE: ["-10 N", "0 N", "10 N"],
     GRAVITY: ["0 m/s^2", "9.81 m/s^2"],
@@ -94,6 +103,7 @@ class Setting(NamedTuple):
     grid: dict[str, Any]
     weights: dict[str, list[float]]  # column -> weights of the axes
     chances: list[int]  # of a case, by its number: what is special in it
+    given: tuple[tuple[str, dict[str, float | None]], ...] = ()  # status and figures of every case, if they are given
 
 
 class MadeUp:
@@ -165,7 +175,8 @@ def put(tree: dict, path: str, value: Any) -> None:
 def settings_of_grids(draw) -> Setting:
     """Draw a grid and its made-up figures."""
     grid = copy.deepcopy(BASE)
-    paths = draw(st.lists(st.sampled_from([*VALUES]), min_size=1, max_size=4, unique=True))
+    count = draw(st.sampled_from([1, 2, 2, 3, 3, 4]))
+    paths = draw(st.lists(st.sampled_from([*VALUES]), min_size=count, max_size=count, unique=True))
     taken: set[str] = set()
     kept = []
     for path in paths:
@@ -179,13 +190,14 @@ def settings_of_grids(draw) -> Setting:
             grid.setdefault("define", {})[path.removeprefix("define.")] = VALUES[path][0]
         if path == MIXED:
             grid["define"]["half"] = "= both / 2"
-    axes = {path: VALUES[path][: draw(st.integers(1, min(3, len(VALUES[path]))))] for path in kept}
+    axes = {path: VALUES[path][: draw(st.sampled_from([1, 2, 2, 3, 3, 3]))] for path in kept}
     _arrange(draw, grid, axes)
     if draw(st.booleans()):
         _limit(draw, grid)
     if draw(st.integers(0, 3)) == 0:
+        others = ["choice", "condition", "uncertainty", "model"]
         grid["roles"] = {
-            path: draw(st.sampled_from(["choice", "condition", "uncertainty", "model"]))
+            path: draw(st.sampled_from([*others, "numerics"] if path == SCALE else others))
             for path in draw(st.lists(st.sampled_from(kept), min_size=1, max_size=2, unique=True))
         }
     weights = {
@@ -201,6 +213,8 @@ def _arrange(draw, grid: dict, axes: dict[str, list]) -> None:
     how = draw(st.sampled_from(["sweep", "sweep", "sweep", "zip", "cases", "sample", "one-at-a-time"]))
     names = [*axes]
     drawable = [path for path in names if path not in (LAW, REVOLUTIONS, MIXED)]
+    if LAW in names and RESTITUTION in names:
+        how = "sweep"  # hertz uses no restitution, which is allowed in a product alone
     if how in ("zip", "cases") and names:
         tied = names[: draw(st.integers(1, len(names)))]
         product = [[]]
@@ -229,10 +243,12 @@ def _size(value: Any) -> float:
 
 def _limit(draw, grid: dict) -> None:
     """Put limits into a grid."""
-    number = st.sampled_from([0, 0, 1, 2, -1, 5, 0.5, -3])
+    number = st.sampled_from([0, 0, 1, 2, -1, 5, 0.5, -3, 1000, 1000, 1000])
     limits: dict[str, Any] = {}
-    for column in draw(st.lists(st.sampled_from([PEAK, IMPACTS, ONSET, ANGLE, OWN]), min_size=1, max_size=3, unique=True)):
-        kind = draw(st.sampled_from(["", "at_most", "at_least", "times", "both"]))
+    for column in draw(
+        st.lists(st.sampled_from([PEAK, IMPACTS, ONSET, ANGLE, OWN]), min_size=1, max_size=3, unique=True)
+    ):
+        kind = draw(st.sampled_from(["", "", "", "at_most", "at_least", "times", "both"]))
         if kind == "times":
             limits[column] = {draw(st.sampled_from(["at_most", "at_least"])): draw(number), "times": IDEAL}
         elif kind == "both":
@@ -242,7 +258,7 @@ def _limit(draw, grid: dict) -> None:
             limits[column] = {kind: draw(number)} if kind else draw(number)
     units = {PEAK: "N", IMPACTS: "1", ONSET: "m/s", ANGLE: "rad", OWN: "1"}
     if OWN in limits:
-        grid["figures"] = {OWN: f"1 - {PEAK} / '2 N'"}
+        grid["figures"] = {OWN: draw(st.sampled_from([f"1 - {PEAK} / '2 N'", f"{PEAK} / {IDEAL}"]))}
     for column, bound in limits.items():
         text = units[column]
         if isinstance(bound, dict) and "times" in bound:
@@ -277,6 +293,9 @@ class Judged(NamedTuple):
 
 def figures_of(setting: Setting, grid: grids.Grid, number: int) -> tuple[str, dict[str, float | None]]:
     """Return the made-up status and figures of a case by its number."""
+    if setting.given:
+        status, figures = setting.given[number]
+        return status, dict.fromkeys((PEAK, IMPACTS, ONSET, ANGLE, IDEAL), 1.0) | figures
     steps = []
     for path, value in grid.point(number).items():
         values = list(dict.fromkeys(grid.axes[path]))
@@ -287,11 +306,27 @@ def figures_of(setting: Setting, grid: grids.Grid, number: int) -> tuple[str, di
     for place, (column, weights) in enumerate(setting.weights.items()):
         value = weights[0] + sum(weight * step for weight, step in zip(weights[1:], steps, strict=False))
         value += weights[5] * (steps[0] * steps[-1] if len(steps) > 1 else 0.0)
-        figures[column] = None if (chance + 11 * place) % 53 == 1 else value
-        if (chance + 5 * place) % 97 == 3:
+        figures[column] = None if (chance + 11 * place) % 29 == 1 else value
+        if (chance + 5 * place) % 37 == 3:
             figures[column] = 0.0
-    status = "step-budget" if chance % 41 == 5 else "time-limit" if chance % 41 == 11 else oracle.OK
+    status = "step-budget" if chance % 23 == 5 else "time-limit" if chance % 23 == 11 else oracle.OK
     return status, figures
+
+
+def answered(setting: Setting) -> Judged:
+    """Return the answer of the core to made-up figures, without a run."""
+    written = copy.deepcopy(setting.grid)
+    grid = grids.load(written, CATALOGUE)
+    record = json.loads(store_record.record_bytes(grid, {}))
+    outcomes = [figures_of(setting, grid, number) for number in range(len(grid))]
+    stored: dict[str, dict[str, Any]] = {}
+    for number, (status, figures) in enumerate(outcomes):
+        figures = figures if status == oracle.OK else dict.fromkeys(figures)
+        row = {"case_id": grid.case_id(number), "status": status, **grid.point(number), **figures}
+        stored.setdefault(row["case_id"], row | grid.verdict.evaluate_case(row, failed=status != oracle.OK))
+    summary = [*stored.values()]
+    columns = {name: [row[name] for row in summary] for name in summary[0]}
+    return judged(setting, grid, summary, judge.judge(record, columns))
 
 
 def run_of(setting: Setting, directory: Path, **options: Any) -> dict[str, Any]:
@@ -303,16 +338,15 @@ def run_of(setting: Setting, directory: Path, **options: Any) -> dict[str, Any]:
     return json.loads((directory / "answer.json").read_text(encoding="utf-8"))
 
 
-def judged(setting: Setting, directory: Path, answer: dict[str, Any]) -> Judged:
-    """Return what the judge needs to know about a run in a directory."""
-    grid = grids.load(copy.deepcopy(setting.grid), CATALOGUE)
-    summary = pq.read_table(directory / "summary.parquet").to_pylist()
+def judged(setting: Setting, grid: grids.Grid, summary: list[dict[str, Any]], answer: dict[str, Any]) -> Judged:
+    """Return what the second judge needs to know about a run; `summary`: its rows."""
     stored = {row["case_id"]: row for row in summary}
     varied = [path for path, values in grid.axes.items() if len(set(values)) > 1]
     drawn = tuple(setting.grid.get("sample", {}).get("over", {}))
     roles = {path: oracle.role_of(path, setting.grid, drawn) for path in varied}
     rows, ids = [], set()
-    for number in range(len(grid)):
+    is_search = bool({"seek", "optimise", "identify"} & setting.grid.keys())  # every case of which is tried by it
+    for number in range(0 if is_search else len(grid)):
         case_id = grid.case_id(number)
         if case_id in ids:
             continue
@@ -352,7 +386,7 @@ def texts_of(grid: grids.Grid) -> dict[str, dict[Any, str]]:
     """Return the labels and fits of values."""
     texts = {path: {value: label for label, value in labels.items()} for path, labels in grid.labels.items()}
     for path, fits in grid.fits.items():
-        texts[path] = {fit.clearance: fit.name for fit in fits}
+        texts[path] = {fit.mean: fit.name for fit in fits}
     return texts
 
 
@@ -378,14 +412,21 @@ def differences(run: Judged) -> list[str]:
     if not run.limits:
         check("cases", answer["cases"], [None])
         check("designs", answer["designs"], [[]])
+    elif not run.rows:
+        check("cases", answer["cases"], [{"met": 0, "exceeded": 0, "undecided": 0, "added": run.added}])
+        check("designs", answer["designs"], [[]])
     else:
         verdicts = [oracle.verdict_of_case(row, run.limits, NULLS) for row in finest]
         counts = {word: verdicts.count(word) for word in (oracle.MET, oracle.EXCEEDED, oracle.UNDECIDED)}
         check("cases", answer["cases"], [counts | {"added": run.added}])
         _compare_designs(run, finest, check)
-    _compare_effects(run, finest, check)
-    question = "sample" if run.sampled else "limits" if run.limits else "force"
-    check("question", answer["question"], [question])
+    if not {"seek", "optimise", "identify"} & run.written.keys():
+        _compare_effects(run, finest, check)
+    searches = [name for name in ("seek", "refine", "optimise", "identify") if name in run.written]
+    question = searches[0] if searches else "limits" if run.limits else "force"
+    is_mixed = run.one_at_a_time or "sweep" in run.written
+    questions = {question} if not run.sampled else {"sample", question} if is_mixed else {"sample"}
+    check("question", answer["question"], questions)
     check("complete", answer["complete"], [all(row.status != oracle.NOT_RUN for row in run.rows)])
     return problems
 
@@ -421,7 +462,8 @@ def _compare_designs(run: Judged, finest: list[oracle.Row], check) -> None:
     if run.one_at_a_time:
         check("designs of one-at-a-time", answer["designs"], [[]])
         return
-    expected = oracle.designs_of(finest, run.roles, run.limits, NULLS)
+    drawn = tuple(run.written.get("sample", {}).get("over", {}))
+    expected = oracle.designs_of(finest, run.roles, run.limits, NULLS, drawn)
     listed = answer["designs"]
     check("designs_total", answer["designs_total"], [len(expected)])
     check("listed designs", len(listed), [min(len(expected), oracle.MOST_DESIGNS)])
@@ -451,14 +493,17 @@ def _compare_design(run: Judged, design: oracle.Design, entry: dict, check) -> N
     check(f"worst {name}", entry["worst"], design.worst)
     check(f"margin {name} {entry['margin']}", any(_close(entry["margin"], m) for m in design.margins), [True])
     if design.verdict == "exceeds":
-        check(f"limit {name}", entry["limit"], design.exceeded_limits)
-        if entry["limit"] in design.excess and entry["margin"] is None:
-            size = design.excess[entry["limit"]]
+        check(f"limit {name}", entry["limit"], design.exceeded_limits.get(entry["worst"], set()))
+        excesses = design.excesses.get(entry["worst"], {})
+        if entry["margin"] is None and entry["limit"] in excesses:
+            size = excesses[entry["limit"]]
             check(f"excess {name} {entry['excess']} {size}", _close(entry["excess"], size), [True])
-    if run.sampled and entry.get("share"):
-        share = entry["share"]
-        check(f"share {name}", 0.0 <= share["low"] <= share["met"] <= share["high"] <= 1.0, [True])
-        check(f"met share {name}", _close(share["met"], design.met / design.conditions), [True])
+    if any(run.roles.get(path) not in (None, oracle.CHOICE) for path in run.written.get("sample", {}).get("over", {})):
+        share, draws = entry["share"], design.draws
+        count = sum(draws)
+        for key, number in zip(("met", "exceeded", "undecided"), draws, strict=True):
+            check(f"{key} in share {name} {share} {draws}", _close(share[key], number / count), [True])
+        check(f"interval of share {name}", 0.0 <= share["low"] <= share["met"] <= share["high"] <= 1.0, [True])
 
 
 def _compare_effects(run: Judged, finest: list[oracle.Row], check) -> None:
@@ -494,9 +539,31 @@ def _compare_effects(run: Judged, finest: list[oracle.Row], check) -> None:
             )
 
 
-def answer_and_differences(setting: Setting) -> list[str]:
-    """Run a grid with substitute mechanics in a directory of its own; return the differences of its answer."""
+def run_and_judged(setting: Setting) -> Judged:
+    """Run a grid with substitute mechanics in a directory of its own."""
     with tempfile.TemporaryDirectory() as folder:
         directory = Path(folder) / "run"
         answer = run_of(setting, directory)
-        return differences(judged(setting, directory, answer))
+        summary = pq.read_table(directory / "summary.parquet").to_pylist()
+    return judged(setting, grids.load(copy.deepcopy(setting.grid), CATALOGUE), summary, answer)
+
+
+def formula(case) -> tuple[str, dict[str, float | None]]:
+    """Return made-up figures that grow with clearance and mass; some cases fail, some figures are null."""
+    chance = zlib.crc32(repr(case).encode())
+    size = 1e4 * case.joints[0].clearance * (1.0 + case.mechanism.values["slider.mass"])
+    if chance % 17 == 3:
+        return "step-budget", {}
+    figures: dict[str, float | None] = {PEAK: size, IMPACTS: float(max(0, round(4.0 * size - 2.0))), ONSET: size - 1.0}
+    return oracle.OK, figures | ({ONSET: None} if chance % 5 == 1 else {}) | (
+        {IMPACTS: None} if chance % 19 == 2 else {}
+    )
+
+
+def search_and_judged(grid: dict[str, Any], directory: Path, **options: Any) -> Judged:
+    """Run a grid that adds cases with figures by formula."""
+    chosen = Options(executor="serial", show_progress=False)._replace(**options)
+    run_sweep(copy.deepcopy(grid), directory, chosen, MadeUp({}, formula))
+    answer = json.loads((directory / "answer.json").read_text(encoding="utf-8"))
+    summary = pq.read_table(directory / "summary.parquet").to_pylist()
+    return judged(Setting(grid, {}, [0]), grids.load(copy.deepcopy(grid), CATALOGUE), summary, answer)

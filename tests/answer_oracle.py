@@ -15,7 +15,15 @@ NOT_RUN, OK = "not run", "ok"
 NOTHING, ENDLESS = "nothing", "endless"  # meanings of a null figure: nothing to measure, infinite
 NAMES_OF_LAWS = ("law", "elastic", "onset", "pressure", "walls")
 SMOOTHING = ("v0", "v1", "velocity_scale")
-SPRING_KEYS = ("stiffness", "damping", "free_length", "anchor", "torsional_stiffness", "torsional_damping", "free_angle")
+SPRING_KEYS = (
+    "stiffness",
+    "damping",
+    "free_length",
+    "anchor",
+    "torsional_stiffness",
+    "torsional_damping",
+    "free_angle",
+)
 MOST_MISSING, MOST_DESIGNS = 20, 1000
 NO_CHANGE = 0.01  # of the larger end: a smaller difference is none
 TURN = 0.1  # of a block's range: turning back by more makes an effect mixed
@@ -167,10 +175,8 @@ def margin_of(row: Row, limits: list[Bound], nulls: dict[str, str]) -> float | N
     margins = []
     for limit in limits:
         value, bound = row.figures.get(limit.column), bound_of(limit, row)
-        if value is None and nulls.get(limit.column) == ENDLESS:
-            value = math.inf
         if value is None or bound is None or bound == 0.0 or not math.isfinite(bound):
-            continue
+            continue  # an infinite figure has no distance
         distance = bound - value if limit.kind == "at_most" else value - bound
         margins.append(distance / abs(bound))
     if not margins or (verdict == EXCEEDED and min(margins) >= 0.0):
@@ -193,8 +199,8 @@ def excesses_of(row: Row, limits: list[Bound], nulls: dict[str, str]) -> dict[st
 
 
 def is_finer(path: str, value: Any, other: Any) -> bool:
-    """Return whether a numerical setting is finer than another: a smaller tolerance, else the larger number."""
-    return value < other if path.endswith("tolerance") else value > other
+    """Return whether a setting is finer than another: a smaller tolerance or smoothing, else the larger number."""
+    return value < other if path.endswith(("tolerance", *SMOOTHING)) else value > other
 
 
 def split_by_fineness(rows: list[Row], roles: dict[str, str]) -> tuple[list[Row], list[tuple[Row, Row]]]:
@@ -205,9 +211,7 @@ def split_by_fineness(rows: list[Row], roles: dict[str, str]) -> tuple[list[Row]
         rivals = [other for other in rows if equal_but(row, other, numerics)]
         if not any(_beats(other, row, numerics) for other in rivals):
             finest.append(row)
-    coarser = [
-        (best, row) for best in finest for row in rows if row is not best and equal_but(row, best, numerics)
-    ]
+    coarser = [(best, row) for best in finest for row in rows if row is not best and equal_but(row, best, numerics)]
     return finest, coarser
 
 
@@ -238,11 +242,7 @@ def distinct(tuples: list[dict]) -> list[dict]:
     for entry in tuples:
         if entry not in different:
             different.append(entry)
-    return [
-        entry
-        for entry in different
-        if not any(other != entry and fits_into(entry, other) for other in different)
-    ]
+    return [entry for entry in different if not any(other != entry and fits_into(entry, other) for other in different)]
 
 
 class Design(NamedTuple):
@@ -257,21 +257,25 @@ class Design(NamedTuple):
     missing: list[tuple[dict, str]]
     margins: set[float | None]
     worst: set[str | None]
-    excess: dict[str, float]
-    exceeded_limits: set[str]
+    excesses: dict[str, dict[str, float]]  # of the worst cases: case_id -> column -> excess
+    exceeded_limits: dict[str, set[str]]  # of the worst cases: case_id -> columns
+    draws: tuple[int, int, int]  # of a sample: draws that meet, exceed, are undecided
 
 
-def designs_of(rows: list[Row], roles: dict[str, str], limits: list[Bound], nulls: dict[str, str]) -> list[Design]:
-    """Return the designs of judged rows, in no order."""
+def designs_of(
+    rows: list[Row], roles: dict[str, str], limits: list[Bound], nulls: dict[str, str], drawn: tuple[str, ...] = ()
+) -> list[Design]:
+    """Return the designs of judged rows, in no order; `drawn`: the paths that a sample varies."""
     choices = [path for path, role in roles.items() if role == CHOICE]
     others = [path for path, role in roles.items() if role in (CONDITION, MODEL, UNCERTAINTY)]
     design_values = distinct([{path: row.values[path] for path in choices} for row in rows])
     conditions = distinct([{path: row.values[path] for path in others} for row in rows])
-    return [_design(values, conditions, rows, (choices, others), limits, nulls) for values in design_values]
+    return [_design(values, conditions, rows, (choices, others, drawn), limits, nulls) for values in design_values]
 
 
 def _design(values, conditions, rows, paths, limits, nulls) -> Design:
-    choices, others = paths
+    choices, others, drawn = paths
+    draws: dict[tuple, list[str]] = {}
     met, exceeded, undecided, missing = [], [], [], []
     for condition in conditions:
         row = next(
@@ -283,10 +287,13 @@ def _design(values, conditions, rows, paths, limits, nulls) -> Design:
             ),
             None,
         )
+        draw = draws.setdefault(tuple(condition.get(path) for path in drawn), [])
         if row is None:
             missing.append((condition, NOT_RUN))
+            draw.append(UNDECIDED)
             continue
         verdict = verdict_of_case(row, limits, nulls)
+        draw.append(verdict)
         {MET: met, EXCEEDED: exceeded, UNDECIDED: undecided}[verdict].append(row)
         if verdict == UNDECIDED:
             missing.append((condition, why_undecided(row, limits, nulls)))
@@ -306,8 +313,13 @@ def _design(values, conditions, rows, paths, limits, nulls) -> Design:
         missing,
         {least},
         worst,
-        {column: size for row in worst_rows for column, size in excesses_of(row, limits, nulls).items()},
-        {column for row in worst_rows for column in named(row, limits, nulls, EXCEEDED)},
+        {row.case_id: excesses_of(row, limits, nulls) for row in worst_rows},
+        {row.case_id: named(row, limits, nulls, EXCEEDED) for row in worst_rows},
+        (
+            sum({*verdicts} == {MET} for verdicts in draws.values()),
+            sum(EXCEEDED in verdicts for verdicts in draws.values()),
+            sum(EXCEEDED not in verdicts and UNDECIDED in verdicts for verdicts in draws.values()),
+        ),
     )
 
 
