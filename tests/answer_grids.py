@@ -230,7 +230,7 @@ def _arrange(draw, grid: dict, axes: dict[str, list]) -> None:
         grid["sample"] = (method if how == "sample" else {"method": "one-at-a-time"}) | {"over": over}
         axes = {path: values for path, values in axes.items() if path not in drawn}
     if axes:
-        grid["sweep"] = {path: values for path, values in axes.items()}
+        grid["sweep"] = dict(axes)
         if MASS in axes and draw(st.booleans()):
             grid["sweep"][MASS] = {name: LABELS[name] for name in [*LABELS][: len(axes[MASS])]}
         if CLEARANCE in axes and draw(st.booleans()):
@@ -320,8 +320,8 @@ def answered(setting: Setting) -> Judged:
     record = json.loads(store_record.record_bytes(grid, {}))
     outcomes = [figures_of(setting, grid, number) for number in range(len(grid))]
     stored: dict[str, dict[str, Any]] = {}
-    for number, (status, figures) in enumerate(outcomes):
-        figures = figures if status == oracle.OK else dict.fromkeys(figures)
+    for number, (status, made_up) in enumerate(outcomes):
+        figures = made_up if status == oracle.OK else dict.fromkeys(made_up)
         row = {"case_id": grid.case_id(number), "status": status, **grid.point(number), **figures}
         stored.setdefault(row["case_id"], row | grid.verdict.evaluate_case(row, failed=status != oracle.OK))
     summary = [*stored.values()]

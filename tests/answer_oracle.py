@@ -144,7 +144,7 @@ def verdict_of_limit(limit: Bound, row: Row, nulls: dict[str, str]) -> str:
     value, bound = row.figures.get(limit.column), bound_of(limit, row)
     if value is None and nulls.get(limit.column) == NOTHING:
         return MET
-    if bound is None or bound != bound:
+    if bound is None or math.isnan(bound):
         return UNDECIDED
     if value is None and nulls.get(limit.column) == ENDLESS:
         value = math.inf
@@ -363,8 +363,8 @@ class Expected(NamedTuple):
     pairs: int
     start: float | None  # median at the low end
     end: float | None
-    lowest: set = set()
-    highest: set = set()
+    lowest: frozenset = frozenset()
+    highest: frozenset = frozenset()
 
 
 def effect_of(rows: list[Row], roles: dict[str, str], figure: str, path: str) -> Expected:
@@ -461,8 +461,8 @@ def _text_effect(blocks: list[list[Row]], figure: str, path: str, values: set) -
         len(full),
         None,
         None,
-        {value for value, size in medians.items() if size == least},
-        {value for value, size in medians.items() if size == most},
+        frozenset(value for value, size in medians.items() if size == least),
+        frozenset(value for value, size in medians.items() if size == most),
     )
 
 

@@ -322,7 +322,7 @@ def test_thickness_of_the_film_holds_under_every_law(answer_of):
 
 
 def test_start_cannot_be_swept():
-    with pytest.raises(InputError, match="simulate.start.*cannot be swept"):
+    with pytest.raises(InputError, match=r"simulate\.start.*cannot be swept"):
         clearsweep.sweep(grid(sweep={"simulate.start": ["centred", "seated"]}), show_progress=False)
 
 
