@@ -63,9 +63,7 @@ def role_of_key(path: str) -> str:
         return _role_in_load(words, last)
     if words[0] == "mechanism":
         return CONDITION if "gravity" in words or "initial" in words or path == "mechanism.speed" else CHOICE
-    if words[0] == "joints":
-        return _role_in_joint(words, last)
-    return CHOICE
+    return _role_in_joint(words, last) if words[0] == "joints" else CONDITION
 
 
 def _role_in_load(words: list[str], last: str) -> str:
