@@ -136,6 +136,7 @@ NEGATIVE_BOUND = setting(
 )
 
 
+@pytest.mark.timeout(120 + COUNT)
 @settings(max_examples=COUNT)
 @given(settings_of_grids())
 @example(ZERO_LIMIT)
