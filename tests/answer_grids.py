@@ -498,12 +498,11 @@ def _compare_design(run: Judged, design: oracle.Design, entry: dict, check) -> N
         check(f"why of {hole['values']} {name}", hole["why"], [word for why in allowed for word in why.split("|")])
     check(f"worst {name}", entry["worst"], design.worst)
     check(f"margin {name} {entry['margin']}", any(_close(entry["margin"], m) for m in design.margins), [True])
-    if design.verdict == "exceeds":
-        check(f"limit {name}", entry["limit"], design.exceeded_limits.get(entry["worst"], set()))
-        excesses = design.excesses.get(entry["worst"], {})
-        if entry["margin"] is None and entry["limit"] in excesses:
-            size = excesses[entry["limit"]]
-            check(f"excess {name} {entry['excess']} {size}", _close(entry["excess"], size), [True])
+    check(f"limit {name}", entry["limit"], design.deciding.get(entry["worst"], set()))
+    size = design.excesses.get(entry["worst"], {}).get(entry["limit"])
+    has_excess = design.verdict == "exceeds" and entry["margin"] is None and size is not None
+    if has_excess or design.verdict != "exceeds":
+        check(f"excess {name} {entry['excess']} {size}", _close(entry["excess"], size if has_excess else None), [True])
     if any(run.roles.get(path) not in (None, oracle.CHOICE) for path in run.written.get("sample", {}).get("over", {})):
         share, draws = entry["share"], design.draws
         count = sum(draws)

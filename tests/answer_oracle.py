@@ -256,7 +256,7 @@ class Design(NamedTuple):
     margins: set[float | None]
     worst: set[str | None]
     excesses: dict[str, dict[str, float]]  # of the worst cases: case_id -> column -> excess
-    exceeded_limits: dict[str, set[str]]  # of the worst cases: case_id -> columns
+    deciding: dict[str | None, set[str | None]]  # of the worst cases: case_id -> columns of which one is named
     draws: tuple[int, int, int]  # of a sample: draws that meet, exceed, are undecided
 
 
@@ -312,13 +312,25 @@ def _design(values, conditions, rows, paths, limits, nulls) -> Design:
         {least},
         worst,
         {row.case_id: excesses_of(row, limits, nulls) for row in worst_rows},
-        {row.case_id: named(row, limits, nulls, EXCEEDED) for row in worst_rows},
+        {None: {None}} | {row.case_id: deciding_limits(row, limits, nulls) for row in worst_rows},
         (
             sum({*verdicts} == {MET} for verdicts in draws.values()),
             sum(EXCEEDED in verdicts for verdicts in draws.values()),
             sum(EXCEEDED not in verdicts and UNDECIDED in verdicts for verdicts in draws.values()),
         ),
     )
+
+
+def deciding_limits(row: Row, limits: list[Bound], nulls: dict[str, str]) -> set[str | None]:
+    """Return the columns of which one is named as the limit that decides a case."""
+    verdict, margin = verdict_of_case(row, limits, nulls), margin_of(row, limits, nulls)
+    if verdict == MET and margin is None:
+        return {None, *(limit.column for limit in limits)}
+    if verdict == UNDECIDED:
+        return {None, *named(row, limits, nulls, UNDECIDED)}
+    if margin is None:
+        return {*named(row, limits, nulls, EXCEEDED)}
+    return {limit.column for limit in limits if margin_of(row, [limit], nulls) == margin}
 
 
 def why_undecided(row: Row, limits: list[Bound], nulls: dict[str, str]) -> str:

@@ -178,6 +178,45 @@ def by_values(designs: list[dict]) -> dict[str, tuple]:
     return {repr(design["values"]): tuple(design[key] for key in keys) for design in designs}
 
 
+NEXT = {"meets": "exceeds", "exceeds": "undecided", "undecided": "meets", "rises": "falls", "falls": "rises"}
+
+
+def changed_answers(answer: dict):
+    """Yield copies of an answer, each with one thing changed."""
+    for word in answer["cases"]:
+        yield answer | {"cases": answer["cases"] | {word: answer["cases"][word] + 1}}
+    for place, design in enumerate(answer["designs"]):
+        changes = {key: design[key] + 1 for key in ("conditions", "met", "exceeded", "missing_total")}
+        changes |= {
+            "verdict": NEXT[design["verdict"]],
+            "worst": "another",
+            "limit": "another",
+            "values": {"another": 1},
+        }
+        changes["margin"] = 0.123 if design["margin"] is None else None
+        yield from (with_entry(answer, "designs", place, design | {key: changes[key]}) for key in changes)
+    for place, effect in enumerate(answer["effects"]):
+        changes = {"verdict": NEXT.get(effect["verdict"], "rises"), "pairs": effect["pairs"] + 1}
+        yield from (with_entry(answer, "effects", place, effect | {key: changes[key]}) for key in changes)
+    yield answer | {"roles": dict.fromkeys(answer["roles"], "another")}
+    yield answer | {"complete": not answer["complete"]}
+    yield answer | {"question": "another"}
+
+
+def with_entry(answer: dict, section: str, place: int, entry: dict) -> dict:
+    """Return an answer with one entry of a list replaced."""
+    return answer | {section: [*answer[section][:place], entry, *answer[section][place + 1 :]]}
+
+
+@pytest.mark.parametrize(
+    "grid", [ZERO_LIMIT, FAILED_CONDITION, NOT_RUN, FINEST, LAWS, TIMES_NULL, EXCEEDED_BESIDE_NULL]
+)
+def test_second_judge_notices_every_change(grid):
+    run = answered(grid)
+    unnoticed = [answer for answer in changed_answers(run.answer) if not differences(run._replace(answer=answer))]
+    assert unnoticed == []
+
+
 @pytest.mark.parametrize(
     ("grid", "verdicts"),
     [
