@@ -545,11 +545,11 @@ def _compare_effects(run: Judged, finest: list[oracle.Row], check) -> None:
             )
 
 
-def run_and_judged(setting: Setting) -> Judged:
+def run_and_judged(setting: Setting, **options: Any) -> Judged:
     """Run a grid with substitute mechanics in a directory of its own."""
     with tempfile.TemporaryDirectory() as folder:
         directory = Path(folder) / "run"
-        answer = run_of(setting, directory)
+        answer = run_of(setting, directory, **options)
         summary = pq.read_table(directory / "summary.parquet").to_pylist()
     return judged(setting, grids.load(copy.deepcopy(setting.grid), CATALOGUE), summary, answer)
 
