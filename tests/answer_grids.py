@@ -224,7 +224,7 @@ def _arrange(draw, grid: dict, axes: dict[str, list]) -> None:
         axes = {path: values for path, values in axes.items() if path not in tied}
     elif how in ("sample", "one-at-a-time") and drawable:
         drawn = drawable[: draw(st.integers(1, min(2, len(drawable))))]
-        method = {"method": draw(st.sampled_from(["random", "latin-hypercube"])), "n": draw(st.integers(2, 9))}
+        method = {"method": draw(st.sampled_from(["random", "latin-hypercube"])), "n": draw(st.sampled_from([2, 5, 8, 12]))}
         over = {path: {"uniform": sorted(VALUES[path][:2], key=_size)} for path in drawn}
         grid["sample"] = (method if how == "sample" else {"method": "one-at-a-time"}) | {"over": over}
         axes = {path: values for path, values in axes.items() if path not in drawn}
@@ -413,7 +413,8 @@ def differences(run: Judged) -> list[str]:
             problems.append(f"{what}: {got!r}, not in {allowed!r}")
 
     check("roles", answer["roles"], [run.roles])
-    finest, _ = oracle.split_by_fineness(run.rows, run.roles)
+    finest, pairs = oracle.split_by_fineness(run.rows, run.roles)
+    _compare_convergence(run, pairs, check)
     _compare_columns(run, check)
     if not run.limits:
         check("cases", answer["cases"], [None])
@@ -435,6 +436,24 @@ def differences(run: Judged) -> list[str]:
     check("question", answer["question"], questions)
     check("complete", answer["complete"], [all(row.status != oracle.NOT_RUN for row in run.rows)])
     return problems
+
+
+def _compare_convergence(run: Judged, pairs: list, check) -> None:
+    """Compare what numerics tell; of several of them only the figures and paths."""
+    numerics = [path for path, role in run.roles.items() if role == oracle.NUMERICS]
+    entries = run.answer["convergence"]
+    check("paths of convergence", all(entry["path"] in numerics for entry in entries), [True])
+    for figure in {limit.column for limit in run.limits} if len(numerics) == 1 else ():
+        expected = oracle.convergence_of(pairs, figure, numerics[0])
+        listed = [entry["difference"] for entry in entries if entry["figure"] == figure]
+        numbers = [math.inf if difference is None else difference for difference in listed]
+        check(f"differences of {figure}: {numbers}, {expected}", _same_numbers(numbers, [*expected.values()]), [True])
+
+
+def _same_numbers(numbers: list[float], others: list[float]) -> bool:
+    return len(numbers) == len(others) and all(
+        a == b or math.isclose(a, b, rel_tol=1e-9) for a, b in zip(sorted(numbers), sorted(others), strict=True)
+    )
 
 
 def _compare_columns(run: Judged, check) -> None:
@@ -521,6 +540,8 @@ def _compare_effects(run: Judged, finest: list[oracle.Row], check) -> None:
         check(f"{name}: path", path, set(run.roles) - numerics)
         if effect["method"] == "ranks":
             check(f"{name}: method of a sample", run.sampled, [True])
+            if direction := oracle.direction_of_draws(finest, run.roles, figure, path):
+                check(f"{name}: verdict", effect["verdict"], [direction])
             continue
         if any(row.figures.get(figure) in (math.inf, -math.inf) for row in finest):
             continue

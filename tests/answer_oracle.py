@@ -196,6 +196,18 @@ def excesses_of(row: Row, limits: list[Bound], nulls: dict[str, str]) -> dict[st
 # --- which cases count -----------------------------------------------------------------------------------------------
 
 
+def convergence_of(pairs: list[tuple[Row, Row]], figure: str, path: str) -> dict[Any, float]:
+    """Return coarser value of the only numerics path -> largest relative difference of a figure from the finest."""
+    largest: dict[Any, float] = {}
+    for finest, coarser in pairs:
+        value, other = finest.figures.get(figure), coarser.figures.get(figure)
+        if finest.status != OK or coarser.status != OK or value is None or other is None:
+            continue
+        difference = abs(other - value) / abs(value) if value else 0.0 if other == 0.0 else math.inf
+        largest[coarser.values[path]] = max(difference, largest.get(coarser.values[path], 0.0))
+    return largest
+
+
 def is_finer(path: str, value: Any, other: Any) -> bool:
     """Return whether a setting is finer than another: a smaller tolerance or smoothing, else the larger number."""
     return value < other if path.endswith(("tolerance", *SMOOTHING)) else value > other
@@ -406,6 +418,17 @@ def effect_of(rows: list[Row], roles: dict[str, str], figure: str, path: str) ->
     return Expected(
         verdicts_of_pairs(pairs), len(pairs), median(run[0] for run in pairs), median(run[-1] for run in pairs)
     )
+
+
+def direction_of_draws(rows: list[Row], roles: dict[str, str], figure: str, path: str) -> str:
+    """Return the effect of the only varied path where all of at least eight draws agree, else ''."""
+    values = [(row.values[path], row.figures.get(figure)) for row in rows]
+    if len(roles) > 1 or len(rows) < 8 or any(figure is None for _, figure in values):
+        return ""
+    figures = [figure for _, figure in sorted(values)]
+    if all(b - a > 2.0 * NO_CHANGE * max(abs(a), abs(b)) for a, b in pairwise(figures)):
+        return "rises"
+    return "falls" if all(a - b > 2.0 * NO_CHANGE * max(abs(a), abs(b)) for a, b in pairwise(figures)) else ""
 
 
 def is_none(start: float, end: float) -> bool:
