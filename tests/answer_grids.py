@@ -224,7 +224,8 @@ def _arrange(draw, grid: dict, axes: dict[str, list]) -> None:
         axes = {path: values for path, values in axes.items() if path not in tied}
     elif how in ("sample", "one-at-a-time") and drawable:
         drawn = drawable[: draw(st.integers(1, min(2, len(drawable))))]
-        method = {"method": draw(st.sampled_from(["random", "latin-hypercube"])), "n": draw(st.sampled_from([2, 5, 8, 12]))}
+        names, counts = st.sampled_from(["random", "latin-hypercube"]), st.sampled_from([2, 5, 8, 12])
+        method = {"method": draw(names), "n": draw(counts)}
         over = {path: {"uniform": sorted(VALUES[path][:2], key=_size)} for path in drawn}
         grid["sample"] = (method if how == "sample" else {"method": "one-at-a-time"}) | {"over": over}
         axes = {path: values for path, values in axes.items() if path not in drawn}
