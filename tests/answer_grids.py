@@ -511,10 +511,10 @@ def _compare_design(run: Judged, design: oracle.Design, entry: dict, check) -> N
     check(f"undecided {name}", entry["undecided"], [design.undecided, len(design.missing)])
     check(f"missing_total {name}", entry["missing_total"], [len(design.missing)])
     check(f"missing {name}", len(entry["missing"]), [min(len(design.missing), oracle.MOST_MISSING)])
-    reasons = [(shown(values, run.texts), why) for values, why in design.missing]
+    reasons = [(in_use(shown(values, run.texts)), why) for values, why in design.missing]
     for hole in entry["missing"]:
-        allowed = [why for values, why in reasons if values == hole["values"]]
-        check(f"missing values {name}", hole["values"], [values for values, _ in reasons])
+        allowed = [why for values, why in reasons if values == in_use(hole["values"])]
+        check(f"missing values {name}", in_use(hole["values"]), [values for values, _ in reasons])
         check(f"why of {hole['values']} {name}", hole["why"], [word for why in allowed for word in why.split("|")])
     check(f"worst {name}", entry["worst"], design.worst)
     check(f"margin {name} {entry['margin']}", any(_close(entry["margin"], m) for m in design.margins), [True])
