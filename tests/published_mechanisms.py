@@ -3,6 +3,7 @@
 import math
 
 import numpy as np
+from film_oracle import solution
 from published_machines import FAR, FIRM, PRINTED, STILL, G, beside, run
 from scipy.integrate import quad, solve_ivp
 
@@ -64,24 +65,51 @@ def friction_circle():
     return {"three torques, N m": torques, "three angles of climb, rad": angles}
 
 
+BEARING = {"clearance": 4e-5, "bearing_radius": 0.02, "length": 0.01}  # m
+VISCOSITY, LOAD = 0.05, 200.0  # Pa s, N
+
+
+def squeezed(law, times):
+    """Return how far the load has closed a bearing, from its middle, at `times` (s): eccentricity ratios."""
+    grid = on_slides("ground") | {"drive": {"speed": 2.0 * math.pi / 0.4}}
+    grid["joints"] = {"bearing": BEARING | {"film": {"law": law, "viscosity": VISCOSITY, "limit": 0.995}}}
+    grid["loads"] = {"weight": {"on": "housing", "force": [0.0, -LOAD]}}
+    grid["simulate"] = {"discard": 0, "revolutions": 1, "tolerance": 1e-9}
+    path = run(grid, np.array([0.0, *times]))
+    return np.hypot(path["joints/bearing/x"], path["joints/bearing/y"])[1:] / BEARING["clearance"]
+
+
 def squeeze():
-    """Return how far 200 N close a short bearing (Ocvirk's film where it presses) in times that a quadrature gives."""
-    radius, length, gap, viscosity = 0.02, 0.01, 4e-5, 0.05
+    """Return how far a short bearing (Ocvirk's film where it presses) closes in times that a quadrature gives."""
+    radius, length, gap = BEARING["bearing_radius"], BEARING["length"], BEARING["clearance"]
     ratios = (0.2, 0.5, 0.8, 0.9, 0.95)
 
     def resistance(e):
         film = quad(lambda a: math.cos(a) ** 2 / (1.0 + e * math.cos(a)) ** 3, 0.5 * math.pi, 1.5 * math.pi)[0]
-        return viscosity * length**3 * radius / gap**2 / 200.0 * film
+        return VISCOSITY * length**3 * radius / gap**2 / LOAD * film
 
     times = [quad(resistance, 0.0, ratio, epsabs=0.0, epsrel=1e-12)[0] for ratio in ratios]
-    grid = on_slides("ground") | {"drive": {"speed": 2.0 * math.pi / 0.4}}
-    film = {"law": "short", "viscosity": viscosity, "limit": 0.995}
-    grid["joints"] = {"bearing": {"clearance": gap, "bearing_radius": radius, "length": length, "film": film}}
-    grid["loads"] = {"weight": {"on": "housing", "force": [0.0, -200.0]}}
-    grid["simulate"] = {"discard": 0, "revolutions": 1, "tolerance": 1e-9}
-    path = run(grid, np.array([0.0, *times]))
-    reached = np.hypot(path["joints/bearing/x"], path["joints/bearing/y"])[1:] / gap
-    return {"eccentricity ratio at five times": (ratios, reached)}
+    return {"eccentricity ratio at five times": (ratios, squeezed("short", times))}
+
+
+def squeeze_of_finite_length():
+    """Return the same with both laws of finite length, against a second solver of Reynolds' equation."""
+    radius, length, gap = BEARING["bearing_radius"], BEARING["length"], BEARING["clearance"]
+    unit = 12.0 * VISCOSITY * length * radius**3 / gap**2 / LOAD  # s: time of a force of 1
+    ratios, nodes, weights = (0.2, 0.5, 0.8), *np.polynomial.legendre.leggauss(5)
+    times, begin, time = [], 0.0, 0.0
+    for end in ratios:
+        forces = [
+            np.hypot(*solution(0.5 * length / radius, 0.5 * (begin + end + node * (end - begin)), 1.0, 0.0)[:2])
+            for node in nodes
+        ]
+        time += 0.5 * (end - begin) * unit * weights @ forces
+        times.append(time)
+        begin = end
+    return {
+        "eccentricity ratio at three times": (ratios, squeezed("reynolds", times)),
+        "the same, law finite": (ratios, squeezed("finite", times)),
+    }
 
 
 # ---------------------------------------------------------------------------------------------- pendulum and springs

@@ -28,12 +28,18 @@ CASES = {
     "body that slides until it rolls": mechanisms.sliding_to_rolling,
     "friction circle": mechanisms.friction_circle,
     "squeeze film": mechanisms.squeeze,
+    "squeeze film of finite length": mechanisms.squeeze_of_finite_length,
     "pendulum": mechanisms.adams_pendulum,
     "mass on a spring": mechanisms.adams_springs,
     "slider-crank under a torque": mechanisms.slider_crank_under_torque,
     "block in its guide": mechanisms.block_in_guide,
 }
-SLOW = {"forced oscillator with friction", "ball on a vibrating table", "block in its guide"}
+SLOW = {
+    "forced oscillator with friction",
+    "ball on a vibrating table",
+    "block in its guide",
+    "squeeze film of finite length",
+}
 PAGE = (Path(__file__).parents[1] / "docs/published.md").read_text(encoding="utf-8")
 
 
