@@ -316,7 +316,16 @@ def slide_and_rebound(u, w, coupling, friction):
             return tangential, normal
 
 
-def stick_after_impacts(end=0.2):
+def newton_rebound(u, w, coupling, friction):
+    """Return the impulses of Siconos' law: the normal velocity is reversed, friction opposes the slip at the end."""
+    for slip in (1.0, -1.0):
+        normal = -2.0 * w / (coupling[1] @ (-friction * slip, 1.0))
+        if slip * (u + normal * (coupling[0] @ (-friction * slip, 1.0))) > 0.0:
+            return -friction * slip * normal, normal
+    raise ValueError("the end sticks")
+
+
+def stick_after_impacts(rebound=slide_and_rebound, end=0.2):
     """Return the velocities of the stick of 1 m and 1 kg that bounces on a floor at y = 0 (g = 10), at `end` (s)."""
     time, state = 0.0, np.array([STICK["y"], STICK["angle"], STICK["vx"], STICK["vy"], STICK["rate"]])
 
@@ -339,7 +348,7 @@ def stick_after_impacts(end=0.2):
         side = -0.5 if math.sin(angle) > 0.0 else 0.5
         rx, ry = side * math.cos(angle), side * math.sin(angle)
         coupling = np.array([[1.0 + 12.0 * ry**2, -12.0 * rx * ry], [-12.0 * rx * ry, 1.0 + 12.0 * rx**2]])
-        px, py = slide_and_rebound(vx - rate * ry, vy + rate * rx, coupling, 0.01)
+        px, py = rebound(vx - rate * ry, vy + rate * rx, coupling, 0.01)
         state[2:] += px, py, 12.0 * (rx * py - ry * px)
 
 

@@ -105,6 +105,24 @@ def test_siconos_ball_on_a_spring_is_off_by_its_step():
         assert off == pytest.approx(error, rel=0.05), step
 
 
+def test_siconos_stick_follows_newton_s_law_with_the_friction_of_the_last_slip():
+    """Its printed figures, at a step of 0.1 ms, are -0.50687 m/s and 3.21207 rad/s."""
+    newton, exact = (machines.stick_after_impacts(law) for law in (machines.newton_rebound, machines.slide_and_rebound))
+    assert newton["vx"] == pytest.approx(-0.50687, abs=2e-5)
+    assert newton["rate"] == pytest.approx(3.21207, abs=6e-3)
+    assert exact["vx"] - newton["vx"] == pytest.approx(6.4e-3, abs=1e-4)
+    for law, gain in ((machines.newton_rebound, 7.08e-4), (machines.slide_and_rebound, -7.39e-4)):
+        works = []
+
+        def watched(u, w, coupling, friction, law=law, works=works):
+            impulse = np.array(law(u, w, coupling, friction))
+            works.append(impulse @ (np.array([u, w]) + 0.5 * coupling @ impulse))
+            return impulse
+
+        machines.stick_after_impacts(watched)
+        assert works[0] == pytest.approx(gain, abs=1e-6)  # J: friction takes energy, and Newton's law adds more
+
+
 @pytest.mark.slow
 def test_moreau_s_rule_converges_to_the_motion_of_the_block():
     """The program's own value at 0.1 ms is 1.49164 revolutions; its scheme errs to the other side of ours."""
