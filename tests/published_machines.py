@@ -216,7 +216,7 @@ def newton_bounces(times, restitution):
 def bouncing_ball():
     """Return the heights of Siconos' BouncingBallED: restitution 0.9."""
     times = np.linspace(0.0, 6.0, 601)
-    contact = {"law": "exact", "stiffness": 1e13, "restitution": 0.9}
+    contact = {"law": "exact", "stiffness": 1e16, "restitution": 0.9}
     joint = {"floor": ("prismatic", "ground", "ball", guide(1.0, contact))}
     grid = beside(6.0, {"ball": (1.0, 1e3, {"y": 0.0})}, joint, gravity=G, tolerance=1e-11)
     return {"height to 6 s, m": (newton_bounces(times, 0.9), run(grid, times)["ball/y"] + 1.0)}
@@ -265,7 +265,7 @@ def compliant_ball():
             "ball",
             guide(2.0, {"law": "kelvin-voigt", "stiffness": 50.0, "damping": 0.0}),
         ),
-        "roof": ("prismatic", "ground.over", "ball", guide(1.0, {"law": "hertz", "stiffness": 1e12})),
+        "roof": ("prismatic", "ground.over", "ball", guide(1.0, {"law": "hertz", "stiffness": 1e16})),
     }
     ball = {"ball": (1.0, 1e3, {"y": place - 2.1, "vy": speed})}
     grid = beside(8.0, ball, joints, ground={"over": [0.0, -2.4]}, gravity=G, tolerance=1e-11)
