@@ -359,12 +359,12 @@ def _convergence(cases: Cases, figures: Sequence[str]) -> list[dict[str, Any]]:
     for path in numerics if len(cases) else ():
         values = cases.values_of_all(path)
         others = [cases.values_of_all(other) for other in numerics if other != path]
-        is_alone = np.ones(len(values), bool)
+        is_alone = cases.finest_of != np.arange(len(values))  # a finest case is no coarser one of itself
         for column in others:
             is_alone &= np.array([a == b for a, b in zip(column, column[cases.finest_of], strict=True)])
         levels, codes = codes_of(values)
         fineness = _fineness(path, levels, codes)
-        coarser = np.unique(fineness[is_alone & (fineness != fineness[cases.finest_of])])[::-1]
+        coarser = np.unique(fineness[is_alone])[::-1]
         for figure in figures:
             numbers = cases.figure_of_all(figure)
             for level in coarser.tolist():
