@@ -12,7 +12,7 @@ from ..contracts.layout import Layout
 from ..language import wording
 from . import case_ranking, films, fits, identification, law_check, lifetime, sentences
 from .judge import EXCEEDED, MET, NOT_RUN, UNDECIDED, Cases, answer_on, is_null, judge, named_value
-from .probability import RANDOM_METHODS
+from .probability import ONE_AT_A_TIME
 from .words import Words
 
 SEARCHES = ("seek", "optimise", "identify")  # sections of a grid that choose all of its cases
@@ -109,7 +109,7 @@ def question_of(record: Mapping[str, Any], layout: Layout, paths: Sequence[str])
     if question in ("life", *SEARCHES):
         return question
     sample = record.get("sample") or {}
-    if sample.get("method") in RANDOM_METHODS and set(paths) <= set(sample["drawn"]):
+    if sample.get("method", ONE_AT_A_TIME) != ONE_AT_A_TIME and set(paths) <= set(sample["drawn"]):
         return "sample"
     return "refine" if record.get("refine") else question
 

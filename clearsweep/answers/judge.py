@@ -176,7 +176,7 @@ def answer_on(cases: Cases, figures: Sequence[str]) -> dict[str, Any]:
 
 def _question(cases: Cases) -> str:
     sample = cases.record.get("sample") or {}
-    if sample.get("method") in RANDOM_METHODS and set(cases.paths) <= set(sample.get("drawn", {})):
+    if sample.get("method", ONE_AT_A_TIME) != ONE_AT_A_TIME and set(cases.paths) <= set(sample["drawn"]):
         return "sample"
     return "limits" if cases.limits else "force"
 
@@ -260,7 +260,7 @@ def _worst(cases: Cases, rows: Sequence[int]) -> dict[str, Any]:
         (fact["margin"] is not None, fact["margin"] or 0.0, -(np.inf if fact["excess"] is None else fact["excess"]))
         for fact in facts
     ]
-    index = min(range(len(rows)), key=order.__getitem__)
+    index = min(range(len(rows)), key=lambda place: (order[place], -place))  # of equal ones the last, as in tables
     return facts[index] | {"worst": str(cases.values("case_id")[rows[index]])}
 
 

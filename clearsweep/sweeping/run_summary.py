@@ -106,7 +106,7 @@ def limits_failure(facts: Mapping[str, Any]) -> str:
 def _probability(answer: Mapping[str, Any]) -> tuple[float, float, float] | None:
     """Return the probability of exceeding a limit, with its interval; None if the cases are not one random sample."""
     share = answer["designs"][0].get("share") if answer["question"] == "sample" and answer["designs"] else None
-    if share is None:
+    if share is None or share["low"] is None:
         return None
     draws = answer["designs"][0]["conditions"]
     return probability.binomial_interval(round(share["exceeded"] * draws), draws)
