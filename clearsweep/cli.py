@@ -105,6 +105,11 @@ def verbs() -> None:
 @click.option("--case-timeout", type=float, metavar="SECONDS", help="Stop any case that runs longer than this.")
 @click.option("--max-failures", metavar="N|P%", help="Stop when more than N cases, or P % of the cases, have failed.")
 @click.option(
+    "--fail-on-limits",
+    is_flag=True,
+    help="Exit with code 5 if a case exceeds a limit or is undecided, or a search has no answer.",
+)
+@click.option(
     "--executor",
     default="local",
     metavar="local|serial|dask|nodes",
@@ -126,6 +131,7 @@ def run(  # noqa: PLR0913 - one argument per option
     retry_failed: bool,
     case_timeout: float | None,
     max_failures: str | None,
+    fail_on_limits: bool,
     executor: str,
     scheduler: str | None,
     shard: str | None,
@@ -142,10 +148,12 @@ def run(  # noqa: PLR0913 - one argument per option
     """
     from . import grid as grids
     from .sweeping import run_summary
-    from .sweeping.sweep import Options, check, sweep
+    from .sweeping.sweep import Options, check, load, sweep
 
     options = grids.read_options(grids.SET_OPTION, fixed), grids.read_options(grids.SWEEP_OPTION, swept)
     source = grids.OverriddenGrid(grid, *options)
+    if fail_on_limits:
+        run_summary.require_judgement(load(source))
     if dry_run:
         from .sweeping.estimate import estimate
 
@@ -169,6 +177,9 @@ def run(  # noqa: PLR0913 - one argument per option
     with shown_in(units):
         facts = run_summary.of_run(result)
         click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(run_summary.run_text(facts)))
+    if fail_on_limits and (reason := run_summary.limits_failure(facts)):
+        click.echo(escape_control_characters(f"--fail-on-limits: {reason}"), err=True)
+        return result.exit_code or exit_codes.LIMITS
     return result.exit_code
 
 

@@ -8,7 +8,7 @@ import click
 from .language.errors import ClearsweepError, escape_control_characters
 from .sweeping import resources
 
-INTERNAL, BAD_INPUT, INTERRUPTED = 1, 2, 130
+INTERNAL, BAD_INPUT, LIMITS, INTERRUPTED = 1, 2, 5, 130
 
 
 def run(command: click.Command, arguments: list[str] | None) -> int:

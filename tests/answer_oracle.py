@@ -309,6 +309,7 @@ def _design(values, conditions, rows, paths, limits, nulls) -> Design:
             missing.append((condition, why_undecided(row, limits, nulls)))
     verdict = "exceeds" if exceeded else "undecided" if missing else "meets"
     decisive = exceeded or (undecided if missing else met)
+    decisive = [row for row in decisive if row.status != NOT_RUN]  # nobody can look up a case that was not run
     margins = {row.case_id: margin_of(row, limits, nulls) for row in decisive}
     least = None if None in margins.values() else min(margins.values(), default=None)
     worst = {case_id for case_id, margin in margins.items() if margin == least} or {None}

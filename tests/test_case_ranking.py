@@ -47,9 +47,10 @@ def test_the_first_question_that_a_grid_asks_leads(given, limits, asked, leads):
 def test_a_film_study_leads_with_least_film_dry_share_and_loss_and_its_thinnest_case():
     lead = case_ranking.ranking_of(layout(*FILM), ())
     assert lead.headings == ("least film", "dry load share", "loss")
-    values, _ = lead.worst_values({name: np.array([3.0, 1.0, np.nan]) for name in lead.columns})
-    assert int(np.argmax(lead.severity(values))) == 1
-    assert lead.severity(values)[2] == -np.inf
+    columns = {name: np.array([3.0, 1.0, np.nan]) for name in lead.columns}
+    values, _ = lead.worst_values(columns)
+    assert int(np.argmax(lead.severity(values, columns))) == 1
+    assert lead.severity(values, columns)[2] == -np.inf
 
 
 def test_the_best_case_within_the_limits_leads_an_optimisation():
@@ -57,18 +58,19 @@ def test_the_best_case_within_the_limits_leads_an_optimisation():
     columns = {PEAK: np.array([1.0, 2.0, 3.0]), "margin": np.array([-0.5, 0.5, 0.1])}
     columns |= {"limits_exceeded": np.array([PEAK, "", ""], object), "limits_undecided": np.array([""] * 3, object)}
     values, _ = lead.worst_values(columns)
-    assert int(np.argmax(lead.severity(values))) == 1
+    assert int(np.argmax(lead.severity(values, columns))) == 1
     lead = case_ranking.ranking_of(layout(), (), {"optimise": {"maximise": [PEAK]}})
-    values, _ = lead.worst_values({PEAK: np.array([1.0, 2.0, 3.0])})
-    assert int(np.argmax(lead.severity(values))) == 2
-
-
-def test_a_case_beyond_a_limit_without_a_margin_is_the_worst():
-    lead = case_ranking.ranking_of(layout(), LIMITS)
-    columns = {PEAK: np.ones(3), "margin": np.array([-0.5, np.nan, np.nan])}
-    columns |= {"limits_exceeded": np.array([PEAK, PEAK, ""], object), "limits_undecided": np.array(["", "", PEAK])}
     values, _ = lead.worst_values(columns)
-    assert lead.severity(values).tolist() == [0.5, np.inf, -np.inf]
+    assert int(np.argmax(lead.severity(values, columns))) == 2
+
+
+def test_a_case_beyond_a_limit_of_zero_is_the_worst_by_its_excess():
+    lead = case_ranking.ranking_of(layout(), verdict.limits_of({PEAK: 0.0}))
+    columns = {PEAK: np.array([2.25, 3.75, 1.0, 0.0]), "margin": np.array([np.nan, np.nan, -0.5, np.nan])}
+    exceeded = np.array([PEAK, PEAK, PEAK, ""], object)
+    columns |= {"limits_exceeded": exceeded, "limits_undecided": np.array(["", "", "", PEAK])}
+    values, _ = lead.worst_values(columns)
+    assert np.argsort(lead.severity(values, columns)).tolist() == [3, 2, 0, 1]
 
 
 def test_of_several_joints_the_worse_one_ranks_a_case_and_null_never_does():

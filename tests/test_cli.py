@@ -323,3 +323,24 @@ def test_a_grid_runs_resumes_and_reports_from_the_command_line(tmp_path):
     report = subprocess_cli("report", cwd=tmp_path)
     assert report.returncode == 0, report.stderr
     assert (tmp_path / report.stdout.strip()).stat().st_size > 10_000
+
+
+def test_exceeded_limits_end_with_code_5_when_asked(run_cli, tmp_path):
+    judged = written(tmp_path / "g.yaml", grid(2) | {"limits": {"rod_slider_force_peak": "1e-12 N"}})
+    assert run_cli("run", judged, "--executor", "serial")[0] == 0
+    code, _, errors = run_cli("run", judged, "--executor", "serial", "--fail-on-limits")
+    assert code == 5
+    assert "exceed a limit" in errors
+    met = written(tmp_path / "met.yaml", grid(2) | {"name": "met", "limits": {"rod_slider_force_peak": "1e12 N"}})
+    assert run_cli("run", met, "--executor", "serial", "--fail-on-limits")[0] == 0
+
+
+def test_failed_cases_come_before_limits_and_unjudged_grids_are_refused(run_cli, tmp_path):
+    failing = written(tmp_path / "g.yaml", grid(2, (GOOD, FAILS)) | {"limits": {"rod_slider_force_peak": "1e-12 N"}})
+    code, _, errors = run_cli("run", failing, "--executor", "serial", "--fail-on-limits")
+    assert code == 3
+    assert "2 cases undecided" in errors
+    unjudged = written(tmp_path / "none.yaml", grid(2))
+    code, _, errors = run_cli("run", unjudged, "--executor", "serial", "--fail-on-limits")
+    assert code == 2
+    assert "no `limits`" in errors

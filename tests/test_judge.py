@@ -32,7 +32,7 @@ def test_a_design_exceeds_if_one_condition_does_and_margins_only_order():
     assert [design["values"][CLEARANCE] for design in answer["designs"]] == [3.0, 2.0, 1.0]
     assert verdicts(answer) == {3.0: "meets", 2.0: "meets", 1.0: "exceeds"}
     assert [design["margin"] for design in answer["designs"]] == pytest.approx([0.9, 0.2, -0.2])
-    assert [design["worst"][-1] for design in answer["designs"]] == ["4", "3", "1"]
+    assert [design["worst"][-1] for design in answer["designs"]] == ["5", "3", "1"]  # of equal ones the last
 
 
 def test_a_value_equal_to_its_bound_meets_it():

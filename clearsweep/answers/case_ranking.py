@@ -36,11 +36,13 @@ class CaseRanking(NamedTuple):
     headings: tuple[str, ...]  # labels of each candidate's columns
     is_smallest_worst: bool  # whether the smallest value is worst
     candidates: tuple[Candidate, ...]
+    limits: tuple[Limit, ...] = ()  # where the margin ranks
 
     @property
     def columns(self) -> tuple[str, ...]:
         """Return all columns that the ranking needs."""
         names = dict.fromkeys(name for candidate in self.candidates for name in candidate.columns)
+        names |= dict.fromkeys(limit.times for limit in self.limits if limit.times)
         return (*names, EXCEEDED, UNDECIDED) if MARGIN in names else tuple(names)
 
     def worst_values(self, columns: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
@@ -62,10 +64,24 @@ class CaseRanking(NamedTuple):
         candidate_numbers = np.argmax(np.where(np.isnan(values), -np.inf, sign * values), axis=0)
         return np.take_along_axis(values, candidate_numbers[None], axis=0)[0], candidate_numbers
 
-    def severity(self, values: np.ndarray) -> np.ndarray:
-        """Return numbers that increase from the best case to the worst; null gives -inf, for a start-up inf."""
+    def severity(self, values: np.ndarray, columns: Mapping[str, np.ndarray]) -> np.ndarray:
+        """Return numbers that increase from the best case to the worst; null gives -inf, for a start-up inf.
+
+        values : (n,) of `worst_values`; columns : (n,) each; without a margin the largest excess over a limit is worst
+        """
         value_of_null = np.inf if self.question == "start-up" else -np.inf
-        return np.where(np.isnan(values), value_of_null, -values if self.is_smallest_worst else values)
+        severity = np.where(np.isnan(values), value_of_null, -values if self.is_smallest_worst else values)
+        is_beyond = np.isneginf(values)
+        if not self.limits or not is_beyond.any():
+            return severity
+        needed = {name for limit in self.limits for name in (limit.column, limit.times) if name}
+        numbers = {name: np.asarray(columns[name], float) for name in needed}
+        excess = np.zeros(len(values))
+        for limit in self.limits:
+            beyond = np.nan_to_num(limit.excess(numbers), nan=np.inf)
+            excess = np.where(limit.is_exceeded(numbers), np.maximum(excess, beyond), excess)
+        share = np.divide(excess, 1.0 + excess, out=np.ones(len(values)), where=np.isfinite(excess))
+        return np.where(is_beyond, np.finfo(float).max * (0.5 + 0.5 * share), severity)
 
 
 def ranking_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] | None = None) -> CaseRanking:
@@ -82,6 +98,7 @@ def ranking_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] 
         return CaseRanking(
             "life", "Shortest life", ("life",), _SMALLEST_IS_WORST, (Candidate(layout.life, (life_column,)),)
         )
+    limits = tuple(limits)
     limited_columns = tuple(dict.fromkeys(limit.column for limit in limits))
     if search == "optimise":
         return _objective_ranking((grid or {})["optimise"], limited_columns)
@@ -90,7 +107,8 @@ def ranking_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] 
     if limited_columns:
         names = (MARGIN, *dict.fromkeys((*limited_columns, *((grid or {}).get("figures") or {}))))
         headings = tuple(labels.column_label(layout, name) for name in names)
-        return CaseRanking(search or "limits", "Smallest margin", headings, _SMALLEST_IS_WORST, (Candidate("", names),))
+        candidates = (Candidate("", names),)
+        return CaseRanking(search or "limits", "Smallest margin", headings, _SMALLEST_IS_WORST, candidates, limits)
     if {START_UP, MAX_SPEED} <= column_names and _is_start_up(grid or {}):
         label_by_name = {
             START_UP: "start-up time",

@@ -12,7 +12,7 @@ from ..contracts.layout import Layout
 from ..language import wording
 from . import case_ranking, films, fits, identification, law_check, lifetime, sentences
 from .judge import EXCEEDED, MET, NOT_RUN, UNDECIDED, Cases, answer_on, is_null, judge, named_value
-from .probability import RANDOM_METHODS
+from .probability import ONE_AT_A_TIME
 from .words import Words
 
 SEARCHES = ("seek", "optimise", "identify")  # sections of a grid that choose all of its cases
@@ -73,9 +73,14 @@ def compose(source: Source) -> dict[str, Any]:
     names = {column.name for column in layout.columns} | {*record["units"], "case_id", "status"}
     columns: Any = _Columns(source.read, names | {*(record.get("figures") or {})})
     own = own_cases(record, columns, source.base_laws)
-    if not source.complete and source.counts is None and own.any():
-        columns, own = _with_unrun(record, columns, own)
-    is_part = source.counts is not None
+    counts = source.counts
+    if not source.complete and counts is None and not any(record.get(section) for section in SEARCHES):
+        points = _grid_points(record)
+        if points is None:
+            counts = _counts_of_part(record, columns, own) if record.get("limits") else None
+        else:
+            columns, own = _with_unrun(points, record, columns, own)
+    is_part = counts is not None
     cases = Cases({**record, "limits": {}} if is_part else record, columns, own)
     question = question_of(record, layout, cases.paths)
     figures = [] if is_part else _figures(question, cases, layout)
@@ -86,7 +91,7 @@ def compose(source: Source) -> dict[str, Any]:
         "search": [dict(row) for row in source.search],
         "sentences": [],
     }
-    answer |= {"cases": dict(source.counts)} if source.counts and record.get("limits") else {}
+    answer |= {"cases": dict(counts)} if counts and record.get("limits") else {}
     answer |= _details(source, cases, columns, answer)
     is_ok = np.array([value == "ok" for value in columns["status"].tolist()], bool)
     words = Words(record, layout, lambda name: columns[name][is_ok])
@@ -104,7 +109,7 @@ def question_of(record: Mapping[str, Any], layout: Layout, paths: Sequence[str])
     if question in ("life", *SEARCHES):
         return question
     sample = record.get("sample") or {}
-    if sample.get("method") in RANDOM_METHODS and set(paths) <= set(sample["drawn"]):
+    if sample.get("method", ONE_AT_A_TIME) != ONE_AT_A_TIME and set(paths) <= set(sample["drawn"]):
         return "sample"
     return "refine" if record.get("refine") else question
 
@@ -123,17 +128,36 @@ def own_cases(record: Mapping[str, Any], columns: Any, base_laws: Mapping[str, s
     return is_own
 
 
-def _with_unrun(record: Mapping[str, Any], columns: Any, own: np.ndarray) -> tuple[Any, np.ndarray]:
-    """Return the columns and the mask of own cases with a row for each case of the grid that was not run."""
-    paths = list(record["units"])
+def _grid_factors(record: Mapping[str, Any]) -> list[list[dict[str, Any]]]:
+    """Return the axes of a grid, whose product has a point for each of its own cases."""
     sections = [{path: values} for path, values in (record.get("sweep") or {}).items()]
     sections += [record.get("zip") or {}, record.get("cases") or {}, (record.get("sample") or {}).get("drawn") or {}]
-    factors = [
+    return [
         [dict(zip(part, row, strict=True)) for row in zip(*part.values(), strict=True)] for part in sections if part
     ]
+
+
+def _grid_points(record: Mapping[str, Any]) -> list[dict[str, Any]] | None:
+    """Return the varied values of each of the grid's own cases; None for more than MAX_UNRUN cases."""
+    factors = _grid_factors(record)
     if math.prod(map(len, factors)) > MAX_UNRUN:
-        return columns, own
-    points = [{path: value for part in parts for path, value in part.items()} for parts in itertools.product(*factors)]
+        return None
+    return [{path: value for part in parts for path, value in part.items()} for parts in itertools.product(*factors)]
+
+
+def _counts_of_part(record: Mapping[str, Any], columns: Any, own: np.ndarray) -> dict[str, int]:
+    """Return the number of cases of each verdict in a part of a grid too large to list; those not run are undecided."""
+    verdicts = Cases(record, columns, own).verdicts
+    counts = {name: int((verdicts == name).sum()) for name in (MET, EXCEEDED)}
+    undecided = math.prod(map(len, _grid_factors(record))) - sum(counts.values())
+    return counts | {"undecided": undecided, "added": int((~own).sum())}
+
+
+def _with_unrun(
+    points: Sequence[Mapping[str, Any]], record: Mapping[str, Any], columns: Any, own: np.ndarray
+) -> tuple[Any, np.ndarray]:
+    """Return the columns and the mask of own cases with a row for each point of the grid that was not run."""
+    paths = list(record["units"])
     stored = _points(columns[path].tolist() for path in paths)
     exact, partial = set(stored), [row for row in stored if None in row]
     keys = [tuple(point.get(path) for path in paths) for point in points]

@@ -176,7 +176,7 @@ def answer_on(cases: Cases, figures: Sequence[str]) -> dict[str, Any]:
 
 def _question(cases: Cases) -> str:
     sample = cases.record.get("sample") or {}
-    if sample.get("method") in RANDOM_METHODS and set(cases.paths) <= set(sample.get("drawn", {})):
+    if sample.get("method", ONE_AT_A_TIME) != ONE_AT_A_TIME and set(cases.paths) <= set(sample["drawn"]):
         return "sample"
     return "limits" if cases.limits else "force"
 
@@ -260,7 +260,7 @@ def _worst(cases: Cases, rows: Sequence[int]) -> dict[str, Any]:
         (fact["margin"] is not None, fact["margin"] or 0.0, -(np.inf if fact["excess"] is None else fact["excess"]))
         for fact in facts
     ]
-    index = min(range(len(rows)), key=order.__getitem__)
+    index = min(range(len(rows)), key=lambda place: (order[place], -place))  # of equal ones the last, as in tables
     return facts[index] | {"worst": str(cases.values("case_id")[rows[index]])}
 
 
@@ -359,12 +359,12 @@ def _convergence(cases: Cases, figures: Sequence[str]) -> list[dict[str, Any]]:
     for path in numerics if len(cases) else ():
         values = cases.values_of_all(path)
         others = [cases.values_of_all(other) for other in numerics if other != path]
-        is_alone = np.ones(len(values), bool)
+        is_alone = cases.finest_of != np.arange(len(values))  # a finest case is no coarser one of itself
         for column in others:
             is_alone &= np.array([a == b for a, b in zip(column, column[cases.finest_of], strict=True)])
         levels, codes = codes_of(values)
         fineness = _fineness(path, levels, codes)
-        coarser = np.unique(fineness[is_alone & (fineness != fineness[cases.finest_of])])[::-1]
+        coarser = np.unique(fineness[is_alone])[::-1]
         for figure in figures:
             numbers = cases.figure_of_all(figure)
             for level in coarser.tolist():

@@ -28,7 +28,7 @@ class LawCheckSearch:
         self.is_done = True
         columns = results.columns | dict.fromkeys((EXCEEDED, UNDECIDED), np.array(results.unmet, object))
         values, _ = self.ranking.worst_values(columns)
-        severity = self.ranking.severity(values)
+        severity = self.ranking.severity(values, columns)
         if np.isneginf(severity).all():
             return
         index = first_index + int(np.flatnonzero(severity == severity.max())[-1])

@@ -3,11 +3,13 @@
 from collections.abc import Iterable, Mapping
 from typing import Any
 
+from .. import grid as grids
 from ..answers import case_ranking, expected, films, labels, probability
 from ..answers.verdict import Limit
 from ..answers.words import common_units, digits_of
 from ..contracts.layout import Layout
 from ..language import wording
+from ..language.errors import InputError
 from ..store import ANSWER_FILE, answer_of
 from . import identified
 from .run_facts import RunFacts
@@ -69,10 +71,42 @@ def of_run(result: RunResult) -> dict[str, Any]:
     }
 
 
+def require_judgement(grid: grids.Grid) -> None:
+    """Raise InputError for a grid that judges nothing, so that `--fail-on-limits` would always pass."""
+    if not (grid.limits or grid.seek or grid.optimise or grid.identify):
+        raise InputError(
+            "--fail-on-limits: the grid has no `limits` and no search; add `limits` or leave the option out"
+        )
+
+
+def limits_failure(facts: Mapping[str, Any]) -> str:
+    """Return why the limits of a run are not known to be met, or ''; facts : of `of_run`."""
+    answer, reasons = facts["answer"], []
+    counts = answer["cases"] or {}
+    if counts.get("exceeded"):
+        exceeding = [design for design in answer["designs"] if design["verdict"] == "exceeds"]
+        worst = f" (worst: {wording.short_id(exceeding[-1]['worst'])})" if exceeding else ""
+        reasons.append(f"{wording.count_text(counts['exceeded'], 'case')} exceed a limit{worst}")
+    if counts.get("undecided"):
+        reasons.append(
+            f"{wording.count_text(counts['undecided'], 'case')} undecided: failed, not run, or without figure"
+        )
+    question, rows = answer["question"], answer["search"]
+    if question == "seek":
+        unanswered = sum(all(value is None for name, value in row.items() if name.startswith("seek.")) for row in rows)
+        if unanswered or not rows:
+            reasons.append(f"`seek` has no answer for {unanswered} of {len(rows)} searches")
+    elif question == "optimise" and not (rows and answer.get("best_met", True)):
+        reasons.append("`optimise` has no case that meets the limits")
+    elif question == "identify" and not answer.get("identified"):
+        reasons.append("`identify` has no answer")
+    return "; ".join(reasons)
+
+
 def _probability(answer: Mapping[str, Any]) -> tuple[float, float, float] | None:
     """Return the probability of exceeding a limit, with its interval; None if the cases are not one random sample."""
     share = answer["designs"][0].get("share") if answer["question"] == "sample" and answer["designs"] else None
-    if share is None:
+    if share is None or share["low"] is None:
         return None
     draws = answer["designs"][0]["conditions"]
     return probability.binomial_interval(round(share["exceeded"] * draws), draws)

@@ -26,7 +26,7 @@ class WorstCases:
         if not self.ranking.candidates:
             return
         values, candidate_numbers = self.ranking.worst_values(block)
-        severity = self.ranking.severity(values)
+        severity = self.ranking.severity(values, block)
         least_severity = np.partition(severity, -WORST_CASES)[-WORST_CASES] if len(severity) > WORST_CASES else -np.inf
         worst = np.flatnonzero(severity >= least_severity)
         worst = worst[np.lexsort((block["case_id"][worst], severity[worst]))[-WORST_CASES:]]

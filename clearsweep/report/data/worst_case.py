@@ -16,9 +16,10 @@ def worst_case(study: Study) -> tuple[str, case_ranking.Candidate] | None:
     ranking, cases = case_ranking_of(study), study.cases
     if cases.empty or not ranking.candidates or any(name not in cases for name in ranking.columns):
         return None
-    values, candidate_indices = ranking.worst_values({name: cases[name].to_numpy() for name in ranking.columns})
+    columns = {name: cases[name].to_numpy() for name in ranking.columns}
+    values, candidate_indices = ranking.worst_values(columns)
     if np.isnan(values).all():
         return None
-    severity = ranking.severity(values)
+    severity = ranking.severity(values, columns)
     row = int(np.flatnonzero(severity == severity.max())[-1])  # of equal ones the last, as in the last lines of the run
     return cases.index[row], ranking.candidates[int(candidate_indices[row])]

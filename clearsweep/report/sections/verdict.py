@@ -29,11 +29,10 @@ def sections(study: Study) -> list[Section]:
     """Return the section."""
     if study.cases.empty:
         count = wording.count_text(len(study.failed), "case")
-        return [
-            Section("verdict", "Answer", [Points([f"None of the {count} finished; the reasons are listed below."])])
-        ]
+        lines = [f"None of the {count} finished; the reasons are listed below.", *answer_of_study(study)["sentences"]]
+        return [Section("verdict", "Answer", [Points(list(dict.fromkeys(lines)))])]
     blocks: list[Block] = [
-        Points([*_progress_sentences(study), *answer_of_study(study)["sentences"]]),
+        Points(answer_of_study(study)["sentences"]),
         Gallery("", [*_margin_maps(study)[:1], *maps.answer_maps(study)]),
     ]
     return [Section("verdict", "Answer", without_empty(blocks))]
@@ -44,15 +43,6 @@ def folded_sections(study: Study) -> list[Section]:
     if study.cases.empty:
         return []
     return [Section("limits-kept", "Limits", without_empty([_table(study), Gallery("", _margin_maps(study)[1:])]))]
-
-
-def _progress_sentences(study: Study) -> list[str]:
-    """Return a sentence with the number of cases of an unfinished run on the page, or [] if none is missing."""
-    missing = study.run.grid.get("counts", {}).get("missing", 0)
-    if not missing:
-        return []
-    finished = len(study.cases) + len(study.failed)
-    return [f"The run is not finished: this page has {finished} of {wording.count_text(finished + missing, 'case')}."]
 
 
 def _table(study: Study) -> Table:
@@ -72,7 +62,7 @@ def _table(study: Study) -> Table:
     for limit, (failing, unknown) in zip(study.limits, limit_counts.by_limit, strict=True):
         values_by_column = counts.limit_columns(study, limit)
         margins, fails = limit.margin(values_by_column), limit.is_exceeded(values_by_column)
-        row = int(np.nanargmin(margins)) if np.isfinite(margins).any() else int(np.argmax(fails))
+        row = _worst_row(margins, fails, limit.excess(values_by_column))
         case_id = study.cases.index[row]
         values = (study.cases.at[case_id, axis.path] for axis in study.swept())
         worst = float(margins[row])
@@ -84,6 +74,14 @@ def _table(study: Study) -> Table:
         "bound of 0 has no margin."
     )
     return Table("limits_kept", "Limits", note, columns, rows)
+
+
+def _worst_row(margins: np.ndarray, fails: np.ndarray, excesses: np.ndarray) -> int:
+    """Return the worst case of a limit: exceeded without a margin by the largest excess, else the smallest margin."""
+    is_bare = fails & ~(margins < 0.0)
+    if is_bare.any():
+        return int(np.argmax(np.where(is_bare, np.nan_to_num(excesses, nan=np.inf), -np.inf)))
+    return int(np.nanargmin(margins)) if np.isfinite(margins).any() else 0
 
 
 def _limit_text(study: Study, limit: verdict.Limit) -> str:
