@@ -440,7 +440,7 @@ def differences(run: Judged) -> list[str]:
 
 
 def _compare_convergence(run: Judged, pairs: list, check) -> None:
-    """Compare what numerics tell; of several of them only the figures and paths."""
+    """Compare what numerics say; of several of them only the figures and paths."""
     numerics = [path for path, role in run.roles.items() if role == oracle.NUMERICS]
     entries = run.answer["convergence"]
     check("paths of convergence", all(entry["path"] in numerics for entry in entries), [True])

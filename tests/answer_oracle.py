@@ -116,12 +116,12 @@ def role_of(path: str, grid: dict, drawn: tuple[str, ...] = ()) -> str:
             if isinstance(text, str) and text.strip().startswith("=") and names_in(text) & used:
                 used.add(name)
     sections = {key: part for key, part in grid.items() if key in ("mechanism", "drive", "loads", "joints", "simulate")}
-    found = {
+    assigned = {
         grid.get("roles", {}).get(user, role_of_key(user))
         for user, text in leaves(sections).items()
         if isinstance(text, str) and text.strip().startswith("=") and names_in(text) & used
     }
-    return next(role for role in ROLES if role in found)
+    return next(role for role in ROLES if role in assigned)
 
 
 # --- cases -----------------------------------------------------------------------------------------------------------
@@ -501,6 +501,6 @@ def _text_effect(blocks: list[list[Row]], figure: str, path: str, values: set) -
 
 
 def is_sorted(values: list[float | None]) -> bool:
-    """Return whether numbers fall; None stands anywhere."""
+    """Return whether numbers fall; None may be anywhere."""
     numbers = [value for value in values if value is not None]
     return all(a >= b for a, b in pairwise(numbers))

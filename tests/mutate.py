@@ -407,8 +407,8 @@ MUTATIONS = (
     Mutation(
         "store/directory.py",
         "RunDirectory._describe_damage",
-        "(batch.orbits) == batch.sha256",
-        "(batch.orbits) > ''",
+        "(batch.orbits) != batch.sha256",
+        "(batch.orbits) < ''",
         STORE,
     ),
     Mutation("store/directory.py", "RunDirectory.load_intact_batches", "if path not in needed)", "if False)", STORE),
@@ -446,7 +446,11 @@ MUTATIONS = (
         STORE,
     ),
     Mutation(
-        "store/columns.py", "column_of", "valid = np.isfinite(numbers)", "valid = np.ones(len(numbers), bool)", STORE
+        "store/columns.py",
+        "column_of",
+        "valid = np.abs(numbers) <= LARGEST",
+        "valid = np.ones(len(numbers), bool)",
+        STORE,
     ),
     Mutation("store/batch.py", "_count_items", 'if trajectory.status != "ok":', "if False:", STORE),
     Mutation(
@@ -499,8 +503,8 @@ MUTATIONS = (
     Mutation(
         "store/read.py", "newest_run", "return max(records", "return min(records", "tests/test_store.py -k newest_run"
     ),
-    Mutation("store/read.py", "StoredRun._check", "if not is_same_run:", "if False:", STRANGERS),
-    Mutation("store/read.py", "StoredRun._frame", "[row : row + 2] if stored", "[0:2] if stored", STORE),
+    Mutation("store/datasets.py", "open_orbits", " and stored_mark == mark)", ")", STRANGERS),
+    Mutation("store/read.py", "StoredRun._frame", "[row : row + 2]) if stored", "[0:2]) if stored", STORE),
     # identity of a case
     Mutation(
         CASES,

@@ -20,7 +20,7 @@ FAR = {"clearance": 1e3, "bearing_radius": 2e3, "contact": {"law": "hertz", "sti
 LONG = 1e5  # m, length of a spring whose direction is to be constant
 
 
-def beside(duration, bodies, joints, loads=None, *, ground=None, gravity=0.0, tolerance=1e-9):
+def grid_of(duration, bodies, joints, loads=None, *, ground=None, gravity=0.0, tolerance=1e-9):
     """Return the grid of free bodies next to a wheel that turns once in `duration` (s).
 
     `bodies`: name -> mass, inertia, initial; `joints`: name -> type, both bodies, settings.
@@ -56,7 +56,7 @@ def guide(clearance, contact, length=1e-6, **more):
     return {"clearance": clearance, "length": length, "height": 1e-3, "contact": contact} | more
 
 
-def along(stiffness):
+def spring_to_ground(stiffness):
     """Return a spring between the ground and `block` along x, without force at x = 0."""
     ends = {"between": ["ground", "block"], "anchor": [-LONG, 0.0], "point": "p"}
     return ends | {"stiffness": stiffness, "free_length": LONG}
@@ -66,7 +66,7 @@ def on_a_rail(duration, friction, loads, **initial):
     """Return the grid of a block of 1 kg on a rail, with friction."""
     rail = guide(1e-3, FIRM, length=1.0, friction=friction)
     block = {"block": (1.0, 1.0, {"y": -1e-3} | initial)}
-    return beside(duration, block, {"guide": ("prismatic", "ground", "block", rail)}, loads)
+    return grid_of(duration, block, {"guide": ("prismatic", "ground", "block", rail)}, loads)
 
 
 # ---------------------------------------------------------------------------------------------- friction in oscillators
@@ -87,7 +87,7 @@ def den_hartog():
         exact.append(0.1 * math.sqrt(gain**2 - (share * shift) ** 2))
         friction = {"law": "tanh", "coefficient": share, "velocity_scale": 1e-5}
         loads = {"press": {"on": "block", "force": [0.0, -10.0]}, "push": {"on": "block", "table": push}}
-        grid = on_a_rail(2.0 * math.pi / (10.0 * ratio), friction, loads | {"spring": along(100.0)})
+        grid = on_a_rail(2.0 * math.pi / (10.0 * ratio), friction, loads | {"spring": spring_to_ground(100.0)})
         grid["simulate"] |= {"revolutions": 60, "discard": 58}
         grid["save"] = {"orbits": "last", "revolutions": 2, "samples": 2000}
         amplitudes.append(0.5 * np.ptp(run(grid)["block/x"]))
@@ -101,7 +101,7 @@ def belt():
     friction = {"law": "karnopp", "coefficient": 1.0, "static_coefficient": 1.5}
     friction |= {"stribeck_velocity": 1e-8, "band": 1e-10}
     pull = {"on": "block", "table": {"time [s]": [0.0, 60.0], "fx [N]": [0.0, 12.0]}}
-    loads = {"press": {"on": "block", "force": [0.0, -1.0]}, "pull": pull, "spring": along(4.0)}
+    loads = {"press": {"on": "block", "force": [0.0, -1.0]}, "pull": pull, "spring": spring_to_ground(4.0)}
     times = np.linspace(0.0, 60.0, 60_001)
     path = run(on_a_rail(60.0, friction, loads), times)
     v = path["block/vx"]
@@ -132,7 +132,7 @@ def siconos_oscillator():
     """Return the places of Siconos' FrictionOscillator, exact and computed."""
     friction = {"law": "karnopp", "coefficient": 1.0, "static_coefficient": 1.0}
     friction |= {"stribeck_velocity": 1e-3, "band": 1e-6}
-    loads = {"press": {"on": "block", "force": [0.0, -1.0]}, "spring": along(1.0)}
+    loads = {"press": {"on": "block", "force": [0.0, -1.0]}, "spring": spring_to_ground(1.0)}
     grid = on_a_rail(40.0, friction, loads, x=12.0, vx=6.0)
     times = np.linspace(0.0, 40.0, 81)
     return {"place to 40 s, m": (coulomb_oscillator(times), run(grid, times)["block/x"])}
@@ -188,7 +188,7 @@ def exudyn_floor(law, gap, speed, stiffness, damping, end):
     floor = {"law": law, "stiffness": 0.5 * stiffness, "damping": 0.5 * damping}
     mass = {"block": (0.25, 1.0, {"y": gap - 0.1, "vy": speed})}
     joint = {"guide": ("prismatic", "ground", "block", guide(0.1, floor, length=1.0))}
-    path = run(beside(end, mass, joint, gravity=G, tolerance=1e-10))
+    path = run(grid_of(end, mass, joint, gravity=G, tolerance=1e-10))
     return exact, path["block/y"][-1] + 0.15
 
 
@@ -218,7 +218,7 @@ def bouncing_ball():
     times = np.linspace(0.0, 6.0, 601)
     contact = {"law": "exact", "stiffness": 1e16, "restitution": 0.9}
     joint = {"floor": ("prismatic", "ground", "ball", guide(1.0, contact))}
-    grid = beside(6.0, {"ball": (1.0, 1e3, {"y": 0.0})}, joint, gravity=G, tolerance=1e-11)
+    grid = grid_of(6.0, {"ball": (1.0, 1e3, {"y": 0.0})}, joint, gravity=G, tolerance=1e-11)
     return {"height to 6 s, m": (newton_bounces(times, 0.9), run(grid, times)["ball/y"] + 1.0)}
 
 
@@ -268,14 +268,14 @@ def compliant_ball():
         "roof": ("prismatic", "ground.over", "ball", guide(1.0, {"law": "hertz", "stiffness": 1e16})),
     }
     ball = {"ball": (1.0, 1e3, {"y": place - 2.1, "vy": speed})}
-    grid = beside(8.0, ball, joints, ground={"over": [0.0, -2.4]}, gravity=G, tolerance=1e-11)
+    grid = grid_of(8.0, ball, joints, ground={"over": [0.0, -2.4]}, gravity=G, tolerance=1e-11)
     return {"place to 8.25 s, m": (ball_on_a_spring(times), run(grid, times - begin)["ball/y"] + 2.1)}
 
 
 def siconos_ball_steps(step, times):
     """Return the places of Siconos' stepper of that ball.
 
-    A contact is active if it closes within half a step. The floor's force belongs to the place two steps ahead, and
+    A contact is active if it closes within half a step. The floor's force belongs to the place two steps later, and
     half of the step is added to its compliance of 0.01 m/N.
     """
     time, q, v = siconos_start()
@@ -358,7 +358,7 @@ def impacting_stick():
     friction = {"law": "tanh", "coefficient": 0.01, "velocity_scale": 1e-5}
     settings = guide(5.0, {"law": "hertz", "stiffness": 1e15}, length=1.0, friction=friction) | {"height": 1e-6}
     stick = {"stick": (1.0, 1.0 / 12.0, STICK | {"y": STICK["y"] - 5.0})}
-    grid = beside(0.2, stick, {"floor": ("prismatic", "ground", "stick", settings)}, gravity=10.0, tolerance=1e-11)
+    grid = grid_of(0.2, stick, {"floor": ("prismatic", "ground", "stick", settings)}, gravity=10.0, tolerance=1e-11)
     path = run(grid)
     names = {"vx": "vx, m/s", "vy": "vy, m/s", "rate": "rate, rad/s"}
     return {text: (exact[key], path[f"stick/{key}"][-1]) for key, text in names.items()}
@@ -393,7 +393,7 @@ def chain_of_balls(gaps, end, depth):
         pin = {"clearance": depth, "bearing_radius": 2.0 * depth, "contact": contact}
         joints[f"k{i}"] = ("revolute", f"b{i}", f"b{i + 1}", pin)
     joints["far"] = ("revolute", "ground", "b0", FAR)
-    path = run(beside(end, bodies, joints, tolerance=1e-12))
+    path = run(grid_of(end, bodies, joints, tolerance=1e-12))
     return np.array([path[f"b{i}/vy"][-1] for i in range(10)])
 
 
@@ -451,7 +451,7 @@ def rocking_block(radius, slope, tilt):
     settings = {"clearance": 1.0, "length": 0.2, "height": 0.6, "contact": floor, "friction": rough}
     x, rise = 0.1 - radius * math.sin(slope - tilt), radius * math.cos(slope - tilt) - 0.3
     block = {"block": (1.0, (0.2**2 + 0.6**2) / 12.0, {"x": x, "y": rise - 1.0 + 1e-12, "angle": tilt})}
-    grid = beside(2.5, block, {"floor": ("prismatic", "ground", "block", settings)}, gravity=G)
+    grid = grid_of(2.5, block, {"floor": ("prismatic", "ground", "block", settings)}, gravity=G)
     grid["simulate"]["step_budget"] = 5_000_000
     return grid
 
@@ -483,7 +483,7 @@ def vibrating_table(strength, rate=60.0):
     phase = math.acos(math.pi / (3.0 * strength))
     flown = (2.0 * math.pi - phase) / rate
     start = {"y": -0.5 + reach * math.sin(phase) + lift * flown - 0.5 * G * flown**2, "vy": lift - G * flown}
-    grid = beside(1.0, {"ball": (0.1, 1.0, start)}, {}, gravity=G, tolerance=1e-10)
+    grid = grid_of(1.0, {"ball": (0.1, 1.0, start)}, {}, gravity=G, tolerance=1e-10)
     machine = grid["mechanism"]
     machine["bodies"]["wheel"]["points"]["pin"] = [reach, 0.0]
     for name, mass, inertia in (("block", 0.0, 0.0), ("yoke", 1.0, 1e-3)):

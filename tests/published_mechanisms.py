@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 from film_oracle import solution
-from published_machines import FAR, FIRM, PRINTED, STILL, G, beside, run
+from published_machines import FAR, FIRM, PRINTED, STILL, G, grid_of, run
 from scipy.integrate import quad, solve_ivp
 
 # ---------------------------------------------------------------------------------------------- friction and films
@@ -18,7 +18,7 @@ def sliding_to_rolling():
         bowl = {"clearance": 9999.95, "bearing_radius": 1e4, "contact": FIRM}  # as good as a plane
         bowl["friction"] = {"law": "tanh", "coefficient": 0.2, "velocity_scale": 1e-6}
         body = {"ball": (1.0, share * 0.05**2, {"y": -9999.949999999, "vx": 1.0})}
-        grid = beside(0.5, body, {"floor": ("revolute", "ground", "ball", bowl)}, gravity=G, tolerance=1e-12)
+        grid = grid_of(0.5, body, {"floor": ("revolute", "ground", "ball", bowl)}, gravity=G, tolerance=1e-12)
         grid["mechanism"]["joints"]["floor"]["journal"] = "ball"
         path = run(grid)
         slip = path["ball/vx"] + 0.05 * path["ball/rate"]
@@ -54,7 +54,7 @@ def friction_circle():
         friction = {"law": "tanh", "coefficient": coefficient, "velocity_scale": 1e-5}
         bearing = {"clearance": 1e-4, "bearing_radius": 0.02, "contact": contact, "friction": friction}
         damper = {"between": ["ground", "housing"], "anchor": [-100.0, 0.0], "point": "p", "stiffness": 0.0}
-        grid["loads"] = {"weight": {"on": "housing", "force": [0.0, -100.0]}, "calm": damper | {"damping": 2000.0}}
+        grid["loads"] = {"weight": {"on": "housing", "force": [0.0, -100.0]}, "damper": damper | {"damping": 2000.0}}
         grid |= {"joints": {"bearing": bearing}, "simulate": {"discard": 4, "revolutions": 5, "tolerance": 1e-8}}
         path = run(grid)
         torques[0].append(0.0199 * 100.0 * math.sin(math.atan(coefficient)))
@@ -121,7 +121,7 @@ def adams_pendulum():
     pin = {"clearance": 1e-6, "bearing_radius": 0.01}
     pin["contact"] = {"law": "kelvin-voigt", "stiffness": 1e7, "damping": 900.0}
     rod = {"rod": (1.0, 0.1, {"x": 2.0})}
-    grid = beside(5.0, rod, {"pin": ("revolute", "ground", "rod", pin)}, gravity=9.80665, tolerance=1e-5)
+    grid = grid_of(5.0, rod, {"pin": ("revolute", "ground", "rod", pin)}, gravity=9.80665, tolerance=1e-5)
     grid["mechanism"]["bodies"]["rod"]["center"] = [2.0, 0.0]
     path = run(grid, np.array([0.0, *printed["t"]]))
     force = np.hypot(path["joints/pin/force_normal"], path["joints/pin/force_tangential"])[1:]
@@ -141,7 +141,7 @@ def adams_springs():
         loads = {"spring": spring | {"free_length": free, "damping": damping}}
         mass = {"mass": (1.0, 0.1, {"x": start, "y": 0.0 if start else -1e-9})}
         printed = PRINTED[f"adams_spring_{name}"]
-        grid = beside(5.0, mass, {"far": ("revolute", "ground", "mass", FAR)}, loads, gravity=9.80665, tolerance=1e-12)
+        grid = grid_of(5.0, mass, {"far": ("revolute", "ground", "mass", FAR)}, loads, gravity=9.80665, tolerance=1e-12)
         path = run(grid, np.array(printed["t"]))
         result[f"z of case {name} to 5 s, m"] = (printed["z"], path["mass/y"])
         if start:
@@ -174,7 +174,7 @@ def crank_under_torque(times):
 def torque_grid():
     """Return the grid of Exudyn's slider-crank next to a weight in a bowl, as a machine needs a clearance."""
     bowl = {"clearance": 1e-3, "bearing_radius": 2e-3, "contact": {"law": "hertz", "stiffness": 1e9}}
-    grid = beside(1.0, {"weight": (1.0, 1.0, {})}, {"rest": ("revolute", "ground", "weight", bowl)}, tolerance=1e-11)
+    grid = grid_of(1.0, {"weight": (1.0, 1.0, {})}, {"rest": ("revolute", "ground", "weight", bowl)}, tolerance=1e-11)
     machine = grid["mechanism"]
     for name, mass, inertia, center, points in (
         ("wheel", 0.2, 0.2 * 0.1**2 / 12.0, 0.05, {"p": STILL, "pin": [0.1, 0.0]}),
@@ -238,8 +238,8 @@ def moreau_guide(step, times):
                 for end in (-half, half):
                     if up * y + up * end * sin[2] + side * cos[2] > side + gap:
                         across = (-up * crank * cos[0], -up * rod * cos[1], side * sin[2] - up * end * cos[2])
-                        along = (-crank * sin[0], -rod * sin[1], -end * sin[2] - up * side * cos[2])
-                        corners.append([(a, divided(inverse, a)) for a in (across, along)])
+                        lengthwise = (-crank * sin[0], -rod * sin[1], -end * sin[2] - up * side * cos[2])
+                        corners.append([(a, divided(inverse, a)) for a in (across, lengthwise)])
             if corners:
                 u = collided(corners, u, v)
             q, v = [a + 0.5 * step * b for a, b in zip(x, u, strict=True)], u
@@ -264,10 +264,10 @@ def collided(corners, u, v):
     impulses, change = [[0.0, 0.0] for _ in corners], 1.0
     while change > 1e-14:
         change = 0.0
-        for ((across, moved), (along, slid)), impulse in zip(corners, impulses, strict=True):
+        for ((across, moved), (lengthwise, slid)), impulse in zip(corners, impulses, strict=True):
             normal = max(0.0, impulse[0] - (dot(across, u) + 0.4 * dot(across, v)) / dot(across, moved))
             u = [a + (normal - impulse[0]) * b for a, b in zip(u, moved, strict=True)]
-            rubbing = impulse[1] - dot(along, u) / dot(along, slid)
+            rubbing = impulse[1] - dot(lengthwise, u) / dot(lengthwise, slid)
             rubbing = min(max(rubbing, -0.01 * normal), 0.01 * normal)
             u = [a + (rubbing - impulse[1]) * b for a, b in zip(u, slid, strict=True)]
             change = max(change, abs(normal - impulse[0]))

@@ -168,16 +168,16 @@ def test_friction_power_rises_from_zero(answer_of):
             sweep={path: [0, 0.05, 0.1, 0.2], CLEARANCE: ["0.05 mm", "0.1 mm"]},
         )
     )
-    found = effect(answer, figure, path)
-    assert (found["verdict"], found["from"], found["pairs"]) == ("rises", 0.0, 2)
-    assert found["to"] == pytest.approx(0.83, abs=0.01)
+    reported = effect(answer, figure, path)
+    assert (reported["verdict"], reported["from"], reported["pairs"]) == ("rises", 0.0, 2)
+    assert reported["to"] == pytest.approx(0.83, abs=0.01)
     assert answer["effects"][0]["path"] == path
 
 
 def test_impacts_rise_from_zero(answer_of):
     answer = answer_of(grid(limits={IMPACTS: 1}, sweep={SPEED: SPEEDS, CLEARANCE: THREE}))
-    found = effect(answer, IMPACTS, CLEARANCE)
-    assert (found["verdict"], found["from"], found["to"], found["pairs"]) == ("rises", 0.0, 3.0, 4)
+    reported = effect(answer, IMPACTS, CLEARANCE)
+    assert (reported["verdict"], reported["from"], reported["to"], reported["pairs"]) == ("rises", 0.0, 3.0, 4)
 
 
 def test_figure_of_ones_own_keeps_its_sign(answer_of):
@@ -228,9 +228,9 @@ def test_design_without_every_speed_is_undecided(answer_of):
     assert verdicts(answer) == {2e-5: "meets", 2e-4: "undecided"}
     (missing,) = answer["designs"][1]["missing"]
     assert missing == {"values": {SPEED: pytest.approx(209.4395102)}, "why": "not run"}
-    found = effect(answer, PEAK, CLEARANCE)
-    assert (found["verdict"], found["pairs"]) == ("rises", 1)
-    assert (found["from"], found["to"]) == (pytest.approx(28.87, abs=0.1), pytest.approx(100.1, abs=0.1))
+    reported = effect(answer, PEAK, CLEARANCE)
+    assert (reported["verdict"], reported["pairs"]) == ("rises", 1)
+    assert (reported["from"], reported["to"]) == (pytest.approx(28.87, abs=0.1), pytest.approx(100.1, abs=0.1))
 
 
 def test_one_at_a_time_sample_has_no_designs(answer_of):

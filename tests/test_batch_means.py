@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from mechanism_cases import slider_crank
 from scipy import optimize, stats
-from test_tally import enter, filled
+from test_tally import add_span, filled
 
 from clearsweep.mechanics.observe.histogram import BINS, time_above
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals, MechanismTotals
@@ -56,8 +56,8 @@ class Made:
         self.totals.mechanism.acceleration_square += self.random.uniform(0.5, 1.5)
         self.totals.wear += self.random.uniform(0.0, 1.0, self.totals.wear.size) * np.arange(32)
         share = self.random.uniform(0.02, 0.06)
-        enter(self.totals.histogram[1], FORCES, share * TURN)
-        enter(self.totals.histogram[1], (0.0, 0.0), (1.0 - share) * TURN)
+        add_span(self.totals.histogram[1], FORCES, share * TURN)
+        add_span(self.totals.histogram[1], (0.0, 0.0), (1.0 - share) * TURN)
         self.taken.append(self.sums())
 
 
@@ -218,9 +218,9 @@ def test_the_interval_of_p99_reaches_the_forces_at_both_ends_of_its_share_of_tim
     blocks.record(made)
     for index in range(30):
         made.turns += 1
-        enter(made.totals.histogram[1], (100.0, 200.0), 0.2 * TURN)
-        enter(made.totals.histogram[1], (200.0, 2000.0), (0.005 + 0.01 * (index % 2)) * TURN)
-        enter(made.totals.histogram[1], (0.0, 0.0), 0.5 * TURN)
+        add_span(made.totals.histogram[1], (100.0, 200.0), 0.2 * TURN)
+        add_span(made.totals.histogram[1], (200.0, 2000.0), (0.005 + 0.01 * (index % 2)) * TURN)
+        add_span(made.totals.histogram[1], (0.0, 0.0), 0.5 * TURN)
         blocks.record(made)
     result = blocks.interval("rod_slider_force_p99")
     assert result.value == pytest.approx(200.0, rel=5e-3)

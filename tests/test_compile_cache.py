@@ -150,9 +150,9 @@ def test_an_object_is_not_loaded_under_another_name_or_stamp(monkeypatch, tmp_pa
         monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / stamp))
         cache.store("one", b"code of one")
         cache.store("two", b"code of two")
-    one, two = (tmp_path / "other" / "traced" / name for name in ("one", "two"))
-    shutil.copy(one, two)
-    shutil.copy(tmp_path / "this" / "traced" / "one", one)
+    first, two = (tmp_path / "other" / "traced" / name for name in ("one", "two"))
+    shutil.copy(first, two)
+    shutil.copy(tmp_path / "this" / "traced" / "one", first)
     assert cache.load("one") is None
     assert cache.load("two") is None
     assert "is damaged" in capsys.readouterr().err

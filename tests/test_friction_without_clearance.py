@@ -101,7 +101,7 @@ def driven_shaft(coefficient, load):
 
 
 def loaded_bush(coefficient, load, clearance):
-    """Return the grid of a turning shaft that carries a bush, loaded (N) and held against turning, with clearance."""
+    """Return the grid of a turning shaft that carries a bush, loaded (N) and kept from turning, with clearance."""
     grid, still = driven_shaft(coefficient, load), [0.0, 0.0]
     bodies, joints = grid["mechanism"]["bodies"], grid["mechanism"]["joints"]
     del bodies["free"], joints["rest"]

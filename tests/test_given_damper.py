@@ -75,8 +75,8 @@ def test_the_damper_can_be_swept_in_its_unit(tmp_path):
 @pytest.mark.parametrize(
     ("contact", "words"),
     [
-        ({"restitution": 0.9, "damping": 1e9}, ("damping", "stands for restitution", "one of")),
-        ({"damping": 1e9, "damping_factor": 1.0}, ("damping_factor", "stands for damping")),
+        ({"restitution": 0.9, "damping": 1e9}, ("damping", "replaces restitution", "one of")),
+        ({"damping": 1e9, "damping_factor": 1.0}, ("damping_factor", "replaces damping")),
         ({}, ("restitution: is missing", "restitution, damping, damping_factor")),
         ({"law": "flores", "restitution": 0.9, "damping_factor": 1.0}, ("equals hunt-crossley",)),
         ({"law": "exact", "restitution": 0.9, "damping": 1e9}, ("equals hunt-crossley",)),

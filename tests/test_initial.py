@@ -157,8 +157,8 @@ def test_the_identity_of_a_machine_without_initial_has_no_trace_of_it():
 
 
 def test_a_pin_may_start_anywhere_along_its_slot():
-    def slotted(along):
-        source = grid(x=along, y=0.04)
+    def slotted(distance):
+        source = grid(x=distance, y=0.04)
         source["mechanism"]["joints"]["ring"] = {"type": "slot", "between": ["ground.ring", "ball.middle"], "axis": 0.0}
         source["joints"]["ring"]["slot_length"] = 2.0
         return clearsweep.load_case(source)

@@ -107,16 +107,16 @@ def spoken(value):
     return repr(value)
 
 
-def moved(recorded, found):
+def moved(recorded, computed):
     """Return a line for each column whose bits differ from its record, the largest relative difference first."""
-    lines = [(math.inf, f"{name}: gone") for name in recorded.keys() - found.keys()]
-    lines += [(math.inf, f"{name}: new") for name in found.keys() - recorded.keys()]
-    for name in recorded.keys() & found.keys():
-        before, after = recorded[name], found[name]
+    lines = [(math.inf, f"{name}: gone") for name in recorded.keys() - computed.keys()]
+    lines += [(math.inf, f"{name}: new") for name in computed.keys() - recorded.keys()]
+    for name in recorded.keys() & computed.keys():
+        before, after = recorded[name], computed[name]
         if repr(before) != repr(after):
             size = difference(before, after)
-            told = f"< {ROUNDING:g}" if isinstance(before, list) and size < ROUNDING else f"{size:.2g}"
-            lines.append((size, f"{name}: {told} ({spoken(before)} -> {spoken(after)})"))
+            size_text = f"< {ROUNDING:g}" if isinstance(before, list) and size < ROUNDING else f"{size:.2g}"
+            lines.append((size, f"{name}: {size_text} ({spoken(before)} -> {spoken(after)})"))
     return [line for _, line in sorted(lines, key=lambda pair: (-pair[0], pair[1]))]
 
 
@@ -125,10 +125,10 @@ def report(name, runs):
     text, recorded = [], RECORDED["runs"].get(name)
     if recorded is None:
         return f"configs/{name} is not recorded"
-    for case, found in runs.items():
-        lines = moved(recorded[case], found)
+    for case, computed in runs.items():
+        lines = moved(recorded[case], computed)
         if lines:
-            head = f"configs/{name}, {case} case: the bits of {len(lines)} of {len(found)} columns moved"
+            head = f"configs/{name}, {case} case: the bits of {len(lines)} of {len(computed)} columns moved"
             text += [head, *(f"  {line}" for line in lines[:SHOWN])]
             text += [f"  and {len(lines) - SHOWN} more"] if len(lines) > SHOWN else []
     return "\n".join(text)
@@ -197,8 +197,8 @@ def main():
     made = {}
     for part in asked.parts or ["runs"]:
         made[part] = MADE[part]()
-    for name, found in made.get("runs", {}).items():
-        print(report(name, found) or f"configs/{name}: nothing moved")
+    for name, computed in made.get("runs", {}).items():
+        print(report(name, computed) or f"configs/{name}: nothing moved")
     for line in moved(RECORDED["scenes"], made.get("scenes", RECORDED["scenes"])):
         print(line)
     if asked.write:

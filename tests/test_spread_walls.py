@@ -103,9 +103,9 @@ def stored(joint, middle, axis, stiffness=1e9, power=1.5):
         angle, radius = np.arctan2(across[:, 1], across[:, 0]), joint.journal_radius
         for _ in range(12):  # of the circle: its farthest point from the axis, by Newton's method
             c, s = np.cos(angle), np.sin(angle)
-            along, turned = axis[0] * c + axis[1] * s, axis[1] * c - axis[0] * s
-            slope = across[:, 1] * c - across[:, 0] * s - radius * along * turned
-            curvature = across[:, 0] * c + across[:, 1] * s + radius * (turned**2 - along**2)
+            parallel, turned = axis[0] * c + axis[1] * s, axis[1] * c - axis[0] * s
+            slope = across[:, 1] * c - across[:, 0] * s - radius * parallel * turned
+            curvature = across[:, 0] * c + across[:, 1] * s + radius * (turned**2 - parallel**2)
             angle = angle + np.clip(slope / np.maximum(curvature, 1e-6), -0.3, 0.3)
         c, s = np.cos(angle), np.sin(angle)
         return across[:, 0] * c + across[:, 1] * s - 0.5 * radius * (axis[0] * c + axis[1] * s) ** 2

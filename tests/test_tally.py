@@ -36,7 +36,7 @@ from clearsweep.mechanics.solver.accumulate.totals import (
 )
 
 
-def enter(histogram, ends, duration):
+def add_span(histogram, ends, duration):
     """Enter a force that goes from one end to the other into a histogram."""
     bins = [force_bin(force) for force in ends]
     add_ramp(histogram[np.newaxis], 0, bins, ramp_of(ends, bins, duration))
@@ -45,7 +45,7 @@ def enter(histogram, ends, duration):
 def filled(ends, duration):
     """Return the histogram of a force that goes from one end to the other."""
     histogram = np.zeros((BINS, 2))
-    enter(histogram, ends, duration)
+    add_span(histogram, ends, duration)
     return histogram
 
 
@@ -85,7 +85,7 @@ def test_forces_exceeded_follow_from_sums_of_time_above_each_bin():
     for histogram, most, j in zip(histograms, (1e-3, 80.0, 7e4), range(3), strict=True):
         for _ in range(100):
             ends = most * random.random(2)
-            enter(histogram, ends, 1.0)
+            add_span(histogram, ends, 1.0)
             highest[j] = max(highest[j], *map(force_bin, ends))
     duration = 40.0
     forces = force_quantiles(histograms, highest, duration)
@@ -151,7 +151,7 @@ def test_p99_is_that_of_the_sampled_force_at_every_tolerance(onset):
         "simulate.revolutions": 0.5,
         "simulate.discard": 0.25,
     }
-    found = []
+    percentiles = []
     for tolerance in (1e-3, 1e-6, 1e-9):
         source = slider_crank("rod-slider", changes=changes | {"simulate.tolerance": tolerance})
         scene = clearsweep.load_case(source)
@@ -159,6 +159,6 @@ def test_p99_is_that_of_the_sampled_force_at_every_tolerance(onset):
         times = turn * (0.25 + 0.25 * (np.arange(100_000) + 0.5) / 100_000)
         result = clearsweep.simulate(scene, times=times)
         sampled = np.sort(result["joints/rod_slider/force_normal"])[99_000]
-        found.append(result.summary["rod_slider_force_p99"])
-        assert found[-1] == pytest.approx(sampled, rel=1e-3)
-    assert found[1] == pytest.approx(found[2], rel=2e-5)
+        percentiles.append(result.summary["rod_slider_force_p99"])
+        assert percentiles[-1] == pytest.approx(sampled, rel=1e-3)
+    assert percentiles[1] == pytest.approx(percentiles[2], rel=2e-5)

@@ -183,9 +183,9 @@ def test_a_bush_in_a_housing_moves_as_a_ring_held_at_its_outside(wall, poisson):
 
 
 def test_a_plastic_bush_closes_in_its_housing_and_opens_without():
-    held = warm_bush({"material": "S355", "wall": "2 mm"}).case.joints[0]
-    assert held.clearance_rate + 12e-6 * 0.01 == pytest.approx(-0.139e-6, rel=3e-3)  # of the bore
-    assert 50.0 * held.clearance_rate == pytest.approx(-13e-6, abs=0.1e-6)
+    housed = warm_bush({"material": "S355", "wall": "2 mm"}).case.joints[0]
+    assert housed.clearance_rate + 12e-6 * 0.01 == pytest.approx(-0.139e-6, rel=3e-3)  # of the bore
+    assert 50.0 * housed.clearance_rate == pytest.approx(-13e-6, abs=0.1e-6)
     free = warm_bush(None).case.joints[0]
     assert 50.0 * free.clearance_rate == pytest.approx(49e-6, rel=1e-12)
 
@@ -202,16 +202,16 @@ def test_a_housing_like_the_bush_changes_nothing_and_a_thin_bush_follows_it():
 def test_a_bush_that_closes_in_its_housing_seizes(monkeypatch):
     with_losses(monkeypatch, lambda clearance: 500.0)  # 280 K of rise
     assert heat.at_equilibrium(warm_bush(None))[1].seized == ()
-    held = warm_bush({"material": "S355", "wall": "2 mm"})
-    assert heat.at_equilibrium(held)[1].seized == ("rod_slider",)
+    housed = warm_bush({"material": "S355", "wall": "2 mm"})
+    assert heat.at_equilibrium(housed)[1].seized == ("rod_slider",)
 
 
 def test_a_bearing_that_heat_opens_is_flagged_unless_its_housing_is_known():
     hot = {"conductance": "10 mW/K"}
     free = scene(thermal=hot | {"expansion": BUSH})
     assert "free-bush: rod-slider goes from 0.05 mm" in clearsweep.simulate(free).message
-    held = scene(thermal=hot | {"expansion": BUSH, "housing": {"material": "S355", "wall": "2 mm"}})
-    assert "free-bush" not in clearsweep.simulate(held).message
+    housed = scene(thermal=hot | {"expansion": BUSH, "housing": {"material": "S355", "wall": "2 mm"}})
+    assert "free-bush" not in clearsweep.simulate(housed).message
     assert "free-bush" not in clearsweep.simulate(scene()).message
 
 

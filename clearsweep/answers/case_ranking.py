@@ -12,7 +12,6 @@ from .verdict import EXCEEDED, MARGIN, UNDECIDED, Limit, limits_and_figures_of
 #: The questions of a grid in order of precedence.  Start-up, film and force studies are recognised by their content,
 #: if there is no other question.
 QUESTIONS = ("life", "seek", "optimise", "identify", "limits", "start-up", "film", "force")
-CONTENT_QUESTIONS = ("start-up", "film", "force")
 SEARCHES = ("seek", "optimise", "identify")  # questions that are sections of a grid which choose cases
 SENSES = ("minimise", "maximise")
 START_UP, MAX_SPEED, SPEED_AFTER_START = "start_up_time", "crank_speed_max", "crank_speed_after"  # columns

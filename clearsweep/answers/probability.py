@@ -51,11 +51,3 @@ def window_text(record: Mapping[str, Any]) -> str:
         if counted_revolutions != 1.0
         else " within one revolution"
     )
-
-
-def exceedance_sentence(probability: tuple[float, float, float], record: Mapping[str, Any]) -> str:
-    """Return the probability that any limit is exceeded in the counted revolutions, in words; record : run.json."""
-    return (
-        f"At least one limit is exceeded with a probability of {percentage_text(probability)}{window_text(record)}. "
-        "The interval is that of the number of cases alone."
-    )

@@ -138,7 +138,7 @@ class Oil(NamedTuple):
 
 
 class Housing(NamedTuple):
-    """A housing that holds a bush at its outside and does not give."""
+    """A housing that grips a bush at its outside and does not give."""
 
     expansion: float  # 1/K
     wall: float  # m, thickness of the bush

@@ -48,7 +48,7 @@ class LimitedQuantity(Protocol):
         """Return the error of the quantity by smoothing and bins, in the quantity's unit."""
 
     def is_valid(self, state: np.ndarray, /) -> bool:
-        """Return whether the model of contact holds in the worn state."""
+        """Return whether the model of contact is valid in the worn state."""
 
 
 class StepControl(NamedTuple):

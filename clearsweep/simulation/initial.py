@@ -129,7 +129,7 @@ def _weights(case: Case, built: Built, value: rates.Scene, contacts: int, intern
     rate_weight = FILM_RATE_FACTOR * RATE_WEIGHT if has_film else RATE_WEIGHT
     length_error = max(POSITION_WEIGHT * tolerance * clearance, ROUNDING * mechanism_size)
     rate_error = max(rate_weight * tolerance * clearance, ROUNDING * mechanism_size) * value.reference_rate
-    if 0.0 < case.simulate.revolutions < SHORT_RUN:  # the crank is slow beside the motion
+    if 0.0 < case.simulate.revolutions < SHORT_RUN:  # the crank is slow compared with the motion
         rate_error *= SHORT_RUN / case.simulate.revolutions
     time_error = max(POSITION_WEIGHT * tolerance, ROUNDING) / value.reference_rate
     root_error = ROOT_WEIGHT * tolerance * math.sqrt(clearance)

@@ -42,8 +42,8 @@ _STATUS = {
     ),
     ROUNDING: (
         "rounding",
-        "simulate.tolerance is below what positions of this size resolve: {size:.3g} m rounds to {rounding:.1e} m, "
-        "which turns the contact force of {joint}, with {clearance:.3g} um of clearance, by {turned:.1e} rad. After "
+        "simulate.tolerance is below what positions of this size resolve: {size:.3g} m rounds to {rounding:.1e} m; "
+        "this turns the contact force of {joint}, with {clearance:.3g} um of clearance, by {turned:.1e} rad. After "
         "{steps:,} steps the run is at {time:.6g} s{of_total}; a tolerance of {enough:.0e}, or a larger clearance, is "
         "enough",
     ),

@@ -219,8 +219,8 @@ def open_orbits(
     """
     durable.open_regular(path).close()
     with h5py.File(path, "r") as file:
-        found = file.attrs["clearsweep"] if mark is not None else None
-        if mark is not None and not (isinstance(found, str) and found == mark):
+        stored_mark = file.attrs["clearsweep"] if mark is not None else None
+        if mark is not None and not (isinstance(stored_mark, str) and stored_mark == mark):
             raise MisshapenError("it belongs to another run than summary.parquet")
         yield file, _check_file(file, schema, rows, os.stat(path).st_size if plain else None)
 

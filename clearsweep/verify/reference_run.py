@@ -1,4 +1,4 @@
-"""The reference motion of a case, and the error and the time of other methods beside it.
+"""The reference motion of a case, and the error and the time of other methods.
 
 The reference is the case at REFERENCE_TOLERANCES, explicit; its own error is its distance from a second run whose
 rounding differs.  A run is compared over half a revolution, or over the predictable horizon of the run at the grid's
@@ -26,7 +26,7 @@ from .rivals import sampled, scipy_ivp
 REFERENCE_TOLERANCES = (1e-13, 1e-12, 1e-11)  # the first that a case can reach
 SECOND_REFERENCE = 2.0  # tolerances of the reference: another sequence of steps, so other rounding errors
 HALF = 0.5  # revolutions over which errors are compared
-LONGEST_RUN = 3.0  # revolutions in which the predictable horizon is sought
+LONGEST_RUN = 3.0  # revolutions in which the predictable horizon is determined
 SAMPLES = 360  # per revolution, at which positions are compared
 FIRST_PEAKS = 3
 COMPARABLE = 0.98  # of a run: a free crank, or a pair of bodies, ends it at a time of its own

@@ -156,7 +156,7 @@ def add_thermal(keys: KeyTable, path: str) -> None:
         add_numbers(keys, f"{thermal}.expansion", (field,), CHOICE)
     housing = f"{thermal}.housing"
     keys[housing] = Section(
-        "housing that holds the bearing, a bush, at its outside and does not give. Without this section, the bearing "
+        "housing that grips the bearing, a bush, at its outside and does not give. Without this section, the bearing "
         "expands freely",
         "optional",
     )

@@ -195,7 +195,7 @@ def _check_one_of(reader: Reader, section: str, law: Law) -> None:
     given = [name for name in law.one_of if reader.is_given(f"{section}.{name}")]
     if len(given) > 1:
         path = f"{section}.{given[-1]}"
-        message = f"stands for {given[0]}, which is given too; law '{law.name}' takes one of {', '.join(law.one_of)}"
+        message = f"replaces {given[0]}, which is given too; law '{law.name}' takes one of {', '.join(law.one_of)}"
         reader.problems.add(reader.position_of(path), path, message)
     elif law.one_of and not given:
         path = f"{section}.{law.one_of[0]}"
@@ -204,9 +204,9 @@ def _check_one_of(reader: Reader, section: str, law: Law) -> None:
     elastic = f"{section}.elastic"
     powers_only = [name for name in given if law.unit_of(name).endswith("^exponent+1")]
     if powers_only and reader.names[elastic] != {"power"}:
-        found = ", ".join(sorted(reader.names[elastic] - {"power"}))
+        elastic_laws = ", ".join(sorted(reader.names[elastic] - {"power"}))
         path = f"{section}.{powers_only[0]}"
-        message = f"needs elastic: power, not {found}; with another elastic law write damping_factor, in s/m"
+        message = f"needs elastic: power, not {elastic_laws}; with another elastic law write damping_factor, in s/m"
         reader.problems.add(reader.position_of(path), path, message)
 
 

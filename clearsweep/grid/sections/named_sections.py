@@ -52,8 +52,8 @@ LIMITS_SECTION = NameSection(
 )
 ROLES_SECTION = NameSection(
     "roles",
-    "varied path -> its part in the answer, in place of the usual one: choice (the designer decides), condition (must "
-    "hold at every value), uncertainty, model (both: the worst value counts), numerics (the finest value counts)",
+    "varied path -> its part in the answer, in place of the usual one. Choice: the designer decides; condition: must "
+    "hold at every value; uncertainty and model: the worst value counts; numerics: the finest value counts",
     "role",
     "loads.spring.stiffness: choice",
     {"enum": list(ROLES)},

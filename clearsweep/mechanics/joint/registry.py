@@ -141,7 +141,7 @@ def _has_evolving_shape(joint: Joint) -> bool:
 
 
 def _worn_slot_shapes(joint: Joint, compiled: Any, worn: Worn | None) -> tuple[Shape, Shape, float]:
-    """Return the result of `_worn_shapes` for a slot with the compiled form `compiled`."""
+    """Return the worn shapes of a slot with the compiled form `compiled`, and their offset (m)."""
     assert joint.wear is not None  # only joints with wear
     zero_depths = np.zeros(joint.wear.bins)
     bearing, journal = worn[:2] if worn else (zero_depths, zero_depths)

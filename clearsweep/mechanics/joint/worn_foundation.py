@@ -79,7 +79,7 @@ def overlap(surfaces, x, y, angle, body_angles):
 
 
 @inlined
-def end_step(overlap_values, distance, sign, bracket):
+def end_step(overlap_values, distance, sign, interval):
     """Return the angle (rad) from the deepest point to an arc's end, one step from `distance` (rad).
 
     A Halley step, or half of the bracket where that leaves it.  Also return whether the next step is accurate, and the
@@ -87,7 +87,7 @@ def end_step(overlap_values, distance, sign, bracket):
     """
     f, slope, curvature = overlap_values
     slope = sign * slope
-    inside, outside = (distance, bracket[1]) if f > 0.0 else (bracket[0], distance)
+    inside, outside = (distance, interval[1]) if f > 0.0 else (interval[0], distance)
     inverse_slope = 1.0 / slope if slope < 0.0 else 0.0
     step = f * inverse_slope
     halley = distance - step / (1.0 - min(max(0.5 * curvature * step * inverse_slope, -0.5), 0.5))

@@ -18,7 +18,7 @@ SAFETY, MIN_SHRINK, MAX_GROWTH = (
     1.5,
 )  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
 MAX_REJECTIONS = 60  # rejections in a row, after which a shorter step would not help
-#: Rejections in a row from which the length is far off, such as that of the first step beside a slow shaft: its error
+#: Rejections in a row from which the length is far off, such as that of the first step next to a slow shaft: its error
 #: says nothing about the right length.
 FAR_OFF = 40.0
 THIRD_ROOT_BITS = 2 * (1023 << 52) // 3 - (200 << 40)  # of 1; minus half the error of the root

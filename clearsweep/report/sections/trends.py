@@ -25,8 +25,8 @@ NOTE = (
     "around the circumference. This section compares the depth per turn of the crank in pairs of cases that differ in "
     "one value only. The interval of the median change shows or contradicts a trend. It assumes no distribution of the "
     "depths. With a probability of 95 % all claims on a joint are judged rightly together (Holm 1979). If an interval "
-    "allows both, or the cases are too few for one, the trend remains open. Volume and pressure give the reason: the "
-    "volume is the coefficient times the integral of the force over the sliding distance, and the depth is this volume "
+    "allows both, or the cases are too few for one, the trend remains open. Volume and pressure give the reason. The "
+    "volume is the coefficient times the integral of the force over the sliding distance. The depth is this volume "
     "over the area that the contact passes. So a higher pressure alone does not wear deeper. Wear is "
     f"uneven if its deepest place is at least {UNEVEN_RATIO} times as deep as the mean around the body."
 )

@@ -11,15 +11,6 @@ MAX_SPEED_RATIO = 3.0  # times the fastest onset: a higher line would compress a
 _NO_STRENGTH = ", because it needs a yield strength or a hardness"
 
 
-def first_yield_text(study: Study, joint: Joint, case_id: str) -> str:
-    """Return a sentence on the approach speed (m/s) at which a joint of a case first yields."""
-    column = joint.column(YIELD_SPEED)
-    speed = study.cases.at[case_id, column] if study.has(column) else np.nan
-    if np.isnan(speed):
-        return "first yield not computed"
-    return f"its contact first yields at {wording.scale('m/s', speed).text(speed, 2)}"
-
-
 def yield_speed_sentence(study: Study, joint: Joint) -> str:
     """Return the sentence on the approach speeds (m/s) of first yield of a joint in all cases."""
     column = joint.column(YIELD_SPEED)

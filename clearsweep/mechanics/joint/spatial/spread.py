@@ -202,9 +202,9 @@ def _geometry_of(context, first_end, second_end):
     spread_square = length_square * sine_square
     spin_factor = 2.0 * length_square * flattening * axis.z
     spin_factor = Vector(spin_factor * axis.y, -spin_factor * axis.x, as_type_of(0.0, axis.z))
-    along = motion.velocity.z + motion.spin.y * gap.middle.x - motion.spin.x * gap.middle.y
+    axial_velocity = motion.velocity.z + motion.spin.y * gap.middle.x - motion.spin.x * gap.middle.y
     axial_factor = 4.0 * overlap.half_length * overlap.growth * flattening * sine_square
-    spread_rate = dot(motion.spin, spin_factor) + axial_factor * along
+    spread_rate = dot(motion.spin, spin_factor) + axial_factor * axial_velocity
 
     first_square = first_depth * (clearance + first_distance)  # past the squared clearance
     second_square = second_depth * (clearance + second_distance)
@@ -213,9 +213,9 @@ def _geometry_of(context, first_end, second_end):
     first_rate, second_rate = 0.5 * first_distance * first_end.rate, 0.5 * second_distance * second_end.rate
     curvature = 0.125 * spread_rate
     rates = SliceRates(first_rate + second_rate - curvature, first_rate - second_rate, curvature)
-    length_rate = as_type_of(0.0, along)
+    length_rate = as_type_of(0.0, axial_velocity)
     if overlap.growth != 0.0:
-        length_rate = 0.5 * overlap.growth * along / overlap.half_length
+        length_rate = 0.5 * overlap.growth * axial_velocity / overlap.half_length
     return _Geometry(
         overlap, profile, first_distance, second_distance, rates, spread_rate, spin_factor, axial_factor, length_rate
     )

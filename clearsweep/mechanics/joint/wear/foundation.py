@@ -236,14 +236,14 @@ def _update_worn_surfaces_overlap(pressure, joint, workspace, step_length, span,
         distance_between(middle, arc_at(joint, workspace, span[0])),
         distance_between(middle, arc_at(joint, workspace, span[1])),
     )
-    stands = middle.overlap_integral > 0.0 and distance < MAX_DISTANCE * bin_angle
+    is_steady = middle.overlap_integral > 0.0 and distance < MAX_DISTANCE * bin_angle
     load_sum, bearing_area, journal_area = 0.0, 0.0, 0.0
-    if stands:
+    if is_steady:
         load_sum = pressure_integral_over_load(joint, middle)
     for i in rolled_range(POINTS):
         fraction = span[0] + half_span * (1.0 + NODES[i])
         time = fraction, step_length * half_span
-        if stands:
+        if is_steady:
             areas = write_wear_at(joint, workspace, middle, load_sum, i, time)
             bearing_area, journal_area = bearing_area + areas[0], journal_area + areas[1]
         else:
@@ -252,6 +252,6 @@ def _update_worn_surfaces_overlap(pressure, joint, workspace, step_length, span,
             if arc.overlap_integral > 0.0:
                 update_wear_under_arc(joint, arc, 0, areas[0], bins[0])
                 update_wear_under_arc(joint, arc, 1, areas[1], bins[1])
-    if stands:
+    if is_steady:
         update_wear_under_arc(joint, middle, 0, bearing_area, bins[0])
         update_wear_under_arc(joint, middle, 1, journal_area, bins[1])
