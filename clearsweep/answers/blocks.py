@@ -2,16 +2,14 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from . import ranks
+from .judged import Cases
 from .probability import ONE_AT_A_TIME
 from .variance import variance_shares
-
-if TYPE_CHECKING:
-    from .judge import Cases
 
 MAX_LEVELS = 1000  # distinct values of an axis above which its effect is not assessed
 MIN_DIFFERENCE = 0.01  # of the larger end: a smaller difference of two cases is none
@@ -35,7 +33,7 @@ class Axis(NamedTuple):
         return any(isinstance(level, str) for level in self.levels)
 
 
-def effects(cases: "Cases", figures: Sequence[str]) -> list[dict[str, Any]]:
+def effects(cases: Cases, figures: Sequence[str]) -> list[dict[str, Any]]:
     """Return the effect of each axis on each figure in the form of the answer, the largest share first."""
     sample = cases.record.get("sample") or {}
     drawn = [path for path in sample.get("drawn", {}) if path in cases.codes]
@@ -45,12 +43,12 @@ def effects(cases: "Cases", figures: Sequence[str]) -> list[dict[str, Any]]:
     for figure in figures:
         values = cases.numbers(figure)
         shares = variance_shares(values, [axis.codes for axis in axes])
-        found = [
+        of_figure = [
             {"figure": figure, "path": axis.paths[0], **_effect(cases, axis, values, share)}
             for axis, share in zip(axes, shares, strict=True)
         ]
-        found += [{"figure": figure, "path": path, **entry} for path, entry in _rank_effects(cases, drawn, values)]
-        entries += sorted(found, key=_strength, reverse=True)
+        of_figure += [{"figure": figure, "path": path, **entry} for path, entry in _rank_effects(cases, drawn, values)]
+        entries += sorted(of_figure, key=_strength, reverse=True)
     return entries
 
 
@@ -59,7 +57,7 @@ def _strength(entry: dict[str, Any]) -> tuple[float, float]:
     return entry["share"] or 0.0, abs((entry["to"] or 0.0) - (entry["from"] or 0.0))
 
 
-def axes_of(cases: "Cases") -> list[Axis]:
+def axes_of(cases: Cases) -> list[Axis]:
     """Return the axes of the judged cases; paths of `zip` or `cases` that fix one another are one axis."""
     tied = {path for section in ("zip", "cases") for path in cases.record.get(section) or {}}
     axes: list[Axis] = []
@@ -117,7 +115,7 @@ def verdict_on(axis: Axis, blocks: Sequence[np.ndarray], values: np.ndarray) -> 
     return NONE if all(_is_none(float(np.nanmin(line)), float(np.nanmax(line))) for line in lines) else DIFFERS
 
 
-def _effect(cases: "Cases", axis: Axis, values: np.ndarray, share: float) -> dict[str, Any]:
+def _effect(cases: Cases, axis: Axis, values: np.ndarray, share: float) -> dict[str, Any]:
     """Return the effect of an axis on a figure; values : (n,) SI, NaN for null."""
     last = len(axis.levels) - 1
     codes = {path: of_path for path, (_, of_path) in cases.codes.items()}
@@ -197,7 +195,7 @@ def sign_test(first: int, second: int) -> float:
     return min(1.0, 2.0 * tail)
 
 
-def _rank_effects(cases: "Cases", drawn: Sequence[str], values: np.ndarray) -> list[tuple[str, dict[str, Any]]]:
+def _rank_effects(cases: Cases, drawn: Sequence[str], values: np.ndarray) -> list[tuple[str, dict[str, Any]]]:
     """Return the effect of each drawn variable by partial rank correlation, as (path, entry)."""
     is_known = np.isfinite(values)
     variables = {path: np.array(cases.codes[path][0])[cases.codes[path][1]][is_known] for path in drawn}

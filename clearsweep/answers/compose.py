@@ -11,7 +11,8 @@ from ..contracts import roles
 from ..contracts.layout import Layout
 from ..language import wording
 from . import case_ranking, films, fits, identification, law_check, lifetime, sentences
-from .judge import EXCEEDED, MET, NOT_RUN, UNDECIDED, Cases, answer_on, is_null, judge, named_value
+from .judge import NOT_RUN, answer_on, judge
+from .judged import EXCEEDED, MET, UNDECIDED, Cases, is_null, named_value
 from .probability import ONE_AT_A_TIME
 from .words import Words
 
@@ -222,16 +223,16 @@ def _details(source: Source, cases: Cases, columns: Any, answer: Mapping[str, An
     if answer["question"] == "film" and (film := films.film_answer(record, source.layout, columns, cases)):
         details["film"] = film
     if answer["cases"] and answer["cases"]["added"]:
-        everything = Cases(record, columns)
-        details["all_cases"] = {name: int((everything.verdicts == name).sum()) for name in (MET, EXCEEDED, UNDECIDED)}
+        all_cases = Cases(record, columns)
+        details["all_cases"] = {name: int((all_cases.verdicts == name).sum()) for name in (MET, EXCEEDED, UNDECIDED)}
     if answer["question"] == "seek":
         details["nearest"] = _nearest(record, columns, answer["search"])
     if answer["question"] == "sample":
         details["irregular"] = _irregular(cases)
     details["tried"] = len(columns["case_id"])
     if answer["question"] == "optimise" and cases.limits and answer["search"]:
-        everything = Cases(record, columns)
-        of_case = dict(zip(everything.values("case_id").tolist(), everything.verdicts.tolist(), strict=True))
+        all_cases = Cases(record, columns)
+        of_case = dict(zip(all_cases.values("case_id").tolist(), all_cases.verdicts.tolist(), strict=True))
         details["best_met"] = of_case.get(answer["search"][0]["case_id"]) == MET
     if not cases.limits and answer["question"] in LEADING:
         details["suggestion"] = _suggested_limit(source, cases, answer["question"], details["extremes"])
@@ -353,20 +354,20 @@ def _values_of(cases: Cases, row: int) -> dict[str, Any]:
 
 def _settings(cases: Cases, case_ids: Sequence[str]) -> dict[str, dict[str, Any]]:
     """Return the conditions of some cases, by case."""
-    wanted, found = set(case_ids), {}
+    wanted, conditions_by_case = set(case_ids), {}
     conditions = cases.paths_of(roles.CONDITION, roles.MODEL, roles.UNCERTAINTY)
     for row, case_id in enumerate(cases.values("case_id").tolist() if wanted else ()):
         if case_id in wanted:
             values = _values_of(cases, row)
-            found[case_id] = {path: values[path] for path in conditions if path in values}
-    return found
+            conditions_by_case[case_id] = {path: values[path] for path in conditions if path in values}
+    return conditions_by_case
 
 
 def _nearest(record: Mapping[str, Any], columns: Any, rows: Sequence[Mapping[str, Any]]) -> list[dict[str, Any]]:
     """Return what comes nearest to the limits where `seek` has no answer, at most one entry."""
     section = record["seek"]
-    sought = section.get("largest") or section.get("smallest")
-    paths = [sought] if isinstance(sought, str) else list(sought)
+    searched = section.get("largest") or section.get("smallest")
+    paths = [searched] if isinstance(searched, str) else list(searched)
     entries = [_nearest_of(record, columns, paths, row) for row in rows if row.get(f"seek.{paths[0]}") is None]
     known = [entry for entry in entries if entry["case"]]
     if not known:

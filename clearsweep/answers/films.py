@@ -8,7 +8,8 @@ import numpy as np
 from ..contracts.layout import Layout
 from ..language import wording
 from .cases import FinishedCases
-from .judge import Cases, judge
+from .judge import judge
+from .judged import Cases
 
 ROUGHNESSES = 3.0  # combined roughnesses of both surfaces that a film should exceed to separate them
 THICKNESS, DRY_SHARE, LOSS, LIMIT_FRACTION = "film_thickness_min", "dry_load_share", "film_loss", "film_limit_fraction"

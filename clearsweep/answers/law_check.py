@@ -7,7 +7,7 @@ import numpy as np
 
 from ..language import wording
 from .case_ranking import CaseRanking
-from .judge import EXCEEDED, Cases, is_null
+from .judged import EXCEEDED, Cases, is_null
 from .words import Words
 
 MAX_NAMED_LAWS = 4  # laws that a sentence names

@@ -25,8 +25,8 @@ def seek(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Give the answers of `seek`, or what comes nearest where there is none."""
     section = words.record.get("seek") or {}
     direction = "largest" if "largest" in section else "smallest"
-    sought = section.get(direction)
-    paths = [sought] if isinstance(sought, str) else list(sought or ())
+    searched = section.get(direction)
+    paths = [searched] if isinstance(searched, str) else list(searched or ())
     if not paths or not answer["search"]:
         yield Sentence("The search was interrupted; run the same command again to continue.")
         return
@@ -42,11 +42,11 @@ def seek(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence("{lead}: {item}.", {"lead": lead, "item": items[0]})
     else:
         yield Sentence("{lead}:", {"lead": lead})
-        room = 3
-        for item in items[:room]:
+        shown = 3
+        for item in items[:shown]:
             yield Sentence("{item}.", {"item": item})
-        if len(items) > room:
-            yield Sentence("{more} more are in seek.parquet.", {"more": len(items) - room})
+        if len(items) > shown:
+            yield Sentence("{more} more are in seek.parquet.", {"more": len(items) - shown})
     for nearest in answer.get("nearest", ())[:1]:
         values = {"tried": nearest["tried"], "failed": nearest["failed"], "margin": words.margin(nearest)}
         values["where"] = words.setting(nearest["values"], nearest["case"])

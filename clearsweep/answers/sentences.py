@@ -47,7 +47,7 @@ def shortened(line: str) -> str:
 def state(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Say that a run is not complete."""
     if not answer["complete"]:
-        yield Sentence("The run is not complete: the answer holds for the cases that are finished so far.")
+        yield Sentence("The run is not complete: the answer covers the cases that are finished so far.")
 
 
 def verdict(answer: Answer, words: Words) -> Iterator[Sentence]:
@@ -308,8 +308,8 @@ def effect_text(answer: Answer, words: Words, effect: Mapping[str, Any], *, subj
     if effect.get("with"):
         others = wording.sentence_list([words.axis_name(tied) for tied in effect["with"]])
         span = f" {from_to(*(words.value(path, value) for value in ends))}" if ends else ""
-        along = f"as {words.axis_name(path)} grows{span} and {others} changes with it"
-        return f"{name} {effect['verdict']} {from_to(start, end)} {along}"
+        change = f"as {words.axis_name(path)} grows{span} and {others} changes with it"
+        return f"{name} {effect['verdict']} {from_to(start, end)} {change}"
     grows = f" as {words.axis_name(path)} grows"
     between = effect.get("medians", [])[1:-1]
     if start == end:

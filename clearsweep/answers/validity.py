@@ -374,7 +374,7 @@ def free_bush_remark(joints: Iterable[FreeBearing]) -> str:
     remarks = [
         f"{joint.joint} goes from {_mm_text(joint.cold_clearance)} of clearance to {_mm_text(joint.clearance)} at "
         f"{joint.temperature:.4g} K because its bearing expands freely; a bush thinner than its radius of "
-        f"{_mm_text(joint.bearing_radius)} does not where a housing holds it, and may close: write thermal.housing: "
+        f"{_mm_text(joint.bearing_radius)} does not where a housing grips it, and may close: write thermal.housing: "
         "{material, wall}"
         for joint in joints
         if abs(joint.clearance - joint.cold_clearance) > MIN_EXPANSION * joint.cold_clearance

@@ -181,7 +181,7 @@ class LimitsAndFigures(NamedTuple):
         return Assessment(exceeded, undecided, relative, margin)
 
     def _names(self, masks: "np.ndarray") -> "np.ndarray":
-        """Return the columns of the limits whose mask holds, comma separated, for every case; masks : (limits, n)."""
+        """Return the columns of the limits whose mask is true, comma separated, for every case; masks : (limits, n)."""
         import numpy as np
 
         columns = list(dict.fromkeys(limit.column for limit in self.limits))

@@ -1,6 +1,5 @@
 """How long the wear rate of the window is valid."""
 
-
 from ..contracts.layout import JointLayout
 from ..language import wording
 from .cases import FinishedCases

@@ -99,12 +99,12 @@ class Words:
         return f"{self.figure(column)} beyond its limit" if column else ""
 
 
-def listed(items: Sequence[str], room: int, separator: str = "; ", more: str = "{} more") -> str:
-    """Return as many items as fit into `room` characters, and how many more there are if `more` says so."""
+def listed(items: Sequence[str], max_length: int, separator: str = "; ", more: str = "{} more") -> str:
+    """Return as many items as fit into `max_length` characters, and how many more there are if `more` says so."""
     for count in range(len(items), 0, -1):
         rest = separator + more.format(len(items) - count) if more and count < len(items) else ""
         text = separator.join(items[:count]) + rest
-        if len(text) <= room or count == 1:
+        if len(text) <= max_length or count == 1:
             return text
     return ""
 

@@ -5,7 +5,7 @@ import itertools
 import numpy as np
 
 from ...answers import verdict
-from ...answers.judge import is_null, named_value
+from ...answers.judged import is_null, named_value
 from ...answers.labels import limit_label
 from ...answers.words import case_margin_text
 from ...language import wording
