@@ -32,12 +32,6 @@ def is_one_sample(record: Mapping[str, Any]) -> bool:
     return sample.get("method") in RANDOM_METHODS and set(record.get("units", {})) == set(drawn)
 
 
-def percentage_text(probability: tuple[float, float, float]) -> str:
-    """Return a probability with its interval: '22 % (95 %: 12 to 34 %)'."""
-    value_text, low, high = (f"{100.0 * value_text:.2g}" for value_text in probability)
-    return f"{value_text} % (95 %: {low} to {high} %)"
-
-
 def window_text(record: Mapping[str, Any]) -> str:
     """Return ' within the 3 counted revolutions', without the number where a run ends by itself or varies it."""
     simulate = record.get("simulate") or {}
