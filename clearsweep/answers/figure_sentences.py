@@ -7,7 +7,7 @@ from ..language import wording
 from . import lifetime
 from .words import Answer, Sentence, Words, factor_text, in_brackets
 
-MAX_PLACE = 90  # characters of the values of a case; of longer ones its identity stands
+MAX_PLACE = 90  # characters of the values of a case; instead of longer ones its identity is given
 
 
 def own_figures(answer: Answer, words: Words) -> Iterator[Sentence]:
@@ -30,12 +30,12 @@ def extremes_of(answer: Answer, figure: str, words: Words) -> list[Mapping[str, 
     return [entry for entry in answer.get("extremes", ()) if entry["figure"] in names]
 
 
-def place_text(answer: Answer, words: Words, end: Mapping[str, Any], room: int = MAX_PLACE) -> str:
-    """Return ' at crank speed 2000 rpm (case 1a2b3c4d)' for an end of an extreme; in a small room the case alone."""
+def place_text(answer: Answer, words: Words, end: Mapping[str, Any], max_length: int = MAX_PLACE) -> str:
+    """Return ' at crank speed 2000 rpm (case 1a2b3c4d)' for an end of an extreme; the case alone if it is too long."""
     setting, case = words.setting(end["values"], end["case"]), f"case {wording.short_id(end['case'])}"
     if not setting:
         return ""
-    return f" in {case}" if setting == case or len(setting) > room else f" at {setting} ({case})"
+    return f" in {case}" if setting == case or len(setting) > max_length else f" at {setting} ({case})"
 
 
 def force(answer: Answer, words: Words) -> Iterator[Sentence]:

@@ -30,18 +30,3 @@ def is_one_sample(record: Mapping[str, Any]) -> bool:
     sample = record.get("sample") or {}
     drawn = sample.get("drawn", {})
     return sample.get("method") in RANDOM_METHODS and set(record.get("units", {})) == set(drawn)
-
-
-def window_text(record: Mapping[str, Any]) -> str:
-    """Return ' within the 3 counted revolutions', without the number where a run ends by itself or varies it."""
-    simulate = record.get("simulate") or {}
-    revolutions, discard = simulate.get("revolutions"), simulate.get("discard", 0.0)
-    is_fixed = isinstance(revolutions, int | float) and isinstance(discard, int | float) and not simulate.get("until")
-    if not is_fixed or {"simulate.revolutions", "simulate.discard"} & set(record.get("units", {})):
-        return " within the counted revolutions"
-    counted_revolutions = revolutions - discard
-    return (
-        f" within the {counted_revolutions:g} counted revolutions"
-        if counted_revolutions != 1.0
-        else " within one revolution"
-    )
