@@ -1,6 +1,8 @@
 """The template of a workflow runs what there is here, and keeps what that writes."""
 
+import os
 import re
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -37,3 +39,20 @@ def test_the_key_of_the_cache_follows_from_all_that_compiled_code_depends_on(ste
     covered = {path for pattern in patterns for path in ROOT.glob(pattern)}
     assert covered >= {*(ROOT / "clearsweep/mechanics").rglob("*.py"), ROOT / "constraints.txt"}
     assert re.search(r"^llvmlite==", (ROOT / "constraints.txt").read_text(encoding="utf-8"), re.MULTILINE)
+
+
+@pytest.mark.slow
+def test_every_command_runs_in_a_fresh_clone(steps, tmp_path):
+    """With an empty home and a bare environment, as on a runner; only the actions of the service are left out."""
+    clone, home = tmp_path / "clone", tmp_path / "home"
+    home.mkdir()
+    subprocess.run(["git", "clone", "--quiet", ROOT, clone], check=True)
+    kept = {name: os.environ[name] for name in os.environ if name.upper().startswith(("PATH", "LANG", "PIP_", "HTTP"))}
+    for step in steps:
+        if "run" in step:
+            command = ["bash", "--noprofile", "--norc", "-eo", "pipefail", "-c", step["run"]]
+            done = subprocess.run(
+                command, cwd=clone, env=kept | {"HOME": str(home), "CI": "true"}, capture_output=True, text=True
+            )
+            assert done.returncode == 0, f"{step['run']}\n{done.stdout}\n{done.stderr}"
+    assert (clone / step_of(steps, "upload-artifact")["path"]).is_file()

@@ -32,6 +32,7 @@ from . import (
     seek,
     setup,
     summary,
+    tolerances,
     tradeoffs,
     trends,
     trust,
@@ -79,6 +80,7 @@ FOLDED: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (  # folded below t
         "Laws and errors",
         (
             identified.folded_sections,
+            tolerances.sections,
             budget.sections,
             law_check.sections,
             law_choice.sections,
