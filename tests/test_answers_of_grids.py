@@ -324,6 +324,13 @@ def test_thickness_of_the_film_holds_under_every_law(answer_of):
     assert {design["conditions"] for design in answer["designs"]} == {3}
 
 
+def test_role_of_a_path_that_could_vary_is_accepted(answer_of):
+    source = grid(limits={PEAK: "20 kN"}, sweep={SPEED: SPEEDS[:2]}, roles={CLEARANCE: "condition", SPEED: "choice"})
+    assert answer_of(source)["roles"] == {SPEED: "choice"}
+    with pytest.raises(InputError, match=r"roles\.drive\.sped: cannot vary in this grid; did you mean 'drive\.speed'"):
+        clearsweep.sweep(source | {"roles": {"drive.sped": "choice"}}, show_progress=False)
+
+
 def test_start_cannot_be_swept():
     with pytest.raises(InputError, match=r"simulate\.start.*cannot be swept"):
         clearsweep.sweep(grid(sweep={"simulate.start": ["centred", "seated"]}), show_progress=False)

@@ -61,11 +61,13 @@ ROLES_SECTION = NameSection(
 
 
 def read_roles(reader: Reader, root: WrittenValue) -> None:
-    """Read the roles that the grid sets; the axes must be known."""
+    """Read the roles that the grid sets; the axes must be known.  A path that could vary may have one, too."""
+    could_vary = [path for path, key in reader.keys_in_use.items() if getattr(key, "sweep", False)]
+    known_paths = dict.fromkeys((*reader.written_axes, *could_vary))
     for path, written in ROLES_SECTION.entries(reader.problems, root).items():
-        if path not in reader.written_axes:
+        if path not in known_paths:
             position = root.value["roles"].key_position(path)
-            message = f"does not vary{did_you_mean(path, reader.written_axes)}"
+            message = f"cannot vary in this grid{did_you_mean(path, known_paths)}"
             known = f" (varied: {', '.join(reader.written_axes)})" if reader.written_axes else "; nothing varies"
             reader.problems.add(position, f"roles.{path}", message if "mean" in message else message + known)
         elif written.value not in ROLES:
