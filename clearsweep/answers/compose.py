@@ -367,25 +367,38 @@ def _nearest(record: Mapping[str, Any], columns: Any, rows: Sequence[Mapping[str
     section = record["seek"]
     sought = section.get("largest") or section.get("smallest")
     paths = [sought] if isinstance(sought, str) else list(sought)
-    row = next((row for row in rows if row.get(f"seek.{paths[0]}") is None), None)
-    if row is None:
+    entries = [_nearest_of(record, columns, paths, row) for row in rows if row.get(f"seek.{paths[0]}") is None]
+    known = [entry for entry in entries if entry["case"]]
+    if not known:
         return []
+    best = max(
+        known, key=lambda entry: (entry["margin"] is not None, entry["margin"] or 0.0, -(entry["excess"] or 0.0))
+    )
+    return [best | {name: sum(entry[name] for entry in entries) for name in ("tried", "failed")}]
+
+
+def _nearest_of(
+    record: Mapping[str, Any], columns: Any, paths: Sequence[str], row: Mapping[str, Any]
+) -> dict[str, Any]:
+    """Return the value tried by one search that comes nearest to the limits; its `case` is None if none is known."""
     is_tried = np.ones(len(columns["case_id"]), bool)
     for path in record["units"]:
         if path not in paths and row.get(path) is not None:
             is_tried &= np.array([value == row[path] for value in columns[path].tolist()], bool)
     of_path = {path: roles.CHOICE if path in paths else roles.CONDITION for path in record["units"]}
     tried = judge({**record, "roles": of_path}, columns, own=is_tried.tolist(), figures=())
+    failed = int((is_tried & np.array([value != "ok" for value in columns["status"].tolist()], bool)).sum())
+    entry: dict[str, Any] = {"case": None, "tried": int(is_tried.sum()), "failed": failed}
     best = next((design for design in tried["designs"] if design["verdict"] == "exceeds"), None)
     if best is None:
-        return []
-    failed = int((is_tried & np.array([value != "ok" for value in columns["status"].tolist()], bool)).sum())
+        return entry
     values = dict(best["values"])
     index = [str(case_id) for case_id in columns["case_id"].tolist()].index(best["worst"])
     for path in record["units"]:
         values.setdefault(path, named_value(record, path, columns[path][index]))
-    entry = {name: best[name] for name in ("margin", "excess", "limit")}
-    return [entry | {"case": best["worst"], "values": values, "tried": int(is_tried.sum()), "failed": failed}]
+    return (
+        entry | {name: best[name] for name in ("margin", "excess", "limit")} | {"case": best["worst"], "values": values}
+    )
 
 
 def _law_check(source: Source, columns: Any, checked: np.ndarray, answer: Mapping[str, Any], words: Words) -> str:

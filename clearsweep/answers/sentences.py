@@ -1,37 +1,33 @@
 """The one place that words an answer: a sentence is a rule (its condition), a template, and values of the answer."""
 
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 from ..language import wording
-from . import blocks, labels, lifetime
+from . import blocks, figure_sentences, search_sentences
 from .judge import NOT_RUN, missing_groups
-from .words import Words, factor_text, margin_text
+from .words import (
+    MAX_LENGTH,
+    MAX_LINES,
+    PERCENT,
+    Answer,
+    Rule,
+    Sentence,
+    Words,
+    every_text,
+    from_to,
+    in_brackets,
+    listed,
+    share_text,
+)
 
-MAX_LINES, MAX_LENGTH = 6, 160  # of an answer, and characters of a line
 SMALL_MARGIN = 0.1  # margins below this are not certain
 CONVERGED = 0.01  # relative difference of coarser numerics up to which a figure is converged
 MAX_EFFECTS = 2  # effects on one figure
 MAX_BETWEEN = 3  # medians between both ends that an effect lists
 MAX_FIGURES = 2  # limited figures whose effects are named
-PERCENT = f"{wording.BLANK}%"
-
-Answer = Mapping[str, Any]
-
-
-class Sentence(NamedTuple):
-    """A template and the values that fill it."""
-
-    template: str
-    values: Mapping[str, Any] = {}
-
-    @property
-    def text(self) -> str:
-        """Return the sentence, which begins with a capital letter."""
-        return labels.capitalise(self.template.format(**self.values))
-
-
-Rule = Callable[[Answer, Words], Iterable[Sentence]]
+MAX_SHARES = 2  # designs whose draws are counted
+LONGER_IS_FINER = ("simulate.revolutions", "simulate.time", "simulate.cycles")
 
 
 def sentences(answer: Answer, words: Words) -> list[str]:
@@ -45,16 +41,6 @@ def sentences(answer: Answer, words: Words) -> list[str]:
 def shortened(line: str) -> str:
     """Return a line of at most MAX_LENGTH characters; what is left out is marked."""
     return line if len(line) <= MAX_LENGTH else f"{line[: MAX_LENGTH - 4].rsplit(' ', 1)[0]} ..."
-
-
-def listed(items: Sequence[str], room: int, separator: str = "; ") -> str:
-    """Return as many items as fit into `room` characters, and how many more there are."""
-    for count in range(len(items), 0, -1):
-        more = f"{separator}{len(items) - count} more" if count < len(items) else ""
-        text = separator.join(items[:count]) + more
-        if len(text) <= room or count == 1:
-            return text
-    return ""
 
 
 def state(answer: Answer, words: Words) -> Iterator[Sentence]:
@@ -96,41 +82,37 @@ def verdict(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence("{met} of {total} designs {verb} the limits{every}: {limits}{open}.", values)
 
 
-def every_text(answer: Answer, words: Words) -> str:
-    """Return ' at every crank speed and under every contact law', or ''."""
-    paths = {
-        role: [path for path, of_path in answer["roles"].items() if of_path == role]
-        for role in ("condition", "uncertainty", "model")
-    }
-    conditions = [words.axis_name(path) for path in (*paths["condition"], *paths["uncertainty"])]
-    models = [words.axis_name(path) for path in paths["model"]]
-    parts = [f" at every {wording.sentence_list(conditions)}"] if conditions else []
-    parts += [f" under every {wording.sentence_list(models)}"] if models else []
-    return " and".join(parts)
-
-
 def share(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Say which share of the draws of a sample exceeds a limit; the interval is that of the share that meets them."""
-    for design in answer["designs"][:2]:
-        if part := design.get("share"):
-            exceeded, undecided = (f"{100.0 * part[name]:.2g}{PERCENT}" for name in ("exceeded", "undecided"))
-            values = {"where": f"{words.setting(design['values'])}: " if design["values"] else "", "interval": ""}
-            values |= {"exceeded": exceeded, "count": design["conditions"], "limits": words.limits_text()}
-            values["undecided"] = f"; {undecided} are undecided" if part["undecided"] else ""
-            if part["low"] is not None:
-                ends = (part["low"], part["high"]) if part["undecided"] else (1.0 - part["high"], 1.0 - part["low"])
-                low, high = (f"{100.0 * end:.2g}" for end in ends)
-                of_what = "meeting them" if part["undecided"] else "exceeding one"
-                values["interval"] = f" ({low} to {high}{PERCENT} {of_what}, 95{PERCENT} interval)"
-            template = "{where}{exceeded} of {count} draws exceed a limit{interval}{undecided}: {limits}."
-            yield Sentence(template, values)
+    designs = [design for design in answer["designs"] if "share" in design]
+    if not designs or is_paired(answer):
+        return
+    if len(designs) > MAX_SHARES:
+        items = [f"{words.setting(design['values'])} {share_text(design['share']['met'])}" for design in designs]
+        yield Sentence("Draws that meet the limits: {items}.", {"items": listed(items, MAX_LENGTH - 30)})
+        return
+    for design in designs:
+        part = design["share"]
+        where = f"{words.setting(design['values'])}: " if design["values"] else ""
+        values = {"where": where, "count": design["conditions"], "interval": "", "limits": words.limits_text()}
+        if part["undecided"] == 1.0:
+            yield Sentence("{where}none of {count} draws is known to meet or exceed the limits: {limits}.", values)
+            continue
+        values |= {name: share_text(part[name]) for name in ("exceeded", "undecided")}
+        values["undecided"] = f"; {values['undecided']} are undecided" if part["undecided"] else ""
+        if part["low"] is not None:
+            ends = (part["low"], part["high"]) if part["undecided"] else (1.0 - part["high"], 1.0 - part["low"])
+            low, high = (share_text(end).removesuffix(PERCENT) for end in ends)
+            of_what = "meeting them" if part["undecided"] else "exceeding one"
+            values["interval"] = f" ({low} to {high}{PERCENT} {of_what}, 95{PERCENT} interval)"
+        yield Sentence("{where}{exceeded} of {count} draws exceed a limit{interval}{undecided}: {limits}.", values)
 
 
 def boundary(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Say up to where the limits are met, which designs meet them best, or which comes nearest."""
     designs = answer["designs"]
     if not designs or any("share" in design for design in designs):
-        return
+        return  # the shares say more
     met = [design for design in designs if design["verdict"] == "meets"]
     if answer["designs_total"] == 1 or not designs[0]["values"]:
         if text := words.margin(designs[0]):
@@ -162,11 +144,6 @@ def boundary(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence(
             "A margin of {margin} is not certain: other laws or longer runs may use it up.", {"margin": text}
         )
-
-
-def in_brackets(text: str) -> str:
-    """Return ' (text)', or '' for no text."""
-    return f" ({text})" if text else ""
 
 
 def at_worst(answer: Answer, words: Words, design: Mapping[str, Any]) -> str:
@@ -206,9 +183,11 @@ def missing(answer: Answer, words: Words) -> Iterator[Sentence]:
     if not designs:
         return
     if is_paired(answer):
+        section = next((name for name in ("zip", "sample") if words.record.get(name)), "cases")
         yield Sentence(
-            "Every row of `cases` has its own condition, so no design was run under all of them; name what you choose "
-            "in `roles`."
+            "Every row of `{section}` has its own condition, so no design was run under all of them; name what you "
+            "choose in `roles`.",
+            {"section": section},
         )
         return
     groups = [
@@ -258,7 +237,7 @@ def convergence(answer: Answer, words: Words) -> Iterator[Sentence]:
     for (path, figure), entry in list(largest.items())[:2]:
         finest, coarse = words.figures(figure, [entry["finest"], entry["next"]])
         values = {
-            "axis": words.axis_name(path),
+            "which": "longest run" if path in LONGER_IS_FINER else f"finest {words.axis_name(path)}",
             "figure": words.figure(figure),
             "value": words.value(path, entry["value"]),
             "finest": finest,
@@ -266,12 +245,10 @@ def convergence(answer: Answer, words: Words) -> Iterator[Sentence]:
             "difference": f"{wording.number_text(100.0 * size_of(entry), 2)}{PERCENT}",
         }
         if size_of(entry) <= CONVERGED:
-            yield Sentence(
-                "The finest {axis} decides; coarser ones differ in {figure} by at most {difference}.", values
-            )
+            yield Sentence("The {which} decides; coarser ones differ in {figure} by at most {difference}.", values)
         else:
             yield Sentence(
-                "The finest {axis} decides ({figure} {finest}); {value}: {coarse}, {difference} off, not converged.",
+                "The {which} decides ({figure} {finest}); {value}: {coarse}, {difference} off, not converged.",
                 values,
             )
 
@@ -289,7 +266,7 @@ def effect_lines(answer: Answer, words: Words) -> Iterator[Sentence]:
         texts = [effect_text(answer, words, effect, subject=not index) for index, effect in enumerate(clear)]
         texts = [text for text in texts if text]
         if texts:
-            yield Sentence("{effects}.", {"effects": listed(texts[:MAX_EFFECTS], MAX_LENGTH - 1)})
+            yield Sentence("{effects}.", {"effects": listed(texts[:MAX_EFFECTS], MAX_LENGTH - 1, more="")})
         others = {
             verdict_: [words.axis_name(effect["path"]) for effect in effects if effect["verdict"] == verdict_]
             for verdict_ in (blocks.MIXED, blocks.NONE)
@@ -324,8 +301,10 @@ def effect_text(answer: Answer, words: Words, effect: Mapping[str, Any], *, subj
     if effect["method"] == "ranks":
         return f"{name} {effect['verdict']} with {words.axis_name(path)}, {from_to(start, end)} over its quarters"
     if effect.get("with"):
-        names = wording.sentence_list([words.axis_name(tied) for tied in (path, *effect["with"])])
-        return f"{name} {effect['verdict']} {from_to(start, end)} along {names}, which vary together"
+        others = wording.sentence_list([words.axis_name(tied) for tied in effect["with"]])
+        span = f" {from_to(*(words.value(path, value) for value in ends))}" if ends else ""
+        along = f"as {words.axis_name(path)} grows{span} and {others} changes with it"
+        return f"{name} {effect['verdict']} {from_to(start, end)} {along}"
     grows = f" as {words.axis_name(path)} grows"
     between = effect.get("medians", [])[1:-1]
     if start == end:
@@ -339,138 +318,9 @@ def effect_text(answer: Answer, words: Words, effect: Mapping[str, Any], *, subj
     return f"{name} {effect['verdict']} {from_to(start, end)}{grows}"
 
 
-def from_to(first: str, last: str) -> str:
-    """Return 'from 1 to 2 mm' for '1 mm' and '2 mm'."""
-    for blank in (wording.BLANK, " "):
-        _, _, unit = last.partition(blank)
-        if unit and first.endswith(f"{blank}{unit}") and "(" not in last:
-            return f"from {first.removesuffix(f'{blank}{unit}')} to {last}"
-    return f"from {first} to {last}"
-
-
-def own_figures(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Give the range of the user-defined figures."""
-    for name in words.record.get("figures") or {}:
-        if entry := extreme(answer, name):
-            low, high = words.figures(name, [entry["smallest"]["value"], entry["largest"]["value"]])
-            text = low if low == high else f"{low} to {high}"
-            yield Sentence("{figure}: {range}.", {"figure": words.figure(name), "range": text})
-
-
-def extreme(answer: Answer, column: str) -> Mapping[str, Any] | None:
-    """Return the entry with the extremes of a column, or None."""
-    return next((entry for entry in answer.get("extremes", ()) if entry["figure"] == column), None)
-
-
-def extremes_of(answer: Answer, figure: str, words: Words) -> list[Mapping[str, Any]]:
-    """Return the entries of a figure of all joints."""
-    names = {column.name for column in words.layout.columns if column.figure == figure}
-    return [entry for entry in answer.get("extremes", ()) if entry["figure"] in names]
-
-
-def place_text(answer: Answer, words: Words, end: Mapping[str, Any]) -> str:
-    """Return ' at crank speed 2000 rpm (case 1a2b3c4d)' for an end of an extreme."""
-    setting = words.setting(end["values"], end["case"])
-    if not setting:
-        return ""
-    return f" in {setting}" if setting.startswith("case ") else f" at {setting} (case {wording.short_id(end['case'])})"
-
-
-def force(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Give the largest normal force and its ratio to the ideal reaction."""
-    entries = extremes_of(answer, "force_peak", words)
-    if not entries:
-        return
-    entry = max(entries, key=lambda candidate: candidate["largest"]["value"])
-    if not entry["largest"]["value"]:
-        yield Sentence("The surfaces never touch: every force peak is 0.")
-        return
-    (text,) = words.figures(entry["figure"], [entry["largest"]["value"]])
-    ratio = entry["largest"].get("ratio")
-    values = {
-        "figure": words.figure(entry["figure"]),
-        "value": text,
-        "ratio": f", {factor_text(ratio)} times the ideal" if ratio else "",
-        "where": place_text(answer, words, entry["largest"]),
-    }
-    yield Sentence("Largest {figure}: {value}{ratio}{where}.", values)
-    never = [other for other in entries if not other["largest"]["value"]]
-    if never:
-        names = wording.sentence_list([words.figure(other["figure"]) for other in never])
-        yield Sentence("The surfaces never touch: {names} 0.", {"names": names})
-    elif not entry["smallest"]["value"]:
-        where = place_text(answer, words, entry["smallest"])
-        yield Sentence("The surfaces do not touch in every case, such as{where}.", {"where": where})
-
-
-def error(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Give the largest error of the output."""
-    for entry in [entry for entry in extremes_of(answer, "error_max", words) if entry["largest"]["value"]][:1]:
-        (text,) = words.figures(entry["figure"], [entry["largest"]["value"]])
-        where = place_text(answer, words, entry["largest"])
-        values = {"figure": words.figure(entry["figure"]), "value": text, "where": where}
-        yield Sentence("Largest {figure}: {value}{where}.", values)
-
-
-def touch(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Say that the surfaces of a joint never touch, where limits lead."""
-    for entry in extremes_of(answer, "force_peak", words):
-        if not entry["largest"]["value"]:
-            joint = next(column.joint for column in words.layout.columns if column.name == entry["figure"])
-            name = wording.joint_name(joint)
-            yield Sentence("The surfaces of {joint} never touch in any case.", {"joint": name})
-
-
-def life(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Give the shortest and the longest life with their intervals."""
-    criterion = lifetime.criterion_text(words.record.get("life") or {})
-    until = f" {criterion}" if criterion else ""
-    for entry in extremes_of(answer, "life_hours", words)[:1]:
-        joint = wording.joint_name(words.layout.life)
-        shortest, longest = entry["smallest"], entry["largest"]
-        values = {"joint": joint, "until": until, **_life_values(answer, words, shortest)}
-        yield Sentence("Shortest life of {joint}{body}: {hours}{where}.", values)
-        yield Sentence("It lasts{until}{interval}.", values)
-        if shortest.get("spread"):
-            yield Sentence("{spread}.", {"spread": shortest["spread"]})
-        if longest["case"] != shortest["case"]:
-            yield Sentence("Longest: {hours}{interval}{where}.", _life_values(answer, words, longest))
-    if unreached := answer.get("unreached"):
-        count = wording.count_text(unreached, "case")
-        yield Sentence("{count} did not reach the limit, so the life there is longer than the run.", {"count": count})
-
-
-def _life_values(answer: Answer, words: Words, end: Mapping[str, Any]) -> dict[str, str]:
-    return {
-        "body": f" ({end['body']})" if end.get("body") else "",
-        "hours": f"{wording.number_text(end['value'])}{wording.BLANK}h",
-        "interval": in_brackets(end.get("interval", "")),
-        "where": place_text(answer, words, end),
-    }
-
-
-def start_up(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Say how fast the motor reaches its speed, and which cases do not."""
-    entry = extreme(answer, "start_up_time")
-    unreached, total = answer.get("unreached", 0), answer.get("finished", 0)
-    if entry is None:
-        yield Sentence("No case reaches 95 % of the motor's no-load speed within its run; run more revolutions.")
-        return
-    first, last = words.figures("start_up_time", [entry["smallest"]["value"], entry["largest"]["value"]])
-    text = last if first == last else f"{first} to {last}"
-    where = place_text(answer, words, entry["largest"]) if first != last else ""
-    cases = f"{total - unreached} of {total} cases reach" if total > 1 else "The motor reaches"
-    values = {"cases": cases, "time": text, "where": f", the slowest{where}" if where else ""}
-    yield Sentence("{cases} 95 % of the no-load speed after {time}{where}.", values)
-    if unreached:
-        yield Sentence(
-            "{count} ended before: run more revolutions there.", {"count": wording.count_text(unreached, "start")}
-        )
-
-
 def film(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Give the thinnest film, and the combinations whose films stay safe under every condition."""
-    entries = extremes_of(answer, "film_thickness_min", words)
+    entries = figure_sentences.extremes_of(answer, "film_thickness_min", words)
     if not entries:
         return
     safe = answer.get("film")
@@ -479,145 +329,14 @@ def film(answer: Answer, words: Words) -> Iterator[Sentence]:
         values = {"count": safe["count"], "total": safe["total"], "every": every_text(answer, words)}
         values |= {"criterion": safe["criterion"], "designs": listed(items, 60)}
         values["open"] = f"; {safe['undecided']} undecided" if safe["undecided"] else ""
-        template = "{count} of {total} combinations keep their film {criterion}{every}"
+        values["count"], values["verb"] = values["count"] or "none", "keep" if values["count"] > 1 else "keeps"
+        template = "{count} of {total} combinations {verb} its film {criterion}{every}"
         yield Sentence(template + (": {designs}{open}." if items else "{open}."), values)
         yield from missing({**answer, "designs": safe["missing"], "designs_total": safe["total"]}, words)
     entry = min(entries, key=lambda candidate: candidate["smallest"]["value"])
     (text,) = words.figures(entry["figure"], [entry["smallest"]["value"]])
-    where = place_text(answer, words, entry["smallest"])
+    where = figure_sentences.place_text(answer, words, entry["smallest"])
     yield Sentence("Thinnest film: {value}{where}.", {"value": text, "where": where})
-
-
-def losses(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Give the range of the loss of each film."""
-    for entry in extremes_of(answer, "film_loss", words)[:1]:
-        low, high = words.figures(entry["figure"], [entry["smallest"]["value"], entry["largest"]["value"]])
-        values = {"figure": words.figure(entry["figure"]), "range": low if low == high else f"{low} to {high}"}
-        yield Sentence("{figure}: {range}.", values)
-
-
-def wear(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Give the deepest wear in 1000 hours, and when it would reach the clearance."""
-    for entry in extremes_of(answer, "wear_rate_max", words)[:1]:
-        rate = entry["largest"]["value"]
-        if not rate:
-            continue
-        (text,) = wording.texts_in_common_unit([3.6e6 * rate], "m")
-        hours = entry["largest"].get("clearance_hours")
-        until = f"valid up to {wording.number_text(hours, 2)} h, when it has doubled the clearance" if hours else ""
-        values = {"value": text, "where": place_text(answer, words, entry["largest"]), "until": in_brackets(until)}
-        yield Sentence("Deepest wear: {value} per 1000 h{where}{until}.", values)
-
-
-def added(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Say how many cases a search added, and how many exceed a limit with them."""
-    counts = answer["cases"]
-    if counts and not counts["added"] and answer["question"] == "refine":
-        yield Sentence("No cases were added: no two neighbours differ in meeting the limits.")
-    if counts and counts["added"] and (totals := answer.get("all_cases")):
-        values = {"added": counts["added"], "count": sum(totals.values()), **totals}
-        values["open"] = f", {totals['undecided']} are undecided" if totals["undecided"] else ""
-        yield Sentence(
-            "The search added {added} cases; of all {count}, {exceeded} exceed a limit{open} and {met} meet them.",
-            values,
-        )
-
-
-def seek(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Give the answers of `seek`, or what comes nearest where there is none."""
-    section = words.record.get("seek") or {}
-    direction = "largest" if "largest" in section else "smallest"
-    sought = section.get(direction)
-    paths = [sought] if isinstance(sought, str) else list(sought or ())
-    if not paths or not answer["search"]:
-        yield Sentence("The search was interrupted; run the same command again to continue.")
-        return
-    names = wording.sentence_list([words.axis_name(path) for path in paths])
-    items = []
-    for row in answer["search"]:
-        point = {path: value for path, value in row.items() if path in words.path_units}
-        setting = words.setting({path: value for path, value in point.items() if value is not None})
-        items.append(f"{setting}: {_sought(words, row, paths[0])}" if setting else _sought(words, row, paths[0]))
-    every = every_text(answer, words) if section.get("for") == "all" else ""
-    lead = f"The {direction} {names} within the limits{every}"
-    if len(items) == 1:
-        yield Sentence("{lead}: {item}.", {"lead": lead, "item": items[0]})
-    else:
-        yield Sentence("{lead}:", {"lead": lead})
-        room = 3
-        for item in items[:room]:
-            yield Sentence("{item}.", {"item": item})
-        if len(items) > room:
-            yield Sentence("{more} more are in seek.parquet.", {"more": len(items) - room})
-    for nearest in answer.get("nearest", ())[:1]:
-        values = {"tried": nearest["tried"], "failed": nearest["failed"], "margin": words.margin(nearest)}
-        values["where"] = words.setting(nearest["values"], nearest["case"])
-        yield Sentence("Of {tried} values tried, {failed} failed; nearest: {margin} at {where}.", values)
-
-
-def _sought(words: Words, row: Mapping[str, Any], path: str) -> str:
-    """Return an answer of `seek` in words."""
-    value, limiting = row.get(f"seek.{path}"), row.get("limiting")
-    if value is None:
-        figures = {column.name for column in words.layout.columns} | {*(words.record.get("figures") or {})}
-        if limiting and figures.isdisjoint(limiting.split(",")):
-            return f"not known, as cases failed ({limiting})"
-        return "none in the range" if "seek_fit" not in row else "none of the fits"
-    text = f"{row['seek_fit']} ({words.value(path, value)})" if row.get("seek_fit") else words.value(path, value)
-    other = row["seek_high"] if "largest" in (words.record.get("seek") or {}) else row["seek_low"]
-    by = wording.sentence_list([words.figure(name) for name in (limiting or "").split(",") if name])
-    border = f" (not known to be safe at {words.value(path, other)})" if row["seek_low"] != row["seek_high"] else ""
-    return f"{text}{border}{f', limited by {by}' if by else ', the end of the range'}"
-
-
-def optimise(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Give the best cases of `optimise`."""
-    rows = answer["search"]
-    if not rows:
-        return
-    section = words.record.get("optimise") or {}
-    objectives = [
-        name
-        for sense in ("minimise", "maximise")
-        for name in ([section[sense]] if isinstance(section.get(sense), str) else section.get(sense) or ())
-    ]
-    margins = [row.get("margin") for row in rows]
-    is_met = answer.get("best_met", True)
-    count = len(rows)
-    tried = wording.count_text(answer["tried"], "case")
-    lead = f"The best of {tried}" if count == 1 else f"The front has {count} of {tried}, such as"
-    lead = lead if is_met else "No case meets the limits; nearest"
-    for index, row in enumerate(rows[: MAX_LINES - 2]):
-        values = {
-            "lead": f"{lead}: " if not index else "",
-            "setting": words.setting({path: row[path] for path in words.path_units if row.get(path) is not None}),
-            "figures": wording.sentence_list(
-                [
-                    f"{words.figure(name)} {words.figures(name, [row[name]])[0]}"
-                    for name in objectives
-                    if row.get(name) is not None
-                ]
-            ),
-            "margin": "" if margins[index] is None else f", {margin_text(margins[index], _limits_of(words, row))}",
-        }
-        yield Sentence("{lead}{setting}: {figures}{margin}.", values)
-    if count > MAX_LINES - 2:
-        yield Sentence("{more} more are in optimise.parquet.", {"more": count - MAX_LINES + 2})
-
-
-def _limits_of(words: Words, row: Mapping[str, Any]) -> list:
-    return [limit for limit in words.limits if limit.column in (row.get("limiting") or "").split(",")]
-
-
-def identify(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Give the identified values with their intervals."""
-    for parameter in answer.get("identified", ())[: MAX_LINES - 1]:
-        path = parameter["path"]
-        value, low, high = (words.value(path, parameter[key]) for key in ("value", "low", "high"))
-        values = {"name": words.axis_name(path), "value": value, "range": from_to(low, high).removeprefix("from ")}
-        yield Sentence("{name} {value} (95 %: {range}){note}.", values | {"note": parameter["note"]})
-    if not answer.get("explained", True):
-        yield Sentence("Misfit: no values of these keys explain the measurement, so the intervals are widened.")
 
 
 def laws(answer: Answer, words: Words) -> Iterator[Sentence]:
@@ -647,16 +366,54 @@ def suggestion(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence("No limits are set. To judge the cases, add for example: limits: {{{limit}}}", {"limit": limit})
 
 
-JUDGED = (state, verdict, missing, boundary, fits)
+JUDGED = (state, verdict, share, missing, boundary, fits)
 RULES: dict[str, tuple[Rule, ...]] = {
-    "limits": (*JUDGED, convergence, touch, laws, effect_lines, own_figures, losses, wear),
-    "sample": (state, share, irregular, missing, effect_lines, own_figures, wear),
-    "refine": (*JUDGED, added, convergence, effect_lines),
-    "seek": (state, seek),
-    "optimise": (state, optimise),
-    "identify": (state, identify),
-    "life": (state, life, verdict, boundary, laws, effect_lines, own_figures),
-    "start-up": (state, start_up, force, error, laws, effect_lines, own_figures, wear, suggestion),
-    "film": (state, film, effect_lines, losses, force, laws, own_figures, suggestion),
-    "force": (state, force, error, convergence, laws, effect_lines, wear, own_figures, suggestion),
+    "limits": (
+        *JUDGED,
+        convergence,
+        figure_sentences.touch,
+        laws,
+        effect_lines,
+        figure_sentences.own_figures,
+        figure_sentences.losses,
+        figure_sentences.wear,
+    ),
+    "sample": (state, share, irregular, missing, effect_lines, figure_sentences.own_figures, figure_sentences.wear),
+    "refine": (*JUDGED, search_sentences.added, convergence, effect_lines),
+    "seek": (state, search_sentences.seek),
+    "optimise": (state, search_sentences.optimise),
+    "identify": (state, search_sentences.identify),
+    "life": (state, figure_sentences.life, verdict, boundary, laws, effect_lines, figure_sentences.own_figures),
+    "start-up": (
+        state,
+        figure_sentences.start_up,
+        figure_sentences.force,
+        figure_sentences.error,
+        laws,
+        effect_lines,
+        figure_sentences.own_figures,
+        figure_sentences.wear,
+        suggestion,
+    ),
+    "film": (
+        state,
+        film,
+        effect_lines,
+        figure_sentences.losses,
+        figure_sentences.force,
+        laws,
+        figure_sentences.own_figures,
+        suggestion,
+    ),
+    "force": (
+        state,
+        figure_sentences.force,
+        figure_sentences.error,
+        convergence,
+        laws,
+        effect_lines,
+        figure_sentences.wear,
+        figure_sentences.own_figures,
+        suggestion,
+    ),
 }

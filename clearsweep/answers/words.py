@@ -1,7 +1,7 @@
 """Names, values and limits of a run in words: the same on the terminal, on the page and in answer.json."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -12,7 +12,23 @@ from .cases import column_texts
 from .verdict import Limit, limits_and_figures_of, units_of
 
 MIN_DIGITS, MAX_DIGITS = 4, 16  # significant digits of a varied value: as few as distinguish the values of its axis
+MAX_LINES, MAX_LENGTH = 6, 160  # of an answer, and characters of a line
+PERCENT = f"{wording.BLANK}%"
 MAX_NAMED_AXES = 4  # varied values of a case above which a sentence has its id instead
+
+Answer = Mapping[str, Any]
+
+
+class Sentence(NamedTuple):
+    """A template and the values that fill it."""
+
+    template: str
+    values: Mapping[str, Any] = {}
+
+    @property
+    def text(self) -> str:
+        """Return the sentence, which begins with a capital letter."""
+        return labels.capitalise(self.template.format(**self.values))
 
 
 class Words:
@@ -83,6 +99,46 @@ class Words:
         return f"{self.figure(column)} beyond its limit" if column else ""
 
 
+def listed(items: Sequence[str], room: int, separator: str = "; ", more: str = "{} more") -> str:
+    """Return as many items as fit into `room` characters, and how many more there are if `more` says so."""
+    for count in range(len(items), 0, -1):
+        rest = separator + more.format(len(items) - count) if more and count < len(items) else ""
+        text = separator.join(items[:count]) + rest
+        if len(text) <= room or count == 1:
+            return text
+    return ""
+
+
+def every_text(answer: Answer, words: Words) -> str:
+    """Return ' at every crank speed and under every contact law', or ''."""
+    paths = {
+        role: [path for path, of_path in answer["roles"].items() if of_path == role]
+        for role in ("condition", "uncertainty", "model")
+    }
+    conditions = [words.axis_name(path) for path in (*paths["condition"], *paths["uncertainty"])]
+    models = [words.axis_name(path) for path in paths["model"]]
+    parts = [f" at every {wording.sentence_list(conditions)}"] if conditions else []
+    parts += [f" under every {wording.sentence_list(models)}"] if models else []
+    return " and".join(parts)
+
+
+def in_brackets(text: str) -> str:
+    """Return ' (text)', or '' for no text."""
+    return f" ({text})" if text else ""
+
+
+def from_to(first: str, last: str) -> str:
+    """Return 'from 1 to 2 mm' for '1 mm' and '2 mm'."""
+    for blank in (wording.BLANK, " "):
+        _, _, unit = last.partition(blank)
+        if unit and first.endswith(f"{blank}{unit}") and "(" not in last:
+            return f"from {first.removesuffix(f'{blank}{unit}')} to {last}"
+    return f"from {first} to {last}"
+
+
+Rule = Callable[[Answer, Words], Iterable[Sentence]]
+
+
 def margin_text(margin: float, limits: Sequence[Limit], name: str = "") -> str:
     """Return a margin in words: in per cent where it is met, as a multiple of the limit where it is exceeded.
 
@@ -95,7 +151,8 @@ def margin_text(margin: float, limits: Sequence[Limit], name: str = "") -> str:
     if len(kinds) == 1 and all(limit.value > 0.0 for limit in limits):
         factor = 1.0 - margin if kinds == {"at_most"} else 1.0 + margin
         return f"{factor_text(factor)} times the limit{of_name}"
-    return f"beyond the limit{of_name} by {wording.short_number_text(-margin, 2)} times its size"
+    excess = f"{share_text(-margin)} of its size" if margin > -10.0 else f"{factor_text(-margin)} times its size"
+    return f"{name} beyond the limit by {excess}".lstrip()
 
 
 def case_margin_text(margin: float, limits: Sequence[Limit], exceeded: str) -> str:
@@ -104,6 +161,13 @@ def case_margin_text(margin: float, limits: Sequence[Limit], exceeded: str) -> s
         of_case = [limit for limit in limits if limit.column in exceeded.split(",")]
         return margin_text(margin, of_case or limits).removeprefix("margin ")
     return "exceeded" if exceeded else wording.DASH
+
+
+def share_text(share: float) -> str:
+    """Return a share in per cent with two digits: '0.52 %', '100 %'; nothing but all is 100 %, but none is 0 %."""
+    digits = 2 if share < 0.1 else 0
+    text = wording.short_number_text(100.0 * share, 2) if digits else f"{100.0 * share:.0f}"
+    return f"{'over 99' if share < 1.0 and text == '100' else text}{PERCENT}"
 
 
 def factor_text(factor: float) -> str:

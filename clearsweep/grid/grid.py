@@ -102,7 +102,11 @@ class Grid:
             return UNCERTAINTY
         name = path.removeprefix(DEFINE_PREFIX)
         uses = [used for used, text in self.defined.dependents.items() if name in self.defined.varied_in(text)]
-        roles = {self.given_roles.get(used, value_key(self._shape, used).role) for used in uses if path.startswith(DEFINE_PREFIX)}
+        roles = {
+            self.given_roles.get(used, value_key(self._shape, used).role)
+            for used in uses
+            if path.startswith(DEFINE_PREFIX)
+        }
         return next((role for role in PRECEDENCE if role in roles), value_key(self._shape, path).role)
 
     @property

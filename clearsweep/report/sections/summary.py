@@ -3,7 +3,8 @@
 from collections.abc import Mapping
 from typing import Any
 
-from ...answers import blocks, sentences
+from ...answers import blocks, figure_sentences, sentences
+from ...answers.words import Words, every_text, factor_text, share_text
 from ...language import wording
 from ..blocks.section import Cards, Section
 from ..data.answered import answer_of_study, words_of
@@ -56,10 +57,9 @@ def _verdict_cards(study: Study, answer: Mapping[str, Any]) -> list[Card]:
     designs, words = answer["designs"], words_of(study)
     if not designs:
         return []
-    best, every = designs[0], sentences.every_text(answer, words).strip()
+    best, every = designs[0], every_text(answer, words).strip()
     if share := best.get("share"):
-        exceeded = f"{100.0 * share['exceeded']:.2g}{sentences.PERCENT}"
-        return [("Exceeds a limit", exceeded, f"of {best['conditions']} draws")]
+        return [("Exceeds a limit", share_text(share["exceeded"]), f"of {best['conditions']} draws")]
     if answer["designs_total"] == 1:
         cards = [("Verdict", f"{best['verdict']} the limits".replace("undecided the limits", "undecided"), every)]
     else:
@@ -75,14 +75,14 @@ def _verdict_cards(study: Study, answer: Mapping[str, Any]) -> list[Card]:
     if text.startswith("margin "):
         name = "Largest margin" if len(designs) > 1 else "Smallest margin"
         return [*cards, (name, text.removeprefix("margin "), where)]
-    value, _, figure = text.partition(" of ")
+    value, _, figure = text.partition(" of ") if " times the limit of " in text else (text, "", "")
     return [*cards, ("Nearest design" if len(designs) > 1 else "Worst case", value, f"{figure}; {where}".strip("; "))]
 
 
 def _extreme_cards(study: Study, answer: Mapping[str, Any], figure: tuple[str, str, str]) -> list[Card]:
     """Return the card on the worst value of a figure over all joints; [] if no case has it."""
     (name, title, end), words = figure, words_of(study)
-    entries = sentences.extremes_of(answer, name, words)
+    entries = figure_sentences.extremes_of(answer, name, words)
     if not entries:
         return []
     sign = -1.0 if end == "smallest" else 1.0
@@ -94,7 +94,7 @@ def _extreme_cards(study: Study, answer: Mapping[str, Any], figure: tuple[str, s
         text = "the surfaces never touch"
     ratio = worst[end].get("ratio")
     notes = [words.setting(worst[end]["values"], worst[end]["case"])]
-    notes += [f"{sentences.factor_text(ratio)} times the ideal"] if ratio else []
+    notes += [f"{factor_text(ratio)} times the ideal"] if ratio else []
     notes += [worst[end]["body"]] if worst[end].get("body") else []
     joint = next((column.joint for column in study.run.layout.columns if column.name == worst["figure"]), "")
     notes += [f"joint {wording.joint_name(joint)}"] if joint and len(study.joints) > 1 else []
@@ -108,5 +108,10 @@ def _driver_cards(study: Study, answer: Mapping[str, Any]) -> list[Card]:
         for effect in answer["effects"]:
             if effect["figure"] == figure and effect["verdict"] in (blocks.RISES, blocks.FALLS, blocks.DIFFERS):
                 text = sentences.effect_text(answer, words, effect, subject=True)
-                return [(f"{words.figure(figure).capitalize()} depends on", words.axis_name(effect["path"]), text)]
+                return [(f"{words.figure(figure).capitalize()} depends on", _axis_names(words, effect), text)]
     return []
+
+
+def _axis_names(words: Words, effect: Mapping[str, Any]) -> str:
+    """Return the name of the axis of an effect, with all paths that vary together."""
+    return wording.sentence_list([words.axis_name(path) for path in (effect["path"], *effect.get("with", ()))])
