@@ -26,6 +26,7 @@ CONVERGED = 0.01  # relative difference of coarser numerics up to which a figure
 MAX_EFFECTS = 2  # effects on one figure
 MAX_BETWEEN = 3  # medians between both ends that an effect lists
 MAX_FIGURES = 2  # limited figures whose effects are named
+MAX_GAPS = 3  # undecided conditions of a design that are listed
 MAX_SHARES = 2  # designs whose draws are counted
 LONGER_IS_FINER = ("simulate.revolutions", "simulate.time", "simulate.cycles")
 
@@ -195,6 +196,10 @@ def missing(answer: Answer, words: Words) -> Iterator[Sentence]:
         for values, why, _ in missing_groups(designs)
     ]
     items = [_missing_text(answer, words, *group) for group in groups]
+    if len(designs) == 1 and (total := designs[0]["missing_total"]) > MAX_GAPS:
+        values = {"count": total, "total": designs[0]["conditions"], "item": items[0]}
+        yield Sentence("Undecided: {count} of {total} conditions, such as: {item}.", values)
+        return
     yield Sentence("Undecided: {items}.", {"items": listed(items, MAX_LENGTH - 12)})
 
 
