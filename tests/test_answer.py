@@ -1,19 +1,26 @@
 """The wording of answers, in one golden page, and where an answer is stored and shown."""
 
 import json
+import zlib
+from pathlib import Path
 
 import numpy as np
 import pytest
+from answer_grids import MadeUp
 from click.testing import CliRunner
 from judged_cases import CLEARANCE, FORCE, IMPACTS, SPEED, answer_of, record_of, table_of
 
 import clearsweep
-from clearsweep import report
+from clearsweep import grid as grids
+from clearsweep import report, simulation
 from clearsweep.answers import labels, sentences, words
 from clearsweep.answers.cases import column_texts
 from clearsweep.answers.verdict import Limit
 from clearsweep.cli import verbs
+from clearsweep.contracts import results
 from clearsweep.contracts.layout import Column, JointLayout, Layout
+from clearsweep.sweeping.run_summary import plain
+from clearsweep.sweeping.sweep import Options, run_sweep
 
 PIN = "pin"
 GOLDEN = {
@@ -94,6 +101,60 @@ def test_no_line_is_long_and_no_answer_has_many():
     said = worded(answer_of(record, table), record, table)
     assert 1 < len(said) <= 6
     assert max(map(len, said)) <= 160
+
+
+CONFIGS = sorted((Path(__file__).parent.parent / "configs").glob("*.yaml"))
+
+
+class Varied(MadeUp):
+    """Mechanics by formula for any grid: figures from 1 to 15 that scatter over the cases."""
+
+    @staticmethod
+    def catalogue():
+        """Return the laws and figures of the program."""
+        return simulation.catalogue()
+
+    @staticmethod
+    def alternatives(case):
+        """Return no other laws."""
+        return {}
+
+    def solve(self, case, log=None):
+        """Return made-up figures, wear and history of a case."""
+        chance, layout = zlib.crc32(repr(case).encode()), Layout.of(case, self.catalogue())
+        columns = {
+            column.name: 1 if column.kind == "int" else 1.0 + (chance >> place % 20) % 97 / 7.0
+            for place, column in enumerate(layout.columns)
+        }
+        bins = {joint.name: joint.wear_bins for joint in layout.joints if joint.wear_bins}
+        rows = {joint.name: (joint.wear_rows,) if joint.wear_rows > 1 else () for joint in layout.joints}
+        wear = {name: (np.ones((count, *rows[name])),) * 2 for name, count in bins.items()}
+        return results.Trajectory("ok", "", columns, wear=wear, history=History(bins) if layout.life else {})
+
+
+class History(dict):
+    """Two nodes of a life."""
+
+    def __init__(self, bins):
+        super().__init__()
+        self.bins = bins
+
+    def __missing__(self, name):
+        if "profile" not in name:
+            return np.arange(2.0)
+        return np.zeros((2, self.bins[name.partition("/")[0]]))
+
+
+@pytest.mark.parametrize("path", CONFIGS, ids=[path.stem for path in CONFIGS])
+def test_answers_of_configs_have_six_lines_at_most(path, tmp_path):
+    if grids.load(path, simulation.catalogue()).identify:
+        pytest.skip("compares time histories with a measurement")
+    changed = grids.OverriddenGrid(path, {"save.orbits": "none"}, {})
+    run_sweep(changed, tmp_path / "run", Options(executor="serial", show_progress=False), Varied({}))
+    said = json.loads((tmp_path / "run" / "answer.json").read_text(encoding="utf-8"))["sentences"]
+    assert 1 <= len(said) <= 6
+    assert max(len(plain(line)) for line in said) <= 160
+    assert [line for line in said if line.endswith(" ...")] == []
 
 
 def test_the_unit_of_a_column_suits_most_of_its_values():

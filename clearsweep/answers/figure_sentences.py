@@ -7,6 +7,8 @@ from ..language import wording
 from . import lifetime
 from .words import Answer, Sentence, Words, factor_text, in_brackets
 
+MAX_PLACE = 90  # characters of the values of a case; of longer ones its identity stands
+
 
 def own_figures(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Give the range of the user-defined figures."""
@@ -28,12 +30,12 @@ def extremes_of(answer: Answer, figure: str, words: Words) -> list[Mapping[str, 
     return [entry for entry in answer.get("extremes", ()) if entry["figure"] in names]
 
 
-def place_text(answer: Answer, words: Words, end: Mapping[str, Any]) -> str:
-    """Return ' at crank speed 2000 rpm (case 1a2b3c4d)' for an end of an extreme."""
-    setting = words.setting(end["values"], end["case"])
+def place_text(answer: Answer, words: Words, end: Mapping[str, Any], room: int = MAX_PLACE) -> str:
+    """Return ' at crank speed 2000 rpm (case 1a2b3c4d)' for an end of an extreme; in a small room the case alone."""
+    setting, case = words.setting(end["values"], end["case"]), f"case {wording.short_id(end['case'])}"
     if not setting:
         return ""
-    return f" in {setting}" if setting.startswith("case ") else f" at {setting} (case {wording.short_id(end['case'])})"
+    return f" in {case}" if setting == case or len(setting) > room else f" at {setting} ({case})"
 
 
 def force(answer: Answer, words: Words) -> Iterator[Sentence]:
@@ -146,6 +148,8 @@ def wear(answer: Answer, words: Words) -> Iterator[Sentence]:
             continue
         (text,) = wording.texts_in_common_unit([3.6e6 * rate], "m")
         hours = entry["largest"].get("clearance_hours")
-        until = f"valid up to {wording.number_text(hours, 2)} h, when it has doubled the clearance" if hours else ""
-        values = {"value": text, "where": place_text(answer, words, entry["largest"]), "until": in_brackets(until)}
-        yield Sentence("Deepest wear: {value} per 1000 h{where}{until}.", values)
+        until = f", valid up to {wording.number_text(hours, 2)} h, when it has doubled the clearance" if hours else ""
+        where = place_text(answer, words, entry["largest"], MAX_PLACE // 2 if hours else MAX_PLACE)
+        yield Sentence(
+            "Deepest wear: {value} per 1000 h{where}{until}.", {"value": text, "where": where, "until": until}
+        )
