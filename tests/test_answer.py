@@ -171,6 +171,8 @@ def test_columns_have_labels_in_words():
     made = Layout("planar", True, "", (JointLayout(PIN, 360),), columns, ())
     assert labels.column_label(made, "pin_film_thickness_min") == "least film"
     assert labels.column_label(made, "hours_to_50_um") == "hours to 50 µm"
+    warm = Limit("pin_temperature", "at_most", 333.15)
+    assert labels.limit_label(made, warm, "K") == "pin temperature at most 60\u00a0°C"
     limit = Limit("pin_load_peak", "at_most", 2.0, "pin_film_thickness_min")
     assert labels.limit_label(made, limit, "N") == "load peak at most 2 times the least film"
 

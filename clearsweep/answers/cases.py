@@ -56,6 +56,8 @@ def column_scale(column_name: str, unit: str, column_values: np.ndarray) -> word
 
 def column_texts(column_name: str, unit: str, column_values: np.ndarray, values: Sequence[float]) -> list[str]:
     """Return values of a column as number and unit: in the unit of the column, or in their own if it does not suit."""
+    if unit == "K" and column_name.endswith("temperature"):
+        return [wording.temperature_scale().text(value) for value in values]
     scale = column_scale(column_name, unit, np.asarray(column_values, float))
     displayed_magnitudes = [abs(value) / scale.factor for value in values if value and np.isfinite(value)]
     if displayed_magnitudes and not (

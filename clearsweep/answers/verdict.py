@@ -25,7 +25,10 @@ class Limit(NamedTuple):
 
     def bound_text(self, unit: str) -> str:
         """Return the bound in words, for a column in `unit`: 'at most 5 kN', 'at least 2 times NAME'."""
-        scale = wording.scale("1" if self.times else unit, self.value)
+        is_temperature = unit == "K" and self.column.endswith("temperature") and not self.times
+        scale = (
+            wording.temperature_scale() if is_temperature else wording.scale("1" if self.times else unit, self.value)
+        )
         threshold = scale.exact_text(self.value) + (f" times {self.times}" if self.times else "")
         return f"{self.kind.replace('_', ' ')} {threshold}"
 

@@ -151,7 +151,11 @@ def margin_text(margin: float, limits: Sequence[Limit], name: str = "") -> str:
     if len(kinds) == 1 and all(limit.value > 0.0 for limit in limits):
         factor = 1.0 - margin if kinds == {"at_most"} else 1.0 + margin
         return f"{factor_text(factor)} times the limit{of_name}"
-    excess = f"{share_text(-margin)} of its size" if margin > -10.0 else f"{factor_text(-margin)} times its size"
+    excess = (
+        f"{share_text(-margin)} of its size"
+        if margin > -1.0
+        else f"{wording.short_number_text(-margin, 2)} times its size"
+    )
     return f"{name} beyond the limit by {excess}".lstrip()
 
 

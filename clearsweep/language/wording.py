@@ -124,6 +124,13 @@ def scale(unit: str, values: Iterable[float | None] | float, *, speed: bool = Fa
     return Scale(factor * 10.0**power, f"10{str(power).translate(_SUPERSCRIPTS)}{BLANK}{shown_unit}")
 
 
+def temperature_scale() -> Scale:
+    """Return the scale of temperatures, not of their differences."""
+    if _SYSTEM.get() == "imperial":
+        return Scale(5.0 / 9.0, "°F", 273.15 - 160.0 / 9.0)
+    return Scale(1.0, "°C", 273.15)
+
+
 def written_scale(written: Mapping[str, Any] | None, unit: str) -> Scale | None:
     """Return the scale of a grid value (SI `unit`) in the unit in which it is `written`.
 
@@ -131,7 +138,7 @@ def written_scale(written: Mapping[str, Any] | None, unit: str) -> Scale | None:
     """
     if _SYSTEM.get() == "imperial":
         if unit == "K":
-            return Scale(5.0 / 9.0, "°F", 273.15 - 160.0 / 9.0)
+            return temperature_scale()
         if unit in _IMPERIAL_SCALES or unit in _IMPERIAL_FIXED_UNITS:
             return None
     return recorded_scale(written) if written else None
