@@ -344,7 +344,7 @@ def test_the_report_shows_spread_and_limits(run, tmp_path):
     page = report.write(made, tmp_path / "page.html").read_text(encoding="utf-8")
     for text in ("Spread of the figures", "Probability of exceeding limits", "Histogram of force peak, 64 cases"):
         assert text in page
-    assert "the median of the cases with that value" not in page  # hardly two drawn cases share one
+    assert "Each point is the median over cases" not in page  # hardly two drawn cases share one
     report.tables(made, tmp_path / "tables")
     with open(tmp_path / "tables" / "limits.csv", encoding="utf-8") as stream:
         (row,) = csv.DictReader(stream)

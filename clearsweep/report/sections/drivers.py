@@ -68,7 +68,7 @@ def ideal_varies(study: Study, joint: Joint) -> bool:
 def _note(study: Study) -> str:
     has_several = len(study.swept()) > 1
     note = (
-        "Each point is the median of the cases with that value; the band contains the middle 80 %. "
+        "Each point is the median over cases that differ in nothing else; the band contains the middle 80 %. "
         if has_several
         else ""
     )
