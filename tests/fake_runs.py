@@ -29,7 +29,13 @@ def law(family, name, *fields, uses_elastic=True):
 CATALOGUE = simulation.catalogue()._replace(
     laws=(
         law("law", "hertz"),
-        *(law("law", name, RESTITUTION) for name in ("lankarani-nikravesh", "hunt-crossley", "flores", "exact")),
+        *(law("law", name, RESTITUTION) for name in ("lankarani-nikravesh", "flores", "exact")),
+        law(
+            "law",
+            "hunt-crossley",
+            RESTITUTION._replace(optional=True),
+            Field("damping", "N*s/m^exponent+1", "damper", low_open=False, optional=True),
+        )._replace(one_of=("restitution", "damping")),
         law(
             "law",
             "kelvin-voigt",

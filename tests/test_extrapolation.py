@@ -33,6 +33,14 @@ class Deepest:
         """Return which it is."""
         return (np.arange(state.size) == np.argmax(state)).astype(float)
 
+    def shape_error(self, state):
+        """Return that no shape is smoothed."""
+        return 0.0
+
+    def is_valid(self, state):
+        """Return that every state can be run."""
+        return True
+
 
 def control(**other):
     bins = slice(0, other.pop("bins", 1))

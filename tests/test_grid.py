@@ -116,7 +116,7 @@ def test_the_layout_lists_clearance_joints_in_the_order_of_the_mechanism(base):
 
 def test_the_id_of_the_demo_case_is_pinned(at):
     """Changes only together with MODEL_VERSION or the keys of a case: else every stored result is orphaned."""
-    assert at(TEXT).case_id(0) == "67b8da73408bbc0a"
+    assert at(TEXT).case_id(0) == "a5a9d4a828ba20cb"
 
 
 SAME = {
@@ -387,10 +387,8 @@ def test_the_shipped_grids_load(name, cases):
 
 def test_the_starter_is_a_grid_that_loads_and_explains_itself(at):
     text = grid.starter()
-    assert len(at(text)) == 6
+    assert len(at(text)) == 3 * 2 * 2 * 2
     assert text.count("#") > 20
-    free = text.replace("  # joints.", "  joints.")
-    assert len(at(free)) == 6 * 5 * 4 * 2
 
 
 def test_the_schema_names_every_key_with_unit_and_range():

@@ -55,7 +55,7 @@ def test_a_number_of_an_example_is_allowed():
     numbers = [row for _, row in KEYS if row.example and not row.example.startswith("[")]
     assert len(numbers) > 100
     for row in numbers:
-        units = [unit.replace("^exponent", "^1.5") or "1" for unit in row.units]
+        units = [quantity.replace_exponent(unit, 1.5) or "1" for unit in row.units]
         value = quantity.read(row.example, units[0])
         low, high = bounds(row.allowed)
         assert low <= value <= high, (row.key, row.example, row.allowed)

@@ -447,9 +447,12 @@ def test_a_summary_of_other_rows_or_values_is_refused_and_restored(plain, copied
     assert "summary.parquet" in message or "its cases are not those of summary.parquet" in message
     with pytest.raises(DamagedError):
         len(clearsweep.open(copied).summary)
+    if name in ("infinite figures", "figures beyond any", "NaN"):  # seen when the answer reads them
+        with pytest.raises(DamagedError):
+            swept(fake_physics.grid(2), copied)
+        return
     swept(fake_physics.grid(2), copied)
-    if name not in ("infinite figures", "figures beyond any", "NaN"):  # these are seen when they are read
-        assert same_results(plain, copied)
+    assert same_results(plain, copied)
 
 
 def batch_of(run, change, folder="parts"):

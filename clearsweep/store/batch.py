@@ -328,11 +328,12 @@ def check_rows(table: pa.Table, result_schema: ResultSchema) -> None:
     """Raise MisshapenError unless rows of a batch have the columns of `result_schema`, with plausible values."""
     schema, free = summary_schema(result_schema), {axis.path for axis in result_schema.axes if axis.text is None}
     types = {field.name: {pa.string(), pa.float64()} if field.name in free else {field.type} for field in schema}
-    if table.schema.names != schema.names or any(field.type not in types[field.name] for field in table.schema):
+    has_names = sorted(table.schema.names) == sorted(schema.names)  # in any order: a grid may name its axes in another
+    if not has_names or any(field.type not in types[field.name] for field in table.schema):
         raise MisshapenError("its columns are not those of its grid")
-    for field, column in zip(schema, table.columns, strict=True):
-        if not all(map(is_plausible, column.chunks)):
-            raise MisshapenError(f"{field.name} has values that no run writes")
+    for name in schema.names:
+        if not all(map(is_plausible, table[name].chunks)):
+            raise MisshapenError(f"{name} has values that no run writes")
 
 
 def _finished_ids(table: pa.Table) -> tuple[np.ndarray, np.ndarray]:

@@ -43,6 +43,7 @@ SECTION_EXAMPLES = {
     "cases": "cases: cases.csv",
     "sample": "sample: {method: sobol, n: 64, over: {joints.rod-slider.clearance: {uniform: [20 um, 80 um]}}}",
     "figures": "figures: {amplification: rod_slider_load_peak / rod_slider_force_peak_ideal}",
+    "roles": "roles: {loads.return.stiffness: choice}",
     "limits": "limits: {rod_slider_force_peak: 5 kN, rod_slider_force_peak_ratio: {at_most: 3}}",
     "uncertain": "uncertain: {joints.rod-slider.wear.coefficient: {factor: 3}}",
     "seek": "seek: {largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 2 um, for: all}",

@@ -107,7 +107,12 @@ def read_number(reader: Reader, path: str, key: Number) -> None:
         )
         reader.problems.add(reader.position_of(path), path, message)
         return
-    meanings = [(field, _possible_units(reader, path, field)) for field in fields or (key.uses[0].field,)]
+    meanings = [(field, _possible_units(reader, path, field)) for field in fields]
+    if not fields:  # unused by the laws that are tried: any of its meanings that fits will do
+        every = [(key_use.field, _possible_units(reader, path, key_use.field)) for key_use in key.uses]
+        silent_reader, written = Reader(Problems(), reader.mechanism, reader.outline), reader.written.get(path)
+        fitting = [each for each in every if written and _read_number(silent_reader, path, written, [each]) is not None]
+        meanings = (fitting or every)[:1]
     if _depends_on_unreadable(reader, key):  # which meaning applies is unknown; any that fits will do
         silent_reader = Reader(Problems(), reader.mechanism, reader.outline)
         written = reader.written.get(path)

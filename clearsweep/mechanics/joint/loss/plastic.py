@@ -125,7 +125,8 @@ def _yielding_sphere(law, elastic, pen, rate, onset_rate):
         force = force_factor * elastic_force(elastic, pen)
         return force, unloading.energy_slope * force
     share = 1.0 + (pen / deepest_now - 1.0) / unloading.recovered  # of the recovered depth
-    change = max(abs(share), SMALLEST_SHARE) ** (unloading.exponent - 1.5)  # of Hertz's exponent
+    # of Hertz's exponent; by exp and log, as the exponent has a derivative, too
+    change = math.exp((unloading.exponent - 1.5) * math.log(max(abs(share), SMALLEST_SHARE)))
     force = force_factor * change * elastic_force(elastic, deepest_now * abs(share))
     force = math.copysign(force, share)  # negative if the indentation is clear
     return force, max(force, 0.0)
