@@ -131,7 +131,7 @@ MISTAKES = {
     "key of another law": (
         "restitution: 0.9",
         "restitution: 0.9\n      damping: 1",
-        f"17:16: {CONTACT}.damping: is not used by law 'lankarani-nikravesh', only by kelvin-voigt",
+        f"17:16: {CONTACT}.damping: is not used by law 'lankarani-nikravesh', only by hunt-crossley, kelvin-voigt",
     ),
     "wrong exponent": (
         "6.61e10 N/m^1.5",
