@@ -8,12 +8,10 @@ import pytest
 from bench import against, efficiency, ensemble, mechanics, parts, speed, stepwise
 
 from clearsweep import grid
-from clearsweep.mechanics.compiled.family import flatten
 from clearsweep.mechanics.joint.dry import FREE, PRESSED
 from clearsweep.simulation import catalogue
 from clearsweep.verify.problems import all_problems, scene_of
-from clearsweep.verify.rivals import DEPTH_COLUMN, JOINT_WIDTH, NORMAL_COLUMN, RATE_COLUMN, STAGES, rates_of
-from clearsweep.verify.rivals import _evaluate as evaluate
+from clearsweep.verify.rivals import DEPTH_COLUMN, JOINT_WIDTH, NORMAL_COLUMN, RATE_COLUMN, CountedRates
 
 pytestmark = pytest.mark.heavy
 
@@ -35,17 +33,16 @@ def test_accelerations_gaps_and_forces_are_those_of_the_kernels(name, pressed):
     problem, draw = PROBLEMS[name], np.random.default_rng(3)
     scene = scene_of(problem, 1e-9)
     joints, model = len(scene.value.joints), mechanics.MODELS[tuple(problem.grid["joints"])]
-    numbers = flatten(scene.value)
-    entry, n = rates_of(scene.value, numbers), model.size
-    state, onset = np.full(joints, PRESSED if pressed else FREE), draw.uniform(0.5, 2.0, joints)
+    evaluate, n = CountedRates(scene.value), model.size
+    evaluate.state[:], evaluate.onset[:] = PRESSED if pressed else FREE, draw.uniform(0.5, 2.0, joints)
     record = mechanics.parameters(scene)
     record["state"][0, :joints] = mechanics.PRESSED if pressed else mechanics.FREE
-    record["onset"][0, :joints] = onset
-    unit, k, du = mechanics.units(record, model), np.zeros((STAGES, n + 1 + JOINT_WIDTH * joints)), np.empty(n)
+    record["onset"][0, :joints] = evaluate.onset
+    unit, du = mechanics.units(record, model), np.empty(n)
     forces = 0
     for _ in range(200):
         t, y = near(problem, draw)
-        ours = evaluate(entry, t, y, np.empty(n + 1), state, onset, k)
+        ours = evaluate(t, y)
         model.rates(t, y / unit, du, record[0])
         assert du * unit == pytest.approx(ours[:n], rel=1e-9, abs=1e-9 * np.abs(ours[:n]).max())
         seen = ours[n + 1 :].reshape(joints, JOINT_WIDTH)
