@@ -7,7 +7,7 @@ import signal
 import sys
 
 from . import cli, exit_codes
-from .sweeping import signals
+from .sweeping.pool import signals
 
 
 def main() -> None:

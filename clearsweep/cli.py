@@ -14,7 +14,7 @@ from . import exit_codes, streams
 from .language.errors import InputError, convert_write_errors, escape_control_characters
 from .language.wording import SYSTEMS
 from .language.wording import unit_system as shown_in
-from .sweeping import resources
+from .sweeping.pool import resources
 
 if TYPE_CHECKING:
     from .report.documents.page import Page  # loads what draws
@@ -62,7 +62,7 @@ def _show_version(context: click.Context, _: click.Parameter, requested: bool) -
     """Print the versions, the level of the processor and the directory of compiled code; then exit."""
     if not requested or context.resilient_parsing:
         return
-    from .mechanics.trace import cache, objects
+    from .tracing import cache, objects
 
     print(f"clearsweep, version {clearsweep.__version__}, model version {clearsweep.MODEL_VERSION}")
     print(f"processor level: {objects.level()}")
@@ -147,7 +147,7 @@ def run(  # noqa: PLR0913 - one argument per option
       clearsweep run machine.yaml --sweep "drive.speed=20 rpm,40 rpm"
     """
     from . import grid as grids
-    from .sweeping import run_summary
+    from .sweeping.summary import run_summary
     from .sweeping.sweep import Options, check, load, sweep
 
     options = grids.read_options(grids.SET_OPTION, fixed), grids.read_options(grids.SWEEP_OPTION, swept)
@@ -190,7 +190,8 @@ def run(  # noqa: PLR0913 - one argument per option
 @_summary_json
 def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool) -> int:
     """Merge runs of one grid, for example its shards. OUT receives the same results as one run of the whole grid."""
-    from .sweeping import merge, run_summary
+    from .sweeping import merge
+    from .sweeping.summary import run_summary
 
     facts = run_summary.of_run(result := merge.merge(directories, out, partial=partial))
     click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(run_summary.run_text(facts)))

@@ -6,7 +6,7 @@ import traceback
 import click
 
 from .language.errors import ClearsweepError, escape_control_characters
-from .sweeping import resources
+from .sweeping.pool import resources
 
 INTERNAL, BAD_INPUT, LIMITS, INTERRUPTED = 1, 2, 5, 130
 

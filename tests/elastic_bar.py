@@ -11,9 +11,9 @@ from planar_machines import slider_crank
 from scipy.integrate import solve_ivp
 
 from clearsweep.contracts.machine import Constant, Elastic
-from clearsweep.mechanics.joint.contract import Load
-from clearsweep.mechanics.mechanism import planar
-from clearsweep.mechanics.mechanism.planar.equations import function_of
+from clearsweep.mechanics.joints.contract import Load
+from clearsweep.mechanics.machines import planar
+from clearsweep.mechanics.machines.planar.equations import function_of
 
 STIFFNESS, MASS, SLIDER = 3.9e8, 0.21, 0.14  # N/m of the bar, kg, kg
 CONTACT = 6.61e10  # N/m^1.5

@@ -18,9 +18,10 @@ from scipy import signal, special
 import clearsweep
 from clearsweep.mechanics.observe.histogram import BINS
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals, MechanismTotals
-from clearsweep.simulation import load_case, until
-from clearsweep.simulation.revolutions import NO_MARKS
-from clearsweep.simulation.scene import Scene
+from clearsweep.simulation import load_case
+from clearsweep.simulation.analyses import until
+from clearsweep.simulation.setup.revolutions import NO_MARKS
+from clearsweep.simulation.setup.scene import Scene
 
 TURN = 0.02  # s, of a revolution
 FIGURE = "rod_slider_wear_rate_max"

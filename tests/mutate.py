@@ -68,8 +68,12 @@ def pattern(text: str) -> re.Pattern[str]:
     return re.compile(begin + r"\s*".join(parts) + end)
 
 
-FIGURES, SUMS, OUTCOME = "simulation/figures/catalogue.py", "simulation/sums.py", "simulation/outcome.py"
-SPREAD, WORN = "simulation/spread.py", "simulation/figures/wear.py"
+FIGURES, SUMS, OUTCOME = (
+    "simulation/figures/catalogue.py",
+    "simulation/figures/sums.py",
+    "simulation/analyses/outcome.py",
+)
+SPREAD, WORN = "simulation/figures/spread.py", "simulation/figures/wear.py"
 WINDOW = "tests/test_plain.py -k window"
 WEAR = "tests/test_plain.py -k archard"
 IMPACT = "tests/test_plain.py -k give"
@@ -77,7 +81,7 @@ FLIGHT = "tests/test_plain.py -k flight"
 LIMIT = "tests/test_law_limit.py"
 JUDGE, RUN_CASES, BLOCKED, VERDICT = (f"answers/{name}.py" for name in ("judge", "judged", "blocks", "verdict"))
 JUDGED = "tests/test_judge.py"
-BLOCKS, MEANS = "simulation/batch_means.py", "tests/test_batch_means.py"
+BLOCKS, MEANS = "simulation/figures/batch_means.py", "tests/test_batch_means.py"
 EVENTS, BERNSTEIN = (f"mechanics/solver/{name}.py" for name in ("event_search", "bernstein"))
 SEEN, SEARCH = "tests/test_plain.py -k unseen", "tests/test_event_search.py"
 ENDS = "tests/test_plain.py -k at_its_bearing"
@@ -87,13 +91,13 @@ TOTALS, RAMPS = "mechanics/solver/accumulate/totals.py", "tests/test_tally.py"
 HISTOGRAM, ALONG = "mechanics/observe/histogram.py", "mechanics/solver/accumulate/step_sums.py"
 STORE, SHARDS = "tests/test_store.py", "tests/test_shards.py"
 STRANGERS = "tests/test_strangers.py -k 'not report'"
-PRESSURE, PERSSON, ARCHARD = (f"mechanics/joint/wear/{name}.py" for name in ("pressure", "persson", "archard"))
+PRESSURE, PERSSON, ARCHARD = (f"mechanics/wear/{name}.py" for name in ("pressure", "persson", "archard"))
 BINS = "tests/test_every_wear_law.py"
-PASSING, PASSES = "mechanics/joint/film/transition.py", "tests/test_every_transition.py"
-FILMS, OIL = "mechanics/joint/film", "mechanics/joint/lubricated.py"
+PASSING, PASSES = "mechanics/laws/film/transition.py", "tests/test_every_transition.py"
+FILMS, OIL = "mechanics/laws/film", "mechanics/joints/lubricated.py"
 BALANCE, REYNOLDS, TIPS = (f"tests/test_{name}.py" for name in ("film_balance", "reynolds_film", "asperities"))
 SHARES, IDEALS, HEAT = (f"tests/test_{name}.py" for name in ("shares_of_contact", "ideal_peaks", "heat"))
-ROWS, PLANAR = "mechanics/mechanism/planar/constraints.py", "tests/test_planar.py"
+ROWS, PLANAR = "mechanics/machines/planar/constraints.py", "tests/test_planar.py"
 CASES, IDENTITY = "grid/cases.py", "tests/test_grid.py -k 'id or demo or frame'"
 
 MUTATIONS = (
@@ -106,7 +110,7 @@ MUTATIONS = (
         "settings.revolutions if scene",
         WINDOW,
     ),
-    Mutation("simulation/window.py", "RARE_SHARE", "0.01", "0.02", WINDOW),
+    Mutation("simulation/figures/window.py", "RARE_SHARE", "0.01", "0.02", WINDOW),
     Mutation(FIGURES, "JOINT", 'sums=RootMean("force_square")', 'sums=Mean("force_square")', WINDOW),
     Mutation(FIGURES, "JOINT", "clearance + depth(window, index)", "clearance", WINDOW),
     Mutation(FIGURES, "JOINT", "max(depth(window, index), 0.0)", "depth(window, index)", FLIGHT),
@@ -159,13 +163,13 @@ MUTATIONS = (
     Mutation(SUMS, "DryTime.over_blocks", "threshold = DRY_FORCE_THRESHOLD * (", "threshold = 0.1 * (", SHARES),
     Mutation(SUMS, "Ratio.over_blocks", "half_width(numerator - ratio * denominator)", "half_width(numerator)", SHARES),
     Mutation(
-        "simulation/largest.py",
+        "simulation/machine/largest.py",
         "_jumps",
         "slope[rows, columns] > STEEPNESS * median_slope",
         "slope[rows, columns] < 0.0",
         IDEALS,
     ),
-    Mutation("simulation/ideal.py", "peaks", "np.union1d(equidistant, knots)", "equidistant", IDEALS),
+    Mutation("simulation/machine/ideal.py", "peaks", "np.union1d(equidistant, knots)", "equidistant", IDEALS),
     Mutation(
         ROWS,
         "write_curvature",
@@ -178,22 +182,22 @@ MUTATIONS = (
     Mutation(ROWS, "write_constraints", "value - work.constraints[row].offset", "value", "tests/test_elastic_link.py"),
     Mutation(ROWS, "invert", "pivot if pivot_row == k else -pivot", "pivot", PLANAR),
     Mutation(
-        "mechanics/mechanism/planar/closure.py",
+        "mechanics/machines/planar/closure.py",
         "Closure._rows_of",
         "(-math.sin(joint.axis), math.cos(joint.axis))",
         "(math.sin(joint.axis), -math.cos(joint.axis))",
         PLANAR,
     ),
     Mutation(
-        "mechanics/mechanism/planar/free_crank.py",
+        "mechanics/machines/planar/free_crank.py",
         "_passages",
         "highest_angles[middle] < angle",
         "highest_angles[middle] > angle",
         IDEALS,
     ),
-    Mutation("simulation/heat.py", "at_equilibrium", "converged = run_index > 0 and ", "converged = ", HEAT),
+    Mutation("simulation/analyses/heat.py", "at_equilibrium", "converged = run_index > 0 and ", "converged = ", HEAT),
     Mutation(
-        "simulation/heat.py",
+        "simulation/analyses/heat.py",
         "at_equilibrium",
         "np.minimum(width, DOUBTFUL_WIDTH * (implied_temperatures - ambient))",
         "width",
@@ -531,7 +535,7 @@ MUTATIONS = (
     Mutation(CASES, "identity_of_text", "hexdigest()[:16]", "hexdigest()[1:17]", IDENTITY),
     # versions of workers
     Mutation(
-        "sweeping/worker.py",
+        "sweeping/pool/worker.py",
         "run_batch",
         "if context.grid.case_id(first_task.grid_index) != first_task.case_id:",
         "if False:",

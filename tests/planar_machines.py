@@ -5,9 +5,9 @@ import math
 import numpy as np
 
 from clearsweep.contracts.machine import Aim, Body, BodyPoint, Constant, Guide, Machine, Pin
-from clearsweep.mechanics.joint.contract import Load
-from clearsweep.mechanics.mechanism.contract import Motion, accelerate, describe, pose_at
-from clearsweep.mechanics.mechanism.planar.closure import Closure
+from clearsweep.mechanics.joints.contract import Load
+from clearsweep.mechanics.machines.contract import Motion, accelerate, describe, pose_at
+from clearsweep.mechanics.machines.planar.closure import Closure
 
 CRANK = Body(0.3, 1e-4, (0.025, 0.0), {"pivot": (0.0, 0.0), "pin": (0.05, 0.0)})
 ROD = Body(0.21, 2.5e-4, (0.06, 0.0), {"big": (0.0, 0.0), "small": (0.12, 0.0)})

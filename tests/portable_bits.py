@@ -16,8 +16,9 @@ import numpy as np
 import clearsweep
 from clearsweep import grid, mechanics
 from clearsweep.contracts.results import TIMINGS
-from clearsweep.mechanics.trace import objects
-from clearsweep.simulation import catalogue, scene
+from clearsweep.simulation import catalogue
+from clearsweep.simulation.setup import scene
+from clearsweep.tracing import objects
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 REVOLUTIONS = 1.0  # of a short run, at most

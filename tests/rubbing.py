@@ -5,19 +5,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearsweep.mechanics.joint.wear.account import accumulate_distance
-from clearsweep.mechanics.joint.wear.arc_over_step import WORKSPACE_SIZE
-from clearsweep.mechanics.joint.wear.binning import update_worn_profile
-from clearsweep.mechanics.joint.wear.contract import ACCOUNT_SIZE, Bins, JointAccount
-from clearsweep.mechanics.joint.wear.step import (
-    AXIAL_ROWS,
-    POSITIONS,
-    SLOPES,
-    STRIP_ROWS,
-    Step,
-    fit_positions,
-    fit_profiles,
-)
 from clearsweep.mechanics.observe.histogram import (
     DEPTH_ROW,
     FORCE_ROW,
@@ -29,6 +16,11 @@ from clearsweep.mechanics.observe.histogram import (
     STATE_POINTS,
     STEP_VALUE_ROWS,
 )
+from clearsweep.mechanics.wear.account import accumulate_distance
+from clearsweep.mechanics.wear.arc_over_step import WORKSPACE_SIZE
+from clearsweep.mechanics.wear.binning import update_worn_profile
+from clearsweep.mechanics.wear.contract import ACCOUNT_SIZE, Bins, JointAccount
+from clearsweep.mechanics.wear.step import AXIAL_ROWS, POSITIONS, SLOPES, STRIP_ROWS, Step, fit_positions, fit_profiles
 
 
 class History(NamedTuple):

@@ -27,8 +27,9 @@ from scale_cases import COUNTS
 
 import clearsweep
 from clearsweep import report, store
-from clearsweep.sweeping import estimate, run_summary, sweep
-from clearsweep.sweeping.simulator import SIMULATION
+from clearsweep.sweeping import estimate, sweep
+from clearsweep.sweeping.pool.simulator import SIMULATION
+from clearsweep.sweeping.summary import run_summary
 
 ROOT = Path(__file__).parent.parent
 LEAST = 100  # cases of the run from which the start-up is taken

@@ -22,9 +22,9 @@ import speed_page
 from clearsweep import grid as grids
 from clearsweep import store
 from clearsweep.store import blocks
-from clearsweep.sweeping import blockwise
-from clearsweep.sweeping.case_runner import CaseRunner, Options
-from clearsweep.sweeping.worker import RunContext
+from clearsweep.sweeping.cluster import blockwise
+from clearsweep.sweeping.pool.case_runner import CaseRunner, Options
+from clearsweep.sweeping.pool.worker import RunContext
 
 EACH = 100  # blocks of which one really runs
 HEAD = ("cases", "worker, us a case", "parent, us a case", "parent's memory, MB", "wall, s", "load")

@@ -19,8 +19,9 @@ import scale_cases
 
 from clearsweep import grid as grids
 from clearsweep import store
-from clearsweep.sweeping import blockwise, node, nodes, progress
-from clearsweep.sweeping.case_runner import CaseRunner, Options
+from clearsweep.sweeping.cluster import blockwise, node, nodes
+from clearsweep.sweeping.pool import progress
+from clearsweep.sweeping.pool.case_runner import CaseRunner, Options
 
 SECONDS = 0.7e-3  # s, of a case
 BLOCKS = 36  # for each node: about a minute for 64 cores

@@ -8,8 +8,9 @@ from click.testing import CliRunner
 from clearsweep.cli import verbs
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.describe import REFERENCE, law_text
-from clearsweep.mechanics.joint.registry import all_laws
-from clearsweep.simulation import advice, advice_text, load_case, recommendations
+from clearsweep.mechanics.joints.registry import all_laws
+from clearsweep.simulation import advice_text, load_case, recommendations
+from clearsweep.simulation.advice.advice import advice
 
 GRID = """\
 mechanism:

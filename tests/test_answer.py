@@ -19,7 +19,7 @@ from clearsweep.answers.verdict import Limit
 from clearsweep.cli import verbs
 from clearsweep.contracts import results
 from clearsweep.contracts.layout import Column, JointLayout, Layout
-from clearsweep.sweeping.run_summary import plain
+from clearsweep.sweeping.summary.run_summary import plain
 from clearsweep.sweeping.sweep import Options, run_sweep
 
 PIN = "pin"

@@ -7,10 +7,10 @@ import pytest
 from scipy.integrate import quad
 
 from clearsweep.contracts.case import Contact, Film, Joint, Material, Materials
-from clearsweep.mechanics.compiled.dual import Dual
-from clearsweep.mechanics.joint.film.contract import asperity_load
-from clearsweep.mechanics.joint.film.transition import GreenwoodTripp, Ramp, asperity_integral
-from clearsweep.mechanics.joint.recipe import RECIPES
+from clearsweep.mechanics.joints.recipe import RECIPES
+from clearsweep.mechanics.laws.film.contract import asperity_load
+from clearsweep.mechanics.laws.film.transition import GreenwoodTripp, Ramp, asperity_integral
+from clearsweep.tracing.compiled.dual import Dual
 
 ROUGHNESS, SHARPNESS, DENSITY = 0.4e-6, 0.01, 0.05
 STEEL, BRONZE = Material(207e9, 0.3), Material(110e9, 0.34)

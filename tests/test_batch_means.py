@@ -12,7 +12,8 @@ from test_tally import add_span, filled
 
 from clearsweep.mechanics.observe.histogram import BINS, time_above
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals, MechanismTotals
-from clearsweep.simulation import batch_means, load_case, sums
+from clearsweep.simulation import load_case
+from clearsweep.simulation.figures import batch_means, sums
 
 WORN = {
     f"joints.{name}.wear": {"law": "archard", "coefficient": 2e-14, "bins": 8} for name in ("crank-rod", "rod-slider")

@@ -20,8 +20,10 @@ from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.report.blocks.section import Note, Points, Sentences
 from clearsweep.store import answering, blocks, durable, read_blocks, summary
 from clearsweep.store.record import record_checksum
-from clearsweep.sweeping import blockwise, estimate, run_summary
+from clearsweep.sweeping import estimate
 from clearsweep.sweeping.all_cases import complete_run
+from clearsweep.sweeping.cluster import blockwise
+from clearsweep.sweeping.summary import run_summary
 
 MIXED = grid(12, (GOOD, GOOD + 0.001, FAILS), wear=True)  # 36 cases, 12 of them fail
 

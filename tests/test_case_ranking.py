@@ -12,7 +12,7 @@ from clearsweep.report.data.study import prepare
 from clearsweep.report.data.worst_case import case_ranking_of, worst_case
 from clearsweep.report.sections import summary
 from clearsweep.report.sections import verdict as section
-from clearsweep.sweeping import run_summary
+from clearsweep.sweeping.summary import run_summary
 
 PEAK = "rod_slider_force_peak"
 FILM = {"film_thickness_min": "m", "dry_load_share": "1", "film_loss": "W"}

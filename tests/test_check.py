@@ -8,8 +8,8 @@ from ruamel.yaml import YAML
 
 from clearsweep import grid
 from clearsweep.language.errors import InputError
-from clearsweep.simulation import scene
-from clearsweep.simulation.trajectory import simulate
+from clearsweep.simulation.analyses.trajectory import simulate
+from clearsweep.simulation.setup import scene
 from clearsweep.verify import case_tree, check, problems, reference_run, rivals, stability, variants
 
 PAIR = {

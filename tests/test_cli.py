@@ -17,10 +17,10 @@ import clearsweep
 from clearsweep import cli, simulation
 from clearsweep.grid import SCHEMA_VERSION
 from clearsweep.language.errors import SchedulerLostError, StorageError
-from clearsweep.mechanics.trace import objects
 from clearsweep.store.record import record_checksum
 from clearsweep.sweeping import estimate, sweep
-from clearsweep.sweeping.signals import Stopped
+from clearsweep.sweeping.pool.signals import Stopped
+from clearsweep.tracing import objects
 
 pytestmark = pytest.mark.heavy
 

@@ -12,13 +12,13 @@ from pathlib import Path
 import pytest
 from mechanism_cases import slider_crank
 
-from clearsweep.mechanics.trace import cache
+from clearsweep.tracing import cache
 
 PROGRAM = """
 import sys
-from clearsweep.mechanics.trace import cache
+from clearsweep.tracing import cache
 print(cache.prepare_cache())
-from clearsweep.mechanics.trace import objects
+from clearsweep.tracing import objects
 made, object_of = [], objects.compile_object
 objects.compile_object = lambda module: made.append(module) or object_of(module)
 sys.path.insert(0, {place!r})
@@ -30,7 +30,7 @@ objects.function_at(code.address, 1)(numbers.ctypes.data, numbers.ctypes.data, 0
 print(numbers[0], 0 if made else 1)
 """
 KEPT = "def twice(numbers, out, _):\n    View(out.base, out.item, (1,), (1,))[0] = 2.0 * numbers[0][0]\n"
-KEPT = f"from clearsweep.mechanics.trace.memory import View\n\n\n{KEPT}"
+KEPT = f"from clearsweep.tracing.memory import View\n\n\n{KEPT}"
 
 
 @pytest.fixture

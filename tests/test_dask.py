@@ -19,7 +19,7 @@ from fake_physics import DIES, GOOD, HANGS, grid
 from test_sweep import quiet, same_results, wait_for
 
 from clearsweep.language.errors import InputError, SchedulerLostError, StorageError
-from clearsweep.sweeping import executors
+from clearsweep.sweeping.pool import executors
 
 pytestmark = pytest.mark.heavy
 

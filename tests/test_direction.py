@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from clearsweep.mechanics.compiled.direction import MAX_EXACT_ANGLE, direction
-from clearsweep.mechanics.trace.objects import machine_code
+from clearsweep.tracing.compiled.direction import MAX_EXACT_ANGLE, direction
+from clearsweep.tracing.objects import machine_code
 
 compiled = machine_code(direction)
 

@@ -20,7 +20,7 @@ from clearsweep.cli import verbs
 from clearsweep.contracts import layout
 from clearsweep.contracts.outline import ANY
 from clearsweep.grid.keys.outline import key_trees
-from clearsweep.simulation.scene import catalogue
+from clearsweep.simulation.setup.scene import catalogue
 from clearsweep.sweeping.sweep import sweep
 
 ROOT = Path(__file__).parents[1]

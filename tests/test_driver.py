@@ -11,11 +11,11 @@ from fake_physics import CATALOGUE, Fake, OtherVersion, grid, sweep
 from clearsweep import grid as grids
 from clearsweep import store
 from clearsweep.language.errors import ClearsweepError
-from clearsweep.sweeping import driver as driving
-from clearsweep.sweeping import executors, progress
-from clearsweep.sweeping.case_runner import compile_all
-from clearsweep.sweeping.driver import Batches, Driver
-from clearsweep.sweeping.worker import BatchOutcome, RunContext, run_batch
+from clearsweep.sweeping.pool import driver as driving
+from clearsweep.sweeping.pool import executors, progress
+from clearsweep.sweeping.pool.case_runner import compile_all
+from clearsweep.sweeping.pool.driver import Batches, Driver
+from clearsweep.sweeping.pool.worker import BatchOutcome, RunContext, run_batch
 
 CASES = 12
 

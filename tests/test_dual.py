@@ -8,19 +8,19 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep.mechanics.compiled import calculus
-from clearsweep.mechanics.compiled.dual import FUNCTIONS, Dual, Seeded, as_dual, slope, value
-from clearsweep.mechanics.compiled.family import kernel, pointer_to
 from clearsweep.mechanics.coupling.rates import slopes_of
-from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.elastic.contract import elastic_force
-from clearsweep.mechanics.joint.friction.contract import friction_force
-from clearsweep.mechanics.joint.loss.contract import contact_force
-from clearsweep.mechanics.joint.modes import STUCK
+from clearsweep.mechanics.joints import registry
+from clearsweep.mechanics.joints.modes import STUCK
+from clearsweep.mechanics.laws.elastic.contract import elastic_force
+from clearsweep.mechanics.laws.friction.contract import friction_force
+from clearsweep.mechanics.laws.loss.contract import contact_force
 from clearsweep.mechanics.solver import integration, radau
-from clearsweep.mechanics.trace.objects import machine_code
-from clearsweep.simulation.run import Run
-from clearsweep.simulation.start import start_of
+from clearsweep.simulation.running.run import Run
+from clearsweep.simulation.setup.start import start_of
+from clearsweep.tracing.compiled import calculus
+from clearsweep.tracing.compiled.dual import FUNCTIONS, Dual, Seeded, as_dual, slope, value
+from clearsweep.tracing.compiled.family import kernel, pointer_to
+from clearsweep.tracing.objects import machine_code
 
 pytestmark = pytest.mark.heavy
 

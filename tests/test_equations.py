@@ -7,13 +7,13 @@ import numpy as np
 import pytest
 
 from clearsweep.contracts.machine import Aim, Body, BodyPoint, Constant, Guide, Machine, Pin
-from clearsweep.mechanics.joint.dry import Gap, Joint, joint_load
-from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
-from clearsweep.mechanics.joint.friction.sliding import Tanh
-from clearsweep.mechanics.joint.loss.hysteresis import Lossless
-from clearsweep.mechanics.joint.modes import PRESSED
-from clearsweep.mechanics.mechanism import planar
-from clearsweep.mechanics.mechanism.contract import accelerate, describe, gap_accelerations, gaps, pose_at
+from clearsweep.mechanics.joints.dry import Gap, Joint, joint_load
+from clearsweep.mechanics.joints.modes import PRESSED
+from clearsweep.mechanics.laws.elastic.power import PowerThreeHalves
+from clearsweep.mechanics.laws.friction.sliding import Tanh
+from clearsweep.mechanics.laws.loss.hysteresis import Lossless
+from clearsweep.mechanics.machines import planar
+from clearsweep.mechanics.machines.contract import accelerate, describe, gap_accelerations, gaps, pose_at
 
 
 class Links(NamedTuple):

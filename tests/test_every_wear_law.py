@@ -15,9 +15,9 @@ from scipy.integrate import cumulative_trapezoid, quad
 from wear_oracle import AREAS, PRESSURES, Sizes, bin_edges, spread
 
 from clearsweep.contracts.case import Contact, Friction, Joint, Material, Materials, Wear
-from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.elastic.contract import SMALL_ARC
-from clearsweep.mechanics.joint.wear.contract import (
+from clearsweep.mechanics.joints import registry
+from clearsweep.mechanics.laws.elastic.contract import SMALL_ARC
+from clearsweep.mechanics.wear.contract import (
     PRESSURE_MAX,
     PRESSURE_TIME,
     PV_MAX,

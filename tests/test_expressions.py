@@ -5,9 +5,9 @@ import random
 
 import pytest
 
-from clearsweep.mechanics.mechanism.planar.expressions import ONE, ZERO, FunctionCode, PlaneVector, sum_of
-from clearsweep.mechanics.mechanism.planar.ldl import LDL
-from clearsweep.mechanics.mechanism.spatial.expressions import NO_VECTOR, SpatialVector
+from clearsweep.mechanics.machines.planar.expressions import ONE, ZERO, FunctionCode, PlaneVector, sum_of
+from clearsweep.mechanics.machines.planar.ldl import LDL
+from clearsweep.mechanics.machines.spatial.expressions import NO_VECTOR, SpatialVector
 
 NAMES = ("a", "b", "c", "d")
 FORMULAS = {

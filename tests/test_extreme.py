@@ -5,9 +5,9 @@ import pytest
 
 import clearsweep
 from clearsweep.answers import expected
-from clearsweep.simulation import revolutions
-from clearsweep.simulation.extreme import UNKNOWN_QUANTILE, Tail, expected_largest
-from clearsweep.sweeping import run_summary
+from clearsweep.simulation.figures.extreme import UNKNOWN_QUANTILE, Tail, expected_largest
+from clearsweep.simulation.setup import revolutions
+from clearsweep.sweeping.summary import run_summary
 
 MANY = 1e6
 

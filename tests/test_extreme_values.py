@@ -8,7 +8,7 @@ from test_machines import FOUR_BAR, PLANAR, SLIDER_CRANK, changed
 from clearsweep import grid
 from clearsweep.contracts.catalogue import LARGEST, Field
 from clearsweep.language.errors import InputError
-from clearsweep.simulation.scene import catalogue
+from clearsweep.simulation.setup.scene import catalogue
 
 LOAD = {"on": "slider"}
 

@@ -14,7 +14,7 @@ from clearsweep.contracts.layout import Layout, columns_markdown
 from clearsweep.contracts.results import TIMINGS
 from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.simulation.figures import catalogue as figures
-from clearsweep.simulation.sums import Mean
+from clearsweep.simulation.figures.sums import Mean
 
 ROOT = Path(__file__).parent.parent
 TEXT = "mean square of the normal force over the window's time"
@@ -189,7 +189,7 @@ def test_nothing_but_its_own_file_compares_with_the_name_of_a_mechanism():
     names = {mechanism.name for mechanism in simulation.catalogue().mechanisms}
     package = ROOT / "clearsweep"
     for path in package.rglob("*.py"):
-        if package / "mechanics/mechanism" in path.parents:
+        if package / "mechanics/machines" in path.parents:
             continue
         for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
             words = {inner.value for inner in ast.walk(node) if isinstance(inner, ast.Constant)}

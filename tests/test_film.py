@@ -7,6 +7,7 @@ from importlib import resources
 
 import numpy as np
 import pytest
+from clearsweep.simulation.advice.remarks import passive_film
 from law_cases import RECIPES, names
 from mechanism_cases import changed, slider_crank
 
@@ -15,19 +16,12 @@ from clearsweep import simulation
 from clearsweep.answers import validity
 from clearsweep.contracts.case import NO_CONTACT, Film, Joint
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.compiled.dual import Dual
-from clearsweep.mechanics.joint import lubricated, registry
-from clearsweep.mechanics.joint.film import finite, long, short
-from clearsweep.mechanics.joint.film.contract import (
-    FilmMotion,
-    dry_fraction,
-    film_couples,
-    film_force,
-    film_pressure,
-)
-from clearsweep.mechanics.joint.film.transition import Ramp
-from clearsweep.simulation import heat
-from clearsweep.simulation.remarks import passive_film
+from clearsweep.mechanics.joints import lubricated, registry
+from clearsweep.mechanics.laws.film import finite, long, short
+from clearsweep.mechanics.laws.film.contract import FilmMotion, dry_fraction, film_couples, film_force, film_pressure
+from clearsweep.mechanics.laws.film.transition import Ramp
+from clearsweep.simulation.analyses import heat
+from clearsweep.tracing.compiled.dual import Dual
 from clearsweep.verify import films
 
 LAWS, SHEARS = names("film"), names("film-friction")

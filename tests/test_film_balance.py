@@ -9,8 +9,8 @@ from film_oracle import solution
 from law_cases import RECIPES, names
 
 from clearsweep.contracts.case import NO_CONTACT, Film, Joint
-from clearsweep.mechanics.joint import lubricated, registry
-from clearsweep.mechanics.joint.dry import Gap
+from clearsweep.mechanics.joints import lubricated, registry
+from clearsweep.mechanics.joints.dry import Gap
 
 LAWS, SHEARS = names("film"), names("film-friction")
 BALANCED = [name for name in SHEARS if name != "none"]

@@ -7,7 +7,7 @@ import pytest
 from film_oracle import solution
 from test_reynolds_film import film_result, law_of
 
-from clearsweep.mechanics.joint.film import finite
+from clearsweep.mechanics.laws.film import finite
 
 #: (length / diameter, eccentricity ratio, Sommerfeld number of pure squeeze), from the tables of Butenschön 1976.
 SQUEEZED = [(1.0, 0.99, 6057.9), (0.5, 0.99, 5486.9), (0.25, 0.99, 4335.3), (0.25, -0.9, 0.0376), (0.25, -0.5, 0.0688)]

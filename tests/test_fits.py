@@ -16,7 +16,7 @@ from clearsweep import report
 from clearsweep.grid import recorded_fits
 from clearsweep.grid.library import iso286
 from clearsweep.language.errors import InputError
-from clearsweep.sweeping import settings
+from clearsweep.sweeping.facts import settings
 
 CLEARANCE, RADIUS = f"{JOINT}.clearance", f"{JOINT}.bearing_radius"
 

@@ -10,7 +10,7 @@ from test_warm_joint import DRY
 
 import clearsweep
 from clearsweep.contracts.layout import Layout
-from clearsweep.simulation.run import integration_of
+from clearsweep.simulation.running.run import integration_of
 
 HISTORIES = {"save__orbits": "all", "save__samples": 40000}
 PRELOADED = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 0.01, "preload": 200.0}

@@ -9,17 +9,17 @@ from scipy.integrate import solve_ivp
 from test_given_friction import FOUR_BAR
 
 import clearsweep
-from clearsweep.mechanics.joint.friction.bristles import Dahl, LuGre
-from clearsweep.mechanics.joint.friction.contract import (
+from clearsweep.mechanics.laws.friction.bristles import Dahl, LuGre
+from clearsweep.mechanics.laws.friction.contract import (
     friction_force,
     friction_in_pin,
     settled_state,
     static_limit_in_pin,
     without_history,
 )
-from clearsweep.mechanics.joint.friction.sliding import Tanh
-from clearsweep.mechanics.joint.friction.stick import Karnopp
-from clearsweep.mechanics.mechanism.planar import loads as planar_loads
+from clearsweep.mechanics.laws.friction.sliding import Tanh
+from clearsweep.mechanics.laws.friction.stick import Karnopp
+from clearsweep.mechanics.machines.planar import loads as planar_loads
 from clearsweep.verify.measured.stick_slip import LAW
 
 FAR = 1e4  # m, length of a spring: its direction is nearly constant
@@ -282,7 +282,7 @@ def test_laws_of_loads_are_replaced_by_place():
     grid = four_bar("rocker-ground", {"law": "dahl", "coefficient": 0.1, "radius": 0.01, "bristle_stiffness": 1e4})
     grid["loads"]["push"] = {"on": "rocker", "torque": 1.0}
     mechanism = clearsweep.load_case(grid).built.value
-    other = clearsweep.mechanics.mechanism.contract.with_friction_laws(mechanism, (Dahl(0.5, 1.0, 1.0, 0.25),))
+    other = clearsweep.mechanics.machines.contract.with_friction_laws(mechanism, (Dahl(0.5, 1.0, 1.0, 0.25),))
     (rubbed,) = (load for load in other.loads if isinstance(load, planar_loads.JointFriction))
     assert rubbed.friction == Dahl(0.5, 1.0, 1.0, 0.25)
     assert [type(load) for load in other.loads] == [type(load) for load in mechanism.loads]

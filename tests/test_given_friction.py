@@ -12,11 +12,11 @@ from planar_machines import four_bar, slider_crank
 import clearsweep
 from clearsweep.contracts.machine import Braking, Constant, Rubbing
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.joint.contract import Load
-from clearsweep.mechanics.joint.friction.contract import friction_force
-from clearsweep.mechanics.joint.friction.sliding import Ambrosio, Stribeck, Tanh
-from clearsweep.mechanics.mechanism import planar
-from clearsweep.mechanics.mechanism.contract import accelerate, crank_rate, load_power, pose_at
+from clearsweep.mechanics.joints.contract import Load
+from clearsweep.mechanics.laws.friction.contract import friction_force
+from clearsweep.mechanics.laws.friction.sliding import Ambrosio, Stribeck, Tanh
+from clearsweep.mechanics.machines import planar
+from clearsweep.mechanics.machines.contract import accelerate, crank_rate, load_power, pose_at
 
 ANGLES = np.linspace(0.0, 2.0 * math.pi, 2001)
 FOUR_BAR = {

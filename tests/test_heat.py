@@ -10,8 +10,8 @@ from scipy.optimize import brentq
 
 import clearsweep
 from clearsweep.answers import validity
-from clearsweep.simulation import heat
-from clearsweep.simulation.sums import half_width
+from clearsweep.simulation.analyses import heat
+from clearsweep.simulation.figures.sums import half_width
 
 OIL = {"at_40C": "46 mm^2/s", "at_100C": "6.8 mm^2/s", "density": "870 kg/m^3"}
 AMBIENT, CONDUCTANCE = 313.15, 1.5  # K, W/K

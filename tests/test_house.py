@@ -38,7 +38,7 @@ def test_the_imports_of_the_package_point_one_way(copy):
 @pytest.mark.parametrize(
     ("file", "planted"),
     [
-        ("mechanics/joint/dry.py", "from ...grid import load"),
+        ("mechanics/joints/dry.py", "from ...grid import load"),
         ("grid/grid.py", "from ..mechanics.coupling import rates"),
         ("grid/keys/run_keys.py", "from ..sections.reader import Reader"),
         ("grid/sections/seek.py", "from ..reading import values"),
@@ -46,15 +46,15 @@ def test_the_imports_of_the_package_point_one_way(copy):
         ("report/data/axis.py", "from ..blocks import table"),
         ("report/draw/style.py", "from ..sections import maps"),
         ("report/one_case/motion.py", "from ..laws import law_verdict"),
-        ("mechanics/joint/dry.py", "from llvmlite import ir"),
+        ("mechanics/joints/dry.py", "from llvmlite import ir"),
         ("store/batch.py", "from ..sweeping import sweep"),
         ("contracts/results.py", "from ..store import StoredRun"),
-        ("mechanics/joint/dry.py", "from ..mechanism.contract import gaps"),
-        ("mechanics/mechanism/drives.py", "from ..solver import integration"),
+        ("mechanics/joints/dry.py", "from ..mechanism.contract import gaps"),
+        ("mechanics/machines/drives.py", "from ..solver import integration"),
         ("mechanics/solver/step.py", "from ..mechanism import contract"),
         ("mechanics/solver/step.py", "from ..coupling import rates"),
         ("mechanics/observe/observables.py", "from ..joint.contract import acts"),
-        ("mechanics/trace/memory.py", "from ..compiled import family"),
+        ("tracing/memory.py", "from ..compiled import family"),
     ],
 )
 def test_a_planted_import_the_wrong_way_is_found(copy, file, planted):

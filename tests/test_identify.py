@@ -15,8 +15,8 @@ from clearsweep.contracts.results import Trajectory
 from clearsweep.language.errors import InputError
 from clearsweep.report.data import study
 from clearsweep.report.sections.identified import sections
-from clearsweep.sweeping import emulator
-from clearsweep.sweeping.run_summary import of_run, run_text
+from clearsweep.searches import emulator
+from clearsweep.sweeping.summary.run_summary import of_run, run_text
 
 MASS, ROD = "mechanism.slider.mass", "mechanism.rod.mass"
 TURNS, SAMPLES, SPEED = 8, 180, 500.0  # of a case; rad/s

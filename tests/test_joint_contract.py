@@ -9,14 +9,14 @@ import pytest
 from mechanism_cases import PAIR, changed, slider_crank, told_both_ways
 
 import clearsweep
-from clearsweep.mechanics.compiled import calculus
-from clearsweep.mechanics.compiled.family import kernel
-from clearsweep.mechanics.joint import contract
-from clearsweep.mechanics.joint.contract import NEVER, Contact, ContactModes, Guard, InternalState, Load, Part
-from clearsweep.mechanics.joint.friction.contract import Frictionless, friction_force
-from clearsweep.mechanics.joint.modes import ACTS, FREE, PRESSED, TOUCHING, touches
+from clearsweep.mechanics.joints import contract
+from clearsweep.mechanics.joints.contract import NEVER, Contact, ContactModes, Guard, InternalState, Load, Part
+from clearsweep.mechanics.joints.modes import ACTS, FREE, PRESSED, TOUCHING, touches
+from clearsweep.mechanics.laws.friction.contract import Frictionless, friction_force
 from clearsweep.mechanics.observe.stages import STAGES
-from clearsweep.simulation.run import integration_of
+from clearsweep.simulation.running.run import integration_of
+from clearsweep.tracing.compiled import calculus
+from clearsweep.tracing.compiled.family import kernel
 
 
 def with_joint(scene, joint):

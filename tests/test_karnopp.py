@@ -8,13 +8,13 @@ from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
 from clearsweep.mechanics.coupling.sticking import every_grip, slip_rates, with_sticking_forces
-from clearsweep.mechanics.joint.contract import JointState, every_latched
-from clearsweep.mechanics.joint.dry import surface_speed
-from clearsweep.mechanics.joint.loads import loads_of
-from clearsweep.mechanics.joint.modes import AT_LIMIT_DOWN, AT_LIMIT_UP, PRESSED, STUCK
-from clearsweep.mechanics.mechanism.contract import accelerate, gap_accelerations, gaps, pose_at
-from clearsweep.simulation.outcome import trajectory_of
-from clearsweep.simulation.run import integration_of
+from clearsweep.mechanics.joints.contract import JointState, every_latched
+from clearsweep.mechanics.joints.dry import surface_speed
+from clearsweep.mechanics.joints.loads import loads_of
+from clearsweep.mechanics.joints.modes import AT_LIMIT_DOWN, AT_LIMIT_UP, PRESSED, STUCK
+from clearsweep.mechanics.machines.contract import accelerate, gap_accelerations, gaps, pose_at
+from clearsweep.simulation.analyses.outcome import trajectory_of
+from clearsweep.simulation.running.run import integration_of
 
 pytestmark = pytest.mark.heavy
 

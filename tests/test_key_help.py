@@ -15,7 +15,7 @@ from clearsweep.cli import verbs
 from clearsweep.grid.pages.key_help import SECTION_EXAMPLES, section_texts
 from clearsweep.grid.pages.reference import page_sections
 from clearsweep.language import quantity
-from clearsweep.simulation.scene import catalogue
+from clearsweep.simulation.setup.scene import catalogue
 
 COMMANDS = (Path(__file__).parents[1] / "docs/commands.md").read_text(encoding="utf-8")
 KEYS = [(path, row) for part in page_sections(catalogue()) for path in part.paths for row in part.rows]

@@ -15,8 +15,8 @@ from scipy.optimize import brentq
 from test_film import oiled
 
 import clearsweep
-from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.contract import (
+from clearsweep.mechanics.joints import registry
+from clearsweep.mechanics.joints.contract import (
     Contact,
     JointState,
     Offsets,
@@ -28,14 +28,14 @@ from clearsweep.mechanics.joint.contract import (
     load,
     parts,
 )
-from clearsweep.mechanics.joint.dry import Gap
-from clearsweep.mechanics.joint.elastic.contract import elastic_force
-from clearsweep.mechanics.joint.film.contract import FilmMotion, film_force
-from clearsweep.mechanics.joint.film.corners import AFLOAT, Reversals, has_reversal_corners
-from clearsweep.mechanics.joint.friction.contract import friction_force
-from clearsweep.mechanics.joint.kinks import kink_variable, kinks
-from clearsweep.mechanics.joint.loss.contract import contact_force
-from clearsweep.simulation.run import integration_of
+from clearsweep.mechanics.joints.dry import Gap
+from clearsweep.mechanics.joints.kinks import kink_variable, kinks
+from clearsweep.mechanics.laws.elastic.contract import elastic_force
+from clearsweep.mechanics.laws.film.contract import FilmMotion, film_force
+from clearsweep.mechanics.laws.film.corners import AFLOAT, Reversals, has_reversal_corners
+from clearsweep.mechanics.laws.friction.contract import friction_force
+from clearsweep.mechanics.laws.loss.contract import contact_force
+from clearsweep.simulation.running.run import integration_of
 from clearsweep.verify import films, stability
 
 MACHINES = resources.files("clearsweep.verify") / "references" / "machines.json"

@@ -15,7 +15,8 @@ from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
 from clearsweep.report.blocks.table import Column, Table
 from clearsweep.report.data import study
-from clearsweep.sweeping import run_summary, settings
+from clearsweep.sweeping.facts import settings
+from clearsweep.sweeping.summary import run_summary
 
 LABELLED = {"tight": "20 um", "loose": "0.1 mm"}
 

@@ -9,7 +9,7 @@ from clearsweep import simulation, store
 from clearsweep.language.errors import InputError
 from clearsweep.report.data import study
 from clearsweep.report.sections import law_check as section
-from clearsweep.sweeping import run_summary
+from clearsweep.sweeping.summary import run_summary
 
 LAW, MASS = "joints.rod-slider.contact.law", "mechanism.slider.mass"
 PEAK = "rod_slider_force_peak"

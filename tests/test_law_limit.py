@@ -13,8 +13,8 @@ from clearsweep.answers.validity import (
     law_range_remark,
     required_columns,
 )
-from clearsweep.mechanics.joint import registry
-from clearsweep.simulation import scene
+from clearsweep.mechanics.joints import registry
+from clearsweep.simulation.setup import scene
 
 pytestmark = pytest.mark.heavy
 

@@ -9,11 +9,11 @@ import pytest
 from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
-from clearsweep.mechanics.compiled import family
 from clearsweep.mechanics.coupling import trial_step
-from clearsweep.mechanics.trace import objects
 from clearsweep.simulation import solve
-from clearsweep.simulation.run import integration_of
+from clearsweep.simulation.running.run import integration_of
+from clearsweep.tracing import objects
+from clearsweep.tracing.compiled import family
 
 pytestmark = pytest.mark.heavy
 
@@ -107,7 +107,7 @@ def test_the_same_program_runs_uncompiled():
 
 
 def test_compiled_code_is_kept_under_a_stamp_of_its_sources(tmp_path, monkeypatch):
-    from clearsweep.mechanics.trace import cache
+    from clearsweep.tracing import cache
 
     monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
     place = cache.prepare_cache()
@@ -118,15 +118,16 @@ def test_compiled_code_is_kept_under_a_stamp_of_its_sources(tmp_path, monkeypatc
     assert cache.hash_of_sources() != place.name
 
 
-@pytest.mark.parametrize("file", ["rates.py", "joint/dry.py", "mechanism/new.py", "joint/film/deeper/law.py"])
-def test_the_stamp_covers_every_file_below_the_room_of_mechanics(file, tmp_path, monkeypatch):
-    from clearsweep.mechanics.trace import cache
+@pytest.mark.parametrize("file", ["mechanics/a.py", "mechanics/laws/film/deeper/law.py", "tracing/new.py"])
+def test_the_stamp_covers_every_file_that_is_compiled(file, tmp_path, monkeypatch):
+    from clearsweep.tracing import cache
 
-    shutil.copytree(cache.SOURCES, tmp_path / "mechanics", ignore=shutil.ignore_patterns("__pycache__"))
+    for folder in cache.SOURCES:
+        shutil.copytree(folder, tmp_path / folder.name, ignore=shutil.ignore_patterns("__pycache__"))
     before = cache.hash_of_sources()
-    monkeypatch.setattr(cache, "SOURCES", tmp_path / "mechanics")
+    monkeypatch.setattr(cache, "SOURCES", [tmp_path / folder.name for folder in cache.SOURCES])
     assert cache.hash_of_sources() == before
-    changed = tmp_path / "mechanics" / file
+    changed = tmp_path / file
     changed.parent.mkdir(parents=True, exist_ok=True)
     with changed.open("a") as stream:
         stream.write("# a comment\n")

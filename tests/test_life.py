@@ -13,13 +13,13 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep import grid, simulation, store
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.joint.wear.contract import Worn
 from clearsweep.mechanics.solver import integration
-from clearsweep.simulation import life as lives
-from clearsweep.simulation.life_block import BlockRecord, decoded, encoded
-from clearsweep.simulation.observed_run import restore, snapshot_of
-from clearsweep.simulation.run import Run
-from clearsweep.simulation.start import control_of, start_of
+from clearsweep.mechanics.wear.contract import Worn
+from clearsweep.simulation.analyses import life as lives
+from clearsweep.simulation.analyses.life_block import BlockRecord, decoded, encoded
+from clearsweep.simulation.running.observed_run import restore, snapshot_of
+from clearsweep.simulation.running.run import Run
+from clearsweep.simulation.setup.start import control_of, start_of
 
 LIFE = {"limit": "20 um", "joint": "rod-slider", "max_revolutions": 12, "tolerance": 0.2}
 WORN = {

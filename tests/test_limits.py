@@ -17,7 +17,7 @@ from clearsweep.language import expression
 from clearsweep.language.errors import InputError
 from clearsweep.report.data.study import prepare
 from clearsweep.report.sections import verdict as section_of_verdict
-from clearsweep.sweeping import run_summary
+from clearsweep.sweeping.summary import run_summary
 
 PEAK, IDEAL = "rod_slider_force_peak", "rod_slider_force_peak_ideal"
 UNITS = {"force": "N", "other": "N", "length": "m", "rate": "rad/s", "ratio": "1"}

@@ -13,11 +13,11 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep.mechanics.compiled.family import inlined, kernel
 from clearsweep.mechanics.coupling import trial_step
-from clearsweep.mechanics.trace import cache, objects
-from clearsweep.mechanics.trace.memory import View
-from clearsweep.mechanics.trace.symbols import DOUBLE
+from clearsweep.tracing import cache, objects
+from clearsweep.tracing.compiled.family import inlined, kernel
+from clearsweep.tracing.memory import View
+from clearsweep.tracing.symbols import DOUBLE
 
 TANH = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-2}
 SYMBOLS = {"memcpy", "memset"}  # what an object may ask of the system
@@ -183,7 +183,7 @@ import mmap
 import os
 
 from clearsweep import load_case, simulate
-from clearsweep.mechanics.trace import objects
+from clearsweep.tracing import objects
 
 FAR, HOLE = 1 << 32, 1 << 15  # bytes; the hole takes constants but no code
 system, kept = ctypes.CDLL(None), []

@@ -16,8 +16,8 @@ from scipy.integrate import solve_ivp
 import clearsweep
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.solver import integration
-from clearsweep.simulation.run import Run
-from clearsweep.simulation.start import control_of, start_of
+from clearsweep.simulation.running.run import Run
+from clearsweep.simulation.setup.start import control_of, start_of
 
 HELD = json.loads((resources.files("clearsweep.verify") / "references" / "machines.json").read_text(encoding="utf-8"))
 PROBLEMS = HELD["problems"]

@@ -11,11 +11,11 @@ from clearsweep import grid, simulation
 from clearsweep.contracts.machine import Motor, Push, Schedule, Spring, TabledPush
 from clearsweep.contracts.outline import LoadOutline
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.mechanism.loads import load_keys
-from clearsweep.mechanics.mechanism.planar.form import Planar
+from clearsweep.mechanics.machines.loads import load_keys
+from clearsweep.mechanics.machines.planar.form import Planar
 from clearsweep.report.one_case import mechanism as pictures
-from clearsweep.simulation.crank_clock import scheduled_clock
-from clearsweep.simulation.ideal import ideal_peaks, mechanism_of
+from clearsweep.simulation.machine.ideal import ideal_peaks, mechanism_of
+from clearsweep.simulation.setup.crank_clock import scheduled_clock
 
 CATALOGUE = simulation.catalogue()
 CONTACT = {"law": "hertz", "stiffness": "1e9 N/m^1.5"}

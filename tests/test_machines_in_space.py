@@ -10,11 +10,11 @@ from spatial_cases import JOINT, RPM, spatial
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.compiled.attitude import to_fixed_frame
-from clearsweep.mechanics.compiled.vector import Vector
-from clearsweep.mechanics.joint.spatial import SpatialLoad
-from clearsweep.mechanics.mechanism.contract import accelerate, energy, gaps, output_error, pose_at
-from clearsweep.mechanics.mechanism.planar.machine_type import kinds_of
+from clearsweep.mechanics.joints.spatial import SpatialLoad
+from clearsweep.mechanics.machines.contract import accelerate, energy, gaps, output_error, pose_at
+from clearsweep.mechanics.machines.planar.machine_type import kinds_of
+from clearsweep.tracing.compiled.attitude import to_fixed_frame
+from clearsweep.tracing.compiled.vector import Vector
 
 GRAVITY = [1.0, -9.81, 3.0]
 SKEW = {"tilt": [0.004, 0.002], "offset": [1e-5, 2e-5, 3e-5]}

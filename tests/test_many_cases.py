@@ -6,12 +6,12 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep import simulation
-from clearsweep.mechanics.compiled.family import empty_entries
-from clearsweep.mechanics.compiled.pinned import Layout
 from clearsweep.mechanics.observe.histogram import BINS
-from clearsweep.simulation import run
-from clearsweep.simulation.revolutions import marks_of
-from clearsweep.simulation.start import start_of
+from clearsweep.simulation.running import run
+from clearsweep.simulation.setup.revolutions import marks_of
+from clearsweep.simulation.setup.start import start_of
+from clearsweep.tracing.compiled.family import empty_entries
+from clearsweep.tracing.compiled.pinned import Layout
 
 CASES = 11
 TIMED = {"run_time", "setup_time"}

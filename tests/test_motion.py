@@ -42,7 +42,7 @@ def test_energy_balances_with_gravity_friction_and_impacts_in_any_opening(joints
 
 
 def test_a_force_that_is_wrong_by_a_thousandth_upsets_the_energy_balance(monkeypatch):
-    from clearsweep.mechanics.joint import dry
+    from clearsweep.mechanics.joints import dry
 
     case = slider_crank("rod-slider", changes={"simulate.tolerance": 1e-6, "simulate.revolutions": 0.05})
     scene = clearsweep.load_case(case)
@@ -61,8 +61,8 @@ def test_a_force_that_is_wrong_by_a_thousandth_upsets_the_energy_balance(monkeyp
 
 def plain(scene):
     """Return the energy residual of a scene run as plain Python, where forces can be spoiled."""
-    from clearsweep.mechanics.compiled import plain
-    from clearsweep.simulation import run
+    from clearsweep.simulation.running import run
+    from clearsweep.tracing.compiled import plain
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(plain, "_PLAIN", [True])

@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 
-from clearsweep.mechanics.compiled.family import kernel
-from clearsweep.mechanics.trace.fields import Fields
-from clearsweep.mechanics.trace.objects import machine_code
-from clearsweep.mechanics.trace.symbols import NotTraceableError
+from clearsweep.tracing.compiled.family import kernel
+from clearsweep.tracing.fields import Fields
+from clearsweep.tracing.objects import machine_code
+from clearsweep.tracing.symbols import NotTraceableError
 
 
 class Tank(Fields):

@@ -20,7 +20,8 @@ from test_sweep import quiet, wait_for
 from clearsweep import store
 from clearsweep.language.errors import InputError
 from clearsweep.store import blocks
-from clearsweep.sweeping import blockwise, case_runner, nodes
+from clearsweep.sweeping.cluster import blockwise, nodes
+from clearsweep.sweeping.pool import case_runner
 
 pytestmark = pytest.mark.heavy
 

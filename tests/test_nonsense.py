@@ -21,7 +21,8 @@ from clearsweep.answers.validity import (
     wear_rate_remark,
 )
 from clearsweep.grid import check_memory, largest_history, load
-from clearsweep.simulation import catalogue, scene
+from clearsweep.simulation import catalogue
+from clearsweep.simulation.setup import scene
 from clearsweep.sweeping import sweep
 
 CONTACT = "joints.rod-slider.contact"

@@ -15,20 +15,20 @@ from mechanism_cases import PAIR, changed, slider_crank
 from clearsweep import InputError, grid, simulation
 from clearsweep.cli import verbs
 from clearsweep.contracts.catalogue import Field, Law
-from clearsweep.mechanics.joint import recipe, registry
-from clearsweep.mechanics.joint.contract import internal_state
-from clearsweep.mechanics.joint.elastic.contract import elastic_force
-from clearsweep.mechanics.joint.elastic.power import Linear
-from clearsweep.mechanics.joint.friction.contract import friction_force
-from clearsweep.mechanics.joint.loss.contract import RESTITUTION, contact_force, register_contact_force
-from clearsweep.mechanics.joint.rebound import hysteresis_rebound
+from clearsweep.mechanics.joints import recipe, registry
+from clearsweep.mechanics.joints.contract import internal_state
+from clearsweep.mechanics.joints.rebound import hysteresis_rebound
+from clearsweep.mechanics.laws.elastic.contract import elastic_force
+from clearsweep.mechanics.laws.elastic.power import Linear
+from clearsweep.mechanics.laws.friction.contract import friction_force
+from clearsweep.mechanics.laws.loss.contract import RESTITUTION, contact_force, register_contact_force
 
 BLOCK = """
 from typing import NamedTuple
 from clearsweep.contracts.catalogue import Field, Law
-from clearsweep.mechanics.joint.elastic.contract import elastic_force
-from clearsweep.mechanics.joint.loss.contract import register_contact_force
-from clearsweep.mechanics.joint.recipe import register
+from clearsweep.mechanics.laws.elastic.contract import elastic_force
+from clearsweep.mechanics.laws.loss.contract import register_contact_force
+from clearsweep.mechanics.joints.recipe import register
 
 class Sticky(NamedTuple):
     damping: float

@@ -14,23 +14,23 @@ from scipy.integrate import quad, solve_ivp
 
 import clearsweep
 from clearsweep import grid
-from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.contract import ENTERED, NEVER, ONSET_FLOOR, StepStart, guard_values, latched
-from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
-from clearsweep.mechanics.joint.elastic.power import power_of
-from clearsweep.mechanics.joint.loss.contract import contact_force, needs_onset_rate, with_mass
-from clearsweep.mechanics.joint.loss.hysteresis import Hysteresis
-from clearsweep.mechanics.joint.loss.renewed import ENERGY_EXCEEDED, RATE_ZERO, renewed_law
-from clearsweep.mechanics.joint.modes import touches
-from clearsweep.mechanics.joint.rebound import approach_loss
-from clearsweep.mechanics.mechanism.contract import energy, gaps, impact_masses, pose_at
+from clearsweep.mechanics.joints import registry
+from clearsweep.mechanics.joints.contract import ENTERED, NEVER, ONSET_FLOOR, StepStart, guard_values, latched
+from clearsweep.mechanics.joints.modes import touches
+from clearsweep.mechanics.joints.rebound import approach_loss
+from clearsweep.mechanics.laws.elastic.contract import elastic_energy, elastic_force
+from clearsweep.mechanics.laws.elastic.power import power_of
+from clearsweep.mechanics.laws.loss.contract import contact_force, needs_onset_rate, with_mass
+from clearsweep.mechanics.laws.loss.hysteresis import Hysteresis
+from clearsweep.mechanics.laws.loss.renewed import ENERGY_EXCEEDED, RATE_ZERO, renewed_law
+from clearsweep.mechanics.machines.contract import energy, gaps, impact_masses, pose_at
 from clearsweep.mechanics.observe.observables import Observed, contact_observables_in
 from clearsweep.mechanics.observe.stages import START
 from clearsweep.mechanics.solver import integration
-from clearsweep.simulation import scene as scenes
-from clearsweep.simulation.run import Run, onset_rates
-from clearsweep.simulation.start import control_of, period, start_of
-from clearsweep.simulation.trajectory import simulate
+from clearsweep.simulation.analyses.trajectory import simulate
+from clearsweep.simulation.running.run import Run, onset_rates
+from clearsweep.simulation.setup import scene as scenes
+from clearsweep.simulation.setup.start import control_of, period, start_of
 
 ROOT = Path(__file__).parent.parent
 SITES = {"A": "ground-crank", "B": "crank-rod", "C": "rod-slider"}

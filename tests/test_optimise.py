@@ -17,8 +17,8 @@ from clearsweep.grid.sections.optimise import Choice
 from clearsweep.language.errors import InputError
 from clearsweep.report.data import study
 from clearsweep.report.sections.optimised import folded_sections, sections
-from clearsweep.sweeping import surrogate
-from clearsweep.sweeping.run_summary import of_run, run_text
+from clearsweep.searches import surrogate
+from clearsweep.sweeping.summary.run_summary import of_run, run_text
 
 MASS, ROD, GRAVITY = "mechanism.slider.mass", "mechanism.rod.mass", "mechanism.gravity"
 

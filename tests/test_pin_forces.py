@@ -12,7 +12,8 @@ from clearsweep import report
 from clearsweep.language.errors import InputError
 from clearsweep.report.data.study import Joint
 from clearsweep.report.one_case.pin_forces import pin_forces
-from clearsweep.simulation import pin_reactions, reactions_unknown
+from clearsweep.simulation import reactions_unknown
+from clearsweep.simulation.analyses import pin_reactions
 
 GRID = slider_crank(
     "rod-slider",

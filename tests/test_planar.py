@@ -35,14 +35,14 @@ from clearsweep.contracts.machine import (
     Spring,
     TabledPush,
 )
-from clearsweep.mechanics.joint.contract import JointState, Load, load
-from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
-from clearsweep.mechanics.joint.friction.sliding import Tanh
-from clearsweep.mechanics.joint.guide import Guide
-from clearsweep.mechanics.joint.loss.hysteresis import Lossless
-from clearsweep.mechanics.joint.modes import FREE, PRESSED
-from clearsweep.mechanics.mechanism import contract, planar
-from clearsweep.mechanics.mechanism.planar.closure import ClosureError, MobilityError
+from clearsweep.mechanics.joints.contract import JointState, Load, load
+from clearsweep.mechanics.joints.guide import Guide
+from clearsweep.mechanics.joints.modes import FREE, PRESSED
+from clearsweep.mechanics.laws.elastic.power import PowerThreeHalves
+from clearsweep.mechanics.laws.friction.sliding import Tanh
+from clearsweep.mechanics.laws.loss.hysteresis import Lossless
+from clearsweep.mechanics.machines import contract, planar
+from clearsweep.mechanics.machines.planar.closure import ClosureError, MobilityError
 
 MACHINES = {
     "slider-crank": slider_crank,
@@ -299,7 +299,7 @@ def test_a_corner_presses_where_it_is_and_its_powers_add_up(tilted):
     (gap,) = contract.gaps(built.value, pose)
     mode, onset = np.array([PRESSED, FREE, PRESSED, PRESSED]), np.full(4, 0.1)
     present = JointState(np.append(y, [0.01, 0.0, 0.02, 0.005]), mode, onset, y.size)
-    from clearsweep.mechanics.joint.contract import Offsets
+    from clearsweep.mechanics.joints.contract import Offsets
 
     pull = load(BLOCK, gap, Offsets(0, y.size + 4, 4, 0), present)
     corners = pull.contacts[:4]

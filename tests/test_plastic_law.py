@@ -8,13 +8,13 @@ from law_cases import resolved, written
 from mechanism_cases import PAIR, changed, slider_crank, told_both_ways
 
 import clearsweep
-from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.contract import every_latched
-from clearsweep.mechanics.joint.elastic.contract import elastic_force
-from clearsweep.mechanics.joint.loss.contract import contact_force
-from clearsweep.mechanics.joint.offsets import with_internal_state
-from clearsweep.simulation.outcome import trajectory_of
-from clearsweep.simulation.run import integration_of
+from clearsweep.mechanics.joints import registry
+from clearsweep.mechanics.joints.contract import every_latched
+from clearsweep.mechanics.joints.offsets import with_internal_state
+from clearsweep.mechanics.laws.elastic.contract import elastic_force
+from clearsweep.mechanics.laws.loss.contract import contact_force
+from clearsweep.simulation.analyses.outcome import trajectory_of
+from clearsweep.simulation.running.run import integration_of
 
 pytestmark = pytest.mark.heavy
 

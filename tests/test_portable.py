@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clearsweep.mechanics.mechanism.planar import free_crank
+from clearsweep.mechanics.machines.planar import free_crank
 from clearsweep.mechanics.solver import collocation
-from clearsweep.mechanics.trace import objects, portable
+from clearsweep.tracing import objects, portable
 
 PROGRAM = Path(__file__).parent / "portable_bits.py"
 #: As on a processor without fused operations; names of its kernels differ between versions of the libraries.

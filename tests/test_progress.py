@@ -19,15 +19,17 @@ from clearsweep import report, simulation, store
 from clearsweep.contracts.results import Trajectory
 from clearsweep.language import phases
 from clearsweep.language.errors import StorageError
-from clearsweep.mechanics.trace import objects
 from clearsweep.report.data.partial import open_partial
 from clearsweep.report.statistics import sensitivity
-from clearsweep.simulation import outcome
-from clearsweep.simulation.progress import Life, LifeLimits
+from clearsweep.simulation.analyses import outcome
+from clearsweep.simulation.running.progress import Life, LifeLimits
 from clearsweep.store import StoredRun
-from clearsweep.sweeping import estimate, progress, run_summary
-from clearsweep.sweeping.simulator import SIMULATION
-from clearsweep.sweeping.worker import time_case
+from clearsweep.sweeping import estimate
+from clearsweep.sweeping.pool import progress
+from clearsweep.sweeping.pool.simulator import SIMULATION
+from clearsweep.sweeping.pool.worker import time_case
+from clearsweep.sweeping.summary import run_summary
+from clearsweep.tracing import objects
 
 heavy = pytest.mark.heavy
 

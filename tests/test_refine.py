@@ -10,7 +10,7 @@ from test_sweep import same_results
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep.language.errors import InputError
-from clearsweep.sweeping import run_summary
+from clearsweep.sweeping.summary import run_summary
 
 MASS, SPEED = "mechanism.slider.mass", "drive.speed"
 MASSES, SPEEDS = [0.1, 0.3, 0.5, 0.7, 0.9], [100.0, 300.0, 500.0, 700.0]

@@ -27,7 +27,7 @@ from clearsweep.report.blocks.section import Columns, Facts
 from clearsweep.report.data import study
 from clearsweep.report.documents import single
 from clearsweep.report.sections import cases, headline, setup
-from clearsweep.sweeping.simulator import SIMULATION
+from clearsweep.sweeping.pool.simulator import SIMULATION
 
 pytestmark = pytest.mark.heavy
 

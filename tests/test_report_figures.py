@@ -32,8 +32,10 @@ from clearsweep.report.laws import elastic_comparison
 from clearsweep.report.one_case import worn
 from clearsweep.report.sections import curves, elastic_laws, law_choice, maps, motion_type, tradeoffs
 from clearsweep.report.statistics import kinds, spectrum, strobe
-from clearsweep.sweeping import run_summary, settings, sweep
-from clearsweep.sweeping.simulator import SIMULATION
+from clearsweep.sweeping import sweep
+from clearsweep.sweeping.facts import settings
+from clearsweep.sweeping.pool.simulator import SIMULATION
+from clearsweep.sweeping.summary import run_summary
 
 CLEARANCE, SPEED, PEAK = "joints.rod-slider.clearance", "drive.speed", "rod_slider_force_peak"
 IDEAL = "rod_slider_force_peak_ideal"

@@ -20,7 +20,7 @@ from clearsweep.answers import validity, verdict
 from clearsweep.contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism, Output
 from clearsweep.contracts.roles import CHOICE, CONDITION
 from clearsweep.language import wording
-from clearsweep.mechanics.mechanism import MECHANISMS
+from clearsweep.mechanics.machines import MECHANISMS
 from clearsweep.report import sections
 from clearsweep.report.blocks import section
 from clearsweep.report.blocks.picture import Picture, draw_svg

@@ -6,7 +6,9 @@ from mechanism_cases import slider_crank
 from scipy import stats
 
 import clearsweep
-from clearsweep.simulation import peak_revolution, revolutions, spread
+from clearsweep.simulation.analyses import peak_revolution
+from clearsweep.simulation.figures import spread
+from clearsweep.simulation.setup import revolutions
 
 FRICTION = {"law": "ambrosio", "coefficient": 0.05, "v0": 1e-3, "v1": 1e-2}
 TURN = 0.012  # s

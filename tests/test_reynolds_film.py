@@ -7,6 +7,7 @@ from importlib import resources
 
 import numpy as np
 import pytest
+from clearsweep.simulation.advice.advice import advice
 from film_oracle import solution
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -16,13 +17,12 @@ import clearsweep
 from clearsweep import grid
 from clearsweep.contracts.case import NO_CONTACT, Film, Joint
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.compiled.dual import Dual
-from clearsweep.mechanics.joint.film import finite, reynolds
-from clearsweep.mechanics.joint.film.contract import FilmMotion, film_force, film_pressure
-from clearsweep.mechanics.joint.film.short import Short
-from clearsweep.mechanics.joint.recipe import RECIPES
+from clearsweep.mechanics.joints.recipe import RECIPES
+from clearsweep.mechanics.laws.film import finite, reynolds
+from clearsweep.mechanics.laws.film.contract import FilmMotion, film_force, film_pressure
+from clearsweep.mechanics.laws.film.short import Short
 from clearsweep.simulation import catalogue
-from clearsweep.simulation.advice import advice
+from clearsweep.tracing.compiled.dual import Dual
 from clearsweep.verify import film_table
 
 SIGNS = (1.0, -1.0)

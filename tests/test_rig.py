@@ -9,7 +9,7 @@ import rigs
 from ruamel.yaml import YAML
 
 import clearsweep
-from clearsweep.sweeping import run_summary
+from clearsweep.sweeping.summary import run_summary
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "docs/rig.md").read_text(encoding="utf-8")

@@ -13,19 +13,14 @@ import clearsweep
 from clearsweep import InputError, grid, simulation
 from clearsweep.contracts.case import Roughness
 from clearsweep.mechanics import describe
-from clearsweep.mechanics.compiled import calculus
-from clearsweep.mechanics.compiled.dual import Dual
-from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
-from clearsweep.mechanics.joint.roughness.fractal import make_yielding_surface
-from clearsweep.mechanics.joint.roughness.kogut_etsion import make_kogut_etsion_surface
-from clearsweep.mechanics.joint.roughness.profile import fit_profile
-from clearsweep.mechanics.joint.roughness.spots import (
-    domain_extension,
-    log_critical_area,
-    log_spot_load,
-    log_total_load,
-)
+from clearsweep.mechanics.joints import registry
+from clearsweep.mechanics.laws.elastic.contract import elastic_energy, elastic_force
+from clearsweep.mechanics.laws.roughness.fractal import make_yielding_surface
+from clearsweep.mechanics.laws.roughness.kogut_etsion import make_kogut_etsion_surface
+from clearsweep.mechanics.laws.roughness.profile import fit_profile
+from clearsweep.mechanics.laws.roughness.spots import domain_extension, log_critical_area, log_spot_load, log_total_load
+from clearsweep.tracing.compiled import calculus
+from clearsweep.tracing.compiled.dual import Dual
 
 MODULUS, HARDNESS, POISSON = 113.7e9, 5.5e9, 0.3
 BULK = ("power", "johnson", "liu", "persson", "compatible")

@@ -16,8 +16,8 @@ from clearsweep.language import wording
 from clearsweep.report.blocks import case_table
 from clearsweep.report.data import rows, study
 from clearsweep.report.draw import comparison
-from clearsweep.sweeping.case_runner import is_common
-from clearsweep.sweeping.shard import distinct
+from clearsweep.sweeping.pool.case_runner import is_common
+from clearsweep.sweeping.pool.shard import distinct
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from absolute_crank import NAMES, Crank, Damped, Karnopp, Yielding, seat, start_
 from mechanism_cases import SLIDER_CRANK, slider_crank
 
 import clearsweep
-from clearsweep.simulation import lyapunov
+from clearsweep.simulation.running import lyapunov
 
 pytestmark = [pytest.mark.heavy, pytest.mark.compiled]
 
@@ -190,7 +190,7 @@ def test_a_disturbance_grows_as_the_second_program_has_it(monkeypatch):
             super().__init__(*args)
             seen.append(self)
 
-    monkeypatch.setattr("clearsweep.simulation.run.Perturbed", Seen)
+    monkeypatch.setattr("clearsweep.simulation.running.run.Perturbed", Seen)
     contact = {"law": "lankarani-nikravesh", "stiffness": STIFFNESS, "restitution": 0.9, "onset": "first"}
     changes = {"joints.rod-slider.contact": contact, "simulate.horizon": True, "simulate.tolerance": 1e-12}
     result = simulated(["rod-slider"], changes, np.linspace(0.0, 60.0 / 5000.0, 3))

@@ -17,9 +17,9 @@ from clearsweep.report.data import study
 from clearsweep.report.data.axis import axes_of
 from clearsweep.report.sections import seek as page
 from clearsweep.report.sections.seek import sections
-from clearsweep.sweeping import run_summary
-from clearsweep.sweeping.seeking import border_of_all
-from clearsweep.sweeping.unanswered import loosened_limits
+from clearsweep.searches.seeking import border_of_all
+from clearsweep.searches.unanswered import loosened_limits
+from clearsweep.sweeping.summary import run_summary
 
 MASS, GRAVITY = "mechanism.slider.mass", "mechanism.gravity"
 PEAK = 1  # rod_slider_force_peak is so many times the mass in kg, which tests rely upon

@@ -10,13 +10,13 @@ from spatial_cases import spatial
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.answers import validity
-from clearsweep.mechanics.joint import registry
+from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.observe.histogram import BINS, FORCE_ROW, KAPPA_ROW, PARTS, add_profile, time_above
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals
+from clearsweep.simulation.analyses.outcome import trajectory_of
 from clearsweep.simulation.figures import catalogue as figures
-from clearsweep.simulation.outcome import trajectory_of
-from clearsweep.simulation.run import integration_of
-from clearsweep.simulation.sums import DryTime, Ratio
+from clearsweep.simulation.figures.sums import DryTime, Ratio
+from clearsweep.simulation.running.run import integration_of
 
 pytestmark = pytest.mark.compiled  # as plain Python only what is marked plain
 

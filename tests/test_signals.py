@@ -9,7 +9,7 @@ import pytest
 from fake_physics import GOOD, grid
 from test_sweep import parts, program, wait_for
 
-from clearsweep.sweeping import signals
+from clearsweep.sweeping.pool import signals
 
 BURST = (signal.SIGINT, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 

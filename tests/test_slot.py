@@ -11,18 +11,18 @@ from scipy.integrate import solve_ivp
 import clearsweep
 from clearsweep.contracts.machine import Aim, Body, BodyPoint, Constant, Machine, Slot
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.joint import dry
-from clearsweep.mechanics.joint.contract import JointState, Offsets, load
-from clearsweep.mechanics.joint.elastic.power import PowerThreeHalves
-from clearsweep.mechanics.joint.friction.sliding import Tanh
-from clearsweep.mechanics.joint.guide import GuideGap
-from clearsweep.mechanics.joint.loss.hysteresis import Hysteresis
-from clearsweep.mechanics.joint.modes import PRESSED
-from clearsweep.mechanics.joint.slot import SlotJoint
-from clearsweep.mechanics.joint.wear import contract as contract_wear
-from clearsweep.mechanics.joint.wear import step
-from clearsweep.mechanics.joint.wear.contract import NoWear
-from clearsweep.mechanics.mechanism import contract, planar
+from clearsweep.mechanics.joints import dry
+from clearsweep.mechanics.joints.contract import JointState, Offsets, load
+from clearsweep.mechanics.joints.guide import GuideGap
+from clearsweep.mechanics.joints.modes import PRESSED
+from clearsweep.mechanics.joints.slot import SlotJoint
+from clearsweep.mechanics.laws.elastic.power import PowerThreeHalves
+from clearsweep.mechanics.laws.friction.sliding import Tanh
+from clearsweep.mechanics.laws.loss.hysteresis import Hysteresis
+from clearsweep.mechanics.machines import contract, planar
+from clearsweep.mechanics.wear import contract as contract_wear
+from clearsweep.mechanics.wear import step
+from clearsweep.mechanics.wear.contract import NoWear
 from clearsweep.report.data.study import prepare
 from clearsweep.report.sections import wear
 
@@ -199,7 +199,7 @@ def test_open_and_ideal_machines_agree_under_the_ideal_force():
     (gap,) = contract.gaps(built.value, pose)
     assert gap.y == pytest.approx(0.0, abs=1e-15)
     angle_rate = -(gap.axis_x * gap.x * force[1] - gap.axis_y * gap.x * force[0])  # the slot is pushed where the pin is
-    from clearsweep.mechanics.joint.contract import Load
+    from clearsweep.mechanics.joints.contract import Load
 
     motion = contract.accelerate(
         built.value, pose, (Load(float(force[0]), float(force[1]), float(angle_rate), 0.0, ()),)

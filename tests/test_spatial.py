@@ -15,14 +15,14 @@ from spatial_oracle import Oracle
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.compiled.attitude import Frame, frame_of, to_body_frame, to_fixed_frame
-from clearsweep.mechanics.compiled.vector import Vector
-from clearsweep.mechanics.joint import spatial as joints
-from clearsweep.mechanics.joint.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
-from clearsweep.mechanics.joint.modes import ACTS, FREE, PRESSED
-from clearsweep.mechanics.joint.spatial.points import farthest_direction
-from clearsweep.mechanics.mechanism.contract import accelerate, energy, gaps, pose_at
-from clearsweep.mechanics.mechanism.spatial.form import Loose, Slide
+from clearsweep.mechanics.joints import spatial as joints
+from clearsweep.mechanics.joints.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
+from clearsweep.mechanics.joints.modes import ACTS, FREE, PRESSED
+from clearsweep.mechanics.joints.spatial.points import farthest_direction
+from clearsweep.mechanics.machines.contract import accelerate, energy, gaps, pose_at
+from clearsweep.mechanics.machines.spatial.form import Loose, Slide
+from clearsweep.tracing.compiled.attitude import Frame, frame_of, to_body_frame, to_fixed_frame
+from clearsweep.tracing.compiled.vector import Vector
 
 FRICTION = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-2}
 EDGES = {"flange": False, "axial_clearance": None, "journal_length": 0.03}

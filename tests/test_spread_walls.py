@@ -16,15 +16,14 @@ from spatial_oracle import SlicedOracle, extreme
 
 import clearsweep
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.compiled.vector import Vector
 from clearsweep.mechanics.coupling import rates as rates_code
-from clearsweep.mechanics.joint import spatial as joints
-from clearsweep.mechanics.joint.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
-from clearsweep.mechanics.joint.elastic.contract import elastic_force
-from clearsweep.mechanics.joint.modes import ACTS, CLIPPED, FREE, PRESSED
-from clearsweep.mechanics.joint.spatial import strips
-from clearsweep.mechanics.joint.wear import wall_strips
-from clearsweep.mechanics.mechanism.contract import gaps, pose_at
+from clearsweep.mechanics.joints import spatial as joints
+from clearsweep.mechanics.joints.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
+from clearsweep.mechanics.joints.modes import ACTS, CLIPPED, FREE, PRESSED
+from clearsweep.mechanics.joints.spatial import strips, wall_strips
+from clearsweep.mechanics.laws.elastic.contract import elastic_force
+from clearsweep.mechanics.machines.contract import gaps, pose_at
+from clearsweep.tracing.compiled.vector import Vector
 
 HERTZ = {"law": "hertz", "stiffness": 1e9, "exponent": 1.5}
 THROUGH = {"flange": False, "axial_clearance": None}

@@ -7,12 +7,12 @@ import pytest
 from planar_machines import slider_crank
 
 from clearsweep.contracts.machine import Constant
-from clearsweep.mechanics.compiled.array_handle import ArrayHandle
-from clearsweep.mechanics.mechanism import planar
-from clearsweep.mechanics.mechanism.planar import cycle
-from clearsweep.mechanics.mechanism.planar.closure import STATIONS
-from clearsweep.mechanics.mechanism.planar.stations import Stations, stations_of
-from clearsweep.mechanics.trace.objects import machine_code
+from clearsweep.mechanics.machines import planar
+from clearsweep.mechanics.machines.planar import cycle
+from clearsweep.mechanics.machines.planar.closure import STATIONS
+from clearsweep.mechanics.machines.planar.stations import Stations, stations_of
+from clearsweep.tracing.compiled.array_handle import ArrayHandle
+from clearsweep.tracing.objects import machine_code
 
 
 def case(speed=100.0):

@@ -8,7 +8,7 @@ import clearsweep
 from clearsweep.mechanics.observe.stages import NODE_FRACTIONS
 from clearsweep.mechanics.solver import radau
 from clearsweep.mechanics.solver.collocation import basis_functions
-from clearsweep.simulation.run import Run
+from clearsweep.simulation.running.run import Run
 from clearsweep.verify import extremes, stability, stiff
 
 pytestmark = pytest.mark.heavy

@@ -15,7 +15,7 @@ from test_sweep import parts, program, wait_for
 
 from clearsweep import cli, streams
 from clearsweep.language import errors, phases
-from clearsweep.sweeping import executors, progress, resources, signals
+from clearsweep.sweeping.pool import executors, progress, resources, signals
 
 pytestmark = pytest.mark.heavy
 

@@ -22,12 +22,14 @@ from mechanism_cases import slider_crank
 from clearsweep import grid as grids
 from clearsweep import simulation, store
 from clearsweep.language import errors, phases
-from clearsweep.sweeping import estimate, executors, run_summary
+from clearsweep.sweeping import estimate
 from clearsweep.sweeping.all_cases import complete_run
-from clearsweep.sweeping.driver import Batches
-from clearsweep.sweeping.simulator import SIMULATION
+from clearsweep.sweeping.pool import executors
+from clearsweep.sweeping.pool.driver import Batches
+from clearsweep.sweeping.pool.simulator import SIMULATION
+from clearsweep.sweeping.pool.worker import BatchOutcome
+from clearsweep.sweeping.summary import run_summary
 from clearsweep.sweeping.sweep import facts
-from clearsweep.sweeping.worker import BatchOutcome
 
 pytestmark = pytest.mark.heavy
 

@@ -6,12 +6,12 @@ import numpy as np
 import pytest
 from traced_states import aligned
 
-from clearsweep.mechanics.compiled.choosing import cond, lane_range, rolled_range, table_item, where
-from clearsweep.mechanics.compiled.dual import Dual, slope
-from clearsweep.mechanics.compiled.family import inlined, kernel
-from clearsweep.mechanics.trace import calls, objects
-from clearsweep.mechanics.trace.memory import View
-from clearsweep.mechanics.trace.symbols import DOUBLE, WIDTH, NotTraceableError
+from clearsweep.tracing import calls, objects
+from clearsweep.tracing.compiled.choosing import cond, lane_range, rolled_range, table_item, where
+from clearsweep.tracing.compiled.dual import Dual, slope
+from clearsweep.tracing.compiled.family import inlined, kernel
+from clearsweep.tracing.memory import View
+from clearsweep.tracing.symbols import DOUBLE, WIDTH, NotTraceableError
 
 TABLE = np.array([[float(i * i), float(-i)] for i in range(8)])
 

@@ -10,8 +10,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from clearsweep.mechanics.trace import coefficients, functions, operations
-from clearsweep.mechanics.trace.operations import Arrays, Floats
+from clearsweep.tracing import coefficients, functions, operations
+from clearsweep.tracing.operations import Arrays, Floats
 
 PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459230781640628620899862803482534211706798")
 OF_ONE = ("exp", "expm1", "tanh", "sinh", "cosh", "log", "log2", "log1p", "sin", "cos", "atan")

@@ -17,7 +17,7 @@ from clearsweep.contracts.layout import Layout
 from clearsweep.grid.library import iso286
 from clearsweep.report.data import study
 from clearsweep.report.sections import peak_revolution
-from clearsweep.sweeping import run_summary
+from clearsweep.sweeping.summary import run_summary
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")

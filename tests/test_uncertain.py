@@ -13,9 +13,9 @@ from clearsweep import grid, simulation
 from clearsweep.grid.grid import identity
 from clearsweep.language import phases
 from clearsweep.language.errors import InputError
-from clearsweep.simulation import uncertain
-from clearsweep.simulation.life import LifeRun
-from clearsweep.simulation.life_block import BlockRecord
+from clearsweep.simulation.analyses import uncertain
+from clearsweep.simulation.analyses.life import LifeRun
+from clearsweep.simulation.analyses.life_block import BlockRecord
 
 LIFE = {"limit": "20 um", "joint": "rod-slider", "max_revolutions": 12, "tolerance": 0.2}
 COEFFICIENT = "joints.rod-slider.wear.coefficient"

@@ -10,7 +10,7 @@ from test_roughness import rough
 import clearsweep
 from clearsweep import simulation
 from clearsweep.mechanics.coupling import trial_step
-from clearsweep.mechanics.trace import objects
+from clearsweep.tracing import objects
 
 pytestmark = pytest.mark.heavy
 

@@ -9,8 +9,8 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep.language.errors import InputError
-from clearsweep.simulation import heat
-from clearsweep.simulation.run import Run
+from clearsweep.simulation.analyses import heat
+from clearsweep.simulation.running.run import Run
 
 ALPHA = {"bearing": 18e-6, "journal": 12e-6}
 THERMAL = {"conductance": "2 W/K", "ambient": "30 degC", "expansion": ALPHA}

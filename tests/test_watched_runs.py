@@ -14,12 +14,13 @@ from clearsweep.contracts.layout import converging_columns
 from clearsweep.contracts.results import TIMINGS
 from clearsweep.language import phases
 from clearsweep.language.errors import InputError
-from clearsweep.simulation import batch_means, lyapunov
-from clearsweep.simulation import run as running
-from clearsweep.simulation.outcome import window_of
-from clearsweep.simulation.peak_revolution import peak_revolution
-from clearsweep.simulation.revolutions import period_of
-from clearsweep.simulation.sums import half_width
+from clearsweep.simulation.analyses.outcome import window_of
+from clearsweep.simulation.analyses.peak_revolution import peak_revolution
+from clearsweep.simulation.figures import batch_means
+from clearsweep.simulation.figures.sums import half_width
+from clearsweep.simulation.running import lyapunov
+from clearsweep.simulation.running import run as running
+from clearsweep.simulation.setup.revolutions import period_of
 from clearsweep.verify.problems import all_problems
 
 pytestmark = pytest.mark.heavy

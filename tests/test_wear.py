@@ -8,18 +8,13 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep import grid, simulation
-from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.dry import Joint
-from clearsweep.mechanics.joint.wear.arc_over_step import (
-    BEARING_ANGLE_ROW,
-    JOURNAL_ANGLE_ROW,
-    POINTS,
-    ROWS,
-    WORKSPACE_SIZE,
-)
-from clearsweep.mechanics.joint.wear.archard import Archard
-from clearsweep.mechanics.joint.wear.binning import update_worn_profile
-from clearsweep.mechanics.joint.wear.contract import (
+from clearsweep.mechanics.joints import registry
+from clearsweep.mechanics.joints.dry import Joint
+from clearsweep.mechanics.observe.histogram import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
+from clearsweep.mechanics.wear.arc_over_step import BEARING_ANGLE_ROW, JOURNAL_ANGLE_ROW, POINTS, ROWS, WORKSPACE_SIZE
+from clearsweep.mechanics.wear.archard import Archard
+from clearsweep.mechanics.wear.binning import update_worn_profile
+from clearsweep.mechanics.wear.contract import (
     ACCOUNT_SIZE,
     MAX_BINS,
     SLIDING_DISTANCE,
@@ -30,12 +25,11 @@ from clearsweep.mechanics.joint.wear.contract import (
     half_arc,
     pressure_integral_over_load,
 )
-from clearsweep.mechanics.joint.wear.persson import Persson
-from clearsweep.mechanics.joint.wear.pressure import HertzLine, UniformPressure, Winkler
-from clearsweep.mechanics.observe.histogram import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
-from clearsweep.simulation.run import Run
-from clearsweep.simulation.start import start_of
-from clearsweep.simulation.window import interpolated_depths
+from clearsweep.mechanics.wear.persson import Persson
+from clearsweep.mechanics.wear.pressure import HertzLine, UniformPressure, Winkler
+from clearsweep.simulation.figures.window import interpolated_depths
+from clearsweep.simulation.running.run import Run
+from clearsweep.simulation.setup.start import start_of
 
 BINS = 360
 WEAR = {"law": "archard", "coefficient": 2e-14, "bins": BINS}

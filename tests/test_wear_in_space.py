@@ -10,15 +10,23 @@ from spatial_cases import JOINT, planar, spatial
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.compiled.attitude import to_fixed_frame
-from clearsweep.mechanics.compiled.vector import Vector
-from clearsweep.mechanics.joint.modes import FREE, PRESSED
-from clearsweep.mechanics.joint.spatial import SpatialGap, wall_point
-from clearsweep.mechanics.joint.spatial.form import APART
-from clearsweep.mechanics.joint.wear import slices, wall_strips
-from clearsweep.mechanics.joint.wear.arc_over_step import WORKSPACE_SIZE
-from clearsweep.mechanics.joint.wear.contract import ACCOUNT_SIZE, SLIDING_DISTANCE, Bins
-from clearsweep.mechanics.joint.wear.step import (
+from clearsweep.mechanics.joints.modes import FREE, PRESSED
+from clearsweep.mechanics.joints.spatial import SpatialGap, slices, wall_point, wall_strips
+from clearsweep.mechanics.joints.spatial.form import APART
+from clearsweep.mechanics.machines.contract import body_angles, pose_at
+from clearsweep.mechanics.observe.histogram import (
+    DEPTH_ROW,
+    FORCE_ROW,
+    KAPPA_ROW,
+    PARTS,
+    QUARTER_POINTS,
+    SLIP_ROW,
+    STATE_POINTS,
+    STEP_VALUE_ROWS,
+)
+from clearsweep.mechanics.wear.arc_over_step import WORKSPACE_SIZE
+from clearsweep.mechanics.wear.contract import ACCOUNT_SIZE, SLIDING_DISTANCE, Bins
+from clearsweep.mechanics.wear.step import (
     AXIAL_ROWS,
     BEARING_START,
     FACING,
@@ -34,17 +42,8 @@ from clearsweep.mechanics.joint.wear.step import (
     record,
     update_joint_wear,
 )
-from clearsweep.mechanics.mechanism.contract import body_angles, pose_at
-from clearsweep.mechanics.observe.histogram import (
-    DEPTH_ROW,
-    FORCE_ROW,
-    KAPPA_ROW,
-    PARTS,
-    QUARTER_POINTS,
-    SLIP_ROW,
-    STATE_POINTS,
-    STEP_VALUE_ROWS,
-)
+from clearsweep.tracing.compiled.attitude import to_fixed_frame
+from clearsweep.tracing.compiled.vector import Vector
 
 WEAR = {"law": "archard", "bearing_coefficient": 2e-13, "journal_coefficient": 1e-13, "bins": 90, "length_bins": 10}
 EVEN = np.arange(PARTS + 1) / PARTS

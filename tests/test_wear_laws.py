@@ -14,13 +14,13 @@ from scipy.integrate import quad
 
 from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.joint import registry
-from clearsweep.mechanics.joint.dry import Joint
-from clearsweep.mechanics.joint.wear.arc_over_step import BEARING_ANGLE_ROW, POINTS
-from clearsweep.mechanics.joint.wear.archard import Archard, Energy, RunningIn
-from clearsweep.mechanics.joint.wear.contract import PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
-from clearsweep.mechanics.joint.wear.persson import Persson
-from clearsweep.mechanics.joint.wear.pressure import HertzLine, UniformPressure, Winkler
+from clearsweep.mechanics.joints import registry
+from clearsweep.mechanics.joints.dry import Joint
+from clearsweep.mechanics.wear.arc_over_step import BEARING_ANGLE_ROW, POINTS
+from clearsweep.mechanics.wear.archard import Archard, Energy, RunningIn
+from clearsweep.mechanics.wear.contract import PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
+from clearsweep.mechanics.wear.persson import Persson
+from clearsweep.mechanics.wear.pressure import HertzLine, UniformPressure, Winkler
 
 BINS, LENGTH, LOAD, SPEED = 360, 0.02, 1000.0, 0.3  # 1, m, N, m/s
 STEEL = 207e9 / (2.0 * (1.0 - 0.3**2))  # Pa, E* of steel on steel

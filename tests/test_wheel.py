@@ -11,8 +11,8 @@ from pathlib import Path
 import pytest
 
 import clearsweep
-from clearsweep.mechanics.trace.cache import hash_of_sources
-from clearsweep.mechanics.trace.objects import LEVELS
+from clearsweep.tracing.cache import hash_of_sources
+from clearsweep.tracing.objects import LEVELS
 
 ROOT = Path(__file__).parents[1]
 PYTHONS = ("3.11", "3.12", "3.13", "3.14")

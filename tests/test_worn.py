@@ -18,21 +18,22 @@ from clearsweep import grid, simulation
 from clearsweep.contracts.case import Wear
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.coupling.rates import evaluate_motion
-from clearsweep.mechanics.joint import dry, registry
-from clearsweep.mechanics.joint.contract import every_contact
-from clearsweep.mechanics.joint.elastic.contract import elastic_energy, elastic_force
-from clearsweep.mechanics.joint.modes import PRESSED
-from clearsweep.mechanics.joint.nearest import GapWithAngles, nearest
-from clearsweep.mechanics.joint.wear.arc_over_step import (
+from clearsweep.mechanics.joints import dry, registry
+from clearsweep.mechanics.joints.contract import every_contact
+from clearsweep.mechanics.joints.modes import PRESSED
+from clearsweep.mechanics.joints.worn.foundation import arc_at, pressure_integral_over_load, update_wear_under_arc
+from clearsweep.mechanics.joints.worn.nearest import GapWithAngles, nearest
+from clearsweep.mechanics.joints.worn.worn import WornJoint, WornOnFoundation, generalised_depth, worn_load
+from clearsweep.mechanics.laws.elastic.contract import elastic_energy, elastic_force
+from clearsweep.mechanics.wear.arc_over_step import (
     BEARING_ANGLE_ROW,
     JOURNAL_ANGLE_ROW,
     PENETRATION_ROW,
     POINTS,
     WORKSPACE_SIZE,
 )
-from clearsweep.mechanics.joint.wear.contract import Bins, Worn, local_clearance
-from clearsweep.mechanics.joint.wear.foundation import arc_at, pressure_integral_over_load, update_wear_under_arc
-from clearsweep.mechanics.joint.wear.shape import (
+from clearsweep.mechanics.wear.contract import Bins, Worn, local_clearance
+from clearsweep.mechanics.wear.shape import (
     CONFORMAL_MARGIN,
     CONFORMAL_WIDTH,
     KNOT_SPACING,
@@ -50,7 +51,6 @@ from clearsweep.mechanics.joint.wear.shape import (
     wear_depth_at,
     wear_integral_at,
 )
-from clearsweep.mechanics.joint.worn import WornJoint, WornOnFoundation, generalised_depth, worn_load
 
 pytestmark = pytest.mark.compiled  # as plain Python only what is marked plain
 

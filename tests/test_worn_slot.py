@@ -7,8 +7,8 @@ import pytest
 from test_slot import BINS, HALF, SPEED, way_along, worn_grid
 
 import clearsweep
-from clearsweep.mechanics.joint.wear.contract import Worn
-from clearsweep.simulation.scene import build
+from clearsweep.mechanics.wear.contract import Worn
+from clearsweep.simulation.setup.scene import build
 
 pytestmark = pytest.mark.heavy
 

@@ -11,7 +11,7 @@ from clearsweep import grid, simulation
 from clearsweep.language import quantity, wording
 from clearsweep.report.blocks.table import Column, Table
 from clearsweep.report.data import study
-from clearsweep.sweeping import settings
+from clearsweep.sweeping.facts import settings
 
 SPEED, CLEARANCE = "drive.speed", "joints.rod-slider.clearance"
 RESTITUTION = "joints.rod-slider.contact.restitution"

@@ -28,8 +28,8 @@ from ruamel.yaml import YAML
 from clearsweep import cli, grid, simulation
 from clearsweep.language.errors import ClearsweepError
 from clearsweep.sweeping import sweep
-from clearsweep.sweeping.simulator import SIMULATION
-from clearsweep.sweeping.worker import failure
+from clearsweep.sweeping.pool.simulator import SIMULATION
+from clearsweep.sweeping.pool.worker import failure
 
 ROOT = Path(__file__).parent.parent
 SECONDS = 5.0  # time limit of a grid

@@ -5,11 +5,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearsweep.mechanics.compiled.family import form_number, kinds, numbers_of
 from clearsweep.mechanics.coupling import rates, trial_step
 from clearsweep.mechanics.observe.stages import ROW_COUNT, STAGES
-from clearsweep.mechanics.trace import objects
-from clearsweep.mechanics.trace.symbols import WIDTH
+from clearsweep.tracing import objects
+from clearsweep.tracing.compiled.family import form_number, kinds, numbers_of
+from clearsweep.tracing.symbols import WIDTH
 
 
 class State(NamedTuple):

@@ -1,6 +1,6 @@
 """Description of a planar machine: rigid bodies, joints, drive and loads, in SI.
 
-Every planar mechanism of a grid is translated into these records; `mechanics.mechanism.planar` derives
+Every planar mechanism of a grid is translated into these records; `mechanics.machines.planar` derives
 its equations of motion from them.
 """
 

@@ -5,11 +5,11 @@ import textwrap
 
 from ..contracts.case import Contact, Joint, Material, Materials
 from ..contracts.catalogue import Columns, Field, Law
-from .joint.elastic.contract import elastic_force
-from .joint.recipe import RECIPES, Recipe
-from .mechanism import MECHANISMS
-from .mechanism.drives import DRIVES
-from .mechanism.loads import LOADS
+from .joints.recipe import RECIPES, Recipe
+from .laws.elastic.contract import elastic_force
+from .machines import MECHANISMS
+from .machines.drives import DRIVES
+from .machines.loads import LOADS
 
 WIDTH = 100  # characters of a line
 RESTITUTIONS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99)

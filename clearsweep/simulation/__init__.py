@@ -5,16 +5,11 @@ Sweeps and reports reach the mechanics through these functions only.
 
 from ..contracts.case import Case
 from ..contracts.results import Trajectory
-from ..mechanics.joint.registry import elastic_choices, elastic_forces, jam_angle, penetration_limit, restitution
-from ..mechanics.joint.wear.contract import MAX_BINS
-from ..mechanics.mechanism.contract import IdealMotion
-from .advice import SUITABLE, laws_text
-from .ideal import ideal_motion, ideal_peaks, mechanism_of
-from .life_block import Log
-from .links import ElasticLink, elastic_links
-from .peak_revolution import peak_revolution
-from .pin_reactions import PinReactions, pin_reactions, reactions_unknown
-from .recommending import (
+from ..mechanics.joints.registry import elastic_choices, elastic_forces, jam_angle, penetration_limit, restitution
+from ..mechanics.machines.contract import IdealMotion
+from ..mechanics.wear.contract import MAX_BINS
+from .advice.advice import SUITABLE, laws_text
+from .advice.recommending import (
     Recommendation,
     advice_text,
     alternatives,
@@ -23,9 +18,14 @@ from .recommending import (
     recommendations_for,
     recommended_texts,
 )
-from .scene import build, catalogue, derived, load_case, signature, warnings
-from .sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
-from .trajectory import compile_for, compile_loop, simulate
+from .analyses.life_block import Log
+from .analyses.peak_revolution import peak_revolution
+from .analyses.pin_reactions import PinReactions, pin_reactions, reactions_unknown
+from .analyses.trajectory import compile_for, compile_loop, simulate
+from .machine.ideal import ideal_motion, ideal_peaks, mechanism_of
+from .machine.links import ElasticLink, elastic_links
+from .machine.sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
+from .setup.scene import build, catalogue, derived, load_case, signature, warnings
 
 __all__ = [
     "MAX_BINS",

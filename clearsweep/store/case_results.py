@@ -93,7 +93,7 @@ def read_histories(
 def write_answers(
     run: RunDirectory, result_schema: ResultSchema, paths: Sequence[str], answers: Sequence[Any]
 ) -> dict[str, str]:
-    """Write seek.parquet, a row for each answer (`sweeping.seeking.Answer`) on `paths`; remove it if there are none.
+    """Write seek.parquet, a row for each answer (`searches.seeking.Answer`) on `paths`; remove it if there are none.
 
     Return the checksums of the answer files, by name, as run.json contains them.
     """
@@ -111,7 +111,7 @@ def write_best(
 ) -> dict[str, str]:
     """Write optimise.parquet, a row for each of the best cases; remove it if there are none.
 
-    Each has the fields of `sweeping.optimising.Best`.  Return its checksum by name, as run.json contains it.
+    Each has the fields of `searches.optimising.Best`.  Return its checksum by name, as run.json contains it.
     """
     file = run.path / OPTIMISE_FILE
     with durable.storing(file):

@@ -8,10 +8,10 @@ from pathlib import Path
 from .. import grid as grids
 from .. import store
 from ..language import phases
-from .case_runner import CaseRunner, Options
-from .simulator import SIMULATION
+from .pool.case_runner import CaseRunner, Options
+from .pool.simulator import SIMULATION
+from .pool.worker import Simulator
 from .sweep import conclude, facts
-from .worker import Simulator
 
 
 @contextlib.contextmanager

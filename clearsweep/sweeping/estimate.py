@@ -15,11 +15,13 @@ from ..contracts.case import Case
 from ..grid import Grid, check_memory, first_case_history, key_units, leaves, recorded_history
 from ..language import phases
 from ..language.wording import count_text
-from . import blockwise, case_runner, executors, signals, sweep
-from .bisection import expected_probe_count
-from .shard import Shard, distinct
-from .simulator import SIMULATION
-from .worker import CaseTime, Simulator, time_case
+from ..searches.bisection import expected_probe_count
+from . import sweep
+from .cluster import blockwise
+from .pool import case_runner, executors, signals
+from .pool.shard import Shard, distinct
+from .pool.simulator import SIMULATION
+from .pool.worker import CaseTime, Simulator, time_case
 
 PILOT_CASES, PILOT_TIME = 64, 10.0  # largest number of timed cases, and s after which no further one is started
 PILOT_SHARE = 0.5  # of PILOT_TIME for one case; a longer one is extrapolated

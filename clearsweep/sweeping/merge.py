@@ -12,12 +12,13 @@ from .. import grid as grids
 from .. import store
 from ..grid.sections.variations import VARYING_SECTIONS
 from ..language.errors import DirectoryError
-from . import blockwise, progress, signals
-from .case_runner import CaseRunner, Options, case_ids
-from .shard import Shard, distinct
-from .simulator import SIMULATION
+from .cluster import blockwise
+from .pool import progress, signals
+from .pool.case_runner import CaseRunner, Options, case_ids
+from .pool.shard import Shard, distinct
+from .pool.simulator import SIMULATION
+from .pool.worker import Simulator
 from .sweep import RunResult, conclude, facts
-from .worker import Simulator
 
 MAX_LISTED = 3  # cases or shards that a message lists
 

@@ -15,17 +15,20 @@ from .. import store
 from ..contracts.results import Peak
 from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
-from . import adaptive, blockwise, executors, identified, nodes, progress, resources, signals, unanswered
-from .case_runner import CaseRunner, Options, case_ids, failure_limit, is_common
-from .identifying import Identification, IdentificationResult
-from .law_checks import LawCheckSearch
-from .optimising import Optimisation, OptimisationResult
-from .refining import Refinement, RefinementResult
-from .seeking import Answer, SeekSearch
-from .sensitivity import Effect, effects
-from .shard import Shard, distinct
-from .simulator import SIMULATION
-from .worker import Simulator
+from ..searches import adaptive, unanswered
+from ..searches.identifying import Identification, IdentificationResult
+from ..searches.law_checks import LawCheckSearch
+from ..searches.optimising import Optimisation, OptimisationResult
+from ..searches.refining import Refinement, RefinementResult
+from ..searches.seeking import Answer, SeekSearch
+from ..searches.sensitivity import Effect, effects
+from .cluster import blockwise, nodes
+from .facts import identified
+from .pool import executors, progress, resources, signals
+from .pool.case_runner import CaseRunner, Options, case_ids, failure_limit, is_common
+from .pool.shard import Shard, distinct
+from .pool.simulator import SIMULATION
+from .pool.worker import Simulator
 
 SAMPLED_CASES = 200  # cases examined for derived values and warnings
 MOST_WARNINGS = 5

@@ -17,7 +17,7 @@ import numpy as np
 
 import clearsweep
 
-from ..simulation.trajectory import simulate
+from ..simulation.analyses.trajectory import simulate
 from .problems import Errors, all_problems, scene_of, solution_of
 from .rivals import Solution, runge_kutta_4, scipy_ivp
 

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from .. import grid
-from ..simulation import scene
+from ..simulation.setup import scene
 
 Tree = dict[str, Any]  # a case in the form of a grid file, in SI
 

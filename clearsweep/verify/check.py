@@ -19,7 +19,7 @@ import clearsweep
 from .. import grid, store
 from ..language import wording
 from ..language.errors import InputError, quoted
-from ..simulation.trajectory import simulate
+from ..simulation.analyses.trajectory import simulate
 from ..store import durable
 from .case_tree import Tree, base_tree, scene_of
 from .reference_run import HALF, Truth, fitted_order, with_published_onset

@@ -15,7 +15,7 @@ from ..report.blocks.picture import Picture
 from ..report.blocks.section import Block, Gallery, Points, Section
 from ..report.blocks.table import Column, Table
 from ..report.documents.page import Page
-from ..simulation import scene
+from ..simulation.setup import scene
 from ..store import durable
 from .case_tree import base_tree
 from .check import CHOICES, Options, measure

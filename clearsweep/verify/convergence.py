@@ -15,10 +15,10 @@ from typing import Any
 from .. import grid
 from ..contracts.layout import Layout
 from ..mechanics.solver.integration import Work
-from ..simulation import scene
-from ..simulation.batch_means import Blocks, Interval
-from ..simulation.observed_run import Decision
-from ..simulation.trajectory import simulate
+from ..simulation.analyses.trajectory import simulate
+from ..simulation.figures.batch_means import Blocks, Interval
+from ..simulation.running.observed_run import Decision
+from ..simulation.setup import scene
 from .problems import all_problems
 
 PROBLEM_NAME, DISCARDED_REVOLUTIONS = "b_base", 2  # before its statistics begin

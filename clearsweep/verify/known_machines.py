@@ -13,8 +13,8 @@ from typing import Any
 
 import numpy as np
 
-from ..simulation import scene
-from ..simulation.trajectory import simulate
+from ..simulation.analyses.trajectory import simulate
+from ..simulation.setup import scene
 
 TOLERANCES = (1e-6, 1e-8, 1e-10, 1e-12)
 ROUNDS = 3  # the least run time counts

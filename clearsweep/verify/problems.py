@@ -16,8 +16,8 @@ from scipy.special import lambertw
 from .. import grid
 from ..contracts.case import column_name
 from ..mechanics.solver.integration import ONSET, SEPARATION
-from ..simulation import scene
-from ..simulation.trajectory import simulate
+from ..simulation.analyses.trajectory import simulate
+from ..simulation.setup import scene
 from .rivals import Solution
 
 CRANK, ROD = 0.05, 0.12  # m

@@ -17,9 +17,9 @@ import numpy as np
 from ..contracts.case import column_name
 from ..contracts.results import Trajectory
 from ..language.errors import InputError
-from ..simulation import scene
-from ..simulation.lyapunov import HORIZON_SIZE
-from ..simulation.trajectory import simulate
+from ..simulation.analyses.trajectory import simulate
+from ..simulation.running.lyapunov import HORIZON_SIZE
+from ..simulation.setup import scene
 from .case_tree import Tree, scene_of, with_values
 from .rivals import sampled, scipy_ivp
 

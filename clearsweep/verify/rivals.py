@@ -13,13 +13,13 @@ import numpy as np
 from scipy.integrate import solve_ivp
 
 from ..contracts.results import EVENT_DTYPE, EVENT_KINDS, Trajectory
-from ..mechanics.compiled.family import Entry, entry, flatten, invoke, kernel, map_joints, shaped
 from ..mechanics.coupling.state import every_state
-from ..mechanics.joint.contract import ONSET_FLOOR
-from ..mechanics.joint.dry import CLIPPED, FREE, PRESSED, Joint, joint_load
-from ..mechanics.mechanism.contract import accelerate, gaps, pose_at
+from ..mechanics.joints.contract import ONSET_FLOOR
+from ..mechanics.joints.dry import CLIPPED, FREE, PRESSED, Joint, joint_load
+from ..mechanics.machines.contract import accelerate, gaps, pose_at
 from ..mechanics.solver.integration import ONSET, SEPARATION
-from ..mechanics.trace.objects import function_at, machine_code
+from ..tracing.compiled.family import Entry, entry, flatten, invoke, kernel, map_joints, shaped
+from ..tracing.objects import function_at, machine_code
 
 STAGES = 4  # of the rates: the stages of Runge-Kutta 4
 DEPTH_COLUMN, RATE_COLUMN, NORMAL_COLUMN, JOINT_WIDTH = 0, 1, 2, 3  # numbers after the rates, for every joint

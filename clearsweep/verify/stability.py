@@ -46,16 +46,16 @@ from ..contracts.case import Case
 from ..contracts.layout import JointLayout
 from ..contracts.machine import Constant
 from ..contracts.results import Trajectory
-from ..mechanics.joint.contract import ONSET_FLOOR
-from ..mechanics.joint.elastic.contract import elastic_energy
-from ..mechanics.joint.elastic.power import POWERS
-from ..mechanics.joint.guide import CORNERS
-from ..mechanics.joint.lubricated import Film, Lubricated
-from ..mechanics.mechanism import contract, planar
-from ..simulation import scene
-from ..simulation.ideal import ideal_peaks
-from ..simulation.run import integration_of
-from ..simulation.trajectory import simulate
+from ..mechanics.joints.contract import ONSET_FLOOR
+from ..mechanics.joints.guide import CORNERS
+from ..mechanics.joints.lubricated import Film, Lubricated
+from ..mechanics.laws.elastic.contract import elastic_energy
+from ..mechanics.laws.elastic.power import POWERS
+from ..mechanics.machines import contract, planar
+from ..simulation.analyses.trajectory import simulate
+from ..simulation.machine.ideal import ideal_peaks
+from ..simulation.running.run import integration_of
+from ..simulation.setup import scene
 from . import extremes, films, in_space, machines
 from .extremes import ExtremeCase
 from .tuning import tune_case

@@ -16,8 +16,8 @@ import numpy as np
 
 from .. import grid
 from ..contracts import results
-from ..simulation import scene
-from ..simulation.trajectory import simulate
+from ..simulation.analyses.trajectory import simulate
+from ..simulation.setup import scene
 from .extremes import ExtremeCase, contact_section, slider_crank_grid, tanh_section, voigt_section
 from .problems import ImpactPair, ReferenceTrajectory, all_problems, scene_of
 

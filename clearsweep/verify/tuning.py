@@ -8,8 +8,8 @@ import numpy as np
 
 from .. import grid
 from ..contracts.case import column_name
-from ..simulation import scene
-from ..simulation.trajectory import simulate
+from ..simulation.analyses.trajectory import simulate
+from ..simulation.setup import scene
 from .extremes import ExtremeCase
 
 TUNED_REVOLUTIONS = 0.25  # revolutions within which the onsets are compared

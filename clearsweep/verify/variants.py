@@ -9,8 +9,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..language.errors import InputError
-from ..simulation import scene
-from ..simulation.trajectory import simulate
+from ..simulation.analyses.trajectory import simulate
+from ..simulation.setup import scene
 from . import stability
 from .case_tree import Tree, base_tree, leaves, plain, scene_of, with_values, without
 from .reference_run import processor_time

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from clearsweep.contracts import layout
-from clearsweep.simulation.scene import catalogue
+from clearsweep.simulation.setup.scene import catalogue
 
 PAGE = Path(__file__).parents[1] / "columns.md"
 MARK = "<!-- columns -->\n"

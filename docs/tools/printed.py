@@ -47,7 +47,7 @@ def examples(page: Path) -> Iterator[Example]:
 
 
 def completed(block: str) -> dict:
-    """Return the grid of configs/slider_crank_restitution.yaml with the sections of `block` instead of its own sweep."""
+    """Return the grid of configs/slider_crank_restitution.yaml with the sections of `block`, without its sweep."""
     whole = YAML(typ="safe").load((CONFIGS / "slider_crank_restitution.yaml").read_text(encoding="utf-8"))
     del whole["sweep"]
     for key, value in YAML(typ="safe").load(block).items():

@@ -10,7 +10,7 @@ from pathlib import Path
 
 from clearsweep import grid
 from clearsweep.language.errors import InputError
-from clearsweep.simulation import scene
+from clearsweep.simulation.setup import scene
 from clearsweep.verify import check
 from clearsweep.verify.accuracy import describe_measurement
 

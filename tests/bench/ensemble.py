@@ -18,7 +18,7 @@ import speed_page
 from llvmlite.binding import get_host_cpu_features
 
 from clearsweep import simulation
-from clearsweep.simulation.trajectory import simulate
+from clearsweep.simulation.analyses.trajectory import simulate
 from clearsweep.verify.problems import all_problems, scene_of, solution_of
 
 try:

@@ -19,16 +19,16 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # runs from a checkout, inst
 
 import clearsweep
 from clearsweep import grid
-from clearsweep.mechanics.compiled.family import invoke
-from clearsweep.mechanics.compiled.pinned import Pinned, pinned_at
-from clearsweep.mechanics.joint.elastic.contract import elastic_force
-from clearsweep.mechanics.joint.modes import PRESSED
-from clearsweep.mechanics.joint.wear.contract import Worn
-from clearsweep.mechanics.trace.objects import machine_code
+from clearsweep.mechanics.joints.modes import PRESSED
+from clearsweep.mechanics.laws.elastic.contract import elastic_force
+from clearsweep.mechanics.wear.contract import Worn
 from clearsweep.simulation import catalogue
-from clearsweep.simulation.run import Run, integration_of
-from clearsweep.simulation.scene import build
-from clearsweep.simulation.start import start_of
+from clearsweep.simulation.running.run import Run, integration_of
+from clearsweep.simulation.setup.scene import build
+from clearsweep.simulation.setup.start import start_of
+from clearsweep.tracing.compiled.family import invoke
+from clearsweep.tracing.compiled.pinned import Pinned, pinned_at
+from clearsweep.tracing.objects import machine_code
 
 PAGE = Path(__file__).parents[2] / "results" / "laws.md"
 FRACTAL = {"law": "fractal", "dimension": 1.5, "scale": 1e-11, "hardness": 5.5e9}

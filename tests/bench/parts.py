@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 import clearsweep
-from clearsweep.simulation.run import Run
-from clearsweep.simulation.start import control_of, period, start_of
+from clearsweep.simulation.running.run import Run
+from clearsweep.simulation.setup.start import control_of, period, start_of
 from clearsweep.verify.accuracy import FLAGSHIP
 from clearsweep.verify.problems import all_problems
 

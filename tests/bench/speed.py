@@ -18,9 +18,9 @@ from importlib.metadata import version
 import numpy as np
 import speed_page
 
-from clearsweep.simulation.run import integration_of
-from clearsweep.simulation.scene import Scene
-from clearsweep.simulation.start import NO_TIMES
+from clearsweep.simulation.running.run import integration_of
+from clearsweep.simulation.setup.scene import Scene
+from clearsweep.simulation.setup.start import NO_TIMES
 from clearsweep.verify import accuracy
 from clearsweep.verify.accuracy import FLAGSHIP, HEADLINE_TOLERANCE, Method
 from clearsweep.verify.problems import all_problems, scene_of

@@ -12,17 +12,7 @@ from ..library.iso286 import Fit
 from ..written.document import WrittenValue
 from .fits import read_fit_names
 from .reader import Reader, check_always_used
-from .section import (
-    FITS_SCHEMA,
-    Key,
-    KeySection,
-    NamesKey,
-    QuantityKey,
-    RangeKey,
-    WordKey,
-    cases_key,
-    section_in,
-)
+from .section import FITS_SCHEMA, Key, KeySection, NamesKey, QuantityKey, RangeKey, WordKey, cases_key, section_in
 
 SEEK = "seek"
 SEEK_DIRECTIONS, SEEK_SCOPES = ("largest", "smallest"), ("each", "all")

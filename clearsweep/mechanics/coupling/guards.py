@@ -7,10 +7,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.choosing import rolled_range
-from ..compiled.family import NO_ENTRY, Entry, entry, form_number, kernel, map_joints, shaped
-from ..joint.contract import StepStart, every_guard, every_part, guard_values, latched, parts
-from ..joint.offsets import (
+from ...tracing.compiled.choosing import rolled_range
+from ...tracing.compiled.family import NO_ENTRY, Entry, entry, form_number, kernel, map_joints, shaped
+from ..joints.contract import StepStart, every_guard, every_part, guard_values, latched, parts
+from ..joints.offsets import (
     after_joint,
     after_number,
     after_part,

@@ -1,16 +1,16 @@
 """The effective mass (kg) of an impact at a contact, for the laws that use it."""
 
-from ..compiled.choosing import none_of
-from ..compiled.dual import as_type_of
-from ..compiled.family import family, inlined, kernel, map_joints
-from ..joint.contract import every_part
-from ..joint.dry import Joint
-from ..joint.loss.contract import needs_mass, with_mass
-from ..joint.lubricated import Lubricated
-from ..joint.modes import touches
-from ..joint.offsets import after_joint, after_number, first_offsets, with_current_state
-from ..joint.worn import WornJoint, WornOnFoundation
-from ..mechanism.contract import gaps, impact_masses, pose_at
+from ...tracing.compiled.choosing import none_of
+from ...tracing.compiled.dual import as_type_of
+from ...tracing.compiled.family import family, inlined, kernel, map_joints
+from ..joints.contract import every_part
+from ..joints.dry import Joint
+from ..joints.lubricated import Lubricated
+from ..joints.modes import touches
+from ..joints.offsets import after_joint, after_number, first_offsets, with_current_state
+from ..joints.worn.worn import WornJoint, WornOnFoundation
+from ..laws.loss.contract import needs_mass, with_mass
+from ..machines.contract import gaps, impact_masses, pose_at
 
 
 @family

@@ -15,11 +15,11 @@ equal to the penetration that follows from the coordinates (Baumgarte 1972, one 
 from typing import NamedTuple
 
 from ...contracts.catalogue import Channel
-from ..compiled.choosing import cond, rolled_range
-from ..compiled.dual import Seeded, as_dual, as_type_of, slope
-from ..compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
-from ..joint import spatial
-from ..joint.contract import (
+from ...tracing.compiled.choosing import cond, rolled_range
+from ...tracing.compiled.dual import Seeded, as_dual, as_type_of, slope
+from ...tracing.compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
+from ..joints import spatial
+from ..joints.contract import (
     JointState,
     extra_channels,
     extra_observables,
@@ -29,10 +29,9 @@ from ..joint.contract import (
     power_lost,
     power_stored,
 )
-from ..joint.loads import loads_of, put_internal_rates
-from ..joint.modes import touches
-from ..joint.nearest import with_angles, with_body_angles
-from ..joint.offsets import (
+from ..joints.loads import loads_of, put_internal_rates
+from ..joints.modes import touches
+from ..joints.offsets import (
     after_joint,
     after_number,
     extra_channel_count,
@@ -41,7 +40,8 @@ from ..joint.offsets import (
     observable_count,
     total_counts,
 )
-from ..mechanism.contract import (
+from ..joints.worn.nearest import with_angles, with_body_angles
+from ..machines.contract import (
     accelerate,
     body_angles,
     crank_rate,

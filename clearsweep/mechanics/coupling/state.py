@@ -8,11 +8,11 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.dual import rate_or_slope
-from ..compiled.family import form_number, inlined, kernel, map_joints
-from ..joint.contract import every_internal_state, internal_rates, internal_state, is_integrated, state_kinds_of
-from ..joint.offsets import after_number, total_counts, type_of, with_internal_state
-from ..mechanism.contract import friction_laws, friction_slips, with_friction_laws
+from ...tracing.compiled.dual import rate_or_slope
+from ...tracing.compiled.family import form_number, inlined, kernel, map_joints
+from ..joints.contract import every_internal_state, internal_rates, internal_state, is_integrated, state_kinds_of
+from ..joints.offsets import after_number, total_counts, type_of, with_internal_state
+from ..machines.contract import friction_laws, friction_slips, with_friction_laws
 
 NEVER_RESET = -1  # in place of the index of the contact whose separation resets a number
 

@@ -11,13 +11,13 @@ the limit acts, until the force that would stop the sliding is smaller again.  S
 
 from typing import NamedTuple
 
-from ..compiled.choosing import where
-from ..compiled.dual import as_type_of, plain
-from ..compiled.family import kernel, map_joints
-from ..joint.friction.contract import static_limit
-from ..joint.gripping import grips_of, is_grip_sticking, is_sticking, limit_sign, slip_rate, with_tangential
-from ..joint.offsets import after_joint, after_number, first_offsets, total_counts
-from ..mechanism.contract import accelerate, gap_accelerations
+from ...tracing.compiled.choosing import where
+from ...tracing.compiled.dual import as_type_of, plain
+from ...tracing.compiled.family import kernel, map_joints
+from ..joints.gripping import grips_of, is_grip_sticking, is_sticking, limit_sign, slip_rate, with_tangential
+from ..joints.offsets import after_joint, after_number, first_offsets, total_counts
+from ..laws.friction.contract import static_limit
+from ..machines.contract import accelerate, gap_accelerations
 
 MAX_SWEEPS = 100  # over the grips that stick; coupling between joints is weak, so a dozen suffice
 MIN_FORCE_INCREMENT = 1.0  # N, least additional force with which rates per force are computed

@@ -1,10 +1,10 @@
 """The time scale kappa = dt/dtau of the independent variable tau: see `rates`."""
 
-from ..compiled.choosing import where
-from ..compiled.dual import as_type_of
-from ..compiled.family import kernel
-from ..joint.modes import touches
-from ..joint.offsets import total_counts
+from ...tracing.compiled.choosing import where
+from ...tracing.compiled.dual import as_type_of
+from ...tracing.compiled.family import kernel
+from ..joints.modes import touches
+from ..joints.offsets import total_counts
 
 
 @kernel

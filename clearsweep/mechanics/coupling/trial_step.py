@@ -8,12 +8,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.choosing import lane_range, total_of
-from ..compiled.family import Entry, entry, inlined, shaped
-from ..joint.contract import JointState
-from ..joint.modes import touches
-from ..joint.offsets import total_counts
-from ..mechanism.contract import gaps, pose_at
+from ...tracing.compiled.choosing import lane_range, total_of
+from ...tracing.compiled.family import Entry, entry, inlined, shaped
+from ..joints.contract import JointState
+from ..joints.modes import touches
+from ..joints.offsets import total_counts
+from ..machines.contract import gaps, pose_at
 from ..observe.stages import END, FIRST_IMPLICIT_ROW, ROW_COUNT, STAGES
 from ..solver.accumulate.step_sums import Step
 from ..solver.collocation import POSITIONS, VELOCITIES, WHOLE_SWEEP, A, sum_over_stages

@@ -1,12 +1,14 @@
 """The wear of a step: contact positions of all joints along it, and the depth removed there."""
 
-from ..compiled.choosing import lane_range
-from ..compiled.family import Entry, entry, kernel, shaped
-from ..joint.nearest import with_body_angles
-from ..joint.offsets import first_offsets, total_counts
-from ..joint.wear.arc_over_step import WORKSPACE_SIZE
-from ..joint.wear.contract import ACCOUNT_SIZE
-from ..joint.wear.step import (
+from ...tracing.compiled.choosing import lane_range
+from ...tracing.compiled.family import Entry, entry, kernel, shaped
+from ..joints.offsets import first_offsets, total_counts
+from ..joints.worn.nearest import with_body_angles
+from ..machines.contract import body_angles, gaps, pose_at
+from ..observe.histogram import PARTS, STATE_POINTS, STEP_VALUE_ROWS
+from ..wear.arc_over_step import WORKSPACE_SIZE
+from ..wear.contract import ACCOUNT_SIZE
+from ..wear.step import (
     AXIAL_ROWS,
     POSITIONS,
     RECORDED_SIZE,
@@ -19,8 +21,6 @@ from ..joint.wear.step import (
     record_positions,
     update_wear_of_joints,
 )
-from ..mechanism.contract import body_angles, gaps, pose_at
-from ..observe.histogram import PARTS, STATE_POINTS, STEP_VALUE_ROWS
 
 
 @kernel

@@ -5,8 +5,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..compiled.choosing import bits_of, lane_range, number_of, rolled_range, where
-from ..compiled.family import Routine, inlined, kernel, shaped
+from ...tracing.compiled.choosing import bits_of, lane_range, number_of, rolled_range, where
+from ...tracing.compiled.family import Routine, inlined, kernel, shaped
 from .stages import NODE_FRACTIONS, NODES
 
 # Histogram of the normal force over time: approximately logarithmic bins from the bits of the

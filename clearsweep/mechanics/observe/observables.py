@@ -10,7 +10,7 @@ The power (W) of each friction load follows, negative if it dissipates energy.
 
 from typing import NamedTuple
 
-from ..compiled.family import inlined
+from ...tracing.compiled.family import inlined
 
 KAPPA, DRIVE, GRAVITY, ACCELERATION, TORQUE, KINETIC, ERROR, ERROR_RATE, CONTACTS = range(9)
 NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, GUARD_QUANTITY, LOAD, FRICTION_POWER, CONTACT_WIDTH = range(

@@ -16,8 +16,8 @@ from math import comb
 
 import numpy as np
 
-from ..compiled.choosing import lane_range
-from ..compiled.family import kernel
+from ...tracing.compiled.choosing import lane_range
+from ...tracing.compiled.family import kernel
 from ..observe.stages import NODE_FRACTIONS, STAGES
 from .collocation import lagrange_polynomials
 

@@ -14,7 +14,7 @@ Counts of evaluations decide, never a clock, and only evaluations of the motion 
 
 import math
 
-from ..compiled.family import kernel
+from ...tracing.compiled.family import kernel
 from ..observe.stages import STAGES
 from . import radau
 from .integration import AUTO, EXPLICIT, IMPLICIT

@@ -22,8 +22,8 @@ from fractions import Fraction
 
 import numpy as np
 
-from ..compiled.choosing import lane_range
-from ..compiled.family import inlined, kernel
+from ...tracing.compiled.choosing import lane_range
+from ...tracing.compiled.family import inlined, kernel
 from ..observe.stages import POINTS, STAGES, START
 
 

@@ -3,9 +3,9 @@
 import math
 from typing import NamedTuple
 
-from ..compiled.family import kernel
-from ..joint.contract import ENTERED, LEFT, ONSET_FLOOR
-from ..joint.modes import touches
+from ...tracing.compiled.family import kernel
+from ..joints.contract import ENTERED, LEFT, ONSET_FLOOR
+from ..joints.modes import touches
 from ..observe.observables import contact_observables
 from ..observe.stages import END
 from .integration import EVENT_BUDGET, GOING, GUARD, LEFT_BEARING, LIMIT, NOTHING, OK, ONSET, SEPARATION

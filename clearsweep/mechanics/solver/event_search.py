@@ -8,8 +8,8 @@ state, are event functions, too.
 
 import math
 
-from ..compiled.family import invoke, kernel
-from ..joint.modes import meets, touches
+from ...tracing.compiled.family import invoke, kernel
+from ..joints.modes import meets, touches
 from ..observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of
 from ..observe.stages import END, NODE_FRACTIONS, NODES, SCRATCH, START
 from .bernstein import (

@@ -5,9 +5,9 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from ..compiled.family import Entry, inlined, invoke, kernel
+from ...tracing.compiled.family import Entry, inlined, invoke, kernel
+from ...tracing.fields import Fields
 from ..observe.stages import SCRATCH
-from ..trace.fields import Fields
 from .accumulate.step_sums import ContactStep, Step, TrialStep
 from .accumulate.totals import Accumulators
 from .collocation import dense_state

@@ -23,10 +23,10 @@ import math
 
 import numpy as np
 
-from ..compiled.choosing import lane_range
-from ..compiled.family import inlined, invoke, kernel
+from ...tracing.compiled.choosing import lane_range
+from ...tracing.compiled.family import inlined, invoke, kernel
+from ...tracing.portable import exact, inverse
 from ..observe.stages import POINTS, STAGES
-from ..trace.portable import exact, inverse
 from .collocation import POSITIONS, RATES, VELOCITIES, sum_over_stages
 from .integration import Preconditioner
 

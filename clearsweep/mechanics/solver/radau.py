@@ -15,9 +15,9 @@ import math
 
 import numpy as np
 
-from ..compiled.family import invoke, kernel
+from ...tracing.compiled.family import invoke, kernel
+from ...tracing.portable import coefficients_through, exact, inverse, powers
 from ..observe.stages import END, FIRST_IMPLICIT_ROW, NODE_FRACTIONS, SCRATCH, START
-from ..trace.portable import coefficients_through, exact, inverse, powers
 from .collocation import basis_functions, dense_component, dense_state
 from .integration import Choice, Implicit, StepHistory, evaluate
 

@@ -2,8 +2,8 @@
 
 import math
 
-from ..compiled.family import invoke, kernel
-from ..joint.contract import SAME
+from ...tracing.compiled.family import invoke, kernel
+from ..joints.contract import SAME
 from ..observe.observables import KAPPA, contact_observables
 from ..observe.stages import END, STAGES, START
 from .accumulate.step_sums import write_sums

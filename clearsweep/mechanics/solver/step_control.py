@@ -6,9 +6,9 @@ decay as the fourth, see `collocation.error_norm`.
 
 import math
 
-from ..compiled.choosing import bits_of, number_of
-from ..compiled.family import inlined, kernel
-from ..joint.modes import meets, touches
+from ...tracing.compiled.choosing import bits_of, number_of
+from ...tracing.compiled.family import inlined, kernel
+from ..joints.modes import meets, touches
 from .choice import reused_length
 from .integration import IMPLICIT, MAX_TRAVEL
 

@@ -15,14 +15,7 @@ from ..data.study import Study
 from ..draw import comparison
 from ..draw.style import RED
 from ..samples.rank_table import figure_correlations, rank_table
-from ..samples.sample_tables import (
-    LimitedFigure,
-    effect_table,
-    index_table,
-    limit_table,
-    limited_figures,
-    spread_table,
-)
+from ..samples.sample_tables import LimitedFigure, effect_table, index_table, limit_table, limited_figures, spread_table
 from ..statistics import sensitivity
 from ..statistics.sensitivity import Sample
 

@@ -10,12 +10,12 @@ from typing import NamedTuple
 
 from ...contracts.catalogue import NOTHING, Entry, Figure
 from ...contracts.layout import Layout
-from ..sums import ForceExceeded, Mean, PerRevolution, RootMean, figure_of_joint
-from ..window import Window
 from . import film, life, wear
 from .peaks import PEAKS, PERIOD, ideal_peak
 from .spatial import SPATIAL
 from .start_up import CRANK_SPEED_AFTER, FORCE_PEAK_START, START_UP_TIME
+from .sums import ForceExceeded, Mean, PerRevolution, RootMean, figure_of_joint
+from .window import Window
 
 
 def field_of_totals(name: str, of: str = "joint") -> Callable[[Window, int], float]:

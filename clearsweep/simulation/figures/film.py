@@ -4,9 +4,9 @@ import math
 from typing import Any
 
 from ...contracts.catalogue import Entry, Figure
-from ...mechanics.joint.film.contract import film_pressure
-from ..sums import DryLoadRatio, DryTime, Mean
-from ..window import Window
+from ...mechanics.laws.film.contract import film_pressure
+from .sums import DryLoadRatio, DryTime, Mean
+from .window import Window
 
 
 def film_thickness(window: Window, index: int) -> float:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import partial
 
 from ...contracts.catalogue import Entry, Figure
-from ..window import Window
+from .window import Window
 
 PEAK_TOLERANCE = 1e-9  # relative difference below which two peaks are the same
 

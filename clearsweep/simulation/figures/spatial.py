@@ -3,9 +3,9 @@
 import math
 
 from ...contracts.catalogue import ENDLESS, Entry, Figure
-from ...mechanics.joint.spatial import jam_angle
-from ..sums import PerRevolution
-from ..window import Window
+from ...mechanics.joints.spatial import jam_angle
+from .sums import PerRevolution
+from .window import Window
 
 
 def tilt_limit(window: Window, index: int) -> float | None:

@@ -3,7 +3,7 @@
 import math
 
 from ...contracts.catalogue import Entry, Figure
-from ..window import Window
+from .window import Window
 
 
 def start_up_time(window: Window, _: int) -> float | None:

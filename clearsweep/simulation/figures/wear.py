@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 
 from ...contracts.catalogue import Entry, Figure
-from ...mechanics.joint.spatial.form import SPATIAL_JOINT_TYPES as SPATIAL
-from ...mechanics.joint.wear.contract import (
+from ...mechanics.joints.spatial.form import SPATIAL_JOINT_TYPES as SPATIAL
+from ...mechanics.wear.contract import (
     ARC_COUNT,
     FIRST_CLASS,
     NARROW_COUNT,
@@ -19,8 +19,8 @@ from ...mechanics.joint.wear.contract import (
     SLIDING_DISTANCE,
     class_width,
 )
-from ..sums import DepthRate
-from ..window import Window
+from .sums import DepthRate
+from .window import Window
 
 RESOLVED_SHARE = 0.95  # of the worn volume: share that must come from arcs wide enough for the bins
 

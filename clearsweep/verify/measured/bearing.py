@@ -5,8 +5,8 @@ from typing import Any
 import numpy as np
 
 from ...contracts.results import Trajectory
-from ...simulation.scene import load_case
-from ...simulation.trajectory import simulate
+from ...simulation.analyses.trajectory import simulate
+from ...simulation.setup.scene import load_case
 
 
 def grid(joint: dict[str, Any], speed: float, load: float, *, mass: float, revolutions: float) -> dict[str, Any]:

@@ -4,10 +4,10 @@ import math
 
 import numpy as np
 
-from ...mechanics.joint import registry
-from ...mechanics.joint.dry import Gap
-from ...mechanics.joint.lubricated import film_load
-from ...simulation.scene import load_case
+from ...mechanics.joints import registry
+from ...mechanics.joints.dry import Gap
+from ...mechanics.joints.lubricated import film_load
+from ...simulation.setup.scene import load_case
 from . import film_at_rest
 
 STEP = 1e-5  # of the clearance, and of clearance times speed; the error of central differences is quadratic in it

@@ -2,8 +2,8 @@
 
 import math
 
-from ...simulation.scene import load_case
-from ...simulation.trajectory import simulate
+from ...simulation.analyses.trajectory import simulate
+from ...simulation.setup.scene import load_case
 from .points import Row, read_reference
 
 NAME = "Hertz impacts"

@@ -5,8 +5,8 @@ from typing import Any
 
 from matplotlib.figure import Figure
 
-from ...simulation.scene import load_case
-from ...simulation.trajectory import simulate
+from ...simulation.analyses.trajectory import simulate
+from ...simulation.setup.scene import load_case
 from .drawing import COLOURS, REFERENCE_STYLE, style_axes
 from .points import Row, read_reference
 

@@ -4,8 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from ...simulation.scene import load_case
-from ...simulation.trajectory import simulate
+from ...simulation.analyses.trajectory import simulate
+from ...simulation.setup.scene import load_case
 from .points import Row, read_reference
 
 NAME = "Andrews' squeezer"

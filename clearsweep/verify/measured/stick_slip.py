@@ -7,10 +7,10 @@ from matplotlib.figure import Figure
 from scipy.optimize import brentq
 
 from ...contracts.results import Trajectory
-from ...mechanics.joint.friction.contract import friction_force
-from ...mechanics.joint.registry import compile_friction
-from ...simulation.scene import load_case
-from ...simulation.trajectory import simulate
+from ...mechanics.joints.registry import compile_friction
+from ...mechanics.laws.friction.contract import friction_force
+from ...simulation.analyses.trajectory import simulate
+from ...simulation.setup.scene import load_case
 from .drawing import COLOURS, REFERENCE_STYLE, style_axes
 from .points import Row, read_reference
 

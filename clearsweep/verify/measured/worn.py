@@ -7,8 +7,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from ...contracts.results import Trajectory
-from ...simulation.scene import load_case
-from ...simulation.trajectory import simulate
+from ...simulation.analyses.trajectory import simulate
+from ...simulation.setup.scene import load_case
 from .drawing import COLOURS, style_axes
 from .points import Row, read_reference
 

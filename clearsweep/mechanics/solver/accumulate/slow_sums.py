@@ -2,9 +2,9 @@
 
 import math
 
-from ...compiled.choosing import total_of
-from ...compiled.family import invoke, kernel
-from ...joint.modes import acts, touches
+from ....tracing.compiled.choosing import total_of
+from ....tracing.compiled.family import invoke, kernel
+from ...joints.modes import acts, touches
 from ...observe.histogram import (
     DEPTH_ROW,
     FINE_SHARE,
@@ -45,13 +45,7 @@ from ...observe.stages import END, NODES, START
 from ..collocation import WEIGHTS, dense_state
 from ..integration import IMPLICIT
 from ..radau import STAGE_WEIGHTS
-from .step_sums import (
-    NO_PEAK,
-    integral_of_magnitude,
-    integral_of_negative_part,
-    interior_peak,
-    stage_integral,
-)
+from .step_sums import NO_PEAK, integral_of_magnitude, integral_of_negative_part, interior_peak, stage_integral
 from .totals import (
     BINNED_STEPS,
     CONTACT_FIGURES,
@@ -66,14 +60,7 @@ from .totals import (
     TIME_PER_FORCE,
     MechanismTotals,
 )
-from .within_step import (
-    evaluate_dense_states,
-    fraction_at,
-    maximum_in_step,
-    record_marks,
-    refine_peak,
-    write_samples,
-)
+from .within_step import evaluate_dense_states, fraction_at, maximum_in_step, record_marks, refine_peak, write_samples
 
 MIN_BINNED_STEPS = 8  # between two computations of the forces that are distributed by fine parts
 

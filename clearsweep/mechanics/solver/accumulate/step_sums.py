@@ -5,9 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.choosing import lane_range
-from ...compiled.family import inlined
-from ...joint.modes import acts, meets
+from ....tracing.compiled.choosing import lane_range
+from ....tracing.compiled.family import inlined
+from ....tracing.fields import Fields
+from ...joints.modes import acts, meets
 from ...observe.histogram import PARTS, TO_PART_ENDS
 from ...observe.observables import (
     ACCELERATION,
@@ -26,7 +27,6 @@ from ...observe.observables import (
     column_of,
 )
 from ...observe.stages import END, NODE_FRACTIONS, NODES, STAGES, START
-from ...trace.fields import Fields
 
 
 class Step(Fields):

@@ -5,9 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.choosing import lane_range, total_of, where
-from ...compiled.family import inlined
-from ...joint.modes import acts, touches
+from ....tracing.compiled.choosing import lane_range, total_of, where
+from ....tracing.compiled.family import inlined
+from ....tracing.fields import Fields
+from ...joints.modes import acts, touches
 from ...observe.histogram import PARTS, TO_PART_MEANS, force_bin, ramp_of
 from ...observe.observables import (
     ACCELERATION,
@@ -23,11 +24,7 @@ from ...observe.observables import (
     put_load,
 )
 from ...observe.stages import END, NODES, START
-from ...trace.fields import Fields
-from .step_sums import (
-    NO_PEAK,
-    interior_peak,
-)
+from .step_sums import NO_PEAK, interior_peak
 
 
 class MechanismTotals(Fields):

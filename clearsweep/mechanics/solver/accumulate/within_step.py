@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...compiled.choosing import lane_range
-from ...compiled.family import invoke, invoke_each, kernel
+from ....tracing.compiled.choosing import lane_range
+from ....tracing.compiled.family import invoke, invoke_each, kernel
 from ...observe.histogram import QUARTER_POINTS, STATE_POINTS
 from ...observe.observables import NORMAL, column_of, put_load
 from ...observe.stages import END, NODE_FRACTIONS, NODES, SCRATCH, STAGES

@@ -1,0 +1,150 @@
+"""A revolute joint with clearance: from the relative motion of two pins to the forces between the bodies.
+
+Bearing and journal are circles; the journal surface touches the bearing where the eccentricity exceeds the clearance.
+Each body has its own contact point, as is usual (Flores, Ambrosio, Claro & Lankarani 2008): the bearing's at its
+radius, the journal's at its own, both along the normal, so their distance is the penetration.  Force, moments and
+sliding speed all belong to these points, and the powers of the forces on both bodies add up to tangential force times
+sliding speed.  There are two approximations: the tangential forces leave a couple of force times penetration, and a
+pair that rotates as a rigid body slides at penetration times angular speed.
+"""
+
+from typing import NamedTuple
+
+from ...tracing.compiled import calculus as math
+from ...tracing.compiled.choosing import cond, where
+from ...tracing.compiled.dual import as_type_of
+from ...tracing.compiled.family import inlined, kernel
+from ..laws.friction.contract import friction_force
+from ..laws.loss.contract import contact_force, lowest_force, sign_past_separation
+from ..observe.observables import RAW
+from .contract import Contact, ContactModes, Guard, Load, Part, contact_modes, guards, load, parts
+from .modes import CLIPPED, FREE, PRESSED, STICKING
+from .offsets import with_current_laws
+
+
+class Joint(NamedTuple):
+    """A revolute joint with clearance between a proximal body (towards the drive) and a distal one."""
+
+    clearance: float  # m, radial
+    bearing_radius: float  # m
+    journal_radius: float  # m
+    side: float  # +1: the journal sits on the distal body, -1: on the proximal one
+    law: tuple  # contact_force
+    elastic: tuple  # elastic_force
+    friction: tuple  # friction_force
+    wear: tuple  # wear_rate
+
+
+class Gap(NamedTuple):
+    """Motion of the distal pin relative to the proximal one in the fixed frame, and spins of both bodies."""
+
+    x: float  # m
+    y: float  # m
+    vx: float  # m/s
+    vy: float  # m/s
+    spin_proximal: float  # rad/s
+    spin_distal: float  # rad/s
+
+
+class Clip(NamedTuple):
+    """The part of a dry joint that clips a pulling force."""
+
+
+@guards.member(Clip)
+def _guards_clip(clip):
+    pulls = Guard((PRESSED, *STICKING), CLIPPED, counted=True, observable=RAW, sign=-1.0)
+    return pulls, Guard((CLIPPED,), PRESSED, observable=RAW)
+
+
+@contact_modes.member(Joint)
+def _contact_modes_joint(joint):
+    return (ContactModes(FREE, PRESSED),)
+
+
+@parts.member(Joint)
+def _parts_joint(joint):
+    return Part(Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0)
+
+
+@load.member(Joint)
+def _load_joint(joint, gap, offsets, state):
+    root = state.y[state.roots + offsets.contact]
+    current = with_current_laws(joint, offsets, state)
+    return joint_load(current, gap, state.mode[offsets.contact], root * abs(root), state.latched[offsets.contact])
+
+
+@kernel
+def surface_speed(joint, gap, tx, ty):
+    """Return the speed (m/s) of the journal surface over the bearing surface along the unit tangent (tx, ty)."""
+    distal_spin_speed = gap.spin_distal * joint.journal_radius - gap.spin_proximal * joint.bearing_radius
+    proximal_spin_speed = gap.spin_proximal * joint.journal_radius - gap.spin_distal * joint.bearing_radius
+    spin_speed = where(joint.side < 0.0, proximal_spin_speed, distal_spin_speed)
+    return joint.side * (gap.vx * tx + gap.vy * ty) + spin_speed
+
+
+@inlined
+def normal_forces(joint, mode, pen, rate, onset_rate):
+    """Return (normal force, load of the friction, elastic part, force before clipping) of a pressed joint, N."""
+    force, elastic = contact_force(joint.law, joint.elastic, abs(pen), rate, onset_rate)
+    lowest = lowest_force(joint.law)
+    unclipped = force - lowest
+    sign = where(pen < 0.0, sign_past_separation(joint.law, joint.elastic), 1.0)
+    force, elastic = sign * force, sign * elastic
+    normal = where(mode != CLIPPED, force, 0.0)
+    friction_load = normal if lowest == 0.0 else max(normal, 0.0)  # smooth where an event is located
+    return normal, friction_load, elastic, unclipped
+
+
+@kernel
+def joint_load(joint, gap, mode, pen, onset_rate):
+    """Return the Load of a joint in a mode whose contact has penetration `pen` (m) and began at `onset_rate` (m/s).
+
+    A negative `pen` occurs in trial steps past the separation.
+    """
+    return _load_by_mode(mode == FREE, (joint, gap, mode, pen, onset_rate))
+
+
+@inlined
+def _load_apart(joint, gap, mode, pen, onset_rate):
+    eccentricity = math.sqrt(gap.x * gap.x + gap.y * gap.y)
+    speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
+    radial = gap.x * gap.vx + gap.y * gap.vy
+    rate = where(eccentricity > 0.0, radial / where(eccentricity > 0.0, eccentricity, 1.0), speed)
+    depth, zero = eccentricity - joint.clearance, as_type_of(0.0, eccentricity)
+    apart = Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
+    return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(apart,))
+
+
+@inlined
+def _load_pressed(joint, gap, mode, pen, onset_rate):
+    square = gap.x * gap.x + gap.y * gap.y
+    x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
+    # The root of penetration determines the eccentricity and its inverse before the gap is known; one
+    # Newton step squares the remaining difference.  Everything after this waits only for the gap,
+    # not for a root and a division.
+    first_inverse = 1.0 / (joint.clearance + pen)
+    inverse = first_inverse * (1.5 - 0.5 * square * first_inverse * first_inverse)
+    nx, ny = x * inverse, y * inverse
+    rate = vx * nx + vy * ny
+    normal, friction_load, elastic, unclipped = normal_forces(joint, mode, pen, rate, onset_rate)
+    slip = surface_speed(joint, gap, -ny, nx)
+    tangential = as_type_of(friction_force(joint.friction, friction_load, slip), slip)
+    fx = -normal * nx - tangential * ny
+    fy = -normal * ny + tangential * nx
+    journal_moment = joint.journal_radius * tangential
+    bearing_moment = -joint.bearing_radius * tangential
+    depth = square * inverse - joint.clearance
+    contact = Contact(
+        normal=normal, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=unclipped
+    )
+    is_journal_proximal = joint.side < 0.0  # the journal is on the proximal body
+    return Load(
+        fx=joint.side * fx,
+        fy=joint.side * fy,
+        moment_proximal=where(is_journal_proximal, journal_moment, bearing_moment),
+        moment_distal=where(is_journal_proximal, bearing_moment, journal_moment),
+        contacts=(contact,),
+    )
+
+
+_load_by_mode = cond(_load_apart, _load_pressed)

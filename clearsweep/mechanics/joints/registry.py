@@ -1,0 +1,408 @@
+"""Converts the joints of a case to compiled form, and answers questions about their laws.
+
+To add a law, add a block, with a new type if necessary, to a file of its kind; a new file needs an
+import below.
+"""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ...contracts.case import Joint
+from ...contracts.catalogue import Law
+from ...tracing.compiled.vector import Vector
+from ..laws.elastic.conformal import Foundation
+from ..laws.elastic.contract import elastic_force
+from ..laws.elastic.power import Linear
+from ..laws.film.shear import DEFAULT_SHEAR_LAW
+from ..laws.film.transition import transition_depths
+from ..laws.friction.contract import Frictionless
+from ..laws.friction.piecewise import as_contact_friction
+from ..laws.loss.contract import lowest_force
+from ..laws.loss.renewed import renewed_law
+from ..laws.roughness.series import ArcParameters, Series, combine_in_series
+from ..laws.roughness.spots import Surface
+from ..wear.contract import NoWear, Worn
+from ..wear.shape import Shape, bin_means, conformal_profiles, point_profiles, shape_of
+from . import dry, guide, lubricated, slot, spatial, worn_slot
+from .material import line_modulus
+from .recipe import RECIPES, Recipe, compile_law
+from .worn import worn
+from .worn.foundation import Overlap
+
+# Each import registers its laws, which are listed in this order.
+# isort: off
+from ..laws.loss import hysteresis, plastic, dampers  # noqa: F401
+from ..laws.elastic import power, cylinders, conformal, compatible  # noqa: F401
+from ..laws.roughness import smooth, fractal, kogut_etsion  # noqa: F401
+from ..laws.friction import sliding, stick, bristles  # noqa: F401
+from ..wear import archard  # noqa: F401
+from .worn import foundation  # noqa: F401
+from ..wear import persson, pressure  # noqa: F401
+from .spatial import slices  # noqa: F401
+from ..wear import uniform  # noqa: F401
+from ..laws.film import reynolds, finite, short, long, shear, transition  # noqa: F401
+# isort: on
+
+__all__ = [
+    "RECIPES",
+    "acting_wear",
+    "all_laws",
+    "can_pull",
+    "compile_contact",
+    "compile_film",
+    "compile_friction",
+    "compile_joint",
+    "compile_wear",
+    "departs_from_hertz",
+    "derived_values",
+    "elastic_candidates",
+    "elastic_choices",
+    "elastic_forces",
+    "jam_angle",
+    "penetration_limit",
+    "restitution",
+    "smoothing_width",
+    "uses_ball_stiffness",
+]
+
+
+def all_laws() -> tuple[Law, ...]:
+    """Return the descriptions of all laws that a grid can name."""
+    return tuple(recipe.law for recipe in RECIPES.values())
+
+
+def _elastic_recipe(joint: Joint) -> Recipe | None:
+    """Return the elastic law of a joint, or None if the contact law brings its own spring."""
+    uses_elastic = joint.is_dry and RECIPES["law", joint.contact.law].law.uses_elastic
+    return RECIPES["elastic", joint.contact.elastic] if uses_elastic else None
+
+
+def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -> tuple:
+    """Return the compiled form of a joint; `distal` is its body further from the drive.  Chooses the kind of joint.
+
+    `earlier_wear` is the earlier wear of its bodies.
+    """
+    side = 1.0 if joint.journal in (None, distal) else -1.0
+    radius = joint.bearing_radius or 2.0 * joint.clearance  # unused if a grid need not give it
+    if joint.film and not joint.is_dry:
+        return lubricated.Film(
+            clearance=joint.clearance,
+            bearing_radius=radius,
+            journal_radius=radius - joint.clearance,
+            side=side,
+            film=compile_film(joint)[0],
+            shear=compile_film(joint)[1],
+            limit=joint.film.limit,
+            wear=NoWear(),
+            corners=lubricated.corners_of(joint.clearance, joint.film.limit),
+        )
+    law, elastic = compile_contact(joint)
+    if joint.is_guide:
+        return guide.Guide(
+            joint.clearance, 1.0, joint.length, joint.height, law, elastic, _compile_contact_friction(joint)
+        )
+    if joint.slot_length is not None:
+        half_slot, mean_radius = 0.5 * joint.slot_length, radius + joint.slot_length / math.pi
+        later_fields = law, elastic, _compile_contact_friction(joint), mean_radius, compile_wear(joint)
+        unworn_slot = slot.SlotJoint(joint.clearance, radius - joint.clearance, 1.0, half_slot, *later_fields)
+        return (
+            worn_slot.WornSlot(*unworn_slot, *_worn_slot_shapes(joint, unworn_slot, earlier_wear)[:2])
+            if _has_evolving_shape(joint)
+            else unworn_slot
+        )
+    if joint.is_spatial:
+        return _compile_spatial_joint(joint)
+    dry_joint = dry.Joint(
+        clearance=joint.clearance,
+        bearing_radius=radius,
+        journal_radius=radius - joint.clearance,
+        side=side,
+        law=law,
+        elastic=elastic,
+        friction=_compile_contact_friction(joint),
+        wear=compile_wear(joint),
+    )
+    if _has_evolving_shape(joint):
+        worn_type = worn.WornOnFoundation if _is_on_foundation(joint, elastic) else worn.WornJoint
+        if not _wears_by_overlap(joint):
+            return worn_type(*dry_joint, *_point_shapes(joint, earlier_wear)[:2])
+        conformal = _conformal_shapes(joint, earlier_wear)
+        dry_joint = dry_joint._replace(wear=dry_joint.wear._replace(pressure=Overlap(*conformal)))
+        is_at_point = worn_type is worn.WornJoint
+        return worn_type(*dry_joint, *(_point_shapes(joint, earlier_wear)[:2] if is_at_point else conformal))
+    if joint.film is None:
+        return dry_joint
+    film, film_shear = compile_film(joint)
+    film_transition = compile_law("transition", joint.film.transition, joint)
+    corners = lubricated.corners_of(joint.clearance, joint.film.limit, *transition_depths(film_transition))
+    return lubricated.Lubricated(*dry_joint, film, film_shear, joint.film.limit, film_transition, corners)
+
+
+def _has_evolving_shape(joint: Joint) -> bool:
+    """Return whether the worn shape of a joint acts."""
+    return joint.wear is not None and joint.wear.evolve
+
+
+def _worn_slot_shapes(joint: Joint, compiled: Any, worn: Worn | None) -> tuple[Shape, Shape, float]:
+    """Return the worn shapes of a slot with the compiled form `compiled`, and their offset (m)."""
+    assert joint.wear is not None  # only joints with wear
+    zero_depths = np.zeros(joint.wear.bins)
+    bearing, journal = worn[:2] if worn else (zero_depths, zero_depths)
+    return worn_slot.slot_shapes(compiled, bearing, journal)
+
+
+def _wears_by_overlap(joint: Joint) -> bool:
+    """Return whether the wear of a joint is distributed like the overlap of its worn surfaces."""
+    return joint.wear is not None and joint.wear.pressure == "winkler" and joint.slot_length is None
+
+
+def _is_on_foundation(joint: Joint, elastic: tuple) -> bool:
+    """Return whether the worn surfaces of a joint press on a bed of springs, not at one point."""
+    return isinstance(elastic, Foundation) and _wears_by_overlap(joint)
+
+
+def _depths(joint: Joint, worn: Worn | None) -> tuple[np.ndarray, np.ndarray]:
+    """Return the mean depths (bins,) m of bearing and journal."""
+    assert joint.wear is not None  # only joints with wear
+    zero_depths = np.zeros(joint.wear.bins)
+    return worn[:2] if worn else (zero_depths, zero_depths)
+
+
+def _point_shapes(joint: Joint, worn: Worn | None) -> tuple[Shape, Shape, float]:
+    """Return the shapes of bearing and journal on which a force acts at one point, and the smoothing width (rad)."""
+    (bearing, journal), width = point_profiles(*_depths(joint, worn), joint.clearance)
+    return shape_of(bearing), shape_of(journal), width
+
+
+def _conformal_shapes(joint: Joint, worn: Worn | None) -> tuple[Shape, Shape]:
+    """Return the shapes of bearing and journal on whose overlap the wear depends, and springs."""
+    bearing, journal = conformal_profiles(*_depths(joint, worn), joint.clearance)
+    return shape_of(bearing), shape_of(journal)
+
+
+def smoothing_width(joint: Joint, worn: Worn) -> float | None:
+    """Return the standard deviation (rad) of the Gaussian that smooths the shapes for a pressure at one point.
+
+    None if shapes have no effect, or the arc of contact may have any width.
+    """
+    if not _has_evolving_shape(joint) or _wears_by_overlap(joint):
+        return None
+    if joint.slot_length is not None:
+        return _worn_slot_shapes(joint, compile_joint(joint, "", worn), worn)[2]
+    return _point_shapes(joint, worn)[2]
+
+
+def acting_wear(joint: Joint, worn: Worn) -> Worn | None:
+    """Return the wear (bins) of the shapes that decide where a joint wears, or None if they have no effect.
+
+    In a slot they are those without smoothing.
+    """
+    if not _has_evolving_shape(joint):
+        return None
+    if joint.slot_length is not None:
+        return worn
+    profiles = (
+        conformal_profiles(worn.bearing, worn.journal, joint.clearance)
+        if _wears_by_overlap(joint)
+        else point_profiles(worn.bearing, worn.journal, joint.clearance)[0]
+    )
+    bearing, journal = (bin_means(profile, len(worn.bearing)) for profile in profiles)
+    return Worn(bearing, journal, worn.sliding_distance)
+
+
+def compile_film(joint: Joint) -> tuple:
+    """Return the compiled form of (film, shear) of a joint that has a film."""
+    assert joint.film is not None  # only joints with one
+    shear_name = DEFAULT_SHEAR_LAW if joint.film.friction == "by-law" else joint.film.friction
+    return compile_law("film", joint.film.law, joint), compile_law("film-friction", shear_name, joint)
+
+
+def _compile_spatial_joint(joint: Joint) -> spatial.Through | spatial.Flanged:
+    """Return the compiled form of a spatial joint; its journal is on the rod."""
+    law, elastic = compile_contact(joint)
+    assert None not in (joint.bearing_radius, joint.length, joint.journal_length)  # the grid requires them
+    tilt_vector = np.array([*joint.tilt, 0.0])
+    angle = float(np.linalg.norm(tilt_vector))
+    sinc = math.sin(angle) / angle if angle else 1.0
+    versine_factor = 0.5 * (math.sin(0.5 * angle) / (0.5 * angle)) ** 2 if angle else 0.5  # (1 - cos) / angle^2
+    a, b = joint.tilt
+    through = spatial.Through(
+        clearance=joint.clearance,
+        side=1.0,
+        bearing_radius=joint.bearing_radius,
+        journal_radius=joint.bearing_radius - joint.clearance,
+        half_length=0.5 * joint.length,
+        journal_half_length=0.5 * joint.journal_length,
+        offset=Vector(*joint.offset),
+        axis=Vector(sinc * b, -sinc * a, math.cos(angle)),
+        end_type=spatial.InBore() if joint.flange else spatial.Overlapping(),
+        walls=spatial.spread_over(elastic) if joint.walls == "spread" else spatial.EndContacts(),
+        law=law,
+        elastic=elastic,
+        friction=compile_friction(joint),
+        wear=compile_wear(joint),
+        across=Vector(math.cos(angle) + versine_factor * a * a, versine_factor * a * b, -sinc * b),
+        wear_rows=float(joint.wear.length_bins) if joint.wear else 0.0,
+    )
+    if not joint.flange:
+        return through
+    axial = compile_contact(joint._replace(contact=joint.axial)) if joint.axial else (law, elastic)
+    return spatial.Flanged(*through, joint.axial_clearance, *axial)
+
+
+def jam_angle(joint: Joint) -> float:
+    """Return the tilt (rad) at which the journal of a spatial joint jams, or inf if it cannot."""
+    return spatial.jam_angle(_compile_spatial_joint(joint))
+
+
+def compile_contact(joint: Joint) -> tuple:
+    """Return (law, elastic) of a joint in compiled form."""
+    contact = joint.contact
+    law, rough = compile_law("law", contact.law, joint), _rough_series(joint)
+    elastic = rough.compiled if rough else _compile_bulk_elastic(joint)
+    if contact.onset != "renewed" or not _elastic_recipe(joint):
+        return law, elastic
+    restitution_of_law = restitution(joint)
+    return (law if restitution_of_law is None else renewed_law(law, elastic, restitution_of_law)), elastic
+
+
+def _compile_bulk_elastic(joint: Joint) -> tuple:
+    """Return the compiled elastic law of a joint's bodies, without roughness."""
+    if not _elastic_recipe(joint):
+        return Linear(joint.contact.values["stiffness"])
+    return compile_law("elastic", joint.contact.elastic, joint)
+
+
+def _rough_series(joint: Joint) -> Series | None:
+    """Return the elastic law of a joint with rough surfaces in series, or None if they are smooth."""
+    surface = compile_law("roughness", joint.roughness.law, joint) if joint.roughness else None
+    if not isinstance(surface, Surface):
+        return None
+    arc = ArcParameters(line_modulus(joint) * joint.clearance, 2.0 * joint.bearing_radius * joint.length)
+    return combine_in_series(_compile_bulk_elastic(joint), surface, arc)
+
+
+def penetration_limit(joint: Joint) -> float:
+    """Return the largest valid penetration (m) of a joint's elastic law, rough or not; inf if there is no limit."""
+    elastic_law, rough = _elastic_recipe(joint), _rough_series(joint)
+    limit = elastic_law.limit(joint) if elastic_law else math.inf
+    return min(rough.flattening_depth, rough.total_depth(limit)) if rough else limit
+
+
+def elastic_forces(joint: Joint, depths) -> list[float]:
+    """Return the elastic forces (N) in a joint at penetrations (m)."""
+    elastic = compile_contact(joint)[1]
+    return [float(elastic_force(elastic, depth)) for depth in depths]
+
+
+def elastic_choices(joint: Joint) -> dict[str, Joint]:
+    """Return, by name, a joint with each elastic law that its radii, length and material allow.
+
+    Rough surfaces are kept; the law in use is also combined with other roughness laws.
+    """
+    if joint.contact.material is None or _elastic_recipe(joint) is None:
+        return {}
+    allowed_joints = [candidate for candidate, obstacle in elastic_candidates(joint).values() if not obstacle]
+    return {candidate.elastic_name: candidate for candidate in allowed_joints} | _other_surfaces(joint)
+
+
+def _other_surfaces(joint: Joint) -> dict[str, Joint]:
+    """Return, by name, a rough joint with smooth surfaces and with those of each other roughness law."""
+    rough = joint.roughness
+    if not rough or not rough.values:
+        return {}
+    laws = [law for law in all_laws() if law.family == "roughness" and law.name != rough.law]
+    rough_joints = [joint._replace(roughness=rough._replace(law=law.name)) for law in laws]
+    return {rough_joint.elastic_name: rough_joint for rough_joint in rough_joints}
+
+
+def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
+    """Return, by name, a joint with each elastic law, and the reason why the joint cannot have it, or ''.
+
+    The result is empty if the law of its normal force has its own stiffness.
+    """
+    contact, candidates = joint.contact, {}
+    if _elastic_recipe(joint) is None:
+        return candidates
+    dimensions = {key: value for key, value in joint._asdict().items() if isinstance(value, float)}
+    materials = contact.material._asdict() if contact.material else {}
+    material = {
+        f"contact.material.{body}.{key}": value
+        for body, material_of_body in materials.items()
+        for key, value in material_of_body._asdict().items()
+    }
+    known_keys = {*dimensions, *(("material",) if material else ())}
+    for law in (law for law in all_laws() if law.family == "elastic"):
+        defaults = {field.name: field.default for field in law.fields if field.default is not None}
+        is_chosen = law.name == contact.elastic  # keys of other laws may have the same names, such as `exponent`
+        values = defaults | contact.values if is_chosen else contact.values | defaults
+        available = {*values, *(("stiffness",) if material else ())}
+        missing = [name for name in law.needs if name not in known_keys]
+        missing += [field.name for field in law.fields if field.name not in available]
+        violated_ranges = [
+            law_range
+            for law_range in law.ranges
+            if not missing and not law_range.contains((dimensions | material)[law_range.path])
+        ]
+        obstacle = f"needs {' and '.join(missing)}" if missing else ""
+        obstacle = obstacle or "; ".join(
+            f"{law_range.path} {law_range.allowed()}: {law_range.reason}" for law_range in violated_ranges
+        )
+        candidates[law.name] = joint._replace(contact=contact._replace(elastic=law.name, values=values)), obstacle
+    return candidates
+
+
+def restitution(joint: Joint) -> float | None:
+    """Return the restitution of a free impact in a joint, or None if it depends on mass and speed or does not exist."""
+    formula = joint.is_dry and RECIPES["law", joint.contact.law].free_restitution
+    value = formula(joint.contact.values.get("restitution")) if formula else None
+    return None if value is None else float(value)
+
+
+def departs_from_hertz(joint: Joint) -> bool:
+    """Return whether the contact law of a joint assumes Hertz's force, which rough surfaces change."""
+    return "hertz" in RECIPES["law", joint.contact.law].law.needs and _rough_series(joint) is not None
+
+
+def uses_ball_stiffness(joint: Joint) -> bool:
+    """Return whether the stiffness of a joint is that of a ball in a socket and another law could replace it."""
+    contact = joint.contact
+    if contact.elastic != "power" or contact.material is None or "stiffness" in contact.values or joint.is_guide:
+        return False
+    return _elastic_recipe(joint) is not None and "hertz" not in RECIPES["law", contact.law].law.needs
+
+
+def can_pull(joint: Joint) -> bool:
+    """Return whether the normal force of a joint can be negative."""
+    return joint.is_dry and lowest_force(compile_contact(joint)[0]) < 0.0
+
+
+def derived_values(joint: Joint) -> dict[str, tuple[float, str]]:
+    """Return the derived values of a joint's contact: path within the joint -> (value, unit)."""
+    elastic_law, limit = _elastic_recipe(joint), penetration_limit(joint)
+    values = RECIPES["law", joint.contact.law].derived(joint) if joint.is_dry else {}
+    if elastic_law:
+        values = elastic_law.derived(joint) | values
+    if joint.roughness:
+        values = values | RECIPES["roughness", joint.roughness.law].derived(joint)
+    return values | ({"contact.penetration_limit": (limit, "m")} if math.isfinite(limit) else {})
+
+
+def compile_friction(joint: Joint):
+    """Return the compiled form of the friction of a joint."""
+    return compile_law("friction", joint.friction.law, joint) if joint.friction else Frictionless()
+
+
+def _compile_contact_friction(joint: Joint):
+    """Return the compiled friction for a planar contact, whose sliding speed has a sign.
+
+    It stores the piece that applies.
+    """
+    return as_contact_friction(compile_friction(joint))
+
+
+def compile_wear(joint: Joint):
+    """Return the compiled form of the wear of a joint."""
+    return compile_law("wear", joint.wear.law, joint) if joint.wear else NoWear()

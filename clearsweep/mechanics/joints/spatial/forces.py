@@ -1,0 +1,287 @@
+"""Forces of the contacts of a spatial joint on its bodies, and its time histories."""
+
+from typing import NamedTuple
+
+from ....contracts.catalogue import Channel
+from ....tracing.compiled import calculus as math
+from ....tracing.compiled.attitude import to_fixed_frame
+from ....tracing.compiled.dual import as_type_of
+from ....tracing.compiled.family import family, kernel
+from ....tracing.compiled.vector import Vector, cross, dot, minus, plus, plus_scaled, times
+from ...laws.friction.contract import friction_force
+from ...laws.loss.contract import contact_force, lowest_force, sign_past_separation
+from ..contract import Contact, Offsets, gap_histories, history_count, load, load_histories
+from ..modes import CLIPPED, FREE
+from ..offsets import after_law, with_current_state
+from .form import ContactForce, EndContacts, Flanged, SpatialGap, SpatialLoad, Spread, SpreadContact, Through
+from .points import flange_point, overlap_of, sine_of_tilt, tilt_of, wall_point
+from .spread import as_spread, spread_walls
+
+WALL_FRACTION = 0.5  # fraction of the stiffness at each wall
+
+
+class _RelativeMotion(NamedTuple):
+    """Motion of the journal relative to the bearing, about its centre."""
+
+    velocity: Vector  # m/s
+    spin: Vector  # rad/s
+
+
+class _Laws(NamedTuple):
+    """The laws of a contact with their internal state."""
+
+    law: tuple
+    elastic: tuple
+    friction: tuple
+    stiffness_fraction: float
+
+
+class _ContactState(NamedTuple):
+    """Present state of a contact."""
+
+    mode: int
+    root: float  # m^0.5, of penetration
+    onset_rate: float  # m/s
+
+
+@kernel
+def _contact_force(point, context, laws, contact_state):
+    position, normal, depth = point
+    gap, relative_motion = context.gap, context.relative_motion
+    arm = minus(position, gap.middle)
+    relative_velocity = plus(
+        relative_motion.velocity, cross(relative_motion.spin, arm)
+    )  # neglects the rotation of the bearing over the depth
+    rate = dot(relative_velocity, normal)
+    if contact_state.mode == FREE:
+        zero = as_type_of(0.0, depth)
+        no_force = Vector(zero, zero, zero)
+        slip = math.sqrt(dot(relative_velocity, relative_velocity))
+        apart_contact = Contact(normal=zero, tangential=zero, slip=slip, rate=rate, depth=depth, elastic=zero, raw=zero)
+        return ContactForce(no_force, no_force, no_force, no_force, apart_contact)
+    pen = contact_state.root * abs(contact_state.root)
+    force, elastic = contact_force(laws.law, laws.elastic, abs(pen), rate, contact_state.onset_rate)
+    force, elastic = laws.stiffness_fraction * force, laws.stiffness_fraction * elastic
+    lowest = lowest_force(laws.law)
+    unclipped = force - lowest
+    if pen < 0.0:
+        sign = sign_past_separation(laws.law, laws.elastic)
+        force, elastic = sign * force, sign * elastic
+    clipped_force = force if contact_state.mode != CLIPPED else as_type_of(0.0, force)
+    friction_load = clipped_force if lowest == 0.0 else max(clipped_force, 0.0)
+    sliding = plus_scaled(plus_scaled(relative_velocity, -rate, normal), depth, cross(gap.bearing_spin, normal))
+    square, circumferential = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
+    slip = math.copysign(math.sqrt(square), circumferential) if square > 0.0 else as_type_of(0.0, square)
+    tangential = as_type_of(friction_force(laws.friction, friction_load, slip), slip)
+    friction_per_slip = tangential / slip if square > 0.0 else as_type_of(0.0, slip)
+    normal_force, friction = times(-clipped_force, normal), times(friction_per_slip, sliding)
+    resultant_force = plus(normal_force, friction)
+    contact = Contact(
+        normal=clipped_force, tangential=tangential, slip=slip, rate=rate, depth=pen, elastic=elastic, raw=unclipped
+    )
+    return ContactForce(
+        normal_force, resultant_force, cross(arm, resultant_force), times(depth, cross(normal, friction)), contact
+    )
+
+
+class _JointContext(NamedTuple):
+    """Data that all contacts of a joint share."""
+
+    joint: tuple
+    gap: SpatialGap
+    relative_motion: _RelativeMotion
+    offsets: Offsets  # of the joint
+    state: tuple  # JointState
+
+
+@kernel
+def _contact_state(context, contact_number):
+    """Return the present state of contact `number`."""
+    state, contact_index = context.state, context.offsets.contact + contact_number
+    return _ContactState(state.mode[contact_index], state.y[state.roots + contact_index], state.latched[contact_index])
+
+
+@kernel
+def _laws_at(context, law, elastic, stiffness_fraction, law_offsets):
+    """Return the laws with their internal state at the Offsets `law_offsets`."""
+    state, friction = context.state, context.joint.friction
+    return _Laws(
+        with_current_state(law, state.y, state.latched, law_offsets),
+        elastic,
+        with_current_state(friction, state.y, state.latched, after_law(law_offsets, law)),
+        stiffness_fraction,
+    )
+
+
+@kernel
+def _wall_force(context, number, end, law_offsets):
+    joint, gap = context.joint, context.gap
+    laws = _laws_at(context, joint.law, joint.elastic, WALL_FRACTION, law_offsets)
+    return _contact_force(wall_point(joint.end_type, joint, gap, end), context, laws, _contact_state(context, number))
+
+
+@kernel
+def _flange_force(context, number, end, law_offsets):
+    joint, gap = context.joint, context.gap
+    laws = _laws_at(context, joint.axial_law, joint.axial_elastic, 1.0, law_offsets)
+    return _contact_force(flange_point(joint, gap, end), context, laws, _contact_state(context, number))
+
+
+@family
+def _in_wall_form(walls, contact):
+    """Return a Contact in the form of a joint with these walls."""
+
+
+@_in_wall_form.member(EndContacts)
+def _in_wall_form_end_contacts(walls, contact):
+    return contact
+
+
+@_in_wall_form.member(Spread)
+def _in_wall_form_spread(walls, contact):
+    return as_spread(contact, contact.normal)
+
+
+@family
+def _wall_forces(walls, context, second_offsets):
+    """Return the ContactForces of both walls; second_offsets : Offsets of the laws of the second wall."""
+
+
+@_wall_forces.member(EndContacts)
+def _wall_forces_end_contacts(walls, context, second_offsets):
+    return _wall_force(context, 0, 1.0, context.offsets), _wall_force(context, 1, -1.0, second_offsets)
+
+
+@_wall_forces.member(Spread)
+def _wall_forces_spread(walls, context, second_offsets):
+    return spread_walls(context)
+
+
+@family
+def force_at_end(contact):
+    """Return the reported normal force (N) of a wall at its end."""
+
+
+@force_at_end.member(Contact)
+def _force_at_end_contact(contact):
+    return contact.normal
+
+
+@force_at_end.member(SpreadContact)
+def _force_at_end_spread_contact(contact):
+    return contact.end_force
+
+
+@kernel
+def _auxiliary_contacts(joint, gap, a, b):
+    """Return the auxiliary Contacts from the ContactForces of both walls."""
+    force, resultant_force = plus(a.normal, b.normal), plus(a.force, b.force)
+    square = dot(force, force)
+    zero = as_type_of(0.0, square)
+    resultant = math.sqrt(square) if square > 0.0 else zero
+    friction_square = (
+        dot(resultant_force, resultant_force) - square
+    )  # contribution of friction to the square of the resultant
+    friction_magnitude = math.sqrt(friction_square) if friction_square > 0.0 else zero
+    difference = abs(force_at_end(a.contact) - force_at_end(b.contact))
+    depth = max(a.contact.depth, b.contact.depth)
+    sine, flange_gap = sine_of_tilt(gap.axis), -overlap_of(joint, gap)
+    resultant_contact = Contact(
+        normal=resultant, tangential=friction_magnitude, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero
+    )
+    difference_contact = Contact(
+        normal=difference, tangential=zero, slip=zero, rate=zero, depth=sine, elastic=zero, raw=flange_gap
+    )
+    return _in_wall_form(joint.walls, resultant_contact), _in_wall_form(joint.walls, difference_contact)
+
+
+@kernel
+def _context_of(joint, gap, offsets, state):
+    """Return the _JointContext of a joint."""
+    velocity = minus(gap.velocity, cross(gap.bearing_spin, gap.middle))
+    return _JointContext(
+        joint, gap, _RelativeMotion(velocity, minus(gap.journal_spin, gap.bearing_spin)), offsets, state
+    )
+
+
+@kernel
+def _spatial_load(gap, force, moment, twist, contacts):
+    """Return the SpatialLoad of contacts with this total force, moment and twist.
+
+    The opposite forces act on the bearing's surface, at the penetration along the normal from the journal's.
+    """
+    about_bearing = plus(moment, cross(gap.middle, force))
+    return SpatialLoad(force, moment, minus(twist, about_bearing), contacts)
+
+
+@load.member(Through)
+def _load_through(joint, gap, offsets, state):
+    context = _context_of(joint, gap, offsets, state)
+    second_offsets = after_law(after_law(offsets, joint.law), joint.friction)
+    a, b = _wall_forces(joint.walls, context, second_offsets)
+    auxiliary = _auxiliary_contacts(joint, gap, a, b)
+    contacts = (a.contact, b.contact, auxiliary[0], auxiliary[1])
+    return _spatial_load(gap, plus(a.force, b.force), plus(a.moment, b.moment), plus(a.twist, b.twist), contacts)
+
+
+@load.member(Flanged)
+def _load_flanged(joint, gap, offsets, state):
+    context = _context_of(joint, gap, offsets, state)
+    second_offsets = after_law(after_law(offsets, joint.law), joint.friction)
+    third_offsets = after_law(after_law(second_offsets, joint.law), joint.friction)
+    fourth_offsets = after_law(after_law(third_offsets, joint.axial_law), joint.friction)
+    a, b = _wall_forces(joint.walls, context, second_offsets)
+    c, d = _flange_force(context, 2, 1.0, third_offsets), _flange_force(context, 3, -1.0, fourth_offsets)
+    auxiliary = _auxiliary_contacts(joint, gap, a, b)
+    flange_contacts = _in_wall_form(joint.walls, c.contact), _in_wall_form(joint.walls, d.contact)
+    return _spatial_load(
+        gap,
+        plus(plus(a.force, b.force), plus(c.force, d.force)),
+        plus(plus(a.moment, b.moment), plus(c.moment, d.moment)),
+        plus(plus(a.twist, b.twist), plus(c.twist, d.twist)),
+        (a.contact, b.contact, flange_contacts[0], flange_contacts[1], auxiliary[0], auxiliary[1]),
+    )
+
+
+#: The time histories of a spatial joint.
+CHANNELS = (
+    *(Channel(axis, "m", f"journal's middle relative to the bearing's, fixed frame, {axis}") for axis in "xyz"),
+    *(Channel(f"v{axis}", "m/s", f"its rate, {axis}") for axis in "xyz"),
+    Channel("tilt", "rad", "angle between the axes of bearing and journal"),
+    Channel("force_normal", "N", "sum of the normal forces at the walls, as vectors"),
+)
+#: Then the time histories of each contact point: 1 and 2 at the walls, 3 and 4 at the flanges.
+POINT_CHANNELS = (
+    Channel("force_normal_{}", "N", "normal force at contact point {}"),
+    Channel("force_friction_{}", "N", "friction at contact point {}, its size"),
+)
+
+
+@history_count.member(Through)
+def _history_count_through(joint):
+    return 12
+
+
+@history_count.member(Flanged)
+def _history_count_flanged(joint):
+    return 16
+
+
+@gap_histories.member(Through)
+@gap_histories.member(Flanged)
+def _gap_histories_through_or_flanged(joint, gap, side):
+    position, velocity = to_fixed_frame(gap.frame, gap.middle), to_fixed_frame(gap.frame, gap.velocity)
+    return position.x, position.y, position.z, velocity.x, velocity.y, velocity.z, tilt_of(gap.axis)
+
+
+@load_histories.member(Through)
+def _load_histories_through(joint, load):
+    a, b, resultant_force, _ = load.contacts
+    return resultant_force.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential)
+
+
+@load_histories.member(Flanged)
+def _load_histories_flanged(joint, load):
+    a, b, c, d, resultant_force, _ = load.contacts
+    walls = (resultant_force.normal, force_at_end(a), abs(a.tangential), force_at_end(b), abs(b.tangential))
+    return (*walls, c.normal, abs(c.tangential), d.normal, abs(d.tangential))

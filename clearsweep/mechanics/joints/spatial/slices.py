@@ -1,0 +1,426 @@
+"""Wear of a spatial joint over angle and length: the contact strip of each wall is cut into slices.
+
+`wall_strips` gives the position and load of the strips.  Each slice wears like a planar joint under its fraction of the
+load; over a step its fraction is that of the work, so the total is conserved.  The bins of each body are along its own
+axis, around its own x axis.  Wear beyond a body's end is added at its end.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ....tracing.compiled.choosing import rolled_range
+from ....tracing.compiled.family import family, kernel
+from ....tracing.compiled.vector import cross, dot, plus_scaled
+from ....tracing.portable import coefficients_through, exact, powers
+from ...observe.histogram import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, QUARTER_POINTS, SLIP_ROW
+from ...wear.account import accumulate_distance
+from ...wear.arc_over_step import FIT, POINTS, SMALLEST_ARC, sliding_contact_of
+from ...wear.binning import update_worn_profile
+from ...wear.contract import (
+    PRESSURE_MAX,
+    PRESSURE_TIME,
+    PV_BEYOND,
+    PV_MAX,
+    Bins,
+    JointAccount,
+    NoWear,
+    SlidingContact,
+    half_arc,
+    peak_over_mean,
+)
+from ...wear.step import (
+    BEARING_START,
+    DEPTH_INTEGRAL,
+    FACING,
+    JOURNAL_START,
+    LEAN,
+    LOAD_INTEGRAL,
+    MAX_DEPTH,
+    REACH,
+    SLOPES,
+    TILT_SQUARE,
+    fit_positions,
+    fit_profiles,
+    record,
+    unwrap_angles,
+    update_joint_wear,
+)
+from ..modes import touches
+from . import ENDS, Flanged, Through, bearing_length, wall_point
+from .wall_strips import (
+    DepthProfile,
+    carries_load,
+    depth_along,
+    depth_at_start,
+    integrals_of,
+    largest_depth_along,
+    load_integral,
+    loads_along,
+    pressed_part,
+    strip_position,
+    sum_of_fractions,
+)
+
+LOAD_TOLERANCE = 0.2  # of the largest load per length: slices with smaller differences have a common arc width
+#: Of the largest depth in a step: below, the largest pressure is not evaluated.  It has a limit at the depth 0, but
+#: load and depth are two polynomials over the step, whose errors leave 0 / 0.
+SMALLEST_DEPTH = 1e-2
+EDGE_TOLERANCE = 1e-9  # of a bin's length: a slice that ends closer to an edge ends at it
+_QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
+_POWERS = coefficients_through(_QUARTERS)
+#: (PARTS + 1, QUARTER_POINTS + 2): values at equidistant times of a step from those at its quarters.
+FROM_QUARTERS = (powers(np.arange(PARTS + 1) / PARTS, QUARTER_POINTS + 2) @ _POWERS).rounded()
+#: (2, QUARTER_POINTS + 2): slopes at both ends of a step, per its length.
+END_SLOPES = (
+    exact([[float(p * at ** max(p - 1, 0)) for p in range(QUARTER_POINTS + 2)] for at in (0.0, 1.0)]) @ _POWERS
+).rounded()
+
+
+@record.member(Through)
+@record.member(Flanged)
+def _record_through_or_flanged(joint, gap, body_angles, j, instant):
+    for wall in range(len(ENDS)):
+        if carries_load(joint.walls, instant.step, j, wall):
+            _record_wall(joint, gap, body_angles, (j + wall, ENDS[wall]), instant)
+
+
+@kernel
+def _record_wall(joint, gap, body_angles, contact, instant):
+    """Record the position of a contact at one of the ENDS: its number, its end."""
+    step, i, (j, end) = instant.step, instant.number, contact
+    point = wall_point(joint.end_type, joint, gap, end)
+    transverse = plus_scaled(point.normal, -dot(point.normal, gap.axis), gap.axis)
+    step.positions[j, 0, i] = math.atan2(dot(transverse, cross(gap.axis, body_angles)), dot(transverse, body_angles))
+    step.positions[j, 1, i] = math.atan2(point.normal.y, point.normal.x)
+    strip_start = strip_position(joint.end_type, joint, gap, point, end)
+    overlap = bearing_length(joint.end_type, joint, gap)
+    step.axial[j, LEAN, i], step.axial[j, REACH, i] = strip_start.lean, overlap.half_length
+    step.axial[j, TILT_SQUARE, i] = gap.axis.x * gap.axis.x + gap.axis.y * gap.axis.y
+    step.axial[j, BEARING_START, i] = strip_start.bearing_start
+    step.axial[j, JOURNAL_START, i] = strip_start.journal_start
+    step.axial[j, FACING, i] = strip_start.facing
+
+
+# ---------------------------------------------------------------------------------------------- slices
+
+
+class Slice(NamedTuple):
+    """A slice of a strip: means over a step, weighted by the work of friction."""
+
+    load_fraction: float  # fraction of the strip's load
+    loaded_length: float  # m, length that carries load
+    depth: float  # mean depth over that length, divided by the strip's largest depth: 0 to 1
+    begin: float  # m, from its near end to the part that carries load
+
+
+class StripHistory(NamedTuple):
+    """The strip of a contact at equidistant times of a step."""
+
+    reach: float  # m, the largest
+    values: np.ndarray  # (STRIP_ROWS, PARTS + 1)
+    step_values: np.ndarray  # (STEP_VALUE_ROWS, PARTS + 1) of the contact
+
+
+@kernel
+def _strip_at(joint, history, i):
+    """Return the DepthProfile of a strip and its depth (m) at equidistant time number `i`."""
+    values = history.values
+    strip = DepthProfile(values[REACH, i], values[LEAN, i], values[TILT_SQUARE, i])
+    return strip, depth_at_start(joint.walls, history.step_values[DEPTH_ROW, i])
+
+
+@kernel
+def slice_of(joint, history, low, high):
+    """Return the Slice between two distances (m) along the strip of a contact; beyond its reach there is no load.
+
+    Its depth is relative to the strip's largest one.  That is above 0 under load; the depth at the strip's
+    begin is 0 at every onset and separation of an end.
+    """
+    step_values, work_sum, weight_sum = history.step_values, 0.0, 0.0
+    load_fraction_sum = length_sum = depth_sum = begin_sum = 0.0
+    for i in rolled_range(PARTS + 1):
+        weight = 0.5 if i in (0, PARTS) else 1.0  # the trapezoidal rule
+        weight *= max(step_values[KAPPA_ROW, i] * step_values[FORCE_ROW, i] * abs(step_values[SLIP_ROW, i]), 0.0)
+        if weight <= 0.0:
+            continue
+        strip, start_depth = _strip_at(joint, history, i)
+        largest_depth, total = history.values[MAX_DEPTH, i], history.values[LOAD_INTEGRAL, i]
+        interval = min(low, strip.reach), min(high, strip.reach)
+        fraction = 1.0 if low <= 0.0 else 0.0  # of a point, which has its load at its start
+        if total > 0.0:
+            fraction = load_integral(joint.walls, joint, strip, start_depth, interval) / total
+        loaded_start, loaded_end = pressed_part(joint.walls, joint, strip, start_depth, interval)
+        load_fraction_sum += weight * fraction
+        work_sum += weight
+        if loaded_end > loaded_start:
+            length_sum += weight * fraction * (loaded_end - loaded_start)
+            begin_sum += weight * fraction * (loaded_start - low)
+            mean_depth = depth_along(joint.walls, joint, strip, start_depth, 0.5 * (loaded_start + loaded_end))
+            depth_sum += weight * fraction * mean_depth / largest_depth
+            weight_sum += weight * fraction
+    if weight_sum <= 0.0:
+        return Slice(0.0, 0.0, 0.0, 0.0)
+    return Slice(load_fraction_sum / work_sum, length_sum / weight_sum, depth_sum / weight_sum, begin_sum / weight_sum)
+
+
+@kernel
+def accumulate_strip_pressure(joint, step, history, account):
+    """Record pressure and pressure times sliding speed of a wall contact at equidistant points of the step."""
+    law, step_values, smallest_depth = joint.wear, history.step_values, 0.0
+    for i in rolled_range(PARTS + 1):
+        smallest_depth = max(smallest_depth, SMALLEST_DEPTH * history.values[MAX_DEPTH, i])
+    for i in rolled_range(PARTS + 1):
+        strip, start_depth = _strip_at(joint, history, i)
+        load, slip = max(step_values[FORCE_ROW, i], 0.0), step_values[SLIP_ROW, i]
+        integrals = history.values[LOAD_INTEGRAL, i], history.values[DEPTH_INTEGRAL, i]
+        loads = loads_along(joint.walls, joint, strip, start_depth, (load, *integrals))
+        if loads.max_depth <= 0.0:
+            continue
+        mean_sliding = sliding_contact_of(
+            joint, (loads.mean_load, 0.0, slip, loads.mean_depth, 0.0), 0.0, joint.clearance
+        )
+        peak_sliding = sliding_contact_of(
+            joint, (loads.max_load, 0.0, slip, loads.max_depth, 0.0), 0.0, joint.clearance
+        )
+        half_angle, half_angle_at_peak = _half_angle(joint, mean_sliding), _half_angle(joint, peak_sliding)
+        if min(half_angle, half_angle_at_peak) < SMALLEST_ARC:
+            continue
+        peak = (
+            peak_sliding.pressure_integral
+            / (2.0 * joint.bearing_radius * half_angle_at_peak)
+            * peak_over_mean(law.pressure, half_angle_at_peak)
+        )
+        time = (0.5 if i in (0, PARTS) else 1.0) / PARTS * step.length * step_values[KAPPA_ROW, i]
+        account[PRESSURE_TIME] += mean_sliding.pressure_integral / (2.0 * joint.bearing_radius * half_angle) * time
+        if loads.max_depth < smallest_depth:
+            continue
+        account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
+        account[PV_MAX] = max(account[PV_MAX], peak * peak_sliding.sliding_speed)
+        if peak * peak_sliding.sliding_speed > law.pv_limit:
+            account[PV_BEYOND] += time
+
+
+@kernel
+def _half_angle(joint, sliding: SlidingContact):
+    return half_arc(joint.wear.pressure, joint, joint.bearing_radius, sliding)
+
+
+class AxialRange(NamedTuple):
+    """Position of a slice on a body."""
+
+    begin: float  # m, from the body's middle
+    end: float  # m, its end
+    half_length: float  # m, half the body's length
+    bin_count: int  # bins along it
+
+
+@kernel
+def update_axial_bins(depths, factor, bins, axial_range):
+    """Add `depths` (m) around a body, times a factor, to its bins over angle and length.
+
+    axial_range : position on the body; each bin is the mean over its length.
+    """
+    bins_per_length = axial_range.bin_count / (2.0 * axial_range.half_length)
+    position, end_position = (
+        _bin_position(axial_range.begin, axial_range.half_length, bins_per_length),
+        _bin_position(axial_range.end, axial_range.half_length, bins_per_length),
+    )
+    row = min(max(math.floor(position), 0), axial_range.bin_count - 1)
+    while position < end_position:
+        next_position = end_position if row == axial_range.bin_count - 1 else min(end_position, row + 1.0)
+        bin_factor, start = factor * (next_position - position), bins.start + row * bins.count
+        for k in rolled_range(bins.count):
+            bins.depths[start + k] += bin_factor * depths[k]
+        position, row = next_position, row + 1
+
+
+@kernel
+def _bin_position(distance, half_length, bins_per_length):
+    position = (distance + half_length) * bins_per_length
+    nearest_edge = math.floor(position + 0.5)
+    return nearest_edge if abs(position - nearest_edge) < EDGE_TOLERANCE else position
+
+
+@family
+def update_wall_wear(law, joint, wall, j, step_and_totals):
+    """Add the wear of a contact at one of the walls; law : of the joint; step_and_totals : Step and WearTotals."""
+
+
+@update_wall_wear.member(NoWear)
+def _update_wall_wear_no_wear(law, joint, wall, j, step_and_totals):
+    pass
+
+
+@kernel
+def fit_strip(joint, j, step):
+    """Write the profiles of a contact's angles to `step.workspace`; return its StripHistory."""
+    axial, strip_values, history = step.axial[j], step.strip, StripHistory(0.0, step.strip, step.step_values[j])
+    for body in range(2):
+        angles = step.positions[j, body]
+        unwrap_angles(angles)
+        for end in range(2):
+            slope = 0.0
+            for i in rolled_range(QUARTER_POINTS + 2):
+                slope += END_SLOPES[end, i] * angles[i]
+            step.positions[j, SLOPES + body, end * (QUARTER_POINTS + 1)] = slope
+    fit_positions(step.workspace, step.positions[j])
+    max_reach = 0.0
+    for i in rolled_range(PARTS + 1):
+        strip_values[LEAN, i] = strip_values[REACH, i] = strip_values[TILT_SQUARE, i] = 0.0
+        for k in rolled_range(QUARTER_POINTS + 2):
+            strip_values[LEAN, i] += FROM_QUARTERS[i, k] * axial[LEAN, k]
+            strip_values[REACH, i] += FROM_QUARTERS[i, k] * axial[REACH, k]
+            strip_values[TILT_SQUARE, i] += FROM_QUARTERS[i, k] * axial[TILT_SQUARE, k]
+        strip_values[REACH, i] = max(strip_values[REACH, i], 0.0)
+        max_reach = max(max_reach, strip_values[REACH, i])
+        strip, start_depth = _strip_at(joint, history, i)
+        strip_values[MAX_DEPTH, i] = largest_depth_along(joint, strip, start_depth)
+        integrals = integrals_of(joint.walls, joint, strip, start_depth)
+        strip_values[LOAD_INTEGRAL, i], strip_values[DEPTH_INTEGRAL, i] = integrals
+    return StripHistory(max_reach, strip_values, step.step_values[j])
+
+
+@kernel
+def fit_depth(history, workspace, factor):
+    """Write the coefficients of the strip's largest depth, times a `factor`, to `workspace`."""
+    for i in rolled_range(POINTS):
+        total = 0.0
+        for k in rolled_range(PARTS + 1):
+            total += FIT[k, i] * history.values[MAX_DEPTH, k]
+        workspace[DEPTH_ROW * POINTS + i] = factor * total
+
+
+@kernel
+def write_slices(joint, history, step):
+    """Write the Slices of a strip to `step.wear_buffer`, after the bins; return the largest load per length (1/m)."""
+    slice_count = int(joint.wear_rows)
+    slices_offset, slice_length = 2 * step.wear_buffer.size // 3, 2.0 * history.reach / slice_count
+    max_line_load = fraction_sum = 0.0
+    for k in range((slice_count + 1) // 2):
+        low = k * slice_length
+        strip_slice = slice_of(joint, history, low, min(low + slice_length, history.reach))
+        fraction_sum += strip_slice.load_fraction
+        if strip_slice.load_fraction > 0.0:
+            max_line_load = max(max_line_load, strip_slice.load_fraction / strip_slice.loaded_length)
+        offset = slices_offset + k * len(strip_slice)
+        for i in range(len(strip_slice)):
+            step.wear_buffer[offset + i] = strip_slice[i]
+    fraction_sum = sum_of_fractions(joint.walls, fraction_sum)
+    if fraction_sum > 0.0:
+        max_line_load = max_line_load / fraction_sum
+        for k in range((slice_count + 1) // 2):
+            step.wear_buffer[slices_offset + 4 * k] /= fraction_sum
+    return max_line_load
+
+
+@kernel
+def slice_at(step, k):
+    """Return Slice `k` of the written ones."""
+    offset = 2 * step.wear_buffer.size // 3 + 4 * k
+    return Slice(
+        step.wear_buffer[offset],
+        step.wear_buffer[offset + 1],
+        step.wear_buffer[offset + 2],
+        step.wear_buffer[offset + 3],
+    )
+
+
+class SliceGroup(NamedTuple):
+    """Slices that are processed together, because their loads per length are similar."""
+
+    begin: int
+    end: int
+    total_slice: Slice
+
+
+@kernel
+def group_from(step, begin, slice_count, max_line_load):
+    """Return the SliceGroup from slice `begin` on; max_line_load : 1/m, the result of `write_slices`."""
+    load_fraction_sum = length_sum = depth_sum = first_line_load = 0.0
+    end = begin
+    while end < slice_count:
+        strip_slice = slice_at(step, end)
+        if strip_slice.load_fraction <= 0.0:
+            break
+        line_load = strip_slice.load_fraction / strip_slice.loaded_length
+        if end == begin:
+            first_line_load = line_load
+        if abs(line_load - first_line_load) > LOAD_TOLERANCE * max_line_load:
+            break
+        load_fraction_sum, length_sum, depth_sum = (
+            load_fraction_sum + strip_slice.load_fraction,
+            length_sum + strip_slice.loaded_length,
+            depth_sum + strip_slice.load_fraction * strip_slice.depth,
+        )
+        end += 1
+    return SliceGroup(
+        begin,
+        max(end, begin + 1),
+        Slice(load_fraction_sum, length_sum, depth_sum / load_fraction_sum if load_fraction_sum > 0.0 else 0.0, 0.0),
+    )
+
+
+@kernel
+def update_group_wear(joint, end, j, step_and_totals, history, group):
+    """Add the wear of a SliceGroup of a StripHistory of a contact at one of the ENDS."""
+    step, totals = step_and_totals
+    workspace, count, bin_count, group_slice = (
+        step.workspace,
+        int(joint.wear.bins),
+        int(joint.wear_rows),
+        group.total_slice,
+    )
+    fit_profiles(step.workspace, step.step_values[j], group_slice.loaded_length / group_slice.load_fraction)
+    fit_depth(history, workspace, group_slice.depth)
+    group_bins = Bins(step.wear_buffer, 0, count), Bins(step.wear_buffer, totals.stride, count)
+    account = JointAccount(totals.account[j], group_slice.loaded_length / joint.wear.length)
+    update_worn_profile(joint, workspace, step.step_values[j], step.length, group_bins, account)
+    axial = step.axial[j, :, QUARTER_POINTS // 2 + 1]
+    bins_offset = 2 * (j if end == ENDS[0] else j - 1) * totals.stride
+    slice_length = 2.0 * history.reach / bin_count
+    for body in range(2):
+        half_length = joint.half_length if body == 0 else joint.journal_half_length
+        direction = -end * (axial[FACING] if body == 0 else 1.0)
+        depths = step.wear_buffer[body * totals.stride : body * totals.stride + count]
+        bins = Bins(totals.depths, bins_offset + body * totals.stride, count)
+        for k in range(group.begin, group.end):
+            strip_slice = slice_at(step, k)
+            near_end = axial[BEARING_START + body] + direction * (k * slice_length + strip_slice.begin)
+            far_end = near_end + direction * strip_slice.loaded_length
+            factor = (
+                strip_slice.load_fraction
+                * group_slice.loaded_length
+                / (strip_slice.loaded_length * group_slice.load_fraction)
+            )
+            update_axial_bins(
+                depths, factor, bins, AxialRange(min(near_end, far_end), max(near_end, far_end), half_length, bin_count)
+            )
+        for k in rolled_range(count):
+            depths[k] = 0.0
+
+
+@update_wall_wear.member(None)
+def _default_update_wall_wear(law, joint, wall, j, step_and_totals):
+    step, totals = step_and_totals
+    history = fit_strip(joint, j, step)
+    fit_profiles(step.workspace, step.step_values[j], 1.0)
+    accumulate_distance(step, j, totals.account[j])
+    if touches(step.mode[j]):  # the mean pressure is over the times in contact
+        accumulate_strip_pressure(joint, step, history, totals.account[j])
+    max_line_load = write_slices(joint, history, step)
+    begin, slice_count = 0, (int(joint.wear_rows) + 1) // 2
+    while begin < slice_count:
+        group = group_from(step, begin, slice_count, max_line_load)
+        if group.total_slice.load_fraction > 0.0:
+            update_group_wear(joint, ENDS[wall], j, step_and_totals, history, group)
+        begin = group.end
+
+
+@update_joint_wear.member(Through)
+@update_joint_wear.member(Flanged)
+def _update_joint_wear_through_or_flanged(joint, j, step_and_totals):
+    for wall in range(len(ENDS)):
+        if carries_load(joint.walls, step_and_totals[0], j, wall):
+            update_wall_wear(joint.wear, joint, wall, j + wall, step_and_totals)

@@ -1,0 +1,1 @@
+"""Joints whose surfaces have worn."""

@@ -1,0 +1,202 @@
+"""Worn surfaces on a bed of springs: `pressure: winkler` with `elastic: winkler` and `evolve: true`.
+
+Where the surfaces overlap by f(phi) = e . u(phi) - c - h_b(phi - theta_b) - h_j(phi - theta_j), the
+layer presses with k f.  Its stored energy is
+
+    W = (1/2) K integral of f^2 dphi,   K = k R_b L ,
+
+whose derivatives by e and by the angles of the bodies are its force and its moments: K times the integrals of f u,
+f h_b' and f h_j'.  Laws of the normal force use one penetration: here that of the circular joint with equal energy,
+W_0(pen) = W.  Its derivative with respect to pen is F_0(pen), the closed form of the circular joint; so the
+measure grows by g = K integral(f u) / F_0 as the journal moves, and all forces are those of the circular joint times
+|g|, in its direction.  An impact has the restitution of the law, whatever the shape.
+
+The arc over which f is above zero has two ends, found by Halley's method, and the integrals are Gauss's.
+"""
+
+import numpy as np
+
+from ....tracing import portable
+from ....tracing.compiled import calculus as math
+from ....tracing.compiled.direction import direction
+from ....tracing.compiled.dual import as_type_of, plain
+from ....tracing.compiled.family import inlined, kernel
+from ...laws.elastic.contract import elastic_force
+from ...wear.shape import KNOT_SPACING, wear_depth_at
+from .nearest import GapWithAngles, bodies_of, nearest, surfaces_of
+from .worn import GeneralisedDepth, WornJoint, WornOnFoundation, generalised_depth, seated_position
+
+GAUSS_POINTS = 7  # points of Gauss's rule: to 1e-10 over half an arc of 60 degrees
+NODES, WEIGHTS = portable.gauss_rule(GAUSS_POINTS)
+END_TOLERANCE = 0.05  # of the distance to an end of the arc: after a smaller Halley step the next is 1e-4 of it
+MAX_LAST_STEP = 0.25 * KNOT_SPACING  # rad: over more, an edge of a groove is no parabola
+MAX_STEPS = 30  # the last bisections are of 1e-8 rad
+DEPTH_ITERATIONS = 6  # Newton steps for the generalised depth
+MAX_END_ANGLE = 1.7  # rad from the deepest point: there f is always negative
+MIN_RADIUS_DIFFERENCE = 0.05  # clearances: least difference of curvature radii in the first guess of an arc's end
+POINT_CONTACT_DEPTH = 1e-8  # clearances: a smaller penetration is treated as a point contact
+
+
+def _arc_angle(depth_ratio):
+    """Return twice the half-angle theta (rad) of the arc of circles; depth_ratio : pen / (2 c + pen)."""
+    return 4.0 * portable.atan(np.sqrt(depth_ratio))
+
+
+def _energy_series(depth_ratio):
+    """Return W_0 over K (c + pen)^2 depth_ratio^(5/2), half of u + (u / 2) cos u - (3 / 2) sin u, as a series."""
+    u = _arc_angle(depth_ratio)
+    terms = ((-1.0) ** k * (0.25 / math.factorial(2 * k) - 0.75 / math.factorial(2 * k + 1)) for k in range(2, 20))
+    series = sum(term * portable.power(u, 2 * k) for k, term in enumerate(terms))
+    return series * portable.power(u, 5) / portable.power(depth_ratio, 2.5)
+
+
+def _force_series(depth_ratio):
+    """Return F_0 over K (c + pen) depth_ratio^(3/2): half of u - sin u, as a series."""
+    u = _arc_angle(depth_ratio)
+    terms = (0.5 * (-1.0) ** (k + 1) / math.factorial(2 * k + 1) for k in range(1, 20))
+    series = sum(term * portable.power(u, 2 * k) for k, term in enumerate(terms))
+    return series * portable.power(u, 3) / portable.power(depth_ratio, 1.5)
+
+
+#: Coefficients of both by powers of the fraction, to 1e-10 and 1e-11.
+ENERGY_SERIES, FORCE_SERIES = (
+    portable.polynomial_through(function, 15) for function in (_energy_series, _force_series)
+)
+
+
+@inlined
+def overlap(surfaces, x, y, angle, body_angles):
+    """Return f (m) at an angle (rad), its slope and curvature; x, y : journal's centre, m; body_angles : (2,) rad."""
+    c, s = direction(angle)
+    bearing_wear, bearing_slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, angle - body_angles[0])
+    journal_wear, journal_slope, journal_curvature, _ = wear_depth_at(surfaces.journal, angle - body_angles[1])
+    radial = x * c + y * s
+    return (
+        radial - (surfaces.clearance + (bearing_wear + journal_wear)),
+        y * c - x * s - (bearing_slope + journal_slope),
+        -(radial + (bearing_curvature + journal_curvature)),
+    )
+
+
+@inlined
+def end_step(overlap_values, distance, sign, interval):
+    """Return the angle (rad) from the deepest point to an arc's end, one step from `distance` (rad).
+
+    A Halley step, or half of the bracket where that leaves it.  Also return whether the next step is accurate, and the
+    bracket (rad) of the end: f is positive before and not behind it.
+    """
+    f, slope, curvature = overlap_values
+    slope = sign * slope
+    inside, outside = (distance, interval[1]) if f > 0.0 else (interval[0], distance)
+    inverse_slope = 1.0 / slope if slope < 0.0 else 0.0
+    step = f * inverse_slope
+    halley = distance - step / (1.0 - min(max(0.5 * curvature * step * inverse_slope, -0.5), 0.5))
+    is_inside = slope < 0.0 and inside < halley < outside
+    end = halley if is_inside else 0.5 * (inside + outside)
+    return end, is_inside and abs(end - distance) < min(END_TOLERANCE * end, MAX_LAST_STEP), (inside, outside)
+
+
+@kernel
+def arc_ends(surfaces, x, y, body_angles, guess):
+    """Return the angles (rad) from the deepest point to the two ends of the arc.
+
+    guess : rad, angle of the deepest point, and the angle from there to one end.
+    """
+    arc_middle, low, high = guess[0], guess[1], guess[1]
+    low_bracket, high_bracket = (0.0, MAX_END_ANGLE), (0.0, MAX_END_ANGLE)
+    for _ in range(MAX_STEPS):
+        at_low = overlap(surfaces, x, y, arc_middle - low, body_angles)
+        at_high = overlap(surfaces, x, y, arc_middle + high, body_angles)
+        low, is_low_accurate, low_bracket = end_step(at_low, low, -1.0, low_bracket)
+        high, is_high_accurate, high_bracket = end_step(at_high, high, 1.0, high_bracket)
+        if is_low_accurate and is_high_accurate:
+            break
+    return low, high
+
+
+@inlined
+def circle_energy_and_force(clearance, pen):
+    """Return W_0 / K (m^2) and F_0 / K (m) of circles at a penetration `pen` (m), without the arctangent of a law."""
+    depth_ratio, energy, force = pen / (2.0 * clearance + pen), 0.0, 0.0
+    for i in range(ENERGY_SERIES.size - 1, -1, -1):
+        energy = energy * depth_ratio + ENERGY_SERIES[i]
+        force = force * depth_ratio + FORCE_SERIES[i]
+    scale = (clearance + pen) * depth_ratio * math.sqrt(depth_ratio)
+    return (clearance + pen) * scale * depth_ratio * energy, scale * force
+
+
+@generalised_depth.member(WornOnFoundation)
+def _generalised_depth_worn_on_foundation(joint, nearest_point, gap, pen):
+    x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
+    bearing_angle, journal_angle, bearing_spin, journal_spin = bodies_of(joint, gap)
+    c = joint.clearance
+    radius_difference = max(plain(nearest_point.local_clearance), MIN_RADIUS_DIFFERENCE * c)
+    if pen <= POINT_CONTACT_DEPTH * c or nearest_point.depth <= POINT_CONTACT_DEPTH * c:
+        point_factor = (c / radius_difference) ** 0.2  # f is a parabola
+        body_slopes = point_factor * nearest_point.slopes[0], point_factor * nearest_point.slopes[1]
+        return GeneralisedDepth(
+            nearest_point.nx,
+            nearest_point.ny,
+            point_factor * nearest_point.depth,
+            point_factor * nearest_point.rate,
+            point_factor + 0.0 * nearest_point.depth,
+            body_slopes,
+        )
+    body_angles, point_depth = (plain(bearing_angle), plain(journal_angle)), plain(nearest_point.depth)
+    guess = nearest_point.angle, math.sqrt(2.0 * point_depth / (radius_difference + point_depth))
+    low, high = arc_ends(surfaces_of(joint), plain(x), plain(y), body_angles, guess)
+    half_width, arc_middle = 0.5 * (high + low), nearest_point.angle + 0.5 * (high - low)
+    zero = 0.0 * nearest_point.depth
+    x_sum, y_sum, bearing_sum, journal_sum, energy_sum = zero, zero, zero, zero, zero
+    for i in range(GAUSS_POINTS):
+        angle = arc_middle + half_width * NODES[i]
+        ux, uy = direction(angle)
+        bearing_wear, bearing_slope, _, _ = wear_depth_at(joint.bearing.table, angle - bearing_angle)
+        journal_wear, journal_slope, _, _ = wear_depth_at(joint.journal.table, angle - journal_angle)
+        f = x * ux + y * uy - (c + (bearing_wear + journal_wear))
+        weighted_overlap = WEIGHTS[i] * f
+        x_sum, y_sum = x_sum + weighted_overlap * ux, y_sum + weighted_overlap * uy
+        bearing_sum, journal_sum = (
+            bearing_sum + weighted_overlap * bearing_slope,
+            journal_sum + weighted_overlap * journal_slope,
+        )
+        energy_sum = energy_sum + weighted_overlap * f
+    circle_energy, circle_force = circle_energy_and_force(c, pen)
+    # just after an onset, a Newton step from a lagging root overshoots; the depth cannot be above max_depth
+    max_depth = 2.0 * max(point_depth, (point_depth * point_depth * half_width) ** 0.4 * c**0.2)
+    depth = min(
+        pen + (0.5 * half_width * energy_sum - circle_energy) / circle_force,
+        as_type_of(max_depth, nearest_point.depth),
+    )
+    scale = half_width / circle_force
+    gx, gy, body_slopes = scale * x_sum, scale * y_sum, (scale * bearing_sum, scale * journal_sum)
+    force_factor = math.sqrt(gx * gx + gy * gy)
+    rate = vx * gx + vy * gy + body_slopes[0] * bearing_spin + body_slopes[1] * journal_spin
+    return GeneralisedDepth(gx / force_factor, gy / force_factor, depth, rate, force_factor, body_slopes)
+
+
+@seated_position.member(WornOnFoundation)
+def _seated_position_worn_on_foundation(joint, eccentricity, angles):
+    """Both components of the force are those of the load, by Newton's method with differences."""
+    distance = float(np.hypot(*eccentricity))
+    load, pen = elastic_force(joint.elastic, distance - joint.clearance), distance - joint.clearance
+
+    def force_and_depth(pin):
+        gap = GapWithAngles(joint.side * pin[0], joint.side * pin[1], 0.0, 0.0, 0.0, 0.0, *angles)
+        nearest_point, depth = nearest(joint, gap), pen
+        for _ in range(DEPTH_ITERATIONS):
+            generalised = generalised_depth(joint, nearest_point, gap, depth)
+            depth = max(generalised.depth, 1e-3 * pen)
+        magnitude = generalised.force_factor * elastic_force(joint.elastic, depth)
+        return np.array([magnitude * generalised.nx, magnitude * generalised.ny]) / load, depth
+
+    pin, target = seated_position(WornJoint(*joint), eccentricity, angles)[0], eccentricity / distance
+    for _ in range(MAX_STEPS):
+        current_force, _ = force_and_depth(pin)
+        step = 1e-6 * pen
+        jacobian = np.array([(force_and_depth(pin + step * axis)[0] - current_force) / step for axis in np.eye(2)]).T
+        correction = np.linalg.solve(jacobian, target - current_force)
+        pin = pin + correction * min(1.0, pen / float(np.hypot(*correction)))
+        if np.hypot(*correction) < 1e-13 * distance:
+            break
+    return pin, force_and_depth(pin)[1]

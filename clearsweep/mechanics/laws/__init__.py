@@ -1,0 +1,1 @@
+"""Laws of contact: each kind has a folder with its contract and its laws."""

@@ -1,0 +1,202 @@
+"""The interface of mechanisms: a description, and the functions of the compiled form.
+
+A mechanism is a file or, if that would be long, a folder: a `catalogue.Mechanism` that describes it, and the members
+of the families below for its compiled type.  Nothing else refers to it: its name, keys, joints and channels are
+read from that description, and the types in the compiled form choose the code.
+
+Joints without clearance are types too: a compiled form has a tuple with `Ideal()` or `Open()` for each joint site,
+and if the equations depend on which joints are open, members are chosen by that tuple (`slider_crank`).  The
+planar mechanism of any topology has a site for each of its joints; its `accelerate` is generated and eliminates the
+constraints of ideal joints.  A free crank is a further coordinate.  Loads on bodies are further values of the compiled
+form, which `accelerate` reads.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from ...tracing.compiled.dual import as_type_of, slope
+from ...tracing.compiled.family import family, inlined, kernel, map_joints
+from ...tracing.compiled.moving import Moving
+from ..joints.offsets import after_number
+
+
+class IdealMotion(NamedTuple):
+    """An ideal mechanism at drive angles, as arrays of any shape (...)."""
+
+    position: np.ndarray  # of the output, in the unit of its catalogue.Output, m or rad
+    velocity: np.ndarray  # the unit of the output per s
+    acceleration: np.ndarray  # the unit of the output per s^2
+    reactions: Mapping[str, np.ndarray]  # joint -> (..., 2) N, force on its distal body
+    torque: np.ndarray | None = None  # N m, of the drive on the crank, or None if it is not known
+
+
+class Built(NamedTuple):
+    """A mechanism with numbers and clearances."""
+
+    value: tuple  # compiled form
+    start: np.ndarray  # (2 n + 1,) coordinates, their rates, time, with the distal pins at the requested offsets
+    lengths: np.ndarray  # (n,) m: displacement of the bodies for a unit of each coordinate
+    size: float  # m, size of the machine, which determines the rounding of positions
+    rate: float  # rad/s, time scale: speed of the crank, or approach speed over clearance
+
+
+# ---------------------------------------------------------------------------------------------- the compiled form
+
+
+class Ideal(NamedTuple):
+    """A joint without clearance: its pins coincide."""
+
+
+class Open(NamedTuple):
+    """A joint with clearance: only its load acts between its bodies."""
+
+
+class Motion(NamedTuple):
+    """Accelerations of a mechanism."""
+
+    accelerations: tuple  # of the coordinates
+    output: float  # of the output, in its unit per s^2; 0 without one
+    torque: float  # N m, of the drive; 0 without one
+
+
+class GapAcceleration(NamedTuple):
+    """Accelerations of a Gap."""
+
+    ax: float  # m/s^2
+    ay: float
+    proximal: float  # rad/s^2
+    distal: float
+
+
+@family
+def pose_at(mechanism, y):
+    """Return the pose, a NamedTuple specific to the mechanism, at the state `y`: coordinates, rates, time."""
+
+
+@family
+def gaps(mechanism, pose):
+    """Return a Gap for each open joint, in the order of the sites."""
+
+
+@family
+def accelerate(mechanism, pose, loads):
+    """Return the Motion under the joint loads `loads`, one Load for each open joint."""
+
+
+@family
+def impact_masses(mechanism, pose, joint_gaps):
+    """Return, for each open joint, the effective mass (kg) of an impact along its Gap in `joint_gaps`.
+
+    1 / (n^T J M^-1 J^T n), n being the unit vector along the gap, M the whole mass matrix and J the gap's derivatives
+    by the coordinates: force over relative acceleration.
+    """
+
+
+@family
+def energy(mechanism, pose):
+    """Return the kinetic energy (J) and the power (W) of gravity and of loads that depend only on the pose."""
+
+
+@family
+def body_angles(mechanism, y):
+    """Return the angles (rad) of the proximal and the distal body of every open joint at the state `y`.
+
+    For a spatial joint it is the bearing's x axis, a Vector in the frame of the journal.
+    """
+
+
+@family
+def crank_rate(mechanism, pose, nominal):
+    """Return the crank speed (rad/s), by which the drive's torque does work; `nominal` if it is constant."""
+
+
+@crank_rate.member(None)
+def _default_crank_rate(mechanism, pose, nominal):
+    return nominal
+
+
+@family
+def load_power(mechanism, motion):
+    """Return the power (W) of loads that depend on the Motion, such as friction in joints without clearance."""
+
+
+@load_power.member(None)
+def _default_load_power(mechanism, motion):
+    return 0.0
+
+
+@family
+def friction_laws(mechanism):
+    """Return the law of each friction load: in joints without clearance, or with a given size."""
+
+
+@friction_laws.member(None)
+def _default_friction_laws(mechanism):
+    return ()
+
+
+@family
+def with_friction_laws(mechanism, laws):
+    """Return the mechanism with other `laws` of its friction loads, of the same types."""
+
+
+@with_friction_laws.member(None)
+def _default_with_friction_laws(mechanism, laws):
+    return mechanism
+
+
+@family
+def friction_slips(mechanism, motion):
+    """Return the sliding speed at which the law of each friction load is evaluated, for a Motion.
+
+    The unit is m/s, or rad/s for a couple of a given size.
+    """
+
+
+@friction_slips.member(None)
+def _default_friction_slips(mechanism, motion):
+    return ()
+
+
+@family
+def friction_powers(mechanism, motion):
+    """Return the power (W) of each friction load for a Motion, negative if it dissipates energy."""
+
+
+@friction_powers.member(None)
+def _default_friction_powers(mechanism, motion):
+    return ()
+
+
+@family
+def output_error(mechanism, pose):
+    """Return the deviation of the output from the ideal mechanism, in its unit, and its rate."""
+
+
+@family
+def describe(mechanism, y, pose, motion, out):
+    """Write the time histories of the bodies to `out`, in channel order; return their number."""
+
+
+@inlined
+def gap_accelerations(mechanism, y, motion):
+    """Return a GapAcceleration for each open joint: time derivatives of the rates from `gaps`."""
+    joint_gaps = gaps(mechanism, pose_at(mechanism, Moving(y, motion.accelerations)))
+    return _slopes(joint_gaps, joint_gaps, 0, 0)
+
+
+@kernel
+def _slope(gap, _, index, shared):
+    """Return the GapAcceleration of a Gap of Duals; all its numbers have the same type."""
+    ax = slope(gap.vx)
+    return GapAcceleration(
+        ax,
+        as_type_of(slope(gap.vy), ax),
+        as_type_of(slope(gap.spin_proximal), ax),
+        as_type_of(slope(gap.spin_distal), ax),
+    )
+
+
+_slopes = map_joints(_slope, after_number)

@@ -1,0 +1,117 @@
+"""Two bodies on a line with one gap: the behaviour of a contact law in isolation."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism
+from ...contracts.roles import CHOICE, CONDITION
+from ..joints.dry import Gap
+from .contract import (
+    Built,
+    Motion,
+    accelerate,
+    body_angles,
+    describe,
+    energy,
+    gaps,
+    impact_masses,
+    output_error,
+    pose_at,
+)
+
+
+class ImpactPair(NamedTuple):
+    """The coordinate is the displacement of the second body relative to the first."""
+
+    mass: float  # kg, m1 m2 / (m1 + m2)
+
+
+class Pose(NamedTuple):
+    """The second body relative to the first."""
+
+    x: float  # m
+    v: float  # m/s
+
+
+def build(bodies, drive, joints, offsets) -> Built:
+    """Return the pair centred in its gap, approaching."""
+    first_mass, second_mass, speed = bodies["masses.0"], bodies["masses.1"], bodies["speed"]
+    clearance = joints["pair"].clearance
+    start = np.array([offsets["pair"][0], speed, 0.0])
+    return Built(
+        ImpactPair(first_mass * second_mass / (first_mass + second_mass)),
+        start,
+        np.ones(1),
+        clearance,
+        speed / clearance,
+    )
+
+
+MECHANISM = Mechanism(
+    "impact-pair",
+    "two bodies on a line with one gap: the restitution of a contact law alone",
+    "m x'' = -F, m = m1 m2 / (m1 + m2); gap 2 x clearance in all",
+    "Newton; a free impact has a closed form for most laws",
+    "",
+    bodies=("first", "second"),
+    joints=(JointSite("pair", "first", "second", "line"),),
+    keys=(
+        Keys(
+            "mechanism.masses",
+            "masses of the two bodies",
+            (Field("0", "kg", "mass of the first body"), Field("1", "kg", "mass of the second body")),
+            role=CHOICE,
+        ),
+        Keys(
+            "mechanism", "", (Field("speed", "m/s", "speed at which the bodies approach each other"),), role=CONDITION
+        ),
+    ),
+    channels=(
+        Channel("pair/x", "m", "displacement of the second body relative to the first"),
+        Channel("pair/v", "m/s", "its rate"),
+    ),
+    turns=False,
+    build=build,
+)
+
+
+@pose_at.member(ImpactPair)
+def _pose_at_impact_pair(mechanism, y):
+    return Pose(y[0], y[1])
+
+
+@gaps.member(ImpactPair)
+def _gaps_impact_pair(mechanism, pose):
+    return (Gap(pose.x, 0.0, pose.v, 0.0, 0.0, 0.0),)
+
+
+@accelerate.member(ImpactPair)
+def _accelerate_impact_pair(mechanism, pose, loads):
+    return Motion((loads[0].fx * (1.0 / mechanism.mass),), 0.0, 0.0)
+
+
+@impact_masses.member(ImpactPair)
+def _impact_masses_impact_pair(mechanism, pose, joint_gaps):
+    return (mechanism.mass,)
+
+
+@energy.member(ImpactPair)
+def _energy_impact_pair(mechanism, pose):
+    return 0.5 * mechanism.mass * pose.v * pose.v, 0.0
+
+
+@body_angles.member(ImpactPair)
+def _body_angles_impact_pair(mechanism, y):
+    return ((0.0, 0.0),)
+
+
+@output_error.member(ImpactPair)
+def _output_error_impact_pair(mechanism, pose):
+    return 0.0, 0.0
+
+
+@describe.member(ImpactPair)
+def _describe_impact_pair(mechanism, y, pose, motion, out):
+    out[0], out[1], out[2] = y[2], pose.x, pose.v
+    return 3

@@ -1,0 +1,296 @@
+"""Planar machines: rigid bodies with revolute and prismatic joints in any topology, each joint ideal or open."""
+
+import functools
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from ....contracts.catalogue import Channel
+from ....contracts.machine import GROUND, Aim, BodyPoint, Guide, Machine, Motor, Schedule, Slot, Spring, Stretch
+from ...joints.contract import Load
+from ..contract import Built, IdealMotion, Open
+from ..contract import Ideal as Closed
+from . import members  # noqa: F401 - registers the equations of motion
+from .binding import choose_dependent
+from .closure import ClosureError, MobilityError, extent
+from .cycle import make_cycle
+from .drive import compile_drive, drive_motion
+from .equations import function_of
+from .form import (
+    AngleAim,
+    ElasticGuide,
+    Hinge,
+    Planar,
+    PointAim,
+    Slide,
+    as_empty_tuples,
+    compile_direction,
+    compile_point,
+)
+from .free_bodies import initial_coordinate
+from .ideal import IdealMachine, ideal_of, machine_key, masses_of
+from .loads import SpringLoad, compile_loads, discontinuity_times_of
+from .machine_type import kinds_of, machine_type
+from .segments import with_segments
+from .spanning_tree import ANGLE, TRAVEL, Coordinate
+from .stations import AlwaysEqual, geometry_of
+
+__all__ = [
+    "AlwaysEqual",
+    "ClosureError",
+    "MobilityError",
+    "build",
+    "channels",
+    "discontinuity_times",
+    "ideal",
+    "ideal_of",
+    "ideal_reactions",
+    "machine_key",
+]
+
+
+def channels(machine: Machine) -> tuple[Channel, ...]:
+    """Return the time histories of a machine, in the order of `describe`."""
+    unit = "m" if machine.aim.point else "rad"
+    all_channels = [
+        Channel("crank_angle", "rad", "crank angle, unwrapped"),
+        Channel("crank/torque", "N*m", "drive torque on the crank"),
+        Channel("output/place", unit, "place of the output"),
+        Channel("output/rate", f"{unit}/s", "its rate"),
+        Channel("output/acceleration", f"{unit}/s^2", "its acceleration"),
+    ]
+    for body in machine.bodies:
+        name = body.replace("-", "_")
+        if body != GROUND:
+            all_channels += [
+                Channel(f"{name}/x", "m", f"centre of mass of {body}, x"),
+                Channel(f"{name}/y", "m", f"centre of mass of {body}, y"),
+                Channel(f"{name}/vx", "m/s", f"velocity of the centre of mass of {body}, x"),
+                Channel(f"{name}/vy", "m/s", f"velocity of the centre of mass of {body}, y"),
+                Channel(f"{name}/angle", "rad", f"angle of {body}, counter-clockwise"),
+                Channel(f"{name}/rate", "rad/s", "its rate"),
+            ]
+            if machine.bodies[body].elastic:
+                all_channels.append(Channel(f"{name}/extension", "m", f"elongation of {body}"))
+    return tuple(all_channels)
+
+
+def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
+    """Return the compiled form of a machine and its initial state.
+
+    joints : compiled form of each joint with clearance, by name; offsets : (2,) m, of the distal point of each from the
+    proximal one at the start, without relative velocity.  Raises ClosureError, MobilityError.
+    """
+    machine = with_segments(machine)
+    ideal_machine, names = ideal_of(machine), frozenset(joints)
+    if names not in ideal_machine.compiled_by_open_joints:
+        ideal_machine.compiled_by_open_joints[names] = _compile(machine, names)
+    compiled = ideal_machine.compiled_by_open_joints[names]
+    if compiled.massless:
+        names_text = ", ".join(compiled.massless)
+        raise MobilityError(
+            f"with these joints open, these bodies move without mass or moment of inertia: {names_text}"
+        )
+    displaced = any(map(any, offsets.values()))
+    start = _initial_state(ideal_machine, compiled.state, offsets) if displaced else compiled.start
+    return Built(compiled.form, start, compiled.lengths, ideal_machine.closure.size, ideal_machine.reference_rate())
+
+
+def ideal(machine: Machine, angles) -> IdealMotion:
+    """Return the motion of the output and the reactions without clearance at angles (rad, any shape) of the crank."""
+    shape, ideal_machine = np.shape(angles), ideal_of(machine)
+    motion = ideal_machine.motion(np.asarray(angles, dtype=float).ravel(), lambda: _ideal_form(ideal_machine))
+    reactions = {name: force.reshape((*shape, 2)) for name, force in motion.reactions.items()}
+    torque = np.reshape(motion.torque, shape)
+    return IdealMotion(*(np.reshape(array, shape) for array in motion[:3]), reactions, torque)
+
+
+def ideal_reactions(machine: Machine, angles: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the force (N, 2) N on each joint's distal body without clearance at angles (N,) rad of the crank."""
+    ideal_machine = ideal_of(machine)
+    return ideal_machine.reactions(angles, lambda: _ideal_form(ideal_machine))
+
+
+def _ideal_form(ideal_machine: IdealMachine) -> Planar:
+    return _compiled_form(ideal_machine.machine, frozenset())
+
+
+class _Compiled(NamedTuple):
+    """A compiled machine with some of its joints open, for any clearances and laws: cases of a sweep share it."""
+
+    form: Planar
+    state: list[Coordinate]
+    lengths: np.ndarray  # m, as in Built
+    start: np.ndarray  # as in Built, with zero offsets
+    massless: list[str]  # moving bodies without mass or inertia
+
+
+def _compile(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
+    """Return the compiled form of a machine with open joints of these names, and its coordinates."""
+    form = _compiled_form(machine, open_joints)
+    state = machine_type(kinds_of(form)).state
+    start = _initial_state(ideal_of(machine), state, {})
+    lengths = np.array([_length_per_unit(machine, coordinate) for coordinate in state])
+    return _Compiled(form, state, lengths, start, _massless_bodies(machine, form, start))
+
+
+def _compiled_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
+    """Return the compiled form of a machine with open joints of these names."""
+    ideal_machine, form = ideal_of(machine), _independent_form(machine, open_joints)
+    structure = machine_type(kinds_of(form))
+    coordinates = [
+        ideal_machine.coordinate_over_revolution(coordinate) for coordinate in structure.spanning_tree.coordinates
+    ]
+    output = ideal_machine.output_over_revolution()
+    form = form._replace(cycle=make_cycle([output], machine.drive.start_angle))
+    dependent = _dependent_indices(ideal_machine, form, coordinates) if structure.spanning_tree.loop_joints else ()
+    columns = [output, *(coordinates[i] for i in dependent)]
+    return form._replace(
+        dependent=tuple(map(as_empty_tuples, dependent)), cycle=make_cycle([*columns], machine.drive.start_angle)
+    )
+
+
+def _dependent_indices(ideal_machine: IdealMachine, form: Planar, coordinates: list) -> tuple[int, ...]:
+    """Return the indices of the dependent coordinates: machines that differ in masses and loads share them."""
+    kinds = kinds_of(form)
+    inputs = AlwaysEqual((form, machine_type(kinds), coordinates))
+    return _cached_dependent_indices(geometry_of(ideal_machine.full_machine), kinds, inputs)
+
+
+@functools.lru_cache(maxsize=64)
+def _cached_dependent_indices(key: bytes, kinds: tuple, inputs: AlwaysEqual) -> tuple[int, ...]:
+    return tuple(choose_dependent(*inputs.value))
+
+
+def _has_finite_accelerations(form: Planar, start: np.ndarray) -> bool:
+    """Return whether all accelerations at the initial state are finite."""
+    no_loads = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in form.joints if isinstance(joint.site, Open))
+    try:
+        with np.errstate(all="ignore"):
+            accelerations = function_of(form, "accelerate")(form, function_of(form, "pose_at")(form, start), no_loads)
+    except ZeroDivisionError:
+        return False
+    return bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
+
+
+def _check_spring_directions(machine: Machine, form: Planar, start: np.ndarray) -> None:
+    """Raise MobilityError if a spring with a free length has no direction at the start: its ends coincide."""
+    without_free_lengths = tuple(
+        load._replace(free_length=0.0) if isinstance(load, SpringLoad) else load for load in form.loads
+    )
+    if not _has_finite_accelerations(form._replace(loads=without_free_lengths), start):
+        return
+    names = ", ".join(f"loads.{load.name}" for load in machine.loads if isinstance(load, Spring) and load.free_length)
+    raise MobilityError(
+        f"the ends of a spring coincide at the start, so the direction of its force is unknown: {names}; move its "
+        "anchor or its point, or write free_length: 0"
+    )
+
+
+def _massless_bodies(machine: Machine, form: Planar, start: np.ndarray) -> list[str]:
+    """Return the moving bodies without mass or moment of inertia, or [] if all accelerations are finite."""
+    if _has_finite_accelerations(form, start):
+        return []
+    _check_spring_directions(machine, form, start)
+    moving_bodies = _moving_names(machine)
+    return [
+        name for name in moving_bodies if 0.0 in (machine.bodies[name].mass, machine.bodies[name].inertia)
+    ] or moving_bodies
+
+
+def _initial_state(ideal_machine: IdealMachine, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
+    """Return the initial state (2n+1,): n coordinates (m or rad), their rates, time (s).
+
+    offsets : as for `build`; if there are any, elastic links are extended by the forces of the ideal motion.  Raises
+    ClosureError if the joints cannot be displaced by them.
+    """
+    machine, angle = ideal_machine.full_machine, ideal_machine.machine.drive.start_angle
+    speed = crank_speed(machine)
+    extensions = ideal_machine.static_extensions(angle, speed) if offsets and ideal_machine.closure.springs else {}
+    displaced_state = ideal_machine.displaced_states({**offsets, **extensions}, angle)
+    if not np.all(np.isfinite(displaced_state.q)):
+        raise ClosureError("its joints cannot have the specified initial distances", _moving_names(machine)[0], angle)
+    values = [ideal_machine.coordinate(coordinate, displaced_state) for coordinate in state]
+    coordinates, rates = [float(value[0]) for value, _ in values], [speed * float(slope[0]) for _, slope in values]
+    for i, coordinate in enumerate(state):
+        initial = (
+            None if coordinate.kind == TRAVEL else machine.bodies[_moving_names(machine)[coordinate.owner - 1]].initial
+        )
+        if initial is not None:
+            coordinates[i], rates[i] = initial_coordinate(initial, coordinate.kind)
+    return np.array([*coordinates, *rates, 0.0])
+
+
+def crank_speed(machine: Machine) -> float:
+    """Return the initial speed (rad/s) of the crank."""
+    if isinstance(machine.drive, Motor):
+        return machine.drive.initial_speed
+    return drive_motion(compile_drive(machine.drive), 0.0)[1]
+
+
+def discontinuity_times(machine: Machine) -> list[float]:
+    """Return the times (s) at which an acceleration or the slope of a load jumps, where steps should end."""
+    times = {time for load in machine.loads for time in discontinuity_times_of(load)}
+    if isinstance(machine.drive, Schedule):
+        times |= set(map(float, machine.drive.times))
+    return sorted(time for time in times if time > 0.0)
+
+
+def _independent_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
+    """Return the compiled form with open joints of these names, without dependent coordinates."""
+    numbers = {name: as_empty_tuples(i) for i, name in enumerate([GROUND, *_moving_names(machine)])}
+    compiled_joints = []
+    for joint in machine.joints:
+        site: tuple = Open() if joint.name in open_joints else Closed()
+        bodies = (numbers[joint.proximal.body], numbers[joint.distal.body])
+        points = (_compile_point(machine, joint.proximal), _compile_point(machine, joint.distal))
+        if isinstance(joint, (Guide, Stretch, Slot)):
+            is_spring = isinstance(joint, Stretch)
+            site = ElasticGuide(joint.stiffness, joint.damping) if is_spring else site
+            axis = compile_direction(math.cos(joint.axis), math.sin(joint.axis))
+            compiled_joints.append(Slide(site, *bodies, *points, axis))
+        else:
+            compiled_joints.append(Hinge(site, *bodies, *points))
+    crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
+    return Planar(
+        bodies=tuple(masses_of(machine)),
+        joints=tuple(compiled_joints),
+        dependent=(),
+        crank=numbers[crank],
+        drive=compile_drive(machine.drive),
+        gravity=machine.gravity,
+        loads=compile_loads(
+            machine.loads,
+            lambda endpoint: (numbers[endpoint.body], _compile_point(machine, endpoint)),
+            lambda name: as_empty_tuples([joint.name for joint in machine.joints].index(name)),
+        ),
+        aim=_compile_aim(machine, machine.aim, numbers),
+        cycle=(),
+    )
+
+
+def _moving_names(machine: Machine) -> list[str]:
+    return [name for name in machine.bodies if name != GROUND]
+
+
+def _compile_point(machine: Machine, endpoint: BodyPoint) -> tuple:
+    body = machine.bodies[endpoint.body]
+    center = (0.0, 0.0) if endpoint.body == GROUND else body.center
+    x, y = np.subtract(body.points[endpoint.point], center)
+    return compile_point(float(x), float(y))
+
+
+def _compile_aim(machine: Machine, aim: Aim, numbers: Mapping) -> tuple:
+    if not aim.point:
+        return AngleAim(numbers[aim.body])
+    direction = compile_direction(math.cos(aim.direction), math.sin(aim.direction))
+    return PointAim(numbers[aim.body], _compile_point(machine, BodyPoint(aim.body, aim.point)), direction)
+
+
+def _length_per_unit(machine: Machine, coordinate: Coordinate) -> float:
+    """Return the displacement (m) of bodies for a unit of a coordinate."""
+    if coordinate.kind != ANGLE:
+        return 1.0
+    return extent(machine.bodies[_moving_names(machine)[coordinate.owner - 1]]) or 1.0

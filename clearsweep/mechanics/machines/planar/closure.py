@@ -1,0 +1,339 @@
+"""A planar machine without clearance in absolute coordinates, over a revolution of its crank.
+
+The coordinates are x, y of the centre of mass and the angle of every body; the constraints those of all joints and the
+angle of the crank, so that positions follow from Newton's method, velocities and accelerations from linear equations,
+and the forces in the joints are the multipliers of the constraints (Haug 1989, "Computer Aided Kinematics and
+Dynamics", chapters 3 and 6).  Derivatives are with respect to the crank's angle; speeds are applied afterwards.
+"""
+
+import math
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ....contracts.machine import GROUND, BodyPoint, Guide, Machine, Slot, Stretch
+from ....tracing.compiled.direction import directions
+from . import constraints
+from .machine_states import Inverses, MachineStates, interpolate
+
+STATIONS = 720  # of a revolution, at which the machine is closed
+FIRST_STATIONS = 24  # of them, closed in sequence; interpolation between these gives guesses for the others
+FINEST_STEP = 4**6  # most parts into which an interval between stations is divided
+LARGEST_JUMP = 0.1  # rad, by which an angle may differ from the parabola through the last station
+NEAR_SINGULAR = 1e-7  # least singular value of the constraints over the largest, lengths measured by the machine's size
+ATTEMPTS = 40
+ROUNDING = 2.0**-30  # rad, and of the machine's size: to which the start is rounded before it is closed once more
+_SINGULAR = "it is in a singular position, in which it has more than one degree of freedom"
+
+
+class ClosureError(ValueError):
+    """The machine without clearance cannot be closed, or is singular, at an angle of its crank."""
+
+    def __init__(self, text: str, body: str, angle: float):
+        super().__init__(text)
+        self.body, self.angle = body, angle  # the angle in rad
+
+
+class MobilityError(ValueError):
+    """The machine does not have exactly one degree of freedom, that of its drive."""
+
+
+class PointMotion(NamedTuple):
+    """A point of a body, each field a number or (N,)."""
+
+    x: Any  # m
+    y: Any
+    lever_x: Any  # derivative by the body's angle
+    lever_y: Any
+    dx: Any  # derivative by the crank's angle
+    dy: Any
+
+
+class Closure:
+    """The constraints of a machine, without clearance and with springs at rest except for `offsets`.
+
+    offsets : m, of the distal point of some joints: (2,) in the fixed frame for a pin, the extension for a spring
+    """
+
+    def __init__(self, machine: Machine, offsets: Mapping | None = None):
+        self.machine = machine
+        self.names = [name for name in machine.bodies if name != GROUND]
+        self.index = {name: i for i, name in enumerate(self.names)}
+        self.size = math.fsum(extent(body) for body in machine.bodies.values()) or 1.0  # m
+        self.crank = self.index[_driven_joint(machine).distal.body]
+        row_ends = np.cumsum([1 if isinstance(joint, Slot) else 2 for joint in machine.joints])
+        self.first_rows = np.concatenate([[0], row_ends])  # row of each joint, and of what comes behind them
+        self.springs = [joint for joint in machine.joints if isinstance(joint, Stretch)]  # springs at rest
+        rows, offsets = [], offsets or {}
+        for joint in machine.joints:
+            rows += self._rows_of(joint, offsets.get(joint.name, (0.0, 0.0)))
+        for spring in self.springs:
+            axis = math.cos(spring.axis), math.sin(spring.axis)
+            rows.append(self._row(spring, axis, turns=1.0, offset=offsets.get(spring.name, 0.0)))
+        crank_angle = [0.0, 0.0, 0.0, 1.0 + self.crank, 0.0, 0.0, *constraints.NO_DIRECTION, 0.0, 0.0]
+        self.constraints = np.array([*rows, crank_angle])
+        self.rows = len(self.constraints)
+        if self.rows != 3 * len(self.names):
+            freedoms = 3 * len(self.names) - self.rows + 1
+            raise MobilityError(
+                f"without clearance it has {freedoms} degrees of freedom (3 per moving body, minus 2 per joint); "
+                "the drive needs exactly 1" + ("; a body that moves freely needs `initial`" if freedoms > 1 else "")
+            )
+        self._settings = np.array([self.size, float(self.rows)])
+
+    def _rows_of(self, joint: Any, offset: Any) -> list[list[float]]:
+        """Return the constraints of a joint, each as the numbers of a Constraint."""
+        if isinstance(joint, Guide | Stretch | Slot):
+            across = self._row(joint, (-math.sin(joint.axis), math.cos(joint.axis)), turns=1.0)
+            return [across] if isinstance(joint, Slot) else [self._row(joint, constraints.NO_DIRECTION), across]
+        return [self._row(joint, axis, offset=offset[i]) for i, axis in enumerate(((1.0, 0.0), (0.0, 1.0)))]
+
+    def _row(self, joint: Any, axis: tuple[float, float], turns: float = 0.0, offset: float = 0.0) -> list[float]:
+        """Return the numbers of a Constraint."""
+        ends = [(float(self._number(end.body)), *self._arm(end)) for end in (joint.proximal, joint.distal)]
+        return [*ends[0], *ends[1], *axis, turns, offset]
+
+    def _number(self, body: str) -> int:
+        """Return the number of a body, 0 for the ground."""
+        return 0 if body == GROUND else 1 + self.index[body]
+
+    def _arm(self, endpoint: BodyPoint) -> tuple[float, float]:
+        """Return the position (m) of a point in the frame of its body, from the centre of mass."""
+        x, y = self.machine.bodies[endpoint.body].points[endpoint.point]
+        center = (0.0, 0.0) if endpoint.body == GROUND else self.machine.bodies[endpoint.body].center
+        return float(x - center[0]), float(y - center[1])
+
+    def point_motion(self, endpoint: BodyPoint, q: np.ndarray, q_rates: np.ndarray) -> PointMotion:
+        """Return a point of a body; q, q_rates : (..., 3 bodies)."""
+        x, y = self._arm(endpoint)
+        if endpoint.body == GROUND:
+            return PointMotion(x, y, 0.0, 0.0, 0.0, 0.0)
+        i = 3 * self.index[endpoint.body]
+        c, s = directions(q[..., i + 2])
+        arm_x, arm_y, rate = c * x - s * y, s * x + c * y, q_rates[..., i + 2]
+        return PointMotion(
+            q[..., i] + arm_x,
+            q[..., i + 1] + arm_y,
+            -arm_y,
+            arm_x,
+            q_rates[..., i] - rate * arm_y,
+            q_rates[..., i + 1] + rate * arm_x,
+        )
+
+    def evaluate(self, q: np.ndarray, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return constraints (N, rows) and their derivatives (N, rows, 3 bodies); q : (N, 3 bodies); angles : rad."""
+        count, n = q.shape
+        values, jacobians = np.empty((count, n)), np.empty((count, n, n))
+        arrays = self._settings, self.constraints, _contiguous(angles), _contiguous(q), values, jacobians
+        constraints.evaluate((*arrays, np.zeros(constraints.scratch_size(n))), count)
+        return values, jacobians
+
+    def angle(self, body: str, q: np.ndarray) -> Any:
+        """Return the angle (rad) of a body, or its rate, (...)."""
+        return 0.0 if body == GROUND else q[..., 3 * self.index[body] + 2]
+
+    # ------------------------------------------------------------------------------------------ positions
+
+    def _singularity(self, q: np.ndarray, angle: float) -> tuple[float, str]:
+        """Return the least singular value over the largest, and the body that moves most in its direction."""
+        scale, unit = self._units()
+        _, values, right_vectors = np.linalg.svd(self.evaluate(q[None], np.array([angle]))[1][0] * scale / unit)
+        body_motion = np.abs(right_vectors[-1]).reshape(-1, 3).max(axis=1)
+        return values[-1] / values[0], self.names[int(np.argmax(body_motion))]
+
+    def _units(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the unit of each coordinate (3 bodies,) and of each row (rows, 1), the machine's size for lengths."""
+        is_angle = np.all(self.constraints[:, 6:8] == constraints.NO_DIRECTION, axis=1)
+        return np.tile([self.size, self.size, 1.0], len(self.names)), np.where(is_angle, 1.0, self.size)[:, None]
+
+    def close(self, q: np.ndarray, angles: np.ndarray) -> tuple[MachineStates, np.ndarray]:
+        """Return the states near `q` that satisfy the constraints, and signs (N,) of the constraints' determinants.
+
+        q : (N, 3 bodies); angles : (N,) rad, of the crank.  Where there is no such state, coordinates and sign are nan.
+        """
+        count, n = q.shape
+        q, first, second, inverse, signs = (
+            np.array(q, float, order="C"),
+            np.empty((count, n)),
+            np.empty((count, n)),
+            np.empty((count, n, n)),
+            np.empty(count),
+        )
+        arrays = self._settings, self.constraints, _contiguous(angles), q, first, second, inverse, signs
+        constraints.close((*arrays, np.zeros(constraints.scratch_size(n))), count)
+        return MachineStates(angles, q, first, second, Inverses(inverse, np.arange(count))), signs
+
+    def close_at_start(self, angle: float) -> np.ndarray:
+        """Return the machine closed at an angle of its crank, near the angles given for that.  Raises ClosureError."""
+        rng = np.random.default_rng(0)
+        solutions: list[tuple[float, np.ndarray]] = []
+        given_angles = np.array([self.machine.start.get(name, 0.0) for name in self.names])
+        is_given = np.array([name in self.machine.start for name in self.names])
+        for attempt in range(ATTEMPTS):
+            spread = 0.0 if attempt == 0 else 0.1 + 3.0 * attempt / ATTEMPTS
+            angles = given_angles + np.where(is_given, 0.2 * spread, spread) * rng.uniform(-1.0, 1.0, given_angles.size)
+            angles[self.crank] = angle
+            q = self._close_roughly(self._assemble(angles), angle)
+            if np.all(np.isfinite(q)):
+                deviations = np.remainder(q[2::3] - given_angles + math.pi, 2.0 * math.pi) - math.pi
+                deviations[self.crank] = 0.0
+                if attempt == 0 and np.max(np.abs(deviations)) < 0.5 * math.pi:
+                    return self._wrap_angles(q, given_angles)
+                solutions.append((float(np.sum(deviations**2 * np.where(is_given, 100.0, 1.0))), q))
+        if not solutions:
+            raise ClosureError(
+                "its loops cannot be closed at the initial crank angle with these lengths",
+                self._most_open_body(given_angles, angle),
+                angle,
+            )
+        return self._wrap_angles(min(solutions, key=lambda item: item[0])[1], given_angles)
+
+    def _wrap_angles(self, q, given_angles):
+        """Return `q` with all angles, except the crank's, within half a revolution of the given ones."""
+        q = q.copy()
+        for i in range(len(self.names)):
+            if i != self.crank:
+                q[3 * i + 2] -= 2.0 * math.pi * np.round((q[3 * i + 2] - given_angles[i]) / (2.0 * math.pi))
+        return q
+
+    def _assemble(self, angles) -> np.ndarray:
+        """Return the bodies at given angles, each attached to an already placed one, by a pin if there is one."""
+        q = np.zeros(3 * len(self.names))
+        q[2::3] = angles
+        placed = {GROUND}
+        while len(placed) <= len(self.names):
+            for takes_guide in (False, True):
+                joint = next(
+                    (
+                        joint
+                        for joint in self.machine.joints
+                        if isinstance(joint, (Guide, Stretch, Slot)) == takes_guide
+                        and (joint.proximal.body in placed) != (joint.distal.body in placed)
+                    ),
+                    None,
+                )
+                if joint is not None:
+                    break
+            if joint is None:
+                unplaced = next(name for name in self.names if name not in placed)
+                raise MobilityError(f"body {unplaced!r} is not connected to the ground by joints")
+            endpoints = (joint.proximal, joint.distal)
+            placed_endpoint, free_endpoint = endpoints if joint.proximal.body in placed else endpoints[::-1]
+            anchor, free_point = (
+                self.point_motion(endpoint, q, np.zeros_like(q)) for endpoint in (placed_endpoint, free_endpoint)
+            )
+            i = 3 * self.index[free_endpoint.body]
+            q[i : i + 2] += anchor.x - free_point.x, anchor.y - free_point.y
+            placed.add(free_endpoint.body)
+        return q
+
+    def _close_roughly(self, q, angle) -> np.ndarray:
+        """Return the machine closed from a rough guess by the Levenberg-Marquardt method; nan if it fails."""
+        damping, angles = 1e-3, np.array([angle])
+        (values,), (jacobian,) = self.evaluate(q[None], angles)
+        cost = float(np.sum(values**2))
+        for _ in range(200):
+            gradient = jacobian.T @ values
+            square = jacobian.T @ jacobian
+            scale = np.tile([1.0, 1.0, self.size**2], len(self.names))
+            step = np.linalg.solve(square + damping * np.diag(scale), -gradient)
+            (trial,), (trial_jacobian,) = self.evaluate((q + step)[None], angles)
+            if np.sum(trial**2) < cost:
+                q, values, jacobian, cost = q + step, trial, trial_jacobian, float(np.sum(trial**2))
+                damping = max(0.2 * damping, 1e-15)
+            else:
+                damping *= 5.0
+            if cost < 1e-12 * self.size**2 or damping > 1e10:
+                break
+        if cost > 1e-8 * self.size**2:
+            return np.full_like(q, math.nan)
+        closed: np.ndarray = self.close(q[None], angles)[0].q[0]
+        return closed
+
+    def _most_open_body(self, given_angles, angle) -> str:
+        """Return the body whose joint stays open if a machine does not close."""
+        angles = given_angles.copy()
+        angles[self.crank] = angle
+        values, _ = self.evaluate(self._assemble(angles)[None], np.array([angle]))
+        worst_row = int(np.argmax(np.abs(values[0, : self.first_rows[-1]])))
+        joint = self.machine.joints[int(np.searchsorted(self.first_rows, worst_row, side="right")) - 1]
+        return joint.distal.body if joint.distal.body != GROUND else joint.proximal.body
+
+    # ------------------------------------------------------------------------------------------ one revolution
+
+    def close_revolution(self, start: float) -> MachineStates:
+        """Return a revolution of the crank from the angle `start` (rad), with both ends.  Raises ClosureError."""
+        angles = start + 2.0 * math.pi * np.arange(STATIONS + 1) / STATIONS
+        coarse_angles, first_position = angles[:: STATIONS // FIRST_STATIONS], self.close_at_start(start)
+        self._check_position(first_position, start)
+        # rounded, because the bits of linear algebra depend on the processor
+        unit = ROUNDING * self._units()[0]
+        states = [self.close((np.round(first_position / unit) * unit)[None], angles[:1])[0]]
+        if not np.all(np.isfinite(states[0].q)):
+            raise ClosureError(_SINGULAR, self._singularity(first_position, start)[1], start)
+        for angle in coarse_angles[1:]:
+            states.append(self._continue_to(states[-1], angle))
+        coarse = (np.concatenate([state[k] for state in states]) for k in (1, 2, 3))
+        closed, signs = self.close(interpolate(MachineStates(coarse_angles, *coarse), angles).q, angles)
+        self._check_all(closed, signs)
+        return closed
+
+    def _continue_to(self, state: MachineStates, end_angle: float) -> MachineStates:
+        """Return the machine at another angle of its crank, in as many steps as necessary."""
+        step_count = 1
+        while step_count <= FINEST_STEP:
+            start_angle, latest, has_failed = state.angles[0], state, False
+            for step_index in range(step_count):
+                next_angle = start_angle + (end_angle - start_angle) * (step_index + 1) / step_count
+                step = next_angle - latest.angles[0]
+                guess = latest.q + latest.derivative * step + 0.5 * latest.second_derivative * step**2
+                next_state, _ = self.close(guess, np.array([next_angle]))
+                has_failed = not np.max(np.abs((next_state.q - guess)[0, 2::3])) <= LARGEST_JUMP  # or nan
+                if has_failed:
+                    break
+                latest = next_state
+            if not has_failed:
+                self._check(latest)
+                return latest
+            step_count, state = 4 * step_count, latest
+        angle = float(state.angles[0])
+        raise ClosureError("its lengths do not let the crank turn on", self._singularity(state.q[0], angle)[1], angle)
+
+    def _check_all(self, states: MachineStates, signs: np.ndarray) -> None:
+        """Raise ClosureError if a revolution passes a singular position between its stations."""
+        is_steep = np.max(np.abs(states.derivative[:, 2::3]), axis=1) > 1.0 / NEAR_SINGULAR
+        singular_stations = np.flatnonzero((signs != signs[0]) | is_steep | ~np.all(np.isfinite(states.q), axis=1))
+        if singular_stations.size:
+            angle, last_station = float(states.angles[singular_stations[0]]), max(singular_stations[0] - 1, 0)
+            raise ClosureError(_SINGULAR, self._singularity(states.q[last_station], angle)[1], angle)
+
+    def _check(self, state: MachineStates) -> None:
+        """Raise ClosureError if a position is singular, or so close to it that the inverse is very large."""
+        assert state.inverse is not None  # of a position that was closed
+        scale, unit = self._units()
+        # the derivatives have at most six numbers in a row, up to 1 in these units
+        largest_ratio = math.sqrt(6.0 * self.rows) * np.linalg.norm(state.inverse.matrices[0] * unit.T / scale[:, None])
+        if not largest_ratio < 1.0 / NEAR_SINGULAR:
+            self._check_position(state.q[0], float(state.angles[0]))
+
+    def _check_position(self, q: np.ndarray, angle: float) -> None:
+        """Raise ClosureError if a position `q` (3 bodies,) is singular."""
+        ratio, body = self._singularity(q, angle)
+        if ratio < NEAR_SINGULAR:
+            raise ClosureError(_SINGULAR, body, angle)
+
+
+def _contiguous(array: np.ndarray) -> np.ndarray:
+    """Return an array whose numbers a compiled routine can read."""
+    return np.require(array, float, "CW")
+
+
+def _driven_joint(machine: Machine):
+    return next(joint for joint in machine.joints if joint.name == machine.driven)
+
+
+def extent(body) -> float:
+    """Return the largest distance (m) between two points of a body, its centre of mass among them."""
+    points = np.array([body.center, *body.points.values()])
+    return float(np.max(np.hypot(*(points[:, None] - points[None]).T)))

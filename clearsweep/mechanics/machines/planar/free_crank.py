@@ -1,0 +1,248 @@
+"""Times and speeds at which the free crank of an ideal machine passes given angles.
+
+Collocation at the eight points of `observe.stages`, as in `solver.collocation` but without events. The whole motion
+is one call of compiled code.
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import legendre
+
+from ....contracts.machine import Motor
+from ....tracing.compiled.choosing import lane_range, rolled_range
+from ....tracing.compiled.family import Routine, entry, flatten, invoke, kernel, shaped
+from ....tracing.portable import Exact, coefficients_through, exact, inverse, powers
+from ...observe.stages import POINTS, STAGES
+from ..contract import accelerate, pose_at
+
+MAX_WAIT = 30.0  # longest wait for a free crank, in times at its nominal speed
+STEPS_PER_TURN = 300  # capacity, steps per revolution
+TOLERANCE = 1e-9  # tolerance of a step: of angle (rad) and of rate over the nominal rate
+STAGE_TOLERANCE = 1e-3  # of the tolerance: the iteration has converged where a sweep moves the stages by less
+MAX_SWEEPS = 30  # of a step, at most
+FIRST_STEP, SHRINK, GROW, SAFETY = 0.01, 0.3, 2.0, 0.8  # first step, in turns at the nominal rate; factors of the step
+MIN_STEP = 1e-12  # turns at the nominal rate: the integration stops where it needs shorter steps
+MAX_ITERATIONS = 60  # most iterations; Newton's method needs three
+FRACTION_TOLERANCE = 1e-13  # of a step, of the time at which an angle is passed
+
+C = np.array(POINTS)
+_FROM_RATES, _LCM = coefficients_through(C).transposed, math.lcm(*range(1, STAGES + 1))
+_RISE = Exact(
+    [[number * (_LCM // (power + 1)) for power, number in enumerate(row)] for row in _FROM_RATES.rows],
+    _FROM_RATES.denominator * _LCM,
+)
+_WITHOUT_FIRST = exact(np.eye(STAGES + 1)[:, 1:])
+#: (stage that gives, power): the rise over a share x of the step is h x times the sum of rates and powers of x.
+RISE = _RISE.rounded()
+#: (stage that gives, stage that gets): the integral up to each stage.
+A = (_RISE @ (powers(C, STAGES + 1) @ _WITHOUT_FIRST).transposed).rounded()
+#: (stage, order): coefficients of the rates in Legendre's polynomials.
+SERIES = inverse(exact(legendre.legvander(2.0 * C - 1.0, STAGES - 1))).transposed.rounded()
+
+
+@kernel
+def _sweep(mechanism, y, h, nodes, rates, weight):
+    """Evaluate all stages and update them from their rates; return the largest change over the allowed error.
+
+    y : angle (rad) and rate (rad/s) at the start; nodes : (3, STAGES) the same and the time (s) at the stages; rates :
+    (4, STAGES) their rates, and their changes; weight : 1 / allowed error of both.
+    """
+    for i in lane_range(STAGES):
+        rates[1, i] = accelerate(mechanism, pose_at(mechanism, nodes[:, i]), ()).accelerations[0]
+    for row in (1, 0):  # the rate first, then the angle from it
+        for i in lane_range(STAGES):
+            if row == 0:
+                rates[0, i] = nodes[1, i]
+        for i in lane_range(STAGES):
+            total = A[0, i] * rates[row, 0]
+            for j in range(1, STAGES):
+                total += A[j, i] * rates[row, j]
+            predicted = y[row] + h * total
+            rates[2 + row, i] = abs(predicted - nodes[row, i]) * weight[row]
+            nodes[row, i] = predicted
+    largest_change = 0.0
+    for row in range(2):
+        for i in range(STAGES):
+            largest_change = max(largest_change, rates[2 + row, i])
+    return largest_change
+
+
+@kernel
+def _error(h, rates, weight):
+    """Return the error of a step over the allowed one, from how its rates decay in Legendre's polynomials."""
+    last_pair = earlier_pair = 0.0
+    for row in range(2):
+        for m in range(STAGES - 4, STAGES):
+            total = SERIES[0, m] * rates[row, 0]
+            for j in range(1, STAGES):
+                total += SERIES[j, m] * rates[row, j]
+            size = h * total * weight[row]
+            if m >= STAGES - 2:
+                last_pair += size * size
+            else:
+                earlier_pair += size * size
+    if not last_pair + earlier_pair < math.inf:
+        return math.inf
+    return math.sqrt(last_pair) * (last_pair / earlier_pair if last_pair < earlier_pair else 1.0)
+
+
+@kernel
+def _solve_step(mechanism, y, h, nodes, rates, weight):
+    """Compute the stages of a step of length `h` (s) from the state `y`; return its error over the allowed one.
+
+    y : angle (rad), rate (rad/s), time (s).
+    """
+    for i in lane_range(STAGES):
+        nodes[1, i] = y[1] + 0.0 * C[i]
+        nodes[0, i] = y[0] + h * C[i] * y[1]
+        nodes[2, i] = y[2] + h * C[i]
+    for _ in range(MAX_SWEEPS):
+        change = _sweep(mechanism, y, h, nodes, rates, weight)
+        if change < STAGE_TOLERANCE:
+            return _error(h, rates, weight)
+        if not change < math.inf:
+            break
+    return math.inf
+
+
+def motion_entry(machine, settings, y, nodes, rates, times, states, powers, capacity):
+    """Integrate the crank from the state `y`, up to `capacity` steps; from bare pointers.
+
+    settings : (4,) the angle (rad) and the time (s) at which to stop, the nominal rate (rad/s); then the steps taken;
+    times : (capacity + 1,) s; states : (capacity + 1, 2); powers : (capacity, 2, STAGES), h times rates and RISE.
+    """
+    mechanism, settings, y = machine[0], shaped(settings, (4,)), shaped(y, (3,))
+    nodes, rates = shaped(nodes, (3, STAGES)), shaped(rates, (4, STAGES))
+    times, states, powers = (
+        shaped(times, (capacity + 1,)),
+        shaped(states, (capacity + 1, 2)),
+        shaped(powers, (capacity, 2, STAGES)),
+    )
+    weight = 1.0 / TOLERANCE, 1.0 / (TOLERANCE * settings[2])
+    full_turn = 2.0 * math.pi / settings[2]
+    length, highest, count, is_running = FIRST_STEP * full_turn, y[0], 0, True
+    times[0], states[0, 0], states[0, 1] = y[2], y[0], y[1]
+    while is_running:
+        error = _solve_step(mechanism, y, length, nodes, rates, weight)
+        factor = SHRINK
+        if error < math.inf:
+            factor = min(max(SAFETY / math.sqrt(math.sqrt(math.sqrt(max(error, 1e-10)))), SHRINK), GROW)
+        if error < 1.0:
+            for row in range(2):
+                for m in lane_range(STAGES):
+                    total = RISE[0, m] * rates[row, 0]
+                    for j in range(1, STAGES):
+                        total += RISE[j, m] * rates[row, j]
+                    powers[count, row, m] = length * total
+                y[row] = nodes[row, STAGES - 1]
+            y[2] += length
+            count += 1
+            times[count], states[count, 0], states[count, 1] = y[2], y[0], y[1]
+            highest = max(highest, y[0])
+        length *= factor
+        is_running = y[0] < settings[0] and y[2] < settings[1] and y[0] >= highest - 2.0 * math.pi and count < capacity
+        is_running = is_running and length > MIN_STEP * full_turn
+    settings[3] = count
+
+
+class FreeMotion(NamedTuple):
+    """Angle (rad) and rate (rad/s) of the crank over n steps, with the polynomials of the steps in between."""
+
+    times: np.ndarray  # (n + 1,) s
+    states: np.ndarray  # (n + 1, 2)
+    powers: np.ndarray  # (n, 2, STAGES) of the change over a fraction of a step, divided by the fraction
+
+
+@kernel
+def _state_in_step(motion, step, row, fraction):
+    """Return the angle (row 0) or the rate (row 1) at a fraction of a step."""
+    change = motion.powers[step, row, STAGES - 1]
+    for k in range(STAGES - 2, -1, -1):
+        change = change * fraction + motion.powers[step, row, k]
+    return motion.states[step, row] + change * fraction
+
+
+@kernel
+def _fraction_at(motion, step, angle):
+    """Return the fraction of a step at which the crank passes an angle (rad), by Newton's method between bounds."""
+    low, high, length = 0.0, 1.0, motion.times[step + 1] - motion.times[step]
+    fraction = (angle - motion.states[step, 0]) / (motion.states[step + 1, 0] - motion.states[step, 0])
+    fraction = min(max(fraction, low), high)
+    for _ in range(MAX_ITERATIONS):
+        difference = _state_in_step(motion, step, 0, fraction) - angle
+        if difference < 0.0:
+            low = fraction
+        else:
+            high = fraction
+        slope = length * _state_in_step(motion, step, 1, fraction)
+        improved = fraction - difference / slope if slope != 0.0 else math.inf
+        if not low <= improved <= high:
+            improved = 0.5 * (low + high)
+        change, fraction = abs(improved - fraction), improved
+        if change < FRACTION_TOLERANCE:
+            break
+    return fraction
+
+
+def _passages(settings, times, states, powers, highest_angles, angles, passages, count):
+    """Write the times (s) at which the crank first passes angles (count,) rad, and its rates, to (2, count).
+
+    settings : (1,) int64, n; highest_angles : (n + 1,) rad, up to the end of each step; for the others see FreeMotion;
+    arrays are bare pointers.
+    """
+    n = shaped(settings, (1,))[0]
+    times, states, powers = shaped(times, (n + 1,)), shaped(states, (n + 1, 2)), shaped(powers, (n, 2, STAGES))
+    highest_angles, angles = shaped(highest_angles, (n + 1,)), shaped(angles, (count,))
+    passages, motion = shaped(passages, (2, count)), FreeMotion(times, states, powers)
+    for k in rolled_range(count):
+        angle = angles[k]
+        if angle <= highest_angles[0]:
+            passages[0, k], passages[1, k] = times[0], states[0, 1]
+        elif not angle <= highest_angles[n]:
+            passages[0, k] = passages[1, k] = math.nan
+        else:
+            step, end = 0, n  # the last step before which the angle was not passed
+            while end - step > 1:
+                middle = (step + end) // 2
+                if highest_angles[middle] < angle:
+                    step = middle
+                else:
+                    end = middle
+            fraction = _fraction_at(motion, step, angle)
+            passages[0, k] = times[step] + fraction * (times[step + 1] - times[step])
+            passages[1, k] = _state_in_step(motion, step, 1, fraction)
+
+
+_write_passages = Routine(_passages, "iffffff")
+
+
+class CrankPassage:
+    """The motion of a free crank until it passes the angle `end` (rad) or turns back for good."""
+
+    def __init__(self, drive: Motor, machine: tuple, rate: float, end: float):
+        """Integrate; machine : the compiled ideal machine; rate : rad/s, the nominal speed."""
+        self.end = end
+        self._motion = _free_motion(drive, machine, rate, end)
+        self._highest_angles = np.maximum.accumulate(self._motion.states[:, 0])
+
+    def passage_at(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the times (s) at which the crank first passes angles (n,) rad, and its rates; nan if it never does."""
+        passages = np.empty((2, len(angles)))
+        arrays = *self._motion, self._highest_angles, np.require(angles, float, "CW"), passages
+        _write_passages((np.array([len(self._motion.powers)]), *arrays), len(angles))
+        return passages[0], passages[1]
+
+
+def _free_motion(drive: Motor, machine: tuple, rate: float, end: float) -> FreeMotion:
+    revolutions = max((end - drive.start_angle) / (2.0 * math.pi), 1.0)
+    capacity = math.ceil(STEPS_PER_TURN * (revolutions + 1.0))
+    settings = np.array([end, MAX_WAIT * revolutions * 2.0 * math.pi / rate, rate, 0.0])
+    times, states, powers = np.empty(capacity + 1), np.empty((capacity + 1, 2)), np.empty((capacity, 2, STAGES))
+    parameters, y = flatten(machine), np.array([drive.start_angle, drive.initial_speed, 0.0])
+    motion = entry(motion_entry, machine, "fffffff", parameters)
+    arrays = settings, y, np.zeros((3, STAGES)), np.zeros((4, STAGES)), times, states, powers
+    invoke(motion.code, motion.parameters, arrays, capacity)
+    count = int(settings[3])
+    return FreeMotion(times[: count + 1], states[: count + 1], powers[:count])

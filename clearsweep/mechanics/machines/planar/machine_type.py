@@ -1,0 +1,178 @@
+"""The structure of a planar machine, read from its compiled type for code generation."""
+
+from typing import Any, NamedTuple
+
+from ...laws.friction.stick import Karnopp
+from ..contract import Open
+from .drive import Free, Steady
+from .expressions import Components
+from .form import AlongX, Centre, ElasticGuide, OnAxis, Planar, PointAim, Segment, Slide
+from .loads import GivenFriction, JointFriction, SpringLoad
+from .spanning_tree import Coordinate, Link, SpanningTree, spanning_tree
+
+
+class Site(NamedTuple):
+    """A joint, and the code of its points."""
+
+    link: Link
+    near: Components  # on the proximal body, from its centre of mass
+    far: Components
+    axis: Components  # of a guide
+
+
+class LoadKind(NamedTuple):
+    """A load and its points of action."""
+
+    form: type
+    points: tuple[tuple[int, Components], ...]  # bodies and points
+
+
+class FrictionLoad(NamedTuple):
+    """Friction in a joint without clearance, or of a given size in any joint."""
+
+    load: int  # its number among the loads
+    joint: int
+    is_given: bool  # it does not depend on the reaction
+    sticks: bool = False  # its law sticks
+
+
+class MachineType(NamedTuple):
+    """The structure of a planar machine."""
+
+    sites: tuple[Site, ...]
+    spanning_tree: SpanningTree
+    crank: int  # number of the driven body
+    free: bool  # the crank is free
+    steady: bool  # the crank's speed is constant
+    dependent: tuple[Coordinate, ...]  # dependent coordinates
+    loads: tuple[LoadKind | None, ...]  # None where it is friction
+    friction_loads: tuple[FrictionLoad, ...]
+    aim: tuple  # (number of the body, point or None, direction)
+    segments: tuple[int, ...] = ()  # numbers of bodies that are further masses of elastic links
+
+    @property
+    def bodies(self) -> int:
+        """Return the number of bodies, including the ground."""
+        return len(self.spanning_tree.group)
+
+    @property
+    def state(self) -> list[Coordinate]:
+        """Return the coordinates in the order of the state."""
+        return [coordinate for coordinate in self.spanning_tree.coordinates if coordinate not in self.dependent]
+
+    @property
+    def groups(self) -> list[int]:
+        """Return the rotating groups in the order of a pose."""
+        return [g for g in dict.fromkeys(self.spanning_tree.group) if g != 0]
+
+    @property
+    def open(self) -> list[int]:
+        """Return the joints with clearance."""
+        return [j for j, site in enumerate(self.sites) if site.link.open]
+
+    @property
+    def sprung(self) -> list[int]:
+        """Return the joints between masses of elastic links."""
+        return [j for j, site in enumerate(self.sites) if site.link.sprung]
+
+    @property
+    def whole_bodies(self) -> list[tuple[int, ...]]:
+        """Return the moving bodies, with the masses of an elastic link grouped."""
+        chains: list[tuple[int, ...]] = []
+        for body in range(1, self.bodies):
+            if body in self.segments:
+                chains[-1] = (*chains[-1], body)
+            else:
+                chains.append((body,))
+        return chains
+
+
+def kinds_of(value: Any) -> Any:
+    """Return the types in nested tuples."""
+    if not isinstance(value, tuple):
+        return float
+    return (
+        type(value),
+        *[float if type(item) is float else kinds_of(item) for item in value],
+    )  # most items are floats
+
+
+def machine_type(kinds: tuple) -> MachineType:
+    """Return the MachineType from the result of `kinds_of` for a Planar."""
+    sites = tuple(_site(kind, f"mechanism.joints[{j}]") for j, kind in enumerate(_kind_of_field(kinds, "joints")[1:]))
+    crank, drive = _number(_kind_of_field(kinds, "crank")), _kind_of_field(kinds, "drive")[0]
+    tree = spanning_tree(
+        len(_kind_of_field(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free
+    )
+    friction_loads = tuple(
+        FrictionLoad(
+            i,
+            _number(_kind_of_field(kind, "joint")),
+            kind[0] is GivenFriction,
+            _kind_of_field(kind, "friction")[0] is Karnopp,
+        )
+        for i, kind in enumerate(_kind_of_field(kinds, "loads")[1:])
+        if kind[0] in (JointFriction, GivenFriction)
+    )
+    loads = tuple(_load(kind, f"mechanism.loads[{i}]") for i, kind in enumerate(_kind_of_field(kinds, "loads")[1:]))
+    aim, path = _kind_of_field(kinds, "aim"), "mechanism.aim"
+    assert kinds[0] is Planar
+    point = _components(_kind_of_field(aim, "point"), f"{path}.point") if aim[0] is PointAim else None
+    direction = _components(_kind_of_field(aim, "direction"), f"{path}.direction") if aim[0] is PointAim else None
+    dependent = tuple(tree.coordinates[_number(kind)] for kind in _kind_of_field(kinds, "dependent")[1:])
+    return MachineType(
+        sites,
+        tree,
+        crank,
+        drive is Free,
+        drive is Steady,
+        dependent,
+        loads,
+        friction_loads,
+        (_number(_kind_of_field(aim, "body")), point, direction),
+        tuple(i for i, kind in enumerate(_kind_of_field(kinds, "bodies")[1:], start=1) if kind[0] is Segment),
+    )
+
+
+def _kind_of_field(kinds: tuple, field: str) -> tuple:
+    return kinds[1 + kinds[0]._fields.index(field)]
+
+
+def _number(kinds: tuple) -> int:
+    return len(kinds) - 1
+
+
+def _site(kinds: tuple, path: str) -> Site:
+    slides = kinds[0] is Slide
+    site, bodies = (
+        _kind_of_field(kinds, "site")[0],
+        (_number(_kind_of_field(kinds, "proximal")), _number(_kind_of_field(kinds, "distal"))),
+    )
+    link = Link(slides, site is Open, *bodies, site is ElasticGuide)
+    axis = _components(_kind_of_field(kinds, "axis"), f"{path}.axis") if slides else (None, None)
+    return Site(
+        link,
+        _components(_kind_of_field(kinds, "near"), f"{path}.near"),
+        _components(_kind_of_field(kinds, "far"), f"{path}.far"),
+        axis,
+    )
+
+
+def _load(kinds: tuple, path: str) -> LoadKind | None:
+    if kinds[0] in (JointFriction, GivenFriction):
+        return None
+    pairs = (("first", "near"), ("second", "far")) if kinds[0] is SpringLoad else (("body", "point"),)
+    endpoints = tuple(
+        (_number(_kind_of_field(kinds, body)), _components(_kind_of_field(kinds, point), f"{path}.{point}"))
+        for body, point in pairs
+    )
+    return LoadKind(kinds[0], endpoints)
+
+
+def _components(kinds: tuple, path: str) -> Components:
+    form = kinds[0]
+    if form is Centre:
+        return None, None
+    if form is AlongX:
+        return "1.0", None
+    return f"{path}.x", None if form is OnAxis else f"{path}.y"

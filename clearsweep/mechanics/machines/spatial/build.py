@@ -1,0 +1,288 @@
+"""Builds the tree of a spatial machine and its initial state from the planar machine, its solids and clearances."""
+
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from ....contracts.machine import GROUND, BodyPoint, Guide, Machine
+from ....tracing.compiled.vector import Vector
+from ...joints.spatial import SpatialLoad, deepest_of, overlap_of
+from ..contract import Built, accelerate, gaps, pose_at
+from ..planar.closure import MobilityError, extent
+from ..planar.cycle import make_cycle
+from ..planar.form import as_empty_tuples
+from ..planar.ideal import ideal_of
+from . import members  # noqa: F401 - registers the equations of motion
+from .form import AngleAim, Ball, Driven, Hinge, Loose, Opening, PointAim, RigidBody, Sleeve, Slide, Tree
+from .spanning_tree import CYLINDRICAL, SPHERICAL, Attachment, spanning_tree
+
+ZERO_VECTOR = Vector(0.0, 0.0, 0.0)
+
+
+class Solid(NamedTuple):
+    """A body in space, in its own frame."""
+
+    mass: float  # kg
+    inertia: tuple[float, ...]  # kg m^2, principal, about the centre of mass
+    center: tuple[float, ...]  # m
+    points: Mapping[str, tuple[float, ...]]  # m
+
+
+class Assembly(NamedTuple):
+    """A spatial machine: the planar machine, its bodies, the freedom of its ideal pins, and gravity."""
+
+    machine: Machine
+    solids: Mapping[str, Solid]
+    ideal: Mapping[str, str]  # pin -> 'spherical', 'cylindrical'; default: revolute
+    gravity: tuple[float, ...]  # m/s^2
+    journals: Mapping[str, str]  # joint -> the body that carries the journal
+
+
+class PlanarPosition(NamedTuple):
+    """Position of a body of the ideal machine at crank angle 0, from its planar motion."""
+
+    x: float  # m, centre of mass
+    y: float
+    angle: float  # rad
+    vx: float  # m/s
+    vy: float
+    spin: float  # rad/s
+
+
+def build(assembly: Assembly, joints: Mapping) -> Built:
+    """Return a tree at crank angle 0, with positions and velocities of the ideal planar machine.
+
+    joints : compiled form of each joint with clearance, in the order of the machine's.  Raises ClosureError,
+    MobilityError, UntiedError.
+    """
+    machine, ideal_machine = assembly.machine, ideal_of(assembly.machine)
+    attachments = spanning_tree(machine, joints, assembly.ideal)
+    numbers = {GROUND: ()} | {attachment.body: as_empty_tuples(i + 1) for i, attachment in enumerate(attachments)}
+    reported = tuple(numbers[name] for name in machine.bodies if name != GROUND)
+    speed = machine.drive.speed
+    value = Tree(
+        parts=tuple(_compile_body(assembly.solids[attachment.body]) for attachment in attachments),
+        attachments=tuple(_compile_attachment(assembly, attachment, numbers) for attachment in attachments),
+        openings=tuple(_compile_opening(assembly, name, joint, numbers) for name, joint in joints.items()),
+        reported=reported,
+        aim=_compile_aim(assembly, numbers),
+        speed=speed,
+        gravity=Vector(*assembly.gravity),
+        cycle=make_cycle([ideal_machine.output_over_revolution()], 0.0),
+    )
+    body_poses = _planar_positions(assembly)
+    values = [_coordinates(assembly, attachment, body_poses, joints) for attachment in attachments]
+    start = np.array([*(q for qs, _ in values for q in qs), *(rate for _, rates in values for rate in rates), 0.0])
+    lengths = np.array([length for attachment in attachments for length in _lengths_per_unit(assembly, attachment)])
+    _check_masses(value, start)
+    return Built(value, start, lengths, ideal_machine.closure.size, speed)
+
+
+class Seat(NamedTuple):
+    """Position of a journal in its bearing."""
+
+    depth: float  # m, largest penetration, negative if separate
+    overlap: float  # m, overlap of journal and bore along the journal's axis; 0 or less: outside the bearing
+
+
+def initial_seats(built: Built, joints: Mapping) -> dict[str, Seat]:
+    """Return the initial position of each journal in its bearing.
+
+    joints : compiled forms in the order of the mechanism's sites.
+    """
+    joint_gaps = gaps(built.value, pose_at(built.value, built.start))
+    pairs = zip(joints.items(), joint_gaps, strict=True)
+    return {name: Seat(deepest_of(joint, gap), float(overlap_of(joint, gap))) for (name, joint), gap in pairs}
+
+
+def _compile_body(solid: Solid) -> RigidBody:
+    return RigidBody(solid.mass, Vector(*solid.inertia), Vector(*solid.center))
+
+
+def _point(assembly: Assembly, endpoint: BodyPoint) -> Vector:
+    return Vector(*assembly.solids[endpoint.body].points[endpoint.point])
+
+
+def _joint(assembly: Assembly, name: str):
+    return next(joint for joint in assembly.machine.joints if joint.name == name)
+
+
+def _endpoints(assembly: Assembly, attachment: Attachment) -> tuple[BodyPoint, BodyPoint]:
+    """Return the points of the joint that attaches a body, that of its parent first."""
+    joint = _joint(assembly, attachment.joint)
+    endpoints = (joint.proximal, joint.distal)
+    return endpoints if joint.distal.body == attachment.body else endpoints[::-1]
+
+
+def _compile_attachment(assembly: Assembly, attachment: Attachment, numbers: Mapping) -> tuple:
+    """Return the attachment of a body in compiled form."""
+    if not attachment.joint:
+        return Loose()
+    parent_point, body_point = (_point(assembly, endpoint) for endpoint in _endpoints(assembly, attachment))
+    joint = _joint(assembly, attachment.joint)
+    if attachment.joint == assembly.machine.driven:
+        return Driven(parent_point, body_point)
+    if isinstance(joint, Guide):
+        return Slide(
+            numbers[attachment.parent],
+            parent_point,
+            body_point,
+            Vector(math.cos(joint.axis), math.sin(joint.axis), 0.0),
+        )
+    attachment_type = {SPHERICAL: Ball, CYLINDRICAL: Sleeve}.get(assembly.ideal.get(attachment.joint, ""), Hinge)
+    return attachment_type(numbers[attachment.parent], parent_point, body_point)
+
+
+def _compile_opening(assembly: Assembly, name: str, joint, numbers: Mapping) -> Opening:
+    """Return a joint with clearance in compiled form."""
+    site = _joint(assembly, name)
+    bearing, journal = site.proximal, site.distal
+    if assembly.journals[name] == bearing.body:
+        bearing, journal = journal, bearing
+    midpoint = np.add(_point(assembly, bearing), joint.offset)
+    return Opening(
+        numbers[bearing.body],
+        numbers[journal.body],
+        Vector(*map(float, midpoint)),
+        _point(assembly, journal),
+        joint.axis,
+        joint.across,
+    )
+
+
+def _compile_aim(assembly: Assembly, numbers: Mapping) -> tuple:
+    aim = assembly.machine.aim
+    if not aim.point:
+        return AngleAim(numbers[aim.body])
+    aim_direction = Vector(math.cos(aim.direction), math.sin(aim.direction), 0.0)
+    return PointAim(numbers[aim.body], _point(assembly, BodyPoint(aim.body, aim.point)), aim_direction)
+
+
+# ---------------------------------------------------------------------------------------------- the start
+
+
+def _planar_positions(assembly: Assembly) -> dict[str, PlanarPosition]:
+    """Return the positions of the bodies."""
+    machine, ideal_machine = assembly.machine, ideal_of(assembly.machine)
+    states, speed = ideal_machine.states_at(np.array([0.0])), machine.drive.speed
+    poses = {GROUND: PlanarPosition(0.0, 0.0, 0.0, 0.0, 0.0, 0.0)}
+    for name, i in ideal_machine.closure.index.items():
+        q, derivative = (values[0, 3 * i : 3 * i + 3] for values in (states.q, states.derivative))
+        poses[name] = PlanarPosition(*map(float, q), *(float(speed * slope) for slope in derivative))
+    return poses
+
+
+def _coordinates(assembly: Assembly, attachment: Attachment, body_poses: Mapping, joints: Mapping) -> tuple[list, list]:
+    """Return the coordinates of a body and their rates."""
+    pose = body_poses[attachment.body]
+    if attachment.joint == assembly.machine.driven:
+        return [], []
+    if not attachment.joint:
+        coordinates, angular_rates = _quaternion(pose)
+        return [*coordinates, pose.x, pose.y, _height_of_loose_body(assembly, attachment.body, joints)], [
+            *angular_rates,
+            pose.vx,
+            pose.vy,
+            0.0,
+        ]
+    kind = assembly.ideal.get(attachment.joint, "")
+    if isinstance(_joint(assembly, attachment.joint), Guide):
+        return _sliding_coordinates(assembly, attachment, body_poses)
+    if kind == SPHERICAL:
+        return _quaternion(pose)
+    parent_pose = body_poses[attachment.parent]
+    coordinates, angular_rates = [pose.angle - parent_pose.angle], [pose.spin - parent_pose.spin]
+    return ([0.0, *coordinates], [0.0, *angular_rates]) if kind == CYLINDRICAL else (coordinates, angular_rates)
+
+
+def _quaternion(pose: PlanarPosition) -> tuple[list, list]:
+    c, s, half_spin = math.cos(0.5 * pose.angle), math.sin(0.5 * pose.angle), 0.5 * pose.spin
+    return [c, 0.0, 0.0, s], [-half_spin * s, 0.0, 0.0, half_spin * c]
+
+
+def _sliding_coordinates(assembly: Assembly, attachment: Attachment, body_poses: Mapping) -> tuple[list, list]:
+    """Return displacement and speed of a sliding body."""
+    axis = body_poses[attachment.parent].angle + _joint(assembly, attachment.joint).axis
+    direction = np.array([math.cos(axis), math.sin(axis)])
+    (near_end, near_velocity), (far_end, far_velocity) = (
+        _planar_point(assembly, endpoint, body_poses) for endpoint in _endpoints(assembly, attachment)
+    )
+    spin = body_poses[attachment.parent].spin
+    axis_rate = spin * np.array([-direction[1], direction[0]])
+    return [float(direction @ (far_end - near_end))], [
+        float(direction @ (far_velocity - near_velocity) + axis_rate @ (far_end - near_end))
+    ]
+
+
+def _planar_point(assembly: Assembly, endpoint: BodyPoint, body_poses: Mapping) -> tuple[np.ndarray, np.ndarray]:
+    """Return position and velocity of a point in the plane."""
+    pose, solid = body_poses[endpoint.body], assembly.solids[endpoint.body]
+    x, y = np.subtract(solid.points[endpoint.point], solid.center)[:2]
+    c, s = math.cos(pose.angle), math.sin(pose.angle)
+    arm = np.array([c * x - s * y, s * x + c * y])
+    return np.array([pose.x, pose.y]) + arm, np.array([pose.vx, pose.vy]) + pose.spin * np.array([-arm[1], arm[0]])
+
+
+def _height_of_loose_body(assembly: Assembly, body: str, joints: Mapping) -> float:
+    """Return the height (m) of a loose body's centre of mass, with the first of its open joints centred."""
+    joint = next(joint for joint in assembly.machine.joints if joint.name in joints and body in _bodies(joint))
+    own_point, other_point = (
+        (joint.proximal, joint.distal) if joint.proximal.body == body else (joint.distal, joint.proximal)
+    )
+    return (
+        _height_of_point(assembly, other_point, joints)
+        - _point(assembly, own_point).z
+        + assembly.solids[body].center[2]
+    )
+
+
+def _bodies(joint) -> tuple[str, str]:
+    return joint.proximal.body, joint.distal.body
+
+
+def _height_of_point(assembly: Assembly, endpoint: BodyPoint, joints: Mapping) -> float:
+    """Return the height (m) of a point; for a loose body, in its own frame."""
+    height = _point(assembly, endpoint).z
+    if endpoint.body == GROUND:
+        return height
+    attachment = next(
+        attachment
+        for attachment in spanning_tree(assembly.machine, joints, assembly.ideal)
+        if attachment.body == endpoint.body
+    )
+    if not attachment.joint:
+        return height
+    near_end, far_end = _endpoints(assembly, attachment)
+    return height - _point(assembly, far_end).z + _height_of_point(assembly, near_end, joints)
+
+
+def _lengths_per_unit(assembly: Assembly, attachment: Attachment) -> list[float]:
+    """Return the displacement (m) of a body for a unit of each of its coordinates."""
+    body_size = (
+        extent(assembly.machine.bodies[attachment.body])
+        or max(extent(body) for body in assembly.machine.bodies.values())
+        or 1.0
+    )
+    if attachment.joint == assembly.machine.driven:
+        return []
+    if not attachment.joint:
+        return [*[2.0 * body_size] * 4, 1.0, 1.0, 1.0]
+    if isinstance(_joint(assembly, attachment.joint), Guide):
+        return [1.0]
+    kind = assembly.ideal.get(attachment.joint, "")
+    return [2.0 * body_size] * 4 if kind == SPHERICAL else [1.0, body_size] if kind == CYLINDRICAL else [body_size]
+
+
+def _check_masses(value: Tree, start: np.ndarray) -> None:
+    """Raise MobilityError if a turning body has no moment of inertia."""
+    no_loads = tuple(SpatialLoad(ZERO_VECTOR, ZERO_VECTOR, ZERO_VECTOR, ()) for _ in value.openings)
+    try:
+        with np.errstate(all="ignore"):
+            accelerations = accelerate(value, pose_at(value, start), no_loads)
+        is_finite = bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
+    except ZeroDivisionError:
+        is_finite = False
+    if not is_finite:
+        raise MobilityError("with these joints open, something turns that has no moment of inertia")

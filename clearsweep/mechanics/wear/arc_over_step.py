@@ -1,0 +1,397 @@
+"""A contact arc over a step: it grows, shrinks and travels, and its ends pass the edges of bins.
+
+The integral over the step of the load before an edge is split where an end of the arc passes the edge, as the pressure
+is not smooth at the ends of the arc.  `binning` adds the wear to the bins.
+
+The values at the points of a step are in one array, point by point, and are processed together, each in a lane of a
+register.
+
+Within the part of a step between two reversals of sliding, the time is counted from -1 to 1.
+"""
+
+import math
+
+import numpy as np
+
+from ...tracing.compiled.choosing import lane_range, rolled_range, where
+from ...tracing.compiled.family import family, inlined, kernel
+from ...tracing.portable import Exact, coefficients_through, gauss_rule, least_squares, lobatto_rule, powers
+from ..observe.histogram import DEPTH_ROW, FORCE_ROW, FRICTION_POWER_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
+from .contract import (
+    SlidingContact,
+    cumulative_pressure,
+    half_arc,
+    local_clearance,
+    peak_over_mean,
+    pressure_integral_over_load,
+    wear_rate,
+)
+
+LINE_LOAD_ROW = FORCE_ROW  # of the workspace, N/m; in the values of a Step the same row is a force, N
+DEGREE = 6  # of the polynomials over the fraction of the step, as many as its stages determine
+POINTS = 8  # vector width, and sufficient for the DEGREE
+BEARING_ANGLE_ROW, JOURNAL_ANGLE_ROW, PENETRATION_ROW, DISTANCE_ROW, ROWS = range(
+    STEP_VALUE_ROWS, STEP_VALUE_ROWS + 5
+)  # after the profiles: contact angle on each body (rad), penetration of worn surfaces (m), sliding distance (m)
+#: Rows of a body's workspace, each of POINTS numbers.  At the nodes: worn area, half-angle of the arc and its inverse,
+#: angles of the arc's middle and of both ends.  Then coefficients over the time: of the wear rate, of the arc's middle
+#: and of its half-angle.
+AREA, HALF, PER_HALF, MIDDLE, START, STOP, RATE, MIDDLE_POLYNOMIAL, HALF_POLYNOMIAL = range(9)
+#: Rows of an end of the arc: its angle at the previous node, time per angle, coefficients, those of its slope, times
+#: at which it passes edges; then the wear before edges, terms of sums, and those of a sum over the nodes.
+END, TIME_PER_ANGLE, END_POLYNOMIAL, END_SLOPE, PASSINGS, WORN, TERM = range(9, 16)
+NODE_TERM = TERM + 2
+BODY_SIZE = (NODE_TERM + 2) * POINTS
+#: Rows at the nodes of a span: time (s), its product with the mean pressure on the bearing (Pa s), largest pressure
+#: (Pa) and its product with the sliding speed (W/m^2).
+DURATION_ROW, PRESSURE_TIME_ROW, PEAK_ROW, PV_ROW, FIRST_BODY_ROW = range(ROWS, ROWS + 5)
+FIRST_BODY = FIRST_BODY_ROW * POINTS  # offset of the workspace of the bearing
+#: The workspace has the coefficients over the fraction of the step, the rows of a span, then those of both bodies.
+WORKSPACE_SIZE = FIRST_BODY + 2 * BODY_SIZE
+
+NODES, WEIGHTS = lobatto_rule(POINTS)
+INVERSE_WEIGHTS, UNIT_WEIGHTS = 1.0 / WEIGHTS, np.ones(POINTS)
+#: (PARTS + 1, POINTS): from values at equidistant times of the step to coefficients over its fraction.
+FIT = np.zeros((PARTS + 1, POINTS))
+FIT[:, : DEGREE + 1] = least_squares(powers(np.arange(PARTS + 1) / PARTS, DEGREE + 1)).transposed.rounded()
+PAIRS = POINTS // 2  # of points symmetric to the middle
+_EXACT_FROM_POINTS = coefficients_through(NODES)
+#: From the coefficients of a polynomial to those of its integral since the time -1, over the time since then.
+_MULTIPLE = math.lcm(*range(1, POINTS + 1))
+_INTEGRATION = Exact(
+    [[(-1) ** (k - m) * _MULTIPLE // (k + 1) if m <= k else 0 for k in range(POINTS)] for m in range(POINTS)], _MULTIPLE
+)
+_FROM_POINTS = _EXACT_FROM_POINTS.rounded()
+#: (power, node): coefficients over the time of the polynomial that is 1 at a node and 0 at the others; of its integral
+#: since the time -1, over the time since then and the weight of the node.
+BASIS = _FROM_POINTS
+BASIS_INTEGRAL = (_INTEGRATION @ _EXACT_FROM_POINTS).rounded() / WEIGHTS
+#: (PAIRS, POINTS): from sums and differences of pairs' values to even and odd coefficients over the time.
+EVEN, ODD = np.zeros((2, PAIRS, POINTS))
+EVEN[:, ::2], ODD[:, 1::2] = _FROM_POINTS[::2, PAIRS:].T, _FROM_POINTS[1::2, PAIRS:].T
+#: Nodes and weights of Gauss's rule on 0 to 1 after x = u^2 (3 - 2 u), in which the load is smooth at the ends of the
+#: arc, where it varies as x^(3/2).
+_NODES, _WEIGHTS = gauss_rule(POINTS)
+_NODES, _WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
+SMOOTHED_NODES, SMOOTHED_WEIGHTS = _NODES**2 * (3.0 - 2.0 * _NODES), 6.0 * _NODES * (1.0 - _NODES) * _WEIGHTS
+SMALLEST_HALF_ANGLE = 1e-300  # rad, of an arc without width
+SMALLEST_ARC = 1e-7  # rad: half-angle below which the pressure of an arc is not evaluated
+#: Of each node: its distance from the previous one; one plus the power of its coefficient; its number.
+SPACINGS, POWERS, INDICES = (
+    np.diff(NODES, prepend=-1.0),
+    np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 0.0]),
+    np.arange(8.0),
+)
+
+
+@inlined
+def evaluate_polynomial(workspace, row, x):
+    """Return the polynomial of a row of coefficients at `x`."""
+    total = workspace[row * POINTS + POINTS - 1]
+    for i in range(POINTS - 2, -1, -1):
+        total = total * x + workspace[row * POINTS + i]
+    return total
+
+
+@inlined
+def evaluate_columns(coefficients, x, node):
+    """Return the polynomial of column `node` of coefficients, (POINTS, POINTS), at `x`."""
+    total = coefficients[POINTS - 1, node]
+    for i in range(POINTS - 2, -1, -1):
+        total = total * x + coefficients[i, node]
+    return total
+
+
+@inlined
+def row_sum(workspace, row):
+    """Return the sum of a row, in an order with few dependent additions."""
+    a = workspace[row * POINTS] + workspace[row * POINTS + 1]
+    b = workspace[row * POINTS + 2] + workspace[row * POINTS + 3]
+    c = workspace[row * POINTS + 4] + workspace[row * POINTS + 5]
+    d = workspace[row * POINTS + 6] + workspace[row * POINTS + 7]
+    return (a + b) + (c + d)
+
+
+@inlined
+def clearance_at(joint, workspace, x):
+    """Return the difference (m) of the radii of curvature of the surfaces at the fraction `x` (0 to 1) of the step."""
+    return local_clearance(
+        joint,
+        evaluate_polynomial(workspace, BEARING_ANGLE_ROW, x),
+        evaluate_polynomial(workspace, JOURNAL_ANGLE_ROW, x),
+    )
+
+
+@inlined
+def sliding_contact_of(joint, values, sliding_distance, clearance):
+    """Return the SlidingContact of a joint from its profiles' values at one time, in the order of the profiles."""
+    (load, _, sliding_speed, depth, friction_power), pressure = values, joint.wear.pressure
+    load, sliding_speed, friction_power = max(load, 0.0), abs(sliding_speed), max(friction_power, 0.0)
+    sliding = SlidingContact(load, depth, sliding_speed, friction_power, sliding_distance, 0.0, clearance)
+    load_sum = pressure_integral_over_load(pressure, half_arc(pressure, joint, joint.bearing_radius, sliding))
+    return SlidingContact(load, depth, sliding_speed, friction_power, sliding_distance, load * load_sum, clearance)
+
+
+@inlined
+def sliding_contact_at(joint, workspace, x):
+    """Return the SlidingContact of a joint at the fraction `x` (0 to 1) of the step."""
+    load, depth, slip = (
+        evaluate_polynomial(workspace, LINE_LOAD_ROW, x),
+        evaluate_polynomial(workspace, DEPTH_ROW, x),
+        evaluate_polynomial(workspace, SLIP_ROW, x),
+    )
+    sliding_distance = workspace[DISTANCE_ROW * POINTS] + workspace[DISTANCE_ROW * POINTS + 1] * x
+    values = load, 0.0, slip, depth, evaluate_polynomial(workspace, FRICTION_POWER_ROW, x)
+    return sliding_contact_of(joint, values, sliding_distance, clearance_at(joint, workspace, x))
+
+
+@inlined
+def _write_arc(workspace, body_offset, i, area, angle, half_angle):
+    """Write the arc of a body at a point to `workspace`, where the rows of the body begin at `body_offset`."""
+    half_angle = max(half_angle, SMALLEST_HALF_ANGLE)
+    workspace[body_offset + AREA * POINTS + i], workspace[body_offset + MIDDLE * POINTS + i] = area, angle
+    workspace[body_offset + HALF * POINTS + i], workspace[body_offset + PER_HALF * POINTS + i] = (
+        half_angle,
+        1.0 / half_angle,
+    )
+    workspace[body_offset + START * POINTS + i], workspace[body_offset + STOP * POINTS + i] = (
+        angle - half_angle,
+        angle + half_angle,
+    )
+
+
+@inlined
+def write_pressure(workspace, i, pressures, speed, duration):
+    """Write the (mean, largest) pressure (Pa) on the bearing at a node, which represents a `duration` (s)."""
+    workspace[DURATION_ROW * POINTS + i], workspace[PRESSURE_TIME_ROW * POINTS + i] = duration, pressures[0] * duration
+    workspace[PEAK_ROW * POINTS + i], workspace[PV_ROW * POINTS + i] = pressures[1], pressures[1] * speed
+
+
+@kernel
+def evaluate_arc(joint, workspace, step_length, low, high):
+    """Write the arc, its wear (m rad) and its pressure at the nodes between two fractions of a step to `workspace`.
+
+    step_length : s over kappa
+    """
+    span_middle, half_width, pressure = 0.5 * (low + high), 0.5 * (high - low), joint.wear.pressure
+    per_bearing_radius, per_journal_radius = 1.0 / joint.bearing_radius, 1.0 / joint.journal_radius
+    for i in lane_range(POINTS):
+        x = span_middle + half_width * NODES[i]
+        sliding = sliding_contact_at(joint, workspace, x)
+        bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
+        duration = step_length * half_width * WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, x), 0.0)
+        half_angle = half_arc(pressure, joint, joint.bearing_radius, sliding)
+        # not at an onset or a separation, where there is no load either
+        per_width = where(half_angle > SMALLEST_ARC, 0.5 / max(half_angle, SMALLEST_HALF_ANGLE), 0.0)
+        mean_pressure = per_width * per_bearing_radius * sliding.pressure_integral
+        pressures = mean_pressure, mean_pressure * peak_over_mean(pressure, half_angle)
+        write_pressure(workspace, i, pressures, sliding.sliding_speed, duration)
+        _write_arc(
+            workspace,
+            FIRST_BODY,
+            i,
+            duration * bearing_rate * per_bearing_radius,
+            evaluate_polynomial(workspace, BEARING_ANGLE_ROW, x),
+            half_angle,
+        )
+        half_angle = half_arc(pressure, joint, joint.journal_radius, sliding)
+        _write_arc(
+            workspace,
+            FIRST_BODY + BODY_SIZE,
+            i,
+            duration * journal_rate * per_journal_radius,
+            evaluate_polynomial(workspace, JOURNAL_ANGLE_ROW, x),
+            half_angle,
+        )
+
+
+@inlined
+def range_of_row(workspace, row):
+    """Return the least and the largest value of a row, compared in pairs for few dependent operations."""
+    low = [min(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
+    high = [max(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
+    lowest, largest = min(low[0], low[1]), max(high[0], high[1])
+    return min(lowest, min(low[2], low[3])), max(largest, max(high[2], high[3]))  # noqa: PLW3301 - in pairs
+
+
+@inlined
+def fit_row(workspace, row, values, weights):
+    """Write the coefficients over the time of the polynomial through `row` times `weights` to the row `values`."""
+    for i in lane_range(POINTS):
+        total = 0.0
+        for k in range(PAIRS):
+            late_value = workspace[row * POINTS + PAIRS + k] * weights[PAIRS + k]
+            early_value = workspace[row * POINTS + PAIRS - 1 - k] * weights[PAIRS - 1 - k]
+            total += EVEN[k, i] * (late_value + early_value) + ODD[k, i] * (late_value - early_value)
+        workspace[values * POINTS + i] = total
+
+
+@family
+def fit_arc(pressure, workspace):
+    """Write the coefficients that the other families of this file need.
+
+    By default these are the polynomials over the time of the wear rate, of the arc's middle and of its half-angle:
+    RATE, MIDDLE_POLYNOMIAL and HALF_POLYNOMIAL.
+    """
+
+
+@fit_arc.member(None)
+def _default_fit_arc(pressure, workspace):
+    fit_row(workspace, AREA, RATE, INVERSE_WEIGHTS)
+    fit_row(workspace, MIDDLE, MIDDLE_POLYNOMIAL, UNIT_WEIGHTS)
+    fit_row(workspace, HALF, HALF_POLYNOMIAL, UNIT_WEIGHTS)
+
+
+@inlined
+def is_monotonic(workspace, row):
+    """Return whether a row is monotonic."""
+    growth_count = 0
+    for i in range(1, POINTS):
+        growth_count += workspace[row * POINTS + i] > workspace[row * POINTS + i - 1]
+    return growth_count in (0, POINTS - 1)
+
+
+@kernel
+def write_passing_times(workspace, end, edge, width):
+    """Write the times at which an end (-1, 1) of the arc passes edges, `width` (rad) apart, to PASSINGS.
+
+    The end moves in one direction only.  The time is interpolated linearly and corrected by one Newton step.  The
+    remaining error enters squared at most, as the load is zero at the ends.
+    """
+    row = START if end < 0.0 else STOP
+    for i in lane_range(POINTS):
+        previous_angle = workspace[
+            row * POINTS + i - 1
+        ]  # before the first point is the previous row, which is not used
+        change = workspace[row * POINTS + i] - previous_angle
+        workspace[END * POINTS + i] = previous_angle
+        workspace[TIME_PER_ANGLE * POINTS + i] = where(
+            change != 0.0, SPACINGS[i] / where(change != 0.0, change, 1.0), 0.0
+        )
+        workspace[END_POLYNOMIAL * POINTS + i] = (
+            workspace[MIDDLE_POLYNOMIAL * POINTS + i] + end * workspace[HALF_POLYNOMIAL * POINTS + i]
+        )
+    for i in lane_range(POINTS):
+        workspace[END_SLOPE * POINTS + i] = POWERS[i] * workspace[END_POLYNOMIAL * POINTS + i + 1]
+    workspace[END_SLOPE * POINTS + POINTS - 1] = 0.0  # the value after the last coefficient is undefined
+    for k in lane_range(POINTS):
+        angle, x = edge + INDICES[k] * width, NODES[0]
+        for i in range(1, POINTS):
+            change = (angle - workspace[END * POINTS + i]) * workspace[TIME_PER_ANGLE * POINTS + i]
+            x += min(max(change, 0.0), SPACINGS[i])
+        slope = evaluate_polynomial(workspace, END_SLOPE, x)
+        step = (
+            (angle - evaluate_polynomial(workspace, END_POLYNOMIAL, x)) * slope / (slope * slope + SMALLEST_HALF_ANGLE)
+        )
+        workspace[PASSINGS * POINTS + k] = min(max(x + min(max(step, -0.1), 0.1), -1.0), 1.0)
+
+
+@inlined
+def inside_time(workspace, end):
+    """Return the end of the time, -1 or 1, at which the edges that an end (-1, 1) of the arc passes are inside it."""
+    row = START if end < 0.0 else STOP
+    rises = workspace[row * POINTS + POINTS - 1] > workspace[row * POINTS]
+    return -1.0 if rises == (end < 0.0) else 1.0
+
+
+@family
+def write_wear_before_passed_edges(pressure, workspace, end, edge, width):
+    """Write the wear before edges, `width` (rad) apart, that an end (-1, 1) of the arc has passed, to WORN.
+
+    The times of passing are in PASSINGS.  The end moves in one direction only, and the other end does not meet these
+    edges.
+    """
+
+
+@write_wear_before_passed_edges.member(None)
+def _default_write_wear_before_passed_edges(pressure, workspace, end, edge, width):
+    end_time = inside_time(workspace, end)
+    total_area = row_sum(workspace, AREA) if end > 0.0 else 0.0
+    for k in lane_range(POINTS):
+        time_passed, angle, total = workspace[PASSINGS * POINTS + k], edge + INDICES[k] * width, 0.0
+        for j in rolled_range(SMOOTHED_NODES.size):
+            x = time_passed + (end_time - time_passed) * SMOOTHED_NODES[j]
+            offset = angle - evaluate_polynomial(workspace, MIDDLE_POLYNOMIAL, x)
+            half_angle = max(evaluate_polynomial(workspace, HALF_POLYNOMIAL, x), SMALLEST_HALF_ANGLE)
+            fraction = cumulative_pressure(pressure, -end * offset / half_angle, half_angle)
+            total += SMOOTHED_WEIGHTS[j] * evaluate_polynomial(workspace, RATE, x) * fraction
+        workspace[WORN * POINTS + k] = total_area - end * abs(end_time - time_passed) * total
+
+
+@kernel
+def passing_time(workspace, edge, end, i):
+    """Return the time at which an end (-1, 1) of the arc is at `edge` (rad), between nodes `i - 1` and `i`.
+
+    An error e of it changes the integral by e^(5/2): one step of regula falsi and a parabola through all three suffice.
+    """
+    row, low, high = START if end < 0 else STOP, NODES[i - 1], NODES[i]
+    a, b = edge - workspace[row * POINTS + i - 1], edge - workspace[row * POINTS + i]
+    if a == b:
+        return low
+    x = (low * b - high * a) / (b - a)
+    c = (
+        edge
+        - evaluate_polynomial(workspace, MIDDLE_POLYNOMIAL, x)
+        - end * evaluate_polynomial(workspace, HALF_POLYNOMIAL, x)
+    )
+    if c in (a, b):
+        return x
+    x = low * b * c / ((a - b) * (a - c)) + high * a * c / ((b - a) * (b - c)) + x * a * b / ((c - a) * (c - b))
+    return min(max(x, low), high)
+
+
+@family
+def unfitted_edges(pressure):
+    """Return how many edges at an end of the arc are processed without the coefficients of `fit_arc`."""
+
+
+@unfitted_edges.member(None)
+def _default_unfitted_edges(pressure):
+    return 0
+
+
+@kernel
+def wear_before_edge_in_span(pressure, workspace, edge, region, span):
+    """Return the wear (m rad) before an `edge` (rad) between two times, a `span`, in which the edge is in one region.
+
+    region : -1 before the arc, 1 behind it, 0 in it.
+    """
+    low, length = span[0], span[1] - span[0]
+    if region < 0 or length <= 0.0:
+        return 0.0
+    for i in lane_range(POINTS):
+        position = low + length * SMOOTHED_NODES[i]
+        half_angle = max(evaluate_polynomial(workspace, HALF_POLYNOMIAL, position), SMALLEST_HALF_ANGLE)
+        fraction = cumulative_pressure(
+            pressure, (edge - evaluate_polynomial(workspace, MIDDLE_POLYNOMIAL, position)) / half_angle, half_angle
+        )
+        workspace[TERM * POINTS + i] = (
+            SMOOTHED_WEIGHTS[i] * evaluate_polynomial(workspace, RATE, position) * where(region == 0, fraction, 1.0)
+        )
+    return length * row_sum(workspace, TERM)
+
+
+@inlined
+def region_of(workspace, edge, i):
+    """Return -1 if an `edge` (rad) is before the arc of point `i`, 1 if behind it, 0 if in it."""
+    if edge <= workspace[START * POINTS + i]:
+        return -1
+    return 1 if edge >= workspace[STOP * POINTS + i] else 0
+
+
+@family
+def wear_before_edge(pressure, workspace, edge):
+    """Return the wear (m rad) before an `edge` (rad) that the arc's ends pass."""
+
+
+@wear_before_edge.member(None)
+def _default_wear_before_edge(pressure, workspace, edge):
+    total, low, region = 0.0, NODES[0], region_of(workspace, edge, 0)
+    for i in rolled_range(1, POINTS):
+        next_region = region_of(workspace, edge, i)
+        while region != next_region:
+            end = region if region != 0 else next_region  # the end of the arc that passes the edge
+            x = max(low, passing_time(workspace, edge, end, i))
+            total += wear_before_edge_in_span(pressure, workspace, edge, region, (low, x))
+            low, region = x, (0 if region != 0 else next_region)
+    return total + wear_before_edge_in_span(pressure, workspace, edge, region, (low, NODES[POINTS - 1]))

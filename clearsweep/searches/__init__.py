@@ -1,0 +1,1 @@
+"""Searches: each asks for cases, reads their figures, and answers."""

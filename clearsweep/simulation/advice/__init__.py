@@ -1,0 +1,1 @@
+"""Recommendations and remarks on the values of a case."""

@@ -1,0 +1,157 @@
+"""Remarks on a finished case: laws beyond their range, films beyond their limit, implausible figures."""
+
+import math
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+from ...answers.validity import (
+    FilmState,
+    FreeBearing,
+    PenetrationAndWear,
+    RubbingJoint,
+    ball_stiffness_remark,
+    coarse_link_remark,
+    film_remarks,
+    free_bush_remark,
+    friction_heat_remark,
+    imbalance_remark,
+    law_range_remark,
+    onset_remark,
+    penetration_remark,
+    pv_remark,
+    run_in_remark,
+    swing_remark,
+    wear_depth_remark,
+    wear_rate_remark,
+)
+from ...contracts.case import REFERENCE_TEMPERATURE, Joint, column_name
+from ...contracts.layout import FRICTION_POWER
+from ...mechanics.joints import registry
+from ...mechanics.laws.film import reynolds
+from ...mechanics.machines.described import MAX_SEGMENTS
+from ..figures.window import Window
+from ..machine.links import elastic_links, segments_to_resolve
+from ..setup.scene import Scene
+
+
+def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
+    """Return the remarks on a finished case; '' replaces each remark that does not apply."""
+    beyond_limit, rubbing_powers, balls, sizes, wearing = [], [], [], [], []
+    for layout, joint in zip(scene.layout.joints, scene.case.joints, strict=True):
+        name, radius = layout.name, joint.bearing_radius
+        if fraction := summary[f"{name}_law_limit_fraction"]:
+            beyond_limit.append((joint.name, joint.elastic_name, registry.penetration_limit(joint), fraction))
+        if layout.friction and not layout.film:
+            conductance = joint.thermal.conductance if joint.thermal else None
+            rubbing_powers.append((joint.name, summary[f"{name}_friction_power"], conductance))
+        if scene.mechanism.turns and registry.uses_ball_stiffness(joint):
+            balls.append(joint.name)
+        penetration = summary[f"{name}_penetration_max"] if joint.is_dry else 0.0
+        wear_depth = summary[f"{name}_wear_depth_max"] if layout.wear_bins else 0.0
+        sizes.append(PenetrationAndWear(joint.name, penetration, wear_depth, joint.clearance, radius))
+        if layout.wear_bins:
+            rate, pv = summary[f"{name}_wear_rate_max"], summary[f"{name}_pv_mean"]
+            wearing.append(RubbingJoint(joint.name, rate, pv, radius or 0.0, joint.film is not None))
+    rubbing_powers += _powers_without_clearance(scene, summary)
+    has_film = any(joint.film for joint in scene.layout.joints)
+    settings = scene.case.simulate
+    return (
+        law_range_remark(beyond_limit),
+        onset_remark(_lasting_contacts(scene, window)),
+        _run_in(window),
+        swing_remark(summary.get("lyapunov_exponent"), sum(totals.onsets for totals in window.totals.joint)),
+        *(film_remarks(_film_states(scene, window, summary)) if has_film else ()),
+        friction_heat_remark(rubbing_powers),
+        free_bush_remark(_free_bearings(scene)),
+        coarse_link_remark(_impacts_on_links(scene, summary), MAX_SEGMENTS) if scene.case.outline.elastic else "",
+        ball_stiffness_remark(balls),
+        penetration_remark(sizes),
+        wear_depth_remark(sizes),
+        wear_rate_remark(wearing),
+        pv_remark(wearing),
+        imbalance_remark(
+            summary["energy_residual"], settings.tolerance, 0.5 * window.events + max(settings.revolutions, 1.0)
+        ),
+    )
+
+
+def _powers_without_clearance(scene: Scene, summary: Mapping[str, Any]) -> list[tuple[str, float, None]]:
+    """Return the name and the friction power (W) of joints without clearance; their conductance (None) is unknown."""
+    names = dict.fromkeys([load.values["on"] for load in scene.case.loads if load.friction])
+    return [
+        (name, summary[f"{column_name(name)}_{FRICTION_POWER}"], None)
+        for name in names
+        if column_name(name) in scene.layout.rubbing
+    ]
+
+
+def _free_bearings(scene: Scene) -> Iterator[FreeBearing]:
+    """Yield the bearings of warm joints without a housing."""
+    for joint in scene.case.joints:
+        if joint.thermal and joint.temperature and not joint.thermal.housing and joint.bearing_radius:
+            cold_clearance = joint.clearance - joint.clearance_rate * (joint.temperature - REFERENCE_TEMPERATURE)
+            yield FreeBearing(joint.name, joint.bearing_radius, joint.temperature, cold_clearance, joint.clearance)
+
+
+def _impacts_on_links(scene: Scene, summary: Mapping[str, Any]) -> Iterator[tuple[str, str, int, int]]:
+    """Yield link, joint, its segments and those that the fastest impact in the joint needs."""
+    for link in elastic_links(scene.case):
+        for joint in scene.case.joints:
+            peak, depth, rate = (
+                summary.get(f"{joint.column}_{figure}")
+                for figure in ("force_peak", "penetration_max", "onset_rate_max")
+            )
+            if joint.name in link.joints and joint.is_dry and peak and depth and rate:
+                yield link.name, joint.name, link.segments, segments_to_resolve(link, peak, depth, rate)
+
+
+def _lasting_contacts(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
+    """Yield joint and onset rate (m/s) of every contact that lasts for the whole window."""
+    for index, joint in enumerate(scene.case.joints):
+        rate = float(window.onset_rate[index])
+        if joint.contact.onset == "first" and not math.isnan(rate) and window.totals.joint[index].onsets == 0.0:
+            yield joint.name, rate
+
+
+def _run_in(window: Window) -> str:
+    """Return the remark on force peaks before the motion of the window is periodic, or ''."""
+    if window.repetition is None:
+        return ""
+    peaks = zip(window.case.joints, window.totals.joint, window.spreads, strict=True)
+    return run_in_remark(
+        window.repetition.begin,
+        window.case.simulate.discard,
+        [
+            (joint.name, float(totals.force_max), spread.of_million.value)
+            for joint, totals, spread in peaks
+            if spread.of_million.value is not None
+        ],
+    )
+
+
+def _film_states(scene: Scene, window: Window, summary: Mapping[str, Any]) -> Iterator[FilmState]:
+    """Yield the state of every film."""
+    for index, joint in enumerate(scene.case.joints):
+        if joint.film:
+            totals = window.totals.joint[index]
+            generated, dissipated = totals.generated_energy, totals.film_energy
+            yield FilmState(
+                joint.name,
+                joint.film.limit,
+                summary[f"{joint.column}_film_limit_fraction"],
+                summary[f"{joint.column}_eccentricity_max"] / joint.clearance,
+                joint.is_dry,
+                summary[f"{joint.column}_film_taylor"],
+                float(generated / max(dissipated, generated)) if generated > 0.0 else 0.0,
+                passive_film(joint),
+            )
+
+
+def passive_film(joint: Joint) -> str:
+    """Return a passive film law that is valid at the length / diameter of a joint."""
+    if joint.length is None or joint.bearing_radius is None:
+        return "reynolds"
+    slenderness = 0.5 * joint.length / joint.bearing_radius
+    if slenderness < reynolds.SHORTEST:
+        return "short"
+    return "reynolds" if slenderness <= reynolds.LONGEST else "long"

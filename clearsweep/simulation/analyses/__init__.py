@@ -1,0 +1,1 @@
+"""What is made of a run: lives, heat, intervals, the stored trajectory."""

@@ -1,0 +1,196 @@
+"""Equilibrium temperature of a joint: friction loss equals conducted heat.
+
+The warmer the oil of a joint, the thinner it is; the warmer a dry joint, the wider or narrower its clearance. The
+temperature is that of equilibrium, T = ambient + mean loss / conductance of every joint with a heat balance; the hours
+of warming up are left out. The case is run at a temperature, and its loss gives the next one by the secant method
+until both agree within ABSOLUTE_TOLERANCE or RELATIVE_TOLERANCE of the rise above ambient. After STRICT_RUNS runs a
+difference within the scatter of the revolutions is also accepted, up to DOUBTFUL_WIDTH of the rise. The first guess,
+the ambient temperature, is never accepted.
+"""
+
+import dataclasses
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...contracts.case import REFERENCE_TEMPERATURE, Case, Joint
+from ...contracts.layout import Layout
+from ...mechanics.solver import integration
+from ...mechanics.solver.integration import Work
+from ..figures.sums import half_width
+from ..figures.window import NO_COST, Cost, by_joint
+from ..running.observed_run import Decision
+from ..running.run import integration_of
+from ..setup.scene import Scene, build
+
+ABSOLUTE_TOLERANCE = 0.02  # K
+RELATIVE_TOLERANCE = 0.01  # of the rise
+STRICT_RUNS = 8  # runs
+DOUBTFUL_WIDTH = 0.1  # of the rise: a less accurate temperature gets a remark
+MAX_RUNS = 30  # runs
+FILM_DAMPING = 0.5  # damping of a film's first step: oil thins as it warms up
+DRY_TOLERANCE, EARLY_RUNS = 1e-7, 5  # of the rise: accuracy for a dry joint while there are fewer runs than STRICT_RUNS
+SEIZED_CLEARANCE = 0.01  # of the cold clearance: a joint with less has seized
+
+
+class Balance(NamedTuple):
+    """Temperatures of the joints of a case, and the temperatures that follow from their losses."""
+
+    temperature: dict[str, float]  # K, by column name
+    width: dict[str, float]  # K, half-width of the 95 % interval; inf: too few revolutions
+    rise: dict[str, float]  # K, above ambient
+    converged: bool
+    cold: tuple[Joint, ...]  # joints as in the grid, before any temperature is applied
+    implied: dict[str, float]  # K, implied by the last loss
+    seized: tuple[str, ...]  # column names of dry joints whose clearance closes before equilibrium
+    cost: Cost  # of all integrations
+
+    def doubtful(self) -> dict[str, tuple[float, float, float]]:
+        """Return temperature, half-width and rise (K) of each joint with a half-width above its DOUBTFUL_WIDTH."""
+        return {
+            joint: (self.temperature[joint], width, self.rise[joint])
+            for joint, width in self.width.items()
+            if width > max(ABSOLUTE_TOLERANCE, DOUBTFUL_WIDTH * self.rise[joint])
+        }
+
+
+class Losses(NamedTuple):
+    """Losses of the joints with a heat balance in the window of a run."""
+
+    mean: np.ndarray  # (joints,) W
+    width: np.ndarray  # (joints,) W, half of the 95 % interval; inf: too few revolutions
+    cost: Cost
+
+
+class HeatObserver:
+    """Records the heat of the observed joints once in each revolution."""
+
+    per_revolution = 1
+
+    def __init__(self, layout: Layout, energies: dict[int, str]):
+        """Prepare for joints, by index, with the field of ContactTotals in which the heat of each accumulates."""
+        self.layout, self.energies = layout, energies
+        self.times: list[float] = []
+        self.sums: list[np.ndarray] = []
+
+    def observe(self, work: Work) -> Decision:
+        """Record the time (s) and the accumulated energies (J); the run continues."""
+        self.times.append(float(work.end[work.time]))  # at the end of a run `y` is the start of its last step
+        totals: Any = work.totals  # mypy takes it for a tuple of anything
+        joints = by_joint(totals, self.layout).joint
+        self.sums.append(np.array([getattr(joints[index], field) for index, field in self.energies.items()]))
+        return Decision.CONTINUE
+
+    def losses(self, cost: Cost) -> Losses:
+        """Return the losses between the first and the last time, of a run with this cost.
+
+        A run pauses shortly before the ends of revolutions, so the first mean and the last are of a part of one.  The
+        interval is that of the whole revolutions between them.
+        """
+        times, sums = np.array(self.times), np.array(self.sums)
+        means = (np.diff(sums, axis=0) / np.diff(times)[:, None])[1:-1]
+        widths = np.array(list(map(half_width, means.T)))
+        return Losses((sums[-1] - sums[0]) / (times[-1] - times[0]), widths, cost)
+
+
+def has_balance(case: Case) -> bool:
+    """Return whether a joint of the case has a heat balance."""
+    return any(joint.heat_balance for joint in case.joints)
+
+
+def at_equilibrium(scene: Scene) -> tuple[Scene, Balance]:
+    """Return the scene with its joints at equilibrium temperature, and the temperatures.
+
+    If a run fails, its scene is returned.
+    """
+    joints = [joint for joint in scene.case.joints if joint.heat_balance]
+    names, cold_scene = [joint.column for joint in joints], scene
+    balances = [joint.heat_balance for joint in joints if joint.heat_balance]
+    ambient = np.array([thermal.ambient for thermal in balances])
+    conductance = np.array([thermal.conductance for thermal in balances])
+    is_dry, seizure = (
+        np.array([joint.film is None for joint in joints]),
+        np.array(list(map(_seizure_temperature, joints))),
+    )
+    temperatures, last_temperatures, residual = np.minimum(ambient, seizure), ambient.copy(), np.zeros(len(names))
+    width, converged, implied_temperatures = np.full(len(names), math.inf), False, ambient
+    cost = NO_COST
+    for run_index in range(MAX_RUNS):
+        scene = at_temperatures(cold_scene, dict(zip(names, temperatures, strict=True)))
+        losses = _losses(scene, names)
+        if losses is None:
+            break
+        loss, width, cost = losses.mean, losses.width, cost.plus(losses.cost)
+        implied_temperatures, width = ambient + loss / conductance, width / conductance
+        last_residual, residual = residual, np.minimum(implied_temperatures, seizure) - temperatures
+        accuracy = np.maximum(ABSOLUTE_TOLERANCE, RELATIVE_TOLERANCE * (implied_temperatures - ambient))
+        if run_index < EARLY_RUNS:
+            accuracy = np.where(is_dry, DRY_TOLERANCE * (implied_temperatures - ambient), accuracy)
+        if run_index >= STRICT_RUNS:
+            accuracy = np.maximum(accuracy, np.minimum(width, DOUBTFUL_WIDTH * (implied_temperatures - ambient)))
+        converged = run_index > 0 and bool(np.all(np.abs(residual) <= accuracy))
+        if converged or run_index == MAX_RUNS - 1:
+            break
+        step = np.where(is_dry, 1.0, FILM_DAMPING) * residual
+        if run_index:
+            residual_change = residual - last_residual
+            temperature_change = temperatures - last_temperatures
+            secant = np.where(
+                residual_change * temperature_change < 0.0,
+                -residual * temperature_change / np.where(residual_change == 0.0, 1.0, residual_change),
+                step,
+            )
+            step = np.clip(secant, -2.0 * np.abs(residual), 2.0 * np.abs(residual))
+        last_temperatures, temperatures = temperatures, np.minimum(np.maximum(temperatures + step, ambient), seizure)
+    temperature, half_width, rise, implied = (
+        dict(zip(names, map(float, values), strict=True))
+        for values in (temperatures, width, temperatures - ambient, implied_temperatures)
+    )
+    closed_joints = tuple(joint.column for joint in joints if _is_closed(joint, implied[joint.column]))
+    return scene, Balance(
+        temperature, half_width, rise, converged, cold_scene.case.joints, implied, closed_joints, cost
+    )
+
+
+def _seizure_temperature(joint: Joint) -> float:
+    """Return the temperature (K) at which SEIZED_CLEARANCE of a joint's clearance is left; inf if it never closes."""
+    if not joint.thermal:
+        return math.inf
+    rate = joint.clearance_rate
+    return REFERENCE_TEMPERATURE - (1.0 - SEIZED_CLEARANCE) * joint.clearance / rate if rate < 0.0 else math.inf
+
+
+def _is_closed(joint: Joint, temperature: float) -> bool:
+    """Return whether the clearance of a dry joint is at or below zero at a temperature (K)."""
+    return joint.thermal is not None and joint.warm_clearance(temperature) <= 0.0
+
+
+def at_temperatures(scene: Scene, temperatures: dict[str, float]) -> Scene:
+    """Return the scene with some joints at other temperatures (K): the oil of a film, the bodies of a dry joint."""
+    joints = tuple(
+        _joint_at_temperature(joint, temperatures[joint.column]) if joint.column in temperatures else joint
+        for joint in scene.case.joints
+    )
+    warm_scene = build(scene.case._replace(joints=joints), scene.worn)
+    return dataclasses.replace(warm_scene, deadline=scene.deadline, keep_events=scene.keep_events)
+
+
+def _joint_at_temperature(joint: Joint, temperature: float) -> Joint:
+    if joint.film is None:
+        return joint._replace(clearance=joint.warm_clearance(temperature), temperature=temperature)
+    assert joint.film.oil is not None  # only films of a known oil
+    viscosity = joint.film.oil.viscosity(temperature)
+    return joint._replace(film=joint.film._replace(temperature=temperature, viscosity=viscosity))
+
+
+def _losses(scene: Scene, names: list[str]) -> Losses | None:
+    """Return the losses of joints of these names in a run of a scene, or None if it failed."""
+    observed = [(row, joint) for row, joint in enumerate(scene.layout.joints) if joint.name in names]
+    observer = HeatObserver(scene.layout, {row: "heat" if joint.film else "friction_energy" for row, joint in observed})
+    end = scene.crank_clock.value_after(scene.case.simulate.revolutions)
+    run = integration_of(scene, np.empty(0), end, (observer,), in_angles=True)
+    if run.status != integration.OK:
+        return None
+    observer.observe(run.work)
+    return observer.losses(Cost(run.counts, run.duration))

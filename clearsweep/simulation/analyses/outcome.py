@@ -1,0 +1,280 @@
+"""Converts a finished integration to a trajectory: figures, histories and the status in words."""
+
+import math
+from typing import Any
+
+import numpy as np
+
+from ...answers.validity import join_remarks
+from ...contracts.layout import SECTION_COUNT, Layout
+from ...contracts.machine import Motor
+from ...contracts.results import EVENT_DTYPE, PARTIAL_STATUSES, Trajectory
+from ...mechanics.observe.histogram import force_quantiles, time_above
+from ...mechanics.solver import integration
+from ...mechanics.solver.accumulate.totals import HIGHEST_BIN, Totals
+from ...mechanics.solver.accumulate.within_step import Record, sample_states
+from ..advice.remarks import remarks
+from ..advice.yield_speed import yield_speeds
+from ..figures.catalogue import WORK_COUNTS, figures_of, layout_formulas
+from ..figures.window import DRY_FORCE_THRESHOLD, RARE_SHARE, Cost, Summed, Window, by_joint, summed_of, wear_depths_of
+from ..machine.ideal import ideal_peaks
+from ..running.run import ROUNDING, TIME_BUDGET, Run, onset_rates
+from ..setup.revolutions import marks_reached, peak_spreads, repetition_of, start_turns
+from ..setup.scene import Scene
+from ..setup.start import control_of
+
+LEFT_BEARING = "left-bearing"
+NO_EVENT_RECORDS = np.empty(0, EVENT_DTYPE)
+_STATUS = {
+    integration.STEP_BUDGET: (
+        "step-budget",
+        "reached the budget of {budget:,} steps at {time:.6g} s{of_total} ({steps:,} accepted, {rejected:,} rejected); "
+        "increase simulate.step_budget",
+    ),
+    integration.EVENT_BUDGET: (
+        "event-budget",
+        "reached the budget of {events:,} events at {time:.6g} s{of_total}; increase simulate.event_budget",
+    ),
+    TIME_BUDGET: (
+        "time-budget",
+        "reached the budget of {patience:.6g} s of process time at {time:.6g} s{of_total}, after {steps:,} steps; "
+        "increase simulate.time_budget",
+    ),
+    ROUNDING: (
+        "rounding",
+        "simulate.tolerance is below what positions of this size resolve: {size:.3g} m rounds to {rounding:.1e} m; "
+        "this turns the contact force of {joint}, with {clearance:.3g} um of clearance, by {turned:.1e} rad. After "
+        "{steps:,} steps the run is at {time:.6g} s{of_total}; a tolerance of {enough:.0e}, or a larger clearance, is "
+        "enough",
+    ),
+    integration.NOT_FINITE: (
+        "not-finite",
+        "the motion is no longer finite at {time:.6g} s; check masses, stiffness and clearance for wrong units",
+    ),
+    integration.STEP_UNDERFLOW: (
+        "step-underflow",
+        "the step became too small at {time:.6g} s; try a larger tolerance, or a force law without jumps",
+    ),
+    integration.TIME_LIMIT: (
+        "time-limit",
+        "reached the time limit at {time:.6g} s{of_total}; increase simulate.time_limit",
+    ),
+    integration.STALLED: (
+        "stalled",
+        "the drive stalls: at {time:.6g} s{of_total}, the crank stops; increase torque, flywheel "
+        "inertia or initial speed, or reduce the loads",
+    ),
+    integration.LEFT_BEARING: (
+        LEFT_BEARING,
+        "the journal of {joint} leaves its bearing at {escape_time:.6g} s, after {revolutions:.4g} revolutions. The "
+        "axial distance of their middles is {axial_distance:.4g} mm, half of the sum of both lengths. Write flange: "
+        "true with an axial_clearance, lengthen bearing or journal, or hold the body along the axis at another joint",
+    ),
+}
+
+
+_AT_REST = (
+    "at-rest",
+    "the oil stops the bodies before simulate.impacts is reached; reduce it, or use thinner oil or a higher speed",
+)
+_BACKWARDS = (
+    "the torque of the drive is negative and turns the crank backwards from {time:.6g} s on; write a positive one, or "
+    "mirror the mechanism"
+)
+TYPICAL_STEPS = 10.0  # the budget over the steps that a run should need at a tolerance that is advised
+LARGEST_TOLERANCE = 1e-3  # that is advised
+REST_SPEED = 1e-3  # of the initial speed: slower bodies count as at rest when no step is small enough
+
+
+def _status_of(scene: Scene, run: Run) -> tuple[str, str]:
+    """Return the status of an integration and its message."""
+    has_film = any(joint.film for joint in scene.layout.joints)
+    if run.status == integration.STEP_UNDERFLOW and has_film and not scene.mechanism.turns:
+        rates = slice(len(scene.value.coordinates), 2 * len(scene.value.coordinates))
+        if np.abs(run.work.y[rates]).max() <= REST_SPEED * np.abs(scene.start[rates]).max():
+            return _AT_REST
+    drive = scene.machine.drive if scene.machine else None
+    if run.status == integration.STALLED and isinstance(drive, Motor) and drive.stall_torque < 0.0:
+        return _STATUS[run.status][0], _BACKWARDS
+    return _STATUS[run.status]
+
+
+def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
+    """Return the trajectory of an integration up to `end` (s, or rad for a free crank)."""
+    window, failed = window_of(scene, run, end), run.status != integration.OK
+    summary, units = figures_of(window, failed=failed), layout_formulas(scene.layout).units.copy()
+    log = _events_of(scene.layout, run.events)
+    if failed:
+        status, message = _failure_of(scene, run, end)
+        sample_count = int(run.work.counts.samples) if status in PARTIAL_STATUSES else 0
+        channels = _histories_of(scene.layout, run.record, sample_count)
+        events = log if status in (LEFT_BEARING, *PARTIAL_STATUSES) else log[:0]
+        return Trajectory(status, message, summary, channels, events, units=units)
+    summary |= run.figures
+    summary |= yield_speeds(scene)
+    message = join_remarks(*remarks(scene, window, summary))
+    channels, sections = _histories_of(scene.layout, run.record, len(run.record.times)), sections_of(scene, run)
+    return Trajectory("ok", message, summary, channels, log, window.wear, sections, units)
+
+
+def window_of(scene: Scene, run: Run, end: float) -> Window:
+    """Return the Window of an integration up to `end` (s, or rad for a free crank), from which figures are computed.
+
+    Figures of forces, and the period, are left out of a failed run, as sums and states may then be infinite.
+    """
+    settings, duration, failed = scene.case.simulate, _duration(scene, run, end), run.status != integration.OK
+    totals = by_joint(run.totals, scene.layout)
+    sums = summed_of(totals)
+    revolutions: Any = run.work.revolutions  # mypy takes it for a tuple of anything
+    repetition = None if failed else repetition_of(scene, run.marks, revolutions)
+    return Window(
+        case=scene.case,
+        mechanism=scene.mechanism,
+        layout=scene.layout,
+        joints=scene.value.joints,
+        totals=sums,
+        exceeded_force=[] if failed else _exceeded_forces(totals, sums, RARE_SHARE * duration),
+        dry_time=_dry_times(totals.dry, sums, scene.layout, duration),
+        ideal=ideal_peaks(scene.case, scene.machine) if scene.mechanism.turns and not failed else {},
+        wear=wear_depths_of(scene.layout, sums),
+        counts=run.counts,
+        events=int(run.work.counts.events),
+        integration_time=run.duration,
+        duration=duration,
+        turns=settings.revolutions - settings.discard if scene.mechanism.turns else 1.0,
+        spreads=peak_spreads(scene, run.marks, revolutions, repetition),
+        repetition=repetition,
+        sliding_distance=[
+            scene.worn[joint.name].sliding_distance if joint.name in scene.worn else 0.0 for joint in scene.case.joints
+        ],
+        onset_rate=onset_rates(run),
+    )
+
+
+def add_cost(summary: dict, cost: Cost) -> None:
+    """Add the work of further integrations to the work counts of a summary."""
+    for figure in WORK_COUNTS:
+        assert figure.value is not None
+        summary[figure.name] += (int if figure.kind == "int" else float)(figure.value(cost, None))
+
+
+def _exceeded_forces(totals: Totals, sums: Summed, time_exceeded: float) -> list[float]:
+    """Return the force (N) that each joint exceeds during `time_exceeded` (s), at most its largest; totals : by joint.
+
+    A quantile may lie anywhere in its bin, also above the largest force.
+    """
+    quantiles = force_quantiles(totals.histogram, totals.bins[:, HIGHEST_BIN].tolist(), time_exceeded)
+    return [min(quantile, joint.force_max) for quantile, joint in zip(quantiles, sums.joint, strict=True)]
+
+
+def _dry_times(histograms: np.ndarray, sums: Summed, layout: Layout, duration: float) -> list[float]:
+    """Return the time (s) in which each joint's dry contact carries load in a window of `duration` (s).
+
+    histograms : of the dry forces, by joint; empty without films
+    """
+    return [
+        time_above(DRY_FORCE_THRESHOLD * sums.joint[index].load_time / duration, histograms[index])
+        if joint.film
+        else 0.0
+        for index, joint in enumerate(layout.joints)
+    ]
+
+
+def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
+    """Return the status of a failed integration and its message."""
+    status, text = _status_of(scene, run)
+    of_total = f" of {end:.6g} s" if math.isfinite(end) else ""
+    if scene.crank_clock.free:
+        turned = (run.work.y[run.work.independent] - scene.crank_clock.value_after(0.0)) / (2.0 * math.pi)
+        of_total = f", after {turned:.4g} of {scene.case.simulate.revolutions:.6g} revolutions"
+    message = text.format(
+        time=run.work.y[run.work.time],
+        of_total=of_total,
+        events=int(run.work.counts.events),
+        steps=int(run.work.counts.steps),
+        rejected=int(run.work.counts.rejected),
+        patience=scene.case.simulate.time_budget,
+        budget=control_of(scene, end, keep_events=False).step_budget,
+        **(_escaped_journal(scene, run) if run.status == integration.LEFT_BEARING else {}),
+        **(_unresolved_positions(scene, run) if run.status == ROUNDING else {}),
+    )
+    return status, message
+
+
+def _unresolved_positions(scene: Scene, run: Run) -> dict[str, str | float]:
+    """Return size (m), rounding (m), the tightest joint, and a tolerance that is enough, for the message.
+
+    The number of steps grows about as tolerance^(-2/3).
+    """
+    tightest = min(scene.case.joints, key=lambda joint: joint.clearance)
+    rounding = np.finfo(float).eps * scene.built.size
+    excess = max(TYPICAL_STEPS * run.expected_steps() / run.work.control.step_budget, 1.0)
+    enough = scene.case.simulate.tolerance * max(excess**1.5, 2.0)
+    return {
+        "size": scene.built.size,
+        "rounding": rounding,
+        "joint": tightest.name,
+        "clearance": 1e6 * tightest.clearance,
+        "turned": rounding / tightest.clearance,
+        "enough": min(10.0 ** math.ceil(math.log10(enough)), LARGEST_TOLERANCE),
+    }
+
+
+def _escaped_journal(scene: Scene, run: Run) -> dict[str, str | float]:
+    """Return which journal left its bearing, the time (s, revolutions) and its eccentricity (mm), for the message."""
+    work, contact = run.work, int(run.work.stepper.contact)
+    bounds = np.cumsum([len(joint.contacts) for joint in scene.layout.joints])
+    index = int(np.searchsorted(bounds, contact, side="right"))
+    joint: Any = scene.value.joints[index]  # mypy takes it for a tuple of anything
+    assert scene.case.drive  # what moves in space is turned
+    turns = work.end[work.time] * scene.case.drive.speed / (2.0 * math.pi)
+    return {
+        "joint": scene.case.joints[index].name,
+        "escape_time": work.end[work.time],
+        "revolutions": turns,
+        "axial_distance": 1e3 * (joint.half_length + joint.journal_half_length),
+    }
+
+
+def sections_of(scene: Scene, run: Run) -> dict[str, np.ndarray]:
+    """Return journal positions and velocities at crank angle 0 of every revolution, by channel, or {} if not stored."""
+    if not len(run.marks.sections) or not run.work.sample.code:
+        return {}
+    revolutions: Any = run.work.revolutions  # mypy takes it for a tuple of anything
+    sections = marks_reached(run.marks.sections, revolutions)
+    channels = scene.layout.channels
+    values = np.zeros((len(sections), len(channels)))
+    sample_states(run.work, revolutions.states[sections], values)
+    columns = {channel.name: column for channel, column in zip(channels, values.T, strict=True)}
+    revolution_numbers = np.round(run.marks.turns[sections] + start_turns(scene)).astype("i8")
+    return {SECTION_COUNT: revolution_numbers} | {
+        section: columns[name].copy() for name, section in scene.layout.sections
+    }
+
+
+def _histories_of(layout: Layout, record: Record, count: int) -> dict[str, np.ndarray]:
+    """Return the first `count` samples of the time histories of a run by channel, or {} if none are recorded."""
+    if not count:
+        return {}
+    samples = np.array(record.samples[:count].T, order="C")  # a copy: another case may reuse the buffers
+    return dict(zip([channel.name for channel in layout.channels], samples, strict=True))
+
+
+def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
+    """Return the event log of a run, (events, 5), as a structured array."""
+    if not len(log):
+        return NO_EVENT_RECORDS
+    records, names = np.empty(len(log), EVENT_DTYPE), np.array(layout.contacts)
+    records["t"], records["rate"], records["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
+    records["joint"] = names[log[:, 1].astype(int)]
+    records["kind"] = np.where(log[:, 2] == integration.ONSET, "on", "off")
+    return records
+
+
+def _duration(scene: Scene, run: Run, end: float) -> float:
+    """Return the length (s) of the window of an integration up to `end`."""
+    if not scene.mechanism.turns:
+        return float(run.work.end[run.work.time])
+    if scene.crank_clock.free:
+        return float(run.work.end[run.work.time] - run.totals.mechanism.window_start)
+    return end - scene.crank_clock.value_after(scene.case.simulate.discard)

@@ -1,0 +1,1 @@
+"""What is known of a case's machine before it moves."""

@@ -1,0 +1,152 @@
+"""Bodies, joints and loads of a mechanism in its initial position, for drawings."""
+
+import math
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...contracts.case import Case
+from ...contracts.machine import GROUND, Braking, Constant, Guide, Machine, Push, Rubbing, Spring
+from ...language.errors import InputError
+from ...mechanics.machines import planar
+from ...mechanics.machines.planar.ideal import ideal_of
+from .ideal import mechanism_of
+
+
+class SketchedBody(NamedTuple):
+    """A body; positions in m, in the fixed frame."""
+
+    name: str
+    points: np.ndarray  # (n, 2) positions of its joints
+    center: np.ndarray  # (2,) centre of mass; for the ground, its first point
+    angle: float  # rad, of its frame
+    elastic_ends: np.ndarray | None = None  # (2, 2) ends of the elastic link; None: rigid
+
+
+class SketchedJoint(NamedTuple):
+    """A joint; position in m, in the fixed frame."""
+
+    name: str
+    position: np.ndarray  # (2,)
+    guide: float | None  # rad, direction of a guide; None: a pin
+    has_clearance: bool  # it has clearance
+    driven: bool
+    grounded: bool  # one of its bodies is the ground
+    guiding_body: str = ""  # the body with the walls of a guide
+    sliding_body: str = ""  # the body in a guide
+
+
+class SketchedLoad(NamedTuple):
+    """A load; positions in m, in the fixed frame."""
+
+    name: str
+    position: np.ndarray  # (2,)
+    direction: np.ndarray | None  # (2,) unit vector of a force; None: no fixed direction
+    anchor: np.ndarray | None = None  # (2,) the other end of a spring
+
+
+class Sketch(NamedTuple):
+    """A mechanism in its initial position, without clearance."""
+
+    bodies: tuple[SketchedBody, ...]
+    joints: tuple[SketchedJoint, ...]
+    loads: tuple[SketchedLoad, ...]
+    angle: float  # rad, of the crank
+
+
+def sketch(case: Case) -> Sketch | None:
+    """Return the initial position of a case's machine, or None without machine.
+
+    Raises InputError if it cannot close.
+    """
+    mechanism = mechanism_of(case)
+    if mechanism.machine is None:
+        return None
+    machine = mechanism.machine(case)
+    frames = _frames(machine)
+
+    def position_of(body: str, point: str) -> np.ndarray:
+        origin, angle = frames[body]
+        x, y = machine.bodies[body].points[point]
+        c, s = math.cos(angle), math.sin(angle)
+        position: np.ndarray = origin + np.array([c * x - s * y, s * x + c * y])
+        return position
+
+    clearance_joints = {joint.name for joint in case.joints}
+    joints: list[SketchedJoint] = []
+    carried_points: dict[str, list[np.ndarray]] = {name: [] for name in machine.bodies}
+    for joint in machine.joints:
+        endpoints = (joint.proximal, joint.distal)
+        guide = joint.axis + frames[joint.proximal.body][1] if isinstance(joint, Guide) else None
+        position = position_of(*joint.distal)
+        grounded = GROUND in (joint.proximal.body, joint.distal.body)
+        guide_bodies = (joint.proximal.body, joint.distal.body) if guide is not None else ()
+        joints.append(
+            SketchedJoint(
+                joint.name,
+                position,
+                guide,
+                joint.name in clearance_joints,
+                joint.name == machine.driven,
+                grounded,
+                *guide_bodies,
+            )
+        )
+        for endpoint in endpoints:
+            carried_points[endpoint.body].append(position_of(*endpoint))
+    bodies = tuple(
+        SketchedBody(
+            name,
+            np.unique(np.round(carried_points[name], 12), axis=0),
+            _center(machine, frames, name),
+            frames[name][1],
+            np.array([position_of(name, point) for point in body.elastic[:2]]) if body.elastic else None,
+        )
+        for name, body in machine.bodies.items()
+        if carried_points[name]
+    )
+    loads = tuple(_sketched_load(load, position_of, joints) for load in machine.loads)
+    return Sketch(bodies, tuple(joints), loads, _start_angle(machine))
+
+
+def _frames(machine: Machine) -> dict[str, tuple[np.ndarray, float]]:
+    """Return the origin (2,) m and the angle (rad) of every body's frame at the start."""
+    at_start = machine._replace(drive=Constant(1.0, _start_angle(machine)), loads=())
+    try:
+        ideal_machine = ideal_of(at_start)
+    except (planar.ClosureError, planar.MobilityError) as error:
+        raise InputError(f"mechanism: {error}") from error
+    frames = {GROUND: (np.zeros(2), 0.0)}
+    poses = dict(zip(ideal_machine.closure.names, ideal_machine.revolution.q[0].reshape(-1, 3), strict=True))
+    poses |= {name: body.initial[:3] for name, body in machine.bodies.items() if body.initial}
+    for name, (x, y, angle) in poses.items():
+        c, s = math.cos(angle), math.sin(angle)
+        cx, cy = machine.bodies[name].center
+        frames[name] = (np.array([x - (c * cx - s * cy), y - (s * cx + c * cy)]), angle)
+    return frames
+
+
+def _center(machine: Machine, frames: dict, name: str) -> np.ndarray:
+    origin, angle = frames[name]
+    x, y = machine.bodies[name].center
+    c, s = math.cos(angle), math.sin(angle)
+    position: np.ndarray = origin + np.array([c * x - s * y, s * x + c * y])
+    return position
+
+
+def _start_angle(machine: Machine) -> float:
+    drive: Any = machine.drive  # mypy takes it for a tuple of anything
+    return float(drive.start_angle)
+
+
+def _sketched_load(
+    load: Any, position_of: Callable[[str, str], np.ndarray], joints: list[SketchedJoint]
+) -> SketchedLoad:
+    if isinstance(load, (Rubbing, Braking)):
+        return SketchedLoad(load.name, next(joint.position for joint in joints if joint.name == load.joint), None)
+    if isinstance(load, Spring):
+        return SketchedLoad(load.name, position_of(*load.second), None, position_of(*load.first))
+    force = np.array([load.fx, load.fy]) if isinstance(load, Push) else np.zeros(2)
+    magnitude = float(np.hypot(*force))
+    return SketchedLoad(load.name, position_of(*load.at), force / magnitude if magnitude else None)

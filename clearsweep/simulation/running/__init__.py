@@ -1,0 +1,1 @@
+"""One case from its set-up to its end."""

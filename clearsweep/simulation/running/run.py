@@ -1,0 +1,384 @@
+"""One integration of a scene: its buffers, and the compiled calls that do it."""
+
+import dataclasses
+import functools
+import itertools
+import math
+import time
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from ...language import phases
+from ...mechanics.coupling.guards import guards_of
+from ...mechanics.coupling.rates import rates, samples_of, slopes_of
+from ...mechanics.coupling.state import every_state
+from ...mechanics.coupling.trial_step import rates_of, stage_observables_of, sweep_of
+from ...mechanics.coupling.wear import wear_of, workspace_size
+from ...mechanics.joints.contract import every_contact, every_latched
+from ...mechanics.joints.modes import touches
+from ...mechanics.joints.offsets import Offsets, after_joint, first_offsets, with_current_state
+from ...mechanics.laws.loss.contract import needs_mass, needs_onset_rate
+from ...mechanics.machines.contract import friction_laws
+from ...mechanics.observe import histogram
+from ...mechanics.observe.histogram import STATE_POINTS
+from ...mechanics.observe.stages import ROW_COUNT
+from ...mechanics.solver import integration, loop, radau
+from ...mechanics.solver.accumulate import totals as total_columns
+from ...mechanics.solver.accumulate.within_step import Record, RevolutionMarks
+from ...mechanics.solver.preconditioner import preconditioner_of
+from ...mechanics.solver.step_control import MAX_CONTACT_BITS
+from ...mechanics.wear.contract import ACCOUNT_SIZE, MAX_BINS, SLIDING_DISTANCE
+from ...tracing.compiled.family import NO_ENTRY, form_number, put_numbers
+from ...tracing.compiled.pinned import Pinned
+from ..setup.crank_clock import start_up
+from ..setup.revolutions import NO_MARKS, Marks, buffers_for
+from ..setup.run_arrays import Memory, arrays_of, fields_from
+from ..setup.scene import Scene, state_units
+from ..setup.start import NO_TIMES, Start, control_of, inputs_of, period, start_of
+from .lyapunov import Branches, Perturbed
+from .observed_run import Observer, run_observed
+from .progress import Revolutions
+
+TIME_BUDGET, ROUNDING = -1, -2  # further statuses besides those of the loop
+MIN_STEPS = 1 << 15  # steps after which the budget that a run will need is estimated
+#: Change of a rate over a step by rounding of a position, over the allowed error, from which rounding limits the step.
+#: Runs that it limits have 0.2 to 3, others below 1e-3.
+LARGEST_ROUNDING = 0.05
+NO_EVENTS = np.empty((0, 5))
+MAX_RETAINED_BYTES = 2**23  # bytes of time histories of a run that waits for the next case
+
+
+def _accumulators_of(
+    scene: Scene, contacts: int, arrays: Mapping[str, Any], zeros: Callable[..., np.ndarray]
+) -> total_columns.Totals:
+    """Return the accumulators of `contacts` with some arrays; `zeros` creates the others."""
+    joint_layouts = scene.layout.joints
+    has_wear = any(joint_layout.wear_bins for joint_layout in joint_layouts)
+    bins = max(min(joint_layout.wear_bins, MAX_BINS) * joint_layout.wear_rows for joint_layout in joint_layouts)
+    return total_columns.Totals(
+        **arrays,
+        histogram=np.zeros((contacts, histogram.BINS, 2)),
+        dry=np.zeros((contacts if any(joint_layout.film for joint_layout in joint_layouts) else 0, histogram.BINS, 2)),
+        step_values=zeros((contacts, histogram.STEP_VALUE_ROWS, histogram.PARTS + 1)),
+        length=zeros(1),
+        dense_states=zeros((2 * len(scene.value.coordinates) + 1, STATE_POINTS)),
+        workspace=zeros(workspace_size(contacts, bins) if has_wear else 0),
+        wear=zeros(2 * contacts * bins),
+        account=zeros((contacts, ACCOUNT_SIZE)),
+        friction=zeros(len(friction_laws(scene.value.mechanism))),
+    )
+
+
+class Run:
+    """The buffers of one integration and its results."""
+
+    def __init__(self, start: Start, *, in_angles: bool = False):
+        """Initialise at `start`; its times are in s or, `in_angles`, in rad of a free crank."""
+        scene, value, contacts = start.scene, start.scene.value, every_contact(start.scene.value.joints)
+        internal, self.memory = every_state(value), Memory()
+        n, contact_count, zeros = scene.start.size, len(contacts), self.memory.zeros
+        self.form_number, self.batch_key, self.in_angles = form_number(value), start.batch_key, in_angles
+        self.arrays = arrays = arrays_of(scene)
+        self.parameters = arrays["parameters"]  # compiled code keeps its address
+        time_index = 2 * len(value.coordinates)
+        independent = 0 if scene.crank_clock.free else time_index
+        self.inputs = start.inputs.copy()
+        inputs = inputs_of(self.inputs, start.batch_key, contact_count, len(internal))
+        self.totals = _accumulators_of(scene, contact_count, fields_from(total_columns.Totals, arrays), zeros)
+        samples = zeros((inputs.times.size, len(scene.layout.channels)))
+        self.record = Record(inputs.times, samples, independent if in_angles else time_index)
+        revolutions = buffers_for(inputs.marks, n, contact_count, zeros)
+        self.work = integration.Work(
+            rates=rates_of(value, self.parameters),
+            sweep=sweep_of(value, self.parameters),
+            observe_stages=stage_observables_of(value, self.parameters),
+            sample=samples_of(value, self.parameters) if inputs.times.size else NO_ENTRY,
+            wear=wear_of(value, self.parameters) if self.totals.workspace.size else NO_ENTRY,
+            time=time_index,
+            independent=independent,
+            knots=inputs.knots,
+            reference_rate=0.0,
+            sigma=0.0,
+            max_duration=0.0,
+            apart=np.array([modes.apart for _, modes in contacts]),
+            pressed=np.array([modes.pressed for _, modes in contacts]),
+            journal_sides=inputs.side,
+            reset_by=np.array(
+                [-1 if state.survives_separation else contact for contact, state, _ in internal], dtype=np.int64
+            ),
+            initial_internal=inputs.initial_values,
+            guards=guards_of(value, self.parameters, zeros),
+            limit_depth=inputs.limit_depth,
+            counts=integration.Counts.zeros(zeros=zeros),
+            method=integration.Method.zeros(zeros=zeros),
+            proposals=zeros(2 << min(contact_count, MAX_CONTACT_BITS)),
+            onset_rates=zeros(2 << min(contact_count, MAX_CONTACT_BITS)),
+            control=integration.ControlNumbers.zeros(),
+            log=np.empty((loop.LOG_ROWS, 5)),
+            slopes=integration.Slopes.zeros(zeros=zeros),
+            implicit=radau.implicit_of(n, zeros),
+            preconditioner=preconditioner_of(n - 1 - contact_count - len(value.coordinates), zeros),
+            totals=self.totals,
+            record=self.record,
+            revolutions=revolutions._replace(**fields_from(RevolutionMarks, arrays)),
+            **fields_from(integration.Work, arrays),
+        )
+        self.pinned = Pinned(self.work)
+        self._begin(start)
+
+    def begin(self, start: Start) -> None:
+        """Restart from another scene of the same type and BatchKey, as if this run were new."""
+        self._clear_histograms()
+        self.memory.clear()
+        self._begin(start)
+
+    def _clear_histograms(self) -> None:
+        """Empty the histograms; most of a histogram was never written."""
+        for histogram_rows, highest in zip(
+            self.totals.histogram, self.totals.bins[:, total_columns.HIGHEST_BIN].tolist(), strict=True
+        ):
+            histogram_rows[: highest + 1] = 0.0
+        self.totals.dry.fill(0.0)
+
+    def forget_figures(self) -> None:
+        """Forget the figures of the window, which begins anew later; the loop itself resets those that it computes."""
+        self._clear_histograms()
+        self.totals.bins.fill(0)
+        self.totals.wear.fill(0.0)
+        self.totals.account.fill(0.0)
+        self.totals.account[:, SLIDING_DISTANCE] = self.earlier_sliding
+
+    def _begin(self, start: Start) -> None:
+        """Initialise; the run's own arrays are zero already."""
+        work: Any = self.work  # mypy takes its parts for tuples of anything
+        arrays, scene, value, inputs = self.arrays, start.scene, start.scene.value, start.scene.inputs
+        initial_count = len(inputs.initial_values)
+        self.inputs[:] = start.inputs
+        arrays["initial_values"][:initial_count], arrays["initial_values"][initial_count:] = inputs.initial_values, 0.0
+        arrays["bins"][:] = 0
+        arrays["mode"][:], arrays["has_friction"][:] = (
+            work.pressed if scene.in_contact else work.apart,
+            inputs.has_friction,
+        )
+        put_numbers(value, inputs.initial_values[: self.parameters.size], self.parameters)
+        mechanism_totals: Any = self.totals.mechanism
+        mechanism_totals.target_speed, mechanism_totals.target_time = start_up(scene.machine)
+        self.earlier_sliding = inputs.sliding_distance if scene.worn else 0.0  # m, before the run
+        self.totals.account[:, SLIDING_DISTANCE] = self.earlier_sliding
+        self.pinned.put(reference_rate=value.reference_rate, sigma=value.sigma, max_duration=start.max_step)
+        self.work = self.pinned.value
+        self.value, self.deadline, self.marks = value, scene.deadline, start.marks
+        self.rounding = np.finfo(float).eps * scene.built.size / scene.built.lengths  # of the coordinates
+        self.status, self.events, self.duration = integration.OK, NO_EVENTS, 0.0
+        self.logs: list[np.ndarray] = []  # blocks of events, as they were copied
+        self.counts = work.counts.copy()  # work counts, including perturbed runs
+        self.figures: dict[str, float | None] = {}  # those that were found on the way
+        self.phase: phases.Phase | None = None  # progress of the run
+
+    @functools.cached_property
+    def offsets(self) -> list[Offsets]:
+        """Return the index of each joint's first number, which depends on the types of its laws."""
+        joints = self.value.joints
+        return list(itertools.accumulate(joints, after_joint, initial=first_offsets(joints, self.work.time + 1)))
+
+    def advance(self, control: integration.Control) -> tuple[int, np.ndarray]:
+        """Return the status and events of an integration from the present state to the end in `control`."""
+        self.use_control(control)
+        self.run_to_end()
+        return self.status, self.log()
+
+    def run_to_end(self) -> None:
+        """Integrate to the end in one call."""
+        is_paused = True
+        while is_paused:
+            begin = time.perf_counter()
+            loop.integrate(self.pinned)
+            self.duration += time.perf_counter() - begin
+            is_paused = not self.has_ended(int(self.work.stepper.status))
+
+    def use_control(self, control: integration.Control) -> None:
+        """Use `control` from the present state on."""
+        self.work.control.numbers[:], self.work.stepper.begun, self.logs = control, 0.0, []
+
+    def has_ended(self, status: int) -> bool:
+        """Return whether the paused integration has ended; if not, prepare to resume it.
+
+        Code for stiff motion is compiled only when it is needed.
+        """
+        work = self.work
+        if logged := int(work.stepper.logged):
+            self.logs.append(work.log[:logged].copy())
+        self.status, work.stepper.begun = status, 0.0
+        if status == integration.TURNS_STIFF:
+            work.slopes.numbers[:] = slopes_of(self.value, self.parameters)
+            return False
+        if self.phase:
+            self.phase.note(share=float(work.y[work.independent] / work.control.end))
+        if status == integration.PAUSED and time.process_time() >= self.deadline:
+            self.status = TIME_BUDGET
+            return True
+        if self.exceeds_step_budget() and rounding_of_rates(self) > LARGEST_ROUNDING:
+            self.status = ROUNDING
+            return True
+        return status != integration.PAUSED or bool(work.y[work.independent] >= work.control.pause)
+
+    def expected_steps(self) -> float:
+        """Return the number of steps that the whole run needs at the present rate."""
+        work = self.work
+        steps, position = float(work.counts.steps + work.counts.rejected), float(work.y[work.independent])
+        share = position / work.control.end if position > 0.0 else 0.0
+        return steps / share if share > 0.0 else math.inf
+
+    def exceeds_step_budget(self) -> bool:
+        """Return whether a long run has reached its step budget, or will reach it at the present rate."""
+        work: Any = self.work  # mypy takes its parts for tuples of anything
+        if work.counts.steps < MIN_STEPS:
+            return False
+        will_reach = math.isfinite(work.control.end) and self.expected_steps() > work.control.step_budget
+        return self.status == integration.STEP_BUDGET or (self.status == integration.PAUSED and will_reach)
+
+    def log(self) -> np.ndarray:
+        """Return the events, (events, 5), since `control` was set."""
+        return np.concatenate(self.logs) if self.logs else NO_EVENTS
+
+    def conclude(self, log: np.ndarray) -> None:
+        """Record all events and the work counts of the integration."""
+        self.events = log
+        self.counts.numbers[:] += self.work.counts.numbers
+
+    def add_cost(self, other_run: "Run") -> None:
+        """Add the work counts of another run."""
+        self.counts.numbers[:] += other_run.counts.numbers
+        self.duration += other_run.duration
+
+
+_released_runs: list[Run] = []  # the last released run: creating one takes four times as long as restarting one
+
+
+def initial_run(scene: Scene, times: np.ndarray, *, in_angles: bool, marks: Marks) -> Run:
+    """Return a run at the start of a scene: the released run if it has the same type and BatchKey."""
+    try:
+        run = _released_runs.pop()
+    except IndexError:
+        run = None
+    start = start_of(scene, times, marks)
+    if run and (run.form_number, run.batch_key, run.in_angles) == (
+        form_number(scene.value),
+        start.batch_key,
+        in_angles,
+    ):
+        run.begin(start)
+        return run
+    return Run(start, in_angles=in_angles)
+
+
+def release(run: Run) -> None:
+    """Release a run for reuse, except one with large time histories."""
+    if run.record.samples.nbytes <= MAX_RETAINED_BYTES:
+        _released_runs[:] = [run]
+
+
+def rounding_of_rates(run: Run) -> float:
+    """Return the largest change of a rate over a step by the rounding of a position, over its allowed error.
+
+    The place of a contact is a difference of positions, whose rounding turns the force of the contact.
+    """
+    work: Any = run.work  # mypy takes its parts for tuples of anything
+    count = len(run.rounding)
+    rows = slice(count, 2 * count)
+
+    def accelerations(y: np.ndarray) -> np.ndarray:
+        k = np.zeros((y.size, ROW_COUNT))
+        rates(run.value, y, work.mode, work.latched, k, None, 0)
+        return k[rows, 0]
+
+    at_start, largest = accelerations(work.y), 0.0
+    for i in range(count):
+        rounded = work.y.copy()
+        rounded[i] += run.rounding[i]
+        change = np.abs(accelerations(rounded) - at_start) * work.step.length
+        largest = max(largest, float(np.max(change * work.weight[rows])))
+    return largest
+
+
+def onset_rates(run: Run) -> list[float]:
+    """Return the onset rate (m/s) that each joint's law uses at the end of a run, or nan if it uses none."""
+    work: Any = run.work  # mypy takes its parts for tuples of anything
+    rates = [math.nan] * len(run.value.joints)
+    for j, offsets in enumerate(run.offsets[:-1]):
+        if touches(work.mode.item(offsets.contact)) and needs_onset_rate(_law_at_end(run, j)):
+            rates[j] = work.latched.item(offsets.contact)
+    return rates
+
+
+def _law_at_end(run: Run, index: int) -> Any:
+    """Return the law of a joint with its internal state at the end of a run."""
+    law: Any = run.value.joints[index].law  # mypy takes it for a tuple of anything
+    work: Any = run.work
+    return with_current_state(law, work.end, work.latched, run.offsets[index]) if law._field_defaults else law
+
+
+def _branches(scene: Scene) -> Branches:
+    """Return the indices of the latched numbers that select a branch of a law."""
+    joints = scene.value.joints
+    latched_laws = list(enumerate(every_latched(joints), start=len(every_contact(joints))))
+    return Branches(
+        by_sign=[index for index, (law, _) in latched_laws if type(law) in needs_mass.members],
+        by_value=[index for index, (law, _) in latched_laws if hasattr(law, "piece")],
+    )
+
+
+def integration_of(
+    scene: Scene,
+    times: np.ndarray,
+    end: float,
+    observers: Sequence[Observer] = (),
+    *,
+    in_angles: bool = False,
+    marks: Marks = NO_MARKS,
+) -> Run:
+    """Return the integration of a scene up to `end` (s, or rad for a free crank), reported at `times`."""
+    run = initial_run(scene, times, in_angles=in_angles, marks=marks)
+    scene = dataclasses.replace(scene, keep_events=True) if times.size and not scene.keep_events else scene
+    integrate(scene, run, end, observers)
+    return run
+
+
+def integrate(scene: Scene, run: Run, end: float, observers: Sequence[Observer] = ()) -> None:
+    """Integrate a scene up to `end` (s, or rad for a free crank), observed by `observers`, see `observed_run`."""
+    control = control_of(scene, end, keep_events=scene.keep_events)
+    if not scene.layout.horizon:
+        run_integration(run, control, scene, observers)
+        return
+    perturbed_run = Run(start_of(scene, NO_TIMES))
+    perturbed = Perturbed(control, perturbed_run, state_units(scene), scene.case.simulate.tolerance, _branches(scene))
+    run_integration(run, control, scene, (*observers, perturbed))
+    run.figures = perturbed.figures(period(scene))
+    perturbed_run.counts.numbers[:] += perturbed_run.work.counts.numbers
+    run.add_cost(perturbed_run)
+
+
+def prepare(run: Run, control: integration.Control) -> None:
+    """Start a run with `control` and its initial method."""
+    if control.method == integration.IMPLICIT and run.work.stepper.next_length == 0.0:
+        run.work.method.current = run.work.method.next = integration.IMPLICIT
+    run.use_control(control)
+
+
+def run_integration(run: Run, control: integration.Control, scene: Scene, observers: Sequence[Observer] = ()) -> None:
+    """Integrate in one call, or with pauses if there are observers."""
+    prepare(run, control)
+    run.phase = phases.start(Revolutions(scene))
+    try:
+        if observers:
+            run.status, log = run_observed(
+                control, run, scene.case.simulate.discard, scene.crank_clock.value_after, observers
+            )
+        else:
+            run.status, log = run.advance(control)
+    finally:
+        phases.end(run.phase)
+        run.phase = None
+    run.conclude(log)

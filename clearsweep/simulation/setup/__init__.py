@@ -1,0 +1,1 @@
+"""Set-up of a run: scene, first state, revolutions, arrays."""

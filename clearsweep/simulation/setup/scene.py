@@ -1,0 +1,322 @@
+"""Builds a scene (types and numbers) from a case (names and numbers): only here do names become types."""
+
+import math
+import time
+from collections.abc import Mapping
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from ... import grid
+from ...answers.verdict import NO_LIMITS, LimitsAndFigures
+from ...contracts.case import DOUBTFUL_WEAR_NUMBER, Case, Joint
+from ...contracts.catalogue import Catalogue, Figure, Mechanism
+from ...contracts.layout import CaseFeatures, Layout, features_of
+from ...contracts.machine import Machine
+from ...language.errors import InputError
+from ...mechanics.coupling import rates
+from ...mechanics.coupling.state import every_state
+from ...mechanics.joints import registry
+from ...mechanics.joints.contract import every_contact
+from ...mechanics.joints.guide import Guide as GuideTerm
+from ...mechanics.joints.guide import deepest_corner
+from ...mechanics.joints.slot import SlotJoint
+from ...mechanics.joints.slot import normal_of as slot_normal_of
+from ...mechanics.joints.worn.worn import has_worn_shape, seated_position
+from ...mechanics.joints.worn_slot import WornSlot
+from ...mechanics.laws.elastic.contract import static_penetration
+from ...mechanics.machines import MECHANISMS, planar
+from ...mechanics.machines.contract import Built, body_angles, gaps, pose_at
+from ...mechanics.machines.spatial import initial_seats
+from ...mechanics.wear.contract import Worn
+from ..figures import catalogue as figures
+from ..machine import links
+from ..machine.ideal import ideal_motion, machine_of, mechanism_of
+from . import crank_clock
+from .initial import SceneInputs, scene_inputs
+
+_LAYOUTS: dict[CaseFeatures, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with their sources
+TOUCHING = 1e-14  # of the mechanism's size: rounding of the penetration of bodies that touch at the start
+SEAT_ITERATIONS = 3  # iterations on worn shapes: body angles depend slightly on the seats
+_MAX_WEAR_COEFFICIENT = 1e-11  # m^2/N: times the hardness of steel, 2 GPa, this exceeds DOUBTFUL_WEAR_NUMBER
+
+
+@dataclass(frozen=True)
+class Scene:
+    """A case ready to run: its compiled form and its initial state."""
+
+    case: Case
+    mechanism: Mechanism
+    built: Built
+    value: rates.Scene
+    layout: Layout
+    start: np.ndarray  # (n,) initial state, see mechanics.rates
+    in_contact: bool  # all joints start in contact
+    machine: Machine | None  # planar machine; None: the mechanism has its own equations
+    crank_clock: crank_clock.SteadyClock | crank_clock.ScheduledClock | crank_clock.FreeClock
+    worn: Mapping[str, Worn] = field(default_factory=dict)  # earlier wear by joint; a missing joint is unworn
+    deadline: float = math.inf  # s, processor time at which the case is abandoned
+    keep_events: bool = False  # whether its runs return their events
+    verdict: LimitsAndFigures = NO_LIMITS  # user-defined figures and limits, which are not part of the case
+    build_time: float = 0.0  # s, time to build it
+
+    @cached_property
+    def inputs(self) -> SceneInputs:
+        """Return the inputs that all its runs share."""
+        return scene_inputs(self.case, self.built, self.value, self.start, self.machine, self.worn)
+
+    def with_settings(self, **settings: Any) -> "Scene":
+        """Return the scene with changed values in `simulate`."""
+        return replace(self, case=self.case._replace(simulate=self.case.simulate._replace(**settings)))
+
+    def for_run(self, deadline: float, *, keep_events: bool) -> "Scene":
+        """Return the scene with another deadline (s), whose run returns its events or not.
+
+        Every case needs one, and this takes a fifth of the time of `replace`.
+        """
+        copied = object.__new__(Scene)
+        copied.__dict__.update(self.__dict__, inputs=self.inputs, deadline=deadline, keep_events=keep_events)
+        return copied
+
+
+def catalogue() -> Catalogue:
+    """Return everything that a grid can name and that its cases can report."""
+    return Catalogue(
+        registry.all_laws(), tuple(MECHANISMS.values()), figures.FIGURES, *rates.CHANNELS, start_problem=_start_problem
+    )
+
+
+def _start_problem(case: Case) -> tuple[str, str] | None:
+    """Return the path at fault and a sentence if a case cannot start, else None.
+
+    Only a start that the grid describes, or bodies that it defines, can be impossible.
+    """
+    mechanism = mechanism_of(case)
+    if not (case.outline.bodies or mechanism.spatial or case.simulate.start == "seated"):
+        return None
+    try:
+        build(case)
+    except InputError as error:
+        path, _, sentence = str(error).partition(": ")
+        return path, sentence
+    return None
+
+
+def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | None = None) -> Scene:
+    """Return the scene of a grid without `sweep`, given as a path or a dict.
+
+    `overrides` maps dotted paths to replacement values.  Raises InputError.
+    """
+    loaded = grid.load(source, catalogue(), overrides)
+    if len(loaded) != 1:
+        raise InputError(
+            f"{loaded.source or 'the grid'}: sweeps {', '.join(loaded.axes)}; expected one case: override the swept "
+            "paths, or use clearsweep.sweep"
+        )
+    return replace(build(loaded.case(0)), verdict=loaded.verdict)
+
+
+def layout_of(case: Case) -> Layout:
+    """Return the layout of a case; cases with the same features share one, since creating it takes 70 us."""
+    features, sources = features_of(case), (figures.FIGURES, MECHANISMS[case.mechanism.type])
+    stored = _LAYOUTS.get(features)
+    if stored is None or any(
+        stored_source is not source for stored_source, source in zip(stored[0], sources, strict=True)
+    ):
+        stored = _LAYOUTS[features] = sources, Layout.with_features(features, catalogue())
+    return stored[1]
+
+
+def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
+    """Return the scene of a resolved case.  Raises InputError if its initial state is impossible.
+
+    `worn` maps names of joints to their earlier wear; the run adds to it.
+    """
+    begin, worn = time.perf_counter(), dict(worn or {})
+    mechanism = mechanism_of(case)
+    machine = None if mechanism.build else machine_of(mechanism, case)
+    joints = {
+        joint.name: registry.compile_joint(joint, mechanism.site(joint.name).distal, worn.get(joint.name))
+        for joint in case.joints
+    }
+    terms: tuple[Any, ...] = tuple(joints.values())
+    offsets, depth_roots, in_contact = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(every_contact(terms))), False
+    if case.simulate.start == "seated":
+        ideal = ideal_motion(case, np.array(case.drive.start_angle if case.drive else 0.0))
+        assert ideal is not None  # grids accept `start` only for mechanisms that have one
+        offsets, depth_roots = _seated_offsets(ideal.reactions, joints)
+        in_contact = bool(depth_roots.any())
+    built, seated_offsets = _build_mechanism(case, mechanism, machine, joints, offsets), offsets
+    for _ in range(SEAT_ITERATIONS if in_contact and any(has_worn_shape(term) for term in terms) else 0):
+        offsets = dict(seated_offsets)
+        for index, angles in enumerate(body_angles(built.value, built.start)):
+            if has_worn_shape(terms[index]):
+                name, side = case.joints[index].name, terms[index].side
+                position, depth = seated_position(terms[index], side * seated_offsets[name], angles)
+                offsets[name], depth_roots[index] = side * position, math.sqrt(depth)
+        built = _build_mechanism(case, mechanism, machine, joints, offsets)
+    if mechanism.spatial:
+        _check_spatial_start(built, joints)
+    if machine is not None and any(body.initial for body in machine.bodies.values()):
+        _check_planar_start(built, joints)
+    sigma = math.sqrt(min([term.clearance for term in terms]))
+    value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
+    start = np.array(
+        [*built.start.tolist(), *depth_roots.tolist(), *[initial_value for _, _, initial_value in every_state(value)]]
+    )
+    layout, angle_clock = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
+    elapsed = time.perf_counter() - begin
+    parts = case, mechanism, built, value, layout, start, in_contact, machine, angle_clock, worn
+    return Scene(*parts, keep_events=case.save.orbits != "none", build_time=elapsed)
+
+
+def state_units(scene: Scene) -> np.ndarray:
+    """Return the change of each coordinate for one clearance, and of each rate for clearance times crank speed."""
+    unit = min(joint.clearance for joint in scene.value.joints) / scene.built.lengths
+    return np.concatenate([unit, unit * scene.value.reference_rate])
+
+
+def _build_mechanism(case: Case, mechanism: Mechanism, machine: Machine | None, joints: dict, offsets: dict) -> Built:
+    """Return the mechanism of a case with its clearances; raise InputError if it cannot be assembled."""
+    built: Built
+    try:
+        if machine is not None:
+            built = planar.build(machine, joints, offsets)
+        else:
+            assert mechanism.build is not None  # without a machine the mechanism has its own equations
+            speed = case.drive.speed if case.drive else None
+            built = mechanism.build(case.mechanism.values, speed, joints, offsets)
+    except planar.ClosureError as error:
+        body = f"bodies.{error.body}" if case.outline.bodies else error.body
+        raise InputError(
+            f"mechanism.{body}: {error} at crank angle {math.degrees(error.angle):.6g} deg; change lengths"
+            + (", or the start angles near which its loops are closed" if case.outline.bodies else "")
+        ) from error
+    except planar.MobilityError as error:
+        raise InputError(f"mechanism: {error}") from error
+    return built
+
+
+def _check_spatial_start(built: Built, joints: Mapping[str, Any]) -> None:
+    """Raise InputError if a spatial journal starts outside its bearing or penetrates it."""
+    for name, contact in initial_seats(built, joints).items():
+        if contact.overlap <= 0.0:
+            raise InputError(
+                f"joints.{name}: the journal is {-1e3 * contact.overlap:.6g} mm outside its bearing along the axis at "
+                "the start; reduce offset.2, or give bearing or journal more length"
+            )
+        if contact.depth > 0.0:
+            raise InputError(
+                f"joints.{name}: the journal penetrates its bearing by {1e6 * contact.depth:.6g} um at the start; "
+                "reduce tilt or offset, or widen the clearances"
+            )
+
+
+def _check_planar_start(built: Built, joints: Mapping[str, Any]) -> None:
+    """Raise InputError if the bodies of a planar joint penetrate at the start."""
+    relative = gaps(built.value, pose_at(built.value, built.start))
+    for (name, joint), gap in zip(joints.items(), relative, strict=True):
+        if isinstance(joint, GuideTerm):
+            depth = deepest_corner(joint, gap)
+        elif isinstance(joint, (SlotJoint, WornSlot)):
+            depth = slot_normal_of(joint, gap).depth
+        else:
+            depth = math.hypot(gap.x, gap.y) - joint.clearance
+        if depth > TOUCHING * built.size:
+            raise InputError(
+                f"joints.{name}: its bodies penetrate each other by {1e6 * depth:.6g} um at the start; change "
+                "`initial` of a body that it joins, or widen the clearance"
+            )
+
+
+def _seated_offsets(reactions: Mapping[str, np.ndarray], joints: Mapping[str, Any]) -> tuple[dict, np.ndarray]:
+    """Return the initial offset (m) of each joint's distal pin and the roots of the penetrations.
+
+    The pin is displaced along the load (N) of the ideal mechanism to static penetration.
+    """
+    offsets, depth_roots = {}, np.zeros(len(joints))
+    for index, (name, joint) in enumerate(joints.items()):
+        force = reactions[name]
+        load = float(np.hypot(*force))
+        if load == 0.0:
+            raise InputError(f"simulate.start: seated needs a load, but {name} carries none at t = 0; use centred")
+        depth = static_penetration(joint.elastic, load)
+        depth_roots[index] = math.sqrt(depth)
+        offsets[name] = -(joint.clearance + depth) * force / load
+    return offsets, depth_roots
+
+
+def signature(case: Case) -> tuple:
+    """Return the key of the compiled code of a case: the types in its scene."""
+    joints = tuple(
+        (
+            joint.name,
+            *map(_type_text, registry.compile_contact(joint) if joint.is_dry else ()),
+            *map(_type_text, registry.compile_film(joint) if joint.film else ()),
+            _type_text(registry.compile_friction(joint)),
+            _type_text(registry.compile_wear(joint)),
+            joint.wear is not None and joint.wear.evolve,
+        )
+        for joint in case.joints
+    )
+    return case.mechanism.type, case.outline, joints
+
+
+def _type_text(term: tuple) -> str:
+    """Return the name of a compiled type with those of the types in it: 'Archard(Mean)'."""
+    field_texts = ", ".join(_type_text(field_value) for field_value in term if isinstance(field_value, tuple))
+    return f"{type(term).__name__}({field_texts})" if field_texts else type(term).__name__
+
+
+def derived(case: Case) -> dict[str, tuple[float, str]]:
+    """Return the derived values of a case: dotted path -> (value, unit)."""
+    return {
+        f"joints.{joint.name}.{key}": value
+        for joint in case.joints
+        for key, value in registry.derived_values(joint).items()
+    }
+
+
+def warnings(case: Case) -> list[str]:
+    """Return warnings about values of a case that may be unintended."""
+    sentences = links.warnings(case)
+    for joint in case.joints:
+        if registry.can_pull(joint):
+            sentences.append(
+                f"joints.{joint.name}.contact.law: {joint.contact.law} pulls before the surfaces part, as published; "
+                "its normal force can be negative and is not clipped"
+            )
+        if joint.contact.law and registry.departs_from_hertz(joint):  # a film may have no dry contact
+            sentences.append(
+                f"joints.{joint.name}.contact.law: {joint.contact.law} is made for Hertz's force; with rough surfaces "
+                "in series the restitution of a free impact differs from the specified one"
+            )
+        if joint.wear is None:
+            continue
+        if "hardness" not in joint.wear.values:
+            sentences += _unchecked_wear(joint)
+            continue
+        hardness = joint.wear.values["hardness"]
+        for body, coefficients in joint.wear.coefficients().items():
+            ratio = max(coefficients) * hardness
+            if ratio > DOUBTFUL_WEAR_NUMBER:
+                sentences.append(
+                    f"joints.{joint.name}.wear: {body} coefficient times hardness is {ratio:.2g}; it is the share of "
+                    f"contacts that shed a particle and should be far below 1"
+                )
+    return sentences
+
+
+def _unchecked_wear(joint: Joint) -> list[str]:
+    """Return a warning if a joint's wear coefficient, unchecked by a hardness, exceeds those of all metals."""
+    assert joint.wear is not None  # only joints with wear
+    largest = max(map(max, joint.wear.coefficients().values()))
+    if largest <= _MAX_WEAR_COEFFICIENT:
+        return []
+    return [
+        f"joints.{joint.name}.wear: the coefficient {largest:.2g} m^2/N is above {_MAX_WEAR_COEFFICIENT:g}, which "
+        "metals do not reach; is it in mm^2/N? (1 mm^2/N is 1e-6 m^2/N); add `hardness` to check it"
+    ]

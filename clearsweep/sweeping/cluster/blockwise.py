@@ -1,0 +1,302 @@
+"""Runs a grid that is divided into blocks, one block after another, with the workers of one pool."""
+
+import json
+import time
+from collections.abc import Callable, Sequence
+from concurrent.futures import Future
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ... import store
+from ...contracts.results import Peak
+from ...grid import Grid
+from ...language import phases
+from ...language.errors import ClearsweepError, error_line
+from ...store import durable
+from ..facts.run_facts import RunFacts
+from ..pool import progress, signals
+from ..pool.case_runner import (
+    CaseRunner,
+    Options,
+    Pending,
+    failure_limit,
+    is_common,
+    missing_indices,
+    peak_column,
+    peak_or_none,
+)
+from ..pool.driver import CHECK_INTERVAL, MAX_RESTARTS
+from ..pool.shard import Shard
+from ..pool.worker import RunContext, Simulator, find_peak
+
+
+class BlockJob(NamedTuple):
+    """Data that all blocks of a run share."""
+
+    directory: Path  # of the run
+    grid: Grid
+    simulator: Simulator
+    options: Options
+    division: store.Division
+    shard: Shard | None
+    duplicates: np.ndarray  # indices of cases that repeat an earlier one, ascending
+
+    def cases(self, number: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return the indices of a block's cases and their identities, uint64."""
+        indices = self.division.part(number)
+        ids = np.fromiter(self.grid.identities(indices), "u8", len(indices))
+        is_first = np.ones(len(indices), bool)
+        first, last = np.searchsorted(self.duplicates, (indices.start, indices.stop))
+        is_first[self.duplicates[first:last] - indices.start] = False
+        if self.shard:
+            is_first &= is_common(ids, self.shard.ids(ids[is_first]))
+        positions = np.flatnonzero(is_first)
+        return indices.start + positions, ids[positions]
+
+
+def duplicate_indices(grid: Grid) -> np.ndarray:
+    """Return the indices of cases that repeat an earlier one, ascending; they belong to the block of the first."""
+    if not grid.may_repeat:
+        return np.empty(0, "i8")
+    ids = np.fromiter(grid.identities(), "u8", len(grid))
+    order = np.argsort(ids, kind="stable")
+    ids = ids[order]
+    return np.sort(order[1:][ids[1:] == ids[:-1]])
+
+
+def finish_block(
+    context: RunContext, block: store.Block, division: store.Division, requested: np.ndarray
+) -> dict[str, Any]:
+    """Write the final files of a block and return its mark; runs in a worker.
+
+    requested : identities of the cases in the block, ascending.
+    """
+    store.use_one_thread()
+    result_schema, layout = context.result_schema, context.grid.layout
+    record = store.json_round_trip(
+        {**context.grid.resolved(), "layout": layout.written(), "units": dict.fromkeys(context.grid.axes, "1")}
+    )
+
+    def compute_peak_revolutions(worst: Sequence[store.Worst]) -> list[Peak | None]:
+        grid = context.grid
+        return [
+            peak_or_none(case, find_peak(context.simulator, grid.case_at(case.point), peak_column(grid, case), case))
+            for case in worst
+        ]
+
+    return store.finish_block(
+        block, division, result_schema, requested, RunFacts(record, layout), compute_peak_revolutions
+    )
+
+
+class BlocksOutcome(NamedTuple):
+    """Outcome of the blocks of a run."""
+
+    marks: dict[int, dict[str, Any]]  # marks of finished blocks, by number
+    ran: int
+    case_seconds: float
+    complete: bool  # False: stopped because too many cases failed
+
+
+def finished_mark(job: BlockJob, number: int) -> dict[str, Any] | None:
+    """Return the mark of a finished block, or None if work is left."""
+    mark = store.read_mark(store.Block(job.directory, number), job.division.fingerprint)
+    if mark is None or mark["missing"] or (mark["failed"] and job.options.retry_failed):
+        return None
+    return mark
+
+
+def unfinished_blocks(job: BlockJob) -> tuple[list[int], dict[int, dict[str, Any]]]:
+    """Return the numbers of unfinished blocks, and the marks of the others, by number."""
+    marks = {number: mark for number in range(job.division.count) if (mark := finished_mark(job, number))}
+    return [number for number in range(job.division.count) if number not in marks], marks
+
+
+def committed_count(job: BlockJob, number: int) -> int:
+    """Return how many cases of an unfinished block are committed."""
+    directory = store.RunDirectory(store.Block(job.directory, number).path)
+    directory.expect(store.ResultSchema.of(job.grid))
+    directory.load_batches()
+    if not directory.batches:
+        return 0
+    return int(np.count_nonzero(is_common(directory.rows()["id"], np.sort(job.cases(number)[1]))))
+
+
+class BlockRunner:
+    """Runs blocks with the workers of a pool; while one worker finishes a block, the others begin the next."""
+
+    def __init__(self, job: BlockJob, case_runner: CaseRunner, *, earlier: store.RunDirectory | None = None):
+        """Prepare with the runner of the cases, and a directory that may already contain batches of theirs."""
+        self.job, self.case_runner, self.earlier_run = job, case_runner, earlier
+        self.finishing: dict[int, tuple[Future, Callable[[], Future]]] = {}
+        self.marks: dict[int, dict[str, Any]] = {}
+        self.allowed_failures: int | None = None
+        self.shared: set[int] = set()  # blocks on which other drivers may work
+        self._earlier_ids = earlier.rows() if earlier and earlier.batches else None
+
+    def run(self, number: int, read_finished_ids: Callable[[], np.ndarray] | None = None) -> bool:
+        """Run the missing cases of a block and let a worker finish it; return False if too many cases failed.
+
+        read_finished_ids : as in `Pending`, if other drivers may also work on the block; their files are then kept.
+        """
+        job = self.job
+        block = store.Block(job.directory, number)
+        directory = block.directory(store.ResultSchema.of(job.grid))
+        if read_finished_ids:
+            self.shared.add(number)
+        else:
+            durable.remove_temporaries(directory.scratch)
+        durable.check_writable(directory.scratch)
+        for sentence in directory.load_intact_batches():
+            progress.print_line(f"{block.path}: {sentence}")
+        indices, ids = job.cases(number)
+        self._take_earlier(directory, ids)
+        requested = np.sort(ids)
+        pending = missing_indices(ids, requested, directory.rows(), retry_failed=job.options.retry_failed)
+        self.case_runner.directory = directory
+        if self.case_runner.workers is None:
+            self.case_runner.start_workers(len(job.division.part(number)))
+        is_complete = True
+        if len(pending):
+            title = f"block {number + 1:,} of {job.division.count:,}: "
+            allowed = None if self.allowed_failures is None else max(self.allowed_failures - self.case_runner.failed, 0)
+            cases = Pending(indices[pending], ids[pending], title, read_finished_ids, has_similar_times=True)
+            is_complete = self.case_runner.run_cases(job.grid, cases, allowed)
+        if self.case_runner.workers is None:  # the driver has ended them
+            self.case_runner.start_workers(1)
+        self._submit(number, block, requested)
+        self.collect(wait=False)
+        return is_complete
+
+    def join(self, number: int, sources: Sequence[store.RunDirectory]) -> None:
+        """Take over the batches of a block from other directories, and finish it."""
+        block = store.Block(self.job.directory, number)
+        directory = block.directory(store.ResultSchema.of(self.job.grid))
+        for sentence in directory.load_intact_batches():
+            progress.print_line(f"{block.path}: {sentence}")
+        for source in sources:
+            directory.link_batches(source)
+        if self.case_runner.workers is None:
+            self.case_runner.start_workers(1)
+        self._submit(number, block, np.sort(self.job.cases(number)[1]))
+        self.collect()
+
+    def _take_earlier(self, directory: store.RunDirectory, ids: np.ndarray) -> None:
+        """Take over batches with cases of this block from before the run was divided."""
+        if self.earlier_run is None or self._earlier_ids is None:
+            return
+        numbers = np.unique(self._earlier_ids["batch"][is_common(self._earlier_ids["id"], np.sort(ids))])
+        earlier_directory = store.RunDirectory(self.earlier_run.path)
+        earlier_directory.batches = [self.earlier_run.batches[number] for number in numbers.tolist()]
+        directory.link_batches(earlier_directory)
+
+    def _submit(self, number: int, block: store.Block, requested: np.ndarray) -> None:
+        context = RunContext(self.job.directory, self.job.grid, self.job.simulator, None)
+
+        def submit() -> Future:
+            assert self.case_runner.workers  # hired
+            return self.case_runner.workers.submit(finish_block, context, block, self.job.division, requested)
+
+        self.finishing[number] = submit(), submit
+
+    def collect(self, *, wait: bool = True) -> None:
+        """Collect the marks of finished blocks; `wait` for all of them."""
+        for number, (future, submit) in list(self.finishing.items()):
+            if not wait and not future.done():
+                continue
+            self.marks[number] = self._await_mark(future, submit)
+            del self.finishing[number]
+            if number not in self.shared:
+                scratch = store.Block(self.job.directory, number).path / store.SCRATCH
+                durable.remove_temporaries(scratch, remove_folder=True)
+
+    def _await_mark(self, future: Future, submit: Callable[[], Future]) -> dict[str, Any]:
+        """Return the mark from a worker; a dead worker is replaced."""
+        for attempt in range(MAX_RESTARTS + 1):
+            try:
+                while not future.done():
+                    if signals.requested():
+                        raise signals.Stopped(signals.requested())
+                    time.sleep(0.2 * CHECK_INTERVAL)
+                mark: dict[str, Any] = future.result()
+            except ClearsweepError:
+                raise
+            except Exception as error:
+                if attempt == MAX_RESTARTS:
+                    raise ClearsweepError(
+                        f"a block cannot be finished ({error_line(error)}); run the same command again"
+                    ) from error
+                try:
+                    future = submit()
+                except RuntimeError:
+                    assert self.case_runner.workers
+                    self.case_runner.workers.restart()
+                    future = submit()
+            else:
+                return mark
+        raise AssertionError  # the last attempt returns or raises
+
+
+def run_blocks(job: BlockJob, case_runner: CaseRunner, directory: store.RunDirectory) -> BlocksOutcome:
+    """Run all blocks of a grid with the workers of a pool."""
+    numbers, marks = unfinished_blocks(job)
+    runner = BlockRunner(job, case_runner, earlier=directory)
+    runner.allowed_failures = allowed_failures(job, numbers)
+    is_complete = True
+    with phases.phase("running blocks"):
+        for number in numbers:
+            is_complete = runner.run(number)
+            if not is_complete:
+                break
+    with phases.phase("finishing blocks"):
+        runner.collect()
+    return BlocksOutcome(marks | runner.marks, case_runner.ran, case_runner.case_seconds, is_complete)
+
+
+def allowed_failures(job: BlockJob, numbers: list[int]) -> int | None:
+    """Return how many cases of some blocks may fail."""
+    cases = sum(len(job.division.part(number)) for number in numbers)
+    return failure_limit(job.options.max_failures, cases)
+
+
+def conclude(
+    directory: store.RunDirectory, job: BlockJob, outcome: BlocksOutcome, counts_of_run: tuple[int, int], **facts: Any
+) -> dict[str, Any]:
+    """Write run.json of a run in blocks; return the counts.
+
+    counts_of_run : numbers of cases run and requested.
+    """
+    ran, requested = counts_of_run
+    store.discard_from(directory.path, job.division.count)
+    for name in store.FINAL_FILES:
+        durable.discard(directory.path / name)
+    marks = [outcome.marks[number] for number in sorted(outcome.marks)]
+    ok, failed, others = (sum(mark[name] for mark in marks) for name in ("ok", "failed", "others"))
+    counts = {
+        "cases": requested,
+        "ran": ran,
+        "reused": max(ok + failed - ran, 0),
+        "ok": ok,
+        "failed": failed,
+        "missing": requested - ok - failed,
+        "others": others,
+    }
+    merged = {"mark": store.sha256_of(json.dumps([mark["files"] for mark in marks]))}
+    blocks = {"size": job.division.size, "count": job.division.count, "numbers": sorted(outcome.marks)}
+    directory.write_record(
+        job.grid, end=store.utc_now(), counts=counts, merged=merged, blocks=blocks, answers={}, **facts
+    )
+    return counts
+
+
+def count_requested(job: BlockJob) -> int:
+    """Return the number of different cases of a grid, or of its shard."""
+    if job.shard is None:
+        return job.division.cases - len(job.duplicates)
+    sizes = (len(job.division.part(number)) for number in range(job.division.count))
+    shard_count, number = job.shard.of, job.shard.number
+    if len(job.duplicates) == 0:
+        return sum(len(range(number - 1, size, shard_count)) for size in sizes)
+    return sum(len(job.cases(number)[0]) for number in range(job.division.count))

@@ -1,0 +1,1 @@
+"""Facts of a finished run that its record and its summary contain."""

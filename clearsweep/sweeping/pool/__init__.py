@@ -1,0 +1,1 @@
+"""The pool of processes, and what each of its workers does."""

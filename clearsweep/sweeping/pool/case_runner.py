@@ -1,0 +1,316 @@
+"""Runs the missing cases of one or more grids: compiles once, and hands cases to the workers."""
+
+import secrets
+import shutil
+import time
+from collections.abc import Callable, Hashable, Sequence
+from concurrent.futures import BrokenExecutor, Future, wait
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from ... import grid as grids
+from ... import store
+from ...answers import case_ranking
+from ...answers.verdict import EXCEEDED, UNDECIDED
+from ...contracts.case import Case
+from ...contracts.results import Peak
+from ...language import phases
+from ...language.errors import InputError, error_line
+from . import executors, progress, signals
+from .driver import CHECK_INTERVAL, Batches, Driver
+from .worker import RunContext, Simulator, find_peak, prepare
+
+
+class Options(NamedTuple):
+    """Options of a sweep; see `sweep` for their meaning."""
+
+    jobs: int | None = None
+    executor: str = "local"
+    scheduler: str | None = None
+    retry_failed: bool = False
+    case_timeout: float | None = None
+    max_failures: int | str | None = None
+    shard: str | None = None
+    show_progress: bool = True
+
+
+class Pending(NamedTuple):
+    """Cases to run."""
+
+    indices: np.ndarray  # (cases,)
+    ids: np.ndarray  # (cases,), their identities, uint64
+    title: str = ""  # title of their progress
+    read_finished_ids: Callable[[], np.ndarray] | None = (
+        None  # returns identities, ascending, that need not be run any more
+    )
+    has_similar_times: bool = False  # they take about as long as the cases before
+
+
+class CaseRunner:
+    """Runs cases of one or more grids with workers that are started for the first missing case.
+
+    `ran` is the number of cases run, `case_seconds` their total computing time (s).  `ready` is the time at which the
+    first case could begin, or None.
+    """
+
+    def __init__(self, directory: store.RunDirectory, options: Options, simulator: Simulator):
+        self.directory, self.options, self.simulator = directory, options, simulator
+        self.workers: executors.Executor | None = None
+        self.ran, self.case_seconds = 0, 0.0
+        self.ready_time: float | None = None
+        self.failed = 0
+        self.batches: Batches | None = None  # of the latest cases
+        self.compiled_signatures: set[Hashable] = set()  # signatures of compiled scenes
+        self.attempted: list[np.ndarray] = []  # identities of cases that have been tried, which are not tried again
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        if self.workers is not None:
+            self.workers.close()
+
+    def run(self, grid: grids.Grid, ids: np.ndarray, requested: np.ndarray) -> bool:
+        """Run the missing cases of a grid; return False if stopped because too many cases failed.
+
+        ids : identities of all cases, by index
+        requested : identities of the required cases, ascending
+        """
+        pending = missing_indices(ids, requested, self.directory.rows(), retry_failed=self.options.retry_failed)
+        for candidates in self.attempted:
+            pending = pending[~is_common(ids[pending], candidates)]
+        if not len(pending):
+            return True
+        is_complete = self.run_cases(grid, Pending(pending, ids[pending]))
+        self.attempted.append(np.sort(ids[pending]))
+        return is_complete
+
+    def run_cases(self, grid: grids.Grid, pending: "Pending", allowed_failures: int | None = None) -> bool:
+        """Run some cases of a grid; return False if stopped because too many cases failed.
+
+        allowed_failures : number of cases that may fail; default: from the options
+        """
+        count = len(pending.indices)
+        grids.check_disk(count * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
+        with phases.phase("listing the kinds of scenes"):
+            scene_cases = one_case_per_scene(grid, pending.indices, self.simulator)
+        workers = self._compiled_workers(scene_cases, count)
+        driver = secrets.token_hex(8) if pending.read_finished_ids else ""
+        context = RunContext(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, driver)
+        batches = Batches(
+            pending.indices,
+            pending.ids,
+            workers.worker_count,
+            grids.first_case_history(grid),
+            pending.read_finished_ids,
+        )
+        if pending.has_similar_times and self.batches:
+            batches.copy_times(self.batches)
+        self.batches = batches
+        with phases.phase(display := progress.CaseProgress(count, pending.title)):
+            if allowed_failures is None:
+                allowed_failures = failure_limit(self.options.max_failures, count)
+            run = Driver(workers, self.directory, context, batches, allowed_failures, display)
+            is_complete = run.run()
+        if not is_complete:
+            self.workers = None  # the driver has ended them
+        self.ran, self.case_seconds = self.ran + run.ran, self.case_seconds + run.case_seconds
+        self.failed += run.failed
+        return is_complete
+
+    def results_from(self, grid: grids.Grid, first: int) -> store.CaseResults | None:
+        """Run the missing cases of a grid; return how those from the index `first` on compare with their limits.
+
+        Return None if the run stopped before all cases were finished.
+        """
+        ids = case_ids(grid)
+        if not self.run(grid, ids, np.sort(ids)):
+            return None
+        stored_rows = self.directory.rows()
+        names = grid.optimise.columns([column.name for column in grid.layout.columns]) if grid.optimise else []
+        ranked = case_ranking.ranking_of(grid.layout, grid.verdict.limits).columns if grid.checked_laws else ()
+        names = [name for name in ranked if name not in (EXCEEDED, UNDECIDED)] or names
+        positions = np.searchsorted(stored_rows["id"], ids[first:])
+        new_results = store.read_results(self.directory, store.ResultSchema.of(grid), stored_rows[positions], names)
+        if grid.identify is None:
+            return new_results
+        channels = ["t", "crank_angle", *(signal.channel for signal in grid.identify.signals)]
+        histories = store.read_histories(self.directory, store.ResultSchema.of(grid), stored_rows[positions], channels)
+        return new_results._replace(histories=tuple(histories))
+
+    def peaks(self, grid: grids.Grid, worst_cases: Sequence[store.Worst]) -> list[Peak | None]:
+        """Return the peak revolution of each finished case, or None for a case whose peak is not found again."""
+        workers = self.workers or self.start_workers(len(worst_cases))
+        results: list[Peak | None] = []
+        tasks = [
+            _submit_peak(workers, self.simulator, grid.case_at(case.point), peak_column(grid, case), case)
+            for case in worst_cases
+        ]
+        for done, (task, worst_case) in enumerate(zip(tasks, worst_cases, strict=True)):
+            if saving := phases.innermost_phase():
+                saving.note(share=done / len(worst_cases))
+            try:
+                peak = _await_result(task)
+            except Exception as error:
+                peak = error_line(error)
+            results.append(peak_or_none(worst_case, peak))
+        return results
+
+    def _compiled_workers(self, scene_cases: list[Case], pending: int) -> executors.Executor:
+        """Return started workers with compiled code."""
+        workers = self.workers or self.start_workers(pending)
+        new_cases = [case for case in scene_cases if self.simulator.signature(case) not in self.compiled_signatures]
+        if new_cases:
+            compile_all(workers, new_cases, self.simulator, self.directory.path.resolve())
+            self.compiled_signatures |= {self.simulator.signature(case) for case in new_cases}
+        self.ready_time = self.ready_time or time.monotonic()
+        return workers
+
+    def start_workers(self, cases: int) -> executors.Executor:
+        """Return started workers for at most `cases` cases at a time."""
+        worker_count = min(self.options.jobs or executors.cores(), cases)
+        self.workers = executors.EXECUTORS[self.options.executor](
+            worker_count, self.options.scheduler, self.simulator.load
+        )
+        return self.workers
+
+
+def peak_column(grid: grids.Grid, worst_case: store.Worst) -> str:
+    """Return the column of the summary with the largest normal force of a case."""
+    return f"{grid.layout.joints[worst_case.joint].name}_force_peak"
+
+
+def peak_or_none(worst_case: store.Worst, result: Peak | str) -> Peak | None:
+    """Return the result of `find_peak`, or None and print why there is none."""
+    if not isinstance(result, str):
+        return result
+    progress.print_line(f"case {worst_case.case_id}: the revolution of its largest peak is left out ({result})")
+    return None
+
+
+def _submit_peak(workers: executors.Executor, *arguments: Any) -> Future:
+    """Return the future of `find_peak` in a worker."""
+    try:
+        return workers.submit(find_peak, *arguments)
+    except RuntimeError as error:  # the pool is broken
+        future: Future = Future()
+        future.set_exception(error)
+        return future
+
+
+def _await_result(future: Future) -> Any:
+    """Return the result of a worker; raise Stopped after a signal."""
+    while not wait([future], CHECK_INTERVAL).done:
+        if signals.requested():
+            raise signals.Stopped(
+                signals.requested(),
+                "stopped: all cases are finished and kept; run the same command again to merge their files",
+            )
+    return future.result()
+
+
+def case_ids(grid: grids.Grid) -> np.ndarray:
+    """Return the identities of all cases, uint64, by index."""
+    return np.fromiter(grid.identities(), "u8", len(grid))
+
+
+def missing_indices(ids: np.ndarray, requested: np.ndarray, rows: np.ndarray, *, retry_failed: bool) -> np.ndarray:
+    """Return the indices of the `requested` cases (ascending) to run, each identity once.
+
+    rows : stored rows, ascending by id.
+    """
+    if retry_failed:
+        rows = rows[~rows["failed"]]
+    order = np.argsort(ids, kind="stable")
+    sorted_ids = ids[order]
+    is_missing = np.concatenate([[True], sorted_ids[1:] != sorted_ids[:-1]])[: len(ids)]
+    is_missing &= is_common(sorted_ids, requested)
+    is_missing &= ~is_common(sorted_ids, rows["id"])
+    return np.sort(order[is_missing])
+
+
+def is_common(values: np.ndarray, sorted_values: np.ndarray) -> np.ndarray:
+    """Return a mask of the values that are in `sorted_values` (ascending), with a fifth of the memory of np.isin."""
+    if not len(sorted_values):
+        return np.zeros(len(values), bool)
+    positions = np.searchsorted(sorted_values, values)
+    positions[positions == len(sorted_values)] = 0
+    mask: np.ndarray = sorted_values[positions] == values
+    return mask
+
+
+def one_case_per_scene(grid: grids.Grid, pending: np.ndarray, simulator: Simulator) -> list[Case]:
+    """Return a pending case for each kind of scene; only law names can change the kind."""
+    if not any(isinstance(values[0], str) for values in grid.axes.values()):
+        return [grid.case(int(pending[0]))]
+    first, end = int(pending.min()), int(pending.max()) + 1
+    is_pending = np.zeros(end - first, bool)
+    is_pending[pending - first] = True
+    first_indices: dict[grids.LawAssignment, int] = {}
+    for offset, law_names in enumerate(grid.law_assignments(range(first, end))):
+        if is_pending[offset] and law_names not in first_indices:
+            first_indices[law_names] = first + offset
+    cases = [grid.case(index) for index in first_indices.values()]
+    return list({simulator.signature(case): case for case in cases}.values())
+
+
+def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simulator, directory: Path) -> float:
+    """Compile the code of these cases, each part in one worker, so that all workers find it in the cache.
+
+    Return the total compile time (s) of all workers, without the time for loading.
+
+    directory : the directory of the run; its folder for temporary files contains the progress
+
+    Errors are ignored here: they occur again when the case is run, and are recorded then.
+    """
+    parts = [(simulator.compile_loop, cases[0]), *((simulator.compile_for, case) for case in cases)]
+    progress_files = [store.Working(directory, secrets.token_hex(8)) for _ in parts]
+
+    def read_progress() -> list[phases.Progress]:
+        return [results for working in progress_files if (results := working.read())]
+
+    try:
+        compiling = progress.CompilationProgress(len(parts), read_progress)
+        with phases.phase(compiling):
+            tasks = [
+                workers.submit(prepare, working, *part) for working, part in zip(progress_files, parts, strict=True)
+            ]
+            failures, seconds = [], 0.0
+            for task in tasks:
+                failures.append(_failure(task))
+                seconds += 0.0 if failures[-1] else task.result()
+                compiling.done += 1
+    except RuntimeError as error:  # of the pool, as in `Driver`; BrokenExecutor is one
+        failures, seconds = [BrokenExecutor(str(error))], 0.0
+    if any(isinstance(failure, BrokenExecutor) for failure in failures):
+        workers.restart()
+    elif compile_failure := next((error for error in failures if error and not isinstance(error, InputError)), None):
+        progress.print_line(
+            f"compiling in advance failed ({error_line(compile_failure)}); cases that need this code will report it"
+        )
+    return seconds
+
+
+def _failure(future: Future) -> Exception | None:
+    try:
+        future.result()
+    except Exception as error:
+        return error
+    return None
+
+
+def failure_limit(max_failures: int | str | None, cases: int) -> int | None:
+    """Return how many cases may fail, from a number or a percentage."""
+    if max_failures is None:
+        return None
+    text = str(max_failures).strip()
+    scale = cases / 100.0 if text.endswith("%") else 1.0
+    try:
+        limit = int(float(text.removesuffix("%")) * scale)
+    except (ValueError, OverflowError):
+        limit = -1
+    if limit < 0:
+        raise InputError(f"max failures: found {max_failures!r}; expected a number of cases (20) or a share (5%)")
+    return limit

@@ -1,0 +1,327 @@
+"""The driver of a sweep: divides pending cases into batches, supplies the workers, and replaces dead ones."""
+
+import contextlib
+import os
+import secrets
+import signal
+import time
+from collections import deque
+from collections.abc import Callable
+from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+
+import numpy as np
+
+from ... import store
+from ...language.errors import ClearsweepError, StorageError
+from ...language.phases import Progress
+from ...store import durable
+from . import signals
+from .executors import Executor
+from .progress import CaseProgress
+from .tasks import Batch, Tasks
+from .worker import BatchOutcome, RunContext, failure, read_worker_status, run_batch
+
+TARGET_SECONDS = 2.0  # s of work in a batch: a commit takes about 20 ms, and a killed worker loses this much
+MIN_BATCH_SECONDS = 0.25  # s of work in a batch near the end, when the rest is distributed evenly
+MAX_BATCH_CASES = 4096  # cases in a batch, whose rows are kept in memory, 3 kB each
+MAX_BATCH_BYTES = 32e6  # bytes of histories in a batch
+OLD_BATCH_WEIGHT = 0.25  # weight of a batch in the mean time of a case, per later batch
+BATCH_GROWTH = 8  # largest growth of the batch size: the first cases may not be typical
+BATCHES_PER_WORKER = 2  # batches per worker: one running, one waiting
+CHECK_INTERVAL = 0.25  # s between checks of signals and workers
+STOP_TIMEOUT = 4.0  # s for workers to finish their cases after a signal
+DEATH_TIMEOUT = 2.0  # s for the pool to notice a dead worker itself
+MAX_RESTARTS = 3  # restarts of the pool without a finished batch in between
+
+
+class Batches:
+    """Pending cases, divided into batches of about TARGET_SECONDS; lost cases come first."""
+
+    def __init__(
+        self,
+        pending: np.ndarray,
+        ids: np.ndarray,
+        worker_count: int,
+        bytes_per_case: float,
+        read_finished_ids: Callable[[], np.ndarray] | None = None,
+    ):
+        """Prepare for the indices of the `pending` cases and their identities, uint64, both (cases,).
+
+        read_finished_ids : called at intervals; returns the identities (ascending) of cases that other drivers finished
+        """
+        self.pending, self.ids, self.worker_count, self.read_finished_ids = (
+            pending,
+            ids,
+            worker_count,
+            read_finished_ids,
+        )
+        self.max_cases = max(1, min(MAX_BATCH_CASES, int(MAX_BATCH_BYTES / max(bytes_per_case, 1.0))))
+        self.handed_out_count, self.largest_batch_size = 0, 1
+        self.weighted_case_count, self.weighted_seconds = 0.0, 0.0  # of recent batches; older ones count less
+        self.requeued: deque[Batch] = deque()
+        self.last_removal_time = time.monotonic()
+
+    def copy_times(self, earlier: "Batches") -> None:
+        """Expect these cases to take as long as those of earlier batches."""
+        self.weighted_case_count, self.weighted_seconds, self.largest_batch_size = (
+            earlier.weighted_case_count,
+            earlier.weighted_seconds,
+            earlier.largest_batch_size,
+        )
+
+    def update_time_estimate(self, outcome: BatchOutcome) -> None:
+        """Include the time of a finished batch in the estimate; older batches count less: the first ones load code."""
+        if outcome.seconds:
+            self.weighted_case_count = OLD_BATCH_WEIGHT * self.weighted_case_count + outcome.finished_count
+            self.weighted_seconds = OLD_BATCH_WEIGHT * self.weighted_seconds + outcome.seconds
+            self.largest_batch_size = max(self.largest_batch_size, outcome.finished_count)
+
+    def next(self) -> Batch | None:
+        """Return the next batch, or None if none is left."""
+        if self.requeued:
+            return self.requeued.popleft()
+        if self.read_finished_ids and time.monotonic() - self.last_removal_time > TARGET_SECONDS:
+            self._remove_finished(self.read_finished_ids())
+        size = min(self._size(), len(self.pending) - self.handed_out_count)
+        if not size:
+            return None
+        selection = slice(self.handed_out_count, self.handed_out_count + size)
+        self.handed_out_count += size
+        return new_batch(Tasks(self.pending[selection], self.ids[selection]))
+
+    def _remove_finished(self, finished_ids: np.ndarray) -> None:
+        """Remove finished cases from those not handed out yet."""
+        is_left = ~np.isin(self.ids[self.handed_out_count :], finished_ids)
+        self.pending, self.ids, self.handed_out_count = (
+            self.pending[self.handed_out_count :][is_left],
+            self.ids[self.handed_out_count :][is_left],
+            0,
+        )
+        self.last_removal_time = time.monotonic()
+
+    def _size(self) -> int:
+        if not self.weighted_case_count:
+            return 1
+        mean = max(self.weighted_seconds / self.weighted_case_count, 1e-6)
+        even_size = (len(self.pending) - self.handed_out_count) / (2.0 * self.worker_count)
+        return max(
+            1,
+            min(
+                int(max(min(TARGET_SECONDS / mean, even_size), MIN_BATCH_SECONDS / mean)),
+                BATCH_GROWTH * self.largest_batch_size,
+                self.max_cases,
+            ),
+        )
+
+
+def new_batch(cases: Tasks, attempts: int = 0) -> Batch:
+    """Return a batch with a unique name."""
+    return Batch(secrets.token_hex(8), cases, attempts)
+
+
+class Driver:
+    """Hands batches to an executor until none is left, a signal arrives, or too many cases failed."""
+
+    def __init__(
+        self,
+        executor: Executor,
+        directory: store.RunDirectory,
+        context: RunContext,
+        batches: Batches,
+        allowed_failures: int | None,
+        progress: CaseProgress,
+    ):
+        self.executor, self.directory, self.context, self.batches = executor, directory, context, batches
+        self.allowed_failures, self.progress = allowed_failures, progress
+        progress.read_progress = self._current_cases
+        self.running: dict[Future, Batch] = {}  # under way
+        self.ran, self.failed, self.case_seconds, self.restarts = 0, 0, 0.0, 0
+        self.death_times: dict[Future, float] = {}  # s, time at which its worker was found dead
+
+    def run(self) -> bool:
+        """Run all batches; return False if stopped because too many cases failed."""
+        with signals.patience():
+            while not signals.requested():
+                if self._has_too_many_failures():
+                    self._drain()
+                    return False
+                self._hand_out()
+                if not self.running:
+                    return True
+                completed_futures, _ = wait(self.running, timeout=CHECK_INTERVAL, return_when=FIRST_COMPLETED)
+                for future in completed_futures or self._futures_of_dead_workers():
+                    self._handle_completion(future)
+            self._drain()
+            raise signals.Stopped(
+                signals.requested(),
+                f"stopped: {self.ran:,} of {self.progress.total:,} "
+                "cases were finished and are kept; run the same command again to continue",
+            )
+
+    def _has_too_many_failures(self) -> bool:
+        return self.allowed_failures is not None and self.failed > self.allowed_failures
+
+    def _hand_out(self) -> None:
+        worker_count = self.executor.worker_count  # that of a cluster varies
+        self.batches.worker_count = self.progress.worker_count = worker_count
+        while len(self.running) < BATCHES_PER_WORKER * worker_count and not signals.requested():
+            batch = self.batches.next()
+            if batch is None:
+                return
+            try:
+                self.running[self.executor.submit(run_batch, self.context, batch)] = batch
+            except RuntimeError:  # the pool has just broken
+                self.batches.requeued.appendleft(batch)
+                self._restart()
+
+    def _handle_completion(self, future: Future) -> None:
+        """Record the end of one batch."""
+        if future not in self.running:
+            return  # lost in a restart that another batch caused
+        batch = self.running.pop(future)
+        if self.death_times.pop(future, None) and not future.done():
+            future.cancel()
+            self._handle_death(batch, None)
+            return
+        try:
+            outcome = future.result()
+        except self.executor.death_errors as error:
+            self._handle_death(batch, getattr(error, "exitcode", None))
+        except (BrokenExecutor, CancelledError):
+            self.running[future] = batch
+            self._restart()
+        except StorageError:
+            self._drain()
+            raise
+        else:
+            self._record_result(batch, outcome)
+
+    def _record_result(self, batch: Batch, outcome: BatchOutcome) -> None:
+        """Record a batch that its worker has returned."""
+        self._remove_worker_files(batch)
+        if outcome.committed:
+            self.directory.register_batch(outcome.committed)
+            self.restarts = 0
+        self.batches.update_time_estimate(outcome)
+        self.ran += outcome.finished_count
+        self.failed += outcome.failed_count
+        self.case_seconds += outcome.seconds
+        self.progress.advance(outcome.finished_count, self.failed)
+        if remaining_cases := batch.cases.part(outcome.finished_count):
+            self.batches.requeued.append(new_batch(remaining_cases))  # its worker was asked to stop
+
+    def _record_if_committed(self, batch: Batch) -> bool:
+        """Record a batch if its worker committed it before it died; return whether it did."""
+        committed = self.directory.committed_summary(batch.name)
+        if committed is None:
+            return False
+        self._record_result(batch, BatchOutcome(committed, *self.directory.counts_of(committed), 0.0))
+        return True
+
+    def _handle_death(self, batch: Batch, exitcode: int | None) -> None:
+        """Handle a batch whose worker died: its current case runs once more by itself, the others are requeued."""
+        worker_status = read_worker_status(self.context, batch)
+        self._remove_worker_files(batch)
+        if self._record_if_committed(batch):
+            return
+        if worker_status is None:  # it died before the first case
+            self.batches.requeued.append(new_batch(batch.cases, batch.attempts + 1))
+            if batch.attempts < MAX_RESTARTS:
+                return
+            raise ClearsweepError(
+                f"workers die before their first case ({_death_cause(exitcode)}); try --executor serial to see why"
+            )
+        position = worker_status.batch_index
+        failing_case, remaining = batch.cases.part(position, position + 1), batch.cases.without(position)
+        if remaining:
+            self.batches.requeued.append(new_batch(remaining))
+        if worker_status.timed_out:
+            self._give_up(
+                failing_case, "timeout", f"took longer than the {self.context.case_timeout:g} s of --case-timeout"
+            )
+        elif remaining or not batch.attempts:
+            self.batches.requeued.append(new_batch(failing_case, 1))
+        else:
+            self._give_up(failing_case, "crashed", f"its worker died twice ({_death_cause(exitcode)})")
+
+    def _give_up(self, failing_case: Tasks, status: str, message: str) -> None:
+        """Commit a failed row for a case that cannot be computed."""
+        batch, (case,) = new_batch(failing_case), failing_case.listed()
+        row = store.Row(case.case_id, self.context.grid.point(case.grid_index), failure(status, message))
+        committed = store.commit(self.context.directory, self.context.result_schema, batch.name, [row])
+        self._record_result(batch, BatchOutcome(committed, 1, 1, 0.0))
+
+    def _restart(self) -> None:
+        """Replace a broken pool; running batches are handed out again unless they were committed."""
+        self.restarts += 1
+        if self.restarts > MAX_RESTARTS:
+            raise ClearsweepError("the workers cannot be started or die at once; try --executor serial to see why")
+        running, self.running, self.death_times = self.running, {}, {}
+        self.executor.restart()
+        for batch in running.values():
+            if not self._record_if_committed(batch):
+                self.batches.requeued.append(new_batch(batch.cases, batch.attempts))
+
+    def _futures_of_dead_workers(self) -> list[Future]:
+        """Return futures that will not end: their worker died some time ago, unnoticed by the pool.
+
+        A worker on another machine cannot be checked, but its commits can.
+        """
+        now, elsewhere = time.monotonic(), self.executor.is_remote
+        committed = self.directory.committed() if elsewhere else set()
+        for future, batch in self.running.items():
+            worker_status = None if elsewhere else read_worker_status(self.context, batch)
+            if batch.name in committed or (worker_status and not _is_alive(worker_status.process)):
+                self.death_times.setdefault(future, now)
+        return [future for future, since in list(self.death_times.items()) if now - since > DEATH_TIMEOUT]
+
+    def _remove_worker_files(self, batch: Batch) -> None:
+        """Remove the status and the progress of a batch's worker."""
+        durable.discard(self.context.status_file(batch))
+        self.context.working(batch).replace_progress(None)
+
+    def _current_cases(self) -> tuple[int, list[Progress]]:
+        """Return how many cases of the running batches are finished, and the current cases of the workers."""
+        finished_count, cases = 0, []
+        for batch in list(self.running.values()):  # another thread may change it
+            worker_status = read_worker_status(self.context, batch)
+            if worker_status is None:
+                continue
+            finished_count += worker_status.batch_index
+            task, progress = batch.cases[worker_status.batch_index], self.context.working(batch).read()
+            if progress is None or progress.facts.get("case_id") != task.case_id:
+                progress = Progress("", max(time.time() - worker_status.since, 0.0), facts=self.context.facts(task))
+            cases.append(progress)
+        return finished_count, sorted(cases, key=lambda case: -case.seconds)
+
+    def _drain(self) -> None:
+        """Wait until the workers have finished their current cases, end them, and record their commits."""
+        with contextlib.suppress(OSError):  # a full disk: end them without a warning
+            os.close(durable.create_file(self.context.stop))
+        for future in wait(self.running, timeout=STOP_TIMEOUT).done:
+            with contextlib.suppress(Exception):
+                self._record_result(self.running[future], future.result())
+                del self.running[future]
+        self.executor.close()
+        for batch in self.running.values():
+            self._record_if_committed(batch)
+
+
+def _is_alive(pid: int) -> bool:
+    try:
+        os.kill(pid, 0)
+    except ProcessLookupError:
+        return False
+    return True
+
+
+def _death_cause(exitcode: int | None) -> str:
+    if exitcode is None:
+        return "unknown cause"
+    if exitcode >= 0:
+        return f"exit code {exitcode}"
+    try:
+        name = signal.Signals(-exitcode).name
+    except ValueError:  # a real-time signal has a number only
+        name = f"signal {-exitcode}"
+    return f"{name}, perhaps out of memory" if name == "SIGKILL" else name

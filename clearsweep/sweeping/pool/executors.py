@@ -1,0 +1,368 @@
+"""Executors: where batches run."""
+
+import contextlib
+import functools
+import logging
+import math
+import multiprocessing
+import os
+import pickle
+import signal
+import sys
+import threading
+import time
+from collections.abc import Callable
+from concurrent.futures import BrokenExecutor, Future
+from multiprocessing.context import SpawnContext, SpawnProcess
+from multiprocessing.process import BaseProcess
+from types import ModuleType
+from typing import Any, Protocol, TypeVar
+
+from pebble import CONSTS, ProcessExpired, ProcessPool
+
+from ...language.errors import InputError, SchedulerLostError, error_line
+from . import resources, signals, worker
+
+THREAD_VARIABLES = (
+    "OPENBLAS_NUM_THREADS",
+    "OMP_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+    "NUMBA_NUM_THREADS",
+)
+CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
+NODES = "nodes"  # not an executor: a driver on each node of a cluster, see `nodes`
+RECOUNT_INTERVAL = 2.0  # s between counts of a cluster's workers
+ANSWER_TIMEOUT = 10.0  # s for a scheduler to answer a request, including the connection
+BASE_FILES = 24  # most open files of a run, without those of its workers
+FILES_OF_WORKER = {"local": 2, "serial": 0, "dask": 10, NODES: 0}
+QUIETED_LOGGERS = (
+    "asyncio",
+    "distributed",
+    "tornado",
+)  # loggers that print tracebacks of failures that are handled here
+CONSTS.channel_lock_timeout = 2.0  # s; a worker that is killed with the lock stalls the others for twice as long
+
+
+def cores() -> int:
+    """Return the number of cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+def allow_files(executor: str, worker_count: int) -> None:
+    """Raise the limit of open files to the need of `worker_count` workers; InputError if that is not permitted."""
+    resources.allow_files(BASE_FILES + FILES_OF_WORKER[executor] * worker_count)
+
+
+def no_preparation() -> None:
+    """Do nothing: workers need no modules loaded in advance."""
+
+
+class Executor(Protocol):
+    """Workers that run batches, as the driver uses them.
+
+    Arguments: number of workers, address of a scheduler, and a function that each new worker calls first.
+    """
+
+    death_errors: tuple[type[Exception], ...]  # exceptions of a batch whose worker died
+    is_remote: bool  # whether workers may be on other machines
+
+    @property
+    def worker_count(self) -> int:
+        """Return the number of workers."""
+
+    def submit(self, function: Callable, *args: Any) -> Future:
+        """Run `function(*args)` in a worker; raise RuntimeError if the pool is broken."""
+
+    def restart(self) -> None:
+        """Replace all workers; their unfinished batches are lost."""
+
+    def close(self) -> None:
+        """End all workers."""
+
+
+class _Process(SpawnProcess):
+    """A worker process that does not re-import the user's script, which may lack a `__main__` guard."""
+
+    @staticmethod
+    def _Popen(process_obj: BaseProcess) -> Any:  # noqa: N802 - the name that multiprocessing calls
+        main = sys.modules["__main__"]
+        sys.modules["__main__"] = ModuleType("__main__")
+        try:
+            return SpawnProcess._Popen(process_obj)
+        finally:
+            sys.modules["__main__"] = main
+
+
+class _Context(SpawnContext):
+    """The context of a pool, which knows the names of its locks."""
+
+    Process = _Process
+
+    def __init__(self) -> None:
+        self.lock_names: list[str] = []
+
+    def RLock(self) -> Any:  # noqa: N802 - the name that pebble calls
+        """Return a lock that processes share."""
+        lock: Any = super().RLock()
+        self.lock_names.append(lock._semlock.name)
+        return lock
+
+
+class Local:
+    """Processes on this machine, one thread each; a process that dies loses only its own batch."""
+
+    death_errors: tuple[type[Exception], ...] = (ProcessExpired,)
+    is_remote = False
+
+    def __init__(self, worker_count: int, _scheduler: str | None = None, load: Callable[[], None] = no_preparation):
+        self.worker_count, self._load = worker_count, load
+        self._environment = {name: os.environ.get(name) for name in THREAD_VARIABLES}
+        os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))  # read by numpy when the workers import it
+        self._pool = self._started()
+
+    def _started(self) -> ProcessPool:
+        self._context = _Context()
+        with signals.shielded():
+            try:
+                pool = ProcessPool(self.worker_count, 0, worker.start_worker, (os.getpid(), self._load), self._context)
+                if pool.active:  # this call starts the workers
+                    return pool
+                reason = ""
+            except (OSError, BrokenExecutor) as error:
+                reason = f" ({error_line(error.__cause__ or error)})"
+        raise InputError(
+            f"jobs: {self.worker_count} worker processes could not be started{reason}; reduce --jobs, or raise the "
+            "limit (ulimit -a)"
+        )
+
+    def submit(self, function: Callable, *args: Any) -> Future:
+        """Run `function(*args)` in a worker; raise RuntimeError if the pool is broken."""
+        return self._pool.schedule(function, args=args)
+
+    def restart(self) -> None:
+        """Replace all workers; their unfinished batches are lost."""
+        self.close()
+        os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
+        self._pool = self._started()
+
+    def close(self) -> None:
+        """Kill all workers; finished batches are kept."""
+        try:
+            signals.register_locks(self._context.lock_names)
+        finally:
+            self._pool.stop()
+        for process in multiprocessing.active_children():
+            if isinstance(process, _Process):
+                process.kill()
+        self._pool.join()
+        for name, value in self._environment.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value
+
+
+class Serial:
+    """This process, one batch at a time: for debugging a case, not for sweeps."""
+
+    worker_count, is_remote = 1, False
+    death_errors: tuple[type[Exception], ...] = ()
+
+    def __init__(
+        self, _worker_count: int = 1, _scheduler: str | None = None, _load: Callable[[], None] = no_preparation
+    ):
+        """Ignore the number of workers: it is 1."""
+
+    def submit(self, function: Callable, *args: Any) -> Future:
+        """Run `function(*args)` and return its outcome."""
+        future: Future = Future()
+        try:
+            future.set_result(function(*args))
+        except Exception as error:
+            future.set_exception(error)
+        return future
+
+    def restart(self) -> None:
+        """Do nothing: there are no workers."""
+
+    def close(self) -> None:
+        """Do nothing."""
+
+
+class Dask:
+    """The workers of the dask cluster at a scheduler's address; without an address, those of a new local cluster."""
+
+    is_remote = True
+
+    def __init__(self, worker_count: int, scheduler: str | None = None, _load: Callable[[], None] = no_preparation):
+        distributed = _distributed()
+        self.death_errors: tuple[type[Exception], ...] = (distributed.KilledWorker, worker.AbandonedError)
+        self._requested_worker_count, self._scheduler = worker_count, scheduler
+        self._start()
+
+    def _start(self) -> None:
+        self._cluster = None if self._scheduler else _cluster(self._requested_worker_count)
+        self._client = client(self._scheduler or self._cluster)
+        self._executor = self._client.get_executor(pure=False, retries=0)
+        self._counted_at = -math.inf
+
+    @property
+    def worker_count(self) -> int:
+        """Return the number of workers, at least 1, counted at most every RECOUNT_INTERVAL seconds."""
+        if time.monotonic() - self._counted_at > RECOUNT_INTERVAL:
+            try:
+                self._worker_count = max(1, len(with_timeout(self._client.nthreads)))
+            except Exception as error:
+                raise self._lost_error(error) from None
+            self._counted_at = time.monotonic()
+        return self._worker_count
+
+    def submit(self, function: Callable, *args: Any) -> Future:
+        """Run `function(*args)` on some worker; raise RuntimeError if the connection to the scheduler is lost."""
+        content = pickle.dumps((function, args))
+        try:
+            future: Future = self._executor.submit(worker.run_packed, content)
+        except Exception as error:  # a closed client raises its own error
+            raise BrokenExecutor(error_line(error)) from None
+        return future
+
+    def restart(self) -> None:
+        """Connect again; a cluster that this run started is replaced."""
+        self.close()
+        try:
+            self._start()
+        except InputError as error:
+            raise self._lost_error(error.__cause__) from None
+
+    def _lost_error(self, error: BaseException | None) -> SchedulerLostError:
+        """Return the error for a scheduler that no longer answers."""
+        return SchedulerLostError(
+            f"scheduler: {self._scheduler or 'the one of this run'} was lost ({error}); "
+            "finished cases are kept: run the same command again to continue"
+        )
+
+    def close(self) -> None:
+        """Cancel unfinished batches; end the workers of a cluster that this run started."""
+        self._executor.shutdown(wait=False)
+        if self._cluster is not None:
+            for nanny in self._cluster.workers.values():
+                nanny.auto_restart = False
+                with contextlib.suppress(ProcessLookupError, TypeError):
+                    os.kill(nanny.pid, signal.SIGKILL)  # a case may never end
+        close_peer(self._client)
+        if self._cluster is not None:
+            close_peer(self._cluster)
+
+
+def close_peer(peer: Any) -> None:
+    """Close a client or a cluster, or abandon it after ANSWER_TIMEOUT.
+
+    Closing waits for a lock that all clients and clusters share. Garbage collection of one of them meanwhile can leave
+    it locked for ever. The interpreter must not close an abandoned cluster again at its end.
+    """
+    with contextlib.suppress(Exception):
+        with_timeout(functools.partial(peer.close, timeout=ANSWER_TIMEOUT))
+        return
+    with contextlib.suppress(AttributeError, KeyError):
+        type(peer)._instances.discard(peer)
+
+
+def check_scheduler(scheduler: str | None) -> None:
+    """Raise InputError if dask is not installed, the scheduler does not answer, or a worker has several threads."""
+    _distributed()
+    if scheduler is None:
+        return
+    dask_client = client(scheduler)
+    try:
+        multithreaded = [address for address, threads in with_timeout(dask_client.nthreads).items() if threads > 1]
+    except Exception as error:
+        raise _no_answer(scheduler, error) from None
+    finally:
+        close_peer(dask_client)
+    if multithreaded:
+        raise InputError(
+            f"scheduler: {len(multithreaded)} workers of {scheduler} have several threads ({multithreaded[0]}); start "
+            "them with `dask worker --nthreads 1 --nworkers N`, one case at a time in each"
+        )
+
+
+def client(address: Any) -> Any:
+    """Return a client of the scheduler at `address`, or of a cluster."""
+    connect = functools.partial(_distributed().Client, address, timeout=ANSWER_TIMEOUT, set_as_default=False)
+    try:
+        return with_timeout(connect)
+    except Exception as error:  # many kinds: a wrong address, no server, or a server of another protocol
+        raise _no_answer(address, error) from error
+
+
+def _no_answer(address: Any, error: Exception) -> InputError:
+    """Return the error for an address at which no scheduler answers."""
+    return InputError(
+        f"scheduler: {address} does not answer ({error_line(error)}); expected the address that "
+        "`dask scheduler` prints, such as tcp://10.0.0.1:8786"
+    )
+
+
+T = TypeVar("T")
+
+
+def with_timeout(function: Callable[[], T]) -> T:
+    """Return `function()`, or raise TimeoutError after ANSWER_TIMEOUT; its thread then continues in the background.
+
+    The time limit of a client applies to each message separately, and restarts when it closes.
+    """
+    answer: Future[T] = Future()
+
+    def run() -> None:
+        try:
+            answer.set_result(function())
+        except BaseException as error:
+            answer.set_exception(error)
+
+    threading.Thread(target=run, daemon=True).start()
+    try:
+        return answer.result(ANSWER_TIMEOUT)
+    except TimeoutError:
+        raise TimeoutError(f"no answer within {ANSWER_TIMEOUT:g} s") from None
+
+
+def _cluster(worker_count: int) -> Any:
+    """Return a cluster of processes on this machine, one thread each."""
+    import dask
+
+    settings = {
+        "distributed.scheduler.allowed-failures": 10,  # for batches that were only waiting when a worker died
+        "distributed.nanny.pre-spawn-environ": dict.fromkeys(THREAD_VARIABLES, "1"),
+    }
+    with dask.config.set(settings), signals.shielded():
+        return _distributed().LocalCluster(
+            n_workers=worker_count,
+            threads_per_worker=1,
+            host="127.0.0.1",
+            memory_limit=0,
+            dashboard_address="127.0.0.1:0",
+            silence_logs=logging.CRITICAL,
+        )
+
+
+def _distributed() -> Any:
+    """Return the package `distributed`; raise InputError if it is not installed."""
+    try:
+        import distributed
+    except ImportError:
+        raise InputError("executor: dask is not installed; `pip install clearsweep[dask]` installs it") from None
+    for name in {*QUIETED_LOGGERS, *logging.root.manager.loggerDict}:
+        if name.partition(".")[0] in QUIETED_LOGGERS:
+            logging.getLogger(name).setLevel(logging.CRITICAL)
+    return distributed
+
+
+MakeExecutor = Callable[[int, str | None, Callable[[], None]], Executor]  # of jobs, scheduler, load
+
+EXECUTORS: dict[str, MakeExecutor] = {
+    "local": Local,
+    "serial": Serial,
+    "dask": Dask,
+}

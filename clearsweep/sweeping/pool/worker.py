@@ -1,0 +1,363 @@
+"""A worker process: computes the cases of a batch, commits them and returns its outcome."""
+
+import contextlib
+import ctypes
+import faulthandler
+import functools
+import gc
+import os
+import pickle
+import platform
+import signal
+import sys
+import time
+from collections.abc import Callable, Hashable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+from ... import store
+from ...answers.validity import LIFE_FAILED
+from ...contracts.case import Case
+from ...contracts.catalogue import Catalogue
+from ...contracts.results import Peak, Trajectory
+from ...grid import Grid
+from ...language import phases
+from ...language.errors import ClearsweepError, DirectoryError, InputError, StorageError, error_line
+from ...store import durable
+from . import resources, signals
+from .tasks import Batch, Task
+
+CHUNK_SIZE = 64  # cases created at a time, in a third of the time of one by one
+CHECK_INTERVAL = 0.01  # s between checks for a request to stop
+ERROR_CHECK_COST = 10.0**0.125  # run time of an error check over that of the case, at a tenth of the tolerance
+OUT_OF_TIME = "time-budget"  # status of a case that exceeded its time
+_PR_SET_PDEATHSIG = 1
+STATUS_LENGTH = 22  # bytes for worker and case; after them a watchdog writes the position of a case that timed out
+
+
+class Simulator(Protocol):
+    """The functions of mechanics that a sweep calls: `SIMULATION`, or a substitute in tests.
+
+    It is pickled for worker processes.
+    """
+
+    def catalogue(self) -> Catalogue:
+        """Return all laws, for reading a grid."""
+
+    def load(self) -> None:
+        """Load the modules of cases."""
+
+    def signature(self, case: Case, /) -> Hashable:
+        """Return a key that cases with the same compiled code share."""
+
+    def compile_for(self, case: Case, /) -> None:
+        """Compile the code of a case's signature, or load it from the cache."""
+
+    def compile_loop(self, case: Case, /) -> None:
+        """Compile the code of all cases, or load it from the cache."""
+
+    def solve(self, case: Case, log: store.Unfinished | None = None, /) -> Trajectory:
+        """Return the result of a case; a life gets a `log`, from which it resumes."""
+
+    def peak(self, case: Case, joint: int, revolutions: float, window_from: float | None, /) -> Peak:
+        """Return the revolution with the largest normal force of a joint.
+
+        revolutions : length of the run; window_from : revolutions before its window, None: those of the case.
+        """
+
+    def derived(self, case: Case, /) -> dict[str, tuple[float, str]]:
+        """Return name -> (value, SI unit) of derived values."""
+
+    def warnings(self, case: Case, /) -> list[str]:
+        """Return sentences about suspicious values."""
+
+    def recommended(self, case: Case, /) -> list[str]:
+        """Return lines on the laws that are recommended for the joints of a case."""
+
+    def alternatives(self, case: Case, /) -> dict[str, list[str]]:
+        """Return path of a law's name -> the other laws that are suitable for its joint."""
+
+
+@dataclass(frozen=True)
+class RunContext:
+    """Data that all batches of a run share; a process unpacks it only once."""
+
+    directory: Path
+    grid: Grid
+    simulator: Simulator
+    case_timeout: float | None  # s
+    driver: str = ""  # owner of the batches, if several drivers work at one block
+
+    def __reduce__(self) -> tuple[Callable[[bytes], "RunContext"], tuple[bytes]]:
+        return _unpack_context, (self._packed,)
+
+    @cached_property
+    def _packed(self) -> bytes:
+        return pickle.dumps((self.directory, self.grid, self.simulator, self.case_timeout, self.driver))
+
+    @cached_property
+    def result_schema(self) -> store.ResultSchema:
+        """Return the schema of the results."""
+        return store.ResultSchema.of(self.grid)
+
+    @cached_property
+    def stop(self) -> Path:
+        """Return the file that asks workers to stop after their current case."""
+        name = f"{self.driver}.stop" if self.driver else "stop"
+        return durable.scratch_file(self.directory / store.SCRATCH, name)
+
+    def status_file(self, batch: Batch) -> Path:
+        """Return the file in which a worker records its current case."""
+        return durable.scratch_file(self.directory / store.SCRATCH, f"{batch.name}.note")
+
+    def facts(self, task: Task) -> dict[str, Any]:
+        """Return the description of a task's case, for programs."""
+        return {"case_id": task.case_id, "case": task.grid_index + 1, "cases": len(self.grid)}
+
+    def working(self, batch: Batch) -> store.Working:
+        """Return the file in which a worker records its progress in a long case."""
+        return store.Working(self.directory, batch.name)
+
+
+@functools.lru_cache(maxsize=1)
+def _unpack_context(content: bytes) -> RunContext:
+    return RunContext(*pickle.loads(content))
+
+
+class AbandonedError(Exception):
+    """A batch that another worker began but did not finish before it ended."""
+
+
+class BatchOutcome(NamedTuple):
+    """Outcome of a batch; the results themselves are in the store."""
+
+    committed: str | None  # name of its summary, or None if nothing was committed
+    finished_count: int
+    failed_count: int
+    seconds: float  # s, time for its cases
+
+
+def start_worker(parent: int, load: Callable[[], None]) -> None:
+    """Prepare a worker process: it ends with its parent, obeys signals between cases, and has its modules loaded."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)  # the parent ended before this call
+    signals.in_worker()
+    store.use_one_thread()
+    with contextlib.suppress(Exception):  # an error comes up again in a case, where it is recorded
+        load()
+    gc.freeze()  # loaded objects stay, so the garbage collector need not scan them
+
+
+class CaseTime(NamedTuple):
+    """The time of a case, measured or extrapolated from its beginning."""
+
+    seconds: float | None  # s, without compiling; None: the beginning does not determine it
+    events: int
+    elapsed: float  # s, time of the measurement without compiling
+    compiling: float  # s, compiling during the measurement
+    extrapolated: bool = False
+    over_budget: bool = False  # its time budget ends it earlier, so that is its time
+    failure: str = ""  # status and message of a case that fails
+
+
+def time_case(simulator: Simulator, case: Case, patience: float, working: store.Working | None = None) -> CaseTime:
+    """Return the time of a case; after `patience` (s) it is extrapolated from the beginning."""
+    budget = min(case.simulate.time_budget, patience)
+    begin, compile_time = time.perf_counter(), phases.compile_seconds()
+    with (
+        phases.store_progress(working.replace_progress) if working else contextlib.nullcontext(),
+        phases.track_estimate() as latest,
+    ):
+        try:
+            trajectory = simulator.solve(case._replace(simulate=case.simulate._replace(time_budget=budget)))
+        except InputError as error:
+            trajectory = Trajectory("refused", str(error), {})
+    compile_time = phases.compile_seconds() - compile_time
+    elapsed = time.perf_counter() - begin - compile_time
+    status_texts = [trajectory.status, *trajectory.message.partition(LIFE_FAILED)[2:]]  # of the case, of a further life
+    if not any(OUT_OF_TIME in text for text in status_texts) or budget == case.simulate.time_budget:
+        failure = "" if trajectory.status == "ok" else f"{trajectory.status}: {trajectory.message}"
+        return CaseTime(elapsed, len(trajectory.events), elapsed, compile_time, failure=failure)
+    total = latest.total_time and max(latest.total_time - compile_time, elapsed)
+    if total and case.simulate.error_check:
+        total *= 1.0 + ERROR_CHECK_COST
+    is_over_budget = total is not None and total > case.simulate.time_budget
+    return CaseTime(
+        case.simulate.time_budget if is_over_budget else total,
+        0,
+        elapsed,
+        compile_time,
+        extrapolated=True,
+        over_budget=is_over_budget,
+    )
+
+
+def prepare(working: store.Working, compile_part: Callable[[Case], None], case: Case) -> float:
+    """Compile a part of a case's code, or load it, with the progress in a file; return the time (s) of compiling."""
+    begin = phases.compile_seconds()
+    with phases.store_progress(working.replace_progress):
+        compile_part(case)
+    return phases.compile_seconds() - begin
+
+
+def find_peak(simulator: Simulator, case: Case, column: str, worst_case: store.Worst) -> Peak | str:
+    """Return the revolution of a finished case with its largest normal force, or the reason why it is not found.
+
+    column : of the summary, that of this force
+    """
+    try:
+        revolutions = worst_case.revolutions or case.simulate.revolutions
+        peak = simulator.peak(case, worst_case.joint, revolutions, worst_case.window_from)
+    except Exception as error:
+        return error_line(error)
+    is_same_peak = peak.path.status == "ok" and peak.path.summary[column] == worst_case.peak
+    return peak if is_same_peak else "its motion differs on this machine"
+
+
+def run_packed(content: bytes) -> Any:
+    """Return the outcome of a pickled (function, arguments), for executors that inspect arguments."""
+    store.use_one_thread()
+    function, arguments = pickle.loads(content)
+    return function(*arguments)
+
+
+def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
+    """Compute the cases of a batch and commit them; on a request to stop, commit the finished ones."""
+    signals.exit_if_requested()
+    first_task = batch.cases[0]
+    if context.grid.case_id(first_task.grid_index) != first_task.case_id:
+        raise ClearsweepError(
+            f"the worker on {platform.node()} has another version of clearsweep than the main "
+            "program; install the same version everywhere"
+        )
+    rows, logs, begin = [], list[store.Unfinished](), time.perf_counter()
+    with (
+        signals.patience(),
+        _new_status_file(context.status_file(batch)) as status_writer,
+        phases.store_progress(context.working(batch).replace_progress),
+    ):
+        for task, point, trajectory in _solved(context, batch, status_writer, logs):
+            rows.append(store.Row(task.case_id, point, trajectory))
+        seconds = time.perf_counter() - begin
+        committed = store.commit(context.directory, context.result_schema, batch.name, rows) if rows else None
+        for log in logs:
+            log.discard()
+    return BatchOutcome(committed, len(rows), sum(row.trajectory.status != "ok" for row in rows), seconds)
+
+
+def _solved(
+    context: RunContext, batch: Batch, status_writer: "_StatusWriter", logs: list[store.Unfinished]
+) -> Iterator[tuple[Task, dict[str, Any], Trajectory]]:
+    """Yield the cases of a batch and their results; on a request to stop, end after the current case.
+
+    `logs` : receives the logs of lives, which are obsolete once their results are stored.
+    """
+    stop_request = _StopRequest(context)
+    for index, (task, point, case) in enumerate(_cases(context.grid, batch)):
+        if stop_request.is_requested():
+            return
+        status_writer.record(index)
+        log = store.Unfinished(context.directory, task.case_id) if case.life else None
+        with phases.phase("") as phase:
+            phase.facts = context.facts(task)
+            trajectory = _solve(context, case, log, status_writer.handle)
+        yield task, point, trajectory
+        logs += [log] if log else []
+
+
+def _cases(grid: Grid, batch: Batch) -> Iterator[tuple[Task, dict[str, Any], Case]]:
+    """Yield tasks, points and cases; several are created at once, in a third of the time."""
+    for begin in range(0, len(batch.cases), CHUNK_SIZE):
+        tasks = batch.cases.part(begin, begin + CHUNK_SIZE).listed()
+        points = [grid.point(task.grid_index) for task in tasks]
+        yield from zip(tasks, points, [grid.case_at(point) for point in points], strict=True)
+
+
+class _StopRequest:
+    """Tells a worker whether to stop before its next case; at intervals it checks a file, which takes 5 us."""
+
+    def __init__(self, context: RunContext):
+        self.stop, self.due = os.fspath(context.stop), 0.0
+
+    def is_requested(self) -> bool:
+        """Return whether to stop."""
+        if signals.requested():
+            return True
+        if (now := time.monotonic()) < self.due:
+            return False
+        self.due = now + CHECK_INTERVAL
+        return os.path.exists(self.stop)
+
+
+class _StatusWriter:
+    """The status of a batch's worker, written by itself; space for the watchdog follows the text."""
+
+    def __init__(self, path: Path, handle: int):
+        self.path, self.handle, self.process = path, handle, os.getpid()
+        os.lseek(handle, STATUS_LENGTH, os.SEEK_SET)
+
+    def record(self, index: int) -> None:
+        """Record which case of the batch is next."""
+        try:
+            os.pwrite(self.handle, f"{self.process:10d} {index:10d}\n".encode(), 0)
+        except OSError as error:
+            raise durable.refused_write_error(self.path, error) from error
+
+
+@contextlib.contextmanager
+def _new_status_file(path: Path) -> Iterator[_StatusWriter]:
+    """Yield a new status file; AbandonedError if one exists: the scheduler repeats a batch that killed a worker."""
+    with durable.storing(path):
+        try:
+            handle = durable.create_file(path)
+        except FileExistsError:
+            raise AbandonedError(f"{path.name}: its batch was begun before") from None
+    try:
+        yield _StatusWriter(path, handle)
+    finally:
+        os.close(handle)
+
+
+class WorkerStatus(NamedTuple):
+    """The position of a worker in its batch."""
+
+    process: int
+    batch_index: int
+    timed_out: bool  # the case exceeded its time
+    since: float = 0.0  # s, time of writing
+
+
+def read_worker_status(context: RunContext, batch: Batch) -> WorkerStatus | None:
+    """Return the status of a batch's worker, or None if no worker has begun it."""
+    try:
+        path = context.status_file(batch)
+        process, index, *mark = durable.read(path).split()
+        return WorkerStatus(int(process), int(index), bool(mark), path.stat().st_mtime)
+    except (OSError, ValueError):
+        return None
+
+
+def _solve(context: RunContext, case: Case, log: store.Unfinished | None, status_handle: int) -> Trajectory:
+    """Return the result of a case; errors in it become its status."""
+    if context.case_timeout:  # a watchdog ends the process, even in compiled code, and records this in the status file
+        faulthandler.dump_traceback_later(context.case_timeout, exit=True, file=status_handle)
+    try:
+        return context.simulator.solve(case, log) if log else context.simulator.solve(case)
+    except (StorageError, DirectoryError):
+        raise  # error of the log: no case can be stored
+    except InputError as error:
+        return failure("refused", str(error))
+    except Exception as error:
+        return failure("crashed", resources.remedy_text(error) or error_line(error))
+    finally:
+        if context.case_timeout:
+            faulthandler.cancel_dump_traceback_later()
+
+
+def failure(status: str, message: str) -> Trajectory:
+    """Return the failed result of a case."""
+    return Trajectory(status, message, {})

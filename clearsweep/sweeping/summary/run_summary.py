@@ -1,0 +1,364 @@
+"""The summary table of a run: worst cases, failures, files."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from ... import grid as grids
+from ...answers import case_ranking, expected, films, labels, probability
+from ...answers.verdict import Limit
+from ...answers.words import common_units, digits_of
+from ...contracts.layout import Layout
+from ...language import wording
+from ...language.errors import InputError
+from ...store import ANSWER_FILE, answer_of
+from ..facts import identified
+from ..facts.run_facts import RunFacts
+from ..facts.settings import given_text, grid_text, grid_texts, setting_name, setting_text, value_text
+from ..facts.slowest_case import slowest_case_lines
+from ..sweep import RunResult
+from .searched import optimise_facts, seek_facts
+
+DERIVED = 12  # lines on derived values at the end of a run
+RADIAL, DIAMETRAL, SCATTER = ", radial)", ", diametral)", ", range)"  # ends of names of values that share a line
+MANY_AXES = 4  # swept paths above which the summary table leaves out columns with one value
+
+
+def of_run(result: RunResult) -> dict[str, Any]:
+    """Return the facts that `run` reports of a RunResult, for JSON: counts, files, worst cases, failures; in SI."""
+    run = result.open()
+    run_facts = RunFacts(run.grid, run.layout)
+    run_facts.read(run)
+    limits, leading = run_facts.limits, run_facts.ranking
+    words = {key: run.grid.get(key, {}) for key in ("units", "fits", "labels")}
+    words["written_units"] = common_units(run.grid)
+    words["digits"] = {path: digits_of(run.grid, path, words["written_units"]) for path in run.grid["units"]}
+    answer = answer_of(run)
+    return words | {
+        "directory": str(result.directory),
+        "cases": result.cases,
+        "ran": result.ran,
+        "reused": result.reused,
+        "ok": result.ok,
+        "failed": result.failed,
+        "missing": result.missing,
+        "others": result.others,
+        "statuses": dict(run_facts.statuses),
+        "joined": result.joined,
+        "seconds": round(result.seconds, 3),
+        "case_seconds": round(result.case_seconds, 3),
+        "derived": result.derived,
+        "warnings": [*result.warnings, *run_facts.remarks.sentences()],
+        "limits": limits.facts(),
+        "limit_labels": _limit_labels(run.layout, limits.verdict.limits, limits.units),
+        "limited_figures": {
+            limit.column: labels.column_label(run.layout, limit.column) for limit in limits.verdict.limits
+        },
+        "probability": _probability(answer),
+        "life": run_facts.lives.facts(),
+        "slowest": run_facts.slowest_case.slowest,
+        "seek": seek_facts(result, run.grid),
+        "optimised": optimise_facts(result, limits.units, limits.verdict.limits),
+        "identified": result.identified and identified.of_run(result.identified),
+        "refined": result.refined and result.refined._asdict(),
+        "question": answer["question"],
+        "ranked": {"title": leading.title, "headings": list(leading.headings), "units": limits.units},
+        "worst": run_facts.worst.entries,
+        "answer": answer | {"sentences": [plain(text) for text in answer["sentences"]]},
+        "expected": run_facts.expected,
+        "law_check": run_facts.laws.facts(next(iter(run_facts.worst.entries), None)),
+        "failures": run_facts.failures,
+        "files": {name: str(result.directory / name) for name in (*run.files, ANSWER_FILE)},
+    }
+
+
+def require_judgement(grid: grids.Grid) -> None:
+    """Raise InputError for a grid that judges nothing, so that `--fail-on-limits` would always pass."""
+    if not (grid.limits or grid.seek or grid.optimise or grid.identify):
+        raise InputError(
+            "--fail-on-limits: the grid has no `limits` and no search; add `limits` or leave the option out"
+        )
+
+
+def limits_failure(facts: Mapping[str, Any]) -> str:
+    """Return why the limits of a run are not known to be met, or ''; facts : of `of_run`."""
+    answer, reasons = facts["answer"], []
+    counts = answer["cases"] or {}
+    if counts.get("exceeded"):
+        exceeding = [design for design in answer["designs"] if design["verdict"] == "exceeds"]
+        worst = f" (worst: {wording.short_id(exceeding[-1]['worst'])})" if exceeding else ""
+        reasons.append(f"{wording.count_text(counts['exceeded'], 'case')} exceed a limit{worst}")
+    if counts.get("undecided"):
+        reasons.append(
+            f"{wording.count_text(counts['undecided'], 'case')} undecided: failed, not run, or without figure"
+        )
+    question, rows = answer["question"], answer["search"]
+    if question == "seek":
+        unanswered = sum(all(value is None for name, value in row.items() if name.startswith("seek.")) for row in rows)
+        if unanswered or not rows:
+            reasons.append(f"`seek` has no answer for {unanswered} of {len(rows)} searches")
+    elif question == "optimise" and not (rows and answer.get("best_met", True)):
+        reasons.append("`optimise` has no case that meets the limits")
+    elif question == "identify" and not answer.get("identified"):
+        reasons.append("`identify` has no answer")
+    return "; ".join(reasons)
+
+
+def _probability(answer: Mapping[str, Any]) -> tuple[float, float, float] | None:
+    """Return the probability of exceeding a limit, with its interval; None if the cases are not one random sample."""
+    share = answer["designs"][0].get("share") if answer["question"] == "sample" and answer["designs"] else None
+    if share is None or share["low"] is None:
+        return None
+    draws = answer["designs"][0]["conditions"]
+    return probability.binomial_interval(round(share["exceeded"] * draws), draws)
+
+
+def _limit_labels(layout: Layout, limits: Iterable[Limit], units: Mapping[str, str]) -> dict[str, str]:
+    """Return the limits on each column in words; units : column -> SI unit."""
+    texts: dict[str, list[str]] = {}
+    for limit in limits:
+        texts.setdefault(limit.column, []).append(labels.limit_label(layout, limit, units.get(limit.column, "1")))
+    return {column: " and ".join(limit_texts) for column, limit_texts in texts.items()}
+
+
+def _expected_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the line on the largest force peak to expect in many revolutions."""
+    peak = facts["expected"]
+    if not peak:
+        return []
+    has_many_axes = len(peak["swept"]) > MANY_AXES
+    setting = f"case {wording.short_id(peak['case_id'])}" if has_many_axes else setting_text(peak["swept"], facts)
+    where = f" in {wording.joint_name(peak['joint'])}" + (f" at {setting}" if setting else "")
+    return [
+        "",
+        expected.expected_peak_sentence([grid_text(peak[key], "N") for key in ("value", "high", "seen")], where),
+    ]
+
+
+def run_text(facts: dict[str, Any]) -> str:
+    """Return the facts of a run as text lines."""
+    remaining = f", {facts['missing']:,} left" if facts["missing"] else ""
+    first_line = f"{cases(facts['ran'])} ran in {wording.duration_text(facts['seconds'])} ({facts['reused']:,} reused)"
+    if facts["joined"]:
+        duration = wording.duration_text(facts["seconds"])
+        first_line = f"{cases(facts['reused'])} of {facts['joined']} directories merged in {duration}"
+    lines = [
+        f"{first_line}: {facts['ok']:,} ok, {facts['failed']:,} failed{remaining}",
+        *slowest_case_lines(facts["slowest"]),
+    ]
+    if facts["others"]:
+        lines.append(
+            f"{cases(facts['others'])} with other values on the axes stay stored and are not in summary.parquet; "
+            f"a grid with these values reuses them; `clearsweep report {facts['directory']} --all` shows all"
+        )
+    lines += derived_lines(facts["derived"], DERIVED)
+    if facts["failures"]:
+        lines += [
+            "",
+            "Failed cases: "
+            + ", ".join(f"{count:,} {status}" for status, count in facts["statuses"].items() if status != "ok"),
+        ]
+        lines += [
+            f"  {wording.short_id(entry['case_id'])}  {setting_text(entry['swept'], facts)}: {entry['status']}: "
+            f"{entry['message']}"
+            for entry in facts["failures"]
+        ]
+        lines += ["  --retry-failed runs them again"]
+    if facts["worst"]:
+        lines += ["", facts["ranked"]["title"] + _shared(facts), *_aligned(_worst_rows(facts))]
+    lines += [*_expected_lines(facts), *identified.fit_lines(facts)]
+    lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
+    lines += _answer_lines(facts)
+    lines += [
+        "",
+        f"Results in {facts['directory']}: {', '.join(facts['files'])}",
+        f"Next: clearsweep report {facts['directory']}",
+    ]
+    return plain("\n".join(lines))
+
+
+def _answer_lines(facts: dict[str, Any]) -> list[str]:
+    """Return the lines of the answer, which come last, where a reader looks first."""
+    sentences = facts["answer"]["sentences"]
+    return ["", "Answer", *(f"  {sentence}" for sentence in sentences)] if sentences else []
+
+
+def derived_lines(derived: dict[str, dict[str, Any]], max_lines: int | None = None) -> list[str]:
+    """Return at most `max_lines` lines: one for each derived value with its range, or for both clearances of a fit."""
+    lines = []
+    for name, value in derived.items():
+        diametral, scatter = name.replace(RADIAL, DIAMETRAL), name.removesuffix(")") + SCATTER
+        if name.endswith(DIAMETRAL) and name.replace(DIAMETRAL, RADIAL) in derived:
+            continue
+        if name.endswith(SCATTER) and name.replace(SCATTER, ")") in derived:
+            continue
+        if name.endswith(RADIAL) and diametral in derived:
+            clearances = f"{_range(value)} radial, {_range(derived[diametral])} diametral"
+            lines.append(f"derived: {name.removesuffix(RADIAL)}) = {clearances}")
+        else:
+            spread = f" ({_range(derived[scatter])})" if scatter in derived else ""
+            lines.append(f"derived: {name} = {_range(value)}{spread}")
+    if max_lines is not None and len(lines) > max_lines:
+        lines[max_lines - 1 :] = [f"derived: {len(lines) - max_lines + 1} more values, which run --dry-run lists"]
+    return lines
+
+
+def _range(value: dict[str, Any]) -> str:
+    """Return a derived value, or its range, in words."""
+    low, high = (grid_text(value[key], value["unit"]) for key in ("min", "max"))
+    return low + (f" to {high}" if high != low else "")
+
+
+def estimate_text(facts: dict[str, Any]) -> str:
+    """Return the facts of a dry run as text lines."""
+    lines = [
+        f"{cases(facts['cases'])}, {facts['cases'] - facts['pending']:,} of them stored already, "
+        f"{facts['pending']:,} to run",
+        *derived_lines(facts["derived"]),
+        *_assumed_lines(facts["assumed"]),
+        *_defined_lines(facts["defined"]),
+        *_case_lines(facts["case"]),
+        *facts["recommended"],
+    ]
+    if facts["seconds"] is None:
+        lines.append("time: unknown; the first case gave no estimate")
+    elif facts["pending"]:
+        spread = facts["give_or_take"] > 0.1 * facts["seconds"]
+        beginning = (
+            f", {facts['extrapolated']:,} of them extrapolated from its beginning" if facts["extrapolated"] else ""
+        )
+        lines.append(
+            f"time: about {wording.duration_text(facts['seconds'])}"
+            + (f", give or take {wording.duration_text(facts['give_or_take'])}" if spread else "")
+            + f" ({cases(facts['timed'])} timed{beginning}, {grid_text(facts['case_seconds'], 's')} each, the longest "
+            f"{grid_text(facts['longest'], 's')})"
+        )
+    if facts["pending"]:
+        lines.append(f"storage: about {wording.bytes_text(facts['bytes'])}")
+    lines += [f"Note: {sentence}" for sentence in facts["warnings"]]
+    return plain("\n".join(lines))
+
+
+def _assumed_lines(assumed_units: dict[str, dict[str, Any]]) -> list[str]:
+    """Return a line for each quantity written without a unit."""
+    lines = []
+    for path, entry in assumed_units.items():
+        values = " to ".join(f"{value:.6g}" for value in entry["values"])
+        readable = " to ".join(
+            grid_text(value, entry["unit"], speed=path.endswith("speed")) for value in entry["values"]
+        )
+        is_same = readable == f"{values} {entry['unit']}"
+        lines.append(
+            f"no unit given, SI assumed: {path} = {values} {entry['unit']}{'' if is_same else f' = {readable}'}"
+        )
+    return lines
+
+
+def _defined_lines(defined: dict[str, dict[str, Any]]) -> list[str]:
+    """Return a line for each user-defined quantity."""
+    lines = []
+    for name, quantity in defined.items():
+        formula = f" = {quantity['expression']}" if quantity["expression"] else ""
+        lines.append(f"define: {name}{formula} = {grid_text(quantity['value'], quantity['unit'])}")
+    return lines
+
+
+def _case_lines(case: dict[str, Any]) -> list[str]:
+    """Return the values of a case: a line for each section, then a line for each column of a table."""
+    sections: dict[str, list[str]] = {}
+    columns: dict[str, list[float]] = {}
+    for path, value in case["values"].items():
+        section, _, key = path.rpartition(".")
+        if ".table." in path:
+            columns.setdefault(section, []).append(value)
+        number = isinstance(value, int | float) and not isinstance(value, bool)
+        text = given_text(path, value, case["units"].get(path, "1"), case["written_units"]) if number else str(value)
+        sections.setdefault(section, []).append(f"{key} {text}")
+    lines = [f"  {section}: {', '.join(texts)}" for section, texts in sections.items() if section not in columns]
+    lines += [f"  {path}: {len(row)} values in SI, {min(row):.4g} to {max(row):.4g}" for path, row in columns.items()]
+    return [f"the first case ({wording.short_id(case['case_id'])}), with every default:", *lines]
+
+
+def cases(count: int) -> str:
+    """Return '1 case' or '1,200 cases'."""
+    return f"{count:,} case" + "s" * (count != 1)
+
+
+def plain(text: str) -> str:
+    """Return a text with ordinary spaces, at which a terminal can break lines."""
+    return text.replace("\u00a0", " ").replace("\u202f", " ")
+
+
+def _listed_paths(facts: dict[str, Any]) -> list[str]:
+    """Return the swept paths with a column in the summary table; if there are many, those whose values differ in it."""
+    varied_values = [entry["swept"] for entry in facts["worst"]]
+    return [
+        path
+        for path in varied_values[0]
+        if len(varied_values[0]) <= MANY_AXES or len({row[path] for row in varied_values}) > 1
+    ]
+
+
+def _shared(facts: dict[str, Any]) -> str:
+    """Return the swept values that all cases of the summary table share and that have no column in it."""
+    column_paths = _listed_paths(facts)
+    shared = {path: value for path, value in facts["worst"][0]["swept"].items() if path not in column_paths}
+    setting = setting_text(shared, facts)
+    return f", all with {setting}" if setting else ""
+
+
+def _worst_rows(facts: dict[str, Any]) -> list[list[str]]:
+    paths = _listed_paths(facts)
+    of_joint = facts["question"] in ("life", "film", "force")
+    headings = ["case_id", *(setting_name(path, paths, facts) for path in paths)]
+    rows = [[*headings, *(["joint"] if of_joint else []), *facts["ranked"]["headings"]]]
+    entries = zip(*(entry["figures"] for entry in facts["worst"]), strict=True)
+    columns = [figure_texts([*column], facts["ranked"]["units"]) for column in entries]
+    for index, entry in enumerate(facts["worst"]):
+        rows.append(
+            [
+                wording.short_id(entry["case_id"]),
+                *(value_text(path, entry["swept"][path], facts) for path in paths),
+                *([wording.joint_name(entry["joint"])] if of_joint else []),
+                *(texts[index] for texts in columns),
+            ]
+        )
+    return rows
+
+
+def figure_texts(column: list[dict[str, Any]], units: Mapping[str, str]) -> list[str]:
+    """Return the figures of a column of the table, in words; those of one quantity have the unit of the largest."""
+    texts = [_figure(figure) for figure in column]
+    numbers: dict[str, list[int]] = {}
+    for index, (figure, text) in enumerate(zip(column, texts, strict=True)):
+        if text is None:
+            numbers.setdefault(units.get(figure["column"], "1"), []).append(index)
+    for unit, indices in numbers.items():
+        is_speed = "speed" in column[indices[0]]["column"]
+        for index, text in zip(
+            indices, grid_texts([column[index]["value"] for index in indices], unit, speed=is_speed), strict=True
+        ):
+            texts[index] = text
+    return [str(text) for text in texts]
+
+
+def _figure(figure: dict[str, Any]) -> str | None:
+    """Return a figure in words, shares in per cent, lives in hours; None for a number with a unit of its column."""
+    name, value = figure["column"], figure["value"]
+    if value is None and name.endswith("_dry_load_share"):
+        return films.dry_share_text(float("nan"))
+    if value is None and name == case_ranking.START_UP:
+        return "cut off"
+    if value is None or "words" in figure:
+        return str(figure.get("words", "-"))
+    if name.endswith("_life_hours"):
+        return f"{value:.4g} h"
+    if name.endswith("_dry_load_share"):
+        return films.dry_share_text(value)
+    return None
+
+
+def _aligned(rows: list[list[str]]) -> list[str]:
+    widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
+    return [
+        "  " + "  ".join(cell.ljust(width) for cell, width in zip(row, widths, strict=True)).rstrip() for row in rows
+    ]

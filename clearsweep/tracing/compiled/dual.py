@@ -1,0 +1,257 @@
+"""Dual numbers: values with a derivative, for exact automatic differentiation of forces and motions.
+
+A `Dual` is a value and its slope along one direction of the state (Griewank & Walther 2008, "Evaluating Derivatives",
+2nd ed., chapter 3).  Every rule is here once: the compiler applies it to its own type of such numbers, and Python
+to the class.  A kernel that is differentiated calls the functions of `calculus` instead of `math`.
+
+The value and the slope may be Duals themselves: for second derivatives both are seeded at the state, so that all
+variable numbers are nested equally deep; a less nested number is constant along the outer direction.
+"""
+
+import builtins
+import math
+import operator
+
+from ..primitives import mark_traceable, register_slope_rule, register_slope_rules
+from .direction import direction
+
+
+class Dual:
+    """A value and its slope."""
+
+    __slots__ = ("slope", "value")
+
+    def __init__(self, value, slope):
+        self.value, self.slope = value, slope
+
+    def parts(self):
+        """Return value and slope."""
+        return self.value, self.slope
+
+    traced_parts = parts
+
+
+class Seeded:
+    """A state whose component `direction` has slope 1 and the others 0; `[i]` returns Duals."""
+
+    __slots__ = ("direction", "values")
+
+    def __init__(self, values, direction):
+        self.values, self.direction = values, direction
+
+    def traced_parts(self):
+        """Return the components."""
+        return self.values, self.direction
+
+    def __getitem__(self, i):
+        return seeded_item(self, i)
+
+
+def seeded_item(state, i):
+    """Return component `i` of a Seeded state."""
+    return Dual(state.values[i], 1.0 if i == state.direction else 0.0)
+
+
+def value(x):
+    """Return the value of a number, with a slope or without."""
+    return x.value if isinstance(x, Dual) else x
+
+
+def plain(x):
+    """Return a number without slopes at any depth."""
+    return plain(x.value) if isinstance(x, Dual) else x
+
+
+def slope(x):
+    """Return the slope of a number, or 0 without one."""
+    return x.slope if isinstance(x, Dual) else 0.0
+
+
+def as_type_of(x, model):
+    """Return the number `x` with a slope if `model` has one: the branches of a function must return one type."""
+    return x
+
+
+def as_dual(x):
+    """Return the number `x` as a Dual, with slope 0 by default."""
+    return Dual(value(x), slope(x))
+
+
+def chain_rule(number, rate, x):
+    """Return `number`, a function of `x` with the derivative `rate` at `x`, with its slope by the chain rule."""
+    return Dual(number, rate * x.slope) if isinstance(x, Dual) else number
+
+
+def rate_or_slope(x):
+    """Return the slope of a Dual, or a number without slope itself."""
+    return x.slope if isinstance(x, Dual) else x
+
+
+# ---------------------------------------------------------------------------------------------- rules
+
+
+def _add(a, b):
+    return Dual(value(a) + value(b), slope(a) + slope(b))
+
+
+def _subtract(a, b):
+    return Dual(value(a) - value(b), slope(a) - slope(b))
+
+
+def _multiply(a, b):
+    return Dual(value(a) * value(b), value(a) * slope(b) + slope(a) * value(b))
+
+
+def _divide(a, b):
+    ratio = value(a) / value(b)
+    return Dual(ratio, (slope(a) - ratio * slope(b)) / value(b))
+
+
+def _power(a, b):
+    """Return a power with its slope; the exponent has no slope.
+
+    At 0, where the derivative may be undefined, the derivative of powers above 1 is used.
+    """
+    power = value(a) ** b
+    if value(a) == 0.0:
+        return Dual(power, slope(a) if b == 1.0 else 0.0)
+    return Dual(power, b * power / value(a) * slope(a))
+
+
+def _negative(a):
+    return Dual(-a.value, -a.slope)
+
+
+def _absolute(a):
+    return Dual(abs(a.value), math.copysign(1.0, a.value) * a.slope)
+
+
+def _larger(a, b):
+    return as_dual(a) if value(a) >= value(b) else as_dual(b)
+
+
+def _smaller(a, b):
+    return as_dual(a) if value(a) <= value(b) else as_dual(b)
+
+
+def _less(a, b):
+    return value(a) < value(b)
+
+
+def _at_most(a, b):
+    return value(a) <= value(b)
+
+
+def _greater(a, b):
+    return value(a) > value(b)
+
+
+def _at_least(a, b):
+    return value(a) >= value(b)
+
+
+def _equal(a, b):
+    return value(a) == value(b)
+
+
+def _unequal(a, b):
+    return value(a) != value(b)
+
+
+def _sqrt(a):
+    root = math.sqrt(a.value)
+    return Dual(root, 0.5 * a.slope / root if a.slope != 0.0 else 0.0)
+
+
+def _sin(a):
+    return Dual(math.sin(a.value), math.cos(a.value) * a.slope)
+
+
+def _cos(a):
+    return Dual(math.cos(a.value), -math.sin(a.value) * a.slope)
+
+
+def _tanh(a):
+    result = math.tanh(a.value)
+    return Dual(result, (1.0 - result * result) * a.slope)
+
+
+def _exp(a):
+    power = math.exp(a.value)
+    return Dual(power, power * a.slope)
+
+
+def _expm1(a):
+    return Dual(math.expm1(a.value), math.exp(a.value) * a.slope)
+
+
+def _log(a):
+    return Dual(math.log(a.value), a.slope / a.value)
+
+
+def _log1p(a):
+    return Dual(math.log1p(a.value), a.slope / (1.0 + a.value))
+
+
+def _atan(a):
+    return Dual(math.atan(a.value), a.slope / (1.0 + a.value * a.value))
+
+
+def _copysign(a, b):
+    """Only the sign of `b` is used, so a slope of `b` does not matter."""
+    result = math.copysign(value(a), value(b))
+    return Dual(result, slope(a) if result == value(a) else -slope(a))
+
+
+def direction_of_dual(a):
+    """Return cosine and sine of an angle with a slope."""
+    c, s = direction(a.value)
+    return Dual(c, -s * a.slope), Dual(s, c * a.slope)
+
+
+RULES = {  # Python's name of the operation -> (function, rule)
+    "__add__": (operator.add, _add),
+    "__sub__": (operator.sub, _subtract),
+    "__mul__": (operator.mul, _multiply),
+    "__truediv__": (operator.truediv, _divide),
+    "__pow__": (operator.pow, _power),
+    "__neg__": (operator.neg, _negative),
+    "__abs__": (abs, _absolute),
+    "__lt__": (operator.lt, _less),
+    "__le__": (operator.le, _at_most),
+    "__gt__": (operator.gt, _greater),
+    "__ge__": (operator.ge, _at_least),
+    "__eq__": (operator.eq, _equal),
+    "__ne__": (operator.ne, _unequal),
+}
+REFLECTED = {"__radd__": _add, "__rsub__": _subtract, "__rmul__": _multiply, "__rtruediv__": _divide}
+FUNCTIONS = {
+    "sqrt": _sqrt,
+    "sin": _sin,
+    "cos": _cos,
+    "tanh": _tanh,
+    "exp": _exp,
+    "expm1": _expm1,
+    "log": _log,
+    "log1p": _log1p,
+    "atan": _atan,
+    "copysign": _copysign,
+}
+for _name, (_, _rule) in RULES.items():
+    setattr(Dual, _name, _rule)
+for _name, _rule in REFLECTED.items():
+    setattr(Dual, _name, lambda a, b, rule=_rule: rule(b, a))
+Dual.__hash__ = None
+Seeded.traced_item = staticmethod(seeded_item)
+register_slope_rules({name: rule for name, (_, rule) in RULES.items()})
+for _name, _rule in FUNCTIONS.items():
+    register_slope_rule(getattr(math, _name), _rule)
+for _function, _rule in (
+    (direction, direction_of_dual),
+    (builtins.max, _larger),
+    (builtins.min, _smaller),
+    (abs, _absolute),
+):
+    register_slope_rule(_function, _rule)
+for _function in (value, plain, slope, as_dual, chain_rule, rate_or_slope, as_type_of):
+    mark_traceable(_function)

@@ -1,0 +1,156 @@
+"""A value at a fixed address, so that compiled code can process several values of the same form in turn.
+
+In memory it is a sequence of eight-byte words: a number or integer is one word, an array the address of its first item
+and its shape, a Fields that of its array, a tuple the words of its items.
+"""
+
+import struct
+from typing import Any
+
+import numpy as np
+
+from .. import symbols
+from ..fields import Fields
+from ..memory import Pointer, load_word, view_at
+from ..primitives import register_emitter
+from .plain import is_plain
+
+_PLAIN: dict[int, Any] = {}  # address -> value, if nothing is compiled
+_DOUBLE = struct.Struct("<d")
+_INT64 = struct.Struct("<q")
+
+
+class Pinned:
+    """A value and its address; this object keeps the value and everything it refers to alive."""
+
+    __slots__ = ("address", "numbers", "value")
+
+    def __init__(self, value: Any):
+        machine_words: list[int] = []
+        _append_words(value, machine_words)
+        buffer = np.array(machine_words, dtype=np.int64)
+        self.value, self.numbers, self.address = value, buffer.view(np.float64), buffer.ctypes.data
+        if is_plain():
+            _PLAIN[self.address] = value
+
+    def put(self, **numbers: float) -> None:
+        """Replace numbers (float) in fields of the value; its address does not change."""
+        offsets, fields = layout_of(self.value).offsets, list(self.value)
+        for name, number in numbers.items():
+            fields[type(self.value)._fields.index(name)] = self.numbers[offsets[name]] = number
+        self.value = self.value._make(fields)
+        if is_plain():
+            _PLAIN[self.address] = self.value
+
+
+def _append_words(value: Any, machine_words: list[int]) -> None:
+    """Add the words of a value to a list."""
+    for item in value:
+        if isinstance(item, tuple):
+            _append_words(item, machine_words)
+        elif isinstance(item, (np.ndarray, Fields)):
+            array = item.numbers if isinstance(item, Fields) else item
+            machine_words.append(array.ctypes.data)
+            machine_words += array.shape
+        elif isinstance(item, float):
+            machine_words += _INT64.unpack(_DOUBLE.pack(item))
+        else:
+            machine_words.append(int(item))
+
+
+class Layout:
+    """Memory layout of a NamedTuple."""
+
+    def __init__(self, value: Any):
+        self.type, self.field_layouts, self.offsets, offset = type(value), {}, {}, 0
+        for name, item in zip(type(value)._fields, value, strict=True):
+            self.offsets[name] = offset
+            if isinstance(item, tuple):
+                self.field_layouts[name] = Layout(item)
+                offset += self.field_layouts[name].size
+            elif isinstance(item, np.ndarray):
+                self.field_layouts[name] = _array_layout(name, item)
+                offset += 1 + item.ndim
+            elif isinstance(item, Fields):
+                self.field_layouts[name] = (type(item), *_array_layout(name, item.numbers))
+                offset += 1 + item.numbers.ndim
+            else:
+                self.field_layouts[name] = float if isinstance(item, float) else int
+                offset += 1
+        self.size = offset  # words
+
+    def __repr__(self) -> str:
+        return f"{self.type.__name__}({self.field_layouts})"
+
+
+def _array_layout(name: str, array: np.ndarray) -> tuple[str, int, int]:
+    """Return the kind of an array's items, its number of dimensions, and the strides in numbers."""
+    assert array.dtype in (np.float64, np.int64), name
+    return (
+        array.dtype.kind,
+        array.ndim,
+        max(array.strides[-1] // 8, 1),
+    )  # for empty arrays numpy's strides are arbitrary
+
+
+_LAYOUTS: dict[type, Layout] = {}  # all Pinned values of a type have one layout
+
+
+def layout_of(value: Any) -> Layout:
+    """Return the Layout of values of this type."""
+    if type(value) not in _LAYOUTS:
+        _LAYOUTS[type(value)] = Layout(value)
+    return _LAYOUTS[type(value)]
+
+
+def pinned_at(model: Pinned, address: int) -> tuple[Any]:
+    """Return an object whose `[0]` is the value at an address, with the layout of the Pinned `model`."""
+    return (_PLAIN[address],)
+
+
+class LoadedValue:
+    """A value at an address known only at run time; its fields are loaded on access."""
+
+    def __init__(self, layout: Layout, address: symbols.Integer, offset: int = 0):
+        self._layout, self._address, self._offset = layout, address, offset
+
+    @property
+    def static_key(self) -> tuple[int, int]:
+        """Return the parts known while tracing."""
+        return id(self._layout), self._offset
+
+    def traced_parts(self) -> tuple[Any, ...]:
+        """Return the parts unknown while tracing."""
+        return (self._address,)
+
+    def with_traced_parts(self, parts: list[Any]) -> "LoadedValue":
+        """Return a value of the same form at another address."""
+        return LoadedValue(self._layout, parts[0], self._offset)
+
+    def __getattr__(self, name: str) -> Any:
+        if name not in self._layout.field_layouts:
+            raise AttributeError(name)
+        layout, offset = self._layout.field_layouts[name], self._offset + self._layout.offsets[name]
+        if isinstance(layout, Layout):
+            return LoadedValue(layout, self._address, offset)
+        if layout in (float, int):
+            return load_word(self._address, offset, symbols.Number if layout is float else symbols.Integer)
+        *named, kind, dimensions, stride = layout
+        first_word = load_word(self._address, offset, symbols.Integer)
+        shape = tuple(load_word(self._address, offset + 1 + axis, symbols.Integer) for axis in range(dimensions))
+        if not named:
+            return view_at(Pointer.at(first_word, kind), shape, stride)
+        fields = named[0]
+        return fields(view_at(Pointer.at(first_word, kind), (*shape[:-1], fields.SIZE), stride))
+
+    def __iter__(self) -> Any:
+        return (getattr(self, name) for name in self._layout.field_layouts)
+
+    def as_named_tuple(self) -> Any:
+        """Return the value as a NamedTuple."""
+        return self._layout.type(*self)
+
+
+@register_emitter(pinned_at)
+def _emit_loaded_value(model: Pinned, address: symbols.Integer) -> tuple[LoadedValue]:
+    return (LoadedValue(layout_of(model.value), address),)

@@ -1,0 +1,282 @@
+"""Machine code of traced functions: optimised, stored as plain objects, loaded."""
+
+import contextlib
+import ctypes
+import functools
+import hashlib
+import itertools
+import platform
+import threading
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import llvmlite.binding as llvm
+import numpy as np
+from llvmlite import ir
+
+from ..language import phases
+from . import cache, interpreter, symbols  # noqa: F401 - the interpreter registers itself
+from .calls import call_body, run
+from .memory import Pointer, View, view_at
+from .paths import leaves, map_leaves
+from .symbols import ADDRESS, DOUBLE, INT64, Integer, Trace
+
+#: Levels of processors for which code is compiled, the best first, and the features of each.
+LEVELS = {
+    "x86-64-v4": ("avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"),
+    "x86-64-v3": ("avx2", "fma", "bmi", "bmi2", "f16c", "lzcnt", "movbe"),
+}
+#: Other kinds of processors: triple, processor.  Objects for these have only been linked, never run.
+OTHER_PROCESSORS = {"aarch64": ("aarch64-unknown-linux-gnu", "generic")}
+
+_LEVELS_FOR_PACKAGE: list[str] = []  # a level for which code is compiled instead of this machine's
+
+
+def level() -> str:
+    """Return the level of processors for which code is compiled."""
+    return _LEVELS_FOR_PACKAGE[-1] if _LEVELS_FOR_PACKAGE else _own_level()
+
+
+@contextlib.contextmanager
+def compiling_for_package(name: str) -> Iterator[Path]:
+    """In this context, compile code for a level and store it in the package, not in the user's cache; do not run it."""
+    _LEVELS_FOR_PACKAGE.append(name)
+    try:
+        with cache.stored_in_package() as directory:
+            yield directory
+    finally:
+        _LEVELS_FOR_PACKAGE.pop()
+
+
+@functools.cache
+def _own_level() -> str:
+    """Return the level of this machine's processor; its own name if it is below all levels or of another kind."""
+    if platform.machine().lower() in ("x86_64", "amd64"):
+        host_features = llvm.get_host_cpu_features()
+        required: tuple[str, ...] = ()
+        for name, features in reversed(LEVELS.items()):
+            required += features
+            if not all(host_features.get(feature) for feature in required):
+                break
+            best = name
+        else:
+            return best
+        if required != LEVELS["x86-64-v3"]:
+            return best
+    if platform.machine().lower() == "aarch64" and platform.system() == "Linux":
+        return "aarch64"
+    return str(llvm.get_host_cpu_name())
+
+
+def _target_machine() -> Any:
+    """Return a new target machine for this machine's level; an engine takes ownership of it."""
+    if level() in OTHER_PROCESSORS:
+        llvm.initialize_all_targets()
+        llvm.initialize_all_asmprinters()
+        target, cpu, features = llvm.Target.from_triple(_triple()), OTHER_PROCESSORS[level()][1], ""
+    else:
+        llvm.initialize_native_target()
+        llvm.initialize_native_asmprinter()
+        target, cpu, features = llvm.Target.from_default_triple(), level(), ""
+        if level() not in LEVELS:
+            features = llvm.get_host_cpu_features().flatten()
+    return target.create_target_machine(cpu=cpu, features=features, opt=3, reloc="pic", codemodel="small")
+
+
+def _triple() -> str:
+    return OTHER_PROCESSORS[level()][0] if level() in OTHER_PROCESSORS else str(llvm.get_process_triple())
+
+
+def trace_module(function: Callable, scene: Any, items: str) -> ir.Module:
+    """Return the module of `function(scene pointer, *arrays, integer)`.
+
+    items : a letter per array, 'f' for float64, 'i' for int64.
+    """
+
+    def body(numbers: Pointer, *arguments: Any) -> None:
+        view, indices = View(numbers.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
+        run(function, (map_leaves(scene, lambda _: view[next(indices)]),), *arguments)
+
+    return _trace_body(body, items)
+
+
+def _trace_body(body: Callable, items: str, width: int = 1) -> ir.Module:
+    """Return the module of a body of pointers to numbers and to the items of arrays, and an integer."""
+    active_trace = Trace(width)
+    active_trace.module.triple = _triple()
+    kinds = [ADDRESS] * (1 + len(items)) + [INT64]
+    entry = ir.Function(active_trace.module, ir.FunctionType(ir.VoidType(), kinds), "entry")
+    for pointer in entry.args[1:-1]:
+        pointer.add_attribute("noalias")  # so that loaded values need not be loaded again after every store
+    active_trace.builder = ir.IRBuilder(entry.append_basic_block())
+    with symbols.current_trace(active_trace):
+        arrays = [
+            Pointer(pointer, DOUBLE if item == "f" else INT64)
+            for pointer, item in zip(entry.args[:-1], f"f{items}", strict=True)
+        ]
+        body(*arrays, Integer(entry.args[-1]))
+        active_trace.builder.ret_void()
+    return active_trace.module
+
+
+def optimise(module: ir.Module) -> Any:
+    """Return the module, optimised by LLVM."""
+    parsed = llvm.parse_assembly(str(module))
+    parsed.verify()
+    options = llvm.create_pipeline_tuning_options(speed_level=2)
+    passes = llvm.create_pass_builder(_target_machine(), options)
+    passes.getModulePassManager().run(parsed, passes)
+    return parsed
+
+
+def compile_object(module: ir.Module) -> bytes:
+    """Return a module as a plain object."""
+    return _target_machine().emit_object(optimise(module))
+
+
+_LOADED = itertools.count()  # objects
+
+
+class Code(NamedTuple):
+    """Machine code in memory."""
+
+    address: int
+    engine: Any  # owner of the code
+
+
+def load_object(content: bytes) -> Code:
+    """Return the machine code of an object."""
+    library = llvm.JITLibraryBuilder().add_object_img(content).add_current_process().export_symbol("entry")
+    tracker = library.link(_linker(), f"code {next(_LOADED)}")
+    return Code(tracker["entry"], tracker)
+
+
+@functools.cache
+def _linker() -> Any:
+    """Return LLVM's JITLink, which allocates code and constants in one piece.
+
+    The older loader, MCJIT, aborts in a large process whose free addresses are more than 2 GB apart.
+    """
+    return llvm.create_lljit_compiler(_target_machine(), use_jit_link=True)
+
+
+def compiled_code(function: Callable, scene: Any, kinds: tuple, items: str) -> Code | None:
+    """Return the machine code of `function` for scenes of these kinds, compiled or cached; see `trace_module`."""
+    return load_or_compile(function, f"{_kinds_text(kinds)} {items}", lambda: trace_module(function, scene, items))
+
+
+def compiled_code_at(function: Callable, cache_key: str) -> Code | None:
+    """Return the machine code of `function(address)`; cache_key : everything the code depends on except its sources."""
+
+    def body(numbers: Pointer, _: Any) -> None:
+        run(function, Integer(symbols.trace().builder.ptrtoint(numbers.base, INT64)))
+
+    return load_or_compile(function, cache_key, lambda: _trace_body(body, ""))
+
+
+def compiled_routine(function: Callable, items: str) -> Code | None:
+    """Return the machine code of `function(*arrays, integer)`; its first argument is unused; see `trace_module`."""
+
+    def body(_: Pointer, *arguments: Any) -> None:
+        run(function, *arguments)
+
+    return load_or_compile(function, items, lambda: _trace_body(body, items))
+
+
+_COMPILING = threading.RLock()  # tracing and LLVM serve one thread at a time
+
+
+def load_or_compile(function: Callable, description: str, module: Callable[[], ir.Module]) -> Code | None:
+    """Return the machine code of a module of a function, or of its stored object, or None if it is not available."""
+    description = f"{function.__module__}.{function.__qualname__} {description} {level()}"
+    name = f"{function.__name__}-{hashlib.sha256(description.encode()).hexdigest()[:32]}.o"
+    with _COMPILING:
+        content = None if _LEVELS_FOR_PACKAGE else cache.load(name)
+        if content is None:
+            with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
+                content = compile_object(module())
+            cache.store(name, content)
+        return load_object(content) if content and not _LEVELS_FOR_PACKAGE else None
+
+
+@functools.cache
+def function_at(address: int, arrays: int) -> Any:
+    """Return the machine code at an address as a Python function of the scene's address and `arrays` further ones."""
+    return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * (1 + arrays), ctypes.c_int64)(address)
+
+
+def machine_code(function: Callable) -> Callable:
+    """Return a function of numbers, nested tuples and arrays as machine code, compiled at its first call.
+
+    Numbers are float64 and arguments of the code; integers, which may be loop bounds, are part of the code.  Arrays are
+    float64 or int64.  The function returns numbers or nested tuples of them.
+    """
+    compiled_forms: dict[Any, Any] = {}
+
+    @functools.wraps(function)
+    def call_machine_code(*operands: Any) -> Any:
+        arrays = [x for x in leaves(operands) if isinstance(x, np.ndarray)]
+        numbers = np.array([float(x) for x in leaves(operands) if isinstance(x, float)] or [0.0])
+        key = _argument_key(operands)
+        if key not in compiled_forms:
+            compiled_forms[key] = _compile_for_numbers(function, operands)
+        code, result, count = compiled_forms[key]
+        results = np.empty(max(count, 1))
+        contiguous = [np.ascontiguousarray(array) for array in arrays]
+        function_at(code.address, len(contiguous) + 1)(
+            numbers.ctypes.data, *(array.ctypes.data for array in contiguous), results.ctypes.data, 0
+        )
+        for array, copy in zip(arrays, contiguous, strict=True):
+            if copy is not array:
+                array[...] = copy
+        values = iter(results.tolist())
+        return map_leaves(result, lambda x: next(values) if x is _NUMBER else x)
+
+    return call_machine_code
+
+
+_NUMBER = object()  # placeholder of a number in a result
+
+
+def _argument_key(operands: Any) -> Any:
+    """Return the part of the arguments on which machine code depends."""
+    if isinstance(operands, tuple):
+        return (type(operands), *map(_argument_key, operands))
+    if isinstance(operands, np.ndarray):
+        return operands.dtype.kind, operands.shape
+    return float if isinstance(operands, float) else operands
+
+
+def _compile_for_numbers(function: Callable, operands: tuple) -> tuple[Code, Any, int]:
+    """Return machine code for arguments of the form of `operands`, its result without numbers, and their count."""
+    outcome: list[Any] = []
+    kinds = "".join(x.dtype.kind for x in leaves(operands) if isinstance(x, np.ndarray))
+
+    def body(numbers: Any, *arguments: Any) -> None:
+        *pointers, out, _ = arguments
+        arrays, indices = iter(pointers), itertools.count()
+        view = View(numbers.base, DOUBLE, (1 << 30,), (1,))
+
+        def parameter(x: Any) -> Any:
+            if isinstance(x, np.ndarray):
+                return view_at(next(arrays), x.shape)
+            return view[next(indices)] if isinstance(x, float) else x
+
+        value = call_body(function, map_leaves(operands, parameter), {})
+        out_view, out_indices = View(out.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
+        for x in leaves(value):
+            if isinstance(x, float) or symbols.is_symbol(x):
+                out_view[next(out_indices)] = x
+        outcome.append(map_leaves(value, lambda x: _NUMBER if isinstance(x, float) or symbols.is_symbol(x) else x))
+        outcome.append(next(out_indices))
+
+    content = compile_object(_trace_body(body, f"{kinds}f"))
+    return load_object(content), *outcome
+
+
+def _kinds_text(kinds: Any) -> str:
+    """Return nested tuples of types as a text that is the same in every process."""
+    if isinstance(kinds, tuple):
+        return f"({' '.join(map(_kinds_text, kinds))})"
+    return f"{kinds.__module__}.{kinds.__qualname__}"
