@@ -7,7 +7,6 @@ from importlib import resources
 
 import numpy as np
 import pytest
-from clearsweep.simulation.advice.remarks import passive_film
 from law_cases import RECIPES, names
 from mechanism_cases import changed, slider_crank
 
@@ -20,6 +19,7 @@ from clearsweep.mechanics.joints import lubricated, registry
 from clearsweep.mechanics.laws.film import finite, long, short
 from clearsweep.mechanics.laws.film.contract import FilmMotion, dry_fraction, film_couples, film_force, film_pressure
 from clearsweep.mechanics.laws.film.transition import Ramp
+from clearsweep.simulation.advice.remarks import passive_film
 from clearsweep.simulation.analyses import heat
 from clearsweep.tracing.compiled.dual import Dual
 from clearsweep.verify import films

@@ -5,7 +5,6 @@ from functools import partial
 
 import numpy as np
 import pytest
-from clearsweep.simulation.advice.yield_speed import _largest_masses, yield_speeds
 from mechanism_cases import PAIR, slider_crank
 from scipy.integrate import quad
 
@@ -14,6 +13,7 @@ from clearsweep.contracts.case import Contact, Joint, Material, Materials, Wear
 from clearsweep.mechanics.joints import first_yield, registry
 from clearsweep.mechanics.joints.material import plane_strain_modulus, relative_radius
 from clearsweep.mechanics.laws.elastic.contract import elastic_force, static_penetration
+from clearsweep.simulation.advice.yield_speed import _largest_masses, yield_speeds
 from clearsweep.simulation.setup.scene import build, catalogue
 
 STEEL = Material(207e9, 0.3, 600e6)

@@ -7,7 +7,6 @@ from importlib import resources
 
 import numpy as np
 import pytest
-from clearsweep.simulation.advice.advice import advice
 from film_oracle import solution
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
@@ -22,6 +21,7 @@ from clearsweep.mechanics.laws.film import finite, reynolds
 from clearsweep.mechanics.laws.film.contract import FilmMotion, film_force, film_pressure
 from clearsweep.mechanics.laws.film.short import Short
 from clearsweep.simulation import catalogue
+from clearsweep.simulation.advice.advice import advice
 from clearsweep.tracing.compiled.dual import Dual
 from clearsweep.verify import film_table
 

@@ -6,6 +6,7 @@ import functools
 import hashlib
 import itertools
 import platform
+import re
 import threading
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -29,6 +30,9 @@ LEVELS = {
 }
 #: Other kinds of processors: triple, processor.  Objects for these have only been linked, never run.
 OTHER_PROCESSORS = {"aarch64": ("aarch64-unknown-linux-gnu", "generic")}
+
+#: Attributes of every function: none throws and every loop ends, so LLVM drops calls and loops with unused results.
+ATTRIBUTES = "mustprogress nounwind"
 
 _LEVELS_FOR_PACKAGE: list[str] = []  # a level for which code is compiled instead of this machine's
 
@@ -122,7 +126,7 @@ def _trace_body(body: Callable, items: str, width: int = 1) -> ir.Module:
 
 def optimise(module: ir.Module) -> Any:
     """Return the module, optimised by LLVM."""
-    parsed = llvm.parse_assembly(str(module))
+    parsed = llvm.parse_assembly(re.sub(r"^define .*", rf"\g<0> {ATTRIBUTES}", str(module), flags=re.MULTILINE))
     parsed.verify()
     options = llvm.create_pipeline_tuning_options(speed_level=2)
     passes = llvm.create_pass_builder(_target_machine(), options)

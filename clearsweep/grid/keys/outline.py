@@ -12,7 +12,7 @@ from .key_table import table_of_keys
 from .kinds import KeyTable, Number, Word
 
 NAME_PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
-MAX_NAMES = 40  # bodies, points of a body, joints or loads; compiled code grows with their number
+MAX_NAMES = 100  # bodies, points of a body, joints or loads; compiled code grows with their number
 INVALID_NAME_TEXT = "is not a valid name; expected a letter, then letters, digits, - or _, at most 40 characters"
 DRIVES = ("speed", "torque", "motor")  # keys of `drive`, of which a grid has exactly one
 _SECTIONS = ("mechanism", "drive", "loads", "joints")
