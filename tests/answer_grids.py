@@ -14,7 +14,7 @@ from hypothesis import strategies as st
 
 from clearsweep import grid as grids
 from clearsweep import simulation
-from clearsweep.answers import judge
+from clearsweep.answers.judge import judge
 from clearsweep.contracts import results
 from clearsweep.contracts.catalogue import ENDLESS, Figure
 from clearsweep.contracts.layout import Layout
@@ -327,7 +327,7 @@ def answered(setting: Setting) -> Judged:
         stored.setdefault(row["case_id"], row | grid.verdict.evaluate_case(row, failed=status != oracle.OK))
     summary = [*stored.values()]
     columns = {name: [row[name] for row in summary] for name in summary[0]}
-    return judged(setting, grid, summary, judge.judge(record, columns))
+    return judged(setting, grid, summary, judge(record, columns))
 
 
 def run_of(setting: Setting, directory: Path, **options: Any) -> dict[str, Any]:

@@ -79,7 +79,7 @@ WEAR = "tests/test_plain.py -k archard"
 IMPACT = "tests/test_plain.py -k give"
 FLIGHT = "tests/test_plain.py -k flight"
 LIMIT = "tests/test_law_limit.py"
-JUDGE, RUN_CASES, BLOCKED, VERDICT = (f"answers/{name}.py" for name in ("judge", "judged", "blocks", "verdict"))
+JUDGE, VERDICT = "answers/judge.py", "answers/verdict.py"
 JUDGED = "tests/test_judge.py"
 BLOCKS, MEANS = "simulation/figures/batch_means.py", "tests/test_batch_means.py"
 EVENTS, BERNSTEIN = (f"mechanics/solver/{name}.py" for name in ("event_search", "bernstein"))
@@ -630,7 +630,7 @@ MUTATIONS = (
     Mutation(VERDICT, "LimitsAndFigures.assess", "undecided |= ~is_finished", "pass", JUDGED),
     Mutation(VERDICT, "LimitsAndFigures.assess", "(is_beyond & ~(margin < 0.0))", "(is_beyond & False)", JUDGED),
     Mutation(
-        RUN_CASES, "Cases.verdicts", "np.where(exceeded, EXCEEDED,", "np.where(exceeded & ~undecided, EXCEEDED,", JUDGED
+        VERDICT, "Cases.verdicts", "np.where(exceeded, EXCEEDED,", "np.where(exceeded & ~undecided, EXCEEDED,", JUDGED
     ),
     Mutation(JUDGE, "combined", "EXCEEDED if EXCEEDED in verdicts else", "", JUDGED),
     Mutation(JUDGE, "_design", "for condition in tuples", "for condition in rows_by_tuple", JUDGED),
@@ -639,19 +639,19 @@ MUTATIONS = (
     Mutation(JUDGE, "_designs", "roles.CONDITION, roles.MODEL", "roles.CONDITION", JUDGED),
     Mutation(JUDGE, "_worst", 'fact["margin"] or 0.0', '-(fact["margin"] or 0.0)', JUDGED),
     Mutation(JUDGE, "_rank", "-(margin or 0.0)", "(margin or 0.0)", JUDGED),
-    Mutation(RUN_CASES, "fineness_of", "-1 if", "1 if", JUDGED),
-    Mutation(RUN_CASES, "_finest", "order[is_last].tolist()", "order[::-1][is_last].tolist()", JUDGED),
+    Mutation(VERDICT, "fineness_of", "-1 if", "1 if", JUDGED),
+    Mutation(VERDICT, "_finest", "order[is_last].tolist()", "order[::-1][is_last].tolist()", JUDGED),
     Mutation(JUDGE, "_difference", "int(np.argmax(relative))", "int(np.argmin(relative))", JUDGED),
     Mutation(JUDGE, "_merged", "b if a < 0 else a", "a", JUDGED),
-    Mutation(RUN_CASES, "named_value", "if labelled == value", "if labelled != value", JUDGED),
-    Mutation(BLOCKED, "_is_none", "max(abs(start), abs(end))", "min(abs(start), abs(end))", JUDGED),
-    Mutation(BLOCKED, "_direction", "sign_test(rising, falling) > SIGNIFICANCE", "False", JUDGED),
-    Mutation(BLOCKED, "_direction", "RISES if rising > falling", "RISES if rising < falling", JUDGED),
-    Mutation(BLOCKED, "_turns_back", "reversal > MAX_REVERSAL * (high - low)", "False", JUDGED),
-    Mutation(BLOCKED, "sign_test", "range(larger, total + 1)", "range(larger + 1, total + 1)", JUDGED),
-    Mutation(BLOCKED, "_spans", "int(codes.max()) == last", "True", JUDGED),
-    Mutation(BLOCKED, "_fix_one_another", "== len(np.unique(other))", "", JUDGED),
-    Mutation(BLOCKED, "_rank_effects", "FALLS if partial.high < 0.0", "FALLS if partial.high > 0.0", JUDGED),
+    Mutation(VERDICT, "named_value", "if labelled == value", "if labelled != value", JUDGED),
+    Mutation(JUDGE, "_is_none", "max(abs(start), abs(end))", "min(abs(start), abs(end))", JUDGED),
+    Mutation(JUDGE, "_direction", "sign_test(rising, falling) > SIGNIFICANCE", "False", JUDGED),
+    Mutation(JUDGE, "_direction", "RISES if rising > falling", "RISES if rising < falling", JUDGED),
+    Mutation(JUDGE, "_turns_back", "reversal > MAX_REVERSAL * (high - low)", "False", JUDGED),
+    Mutation(JUDGE, "sign_test", "range(larger, total + 1)", "range(larger + 1, total + 1)", JUDGED),
+    Mutation(JUDGE, "_spans", "int(codes.max()) == last", "True", JUDGED),
+    Mutation(JUDGE, "_fix_one_another", "== len(np.unique(other))", "", JUDGED),
+    Mutation(JUDGE, "_rank_effects", "FALLS if partial.high < 0.0", "FALLS if partial.high > 0.0", JUDGED),
     Mutation(
         "answers/validity.py",
         "film_remarks",

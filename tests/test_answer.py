@@ -13,9 +13,10 @@ from judged_cases import CLEARANCE, FORCE, IMPACTS, SPEED, answer_of, record_of,
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep import report, simulation
-from clearsweep.answers import labels, sentences, words
-from clearsweep.answers.cases import column_texts
-from clearsweep.answers.verdict import Limit
+from clearsweep.answers.ranking import column_texts
+from clearsweep.answers.sentences import sentences
+from clearsweep.answers.verdict import Limit, column_label, limit_label
+from clearsweep.answers.words import Words, digits_of, varied_text
 from clearsweep.cli import verbs
 from clearsweep.contracts import results
 from clearsweep.contracts.layout import Column, JointLayout, Layout
@@ -75,10 +76,10 @@ CASES = {
 def worded(answer, record, table):
     """Return the sentences of an answer with plain spaces."""
     known = {name: np.array(values, object) for name, values in table.items()}
-    known_words = words.Words(
+    known_words = Words(
         record, Layout.read(record["layout"]), lambda name: np.array([value or 0.0 for value in known[name]], float)
     )
-    return tuple(line.replace("\u00a0", " ") for line in sentences.sentences(answer, known_words))
+    return tuple(line.replace("\u00a0", " ") for line in sentences(answer, known_words))
 
 
 def test_the_golden_page():
@@ -169,20 +170,20 @@ def test_columns_have_labels_in_words():
         Column(f"{PIN}_{name}", "1", "", figure=name, joint=PIN) for name in ("film_thickness_min", "load_peak")
     )
     made = Layout("planar", True, "", (JointLayout(PIN, 360),), columns, ())
-    assert labels.column_label(made, "pin_film_thickness_min") == "least film"
-    assert labels.column_label(made, "hours_to_50_um") == "hours to 50 µm"
+    assert column_label(made, "pin_film_thickness_min") == "least film"
+    assert column_label(made, "hours_to_50_um") == "hours to 50 µm"
     warm = Limit("pin_temperature", "at_most", 333.15)
-    assert labels.limit_label(made, warm, "K") == "pin temperature at most 60\u00a0°C"
+    assert limit_label(made, warm, "K") == "pin temperature at most 60\u00a0°C"
     limit = Limit("pin_load_peak", "at_most", 2.0, "pin_film_thickness_min")
-    assert labels.limit_label(made, limit, "N") == "load peak at most 2 times the least film"
+    assert limit_label(made, limit, "N") == "load peak at most 2 times the least film"
 
 
 def test_values_of_an_axis_that_differ_print_differently():
     values = [0.11998, 0.12, 0.12002]
     record = {"units": {"mechanism.rod.length": "m"}, "sweep": {"mechanism.rod.length": values}}
     record["written_units"] = {"mechanism.rod.length": {"unit": "mm", "factor": 1e-3, "offset": 0.0}}
-    digits = words.digits_of(record, "mechanism.rod.length", record["written_units"])
-    texts = [words.varied_text("mechanism.rod.length", value, "m", record["written_units"], digits) for value in values]
+    digits = digits_of(record, "mechanism.rod.length", record["written_units"])
+    texts = [varied_text("mechanism.rod.length", value, "m", record["written_units"], digits) for value in values]
     assert texts == ["119.98 mm", "120 mm", "120.02 mm"]
 
 

@@ -7,8 +7,8 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep.report.data.study import prepare
-from clearsweep.report.sections import budget
+from clearsweep.report.sections.setup import bars_of, budget_sections, combined_change, one_at_a_time_design
+from clearsweep.report.study import prepare
 
 pytestmark = pytest.mark.heavy
 
@@ -34,7 +34,7 @@ def study(tmp_path_factory):
 
 
 def test_the_case_that_all_others_differ_from_in_one_unknown_is_the_base(study):
-    base, unknowns = budget.one_at_a_time_design(study)
+    base, unknowns = one_at_a_time_design(study)
     assert study.value(base, f"{JOINT}.clearance") == 1e-4
     assert {unknown.axes[0].path: len(unknown.cases) for unknown in unknowns} == {
         f"{JOINT}.clearance": 2,
@@ -45,9 +45,9 @@ def test_the_case_that_all_others_differ_from_in_one_unknown_is_the_base(study):
 
 
 def test_a_bar_reaches_from_the_least_to_the_largest_change_and_the_longest_is_first(study):
-    base, unknowns = budget.one_at_a_time_design(study)
+    base, unknowns = one_at_a_time_design(study)
     column = "rod_slider_force_peak"
-    bars = budget.bars_of(study, column, base, unknowns)
+    bars = bars_of(study, column, base, unknowns)
     lengths = [bar.increase - bar.decrease for bar in bars]
     assert lengths == sorted(lengths, reverse=True)
     (speed,) = (bar for bar in bars if bar.unknown.axes[0].path == "drive.speed")
@@ -55,14 +55,14 @@ def test_a_bar_reaches_from_the_least_to_the_largest_change_and_the_longest_is_f
     assert speed.decrease == pytest.approx(study.cases.at[speed.unknown.cases[0], column] / start - 1.0)
     assert speed.decrease < -0.5  # half the speed: about a quarter of the force
     assert (speed.increase, speed.case_of_increase) == (0.0, "")
-    down, up = budget.combined_change(bars)
+    down, up = combined_change(bars)
     assert math.log(1.0 + down) == pytest.approx(-math.sqrt(sum(math.log(1.0 + bar.decrease) ** 2 for bar in bars)))
     assert math.log(1.0 + up) == pytest.approx(math.sqrt(sum(math.log(1.0 + bar.increase) ** 2 for bar in bars)))
     assert min(bar.decrease for bar in bars) > down > -1.0
 
 
 def test_the_section_says_what_decides_and_has_a_chart_and_its_numbers(study):
-    (section,) = budget.sections(study)
+    (section,) = budget_sections(study)
     sentences, gallery, table = section.blocks
     assert "crank speed" in sentences.texts[1]
     assert len(gallery.pictures) == 1
@@ -76,4 +76,4 @@ def test_a_product_of_axes_is_no_error_budget(tmp_path):
         f"{JOINT}.contact.restitution": [0.5, 0.9],
         "drive.speed": [50.0, 90.0],
     }
-    assert budget.sections(study_of(tmp_path / "run", sweep=product)) == []
+    assert budget_sections(study_of(tmp_path / "run", sweep=product)) == []

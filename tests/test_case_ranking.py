@@ -6,12 +6,11 @@ from fake_physics import grid
 from fake_runs import Run
 from test_seek import quiet
 
-from clearsweep.answers import case_ranking, verdict
+from clearsweep.answers.ranking import Candidate, CaseRanking, ranking_of
+from clearsweep.answers.verdict import limits_of
 from clearsweep.contracts.layout import Column
-from clearsweep.report.data.study import prepare
-from clearsweep.report.data.worst_case import case_ranking_of, worst_case
-from clearsweep.report.sections import summary
-from clearsweep.report.sections import verdict as section
+from clearsweep.report.sections.answer import summary_sections, verdict_sections
+from clearsweep.report.study import case_ranking_of, prepare, worst_case
 from clearsweep.sweeping.summary import run_summary
 
 PEAK = "rod_slider_force_peak"
@@ -25,7 +24,7 @@ def layout(*names, life=""):
 
 
 SOUGHT = {"largest": "mechanism.slider.mass"}
-LIMITS = verdict.limits_of({PEAK: 1.0})
+LIMITS = limits_of({PEAK: 1.0})
 
 
 @pytest.mark.parametrize(
@@ -41,11 +40,11 @@ LIMITS = verdict.limits_of({PEAK: 1.0})
     ],
 )
 def test_the_first_question_that_a_grid_asks_leads(given, limits, asked, leads):
-    assert case_ranking.ranking_of(given, limits, asked).question == leads
+    assert ranking_of(given, limits, asked).question == leads
 
 
 def test_a_film_study_leads_with_least_film_dry_share_and_loss_and_its_thinnest_case():
-    lead = case_ranking.ranking_of(layout(*FILM), ())
+    lead = ranking_of(layout(*FILM), ())
     assert lead.headings == ("least film", "dry load share", "loss")
     columns = {name: np.array([3.0, 1.0, np.nan]) for name in lead.columns}
     values, _ = lead.worst_values(columns)
@@ -54,18 +53,18 @@ def test_a_film_study_leads_with_least_film_dry_share_and_loss_and_its_thinnest_
 
 
 def test_the_best_case_within_the_limits_leads_an_optimisation():
-    lead = case_ranking.ranking_of(layout(), LIMITS, {"optimise": {"minimise": [PEAK]}})
+    lead = ranking_of(layout(), LIMITS, {"optimise": {"minimise": [PEAK]}})
     columns = {PEAK: np.array([1.0, 2.0, 3.0]), "margin": np.array([-0.5, 0.5, 0.1])}
     columns |= {"limits_exceeded": np.array([PEAK, "", ""], object), "limits_undecided": np.array([""] * 3, object)}
     values, _ = lead.worst_values(columns)
     assert int(np.argmax(lead.severity(values, columns))) == 1
-    lead = case_ranking.ranking_of(layout(), (), {"optimise": {"maximise": [PEAK]}})
+    lead = ranking_of(layout(), (), {"optimise": {"maximise": [PEAK]}})
     values, _ = lead.worst_values(columns)
     assert int(np.argmax(lead.severity(values, columns))) == 2
 
 
 def test_a_case_beyond_a_limit_of_zero_is_the_worst_by_its_excess():
-    lead = case_ranking.ranking_of(layout(), verdict.limits_of({PEAK: 0.0}))
+    lead = ranking_of(layout(), limits_of({PEAK: 0.0}))
     columns = {PEAK: np.array([2.25, 3.75, 1.0, 0.0]), "margin": np.array([np.nan, np.nan, -0.5, np.nan])}
     exceeded = np.array([PEAK, PEAK, PEAK, ""], object)
     columns |= {"limits_exceeded": exceeded, "limits_undecided": np.array(["", "", "", PEAK])}
@@ -74,8 +73,8 @@ def test_a_case_beyond_a_limit_of_zero_is_the_worst_by_its_excess():
 
 
 def test_of_several_joints_the_worse_one_ranks_a_case_and_null_never_does():
-    candidates = tuple(case_ranking.Candidate(name, (name,)) for name in ("a", "b"))
-    lead = case_ranking.CaseRanking("force", "", ("peak",), False, candidates)
+    candidates = tuple(Candidate(name, (name,)) for name in ("a", "b"))
+    lead = CaseRanking("force", "", ("peak",), False, candidates)
     values, which = lead.worst_values({"a": np.array([1.0, np.nan, np.nan]), "b": np.array([2.0, -3.0, np.nan])})
     assert values.tolist()[:2] == [2.0, -3.0]
     assert which.tolist()[:2] == [1, 1]
@@ -90,9 +89,9 @@ def test_page_and_closing_lines_name_the_same_worst_case(tmp_path, limits):
     case_id, _ = worst_case(prepared)
     assert facts["worst"][0]["case_id"] == case_id
     assert facts["question"] == case_ranking_of(prepared).question == ("limits" if limits else "force")
-    shown = summary.sections(prepared)[0].blocks[0].cards
+    shown = summary_sections(prepared)[0].blocks[0].cards
     assert len(shown) <= 8
-    said = run_summary.plain(" ".join(section.sections(prepared)[0].blocks[0].texts))
+    said = run_summary.plain(" ".join(verdict_sections(prepared)[0].blocks[0].texts))
     text = run_summary.run_text(facts)
     for sentence in facts["answer"]["sentences"]:
         assert sentence in text

@@ -9,8 +9,9 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep import simulation
-from clearsweep.report.data.study import prepare
-from clearsweep.report.sections import elastic_links, trust
+from clearsweep.report.sections.answer import reliability_points
+from clearsweep.report.sections.laws import elastic_links_sections
+from clearsweep.report.study import prepare
 
 STIFFNESS, CONTACT = 3.85e8, 6.61e10  # N/m, N/m^1.5
 ROD = {"mechanism.rod.elastic": {"axial_stiffness": STIFFNESS, "damping": 0.01}}
@@ -73,7 +74,7 @@ def study_of(directory, **sweep):
 
 def test_the_report_says_how_much_harder_an_impact_on_rigid_links_would_be(tmp_path):
     study = study_of(tmp_path / "run")
-    (section,) = elastic_links.sections(study)
+    (section,) = elastic_links_sections(study)
     (case_id,) = study.cases.index
     depth = study.cases.at[case_id, "rod_slider_penetration_max"]
     slope = 1.5 * CONTACT * math.sqrt(depth)
@@ -84,7 +85,7 @@ def test_the_report_says_how_much_harder_an_impact_on_rigid_links_would_be(tmp_p
     assert "0.014 times the first bending frequency of rod" in bending
     (table,) = section.tables
     assert table.rows[0][:3] == ("rod", "4", STIFFNESS)
-    assert any(compared in str(point) for point in trust.reliability_points(study))
+    assert any(compared in str(point) for point in reliability_points(study))
     # the estimate is of the same machine with a rigid rod
     rigid = clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=copy.deepcopy(STUDY))))
     ratio = rigid.summary["rod_slider_force_peak"] / study.cases.at[case_id, "rod_slider_force_peak"]
@@ -93,7 +94,7 @@ def test_the_report_says_how_much_harder_an_impact_on_rigid_links_would_be(tmp_p
 
 def test_where_the_stiffness_of_a_link_is_swept_the_report_compares_computed_peaks(tmp_path):
     study = study_of(tmp_path / "run", **{"mechanism.rod.elastic.axial_stiffness": [STIFFNESS, 10.0 * STIFFNESS]})
-    (section,) = elastic_links.sections(study)
+    (section,) = elastic_links_sections(study)
     (sentence,) = (text for text in section.sentences if "the force peak depends on" in text)
     peaks = study.texts(*((case_id, "rod_slider_force_peak") for case_id in study.cases.index))
     assert all(peak in sentence for peak in peaks)
@@ -103,4 +104,4 @@ def test_where_the_stiffness_of_a_link_is_swept_the_report_compares_computed_pea
 def test_a_run_of_rigid_links_has_no_such_section(tmp_path):
     source = slider_crank("rod-slider", changes=copy.deepcopy(STUDY))
     clearsweep.sweep(source, out=tmp_path / "run", executor="serial", show_progress=False)
-    assert elastic_links.sections(prepare(clearsweep.open(tmp_path / "run"))) == []
+    assert elastic_links_sections(prepare(clearsweep.open(tmp_path / "run"))) == []

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import clearsweep
-from clearsweep.answers import expected
+from clearsweep.answers.questions import expected_peak_sentence, largest_expected_peak
 from clearsweep.simulation.figures.extreme import UNKNOWN_QUANTILE, Tail, expected_largest
 from clearsweep.simulation.setup import revolutions
 from clearsweep.sweeping.summary import run_summary
@@ -74,13 +74,13 @@ def test_the_sentence_names_interval_window_and_place():
         "j_force_peak_million": np.array([4.0, 9.0]),
         "j_force_peak_million_high": np.array([5.0, 9.0]),
     }
-    worst = expected.largest_expected_peak(block, ["j"])
+    worst = largest_expected_peak(block, ["j"])
     assert worst == ("a" * 16, "j", 4.0, 5.0, 3.0)  # a motion that repeats itself needs no prediction
-    text = expected.expected_peak_sentence(["4 N", "5 N", "3 N"], " in joint j")
+    text = expected_peak_sentence(["4 N", "5 N", "3 N"], " in joint j")
     assert text.startswith(
         "The largest force peak in 10⁶ revolutions is estimated at 4 N, at most 5 N (97.5 %) in joint j"
     )
-    assert expected.largest_expected_peak({"case_id": block["case_id"], "period": np.ones(2)}, ["j"]) is None
+    assert largest_expected_peak({"case_id": block["case_id"], "period": np.ones(2)}, ["j"]) is None
     facts = worst._asdict() | {"swept": {}, "case_id": "a" * 16}
     assert {"value", "high", "seen"} <= facts.keys()  # of run --json
     assert run_summary._expected_lines({"expected": facts})[1] == text.replace("in joint j", "in j")

@@ -13,8 +13,8 @@ from clearsweep import grid as grids
 from clearsweep.answers import features
 from clearsweep.contracts.results import Trajectory
 from clearsweep.language.errors import InputError
-from clearsweep.report.data import study
-from clearsweep.report.sections.identified import sections
+from clearsweep.report.sections.identified import identified_sections
+from clearsweep.report.study import prepare
 from clearsweep.searches import emulator
 from clearsweep.sweeping.summary.run_summary import of_run, run_text
 
@@ -114,8 +114,8 @@ def test_the_closing_lines_say_value_interval_and_fit(ran):
 
 
 def test_the_report_has_the_machine(ran):
-    prepared = study.prepare(clearsweep.open(ran[1]))
-    (section,) = sections(prepared)
+    prepared = prepare(clearsweep.open(ran[1]))
+    (section,) = identified_sections(prepared)
     assert section.key == "identify"
     text = str(section.blocks[0])
     assert "Slider mass 0." in text
@@ -268,4 +268,4 @@ def test_too_few_finished_cases_end_with_a_summary(tmp_path):
     assert len(run.summary) == 32
     assert run.identify is None
     assert any("nothing is identified" in each for each in run.grid["warnings"])
-    assert sections(study.prepare(run)) == []
+    assert identified_sections(prepare(run)) == []

@@ -5,8 +5,7 @@ import math
 import pytest
 from judged_cases import CLEARANCE, FORCE, IDEAL, IMPACTS, OTHER, ROLES, SPEED, UNITS, answer_of, record_of, table_of
 
-from clearsweep.answers import blocks
-from clearsweep.answers.judge import judge
+from clearsweep.answers.judge import judge, sign_test
 
 NAMES = {CLEARANCE: 0, SPEED: 1, FORCE: 2}
 LAW, TOLERANCE = "joints.pin.contact.law", "simulate.tolerance"
@@ -230,7 +229,7 @@ def test_blocks_that_disagree_are_decided_by_a_sign_test():
     assert verdict(9, 1) == "rises"  # 2 * 11 / 1024 = 0.021
     assert verdict(1, 9) == "falls"
     assert verdict(3, 0) == "rises"
-    assert blocks.sign_test(9, 1) == pytest.approx(22 / 1024)
+    assert sign_test(9, 1) == pytest.approx(22 / 1024)
 
 
 def test_paths_of_zip_that_fix_one_another_are_one_axis():

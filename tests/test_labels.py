@@ -14,7 +14,7 @@ import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
 from clearsweep.report.blocks.table import Column, Table
-from clearsweep.report.data import study
+from clearsweep.report.study import prepare
 from clearsweep.sweeping.facts import settings
 from clearsweep.sweeping.summary import run_summary
 
@@ -82,7 +82,7 @@ def test_the_schema_takes_labels_but_no_reserved_word():
 def axis_of(labels):
     run = Run(histories=False)
     run.grid["labels"] = {CLEARANCE: labels}
-    return next(axis for axis in study.prepare(run).axes if axis.path == CLEARANCE)
+    return next(axis for axis in prepare(run).axes if axis.path == CLEARANCE)
 
 
 def test_a_label_is_before_the_number_and_alone_at_the_edge_of_a_figure():

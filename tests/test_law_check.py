@@ -7,8 +7,8 @@ import clearsweep
 from clearsweep import grid as grids
 from clearsweep import simulation, store
 from clearsweep.language.errors import InputError
-from clearsweep.report.data import study
-from clearsweep.report.sections import law_check as section
+from clearsweep.report.sections.laws import law_check_sections
+from clearsweep.report.study import prepare
 from clearsweep.sweeping.summary import run_summary
 
 LAW, MASS = "joints.rod-slider.contact.law", "mechanism.slider.mass"
@@ -83,9 +83,9 @@ def test_checks_enter_neither_the_closing_table_nor_the_page_but_move_the_verdic
     assert facts["answer"]["cases"] == {"met": 3, "exceeded": 0, "undecided": 0, "added": 1}
     assert "hertz" in facts["answer"]["laws"]
     assert "does not meet the limits" in facts["answer"]["laws"]
-    page = study.prepare(store.open(tmp_path / "run"))
+    page = prepare(store.open(tmp_path / "run"))
     assert len(page.cases) == 3
-    (shown,) = section.sections(page)
+    (shown,) = law_check_sections(page)
     assert shown.blocks
 
 

@@ -6,7 +6,7 @@ import re
 import numpy as np
 import pytest
 
-from clearsweep.answers.lifetime import FIELD_BY_COLUMN, Lifetime, hours_text, interval_text, spread_text
+from clearsweep.answers.words import FIELD_BY_COLUMN, Lifetime, hours_text, interval_text, spread_text
 from clearsweep.contracts.layout import Column, Layout
 from clearsweep.sweeping.facts.lives import LifeExtremes
 

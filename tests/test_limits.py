@@ -10,13 +10,14 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep import grid
-from clearsweep.answers import verdict, words
+from clearsweep.answers.verdict import Limit, LimitsAndFigures, limits_of
+from clearsweep.answers.words import margin_text
 from clearsweep.contracts import catalogue
 from clearsweep.contracts.layout import Column
 from clearsweep.language import expression
 from clearsweep.language.errors import InputError
-from clearsweep.report.data.study import prepare
-from clearsweep.report.sections import verdict as section_of_verdict
+from clearsweep.report.sections import answer as section_of_verdict
+from clearsweep.report.study import prepare
 from clearsweep.sweeping.summary import run_summary
 
 PEAK, IDEAL = "rod_slider_force_peak", "rod_slider_force_peak_ideal"
@@ -27,7 +28,7 @@ HEADROOM = {"headroom": f"1 - {PEAK} / (2 * {IDEAL})"}
 def evaluated(limits, **columns):
     """Return the columns that limits add to some cases."""
     given = {name: np.array(values, float) for name, values in columns.items()}
-    return verdict.LimitsAndFigures((), verdict.limits_of(limits)).evaluate(given)
+    return LimitsAndFigures((), limits_of(limits)).evaluate(given)
 
 
 def verdict_of(limits, **columns):
@@ -79,8 +80,8 @@ def test_a_bound_that_is_null_or_overflows_is_undecided_without_warning(times, r
 def test_a_null_counts_by_what_it_means(null, most, least):
     columns = [Column("x", "1", "", null=null)]
     for kind, expected in (("at_most", most), ("at_least", least)):
-        limits = verdict.limits_of({"x": {kind: 5.0}}, columns)
-        result = verdict.LimitsAndFigures((), limits).evaluate({"x": np.array([math.nan, 5.0])})
+        limits = limits_of({"x": {kind: 5.0}}, columns)
+        result = LimitsAndFigures((), limits).evaluate({"x": np.array([math.nan, 5.0])})
         names = [result[name].tolist() for name in ("limits_exceeded", "limits_undecided")]
         assert names == [[expected[0], ""], [expected[1], ""]]
 
@@ -270,7 +271,7 @@ def test_an_infinite_or_undefined_figure_decides_nothing(ran, text):
     assert facts["limits"]["each"]["ratio"] == {"limit": "at most 5\u00a0N", "cases": 0, "unknown": 3}
     assert {entry["why"] for design in facts["answer"]["designs"] for entry in design["missing"]} >= {"ratio is null"}
     study = prepare(clearsweep.open(result.directory))
-    rows = {row[0]: row for row in section_of_verdict._table(study).rows}
+    rows = {row[0]: row for row in section_of_verdict._limit_table(study).rows}
     assert [cell.value for cell in rows["ratio"][2:5]] == [0, 3, 3]
     assert [cell.value for cell in rows[PEAK][2:5]] == [0, 0, 3]
 
@@ -292,10 +293,10 @@ def test_until_cannot_judge_an_own_figure():
 
 
 def test_margins_beyond_a_bound_are_multiples_of_it_and_never_negative():
-    force, film = verdict.Limit("force", "at_most", 5.0), verdict.Limit("film", "at_least", 2.0)
-    below = verdict.Limit("force", "at_most", -1.0)
-    assert words.margin_text(1.0 - 31.4, (force,)) == "31 times the limit"
-    assert words.margin_text(-1e-4, (force,)) == "1.0001 times the limit"
-    assert words.margin_text(0.32, (force,)) == "margin 32\u00a0%"
-    assert words.margin_text(-0.75, (film,)) == "0.25 times the limit"
-    assert words.margin_text(-3.0, (below,)) == "beyond the limit by 3 times its size"
+    force, film = Limit("force", "at_most", 5.0), Limit("film", "at_least", 2.0)
+    below = Limit("force", "at_most", -1.0)
+    assert margin_text(1.0 - 31.4, (force,)) == "31 times the limit"
+    assert margin_text(-1e-4, (force,)) == "1.0001 times the limit"
+    assert margin_text(0.32, (force,)) == "margin 32\u00a0%"
+    assert margin_text(-0.75, (film,)) == "0.25 times the limit"
+    assert margin_text(-3.0, (below,)) == "beyond the limit by 3 times its size"

@@ -13,7 +13,7 @@ from clearsweep.contracts.outline import LoadOutline
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.machines.loads import load_keys
 from clearsweep.mechanics.machines.planar.form import Planar
-from clearsweep.report.one_case import mechanism as pictures
+from clearsweep.report.one_case.joints import draw_grid
 from clearsweep.simulation.machine.ideal import ideal_peaks, mechanism_of
 from clearsweep.simulation.setup.crank_clock import scheduled_clock
 
@@ -329,10 +329,10 @@ def _array(*values):
 def test_the_picture_names_every_body_joint_and_load(tmp_path):
     file = tmp_path / "grid.yaml"
     file.write_text(json.dumps(changed(FOUR_BAR, loads={"brake": {"on": "rocker", "torque": -3}})))
-    text = pictures.draw_grid(file, tmp_path / "mechanism.svg").read_text()
+    text = draw_grid(file, tmp_path / "mechanism.svg").read_text()
     for name in ("crank", "coupler", "rocker", "ground-crank", "coupler-rocker (open)", "brake"):
         assert f">{name}<" in text
-    assert pictures.draw_grid(file, tmp_path / "mechanism.png").stat().st_size > 5_000
+    assert draw_grid(file, tmp_path / "mechanism.png").stat().st_size > 5_000
 
 
 def test_the_keys_say_where_a_spring_holds_its_second_body_and_it_does():

@@ -15,8 +15,8 @@ from clearsweep import grid as grids
 from clearsweep.contracts.catalogue import Figure
 from clearsweep.grid.sections.optimise import Choice
 from clearsweep.language.errors import InputError
-from clearsweep.report.data import study
-from clearsweep.report.sections.optimised import folded_sections, sections
+from clearsweep.report.sections.searches import folded_optimised_sections, optimised_sections
+from clearsweep.report.study import prepare
 from clearsweep.searches import surrogate
 from clearsweep.sweeping.summary.run_summary import of_run, run_text
 
@@ -152,7 +152,7 @@ def test_an_objective_with_an_interval_is_given_with_it(tmp_path):
     (peak,) = best.values.values()
     assert best.intervals == {"rod_slider_force_peak_p95": (peak - 0.05, peak + 0.05)}
     assert result.optimised.alike == ((peaks > peak) & (peaks <= peak + 0.1)).sum() > 1
-    (section,) = sections(study.prepare(clearsweep.open(out)))
+    (section,) = optimised_sections(prepare(clearsweep.open(out)))
     said = f"{result.optimised.alike} other cases within the limits cannot be distinguished from it"
     assert said in " ".join(section.blocks[0].texts)
 
@@ -248,17 +248,17 @@ def test_all_mistakes_of_the_section_are_reported_at_once(problems_in):
 def test_the_report_has_the_best_cases(tmp_path):
     out = tmp_path / "run"
     quiet(asked(minimise=["miss", "rod_slider_force_peak"]), out)
-    made = sections(study.prepare(clearsweep.open(out)))
+    made = optimised_sections(prepare(clearsweep.open(out)))
     assert [section.key for section in made] == ["optimise"]
     assert made[0].pictures == []
-    titles = [picture.title for _, picture in folded_sections(study.prepare(clearsweep.open(out)))[0].pictures]
+    titles = [picture.title for _, picture in folded_optimised_sections(prepare(clearsweep.open(out)))[0].pictures]
     assert titles == ["The front of both objectives", "All cases as lines across the axes of variables and objectives"]
 
 
 def test_the_report_has_the_best_case_next_to_the_one_that_is_written(tmp_path):
     out = tmp_path / "run"
     quiet(asked(minimise="rod_slider_force_peak"), out)
-    (section,) = sections(study.prepare(clearsweep.open(out)))
+    (section,) = optimised_sections(prepare(clearsweep.open(out)))
     text = " ".join(section.blocks[0].texts)
     assert "Compared with the case of the grid: rod_slider_force_peak" in text
     (table,) = [block for block in section.blocks if hasattr(block, "rows")]

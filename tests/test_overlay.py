@@ -9,8 +9,7 @@ import pytest
 from clearsweep.answers import features
 from clearsweep.grid.written.tables import read_signals
 from clearsweep.language.errors import InputError
-from clearsweep.report.sections import overlay as page
-from clearsweep.report.statistics import overlay
+from clearsweep.report.sections.identified import compare_signals, overlay_section
 
 UNITS = {"acceleration": "m/s^2", "slider/a": "m/s^2"}
 SPEED = 100.0  # rad/s
@@ -45,7 +44,7 @@ def test_the_nearest_case_and_the_angle_between_are_found(tmp_path, study):
     angle = np.linspace(0.0, 5.2 * features.TURN, 4000)
     noise = np.random.default_rng(0).normal(0.0, 0.05, len(angle))
     file = write(tmp_path / "rig.csv", angle, signal(angle - 0.5, 2.0) + noise)
-    (laid,) = overlay.compare_signals(study, file)
+    (laid,) = compare_signals(study, file)
     assert laid.case_id == "b" * 16
     assert laid.angle == pytest.approx(0.5, abs=features.TURN / 720)
     assert laid.misfit < 0.03
@@ -54,7 +53,7 @@ def test_the_nearest_case_and_the_angle_between_are_found(tmp_path, study):
     expected = features.features_of(laid.computed)
     assert result.rms == pytest.approx(expected.rms, rel=0.02)
     assert result.spectrum[0] == pytest.approx(expected.spectrum[0], rel=0.02)
-    blocks = page.section(study, [laid]).blocks
+    blocks = overlay_section(study, [laid]).blocks
     assert [block.__class__.__name__ for block in blocks] == ["Sentences", "Gallery", "Table"]
 
 
@@ -62,7 +61,7 @@ def test_a_signal_over_time_is_laid_by_the_speed_of_the_case(tmp_path, study):
     angle = np.linspace(0.0, 4.0 * features.TURN, 3000)
     head = "time [ms],slider/a [m/s^2]"
     file = write(tmp_path / "rig.csv", angle, signal(angle, 3.0), head, lambda each: 1e3 * each / SPEED)
-    (laid,) = overlay.compare_signals(study, file)
+    (laid,) = compare_signals(study, file)
     assert (laid.case_id, laid.angle) == ("c" * 16, 0.0)
     assert laid.misfit < 1e-3
 
@@ -102,4 +101,4 @@ def test_what_cannot_be_used_is_refused_by_line(tmp_path, rows, message):
 def test_fewer_than_three_revolutions_are_refused(tmp_path, study):
     angle = np.linspace(0.0, 2.5 * features.TURN, 500)
     with pytest.raises(InputError, match=r"has 2\.5 revolutions; at least 3 whole"):
-        overlay.compare_signals(study, write(tmp_path / "rig.csv", angle, signal(angle)))
+        compare_signals(study, write(tmp_path / "rig.csv", angle, signal(angle)))

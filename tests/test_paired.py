@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom, kendalltau
 
-from clearsweep.report.statistics import paired
-from clearsweep.report.statistics.paired import trend_exponent
+from clearsweep.report.statistics import effects
+from clearsweep.report.statistics.effects import trend_exponent
 
 
 def test_an_exact_power_is_found_and_its_interval_is_that_value():
@@ -64,6 +64,6 @@ def test_rows_with_gaps_count_what_they_have_and_without_pairs_nothing_is_known(
 
 def test_many_pairs_are_taken_as_normal_to_within_one_of_the_count(monkeypatch):
     sizes = np.full(300, 4)
-    counted = paired._slopes_beyond(sizes, 0.025)
-    monkeypatch.setattr(paired, "MAX_EXACT_PAIRS", 0)
-    assert abs(paired._slopes_beyond(sizes, 0.025) - counted) <= 1
+    counted = effects._slopes_beyond(sizes, 0.025)
+    monkeypatch.setattr(effects, "MAX_EXACT_PAIRS", 0)
+    assert abs(effects._slopes_beyond(sizes, 0.025) - counted) <= 1

@@ -13,10 +13,10 @@ import clearsweep
 from clearsweep import cli, report
 from clearsweep.language.errors import InputError
 from clearsweep.report import sections as of_page
-from clearsweep.report.blocks import section
-from clearsweep.report.data import study
+from clearsweep.report.blocks.section import Columns, Gallery, Section
 from clearsweep.report.documents import page as report_page
 from clearsweep.report.documents import paper
+from clearsweep.report.study import prepare
 
 WIDE = LINE._replace(size=(4.6, 3.4))
 
@@ -29,9 +29,9 @@ def undrawn(monkeypatch):
 
 
 def test_every_picture_of_the_page_has_a_name_of_its_own_that_the_next_page_has_too(undrawn):
-    sections = of_page.all_sections(study.prepare(Run()))
+    sections = of_page.all_sections(prepare(Run()))
     names = [name for name, _ in paper.named_pictures(sections)]
-    assert names == [name for name, _ in paper.named_pictures(of_page.all_sections(study.prepare(Run())))]
+    assert names == [name for name, _ in paper.named_pictures(of_page.all_sections(prepare(Run())))]
     played = [
         picture for first in sections for block in first.blocks for picture in getattr(block, "player_pictures", ())
     ]
@@ -43,8 +43,8 @@ def test_every_picture_of_the_page_has_a_name_of_its_own_that_the_next_page_has_
 
 
 def test_pictures_of_one_title_are_numbered():
-    twice = section.Section("a", "", [section.Gallery("", [LINE, WIDE, LINE])])
-    columns = section.Section("b", "", [section.Columns(([section.Gallery("", [LINE])],))])
+    twice = Section("a", "", [Gallery("", [LINE, WIDE, LINE])])
+    columns = Section("b", "", [Columns(([Gallery("", [LINE])],))])
     assert [name for name, _ in paper.named_pictures([twice, columns])] == [
         "a-a-line",
         "a-a-line-2",

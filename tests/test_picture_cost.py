@@ -6,8 +6,8 @@ from fake_runs import Run
 from matplotlib.backends.backend_agg import RendererAgg
 
 from clearsweep.report.blocks.picture import Picture, _draw_by_matplotlib, draw_svg
-from clearsweep.report.data import study
 from clearsweep.report.draw.style import BLUE
+from clearsweep.report.study import prepare
 
 
 def test_texts_of_pictures_are_measured_once(monkeypatch):
@@ -41,7 +41,7 @@ def test_a_drawing_has_the_colours_of_the_theme_but_white_letters_stay_white():
 def test_columns_of_few_cases_are_read_once(monkeypatch):
     read, column = [], Run.column
     monkeypatch.setattr(Run, "column", lambda self, name: read.append(name) or column(self, name))
-    cases = study.prepare(Run()).cases
+    cases = prepare(Run()).cases
     names = [name for name in cases.columns if name.startswith("rod_slider_force")]
     assert len(names) > 3
     read.clear()
@@ -51,8 +51,8 @@ def test_columns_of_few_cases_are_read_once(monkeypatch):
 
 
 def test_columns_of_many_cases_are_not_all_kept(monkeypatch):
-    monkeypatch.setattr("clearsweep.report.data.rows.CACHED_VALUES", 3 * len(study.prepare(Run()).cases))
-    cases = study.prepare(Run()).cases
+    monkeypatch.setattr("clearsweep.report.axis.CACHED_VALUES", 3 * len(prepare(Run()).cases))
+    cases = prepare(Run()).cases
     for name in cases.columns:
         cases[name]
     assert len(cases._column_cache) == 3

@@ -10,8 +10,8 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep import report
 from clearsweep.language.errors import InputError
-from clearsweep.report.data.study import Joint
-from clearsweep.report.one_case.pin_forces import pin_forces
+from clearsweep.report.one_case.joints import pin_forces
+from clearsweep.report.study import Joint
 from clearsweep.simulation import reactions_unknown
 from clearsweep.simulation.analyses import pin_reactions
 

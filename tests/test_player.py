@@ -8,8 +8,9 @@ import pytest
 from test_slot import GRID as SLOT
 
 import clearsweep
-from clearsweep.report.data.study import prepare
-from clearsweep.report.one_case import motion, player
+from clearsweep.report.one_case import player
+from clearsweep.report.one_case.motion import motion_pictures, saved_channels
+from clearsweep.report.study import prepare
 
 CLEARANCE, LENGTH = 1e-4, 0.05
 GUIDE = {
@@ -44,7 +45,7 @@ def moving(source, tmp_path):
     clearsweep.sweep(source, out=tmp_path / "run", executor="serial", show_progress=False)
     study = prepare(clearsweep.open(tmp_path / "run"))
     case_id = study.cases.index[0]
-    path = motion.saved_channels(study.run, case_id)
+    path = saved_channels(study.run, case_id)
     return study, case_id, path, player.player_data(study, case_id, path).data["joints"][0]
 
 
@@ -57,7 +58,7 @@ def test_a_block_is_shown_between_its_walls_which_its_ends_reach_and_hardly_cros
     farthest = np.max(np.abs(path["joints/slider_ground/y"]) + half_length * np.abs(np.sin(tilt)))
     assert CLEARANCE < farthest < 1.1 * CLEARANCE
     assert joint["magnified"] == pytest.approx(player.DRAWN_PENETRATION * CLEARANCE / (farthest - CLEARANCE), rel=0.06)
-    assert not any("orbit" in picture.title for picture in motion.motion_pictures(study, case_id, path))
+    assert not any("orbit" in picture.title for picture in motion_pictures(study, case_id, path))
 
 
 def test_a_pin_in_a_slot_is_shown_between_walls_without_ends(tmp_path):
@@ -65,7 +66,7 @@ def test_a_pin_in_a_slot_is_shown_between_walls_without_ends(tmp_path):
     study, case_id, path, joint = moving(source, tmp_path)
     assert joint["walls"]["half_length"] == 0.0
     assert not unpacked(joint["walls"]["tilt"]).any()
-    assert not any("orbit" in picture.title for picture in motion.motion_pictures(study, case_id, path))
+    assert not any("orbit" in picture.title for picture in motion_pictures(study, case_id, path))
 
 
 def test_a_journal_has_an_orbit_and_no_straight_walls(tmp_path):
@@ -73,4 +74,4 @@ def test_a_journal_has_an_orbit_and_no_straight_walls(tmp_path):
     pin = {key: value for key, value in block.items() if key != "height"} | {"bearing_radius": 0.01}
     study, case_id, path, joint = moving(GUIDE | {"joints": {"rod-slider": pin}}, tmp_path)
     assert joint["walls"] is None
-    assert any("orbit" in picture.title for picture in motion.motion_pictures(study, case_id, path))
+    assert any("orbit" in picture.title for picture in motion_pictures(study, case_id, path))

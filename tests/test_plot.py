@@ -21,8 +21,7 @@ from clearsweep.report import plot
 from clearsweep.report.blocks import picture
 from clearsweep.report.blocks.picture import Dot, Picture, Spot, draw_svg
 from clearsweep.report.draw.style import BLUE, draw_colour_bar, set_log_scale, set_plain_axes
-from clearsweep.report.plot import letters
-from clearsweep.report.plot.side import Side
+from clearsweep.report.plot.items import Side, text_height, text_width
 
 SIZE = (4.2, 3.1)
 X = np.linspace(1.0, 9.0, 30)
@@ -189,8 +188,8 @@ def test_widths_of_words_are_those_of_the_font():
     font.set_size(100.0, 72.0)
     for words in ("crank speed [rpm]", f"{wording.MINUS}0.0053", "force peak [kN]", "10⁻³"):
         font.set_text(words)
-        assert letters.text_width(words, 100.0) == pytest.approx(font.get_width_height()[0] / 64.0, rel=0.06)
-    assert letters.text_height("two\nlines", 8.0) == 2.0 * letters.text_height("one", 8.0)
+        assert text_width(words, 100.0) == pytest.approx(font.get_width_height()[0] / 64.0, rel=0.06)
+    assert text_height("two\nlines", 8.0) == 2.0 * text_height("one", 8.0)
 
 
 @pytest.mark.parametrize(

@@ -19,8 +19,8 @@ from clearsweep import report, simulation, store
 from clearsweep.contracts.results import Trajectory
 from clearsweep.language import phases
 from clearsweep.language.errors import StorageError
-from clearsweep.report.data.partial import open_partial
 from clearsweep.report.statistics import sensitivity
+from clearsweep.report.study import open_partial
 from clearsweep.simulation.analyses import outcome
 from clearsweep.simulation.running.progress import Life, LifeLimits
 from clearsweep.store import StoredRun

@@ -8,16 +8,16 @@ from scipy import stats
 from test_sensitivity import CLEARANCE, PEAK, SPEED, YOUNG, linear, run  # noqa: F401 - a fixture
 
 from clearsweep import report
-from clearsweep.answers import ranks
+from clearsweep.answers.statistics import partial_rank_correlation, rank_correlation
 
 
 def test_a_rank_correlation_is_that_of_spearman():
     random = np.random.default_rng(2)
     x = random.integers(0, 9, 60).astype(float)  # with ties
     y = x + random.normal(0.0, 4.0, 60)
-    assert ranks.rank_correlation(x, y).value == pytest.approx(stats.spearmanr(x, y).statistic, rel=1e-12)
-    assert ranks.rank_correlation(np.arange(9.0), np.exp(np.arange(9.0))) == (1.0, 1.0, 1.0)
-    assert np.isnan(ranks.rank_correlation(np.arange(9.0), np.ones(9)).value)
+    assert rank_correlation(x, y).value == pytest.approx(stats.spearmanr(x, y).statistic, rel=1e-12)
+    assert rank_correlation(np.arange(9.0), np.exp(np.arange(9.0))) == (1.0, 1.0, 1.0)
+    assert np.isnan(rank_correlation(np.arange(9.0), np.ones(9)).value)
 
 
 def test_a_partial_correlation_with_one_other_has_its_closed_form():
@@ -26,7 +26,7 @@ def test_a_partial_correlation_with_one_other_has_its_closed_form():
     y = x + 2.0 * z + random.normal(size=80)
     xy, xz, yz = (stats.spearmanr(*pair).statistic for pair in ((x, y), (x, z), (y, z)))
     expected = (xy - xz * yz) / np.sqrt((1.0 - xz**2) * (1.0 - yz**2))
-    assert ranks.partial_rank_correlation(x, y, [z]).value == pytest.approx(expected, rel=1e-10)
+    assert partial_rank_correlation(x, y, [z]).value == pytest.approx(expected, rel=1e-10)
 
 
 def test_intervals_hold_the_truth_about_as_often_as_they_say():
@@ -34,7 +34,7 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
     truth = 6.0 / np.pi * np.arcsin(0.6 / 2.0)  # Spearman's of two normal variables whose correlation is 0.6
     for _ in range(400):
         x, noise = random.normal(size=(2, 80))
-        result = ranks.rank_correlation(x, 0.6 * x + 0.8 * noise)
+        result = rank_correlation(x, 0.6 * x + 0.8 * noise)
         contents.append(result.low <= truth <= result.high)
     assert 0.91 < np.mean(contents) < 0.99
 

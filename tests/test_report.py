@@ -15,18 +15,19 @@ from mechanism_cases import PAIR, changed
 
 import clearsweep
 from clearsweep import grid, report, simulation, store
-from clearsweep.answers import variance
+from clearsweep.answers.statistics import variance_shares
 from clearsweep.contracts import results
 from clearsweep.grid.cases import nest
 from clearsweep.grid.keys.key_table import table_of_keys
 from clearsweep.grid.keys.kinds import Number
 from clearsweep.language import quantity, wording
 from clearsweep.language.errors import InputError
-from clearsweep.report.blocks import interactive
-from clearsweep.report.blocks.section import Columns, Facts
-from clearsweep.report.data import study
+from clearsweep.report.blocks.section import Columns, Facts, page_script
 from clearsweep.report.documents import single
-from clearsweep.report.sections import cases, headline, setup
+from clearsweep.report.sections import cases
+from clearsweep.report.sections.answer import law_range_remarks
+from clearsweep.report.sections.setup import setup_sections
+from clearsweep.report.study import CASE_SECTIONS, prepare
 from clearsweep.sweeping.pool.simulator import SIMULATION
 
 pytestmark = pytest.mark.heavy
@@ -126,7 +127,7 @@ def test_page_is_whole_small_and_refers_to_nothing_outside(pages, name):
     cases = {f"case-{case_id}" for case_id in Run(**RUNS[name]).summary["case_id"]}  # to which the explorer leads
     assert inner <= {*page.ids, *cases}
     assert all(reference.startswith(("#", "data:")) for reference in page.references)
-    assert page.scripts in ([], [str(interactive.page_script().text)])
+    assert page.scripts in ([], [str(page_script().text)])
     assert bool(page.scripts) == bool(page.data) == ("script-src" in text)
     assert all(json.loads(data) for data in page.data)
     assert "@import" not in text
@@ -179,13 +180,13 @@ def test_long_tables_say_that_they_are_cut(pages):
 def test_elastic_range_is_reported_with_figures():
     run = Run(strength=600e6)
     run.summary["rod_slider_yield_speed"] = 0.05
-    (message,) = headline.law_range_remarks(study.prepare(run))
+    (message,) = law_range_remarks(prepare(run))
     assert "in 108 of 108 cases" in message
     assert "the fastest approaches at 4.4 m/s, 88 times the 0.05 m/s" in message
     assert any(f"case {case_id[:8]}, rod-slider" in message for case_id in run.summary["case_id"])
     run.summary["rod_slider_yield_speed"] = 4.5
-    assert headline.law_range_remarks(study.prepare(run)) == []
-    assert headline.law_range_remarks(study.prepare(Run())) == []  # of unknown strength
+    assert law_range_remarks(prepare(run)) == []
+    assert law_range_remarks(prepare(Run())) == []  # of unknown strength
 
 
 def test_runs_without_slider_wear_or_history_do_not_speak_of_them(pages):
@@ -215,7 +216,7 @@ def test_text_of_the_grid_is_escaped(tmp_path):
     assert "&lt;script&gt;" in page
     read = Page(page)
     assert read.open == []
-    assert read.scripts == [str(interactive.page_script().text)]
+    assert read.scripts == [str(page_script().text)]
     explored = next(data for data in map(json.loads, read.data) if "columns" in data)
     assert evil in explored["columns"][0]["words"]
 
@@ -226,7 +227,7 @@ def test_values_that_a_case_does_not_use_are_left_out(tmp_path):
     idle = (run.summary[law] == "hertz") & (run.summary[restitution] == 0.9)
     run.summary = run.summary[~idle].reset_index(drop=True)
     run.summary.loc[run.summary[law] == "hertz", restitution] = None
-    given = study.prepare(run)
+    given = prepare(run)
     hertz = given.cases.index[given.cases[law] == "hertz"][0]
     assert given.setting(hertz).startswith("contact law hertz, crank speed")
     assert given.value(hertz, restitution) is None
@@ -274,7 +275,7 @@ def test_tables_hold_every_case_in_si_with_units(tmp_path):
 def test_an_axis_that_does_nothing_explains_nothing():
     chance = np.random.default_rng(1)
     places = [np.repeat(np.arange(4), 12), np.tile(np.repeat(np.arange(3), 4), 4)]
-    drawn = [variance.variance_shares(np.exp(chance.normal(size=48)), places) for _ in range(200)]
+    drawn = [variance_shares(np.exp(chance.normal(size=48)), places) for _ in range(200)]
     assert 0.0 <= np.array(drawn)[:, 0].mean() < 0.04
 
 
@@ -282,14 +283,14 @@ def test_a_weak_axis_is_seen_next_to_a_strong_one():
     chance = np.random.default_rng(1)
     strong, weak = np.repeat(np.arange(4), 12), np.tile(np.repeat(np.arange(3), 4), 4)
     values = np.exp(1.0 * strong + 0.2 * weak + 0.05 * chance.normal(size=48))
-    most, least = variance.variance_shares(values, [strong, weak])
+    most, least = variance_shares(values, [strong, weak])
     total = np.log(values).var()
     assert most == pytest.approx(1.25 / total, rel=0.05)  # the variance of 0, 1, 2, 3
     assert least == pytest.approx(0.04 * 2.0 / 3.0 / total, rel=0.3)
 
 
 def test_without_two_cases_per_value_there_is_no_scatter_to_compare_with():
-    (share,) = variance.variance_shares(np.array([1.0, 2.0, 3.0]), [np.arange(3)])
+    (share,) = variance_shares(np.array([1.0, 2.0, 3.0]), [np.arange(3)])
     assert np.isnan(share)
 
 
@@ -360,14 +361,14 @@ def test_shown_case_is_the_one_that_was_stored(tmp_path):
     clearsweep.sweep(grid, out=tmp_path / "run", executor="serial", show_progress=False)
     run = store.open(tmp_path / "run")
     case_id = run.summary["case_id"][0]
-    again = single.simulation.solve(single.case_to_draw(study.prepare(run), case_id))
+    again = single.simulation.solve(single.case_to_draw(prepare(run), case_id))
     assert again.summary["rod_slider_force_peak"] == run.summary["rod_slider_force_peak"][0]
     assert len(again.t) > 1440
     assert report.show(run, case_id, tmp_path / "case.svg").stat().st_size > 10_000
 
 
 def test_curves_without_the_force_peak_say_so():
-    made = study.prepare(Run())
+    made = prepare(Run())
     case_id = made.cases.index[0]
     peak = made.cases.at[case_id, "rod_slider_force_peak"]
     for share, remark in ((0.5, True), (0.95, False)):
@@ -424,8 +425,8 @@ STEEL = {"young": 207e9, "poisson": 0.3}
 def shown(record) -> dict[str, str]:
     """Return dotted path -> what the page shows of the values that all cases share."""
     run = Run(sweep={}, histories=False, wear=False)
-    run.grid = {key: value for key, value in run.grid.items() if key not in study.CASE_SECTIONS} | record
-    (section,) = setup.sections(study.prepare(run))
+    run.grid = {key: value for key, value in run.grid.items() if key not in CASE_SECTIONS} | record
+    (section,) = setup_sections(prepare(run))
     (columns,) = (block for block in section.blocks if isinstance(block, Columns))
     facts = next(block for block in columns.columns[0] if isinstance(block, Facts) and block.label == "Fixed values")
     return dict(facts.rows)

@@ -15,23 +15,31 @@ from mechanism_cases import PAIR, changed
 from test_report import Page
 
 from clearsweep import grid, report, simulation, store
-from clearsweep.answers import labels, verdict
+from clearsweep.answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, column_label
 from clearsweep.answers.words import common_units
 from clearsweep.cli import verbs
 from clearsweep.contracts.case import Contact, Joint, Material, Materials
 from clearsweep.contracts.results import Trajectory
 from clearsweep.language.wording import TIMES, axis_name
 from clearsweep.report import sections
-from clearsweep.report.blocks import section
 from clearsweep.report.blocks.picture import draw_svg
-from clearsweep.report.blocks.section import Gallery, Sentences
+from clearsweep.report.blocks.section import Detail, Gallery, Interactive, Points, Sentences
 from clearsweep.report.blocks.table import Column, Table
-from clearsweep.report.data import study
 from clearsweep.report.documents import single
-from clearsweep.report.laws import elastic_comparison
-from clearsweep.report.one_case import worn
-from clearsweep.report.sections import curves, elastic_laws, law_choice, maps, motion_type, tradeoffs
-from clearsweep.report.statistics import kinds, spectrum, strobe
+from clearsweep.report.laws import CURVE_DEPTHS
+from clearsweep.report.one_case.joints import wear_pictures
+from clearsweep.report.sections.drivers import tradeoff_sections
+from clearsweep.report.sections.laws import elastic_laws_sections, law_choice_sections
+from clearsweep.report.sections.maps import answer_maps, curve_sections, map_sections
+from clearsweep.report.sections.motion import motion_type_sections
+from clearsweep.report.statistics.motion import (
+    cases_along_axis,
+    classify_motion,
+    harmonic_spectrum,
+    points_along_axis,
+    short_contacts,
+)
+from clearsweep.report.study import prepare, resolve_cases
 from clearsweep.sweeping import sweep
 from clearsweep.sweeping.facts import settings
 from clearsweep.sweeping.pool.simulator import SIMULATION
@@ -47,8 +55,8 @@ def painted(picture):
     return axes
 
 
-def pictures(run, module=curves, **options):
-    (result,) = module.sections(study.prepare(run, **options))
+def pictures(run, builder=curve_sections, **options):
+    (result,) = builder(prepare(run, **options))
     return {picture.title: picture for _, picture in result.pictures}
 
 
@@ -92,10 +100,8 @@ def test_one_axis_has_one_curve_and_few_or_no_numbers_have_none():
         single.summary.sort_values(SPEED)[PEAK].to_numpy(), rel=1e-12
     )
     assert axes.get_legend() is None
-    assert curves.sections(study.prepare(Run(sweep={SPEED: [1000 * RPM, 3000 * RPM]}))) == []
-    assert (
-        curves.sections(study.prepare(Run(sweep={"joints.rod-slider.contact.law": ["hertz", "flores", "exact"]}))) == []
-    )
+    assert curve_sections(prepare(Run(sweep={SPEED: [1000 * RPM, 3000 * RPM]}))) == []
+    assert curve_sections(prepare(Run(sweep={"joints.rod-slider.contact.law": ["hertz", "flores", "exact"]}))) == []
 
 
 def test_many_clearances_are_thinned_and_the_caption_says_so():
@@ -107,7 +113,7 @@ def test_many_clearances_are_thinned_and_the_caption_says_so():
 
 def test_maps_of_one_figure_share_their_colours_and_hold_the_summary():
     run = Run()
-    drawn = pictures(run, maps) | {picture.title: picture for picture in maps.answer_maps(study.prepare(run))}
+    drawn = pictures(run, map_sections) | {picture.title: picture for picture in answer_maps(prepare(run))}
     forces = [painted(picture) for title, picture in drawn.items() if title.startswith("Force peak: ")]
     ends = {axes.collections[0].get_clim() for axes in forces}
     tables = [run.summary.groupby([first, other])[PEAK].max() for first, other in ((CLEARANCE, SPEED),)]
@@ -130,19 +136,19 @@ def test_a_cell_with_an_unsafe_film_is_marked_on_the_map(figure):
     run.summary["rod_slider_film_limit_fraction"] = 0.0
     run.summary.loc[0, "rod_slider_film_limit_fraction"] = 0.1
     name = {"film_thickness_min": "Least film", "film_loss": "Film loss"}[figure]
-    (picture,) = (each for each in maps.answer_maps(study.prepare(run)) if each.title.startswith(f"{name}: "))
+    (picture,) = (each for each in answer_maps(prepare(run)) if each.title.startswith(f"{name}: "))
     marked = [text.get_text() for text in painted(picture).texts if "unsafe" in text.get_text()]
     assert len(marked) == 1
     assert "Unsafe: a case of the cell is not within its law." in picture.caption
-    assert labels.column_label(run.layout, f"rod_slider_{figure}") == name.lower()  # as in the sentences
+    assert column_label(run.layout, f"rod_slider_{figure}") == name.lower()  # as in the sentences
 
 
 def test_what_does_not_vary_has_neither_map_nor_cloud():
     run = Run()
     run.summary["rod_slider_impacts_per_rev"], run.summary["rod_slider_onset_rate_max"] = 0.0, 0.0
-    assert not any("Impacts" in title for title in pictures(run, maps))
-    assert "Force peak against onset rate" not in pictures(run, tradeoffs)
-    assert "Force peak against p99" in pictures(run, tradeoffs)
+    assert not any("Impacts" in title for title in pictures(run, map_sections))
+    assert "Force peak against onset rate" not in pictures(run, tradeoff_sections)
+    assert "Force peak against p99" in pictures(run, tradeoff_sections)
 
 
 def test_clearances_of_fits_are_in_micrometres_on_the_page_and_in_the_last_lines():
@@ -155,7 +161,7 @@ def test_clearances_of_fits_are_in_micrometres_on_the_page_and_in_the_last_lines
         ]
     }
     run.grid |= {"written_units": {}, "units": {CLEARANCE: "m"}}
-    (axis,) = study.prepare(run).axes
+    (axis,) = prepare(run).axes
     assert [axis.text(mean).replace("\u00a0", " ") for mean in means] == ["17.25 \u00b5m (a)", "170 \u00b5m (b)"]
     facts = {"units": {CLEARANCE: "m"}, "fits": run.grid["fits"], "written_units": common_units(run.grid)}
     assert [settings.value_text(CLEARANCE, mean, facts) for mean in means] == ["17.25 \u00b5m (a)", "170 \u00b5m (b)"]
@@ -190,7 +196,7 @@ def test_figures_of_one_column_of_the_closing_table_have_one_unit():
 
 def test_clearances_of_several_joints_have_one_unit():
     sweep = {"joints.rod-slider.clearance": [5e-5, 7e-5], "joints.crank-rod.clearance": [1e-4, 5e-4]}
-    given = study.prepare(Run(sweep=sweep, joints=("rod_slider", "crank_rod")))
+    given = prepare(Run(sweep=sweep, joints=("rod_slider", "crank_rod")))
     assert {axis.scale.unit for axis in given.axes} == {"mm"}
 
 
@@ -201,7 +207,7 @@ TURN = 2.0 * np.pi
 def test_a_spectrum_finds_every_oscillation_at_its_order_and_no_other():
     angle = np.linspace(0.0, 2 * TURN, 1441)
     values = 7.0 + 3.0 * np.cos(2 * angle + 0.3) + 0.5 * np.sin(5.5 * angle)
-    result = spectrum.harmonic_spectrum(angle, values)
+    result = harmonic_spectrum(angle, values)
     assert result.revolutions == 2
     amplitudes = dict(zip(result.order.tolist(), result.amplitude.tolist(), strict=True))
     assert amplitudes.pop(2.0) == pytest.approx(3.0, rel=1e-12)
@@ -212,18 +218,18 @@ def test_a_spectrum_finds_every_oscillation_at_its_order_and_no_other():
 def test_a_spectrum_keeps_the_mean_square_and_leaves_out_what_is_no_whole_turn():
     angle = np.linspace(1.0, 1.0 + 2.25 * TURN, 2 * 360 + 90 + 1)
     values = np.random.default_rng(1).normal(size=len(angle))
-    result, last = spectrum.harmonic_spectrum(angle, values), values[-720:]
+    result, last = harmonic_spectrum(angle, values), values[-720:]
     square = 0.5 * (result.amplitude[:-1] ** 2).sum() + result.amplitude[-1] ** 2
     assert square == pytest.approx(last.var(), rel=1e-12)
-    assert spectrum.harmonic_spectrum(angle[:300], values[:300]) is None
+    assert harmonic_spectrum(angle[:300], values[:300]) is None
 
 
 def test_a_diagram_has_the_stored_points_of_the_cases_along_its_axis_after_what_is_discarded():
     run = Run(sweep=TWO_AXES)
-    given = study.prepare(run)
+    given = prepare(run)
     neighbour = run.summary.query(f"`{CLEARANCE}` == 2e-4")["case_id"].iloc[0]
     axis = next(axis for axis in given.axes if axis.path == "drive.speed")
-    points = strobe.points_along_axis(given, given.joints[0], axis, neighbour)
+    points = points_along_axis(given, given.joints[0], axis, neighbour)
     cases = run.summary.query(f"`{CLEARANCE}` == 2e-4").sort_values("drive.speed")
     stored = pd.concat([run.poincare(case_id)[2:] for case_id in cases["case_id"]])
     assert points.cases == 3
@@ -235,10 +241,10 @@ def test_a_diagram_has_the_stored_points_of_the_cases_along_its_axis_after_what_
 
 def test_axes_in_step_are_followed_together():
     run = Run(sweep=TWO_AXES)
-    given = study.prepare(run)
+    given = prepare(run)
     run.grid["zip"] = {path: [] for path in TWO_AXES}
     axis = next(axis for axis in given.axes if axis.path == "drive.speed")
-    assert len(strobe.cases_along_axis(given, axis, run.summary["case_id"][0])) == 6
+    assert len(cases_along_axis(given, axis, run.summary["case_id"][0])) == 6
 
 
 class Struck(Run):
@@ -263,8 +269,8 @@ def test_the_time_of_impacts_is_that_of_contacts_shorter_than_ten_degrees_within
         first: [(1.0, 1.01), (1.99, 2.005), (3.0, 3.02), (4.0, 4.5)],
         second: [(2.5, 2.5277), (2.6, 2.6279)],
     }
-    given = study.prepare(run)
-    result = kinds.short_contacts(given, given.joints[0])
+    given = prepare(run)
+    result = short_contacts(given, given.joints[0])
     assert result == pytest.approx([(0.005 + 0.02) / 8, 0.0277 / 8], rel=1e-9)
 
 
@@ -275,8 +281,8 @@ def test_the_time_of_impacts_is_that_of_contacts_shorter_than_ten_degrees_within
 def test_a_contact_is_named_by_how_long_it_lasts(bearing, onsets, contact):
     run = Run(sweep={"drive.speed": [1000 * RPM, 2000 * RPM]})
     run.summary["rod_slider_contact_fraction"], run.summary["rod_slider_impacts_per_rev"] = bearing, onsets
-    given = study.prepare(run)
-    assert kinds.classify_motion(given, given.joints[0]).contact.tolist() == [contact] * 2
+    given = prepare(run)
+    assert classify_motion(given, given.joints[0]).contact.tolist() == [contact] * 2
 
 
 def test_the_table_of_kinds_is_that_of_the_summary(tmp_path):
@@ -298,7 +304,7 @@ def test_the_table_of_kinds_is_that_of_the_summary(tmp_path):
 
 
 def test_the_section_shows_what_there_is_and_is_left_out_where_nothing_turns():
-    (shown,) = motion_type.sections(study.prepare(Run(sweep=TWO_AXES)))
+    (shown,) = motion_type_sections(prepare(Run(sweep=TWO_AXES)))
     assert [picture.title for _, picture in shown.pictures] == [
         "Contact: clearance \u00d7 crank speed",
         "Period: clearance \u00d7 crank speed",
@@ -310,17 +316,17 @@ def test_the_section_shows_what_there_is_and_is_left_out_where_nothing_turns():
         "Spectrum of normal force",
         "Spectrum of slider acceleration",
     ]
-    (bare,) = motion_type.sections(study.prepare(Run(sweep=TWO_AXES, histories=False)))
+    (bare,) = motion_type_sections(prepare(Run(sweep=TWO_AXES, histories=False)))
     assert len(bare.pictures) == 4
     assert [column.name for column in bare.tables[0].columns[3:5]] == ["free flight", "contact"]
     pair = Run(sweep={}, joints=("pair",), mechanism="impact-pair", wear=False)
-    assert motion_type.sections(study.prepare(pair)) == []
+    assert motion_type_sections(prepare(pair)) == []
 
 
 def test_a_film_does_not_fly():
     run = Run(sweep=TWO_AXES)
     run.summary["rod_slider_film_thickness_min"] = 1e-5
-    (shown,) = motion_type.sections(study.prepare(run))
+    (shown,) = motion_type_sections(prepare(run))
     assert [picture.title for _, picture in shown.pictures][:2] == [
         "Period: clearance \u00d7 crank speed",
         "Cases by period over crank speed",
@@ -355,14 +361,12 @@ def drawn(picture):
 
 
 def wear_blocks(run, kind):
-    return [
-        block for part in sections.wear.sections(study.prepare(run)) for block in part.blocks if type(block) is kind
-    ]
+    return [block for part in sections.wear_sections(prepare(run)) for block in part.blocks if type(block) is kind]
 
 
 def test_depths_round_both_bodies_are_drawn_where_they_are_and_on_one_scale():
     run = Run(sweep=SWEEP)
-    (deepest,) = wear_blocks(run, section.Detail)
+    (deepest,) = wear_blocks(run, Detail)
     assert deepest.case_id == run.summary.set_index("case_id")["rod_slider_wear_depth_max"].idxmax()
     stored = run.wear(deepest.case_id)["rod_slider"]
     bearing, journal, distance = deepest.pictures
@@ -385,17 +389,17 @@ def test_depths_round_both_bodies_are_drawn_where_they_are_and_on_one_scale():
 
 def test_a_body_that_does_not_wear_has_no_circle_of_its_own():
     depth = np.linspace(0.0, 1e-6, 90)
-    prepared = study.prepare(Run(sweep={}))
+    prepared = prepare(Run(sweep={}))
     joint, case_id = prepared.joints[0], prepared.cases.index[0]
-    pictures = worn.wear_pictures(prepared, joint, case_id, (depth, np.zeros(90)))
+    pictures = wear_pictures(prepared, joint, case_id, (depth, np.zeros(90)))
     assert [picture.title for picture in pictures] == ["Bearing in the slider", "Depth along the surface"]
-    assert worn.wear_pictures(prepared, joint, case_id, (np.zeros(90), np.zeros(90))) == []
+    assert wear_pictures(prepared, joint, case_id, (np.zeros(90), np.zeros(90))) == []
 
 
 def test_any_case_but_the_drawn_one_can_be_chosen_the_deepest_first():
     run = Run(sweep=SWEEP)
-    (choice,) = wear_blocks(run, section.Interactive)
-    prepared = study.prepare(run)
+    (choice,) = wear_blocks(run, Interactive)
+    prepared = prepare(run)
     order = prepared.cases["rod_slider_wear_depth_max"].sort_values(ascending=False).index[1:]
     assert [case["name"].split(":")[0] for case in choice.data["cases"]] == [prepared.setting(each) for each in order]
     depths = run.wear(order[0])["rod_slider"]
@@ -405,7 +409,7 @@ def test_any_case_but_the_drawn_one_can_be_chosen_the_deepest_first():
         shares = np.frombuffer(base64.b64decode(case["depths"][place]), np.uint8) / 255.0
         assert shares == pytest.approx(depth.reshape(120, 3).max(axis=1) / most, abs=0.501 / 255.0, rel=0.0)
         assert case["mean"][place] == pytest.approx(depth.mean() / most)
-    assert wear_blocks(Run(sweep={}), section.Interactive) == []  # of one case there is nothing to choose
+    assert wear_blocks(Run(sweep={}), Interactive) == []  # of one case there is nothing to choose
 
 
 def test_pressure_and_wear_are_mapped_over_the_axes_that_move_them():
@@ -413,20 +417,20 @@ def test_pressure_and_wear_are_mapped_over_the_axes_that_move_them():
     frame = run.summary
     frame["rod_slider_pressure_peak"] = 1e6 * frame[CLEARANCE] / 5e-5 * frame[STIFFNESS] / 1e9
     frame["rod_slider_pv_peak"] = 2e6  # the same everywhere: nothing to map
-    (gallery,) = wear_blocks(run, section.Gallery)
+    (gallery,) = wear_blocks(run, Gallery)
     titles = {picture.title: picture for picture in gallery.pictures}
     pressure = f"Pressure peak: clearance {TIMES} stiffness"
     assert list(titles) == [f"Wear depth per 1000 h: clearance {TIMES} crank speed", pressure]
     mesh = drawn(titles[pressure]).collections[0]
     assert np.asarray(mesh.get_array()).reshape(2, 3) == pytest.approx(np.outer([1.0, 10.0], [1.0, 2.0, 4.0]))
-    (line,) = wear_blocks(Run(sweep={CLEARANCE: SWEEP[CLEARANCE]}), section.Gallery)
+    (line,) = wear_blocks(Run(sweep={CLEARANCE: SWEEP[CLEARANCE]}), Gallery)
     assert [picture.title for picture in line.pictures] == ["Wear depth per 1000 h over clearance"]
 
 
 def answers(run):
     """Return (what is said, rows of the table) of the trends of a run."""
-    (part,) = sections.trends.sections(study.prepare(run))
-    text = next(block for block in part.blocks if isinstance(block, section.Points)).texts
+    (part,) = sections.trend_sections(prepare(run))
+    text = next(block for block in part.blocks if isinstance(block, Points)).texts
     table = next(block for block in part.blocks if isinstance(block, Table))
     return text, {row[0]: row for row in table.rows}
 
@@ -466,18 +470,18 @@ def test_three_claims_are_rarely_wrong_together_where_nothing_acts():
     """Of 120 runs without a trend 6 may judge any of three claims; without a correction 17 would."""
     chance, wrong = np.random.default_rng(8), 0
     run = Run(sweep=THREE_EACH)
-    prepared = study.prepare(run)
+    prepared = prepare(run)
     (joint,) = (joint for joint in prepared.joints if joint.wears)
     concerned = [
         (claim, axis)
-        for claim in sections.trends.CLAIMS
+        for claim in sections.drivers.CLAIMS
         for axis in prepared.levels()
-        if sections.trends._concerns(claim, axis, joint)
+        if sections.drivers._concerns(claim, axis, joint)
     ]
     assert len(concerned) == 3
     for _ in range(120):
-        trial = study.prepare(with_depths(lambda c, k, v: 1e-9 * chance.lognormal(0.0, 0.2, len(c))))
-        verdicts = {answer.verdict for answer in sections.trends._judged(trial, joint, concerned)}
+        trial = prepare(with_depths(lambda c, k, v: 1e-9 * chance.lognormal(0.0, 0.2, len(c))))
+        verdicts = {answer.verdict for answer in sections.drivers._judged(trial, joint, concerned)}
         wrong += verdicts != {"not decided"}
     assert wrong <= 12
 
@@ -498,7 +502,7 @@ def test_of_what_is_not_swept_nothing_is_said_and_of_one_case_nothing_decided():
     text, rows = answers(Run(sweep={}))
     assert list(rows) == ["uneven round the bearing", "uneven round the journal"]
     assert text == ["Not decided: uneven round the bearing and uneven round the journal."]
-    assert sections.trends.sections(study.prepare(Run(wear=False))) == []
+    assert sections.trend_sections(prepare(Run(wear=False))) == []
 
 
 def test_an_even_wear_is_distinguished_from_an_uneven_one(monkeypatch):
@@ -517,7 +521,7 @@ def test_a_case_that_is_shown_by_itself_shows_its_wear():
     case_id = run.summary["case_id"].iloc[0]
     path = {name: values.to_numpy() for name, values in run.orbit(case_id).items()}
     result = Trajectory("ok", "", {}, path, wear=run.wear(case_id))
-    titles = [picture.title for picture in single.case_pictures(study.prepare(run), case_id, result)]
+    titles = [picture.title for picture in single.case_pictures(prepare(run), case_id, result)]
     assert titles[-3:] == ["Bearing in the slider", "Journal on the rod", "Depth along the surface"]
 
 
@@ -555,7 +559,7 @@ def living():
 
 
 def test_lives_are_reported_mapped_and_drawn_with_their_intervals():
-    (part,) = sections.life.sections(study.prepare(living()))
+    (part,) = sections.life_sections(prepare(living()))
     (gallery,) = part.blocks
     mapped, depth, growth, force = gallery.pictures
     assert "Life" in mapped.title
@@ -569,7 +573,7 @@ def test_lives_are_reported_mapped_and_drawn_with_their_intervals():
 
 
 def test_a_run_without_a_life_has_no_section_on_it():
-    assert sections.life.sections(study.prepare(Run(sweep=SWEEP))) == []
+    assert sections.life_sections(prepare(Run(sweep=SWEEP))) == []
 
 
 JOINT = "joints.rod-slider"
@@ -596,8 +600,8 @@ def of_elastic(names, contact=STEEL):
 
 def of_choice(run):
     """Return the sections about the choice of a law."""
-    given = study.prepare(run)
-    return [*law_choice.sections(given), *elastic_laws.sections(given)]
+    given = prepare(run)
+    return [*law_choice_sections(given), *elastic_laws_sections(given)]
 
 
 def blocks(run, kind):
@@ -797,9 +801,9 @@ def test_a_case_is_resolved_again_with_the_keys_that_it_uses():
     cases = grid.load("configs/law_comparison.yaml", simulation.catalogue())
     run = Run(sweep={path: list(values) for path, values in cases.axes.items()}, wear=False)
     run.grid |= cases.resolved()
-    given = study.prepare(run)
+    given = prepare(run)
     for case_id in given.cases.index[::10]:
-        (case,) = study.resolve_cases(given, [case_id])
+        (case,) = resolve_cases(given, [case_id])
         uses = case.joints[0].contact.elastic
         assert uses == given.value(case_id, ELASTIC)
         assert ("thickness" in case.joints[0].contact.values) == (uses == "winkler")
@@ -833,7 +837,7 @@ def test_every_law_that_is_drawn_is_named():
     drawing = draw_svg(gallery.pictures[-1], "f1")
     assert all(f">{name}<" in drawing for name in names)
     assert len(set(re.findall(r"#[0-9a-f]{6}", drawing.lower()))) >= 8
-    assert len(elastic_comparison.CURVE_DEPTHS) > 20
+    assert len(CURVE_DEPTHS) > 20
 
 
 @pytest.mark.heavy
@@ -850,8 +854,8 @@ def test_whether_the_choice_moves_the_verdict_is_said_first(limit, message):
     run = of_laws()
     peak = run.summary[PEAK]
     run.grid["limits"] = {PEAK: limit}
-    run.summary[verdict.EXCEEDED] = np.where(peak > limit, PEAK, "")
-    run.summary[verdict.MARGIN] = 1.0 - peak / limit
+    run.summary[EXCEEDED_COLUMN] = np.where(peak > limit, PEAK, "")
+    run.summary[MARGIN_COLUMN] = 1.0 - peak / limit
     (part,) = [part for part in of_choice(run) if part.key.endswith("contact_law")]
     first = part.blocks[0].texts[0].replace("\u00a0", " ")
     assert message in first

@@ -16,42 +16,62 @@ from test_seek import MASS, quiet, searching
 
 import clearsweep
 from clearsweep import report, simulation
-from clearsweep.answers import validity, verdict
+from clearsweep.answers import validity
+from clearsweep.answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN
 from clearsweep.contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism, Output
 from clearsweep.contracts.roles import CHOICE, CONDITION
 from clearsweep.language import wording
 from clearsweep.mechanics.machines import MECHANISMS
 from clearsweep.report import sections
-from clearsweep.report.blocks import section
 from clearsweep.report.blocks.picture import Picture, draw_svg
-from clearsweep.report.blocks.section import Points
+from clearsweep.report.blocks.section import (
+    Block,
+    Cards,
+    Columns,
+    Detail,
+    Facts,
+    Gallery,
+    Interactive,
+    Note,
+    Points,
+    Section,
+    Sentences,
+    without_empty,
+)
 from clearsweep.report.blocks.table import Column, Quantity, Table
-from clearsweep.report.data import study
-from clearsweep.report.data.answered import answer_of_study
 from clearsweep.report.documents import page, single
-from clearsweep.report.one_case import motion
-from clearsweep.report.sections import drivers, maps, peaks, summary, tradeoffs, trust
-from clearsweep.report.sections import seek as answers
-from clearsweep.report.sections import verdict as verdict_section
+from clearsweep.report.one_case.motion import motion_pictures, onset_pictures
+from clearsweep.report.sections import answer as verdict_section
+from clearsweep.report.sections.answer import (
+    folded_verdict_sections,
+    reliability_points,
+    summary_sections,
+    verdict_sections,
+)
+from clearsweep.report.sections.drivers import folded_driver_sections, tradeoff_sections
+from clearsweep.report.sections.maps import map_sections
+from clearsweep.report.sections.motion import peak_sections
+from clearsweep.report.sections.searches import seek_sections
+from clearsweep.report.study import answer_of_study, prepare, reduce_over_other_axes
 
 LINE = Picture("A line", "from below", "A line that rises.", lambda ax: ax.plot([0.0, 1.0], [0.0, 1.0]))
 LENGTHS = Table("lengths", "Lengths", "", (Column("name"), Column("length", "m")), [("crank", 0.05), ("rod", 0.12)])
 BLOCKS = {
-    section.Sentences: section.Sentences(["Said in full."]),
-    section.Points: section.Points(["Said & listed."]),
-    section.Note: section.Note("Said in small print."),
-    section.Cards: section.Cards([("Length", "50 mm", "of the crank")]),
-    section.Gallery: section.Gallery("How to read it.", [LINE]),
-    section.Detail: section.Detail("Longest", "0123", "speed 3", [("p99", "1 N")], [LINE]),
-    section.Facts: section.Facts("Given", "Given values", [("path", "value")]),
-    section.Interactive: section.Interactive("explorer", "given-data", "Given", {"ids": ""}, "Said without scripts."),
-    section.Columns: section.Columns(([section.Note("Left.")], [section.Facts("Right", "Right", [("a", "b")])])),
+    Sentences: Sentences(["Said in full."]),
+    Points: Points(["Said & listed."]),
+    Note: Note("Said in small print."),
+    Cards: Cards([("Length", "50 mm", "of the crank")]),
+    Gallery: Gallery("How to read it.", [LINE]),
+    Detail: Detail("Longest", "0123", "speed 3", [("p99", "1 N")], [LINE]),
+    Facts: Facts("Given", "Given values", [("path", "value")]),
+    Interactive: Interactive("explorer", "given-data", "Given", {"ids": ""}, "Said without scripts."),
+    Columns: Columns(([Note("Left.")], [Facts("Right", "Right", [("a", "b")])])),
     Table: LENGTHS,
 }
 
 
 def further(given):
-    return [section.Section("further", "A further section", [BLOCKS[kind] for kind in typing.get_args(section.Block)])]
+    return [Section("further", "A further section", [BLOCKS[kind] for kind in typing.get_args(Block)])]
 
 
 @pytest.fixture
@@ -104,7 +124,7 @@ def test_tables_of_sections_paint_nothing(monkeypatch, tmp_path):
 
 @pytest.mark.parametrize("given", [{}, {"failures": 108}, {"sweep": {}, "wear": False}], ids=["all", "failed", "one"])
 def test_ids_of_sections_and_tables_exist_once_and_nothing_is_empty(given):
-    shown = sections.all_sections(study.prepare(Run(**given)))
+    shown = sections.all_sections(prepare(Run(**given)))
     keys = [part.key for part in shown] + [table.key for part in shown for table in part.tables]
     assert len(keys) == len(set(keys))
     assert all(part.blocks for part in shown)
@@ -113,14 +133,14 @@ def test_ids_of_sections_and_tables_exist_once_and_nothing_is_empty(given):
 
 def test_what_has_nothing_to_show_is_left_out():
     empty = [
-        section.Sentences([]),
-        section.Points([]),
-        section.Gallery("How to read it.", []),
-        section.Facts("Given", "Given values", []),
+        Sentences([]),
+        Points([]),
+        Gallery("How to read it.", []),
+        Facts("Given", "Given values", []),
         LENGTHS._replace(rows=[]),
     ]
-    assert section.without_empty(empty) == []
-    assert section.without_empty(BLOCKS.values()) == list(BLOCKS.values())
+    assert without_empty(empty) == []
+    assert without_empty(BLOCKS.values()) == list(BLOCKS.values())
 
 
 @pytest.mark.slow
@@ -150,21 +170,19 @@ def test_a_table_in_markdown_says_where_its_other_rows_are_and_escapes_what_divi
 def test_bins_that_are_too_coarse_for_the_arcs_are_reported_with_how_many_would_do(enough, remedy):
     run = Run()
     run.summary["rod_slider_wear_bins_enough"] = float(enough)
-    (section_,) = sections.wear.sections(study.prepare(run))
-    message = " ".join(
-        text for block in section_.blocks if isinstance(block, section.Sentences) for text in block.texts
-    )
+    (section_,) = sections.wear_sections(prepare(run))
+    message = " ".join(text for block in section_.blocks if isinstance(block, Sentences) for text in block.texts)
     assert ("360 bins are too coarse in" in message) == (remedy is not None)
     assert remedy is None or remedy in message
 
 
 def test_wear_is_shown_in_units_of_designers_beside_those_of_the_window():
-    prepared = study.prepare(Run())
+    prepared = prepare(Run())
     hours, strokes = (prepared.cases[f"rod_slider_wear_depth_{name}"] for name in ("1000_hours", "million_strokes"))
     turns = prepared.base["simulate"]["revolutions"] - prepared.base["simulate"]["discard"]
     assert hours.to_numpy() == pytest.approx(prepared.cases["rod_slider_wear_rate_max"].to_numpy() * 1000.0 * 3600.0)
     assert strokes.to_numpy() == pytest.approx(prepared.cases["rod_slider_wear_depth_max"].to_numpy() / turns * 1e6)
-    (table,) = [block for block in sections.wear.sections(prepared)[0].blocks if isinstance(block, Table)]
+    (table,) = [block for block in sections.wear_sections(prepared)[0].blocks if isinstance(block, Table)]
     assert {"depth per 1000 h", "depth per 10⁶ strokes", "pressure peak", "pV peak"} <= {
         column.name for column in table.columns
     }
@@ -186,7 +204,7 @@ def test_what_does_not_answer_the_question_is_folded_by_subject_and_no_picture_r
     assert re.findall(r"<summary><b>([^<]*)</b>", folded) == subjects
     assert folded.count("<summary><b>") == 5
     assert seen.count("<details>") == 1  # what the player of the worst case does not show
-    (worst,) = sections.cases.sections(study.prepare(Run(failures=8)))
+    (worst,) = sections.case_sections(prepare(Run(failures=8)))
     (detail,) = worst.blocks
     if detail.player:
         assert not {picture.title for picture in detail.pictures} & {"Journal orbit", "Normal force", "Crank torque"}
@@ -210,7 +228,7 @@ def test_the_figure_that_leads_maps_and_effects_follows_the_question(columns, li
         run.summary[column.name] = 1.0 / run.summary["rod_slider_force_peak"]
         run.summary.attrs["units"][column.name] = "m"
     run.grid["limits"] = limits
-    prepared = study.prepare(run)
+    prepared = prepare(run)
     assert (prepared.lead.figure, prepared.lead.smallest) == (figure, smallest)
     values = run.summary.set_index("case_id")[f"rod_slider_{figure}"]
     assert prepared.worst(prepared.joints[0]) == (values.idxmin() if smallest else values.idxmax())
@@ -313,8 +331,8 @@ def test_and_one_case_of_it_is_shown(name, tmp_path, monkeypatch):
     run = run_of(name)
     case_id = run.summary["case_id"][0]
     channels = {channel: np.asarray(values) for channel, values in run.orbit(case_id).items()}
-    prepared = study.prepare(run)
-    assert [picture.title for picture in motion.motion_pictures(prepared, case_id, channels)] == TITLES[name]
+    prepared = prepare(run)
+    assert [picture.title for picture in motion_pictures(prepared, case_id, channels)] == TITLES[name]
     events = np.zeros(0, [("t", float), ("kind", "U3"), ("rate", float)])
     given = simulation.Trajectory("ok", "", {"steps": 100}, channels, events)
     monkeypatch.setattr(single.simulation, "solve", lambda case: given)
@@ -325,22 +343,22 @@ def test_the_output_is_judged_by_its_own_ideal_motion_and_in_its_own_unit():
     t = np.linspace(16 * np.pi, 20 * np.pi, 1441) / (5000 * RPM)
     ideal = AMPLITUDE * np.sin(5000 * RPM * t + LEAD)
     run = run_of("four-bar", further={"rocker/angle": ideal + np.radians(0.5)})
-    prepared, case_id = study.prepare(run), run.summary["case_id"][0]
-    message = {picture.title: picture.alt for picture in motion.motion_pictures(prepared, case_id, run.orbit(case_id))}
+    prepared, case_id = prepare(run), run.summary["case_id"][0]
+    message = {picture.title: picture.alt for picture in motion_pictures(prepared, case_id, run.orbit(case_id))}
     assert message["Rocker position error"] == "Rocker error, at most 0.500°."
     assert "the ideal mechanism reaches" in message["Rocker acceleration against the ideal mechanism"]
     run.summary["rocker_error_max"] = np.radians(0.5)
-    (section,) = summary.sections(study.prepare(run))
+    (section,) = summary_sections(prepare(run))
     assert "0.500°" in {value for name, value, _ in section.blocks[0].cards if name == "Largest rocker error"}
 
 
 def test_the_ideal_motion_of_the_slider_crank_is_the_closed_form_that_the_grid_gives():
     run = Run(sweep={})
-    prepared, case_id = study.prepare(run), run.summary["case_id"][0]
+    prepared, case_id = prepare(run), run.summary["case_id"][0]
     angle = np.linspace(16 * np.pi, 20 * np.pi, 1441)
     place = CRANK * np.cos(angle) + np.sqrt(ROD**2 - (CRANK * np.sin(angle)) ** 2)
     path = pd.DataFrame(run.orbit(case_id)).assign(**{"slider/place": place + 2e-6})
-    message = {picture.title: picture.alt for picture in motion.motion_pictures(prepared, case_id, path)}
+    message = {picture.title: picture.alt for picture in motion_pictures(prepared, case_id, path)}
     assert message["Slider position error"].replace("\u00a0", " ") == "Slider error, at most 2.00 µm."
 
 
@@ -371,7 +389,7 @@ def test_values_that_are_compared_have_the_unit_of_the_largest():
 
 
 def test_the_rows_of_a_figure_have_one_unit(wide_run):
-    (table,) = drivers.folded_sections(study.prepare(wide_run))[0].tables
+    (table,) = folded_driver_sections(prepare(wide_run))[0].tables
     cells = [cell.text for row in table.rows if row[0] == "force peak" for cell in (row[4], row[6])]
     assert len(cells) == 4
     assert units(" ".join(cells)) == {"kN"}
@@ -380,8 +398,8 @@ def test_the_rows_of_a_figure_have_one_unit(wide_run):
 def test_cards_and_pictures_have_the_speed_at_which_the_joint_first_yields(wide_run):
     made = Run(SPEEDS, strength=600e6)
     made.summary["rod_slider_yield_speed"] = 0.35
-    prepared = study.prepare(made)
-    captions = [picture.caption for _, picture in tradeoffs.sections(prepared)[0].pictures]
+    prepared = prepare(made)
+    captions = [picture.caption for _, picture in tradeoff_sections(prepared)[0].pictures]
     assert "The contact first yields at 0.35\u00a0m/s." in captions
     assert lines(made) == pytest.approx({"first yield (rod-slider)": 0.35})
     made.summary["rod_slider_yield_speed"] = 40.0  # far beyond: a line would press all onsets to the bottom
@@ -389,10 +407,10 @@ def test_cards_and_pictures_have_the_speed_at_which_the_joint_first_yields(wide_
 
 
 def test_unknown_strengths_are_not_judged(wide_run):
-    prepared = study.prepare(wide_run)
-    (cards,) = summary.sections(prepared)[0].blocks
+    prepared = prepare(wide_run)
+    (cards,) = summary_sections(prepared)[0].blocks
     assert "Fastest onset" not in [name for name, *_ in cards.cards]  # it has no reference
-    captions = [picture.caption for _, picture in tradeoffs.sections(prepared)[0].pictures]
+    captions = [picture.caption for _, picture in tradeoff_sections(prepared)[0].pictures]
     assert any("is not computed, because it needs a yield strength or a hardness" in caption for caption in captions)
     assert lines(wide_run) == {}
 
@@ -406,11 +424,11 @@ def test_a_joint_that_cannot_be_judged_is_not_asked_for_the_strength_it_has(kind
     made.summary["rod_slider_yield_speed"] = np.nan
     contact = {"law": "flores", "elastic": "johnson", "restitution": 0.7, "material": STEEL}
     made.grid["joints"]["rod-slider"]["contact"] = contact
-    prepared = study.prepare(made)
-    captions = " ".join(picture.caption for _, picture in tradeoffs.sections(prepared)[0].pictures)
+    prepared = prepare(made)
+    captions = " ".join(picture.caption for _, picture in tradeoff_sections(prepared)[0].pictures)
     assert "is not computed for this kind of joint or law." in captions
     assert "it takes a yield strength" not in captions
-    (cards,) = summary.sections(prepared)[0].blocks
+    (cards,) = summary_sections(prepared)[0].blocks
     assert "Fastest onset" not in [name for name, *_ in cards.cards]  # it has no reference
 
 
@@ -424,9 +442,9 @@ def test_closing_lines_claim_nothing_of_joints_that_cannot_be_judged():
 
 def lines(made):
     """Return label -> speed (m/s) of the lines in the picture of the onsets of a run's first case."""
-    prepared = study.prepare(made)
+    prepared = prepare(made)
     case_id = prepared.cases.index[0]
-    (picture,) = motion.onset_pictures(prepared, case_id, made.events(case_id), made.orbit(case_id))
+    (picture,) = onset_pictures(prepared, case_id, made.events(case_id), made.orbit(case_id))
     axes = Figure().subplots()
     picture.paint(axes)
     return {line.get_label(): line.get_ydata()[0] for line in axes.lines if line.get_label().startswith("first yield")}
@@ -444,8 +462,8 @@ def test_an_error_beyond_the_horizon_is_said_to_check_nothing():
     frame["horizon_revolutions"] = [1.98, 1.98, 5.0, np.nan, 3.0, 2.5]
     frame["rod_slider_force_peak_revolution"] = [3, 2, 4, 7, 3, 2]
     frame["rod_slider_force_peak_difference"] = 2.02e-4
-    prepared = study.prepare(made)
-    (section,) = peaks.sections(prepared)
+    prepared = prepare(made)
+    (section,) = peak_sections(prepared)
     table = next(table for table in section.tables if table.key == "certainty")
     place = [column.name for column in table.columns].index("error of force peak")
     cells = {row[0]: row[place] for row in table.rows}
@@ -469,7 +487,7 @@ def test_the_sentence_on_an_unchecked_peak_names_its_own_joint():
     frame["horizon_revolutions"] = 2.0
     frame["crank_rod_force_peak_revolution"] = np.nan  # never touched
     frame["rod_slider_force_peak_revolution"] = [3, 1, 1, 1, 1, 1]
-    (section,) = peaks.sections(study.prepare(made))
+    (section,) = peak_sections(prepare(made))
     (points,) = (block for block in section.blocks if isinstance(block, Points))
     assert points.texts[0].startswith("The error of the force peak in joint rod-slider does not check convergence in 1")
     assert "the peak in joint rod-slider lies within" in points.texts[1]
@@ -479,7 +497,7 @@ def test_the_sentence_on_an_unchecked_peak_names_its_own_joint():
 def test_without_a_horizon_nothing_is_said_of_single_errors():
     made = Run(SPEEDS, checked=True)
     made.summary["horizon_revolutions"] = np.nan
-    (section,) = peaks.sections(study.prepare(made))
+    (section,) = peak_sections(prepare(made))
     assert not any(isinstance(block, Points) for block in section.blocks)
 
 
@@ -500,16 +518,16 @@ def limited_run():
     error = made.summary["slider_error_max"]
     names = [(PEAK, ratio > 6.0), ("slider_error_max", error > 3e-4)]
     exceeded = [",".join(name for name, beyond in names if beyond[row]) for row in made.summary.index]
-    made.summary[verdict.EXCEEDED] = np.where(rows, exceeded, None)
-    made.summary[verdict.UNDECIDED] = np.where(rows, "", ",".join(LIMITS))
-    made.summary[verdict.MARGIN] = np.minimum(1.0 - ratio / 6.0, 1.0 - error / 3e-4)
+    made.summary[EXCEEDED_COLUMN] = np.where(rows, exceeded, None)
+    made.summary[UNDECIDED_COLUMN] = np.where(rows, "", ",".join(LIMITS))
+    made.summary[MARGIN_COLUMN] = np.minimum(1.0 - ratio / 6.0, 1.0 - error / 3e-4)
     return made
 
 
 def test_the_table_of_limits_is_that_of_the_summary(limited_run):
-    prepared = study.prepare(limited_run)
-    (table,) = verdict_section.folded_sections(prepared)[0].tables
-    assert not verdict_section.sections(prepared)[0].tables
+    prepared = prepare(limited_run)
+    (table,) = folded_verdict_sections(prepared)[0].tables
+    assert not verdict_sections(prepared)[0].tables
     cases = prepared.cases
     result = {row[0]: tuple(cell.value for cell in row[2:6]) for row in table.rows}
     assert [row[1] for row in table.rows] == [
@@ -524,18 +542,18 @@ def test_the_table_of_limits_is_that_of_the_summary(limited_run):
 
 def test_a_map_shows_the_worst_of_a_cell_or_on_request_the_median(limited_run):
     for typical, reduced, word in ((False, np.max, "Largest over"), (True, np.median, "Median over")):
-        prepared = study.prepare(limited_run, shows_median=typical)
+        prepared = prepare(limited_run, shows_median=typical)
         across, up = prepared.axes[0], prepared.axes[3]
         values = prepared.cases[PEAK].to_numpy(float)
-        table = study.reduce_over_other_axes(prepared, values, (across, up), reduced)
+        table = reduce_over_other_axes(prepared, values, (across, up), reduced)
         at = (prepared.cases[across.path] == across.values[1]) & (prepared.cases[up.path] == up.values[2])
         assert table[2, 1] == reduced(values[at])
-        assert maps.sections(prepared)[0].blocks[0].pictures[0].caption.startswith(word)
+        assert map_sections(prepared)[0].blocks[0].pictures[0].caption.startswith(word)
 
 
 def test_only_motions_that_are_found_to_be_chaotic_are_named_chaotic(limited_run):
     def sentence_of(made):
-        return " ".join(trust.reliability_points(study.prepare(made)))
+        return " ".join(reliability_points(prepare(made)))
 
     finished = limited_run.summary["status"] == "ok"
     repeating = int(limited_run.summary["period"][finished].notna().sum())
@@ -562,13 +580,13 @@ def test_what_was_sought_stands_in_the_verdict_and_in_a_section_of_its_own(tmp_p
     source["seek"]["for"] = whom
     quiet(source, tmp_path / "run")
     run = clearsweep.open(tmp_path / "run")
-    prepared = study.prepare(run)
-    (part,) = answers.sections(prepared)
+    prepared = prepare(run)
+    (part,) = seek_sections(prepared)
     table = part.tables[0]
     frame = run.seek
     assert [row[-5] for row in table.rows] == pytest.approx(frame[f"seek.{MASS}"].tolist(), rel=1e-12, nan_ok=True)
     assert len(table.rows) == (2 if whom == "each" else 1)
-    first = sentence_of(verdict_section.sections(prepared)).replace("\u202f", "")
+    first = sentence_of(verdict_sections(prepared)).replace("\u202f", "")
     assert first.partition(". ")[0] not in sentence_of([part])  # nothing is said twice
     if limit == 0.05:
         assert "none in the range" in first
@@ -583,16 +601,16 @@ def test_what_was_sought_stands_in_the_verdict_and_in_a_section_of_its_own(tmp_p
 def test_the_map_shows_cases_between_its_cells(tmp_path):
     quiet(refining_grid(), tmp_path / "run", simulator=Arc)
     run = clearsweep.open(tmp_path / "run")
-    prepared = study.prepare(run)
+    prepared = prepare(run)
     added_distances, own = off_border(run.summary)
     counts = answer_of_study(prepared)["cases"]
     assert counts["added"] == len(added_distances)
     assert sum(counts.values()) == len(run.summary)
-    (picture,) = verdict_section.sections(prepared)[0].blocks[-1].pictures
+    (picture,) = verdict_sections(prepared)[0].blocks[-1].pictures
     assert f"The {len(added_distances)} dots between cells are cases that refine added" in picture.caption
     assert len(draw_svg(picture, "map")) > 1000
     across, up = prepared.axes
-    dots = verdict_section._added_cases(prepared, (prepared.cases[verdict.EXCEEDED] != "").to_numpy(float), across, up)
+    dots = verdict_section._added_cases(prepared, (prepared.cases[EXCEEDED_COLUMN] != "").to_numpy(float), across, up)
     assert len(own) == 20
     mass, speed = 0.1 + 0.2 * dots.x, 100.0 + 200.0 * dots.y  # both axes have equal steps
     assert np.array_equal(np.hypot(mass, speed / 1000.0) > 0.6137, dots.failing)

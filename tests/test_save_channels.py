@@ -8,8 +8,8 @@ from fake_runs import TEXT
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep import report
-from clearsweep.report.data import study
 from clearsweep.report.one_case.motion import motion_pictures, saved_channels
+from clearsweep.report.study import prepare
 from clearsweep.sweeping.pool.simulator import SIMULATION
 
 LISTED = ("slider/a", "joints/rod_slider/force_normal")
@@ -53,7 +53,7 @@ def test_fewer_channels_take_less_room_on_the_disk_but_not_in_memory():
 
 
 def test_the_report_draws_what_exists(ran, tmp_path):
-    prepared = study.prepare(clearsweep.open(ran / "some"))
+    prepared = prepare(clearsweep.open(ran / "some"))
     case_id = str(prepared.cases.index[0])
     titles = [picture.title for picture in motion_pictures(prepared, case_id, saved_channels(prepared.run, case_id))]
     assert "Normal force" in titles

@@ -13,9 +13,10 @@ from fake_runs import OfFrame
 from clearsweep import grid, simulation
 from clearsweep.contracts.results import Trajectory
 from clearsweep.language import wording
-from clearsweep.report.blocks import case_table
-from clearsweep.report.data import rows, study
+from clearsweep.report.axis import Rows
+from clearsweep.report.blocks.table import CaseRows
 from clearsweep.report.draw import comparison
+from clearsweep.report.study import Axis, Study, index_on_axis, reduce_over_other_axes
 from clearsweep.sweeping.pool.case_runner import is_common
 from clearsweep.sweeping.pool.shard import distinct
 
@@ -36,7 +37,7 @@ class CountsItems(np.ndarray):
 
 
 def axis(values):
-    return study.Axis("drive.speed", "speed", wording.Scale(1.0, ""), tuple(values), 4)
+    return Axis("drive.speed", "speed", wording.Scale(1.0, ""), tuple(values), 4)
 
 
 class MadeUp(OfFrame):
@@ -50,7 +51,7 @@ class MadeUp(OfFrame):
 def table_of(figures):
     """Return figures as the rows of a run."""
     run = MadeUp(figures)
-    return rows.Rows(run, run.summary["case_id"], np.ones(len(run.summary), bool), set())
+    return Rows(run, run.summary["case_id"], np.ones(len(run.summary), bool), set())
 
 
 @pytest.mark.parametrize("count", [*scale_cases.COUNTS, 100])
@@ -111,7 +112,7 @@ def test_values_are_found_on_their_axis(chance):
         expected = [
             next((k for k, value in enumerate(values) if abs(value - each) <= 1e-9 * value), -1) for each in given
         ]
-        np.testing.assert_array_equal(study.index_on_axis(axis(values), pd.Series(given)), expected)
+        np.testing.assert_array_equal(index_on_axis(axis(values), pd.Series(given)), expected)
 
 
 def test_a_map_of_many_cells_takes_no_pass_over_all_cases_for_each(chance):
@@ -120,9 +121,7 @@ def test_a_map_of_many_cells_takes_no_pass_over_all_cases_for_each(chance):
     values = chance.normal(size=len(cases))
     values[::7] = np.nan
     values = values.view(CountsItems)
-    table = study.reduce_over_other_axes(
-        study.Study(None, (), (), "", cases, cases, {}, {}), values, (across, up), np.median
-    )
+    table = reduce_over_other_axes(Study(None, (), (), "", cases, cases, {}, {}), values, (across, up), np.median)
     assert CountsItems.count == np.isfinite(values).sum()  # each value once, where masks of cells read all of them
     for row, column in ((0, 0), (3, 77), (99, 199)):
         here = (cases["other"] == up.values[row]) & (cases["drive.speed"] == across.values[column]) & ~np.isnan(values)
@@ -131,7 +130,7 @@ def test_a_map_of_many_cells_takes_no_pass_over_all_cases_for_each(chance):
 
 def test_rows_of_a_table_are_the_same_one_by_one_and_at_once(chance):
     cases = table_of({"force": chance.normal(size=9000)})
-    listed = case_table.CaseRows(cases, ["force"], "force")
+    listed = CaseRows(cases, ["force"], "force")
     assert list(listed) == [
         *zip(cases["force"].sort_values(ascending=False).index, sorted(cases["force"])[::-1], strict=True)
     ]

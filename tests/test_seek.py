@@ -12,11 +12,11 @@ import clearsweep
 from clearsweep import grid as grids
 from clearsweep.answers.verdict import Limit
 from clearsweep.language.errors import InputError
+from clearsweep.report.axis import axes_of
 from clearsweep.report.blocks.table import Quantity, Table
-from clearsweep.report.data import study
-from clearsweep.report.data.axis import axes_of
-from clearsweep.report.sections import seek as page
-from clearsweep.report.sections.seek import sections
+from clearsweep.report.sections import searches as page
+from clearsweep.report.sections.searches import seek_sections
+from clearsweep.report.study import prepare
 from clearsweep.searches.seeking import border_of_all
 from clearsweep.searches.unanswered import loosened_limits
 from clearsweep.sweeping.summary import run_summary
@@ -286,7 +286,7 @@ def test_where_all_cases_count_they_are_compared_at_one_value_and_all_would_pass
 
 def test_the_report_says_how_near_the_cases_come_and_which_keys_would_help(tmp_path):
     quiet(searching(limit=0.05, largest="mechanism.rod.mass"), tmp_path / "run")
-    (section,) = sections(study.prepare(clearsweep.open(tmp_path / "run")))
+    (section,) = seek_sections(prepare(clearsweep.open(tmp_path / "run")))
     nearest, keys = [block for block in section.blocks if isinstance(block, Table)][1:]
     (row,) = nearest.rows
     assert [each.text if isinstance(each, Quantity) else each for each in row] == [
@@ -299,7 +299,7 @@ def test_the_report_says_how_near_the_cases_come_and_which_keys_would_help(tmp_p
         (MASS, "2.5 times the limit", "3.1 times the limit")
     ]
     quiet(searching(limit=1.0, largest="mechanism.rod.mass"), tmp_path / "run")
-    (section,) = sections(study.prepare(clearsweep.open(tmp_path / "run")))
+    (section,) = seek_sections(prepare(clearsweep.open(tmp_path / "run")))
     assert len([block for block in section.blocks if isinstance(block, Table)]) == 1
 
 

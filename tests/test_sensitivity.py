@@ -11,12 +11,11 @@ from fake_runs import CONTACT, JOINT, TEXT, OfFrame, load
 from scipy import stats
 
 from clearsweep import report
-from clearsweep.answers import sampled
+from clearsweep.answers.statistics import QUANTILES
 from clearsweep.language.errors import InputError
-from clearsweep.report.data import study
-from clearsweep.report.data.answered import answer_of_study
-from clearsweep.report.samples import sample_tables
+from clearsweep.report.samples import limit_table
 from clearsweep.report.statistics import sensitivity
+from clearsweep.report.study import answer_of_study, prepare
 
 pytestmark = pytest.mark.heavy
 
@@ -96,7 +95,7 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
         values = chance.normal(10.0, 2.0, 100)
         message = sensitivity.summarise_spread(values)
         exceeded = sensitivity.exceedance_probability(values > 12.0)
-        truths = (10.0, 0.2, *(stats.norm.ppf(share, 10.0, 2.0) for share in sampled.QUANTILES), stats.norm.sf(1.0))
+        truths = (10.0, 0.2, *(stats.norm.ppf(share, 10.0, 2.0) for share in QUANTILES), stats.norm.sf(1.0))
         estimates = (message.mean, message.cv, *message.quantiles, exceeded)
         contents.append(
             [not (first.low > truth or first.high < truth) for first, truth in zip(estimates, truths, strict=True)]
@@ -119,7 +118,7 @@ def test_equal_values_have_no_spread():
 
 def limit_rows(run):
     """Return heading -> cell of every row of the table of limits of a run."""
-    table = sample_tables.limit_table(study.prepare(run), sensitivity.samples_of(run))
+    table = limit_table(prepare(run), sensitivity.samples_of(run))
     return [dict(zip([column.name for column in table.columns], row, strict=True)) for row in table.rows], table.note
 
 
@@ -327,7 +326,7 @@ def test_the_verdict_of_a_sample_has_the_probability_with_its_interval(run):
         made = run(linear, more=f"limits: {{{PEAK}: 14 N}}\n{more}")
         made.summary["limits_exceeded"] = np.where(made.summary[PEAK] > 14.0, PEAK, "")
         made.summary["limits_undecided"] = ""
-        return made, answer_of_study(study.prepare(made))
+        return made, answer_of_study(prepare(made))
 
     made, answer = verdict_of("")
     beyond = int((made.summary[PEAK] > 14.0).sum())

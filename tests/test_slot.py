@@ -23,8 +23,8 @@ from clearsweep.mechanics.machines import contract, planar
 from clearsweep.mechanics.wear import contract as contract_wear
 from clearsweep.mechanics.wear import step
 from clearsweep.mechanics.wear.contract import NoWear
-from clearsweep.report.data.study import prepare
-from clearsweep.report.sections import wear
+from clearsweep.report.sections.wear import wear_sections
+from clearsweep.report.study import prepare
 
 REACH, FOOT, CRANK_LENGTH, SPEED = 0.15, -0.15, 0.05, 12.0
 LEVER = Body(0.4, 2e-3, (0.12, 0.0), {"foot": (0.0, 0.0), "middle": (REACH, 0.0)})
@@ -332,7 +332,7 @@ def test_the_report_says_what_the_angle_on_a_slot_is(tmp_path):
     source = worn_grid() | {"name": "slot", "save": {"orbits": "none"}}
     source["simulate"] = source["simulate"] | {"revolutions": 0.3, "discard": 0.0}
     clearsweep.sweep(source, out=tmp_path / "run", executor="serial", show_progress=False)
-    (section,) = wear.sections(prepare(clearsweep.open(tmp_path / "run")))
+    (section,) = wear_sections(prepare(clearsweep.open(tmp_path / "run")))
     assert "In a slot, 360° are one circuit of its wall" in section.blocks[0].text
 
 

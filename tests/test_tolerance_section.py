@@ -4,7 +4,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from clearsweep.report.sections.tolerances import PATH, differences
+from clearsweep.report.sections.setup import PATH, differences
 
 PEAK = "j_force_peak"
 

@@ -15,8 +15,8 @@ from clearsweep.cli import verbs
 from clearsweep.contracts import results
 from clearsweep.contracts.layout import Layout
 from clearsweep.grid.library import iso286
-from clearsweep.report.data import study
-from clearsweep.report.sections import peak_revolution
+from clearsweep.report.sections.motion import peak_revolution_sections
+from clearsweep.report.study import prepare
 from clearsweep.sweeping.summary import run_summary
 
 ROOT = Path(__file__).parents[1]
@@ -104,7 +104,7 @@ def test_the_steps_lead_to_a_decision_with_made_up_forces(tmp_path):
     assert run_summary.of_run(result)["answer"]["cases"]["exceeded"] == int(over.sum())
     assert run.worst == run.summary.nlargest(3, "rod_slider_force_peak_ratio")["case_id"].tolist()
     assert run.summary["hours_to_50_um_wear"].tolist() == pytest.approx([1000.0] * 30, rel=1e-12)
-    (part,) = peak_revolution.sections(study.prepare(run))
+    (part,) = peak_revolution_sections(prepare(run))
     assert [block.case_id for block in part.blocks[1:]] == run.worst
     largest = read("press_joint_largest")
     sweep(largest, tmp_path / "largest", simulator=Quick, executor="serial", show_progress=False)

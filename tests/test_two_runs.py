@@ -8,8 +8,8 @@ from fake_runs import RPM, Run
 from matplotlib.figure import Figure
 
 from clearsweep.language.errors import InputError
-from clearsweep.report.data import study
 from clearsweep.report.documents import two_runs
+from clearsweep.report.study import prepare
 
 CLEARANCE = "joints.rod-slider.clearance"
 SHORT = {CLEARANCE: [1e-4, 2e-4], "drive.speed": [1000 * RPM, 3000 * RPM]}
@@ -45,18 +45,16 @@ def test_every_case_meets_its_counterpart_and_the_factor_between_them_is_reporte
 
 def test_a_value_that_one_run_sweeps_and_the_other_has_fixed_is_matched():
     several, single = made(sweep=SHORT), made(sweep={CLEARANCE: [1e-4, 5e-4]})
-    speed = study.prepare(single).base["drive"]["speed"]
+    speed = prepare(single).base["drive"]["speed"]
     several.summary.loc[several.summary["drive.speed"] == 1000 * RPM, "drive.speed"] = speed
-    pairs = two_runs.pair_cases(study.prepare(several), study.prepare(single))
+    pairs = two_runs.pair_cases(prepare(several), prepare(single))
     assert len(pairs.case_ids) == 1
     assert pairs.unpaired == (3, 1)
 
 
 def test_runs_without_a_case_in_common_are_refused():
     with pytest.raises(InputError, match="no finished case of one has the same values"):
-        two_runs.pair_cases(
-            study.prepare(made(sweep={CLEARANCE: [1e-4]})), study.prepare(made(sweep={CLEARANCE: [2e-4]}))
-        )
+        two_runs.pair_cases(prepare(made(sweep={CLEARANCE: [1e-4]})), prepare(made(sweep={CLEARANCE: [2e-4]})))
 
 
 def test_the_page_says_what_differs_in_the_setup():

@@ -10,7 +10,7 @@ from fake_runs import Run
 from clearsweep import grid, simulation
 from clearsweep.language import quantity, wording
 from clearsweep.report.blocks.table import Column, Table
-from clearsweep.report.data import study
+from clearsweep.report.study import prepare
 from clearsweep.sweeping.facts import settings
 
 SPEED, CLEARANCE = "drive.speed", "joints.rod-slider.clearance"
@@ -98,7 +98,7 @@ def axes_of(**units):
     run.grid["written_units"] = {
         path: {"unit": unit, "factor": factor, "offset": 0.0} for path, (unit, factor) in units.items()
     }
-    return {axis.path: axis for axis in study.prepare(run).axes}
+    return {axis.path: axis for axis in prepare(run).axes}
 
 
 def test_an_axis_is_in_the_unit_of_the_grid():
@@ -178,7 +178,7 @@ def test_a_report_in_imperial_units_has_no_metric_ones_but_its_tables_are_in_si(
     run = Run(histories=False)
     run.grid["written_units"] = {CLEARANCE: {"unit": "um", "factor": 1e-6, "offset": 0.0}}
     with wording.unit_system("imperial"):
-        axes = {axis.path: axis for axis in study.prepare(run).axes}
+        axes = {axis.path: axis for axis in prepare(run).axes}
         assert axes[CLEARANCE].scale.unit == "mil"
         table = Table("k", "t", "", (Column("clearance", "m", axis=axes[CLEARANCE]),), [(1e-4,)])
         assert table.to_text().heads[0].unit == "mil"

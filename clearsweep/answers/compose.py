@@ -10,11 +10,20 @@ import numpy as np
 from ..contracts import roles
 from ..contracts.layout import Layout
 from ..language import wording
-from . import case_ranking, films, fits, identification, law_check, lifetime, sentences
 from .judge import NOT_RUN, answer_on, judge
-from .judged import EXCEEDED, MET, UNDECIDED, Cases, is_null, named_value
-from .probability import ONE_AT_A_TIME
-from .words import Words
+from .questions import (
+    FinishedCases,
+    certainty_text,
+    film_answer,
+    law_check_sentence,
+    law_end_thickness,
+    required_thickness,
+)
+from .ranking import START_UP, limits_of_record, ranking_of
+from .sentences import sentences
+from .statistics import ONE_AT_A_TIME
+from .verdict import EXCEEDED, MET, UNDECIDED, Cases, is_null, named_value
+from .words import FIELD_BY_COLUMN, Words, coverage_text, interval_text, read_lifetime, spread_text
 
 SEARCHES = ("seek", "optimise", "identify")  # sections of a grid that choose all of its cases
 MAX_UNRUN = 100_000  # cases of a grid up to which those that were not run are listed
@@ -98,15 +107,15 @@ def compose(source: Source) -> dict[str, Any]:
     words = Words(record, layout, lambda name: columns[name][is_ok])
     if check := _law_check(source, columns, is_ok & ~own, answer, words):
         answer["laws"] = check
-    if coverage := fits.coverage_text(record, answer, words):
+    if coverage := coverage_text(record, answer, words):
         answer["fits"] = coverage
-    answer["sentences"] = sentences.sentences(answer, words)
+    answer["sentences"] = sentences(answer, words)
     return answer
 
 
 def question_of(record: Mapping[str, Any], layout: Layout, paths: Sequence[str]) -> str:
     """Return the leading question of a grid; paths : those that vary."""
-    question = case_ranking.ranking_of(layout, case_ranking.limits_of_record(record), record).question
+    question = ranking_of(layout, limits_of_record(record), record).question
     if question in ("life", *SEARCHES):
         return question
     sample = record.get("sample") or {}
@@ -217,10 +226,10 @@ def _details(source: Source, cases: Cases, columns: Any, answer: Mapping[str, An
     ]
     worst = [design["worst"] for design in answer["designs"][:MAX_SETTINGS] if design["worst"]]
     details["settings"] = _settings(cases, worst)
-    counted = f"{source.layout.life}_life_hours" if answer["question"] == "life" else case_ranking.START_UP
+    counted = f"{source.layout.life}_life_hours" if answer["question"] == "life" else START_UP
     if counted in columns and answer["question"] in ("life", "start-up"):
         details["unreached"] = int(np.isnan(cases.numbers(counted)[cases.is_finished]).sum())
-    if answer["question"] == "film" and (film := films.film_answer(record, source.layout, columns, cases)):
+    if answer["question"] == "film" and (film := film_answer(record, source.layout, columns, cases)):
         details["film"] = film
     if answer["cases"] and answer["cases"]["added"]:
         all_cases = Cases(record, columns)
@@ -259,13 +268,13 @@ def _suggested_limit(source: Source, cases: Cases, question: str, extremes: Sequ
     if question == "life" or not known:
         return ""
     if question == "start-up":
-        return f"{case_ranking.START_UP}: 1 s"
+        return f"{START_UP}: 1 s"
     if question == "film":
         column = min(known, key=lambda entry: float(entry["smallest"]["value"]))["figure"]
         joint = figures[column].joint
-        finished = films.FinishedCases(source.record, source.layout, tuple(cases.codes), cases.values)
-        required = films.required_thickness(finished, joint)
-        least = films.law_end_thickness(finished, joint) if required is None else float(required.max())
+        finished = FinishedCases(source.record, source.layout, tuple(cases.codes), cases.values)
+        required = required_thickness(finished, joint)
+        least = law_end_thickness(finished, joint) if required is None else float(required.max())
         return f"{column}: {{at_least: {math.ceil(1e8 * least) / 100:g} um}}" if least else ""
     column = max(known, key=lambda entry: float(entry["largest"]["value"]))["figure"]
     ideal = f"{column}_ideal"
@@ -282,7 +291,7 @@ def identified_parameters(record: Mapping[str, Any]) -> list[dict[str, Any]]:
             "value": parameter["median"] if "median" in parameter else parameter["value"],
             "low": parameter["low"],
             "high": parameter["high"],
-            "note": identification.certainty_text(parameter),
+            "note": certainty_text(parameter),
         }
         for parameter in parameters
     ]
@@ -323,13 +332,13 @@ def _more(source: Source, cases: Cases, column: Any, row: int, end: str) -> dict
         depth = 3.6e6 * float(cases.numbers(column.name)[row])
         return {"clearance_hours": 1000.0 * clearance / depth} if clearance and depth > clearance else {}
     if column.figure == "life_hours":
-        fields = {name: f"{column.joint}_{name}" for name in lifetime.FIELD_BY_COLUMN}
-        life = lifetime.read_lifetime(
+        fields = {name: f"{column.joint}_{name}" for name in FIELD_BY_COLUMN}
+        life = read_lifetime(
             {name: float(cases.numbers(field)[row]) for name, field in fields.items() if field in names}
         )
         case_id = str(cases.values("case_id")[row])
         body = source.worn_body(case_id)
-        return {"interval": lifetime.interval_text(life), "spread": lifetime.spread_text(life), "body": body}
+        return {"interval": interval_text(life), "spread": spread_text(life), "body": body}
     return {}
 
 
@@ -407,4 +416,4 @@ def _law_check(source: Source, columns: Any, checked: np.ndarray, answer: Mappin
     if not source.base_laws or not checked.any():
         return ""
     figure = _figures(answer["question"], Cases(source.record, columns, ~checked), source.layout)
-    return law_check.sentence(source.record, columns, (source.base_laws, checked), words, figure[0]) if figure else ""
+    return law_check_sentence(source.record, columns, (source.base_laws, checked), words, figure[0]) if figure else ""

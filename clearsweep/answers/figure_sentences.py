@@ -1,16 +1,28 @@
-"""Sentences on single figures: forces, errors, lives, starts, films and wear, with the cases of their extremes."""
+"""Sentences on single figures with the cases of their extremes, and on the results of searches."""
 
 from collections.abc import Iterator, Mapping
 from typing import Any
 
 from ..language import wording
-from . import lifetime
-from .words import Answer, Sentence, Words, factor_text, in_brackets
+from .words import (
+    MAX_LINES,
+    Answer,
+    Sentence,
+    Words,
+    every_text,
+    factor_text,
+    from_to,
+    in_brackets,
+    life_criterion_text,
+    margin_text,
+)
+
+# Sentences on single figures: forces, errors, lives, starts, films and wear, with the cases of their extremes.
 
 MAX_PLACE = 90  # characters of the values of a case; instead of longer ones its identity is given
 
 
-def own_figures(answer: Answer, words: Words) -> Iterator[Sentence]:
+def own_figure_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Give the range of the user-defined figures."""
     for name in words.record.get("figures") or {}:
         if entry := extreme(answer, name):
@@ -38,7 +50,7 @@ def place_text(answer: Answer, words: Words, end: Mapping[str, Any], max_length:
     return f" in {case}" if setting == case or len(setting) > max_length else f" at {setting} ({case})"
 
 
-def force(answer: Answer, words: Words) -> Iterator[Sentence]:
+def force_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Give the largest normal force and its ratio to the ideal reaction."""
     entries = extremes_of(answer, "force_peak", words)
     if not entries and not answer.get("finished", 1):
@@ -67,7 +79,7 @@ def force(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence("The surfaces do not touch in every case, such as{where}.", {"where": where})
 
 
-def error(answer: Answer, words: Words) -> Iterator[Sentence]:
+def error_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Give the largest error of the output."""
     for entry in [entry for entry in extremes_of(answer, "error_max", words) if entry["largest"]["value"]][:1]:
         (text,) = words.figures(entry["figure"], [entry["largest"]["value"]])
@@ -85,9 +97,9 @@ def touch(answer: Answer, words: Words) -> Iterator[Sentence]:
             yield Sentence("The surfaces of {joint} never touch in any case.", {"joint": name})
 
 
-def life(answer: Answer, words: Words) -> Iterator[Sentence]:
+def life_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Give the shortest and the longest life with their intervals."""
-    criterion = lifetime.criterion_text(words.record.get("life") or {})
+    criterion = life_criterion_text(words.record.get("life") or {})
     until = f" {criterion}" if criterion else ""
     for entry in extremes_of(answer, "life_hours", words)[:1]:
         joint = wording.joint_name(words.layout.life)
@@ -113,7 +125,7 @@ def _life_values(answer: Answer, words: Words, end: Mapping[str, Any]) -> dict[s
     }
 
 
-def start_up(answer: Answer, words: Words) -> Iterator[Sentence]:
+def start_up_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Say how fast the motor reaches its speed, and which cases do not."""
     entry = extreme(answer, "start_up_time")
     unreached, total = answer.get("unreached", 0), answer.get("finished", 0)
@@ -132,7 +144,7 @@ def start_up(answer: Answer, words: Words) -> Iterator[Sentence]:
         )
 
 
-def losses(answer: Answer, words: Words) -> Iterator[Sentence]:
+def loss_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Give the range of the loss of each film."""
     for entry in extremes_of(answer, "film_loss", words)[:1]:
         low, high = words.figures(entry["figure"], [entry["smallest"]["value"], entry["largest"]["value"]])
@@ -140,7 +152,7 @@ def losses(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence("{figure}: {range}.", values)
 
 
-def wear(answer: Answer, words: Words) -> Iterator[Sentence]:
+def wear_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Give the deepest wear in 1000 hours, and when it would reach the clearance."""
     for entry in extremes_of(answer, "wear_rate_max", words)[:1]:
         rate = entry["largest"]["value"]
@@ -153,3 +165,117 @@ def wear(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence(
             "Deepest wear: {value} per 1000 h{where}{until}.", {"value": text, "where": where, "until": until}
         )
+
+
+# Sentences on searches: what `refine` added, and the answers of `seek`, `optimise` and `identify`.
+
+
+def added_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+    """Say how many cases a search added, and how many exceed a limit with them."""
+    counts = answer["cases"]
+    if counts and not counts["added"] and answer["question"] == "refine":
+        yield Sentence("No cases were added: no two neighbours differ in meeting the limits.")
+    if counts and counts["added"] and (totals := answer.get("all_cases")):
+        values = {"added": counts["added"], "count": sum(totals.values()), **totals}
+        values["open"] = f", {totals['undecided']} are undecided" if totals["undecided"] else ""
+        yield Sentence(
+            "The search added {added} cases; of all {count}, {exceeded} exceed a limit{open} and {met} meet them.",
+            values,
+        )
+
+
+def seek_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+    """Give the answers of `seek`, or what comes nearest where there is none."""
+    section = words.record.get("seek") or {}
+    direction = "largest" if "largest" in section else "smallest"
+    searched = section.get(direction)
+    paths = [searched] if isinstance(searched, str) else list(searched or ())
+    if not paths or not answer["search"]:
+        yield Sentence("The search was interrupted; run the same command again to continue.")
+        return
+    names = wording.sentence_list([words.axis_name(path) for path in paths])
+    items = []
+    for row in answer["search"]:
+        point = {path: value for path, value in row.items() if path in words.path_units}
+        setting = words.setting({path: value for path, value in point.items() if value is not None})
+        items.append(f"{setting}: {_sought(words, row, paths[0])}" if setting else _sought(words, row, paths[0]))
+    every = every_text(answer, words) if section.get("for") == "all" else ""
+    lead = f"The {direction} {names} within the limits{every}"
+    if len(items) == 1:
+        yield Sentence("{lead}: {item}.", {"lead": lead, "item": items[0]})
+    else:
+        yield Sentence("{lead}:", {"lead": lead})
+        shown = 3
+        for item in items[:shown]:
+            yield Sentence("{item}.", {"item": item})
+        if len(items) > shown:
+            yield Sentence("{more} more are in seek.parquet.", {"more": len(items) - shown})
+    for nearest in answer.get("nearest", ())[:1]:
+        values = {"tried": nearest["tried"], "failed": nearest["failed"], "margin": words.margin(nearest)}
+        values["where"] = words.setting(nearest["values"], nearest["case"])
+        yield Sentence("Of {tried} values tried, {failed} failed; nearest: {margin} at {where}.", values)
+
+
+def _sought(words: Words, row: Mapping[str, Any], path: str) -> str:
+    """Return an answer of `seek` in words."""
+    value, limiting = row.get(f"seek.{path}"), row.get("limiting")
+    if value is None:
+        figures = {column.name for column in words.layout.columns} | {*(words.record.get("figures") or {})}
+        if limiting and figures.isdisjoint(limiting.split(",")):
+            return f"not known, as cases failed ({limiting})"
+        return "none in the range" if "seek_fit" not in row else "none of the fits"
+    text = f"{row['seek_fit']} ({words.value(path, value)})" if row.get("seek_fit") else words.value(path, value)
+    other = row["seek_high"] if "largest" in (words.record.get("seek") or {}) else row["seek_low"]
+    by = wording.sentence_list([words.figure(name) for name in (limiting or "").split(",") if name])
+    border = f" (not known to be safe at {words.value(path, other)})" if row["seek_low"] != row["seek_high"] else ""
+    return f"{text}{border}{f', limited by {by}' if by else ', the end of the range'}"
+
+
+def optimise_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+    """Give the best cases of `optimise`."""
+    rows = answer["search"]
+    if not rows:
+        return
+    section = words.record.get("optimise") or {}
+    objectives = [
+        name
+        for sense in ("minimise", "maximise")
+        for name in ([section[sense]] if isinstance(section.get(sense), str) else section.get(sense) or ())
+    ]
+    margins = [row.get("margin") for row in rows]
+    is_met = answer.get("best_met", True)
+    count = len(rows)
+    tried = wording.count_text(answer["tried"], "case")
+    lead = f"The best of {tried}" if count == 1 else f"The front has {count} of {tried}, such as"
+    lead = lead if is_met else "No case meets the limits; nearest"
+    for index, row in enumerate(rows[: MAX_LINES - 2]):
+        values = {
+            "lead": f"{lead}: " if not index else "",
+            "setting": words.setting({path: row[path] for path in words.path_units if row.get(path) is not None}),
+            "figures": wording.sentence_list(
+                [
+                    f"{words.figure(name)} {words.figures(name, [row[name]])[0]}"
+                    for name in objectives
+                    if row.get(name) is not None
+                ]
+            ),
+            "margin": "" if margins[index] is None else f", {margin_text(margins[index], _limits_of(words, row))}",
+        }
+        yield Sentence("{lead}{setting}: {figures}{margin}.", values)
+    if count > MAX_LINES - 2:
+        yield Sentence("{more} more are in optimise.parquet.", {"more": count - MAX_LINES + 2})
+
+
+def _limits_of(words: Words, row: Mapping[str, Any]) -> list:
+    return [limit for limit in words.limits if limit.column in (row.get("limiting") or "").split(",")]
+
+
+def identify_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+    """Give the identified values with their intervals."""
+    for parameter in answer.get("identified", ())[: MAX_LINES - 1]:
+        path = parameter["path"]
+        value, low, high = (words.value(path, parameter[key]) for key in ("value", "low", "high"))
+        values = {"name": words.axis_name(path), "value": value, "range": from_to(low, high).removeprefix("from ")}
+        yield Sentence("{name} {value} (95 %: {range}){note}.", values | {"note": parameter["note"]})
+    if not answer.get("explained", True):
+        yield Sentence("Misfit: no values of these keys explain the measurement, so the intervals are widened.")

@@ -4,8 +4,23 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ..language import wording
-from . import blocks, figure_sentences, search_sentences
-from .judge import NOT_RUN, missing_groups
+from .figure_sentences import (
+    added_sentences,
+    error_sentences,
+    extremes_of,
+    force_sentences,
+    identify_sentences,
+    life_sentences,
+    loss_sentences,
+    optimise_sentences,
+    own_figure_sentences,
+    place_text,
+    seek_sentences,
+    start_up_sentences,
+    touch,
+    wear_sentences,
+)
+from .judge import DIFFERS, FALLS, MIXED, NONE, NOT_RUN, RISES, missing_groups
 from .words import (
     MAX_LENGTH,
     MAX_LINES,
@@ -267,19 +282,17 @@ def effect_lines(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Say how figures change with what varies, the strongest effect first."""
     for figure in deciding_figures(answer):
         effects = [effect for effect in answer["effects"] if effect["figure"] == figure]
-        clear = [effect for effect in effects if effect["verdict"] in (blocks.RISES, blocks.FALLS, blocks.DIFFERS)]
+        clear = [effect for effect in effects if effect["verdict"] in (RISES, FALLS, DIFFERS)]
         texts = [effect_text(answer, words, effect, subject=not index) for index, effect in enumerate(clear)]
         texts = [text for text in texts if text]
         if texts:
             yield Sentence("{effects}.", {"effects": listed(texts[:MAX_EFFECTS], MAX_LENGTH - 1, more="")})
         others = {
             verdict_: [words.axis_name(effect["path"]) for effect in effects if effect["verdict"] == verdict_]
-            for verdict_ in (blocks.MIXED, blocks.NONE)
+            for verdict_ in (MIXED, NONE)
         }
-        clauses = (
-            [f"no steady trend with {wording.sentence_list(others[blocks.MIXED])}"] if others[blocks.MIXED] else []
-        )
-        clauses += [f"no effect of {wording.sentence_list(others[blocks.NONE])}"] if others[blocks.NONE] else []
+        clauses = [f"no steady trend with {wording.sentence_list(others[MIXED])}"] if others[MIXED] else []
+        clauses += [f"no effect of {wording.sentence_list(others[NONE])}"] if others[NONE] else []
         if clauses and (not texts or figure == deciding_figures(answer)[0]):
             values = {"figure": words.figure(figure), "clauses": " and ".join(clauses)}
             yield Sentence("{figure} has {clauses}.", values)
@@ -299,7 +312,7 @@ def effect_text(answer: Answer, words: Words, effect: Mapping[str, Any], *, subj
     figure, path = effect["figure"], effect["path"]
     start, end = words.figures(figure, [effect["from"], effect["to"]])
     name = words.figure(figure) if subject else "it"
-    if effect["verdict"] == blocks.DIFFERS:
+    if effect["verdict"] == DIFFERS:
         low, high = words.value(path, effect["lowest"]), words.value(path, effect["highest"])
         return f"{name} is smallest, {start}, with {words.axis_name(path)} {low} and largest, {end}, with {high}"
     ends = answer.get("ends", {}).get(path)
@@ -325,7 +338,7 @@ def effect_text(answer: Answer, words: Words, effect: Mapping[str, Any], *, subj
 
 def film(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Give the thinnest film, and the combinations whose films stay safe under every condition."""
-    entries = figure_sentences.extremes_of(answer, "film_thickness_min", words)
+    entries = extremes_of(answer, "film_thickness_min", words)
     if not entries:
         return
     safe = answer.get("film")
@@ -340,7 +353,7 @@ def film(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield from missing({**answer, "designs": safe["missing"], "designs_total": safe["total"]}, words)
     entry = min(entries, key=lambda candidate: candidate["smallest"]["value"])
     (text,) = words.figures(entry["figure"], [entry["smallest"]["value"]])
-    where = figure_sentences.place_text(answer, words, entry["smallest"])
+    where = place_text(answer, words, entry["smallest"])
     yield Sentence("Thinnest film: {value}{where}.", {"value": text, "where": where})
 
 
@@ -376,49 +389,49 @@ RULES: dict[str, tuple[Rule, ...]] = {
     "limits": (
         *JUDGED,
         convergence,
-        figure_sentences.touch,
+        touch,
         laws,
         effect_lines,
-        figure_sentences.own_figures,
-        figure_sentences.losses,
-        figure_sentences.wear,
+        own_figure_sentences,
+        loss_sentences,
+        wear_sentences,
     ),
-    "sample": (state, share, irregular, missing, effect_lines, figure_sentences.own_figures, figure_sentences.wear),
-    "refine": (*JUDGED, search_sentences.added, convergence, effect_lines),
-    "seek": (state, search_sentences.seek),
-    "optimise": (state, search_sentences.optimise),
-    "identify": (state, search_sentences.identify),
-    "life": (state, figure_sentences.life, verdict, boundary, laws, effect_lines, figure_sentences.own_figures),
+    "sample": (state, share, irregular, missing, effect_lines, own_figure_sentences, wear_sentences),
+    "refine": (*JUDGED, added_sentences, convergence, effect_lines),
+    "seek": (state, seek_sentences),
+    "optimise": (state, optimise_sentences),
+    "identify": (state, identify_sentences),
+    "life": (state, life_sentences, verdict, boundary, laws, effect_lines, own_figure_sentences),
     "start-up": (
         state,
-        figure_sentences.start_up,
-        figure_sentences.force,
-        figure_sentences.error,
+        start_up_sentences,
+        force_sentences,
+        error_sentences,
         laws,
         effect_lines,
-        figure_sentences.own_figures,
-        figure_sentences.wear,
+        own_figure_sentences,
+        wear_sentences,
         suggestion,
     ),
     "film": (
         state,
         film,
         effect_lines,
-        figure_sentences.losses,
-        figure_sentences.force,
+        loss_sentences,
+        force_sentences,
         laws,
-        figure_sentences.own_figures,
+        own_figure_sentences,
         suggestion,
     ),
     "force": (
         state,
-        figure_sentences.force,
-        figure_sentences.error,
+        force_sentences,
+        error_sentences,
         convergence,
         laws,
         effect_lines,
-        figure_sentences.wear,
-        figure_sentences.own_figures,
+        wear_sentences,
+        own_figure_sentences,
         suggestion,
     ),
 }

@@ -1,15 +1,18 @@
-"""Names, values and limits of a run in words: the same on the terminal, on the page and in answer.json."""
+"""Names, values, limits and lives of a run in words: the same on the terminal, on the page and in answer.json."""
 
+import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..contracts.layout import Layout
 from ..language import wording
-from . import labels
-from .cases import column_texts
-from .verdict import Limit, limits_and_figures_of, units_of
+from .ranking import column_texts
+from .verdict import Limit, capitalise, column_label, limit_label, limits_and_figures_of, units_of
+
+# Names, values and limits of a run in words: the same on the terminal, on the page and in answer.json.
 
 MIN_DIGITS, MAX_DIGITS = 4, 16  # significant digits of a varied value: as few as distinguish the values of its axis
 MAX_LINES, MAX_LENGTH = 6, 160  # of an answer, and characters of a line
@@ -28,7 +31,7 @@ class Sentence(NamedTuple):
     @property
     def text(self) -> str:
         """Return the sentence, which begins with a capital letter."""
-        return labels.capitalise(self.template.format(**self.values))
+        return capitalise(self.template.format(**self.values))
 
 
 class Words:
@@ -72,7 +75,7 @@ class Words:
 
     def figure(self, column: str) -> str:
         """Return the label of a column."""
-        return labels.column_label(self.layout, column)
+        return column_label(self.layout, column)
 
     def figures(self, column: str, numbers: Sequence[float]) -> list[str]:
         """Return values of a column in words, in one unit."""
@@ -81,7 +84,7 @@ class Words:
 
     def limit(self, limit: Limit) -> str:
         """Return a limit in words: 'force peak at most 60 kN'."""
-        return labels.limit_label(self.layout, limit, self.units.get(limit.column, "1"))
+        return limit_label(self.layout, limit, self.units.get(limit.column, "1"))
 
     def limits_text(self, most: int = 2) -> str:
         """Return the limits in words, or their number if there are more than `most`."""
@@ -239,3 +242,153 @@ def grid_text(value: float, unit: str, *, speed: bool = False, digits: int = MIN
     if scale.unit.replace(wording.BLANK, " ").isascii() or scale.unit.startswith("µ"):
         return f"{value / scale.factor:.{digits}g} {scale.unit}".rstrip()
     return f"{value:.{digits}g} {unit}"
+
+
+# Fits of joints: what a verdict at their mean clearances leaves open.
+
+MAX_LISTED = 4  # fits in one sentence
+
+
+def coverage_text(record: Mapping[str, Any], answer: Mapping[str, Any], words: Words) -> str:
+    """Return which fits meet the limits up to the end of their tolerance; '' without fits or limits.
+
+    With fits in one joint, the end of a tolerance towards the limit is covered if a larger (smaller) clearance that was
+    run meets the limits and the verdict changes once.  Pairs of fits are judged at their mean clearances alone.
+    """
+    drawn = (record.get("sample") or {}).get("drawn", {})
+    paths = [path for path in record.get("fits") or {} if answer["roles"].get(path) and path not in drawn]
+    if not paths or not answer["designs"]:
+        return ""
+    if len(paths) > 1 or any(set(design["values"]) != set(paths) for design in answer["designs"]):
+        return "Fits are judged at their mean clearances; add the ends of their tolerances to check the whole range."
+    (path,) = paths
+    fits = {fit["name"]: fit for fit in record["fits"][path]}
+    clearance_of = {name: fit["mean"] for name, fit in fits.items()}
+    named = [(design["values"][path], design["verdict"]) for design in answer["designs"]]
+    verdicts = sorted((clearance_of.get(value, value), verdict == "meets") for value, verdict in named)
+    covered = [
+        name for name, verdict in named if name in fits and verdict == "meets" and _is_covered(fits[name], verdicts)
+    ]
+    open_fits = [name for name, verdict in named if name in fits and verdict == "meets" and name not in covered]
+    end = "from the smallest clearance of its tolerance on" if _fails_below(verdicts) else "up to the largest clearance"
+    parts = [f"{wording.sentence_list(covered[:MAX_LISTED])} {end}"] if covered else []
+    parts += [f"{wording.sentence_list(open_fits[:MAX_LISTED])} at the mean clearance only"] if open_fits else []
+    return f"Limits met: {'; '.join(parts)}." if parts else "No fit meets the limits at its mean clearance."
+
+
+def _is_covered(fit: Mapping[str, Any], verdicts: list[tuple[float, bool]]) -> bool:
+    """Return whether the clearances that meet the limits enclose the end of a tolerance towards the limit."""
+    safe = [clearance for clearance, met in verdicts if met]
+    if len(_changes(verdicts)) > 1 or not safe:
+        return False
+    return bool(fit["low"] >= safe[0] if _fails_below(verdicts) else fit["high"] <= safe[-1])
+
+
+def _changes(verdicts: list[tuple[float, bool]]) -> list[bool]:
+    """Return whether the limits are met just below each clearance at which the verdict changes."""
+    return [met for (_, met), (_, met_next) in pairwise(verdicts) if met != met_next]
+
+
+def _fails_below(verdicts: list[tuple[float, bool]]) -> bool:
+    return _changes(verdicts) == [False]
+
+
+# Texts on a life: hours, with the intervals from numerics and from uncertain wear coefficients.
+
+WEAR_UNCERTAINTY_FACTORS = (3.0, 10.0)  # usual uncertainty of a wear coefficient
+FASTER_WEAR = "{:g} to {:g} times".format(*WEAR_UNCERTAINTY_FACTORS)
+INTERVAL_DIGITS = (3, 4, 5)  # digits: as few as distinguish the ends of an interval
+MIN_RELATIVE_HALF_WIDTH = 1e-5  # of a life: a smaller interval is reported as below this
+
+
+class Lifetime(NamedTuple):
+    """The life of a joint: time and revolutions until its limit, with 95 % intervals; NaN for missing values."""
+
+    hours: float  # h
+    revolutions: float  # until the limit, as all following bounds
+    revolutions_low: float  # lower bound from the numerical error
+    revolutions_high: float  # upper bound; inf or NaN: unbounded
+    revolutions_low_with_wear_uncertainty: float = math.nan  # lower bound from the uncertain wear coefficients
+    revolutions_high_with_wear_uncertainty: float = math.nan  # upper bound from them
+
+
+#: Name of a joint's column -> field of Lifetime.
+FIELD_BY_COLUMN = {
+    "life_hours": "hours",
+    "life_revolutions": "revolutions",
+    "life_low": "revolutions_low",
+    "life_high": "revolutions_high",
+    "life_low_uncertain": "revolutions_low_with_wear_uncertainty",
+    "life_high_uncertain": "revolutions_high_with_wear_uncertainty",
+}
+
+
+def read_lifetime(columns: Mapping[str, float]) -> Lifetime:
+    """Return a life from `columns`, whose names lack the joint; missing columns are NaN."""
+    return Lifetime(**{field: columns.get(name, math.nan) for name, field in FIELD_BY_COLUMN.items()})
+
+
+#: Value of `life.of` -> the condition at which a life ends.
+_CRITERIA = {"wear_depth_max": "wear of one body reaches", "clearance_growth": "the clearance has grown by"}
+
+
+def life_criterion_text(life_section: Mapping[str, Any]) -> str:
+    """Return the condition at which a life ends as 'until ...', or ''; life_section : `life` of a grid."""
+    if not life_section:
+        return ""
+    wear_limit = life_section.get("limit")
+    limit_text = wording.quantity_text(wear_limit, "m") if isinstance(wear_limit, float) else "its limit"
+    return f"until {_CRITERIA[life_section['of']]} {limit_text}"
+
+
+def hours_text(life: Lifetime) -> str:
+    """Return a life in hours."""
+    return f"{wording.number_text(life.hours)} h"
+
+
+def faster_wear_text(hours: float) -> str:
+    """Return a life in hours with the wear WEAR_UNCERTAINTY_FACTORS times as fast: '159 to 47.8 h'."""
+    texts = [wording.number_text(hours / factor) for factor in WEAR_UNCERTAINTY_FACTORS]
+    return f"{' to '.join(texts)}{wording.BLANK}h"
+
+
+def interval_text(life: Lifetime) -> str:
+    """Return the 95 % interval of a life that the numerics leave, or '' if it is unknown."""
+    if math.isnan(life.revolutions_low):
+        return ""
+    return f"95{wording.BLANK}% of the numerics alone: {_numerical_interval_text(life)}"
+
+
+def spread_text(life: Lifetime) -> str:
+    """Return what the wear coefficient leaves open: the interval of an uncertain one, or faster wear."""
+    ends = life.revolutions_low_with_wear_uncertainty, life.revolutions_high_with_wear_uncertainty
+    if any(map(math.isfinite, ends)):
+        low, high = (
+            _interval_end_text(life, end, INTERVAL_DIGITS[0]) if math.isfinite(end) else "unknown" for end in ends
+        )
+        return f"With the uncertain wear coefficients: {low} to {high}"
+    if not math.isfinite(life.hours):
+        return ""
+    return f"With wear {FASTER_WEAR} as fast, the usual uncertainty of its coefficient: {faster_wear_text(life.hours)}"
+
+
+def _interval_end_text(life: Lifetime, revolutions: float, digits: int) -> str:
+    """Return an end of an interval (revolutions) in hours, rounded to `digits`."""
+    return f"{wording.number_text(life.hours * revolutions / life.revolutions, digits)} h"
+
+
+def _numerical_interval_text(life: Lifetime) -> str:
+    """Return the numerical 95 % interval: its ends if five digits distinguish them, else its half-width."""
+    if not math.isfinite(life.revolutions_high):
+        return f"at least {_interval_end_text(life, life.revolutions_low, INTERVAL_DIGITS[0])}"
+    for digits in INTERVAL_DIGITS:
+        texts = [
+            _interval_end_text(life, revolutions, digits)
+            for revolutions in (life.revolutions_low, life.revolutions, life.revolutions_high)
+        ]
+        if len({*texts}) == len(texts):
+            return f"{texts[0]} to {texts[2]}"
+    relative_half_width = 0.5 * (life.revolutions_high - life.revolutions_low) / life.revolutions
+    if relative_half_width < MIN_RELATIVE_HALF_WIDTH:
+        return f"\u00b1 under {wording.number_text(100.0 * MIN_RELATIVE_HALF_WIDTH, 1)}{wording.BLANK}%"
+    return f"\u00b1 {wording.number_text(100.0 * relative_half_width, 2)}{wording.BLANK}%"

@@ -43,7 +43,7 @@ def open(directory: str | Path, *, partial: bool = False) -> Run | RunOfBlocks:
         return RunOfBlocks(directory, partial=partial)
     if not partial or not store.is_unfinished(directory):
         return Run(directory)
-    from .data.partial import open_partial
+    from .study import open_partial
 
     return open_partial(directory, Run)
 
@@ -55,10 +55,10 @@ def page_of(run: "StoredRun", *, typical: bool = False, measured: str | Path | N
     compared with those of the nearest case.
     """
     _import_matplotlib()
-    from .data import study
     from .documents import page
+    from .study import prepare
 
-    return page.page_of(study.prepare(run, shows_median=typical), measured)
+    return page.page_of(prepare(run, shows_median=typical), measured)
 
 
 def compared(first: "StoredRun", second: "StoredRun") -> "Page":
@@ -104,9 +104,9 @@ def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
 def draw_grid(source: str | Path, out: str | Path) -> Path:
     """Draw the mechanism of a grid at its start, as SVG or PNG by the ending of `out`; return its path."""
     _import_matplotlib()
-    from .one_case import mechanism
+    from .one_case import joints
 
-    return mechanism.draw_grid(Path(source), Path(out))
+    return joints.draw_grid(Path(source), Path(out))
 
 
 def _import_matplotlib() -> None:

@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from .. import store
-from ..answers import case_ranking, law_check
-from ..answers.verdict import EXCEEDED, UNDECIDED
+from ..answers.questions import LawResult, law_results
+from ..answers.ranking import CaseRanking, ranking_of
+from ..answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN
 from ..grid import Grid, leaves
 from ..sweeping.pool.worker import Simulator
 from .adaptive import Point
@@ -18,7 +19,7 @@ class LawCheckSearch:
 
     def __init__(self, grid: Grid, simulator: Simulator):
         self.simulator, self.points, self.is_done = simulator, list[Point](), False
-        self.ranking = case_ranking.ranking_of(grid.layout, grid.verdict.limits)
+        self.ranking = ranking_of(grid.layout, grid.verdict.limits)
 
     def learn(self, grid: Grid, first_index: int, results: store.CaseResults) -> None:
         """Find the worst case of the grid, which decides, and the other laws that are suitable for its joints."""
@@ -26,7 +27,7 @@ class LawCheckSearch:
             self.points = []
             return
         self.is_done = True
-        columns = results.columns | dict.fromkeys((EXCEEDED, UNDECIDED), np.array(results.unmet, object))
+        columns = results.columns | dict.fromkeys((EXCEEDED_COLUMN, UNDECIDED_COLUMN), np.array(results.unmet, object))
         values, _ = self.ranking.worst_values(columns)
         severity = self.ranking.severity(values, columns)
         if np.isneginf(severity).all():
@@ -50,10 +51,10 @@ def _used_paths(grid: Grid, point: Point) -> set[str]:
 class LawCheckResults:
     """Separates the cases that check laws from those of the grid, and keeps the results of these checks."""
 
-    def __init__(self, base: dict[str, str], ranking: case_ranking.CaseRanking):
+    def __init__(self, base: dict[str, str], ranking: CaseRanking):
         """Prepare with the law of the grid by path (`base`, {} if no law is checked) and the ranking of the cases."""
         self.base, self.ranking = base, ranking
-        self.rows: list[law_check.LawResult] = []
+        self.rows: list[LawResult] = []
 
     def of_grid(self, block: Mapping[str, np.ndarray]) -> np.ndarray:
         """Return a mask of the cases of a block that belong to the grid and do not check a law."""
@@ -64,7 +65,7 @@ class LawCheckResults:
 
     def add(self, block: Mapping[str, np.ndarray]) -> None:
         """Add the finished cases of a block that check laws."""
-        self.rows += law_check.law_results(block, self.base, self.ranking)
+        self.rows += law_results(block, self.base, self.ranking)
 
     def facts(self, deciding: dict[str, Any] | None) -> dict[str, Any] | None:
         """Return the results of the law checks and of the deciding case, or None if no check ran.

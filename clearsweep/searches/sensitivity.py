@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 from .. import grid as grids
 from .. import store
-from ..answers.verdict import MARGIN
+from ..answers.verdict import MARGIN_COLUMN
 from ..language.errors import InputError
 from ..sweeping.pool.worker import Simulator
 from .seeking import Answer
@@ -124,5 +124,5 @@ def _is_possible(source: dict[str, Any], simulator: Simulator) -> bool:
 def _margins(run: store.StoredRun, paths: list[str]) -> dict[tuple[float, ...], float]:
     """Return values of some keys -> margin of the case with them."""
     table = run.summary
-    values_with_margin = table[[*paths, MARGIN]].dropna().to_numpy(float).tolist()
+    values_with_margin = table[[*paths, MARGIN_COLUMN]].dropna().to_numpy(float).tolist()
     return {tuple(values): margin for *values, margin in values_with_margin}

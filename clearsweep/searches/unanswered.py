@@ -5,8 +5,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from typing import Any
 
-from ..answers import verdict
-from ..answers.verdict import KINDS, Limit
+from ..answers.verdict import KINDS, Limit, limits_and_figures_of, units_of
 from ..grid import key_units
 from ..sweeping.pool.simulator import SIMULATION
 from .seeking import Answer
@@ -17,7 +16,7 @@ DIGITS = 4  # digits of a limit that would pass
 
 def unanswered_facts(record: Mapping[str, Any], answers: Sequence[Answer], effects: Iterable[Effect]) -> dict[str, Any]:
     """Return facts about searches without an answer for run.json, in SI; `record` is run.json."""
-    limits, columns = verdict.limits_and_figures_of(record).limits, verdict.units_of(record)
+    limits, columns = limits_and_figures_of(record).limits, units_of(record)
     best = [case for answer in answers for case in answer.best]
     finite = all(case["margin"] is not None for case in best)
     units = key_units(record, SIMULATION.catalogue()) if effects else {}

@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import grid as grids
 from ..answers.compose import Source, compose
-from ..answers.judged import is_null
+from ..answers.verdict import is_null
 from .blocks import sum_counts
 from .directory import RunDirectory
 from .read import StoredRun

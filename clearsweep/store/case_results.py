@@ -8,7 +8,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from ..answers.verdict import EXCEEDED, MARGIN, UNDECIDED
+from ..answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN
 from ..contracts.layout import Column
 from . import durable
 from .batch import ResultSchema, add_verdict_columns, summary_schema
@@ -44,7 +44,7 @@ def read_results(
         status += table["status"].to_pylist()
         unmet += _unmet_columns(table) if result_schema.verdict.limits else [""] * len(table)
         if result_schema.verdict.limits:
-            case_margins.append(np.asarray(values_of(table[MARGIN].combine_chunks()), float))
+            case_margins.append(np.asarray(values_of(table[MARGIN_COLUMN].combine_chunks()), float))
         for name in names:
             requested[name].append(np.asarray(values_of(table[name].combine_chunks()), float))
         limited_columns = {
@@ -66,7 +66,7 @@ def read_results(
 
 def _unmet_columns(table: pa.Table) -> list[str]:
     """Return the columns whose limits each case exceeds or leaves undecided, comma separated."""
-    names = zip(table[EXCEEDED].to_pylist(), table[UNDECIDED].to_pylist(), strict=True)
+    names = zip(table[EXCEEDED_COLUMN].to_pylist(), table[UNDECIDED_COLUMN].to_pylist(), strict=True)
     return [",".join(dict.fromkeys(name for part in pair if part for name in part.split(","))) for pair in names]
 
 

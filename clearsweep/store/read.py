@@ -12,7 +12,7 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from ..answers import verdict
+from ..answers.verdict import limits_and_figures_of
 from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Column, Layout
 from ..language.errors import ClearsweepError, DirectoryError, InputError
@@ -120,7 +120,7 @@ class StoredRun:
     def _check_columns(self) -> None:
         """Raise DamagedError if the columns of a table disagree with run.json."""
         try:
-            computed = verdict.limits_and_figures_of(self.grid).columns
+            computed = limits_and_figures_of(self.grid).columns
         except InputError as error:
             raise damaged_error(self.files_directory / RECORD_FILE, f"figures: {error}") from error
         texts = [Column(name, "", "", "text") for name in ("case_id", "status", "message")]

@@ -4,7 +4,7 @@ import re
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from ...answers.verdict import EXCEEDED, KINDS, MARGIN, UNDECIDED
+from ...answers.verdict import EXCEEDED_COLUMN, KINDS, MARGIN_COLUMN, UNDECIDED_COLUMN
 from ...contracts.case import Uncertain, column_name
 from ...contracts.catalogue import Catalogue, Field, Mechanism
 from ...contracts.layout import columns_of, rubbing_joints
@@ -108,7 +108,15 @@ def _name_mistake(reader: Reader, name: str) -> str:
     """Return why a user-defined figure cannot have this name, or '' if it can."""
     if name in reader.figures:
         return "is a column already; give the figure another name"
-    if name in (EXCEEDED, UNDECIDED, MARGIN, "case_id", "status", "message", *expression.FUNCTIONS):
+    if name in (
+        EXCEEDED_COLUMN,
+        UNDECIDED_COLUMN,
+        MARGIN_COLUMN,
+        "case_id",
+        "status",
+        "message",
+        *expression.FUNCTIONS,
+    ):
         return "is a reserved name; rename the figure"
     return "" if name.isidentifier() else "is not a valid name; expected letters, digits and _, and a letter or _ first"
 

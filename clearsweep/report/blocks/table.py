@@ -1,17 +1,25 @@
-"""A table of the report: its columns and rows in SI for the CSV file, and as text with units for the page."""
+"""Tables of the report: columns and rows in SI for the CSV file, and as text with units for the page."""
 
 import csv
 import io
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, overload
 
+import numpy as np
 import pandas as pd
 
+from ... import simulation
+from ...answers import verdict
+from ...contracts.catalogue import Entry, Figure
+from ...contracts.layout import Column as LayoutColumn
 from ...language import wording
 from ...store import durable
-from ..data.axis import Axis
+from ..axis import Axis, Rows
+from ..study import P99_OVER_IDEAL, WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES, Joint, Study
+
+# A table of the report: its columns and rows in SI for the CSV file, and as text with units for the page.
 
 PAGE_ROWS = 50  # rows of a table on the page and in Markdown; the CSV has all
 CONVERTED_DIGITS = 15  # digits of a value in another unit than SI
@@ -202,3 +210,141 @@ def _si_value(value: Any) -> Any:
 def is_missing(value: object) -> bool:
     """Return whether a cell has no value."""
     return value is None or bool(pd.isna(value))
+
+
+# Tables with one row per finished case: its swept values, then its figures.
+
+CHUNK_ROWS = 4096  # rows in memory
+Headings = Sequence[tuple[str, str]]  # figure, its heading in a table
+
+
+def case_table(
+    study: Study, key: str, title: str, columns: Headings, sort_column: str, *, smallest: bool = False
+) -> Table:
+    """Return a table of the available columns of the summary, ordered by `sort_column`; no rows without that column.
+
+    The largest value comes first, or the smallest.
+    """
+    available = [(column, heading) for column, heading in columns if column in study.cases]
+    table_columns = (
+        Column("case_id"),
+        *axis_columns(study, study.swept()),
+        *(Column(heading, study.unit(column)) for column, heading in available),
+    )
+    if sort_column not in dict(available) or study.cases.empty:
+        return Table(key, title, "", table_columns, [])
+    column_names = [*(axis.path for axis in study.swept()), *(column for column, _ in available)]
+    note = f"Sorted by {dict(available)[sort_column]}, {'smallest' if smallest else 'largest'} first."
+    return Table(key, title, note, table_columns, CaseRows(study.cases, column_names, sort_column, smallest=smallest))
+
+
+class CaseRows(Sequence):
+    """Rows of a table, one per case, computed as they are read: a page shows only a few of a million cases."""
+
+    def __init__(self, cases: Rows, columns: list[str], sort_column: str = "", *, smallest: bool = False):
+        """Take the cases, the columns after case_id, and the column and direction of the order."""
+        self.cases, self.columns, self.sort_column, self.smallest = cases, columns, sort_column, smallest
+
+    def __len__(self) -> int:
+        return len(self.cases)
+
+    def _order(self) -> np.ndarray:
+        """Return the row numbers in the order of the table."""
+        if not self.sort_column:
+            return np.arange(len(self))
+        return self.cases.ordered(self.sort_column, smallest=self.smallest)
+
+    @overload
+    def __getitem__(self, selection: int) -> tuple: ...
+    @overload
+    def __getitem__(self, selection: slice) -> list[tuple]: ...
+    def __getitem__(self, selection: int | slice) -> tuple | list[tuple]:
+        if isinstance(selection, int):
+            return self[selection : selection + 1 or None][0]
+        row_numbers = self._order()[
+            selection
+        ].copy()  # a view would keep the indices of all cases while columns are read
+        values = [self.cases.index[row_numbers].tolist()]
+        values += [self.cases[column].iloc[row_numbers].tolist() for column in self.columns]
+        return list(zip(*values, strict=True))
+
+    def __iter__(self) -> Iterator[tuple]:
+        order = self._order()
+        columns = [self.cases.index.to_series(), *(self.cases[column] for column in self.columns)]
+        for start in range(0, len(self), CHUNK_ROWS):
+            row_numbers = order[start : start + CHUNK_ROWS]
+            yield from zip(*(column.iloc[row_numbers].tolist() for column in columns), strict=True)
+
+
+def axis_columns(study: Study, axes: Sequence[Axis]) -> list[Column]:
+    """Return the columns with the values of some axes."""
+    return [Column(axis.name, study.unit(axis.path), axis) for axis in axes]
+
+
+# Determines the figures, the order and the headings of a table from the descriptions of the figures.
+
+#: The figures that are computed of columns of the summary, see `study`.
+COMPUTED_FIGURES = (
+    Figure(
+        P99_OVER_IDEAL,
+        "1",
+        "force p99 divided by the force peak without clearance",
+        of="joint",
+        needs=("turns",),
+        tables=(Entry("forces", "p99 / ideal", 5), Entry("effects", "p99 / ideal", 3)),
+    ),
+    Figure(
+        WEAR_PER_1000_HOURS,
+        "m",
+        "largest wear depth after 1000 hours at the wear rate of the window",
+        of="joint",
+        needs=("wear",),
+        tables=(Entry("wear", "depth per 1000 h", 51),),
+    ),
+    Figure(
+        WEAR_PER_MILLION_STROKES,
+        "m",
+        "largest wear depth after a million crank revolutions at the wear rate of the window",
+        of="joint",
+        needs=("wear", "turns"),
+        tables=(Entry("wear", "depth per 10⁶ strokes", 52),),
+    ),
+)
+
+
+def columns_in_table(study: Study, table: str, joint: Joint | None = None) -> list[tuple[str, str]]:
+    """Return column and heading of the figures of a joint and of the mechanism in a table, the joint's first.
+
+    Without `joint`, the figures of all joints are returned; if there are several joints, headings name them.
+    """
+    entries = {figure.name: figure.tables for figure in (*simulation.catalogue().figures, *COMPUTED_FIGURES)}
+    joint_order = {joint.name: joint_index for joint_index, joint in enumerate(study.joints)}
+    ordered_columns = []
+    computed = (_computed_column(figure, joint) for joint in study.joints for figure in COMPUTED_FIGURES)
+    for column in (*study.run.layout.columns, *computed):
+        if column.name in study.cases and (joint is None or column.joint in ("", joint.name)):
+            for entry in entries.get(column.figure, ()):
+                if entry.table == table and not (entry.if_any and not (study.cases[column.name] > 0.0).any()):
+                    order = (joint_order.get(column.joint, len(joint_order)), entry.order)
+                    ordered_columns.append(
+                        (order, column.name, _heading(study, entry.heading, "" if joint else column.joint))
+                    )
+    return [(name, heading) for _, name, heading in sorted(ordered_columns, key=lambda column_entry: column_entry[0])]
+
+
+def column_label(study: Study, column: str) -> str:
+    """Return the label of a column, as in the last lines of a run."""
+    return verdict.column_label(study.run.layout, column)
+
+
+def _computed_column(figure: Figure, joint: Joint) -> LayoutColumn:
+    return LayoutColumn(joint.column(figure.name), figure.unit, figure.text, figure=figure.name, joint=joint.name)
+
+
+def _heading(study: Study, heading: str, joint: str) -> str:
+    """Return a complete heading, which names `joint` if there are several joints."""
+    rate_texts = {"per_rev": " per rev.", "per_revolution": " per revolution"} if study.is_driven else {}
+    text = heading.format_map({"output": study.run.layout.output, "per_rev": "", "per_revolution": ""} | rate_texts)
+    return text + next(
+        (study.joint_text(known_joint, " ({})") for known_joint in study.joints if known_joint.name == joint), ""
+    )

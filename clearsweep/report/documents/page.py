@@ -12,12 +12,10 @@ from markupsafe import Markup, escape
 from ...language import phases, wording
 from ...store import durable
 from .. import sections
-from ..blocks import interactive
 from ..blocks.picture import Picture, draw_svg
-from ..blocks.section import Block, Section
-from ..data.study import Study
-from ..sections import overlay
-from ..statistics.overlay import compare_signals
+from ..blocks.section import Block, Section, page_script, safe_json, style_sheets
+from ..sections.identified import compare_signals, overlay_section
+from ..study import Study
 from .figure_options import FigureOptions
 
 
@@ -47,8 +45,8 @@ class Page(NamedTuple):
             sections=[section for section in self.sections if not section.subject],
             more=self._folded_sections(),
             picture_count=sum(len(section.pictures) for section in self.sections),
-            script=interactive.page_script() if any(section.has_scripts for section in self.sections) else None,
-            script_style=interactive.style_sheets(),
+            script=page_script() if any(section.has_scripts for section in self.sections) else None,
+            script_style=style_sheets(),
         )
 
     def _folded_sections(self) -> list[tuple[str, list[Section]]]:
@@ -85,7 +83,7 @@ class Page(NamedTuple):
 
 def page_of(study: Study, measured: str | PathLike | None = None) -> Page:
     """Return the page of a run; the signals in a file `measured` are compared with the computed ones."""
-    comparison = [overlay.section(study, compare_signals(study, measured))] if measured else []
+    comparison = [overlay_section(study, compare_signals(study, measured))] if measured else []
     record = study.run.grid
     return Page(
         name=record.get("name") or "clearsweep run",
@@ -116,7 +114,7 @@ def render(template: str, *, picture_count: int = 0, **content: object) -> str:
     environment.filters |= {
         "drawing": drawing,
         "form": _macro_name,
-        "json": interactive.safe_json,
+        "json": safe_json,
         "short_id": wording.short_id,
         "with_code": with_code,
         "is_words": is_words,

@@ -15,8 +15,10 @@ from ...language.errors import InputError
 from ...store import StoredRun, durable
 from ..blocks.matplotlib_figure import STYLE
 from ..blocks.picture import Picture
-from ..data.study import Study, prepare, resolve_cases
-from ..one_case import motion, pin_forces, worn
+from ..one_case import joints
+from ..one_case.joints import joint_forces
+from ..one_case.motion import motion_pictures, onset_pictures
+from ..study import Study, prepare, resolve_cases
 from . import page, paper
 
 MIN_SAMPLES = 1440  # per revolution at least, so that single contacts show
@@ -45,7 +47,7 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
     out.parent.mkdir(parents=True, exist_ok=True)
     if out.suffix.lower() == ".csv":
         with phases.phase("forces in the joints"):
-            forces = pin_forces.joint_forces(case, result.channels, study.joints)
+            forces = joint_forces(case, result.channels, study.joints)
         content = forces.to_csv(index=False, lineterminator="\n").encode()
         durable.replace_output(out, content, content.partition(b"\n")[0])
         return out
@@ -66,12 +68,12 @@ def case_to_draw(study: Study, case_id: str) -> Case:
 def case_pictures(study: Study, case_id: str, result: Trajectory) -> list[Picture]:
     """Return the pictures of a simulated case with a history."""
     channels = result.channels
-    pictures = motion.motion_pictures(study, case_id, channels) + motion.onset_pictures(
+    pictures = motion_pictures(study, case_id, channels) + onset_pictures(
         study, case_id, pd.DataFrame(result.events), channels
     )
     for joint in study.joints:
         if joint.name in result.wear:
-            wear_pictures = worn.wear_pictures(study, joint, case_id, result.wear[joint.name])
+            wear_pictures = joints.wear_pictures(study, joint, case_id, result.wear[joint.name])
             pictures += [
                 picture._replace(title=picture.title + study.joint_text(joint, ", joint {}"))
                 for picture in wear_pictures

@@ -9,16 +9,13 @@ from ...contracts.results import TIMINGS
 from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun
-from ..blocks.case_table import axis_columns
+from ..axis import leaves, value_at
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Facts, Gallery, Points, Section, without_empty
-from ..blocks.table import Column, Quantity, Table
-from ..data.answered import answer_of_study
-from ..data.dotted_paths import leaves, value_at
-from ..data.study import Study, prepare
-from ..data.table_columns import column_label
+from ..blocks.table import Column, Quantity, Table, axis_columns, column_label
 from ..draw import comparison
 from ..draw.style import GREY
+from ..study import Study, answer_of_study, prepare
 from .page import Page
 
 if TYPE_CHECKING:

@@ -11,8 +11,8 @@ from matplotlib.ticker import FuncFormatter
 
 from ...language import wording
 from ...language.wording import Scale
-from ..data.axis import Axis
-from ..statistics.main_effects import MainEffect
+from ..axis import Axis
+from ..statistics.effects import MainEffect
 from .style import (
     BLUE,
     GREEN,

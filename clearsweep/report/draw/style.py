@@ -9,7 +9,7 @@ from matplotlib.ticker import FuncFormatter, LogLocator, MaxNLocator, MultipleLo
 
 from ...language import wording
 from ...language.wording import Scale
-from ..data.axis import Axis
+from ..axis import Axis
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

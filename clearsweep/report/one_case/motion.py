@@ -10,19 +10,39 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ... import simulation
+from ...contracts.case import Case, column_name
+from ...contracts.case import Joint as CaseJoint
 from ...contracts.layout import TIME, Column
+from ...contracts.outline import GROUND
 from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun
-from ..blocks.picture import Picture, capitalise
-from ..data.dotted_paths import value_at
-from ..data.study import Joint, Study, resolve_cases
-from ..draw import motion
-from ..statistics import elastic_range
-from . import spatial
+from ..axis import value_at
+from ..blocks.picture import Dot, Picture, capitalise
+from ..draw.machine import (
+    END_COLOURS,
+    draw_against_ideal,
+    draw_axis,
+    draw_end_orbits,
+    draw_force,
+    draw_onsets,
+    draw_orbit,
+    draw_over_time,
+    draw_phase_portrait,
+    draw_tilt,
+    draw_unrolled_orbit,
+    penetration_magnification,
+)
+from ..statistics import effects
+from ..study import Joint, Study, resolve_cases
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
+
+# Pictures of one case: its joints, its output with the ideal mechanism, its drive, its contact onsets.
+#
+# Pictures are chosen from the layout, channel by channel, so no mechanism is known by name.
 
 FULL_TURN = 2.0 * np.pi
 FLAT_SIZE, SQUARE_SIZE = (4.2, 3.3), (4.2, 3.05)  # inches; a square next to a colour bar is as wide as it is high
@@ -51,8 +71,8 @@ class History(NamedTuple):
         """Return a function that draws a quantity (SI) over the angle of the drive, or over time without rotation."""
         angle = self.angle
         if angle is None:
-            return lambda ax: motion.draw_over_time(ax, self.time, values, unit, name)
-        return lambda ax: motion.draw_against_ideal(ax, angle, values, ideal, unit, name)
+            return lambda ax: draw_over_time(ax, self.time, values, unit, name)
+        return lambda ax: draw_against_ideal(ax, angle, values, ideal, unit, name)
 
 
 class JointHistory(NamedTuple):
@@ -136,13 +156,13 @@ def onset_pictures(study: Study, case_id: str, events: Mapping, channels: Mappin
     if not study.is_driven or not is_shown.any():
         return []
     angle, rate = angles[is_shown], np.asarray(events["rate"], float)[is_shown]
-    yield_speeds = elastic_range.yield_speeds(study, case_id, float(rate.max()))
+    yield_speeds = effects.yield_speeds(study, case_id, float(rate.max()))
     return [
         Picture(
             "Contact onsets",
             "Closing rate at each onset of the whole run.",
             f"{int(is_shown.sum())} contact onsets, the fastest at {_largest_text(rate, 'm/s')}.",
-            lambda ax: motion.draw_onsets(ax, angle, rate, yield_speeds),
+            lambda ax: draw_onsets(ax, angle, rate, yield_speeds),
             FLAT_SIZE,
         )
     ]
@@ -227,7 +247,7 @@ def _phase_portrait(quantity: Column, rate: Column, history: History) -> Picture
         (history.values(channel.name), channel.unit, _channel_label(channel)) for channel in (quantity, rate)
     )
     title = f"Phase portrait: {_channel_label(rate)} over {_channel_label(quantity)}"
-    return Picture(title, "", f"{title}.", lambda ax: motion.draw_phase_portrait(ax, abscissa, ordinate), SQUARE_SIZE)
+    return Picture(title, "", f"{title}.", lambda ax: draw_phase_portrait(ax, abscissa, ordinate), SQUARE_SIZE)
 
 
 def _joint_pictures(study: Study, case_id: str, joint: Joint, history: History) -> list[Picture]:
@@ -247,7 +267,7 @@ def _joint_pictures(study: Study, case_id: str, joint: Joint, history: History) 
                 "The circle is the radial clearance; outside it the bodies touch.",
                 f"Path of the journal centre, at most {eccentricity_text} from the bearing centre; clearance "
                 f"{clearance_text}.",
-                lambda ax: motion.draw_orbit(ax, x, y, force, float(clearance)),
+                lambda ax: draw_orbit(ax, x, y, force, float(clearance)),
                 SQUARE_SIZE,
                 shown_in_player=True,
             )
@@ -270,7 +290,7 @@ def _force_pictures(study: Study, case_id: str, joint: Joint, history: History) 
     angle, levels = history.angle, _reference_levels(study, case_id, joint)
     abscissa, paint = "time", history.painter(force, "N", "normal force")
     if angle is not None:
-        abscissa, paint = "crank angle", partial(motion.draw_force, angle=angle, normal=force, levels=levels)
+        abscissa, paint = "crank angle", partial(draw_force, angle=angle, normal=force, levels=levels)
     alt = f"Normal force over {abscissa}, at most {_largest_text(force, 'N')} among the samples."
     return [Picture(f"Normal force{joint_text}", "", alt, paint, FLAT_SIZE, shown_in_player=True)]
 
@@ -278,7 +298,7 @@ def _force_pictures(study: Study, case_id: str, joint: Joint, history: History) 
 def _unrolled_orbit(joint_text: str, curve: tuple[np.ndarray, ...], clearance: float) -> Picture:
     """Return the gap of a journal over the direction of its centre; curve : x, y (m), normal force (N)."""
     x, y, force = curve
-    magnification = motion.penetration_magnification(x, y, clearance)
+    magnification = penetration_magnification(x, y, clearance)
     penetration_note = (
         f"; below zero is the penetration, magnified {magnification:g} times" if magnification > 1.0 else ""
     )
@@ -287,7 +307,7 @@ def _unrolled_orbit(joint_text: str, curve: tuple[np.ndarray, ...], clearance: f
         f"Journal orbit unrolled{joint_text}",
         f"The gap in the direction of the journal centre{penetration_note}.",
         f"Gap against the direction of the journal centre, at least {smallest_gap}.",
-        lambda ax: motion.draw_unrolled_orbit(ax, x, y, force, clearance),
+        lambda ax: draw_unrolled_orbit(ax, x, y, force, clearance),
         SQUARE_SIZE,
     )
 
@@ -295,14 +315,14 @@ def _unrolled_orbit(joint_text: str, curve: tuple[np.ndarray, ...], clearance: f
 def _spatial_pictures(study: Study, case_id: str, joint: Joint, history: History) -> list[Picture]:
     """Return the pictures of a spatial joint: the axis of its journal, its tilt; [] unless all channels are stored."""
     is_complete = all(channel.name in history.channels for channel in study.run.layout.channels)
-    if history.angle is None or not is_complete or not spatial.is_spatial(history.channels, joint.name):
+    if history.angle is None or not is_complete or not is_spatial(history.channels, joint.name):
         return []
     try:
         case = resolve_cases(study, [case_id])[0]
     except InputError:  # mechanism or laws of another version
         return []
     spatial_joint = next(case_joint for case_joint in case.joints if case_joint.name == joint.title)
-    return spatial.spatial_pictures(case, spatial_joint, history.values, history.angle)
+    return spatial_pictures(case, spatial_joint, history.values, history.angle)
 
 
 def has_straight_walls(study: Study, joint: Joint) -> bool:
@@ -364,3 +384,96 @@ def _largest_text(values: np.ndarray, unit: str) -> str:
 def largest_texts(histories: Iterable[np.ndarray], unit: str) -> list[str]:
     """Return the largest magnitudes of compared histories, all in one unit."""
     return wording.texts_in_common_unit((float(np.abs(values).max()) for values in histories), unit)
+
+
+# A journal in its bearing in space, from the saved channels of a case.
+
+TALL_SIZE = (4.2, 3.6)  # inches
+MAX_DOT_POSITIONS = 240  # places of a dot that moves: a browser goes straight between them
+
+
+def spatial_pictures(
+    case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray], angle: np.ndarray
+) -> list[Picture]:
+    """Return the pictures of a spatial joint; values : channel -> its history in SI; angle : rad, of the crank."""
+    ends_of_journal = journal_ends(case, joint, values)
+    half_lengths = (0.5 * float(joint.journal_length or 0.0), 0.5 * float(joint.length or 0.0))
+    tilt, jam_tilt = values(f"joints/{joint.column}/tilt"), _jam_tilt(joint)
+    largest_text, frame_text = f"{np.degrees(tilt.max()):.3g}°", "the frame of the bearing, z along it"
+    scale_factor, stride = wording.scale("m", joint.clearance).factor, -(-ends_of_journal.shape[1] // MAX_DOT_POSITIONS)
+    dots = [
+        Dot(end[::stride, :2] / scale_factor, colour) for end, colour in zip(ends_of_journal, END_COLOURS, strict=True)
+    ]
+    return [
+        Picture(
+            "The journal's axis in its bearing",
+            f"Orbits of both ends in {frame_text}; the scale across it is larger. Circles are the radial clearance.",
+            f"Orbits of both ends of the journal's axis; it tilts by {largest_text} at most.",
+            lambda ax: draw_axis(ax, ends_of_journal, half_lengths, joint.clearance),
+            TALL_SIZE,
+            "3d",
+        ),
+        Picture(
+            "Both ends along the bearing",
+            "Click to play one revolution in 8 s.",
+            "Orbits of both ends of the journal's axis, seen along the bearing.",
+            lambda ax: draw_end_orbits(ax, ends_of_journal, joint.clearance),
+            TALL_SIZE,
+            dots=tuple(dots),
+        ),
+        Picture(
+            "Tilt",
+            "Angle between the axes of bearing and journal.",
+            f"Tilt against crank angle, at most {largest_text}.",
+            lambda ax: draw_tilt(ax, angle, tilt, jam_tilt),
+            FLAT_SIZE,
+        ),
+    ]
+
+
+def journal_ends(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarray]) -> np.ndarray:
+    """Return the positions (2, n, 3) m of both ends of the journal's axis in the frame of the bearing, z along it."""
+    mechanism = simulation.mechanism_of(case)
+    site = mechanism.site(joint.name)
+    journal_body, bearing = site.journals
+    bearing_frames, journal_frames = _frames(values, bearing), _frames(values, journal_body)
+    rotation = bearing_frames @ _rotation_matrix(joint.tilt)
+    centre = np.stack([values(f"joints/{joint.column}/{axis}") for axis in "xyz"], axis=-1)
+    half_axis = 0.5 * float(joint.journal_length or 0.0) * journal_frames[:, :, 2]
+    ends = np.stack([centre + half_axis, centre - half_axis])
+    rotated: np.ndarray = np.einsum("nji,enj->eni", np.broadcast_to(rotation, (ends.shape[1], 3, 3)), ends)
+    return rotated
+
+
+def _frames(values: Callable[[str], np.ndarray], body: str) -> np.ndarray:
+    """Return the rotation matrices (n, 3, 3) of a body; (1, 3, 3) of the ground."""
+    if body == GROUND:
+        return np.eye(3)[None]
+    w, x, y, z = (values(f"{column_name(body)}/q{k}") for k in "wxyz")
+    rows = (
+        (1.0 - 2.0 * (y * y + z * z), 2.0 * (x * y - w * z), 2.0 * (x * z + w * y)),
+        (2.0 * (x * y + w * z), 1.0 - 2.0 * (x * x + z * z), 2.0 * (y * z - w * x)),
+        (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
+    )
+    return np.moveaxis(np.array(rows), -1, 0)
+
+
+def _rotation_matrix(vector: tuple[float, ...]) -> np.ndarray:
+    """Return the rotation matrix of a rotation vector about x and y, by Rodrigues' formula."""
+    a, b = vector
+    angle = float(np.hypot(a, b))
+    cross_product = np.array([[0.0, 0.0, b], [0.0, 0.0, -a], [-b, a, 0.0]])
+    sine_term, cosine_term = (np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2) if angle else (1.0, 0.5)
+    matrix: np.ndarray = np.eye(3) + sine_term * cross_product + cosine_term * (cross_product @ cross_product)
+    return matrix
+
+
+def _jam_tilt(joint: CaseJoint) -> float | None:
+    """Return the tilt (rad) at which a journal jams, or None if nothing stops it."""
+    limit = simulation.jam_angle(joint)
+    return limit if np.isfinite(limit) else None
+
+
+def is_spatial(channels: Mapping, joint: str) -> bool:
+    """Return whether the channels are those of a spatial joint, named as in columns."""
+    return f"joints/{joint}/tilt" in channels

@@ -8,9 +8,8 @@ from ... import simulation
 from ...contracts.machine import GROUND
 from ...language import wording
 from ...language.errors import InputError
-from ..blocks.interactive import encode_floats
-from ..blocks.section import Interactive
-from ..data.study import Joint, Study, resolve_cases
+from ..blocks.section import Interactive, encode_floats
+from ..study import Joint, Study, resolve_cases
 from .motion import ORBIT_CHANNELS, History, has_straight_walls, history_of, joint_histories
 
 RELATIVE_ROUNDING = (

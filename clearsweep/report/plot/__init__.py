@@ -1,9 +1,8 @@
 """Axes that write SVG for the pages of reports, with the subset of matplotlib's methods that the drawings use."""
 
 from .axes import Axes
-from .polar import PolarSheet
-from .sheet import Sheet
-from .side import UnsupportedError
+from .items import UnsupportedError
+from .sheet import PolarSheet, Sheet
 
 __all__ = ["Axes", "PolarSheet", "Sheet", "UnsupportedError", "sheet_of"]
 

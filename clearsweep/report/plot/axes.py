@@ -9,8 +9,7 @@ from matplotlib.cm import ScalarMappable
 from matplotlib.colors import Normalize, to_hex, to_rgba
 from matplotlib.patches import Circle, Patch
 
-from .items import PAPER, Box, Item, LegendEntry, MarkerStyle, Spines, Stroke, TextStyle
-from .side import Side, UnsupportedError
+from .items import PAPER, Box, Item, LegendEntry, MarkerStyle, Side, Spines, Stroke, TextStyle, UnsupportedError
 
 MAX_POINTS, MAX_CORNERS, MAX_CELLS = 4_000, 20_000, 3_000  # above these, a picture has pixels
 COLOURS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728")  # default colours

@@ -1,4 +1,4 @@
-"""Axes on a sheet as SVG: position, edges, ticks and labels, colour bar."""
+"""Axes on a sheet as SVG: position, edges, ticks and labels, colour bar; polar axes."""
 
 from typing import Any, NamedTuple
 
@@ -6,11 +6,11 @@ import numpy as np
 from matplotlib.cm import ScalarMappable
 from matplotlib.colors import LogNorm, to_hex
 
-from . import legends, marks
 from .axes import Axes
-from .items import PAPER, Box
-from .letters import text_height, text_svg, text_width
-from .side import Side
+from .items import PAPER, Box, Side, text_height, text_svg, text_width
+from .marks import item_svg, legend_size, legend_svg
+
+# Axes on a sheet as SVG: position, edges, ticks and labels, colour bar.
 
 GREY = "#6b7785"
 PAD, GAP, LABEL_SIZE = (
@@ -69,7 +69,7 @@ class Sheet:
     def box(self) -> Box:
         """Return the position of the axes within labels, ticks, legend and bar."""
         ax = self.axes
-        space_above, right = legends.legend_size(ax)
+        space_above, right = legend_size(ax)
         left = PAD + _tick_width(ax.yaxis, self.height - 50.0) + label_space(ax.yaxis)
         right += PAD + (
             BAR_GAP + BAR_WIDTH + _tick_width(self.bar.ax.yaxis, self.height - 50.0) + label_space(self.bar.ax.yaxis)
@@ -114,11 +114,11 @@ class Sheet:
             parts.append(self._grid_svg(ticks, box))
         items = sorted(ax.items, key=lambda item: item.order)
         parts.append(f'<g clip-path="url(#{clip_id})">')
-        parts += [marks.item_svg(item, ax, box) for item in items if item.kind != "text"]
+        parts += [item_svg(item, ax, box) for item in items if item.kind != "text"]
         parts.append("</g>")
-        parts += [marks.item_svg(item, ax, box) for item in items if item.kind == "text"]
+        parts += [item_svg(item, ax, box) for item in items if item.kind == "text"]
         parts += [self._edges_svg(box), self._ticks_svg(ticks, box)]
-        parts += legends.legend_svg(ax, box)
+        parts += legend_svg(ax, box)
         if self.bar:
             parts.append(self._bar_svg(self.bar, box, id_prefix))
         return "\n".join([*filter(None, parts), "</svg>\n"]), box
@@ -232,3 +232,91 @@ def _tick_height(side: Side, names: list[str]) -> float:
 def label_space(side: Side) -> float:
     """Return the space for the label of a side, in points."""
     return text_height(side.label, LABEL_SIZE) + 3.0 if side.label else 0.0
+
+
+# Polar axes: the abscissa is an angle, counter-clockwise from the right, the ordinate a radius.
+
+LABEL_GAP = 5.0  # points from the rim to the labels of angles
+
+
+class PolarAxes(Axes):
+    """Axes whose abscissa is an angle in radians."""
+
+    def __init__(self, figure: Any):
+        """Take the sheet of these axes."""
+        super().__init__(figure)
+        self.equal_aspect, self.label_angle = True, 0.0
+        self.yaxis.fixed_limits[0] = 0.0
+
+    def to_points(self, x: Any, y: Any, box: Box) -> tuple[np.ndarray, np.ndarray]:
+        """Return angles and radii as points on the sheet."""
+        radius = 0.5 * box.width * self.yaxis.fraction(y)
+        return box.left + 0.5 * box.width + radius * np.cos(x), box.top + 0.5 * box.height - radius * np.sin(x)
+
+    def set_rlabel_position(self, degrees: float) -> None:
+        """Set the angle of the labels of radii."""
+        self.label_angle = float(np.radians(degrees))
+
+
+class PolarSheet(Sheet):
+    """A sheet with one pair of polar axes."""
+
+    def __init__(self, size: tuple[float, float]):
+        """Take the size in inches."""
+        super().__init__(size)
+        self.axes = PolarAxes(self)
+
+    def box(self) -> Box:
+        """Return the square around the disc."""
+        side = self.axes.xaxis
+        margin = PAD + LABEL_GAP + text_width("360°", side.font_size)
+        space_above, space_below = (
+            PAD + LABEL_GAP + 1.2 * side.font_size,
+            PAD + LABEL_GAP + 1.2 * side.font_size + label_space(side),
+        )
+        diameter = min(self.width - 2.0 * margin, self.height - space_above - space_below)
+        return Box(
+            0.5 * (self.width - diameter),
+            space_above + 0.5 * (self.height - space_above - space_below - diameter),
+            diameter,
+            diameter,
+        )
+
+    def _grid_svg(self, ticks: dict[str, list[tuple[float, str]]], box: Box) -> str:
+        grid_style, max_radius = self.axes.grid_style, self.axes.yaxis.limits()[1]
+        style = f"fill: none; stroke: {grid_style['colour']}; stroke-width: {grid_style['width']}"
+        x, y = box.left + 0.5 * box.width, box.top + 0.5 * box.height
+        rings = "".join(
+            f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{0.5 * box.width * tick / max_radius:.2f}" style="{style}"/>'
+            for tick, _ in ticks["y"]
+            if tick > 0.0
+        )
+        spoke_ends = (self.axes.to_points(tick, max_radius, box) for tick, _ in self._angle_ticks())
+        spokes = "".join(f"M{x:.2f} {y:.2f}L{float(a):.2f} {float(b):.2f}" for a, b in spoke_ends)
+        return f'{rings}<path d="{spokes}" style="{style}"/>'
+
+    def _angle_ticks(self) -> list[tuple[float, str]]:
+        """Return the ticks of the angle and their labels."""
+        ticks = self.axes.xaxis.fixed_ticks[0] if self.axes.xaxis.fixed_ticks else []
+        return [(tick, f"{np.degrees(tick):.0f}°") for tick in ticks]
+
+    def _edges_svg(self, box: Box) -> str:
+        x, y = box.left + 0.5 * box.width, box.top + 0.5 * box.height
+        style = f"fill: none; stroke: {GREY}; stroke-width: 0.8"
+        return f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{0.5 * box.width:.2f}" style="{style}"/>'
+
+    def _ticks_svg(self, ticks: dict[str, list[tuple[float, str]]], box: Box) -> str:
+        ax, texts = self.axes, []
+        centre_x = box.left + 0.5 * box.width
+        for tick, name in self._angle_ticks():
+            cosine, sine = float(np.cos(tick)), float(np.sin(tick))
+            radius = 0.5 * box.width + LABEL_GAP
+            x, y = centre_x + radius * cosine, box.top + 0.5 * box.height - (radius + 0.4 * ax.xaxis.font_size) * sine
+            anchor = "middle" if abs(cosine) < 0.1 else "start" if cosine > 0.0 else "end"
+            texts.append(text_svg(name, x, y, ax.xaxis.font_size, anchor, is_centred=True))
+        for tick, name in ticks["y"]:
+            if tick > 0.0:
+                x, y = (float(point) for point in ax.to_points(ax.label_angle, tick, box))
+                texts.append(text_svg(name, x, y, ax.yaxis.font_size, "start", is_centred=True))
+        texts.append(text_svg(ax.xaxis.label, centre_x, self.height - PAD - 0.22 * LABEL_SIZE, LABEL_SIZE, "middle"))
+        return "\n".join(texts)

@@ -4,92 +4,77 @@ from collections.abc import Callable
 
 from ...language import phases
 from ..blocks.section import Detail, Section
-from ..data.study import Study
-from ..samples import counts
-from . import (
-    budget,
-    cases,
-    curves,
-    drivers,
-    elastic_laws,
-    elastic_links,
-    explorer,
-    failures,
-    films,
-    headline,
-    identified,
-    lasting,
-    law_check,
-    law_choice,
-    life,
-    maps,
-    mechanism,
-    motion_type,
-    optimised,
-    peak_revolution,
-    peaks,
-    sample,
-    seek,
-    setup,
-    summary,
-    tolerances,
-    tradeoffs,
-    trends,
-    trust,
-    verdict,
-    wear,
+from ..samples import with_note
+from ..study import Study
+from .answer import (
+    failure_sections,
+    folded_verdict_sections,
+    reliability_sections,
+    summary_sections,
+    trust_sections,
+    verdict_sections,
 )
+from .cases import case_sections, explorer_sections, leading_explorer_sections, other_cases_sections
+from .drivers import driver_sections, folded_driver_sections, tradeoff_sections, trend_sections
+from .identified import folded_identified_sections, identified_sections
+from .laws import elastic_laws_sections, elastic_links_sections, law_check_sections, law_choice_sections
+from .maps import curve_sections, deepest_wear_sections, map_sections
+from .motion import motion_type_sections, peak_revolution_sections, peak_sections
+from .sample import folded_sample_sections, leading_sample_sections, sample_sections
+from .searches import folded_optimised_sections, optimised_sections, seek_sections
+from .setup import budget_sections, mechanism_sections, setup_sections, tolerance_sections
+from .wear import film_sections, life_sections, wear_sections
 
 SectionBuilder = Callable[[Study], list[Section]]
 UNFOLDED: tuple[SectionBuilder, ...] = (  # seen at once, in the order of the page
-    summary.sections,
-    verdict.sections,
-    seek.sections,
-    optimised.sections,
-    explorer.leading_sections,
-    identified.sections,
-    sample.sections,
-    cases.sections,
-    drivers.sections,
-    sample.leading_sections,
-    trust.sections,
-    lasting.sections,
+    summary_sections,
+    verdict_sections,
+    seek_sections,
+    optimised_sections,
+    leading_explorer_sections,
+    identified_sections,
+    sample_sections,
+    case_sections,
+    driver_sections,
+    leading_sample_sections,
+    trust_sections,
+    deepest_wear_sections,
 )
 #: In the second column of a wide page; where no case is played, what drives it is in the first.
-SECOND_COLUMN = (*UNFOLDED[UNFOLDED.index(drivers.sections) :], explorer.leading_sections)
+SECOND_COLUMN = (*UNFOLDED[UNFOLDED.index(driver_sections) :], leading_explorer_sections)
 FOLDED: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (  # folded below them, by subject
     (
         "Forces and output",
         (
-            verdict.folded_sections,
-            optimised.folded_sections,
-            headline.sections,
-            curves.sections,
-            maps.sections,
-            drivers.folded_sections,
-            sample.folded_sections,
-            tradeoffs.sections,
+            folded_verdict_sections,
+            folded_optimised_sections,
+            reliability_sections,
+            curve_sections,
+            map_sections,
+            folded_driver_sections,
+            folded_sample_sections,
+            tradeoff_sections,
         ),
     ),
     (
         "Motion",
-        (peak_revolution.sections, cases.other_cases_sections, motion_type.sections, films.sections),
+        (peak_revolution_sections, other_cases_sections, motion_type_sections, film_sections),
     ),
-    ("Wear and life", (life.sections, wear.sections, trends.sections)),
+    ("Wear and life", (life_sections, wear_sections, trend_sections)),
     (
         "Laws and errors",
         (
-            identified.folded_sections,
-            tolerances.sections,
-            budget.sections,
-            law_check.sections,
-            law_choice.sections,
-            elastic_laws.sections,
-            elastic_links.sections,
+            folded_identified_sections,
+            tolerance_sections,
+            budget_sections,
+            law_check_sections,
+            law_choice_sections,
+            elastic_laws_sections,
+            elastic_links_sections,
         ),
     ),
-    ("All cases", (explorer.sections, peaks.sections, failures.sections)),
-    ("Setup", (mechanism.sections, setup.sections)),
+    ("All cases", (explorer_sections, peak_sections, failure_sections)),
+    ("Setup", (mechanism_sections, setup_sections)),
 )
 
 
@@ -101,8 +86,8 @@ def _shows_case(section: Section) -> bool:
 def _is_in_second_column(builder: SectionBuilder, earlier: list[Section]) -> bool:
     """Return whether sections belong in the second column of a wide page, after those that are `earlier`."""
     if any(section.key == "optimise" for section in earlier):
-        return builder is explorer.leading_sections  # as long as all others
-    return builder in SECOND_COLUMN and (builder is not drivers.sections or any(map(_shows_case, earlier)))
+        return builder is leading_explorer_sections  # as long as all others
+    return builder in SECOND_COLUMN and (builder is not driver_sections or any(map(_shows_case, earlier)))
 
 
 def all_sections(study: Study) -> list[Section]:
@@ -116,5 +101,5 @@ def all_sections(study: Study) -> list[Section]:
             nonempty = [section for section in builder(study) if section.blocks]
             in_second_column = _is_in_second_column(builder, finished_sections)
             placed_sections = [section._replace(subject=subject, second=in_second_column) for section in nonempty]
-            finished_sections += [counts.with_note(study, section) for section in placed_sections]
+            finished_sections += [with_note(study, section) for section in placed_sections]
     return finished_sections

@@ -1,20 +1,33 @@
-"""Drivers of the leading figure: medians over the values of each axis, drawn and tabulated."""
+"""What drives the figures: effects of each axis, trends of wear, one figure over another."""
+
+import math
+from typing import NamedTuple
 
 import numpy as np
 
+from ...answers.statistics import Estimate
 from ...language import wording
 from ...language.wording import Scale
+from ..axis import PEAK, Axis
 from ..blocks.picture import Picture, capitalise
-from ..blocks.section import Gallery, Section, without_empty
-from ..blocks.table import Column, Quantity, Table
-from ..data.comparable import EXCLUDED_STARTS_NOTE, excludes_cut_off_starts
-from ..data.leading import PEAK
-from ..data.study import P99_OVER_IDEAL, Joint, Study
-from ..data.table_columns import columns_in_table
+from ..blocks.section import Gallery, Points, Section, without_empty
+from ..blocks.table import Column, Quantity, Table, columns_in_table, count_cell
 from ..draw import comparison
 from ..draw.comparison import Curve
 from ..draw.style import BLUE, JOINT_COLOURS, RED
-from ..statistics.main_effects import MainEffect, main_effects_of
+from ..one_case.joints import deepest_along_axis
+from ..statistics.effects import MainEffect, main_effects_of, match_cases, trend_exponent, yield_speed_sentence
+from ..statistics.sensitivity import estimate_quantile
+from ..study import (
+    EXCLUDED_STARTS_NOTE,
+    P99_OVER_IDEAL,
+    WEAR_PER_MILLION_STROKES,
+    Joint,
+    Study,
+    excludes_cut_off_starts,
+)
+
+# Drivers of the leading figure: medians over the values of each axis, drawn and tabulated.
 
 _FORCE_FIGURES = ((PEAK.figure, "peak"), ("force_rms", "rms"))
 MAX_UNFOLDED_AXES = 4  # axes that are drawn at once, the strongest; the rest is folded
@@ -22,7 +35,7 @@ MIN_SHARE = 0.01  # of the variation: an axis with less is folded, unless it is 
 MAX_LISTED_MEDIANS = 9  # values of an axis up to which the text of a picture gives each median
 
 
-def sections(study: Study) -> list[Section]:
+def driver_sections(study: Study) -> list[Section]:
     """Return the section with pictures of the strongest axes, or [] if no two cases share the value of an axis."""
     if not _has_shared_values(study):
         return []
@@ -30,14 +43,18 @@ def sections(study: Study) -> list[Section]:
     return [Section("drivers", "What drives it", without_empty([gallery]))]
 
 
-def folded_sections(study: Study) -> list[Section]:
+def folded_driver_sections(study: Study) -> list[Section]:
     """Return the other axes, the drivers of the force over the ideal reaction, and a table of all main effects."""
     if not _has_shared_values(study):
         return []
     joint, pictures = study.most_loaded_joint(), _lead_pictures(study)[_unfolded_count(study) :]
     if study.has(joint.column(P99_OVER_IDEAL)) and len(study.levels()) > 1 and ideal_varies(study, joint):
         pictures += _pictures(study, ((P99_OVER_IDEAL, "p99 / ideal"),), "p99 / ideal peak")
-    return [Section("main-effects", "Main effects", without_empty([Gallery("", pictures, small=True), _table(study)]))]
+    return [
+        Section(
+            "main-effects", "Main effects", without_empty([Gallery("", pictures, small=True), _effect_table(study)])
+        )
+    ]
 
 
 def _has_shared_values(study: Study) -> bool:
@@ -89,7 +106,9 @@ def _pictures(study: Study, figures: tuple[tuple[str, str], ...], name: str) -> 
             for curve in _curves(study, joint, joint_index, (figure, figure_name), band=figure_index == 0):
                 curves[curve.effect.axis.path].append(curve)
     edges = [edge for axis_curves in curves.values() for curve in axis_curves for edge in _band_edges(curve)]
-    return [_picture(study, axis_curves, name, _value_range(edges)) for axis_curves in curves.values() if axis_curves]
+    return [
+        _effect_picture(study, axis_curves, name, _value_range(edges)) for axis_curves in curves.values() if axis_curves
+    ]
 
 
 def _curves(study: Study, joint: Joint, joint_index: int, figure: tuple[str, str], *, band: bool) -> list[Curve]:
@@ -119,7 +138,7 @@ def _value_range(edges: list[np.ndarray]) -> tuple[float, float]:
     return (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
 
 
-def _picture(study: Study, curves: list[Curve], name: str, limits: tuple[float, float]) -> Picture:
+def _effect_picture(study: Study, curves: list[Curve], name: str, limits: tuple[float, float]) -> Picture:
     joint = study.joints[0]
     first_name = study.lead.name if curves[0].effect.column.endswith(f"_{study.lead.figure}") else "p99 / ideal"
     first_name += study.joint_text(joint, ", joint {}")
@@ -144,7 +163,7 @@ def _picture_over_axis(
     )
 
 
-def _table(study: Study) -> Table:
+def _effect_table(study: Study) -> Table:
     """Return the main effect of every axis on the figures of every joint and of the mechanism."""
     columns = (
         Column("figure"),
@@ -187,3 +206,248 @@ def _row(study: Study, name: str, effect: MainEffect, scale: Scale) -> tuple:
         extreme_cells += [Quantity(median, scale.text(median)), Quantity(value, axis.text(value))]
     share = Quantity(effect.share, wording.percent_text(effect.share))
     return (name, unit, axis.name, study.unit(axis.path), *extreme_cells, effect.factor(), share)
+
+
+# Comparison with trends of wear in the literature: pairs of cases that differ in one value only.
+
+UNEVEN_RATIO = 1.5  # deepest over mean depth around a body above which its wear is called uneven
+MAX_CASES_READ = 200  # cases whose depths round the circle are read; ids are hashes, so the first ones are random
+SHOWN, CONTRADICTED, OPEN, NO_CLAIM = "shown", "contradicted", "not decided", "no claim"
+NOTE = (
+    "The literature finds deeper wear with larger clearance, higher crank speed and lower stiffness, and uneven wear "
+    "around the circumference. This section compares the depth per turn of the crank in pairs of cases that differ in "
+    "one value only. The interval of the median change shows or contradicts a trend. It assumes no distribution of the "
+    "depths. With a probability of 95 % all claims on a joint are judged rightly together (Holm 1979). If an interval "
+    "allows both, or the cases are too few for one, the trend remains open. Volume and pressure give the reason. The "
+    "volume is the coefficient times the integral of the force over the sliding distance. The depth is this volume "
+    "over the area that the contact passes. So a higher pressure alone does not wear deeper. Wear is "
+    f"uneven if its deepest place is at least {UNEVEN_RATIO} times as deep as the mean around the body."
+)
+
+
+class Claim(NamedTuple):
+    """A trend of wear depth with a swept value that the literature names."""
+
+    title: str
+    path_endings: tuple[str, ...]  # last parts of the paths concerned
+    sign: float  # 1: deeper with a larger value, -1: with a smaller one
+
+
+CLAIMS = (
+    Claim("deeper with larger clearance", ("clearance",), 1.0),
+    Claim("deeper with higher crank speed", ("drive.speed",), 1.0),
+    Claim("deeper with lower stiffness", ("contact.stiffness", "young"), -1.0),
+)
+#: Figures that give the reason of a trend: column of a joint, name.
+REASONS = (("wear_volume", "volume"), ("pressure_mean", "mean pressure"))
+
+
+class Answer(NamedTuple):
+    """Result of a run for one claim about one joint."""
+
+    title: str
+    joint: Joint
+    measure: str  # the estimate in words
+    estimate: Estimate
+    pair_count: int  # number of pairs or cases
+    counted_noun: str
+    verdict: str
+
+
+def trend_sections(study: Study) -> list[Section]:
+    """Return the section, or [] if nothing wears, nothing turns or no case finished."""
+    if study.cases.empty or not study.is_driven:
+        return []
+    answers = [answer for joint in study.joints if joint.wears for answer in _answers(study, joint)]
+    if not answers:
+        return []
+    return [Section("wear-trends", "Trends of wear", [Points(_points(study, answers)), _trend_table(study, answers)])]
+
+
+def _answers(study: Study, joint: Joint) -> list[Answer]:
+    if not study.has(joint.column(WEAR_PER_MILLION_STROKES)):
+        return []
+    concerned = [(claim, axis) for claim in CLAIMS for axis in study.levels() if _concerns(claim, axis, joint)]
+    reasons = [answer for claim, axis in concerned for answer in _reasons(study, joint, claim, axis)]
+    return _judged(study, joint, concerned) + _unevenness(study, joint) + reasons
+
+
+def _concerns(claim: Claim, axis: Axis, joint: Joint) -> bool:
+    """Return whether a claim is about this axis, in this joint or in the drive."""
+    in_scope = axis.path.startswith(f"joints.{joint.title}.") or axis.path == "drive.speed"
+    is_positive = axis.is_numeric and min(axis.values) > 0.0
+    return in_scope and is_positive and axis.path.endswith(claim.path_endings)
+
+
+def _judged(study: Study, joint: Joint, concerned: list[tuple[Claim, Axis]]) -> list[Answer]:
+    """Return the answers to claims, each at the level that Holm's procedure gives it.
+
+    All claims share the probability of error; those that are decided leave it to the others (Holm 1979, Scand. J.
+    Stat. 6:65).
+    """
+    answers: dict[int, Answer] = {}
+    while len(answers) < len(concerned):
+        remaining = [index for index in range(len(concerned)) if index not in answers]
+        tried = {index: _answer_for_axis(study, joint, *concerned[index], len(remaining)) for index in remaining}
+        decided = {index: answer for index, answer in tried.items() if answer.verdict != OPEN}
+        answers |= decided or tried
+    return [answers[index] for index in range(len(concerned))]
+
+
+def _answer_for_axis(study: Study, joint: Joint, claim: Claim, axis: Axis, claims: int) -> Answer:
+    """Return the answer to a claim, one of `claims`, from pairs of cases that differ only in the value of one axis."""
+    table = match_cases(study, axis).table(study, joint.column(WEAR_PER_MILLION_STROKES))
+    estimate, pairs = trend_exponent(table.columns.to_numpy(float), table.to_numpy(float), claims)
+    bounds = sorted((claim.sign * estimate.low, claim.sign * estimate.high))
+    measure = f"factor of the depth for twice the {axis.name}"
+    return Answer(claim.title, joint, measure, _doubled(estimate), pairs, "pairs", _verdict(*bounds, border=0.0))
+
+
+def _doubled(exponent: Estimate) -> Estimate:
+    """Return the factor of a figure for twice the value, from its exponent."""
+    return Estimate(*(2.0**value for value in exponent))
+
+
+def _reasons(study: Study, joint: Joint, claim: Claim, axis: Axis) -> list[Answer]:
+    """Return how volume and pressure change with the value of a claim, which decide nothing."""
+    matches, answers = match_cases(study, axis), []
+    depth, per_strokes = (
+        matches.table(study, joint.column(figure)) for figure in ("wear_depth_max", WEAR_PER_MILLION_STROKES)
+    )
+    for figure, name in REASONS:
+        if not study.has(joint.column(figure)):
+            continue
+        table = matches.table(study, joint.column(figure))
+        values = table * per_strokes / depth if figure == "wear_volume" else table  # of as many turns
+        estimate, pairs = trend_exponent(table.columns.to_numpy(float), values.to_numpy(float))
+        measure = f"factor for twice the {axis.name}"
+        answers.append(Answer(f"{name} with {axis.name}", joint, measure, _doubled(estimate), pairs, "pairs", NO_CLAIM))
+    return answers
+
+
+def _unevenness(study: Study, joint: Joint) -> list[Answer]:
+    """Return the unevenness of the wear of each body."""
+    case_ids = study.cases.index[study.cases[joint.column("wear_depth_max")].to_numpy() > 0.0][:MAX_CASES_READ]
+    depths = [[deepest_along_axis(depth) for depth in study.run.wear(case_id)[joint.name]] for case_id in case_ids]
+    answers = []
+    for index, body in enumerate(("bearing", "journal")):
+        ratios = np.sort([depth[index].max() / depth[index].mean() for depth in depths if depth[index].max() > 0.0])
+        if len(ratios):
+            median = estimate_quantile(ratios, 0.5) if len(ratios) > 1 else Estimate(ratios[0], math.nan, math.nan)
+            answer = _verdict(median.low, median.high, border=UNEVEN_RATIO)
+            title = f"uneven round the {body}"
+            answers.append(Answer(title, joint, "deepest over mean depth", median, len(ratios), "cases", answer))
+    return answers
+
+
+def _verdict(low: float, high: float, *, border: float) -> str:
+    """Return the verdict on an interval: entirely above a border, below it, or neither."""
+    return SHOWN if low > border else CONTRADICTED if high < border else OPEN
+
+
+def _points(study: Study, answers: list[Answer]) -> list[str]:
+    """Return one sentence for each answer."""
+    sentences = []
+    for verdict_word in (SHOWN, CONTRADICTED, OPEN):
+        titles = [
+            answer.title + study.joint_text(answer.joint, " ({})")
+            for answer in answers
+            if answer.verdict == verdict_word
+        ]
+        sentences += [f"{capitalise(verdict_word)}: {wording.sentence_list(titles)}."] if titles else []
+    factors = [
+        f"{answer.title}{study.joint_text(answer.joint, ' ({})')} {wording.number_text(answer.estimate.value)}"
+        for answer in answers
+        if answer.verdict == NO_CLAIM and math.isfinite(answer.estimate.value)
+    ]
+    return sentences + ([f"Reason, as factors of a doubling: {wording.sentence_list(factors)}."] if factors else [])
+
+
+def _trend_table(study: Study, answers: list[Answer]) -> Table:
+    columns = ("wear is", "joint", "answer", "measured", "median", "interval from", "to", "number", "of")
+    rows = [
+        (
+            answer.title,
+            answer.joint.title,
+            answer.verdict,
+            answer.measure,
+            *answer.estimate,
+            count_cell(answer.pair_count),
+            answer.counted_noun,
+        )
+        for answer in answers
+    ]
+    return Table("wear_trends", "Trends of wear in this run", NOTE, tuple(map(Column, columns)), rows)
+
+
+# All cases at a glance: one figure over another, a point for each case.
+
+
+class ScatterPlot(NamedTuple):
+    """One figure over another: columns of the summary and their names."""
+
+    title: str
+    x: str
+    x_name: str
+    y: str
+    y_name: str
+    caption: str
+
+
+def tradeoff_sections(study: Study) -> list[Section]:
+    """Return the clouds of the peak over p99, output error and fastest onset, or [] for few cases."""
+    if len(study.cases) < 3 or not study.is_driven:
+        return []
+    joint = study.most_loaded_joint()
+    p99 = joint.column("force_p99")
+    peak, onset = joint.column("force_peak"), joint.column("onset_rate_max")
+    p99_note = "Cases of equal p99 have different peaks: p99 ignores impacts shorter than 1 % of the time."
+    elastic_note = yield_speed_sentence(study, joint)
+    scatter_plots = (
+        ScatterPlot("Force peak against p99", p99, "force p99", peak, "force peak", p99_note),
+        ScatterPlot(
+            "Position error against force",
+            study.column("error_max"),
+            f"{study.run.layout.output} error",
+            peak,
+            "force peak",
+            "Points further down and to the left are better.",
+        ),
+        ScatterPlot("Force peak against onset rate", onset, "fastest onset", peak, "force peak", elastic_note),
+    )
+    strongest = next((effect.axis for effect in main_effects_of(study, peak)), None)
+    pictures = [
+        _tradeoff_picture(study, strongest, scatter_plot)
+        for scatter_plot in scatter_plots
+        if _varies(study, scatter_plot.x, scatter_plot.y)
+    ]
+    return [
+        Section(
+            "tradeoffs", "All cases at a glance", without_empty([Gallery("Each point is a finished case.", pictures)])
+        )
+    ]
+
+
+def _varies(study: Study, *columns: str) -> bool:
+    """Return whether cases differ in each of some figures."""
+    return all(study.has(column) and study.cases[column].min() < study.cases[column].max() for column in columns)
+
+
+def _tradeoff_picture(study: Study, axis: Axis | None, scatter_plot: ScatterPlot) -> Picture:
+    """Return a cloud, coloured by the values of an axis, if any."""
+    colour = axis and (study.indices_on(axis), axis)
+    x, y = (study.cases[column].to_numpy(float) for column in (scatter_plot.x, scatter_plot.y))
+    x, y, colour = comparison.without_covered_points(x, y, colour)
+    if colour:
+        value_indices = colour[0]
+        colour = (np.where(value_indices < 0, np.nan, value_indices), colour[1])
+    names, scales = (
+        (scatter_plot.x_name, scatter_plot.y_name),
+        (study.scale(scatter_plot.x), study.scale(scatter_plot.y)),
+    )
+    return Picture(
+        scatter_plot.title,
+        scatter_plot.caption,
+        f"Cloud of {len(study.cases)} cases: {scatter_plot.y_name} over {scatter_plot.x_name}.",
+        lambda ax: comparison.draw_cloud(ax, x, y, colour, names, scales),
+    )

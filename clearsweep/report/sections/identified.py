@@ -1,23 +1,157 @@
-"""Identified parameters: intervals, distributions, and the fit of the best cases."""
+"""Results of `identify`, and measured signals over computed ones."""
 
 import itertools
-from typing import Any
+import math
+from collections.abc import Mapping
+from os import PathLike
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+import numpy as np
 import pandas as pd
 
-from ...answers import identification
+from ...answers import features
+from ...answers.questions import certainty_text, identification_sentences
+from ...grid.written.tables import MeasuredSignals, read_signals
 from ...language import wording
+from ...language.errors import InputError
+from ..axis import Axis
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table
-from ..data.axis import Axis
-from ..data.study import Study
-from ..draw import posterior
+from ..draw.style import BLUE, set_plain_axes
+from ..study import Study
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+# Comparison of measured and computed signals: the nearest case, the offset of the crank angle.
+
+MIN_REVOLUTIONS = 3  # revolutions required in a measurement
+MAX_CASES = 200  # compared cases; of more, evenly spaced ones
+ACCELERATION = "acceleration"  # header of the output body's acceleration
+
+
+class SignalComparison(NamedTuple):
+    """One measured signal and the computed one of a case; SI."""
+
+    channel: str
+    unit: str
+    file: str
+    case_id: str
+    compared: int  # cases
+    measured: np.ndarray  # (turns, samples of a revolution), with corrected crank angle
+    computed: np.ndarray  # the same of the case
+    angle: float  # rad, offset of the measured angle
+    misfit: float  # rms of the difference of the mean revolutions over the rms measured
+
+
+def compare_signals(study: Study, file: str | PathLike) -> list[SignalComparison]:
+    """Return the signals of a file with those of the nearest case; raise InputError if they cannot be compared."""
+    units = {channel.name: channel.unit for channel in study.run.layout.stored if channel.unit}
+    units.pop("t", None)
+    names = {name: name for name in units} | _short_names(units)
+    signals = read_signals(file, {name: units[channel] for name, channel in names.items()})
+    ids = [str(name) for name in study.cases.index]
+    compared_ids = [
+        ids[index] for index in np.unique(np.linspace(0, len(ids) - 1, min(len(ids), MAX_CASES)).astype(int))
+    ]
+    orbits = {case_id: orbit for case_id in compared_ids if len(orbit := study.run.orbit(case_id)) > 1}
+    if not orbits:
+        raise InputError(f"{file}: this run has no time histories to compare with; run it with save: {{orbits: last}}")
+    best: dict[str, SignalComparison] = {}
+    for name, values in signals.signals.items():
+        channel = names[name]
+        for case_id, orbit in orbits.items():
+            angle = _crank_angles(signals, orbit["crank_angle"].to_numpy(), orbit["t"].to_numpy())
+            compared_pair = _compare_with_case(
+                angle, values, orbit["crank_angle"].to_numpy(), orbit[channel].to_numpy(), signals
+            )
+            if channel not in best or compared_pair[3] < best[channel].misfit:
+                best[channel] = SignalComparison(
+                    channel, units[channel], signals.file, case_id, len(orbits), *compared_pair
+                )
+    return list(best.values())
+
+
+def _short_names(units: Mapping[str, str]) -> dict[str, str]:
+    """Return short name of a signal -> its channel."""
+    channels = [name for name in ("slider/a", "output/a", "rocker/a") if name in units]
+    return {ACCELERATION: channels[0]} if channels else {}
+
+
+def _crank_angles(signals: MeasuredSignals, crank_angle: np.ndarray, times: np.ndarray) -> np.ndarray:
+    """Return the crank angles (rad) of measured samples; of samples over time, from the mean speed of a case."""
+    if signals.over == "crank_angle":
+        return signals.abscissa
+    return signals.abscissa * (crank_angle[-1] - crank_angle[0]) / (times[-1] - times[0])
+
+
+def _compare_with_case(
+    angle: np.ndarray, values: np.ndarray, crank_angle: np.ndarray, computed: np.ndarray, signals: MeasuredSignals
+) -> tuple[np.ndarray, np.ndarray, float, float]:
+    """Return the measured and computed revolutions, the angle (rad) between them, and the misfit."""
+    highest_order = features.highest_common_order(
+        features.samples_per_revolution(angle), features.samples_per_revolution(crank_angle)
+    )
+    revolutions = features.split_revolutions(angle, values, 0.0, highest_order)
+    if len(revolutions) < MIN_REVOLUTIONS:
+        raise InputError(
+            f"{signals.file}: has {(angle[-1] - angle[0]) / features.TURN:.3g} revolutions; at least {MIN_REVOLUTIONS} "
+            "whole ones, from crank angle 0 on, are needed"
+        )
+    computed_revolutions = features.split_revolutions(crank_angle, computed, 0.0, highest_order)
+    if not len(computed_revolutions):
+        raise InputError(f"{signals.file}: the cases have less than a revolution saved; write save: {{revolutions: 2}}")
+    lag = features.find_lag(revolutions.mean(axis=0), computed_revolutions.mean(axis=0))
+    revolutions = np.roll(revolutions.ravel(), -lag).reshape(revolutions.shape)
+    revolutions = revolutions[:-1] if lag else revolutions  # the last one contains the start of the first
+    mean_revolution = revolutions.mean(axis=0)
+    measured_rms = float(np.sqrt(((mean_revolution - mean_revolution.mean()) ** 2).mean()))
+    difference_rms = float(np.sqrt(((mean_revolution - computed_revolutions.mean(axis=0)) ** 2).mean()))
+    phase_shift = features.TURN * lag / revolutions.shape[1]
+    return (
+        revolutions,
+        computed_revolutions,
+        phase_shift - features.TURN * (phase_shift > features.TURN / 2.0),
+        difference_rms / measured_rms if measured_rms else np.inf,
+    )
+
+
+# Drawings of identified values: their distribution, and the joint distribution of pairs of keys.
+
+BIN_COUNT = 40
+
+
+def draw_density(
+    ax: "Axes", values: np.ndarray, weights: np.ndarray, quantiles: tuple[float, float, float], axis: Axis
+) -> None:
+    """Draw a histogram of weighted values; quantiles : of the interval, and the median, on `axis`, SI."""
+    scale = axis.scale
+    ax.hist(scale.from_si(values), BIN_COUNT, weights=weights, color=BLUE, alpha=0.5, density=True)
+    for quantile, style in zip(quantiles, ("--", "-", "--"), strict=True):
+        ax.axvline(scale.from_si(quantile), color=BLUE, linestyle=style, linewidth=1.0)
+    ax.set(xlabel=axis.label(), ylabel="probability density")
+    ax.set_yticks([])
+    set_plain_axes(ax)
+
+
+def draw_joint_density(
+    ax: "Axes", values_of_keys: tuple[np.ndarray, np.ndarray], weights: np.ndarray, axes: tuple[Axis, Axis]
+) -> None:
+    """Draw the weighted values of two keys as a grid of shades."""
+    x_values, y_values = (axis.scale.from_si(values) for values, axis in zip(values_of_keys, axes, strict=True))
+    counts, x_edges, y_edges = np.histogram2d(x_values, y_values, BIN_COUNT // 2, weights=weights)
+    ax.pcolormesh(x_edges, y_edges, counts.T, cmap="Blues", rasterized=True)
+    ax.set(xlabel=axes[0].label(), ylabel=axes[1].label())
+
+
+# Identified parameters: intervals, distributions, and the fit of the best cases.
 
 MAX_PAIRS = 6  # of keys that are drawn
 
 
-def sections(study: Study) -> list[Section]:
+def identified_sections(study: Study) -> list[Section]:
     """Return the section, or [] if nothing was identified, or the run did not end."""
     identified: dict[str, Any] = study.run.grid.get("identified") or {}
     sample = study.run.identify if identified else None
@@ -29,19 +163,19 @@ def sections(study: Study) -> list[Section]:
         Sentences(
             [*(f"{_estimate_text(axes[parameter['path']], parameter)}." for parameter in identified["parameters"])]
         ),
-        Sentences(identification.sentences(identified, joint_count)),
+        Sentences(identification_sentences(identified, joint_count)),
         Gallery(
             "Dashed lines are the ends of the 95 % interval, the solid line is the median.",
-            _pictures(identified, sample, axes),
+            _posterior_pictures(identified, sample, axes),
         ),
         _parameter_table(identified, axes),
     ]
     return [Section("identify", "The identified machine", without_empty(blocks))]
 
 
-def folded_sections(study: Study) -> list[Section]:
+def folded_identified_sections(study: Study) -> list[Section]:
     """Return pairs of keys and the fit of each feature, or [] if nothing was identified."""
-    if not sections(study):
+    if not identified_sections(study):
         return []
     identified, sample = study.run.grid["identified"], study.run.identify
     pairs = Gallery(
@@ -87,12 +221,12 @@ def _estimate_text(axis: Axis, parameter: dict[str, Any]) -> str:
     """Return a value, its interval, and its certainty."""
     text = (
         f"{axis.name} {axis.scale.text(parameter['value'])} "
-        f"({_interval_text(axis, parameter)}){identification.certainty_text(parameter)}"
+        f"({_interval_text(axis, parameter)}){certainty_text(parameter)}"
     )
     return text[0].upper() + text[1:]
 
 
-def _pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[str, Axis]) -> list[Picture]:
+def _posterior_pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[str, Axis]) -> list[Picture]:
     """Return the distribution of each key."""
     weights = sample["weight"].to_numpy()
 
@@ -100,7 +234,7 @@ def _pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[str, 
         axis, quantiles = axes[parameter["path"]], (parameter["low"], parameter["value"], parameter["high"])
 
         def paint(ax: Any) -> None:
-            posterior.draw_density(ax, sample[axis.path].to_numpy(), weights, quantiles, axis)
+            draw_density(ax, sample[axis.path].to_numpy(), weights, quantiles, axis)
 
         return Picture(f"Probability of {axis.name}", "", f"{_estimate_text(axis, parameter)}.", paint)
 
@@ -114,7 +248,7 @@ def _pair_pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[
     def pair_picture(x_axis: Axis, y_axis: Axis) -> Picture:
         def paint(ax: Any) -> None:
             pair = (sample[x_axis.path].to_numpy(), sample[y_axis.path].to_numpy())
-            posterior.draw_joint_density(ax, pair, weights, (x_axis, y_axis))
+            draw_joint_density(ax, pair, weights, (x_axis, y_axis))
 
         title = f"{x_axis.name} and {y_axis.name}"
         return Picture(title, "", f"Probability of pairs of {title}.", paint)
@@ -148,3 +282,78 @@ def _fit_table(identified: dict[str, Any]) -> Table:
         "deviations."
     )
     return Table("identify-fit", "Features measured and computed", note, columns, rows)
+
+
+# Measured and computed signals compared: over the crank angle, by rms, peaks and spectrum.
+
+SIZE = (6.5, 3.4)  # inches
+
+
+def overlay_section(study: Study, comparison: list[SignalComparison]) -> Section:
+    """Return the section on a measurement compared with a run."""
+    blocks: list[Block] = []
+    for signal in comparison:
+        blocks += [Sentences(_sentences(study, signal)), Gallery("", _overlay_pictures(signal)), _table(signal)]
+    return Section("overlay", "Measured and computed", without_empty(blocks))
+
+
+def _sentences(study: Study, comparison: SignalComparison) -> list[str]:
+    """Return the compared case, the correction of the angle, the misfit."""
+    setting = study.setting(comparison.case_id)
+    case = f"case {wording.short_id(comparison.case_id)}" + (f" ({setting})" if setting else "")
+    return [
+        f"{comparison.channel}, measured in {comparison.file}: {len(comparison.measured)} revolutions.",
+        f"The best match among {wording.count_text(comparison.compared, 'case')} is {case}.",
+        f"The measured crank angle has an offset of {math.degrees(comparison.angle):.3g}°, which this page corrects.",
+        f"The mean revolutions differ by {100.0 * comparison.misfit:.3g} % (rms difference over the rms measured).",
+    ]
+
+
+def _overlay_pictures(comparison: SignalComparison) -> list[Picture]:
+    """Return both signals over the crank angle, and their spectra."""
+    scale = wording.scale(comparison.unit, float(np.abs(comparison.measured).max()))
+
+    def over_angle(ax: Any) -> None:
+        degrees = 360.0 * np.arange(comparison.measured.shape[1]) / comparison.measured.shape[1]
+        ax.plot(degrees, comparison.measured.T / scale.factor, color="0.75", linewidth=0.6)
+        ax.plot(degrees, comparison.measured.mean(axis=0) / scale.factor, color="0.3", label="measured, mean")
+        ax.plot(degrees, comparison.computed.mean(axis=0) / scale.factor, color="C3", label="computed")
+        ax.set_xlabel("crank angle, °")
+        ax.set_ylabel(f"{comparison.channel}, {scale.unit}")
+        ax.legend()
+
+    def spectra(ax: Any) -> None:
+        for revolutions, color, name in (
+            (comparison.measured, "0.3", "measured"),
+            (comparison.computed, "C3", "computed"),
+        ):
+            amplitude = 2.0 * np.abs(np.fft.rfft(revolutions, axis=1)).mean(axis=0) / revolutions.shape[1]
+            ax.semilogy(np.arange(1, len(amplitude)), amplitude[1:] / scale.factor, color=color, label=name)
+        ax.set_xlabel("order of the crank")
+        ax.set_ylabel(f"amplitude, {scale.unit}")
+        ax.legend()
+
+    title = f"{comparison.channel}: measured and computed"
+    text = f"{title}; they differ by {100.0 * comparison.misfit:.3g} %."
+    angle_picture = Picture(title, "Grey: every measured revolution.", text, over_angle, SIZE)
+    spectrum_picture = Picture(f"{comparison.channel}: spectra", "", f"Spectra of {comparison.channel}.", spectra, SIZE)
+    return [angle_picture, spectrum_picture]
+
+
+def _table(comparison: SignalComparison) -> Table:
+    """Return rms, peaks and bands of the spectrum of both."""
+    both_features = [features.features_of(comparison.measured), features.features_of(comparison.computed)]
+    rows = [
+        ("rms", *(signal_features.rms for signal_features in both_features)),
+        ("peak per revolution, median", *(signal_features.peak_median for signal_features in both_features)),
+        ("peak per revolution, p95", *(signal_features.peak_p95 for signal_features in both_features)),
+    ]
+    for band, (low, high) in enumerate(features.BANDS):
+        if max(signal_features.spectrum[band] for signal_features in both_features) < 1e-9 * both_features[0].rms:
+            continue  # above the common band
+        rows.append(
+            (f"rms, orders {low} to {high}", *(signal_features.spectrum[band] for signal_features in both_features))
+        )
+    columns = (Column("feature"), Column("measured", comparison.unit), Column("computed", comparison.unit))
+    key = f"overlay-{comparison.channel.replace('/', '-')}"
+    return Table(key, f"Features of {comparison.channel}", "", columns, rows)

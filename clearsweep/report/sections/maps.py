@@ -10,37 +10,45 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...answers import films
-from ...answers.case_ranking import START_UP
-from ...answers.verdict import MARGIN
+from ...answers import questions
+from ...answers.questions import FILM_LIMIT_FRACTION, FILM_LOSS, FILM_THICKNESS, film_criterion_text
+from ...answers.ranking import START_UP
+from ...answers.verdict import MARGIN_COLUMN, Limit
 from ...contracts.roles import CONDITION
 from ...language import wording
+from ..axis import Axis, value_at
 from ..blocks.picture import Picture, Spot, capitalise
 from ..blocks.section import Gallery, Section, without_empty
-from ..data.answered import answer_of_study, finished_cases
-from ..data.axis import Axis
-from ..data.comparable import EXCLUDED_STARTS_NOTE, comparable_values, excludes_cut_off_starts
-from ..data.dotted_paths import value_at
-from ..data.study import (
+from ..blocks.table import column_label
+from ..draw import comparison
+from ..draw.comparison import CurveFamily
+from ..draw.maps import MAP_SIZE, Cells, draw_heat_map
+from ..statistics.effects import MainEffect, main_effects_of
+from ..study import (
+    EXCLUDED_STARTS_NOTE,
     P99_OVER_IDEAL,
     REDUCTION_NAMES,
+    WEAR_PER_1000_HOURS,
     Joint,
     Study,
+    answer_of_study,
+    case_ranking_of,
     cases_by_cell,
+    comparable_values,
+    excludes_cut_off_starts,
+    finished_cases,
+    indices_by_value,
     largest,
     median,
     reduce_over_other_axes,
     smallest,
 )
-from ..data.worst_case import case_ranking_of
-from ..draw import heat_map
-from ..statistics.main_effects import main_effects_of
 from .drivers import effect_picture, ideal_varies
 
 MAX_SPOTS = 150  # largest number of cells with tooltips; larger maps are pixels
 MAX_PAIRS = 6  # heat maps per joint: every pair of up to four axes
 WITHOUT_WORSE_DIRECTION = ("contact_fraction", "impacts_per_rev", "restitution")  # figures without a worse direction
-LOWER_IS_WORSE_SUFFIXES = ("film_thickness_min", "life_hours", MARGIN)
+LOWER_IS_WORSE_SUFFIXES = ("film_thickness_min", "life_hours", MARGIN_COLUMN)
 FIGURES = (  # of a joint
     ("contact_fraction", "time in contact"),
     ("film_thickness_min", "least film"),
@@ -59,11 +67,11 @@ class FigureMap(NamedTuple):
     table: np.ndarray
 
 
-def sections(study: Study) -> list[Section]:
+def map_sections(study: Study) -> list[Section]:
     """Return the heat maps of each joint, or [] if there are no two axes to map over."""
     if study.cases.empty:
         return []
-    maps = [figure_map for joint in study.joints for figure_map in _maps(study, joint)]
+    maps = [figure_map for joint in study.joints for figure_map in _figure_maps(study, joint)]
     return [_section(study, joint, maps) for joint in study.joints]
 
 
@@ -79,7 +87,7 @@ def _section(study: Study, joint: Joint, maps: list[FigureMap]) -> Section:
     shown = [
         figure_map for index, figure_map in enumerate(maps) if index not in answer_indices and figure_map.joint == joint
     ]
-    pictures = [_picture(study, figure_map, _value_range(maps, figure_map.name)) for figure_map in shown]
+    pictures = [_map_picture(study, figure_map, _value_range(maps, figure_map.name)) for figure_map in shown]
     return Section(f"maps-{joint.name}", title, without_empty([Gallery(note, pictures)]))
 
 
@@ -89,9 +97,9 @@ def answer_maps(study: Study) -> list[Picture]:
         return []
     if case_ranking_of(study).question == "start-up":
         return start_up_maps(study)
-    maps = [figure_map for joint in study.joints for figure_map in _maps(study, joint)]
+    maps = [figure_map for joint in study.joints for figure_map in _figure_maps(study, joint)]
     pictures = [
-        (_picture(study, maps[index], _value_range(maps, maps[index].name)), maps[index].joint)
+        (_map_picture(study, maps[index], _value_range(maps, maps[index].name)), maps[index].joint)
         for index in _answer_map_indices(study, maps)
     ]
     return [
@@ -103,7 +111,7 @@ def _answer_map_indices(study: Study, maps: list[FigureMap]) -> list[int]:
     """Return the indices of the maps in the answer: that of the leading figure, and of a film that of its loss."""
     if not maps or case_ranking_of(study).question != "film":
         return [0][: len(maps)]
-    loss = maps[0].joint.column(films.LOSS)
+    loss = maps[0].joint.column(FILM_LOSS)
     return [
         0,
         *(
@@ -126,10 +134,10 @@ def start_up_maps(study: Study) -> list[Picture]:
     table = reduce_over_other_axes(study, times, pair, largest)
     is_missing = reduce_over_other_axes(study, np.isnan(times).astype(float), pair, largest)
     figure_map = FigureMap(study.joints[0], START_UP, "start-up time", pair, np.where(is_missing == 1.0, np.inf, table))
-    return [_picture(study, figure_map, (float(np.nanmin(times)), float(np.nanmax(times))))]
+    return [_map_picture(study, figure_map, (float(np.nanmin(times)), float(np.nanmax(times))))]
 
 
-def _maps(study: Study, joint: Joint) -> list[FigureMap]:
+def _figure_maps(study: Study, joint: Joint) -> list[FigureMap]:
     """Return the leading figure of a joint over every pair of axes, and further ones that vary over the first."""
     lead = joint.column(study.lead.figure)
     if not study.has(lead):
@@ -195,7 +203,7 @@ def pictures_over_axes(study: Study, joint: Joint, figure: str, name: str) -> li
         pair = _in_grid_order(study, (effects[0].axis, effects[1].axis))
         table = _table(study, column, pair)
         return [
-            _picture(
+            _map_picture(
                 study, FigureMap(joint, column, name, pair, table), (float(np.nanmin(table)), float(np.nanmax(table)))
             )
         ]
@@ -208,7 +216,7 @@ def _in_grid_order(study: Study, pair: tuple[Axis, Axis]) -> tuple[Axis, Axis]:
     return x_axis, y_axis
 
 
-def _picture(study: Study, figure_map: FigureMap, value_range: tuple[float, float]) -> Picture:
+def _map_picture(study: Study, figure_map: FigureMap, value_range: tuple[float, float]) -> Picture:
     (x_axis, y_axis), table = figure_map.pair, figure_map.table
     scale = study.scale(figure_map.column)
     others = [axis.name for axis in study.swept() if axis not in figure_map.pair]
@@ -222,27 +230,25 @@ def _picture(study: Study, figure_map: FigureMap, value_range: tuple[float, floa
         caption += f" In a cell marked as cut off, at least one case ends{end_text}, before the motor's speed."
     unsafe = _unsafe_cells(study, figure_map)
     if unsafe.any():
-        criteria = films.criterion_text(finished_cases(study), figure_map.joint.name)
+        criteria = film_criterion_text(finished_cases(study), figure_map.joint.name)
         caption += f" Unsafe: a case of the cell is not {criteria}."
     caption += EXCLUDED_STARTS_NOTE if excludes_cut_off_starts(study, figure_map.column) else ""
     return Picture(
         f"{capitalise(figure_map.name)}: {x_axis.name} {wording.TIMES} {y_axis.name}",
         caption,
         f"Heat map of {figure_map.name} over {x_axis.name} and {y_axis.name}, from {lowest} to {highest}. {caption}",
-        lambda ax: heat_map.draw_heat_map(
-            ax, heat_map.Cells(table, unsafe), figure_map.pair, scale, figure_map.name, value_range
-        ),
-        heat_map.SIZE,
+        lambda ax: draw_heat_map(ax, Cells(table, unsafe), figure_map.pair, scale, figure_map.name, value_range),
+        MAP_SIZE,
         spots=_spots(study, figure_map, scale),
     )
 
 
 def _unsafe_cells(study: Study, figure_map: FigureMap) -> np.ndarray:
     """Return which cells of a map of a film or of its loss have a case with an unsafe film."""
-    is_of_film = figure_map.column.endswith((films.THICKNESS, films.LOSS))
-    if not (is_of_film and study.has(figure_map.joint.column(films.LIMIT_FRACTION))):
+    is_of_film = figure_map.column.endswith((FILM_THICKNESS, FILM_LOSS))
+    if not (is_of_film and study.has(figure_map.joint.column(FILM_LIMIT_FRACTION))):
         return np.zeros(figure_map.table.shape, bool)
-    is_unsafe = films.is_unsafe(finished_cases(study)).astype(float)
+    is_unsafe = questions.is_unsafe(finished_cases(study)).astype(float)
     unsafe: np.ndarray = reduce_over_other_axes(study, is_unsafe, figure_map.pair, largest) == 1.0
     return unsafe
 
@@ -268,3 +274,147 @@ def _spots(study: Study, figure_map: FigureMap, scale: wording.Scale) -> tuple[S
             lower_corner, upper_corner = (column - 0.5, row - 0.5), (column + 0.5, row + 0.5)
             spots.append(Spot(lower_corner, upper_corner, f"{scale.text(value)}: {cell_text}{count_text}", case_id))
     return tuple(spots)
+
+
+# The deciding figures over the crank speed, or over the first numeric axis: one curve for each clearance.
+
+MAX_CURVES = 7  # curves side by side that can be distinguished
+MAX_PICTURES = 6
+MIN_VALUES = 3  # values that make a curve
+
+
+class PlottedFigure(NamedTuple):
+    """One figure over an axis: a column, its name, and its limit, if any."""
+
+    column: str
+    name: str
+    limit: Limit | None = None
+
+
+def curve_sections(study: Study) -> list[Section]:
+    """Return the section, or [] if no axis has numbers that cases share."""
+    x_axis = None if study.cases.empty else _x_axis(study)
+    if x_axis is None:
+        return []
+    curve_axis = _curve_axis(study, x_axis)
+    pictures = [
+        _curve_picture(study, plotted, x_axis, curve_axis) for plotted in _plotted_figures(study)[:MAX_PICTURES]
+    ]
+    note = f"Each point is the {'median' if study.shows_median else 'worst'} of its cases."
+    if any(plotted.limit for plotted in _plotted_figures(study)):
+        note += " The horizontal line is the limit."
+    if any(excludes_cut_off_starts(study, plotted.column) for plotted in _plotted_figures(study)):
+        note += EXCLUDED_STARTS_NOTE
+    return [Section("curves", f"Over {x_axis.name}", without_empty([Gallery(note, pictures)]))]
+
+
+def _x_axis(study: Study) -> Axis | None:
+    """Return the crank speed, or the first axis with enough numbers."""
+    numeric = [axis for axis in study.levels() if axis.is_numeric and len(axis.values) >= MIN_VALUES]
+    return next((axis for axis in numeric if axis.path == "drive.speed"), next(iter(numeric), None))
+
+
+def _curve_axis(study: Study, x_axis: Axis) -> Axis | None:
+    """Return the axis with one curve for each value: a clearance, or the axis with the largest effect on the force."""
+    other_axes = [effect.axis for effect in _effects(study)]
+    other_axes = [axis for axis in other_axes if axis is not x_axis]
+    return next((axis for axis in other_axes if axis.path.endswith(".clearance")), next(iter(other_axes), None))
+
+
+def _effects(study: Study) -> list[MainEffect]:
+    """Return the main effects on the leading figure, the strongest first, or [] if no case has it."""
+    column = study.most_loaded_joint().column(study.lead.figure)
+    return main_effects_of(study, column) if study.has(column) else []
+
+
+def _plotted_figures(study: Study) -> list[PlottedFigure]:
+    """Return the limited figures, then the peak of every joint, its ratio to the ideal peak, and the output error."""
+    by_column = {
+        limit.column: PlottedFigure(limit.column, column_label(study, limit.column), limit) for limit in study.limits
+    }
+    figures = [(joint, figure) for figure in ("force_peak", "force_peak_ratio") for joint in study.joints]
+    columns = [joint.column(study.lead.figure) for joint in study.joints]
+    columns += [joint.column(figure) for joint, figure in figures] + [study.column("error_max")]
+    for column in columns:
+        by_column.setdefault(column, PlottedFigure(column, column_label(study, column)))
+    return [plotted for plotted in by_column.values() if study.has(plotted.column)]
+
+
+def _curve_picture(study: Study, plotted: PlottedFigure, x_axis: Axis, curve_axis: Axis | None) -> Picture:
+    """Return the picture of one figure over the x axis, with a curve for each shown value of the curve axis."""
+    lower_is_worse = plotted.column.endswith(LOWER_IS_WORSE_SUFFIXES) or (
+        plotted.limit is not None and plotted.limit.kind == "at_least"
+    )
+    values = comparable_values(study, plotted.column)
+    reduction = median if study.shows_median else smallest if lower_is_worse else largest
+    reduced_values = _reduced_values(study, values, (x_axis, curve_axis), reduction)
+    row_indices = np.unique(
+        np.linspace(0, len(reduced_values) - 1, min(len(reduced_values), MAX_CURVES)).round().astype(int)
+    )
+    names = [curve_axis.short_text(curve_axis.values[index]) if curve_axis else "" for index in row_indices]
+    limit_values = None if plotted.limit is None else _strictest_limit_values(study, plotted.limit, x_axis)
+    family = CurveFamily(
+        x_axis, curve_axis.label() if curve_axis else "", names, reduced_values[row_indices], limit_values
+    )
+    scale = study.scale(plotted.column)
+    range_text = " to ".join(
+        scale.text(value) for value in (float(np.nanmin(reduced_values)), float(np.nanmax(reduced_values)))
+    )
+    reduced_axis_names = [axis.name for axis in study.swept() if axis not in (x_axis, curve_axis)]
+    reduction_name = REDUCTION_NAMES[reduction]
+    selection_note = (
+        f"{len(row_indices)} of {len(reduced_values)} values of {curve_axis.name}. "
+        if curve_axis and len(row_indices) < len(reduced_values)
+        else ""
+    )
+    caption = selection_note + (
+        f"{reduction_name} over {wording.sentence_list(reduced_axis_names)}." if reduced_axis_names else ""
+    )
+    return Picture(
+        f"{capitalise(plotted.name)} over {x_axis.name}",
+        caption,
+        f"{capitalise(plotted.name)} over "
+        f"{x_axis.name}{f', a curve for each {curve_axis.name}' if curve_axis else ''}: "
+        f"{range_text}.",
+        lambda ax: comparison.draw_family(ax, family, scale, plotted.name),
+    )
+
+
+def _reduced_values(
+    study: Study, values: np.ndarray, axes: tuple[Axis, Axis | None], reduction: Callable[[np.ndarray], float]
+) -> np.ndarray:
+    """Return one value for each pair of values of the second and the first axis; one row if there is no second axis."""
+    x_axis, curve_axis = axes
+    if curve_axis is not None:
+        return reduce_over_other_axes(study, values, (x_axis, curve_axis), reduction)
+    row = np.full((1, len(x_axis.values)), np.nan)
+    value_indices = np.where(np.isfinite(values), study.indices_on(x_axis), -1)
+    for index, cases in enumerate(indices_by_value(value_indices, len(x_axis.values))):
+        if len(cases):
+            row[0, index] = reduction(values[cases])
+    return row
+
+
+def _strictest_limit_values(study: Study, limit: Limit, x_axis: Axis) -> np.ndarray:
+    """Return the strictest value (SI) of a limit at each value of an axis."""
+    columns = {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
+    strictest = smallest if limit.kind == "at_most" else largest
+    limit_values: np.ndarray = _reduced_values(study, limit.limit_values(columns), (x_axis, None), strictest)[0]
+    return limit_values
+
+
+# Wear at a glance: the map of the joint that wears deepest.
+
+
+def deepest_wear_sections(study: Study) -> list[Section]:
+    """Return the section, or [] if nothing wears or no case finished."""
+    return [] if study.cases.empty else [Section("lasting", "Wear", without_empty([Gallery("", _wear_maps(study))]))]
+
+
+def _wear_maps(study: Study) -> list[Picture]:
+    """Return the map of wear of the joint that wears deepest."""
+    wearing = [joint for joint in study.joints if joint.wears and study.has(joint.column(WEAR_PER_1000_HOURS))]
+    if not wearing:
+        return []
+    deepest = max(wearing, key=lambda joint: study.cases.largest(joint.column(WEAR_PER_1000_HOURS)))
+    return pictures_over_axes(study, deepest, WEAR_PER_1000_HOURS, "wear depth per 1000 h")

@@ -4,30 +4,39 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from ...answers import sampled
-from ...answers.probability import RANDOM_METHODS, Estimate
+from ...answers import statistics
+from ...answers.statistics import QUANTILES, RANDOM_METHODS, STRENGTH_NOTE, Estimate, direction_verb, is_clear
 from ...answers.validity import THOUSAND_HOURS
 from ...language import wording
 from ...language.errors import InputError
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Gallery, Points, Section, Sentences, without_empty
-from ..data.study import Study
 from ..draw import comparison
 from ..draw.style import RED
-from ..samples.rank_table import figure_correlations, rank_table
-from ..samples.sample_tables import LimitedFigure, effect_table, index_table, limit_table, limited_figures, spread_table
+from ..samples import (
+    LimitedFigure,
+    effect_table,
+    figure_correlations,
+    index_table,
+    limit_table,
+    limited_figures,
+    rank_table,
+    spread_table,
+)
 from ..statistics import sensitivity
 from ..statistics.sensitivity import Sample
+from ..study import Study
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+
 
 MAX_HISTOGRAMS = 12  # drawn at most
 MAX_SCATTER_PLOTS = 4  # seen at once
 MAX_SCATTERED = 3  # figures, and variables of each, that are drawn
 SCATTER_NOTE = (
     "Each picture shows a figure over one of the variables with the strongest effect. "
-    f"{sampled.STRENGTH_NOTE} The dashed line is the limit, if one is set."
+    f"{STRENGTH_NOTE} The dashed line is the limit, if one is set."
 )
 NOTE = (
     "Bars show the share of the cases. Dotted lines are the 5 %, 50 % and 95 % quantiles, the red line is the limit, "
@@ -35,21 +44,21 @@ NOTE = (
 )
 
 
-def sections(study: Study) -> list[Section]:
+def sample_sections(study: Study) -> list[Section]:
     """Return the section, or [] if the run has no sample or none of it finished."""
     all_samples = sensitivity.samples_of(study.run)
     samples = [sample for sample in all_samples if sample.is_finished().any()]
     if not samples:
         return []
     if study.run.grid["sample"]["method"] in RANDOM_METHODS:
-        if sampled.is_one_sample(study.run.grid):
+        if statistics.is_one_sample(study.run.grid):
             return []  # they are part of the answer
         blocks: list[Block] = [Points(_spread_sentences(study, samples)), limit_table(study, all_samples)]
         return [Section("sample", "Probabilistic study", without_empty(blocks))]
     return [Section("sample", "What drives the spread", without_empty(_sensitivity(study, samples)))]
 
 
-def leading_sections(study: Study) -> list[Section]:
+def leading_sample_sections(study: Study) -> list[Section]:
     """Return a section on the drivers of the leading figure of a sample, or [] if `sections` returns []."""
     samples = _random_samples(study)
     figures = _scattered_figures(study) if samples else []
@@ -59,7 +68,7 @@ def leading_sections(study: Study) -> list[Section]:
     correlated = figure_correlations(study, sample, figures[0].column)
     if not correlated:
         return []
-    clear_count = sum(sampled.is_clear(partial) for _, _, partial in correlated)
+    clear_count = sum(is_clear(partial) for _, _, partial in correlated)
     scatter_plots = _scatter_plots(study, sample, figures[0])[: max(clear_count, 1)]
     for figure in figures[1:]:
         scatter_plots += (
@@ -117,13 +126,13 @@ def _random_samples(study: Study) -> list[Sample]:
     return samples if samples and study.run.grid["sample"]["method"] in RANDOM_METHODS else []
 
 
-def folded_sections(study: Study) -> list[Section]:
+def folded_sample_sections(study: Study) -> list[Section]:
     """Return a section with spread, drivers and histograms of the figures, or [] if `sections` returns []."""
     samples = _random_samples(study)
     if not samples:
         return []
     all_samples = sensitivity.samples_of(study.run)
-    is_one_sample = sampled.is_one_sample(study.run.grid)
+    is_one_sample = statistics.is_one_sample(study.run.grid)
     blocks: list[Block] = [
         *([limit_table(study, all_samples)] if is_one_sample else []),
         spread_table(study, samples),
@@ -190,11 +199,11 @@ def _scatter_plot(study: Study, sample: Sample, figure: LimitedFigure, path: str
 def _strength_text(correlation: Estimate) -> str:
     """Return the trend of a figure with a variable in words, with the interval of its strength."""
     ends = [wording.number_text(end, 2) for end in correlation[1:]]
-    if not sampled.is_clear(correlation):
+    if not is_clear(correlation):
         return f"No clear trend: partial rank correlation {ends[0]} to {ends[1]} (95 %)."
     low, high = sorted(abs(end) for end in correlation[1:])
     strength, *ends = (wording.number_text(size, 2) for size in (abs(correlation.value), low, high))
-    return f"It {sampled.direction_verb(correlation.value)}, strength {strength} (95 %: {ends[0]} to {ends[1]})."
+    return f"It {direction_verb(correlation.value)}, strength {strength} (95 %: {ends[0]} to {ends[1]})."
 
 
 def _histograms(study: Study, samples: list[Sample]) -> list[Picture]:
@@ -212,9 +221,9 @@ def _histogram(study: Study, sample: Sample, figure: LimitedFigure) -> Picture:
     values = sample.figures[figure.column]
     values = values[np.isfinite(values)]
     scale = study.scale(figure.column)
-    quantiles = tuple(np.quantile(values, sampled.QUANTILES))
+    quantiles = tuple(np.quantile(values, QUANTILES))
     settings = [f"{name} {text}" for name, text in _axis_values(study, sample)]
-    share_quantiles = zip(sampled.QUANTILES, quantiles, strict=True)
+    share_quantiles = zip(QUANTILES, quantiles, strict=True)
     absolute_limits = [limit.value for limit in figure.limits if not limit.times]
     alt = ", ".join(f"{share:.0%} quantile {scale.text(quantile)}" for share, quantile in share_quantiles)
     return Picture(

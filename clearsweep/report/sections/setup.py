@@ -1,13 +1,29 @@
-"""Setup of the run: swept, fixed and derived values, and the origin of the results."""
+"""The set-up of a run, its mechanism, and what its tolerances and unknowns cost."""
 
 import re
+from collections import Counter
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+import pandas as pd
 
 from ... import grid
 from ...language import wording
-from ..blocks.section import Block, Columns, Facts, Note, Section, without_empty
-from ..data.axis import Axis
-from ..data.dotted_paths import leaves
-from ..data.study import CASE_SECTIONS, Study
+from ...language.errors import InputError
+from ..axis import PEAK, Axis, leaves
+from ..blocks.picture import Picture
+from ..blocks.section import Block, Columns, Facts, Gallery, Note, Section, Sentences, without_empty
+from ..blocks.table import Column, Quantity, Table
+from ..draw.style import BLUE, INK, set_log_scale, set_plain_axes
+from ..one_case.joints import mechanism_picture
+from ..study import CASE_SECTIONS, Study, resolve_cases
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+# Setup of the run: swept, fixed and derived values, and the origin of the results.
 
 MAX_LISTED_VALUES = 12  # values of an axis that are listed one by one, at most
 OMITTED_KEYS = (  # in the record of a run, and shown elsewhere or not for people
@@ -34,7 +50,7 @@ RESIDUAL_NOTE = (
 )
 
 
-def sections(study: Study) -> list[Section]:
+def setup_sections(study: Study) -> list[Section]:
     """Return the section, with the values in one column and their origin in the other."""
     axis_texts = [(axis.path, _axis_text(axis)) for axis in study.axes]
     values: list[Block] = [
@@ -115,3 +131,281 @@ def _provenance(study: Study) -> list[tuple[str, str]]:
     if study.has("run_time"):
         facts.append(("integration time, all cases", wording.quantity_text(study.cases["run_time"].sum(), "s")))
     return facts
+
+
+# The mechanism of a run at its start.
+
+
+def mechanism_sections(study: Study) -> list[Section]:
+    """Return the section, or [] if the mechanism has no picture, or is not known here."""
+    first_case = [*study.cases.index[:1], *study.failed.index[:1]][:1]
+    try:
+        picture = mechanism_picture(resolve_cases(study, first_case)[0]) if first_case else None
+    except InputError:  # of another version
+        return []
+    return [Section("mechanism", "", without_empty([Gallery("", [picture] if picture else [])]))]
+
+
+# Error against run time of a run that sweeps `simulate.tolerance`, from the finest of otherwise equal cases.
+
+PATH = "simulate.tolerance"
+FIGURES = ("force_peak", "force_p99", "force_rms")
+COLOURS = ("#D55E00", "#0072B2", "#009E73")  # Okabe and Ito 2008
+LEAST_DRAWN = 1e-16  # a difference of 0 is drawn there
+TOLERANCE_NOTE = (
+    "Each point is the median over the cases of one tolerance. Beyond the horizon of chaotic motion two tolerances are "
+    "two samples of the same motion, and their difference does not fall any further."
+)
+
+
+def tolerance_sections(study: Study) -> list[Section]:
+    """Return the section, or [] unless tolerances are swept and cases at several of them have finished."""
+    if study.cases.empty or not study.joints or PATH not in {axis.path for axis in study.swept()}:
+        return []
+    joint = study.most_loaded_joint()
+    columns = [joint.column(name) for name in FIGURES if study.has(joint.column(name))]
+    others = [axis.path for axis in study.swept() if axis.path != PATH]
+    cases = pd.DataFrame({name: study.cases[name] for name in (PATH, "run_time", *others, *columns)})
+    medians = differences(cases, others, columns)
+    if len(medians) < 2 or not columns:
+        return []
+    heads = [Column("tolerance"), Column("run time", "s"), *(Column(f"difference of {name}") for name in columns)]
+    rows = [tuple(row) for row in medians.itertuples()]
+    table = Table("tolerances", "Difference from the finest tolerance", "Medians; relative.", tuple(heads), rows)
+    finest = f"The reference is the finest tolerance, {cases[PATH].min():g}, of otherwise equal cases."
+    return [
+        Section(
+            "tolerances",
+            "Error against run time",
+            [Sentences([finest]), Gallery(TOLERANCE_NOTE, [_tolerance_picture(medians)]), table],
+        )
+    ]
+
+
+def differences(cases: pd.DataFrame, other_paths: list[str], columns: list[str]) -> pd.DataFrame:
+    """Return medians by tolerance: run time (s) and relative differences from the finest of otherwise equal cases.
+
+    cases : finished cases with a column `run_time`; other_paths : the swept paths besides the tolerance.  The finest
+    tolerance has no row.
+    """
+    key = [cases[path].astype(str) for path in other_paths] or [pd.Series("", index=cases.index)]
+    finest = cases.groupby(key)[PATH].transform("min")
+    by_case = cases[[PATH, "run_time"]].copy()
+    for column in columns:
+        reference = cases[column].where(cases[PATH] == finest).groupby(key).transform("max")
+        by_case[column] = (cases[column] / reference - 1.0).abs()
+    return by_case[cases[PATH] > finest].groupby(PATH).median().sort_index(ascending=False)
+
+
+def _tolerance_picture(medians: pd.DataFrame) -> Picture:
+    """Return the picture of the differences over the run time, a curve per figure."""
+
+    def paint(ax: Any) -> None:
+        for column, colour in zip(medians.columns[1:], COLOURS, strict=False):
+            errors = np.maximum(medians[column].to_numpy(), LEAST_DRAWN)
+            ax.plot(medians["run_time"].to_numpy(), errors, color=colour, marker="o", markersize=4, label=column)
+        ax.set(xlabel="run time of a case [s]", ylabel="relative difference")
+        set_log_scale(ax, "x")
+        set_log_scale(ax, "y")
+        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.03), frameon=False)
+
+    return Picture(
+        "Error against run time", "", "Difference from the finest tolerance over run time.", paint, (5.4, 3.1)
+    )
+
+
+# Drawing of an error budget: a bar per unknown, from the lowest to the highest change of a figure.
+
+
+def draw_tornado(ax: "Axes", bar_rows: Sequence[tuple[str, float, float, str, str]], name: str) -> None:
+    """Draw bars from the bottom up: name, relative change down and up from the base case, settings at both ends."""
+    positions = np.arange(len(bar_rows))
+    low_changes, high_changes = (100.0 * np.array([bar_row[column] for bar_row in bar_rows]) for column in (1, 2))
+    ax.barh(positions, high_changes - low_changes, left=low_changes, height=0.6, color=BLUE, alpha=0.75)
+    for position, (_, low, high, low_setting, high_setting) in zip(positions, bar_rows, strict=True):
+        if low < 0.0:
+            ax.annotate(low_setting, (100.0 * low, position), (-3, 0), **_annotation_style("right"))
+        if high > 0.0:
+            ax.annotate(high_setting, (100.0 * high, position), (3, 0), **_annotation_style("left"))
+    ax.axvline(0.0, color=INK, linewidth=1.0)
+    ax.set_yticks(positions, [bar_row[0].replace(" and ", "\nand ") for bar_row in bar_rows])
+    ax.tick_params(axis="y", length=0)
+    ax.use_sticky_edges = False  # of bars: leaves space for the words next to them
+    ax.margins(x=0.25)
+    ax.set_axisbelow(True)
+    ax.set_xlabel(f"change of {name} [%]")
+    set_plain_axes(ax)
+
+
+def _annotation_style(side: str) -> dict:
+    """Return the options of an annotation whose text is aligned to a `side`."""
+    return {"textcoords": "offset points", "ha": side, "va": "center", "fontsize": 7, "color": INK}
+
+
+# An error budget: effects of single unknowns on the force peak, from a base case and one-at-a-time changes.
+
+MIN_UNKNOWNS = 3  # unknowns of a budget
+MAX_CASES = 2000  # cases that are looked at: a budget has few
+NEGLIGIBLE_CHANGE = 0.02  # of the base: an unknown that moves a figure by less decides nothing
+
+
+class Unknown(NamedTuple):
+    """Axes that change together, and the cases in which they do."""
+
+    axes: tuple[Axis, ...]
+    cases: tuple[str, ...]
+
+    @property
+    def name(self) -> str:
+        """Return the name of the unknown in words."""
+        return " and ".join(axis.name for axis in self.axes)
+
+
+class Bar(NamedTuple):
+    """Effect of an unknown on a figure."""
+
+    unknown: Unknown
+    decrease: float  # of the base, at most 0
+    increase: float  # at least 0
+    case_of_decrease: str  # case_id; '': the base
+    case_of_increase: str
+
+
+def budget_sections(study: Study) -> list[Section]:
+    """Return the section, or [] unless the finished cases are a base case and cases that each change one unknown."""
+    if study.cases.empty or not study.joints:
+        return []
+    column = study.most_loaded_joint().column(PEAK.figure)
+    design = one_at_a_time_design(study)
+    if design is None or not study.has(column) or not study.cases.at[design[0], column] > 0.0:
+        return []
+    base, unknowns = design
+    bars = bars_of(study, column, base, unknowns)
+    blocks = without_empty(
+        [
+            Sentences(_sentences(study, column, base, bars)),
+            Gallery("", [_budget_picture(study, bars)]),
+            _table(study, bars),
+        ]
+    )
+    return [Section("budget", "Error budget of the force peak", blocks)]
+
+
+def one_at_a_time_design(study: Study) -> tuple[str, list[Unknown]] | None:
+    """Return the base case and the unknowns, or None if cases differ from each other in another way."""
+    axes, cases = study.swept(), study.cases
+    if "sample" in study.run.grid or not MIN_UNKNOWNS <= len(axes) < len(cases) <= MAX_CASES:
+        return None
+    values = pd.DataFrame({axis.path: np.asarray(cases[axis.path], dtype=object) for axis in axes}, index=cases.index)
+    most_frequent = [Counter(values[axis.path].dropna()).most_common(1)[0][0] for axis in axes]
+    differs = values.ne(pd.Series(most_frequent, index=values.columns), axis=1)
+    base_ids = differs.index[~differs.any(axis=1)]
+    if len(base_ids) != 1:
+        return None
+    change_patterns = np.unique(differs.to_numpy()[differs.index != base_ids[0]], axis=0)
+    if (change_patterns.sum(axis=0) > 1).any():  # an axis of two groups: cases change several unknowns
+        return None
+    groups: dict[tuple[str, ...], list[str]] = {}
+    for case_id, is_changed in differs.drop(index=base_ids[0]).iterrows():
+        groups.setdefault(tuple(is_changed.index[is_changed]), []).append(str(case_id))
+    if len(groups) < MIN_UNKNOWNS:
+        return None
+    by_path = {axis.path: axis for axis in axes}
+    unknowns = [Unknown(tuple(by_path[path] for path in group), tuple(ids)) for group, ids in groups.items()]
+    return str(base_ids[0]), unknowns
+
+
+def bars_of(study: Study, column: str, base: str, unknowns: list[Unknown]) -> list[Bar]:
+    """Return the bar of each unknown, the one with the largest effect first."""
+    base_value, bars = float(study.cases.at[base, column]), []
+    for unknown in unknowns:
+        changes = {case: float(study.cases.at[case, column]) / base_value - 1.0 for case in unknown.cases}
+        changes = {"": 0.0} | {case: change for case, change in changes.items() if np.isfinite(change)}
+        low, high = min(changes, key=changes.__getitem__), max(changes, key=changes.__getitem__)
+        bars.append(Bar(unknown, changes[low], changes[high], low, high))
+    return sorted(bars, key=lambda bar: bar.decrease - bar.increase)
+
+
+def combined_change(bars: list[Bar]) -> tuple[float, float]:
+    """Return the relative change of a figure, down and up, by all unknowns together.
+
+    The unknowns are independent, so the logarithms of the ratios are combined by root-sum-square.  Logarithms are used
+    because a peak cannot fall by more than 100 %.
+    """
+    log_decrease = np.linalg.norm([np.log1p(bar.decrease) for bar in bars])
+    log_increase = np.linalg.norm([np.log1p(bar.increase) for bar in bars])
+    return float(np.expm1(-log_decrease)), float(np.expm1(log_increase))
+
+
+def _sentences(study: Study, column: str, base: str, bars: list[Bar]) -> list[str]:
+    lower, upper = combined_change(bars)
+    influential = [bar.unknown.name for bar in bars if bar.increase - bar.decrease >= NEGLIGIBLE_CHANGE]
+    negligible = [bar.unknown.name for bar in bars if bar.increase - bar.decrease < NEGLIGIBLE_CHANGE]
+    base_peak = study.text(base, column)
+    largest = wording.sentence_list(influential[:2]) if influential else "none of the unknowns"
+    verb = "have" if len(influential[:2]) > 1 else "has"
+    sentences = [
+        f"The base case {base[:8]} has a force peak of {base_peak}. Each other case changes one unknown. If the "
+        f"unknowns are independent, the uncertainty of the peak is {_percent_text(lower)} to {_percent_text(upper)}. "
+        "For each "
+        "bound, "
+        "the logarithms of the changes are combined by root-sum-square.",
+        f"{largest[:1].upper()}{largest[1:]} {verb} the largest effect on the peak.",
+    ]
+    if negligible:
+        sentences.append(
+            f"The effect is below {wording.percent_text(NEGLIGIBLE_CHANGE)} for {wording.sentence_list(negligible)}."
+        )
+    return [*sentences, "The cases change one unknown at a time, so they do not show interactions."]
+
+
+def _percent_text(change: float) -> str:
+    return f"{100.0 * change:+.1f} %"
+
+
+def _values_text(study: Study, bar: Bar, case_id: str) -> str:
+    """Return the values of an unknown in a case."""
+    if not case_id:
+        return "base"
+    return ", ".join(axis.text(study.cases.at[case_id, axis.path]) for axis in bar.unknown.axes)
+
+
+def _budget_picture(study: Study, bars: list[Bar]) -> Picture:
+    rows = [
+        (
+            bar.unknown.name,
+            bar.decrease,
+            bar.increase,
+            _values_text(study, bar, bar.case_of_decrease),
+            _values_text(study, bar, bar.case_of_increase),
+        )
+        for bar in reversed(bars)
+    ]
+    alt = "; ".join(
+        f"{bar.unknown.name}: {_percent_text(bar.decrease)} to {_percent_text(bar.increase)}" for bar in bars
+    )
+    return Picture(
+        "Error budget",
+        "effect of each unknown alone on the force peak",
+        f"Bars of the change of the force peak by unknown. {alt}",
+        lambda ax: draw_tornado(ax, rows, PEAK.name),
+        size=(7.0, 0.8 + 0.34 * len(bars)),
+    )
+
+
+def _table(study: Study, bars: list[Bar]) -> Table:
+    """Return the table with the numbers of the bars."""
+    headings = ("unknown", "cases", "least change", "at", "largest change", "reached at")
+    rows = [
+        (
+            bar.unknown.name,
+            Quantity(len(bar.unknown.cases), str(len(bar.unknown.cases))),
+            Quantity(bar.decrease, _percent_text(bar.decrease)),
+            _values_text(study, bar, bar.case_of_decrease),
+            Quantity(bar.increase, _percent_text(bar.increase)),
+            _values_text(study, bar, bar.case_of_increase),
+        )
+        for bar in bars
+    ]
+    note = "Change of the largest normal force from that of the base case, one unknown at a time."
+    return Table("budget", "Error budget", note, tuple(map(Column, headings)), rows)

@@ -1,19 +1,29 @@
-"""Wear: the deepest places of each joint, and the wear in every finished case."""
+"""Wear, life and films of oil: places, hours to the limit, losses."""
+
+from collections.abc import Sequence
+from functools import partial
+from typing import TYPE_CHECKING, NamedTuple
+
+import numpy as np
 
 from ... import simulation
-from ...answers import wear
+from ...answers.ranking import clearance_hours_text
 from ...language import wording
-from ..blocks.case_table import case_table
 from ..blocks.picture import Picture
 from ..blocks.section import Block, Detail, Gallery, Note, Section, Sentences, without_empty
-from ..blocks.table import Table
-from ..data.answered import finished_cases
-from ..data.study import WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES, Joint, Study
-from ..data.table_columns import columns_in_table
-from ..one_case import worn
-from . import maps
+from ..blocks.table import Table, case_table, columns_in_table
+from ..draw.style import BLUE, GREEN, GREY, RED, label_with_unit, set_plain_axes
+from ..one_case.joints import ranking_column, selectable_cases, wear_pictures
+from ..study import WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES, Joint, Study, finished_cases
+from .maps import pictures_over_axes
 
-NOTE = (
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+# Wear: the deepest places of each joint, and the wear in every finished case.
+
+WEAR_NOTE = (
     "The pictures show the wear depth around each body, in the frame of the body. Angles count counter-clockwise from "
     "its x axis, which points along a crank or rod. Bearing and journal of a case share a scale. The dotted circle is "
     "the mean depth, the dot is the deepest place."
@@ -41,7 +51,7 @@ IN_SLOT = (
 )
 
 
-def sections(study: Study) -> list[Section]:
+def wear_sections(study: Study) -> list[Section]:
     """Return the section, or [] if no case finished or nothing wears."""
     if study.cases.empty:
         return []
@@ -59,7 +69,7 @@ def sections(study: Study) -> list[Section]:
 
 def _note(study: Study) -> str:
     slots = any("slot_length" in study.base["joints"].get(joint.title, {}) for joint in study.joints if joint.wears)
-    note = NOTE + IN_SPACE if any(joint.is_spatial for joint in study.run.layout.joints) else NOTE
+    note = WEAR_NOTE + IN_SPACE if any(joint.is_spatial for joint in study.run.layout.joints) else WEAR_NOTE
     return note + IN_SLOT if slots else note
 
 
@@ -99,7 +109,7 @@ def _table(study: Study, joint: Joint) -> Table:
 
 def _deepest_wear_blocks(study: Study, joint: Joint) -> list[Block]:
     """Return the most worn case, and a selector of other cases."""
-    column = worn.ranking_column(study, joint)
+    column = ranking_column(study, joint)
     if not study.has(column):
         return []
     case_id = study.cases[column].idxmax()
@@ -117,10 +127,10 @@ def _deepest_wear_blocks(study: Study, joint: Joint) -> list[Block]:
             *([("reaches the clearance after", hours)] if hours else []),
             *((name, study.text(case_id, figure)) for name, figure in figures),
         ],
-        worn.wear_pictures(study, joint, case_id, study.run.wear(case_id)[joint.name]),
+        wear_pictures(study, joint, case_id, study.run.wear(case_id)[joint.name]),
         key=f"wear-{joint.name}",
     )
-    selector = worn.selectable_cases(study, joint)
+    selector = selectable_cases(study, joint)
     return [deepest, selector] if selector else [deepest]
 
 
@@ -131,11 +141,122 @@ def _hours_to_clearance(study: Study, joint: Joint, case_id: str) -> str:
     if per_1000_hours not in study.cases:
         return ""
     row, depth = int(study.cases.index.get_loc(case_id)), float(study.cases.at[case_id, per_1000_hours])
-    return wear.clearance_hours_text(finished_cases(study), layout, row, depth)
+    return clearance_hours_text(finished_cases(study), layout, row, depth)
 
 
 def _maps(study: Study, joint: Joint) -> list[Picture]:
     """Return wear depth and wear rate over the most important axes."""
-    return [
-        picture for figure, name in MAPPED_FIGURES for picture in maps.pictures_over_axes(study, joint, figure, name)
-    ]
+    return [picture for figure, name in MAPPED_FIGURES for picture in pictures_over_axes(study, joint, figure, name)]
+
+
+# Drawings of lives: a figure of a joint over crank revolutions.
+
+COLOURS = (RED, BLUE, GREEN)
+
+
+class LifeCurve(NamedTuple):
+    """A figure of one case over revolutions."""
+
+    name: str
+    revolutions: np.ndarray  # (nodes,) from 0
+    values: np.ndarray  # (nodes,) SI
+    interval: tuple[float, float] | None = None  # revolutions, of the last node
+
+
+def draw_over_revolutions(
+    ax: "Axes", curves: Sequence[LifeCurve], unit: str, name: str, limit: float | None = None
+) -> None:
+    """Draw a figure (SI, of `unit`) over revolutions, with the interval of each end, and any limit."""
+    scale = wording.scale(unit, [*(value for curve in curves for value in curve.values), limit])
+    last_revolutions = [curve.revolutions[-1] for curve in curves]
+    revolution_scale = wording.scale("revolutions", last_revolutions)
+    for curve, colour in zip(curves, COLOURS, strict=False):
+        x, y = curve.revolutions / revolution_scale.factor, curve.values / scale.factor
+        ax.plot(x, y, color=colour, linewidth=1.4, marker="o", markersize=3, label=curve.name)
+        if curve.interval:
+            ax.plot(
+                np.array(curve.interval) / revolution_scale.factor, [y[-1]] * 2, color=colour, marker="|", linewidth=1.0
+            )
+    if limit is not None:
+        ax.axhline(limit / scale.factor, color=GREY, linewidth=1.0, linestyle=":")
+    power_text = revolution_scale.unit.removesuffix("revolutions").rstrip()
+    ax.set(xlabel=f"revolutions [{power_text}]" if power_text else "revolutions", ylabel=label_with_unit(name, scale))
+    ax.set_xlim(0.0, None)
+    ax.set_ylim(0.0, None)
+    set_plain_axes(ax)
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)
+
+
+# Life of joints: hours to the limit over the swept values, and figures until then.
+
+LIFE_NOTE = (
+    "Curves: the cases with the shortest, median and longest life. Points: starts of the simulated blocks. Bars: 95 % "
+    "interval of the number of revolutions to the limit, numerical error only. Dotted line: the limit. The map shows, "
+    "for each cell, the shortest life of its cases."
+)
+
+
+def life_sections(study: Study) -> list[Section]:
+    """Return the section, or [] if no case has a life or none finished."""
+    joint = next((joint for joint in study.joints if joint.name == study.run.layout.life), None)
+    if joint is None or study.cases.empty:
+        return []
+    return [Section("life", "Life", without_empty([Gallery(LIFE_NOTE, _pictures(study, joint))]))]
+
+
+def _pictures(study: Study, joint: Joint) -> list[Picture]:
+    hours, limited_figure = joint.column("life_hours"), study.run.grid["life"]["of"]
+    ids = study.cases.representative_cases(hours)[::-1] if study.has(hours) else ()
+    names = {1: ("the case",), 2: ("shortest", "longest"), 3: ("shortest", "median", "longest")}.get(len(ids), ())
+    histories = {name: (case_id, study.run.history(case_id)) for name, case_id in zip(names, ids, strict=True)}
+    caption = "; ".join(f"{name}: {study.setting(case_id) or case_id}" for name, (case_id, _) in histories.items())
+    limit = study.run.grid["life"].get("limit")
+    pictures: list[Picture] = []
+    for figure, unit, title in (
+        ("wear_depth_max", "m", "wear depth"),
+        ("clearance_growth", "m", "growth of the clearance"),
+        ("force_peak", "N", "force peak"),
+    ):
+        curves = [_life_curve(study, joint, name, *history, figure) for name, history in histories.items()]
+        if curves:
+            end_texts = wording.texts_in_common_unit((float(history.values[-1]) for history in curves), unit)
+            curve_texts = ", ".join(f"{history.name} {end}" for history, end in zip(curves, end_texts, strict=True))
+            text = f"{title} over revolutions; at the end: {curve_texts}."
+            figure_limit = limit if figure == limited_figure and isinstance(limit, float) else None
+            paint = partial(draw_over_revolutions, curves=curves, unit=unit, name=title, limit=figure_limit)
+            pictures.append(Picture(f"{title.capitalize()} over revolutions", "" if pictures else caption, text, paint))
+    return pictures_over_axes(study, joint, "life_hours", "life") + pictures
+
+
+def _life_curve(study: Study, joint: Joint, name: str, case_id: str, history: dict, figure: str) -> LifeCurve:
+    """Return a figure of a case over revolutions; the limited figure has the interval of its end."""
+    key = f"{joint.name}/{'clearance' if figure == 'clearance_growth' else figure}"
+    values = np.asarray(history[key], float)
+    interval = None
+    if figure == study.run.grid["life"]["of"]:
+        low, high = (float(study.cases.at[case_id, joint.column(f"life_{end}")]) for end in ("low", "high"))
+        interval = (low, high) if np.isfinite(low) and np.isfinite(high) else None
+    plotted = values - values[0] if figure == "clearance_growth" else values
+    return LifeCurve(name, np.asarray(history["revolutions"], float), plotted, interval)
+
+
+# Films of oil: least thickness, losses, and the time in which only the film carries load.
+
+FILM_NOTE = (
+    "The film carries the whole load as long as the journal does not touch the bearing. Beyond the valid range of its "
+    "law, the film is evaluated at the limit. The least thickness and the loss are those of the recorded window."
+)
+
+
+def film_sections(study: Study) -> list[Section]:
+    """Return the section, or [] if no case finished or no joint has a film."""
+    blocks: list[Block] = []
+    for joint in study.joints if not study.cases.empty else ():
+        thinnest = joint.column("film_thickness_min")
+        if study.has(thinnest):
+            title = f"Film in joint {joint.title}"
+            table = case_table(
+                study, f"film_{joint.name}", title, columns_in_table(study, "film", joint), thinnest, smallest=True
+            )
+            blocks.append(table._replace(note=f"{table.note} {FILM_NOTE}"))
+    return [Section("film", "Films", blocks)] if blocks else []

@@ -11,14 +11,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...answers import probability
-from ...answers.probability import CONFIDENCE, Estimate
-from ...answers.sampled import QUANTILES
-from ...answers.verdict import EXCEEDED, UNDECIDED
+from ...answers.statistics import CONFIDENCE, QUANTILES, Estimate, binomial_interval
+from ...answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN
 from ...contracts.layout import DIFFERENCE
 from ...language.errors import InputError
 from ...store import StoredRun
-from ..data.rows import CACHED_VALUES
+from ..axis import CACHED_VALUES
 
 CHAOTIC_SHARE = 0.5  # share of chance in a figure's variance from which its indices are meaningless
 BLURRED_RATIO = 0.3  # scatter over effect from which an effect is called blurred
@@ -125,7 +123,11 @@ def samples_of(run: StoredRun) -> list[Sample]:
     for row_number, (point, drawn) in enumerate(zip(*keys, strict=True)):
         rows_of_point.setdefault(point, {})[drawn] = row_number
     ids, failed = run.column("case_id").to_numpy(), (run.column("status") != "ok").to_numpy(bool)
-    names = [name for name in run.columns[run.columns.index("message") + 1 :] if name not in (EXCEEDED, UNDECIDED)]
+    names = [
+        name
+        for name in run.columns[run.columns.index("message") + 1 :]
+        if name not in (EXCEEDED_COLUMN, UNDECIDED_COLUMN)
+    ]
 
     @functools.lru_cache(CACHED_VALUES)
     def read(column: str) -> np.ndarray:
@@ -201,7 +203,7 @@ def estimate_quantile(ordered: np.ndarray, share: float) -> Estimate:
 
 def exceedance_probability(beyond: np.ndarray) -> Estimate:
     """Return the probability of a condition that is true in some cases, with Clopper and Pearson's exact interval."""
-    return Estimate(*probability.binomial_interval(int(beyond.sum()), len(beyond)))
+    return Estimate(*binomial_interval(int(beyond.sum()), len(beyond)))
 
 
 def sobol_indices(sample: Sample, figure: str, paths: list[str]) -> list[SobolIndex]:

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import Any
 
-from ...answers import identification
+from ...answers.questions import difference_text, identification_sentences
 from ...searches.identifying import IdentificationResult
 from ...searches.observed import GAIN, NOISE
 from .settings import grid_text, number_of_joints
@@ -30,8 +30,8 @@ def fit_lines(facts: dict[str, Any]) -> list[str]:
     lines = ["", "The best cases compared with the measured signals"]
     for fit in identified["fits"]:
         measured, computed = (grid_text(fit[name], fit["unit"]) for name in ("measured", "computed"))
-        discrepancy = identification.difference_text(fit)
+        discrepancy = difference_text(fit)
         lines.append(f"  {fit['channel']}, {fit['feature']}: {measured} measured, {computed} computed{discrepancy}")
     joints = number_of_joints(parameter["path"] for parameter in identified["parameters"])
     lines += ["", f"Identified by {identified['finished']:,} finished cases of {identified['looked_at']:,}"]
-    return [*lines, *(f"  {sentence}" for sentence in identification.sentences(identified, joints))]
+    return [*lines, *(f"  {sentence}" for sentence in identification_sentences(identified, joints))]

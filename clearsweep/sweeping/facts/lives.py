@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...answers import lifetime
+from ...answers.words import FIELD_BY_COLUMN, hours_text, interval_text, life_criterion_text, read_lifetime, spread_text
 from ...contracts.layout import Layout
 
 COMPARISONS = {"shortest": operator.lt, "longest": operator.gt}
@@ -18,13 +18,13 @@ class LifeExtremes:
     def __init__(self, layout: Layout, section: Mapping[str, Any]):
         """Prepare for the layout of a run and the section `life` of its grid; without a life nothing is kept."""
         column_names = {column.name for column in layout.columns}
-        names = {name: f"{layout.life}_{name}" for name in lifetime.FIELD_BY_COLUMN} if layout.life else {}
+        names = {name: f"{layout.life}_{name}" for name in FIELD_BY_COLUMN} if layout.life else {}
         self.columns_by_name, self.joint = (
             {name: column for name, column in names.items() if column in column_names},
             layout.life,
         )
         self.columns = [*self.columns_by_name.values()]
-        self.until = lifetime.criterion_text(section)
+        self.until = life_criterion_text(section)
         self.unreached = 0
         self.extremes: dict[str, dict[str, Any]] = {}  # key of COMPARISONS -> the case
 
@@ -37,17 +37,15 @@ class LifeExtremes:
         if np.isnan(hours).all():
             return
         for index in dict.fromkeys((int(np.nanargmin(hours)), int(np.nanargmax(hours)))):
-            life = lifetime.read_lifetime(
+            life = read_lifetime(
                 {name: float(block[column].astype(float)[index]) for name, column in self.columns_by_name.items()}
             )
             for key, precedes in COMPARISONS.items():
                 if key not in self.extremes or precedes(life.hours, self.extremes[key]["hours"]):
                     self.extremes[key] = describe(index) | {
                         "hours": life.hours,
-                        "text": lifetime.hours_text(life),
-                        "remarks": [
-                            text for text in (lifetime.interval_text(life), lifetime.spread_text(life)) if text
-                        ],
+                        "text": hours_text(life),
+                        "remarks": [text for text in (interval_text(life), spread_text(life)) if text],
                     }
 
     def facts(self) -> dict[str, Any] | None:

@@ -9,7 +9,10 @@ from typing import Any
 import numpy as np
 
 from ... import grid as grids
-from ...answers import case_ranking, expected, validity, verdict
+from ...answers import validity
+from ...answers.questions import largest_expected_peak, required_columns
+from ...answers.ranking import ranking_of
+from ...answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN, limits_and_figures_of, units_of
 from ...answers.words import case_margin_text
 from ...contracts.layout import Layout
 from ...searches.law_checks import LawCheckResults
@@ -33,16 +36,14 @@ class RunFacts:
         self.statuses: Counter[str] = Counter()
         self.remarks, self.limits = validity.Remarks(joints), _LimitCounts(record)
         self.lives, self.slowest_case = LifeExtremes(layout, record.get("life") or {}), SlowestCase(record, layout)
-        self.ranking = case_ranking.ranking_of(layout, self.limits.verdict.limits, record)
+        self.ranking = ranking_of(layout, self.limits.verdict.limits, record)
         self.worst = WorstCases(self.ranking, joints, self.limits.verdict.limits)
         self.expected: dict[str, Any] | None = None  # the largest force peak to expect in many revolutions
         self._joints = joints
         self.laws = LawCheckResults(checked, self.ranking)
         columns = ["status", *self.swept, *checked, *self.worst.columns]
         columns += validity.required_columns(joints, {column.name for column in layout.columns})
-        columns += [
-            name for name in expected.required_columns(joints) if name in {column.name for column in layout.columns}
-        ]
+        columns += [name for name in required_columns(joints) if name in {column.name for column in layout.columns}]
         self.columns = list(
             dict.fromkeys([*columns, *self.limits.columns, *self.lives.columns, *self.slowest_case.columns])
         )
@@ -75,7 +76,7 @@ class RunFacts:
             self.lives.add(finished, describe)
             self.slowest_case.add(finished, describe)
             self.worst.add(finished, describe)
-            largest = expected.largest_expected_peak(finished, self._joints)
+            largest = largest_expected_peak(finished, self._joints)
             if largest and (self.expected is None or largest.value > self.expected["value"]):
                 index = finished["case_id"].tolist().index(largest.case_id)
                 self.expected = largest._asdict() | describe(index)
@@ -118,10 +119,10 @@ class _LimitCounts:
     """How many cases meet the limits of a grid, as `run` reports it."""
 
     def __init__(self, record: Mapping[str, Any]):
-        self.verdict = verdict.limits_and_figures_of(record)
-        self.units = verdict.units_of(record)
+        self.verdict = limits_and_figures_of(record)
+        self.units = units_of(record)
         limited = {name for limit in self.verdict.limits for name in (limit.column, limit.times) if name}
-        self.columns = [verdict.EXCEEDED, verdict.UNDECIDED, verdict.MARGIN, *sorted(limited)] if limited else []
+        self.columns = [EXCEEDED_COLUMN, UNDECIDED_COLUMN, MARGIN_COLUMN, *sorted(limited)] if limited else []
         self.cases = 0
         self.exceeded: Counter[str] = Counter()  # column -> number of cases beyond its limit
         self.unknown: Counter[str] = Counter()  # column -> number of cases whose limit is undecided
@@ -135,22 +136,22 @@ class _LimitCounts:
         if not self.columns:
             return
         self.cases += len(block["status"])
-        self.any += sum(map(bool, block[verdict.EXCEEDED]))
+        self.any += sum(map(bool, block[EXCEEDED_COLUMN]))
         self.any_unknown += sum(
             bool(undecided) and not exceeded
-            for exceeded, undecided in zip(block[verdict.EXCEEDED], block[verdict.UNDECIDED], strict=True)
+            for exceeded, undecided in zip(block[EXCEEDED_COLUMN], block[UNDECIDED_COLUMN], strict=True)
         )
-        for counter, column in ((self.exceeded, verdict.EXCEEDED), (self.unknown, verdict.UNDECIDED)):
+        for counter, column in ((self.exceeded, EXCEEDED_COLUMN), (self.unknown, UNDECIDED_COLUMN)):
             counter.update(name for names in block[column] if names for name in names.split(","))
         for index, limit in enumerate(self.verdict.limits):
             self.fails[str(index)] += int(np.count_nonzero(limit.is_exceeded(block)))
             self.unjudged[str(index)] += int(np.count_nonzero(limit.is_undecided(block)))
-        margins = block[verdict.MARGIN]
+        margins = block[MARGIN_COLUMN]
         if np.isfinite(margins).any():
             index = int(np.nanargmin(margins))
             margin = float(margins[index])
             if self.worst is None or (margin, block["case_id"][index]) < (self.worst["margin"], self.worst["case_id"]):
-                words = case_margin_text(margin, self.verdict.limits, block[verdict.EXCEEDED][index] or "")
+                words = case_margin_text(margin, self.verdict.limits, block[EXCEEDED_COLUMN][index] or "")
                 self.worst = _case_description(block, index, swept) | {"margin": margin, "margin_words": words}
 
     def facts(self) -> dict[str, Any] | None:

@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from ...answers.case_ranking import CaseRanking
-from ...answers.verdict import EXCEEDED, MARGIN, Limit
+from ...answers.ranking import CaseRanking
+from ...answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, Limit
 from ...answers.words import case_margin_text
 
 WORST_CASES = 5
@@ -50,6 +50,6 @@ class WorstCases:
         for name in candidate.columns:
             value = float(block[name][index])
             figures.append({"column": name, "value": None if np.isnan(value) else value})
-            if name == MARGIN:
-                figures[-1]["words"] = case_margin_text(value, self.limits, block[EXCEEDED][index] or "")
+            if name == MARGIN_COLUMN:
+                figures[-1]["words"] = case_margin_text(value, self.limits, block[EXCEEDED_COLUMN][index] or "")
         return {"joint": candidate.joint or joint, "force_peak": peak, "figures": figures}

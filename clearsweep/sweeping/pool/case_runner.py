@@ -12,8 +12,8 @@ import numpy as np
 
 from ... import grid as grids
 from ... import store
-from ...answers import case_ranking
-from ...answers.verdict import EXCEEDED, UNDECIDED
+from ...answers.ranking import ranking_of
+from ...answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN
 from ...contracts.case import Case
 from ...contracts.results import Peak
 from ...language import phases
@@ -130,8 +130,8 @@ class CaseRunner:
             return None
         stored_rows = self.directory.rows()
         names = grid.optimise.columns([column.name for column in grid.layout.columns]) if grid.optimise else []
-        ranked = case_ranking.ranking_of(grid.layout, grid.verdict.limits).columns if grid.checked_laws else ()
-        names = [name for name in ranked if name not in (EXCEEDED, UNDECIDED)] or names
+        ranked = ranking_of(grid.layout, grid.verdict.limits).columns if grid.checked_laws else ()
+        names = [name for name in ranked if name not in (EXCEEDED_COLUMN, UNDECIDED_COLUMN)] or names
         positions = np.searchsorted(stored_rows["id"], ids[first:])
         new_results = store.read_results(self.directory, store.ResultSchema.of(grid), stored_rows[positions], names)
         if grid.identify is None:

@@ -4,8 +4,10 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from ... import grid as grids
-from ...answers import case_ranking, expected, films, labels, probability
-from ...answers.verdict import Limit
+from ...answers.questions import dry_share_text, expected_peak_sentence
+from ...answers.ranking import START_UP
+from ...answers.statistics import binomial_interval
+from ...answers.verdict import Limit, column_label, limit_label
 from ...answers.words import common_units, digits_of
 from ...contracts.layout import Layout
 from ...language import wording
@@ -50,9 +52,7 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "warnings": [*result.warnings, *run_facts.remarks.sentences()],
         "limits": limits.facts(),
         "limit_labels": _limit_labels(run.layout, limits.verdict.limits, limits.units),
-        "limited_figures": {
-            limit.column: labels.column_label(run.layout, limit.column) for limit in limits.verdict.limits
-        },
+        "limited_figures": {limit.column: column_label(run.layout, limit.column) for limit in limits.verdict.limits},
         "probability": _probability(answer),
         "life": run_facts.lives.facts(),
         "slowest": run_facts.slowest_case.slowest,
@@ -109,14 +109,14 @@ def _probability(answer: Mapping[str, Any]) -> tuple[float, float, float] | None
     if share is None or share["low"] is None:
         return None
     draws = answer["designs"][0]["conditions"]
-    return probability.binomial_interval(round(share["exceeded"] * draws), draws)
+    return binomial_interval(round(share["exceeded"] * draws), draws)
 
 
 def _limit_labels(layout: Layout, limits: Iterable[Limit], units: Mapping[str, str]) -> dict[str, str]:
     """Return the limits on each column in words; units : column -> SI unit."""
     texts: dict[str, list[str]] = {}
     for limit in limits:
-        texts.setdefault(limit.column, []).append(labels.limit_label(layout, limit, units.get(limit.column, "1")))
+        texts.setdefault(limit.column, []).append(limit_label(layout, limit, units.get(limit.column, "1")))
     return {column: " and ".join(limit_texts) for column, limit_texts in texts.items()}
 
 
@@ -130,7 +130,7 @@ def _expected_lines(facts: dict[str, Any]) -> list[str]:
     where = f" in {wording.joint_name(peak['joint'])}" + (f" at {setting}" if setting else "")
     return [
         "",
-        expected.expected_peak_sentence([grid_text(peak[key], "N") for key in ("value", "high", "seen")], where),
+        expected_peak_sentence([grid_text(peak[key], "N") for key in ("value", "high", "seen")], where),
     ]
 
 
@@ -345,15 +345,15 @@ def _figure(figure: dict[str, Any]) -> str | None:
     """Return a figure in words, shares in per cent, lives in hours; None for a number with a unit of its column."""
     name, value = figure["column"], figure["value"]
     if value is None and name.endswith("_dry_load_share"):
-        return films.dry_share_text(float("nan"))
-    if value is None and name == case_ranking.START_UP:
+        return dry_share_text(float("nan"))
+    if value is None and name == START_UP:
         return "cut off"
     if value is None or "words" in figure:
         return str(figure.get("words", "-"))
     if name.endswith("_life_hours"):
         return f"{value:.4g} h"
     if name.endswith("_dry_load_share"):
-        return films.dry_share_text(value)
+        return dry_share_text(value)
     return None
 
 

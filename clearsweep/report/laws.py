@@ -1,0 +1,407 @@
+"""Comparisons of laws in tables and pictures: elastic laws, restitution, and the designs that meet the limits."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pandas as pd
+
+from .. import simulation
+from ..answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN
+from ..contracts import case
+from ..language import wording
+from ..language.errors import InputError
+from .axis import PEAK, Axis, value_at
+from .blocks.picture import Picture
+from .blocks.section import Part
+from .blocks.table import Column, Quantity, Table, count_cell
+from .draw import comparison
+from .statistics.effects import MatchedCases, axis_key
+from .study import Joint, Study, joint_of, resolve_cases
+
+# Compares the elastic laws in one joint: force over penetration, and the ratios of these forces.
+
+UNKNOWN_LAW_TEXT = "This version does not know every law of this run, so it does not compare their forces."
+DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m, at which forces are tabulated
+REFERENCE_DEPTH = 1  # index in DEPTHS of the depth by which laws are ordered
+VALID_VERDICT = (simulation.SUITABLE, "")  # verdict on a law without objection
+CURVE_DEPTHS = np.geomspace(DEPTHS[0], DEPTHS[-1], 25)  # m, at which they are drawn
+
+
+def compare_swept_laws(study: Study, axis: Axis, joint: Joint) -> Part:
+    """Return sentences, picture and table that compare the swept elastic or roughness laws of a joint.
+
+    Each law is evaluated in the case that shares the most other axis values with the case of largest peak force.
+    """
+    hardest_case_id = study.cases[joint.column(PEAK.figure)].idxmax()
+    other_paths = [other.path for other in study.swept() if other is not axis]
+    shared_axis_values = pd.Series(0, study.cases.index)
+    for path in other_paths:
+        shared_axis_values += study.cases[path] == study.cases.at[hardest_case_id, path]
+    laws_with_cases = [law for law in axis.values if (study.cases[axis.path] == law).any()]
+    closest_case_ids = [shared_axis_values[study.cases[axis.path] == law].idxmax() for law in laws_with_cases]
+    try:
+        sections = [joint_of(resolved_case, joint) for resolved_case in resolve_cases(study, closest_case_ids)]
+    except InputError:
+        return Part([UNKNOWN_LAW_TEXT], [], [])
+    section_by_law = dict(zip(laws_with_cases, sections, strict=True))
+    verdicts = {
+        law: _verdicts(study, joint, case_id, section_by_law[law]).get(law, VALID_VERDICT)
+        for law, case_id in zip(laws_with_cases, closest_case_ids, strict=True)
+    }
+    return _law_comparison(joint, section_by_law, laws_with_cases, verdicts)
+
+
+def compare_allowed_laws(study: Study, joint: Joint) -> Part | None:
+    """Return the comparison of the elastic laws that the joint's material allows, in the case of largest peak force.
+
+    Return None if the joint has no material, or if its material allows only one law.
+    """
+    path = f"joints.{joint.title}.contact.material"
+    if value_at(study.base, path) is None and not any(axis.path.startswith(path) for axis in study.axes):
+        return None
+    hardest_case_id = study.cases[joint.column(PEAK.figure)].idxmax()
+    try:
+        section = joint_of(resolve_cases(study, [hardest_case_id])[0], joint)
+    except InputError:  # laws of another version
+        return None
+    sections = simulation.elastic_choices(section)
+    verdicts = _verdicts(study, joint, hardest_case_id, section)
+    return _law_comparison(joint, sections, [section.elastic_name], verdicts) if len(sections) > 1 else None
+
+
+def ideal_load(study: Study, joint: Joint, case_id: str) -> float | None:
+    """Return the largest reaction (N) of a joint of a case without clearance, or None if it is unknown."""
+    column = joint.column("force_peak_ideal")
+    load = float(study.cases.at[case_id, column]) if column in study.cases else np.nan
+    return load if np.isfinite(load) else None
+
+
+def _verdicts(study: Study, joint: Joint, case_id: str, section: case.Joint) -> dict[str, tuple[str, str]]:
+    """Return elastic law -> verdict for a joint of a case, and its reason."""
+    return simulation.elastic_ratings(section, ideal_load(study, joint, case_id))
+
+
+def _law_comparison(
+    joint: Joint, sections: dict[str, case.Joint], used_laws: list[str], verdicts: dict[str, tuple[str, str]]
+) -> Part:
+    """Return sentences, picture and table of elastic laws; `sections`: name -> section of the joint with that law.
+
+    verdicts : name -> verdict and reason; valid laws come first in the table; valid laws and those in use are drawn
+    """
+    forces = {law: np.array(simulation.elastic_forces(section, DEPTHS)) for law, section in sections.items()}
+    valid_laws = {law for law in sections if verdicts.get(law, VALID_VERDICT)[0] == VALID_VERDICT[0]}
+    ordered_laws = sorted(forces, key=lambda law: (law not in valid_laws, forces[law][REFERENCE_DEPTH]))
+    sentences = _elastic_sentences(forces, [law for law in ordered_laws if law in valid_laws])
+    drawn_laws = [law for law in ordered_laws if law in valid_laws or law in used_laws]
+    table = _elastic_table(joint, sections, forces, ordered_laws, used_laws, verdicts)
+    return Part(
+        sentences, [_force_curves({law: sections[law] for law in drawn_laws}, used_laws)] if drawn_laws else [], [table]
+    )
+
+
+def _elastic_sentences(forces: dict[str, np.ndarray], valid_laws: list[str]) -> list[str]:
+    """Return sentences on the factor between the softest and the stiffest valid law, and between all laws."""
+    if len(forces) < 2:
+        return []
+    values, depth_texts = (
+        np.array(list(forces.values())),
+        [wording.scale("m", depth).exact_text(depth) for depth in DEPTHS],
+    )
+    all_laws_factor = wording.number_text(
+        float(values.max(axis=0)[REFERENCE_DEPTH] / values.min(axis=0)[REFERENCE_DEPTH])
+    )
+    doubtful_count = len(forces) - len(valid_laws)
+    doubtful_laws_text = "doubtful one" if doubtful_count == 1 else f"{doubtful_count} doubtful ones"
+    doubtful_text = f"With the {doubtful_laws_text}, the factor is {all_laws_factor}." if doubtful_count else ""
+    if len(valid_laws) < 2:
+        validity_text = f"only {valid_laws[0]} is valid" if valid_laws else "none is valid"
+        return [
+            f"Of {len(forces)} elastic laws {validity_text} in this joint. Their forces differ by a factor of "
+            f"{all_laws_factor}."
+        ]
+    valid_forces = np.array([forces[law] for law in valid_laws])
+    factors = [wording.number_text(factor) for factor in valid_forces.max(axis=0) / valid_forces.min(axis=0)]
+    other_factors = [
+        f"{factor} at {depth}"
+        for k, (factor, depth) in enumerate(zip(factors, depth_texts, strict=True))
+        if k != REFERENCE_DEPTH
+    ]
+    softest_force, stiffest_force = wording.texts_in_common_unit(
+        (forces[law][REFERENCE_DEPTH] for law in (valid_laws[0], valid_laws[-1])), "N"
+    )
+    return [
+        f"At a penetration of {depth_texts[REFERENCE_DEPTH]} the {len(valid_laws)} elastic laws that are valid in "
+        "this joint differ by a "
+        f"factor of {factors[REFERENCE_DEPTH]}: {softest_force} ({valid_laws[0]}) to {stiffest_force} "
+        f"({valid_laws[-1]}). "
+        f"{doubtful_text}".rstrip(),
+        f"Among the valid laws, the factor is {wording.sentence_list(other_factors)}.",
+    ]
+
+
+def _elastic_table(
+    joint: Joint,
+    sections: dict[str, case.Joint],
+    forces: dict,
+    ordered_laws: list[str],
+    used_laws: list[str],
+    verdicts: dict[str, tuple[str, str]],
+) -> Table:
+    rows = []
+    softest = min(forces[law][REFERENCE_DEPTH] for law in ordered_laws)
+    for law in ordered_laws:
+        limit = simulation.penetration_limit(sections[law])
+        is_used_text = "yes" if law in used_laws else ""
+        verdict_word, reason = verdicts.get(law, VALID_VERDICT)
+        verdict_text = verdict_word if verdict_word == VALID_VERDICT[0] else f"{verdict_word}: {reason}"
+        depth_limit = limit if np.isfinite(limit) else np.nan
+        rows.append(
+            (law, is_used_text, *forces[law], forces[law][REFERENCE_DEPTH] / softest, depth_limit, verdict_text)
+        )
+    depth_texts = [wording.scale("m", depth).exact_text(depth) for depth in DEPTHS]
+    columns = (
+        Column("elastic law"),
+        Column("used here", file_only=len(used_laws) == len(sections)),
+        *(Column(f"at {depth}", "N") for depth in depth_texts),
+        Column(f"at {depth_texts[REFERENCE_DEPTH]}, over the softest"),
+        Column("valid up to", "m"),
+        Column("in this joint"),
+    )
+    note = f'{_joint_text(sections[ordered_laws[0]])}. A dash under "valid up to" means any penetration.'
+    title = f"Elastic force against penetration, joint {joint.title}"
+    return Table(f"elastic_force_{joint.name}", title, note, columns, rows)
+
+
+def _joint_text(section: case.Joint) -> str:
+    """Return a description of the joint for which the forces are computed."""
+    keys_by_word = (("radial clearance", "clearance"), ("bearing radius", "bearing_radius"), ("length", "length"))
+    sizes = [(word, getattr(section, key)) for word, key in keys_by_word if getattr(section, key) is not None]
+    facts = [f"{word} {wording.scale('m', size).exact_text(size, 4)}" for word, size in sizes]
+    materials = section.contact.material
+    if materials:
+        bodies = {f" of the {body}": material for body, material in materials._asdict().items()}
+        if materials.bearing == materials.journal:
+            bodies = {"": materials.bearing}
+        for owner, material in bodies.items():
+            young = wording.scale("Pa", material.young).exact_text(material.young, 4)
+            facts.append(f"Young's modulus{owner} {young}, Poisson's ratio{owner} {material.poisson:.4g}")
+    return f"In the joint of the hardest case: {', '.join(facts)}"
+
+
+def _force_curves(sections: dict[str, case.Joint], used_laws: list[str]) -> Picture:
+    """Return the picture of force over penetration of elastic laws: name -> section of the joint with that law."""
+    curves = {law: np.array(simulation.elastic_forces(section, CURVE_DEPTHS)) for law, section in sections.items()}
+    by_last_force = sorted(curves, key=lambda law: -curves[law][-1])
+    drawn_curves = [(law, curves[law], law in used_laws) for law in by_last_force]
+    forces = {law: simulation.elastic_forces(section, DEPTHS)[REFERENCE_DEPTH] for law, section in sections.items()}
+    softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
+    depth = wording.scale("m", DEPTHS[REFERENCE_DEPTH]).exact_text(DEPTHS[REFERENCE_DEPTH])
+    alt = f"At {depth} {softest} is the softest law and {stiffest} the stiffest."
+    if len(forces) < 2:
+        alt = f"Force of {softest} against penetration."
+    return Picture(
+        "Elastic force against penetration",
+        "",
+        alt,
+        lambda ax: comparison.draw_elastic_forces(ax, CURVE_DEPTHS, drawn_curves),
+        size=(4.6, 3.4),
+    )
+
+
+# Specified and effective restitution of laws.
+
+MAX_VALUES = 5  # largest number of displayed values of the restitution, evenly spaced
+MIN_DIFFERENCE = 5e-4  # smaller differences of restitution count as equal
+
+
+class EffectiveRestitution(NamedTuple):
+    """Effective restitution of a law in a free impact."""
+
+    law: str
+    specified: float  # NaN for a law without this parameter
+    effective: float  # NaN if it depends on mass and speed
+    measured: float  # median of the cases; NaN without measurement
+
+    @property
+    def difference(self) -> float:
+        """Return the effective minus the specified restitution."""
+        return self.effective - self.specified
+
+
+def compare_restitutions(study: Study, axis: Axis, joint: Joint) -> Part:
+    """Return sentence, picture and table of the swept laws of a joint."""
+    points = _restitution_points(study, axis, joint)
+    representatives = points.drop_duplicates()
+    displayed = _displayed_values(points["specified"])
+    representatives = representatives[
+        representatives["specified"].isna() | representatives["specified"].isin(displayed)
+    ]
+    try:
+        sections = [joint_of(case, joint) for case in resolve_cases(study, representatives.index)]
+    except InputError:
+        return Part([UNKNOWN_LAW_TEXT], [], [])
+    rows = []
+    for (law, value), section in zip(representatives.itertuples(index=False), sections, strict=True):
+        effective = simulation.restitution(section)
+        rows.append(
+            EffectiveRestitution(
+                law,
+                section.contact.values.get("restitution", np.nan),
+                np.nan if effective is None else effective,
+                _measured_restitution(study, points, joint, law, value),
+            )
+        )
+    rows.sort(key=lambda row: (np.isnan(row.specified), row.specified, axis.values.index(row.law)))
+    valued_rows = [row for row in rows if not np.isnan(row.effective)]
+    return Part(
+        _restitution_sentences(rows),
+        [_picture(axis, valued_rows)] if valued_rows else [],
+        [_restitution_table(study, axis, joint, rows)],
+    )
+
+
+def _restitution_points(study: Study, axis: Axis, joint: Joint) -> pd.DataFrame:
+    """Return law and specified restitution of each case."""
+    path = f"joints.{joint.title}.contact.restitution"
+    specified = study.cases[path] if path in study.cases else value_at(study.base, path)
+    points = pd.DataFrame({"law": study.cases[axis.path], "specified": specified}, index=study.cases.index)
+    return points.astype({"specified": float})
+
+
+def _displayed_values(specified: pd.Series) -> np.ndarray:
+    """Return the displayed values of the restitution, at most MAX_VALUES."""
+    known = np.sort(specified.dropna().unique())
+    if not len(known):
+        return known
+    return known[np.unique(np.linspace(0, len(known) - 1, MAX_VALUES).round().astype(int))]
+
+
+def _measured_restitution(study: Study, points: pd.DataFrame, joint: Joint, law: str, specified: float) -> float:
+    """Return the median of the measured restitution of the cases of a law, or NaN if none was measured."""
+    if not study.has(joint.column("restitution")):
+        return np.nan
+    has_value = points["specified"].isna() if np.isnan(specified) else points["specified"] == specified
+    return float(study.cases[joint.column("restitution")][(points["law"] == law) & has_value].median())
+
+
+def _restitution_table(study: Study, axis: Axis, joint: Joint, rows: list[EffectiveRestitution]) -> Table:
+    columns = [Column(axis.name), Column("specified"), Column("computed"), Column("difference")]
+    cells: list[tuple] = [
+        (row.law, row.specified, row.effective, Quantity(row.difference, _signed_text(row.difference))) for row in rows
+    ]
+    if study.has(joint.column("restitution")):
+        columns.append(Column("measured here"))
+        cells = [(*cell, row.measured) for cell, row in zip(cells, rows, strict=True)]
+    note = (
+        f"The values follow in closed form for a free impact; the elastic law has no effect. A dash ({wording.DASH}) "
+        "means that the law has no restitution, or that it depends on mass and speed (kelvin-voigt and others)."
+    )
+    key = f"{axis_key(axis)}_restitution"
+    return Table(key, "Specified and computed restitution", note, tuple(columns), cells)
+
+
+def _restitution_sentences(rows: list[EffectiveRestitution]) -> list[str]:
+    """Return sentences on the largest difference between laws with the same specified restitution."""
+    ranges = []
+    for specified in {row.specified for row in rows if not np.isnan(row.specified)}:
+        known = [row for row in rows if row.specified == specified and not np.isnan(row.effective)]
+        if known:
+            ordered = sorted(known, key=lambda row: (row.effective, row.law))
+            ranges.append((ordered[-1].effective - ordered[0].effective, ordered[0], ordered[-1]))
+    if not ranges:
+        return []
+    widest, lowest, highest = max(ranges, key=lambda entry: (entry[0], entry[1].specified))
+    if widest < MIN_DIFFERENCE:
+        return [
+            "In a free impact these laws do not differ: each gives the specified restitution, or all give the same "
+            "value."
+        ]
+    return [
+        f"With a specified restitution of {wording.short_number_text(lowest.specified, 3)}, a free impact has a "
+        "restitution of "
+        f"{wording.number_text(lowest.effective)} ({lowest.law}) to {wording.number_text(highest.effective)} "
+        f"({highest.law})."
+    ]
+
+
+def _picture(axis: Axis, rows: list[EffectiveRestitution]) -> Picture:
+    points = [(row.law, row.specified, row.effective) for row in rows]
+    alt = "; ".join(f"{law}, specified {specified:.3g}: {effective:.3g}" for law, specified, effective in points)
+    return Picture(
+        "Restitution of a free impact",
+        "Computed for a free impact, and compared with the specified restitution.",
+        f"Restitution by {axis.name}. {alt}",
+        lambda ax: comparison.draw_restitutions(ax, points),
+        size=(4.2, 1.15 + 0.22 * len({row.law for row in rows})),
+    )
+
+
+def _signed_text(difference: float) -> str:
+    return wording.DASH if np.isnan(difference) else f"{difference:+.4f}".replace("-", wording.MINUS)
+
+
+# Effect of the choice of a law on the designs that meet the limits.
+
+
+def compare_verdicts(study: Study, matched_cases: MatchedCases) -> Part:
+    """Return how the laws on an axis change the verdict at otherwise equal values; an empty Part without limits."""
+    if EXCEEDED_COLUMN not in study.cases:
+        return Part([], [], [])
+    ids = matched_cases.pairs["case_id"]
+    exceeds = (study.cases[EXCEEDED_COLUMN].reindex(ids) != "").to_numpy(float)
+    pairs = matched_cases.pairs.assign(fails=exceeds, margin=study.cases[MARGIN_COLUMN].reindex(ids).to_numpy(float))
+    table = pairs.pivot_table(index="group", columns="law", values="fails", aggfunc="max")
+    table = table[table.count(axis=1) > 1]
+    if table.empty:
+        return Part([], [], [])
+    compared = pairs[pairs["group"].isin(table.index)]
+    return Part([_sentence(study, matched_cases, table)], [], [_verdict_table(matched_cases, compared)])
+
+
+def _sentence(study: Study, matched_cases: MatchedCases, table: pd.DataFrame) -> str:
+    """Return a sentence on the number of designs whose verdict depends on the law, and where."""
+    changed = table[table.max(axis=1) > table.min(axis=1)]
+    designs_text = wording.count_text(len(table), "design")
+    if changed.empty:
+        common_verdict = "meets the limits" if not table.max().max() else "exceeds a limit" if table.min().min() else ""
+        reason = (
+            f"each {common_verdict} with every law"
+            if common_verdict
+            else "each meets the limits with all laws, or with none"
+        )
+        return f"The choice of {matched_cases.axis.name} does not change the verdict on {designs_text}: {reason}."
+    group = changed.index[0]
+    row = changed.loc[group].dropna()
+    meeting, exceeding = (
+        [law for law, exceeds in row.items() if bool(exceeds) is is_exceeding] for is_exceeding in (False, True)
+    )
+    setting = study.setting(matched_cases.case_id(group, exceeding[0]), omitted_axis=matched_cases.axis)
+    setting_text = f" at {setting}" if setting else ""
+    example = (
+        f"they are met with {wording.sentence_list(meeting)} and exceeded with "
+        f"{wording.sentence_list(exceeding)}{setting_text}"
+    )
+    changed_count = f"{len(changed)} of {designs_text}"
+    name = matched_cases.axis.name
+    return f"The choice of {name} decides whether {changed_count} meet the limits. For example, {example}."
+
+
+def _verdict_table(matched_cases: MatchedCases, compared: pd.DataFrame) -> Table:
+    """Return, for each law, the number of designs that exceed a limit, and their margins."""
+    rows = []
+    for law in matched_cases.axis.values:
+        rows_of_law = compared[compared["law"] == law]
+        if len(rows_of_law):
+            margins = rows_of_law["margin"].to_numpy()
+            finite = margins[np.isfinite(margins)]
+            margin_cells = (float(finite.min()), float(np.median(finite))) if len(finite) else (np.nan, np.nan)
+            rows.append((law, count_cell(len(rows_of_law)), count_cell(int(rows_of_law["fails"].sum())), *margin_cells))
+    headings = ("designs", "that exceed a limit", "smallest margin", "median margin")
+    columns = (Column(matched_cases.axis.name), *map(Column, headings))
+    note = (
+        "The table lists the designs that finished with at least two of the laws. The margin is defined as in the "
+        "verdict."
+    )
+    return Table(
+        f"{axis_key(matched_cases.axis)}_verdict", f"The verdict, by {matched_cases.axis.name}", note, columns, rows
+    )

@@ -1,0 +1,318 @@
+"""The mechanism of one case as a picture, the forces in its joints, and their wear."""
+
+import base64
+import io
+import math
+from collections.abc import Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+import pandas as pd
+from matplotlib.ticker import MaxNLocator, MultipleLocator
+
+from ... import grid, simulation
+from ...contracts.case import Case
+from ...contracts.machine import GROUND
+from ...language import wording
+from ...language.errors import InputError
+from ...language.wording import Scale
+from ...store import durable
+from ..blocks.picture import Picture, draw_svg
+from ..blocks.section import Interactive
+from ..draw.machine import draw_mechanism, picture_height
+from ..draw.style import BLUE, INK, PALE, RED, draw_colour_bar, set_plain_axes
+from ..study import Joint, Study, joint_of, resolve_cases
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.projections.polar import PolarAxes
+
+
+# The picture of a mechanism, alone or at the top of a report.
+
+ENDINGS = (".svg", ".png")
+WIDTH, MAX_HEIGHT = 6.4, 4.2  # inches
+MARK = "<!-- drawn by clearsweep -->"  # recognised by `durable.check_output`
+
+
+def mechanism_picture(case: Case) -> Picture | None:
+    """Return the picture of the mechanism of a case, or None if it does not consist of bodies in a plane."""
+    sketch = simulation.sketch(case)
+    if sketch is None:
+        return None
+    body_names = ", ".join(body.name for body in sketch.bodies if body.name != GROUND)
+    open_names = ", ".join(joint.name for joint in sketch.joints if joint.has_clearance) or "none"
+    elastic_names = ", ".join(body.name for body in sketch.bodies if body.elastic_ends is not None)
+    angle_text = f"{math.degrees(sketch.angle):.6g}°"
+    return Picture(
+        f"The mechanism at crank angle {angle_text}",
+        "Red: joints with clearance.  +: centres of mass." + ("  Zigzag: elastic links." if elastic_names else ""),
+        f"Bodies {body_names}; with clearance: {open_names}.{f' Elastic: {elastic_names}.' if elastic_names else ''}",
+        lambda ax: draw_mechanism(ax, sketch),
+        (WIDTH, min(picture_height(sketch, WIDTH), MAX_HEIGHT)),
+    )
+
+
+def draw_grid(source: Path, out: Path) -> Path:
+    """Draw the mechanism of the first case of a grid as SVG or PNG by the ending of `out`; return `out`."""
+    if out.suffix.lower() not in ENDINGS:
+        raise InputError(f"{out}: cannot draw a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")
+    durable.check_output(out)
+    loaded_grid = grid.load(source, simulation.catalogue())
+    picture = mechanism_picture(loaded_grid.case(0))
+    if picture is None:
+        raise InputError(f"{source}: a mechanism of this type has no picture; run it and see the report")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    is_svg = out.suffix.lower() == ".svg"
+    durable.replace_output(out, f"{MARK}{draw_svg(picture, 'm')}".encode() if is_svg else _png_bytes(picture))
+    return out
+
+
+def _png_bytes(picture: Picture) -> bytes:
+    from matplotlib import rc_context
+
+    from ..blocks import matplotlib_figure
+
+    stream = io.BytesIO()
+    with rc_context(matplotlib_figure.STYLE):
+        figure, axes = matplotlib_figure.draw_figure(picture)
+        axes.set_title(picture.title, fontsize=10)
+        figure.savefig(stream, format="png", metadata={"Software": "clearsweep"})
+    return stream.getvalue()
+
+
+# Forces in the joints of one case over time, in the fixed frame: loads for a finite-element model.
+
+PIN_CHANNELS = ("x", "y", "force_normal", "force_tangential")  # channels of a pin in the plane
+
+
+def joint_forces(case: Case, channels: Mapping, joints: tuple[Joint, ...]) -> pd.DataFrame:
+    """Return `pin_forces` of a case with the forces in its joints without clearance, where they are known."""
+    if simulation.reactions_unknown(case):
+        return pin_forces(channels, joints)
+    reactions = simulation.pin_reactions(simulation.build(case), np.asarray(channels["t"], float))
+    forces = pin_forces({name: values[::2] for name, values in reactions.trajectory.channels.items()}, joints)
+    for name, force in reactions.forces.items():
+        forces[f"{name}/fx [N]"], forces[f"{name}/fy [N]"] = force.T
+        if name in reactions.couples:
+            forces[f"{name}/couple [N*m]"] = reactions.couples[name]
+    return forces.assign(**{"drive/torque [N*m]": reactions.torque}) if reactions.forces else forces
+
+
+def pin_forces(channels: Mapping, joints: tuple[Joint, ...]) -> pd.DataFrame:
+    """Return time (s), crank angle (deg), and the force on the journal of each pin with clearance (N, fixed frame).
+
+    The bearing has the opposite force.  The normal force pushes the journal to the centre of the bearing; the
+    tangential one is along the outward normal turned by +90 degrees.
+    """
+    columns = {"time [s]": np.asarray(channels["t"], float)}
+    if "crank_angle" in channels:
+        columns["crank_angle [deg]"] = np.degrees(np.asarray(channels["crank_angle"], float))
+    pins = [joint for joint in joints if all(f"joints/{joint.name}/{key}" in channels for key in PIN_CHANNELS)]
+    if not pins:
+        raise InputError(
+            "no planar pin joint of this case has clearance, so there are no pin forces to write; "
+            "give a pin joint a clearance"
+        )
+    for joint in pins:
+        x, y, normal, tangential = (np.asarray(channels[f"joints/{joint.name}/{key}"], float) for key in PIN_CHANNELS)
+        distance = np.hypot(x, y)
+        normal_x, normal_y = (
+            np.divide(component, distance, np.zeros_like(component), where=distance > 0.0) for component in (x, y)
+        )
+        columns[f"{joint.name}/fx [N]"] = -normal * normal_x - tangential * normal_y
+        columns[f"{joint.name}/fy [N]"] = -normal * normal_y + tangential * normal_x
+    return pd.DataFrame(columns)
+
+
+# Drawings of wear: depth around a body, along its surface and, for spatial joints, along its axis.
+
+MAX_SECTORS = 180  # of a circle, at most
+BODY_STYLES = (("bearing", BLUE, "-"), ("journal", RED, "--"))  # name, colour, line
+
+
+def draw_around(ax: "PolarAxes", depth: np.ndarray, body: int, scale: Scale, max_depth: float) -> None:
+    """Draw the depths (m, one per angular bin) of the bearing (`body` 0) or the journal (1), up to `max_depth` (m).
+
+    The deepest bin is marked, the mean is a dotted circle.
+    """
+    colour, scaled_depths, drawn_depths = (
+        BODY_STYLES[body][1],
+        depth / scale.factor,
+        deepest_per_sector(depth, MAX_SECTORS) / scale.factor,
+    )
+    ax.fill(_angles(drawn_depths), drawn_depths, facecolor=(colour, 0.25), edgecolor=colour, linewidth=1.2)
+    ax.plot(
+        np.linspace(0.0, 2.0 * np.pi, 91), np.full(91, scaled_depths.mean()), color=INK, linewidth=0.9, linestyle=":"
+    )
+    ax.plot(_angles(scaled_depths)[scaled_depths.argmax()], scaled_depths.max(), "o", color=colour, markersize=4.5)
+    ax.set_xticks(np.radians(np.arange(0, 360, 45)))
+    ax.set_rlabel_position(22.5)
+    ax.yaxis.set_major_locator(MaxNLocator(4))
+    ax.set_ylim(0.0, 1.08 * max_depth / scale.factor if max_depth > 0.0 else None)
+    ax.tick_params(axis="y", labelsize=7)
+    ax.grid(color=PALE, linewidth=0.5)
+    ax.set_xlabel(f"depth [{scale.unit}]")
+
+
+def draw_over_angle(ax: "Axes", depths: tuple[np.ndarray, np.ndarray], scale: Scale) -> None:
+    """Draw the depths (m, one per angular bin) of bearing and journal over the angle (rad) in each body's frame."""
+    for depth, (name, colour, dash) in zip(
+        (deepest_per_sector(depth, MAX_SECTORS) for depth in depths), BODY_STYLES, strict=True
+    ):
+        ax.plot(
+            np.degrees(_angles(depth)), depth / scale.factor, color=colour, linestyle=dash, linewidth=1.2, label=name
+        )
+    ax.xaxis.set_major_locator(MultipleLocator(90))
+    ax.set(xlim=(0.0, 360.0), xlabel="angle on the body [°]", ylabel=f"depth [{scale.unit}]")
+    ax.set_ylim(0.0, None)
+    set_plain_axes(ax)
+    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.2)
+
+
+def draw_unrolled(ax: "Axes", depth: np.ndarray, length: float) -> None:
+    """Draw wear depths (bins, length bins) m around a body and along it, unrolled; length : m, of the body."""
+    scale, length_scale = wording.scale("m", depth.ravel()), wording.scale("m", length)
+    edges = np.linspace(-0.5, 0.5, depth.shape[1] + 1) * length / length_scale.factor
+    angles, max_depth = np.linspace(0.0, 360.0, depth.shape[0] + 1), max(depth.max(initial=0.0), np.finfo(float).tiny)
+    mesh = ax.pcolormesh(
+        angles, edges, depth.T / scale.factor, cmap="viridis", vmin=0.0, vmax=max_depth / scale.factor, rasterized=True
+    )
+    ax.set(xlabel="angle from the body's x axis [°]", ylabel=f"along the axis [{length_scale.unit}]")
+    ax.xaxis.set_major_locator(MultipleLocator(90))
+    draw_colour_bar(ax, mesh, f"depth [{scale.unit}]")
+
+
+def deepest_per_sector(depth: np.ndarray, sectors: int) -> np.ndarray:
+    """Return the depths (m) of a body in at most `sectors`: the deepest of adjacent bins."""
+    if len(depth) <= sectors:
+        return depth
+    deepest: np.ndarray = np.maximum.reduceat(depth, np.arange(sectors) * len(depth) // sectors)
+    return deepest
+
+
+def _angles(depth: np.ndarray) -> np.ndarray:
+    """Return the centres (rad) of the bins of a body."""
+    centres: np.ndarray = (np.arange(len(depth)) + 0.5) * 2.0 * np.pi / len(depth)
+    return centres
+
+
+# The wear of one case: pictures of the depth around each body.
+
+POLAR_SIZE, FLAT_SIZE, UNROLLED_SIZE = (3.3, 3.5), (3.5, 3.3), (4.2, 2.9)  # inches
+MAX_CASES, SECTORS = 30, 120  # cases to choose from in all joints, and sectors of the circle on the page
+Depths = tuple[np.ndarray, np.ndarray]
+
+
+def body_names(study: Study, joint: Joint) -> tuple[str, str]:
+    """Return the carriers of bearing and journal, such as 'Bearing in the slider', 'Journal on the rod'."""
+    mechanism = simulation.catalogue().mechanism(study.mechanism)
+    sites = {site.name: site for site in mechanism.joints} if mechanism else {}
+    site, journal = sites.get(joint.title), study.base["joints"].get(joint.title, {}).get("journal")
+    if site is None or journal not in site.journals:
+        return "Bearing", "Journal"
+    bearing = next(body for body in site.journals if body != journal)
+    return f"Bearing in the {bearing}", f"Journal on the {journal}"
+
+
+def wear_pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Picture]:
+    """Return the depths (m) around bearing and journal on one scale, and both along their surfaces.
+
+    A body without wear has no picture of its own.  A spatial joint has a map of each body.
+    """
+    names = body_names(study, joint)
+    if depths[0].ndim > 1:
+        return _maps(study, joint, case_id, depths)
+    depths = (np.asarray(depths[0], float), np.asarray(depths[1], float))
+    scale, largest = wording.scale("m", [*depths[0], *depths[1]]), float(max(map(np.max, depths)))
+    pictures = [
+        Picture(
+            body_name,
+            depth_text(depth),
+            f"{body_name}: wear depth around it. {depth_text(depth)}",
+            partial(draw_around, depth=depth, body=body, scale=scale, max_depth=largest),
+            POLAR_SIZE,
+            "polar",
+        )
+        for body, (body_name, depth) in enumerate(zip(names, depths, strict=True))
+        if depth.any()
+    ]
+    if pictures:
+        text = "Wear depth of bearing and journal against the angle on the body."
+        paint = partial(draw_over_angle, depths=depths, scale=scale)
+        pictures.append(Picture("Depth along the surface", "", text, paint, FLAT_SIZE))
+    return pictures
+
+
+def _maps(study: Study, joint: Joint, case_id: str, depths: Depths) -> list[Picture]:
+    """Return the wear depths (m) over angle and length of both bodies of a joint in space."""
+    (case,) = resolve_cases(study, [case_id])
+    case_joint = joint_of(case, joint)
+    return [
+        Picture(
+            name,
+            depth_text(deepest_along_axis(depth)),
+            f"{name}: wear depth over angle and length. {depth_text(deepest_along_axis(depth))}",
+            partial(draw_unrolled, depth=np.asarray(depth, float), length=float(length or 0.0)),
+            UNROLLED_SIZE,
+        )
+        for name, depth, length in zip(
+            body_names(study, joint), depths, (case_joint.length, case_joint.journal_length), strict=True
+        )
+    ]
+
+
+def deepest_along_axis(depth: np.ndarray) -> np.ndarray:
+    """Return the depths (m) of a body by angular bin; of a spatial joint, the deepest along its axis."""
+    return np.asarray(depth, float) if depth.ndim == 1 else np.asarray(depth.max(axis=1), float)
+
+
+def ranking_column(study: Study, joint: Joint) -> str:
+    """Return the column that ranks the wear of a joint: its rate, or its depth if there is no rate."""
+    rate = joint.column("wear_rate_max")
+    return rate if study.has(rate) else joint.column("wear_depth_max")
+
+
+def selectable_cases(study: Study, joint: Joint) -> Interactive | None:
+    """Return the wear of the joint's most worn cases except the first, for comparison with it.
+
+    Return None if there are no others.
+    """
+    column = ranking_column(study, joint)
+    case_indices = study.cases.ordered(column)[
+        : min(int((study.cases[column] > 0.0).sum()), MAX_CASES // len(study.joints))
+    ]
+    if len(case_indices) < 2:
+        return None
+    case_indices = case_indices[1:]
+    label = f"Wear depth around the bodies of joint {joint.title} in a chosen case"
+    cases = [_script_data(study, joint, case_id) for case_id in study.cases.index[case_indices]]
+    data = {"title": f"Joint {joint.title}, another case: ", "bodies": body_names(study, joint), "cases": cases}
+    return Interactive("worn", f"worn-{joint.name}", label, data, "")
+
+
+def _script_data(study: Study, joint: Joint, case_id: str) -> dict:
+    """Return the depths around the bodies of a joint for the page's script: bytes, relative to the deepest."""
+    depths = [deepest_along_axis(depth) for depth in study.run.wear(case_id)[joint.name]]
+    largest = max(float(depth.max()) for depth in depths)
+    scale = largest or 1.0  # arbitrary without wear
+    fractions = [deepest_per_sector(depth, SECTORS) / scale for depth in depths]
+    text = wording.quantity_text(largest, "m")
+    return {
+        "name": f"{study.setting(case_id)}: {text}",
+        "most": text,
+        "said": [depth_text(depth) for depth in depths],
+        "mean": [float(depth.mean() / scale) for depth in depths],
+        "depths": [
+            base64.b64encode(np.rint(255.0 * fraction).astype(np.uint8).tobytes()).decode() for fraction in fractions
+        ],
+    }
+
+
+def depth_text(depth: np.ndarray) -> str:
+    """Return the place of the deepest wear of a body, and its mean depth, in words."""
+    angle = 360.0 * (int(depth.argmax()) + 0.5) / len(depth)
+    deepest, mean = wording.texts_in_common_unit((float(depth.max()), float(depth.mean())), "m")
+    return f"deepest {deepest} at {angle:.0f}°, mean {mean}"

@@ -1,0 +1,454 @@
+"""Tables and sentences on samples of cases: spread, chances, drivers, counts."""
+
+import itertools
+from collections import Counter
+from typing import NamedTuple
+
+import numpy as np
+
+from ..answers.statistics import Estimate, variable_correlations
+from ..answers.verdict import Limit
+from ..language import wording
+from ..store import sum_counts
+from .axis import Axis
+from .blocks.section import Note, Section
+from .blocks.table import Column, Quantity, Table, axis_columns, columns_in_table, count_cell
+from .statistics import sensitivity
+from .statistics.sensitivity import ChanceShare, Sample, SingleEffect
+from .study import Study
+
+# Tables of a sample: spread of figures, chance of exceeding limits, variables that drive the spread.
+
+
+class LimitedFigure(NamedTuple):
+    """A figure of merit with its limits."""
+
+    column: str
+    name: str
+    unit: str
+    limits: tuple[Limit, ...]  # at most one at either end
+
+
+def limited_figures(study: Study) -> list[LimitedFigure]:
+    """Return the figures whose spread is shown: the main ones, and those with a limit."""
+    name_by_column = dict(columns_in_table(study, "sample"))
+    further = [*(study.run.grid.get("figures") or {}), *(limit.column for limit in study.limits)]
+    name_by_column |= {column: column.replace("_", " ") for column in further if column not in name_by_column}
+    return [
+        LimitedFigure(
+            column, name, study.unit(column), tuple(limit for limit in study.limits if limit.column == column)
+        )
+        for column, name in name_by_column.items()
+        if study.has(column)
+    ]
+
+
+def spread_table(study: Study, samples: list[Sample]) -> Table:
+    """Return mean, variation and quantiles of every figure."""
+    columns = (
+        *figure_columns(study),
+        Column("cases"),
+        *estimate_columns("mean"),
+        *estimate_columns("cv"),
+        *estimate_columns("5 % quantile"),
+        *estimate_columns("median"),
+        *estimate_columns("95 % quantile"),
+    )
+    rows = []
+    for figure in limited_figures(study):
+        for sample in samples:
+            values = sample.figures[figure.column]
+            if np.isfinite(values).any():
+                spread = sensitivity.summarise_spread(values)
+                head_cells = (figure.name, figure.unit, *point_cells(study, sample), count_cell(spread.cases))
+                quantiles = [cell for quantile in spread.quantiles for cell in estimate_cells(quantile, figure.unit)]
+                rows.append(
+                    (
+                        *head_cells,
+                        *estimate_cells(spread.mean, figure.unit),
+                        *estimate_cells(spread.cv, "1"),
+                        *quantiles,
+                    )
+                )
+    note = (
+        "Brackets contain the 95 % confidence interval: from the bootstrap for mean and cv (standard deviation over "
+        f"mean), from order statistics for quantiles. A dash ({wording.DASH}) marks an end for which there are too few "
+        f"cases. {_failed_note(samples)}"
+    )
+    return Table("distribution", "Spread of the figures", note.strip(), columns, rows)
+
+
+def limit_table(study: Study, samples: list[Sample]) -> Table:
+    """Return the chance of exceeding each limit and, if cases failed, the chance with these counted as failures."""
+    failures = any(sample.failed for sample in samples)
+    columns = (
+        *figure_columns(study),
+        Column("limit"),
+        Column("cases"),
+        *estimate_columns("probability of exceeding it"),
+        *(estimate_columns("or of failing") if failures else ()),
+    )
+    rows = []
+    for figure in limited_figures(study):
+        for limit, sample in itertools.product(figure.limits, samples):
+            is_exceeding = limit.is_exceeded(sample.figures)[sample.is_finished()]
+            if len(is_exceeding) or sample.failed:
+                head_cells = (figure.name, figure.unit, *point_cells(study, sample))
+                limit_text = Quantity(limit.value, limit.bound_text(figure.unit))
+                rows.append(
+                    (
+                        *head_cells,
+                        limit_text,
+                        *_probability_cells(is_exceeding, _failed_rows(sample), failures=failures),
+                    )
+                )
+    for sample in samples if len(rows) > len(samples) else []:
+        head_cells = ("at least one of them", "", *point_cells(study, sample))
+        rows.append(
+            (
+                *head_cells,
+                "",
+                *_probability_cells(any_limit_exceeded(study, sample), _failed_rows(sample), failures=failures),
+            )
+        )
+    note = (
+        "Brackets contain the exact 95 % confidence interval (Clopper and Pearson). A case whose figure is null "
+        "does not count as exceeding its limit."
+    )
+    if failures:
+        failed = sum(len(sample.failed) for sample in samples)
+        note += (
+            f" The first probability leaves out {wording.count_text(failed, 'failed case')}, so it is too low if "
+            "violent "
+            "cases fail. The second counts failed cases as exceeding every limit."
+        )
+    return Table("limits", "Probability of exceeding limits", note, columns, rows)
+
+
+def _probability_cells(exceeds: np.ndarray, failed: int, *, failures: bool) -> list[Quantity]:
+    """Return the number of cases, the chance of exceeding a limit and, with `failures`, of exceeding it or failing."""
+    none = Estimate(np.nan, np.nan, np.nan)
+    cells = [
+        count_cell(len(exceeds)),
+        *estimate_cells(sensitivity.exceedance_probability(exceeds) if len(exceeds) else none, "1"),
+    ]
+    if not failures:
+        return cells
+    exceeds_or_fails = np.append(exceeds, np.ones(failed, bool))
+    return [
+        *cells,
+        *estimate_cells(sensitivity.exceedance_probability(exceeds_or_fails) if len(exceeds_or_fails) else none, "1"),
+    ]
+
+
+def _failed_rows(sample: Sample) -> int:
+    """Return the number of failed rows of a sample's design."""
+    failed = set(sample.failed)
+    return sum(case_id in failed for case_id in sample.case_ids)
+
+
+def any_limit_exceeded(study: Study, sample: Sample) -> np.ndarray:
+    """Return a mask of the finished cases of a sample that exceed a limit."""
+    exceeds: np.ndarray = np.any([limit.is_exceeded(sample.figures) for limit in study.limits], axis=0)[
+        sample.is_finished()
+    ]
+    return exceeds
+
+
+def index_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]:
+    """Return the Sobol indices of every variable for every figure, and remarks on chaos."""
+    columns = (
+        Column("figure"),
+        *axis_columns(study, _fixed_axes(study)),
+        Column("variable"),
+        *estimate_columns("first-order index"),
+        *estimate_columns("total index"),
+        Column("share of chance"),
+        Column("chance was", file_only=True),
+        Column("verdict"),
+    )
+    names = variable_names(study)
+    rows: list[tuple] = []
+    verdicts: dict[str, str] = {}  # chaotic or possibly chaotic figure -> which of these
+    measured = False
+    for figure in limited_figures(study):
+        for sample in samples:
+            indices = sensitivity.sobol_indices(sample, figure.column, list(names))
+            chance = sensitivity.share_of_chance(sample, figure.column, indices)
+            measured |= chance.is_measured
+            verdict = _chaos_verdict(chance)
+            if verdict:
+                verdicts[figure.name] = verdict
+            for row_index, index in enumerate(indices):
+                head_cells = (figure.name, *point_cells(study, sample), names[index.path])
+                cells = (*estimate_cells(index.first, "1"), *estimate_cells(index.total, "1"))
+                rows.append((*head_cells, *cells, *_chance_cells(chance, verdict, is_shown=row_index == 0)))
+    note = (
+        "The first-order index is the share of the figure's variance that the variable explains by itself; the total "
+        "index includes all its interactions. Brackets contain the bootstrap interval. The share of chance is the "
+        "share of the variance that chaos causes. If it is one half or more, the figure is chaotic: a tiny disturbance "
+        "changes it as much as the variables do."
+    )
+    sentences = [
+        _chaos_advice([name for name in verdicts if verdicts[name] == verdict], verdict)
+        for verdict in dict.fromkeys(verdicts.values())
+    ]
+    if not measured:
+        sentences.append(
+            "This run only gives an upper bound of the share of chance: the smallest total index of a variable that "
+            "has an effect. A run with `error_check: true` in `simulate` measures the share."
+        )
+    return Table("sensitivity", "Sobol indices", note, columns, rows), sentences
+
+
+def effect_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]:
+    """Return the effect of each single variable on every figure, and remarks on chaos."""
+    columns = (
+        *figure_columns(study),
+        Column("variable"),
+        Column("at its 5 % quantile"),
+        Column("in the middle"),
+        Column("at its 95 % quantile"),
+        Column("scatter"),
+        Column("verdict"),
+    )
+    names = variable_names(study)
+    rows: list[tuple] = []
+    chaotic: dict[str, None] = {}  # names of figures, without repetition
+    for figure in limited_figures(study):
+        for sample in samples:
+            for effect in sensitivity.single_effects(sample, figure.column, list(names)):
+                if effect.is_chaotic:
+                    chaotic[figure.name] = None
+                numbers = (effect.low, effect.median, effect.high, effect.scatter)
+                texts = wording.texts_in_common_unit(numbers, figure.unit)
+                cells = [Quantity(value, text) for value, text in zip(numbers, texts, strict=True)]
+                head_cells = (figure.name, figure.unit, *point_cells(study, sample), names[effect.path])
+                rows.append((*head_cells, *cells, _scatter_remark(effect)))
+    note = (
+        "Each variable changes alone, with the others at their medians. The scatter is the change of the figure under "
+        "disturbances of 1e-9 of their ranges. With `error_check`, it is the change at a tenth of the tolerance."
+    )
+    sentences = [_chaos_advice(list(chaotic), "chaotic")] if chaotic else []
+    return Table("one_at_a_time", "One-at-a-time effects", note, columns, rows), sentences
+
+
+def _chaos_verdict(chance: ChanceShare) -> str:
+    if not chance.is_chaotic:
+        return ""
+    return "chaotic" if chance.is_measured else "may be chaotic"
+
+
+def _chance_cells(chance: ChanceShare, verdict: str, *, is_shown: bool) -> list[Quantity | str]:
+    """Return the share of chance, its source and the verdict; the page shows them once per figure."""
+    limit_text = "at most about " if not chance.is_measured and chance.share >= 0.01 else ""
+    share = Quantity(chance.share, limit_text + wording.percent_text(chance.share) if is_shown else "")
+    return [share, "measured" if chance.is_measured else "bounded", Quantity(verdict, verdict if is_shown else "")]
+
+
+def _scatter_remark(effect: SingleEffect) -> str:
+    """Return the remark on an effect compared with its scatter, or '' if none is needed."""
+    if effect.is_chaotic:
+        return "chaotic: scatter as large as the effect"
+    blurred = effect.blurred()
+    return "" if np.isnan(blurred) else f"blurred: scatter is {wording.percent_text(blurred)} of the effect"
+
+
+def _chaos_advice(figures: list[str], verdict: str) -> str:
+    """Return advice on figures that are chaotic or may be."""
+    is_plural = len(figures) > 1
+    state_text = f"{'are' if is_plural else 'is'} {'' if verdict == 'chaotic' else 'not known to be free of '}"
+    state_text += "chaotic here" if verdict == "chaotic" else "chaos here"
+    names = wording.sentence_list(figures)
+    sentence = f"{names} {state_text}: apparent effects of a variable may be chance."
+    return f"{sentence[0].upper()}{sentence[1:]} Use p99 or rms instead of peaks, or a longer run."
+
+
+def variable_names(study: Study) -> dict[str, str]:
+    """Return the drawn paths, each with its name in words."""
+    return {path: wording.axis_name(path, len(study.joints)) for path in study.run.grid["sample"]["drawn"]}
+
+
+def _fixed_axes(study: Study) -> list[Axis]:
+    drawn = study.run.grid["sample"]["drawn"]
+    return [axis for axis in study.swept() if axis.path not in drawn]
+
+
+def figure_columns(study: Study) -> list[Column]:
+    """Return the columns for figure and the values of the axes that were not drawn."""
+    return [Column("figure"), Column("figure unit", file_only=True), *axis_columns(study, _fixed_axes(study))]
+
+
+def point_cells(study: Study, sample: Sample) -> list[float | str]:
+    """Return the values of the axes that were not drawn for a sample."""
+    return [sample.point[axis.path] for axis in _fixed_axes(study)]
+
+
+def estimate_columns(name: str) -> list[Column]:
+    """Return the columns of an estimate: one on the page, three in the file."""
+    return [Column(name), Column(f"{name}, low", file_only=True), Column(f"{name}, high", file_only=True)]
+
+
+def estimate_cells(estimate: Estimate, unit: str) -> list[Quantity]:
+    """Return an estimate with its interval: one cell on the page, three in the file."""
+    scale = wording.scale(unit, [end for end in estimate if np.isfinite(end)])
+    low, high = scale.number_text(estimate.low), scale.number_text(estimate.high)
+    return [
+        Quantity(estimate.value, f"{scale.text(estimate.value)} ({low} to {high})"),
+        Quantity(estimate.low, low),
+        Quantity(estimate.high, high),
+    ]
+
+
+def _failed_note(samples: list[Sample]) -> str:
+    failed = sum(len(sample.failed) for sample in samples)
+    return f"{wording.count_text(failed, 'failed case')} left out: the figures may be biased." if failed else ""
+
+
+# Table of the variables that drive a random sample: rank correlations, chance of exceeding limits in either half.
+
+
+def rank_table(study: Study, samples: list[Sample]) -> Table:
+    """Return rank correlations of each figure with each drawn variable, the strongest first; empty for few cases."""
+    names = variable_names(study)
+    drawn = {path: np.asarray(values, float) for path, values in study.run.grid["sample"]["drawn"].items()}
+    has_limits = bool(study.run.grid.get("limits"))
+    columns = [
+        *figure_columns(study),
+        Column("variable"),
+        *estimate_columns("rank correlation"),
+        *estimate_columns("others fixed"),
+    ]
+    if has_limits:
+        columns += [*estimate_columns("limits exceeded, lower half"), *estimate_columns("upper half")]
+    rows = []
+    for figure, sample in itertools.product(limited_figures(study), samples):
+        for path, simple, partial in figure_correlations(study, sample, figure.column):
+            head = (figure.name, figure.unit, *point_cells(study, sample), names[path])
+            halves = _halves(study, sample, drawn[path]) if has_limits else []
+            rows.append((*head, *estimate_cells(simple, "1"), *estimate_cells(partial, "1"), *halves))
+    note = (
+        "Spearman's rank correlation is 1 if the figure always rises with the variable, and "
+        f'{wording.MINUS}1 if it always falls. Under "others fixed" is the partial rank correlation (PRCC), after '
+        "regression on the other variables. Brackets contain the 95 % interval."
+    )
+    if has_limits:
+        note += (
+            " The last two columns are the probabilities that a limit is exceeded with the variable below and above "
+            "its median."
+        )
+    return Table("rank_drivers", "What drives the spread", note, tuple(columns), rows)
+
+
+def figure_correlations(study: Study, sample: Sample, column: str) -> list[tuple[str, Estimate, Estimate]]:
+    """Return variable, rank correlation with a figure, and partial rank correlation, the strongest first.
+
+    Return [] if there are too few cases or the figure is constant.
+    """
+    table = study.run.grid["sample"]["drawn"]
+    drawn = {path: np.asarray(table[path], float) for path in variable_names(study)}
+    return variable_correlations(drawn, sample.figures[column])
+
+
+def _halves(study: Study, sample: Sample, values: np.ndarray) -> list[Quantity]:
+    """Return the cells with the chance that a limit is exceeded below and above the median of a variable."""
+    is_finished, exceeds = sample.is_finished(), any_limit_exceeded(study, sample)
+    values = values[is_finished]
+    median = np.median(values)
+    cells = []
+    for is_in_half in (values <= median, values > median):
+        probability = (
+            sensitivity.exceedance_probability(exceeds[is_in_half])
+            if is_in_half.any()
+            else Estimate(np.nan, np.nan, np.nan)
+        )
+        cells += estimate_cells(probability, "1")
+    return cells
+
+
+# Counts on the page of a run: always of all cases, even if the page shows a sample.
+
+#: Sections with counts of all cases, and their other contents; sections without counts have no note.
+_NOTES = {
+    "verdict": "Counts include all cases. Maps and shares come from the sample, {}.",
+    "failures": "The numbers include all cases. The list contains those of the sample, {}.",
+    "trust": "Counts of failed cases, and of those beyond the range of a law, include all cases. "
+    "The rest comes from the sample, {}.",
+    "mechanism": "",
+    "setup": "",
+}
+
+
+class LimitCounts(NamedTuple):
+    """Counts of finished cases by limits."""
+
+    cases: int
+    exceeding: int  # at least one limit
+    unknown: int  # cases among them without the figure of a limit
+    by_limit: list[tuple[int, int]]  # for each limit: cases that exceed it, and cases among them without its figure
+
+
+def finished_and_failed(study: Study) -> tuple[int, int]:
+    """Return the numbers of finished and of failed cases."""
+    marks = study.run.marks()
+    if not marks:
+        return len(study.cases), len(study.failed)
+    return sum(mark["ok"] for mark in marks), sum(mark["failed"] for mark in marks)
+
+
+def failures_by_status(study: Study) -> Counter[str]:
+    """Return the number of failed cases by status."""
+    if study.run.marks():
+        statuses = _summed(study, "statuses")
+        del statuses["ok"]
+        return statuses
+    return Counter({str(status): int(number) for status, number in study.failed["status"].value_counts().items()})
+
+
+def limit_counts(study: Study) -> LimitCounts:
+    """Return the counts of finished cases that meet the limits of the grid."""
+    if study.run.marks():
+        total, fails, unjudged = (_summed(study, part) for part in ("limits", "fails", "unjudged"))
+        exceeding_and_unknown = [
+            (fails[str(limit_index)], unjudged[str(limit_index)]) for limit_index in range(len(study.limits))
+        ]
+        return LimitCounts(total["cases"], total["any"], total["unknown"], exceeding_and_unknown)
+    if not study.limits:
+        return LimitCounts(len(study.cases), 0, 0, [])
+    columns_by_limit = [limit_columns(study, limit) for limit in study.limits]
+    is_exceeding, is_undecided = (
+        [getattr(limit, method)(values) for limit, values in zip(study.limits, columns_by_limit, strict=True)]
+        for method in ("is_exceeded", "is_undecided")
+    )
+    return LimitCounts(
+        len(study.cases),
+        int(np.any(is_exceeding, axis=0).sum()),
+        int(np.any(is_undecided, axis=0).sum()),
+        [
+            (int(cases.sum()), int(exceeding_and_unknown.sum()))
+            for cases, exceeding_and_unknown in zip(is_exceeding, is_undecided, strict=True)
+        ],
+    )
+
+
+def remark_counts(study: Study) -> Counter[str] | None:
+    """Return the counts of remarks on all cases, with their number under `cases`; None if the page shows all cases."""
+    return _summed(study, "remarks") if study.run.marks() else None
+
+
+def limit_columns(study: Study, limit: Limit) -> dict[str, np.ndarray]:
+    """Return the columns that a limit uses."""
+    return {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
+
+
+def with_note(study: Study, section: Section) -> Section:
+    """Return a section with a note on the cases that its counts cover, if the page shows a sample."""
+    if not section.title or not study.run.marks():
+        return section
+    shown = f"{len(study.cases) + len(study.failed):,} of {sum(finished_and_failed(study)):,} cases"
+    text = _NOTES.get(section.key, "Counts and shares come from the sample, {}.").format(shown)
+    return section._replace(blocks=[Note(text), *section.blocks]) if text else section
+
+
+def _summed(study: Study, part: str) -> Counter[str]:
+    return sum_counts([mark["counts"] for mark in study.run.marks()], part)

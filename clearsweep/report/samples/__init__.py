@@ -1,1 +1,0 @@
-"""Tables and sentences on samples of cases: spread, chances, drivers, counts."""

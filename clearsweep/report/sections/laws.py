@@ -1,0 +1,416 @@
+"""Laws on the page: the choice of a swept law, `check_laws`, elastic laws and elastic links."""
+
+import math
+
+import numpy as np
+import pandas as pd
+
+from ... import simulation
+from ...answers.questions import LawResult
+from ...answers.verdict import MARGIN_COLUMN
+from ...answers.words import case_margin_text
+from ...contracts.case import Case
+from ...language import wording
+from ...language.errors import InputError
+from ..axis import PEAK, Axis
+from ..blocks.picture import Picture, capitalise
+from ..blocks.section import Part, Points, Section, Sentences, without_empty
+from ..blocks.table import Column, Quantity, Table, count_cell
+from ..draw import comparison
+from ..laws import compare_allowed_laws, compare_restitutions, compare_swept_laws, compare_verdicts, ideal_load
+from ..statistics.effects import MatchedCases, axis_key, main_effects_of, match_cases
+from ..study import Joint, Study, answer_of_study, joint_of, resolve_cases, worst_case
+
+# Effect of the choice of a swept law: forces under each law, and the spread between laws at otherwise equal values.
+
+LAW_PATHS = (
+    ".contact.law",
+    ".contact.elastic",
+    ".roughness.law",
+    ".friction.law",
+)  # paths within a joint that name a law
+FIGURES = (("force_peak", "force peak"), ("force_p99", "force p99"), ("force_rms", "force rms"))
+
+MIN_RATIO = 1.05  # median ratio of the peaks under two laws from which the choice matters
+
+
+def law_choice_sections(study: Study) -> list[Section]:
+    """Return one section for each law that is swept."""
+    if study.cases.empty:
+        return []
+    return [_section(study, axis) for axis in study.swept() if axis.path.endswith(LAW_PATHS)]
+
+
+def _section(study: Study, axis: Axis) -> Section:
+    matched_cases = match_cases(study, axis)
+    joint = next(joint for joint in study.joints if axis.path.startswith(f"joints.{joint.title}."))
+    spread = _spread_table(study, matched_cases)
+    law_comparison = Part([], [], [])
+    if axis.path.endswith(".contact.law"):
+        law_comparison = compare_restitutions(study, axis, joint)
+    elif axis.path.endswith((".contact.elastic", ".roughness.law")):
+        law_comparison = compare_swept_laws(study, axis, joint)
+    verdict = compare_verdicts(study, matched_cases)
+    strip_plots = [
+        _strip_plot(study, axis, joint_of_run, *figure)
+        for joint_of_run in study.joints
+        for figure in _figures(study, joint_of_run)
+    ]
+    part = Part(
+        [*verdict.sentences, _spread_sentence(study, axis, spread), *law_comparison.sentences],
+        [*strip_plots, *law_comparison.pictures],
+        [
+            *verdict.tables,
+            spread,
+            *(_force_table(study, matched_cases, joint_of_run) for joint_of_run in study.joints),
+            *law_comparison.tables,
+        ],
+    )
+    return Section(axis_key(axis), f"Effect of the choice of {axis.name}", part.blocks())
+
+
+def _figures(study: Study, joint: Joint) -> list[tuple[str, str]]:
+    """Return column and name of the compared forces of a joint; p99 is left out without a drive."""
+    columns = [(joint.column(figure), name) for figure, name in FIGURES if study.is_driven or figure != "force_p99"]
+    return [(column, name) for column, name in columns if study.has(column)]
+
+
+def _force_table(study: Study, matched_cases: MatchedCases, joint: Joint) -> Table:
+    """Return the table of the forces of one joint, law by law."""
+    axis, figures = matched_cases.axis, _figures(study, joint)
+    columns = [Column(axis.name), Column("cases")]
+    for column, name in figures:
+        unit = study.unit(column)
+        columns += [
+            Column(name, unit),
+            Column(f"{name}, smallest", unit, file_only=True),
+            Column(f"{name}, largest", unit, file_only=True),
+            Column(f"{name.removeprefix('force ')} with other laws"),
+        ]
+    ratios = {column: _ratios(study, matched_cases, column) for column, _ in figures}
+    rows = []
+    for law in axis.values:
+        has_law = (study.cases[axis.path] == law).to_numpy()
+        if has_law.any() and figures:
+            cells: list[Quantity | float] = []
+            for column, _ in figures:
+                range_cells = _range_cells(study.cases[column][has_law], study.unit(column))
+                cells += [*range_cells, float(ratios[column].get(law, np.nan))]
+            rows.append((law, count_cell(int(has_law.sum())), *cells))
+    note = (
+        "Each force is the median (smallest to largest) of all finished cases with the law. For the comparison with "
+        "other laws, it is divided by the median of all laws at otherwise equal values. The table shows the median of "
+        "these ratios."
+    )
+    title = f"Forces in joint {joint.title}, by {axis.name}"
+    return Table(f"{axis_key(axis)}_{joint.name}", title, note, tuple(columns), rows)
+
+
+def _ratios(study: Study, matched_cases: MatchedCases, column: str) -> pd.Series:
+    """Return law -> median ratio of a figure to the median of all laws at otherwise equal values."""
+    table = matched_cases.table(study, column)
+    return table.div(table.median(axis=1), axis=0).median()
+
+
+def _range_cells(values: pd.Series, unit: str) -> list[Quantity | float]:
+    """Return the cells of a figure: its median with its range in words, its smallest and its largest value."""
+    low, median, high = values.min(), values.median(), values.max()
+    scale = wording.scale(unit, median)
+    range_text = f" ({scale.number_text(low)} to {scale.number_text(high)})" if len(values) > 1 else ""
+    return [Quantity(median, scale.text(median) + range_text), low, high]
+
+
+def _spread_table(study: Study, matched_cases: MatchedCases) -> Table:
+    """Return the table of the factors by which each figure differs between laws at otherwise equal values."""
+    rows = []
+    for joint in study.joints:
+        for column, name in _figures(study, joint):
+            table = matched_cases.table(study, column)
+            if table.empty:
+                continue
+            factor = table.max(axis=1) / table.min(axis=1)
+            worst = table.loc[factor.idxmax()].dropna()
+            weakest, strongest = worst.idxmin(), worst.idxmax()
+            setting = study.setting(matched_cases.case_id(factor.idxmax(), weakest), omitted_axis=matched_cases.axis)
+            extreme_cells: list[Quantity | str] = []
+            extremes = wording.texts_in_common_unit((worst[law] for law in (weakest, strongest)), study.unit(column))
+            for law, text in zip((weakest, strongest), extremes, strict=True):
+                extreme_cells += [Quantity(worst[law], f"{text}, {law}"), law]
+            factors = (float(factor.median()), float(factor.max()))
+            rows.append((name, joint.title, count_cell(len(table)), *factors, *extreme_cells, setting))
+    columns = (
+        Column("figure"),
+        Column("joint"),
+        Column("comparisons"),
+        Column("factor, median"),
+        Column("factor, largest"),
+        Column("there: from", "N"),
+        Column("law of the smallest", file_only=True),
+        Column("to", "N"),
+        Column("law of the largest", file_only=True),
+        Column("at"),
+    )
+    note = "The factor is the largest over the smallest value among the laws, at otherwise equal values."
+    title = f"Spread between the {_plural_name(matched_cases.axis)}"
+    return Table(f"{axis_key(matched_cases.axis)}_spread", title, note, columns, rows)
+
+
+def _spread_sentence(study: Study, axis: Axis, spread: Table) -> str:
+    """Return a sentence on the spread in the joint with the largest force."""
+    most_loaded = study.most_loaded_joint()
+    rows = {name: cells for name, title, *cells in spread.rows if title == most_loaded.title}
+    if "force peak" not in rows:
+        return f"No two finished cases differ only in the {axis.name}, so this section compares unlike cases."
+    factors = [
+        f"the {name} by a factor of {wording.number_text(median)} (at most {wording.number_text(largest)})"
+        for name, (_, median, largest, *_) in rows.items()
+    ]
+    joint_text = study.joint_text(most_loaded, " in joint {}")
+    comparisons, median, *_ = rows["force peak"]
+    sentence = (
+        f"At otherwise equal values the choice among {len(axis.values)} {_plural_name(axis)} changes "
+        f"{wording.sentence_list(factors)}{joint_text}"
+    )
+    sentence += f", the median of {comparisons.value} comparisons." if comparisons.value > 1 else "."
+    effects = main_effects_of(study, most_loaded.column("force_peak"))
+    effect = next((effect for effect in effects if effect.axis is axis), None)
+    if effect is not None and effect.verdict != "differs" and median >= MIN_RATIO:
+        sentence += (
+            " The change of the peak is within the scatter, because a peak is a single event. To compare laws, use "
+            "p99 or rms instead."
+        )
+    return sentence
+
+
+def _strip_plot(study: Study, axis: Axis, joint: Joint, column: str, name: str) -> Picture:
+    """Return the drawing of one point per case, law by law."""
+    values = {law: study.cases[column][study.cases[axis.path] == law].dropna().to_numpy() for law in axis.values}
+    groups = [(law, points) for law, points in values.items() if len(points)]
+    groups.sort(key=lambda group: np.median(group[1]))
+    scale = study.scale(column)
+    title = f"{capitalise(name)} by {axis.name}{study.joint_text(joint, ', joint {}')}"
+    medians = "; ".join(f"{law}: {scale.text(np.median(points))}" for law, points in groups)
+    return Picture(
+        title,
+        "Each point is a case; the bar is the median.",
+        f"{title}, medians. {medians}",
+        lambda ax: comparison.draw_strip(ax, groups, name, scale),
+        size=(4.2, 1.0 + 0.22 * len(groups)),
+    )
+
+
+def _plural_name(axis: Axis) -> str:
+    return axis.name.replace("law", "laws", 1)
+
+
+# The deciding case under the other valid laws of its joints, if the grid requests it (`check_laws`).
+
+
+def law_check_sections(study: Study) -> list[Section]:
+    """Return the section, or [] if no law is checked."""
+    points = [answer_of_study(study)["laws"]] if answer_of_study(study).get("laws") else []
+    return [
+        Section(
+            "law_check", "The deciding case under other laws", without_empty([Points(points), _law_check_table(study)])
+        )
+    ]
+
+
+def _base_result(study: Study) -> LawResult | None:
+    """Return the worst case of the grid under the laws of the grid, or None if no law is checked."""
+    worst = worst_case(study)
+    if worst is None:
+        return None
+    case_id, candidate = worst
+    column = candidate.columns[0]
+    return LawResult(case_id, "", "", column, float(study.cases.at[case_id, column]))
+
+
+def _value_text(study: Study, column: str, value: float) -> str:
+    if math.isnan(value):
+        return wording.DASH
+    if column == MARGIN_COLUMN:
+        return case_margin_text(value, study.limits, "" if value >= 0.0 else study.limits[0].column)
+    is_hours = column.endswith("_life_hours")
+    return (
+        f"{wording.number_text(value)}{wording.BLANK}h"
+        if is_hours
+        else wording.quantity_text(value, study.unit(column))
+    )
+
+
+def _law_check_table(study: Study) -> Table:
+    """Return the leading figure of the case under each law."""
+    base_result = _base_result(study)
+    columns = (Column("joint"), Column("law"), Column("of"), Column("figure"), Column("value"), Column("case_id"))
+    if base_result is None or not study.law_checks:
+        return Table("law_check", "", "", columns, [])
+    rows = []
+    for row in sorted(study.law_checks, key=lambda row: (math.isnan(row.value), row.value)):
+        _, joint, _, family = row.path.split(".")
+        value = Quantity(row.value, _value_text(study, row.column, row.value))
+        kind = "elastic" if family == "elastic" else "contact"
+        rows.append((joint, row.law, kind, row.column.replace("_", " "), value, row.case_id))
+    note = (
+        f"With the laws of the grid: {_value_text(study, base_result.column, base_result.value)} (case "
+        f"{wording.short_id(base_result.case_id)})."
+    )
+    return Table("law_check", "Results under each other valid law", note, columns, rows)
+
+
+# Other elastic laws for a joint whose material allows several, and whose law is not swept.
+
+
+def elastic_laws_sections(study: Study) -> list[Section]:
+    """Return one section for each such joint."""
+    if study.cases.empty:
+        return []
+    swept = {axis.path for axis in study.swept()}
+    law_keys = ("contact.elastic", "roughness.law")
+    joints = [joint for joint in study.joints if swept.isdisjoint(f"joints.{joint.title}.{key}" for key in law_keys)]
+    comparisons = {joint: compare_allowed_laws(study, joint) for joint in joints}
+    return [
+        Section(
+            f"other_elastic_{joint.name}",
+            f"What another elastic law would give in joint {joint.title}",
+            comparison.blocks(),
+        )
+        for joint, comparison in comparisons.items()
+        if comparison is not None
+    ]
+
+
+def recommendation_texts(study: Study) -> list[str]:
+    """Return the laws that are recommended for each dry joint, by the load of its hardest case."""
+    return simulation.recommended_texts(
+        recommendation for joint in study.joints for recommendation in _joint_recommendations(study, joint)
+    )
+
+
+def _joint_recommendations(study: Study, joint: Joint) -> list[simulation.Recommendation]:
+    if not study.is_driven or not study.has(joint.column(PEAK.figure)):
+        return []
+    hardest = study.cases[joint.column(PEAK.figure)].idxmax()
+    try:
+        section = joint_of(resolve_cases(study, [hardest])[0], joint)
+    except InputError:  # laws of another version
+        return []
+    load = ideal_load(study, joint, hardest)
+    return simulation.recommendations_for(section, load) if section.is_dry else []
+
+
+# Elastic links: their stiffness and that of the contacts at their pins, and the effect of a rigid link on a peak.
+
+RELATIVE_STEP = 1e-3  # of a penetration, for the slope of the elastic force
+MIN_IMPACTS = 0.5  # per revolution: number of impacts from which a joint counts as impacting
+STIFFNESS_KEY = "axial_stiffness"
+Links = tuple[simulation.ElasticLink, ...]
+
+
+def elastic_links_sections(study: Study) -> list[Section]:
+    """Return the section, or [] if no link is elastic."""
+    if study.cases.empty or not study.joints:
+        return []
+    joint = study.most_loaded_joint()
+    worst = study.worst(joint)
+    try:
+        (case,) = resolve_cases(study, [worst])
+    except InputError:  # of another version
+        return []
+    links = simulation.elastic_links(case)
+    if not links:
+        return []
+    stiffness_sentence, estimated_effect = _stiffness_sentences(study, joint, worst, case, links)
+    effect = _computed_effect_text(study, joint, worst) or estimated_effect
+    sentences = [text for text in (stiffness_sentence, effect, _bending_sentence(links)) if text]
+    return [Section("elastic-links", "Elastic links", without_empty([Sentences(sentences), _link_table(links)]))]
+
+
+def _stiffness_sentences(study: Study, joint: Joint, worst: str, case: Case, links: Links) -> tuple[str, str]:
+    """Return the stiffness of a contact and of its links, and the effect of rigid links on an impact there."""
+    links_at_joint, contact = [link for link in links if joint.title in link.joints], joint_of(case, joint)
+    depth = float(study.cases.at[worst, joint.column("penetration_max")])
+    if not links_at_joint or not contact.is_dry or contact.is_guide or not depth > 0.0:
+        return "", ""
+    low, high = simulation.elastic_forces(contact, (depth * (1.0 - RELATIVE_STEP), depth * (1.0 + RELATIVE_STEP)))
+    stiffness = (high - low) / (2.0 * RELATIVE_STEP * depth)
+    stiffness_ratio = stiffness * sum(1.0 / link.stiffness for link in links_at_joint)
+    names, verb = (
+        wording.sentence_list([link.name for link in links_at_joint]),
+        "has" if len(links_at_joint) == 1 else "together have",
+    )
+    stiffness_sentence = (
+        f"In joint {joint.title} the contact stiffness is {_stiffness_text(stiffness)} at the largest penetration, in "
+        "case "
+        f"{worst[:8]}. Along the line of its pins {names} {verb} a stiffness of "
+        f"{_stiffness_text(stiffness / stiffness_ratio)}."
+    )
+    if study.cases.at[worst, joint.column("impacts_per_rev")] < MIN_IMPACTS:
+        return stiffness_sentence, "Journal and bearing hardly separate there, so a rigid link changes the peak little."
+    return stiffness_sentence, (
+        "Impacts occur there. With rigid links such an impact would be at least "
+        f"{wording.number_text(math.sqrt(1.0 + stiffness_ratio), 2)} times as hard: contact and link are two springs "
+        "in "
+        "series. A "
+        f"case with ten times the {STIFFNESS_KEY} shows this effect."
+    )
+
+
+def _stiffness_text(stiffness: float) -> str:
+    return f"{wording.number_text(1e-6 * stiffness)}{wording.BLANK}kN/mm"
+
+
+def _computed_effect_text(study: Study, joint: Joint, worst: str) -> str:
+    """Return the peaks of the cases that differ from the worst only in the stiffness of a link in words, or ''."""
+    axis = next((axis for axis in study.swept() if axis.path.endswith(f".elastic.{STIFFNESS_KEY}")), None)
+    similar_cases = _cases_differing_in(study, axis, worst) if axis is not None and axis.is_numeric else []
+    if axis is None or len(similar_cases) < 2:
+        return ""
+    column = joint.column(PEAK.figure)
+    similar_cases.sort(key=lambda case_id: float(study.cases.at[case_id, axis.path]))
+    values = [axis.text(study.cases.at[case_id, axis.path]) for case_id in similar_cases]
+    peaks = study.texts(*((case_id, column) for case_id in similar_cases))
+    pairs = [f"{peak} at {value}" for peak, value in zip(peaks, values, strict=True)]
+    return (
+        f"With all other values as in this case, the force peak depends on {axis.name}: {wording.sentence_list(pairs)}."
+    )
+
+
+def _cases_differing_in(study: Study, axis: Axis, worst: str) -> list[str]:
+    """Return the cases that differ from `worst` in one axis only, including itself."""
+    is_similar = np.ones(len(study.cases), dtype=bool)
+    for other in study.swept():
+        if other.path != axis.path:
+            value_indices = study.indices_on(other)
+            is_similar &= value_indices == value_indices[study.cases.row_of(worst)]
+    return list(study.cases.index[is_similar])
+
+
+def _bending_sentence(links: Links) -> str:
+    """Return the drive frequency relative to the bending of the links, which is neglected."""
+    link = max(links, key=lambda link: link.bending)
+    return (
+        f"The model neglects bending of links. The drive frequency is {wording.number_text(link.bending, 2)} times "
+        "the first "
+        f"bending frequency of {link.name}, modelled as a round steel bar. Up to 0.2 its deflection is nearly static."
+    )
+
+
+def _link_table(links: Links) -> Table:
+    """Return the table of the links."""
+    headings = ("link", "segments")
+    columns = (
+        *map(Column, headings),
+        Column("axial stiffness", "N/m"),
+        Column("first axial mode", "rad/s"),
+        Column("impedance", "N*s/m"),
+        Column("speed over first bending mode"),
+    )
+    rows = [
+        (link.name, str(link.segments), link.stiffness, link.first_mode, link.impedance, link.bending) for link in links
+    ]
+    note = (
+        "The case has the largest force peak. Both modes are those of the link alone, a uniform bar with free "
+        "ends or pins."
+    )
+    return Table("elastic_links", "Elastic links", note, columns, rows)

@@ -1,0 +1,474 @@
+"""Motion on the page: its kinds, the tables of peaks, the revolution of the largest."""
+
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING, overload
+
+import numpy as np
+import pandas as pd
+
+from ...contracts.layout import DIFFERENCE
+from ...language import wording
+from ..axis import PEAK, Axis
+from ..blocks.picture import Picture, capitalise
+from ..blocks.section import Block, Detail, Gallery, Note, Points, Section, Sentences, without_empty
+from ..blocks.table import Column, Quantity, Table, case_table, columns_in_table, count_cell
+from ..draw.maps import (
+    KIND_COLOURS,
+    SHARE_COLOURS,
+    draw_bifurcation,
+    draw_kinds,
+    draw_section,
+    draw_shares,
+    draw_spectrum,
+    draw_velocities,
+)
+from ..one_case.motion import (
+    FLAT_SIZE,
+    SQUARE_SIZE,
+    JointHistory,
+    history_of,
+    joint_histories,
+    largest_texts,
+    saved_channels,
+)
+from ..statistics.effects import main_effects_of
+from ..statistics.motion import (
+    CONTACTS,
+    MIN_POINTS,
+    PERIODS,
+    SHORT_CONTACT,
+    Spectrum,
+    classify_motion,
+    harmonic_spectrum,
+    poincare_points,
+    points_along_axis,
+    shares_by_value,
+)
+from ..study import Joint, Study, cases_by_cell, largest, reduce_over_other_axes
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
+
+# Kinds of motion: contact, flight or impacts; periodic or not; Poincaré sections and spectra.
+
+MAX_DIAGRAMS = 4  # along which journals are drawn, at most
+MIN_CASES = 3  # cases that make a diagram
+MAX_BARS = 30  # values of an axis whose shares are drawn side by side
+SMALL_SIZE = (3.5, 2.9)  # inches
+
+
+def motion_type_sections(study: Study) -> list[Section]:
+    """Return the section, or [] if no drive turns the mechanism or no case finished."""
+    joint = study.most_loaded_joint()
+    if study.cases.empty or study.is_start_up or not study.is_driven or not study.has(joint.column("contact_fraction")):
+        return []
+    note = "The period is the number of revolutions after which the force repeats. Irregular motion has no such period."
+    if not _is_lubricated(study, joint):
+        joint_text = study.joint_text(joint, " of joint {}")
+        note = f"Contacts{joint_text} count as impacts if they last at most {SHORT_CONTACT:g}° of crank angle. {note}"
+    blocks: list[Block] = [
+        Gallery(note, [*_maps(study, joint), *_share_pictures(study, joint)], small=True),
+        _table(study, joint),
+        Gallery(
+            _poincare_note(study),
+            [*_bifurcation_diagrams(study, joint), *_poincare_sections(study, joint), *_spectra(study, joint)],
+        ),
+    ]
+    return [Section("motion-type", "Impacts and kinds of motion", without_empty(blocks))]
+
+
+def _is_lubricated(study: Study, joint: Joint) -> bool:
+    """Return whether a joint has a film, which carries the journal even while it does not touch the bearing."""
+    return study.has(joint.column("film_thickness_min"))
+
+
+def _maps(study: Study, joint: Joint) -> list[Picture]:
+    """Return the maps of the least regular kind over the two axes with the largest effect on the leading figure."""
+    ranked_axes = [effect.axis for effect in main_effects_of(study, joint.column(study.lead.figure))][:2]
+    if len(ranked_axes) < 2:
+        return []
+    x_axis, y_axis = sorted(ranked_axes, key=study.axes.index)
+    others = [axis.name for axis in study.swept() if axis not in ranked_axes]
+    maps = []
+    of_joint = classify_motion(study, joint)
+    kind_values = [("Contact", of_joint.contact, CONTACTS), ("Period", of_joint.period, PERIODS)]
+    for name, values, words in kind_values[_is_lubricated(study, joint) :]:
+        valid = np.where(values < 0, np.nan, values)
+        if np.isfinite(valid).any():
+            maps.append(
+                _kind_map(f"{name}: {x_axis.name} {wording.TIMES} {y_axis.name}", study, valid, (x_axis, y_axis), words)
+            )
+    caption_of_several = (
+        f"Each cell shows the most irregular motion over {wording.sentence_list(others)} and the number of such cases."
+    )
+    caption = caption_of_several if others else "Each cell is one case."
+    return [picture._replace(caption=caption) for picture in maps]
+
+
+def _kind_map(title: str, study: Study, values: np.ndarray, axes: tuple[Axis, Axis], words: tuple[str, ...]) -> Picture:
+    table = reduce_over_other_axes(study, values, axes, largest)
+    most_irregular_counts = [
+        f"{int((values[cases] == values[cases].max()).sum())} of {len(cases)}" if len(cases) > 1 else ""
+        for cases in cases_by_cell(study, values, axes)
+    ]
+    count_texts = [f"{words[kind]}: {int((table == kind).sum())}" for kind in range(len(words))]
+    alt = f"Map, cells of each kind. {'; '.join(count_texts)}."
+    return Picture(
+        title,
+        "",
+        alt,
+        lambda ax: draw_kinds(ax, table, np.reshape(most_irregular_counts, table.shape), axes, words),
+        SMALL_SIZE,
+    )
+
+
+def _share_pictures(study: Study, joint: Joint) -> list[Picture]:
+    """Return the shares of time and of periods over the axis with the largest effect on the force."""
+    ranked_axes = [effect.axis for effect in main_effects_of(study, joint.column(study.lead.figure))]
+    axis = next((axis for axis in ranked_axes if len(axis.values) <= MAX_BARS), None)
+    if axis is None:
+        return []
+    names, rows = shares_by_value(study, joint, axis)
+    shown_axis = axis._replace(values=tuple(row[0] for row in rows))
+    shares = np.array([row[2:] for row in rows], float).T
+    times, periods = shares[: len(names)], shares[len(names) :]
+    pictures = []
+    if not _is_lubricated(study, joint):
+        pictures.append(_share_bars("Share of time", shown_axis, times, names, [SHARE_COLOURS[name] for name in names]))
+    if periods.any():
+        pictures.append(_share_bars("Cases by period", shown_axis, periods, PERIODS, KIND_COLOURS))
+    return pictures
+
+
+def _share_bars(title: str, axis: Axis, shares: np.ndarray, names: Sequence[str], colours: Sequence[str]) -> Picture:
+    mean_text = "; ".join(
+        f"{name} {wording.percent_text(share.mean())}" for name, share in zip(names, shares, strict=True)
+    )
+    return Picture(
+        f"{title} over {axis.name}",
+        "Each bar is the mean of all cases with that value.",
+        f"{title} over {axis.name}; in all {mean_text}.",
+        lambda ax: draw_shares(ax, axis, shares, names, colours),
+        SMALL_SIZE,
+    )
+
+
+def _table(study: Study, joint: Joint) -> Table:
+    """Return the shares for each value of every axis."""
+    rows, time_names = [], list[str]()
+    for axis in study.levels():
+        names, counts = shares_by_value(study, joint, axis)
+        time_names = [] if _is_lubricated(study, joint) else names
+        for value, cases, *values in counts:
+            shares = (Quantity(share, wording.percent_text(share)) for share in values[len(names) - len(time_names) :])
+            rows.append((axis.name, Quantity(value, axis.text(value)), count_cell(cases), *shares))
+    headings = ("axis", "value", "cases", *time_names, *(f"period {name}" for name in PERIODS[:3]), PERIODS[3])
+    note = "Each row gives mean shares of the time and shares of the periods, over all cases with that value."
+    return Table("kinds_of_motion", "Kinds of motion", note, tuple(map(Column, headings)), rows)
+
+
+def _poincare_note(study: Study) -> str:
+    return (
+        "These pictures show the journal at crank angle 0 of every revolution of the recorded window. A motion with a "
+        "period of n revolutions appears as n points, and irregular motion as a cloud."
+    )
+
+
+def _bifurcation_diagrams(study: Study, joint: Joint) -> list[Picture]:
+    """Return the diagrams along the numeric axes, the one with the largest effect on the force first."""
+    lead = joint.column(study.lead.figure)
+    reference = study.worst(joint)
+    ranked = [effect.axis for effect in main_effects_of(study, lead)]
+    ranked += [axis for axis in study.swept() if axis.is_scattered]
+    diagrams = [_bifurcation_diagram(study, joint, axis, reference) for axis in ranked if axis.is_numeric]
+    return [picture for picture in diagrams if picture][:MAX_DIAGRAMS]
+
+
+def _bifurcation_diagram(study: Study, joint: Joint, axis: Axis, reference: str) -> Picture | None:
+    points = points_along_axis(study, joint, axis, reference)
+    if points.cases < MIN_CASES:
+        return None
+    fixed_setting = study.setting(reference, omitted_axis=axis) if not axis.is_scattered else ""
+    return Picture(
+        f"Bifurcation diagram over {axis.name}{study.joint_text(joint, ', joint {}')}",
+        f"{f'At {fixed_setting}. ' if fixed_setting else ''}The dotted lines are the clearance.",
+        f"Journal at crank angle 0 against {axis.name}: {points.x.size} points of {points.cases} cases.",
+        lambda ax: draw_bifurcation(ax, points, axis),
+        FLAT_SIZE,
+    )
+
+
+def _poincare_sections(study: Study, joint: Joint) -> list[Picture]:
+    """Return the Poincaré section of the most loaded case: positions and velocities."""
+    case_id = study.worst(joint)
+    frame = poincare_points(study, joint, case_id)
+    if len(frame) < MIN_POINTS:
+        return []
+    clearance = study.value(case_id, f"joints.{joint.title}.clearance")
+    joint_text, count = study.joint_text(joint, ", joint {}"), wording.count_text(len(frame), "revolution")
+    revolution, x, y, vx, vy = (frame[name].to_numpy(float) for name in ("revolution", "x", "y", "vx", "vy"))
+    circle = None if clearance is None else float(clearance)
+    caption, alt = "The worst case.", f"of the worst case at crank angle 0, {count}."
+    return [
+        Picture(
+            f"Poincaré section: positions{joint_text}",
+            caption,
+            f"Positions of the journal {alt}",
+            lambda ax: draw_section(ax, revolution, x, y, circle),
+            SQUARE_SIZE,
+        ),
+        Picture(
+            f"Poincaré section: velocities{joint_text}",
+            caption,
+            f"Velocities of the journal {alt}",
+            lambda ax: draw_velocities(ax, revolution, vx, vy),
+            SQUARE_SIZE,
+        ),
+    ]
+
+
+def _spectra(study: Study, joint: Joint) -> list[Picture]:
+    """Return the spectra of the joint's force and the output's acceleration in the most loaded case."""
+    case_id = study.worst(joint)
+    channels = saved_channels(study.run, case_id)
+    history = history_of(study, case_id, channels) if channels is not None else None
+    if history is None or history.angle is None:
+        return []
+    curve_names = (
+        f"normal force{study.joint_text(joint, f', {joint.title}')}",
+        f"{study.run.layout.output} acceleration",
+    )
+    spectra = []
+    for curve in joint_histories(study, case_id, history):
+        actual = harmonic_spectrum(history.angle, curve.actual) if curve.name in curve_names else None
+        if actual is None or not actual.amplitude.any():
+            continue
+        ideal = None if curve.ideal is None else harmonic_spectrum(history.angle, curve.ideal)
+        spectra.append(_spectrum(curve.name, curve.unit, actual, ideal))
+    return spectra
+
+
+def _spectrum(name: str, unit: str, actual: Spectrum, ideal: Spectrum | None) -> Picture:
+    strongest_order = float(actual.order[actual.amplitude.argmax()])
+    amplitude_text = wording.quantity_text(float(actual.amplitude.max()), unit)
+    return Picture(
+        f"Spectrum of {name}",
+        f"Worst case, {wording.count_text(actual.revolutions, 'revolution')}. Pale lines are harmonics of the crank.",
+        f"{capitalise(name)} over orders of the crank; largest amplitude {amplitude_text} at order "
+        f"{strongest_order:g}.",
+        lambda ax: draw_spectrum(ax, actual, ideal, unit, name),
+        FLAT_SIZE,
+    )
+
+
+# Tables of the figures of every finished case: forces of each joint, output and drive, and their accuracy.
+
+HORIZON, PEAK_REVOLUTION = "horizon_revolutions", "force_peak_revolution"
+MAX_CHECKED_FIGURES = 3  # figures of a joint whose error is shown if the grid requests it: the first ones
+
+
+def peak_sections(study: Study) -> list[Section]:
+    """Return the section, or [] if no case finished."""
+    if study.cases.empty:
+        return []
+    blocks: list[Block] = []
+    if study.is_driven:
+        blocks.append(
+            Note(
+                "The peak is the largest force of the window; median and 95 % quantile are those of the peaks of its "
+                "revolutions. They are equal if every revolution of the window is the same; a window that begins "
+                "before the motion is periodic also contains its run-in. The load is the resultant of normal and "
+                "friction force. p99 is exceeded during 1 % of the time, so it ignores shorter impacts. The ideal peak "
+                "is the largest reaction of the same joint without clearance."
+            )
+        )
+    tables = [*(_force_table(study, joint) for joint in study.joints), _mechanism_table(study)]
+    return [
+        Section(
+            "peaks",
+            "Peaks",
+            without_empty([*blocks, *tables, Points(_error_check_sentences(study)), _accuracy_table(study)]),
+        )
+    ]
+
+
+def _force_table(study: Study, joint: Joint) -> Table:
+    """Return forces and impacts of one joint, the largest force peak first."""
+    lead, title = joint.column(PEAK.figure), f"Forces in joint {joint.title}"
+    return case_table(study, f"peaks_{joint.name}", title, columns_in_table(study, "forces", joint), lead)
+
+
+def _mechanism_table(study: Study) -> Table:
+    """Return the figures of output and drive, or the measured restitution."""
+    columns, output = columns_in_table(study, "output"), study.run.layout.output
+    key, title = ("drive", "The drive") if study.is_driven else ("restitution", "Measured restitution")
+    if output:
+        key, title = output, f"{capitalise(output)} and drive"
+    return case_table(study, key, title, columns, columns[0][0] if columns else "")
+
+
+def _accuracy_table(study: Study) -> Table:
+    """Return the accuracy of figures; empty unless the grid requests it."""
+    columns, until_column = columns_in_table(study, "certainty"), study.run.layout.until
+    if until_column:
+        columns.insert([column for column, _ in columns].index("figure_ci"), (until_column, until_column))
+    for joint in study.joints:
+        for column, name in columns_in_table(study, "forces", joint)[:MAX_CHECKED_FIGURES]:
+            columns.append((column + DIFFERENCE, f"error of {name}{study.joint_text(joint, ' ({})')}"))
+    sort_column = next((column for column, _ in columns if study.has(column)), "")
+    table = case_table(study, "certainty", "How certain the figures are", columns, sort_column)
+    return table._replace(
+        note=f"{table.note} The error is the difference from a run at a tenth of the tolerance. The horizon is the "
+        "number of revolutions after which two such runs are two samples of a chaotic motion. The error is meaningful "
+        "only before the horizon.",
+        rows=_RowsWithReplacements(table, _replacement_texts(study)) if len(table.rows) else table.rows,
+    )
+
+
+def _replacement_texts(study: Study) -> dict[str, dict[str, str]]:
+    """Return replacements of meaningless errors: heading of a column -> case_id -> text."""
+    return {
+        f"error of force peak{study.joint_text(joint, ' ({})')}": text_of_case
+        for joint, text_of_case in _beyond_horizon(study)
+    }
+
+
+def _beyond_horizon(study: Study) -> list[tuple[Joint, dict[str, str]]]:
+    """Return why the error of a force peak is meaningless: joint, and case_id -> text."""
+    if not study.has(HORIZON):
+        return []
+    horizon, reasons = study.cases[HORIZON], []
+    for joint in study.joints:
+        revolution_column = joint.column(PEAK_REVOLUTION)
+        if study.has(revolution_column):
+            revolutions = study.cases[revolution_column]
+            beyond = study.cases.index[(revolutions > horizon).to_numpy()]
+            text_of_case = {
+                case_id: f"peak in revolution {revolutions[case_id]:.0f}, horizon "
+                f"{wording.number_text(horizon[case_id], 2)} "
+                "revolutions: the error does not check convergence"
+                for case_id in beyond
+            }
+            reasons.append((joint, text_of_case))
+    return reasons
+
+
+def _error_check_sentences(study: Study) -> list[str]:
+    """Return the numbers of cases in which the error of the largest force is meaningful, and in which it is not."""
+    points = []
+    for joint, beyond in _beyond_horizon(study):
+        chaotic_count, joint_text = int(study.cases[HORIZON].notna().sum()), study.joint_text(joint, " in joint {}")
+        if beyond:
+            case_id, text = next(iter(beyond.items()))
+            points.append(
+                f"The error of the force peak{joint_text} does not check convergence in {len(beyond)} of "
+                f"{wording.count_text(len(study.cases), 'case')}, because their peak lies beyond the horizon. An "
+                "example is "
+                f"case {wording.short_id(case_id)} ({text.partition(':')[0]})."
+            )
+        if chaotic_count > len(beyond):
+            points.append(
+                f"In {wording.count_text(chaotic_count - len(beyond), 'chaotic case')} the peak{joint_text} lies "
+                "within "
+                "the horizon: "
+                "the error checks only these first revolutions."
+            )
+    return points
+
+
+class _RowsWithReplacements(Sequence):
+    """The rows of a table, with meaningless errors replaced by texts."""
+
+    def __init__(self, table: Table, replacements: dict[str, dict[str, str]]):
+        """Take the table, and heading of a column -> case_id -> text."""
+        headings = [column.name for column in table.columns]
+        self.rows = table.rows
+        self.replacements = {
+            headings.index(heading): replacements[heading] for heading in replacements if heading in headings
+        }
+
+    def __len__(self) -> int:
+        return len(self.rows)
+
+    @overload
+    def __getitem__(self, index: int) -> tuple: ...
+    @overload
+    def __getitem__(self, selection: slice) -> list[tuple]: ...
+    def __getitem__(self, selection: int | slice) -> tuple | list[tuple]:
+        if isinstance(selection, int):
+            return self._replace_errors(self.rows[selection])
+        return [self._replace_errors(row) for row in self.rows[selection]]
+
+    def __iter__(self) -> Iterator[tuple]:
+        return map(self._replace_errors, self.rows)
+
+    def _replace_errors(self, row: tuple) -> tuple:
+        """Return a row with its replacements; its first cell is the case_id."""
+        return tuple(
+            Quantity(value, self.replacements[column][row[0]]) if row[0] in self.replacements.get(column, {}) else value
+            for column, value in enumerate(row)
+        )
+
+
+# The revolution of the peak: force, acceleration and torque of the worst cases, with and without clearance.
+
+NOTE_ON_CASES = (
+    "Each case is shown over the revolution with its largest normal force. The cases are those with the largest load "
+)
+NOTE_ON_FORCES = "divided by the largest reaction without clearance. Dashed lines show the mechanism without clearance."
+
+
+def peak_revolution_sections(study: Study) -> list[Section]:
+    """Return the section, or [] if no such revolution was saved."""
+    saved = [
+        case_id for case_id in study.run.worst if study.cases.row_of(case_id) >= 0
+    ]  # without those that check laws
+    if not saved:
+        return []
+    blocks: list[Block] = [Sentences([NOTE_ON_CASES + NOTE_ON_FORCES])]
+    blocks += [_case_detail(study, rank, case_id) for rank, case_id in enumerate(saved, start=1)]
+    return [Section("peak-revolution", "Revolution of the peak", blocks)]
+
+
+def _case_detail(study: Study, rank: int, case_id: str) -> Detail:
+    """Return one case: its peak, and the histories around it."""
+    channels = study.run.peak_revolution(case_id)
+    joint = next(joint for joint in study.joints if joint.name == channels.attrs["joint"])
+    history = history_of(study, case_id, channels)
+    pictures = [
+        _picture(curve, history.painter(*_painter_arguments(curve)))
+        for curve in joint_histories(study, case_id, history)
+    ]
+    figures = [(name, study.text(case_id, column)) for column, name in columns_in_table(study, "case", joint)]
+    label = f"Worst case {rank}" if len(study.run.worst) > 1 else "Worst case"
+    return Detail(
+        label, case_id, study.setting(case_id), [*_peak_location(joint, channels, history.angle), *figures], pictures
+    )
+
+
+def _peak_location(joint: Joint, channels: pd.DataFrame, angle: np.ndarray | None) -> list[tuple[str, str]]:
+    """Return the revolution and the place in it of the largest sample of the force."""
+    facts = [
+        ("joint", joint.title),
+        ("revolution", f"{channels.attrs['turns']:.4g} to {channels.attrs['turns'] + 1.0:.4g}"),
+    ]
+    if angle is not None:
+        degrees = np.degrees(angle[int(np.argmax(channels[f"joints/{joint.name}/force_normal"]))]) % 360.0
+        facts.append(("peak at", f"{degrees:.1f}{wording.BLANK}°"))
+    return facts
+
+
+def _painter_arguments(curve: JointHistory) -> tuple:
+    return curve.actual, curve.unit, curve.name, curve.ideal
+
+
+def _picture(curve: JointHistory, paint: "Callable[[Axes], None]") -> Picture:
+    """Return one quantity over the revolution."""
+    largest_text, *ideal_text = largest_texts(
+        [curve.actual, *([] if curve.ideal is None else [curve.ideal])], curve.unit
+    )
+    alt = f"{capitalise(curve.name)} over the revolution of the peak, at most {largest_text} among the samples"
+    if ideal_text:
+        alt += f"; without clearance {ideal_text[0]}"
+    return Picture(capitalise(curve.name), "", f"{alt}.", paint, FLAT_SIZE)
