@@ -232,8 +232,8 @@ def test_the_interval_of_p99_reaches_the_forces_at_both_ends_of_its_share_of_tim
 @pytest.mark.slow
 @pytest.mark.parametrize("name", interval_coverage.SERIES)
 def test_intervals_at_which_runs_end_contain_the_mean_as_often_as_stated(name):
-    """Of 200 trials 190 are expected; the rule that ends a run is that of `until` and of lives."""
-    assert 180 <= interval_coverage.made_up_coverage(name, 0.05, 200).inside <= 199
+    """Of 600 trials 570 are expected; the rule that ends a run, that of `until` and of lives, may lose 30."""
+    assert 540 <= interval_coverage.made_up_coverage(name, 0.05, 600).inside <= 597
 
 
 @pytest.mark.slow

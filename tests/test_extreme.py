@@ -110,7 +110,7 @@ GRID = {
 @pytest.mark.slow
 def test_a_long_chaotic_run_reaches_what_its_beginning_predicts(monkeypatch):
     recorded, spread = [], revolutions._spread
-    monkeypatch.setattr(revolutions, "_spread", lambda peaks, begins: recorded.append(peaks) or spread(peaks, begins))
+    monkeypatch.setattr(revolutions, "_spread", lambda peaks, *rest: recorded.append(peaks) or spread(peaks, *rest))
     path = clearsweep.simulate(clearsweep.load_case(GRID))
     assert path.status == "ok"
     assert path.summary["period"] is None

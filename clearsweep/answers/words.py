@@ -219,9 +219,10 @@ def digits_of(record: Mapping[str, Any], path: str, written_units: Mapping[str, 
         return MIN_DIGITS
     unit, values = (record.get("units") or {}).get(path, "1"), sorted(set(varied_values(record, path)))
     digits = MIN_DIGITS
-    while digits < MAX_DIGITS and len(
-        {varied_text(path, value, unit, written_units, digits) for value in values}
-    ) < len(values):
+    while digits < MAX_DIGITS:
+        texts = (varied_text(path, value, unit, written_units, digits) for value in values)
+        if all(text != following for text, following in pairwise(texts)):  # they rise, so equals are neighbours
+            break
         digits += 1
     return digits
 

@@ -44,7 +44,7 @@ def is_plausible(column: pa.Array) -> bool:
 def values_of(column: pa.Array) -> np.ndarray:
     """Return a column as an array: numbers as float64, NaN for null, texts as objects; to_numpy would import pandas."""
     if column.type == pa.string():
-        return np.array(column.to_pylist(), object)
+        return words_of(column)
     span = slice(column.offset, column.offset + len(column))
     values = np.frombuffer(column.buffers()[1], column.type.to_pandas_dtype())[span].astype(float)
     values[_nulls(column)] = np.nan
@@ -52,7 +52,7 @@ def values_of(column: pa.Array) -> np.ndarray:
 
 
 def words_of(column: pa.Array) -> np.ndarray:
-    """Return a column of texts as `values_of` does; this is faster if many of the texts are equal."""
+    """Return a column of texts as objects, None for null; equal texts are one object."""
     if not len(column):
         return np.empty(0, object)
     encoded = column.dictionary_encode()
