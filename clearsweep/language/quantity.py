@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import pint  # imported only when a unit is read
 
 _UNIT_TABLE = """
+pico- = 1e-12 = p-
 nano- = 1e-9 = n-
 micro- = 1e-6 = u- = µ- = μ-
 milli- = 1e-3 = m-
@@ -36,24 +37,34 @@ tonne = 1e3 kilogram = t
 minute = 60 second = min
 hour = 3600 second = h
 inch = 0.0254 metre = in
-pound = 0.45359237 kilogram = lb
+foot = 0.3048 metre = ft
+mil = 2.54e-5 metre = thou
+pound = 0.45359237 kilogram = lb = lbm
 degree = turn / 360 = deg = °
 turn = 6.28318530717958647692528676655900576839433879875 radian = _ = rev = revolution
 hertz = turn / second = Hz
 rpm = turn / minute
 newton = kilogram * metre / second^2 = N
 pound_force = 4.4482216152605 newton = lbf
+kilogram_force = 9.80665 newton = kgf
 pascal = newton / metre^2 = Pa
 pound_per_square_inch = pound_force / inch^2 = psi
+ksi = 1e3 pound_per_square_inch
 bar = 1e5 pascal
+atm = 101325 pascal
+centipoise = 1e-3 pascal * second = cP
+centistokes = 1e-6 metre^2 / second = cSt
 joule = newton * metre = J
 watt = joule / second = W
+horsepower = 550 foot * pound_force / second = hp
 kelvin = [temperature] = K
+degreerankine = 5 / 9 kelvin
+standardgravity = 9.80665 metre / second^2
 """
 _BASE_UNITS = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[angle]": "rad"}
 _COMMON_UNITS = (
-    "m mm um nm cm in inch kg g mg t lb s ms us min h rad deg turn rev Hz kHz rpm N mN kN MN lbf Pa kPa MPa GPa bar "
-    "psi J mJ kJ W K degC"
+    "m mm um nm cm in inch ft mil kg g mg t lb s ms us min h rad deg turn rev Hz kHz rpm g0 N mN kN MN lbf kgf Pa kPa "
+    "MPa GPa bar psi ksi J mJ kJ W kW hp K degC degF cP cSt Nm"
 )
 _UNIT_NAMES = (
     "metre meter millimetre millimeter micrometre micrometer kilogram gram second minute hour radian degree "
@@ -79,6 +90,8 @@ _EXAMPLES = {
     "Pa": "207 GPa or 2.07e11",
     "K": "60 degC, 333.15 K or 333.15",
     "Pa*s": "0.1 Pa*s or 0.1",
+    "m^2/s": "46 mm^2/s or 4.6e-5",
+    "kg/m^3": "870 kg/m^3 or 870",
     "m^2/N": "2e-14 m^2/N or 2e-5 mm^3/(N*m)",
 }
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
@@ -86,7 +99,80 @@ _POWER = r"(?:\^|\*\*)\s*\(?\s*[+-]?\d{1,2}(?:\.\d+)?(?:/\d{1,2})?\s*\)?"
 _UNIT = re.compile(rf"(?:[^\W\d_]+|°|[*/·()\s]|1(?=\s*/)|[²³]|{_POWER})*")
 _UNIT_TOKEN = re.compile(rf"(?P<power>{_POWER}|[²³])|(?P<name>[^\W\d_]+|°)|(?P<bracket>[()])|(?P<sign>[*/·1])")
 _PER_MINUTE = r"(1\s*)?/\s*min|min\s*(\^|\*\*)\s*\(?\s*-1\s*\)?"
-_CELSIUS, _FREEZING = ("degC", "°C"), Fraction("273.15")  # K; temperatures may have another zero
+#: Name of a temperature unit with another zero -> its size and its zero in K.
+_TEMPERATURES = dict.fromkeys(("degC", "°C"), (Fraction(1), Fraction("273.15"))) | dict.fromkeys(
+    ("degF", "°F"), (Fraction(5, 9), Fraction("459.67") * Fraction(5, 9))
+)
+#: Products without a sign, as data sheets print them, such as `Nm`, `kgcm^2`, `mPas` and `ft-lbf`.
+_PRODUCTS = {
+    "".join(factors): "*".join(factors)
+    for firsts, seconds in (
+        ("N kN MN mN", "m mm cm s m*s"),
+        ("kg", "m mm cm"),
+        ("g", "mm cm"),
+        ("Pa mPa", "s"),
+        ("W kW", "s h"),
+        ("lb lbf lb- lbf-", "ft in"),
+        ("ft in ft- in-", "lb lbf"),
+    )
+    for factors in ((first, *second.split("*")) for first in firsts.split() for second in seconds.split())
+}
+_WORD = re.compile(rf"(?<![^\W\d_])((?:ft|in|lbf?)-[a-z]+|[^\W\d_]+)(\s*(?:{_POWER}|[²³]))?")
+_NAMES = (
+    "metre meter millimetre millimeter micrometre micrometer kilogram gram second minute hour radian degree "
+    "revolution hertz newton kilonewton pascal megapascal gigapascal joule watt"
+)
+_EXAMPLES = {
+    "1": "0.9 or 90 %",
+    "m": "0.5 mm, 20 um or 0.0005",
+    "m^2": "100 mm^2 or 1e-4",
+    "kg": "0.3 kg, 140 g or 0.3",
+    "kg*m^2": "1e-4 kg*m^2 or 0.0001",
+    "s": "2 ms or 0.002",
+    "rad": "30 deg or 0.52",
+    "rad/s": "5000 rpm, 5000 1/min, 80 Hz (turns per second) or 523.6 rad/s",
+    "m/s": "1 mm/s or 0.001",
+    "m/s^2": "9.81 m/s^2 or 9.81",
+    "N": "5 kN or 5000",
+    "N*m": "5 N*m or 5",
+    "W": "20 W or 20",
+    "m^3": "1 mm^3 or 1e-9",
+    "N/m": "1e6 N/m or 1e6",
+    "N*s/m": "100 N*s/m or 100",
+    "Pa": "207 GPa or 2.07e11",
+    "K": "60 degC, 333.15 K or 333.15",
+    "Pa*s": "0.1 Pa*s or 0.1",
+    "m^2/s": "46 mm^2/s or 4.6e-5",
+    "kg/m^3": "870 kg/m^3 or 870",
+    "m^2/N": "2e-14 m^2/N or 2e-5 mm^3/(N*m)",
+}
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
+_POWER = r"(?:\^|\*\*)\s*\(?\s*[+-]?\d{1,2}(?:\.\d+)?(?:/\d{1,2})?\s*\)?"
+_UNIT = re.compile(rf"(?:[^\W\d_]+|°|[*/·()\s]|1(?=\s*/)|[²³]|{_POWER})*")
+_UNIT_TOKEN = re.compile(rf"(?P<power>{_POWER}|[²³])|(?P<name>[^\W\d_]+|°)|(?P<bracket>[()])|(?P<sign>[*/·1])")
+_PER_MINUTE = r"(1\s*)?/\s*min|min\s*(\^|\*\*)\s*\(?\s*-1\s*\)?"
+#: Name of a temperature unit with another zero -> its size and its zero in K.
+_TEMPERATURES = dict.fromkeys(("degC", "°C"), (Fraction(1), Fraction("273.15"))) | dict.fromkeys(
+    ("degF", "°F"), (Fraction(5, 9), Fraction("459.67") * Fraction(5, 9))
+)
+#: Products without a sign, as data sheets print them, such as `Nm`, `kgcm^2`, `mPas` and `ft-lbf`.
+_PRODUCT = re.compile(
+    r"(?<![^\W\d_])(?:(?P<force>[mukM]?N)(?P<arm>mm|cm|m)?(?P<time>s)?|(?P<mass>kg(?=[cm]?m)|g(?=[cm]m))(?P<at>[cm]?m)"
+    r"|(?P<power>[kM]?W)(?P<hours>h|s)|(?P<pressure>[mkM]?Pa)(?P<seconds>s)"
+    r"|(?P<length>ft|in)-?(?P<pound>lbf?)|(?P<pounds>lbf?)-?(?P<lever>ft|in))(?![^\W\d_])"
+    rf"(?P<exponent>\s*(?:{_POWER}|[²³]))?"
+)
+#: Other spellings of units; in a product, temperatures are differences.
+_SPELLINGS = (
+    (r"g_?[0n]", "standardgravity"),
+    (r"[Ur](?=\s*/)", "turn"),
+    (r"(?:deg|°)C", "kelvin"),
+    (r"(?:deg|°)F", "degreerankine"),
+)
+#: Unit -> unit that is meant where its dimension is wrong.
+_MISTAKEN_UNITS = {"nm": "N*m", "NM": "N*m", "g": "g0", "kg": "kgf", "lb": "lbf"}
+_SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹·", "-0123456789.")
+_TYPOGRAPHY = str.maketrans({"\u2212": "-", "\u00a0": " ", "\u202f": "", "\u2009": " "})
 _PARSER_ERRORS = (tokenize.TokenError, SyntaxError, AssertionError, ArithmeticError, ValueError)  # pint's parser
 _MAX_LENGTH = 200  # characters of a quantity
 
@@ -122,8 +208,7 @@ def exact(value: Any, unit: str) -> Fraction:
 
 def has_unit(value: Any) -> bool:
     """Return whether a quantity is text with a unit."""
-    match = _QUANTITY.fullmatch(value) if isinstance(value, str) and len(value) <= _MAX_LENGTH else None
-    return match is not None and bool(match[2])
+    return bool(_parts(value)[1])
 
 
 class WrittenUnit(NamedTuple):
@@ -136,14 +221,14 @@ class WrittenUnit(NamedTuple):
 
 def written_unit(value: Any, unit: str) -> WrittenUnit | None:
     """Return the unit of a written quantity of the SI `unit`, or None if it has no unit or is not a quantity."""
-    match = _QUANTITY.fullmatch(value) if isinstance(value, str) and len(value) <= _MAX_LENGTH else None
-    if match is None or not match[2]:
+    unit_name = _parts(value)[1]
+    if not unit_name:
         return None
     try:
-        value_of_zero, value_of_one = (exact(f"{number} {match[2]}", unit) for number in (0, 1))
+        value_of_zero, value_of_one = (exact(f"{number} {unit_name}", unit) for number in (0, 1))
     except InputError:
         return None
-    return WrittenUnit(match[2], float(value_of_one - value_of_zero), float(value_of_zero))
+    return WrittenUnit(unit_name, float(value_of_one - value_of_zero), float(value_of_zero))
 
 
 def is_unit(name: str) -> bool:
@@ -154,8 +239,8 @@ def is_unit(name: str) -> bool:
 def is_bare(value: Any) -> bool:
     """Return whether a quantity is a number without a unit; 0 is the same in every unit and does not count."""
     if isinstance(value, str):
-        match = _QUANTITY.fullmatch(value) if len(value) <= _MAX_LENGTH else None
-        return match is not None and not match[2] and float(match[1]) != 0.0
+        number, unit_name = _parts(value)
+        return number != "" and not unit_name and float(number) != 0.0
     return isinstance(value, int | float) and not isinstance(value, bool) and value != 0
 
 
@@ -209,10 +294,10 @@ def unit_of(dimension: tuple[tuple[str, Fraction], ...]) -> str:
 
 def value_and_dimension(text: str) -> tuple[float, tuple[tuple[str, Fraction], ...]]:
     """Return the quantity in `text`, with a unit or without, in SI, and its dimension; InputError like `read`."""
-    match = _QUANTITY.fullmatch(text) if len(text) <= _MAX_LENGTH else None
-    if not match:
+    number, unit_name = _parts(text)
+    if not number:
         raise InputError(f"found {quoted(text)}, which does not begin with a number; expected one such as '5 kN'")
-    unit_name = "K" if match.group(2) in _CELSIUS else match.group(2)
+    unit_name = "K" if unit_name in _TEMPERATURES else unit_name
     dimension = _require_unit(unit_name, text)[1] if unit_name not in ("", "%") else ()
     return read(text, unit_of(dimension)), dimension
 
@@ -221,17 +306,16 @@ def _parse_quantity(text: str, unit: str) -> Fraction:
     """Return the quantity in `text` in SI, exactly."""
     if text.strip().lower().lstrip("+-.") in ("inf", "infinity", "nan"):
         raise InputError(_not_finite_message(text, unit))
-    match = _QUANTITY.fullmatch(text) if len(text) <= _MAX_LENGTH else None
-    if not match:
+    digits, unit_name = _parts(text)
+    if not digits:
         raise InputError(f"found {quoted(text)}, which does not begin with a number; {expected_text(unit)}")
-    digits, unit_name = match.groups()
     if unit_name.startswith(","):
         raise InputError(f"found {quoted(text)}; write a decimal point, not a comma ({expected_text(unit)})")
     zero_offset = Fraction(0)
     if not unit_name:
         scale = Fraction(1)
-    elif unit_name in _CELSIUS and unit == "K":
-        scale, zero_offset = Fraction(1), _FREEZING
+    elif unit_name in _TEMPERATURES and unit == "K":
+        scale, zero_offset = _TEMPERATURES[unit_name]
     elif unit_name == "%" and unit == "1":
         scale = Fraction(1, 100)
     elif unit == "rad/s" and re.fullmatch(_PER_MINUTE, unit_name):  # for a shaft these are turns, as on a rating plate
@@ -241,13 +325,58 @@ def _parse_quantity(text: str, unit: str) -> Fraction:
         size, expected_dimension = _require_unit(unit, unit)
         scale /= size  # 1, or the unit of a column in hours
         if dimension != expected_dimension:
+            meant = _meant_unit(unit_name, expected_dimension)
+            hint = f"; did you mean '{digits} {meant}'?" if meant else ""
             raise InputError(
-                f"found {quoted(text)}, whose unit {unit_name} has another dimension; {expected_text(unit)}"
+                f"found {quoted(text)}, whose unit {unit_name} has another dimension{hint}; {expected_text(unit)}"
             )
     approximate = float(digits)  # 0 and infinity would need too much memory as exact digits (1e-999999999)
     if approximate - approximate != 0.0:
         raise InputError(_not_finite_message(text, unit))
     return (Fraction(digits) * scale if approximate else Fraction(0)) + zero_offset
+
+
+def _parts(value: Any) -> tuple[str, str]:
+    """Return number and unit of a written quantity, also with the signs that clearsweep prints; ('', '') if it is none.
+
+    Printed are a minus sign, a power of ten `× 10⁻³`, spaces between groups of digits, and superscripts in units.
+    """
+    if not isinstance(value, str) or len(value) > _MAX_LENGTH:
+        return "", ""
+    if not value.isascii():
+        value = re.sub(r"\s*×\s*10(?=[⁻⁰¹²³⁴⁵⁶⁷⁸⁹])", "e", value.translate(_TYPOGRAPHY))
+        value = re.sub(r"(?<=e)[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda power: power[0].translate(_SUPERSCRIPTS), value)
+        value = re.sub(r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹·]+", _written_power, value)
+    match = _QUANTITY.fullmatch(value)
+    return (match[1], match[2]) if match else ("", "")
+
+
+def _written_power(match: re.Match) -> str:
+    """Return a superscript as a power; a dot between two units is returned unchanged."""
+    return match[0] if match[0].startswith("·") else f"^{match[0].translate(_SUPERSCRIPTS)}"
+
+
+def _meant_unit(unit_name: str, dimension: tuple) -> str:
+    """Return the unit of this dimension that a user may have meant by `unit_name`, or '' if none is known."""
+    for word, meant in _MISTAKEN_UNITS.items():
+        candidate = re.sub(rf"(?<![^\W\d_]){word}(?![^\W_])", meant, _spelled_out(unit_name))
+        size_and_dimension = _parse_unit(candidate)
+        if not isinstance(size_and_dimension, str) and size_and_dimension[1] == dimension:
+            return candidate.strip("()") if candidate.count("(") == 1 else candidate
+    return ""
+
+
+def _spelled_out(unit_name: str) -> str:
+    """Return a unit with a sign in its products and the names of the unit table."""
+
+    def factors(word: re.Match) -> str:
+        product, power = _PRODUCTS.get(word[1]), word[2] or ""
+        return f"({product.replace('-', '')}{power})" if product else word[0]
+
+    spelled = _WORD.sub(factors, unit_name)
+    for spelling, name in _SPELLINGS:
+        spelled = re.sub(rf"(?<![^\W\d_]){spelling}(?![^\W_])", name, spelled)
+    return spelled
 
 
 def _has_power_of_power(unit_name: str) -> bool:
@@ -313,6 +442,7 @@ def _parse_unit(unit_name: str) -> tuple[Fraction, tuple] | str:
     if unit_name == "%":
         return "% is allowed only for quantities without a unit"
     unreadable = f"'{unit_name}' cannot be read as a unit; write units such as mm, N*s/m, kg*m^2 or N/m^1.5"
+    unit_name = _spelled_out(unit_name)
     if not _UNIT.fullmatch(unit_name):
         return unreadable
     if _has_power_of_power(unit_name):
@@ -323,7 +453,9 @@ def _parse_unit(unit_name: str) -> tuple[Fraction, tuple] | str:
     try:
         for name in re.findall(r"[^\W\d_]+|°", unit_name):
             if name not in registry:
-                suggestion = did_you_mean(name, f"{_COMMON_UNITS} {_UNIT_NAMES}".split())
+                meant = _MISTAKEN_UNITS.get(name, "")
+                suggestion = meant and f"; did you mean '{meant}'?"
+                suggestion = suggestion or did_you_mean(name, f"{_COMMON_UNITS} {_UNIT_NAMES}".split())
                 return f"unknown unit '{name}'{suggestion} (known: {_COMMON_UNITS}, N*s/m, m^2)"
         base_quantity: Any = registry.Quantity(registry.parse_expression(unit_name)).to_base_units()
         return Fraction(base_quantity.magnitude), tuple(sorted(base_quantity.dimensionality.items()))
