@@ -29,6 +29,9 @@ PUBLISHED = [
     *(("f7", 20, -41, -20), ("g6", 20, -20, -7), ("e8", 40, -89, -50), ("d9", 60, -174, -100), ("f6", 140, -68, -43)),
     *(("c11", 100, -390, -170), ("c11", 120, -400, -180), ("b11", 160, -530, -280), ("a11", 10, -370, -280)),
     *(("f9", 300, -186, -56), ("h6", 500, -40, 0), ("g5", 400, -43, -18), ("e7", 355, -182, -125)),
+    *(("H7", 3, 0, 10), ("f7", 3, -16, -6), ("g6", 3, -8, -2), ("m6", 3, 2, 8), ("n6", 3, 4, 10), ("H11", 1, 0, 60)),
+    *(("H7", 6, 0, 12), ("f7", 5, -22, -10), ("e8", 6, -38, -20), ("k6", 5, 1, 9), ("d9", 2, -45, -20)),
+    *(("f7", 8, -28, -13), ("H8", 10, 0, 22), ("g6", 10, -14, -5)),
     *(("k6", 50, 2, 18), ("k8", 50, 0, 39), ("m6", 65, 11, 30), ("n6", 30, 15, 28), ("p6", 100, 37, 59)),
 ]
 
@@ -41,7 +44,7 @@ def test_limits_are_those_published(tolerance_class, diameter, low, high):
 def test_tables_are_the_formulas_of_the_standard_rounded():
     """Annex B of ISO 286-1:1988: i = 0.45 D^(1/3) + 0.001 D and so on, D the geometric mean of a range (mm)."""
     powers = {"d": (16, 0.44), "e": (11, 0.41), "f": (5.5, 0.41), "g": (2.5, 0.34)}
-    ends = (6, *iso286._FINE_DIAMETER_STEPS)
+    ends = (1, *iso286._FINE_DIAMETER_STEPS)
     for lower, upper in itertools.pairwise(ends):
         mean = math.sqrt(lower * upper)
         expected = {
@@ -50,7 +53,7 @@ def test_tables_are_the_formulas_of_the_standard_rounded():
         } | ({"c": 95 + 0.8 * mean} if upper > 40 else {})  # below, the table leaves its formula by a tenth
         for letter, below in expected.items():
             assert -iso286.limit_deviations(f"{letter}9", Fraction(upper))[1] == pytest.approx(below, rel=0.05, abs=1)
-    ends = (6, *iso286._DIAMETER_STEPS)
+    ends = iso286._DIAMETER_STEPS  # up to 3 mm the standard leaves these formulas
     for lower, upper in itertools.pairwise(ends):
         mean, size = math.sqrt(lower * upper), Fraction(upper)
         unit = 0.45 * mean ** (1 / 3) + 0.001 * mean
@@ -146,10 +149,10 @@ MISTAKES = {
     "forced hole": ({CLEARANCE: {"fit": "K7/h6"}}, "holes from J to ZC are made for transition and interference"),
     "unknown grade": ({CLEARANCE: {"fit": "H14/f7"}}, "in the grades 1 to 13"),
     "too small": (
-        {CLEARANCE: {"fit": "H7/f7"}, RADIUS: "4.9 mm"},
-        "fits are known from 10 to 500 mm: write the radial",
+        {CLEARANCE: {"fit": "H7/f7"}, RADIUS: "0.49 mm"},
+        "fits are known from 1 to 500 mm: write the radial",
     ),
-    "no unit": ({CLEARANCE: {"fit": "H7/f7"}, RADIUS: 40}, "10 to 500 mm: a bearing_radius without a unit is in m"),
+    "no unit": ({CLEARANCE: {"fit": "H7/f7"}, RADIUS: 40}, "1 to 500 mm: a bearing_radius without a unit is in m"),
     "too large": ({CLEARANCE: {"fit": "H7/f7"}, RADIUS: "251 mm"}, "a nominal diameter of 502 mm, twice the bearing"),
     "number": ({CLEARANCE: {"fit": 7}}, "found 7; expected a fit of ISO 286"),
     "axis as value": ({CLEARANCE: {"fits": ["H7/f7"]}}, "expected {fit: H7/f7}"),

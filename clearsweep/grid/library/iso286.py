@@ -1,4 +1,4 @@
-"""Clearance fits of holes and shafts: ISO 286-1:2010, standard tolerances and fundamental deviations of 10 to 500 mm.
+"""Clearance fits of holes and shafts: ISO 286-1:2010, standard tolerances and fundamental deviations of 1 to 500 mm.
 
 The tables are copied from the standard.  Its formulas (annex B of the 1988 edition) give them before rounding, which
 follows no single rule; the tables are checked against them.
@@ -11,9 +11,11 @@ from typing import NamedTuple
 
 from ...language.errors import InputError, quoted
 
-SMALLEST_DIAMETER, LARGEST_DIAMETER = 10, 500  # mm, both included
-_DIAMETER_STEPS = (10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)  # mm, upper end of each range
+SMALLEST_DIAMETER, LARGEST_DIAMETER = 1, 500  # mm, both included
+_DIAMETER_STEPS = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)  # mm, upper end of each range
 _FINE_DIAMETER_STEPS = (
+    3,
+    6,
     10,
     14,
     18,
@@ -40,38 +42,38 @@ _FINE_DIAMETER_STEPS = (
 )
 #: Standard tolerances in um: the grade, then one for each of _DIAMETER_STEPS (table 1).
 _TOLERANCES = """
-1  1   1.2  1.5  1.5  2    2.5  3.5  4.5  6    7    8
-2  1.5 2    2.5  2.5  3    4    5    7    8    9    10
-3  2.5 3    4    4    5    6    8    10   12   13   15
-4  4   5    6    7    8    10   12   14   16   18   20
-5  6   8    9    11   13   15   18   20   23   25   27
-6  9   11   13   16   19   22   25   29   32   36   40
-7  15  18   21   25   30   35   40   46   52   57   63
-8  22  27   33   39   46   54   63   72   81   89   97
-9  36  43   52   62   74   87   100  115  130  140  155
-10 58  70   84   100  120  140  160  185  210  230  250
-11 90  110  130  160  190  220  250  290  320  360  400
-12 150 180  210  250  300  350  400  460  520  570  630
-13 220 270  330  390  460  540  630  720  810  890  970
+1  0.8 1   1   1.2  1.5  1.5  2    2.5  3.5  4.5  6    7    8
+2  1.2 1.5 1.5 2    2.5  2.5  3    4    5    7    8    9    10
+3  2   2.5 2.5 3    4    4    5    6    8    10   12   13   15
+4  3   4   4   5    6    7    8    10   12   14   16   18   20
+5  4   5   6   8    9    11   13   15   18   20   23   25   27
+6  6   8   9   11   13   16   19   22   25   29   32   36   40
+7  10  12  15  18   21   25   30   35   40   46   52   57   63
+8  14  18  22  27   33   39   46   54   63   72   81   89   97
+9  25  30  36  43   52   62   74   87   100  115  130  140  155
+10 40  48  58  70   84   100  120  140  160  185  210  230  250
+11 60  75  90  110  130  160  190  220  250  290  320  360  400
+12 100 120 150 180  210  250  300  350  400  460  520  570  630
+13 140 180 220 270  330  390  460  540  630  720  810  890  970
 """
 #: How far in um a shaft's upper limit of size lies below the nominal size, and a hole's lower one of the same letter
 #: above it (tables 2 and 4); of a, b and c for each of _FINE_DIAMETER_STEPS, of the others for each of _DIAMETER_STEPS.
 _SHAFT_UPPER_DEVIATIONS = """
-a 280 290 290 300 300 310 320 340 360 380 410 460 520 580 660 740 820 920 1050 1200 1350 1500 1650
-b 150 150 150 160 160 170 180 190 200 220 240 260 280 310 340 380 420 480 540 600 680 760 840
-c 80 95 95 110 110 120 130 140 150 170 180 200 210 230 240 260 280 300 330 360 400 440 480
-d 40 50 65 80 100 120 145 170 190 210 230
-e 25 32 40 50 60 72 85 100 110 125 135
-f 13 16 20 25 30 36 43 50 56 62 68
-g 5 6 7 9 10 12 14 15 17 18 20
-h 0 0 0 0 0 0 0 0 0 0 0
+a 270 270 280 290 290 300 300 310 320 340 360 380 410 460 520 580 660 740 820 920 1050 1200 1350 1500 1650
+b 140 140 150 150 150 160 160 170 180 190 200 220 240 260 280 310 340 380 420 480 540 600 680 760 840
+c 60 70 80 95 95 110 110 120 130 140 150 170 180 200 210 230 240 260 280 300 330 360 400 440 480
+d 20 30 40 50 65 80 100 120 145 170 190 210 230
+e 14 20 25 32 40 50 60 72 85 100 110 125 135
+f 6 10 13 16 20 25 30 36 43 50 56 62 68
+g 2 4 5 6 7 9 10 12 14 15 17 18 20
+h 0 0 0 0 0 0 0 0 0 0 0 0 0
 """
 #: How far in um a shaft's lower limit of size lies above the nominal size (table 5); k of the grades 4 to 7, else 0.
 _SHAFT_LOWER_DEVIATIONS = """
-k 1 1 2 2 2 3 3 4 4 4 5
-m 6 7 8 9 11 13 15 17 20 21 23
-n 10 12 15 17 20 23 27 31 34 37 40
-p 15 18 22 26 32 37 43 50 56 62 68
+k 0 1 1 1 2 2 2 3 3 4 4 4 5
+m 2 4 6 7 8 9 11 13 15 17 20 21 23
+n 4 8 10 12 15 17 20 23 27 31 34 37 40
+p 6 12 15 18 22 26 32 37 43 50 56 62 68
 """
 _CLASS_PATTERN = re.compile(r"([A-Za-z]{1,2})(\d{1,2})")
 
