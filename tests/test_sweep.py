@@ -430,7 +430,7 @@ def test_a_dry_run_shows_a_case_and_what_si_is_assumed_for(tmp_path):
     assert "joints.rod-slider.clearance" not in result.assumed  # 0.5 mm
     assert result.case["values"]["joints.rod-slider.clearance"] == 0.5e-3
     text = run_summary.estimate_text(result._asdict())
-    assert "no unit given, SI assumed: drive.speed = 100 rad/s = 954.9 rpm\n" in text
+    assert "no unit given, SI assumed: drive.speed = 100 rad/s = 954.93 rpm\n" in text
     assert "no unit given, SI assumed: mechanism.slider.mass = 0.1 to 0.101 kg" in text
     assert "  joints.rod-slider: clearance 0.5 mm, bearing_radius 10 mm, length 20 mm" in text
 

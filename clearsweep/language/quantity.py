@@ -172,7 +172,7 @@ _SPELLINGS = (
 #: Unit -> unit that is meant where its dimension is wrong.
 _MISTAKEN_UNITS = {"nm": "N*m", "NM": "N*m", "g": "g0", "kg": "kgf", "lb": "lbf"}
 _SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹·", "-0123456789.")
-_TYPOGRAPHY = str.maketrans({"\u2212": "-", "\u00a0": " ", "\u202f": "", "\u2009": " "})
+_TYPOGRAPHY = str.maketrans({"\u2212": "-", "\u00a0": " ", "\u202f": "", "\u2009": " ", "\u00d7": "x"})
 _PARSER_ERRORS = (tokenize.TokenError, SyntaxError, AssertionError, ArithmeticError, ValueError)  # pint's parser
 _MAX_LENGTH = 200  # characters of a quantity
 
@@ -339,12 +339,12 @@ def _parse_quantity(text: str, unit: str) -> Fraction:
 def _parts(value: Any) -> tuple[str, str]:
     """Return number and unit of a written quantity, also with the signs that clearsweep prints; ('', '') if it is none.
 
-    Printed are a minus sign, a power of ten `× 10⁻³`, spaces between groups of digits, and superscripts in units.
+    Printed are a minus sign, a power of ten, spaces between groups of digits, and superscripts in units.
     """
     if not isinstance(value, str) or len(value) > _MAX_LENGTH:
         return "", ""
     if not value.isascii():
-        value = re.sub(r"\s*×\s*10(?=[⁻⁰¹²³⁴⁵⁶⁷⁸⁹])", "e", value.translate(_TYPOGRAPHY))
+        value = re.sub(r"\s*x\s*10(?=[⁻⁰¹²³⁴⁵⁶⁷⁸⁹])", "e", value.translate(_TYPOGRAPHY))
         value = re.sub(r"(?<=e)[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda power: power[0].translate(_SUPERSCRIPTS), value)
         value = re.sub(r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹·]+", _written_power, value)
     match = _QUANTITY.fullmatch(value)

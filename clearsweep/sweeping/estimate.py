@@ -18,6 +18,7 @@ from ..language.wording import count_text
 from ..searches.bisection import expected_probe_count
 from . import sweep
 from .cluster import blockwise
+from .facts.settings import first_and_last_value
 from .pool import case_runner, executors, signals
 from .pool.shard import Shard, distinct
 from .pool.simulator import SIMULATION
@@ -121,7 +122,7 @@ def estimate(
         {
             path: {"unit": units[path], "values": bounds}
             for path in grid.assumed_units
-            if path in units and (bounds := _first_and_last_value(grid, path))
+            if path in units and (bounds := first_and_last_value(grid, path))
         },
         {
             name: {"value": float(grid.defined.values[name]), "unit": grid.defined.units[name], "expression": text}
@@ -217,14 +218,6 @@ def _remaining(grid: Grid, directory: store.RunDirectory, shard: Shard | None, s
         pending_indices[timed_indices(len(pending_indices))] if len(pending_indices) else pending_indices,
         scenes_left,
     )
-
-
-def _first_and_last_value(grid: Grid, path: str) -> list[Any]:
-    """Return the value of a path, or its first and last value; [] if the first case does not use it."""
-    axis = grid.axes.get(path)
-    if axis is None:
-        return [value for key, value in leaves(grid.written_case(0)) if key == path]
-    return list(dict.fromkeys((axis[0], axis[-1])))
 
 
 def _first_case(grid: Grid, units: dict[str, str]) -> dict[str, Any]:

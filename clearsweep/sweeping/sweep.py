@@ -24,6 +24,7 @@ from ..searches.seeking import Answer, SeekSearch
 from ..searches.sensitivity import Effect, effects
 from .cluster import blockwise, nodes
 from .facts import identified
+from .facts.settings import assumed_sentences
 from .pool import executors, progress, resources, signals
 from .pool.case_runner import CaseRunner, Options, case_ids, failure_limit, is_common
 from .pool.shard import Shard, distinct
@@ -160,6 +161,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         ids = case_ids(grid)
         requested = shard.ids(ids) if shard else distinct(ids)
         derived, warnings = facts(grid, simulator)
+        warnings = [*assumed_sentences(grid), *warnings]
     record_entries: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
     search = _search(grid, simulator)
     begun = {"counts": {"cases": len(requested)}, **record_entries}
@@ -241,6 +243,7 @@ def _run_cut(
     with phases.phase("checking the cases"):
         duplicates = blockwise.duplicate_indices(grid)
         derived, warnings = facts(grid, simulator)
+        warnings = [*assumed_sentences(grid), *warnings]
     record_entries: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
     directory = directory_of(grid, out, shard)
     job = blockwise.BlockJob(directory.path.absolute(), grid, simulator, options, division, shard, duplicates)

@@ -43,6 +43,7 @@ from .values import (
     read_number,
     read_table_key,
     read_word_key,
+    report_mixed_numbers,
     set_wear_units,
     values_before_reading,
 )
@@ -94,6 +95,7 @@ def read_keys(
         elif isinstance(key, NameList):
             read_channels(reader, path)
     reader.axes = {path: reader.axes[path] for path in reader.written_axes if path in reader.axes}
+    report_mixed_numbers(reader, root)
     check_variations(reader)
     check_dependents(reader)
     read_uncertain(reader, root)

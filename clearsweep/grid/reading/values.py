@@ -289,6 +289,45 @@ def assumed_units(reader: Reader) -> tuple[str, ...]:
     )
 
 
+_SIZES = ("m", "kg", "kg*m^2", "rad/s", "m/s")  # units of lengths, masses, inertias and speeds
+_MAX_BARE_NAMED = 12  # numbers in a message
+
+
+def report_mixed_numbers(reader: Reader, root: WrittenValue) -> None:
+    """Report bare lengths, masses, inertias and speeds in a file that writes others with their unit.
+
+    Exempt are 0, and what does not come from the file itself: dicts, overrides and tables.
+    """
+    bare: list[tuple[str, WrittenValue]] = []
+    others_have_unit = False
+    for path, key in reader.keys_in_use.items():
+        fields = key.fields(reader.names) if isinstance(key, Number) else ()
+        if not fields or fields[0].unit not in _SIZES or path in reader.fits:
+            continue
+        for entries in (reader.written, reader.written_axes):
+            written = entries.get(path)
+            if written is None or not written.line or written.by_name or written.origin != root.origin:
+                continue
+            others_have_unit |= any(quantity.has_unit(leaf) for leaf in _leaf_values(written))
+            if _contains_bare_number(written):
+                bare.append((path, written))
+    if not bare or not others_have_unit:
+        return
+    texts = [f"{path} {_first_number(written)}" for path, written in bare]
+    more = f" and {len(bare) - _MAX_BARE_NAMED} more" if len(bare) > _MAX_BARE_NAMED else ""
+    path, written = min(bare, key=lambda item: (item[1].line, item[1].column))
+    reader.problems.add(
+        written,
+        path,
+        "has no unit, but other lengths, masses or speeds of this grid have one; a number without a unit is in SI "
+        f"(m, kg, rad/s). Write a unit with {', '.join(texts[:_MAX_BARE_NAMED])}{more}",
+    )
+
+
+def _first_number(written: WrittenValue) -> str:
+    return str(next(leaf for leaf in _leaf_values(written) if is_bare(leaf)))
+
+
 def _has_unit(reader: Reader, key: Number) -> bool:
     fields = key.fields(reader.names)
     return bool(fields) and fields[0].unit != "1"
@@ -381,7 +420,7 @@ def _all_bare(written: WrittenValue) -> bool:
     return bool(leaves) and all(map(_is_number, leaves))
 
 
-def _leaf_values(written: WrittenValue) -> Iterator[object]:
+def _leaf_values(written: WrittenValue) -> Iterator[Any]:
     """Yield every text in a value, an axis or a distribution."""
     if isinstance(written.value, (dict, list)):
         for item in written.value.values() if isinstance(written.value, dict) else written.value:

@@ -33,7 +33,7 @@ from ...mechanics.machines.contract import Built, body_angles, gaps, pose_at
 from ...mechanics.machines.spatial import initial_seats
 from ...mechanics.wear.contract import Worn
 from ..figures import catalogue as figures
-from ..machine import links
+from ..machine import links, sizes
 from ..machine.ideal import ideal_motion, machine_of, mechanism_of
 from . import crank_clock
 from .initial import SceneInputs, scene_inputs
@@ -282,7 +282,7 @@ def derived(case: Case) -> dict[str, tuple[float, str]]:
 
 def warnings(case: Case) -> list[str]:
     """Return warnings about values of a case that may be unintended."""
-    sentences = links.warnings(case)
+    sentences = [*sizes.warnings(case), *links.warnings(case)]
     for joint in case.joints:
         if registry.can_pull(joint):
             sentences.append(

@@ -15,7 +15,7 @@ from ...language.errors import InputError
 from ...store import ANSWER_FILE, answer_of
 from ..facts import identified
 from ..facts.run_facts import RunFacts
-from ..facts.settings import given_text, grid_text, grid_texts, setting_name, setting_text, value_text
+from ..facts.settings import assumed_texts, given_text, grid_text, grid_texts, setting_name, setting_text, value_text
 from ..facts.slowest_case import slowest_case_lines
 from ..sweep import RunResult
 from .searched import optimise_facts, seek_facts
@@ -214,7 +214,7 @@ def estimate_text(facts: dict[str, Any]) -> str:
         f"{cases(facts['cases'])}, {facts['cases'] - facts['pending']:,} of them stored already, "
         f"{facts['pending']:,} to run",
         *derived_lines(facts["derived"]),
-        *_assumed_lines(facts["assumed"]),
+        *(f"no unit given, SI assumed: {path} = {text}" for path, text in assumed_texts(facts["assumed"]).items()),
         *_defined_lines(facts["defined"]),
         *_case_lines(facts["case"]),
         *facts["recommended"],
@@ -236,21 +236,6 @@ def estimate_text(facts: dict[str, Any]) -> str:
         lines.append(f"storage: about {wording.bytes_text(facts['bytes'])}")
     lines += [f"Note: {sentence}" for sentence in facts["warnings"]]
     return plain("\n".join(lines))
-
-
-def _assumed_lines(assumed_units: dict[str, dict[str, Any]]) -> list[str]:
-    """Return a line for each quantity written without a unit."""
-    lines = []
-    for path, entry in assumed_units.items():
-        values = " to ".join(f"{value:.6g}" for value in entry["values"])
-        readable = " to ".join(
-            grid_text(value, entry["unit"], speed=path.endswith("speed")) for value in entry["values"]
-        )
-        is_same = readable == f"{values} {entry['unit']}"
-        lines.append(
-            f"no unit given, SI assumed: {path} = {values} {entry['unit']}{'' if is_same else f' = {readable}'}"
-        )
-    return lines
 
 
 def _defined_lines(defined: dict[str, dict[str, Any]]) -> list[str]:
