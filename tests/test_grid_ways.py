@@ -53,14 +53,14 @@ OVER = {
 
 
 def test_axes_in_step_give_case_after_case(at):
-    cases = at(f"zip:\n  {CLEARANCE}: [0.1 mm, 0.2 mm, 0.2 mm]\n  {SPEED}: {{linspace: [10, 30, 3]}}\n")
+    cases = at(f"zip:\n  {CLEARANCE}: [0.1 mm, 0.2 mm, 0.2 mm]\n  {SPEED}: {{linspace: [10 rad/s, 30 rad/s, 3]}}\n")
     assert points(cases, CLEARANCE, SPEED) == [(1e-4, 10.0), (2e-4, 20.0), (2e-4, 30.0)]
     assert cases.written_case(1)["drive"]["speed"] == 20.0
     assert cases.fixed_settings()["swept"] == [SPEED, CLEARANCE]
 
 
 def test_what_goes_in_step_is_one_factor_of_the_product(at):
-    more = f"sweep:\n  {SPEED}: [10, 20]\nzip:\n  {CLEARANCE}: [0.1 mm, 0.2 mm]\n  {RESTITUTION}: [0.8, 0.9]\n"
+    more = f"sweep:\n  {SPEED}: [10 rad/s, 20 rad/s]\nzip:\n  {CLEARANCE}: [0.1 mm, 0.2 mm]\n  {RESTITUTION}: [0.8, 0.9]\n"
     cases = at(more + "cases:\n  mechanism.gravity: [0, 9.81]\n")
     assert len(cases) == 8
     assert {point[:2] for point in points(cases, CLEARANCE, RESTITUTION)} == {(1e-4, 0.8), (2e-4, 0.9)}
@@ -164,7 +164,7 @@ def test_the_moments_are_those_requested(at):
 
 
 def test_one_at_a_time_begins_with_the_middle(at):
-    text = sample({SPEED: "{uniform: [10, 20]}", "mechanism.gravity": "{normal: {mean: 0, std: 1}}"})
+    text = sample({SPEED: "{uniform: [10 rad/s, 20 rad/s]}", "mechanism.gravity": "{normal: {mean: 0, std: 1}}"})
     cases = at(text.replace("method: sobol, n: 16, seed: 7", "method: one-at-a-time"))
     low, high = 1.6448536269514722, 1e-9 * np.sqrt(2.0 * np.pi)
     expected = [(15, 0), (10.5, 0), (19.5, 0), (15 + 1e-8, 0), (15, -low), (15, low), (15, high)]
