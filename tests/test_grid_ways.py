@@ -60,8 +60,8 @@ def test_axes_in_step_give_case_after_case(at):
 
 
 def test_what_goes_in_step_is_one_factor_of_the_product(at):
-    more = f"sweep:\n  {SPEED}: [10 rad/s, 20 rad/s]\nzip:\n  {CLEARANCE}: [0.1 mm, 0.2 mm]\n  {RESTITUTION}: [0.8, 0.9]\n"
-    cases = at(more + "cases:\n  mechanism.gravity: [0, 9.81]\n")
+    more = f"sweep:\n  {SPEED}: [10 rad/s, 20 rad/s]\nzip:\n  {CLEARANCE}: [0.1 mm, 0.2 mm]\n"
+    cases = at(f"{more}  {RESTITUTION}: [0.8, 0.9]\ncases:\n  mechanism.gravity: [0, 9.81]\n")
     assert len(cases) == 8
     assert {point[:2] for point in points(cases, CLEARANCE, RESTITUTION)} == {(1e-4, 0.8), (2e-4, 0.9)}
     assert len(set(ids(cases))) == 8
