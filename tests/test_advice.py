@@ -107,7 +107,7 @@ FILM = """
 """
 
 
-def test_films_are_told_by_the_length_of_the_bearing_and_rough_surfaces_by_their_depth(tmp_path):
+def test_films_are_chosen_by_length_and_rough_surfaces_by_depth(tmp_path):
     path = tmp_path / "oiled.yaml"
     path.write_text(GRID.replace("    contact:", f"{FILM.strip(chr(10))}\n    contact:"), encoding="utf-8")
     assert "suitable" in line_of(path, "finite")  # 20 mm on 20 mm

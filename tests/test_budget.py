@@ -44,7 +44,7 @@ def test_the_case_that_all_others_differ_from_in_one_unknown_is_the_base(study):
     }
 
 
-def test_a_bar_reaches_from_the_least_to_the_largest_change_and_the_longest_is_first(study):
+def test_a_bar_reaches_from_least_to_largest_change_the_longest_first(study):
     base, unknowns = one_at_a_time_design(study)
     column = "rod_slider_force_peak"
     bars = bars_of(study, column, base, unknowns)

@@ -43,7 +43,7 @@ def test_the_first_question_that_a_grid_asks_leads(given, limits, asked, leads):
     assert ranking_of(given, limits, asked).question == leads
 
 
-def test_a_film_study_leads_with_least_film_dry_share_and_loss_and_its_thinnest_case():
+def test_a_film_study_leads_with_its_films_and_its_thinnest_case():
     lead = ranking_of(layout(*FILM), ())
     assert lead.headings == ("least film", "dry load share", "loss")
     columns = {name: np.array([3.0, 1.0, np.nan]) for name in lead.columns}

@@ -121,7 +121,7 @@ def loaded(source):
     return grid.load(source, simulation.catalogue())
 
 
-def test_scattered_points_are_fitted_by_least_squares_of_the_logarithm_of_their_force(tmp_path):
+def test_scattered_points_are_fitted_by_least_squares_of_log_force(tmp_path):
     rows = [(0.5, 0.11e-3), (1.0, 0.19e-3), (2.0, 0.52e-3), (4.0, 0.95e-3), (9.0, 3.1e-3)]  # um, kN
     joint_of_points = loaded(with_points(tmp_path, "points.csv", rows)).case(0).joints[0]
     x, y = (np.log([scale * row[k] for row in rows]) for k, scale in ((0, 1e-6), (1, 1e3)))

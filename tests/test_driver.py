@@ -128,7 +128,7 @@ def test_a_pool_that_breaks_while_it_compiles_is_replaced(tmp_path):
     assert executor.restarts == 1
 
 
-def test_batches_are_as_long_as_they_should_be_soon_after_a_first_case_that_loaded_its_code():
+def test_batches_reach_their_length_soon_after_a_slow_first_case():
     batches, sizes = Batches(np.arange(100_000), np.zeros(100_000, "u8"), 2, 0.0), []
     for seconds in (30.0, *[0.0] * 9):
         sizes.append(len(batches.next().cases))

@@ -34,7 +34,7 @@ def crank(**changes):
     return slider_crank("rod-slider", changes=copy.deepcopy(ROD | changes))
 
 
-def test_an_elastic_link_has_its_first_axial_mode_its_impedance_and_the_share_of_its_bending():
+def test_an_elastic_link_has_its_axial_mode_impedance_and_bending_share():
     link = link_of(crank(**{"drive.speed": "5000 rpm"}))
     mass, length = 0.21, 0.12
     assert link.first_mode == pytest.approx(math.pi * math.sqrt(STIFFNESS / mass))

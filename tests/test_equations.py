@@ -175,7 +175,7 @@ def test_a_slider_crank_moves_as_virtual_powers_say(opening):
 
 
 @pytest.mark.parametrize("side", [1.0, -1.0])
-def test_the_powers_on_both_bodies_add_up_and_leave_the_couple_of_two_contact_points(side):
+def test_the_powers_on_both_bodies_leave_the_couple_of_two_contact_points(side):
     """Also against the two bodies turning as one: what they slide at is the penetration times their rate."""
     joint = Joint(5e-4, 0.01, 0.0095, side, Lossless(), PowerThreeHalves(1e9), Tanh(0.3, 1e-3), ())
     pen, spin = 2e-5, (70.0, -20.0)

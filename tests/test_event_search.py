@@ -62,7 +62,7 @@ def test_of_several_contacts_the_first_is_found(onset):
     assert onset(depth, slope) == pytest.approx((1.0 + math.pi / 6.0) / (4.0 * math.pi), abs=1e-7)
 
 
-def test_a_journal_that_leaves_the_bearing_and_comes_back_touches_it_where_it_comes_back(onset):
+def test_a_journal_that_leaves_the_bearing_touches_it_where_it_comes_back(onset):
     x = onset(lambda x: (x - 0.02) * (x - 0.6) * 1.0, lambda x: 2.0 * x - 0.62)
     assert x == pytest.approx(0.6, abs=1e-8)
 
@@ -83,7 +83,7 @@ def test_a_journal_in_its_bearing_that_closes_touches_at_once(onset):
 
 @pytest.mark.parametrize("begin", [0.0, 0.01, 0.3, 0.55])
 @pytest.mark.parametrize("wide", [0.003, 0.02, 0.05])
-def test_a_journal_that_leaves_is_pressed_back_and_falls_between_two_stages_touches_the_bearing(onset, begin, wide):
+def test_a_journal_pressed_back_between_two_stages_touches_the_bearing(onset, begin, wide):
     path = np.poly1d([begin, begin + wide, begin + 2.0 * wide], r=True) * -1.0
     x = onset(path, path.deriv())
     assert x == pytest.approx(begin + wide, abs=1e-8)
@@ -105,7 +105,7 @@ def test_a_path_through_the_middle_of_the_bearing_is_smooth_for_the_search(onset
     assert x == pytest.approx(2.0 / 2.2, abs=1e-12)
 
 
-def test_a_path_that_is_no_longer_than_its_ends_are_below_the_bearing_does_not_come_to_it():
+def test_a_path_shorter_than_its_distance_from_the_bearing_does_not_reach_it():
     def arrives(speed):
         o = np.zeros((column_count(1), ROW_COUNT))
         o[KAPPA], o[column_of(0, SLIP)], o[column_of(0, DEPTH)] = 1.0, speed, -2.0
@@ -127,7 +127,7 @@ def made_of(path):
     return p
 
 
-def test_a_polynomial_through_the_stages_is_that_polynomial_and_lies_within_its_coefficients():
+def test_a_polynomial_through_the_stages_lies_within_its_coefficients():
     rng, places = np.random.default_rng(3), np.linspace(0.0, 1.0, 201)
     for _ in range(50):
         path = np.polynomial.Legendre(rng.normal(size=COEFFICIENTS), domain=[0.0, 1.0])
@@ -161,7 +161,7 @@ def test_the_first_crossing_is_that_of_the_roots():
         assert bernstein.find_first_crossing(made_of(path)) == pytest.approx(first, abs=1e-9)
 
 
-def test_what_comes_no_higher_than_a_polynomial_may_be_off_by_is_no_crossing_unless_a_stage_exists():
+def test_a_rise_within_the_error_of_a_polynomial_is_no_crossing():
     def path(x):
         return -1.0 - np.cos(2.0 * math.pi * x) + 1e-3 * np.polynomial.Legendre.basis(8, domain=[0.0, 1.0])(x)
 
@@ -220,7 +220,7 @@ def test_a_guard_that_its_polynomial_alone_passes_is_not_passed(monkeypatch):
 
 
 @pytest.mark.parametrize(("begin", "crossing_of"), [(0.1, 0.0), (1e-12, NO_CROSSING)])
-def test_a_guard_above_zero_at_the_start_is_passed_at_once_unless_it_is_just_leaving(monkeypatch, begin, crossing_of):
+def test_a_guard_above_zero_at_the_start_is_passed_unless_it_is_leaving(monkeypatch, begin, crossing_of):
     assert passage(monkeypatch, lambda x: begin - 0.2 * x)[0] == crossing_of
 
 

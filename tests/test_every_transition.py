@@ -83,7 +83,7 @@ def test_asperities_push_the_surfaces_apart_and_harder_the_closer_they_are(name)
 
 @pytest.mark.parametrize("name", names("transition"))
 @pytest.mark.parametrize("moving", [(0.03, 2.0, 40.0, -60.0), (-0.02, -30.0, 0.0, 300.0), (0.0, 5.0, 0.0, 100.0)])
-def test_the_force_is_continuous_over_a_transition_and_passes_from_the_film_to_the_dry_contact(name, moving):
+def test_the_force_passes_continuously_from_the_film_to_the_dry_contact(name, moving):
     """Half the distance between two depths halves the largest jump of the force."""
     term = registry.compile_joint(case_of(name), "slider")
     jumps = []
@@ -143,7 +143,7 @@ def test_a_joint_in_transition_takes_energy_from_its_bodies(name, spins):
 
 
 @pytest.mark.parametrize("name", names("transition"))
-def test_what_a_joint_in_transition_takes_in_addition_to_its_elastic_part_is_never_negative(name):
+def test_the_loss_of_a_joint_in_transition_is_never_negative(name):
     term, rng = registry.compile_joint(case_of(name), "slider"), np.random.default_rng(5)
     for _ in range(300):
         depth, rate = rng.uniform(-4e-6, 5e-6), rng.uniform(-0.04, 0.04)

@@ -86,7 +86,7 @@ def test_a_life_is_that_of_the_law_of_its_rate_within_its_interval(law):
 
 
 @pytest.mark.parametrize("law", ["falling", "growing"])
-def test_jumps_half_as_long_leave_a_quarter_of_the_error_which_is_what_a_life_says_of_itself(law):
+def test_jumps_half_as_long_leave_a_quarter_of_the_error_that_a_life_states(law):
     rates, exact = LAWS[law]
     result = {longest: life(rates, tolerance=0.5, max_jump=longest * exact) for longest in (0.02, 0.01, 0.005)}
     errors = [abs(each.revolutions / exact - 1.0) for each in result.values()]
@@ -104,7 +104,7 @@ def test_a_tighter_tolerance_costs_blocks_and_gives_accuracy():
     assert tight.jump_error < 0.1 * loose.jump_error
 
 
-def test_a_rate_that_nothing_changes_takes_one_block_and_has_the_interval_of_the_block():
+def test_a_constant_rate_takes_one_block_and_has_its_interval():
     result = life(LAWS["even"][0], share=0.1, constant_rates=True, identical_blocks=True)
     assert result.blocks == 1
     assert result.jump_error == 0.0

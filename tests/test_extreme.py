@@ -24,7 +24,7 @@ def largest_of(chance, count):
     return 8.0 + 4.0 * distribution(3.0, 3.0).ppf(chance.random() ** (1.0 / count))
 
 
-def test_the_largest_of_many_bounded_values_exceeds_the_upper_end_as_rarely_as_stated():
+def test_the_largest_bounded_value_exceeds_the_end_as_rarely_as_stated():
     chance = np.random.default_rng(5)
     inside, ratios = 0, []
     for _ in range(60):

@@ -82,7 +82,7 @@ def test_by_law_and_butenschoen_are_the_same_couple_and_none_is_no_couple(name):
         assert (film.journal_couple, film.bearing_couple) == (0.0, 0.0)
 
 
-def test_sommerfelds_couple_next_to_the_moment_of_his_full_film_is_the_published_one():
+def test_sommerfelds_couple_beside_his_full_film_is_the_published_one():
     """4 pi mu R^3 L w (1 + 2 eps^2) / (c (2 + eps^2) sqrt(1 - eps^2)) on the journal of a bearing at rest."""
     angle_rate, size = 80.0, math.pi * VISCOSITY * RADIUS**3 * LENGTH / CLEARANCE
     shear = RECIPES["film-friction", "sommerfeld"].make(
@@ -144,7 +144,7 @@ def test_a_film_that_only_turns_or_only_is_squeezed_takes_energy(name, friction)
         assert film.lost_power >= film.pressure_power
 
 
-def test_a_finite_film_that_opens_while_it_turns_feeds_energy_in_and_the_one_of_reynolds_does_not():
+def test_an_opening_finite_film_feeds_energy_in_and_that_of_reynolds_does_not():
     """What its notes say of it, and why there is the law `reynolds`."""
     gap = gap_of(0.9, -150.0, 300.0)
     assert lubricated.film_load(film_of("finite", "butenschoen"), gap).pressure_power < 0.0

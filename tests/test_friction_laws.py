@@ -105,7 +105,7 @@ def test_threlfall_without_the_division_is_five_per_cent_lower_throughout():
     assert force("threlfall", 5.0, divisor=1.0, **numbers) == pytest.approx(-9.5, rel=1e-14)
 
 
-def test_brown_and_mcphee_s_friction_peaks_at_its_speed_and_falls_to_kinetic_friction():
+def test_brown_and_mcphee_s_friction_peaks_at_its_speed_and_then_falls():
     numbers = {"coefficient": 0.1, "static_coefficient": 0.15, "stribeck_velocity": 2e-3, "viscous": 0.0}
     at = force("brown-mcphee", 2e-3, **numbers)
     assert at == pytest.approx(-100.0 * (0.15 - 0.1 * (1.0 - math.tanh(4.0))), rel=1e-14)

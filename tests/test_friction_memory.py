@@ -140,7 +140,7 @@ def test_elasto_plastic_bristles_only_bend_up_to_their_share_of_the_friction():
         assert bend_rate(term(-bend, **ELASTO_PLASTIC), 2.0) == 2.0
 
 
-def test_elasto_plastic_bristles_break_away_at_static_friction_and_settle_at_stribeck_s_curve():
+def test_elasto_plastic_bristles_break_away_and_settle_at_stribeck_s_curve():
     law = term(**ELASTO_PLASTIC)
     for slip, coefficient in ((1e-7, 0.15), (1e-3, 0.11839397), (-5.0, 0.1)):
         bend = sliding_distance(law, slip, 1e-4)
@@ -160,7 +160,7 @@ def test_elasto_plastic_bristles_give_way_by_the_published_sine():
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.1, 0.59), (-0.3, 0.55)])
-def test_a_load_that_swings_below_the_share_moves_lugre_s_surfaces_for_good_and_elasto_plastic_s_not(low, high):
+def test_a_load_swinging_below_the_share_moves_lugre_s_surfaces_alone(low, high):
     """Slow enough for the bend to follow the load: z = T / (N sigma0), and the slip is what bends it so."""
 
     def drift(**written):
@@ -175,7 +175,7 @@ def test_a_load_that_swings_below_the_share_moves_lugre_s_surfaces_for_good_and_
     assert abs(drift(**ELASTO_PLASTIC)) < 1e-9 * expected
 
 
-def test_a_mass_that_is_shaken_below_the_share_comes_back_on_elasto_plastic_bristles_and_creeps_on_lugre_s():
+def test_a_shaken_mass_comes_back_on_elasto_plastic_bristles_alone():
     """m x'' = P(t) + T with N = 100 N: P swings between 2 N and 5 N, the friction could hold 10 N."""
 
     def crept(**written):

@@ -111,7 +111,7 @@ def test_friction_that_would_burn_an_ideal_joint_is_flagged():
     assert "friction-heat" not in run().message
 
 
-def test_the_column_can_be_limited_and_the_report_says_what_joints_without_clearance_take(tmp_path):
+def test_friction_of_joints_without_clearance_is_limited_and_reported(tmp_path):
     source = grid(limits={"rocker_ground_friction_power": "50 W"}) | {"name": "brake"}
     source["sweep"] = {"loads.blade.friction.torque": [1.0, 3.0]}
     result = clearsweep.sweep(source, out=tmp_path / "run", executor="serial", show_progress=False)

@@ -166,7 +166,7 @@ def test_a_logarithmic_law_follows_back_with_the_modulus_of_the_pair():
     assert back == pytest.approx(1e-6, rel=1e-12, abs=0.0)
 
 
-def test_the_layer_of_winkler_and_the_ball_that_yields_are_of_the_bearing_s_material():
+def test_winkler_s_layer_and_the_yielding_ball_are_of_the_bearing_s_material():
     (load,) = registry.elastic_forces(bushed(contact__elastic="winkler", contact__thickness=5e-3), [1e-6])
     alone = bushed(contact__elastic="winkler", contact__thickness=5e-3, contact__material=dict(BRONZE))
     assert load == registry.elastic_forces(alone, [1e-6])[0]

@@ -428,7 +428,7 @@ def test_a_swept_value_in_a_section_whose_name_is_wrong_is_a_mistake_like_others
     assert "unknown key 'contactx'; did you mean 'contact'?" in problems[0]
 
 
-def test_a_misspelt_joint_is_reported_once_and_the_rest_of_the_grid_is_read_as_if_it_were_right(problems_in):
+def test_a_misspelt_joint_is_reported_once_and_the_rest_is_read(problems_in):
     more = "sweep: {joints.rod-slider.clearance: [0.2 mm, 0.4 mm]}\nlimits: {rod_slider_force_peak: 5 kN}\n"
     (problem,) = problems_in(TEXT.replace("rod-slider:", "rod-slidr:") + more)
     assert "joints.rod-slidr: unknown key 'rod-slidr'; did you mean 'rod-slider'?" in problem

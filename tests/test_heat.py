@@ -51,7 +51,7 @@ def balanced(monkeypatch, width, scatter=0.0):
 
 
 @pytest.mark.parametrize("width", [0.0, 54.0, math.inf], ids=["known", "scattered", "one revolution"])
-def test_a_film_settles_where_its_loss_is_led_away_however_far_its_revolutions_scatter(monkeypatch, width):
+def test_a_film_settles_where_its_loss_is_led_away_despite_scatter(monkeypatch, width):
     """Within 1 % of the rise; a half-width of 36 K does not make the ambient the answer."""
     balance, tried = balanced(monkeypatch, width)
     assert balance.converged
@@ -99,7 +99,7 @@ def observed(times, sums):
     return observer.losses(heat.NO_COST)
 
 
-def test_the_interval_of_a_loss_is_that_of_whole_revolutions_and_its_mean_that_of_the_window():
+def test_a_loss_has_the_interval_of_revolutions_and_the_mean_of_the_window():
     """A run is observed shortly before each revolution ends, and at its end: there the loss is four times the mean."""
     times, power = [0.0, 0.975, 1.975, 2.975, 3.975, 4.0], [9.0, 10.0, 12.0, 11.0, 40.0]
     result = observed(times, np.concatenate([[0.0], np.cumsum(power * np.diff(times))]))

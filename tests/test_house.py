@@ -230,6 +230,16 @@ def test_no_file_exceeds_600_lines():
     assert [f"{path.relative_to(ROOT)}: {length}" for path, length in lengths.items() if length > 600] == []
 
 
+def test_the_name_of_a_test_has_less_than_80_characters():
+    names = {
+        node.name
+        for path in sorted((ROOT / "tests").rglob("*.py"))
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.FunctionDef)
+    }
+    assert not [name for name in names if len(name) >= 80]
+
+
 def test_no_function_exceeds_80_lines():
     long = [
         f"{place(path, node)}: {node.name}, {node.end_lineno - node.lineno + 1} lines"

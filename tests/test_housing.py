@@ -84,7 +84,7 @@ def test_a_load_shifts_its_housing_by_the_force_over_the_stiffness():
     assert path["housing/y"][-1] == pytest.approx(5.0 / STIFFNESS, rel=1e-5)
 
 
-def test_the_how_to_shows_a_grid_whose_housing_rests_on_the_journal_beyond_the_clearance(tmp_path):
+def test_the_how_to_shows_a_housing_that_rests_on_the_journal(tmp_path):
     text = (Path(__file__).parents[1] / "docs/howto/mechanisms.md").read_text(encoding="utf-8")
     (grid,) = re.findall(r"```yaml\n(name: shifting-housing\n.*?)```", text, re.DOTALL)
     (tmp_path / "grid.yaml").write_text(grid, encoding="utf-8")

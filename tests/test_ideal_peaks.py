@@ -108,7 +108,7 @@ def closely(case, count):
 
 
 @pytest.mark.parametrize("law", ["tanh", "ambrosio"])
-def test_friction_that_turns_round_in_an_ideal_joint_leaves_the_largest_reaction_where_it_jumps(law):
+def test_friction_that_reverses_leaves_the_largest_reaction_where_it_jumps(law):
     """The slider turns round where its inertia is largest, under 5 kN across."""
     smooth = {"tanh": {"velocity_scale": 1e-5}, "ambrosio": {"v0": 1e-6, "v1": 1e-5}}[law]
     rub = {"on": "slider-ground", "friction": {"law": law, "coefficient": 0.1, **smooth}}

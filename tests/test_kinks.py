@@ -146,7 +146,7 @@ def test_an_elastic_law_is_smooth_over_the_penetration_but_at_its_limit(name):
 
 
 @pytest.mark.parametrize("name", names("film"))
-def test_a_film_is_smooth_over_its_rate_and_its_spin_but_where_it_declares_their_signs(name):
+def test_a_film_is_smooth_over_rate_and_spin_but_at_declared_signs(name):
     film = registry.compile_joint(oiled(name), "slider").film
     places = [0.0] if type(film) in has_reversal_corners.members else []
     for i in range(2):  # the radial and the tangential force
@@ -288,7 +288,7 @@ def test_the_spin_of_a_film_is_a_kink_whatever_its_asperities_rub():
 
 
 @pytest.mark.parametrize("distance", [1e-6, 1e-3, 0.3])
-def test_the_guard_of_a_spin_is_smooth_however_close_to_the_centre_the_journal_passes(distance):
+def test_the_guard_of_a_spin_is_smooth_close_to_the_centre(distance):
     """The spin itself grows like the reciprocal of the eccentricity, so no polynomial over a step describes it."""
     oily = rough_and_oily()
     scale = 0.2 * oily.clearance

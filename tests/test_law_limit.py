@@ -44,7 +44,7 @@ def columns_of_case(row):
     return {column: [value] for column, value in row.items()}
 
 
-def test_a_run_tells_how_many_cases_leave_what_their_laws_are_made_for_and_the_worst():
+def test_a_run_tells_how_many_cases_leave_the_range_of_their_laws():
     messages = Remarks(["crank_rod", "rod_slider"])
     zero = dict.fromkeys(
         (f"{joint}_{figure}" for joint in messages.joints for figure in (ONSET_RATE, LIMIT_SHARE)), 0.0

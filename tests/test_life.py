@@ -327,7 +327,7 @@ def test_a_life_of_one_block_that_was_killed_is_one_of_one_block():
 
 
 @heavy
-def test_a_life_whose_blocks_do_not_reach_its_limit_has_a_lower_bound_and_reports_how_far_it_is(monkeypatch, capsys):
+def test_a_life_that_does_not_reach_its_limit_has_a_lower_bound(monkeypatch, capsys):
     monkeypatch.setattr(lives.LifeRun, "identical_blocks", False)
     monkeypatch.setattr("clearsweep.language.phases.FIRST_LINE_DELAY", 0.0)
     monkeypatch.setattr("clearsweep.language.phases.MAX_INTERVAL", 0.0)

@@ -99,7 +99,7 @@ def test_a_motor_whose_torque_is_negative_says_that_it_turns_backwards():
 
 
 @pytest.mark.slow
-def test_a_crank_that_does_not_get_through_ends_stalled_and_one_that_takes_too_long_at_its_limit():
+def test_a_crank_that_gets_stuck_ends_stalled_and_a_slow_one_at_its_limit():
     source = too_weak()
     path = clearsweep.simulate(clearsweep.load_case(source))
     assert path.status == "stalled"

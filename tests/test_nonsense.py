@@ -72,7 +72,7 @@ def test_wear_deeper_than_the_clearance_is_named():
     assert "is the coefficient in mm^2/N?" in path.message
 
 
-def test_wear_and_pressure_times_speed_that_no_bush_bears_are_flagged_with_what_is_usual():
+def test_wear_and_pressure_times_speed_beyond_any_bush_are_flagged():
     radius, thousand_hours = 0.01, 1000.0 * 3600.0
     hard = RubbingJoint("pin", 0.59 / thousand_hours, 12e6, radius)
     assert wear_rate_remark([hard]).startswith(

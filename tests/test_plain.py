@@ -107,7 +107,7 @@ def test_contacts_begin_and_end_where_the_journal_is_at_its_bearing():
     assert np.abs(eccentricity - 0.5e-3).max() < 1e-4 * result.summary["rod_slider_penetration_max"]
 
 
-def test_surfaces_that_stick_bear_what_they_hold_and_slide_by_their_law_beyond_the_band():
+def test_surfaces_bear_what_they_hold_and_slide_by_their_law_beyond():
     """At half stroke the rod turns back in the slider: the surfaces slow down, stick, and slide the other way."""
     slow = {"drive.speed": "60 rpm", "simulate.revolutions": 0.3, "simulate.tolerance": 1e-8}
     times = np.linspace(0.2, 0.3, 4001)

@@ -76,7 +76,7 @@ def slow_after(preconditioned, is_solved, contraction=0.0, rejections=0.0):
     return work.stepper.slow
 
 
-def test_a_slow_or_failed_iteration_is_preconditioned_and_plain_again_after_two_failures():
+def test_a_slow_iteration_is_preconditioned_and_plain_after_two_failures():
     assert slow_after(0.0, True, contraction=0.14) == 0.0
     assert slow_after(0.0, True, contraction=0.16) == 1.0
     assert slow_after(0.0, False) == 1.0

@@ -394,7 +394,7 @@ def test_the_time_of_a_case_is_without_what_it_compiles(monkeypatch):
     assert time_case(Steady, short, 1.5).seconds == 50.0
 
 
-def test_a_case_whose_further_life_is_cut_off_is_extrapolated_like_one_cut_off_before(monkeypatch):
+def test_a_further_life_that_is_cut_off_is_extrapolated_like_one_before(monkeypatch):
     """Its own life is done, so that its status is ok; the message says that the pilot's patience ended another one."""
     cut = "life-failed: the life with the wear coefficients at their low ends is not known: its block 4 has the status "
     case, solve = clearsweep.grid.load(grid(1), Fake.catalogue()).case(0), Steady.solve

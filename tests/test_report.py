@@ -492,7 +492,7 @@ def test_the_parameters_of_laws_are_shown_with_their_units(contact, friction, pa
     assert row.replace("\u00a0", " ").replace("\u202f", " ") == text
 
 
-def test_a_stiffness_next_to_a_swept_law_has_the_exponent_that_the_law_takes_by_default():
+def test_a_stiffness_beside_a_swept_law_has_the_law_s_default_exponent():
     contact = {"law": "exact", "stiffness": 2e4, "restitution": 0.9}
     record = resolved(contact, axes={f"{JOINT}.contact.law": ["exact", "flores"]})
     assert grid.key_units(record, CATALOGUE)[f"{JOINT}.contact.stiffness"] == "N/m^1.5"

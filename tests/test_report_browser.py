@@ -172,7 +172,7 @@ def test_page_is_laid_out_and_fetches_nothing(pages, browse, proxy, name, width)
     assert result["page"] <= result["window"]  # nothing makes the page scroll sideways
 
 
-def test_a_wide_page_answers_in_two_columns_and_a_narrow_one_does_not_scroll_sideways(pages, browse):
+def test_a_wide_page_has_two_columns_and_a_narrow_one_does_not_scroll(pages, browse):
     high = """
       const place = id => document.getElementById(id).getBoundingClientRect();
       return {high: document.documentElement.scrollHeight, left: place("cases").right, right: place("drivers").left,

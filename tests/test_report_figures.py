@@ -61,7 +61,7 @@ def pictures(run, builder=curve_sections, **options):
 
 
 @pytest.mark.parametrize(("typical", "reduced"), [(False, "max"), (True, "median")])
-def test_a_curve_for_each_clearance_holds_the_worst_case_at_each_speed_or_the_median(typical, reduced):
+def test_a_curve_for_each_clearance_is_the_worst_case_or_the_median(typical, reduced):
     run = Run()
     axes = painted(pictures(run, shows_median=typical)["Force peak over crank speed"])
     by_value = run.summary.groupby([CLEARANCE, SPEED])[PEAK].agg(reduced)
@@ -224,7 +224,7 @@ def test_a_spectrum_keeps_the_mean_square_and_leaves_out_what_is_no_whole_turn()
     assert harmonic_spectrum(angle[:300], values[:300]) is None
 
 
-def test_a_diagram_has_the_stored_points_of_the_cases_along_its_axis_after_what_is_discarded():
+def test_a_diagram_has_the_stored_points_of_the_cases_after_the_discarded():
     run = Run(sweep=TWO_AXES)
     given = prepare(run)
     neighbour = run.summary.query(f"`{CLEARANCE}` == 2e-4")["case_id"].iloc[0]
@@ -262,7 +262,7 @@ class Struck(Run):
         yield np.array(counts), {name: np.array(value) for name, value in values.items()}
 
 
-def test_the_time_of_impacts_is_that_of_contacts_shorter_than_ten_degrees_within_the_window():
+def test_the_time_of_impacts_is_that_of_contacts_below_ten_degrees():
     run = Struck(sweep={"drive.speed": [1000 * RPM, 2000 * RPM]}, joints=("rod_slider", "crank_rod"))
     first, second = run.summary["case_id"]
     run.contacts = {
@@ -819,7 +819,7 @@ def test_ranges_of_what_is_derived_hold_one_unit_each():
 
 
 @pytest.mark.heavy
-def test_alt_text_names_the_softest_and_the_stiffest_law_although_a_doubtful_one_comes_last():
+def test_alt_text_names_the_softest_and_the_stiffest_law():
     run = of_elastic(["winkler", "power", "johnson"])
     (gallery,) = blocks(run, Gallery)
     rows = table(run, "elastic_force_rod_slider").rows

@@ -156,7 +156,7 @@ def test_a_cell_with_a_unit_of_its_own_is_a_number_in_the_file():
     assert table.csv().splitlines() == ["a,b", "0.002,m"]
 
 
-def test_a_table_in_markdown_says_where_its_other_rows_are_and_escapes_what_divides_cells():
+def test_a_table_in_markdown_names_its_other_rows_and_escapes_dividers():
     text = Table("many", "Many", "", (Column("a|b"),), [(float(row),) for row in range(60)]).markdown()
     assert text.count("\n| ") == 52
     assert "| a\\|b |" in text
@@ -188,7 +188,7 @@ def test_wear_is_shown_in_units_of_designers_beside_those_of_the_window():
     }
 
 
-def test_what_does_not_answer_the_question_is_folded_by_subject_and_no_picture_repeats_the_player(tmp_path):
+def test_what_does_not_answer_the_question_is_folded_by_subject(tmp_path):
     page = report.write(Run(failures=8), tmp_path / "page.html").read_text(encoding="utf-8")
     seen, folded = page.split('<section id="more"')
     assert seen.count("<figure") <= 12
@@ -352,7 +352,7 @@ def test_the_output_is_judged_by_its_own_ideal_motion_and_in_its_own_unit():
     assert "0.500°" in {value for name, value, _ in section.blocks[0].cards if name == "Largest rocker error"}
 
 
-def test_the_ideal_motion_of_the_slider_crank_is_the_closed_form_that_the_grid_gives():
+def test_the_ideal_motion_of_the_slider_crank_is_the_closed_form():
     run = Run(sweep={})
     prepared, case_id = prepare(run), run.summary["case_id"][0]
     angle = np.linspace(16 * np.pi, 20 * np.pi, 1441)

@@ -71,7 +71,7 @@ STICKS = {"law": "karnopp", "coefficient": 0.15, "static_coefficient": 0.25, "st
 
 
 @pytest.mark.slow
-def test_three_joints_that_stick_at_once_hold_each_other_as_the_complementarity_problem_says():
+def test_three_joints_that_stick_at_once_solve_the_complementarity_problem():
     """60 rpm, seated: one slides, sticks and lets go again; forces of all three meet their limits.
 
     The second program tries all ways in which three forces can be free or at a limit; N and T agree to 1e-9.
@@ -98,7 +98,7 @@ YIELDS = {"law": "lankarani-nikravesh-plastic", "stiffness": STIFFNESS, "restitu
 
 
 @pytest.mark.slow
-def test_a_contact_that_yields_moves_and_misplaces_the_slider_as_the_second_program_says():
+def test_a_yielding_contact_moves_the_slider_as_the_second_program_says():
     """5000 rpm, 0.3 revolutions: contacts turn back and deepen again.
 
     N agrees to 2e-7 of its peak, an error of the second program: 1e-6, 2e-7, 7e-7 at its rtol 1e-11, 1e-12, 3e-13.

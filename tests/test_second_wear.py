@@ -92,7 +92,7 @@ def both():
     return result, Rubbed(result)
 
 
-def test_perssons_pressure_wears_both_bodies_of_a_joint_that_runs_in_as_the_second_program_says(both):
+def test_perssons_pressure_wears_both_bodies_as_the_second_program_says(both):
     result, own = both
     assert result["joints/rod_slider/force_normal"] == pytest.approx(own.load[::60] * LENGTH, rel=1e-6)
     for body, depths in enumerate(result.wear["rod_slider"]):

@@ -269,7 +269,7 @@ def test_none_in_the_range_says_which_other_keys_move_the_margin(tmp_path):
     assert again.effects == result.effects
 
 
-def test_where_all_cases_count_they_are_compared_at_one_value_and_all_would_pass_with_the_limits_said(tmp_path):
+def test_where_all_cases_count_they_are_compared_at_one_value(tmp_path):
     limits = {"limits": {"rod_slider_force_peak": 0.05, "weight": {"at_least": 10.0}}}
     figures = {"figures": {"weight": "rod_slider_force_peak * 3.00004 + '0 N'"}}
     source = searching(gravities=(GOOD, 1e-3), **{"for": "all"}) | limits | figures

@@ -311,7 +311,7 @@ def both(middle, lean, **keys):
     return result
 
 
-def test_a_pressed_journal_is_a_third_as_stiff_against_tilting_as_with_its_walls_at_the_ends():
+def test_a_pressed_journal_is_a_third_as_stiff_in_tilt_as_with_end_walls():
     (force, moment), (at_ends, moment_at_ends) = both(2.1e-4, 1e-8)
     assert force == pytest.approx(at_ends, rel=1e-6)
     assert force == pytest.approx(1e9 * 1e-5**1.5, rel=1e-6)
@@ -337,7 +337,7 @@ def test_a_jammed_journal_bears_on_both_edges_over_the_length_that_is_pressed():
     assert moment_at_ends / moment == pytest.approx(1.25 * 0.02 / (depth / lean), rel=0.02)
 
 
-def test_a_parallel_journal_is_the_joint_in_the_plane_at_any_lean_that_goes_to_nothing():
+def test_a_parallel_journal_is_the_joint_in_the_plane_as_its_lean_vanishes():
     plane = 1e9 * 1e-5**1.5
     for lean in (0.0, 1e-15, 1e-12, 1e-9):
         ((force, _), _) = both(2.1e-4, lean)

@@ -33,7 +33,7 @@ def run(source, **overrides):
 # ---------------------------------------------------------------------------------------------- the table
 
 
-def test_the_bound_of_a_force_that_is_no_power_is_within_that_of_the_power_it_is_like():
+def test_the_bound_of_a_force_that_is_no_power_is_within_that_of_its_like():
     shallow = Liu(1e9, 1e6)  # K pen sqrt(pen / 2 c) as long as pen is far below c
     power = PowerThreeHalves(1e9 / math.sqrt(2e6))
     impact, load = (stability._penetration_bound(power, *given) for given in ((1e-3, 0.0), (0.0, 50.0)))

@@ -161,7 +161,7 @@ def drawn(end):
     return solve_ivp(pushed, (7.5, end), [0.0, LAW["band"]], "LSODA", rtol=1e-10, atol=1e-13).y[:, -1]
 
 
-def test_a_block_that_a_spring_draws_lets_go_at_static_friction_and_slips_as_scipy_says():
+def test_a_block_drawn_by_a_spring_sticks_and_slips_as_scipy_says():
     source = stick_slip.grid(LAW | {"viscous": 0.4})
     source["simulate"]["revolutions"] = 0.5
     end = 9.0

@@ -401,7 +401,7 @@ def test_a_full_disk_is_a_storage_error_that_names_the_file(tmp_path, monkeypatc
     assert not list(tmp_path.iterdir())
 
 
-def test_a_file_is_on_the_disk_before_its_name_is_and_the_name_before_anything_follows(tmp_path, monkeypatch):
+def test_a_file_is_on_the_disk_before_its_name_and_that_before_what_follows(tmp_path, monkeypatch):
     done = []
 
     def seen(name, function, message):

@@ -118,7 +118,7 @@ def plant(path, kind, victim):
 
 @pytest.mark.parametrize("kind", KINDS)
 @pytest.mark.parametrize("place", ["lock", "shards/*.h5", "parts/*.parquet", *FINAL])
-def test_what_stands_in_the_place_of_a_file_is_refused_by_name_and_neither_followed_nor_waited_for(run, kind, place):
+def test_what_stands_in_the_place_of_a_file_is_refused_and_not_followed(run, kind, place):
     victim = run.parent / "victim"
     victim.write_text("precious")
     path = next(run.glob(place), run / place)
@@ -334,7 +334,7 @@ def test_final_files_are_made_anew_where_the_same_batch_gives_other_rows(tmp_pat
             assert store.open(contents.path).summary["status"].tolist() == [status]
 
 
-def test_a_report_is_written_over_no_device_link_or_directory_and_leaves_nothing_beside(tmp_path, run, command):
+def test_a_report_is_written_over_no_device_link_or_directory(tmp_path, run, command):
     victim = tmp_path / "victim"
     victim.write_text("precious")
     (tmp_path / "link.html").symlink_to(victim)

@@ -286,7 +286,7 @@ def test_a_worker_that_is_ended_costs_no_case(tmp_path, signum):
     assert process.returncode == 0
 
 
-def test_a_worker_killed_while_it_held_the_lock_of_the_queue_stalls_the_others_for_seconds_only(tmp_path):
+def test_a_worker_killed_with_the_lock_stalls_the_others_for_seconds_only(tmp_path):
     result = quiet(grid(1, (GOOD, 0.001, 0.002, LOCKS, 0.004)), tmp_path / "run", jobs=2)
     assert (result.ok, result.failed, result.missing) == (4, 1, 0)
     assert result.open().summary.query("status != 'ok'")["status"].tolist() == ["crashed"]

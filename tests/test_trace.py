@@ -28,7 +28,7 @@ def scenes(name):
 
 
 @pytest.mark.parametrize("name", CONFIGS)
-def test_the_stages_of_every_scene_of_the_examples_are_looked_at_at_once_with_the_bits_of_each(name):
+def test_all_stages_observed_at_once_have_the_bits_of_each_in_every_example(name):
     for scene in scenes(name):
         for seed in (7, 8):
             state = states(scene, seed)

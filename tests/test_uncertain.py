@@ -208,7 +208,7 @@ class Log:
 
 
 @pytest.mark.parametrize("most", [3, 40])
-def test_further_lives_that_are_killed_give_the_same_end_without_running_a_block_twice(most):
+def test_further_lives_that_are_killed_end_alike_and_run_no_block_twice(most):
     aged, block = evolving()
     whole = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
     log = Log(most=most)

@@ -79,7 +79,7 @@ HARMS = {
 
 
 @pytest.mark.parametrize("harm", HARMS)
-def test_an_answer_file_that_is_not_as_written_is_refused_and_made_anew_without_a_case(source, run, harm):
+def test_a_damaged_answer_file_is_refused_and_made_anew_without_a_case(source, run, harm):
     file = run / "seek.parquet"
     before = file.read_bytes()
     after = HARMS[harm](before)
@@ -107,7 +107,7 @@ def test_an_answer_that_nobody_sought_is_refused(ran, tmp_path):
         clearsweep.open(tmp_path / "plain")
 
 
-def test_an_answer_without_a_checksum_as_older_versions_left_it_is_refused_with_the_way_out(source, run):
+def test_an_answer_without_a_checksum_is_refused_with_the_way_out(source, run):
     crafted(run, lambda content: content.pop("answers"))
     with pytest.raises(DamagedError, match=r"older version wrote it.*run the grid again"):
         clearsweep.open(run)

@@ -237,7 +237,7 @@ def test_the_stiff_problem_has_the_same_answer_by_methods_of_others():
         assert verdict.whole < error
 
 
-def test_each_of_our_methods_solves_the_stiff_problem_and_the_implicit_one_is_the_cheapest():
+def test_each_method_solves_the_stiff_problem_the_implicit_one_cheapest():
     problem, spent = PROBLEMS["b_damped"], {}
     for method in ("auto", "explicit", "implicit"):
         result = solution_of(problem, simulate(scene_of(problem, 1e-6, method), times=problem.times))

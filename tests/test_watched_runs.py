@@ -310,7 +310,7 @@ class Watch:
         return False
 
 
-def test_figures_over_the_blocks_are_those_of_the_summary_and_blocks_grow_with_the_run():
+def test_figures_over_growing_blocks_are_those_of_the_summary():
     scene = clearsweep.load_case(slider_crank("rod-slider", changes=LONG | WORN | {"simulate.revolutions": 71}))
     watch = Watch(scene.layout)
     summary = clearsweep.simulate(scene, observers=(watch,)).summary

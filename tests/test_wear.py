@@ -74,7 +74,7 @@ def shares(x):
     return 0.5 + (x * np.sqrt(1.0 - x**2) + np.arcsin(x)) / math.pi
 
 
-def test_only_the_journal_wears_and_every_material_point_meets_the_contact_once_a_turn():
+def test_a_wearing_journal_meets_the_contact_at_each_point_once_a_turn():
     coefficient, force, parts = 1e-14, 1000.0, 60  # a step spans at most 0.02 turns
     total = np.zeros(BINS)
     for part in range(parts):
@@ -185,7 +185,7 @@ def test_the_bins_of_an_arc_that_travels_sum_to_the_volume_of_the_step(pressure,
 
 @pytest.mark.parametrize("travel", [(-0.001, 0.017), (0.0005, 0.012)])
 @pytest.mark.parametrize("angle", [0.3, 0.304])
-def test_an_edge_that_an_end_of_an_even_arc_passes_divides_the_wear_at_the_moment_of_passing(angle, travel):
+def test_an_edge_that_an_even_arc_passes_divides_its_wear_in_time(angle, travel):
     """Against 400,000 moments; both ends accelerate within the step."""
     joint, count = worn_joint(1e-14, 1e-14, UniformPressure()), 400000
     polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
@@ -256,7 +256,7 @@ def test_bins_turn_with_their_bodies(name):
 
 @pytest.mark.slow
 @pytest.mark.compiled
-def test_every_bin_contains_the_mean_that_standing_arcs_at_a_hundred_thousand_moments_leave():
+def test_every_bin_has_the_mean_of_a_hundred_thousand_standing_arcs():
     """At a tolerance of 1e-8, to 1e-6 of the deepest bin, against samples of a motion at 1e-12."""
     changes = {"joints.rod-slider.wear": LINE_WEAR, "simulate.revolutions": 0.5, "simulate.tolerance": 1e-12}
     changes |= {"save.orbits": "all", "save.samples": 2, "save.revolutions": 0.5}
@@ -322,7 +322,7 @@ MATERIAL = {"joints.rod-slider.contact.material": {"young": 207e9, "poisson": 0.
 MODULUS = {"joints.rod-slider.wear": WEAR | {"pressure_modulus": STEEL}}
 
 
-def test_a_pressure_left_out_is_even_and_that_of_a_line_contact_where_there_is_a_modulus():
+def test_a_pressure_left_out_is_even_or_hertzian_where_a_modulus_is_given():
     assert case_of().case_id(0) == case_of("mean").case_id(0)
     assert case_of(**MATERIAL).case_id(0) == case_of("hertz-line", **MATERIAL).case_id(0)
     assert case_of(**MATERIAL).case(0).joints[0].wear.pressure == "hertz-line"
@@ -404,7 +404,7 @@ def test_a_run_begins_with_the_way_that_its_joints_have_slid_before():
     assert Run(start_of(simulation.build(case), np.empty(0))).totals.account[0, SLIDING_DISTANCE] == 0.0
 
 
-def test_shapes_that_act_are_part_of_a_case_and_those_that_do_not_are_as_if_left_out():
+def test_only_shapes_that_act_are_part_of_a_case():
     assert case_of(**{"joints.rod-slider.wear.evolve": False}).case_id(0) == case_of().case_id(0)
     assert case_of(**{"joints.rod-slider.wear.evolve": True}).case_id(0) != case_of().case_id(0)
 

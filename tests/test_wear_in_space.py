@@ -112,7 +112,7 @@ def test_the_load_follows_the_depth_along_the_strip():
         (-0.012, -0.0079999999999, {0: 2.0}),
     ],
 )
-def test_a_slice_goes_to_the_bins_in_which_it_lies_and_what_is_beyond_an_end_to_the_last(begin, end, where):
+def test_a_slice_goes_to_its_bins_and_what_is_beyond_an_end_to_the_last(begin, end, where):
     bins = Bins(np.zeros(30), 0, 3)
     slices.update_axial_bins(np.array([1.0, 0.0, 2.0]), 1.0, bins, slices.AxialRange(begin, end, 0.01, 10))
     expected = np.zeros((10, 3))

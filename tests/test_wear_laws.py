@@ -80,7 +80,7 @@ def test_pressures_of_a_line_contact_are_those_of_hertz():
 
 
 @pytest.mark.parametrize("degrees", [10.0, 30.0, 60.0, 89.0])
-def test_an_even_pressure_balances_its_load_and_wears_more_than_the_load_times_the_way(degrees):
+def test_an_even_pressure_balances_its_load_and_wears_more_than_it(degrees):
     """Its volume over k F s is theta0 / sin(theta0): 1.0051, 1.0472, 1.2092 at 10, 30 and 60 degrees."""
     theta = math.radians(degrees)
     pen = 0.5e-3 * (1.0 / math.cos(theta) - 1.0)
@@ -111,7 +111,7 @@ def conformal(theta):
 
 @pytest.mark.parametrize("degrees", [0.9, 5.0, 30.0, 60.0, 84.0])
 @pytest.mark.parametrize(("law", "form"), [(Winkler(), winkler), (Persson(STEEL), conformal)])
-def test_conformal_pressures_balance_their_load_and_wear_the_bearing_to_their_own_shape(law, form, degrees):
+def test_conformal_pressures_balance_their_load_and_wear_their_own_shape(law, form, degrees):
     theta = math.radians(degrees)
     pen, load, per_load = form(theta)
     total = 2.0 * quad(per_load, 0.0, theta, epsabs=1e-13, epsrel=1e-13)[0]
@@ -136,7 +136,7 @@ def test_perssons_largest_pressure_is_that_of_the_theory(degrees, peak):
     assert account[PRESSURE_MAX] == pytest.approx(peak * load / (0.01 * LENGTH), rel=1e-7)
 
 
-def test_the_pressure_of_springs_over_half_the_bearing_wears_four_over_pi_of_the_load_times_the_way():
+def test_springs_over_half_the_bearing_wear_four_over_pi_of_load_times_way():
     depths, _ = slide(Archard(1e-14, 0.0, float(BINS), LENGTH, Winkler(), math.inf), pen=0.5e9)
     assert volume(depths) / (1e-14 * LOAD * SPEED * 0.1) == pytest.approx(4.0 / math.pi, rel=1e-6)
 

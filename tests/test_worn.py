@@ -128,7 +128,7 @@ def test_what_is_worn_keeps_its_volume_and_its_harmonics_and_nothing_stays_nothi
 
 
 @pytest.mark.parametrize("depth", [0.05 * C, C, 20.0 * C])
-def test_a_groove_narrower_than_the_journal_is_widened_until_the_journal_reaches_its_bottom(depth):
+def test_a_groove_narrower_than_the_journal_is_widened_to_its_bottom(depth):
     bins = np.zeros(BINS)
     bins[40:60] = depth
     profiles, width = point_profiles(bins, np.roll(bins, 100), C)
@@ -173,7 +173,7 @@ def test_the_deepest_point_is_the_deepest_of_all_and_turns_with_its_bodies(size)
             assert (turned.depth, turned.nx, turned.ny) == pytest.approx((there.depth, -there.ny, there.nx), abs=1e-9)
 
 
-def test_the_least_penetration_is_known_wherever_the_normal_is_far_from_the_eccentricity():
+def test_the_least_penetration_is_known_far_from_the_eccentricity():
     """Springs find their arc from it: a millionth of the clearance too much, and there is none where they look."""
     grooves, angles = np.zeros((2, BINS)), (0.3, -0.7)
     grooves[0, 40:90], grooves[1, 200:230] = C, 0.1 * C
@@ -355,7 +355,7 @@ def run_in(bins, cycles, step=0.035):
 
 
 @pytest.mark.slow
-def test_a_bearing_run_in_under_springs_continues_as_the_circle_of_its_journal_shifts():
+def test_a_bearing_run_in_under_springs_continues_as_a_shifted_circle():
     """h = h_m cos(phi): once it has run in, every cycle takes off as much along the load, whatever the place."""
     positions = (np.arange(180) + 0.5) * 2.0 * math.pi / 180
     within = np.cos(positions) > math.cos(math.radians(40.0))
@@ -528,7 +528,7 @@ def layer_revolutions(depth, shape, turns=2000.0, bins=720):
         depths, total = depths + turns * rate, total + turns
 
 
-def test_a_scar_under_the_acting_shape_grows_as_the_one_under_the_bins_and_as_the_closed_form():
+def test_a_scar_under_the_acting_shape_grows_as_the_closed_form():
     """With a Gaussian that widens until the radii differ, the life of a scar of half a clearance is 24 % too short."""
     nothing, exact = np.zeros(720), scar_revolutions(5e-5)
 

@@ -93,7 +93,7 @@ def test_the_way_back_is_the_published_fit_from_the_depth_reached(deepest):
 
 
 @pytest.mark.parametrize("deepest", [1.2, 1.49, 2.0, 6.3, 40.0, 100.0])
-def test_a_closed_cycle_loses_what_the_closed_form_says_and_the_ledger_stores_the_rest(deepest):
+def test_a_closed_cycle_loses_what_the_closed_form_says(deepest):
     lost, kept = lost_and_kept(deepest)
     assert kept / (lost + kept) == pytest.approx(kept_share(deepest), rel=1e-8)
     stored, _ = quad(lambda x: force(x, part=1), 0.0, deepest, epsrel=1e-9, points=[1.0, *JOINS[:2]])
@@ -135,7 +135,7 @@ def test_a_free_impact_gives_back_the_closed_form_and_less_the_faster_it_is():
 
 
 @pytest.mark.slow
-def test_a_slider_crank_whose_joint_yields_moves_the_same_by_either_method_and_its_energies_balance():
+def test_a_slider_crank_whose_joint_yields_moves_the_same_by_either_method():
     contact = {"law": LAW, "hardness": HARDNESS, "material": {"young": 207e9, "poisson": POISSON}}
     changes = {"joints.rod-slider.contact": contact, "simulate.revolutions": 0.2}
 
