@@ -101,7 +101,7 @@ torture: $(READY)
 $(READY): pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[test]"
-	$(BIN)/python -m clearsweep.simulation.running.prebuild
+	$(BIN)/python -m clearsweep.simulation.analyses.prebuild
 	touch $@
 
 clean:

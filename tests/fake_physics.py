@@ -17,6 +17,7 @@ from clearsweep.contracts.catalogue import Catalogue, Channel, Field, Figure, Jo
 from clearsweep.contracts.layout import Layout
 from clearsweep.contracts.roles import CHOICE, CONDITION
 from clearsweep.language.errors import InputError
+from clearsweep.searches import SEARCHES
 
 GOOD, REFUSED, RAISES, DIES, HANGS, FAILS, LOCKS = 0.0, 400.0, 500.0, 600.0, 700.0, 800.0, 900.0  # below 10: s of sleep
 
@@ -32,6 +33,7 @@ _OF_JOINT = {
 _WORN = ("depth_max", "rate_max", "volume", "narrow_arcs")
 #: Names allowed in a grid, and figures of a case; workers that import it are as light as without compiled code.
 CATALOGUE = Catalogue(
+    searches=SEARCHES,
     laws=(
         Law("law", "hertz", "no loss", "", ""),
         Law("law", "lankarani-nikravesh", "loss", "", "", _LOSS),

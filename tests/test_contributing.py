@@ -64,4 +64,5 @@ SAID = {
     "mechanism": {"falling-mass", "slot", "html", "passed"},
     "figure": {"pair_force_crest", "float64"},
     "section": {"case_id", "steps"},
+    "search": {"Within", "speed", "Index"},
 }

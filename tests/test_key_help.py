@@ -12,7 +12,7 @@ from click.testing import CliRunner
 
 from clearsweep import grid
 from clearsweep.cli import verbs
-from clearsweep.grid.pages.key_help import SECTION_EXAMPLES, section_texts
+from clearsweep.grid.pages.key_help import section_examples, section_texts
 from clearsweep.grid.pages.reference import page_sections
 from clearsweep.language import quantity
 from clearsweep.simulation.setup.scene import catalogue
@@ -69,6 +69,9 @@ def bounds(allowed):
         float(low.group(1) or low.group(2)) if low else float("-inf"),
         float(high.group(1)) if high else float("inf"),
     )
+
+
+SECTION_EXAMPLES = section_examples(catalogue())
 
 
 @pytest.mark.parametrize("name", [*SECTION_EXAMPLES, "seek.between", "identify.features", "geomspace", "sobol"])

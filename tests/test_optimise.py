@@ -13,11 +13,11 @@ from fake_runs import load as grid_load
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep.contracts.catalogue import Figure
-from clearsweep.grid.sections.optimise import Choice
 from clearsweep.language.errors import InputError
 from clearsweep.report.sections.searches import folded_optimised_sections, optimised_sections
 from clearsweep.report.study import prepare
-from clearsweep.searches import surrogate
+from clearsweep.searches import optimising
+from clearsweep.searches.optimise import Choice
 from clearsweep.sweeping.summary.run_summary import of_run, run_text
 
 MASS, ROD, GRAVITY = "mechanism.slider.mass", "mechanism.rod.mass", "mechanism.gravity"
@@ -96,8 +96,8 @@ def test_the_case_that_is_written_is_looked_at_first(tmp_path):
     source = asked()
     result = quiet(source, tmp_path / "run")
     own = grids.load(source, Fake.catalogue())
-    assert result.optimised.start.point[MASS] == own.optimise.start[MASS]
-    assert own.point(0)[MASS] == own.optimise.start[MASS]
+    assert result.found.start.point[MASS] == own.search.start[MASS]
+    assert own.point(0)[MASS] == own.search.start[MASS]
 
 
 def modelled(points):
@@ -112,7 +112,7 @@ def test_a_model_of_known_cases_leads_to_the_best_within_a_limit():
     for _ in range(8):
         objective, margins = modelled(known)
         order = np.lexsort([objective, margins[:, 0] < 0.0])
-        more = surrogate.better_points(known[order], objective[order], margins[order], 8, chance)
+        more = optimising.better_points(known[order], objective[order], margins[order], 8, chance)
         assert more.shape == (8, 3)
         known = np.vstack([known, more.clip(0.0, 1.0)])
     objective, margins = modelled(known)
@@ -123,9 +123,9 @@ def test_a_model_of_known_cases_leads_to_the_best_within_a_limit():
 def test_a_model_needs_cases_that_differ_in_every_key():
     chance = np.random.default_rng(3)
     known, none = chance.random((20, 2)), np.empty((20, 0))
-    assert surrogate.better_points(known[:5], known[:5, 0], none[:5], 4, chance).shape == (0, 2)
+    assert optimising.better_points(known[:5], known[:5, 0], none[:5], 4, chance).shape == (0, 2)
     known[:, 1] = 0.5
-    assert surrogate.better_points(known, known[:, 0], none, 4, chance).shape == (0, 2)
+    assert optimising.better_points(known, known[:, 0], none, 4, chance).shape == (0, 2)
 
 
 class Turns(Fake):
@@ -148,12 +148,12 @@ def test_an_objective_with_an_interval_is_given_with_it(tmp_path):
     out = tmp_path / "run"
     source = asked(minimise="rod_slider_force_peak_p95") | {"limits": {"rod_slider_force_peak_p95": {"at_least": 0.2}}}
     result = quiet(source, out, simulator=Turns)
-    best, peaks = result.optimised.best[0], clearsweep.open(out).summary["rod_slider_force_peak_p95"]
+    best, peaks = result.found.best[0], clearsweep.open(out).summary["rod_slider_force_peak_p95"]
     (peak,) = best.values.values()
     assert best.intervals == {"rod_slider_force_peak_p95": (peak - 0.05, peak + 0.05)}
-    assert result.optimised.alike == ((peaks > peak) & (peaks <= peak + 0.1)).sum() > 1
+    assert result.found.alike == ((peaks > peak) & (peaks <= peak + 0.1)).sum() > 1
     (section,) = optimised_sections(prepare(clearsweep.open(out)))
-    said = f"{result.optimised.alike} other cases within the limits cannot be distinguished from it"
+    said = f"{result.found.alike} other cases within the limits cannot be distinguished from it"
     assert said in " ".join(section.blocks[0].texts)
 
 

@@ -17,7 +17,7 @@ from clearsweep.report.blocks.table import Quantity, Table
 from clearsweep.report.sections import searches as page
 from clearsweep.report.sections.searches import seek_sections
 from clearsweep.report.study import prepare
-from clearsweep.searches.seeking import border_of_all
+from clearsweep.searches.bisection import border_of_all
 from clearsweep.searches.unanswered import loosened_limits
 from clearsweep.sweeping.summary import run_summary
 
@@ -199,7 +199,7 @@ def test_without_limits_nothing_can_be_sought():
 def test_a_grid_that_seeks_is_written_to_run_json_so_that_it_loads_again():
     first = loaded(searching(gravities=(GOOD, 1e-3)))
     again = loaded(first.resolved())
-    assert (again.seek, again.axes, again.fixed_settings()) == (first.seek, first.axes, first.fixed_settings())
+    assert (again.search, again.axes, again.fixed_settings()) == (first.search, first.axes, first.fixed_settings())
     assert list(again.identities()) == list(first.identities())
 
 
@@ -257,16 +257,16 @@ def test_none_in_the_range_says_how_near_each_case_comes_and_what_would_pass(tmp
 def test_none_in_the_range_says_which_other_keys_move_the_margin(tmp_path):
     source = searching(limit=0.05, largest="mechanism.rod.mass")  # the peak is the mass of the slider
     result = quiet(source, tmp_path / "run")
-    first = result.effects[0]
+    first = result.found.effects[0]
     assert (first.path, first.value) == (MASS, 0.14)
     assert first.margin == pytest.approx(-1.8)
     assert first.lower == pytest.approx(-1.52)
     assert first.upper == pytest.approx(-2.08)
-    assert all(effect.size == 0.0 for effect in result.effects[1:])
-    assert not any(effect.path.endswith(".exponent") for effect in result.effects)  # of which units depend
+    assert all(effect.size == 0.0 for effect in result.found.effects[1:])
+    assert not any(effect.path.endswith(".exponent") for effect in result.found.effects)  # of which units depend
     again = quiet(source, tmp_path / "run")
     assert again.ran == 0
-    assert again.effects == result.effects
+    assert again.found.effects == result.found.effects
 
 
 def test_where_all_cases_count_they_are_compared_at_one_value(tmp_path):
@@ -331,17 +331,17 @@ seek: {largest: joints.rod-slider.clearance, among: {fits: [H8/e8, H7/g6, H7/f7]
 
 def test_fits_are_tried_completely_at_their_largest_clearances(at):
     grid = at(FITTED)
-    assert [fit.name for fit in grid.seek.fits] == ["H7/g6", "H7/f7", "H8/e8"]
-    assert grid.axes[PLAY] == tuple(fit.high for fit in grid.seek.fits)
+    assert [fit.name for fit in grid.search.fits] == ["H7/g6", "H7/f7", "H8/e8"]
+    assert grid.axes[PLAY] == tuple(fit.high for fit in grid.search.fits)
     assert grid.fits == {}  # they name means
     assert PLAY not in grid.written_units  # they are shown in units that suit them
     for among, scattered in (({"fits": []}, False), (None, True)):  # only fits are all tried at all other values
         record = grid.resolved() | {"seek": {"among": among}}
         assert axes_of(record, {PLAY: grid.axes[PLAY]}, {}, 1)[-1].is_scattered == scattered
-    assert grid.labels[PLAY] == {fit.name: fit.high for fit in grid.seek.fits}
+    assert grid.labels[PLAY] == {fit.name: fit.high for fit in grid.search.fits}
     assert grid.axes[PLAY][1] == pytest.approx(31e-6)  # of 20 mm: the contract's 10 to 31 um
     again = grid_load(grid.resolved())
-    assert again.seek == grid.seek
+    assert again.search == grid.search
     assert [again.case_id(k) for k in range(3)] == [grid.case_id(k) for k in range(3)]
 
 

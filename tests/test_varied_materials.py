@@ -101,8 +101,8 @@ def test_optimise_chooses_among_materials_and_starts_with_the_written_one(real_a
     listed = ", ".join(repr(name) for name in names)
     over = f"{{{BEARING}: {{among: [{listed}]}}, drive.speed: [500 rpm, 1000 rpm]}}"
     grid = real_at(f"{TEXT}optimise: {{over: {over}, minimise: rod_slider_force_rms, cases: 32}}\n")
-    assert grid.optimise.over[f"{BEARING}.name"].values == names
-    assert grid.optimise.start[f"{BEARING}.name"] == "CuSn8"
+    assert grid.search.over[f"{BEARING}.name"].values == names
+    assert grid.search.start[f"{BEARING}.name"] == "CuSn8"
     assert grid.point(0)[f"{BEARING}.name"] == "CuSn8"
     assert {bearing_of(grid, k)["young"] for k in range(16)} == {MATERIALS[n].values["young"].typical for n in names}
 

@@ -132,9 +132,10 @@ def own_cases(record: Mapping[str, Any], columns: Any, base_laws: Mapping[str, s
     is_own = np.ones(count, bool)
     for path, law in base_laws.items():
         is_own &= np.array([is_null(value) or value == law for value in columns[path].tolist()], bool)
-    if added := (record.get("refine") or {}).get("added"):
-        points = set(_points(added.values()))
-        is_own &= np.array([point not in points for point in _points(columns[path].tolist() for path in added)])
+    for section in record.values():
+        if isinstance(section, Mapping) and isinstance(added := section.get("added"), Mapping) and added:
+            points = set(_points(added.values()))
+            is_own &= np.array([point not in points for point in _points(columns[path].tolist() for path in added)])
     return is_own
 
 

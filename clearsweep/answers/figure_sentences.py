@@ -184,6 +184,12 @@ def added_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         )
 
 
+def found_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+    """Give the sentences that a search of another kind has left in run.json."""
+    for text in (words.record.get("found") or {}).get("sentences", ()):
+        yield Sentence("{text}", {"text": text})
+
+
 def seek_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Give the answers of `seek`, or what comes nearest where there is none."""
     section = words.record.get("seek") or {}

@@ -9,6 +9,7 @@ from .figure_sentences import (
     error_sentences,
     extremes_of,
     force_sentences,
+    found_sentences,
     identify_sentences,
     life_sentences,
     loss_sentences,
@@ -49,7 +50,7 @@ LONGER_IS_FINER = ("simulate.revolutions", "simulate.time", "simulate.cycles")
 def sentences(answer: Answer, words: Words) -> list[str]:
     """Return the sentences of an answer, the most important first: at most MAX_LINES lines of MAX_LENGTH characters."""
     lines: list[str] = []
-    for rule in RULES[answer["question"]]:
+    for rule in (*RULES[answer["question"]], found_sentences):
         lines += [sentence.text for sentence in rule(answer, words)]
     return [shortened(line) for line in dict.fromkeys(lines)][:MAX_LINES]
 

@@ -310,7 +310,7 @@ class Figure(NamedTuple):
 
 
 class Catalogue(NamedTuple):
-    """All laws and mechanisms of grids, and all figures and channels of cases."""
+    """All laws, mechanisms and searches of grids, and all figures and channels of cases."""
 
     laws: tuple[Law, ...]
     mechanisms: tuple[Mechanism, ...] = ()  # the first is the default
@@ -321,6 +321,7 @@ class Catalogue(NamedTuple):
     point_channels: tuple[Channel, ...] = ()  # channels of each contact point; '{}' is its number
     #: Returns the path at fault and a sentence if a Case cannot start.
     start_problem: Callable[[Any], tuple[str, str] | None] = lambda _: None
+    searches: tuple[Any, ...] = ()  # kinds of search: subclasses of `contracts.search.Search`
 
     def mechanism(self, name: str) -> Mechanism | None:
         """Return the mechanism called `name`, or None."""

@@ -20,10 +20,6 @@ from .pages.key_help import key_names, key_text, markdown
 from .pages.schema import schema
 from .reading.values import as_written
 from .sections.fits import recorded_fits
-from .sections.identify import AngularSignal, Identify, angular_signals
-from .sections.optimise import Optimise
-from .sections.reader import base_laws
-from .sections.seek import Refine, Seek
 from .sections.variations import recorded_labels
 from .written.definitions import NO_DEFINITIONS, Definitions, definitions_of_resolved
 from .written.document import SET_OPTION, SWEEP_OPTION, OverriddenGrid, leaves, read_options
@@ -33,22 +29,15 @@ __all__ = [
     "SCHEMA_VERSION",
     "SET_OPTION",
     "SWEEP_OPTION",
-    "AngularSignal",
     "Catalogue",
     "Definitions",
     "Field",
     "Fit",
     "Grid",
-    "Identify",
     "Law",
     "LawAssignment",
-    "Optimise",
     "OverriddenGrid",
-    "Refine",
-    "Seek",
-    "angular_signals",
     "as_written",
-    "base_laws",
     "check_disk",
     "check_memory",
     "definitions_of_resolved",

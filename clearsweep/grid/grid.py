@@ -12,6 +12,7 @@ from ..contracts.case import Case
 from ..contracts.layout import Layout
 from ..contracts.outline import Outline
 from ..contracts.roles import PRECEDENCE, UNCERTAINTY
+from ..contracts.search import Search
 from .cases import (
     TIME_BUDGET,
     CaseTemplate,
@@ -36,12 +37,8 @@ from .keys.outline import unit_of_number
 from .library.iso286 import Fit
 from .reading.values import WrittenUnit
 from .resolve import case_of
-from .sections.identify import IDENTIFY, Identify
 from .sections.named_sections import UNCERTAIN, uncertain_leaves
-from .sections.optimise import OPTIMISE, Optimise
-from .sections.reader import CHECK_LAWS
 from .sections.section import ADDED
-from .sections.seek import REFINE, SEEK, Refine, Seek
 from .written.definitions import DEFINE_PREFIX, NO_DEFINITIONS, Definitions
 
 #: Changes whenever the format of grid files or of results changes.
@@ -68,17 +65,13 @@ class Grid:
     _outline: Outline
     fits: dict[str, tuple[Fit, ...]]  # path of a clearance -> its ISO 286 fits as written
     assumed_units: tuple[str, ...] = ()  # paths of quantities written without a unit: SI is assumed
-    seek: Seek | None = None  # the search; its axis has the values tried first
-    refine: Refine | None = None  # where cases are added
+    search: Search | None = None  # adds cases; its axes have the values tried first
     uncertain: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its spread, SI
     added_cases: tuple[tuple[Any, ...], ...] = ()  # values of the cases outside the product, in the order of `axes`
     library_values: tuple[LibraryNumber, ...] = ()  # numbers that replace names of libraries
     defined: Definitions = NO_DEFINITIONS  # user-defined quantities, and the numbers that depend on varied ones
-    optimise: Optimise | None = None  # objectives and variables of an optimisation
-    identify: Identify | None = None  # unknowns of a measured machine
     written_units: Mapping[str, WrittenUnit] = field(default_factory=dict)  # path -> the unit in which it is written
     labels: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path -> label of a value -> value, SI
-    checked_laws: tuple[str, ...] = ()  # paths of the laws that are checked in the deciding case
     materials: Mapping[str, VariedMaterial] = field(default_factory=dict)  # path of a name -> material
     given_roles: Mapping[str, str] = field(default_factory=dict)  # varied path -> role that the grid sets
     _layout: Layout | None = None
@@ -231,31 +224,27 @@ class Grid:
             section_name: {path: list(self.axes[path]) for path in paths}
             for section_name, paths in self._axes_by_section.items()
         }
-        variations = {
-            section_name: part for section_name, part in variations.items() if section_name not in (OPTIMISE, IDENTIFY)
-        }
         if self._sample:
             variations["sample"] = self._sample | {"drawn": variations["sample"]}
         columns = zip(self.axes, map(list, zip(*self.added_cases, strict=True)), strict=True)
         added_values = {ADDED: dict(columns)} if self.added_cases else {}
-        if self.seek:
+        search, searched_paths = self.search, self.search.varied_paths if self.search else ()
+        if search:
+            variations.pop(search.name, None)
             swept = variations.get("sweep", {})
-            variations["sweep"] = {path: values for path, values in swept.items() if path not in self.seek.paths}
+            variations["sweep"] = {path: values for path, values in swept.items() if path not in searched_paths}
         variations = {section_name: part for section_name, part in variations.items() if part}
         other_sections: dict[str, Any] = {"figures": self.figures, "limits": self.limits}
         other_sections |= {"roles": dict(self.given_roles)}
-        other_sections |= {UNCERTAIN: dict(self.uncertain), CHECK_LAWS: self.checked_laws and (added_values or True)}
-        other_sections |= {SEEK: self.seek.resolved() | added_values} if self.seek else {}
-        other_sections |= {OPTIMISE: self.optimise.resolved() | added_values} if self.optimise else {}
-        other_sections |= {IDENTIFY: self.identify.resolved() | added_values} if self.identify else {}
-        other_sections |= {REFINE: self.refine.resolved() | added_values} if self.refine else {}
+        other_sections |= {UNCERTAIN: dict(self.uncertain)}
+        other_sections |= {search.name: search.resolved() | added_values or True} if search else {}
         other_sections = {key: part for key, part in other_sections.items() if part}
         sections: dict[str, Any] = {path: {} for path, key in self._shape.items() if isinstance(key, Section)}
         pairs = tuple(f"{path}." for path in self._list_paths)
         # a list has no gaps: any value fills one
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
-        start_values = searched.start.items() if (searched := self.optimise or self.identify) else ()
-        fillers |= {path: value for path, value in start_values if not path.startswith(DEFINE_PREFIX)}
+        start_values = search.start_values if search else {}
+        fillers |= {path: value for path, value in start_values.items() if not path.startswith(DEFINE_PREFIX)}
         fillers |= {
             DEFINE_PREFIX + name: self.defined.grid_text(name)
             for name in self.defined.expression_by_name

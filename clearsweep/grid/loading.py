@@ -15,9 +15,8 @@ from .grid import Grid
 from .reading.joint_checks import check_values
 from .reading.read_keys import check_channels, read_keys
 from .reading.values import assumed_units, written_units
-from .sections.identify import check_identify
-from .sections.reader import Reader, added_rows, checked_law_paths
-from .sections.variations import first_values, labels_of_axes, paths_of_search, zipped_paths
+from .sections.reader import Reader, added_rows
+from .sections.variations import labels_of_axes, zipped_paths
 from .written.document import OverriddenGrid, Problems, apply_overrides, name_of_run, override, read_document
 
 MAX_CASES = 200_000_000  # their summaries take about 100 GB
@@ -48,37 +47,36 @@ def load(
     reader = read_keys(root, catalogue, problems, frozenset({*(overrides or ()), *overridden.fixed}))
     check_values(reader, catalogue)
     problems.check()
+    search = reader.search
+    zipped = {reader.varied_by[paths[0]]: paths for paths in zipped_paths(reader)}
+    if search and search.varied_paths and not search.in_step:
+        zipped[search.name] = search.varied_paths
     grid = Grid(
         name,
         file,
-        reader.axes | first_values(reader),
+        reader.axes | (search.first() if search else {}),
         reader.limits,
         reader.user_figures,
         reader.keys_in_use,
         reader.values,
         frozenset(reader.written),
         reader.names,
-        {reader.varied_by[paths[0]]: paths for paths in zipped_paths(reader)} | paths_of_search(reader),
+        zipped,
         _resolved_sample(reader),
         reader.outline,
         {path: tuple(entries) for path, entries in reader.fits.items()},
         assumed_units(reader),
-        reader.seek,
-        reader.refine,
+        search,
         reader.uncertain,
         added_rows(reader),
         tuple(reader.library_numbers.values()),
         reader.defined,
-        reader.optimise,
-        reader.identify,
         written_units(reader),
         labels_of_axes(reader),
-        checked_law_paths(reader),
         reader.materials,
         reader.roles,
     )
-    adds_cases = grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws
-    max_cases = MAX_IDENTITIES if adds_cases or grid.may_repeat else MAX_CASES
+    max_cases = MAX_IDENTITIES if search or grid.may_repeat else MAX_CASES
     if grid.size > max_cases:
         raise InputError(
             f"{file or 'the grid'}: has {grid.size:,} cases; at most {max_cases:,} can be run: take fewer values on "
@@ -91,9 +89,9 @@ def load(
     problems.check()
     layout = Layout.of(grid.case(0), catalogue)
     check_channels(reader, layout)
-    identify = check_identify(reader, root, layout)
+    search = search.check(reader, root, layout) if search else None
     problems.check()
-    return replace(grid, _layout=layout, identify=identify)
+    return replace(grid, _layout=layout, search=search)
 
 
 def starter(kind: str = "slider-crank") -> str:

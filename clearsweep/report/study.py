@@ -33,6 +33,7 @@ from ..contracts.case import Joint as CaseJoint
 from ..contracts.catalogue import Catalogue
 from ..language import phases, wording
 from ..language.errors import DirectoryError
+from ..searches import base_laws
 from ..store import BlockedRun, SampledRun, StoredRun, answer_of
 from .axis import (
     Axis,
@@ -265,7 +266,7 @@ def prepare(run: StoredRun, *, shows_median: bool = False) -> Study:
 def _is_grid_case(run: StoredRun | SampledRun) -> np.ndarray:
     """Return a mask of the cases that belong to the grid and do not check a law."""
     is_grid_case = np.ones(len(run.column("case_id")), bool)
-    for path, law in grid.base_laws(run.grid).items():
+    for path, law in base_laws(run.grid).items():
         values = run.column(path)
         is_grid_case &= (values.isna() | (values == law)).to_numpy(bool)
     return is_grid_case
@@ -273,7 +274,7 @@ def _is_grid_case(run: StoredRun | SampledRun) -> np.ndarray:
 
 def _law_checks(run: StoredRun | SampledRun, selected: np.ndarray) -> tuple[LawResult, ...]:
     """Return the results of the finished cases that check laws."""
-    grid_laws, ranking = grid.base_laws(run.grid), ranking_of(run.layout, _limits(run), run.grid)
+    grid_laws, ranking = base_laws(run.grid), ranking_of(run.layout, _limits(run), run.grid)
     table = {name: run.column(name).to_numpy()[selected] for name in ("case_id", *grid_laws, *ranking.columns)}
     return tuple(law_results(table, grid_laws, ranking))
 

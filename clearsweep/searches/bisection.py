@@ -22,11 +22,16 @@ class Border(NamedTuple):
     first_bad: int | None  # index after the border that is bad like its next neighbours; None: the last index is good
 
 
-class Search(NamedTuple):
+class Bisection(NamedTuple):
     """State of a search: the next indices to try, or the answer."""
 
     probes: tuple[int, ...] = ()
     border: Border | None = None
+
+
+def interval_count(low: float, high: float, within: float) -> int:
+    """Return the number of equal steps of at most `within` between two values, a power of 2."""
+    return 1 << max(math.ceil(math.log2((high - low) / within)), SCAN_INTERVALS.bit_length() - 1)
 
 
 def scan_indices(last_index: int) -> tuple[int, ...]:
@@ -39,28 +44,28 @@ def expected_probe_count(last_index: int) -> int:
     return len(scan_indices(last_index)) + int(math.log2(last_index / SCAN_INTERVALS)) + 2 * AGREEING_NEIGHBOURS
 
 
-def search(outcomes: Outcomes, last_index: int) -> Search:
+def search(outcomes: Outcomes, last_index: int) -> Bisection:
     """Return the next indices of 0 to `last_index` to examine, or the border; it depends only on `outcomes`."""
     scanned = scan_indices(last_index)
     if untested := _untested(scanned, outcomes):
-        return Search(untested)
+        return Bisection(untested)
     first_good = next((index for index in scanned if outcomes[index]), None)
     if first_good is None:
-        return Search((), Border(None, 0))
+        return Bisection((), Border(None, 0))
     first_bad = next((index for index in scanned if index > first_good and not outcomes[index]), None)
     last_good = max(index for index in scanned if index >= first_good and (first_bad is None or index < first_bad))
     while first_bad is not None and first_bad - last_good > 1:
         middle = (last_good + first_bad) // 2
         if middle not in outcomes:
-            return Search((middle,))
+            return Bisection((middle,))
         last_good, first_bad = (middle, first_bad) if outcomes[middle] else (last_good, middle)
     lower, upper = (
         _first_agreeing(outcomes, last_good, -1, first_good),
         _first_agreeing(outcomes, first_bad, 1, last_index),
     )
     if untested := (*lower.probes, *upper.probes):
-        return Search(tuple(sorted(set(untested))))
-    return Search((), Border(lower.position, upper.position))
+        return Bisection(tuple(sorted(set(untested))))
+    return Bisection((), Border(lower.position, upper.position))
 
 
 class _BorderSide(NamedTuple):
@@ -92,3 +97,21 @@ def _first_agreeing(outcomes: Outcomes, index: int | None, step: int, end: int) 
 
 def _untested(indices: tuple[int, ...] | list[int], outcomes: Outcomes) -> tuple[int, ...]:
     return tuple(index for index in indices if index not in outcomes)
+
+
+def deciding_index(outcomes: Outcomes, border: Border, last_index: int) -> int:
+    """Return the index that determines the limiting column: the first bad one beyond the border."""
+    if border.last_good is None:
+        return min((index for index, is_good in outcomes.items() if not is_good), default=0)
+    return min(
+        (index for index, is_good in outcomes.items() if index > border.last_good and not is_good), default=last_index
+    )
+
+
+def border_of_all(outcomes: Mapping[int, bool], last_index: int) -> Border:
+    """Return the border if all indices from 0 to `last_index` are known: it is before the first bad one."""
+    first_good = next((index for index in range(last_index + 1) if outcomes[index]), None)
+    if first_good is None:
+        return Border(None, 0)
+    first_bad = next((index for index in range(first_good, last_index + 1) if not outcomes[index]), None)
+    return Border(last_index if first_bad is None else first_bad - 1, first_bad)

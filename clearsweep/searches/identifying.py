@@ -7,18 +7,18 @@ files of measured signals and on the seed, and are computed on one thread.
 import contextlib
 import itertools
 import warnings
-from collections.abc import Iterator
-from importlib import util
-from typing import TYPE_CHECKING, NamedTuple
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .. import store
+from ..contracts.layout import Column
+from ..contracts.search import CaseResults, Found, Point, SearchTable
 from ..grid import Grid
-from ..grid.sections.optimise import ROUND_SIZE
-from ..language.errors import InputError
 from . import emulator, observed
-from .adaptive import Point
+from .choices import ROUND_SIZE
 
 if TYPE_CHECKING:
     from sklearn.gaussian_process import kernels  # an optional dependency, imported when a round is requested
@@ -80,7 +80,8 @@ class SignalTreatment(NamedTuple):
     noise: tuple[float, float, float]  # rms of noise over that of the signal: median and ends of the interval
 
 
-class IdentificationResult(NamedTuple):
+@dataclass(frozen=True)
+class IdentifyFound(Found):
     """Result of an identification."""
 
     parameters: tuple[Parameter, ...]
@@ -93,30 +94,63 @@ class IdentificationResult(NamedTuple):
     finished: int
     computed_speed: float  # rad/s, mean crank speed of the cases
     sample: dict[str, np.ndarray]  # path -> values; 'weight'
+    priors: Mapping[str, Any]  # of a sensor's gain and of noise
+
+    def table(self, axes: Sequence[Column], units: Mapping[str, str]) -> SearchTable:
+        """Return a weighted sample of the keys."""
+        columns = [axis._replace(description="value that it may have") for axis in axes]
+        columns += [Column("weight", "1", "probability of the row, 1 in all")]
+        return SearchTable(columns, [self.sample[column.name].tolist() for column in columns])
+
+    def entries(self) -> dict[str, Any]:
+        """Return the result for run.json."""
+        return {"identified": self.facts(None, {}, None)}
+
+    def facts(self, catalogue: Any, record: Mapping[str, Any], judged: Any) -> dict[str, Any]:
+        """Return the result without the sample, in SI units."""
+        signals = [
+            signal._asdict() | {"file": Path(signal.file).name, "noise": list(signal.noise)} for signal in self.signals
+        ]
+        return {
+            "parameters": [fact._asdict() | {"ends": list(fact.ends)} for fact in self.parameters],
+            "traded": [list(pair) for pair in self.traded],
+            "fits": [fit._asdict() for fit in self.fits],
+            "signals": signals,
+            "misfit": self.misfit,
+            "explained": self.explained,
+            "looked_at": self.looked_at,
+            "finished": self.finished,
+            "computed_speed": self.computed_speed,
+            "priors": self.priors,
+        }
+
+
+@dataclass(frozen=True)
+class NotIdentified(Found):
+    """Too few cases finished for an answer."""
+
+    note: str
+
+    def entries(self) -> dict[str, Any]:
+        """Return that there is no result."""
+        return {"identified": None}
 
 
 class Identification:
     """One identification, round by round."""
 
-    def __init__(self, grid: Grid):
-        assert grid.identify is not None  # only for grids that have the section
-        if util.find_spec("sklearn") is None:
-            raise InputError(
-                "identify: needs scikit-learn, which is not installed; run `pip install clearsweep[identify]`"
-            )
-        self.identify = grid.identify
+    def __init__(self, identify: Any):  # `identify.Identify`, which is above this file
+        self.identify = identify
         self.observation: observed.Observation | None = None
         self.history: dict[str, np.ndarray] = {}  # of the first case that finished
         self.looked_at = 0
         self.points: list[np.ndarray] = []  # inputs of finished cases: keys and noise, in parts of their ranges
         self.values: list[np.ndarray] = []  # features of finished cases
         self.trained: tuple[int, list[kernels.Kernel] | None] = (0, None)  # cases of the last search for lengths
-        self.narrowed_ranges = np.array(
-            [[0.0] * len(grid.identify.over), [1.0] * len(grid.identify.over)]
-        )  # narrowed ranges
+        self.narrowed_ranges = np.array([[0.0] * len(identify.over), [1.0] * len(identify.over)])  # narrowed ranges
         self.narrowed_at = 0  # cases at the last narrowing
 
-    def learn(self, grid: Grid, first_index: int, results: store.CaseResults) -> None:
+    def tell(self, grid: Grid, first_index: int, results: CaseResults) -> None:
         """Record the results of a grid's cases from the index `first_index` on."""
         for index, status, history in zip(
             range(first_index, len(grid)), results.status, results.histories, strict=True
@@ -135,7 +169,7 @@ class Identification:
                 self.points.append(np.array([*key_fractions, *noise_fractions]))
                 self.values.append(features)
 
-    def next_points(self) -> list[Point]:
+    def ask(self) -> list[Point]:
         """Return the points of the next cases."""
         count = min(ROUND_SIZE, self.identify.cases - self.looked_at)
         if count <= 0:
@@ -155,25 +189,18 @@ class Identification:
         likely = posterior.points[selected, : len(self.identify.over)]
         return [self.identify.point(fractions) for fractions in [*likely, *uniform[: count - len(likely)]]]
 
-    def result(self) -> IdentificationResult | None:
-        """Return the final result, or None if too few cases finished."""
-        if self.too_few_text:
-            return None
+    def found(self) -> IdentifyFound | NotIdentified:
+        """Return the final result; that of too few finished cases says so."""
+        if len(self.points) < MIN_CASES:
+            return NotIdentified(
+                f"identify: nothing is identified, as only {len(self.points)} of {self.looked_at} cases finished "
+                "and at least "
+                f"{MIN_CASES} are needed; read the messages of the failed cases, then change the ranges under "
+                "identify.over or allow more cases"
+            )
         with _reproducible():
             rng = np.random.default_rng([self.identify.seed, self.looked_at])
             return self._result_of_posterior(*self._posterior(rng, is_last=True))
-
-    @property
-    def too_few_text(self) -> str:
-        """Return why the finished cases are not enough, or '' if they are."""
-        if len(self.points) >= MIN_CASES:
-            return ""
-        return (
-            f"identify: nothing is identified, as only {len(self.points)} of {self.looked_at} cases finished "
-            "and at least "
-            f"{MIN_CASES} are needed; read the messages of the failed cases, then change the ranges under "
-            "identify.over or allow more cases"
-        )
 
     def _narrow(self, posterior: emulator.Posterior) -> None:
         """Narrow the ranges to likely values."""
@@ -225,7 +252,7 @@ class Identification:
 
     def _result_of_posterior(
         self, likelihood: emulator.LikelihoodModel, posterior: emulator.Posterior, best: np.ndarray
-    ) -> IdentificationResult:
+    ) -> IdentifyFound:
         from scipy.stats import chi2
 
         assert self.observation is not None  # cases finished
@@ -252,7 +279,7 @@ class Identification:
             if abs(correlated[i, j]) >= TRADE_OFF_CORRELATION
         ]
         square, count = likelihood.inflation * len(likelihood.measured), len(likelihood.measured)
-        return IdentificationResult(
+        return IdentifyFound(
             tuple(parameters),
             tuple(traded),
             tuple(self._feature_fits(likelihood, best)),
@@ -263,6 +290,7 @@ class Identification:
             len(self.points),
             _speed(self.history),
             self._stored_sample(posterior),
+            {"gain": observed.GAIN, "noise": list(observed.NOISE)},
         )
 
     def _feature_fits(self, likelihood: emulator.LikelihoodModel, best: np.ndarray) -> Iterator[FeatureFit]:

@@ -1,12 +1,12 @@
-"""Feature vectors of measured signals and of cases, computed by the same code."""
+"""Measured signals over the crank angle, and feature vectors of them and of cases, computed by the same code."""
 
 from collections.abc import Iterator, Mapping
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ..answers import features
-from ..grid import AngularSignal, Identify, angular_signals
+from ..grid.written.tables import read_signals
 from ..language.errors import InputError
 
 GAIN = 0.05  # standard deviation of the logarithm of a sensor's gain: 95 % within 10 %
@@ -21,6 +21,63 @@ MODEL_ERRORS = {
 BOOTSTRAP_DRAWS = 200  # bootstrap draws of revolutions, for the scatter of measured features
 SPECTRUM_FLOOR = 2e-3  # of the rms: smaller values in a band count as equal
 ALIGNED_ORDERS = 6  # orders used to find the crank angle of a signal: those of the ideal motion
+MIN_REVOLUTIONS = 3  # revolutions that have to be measured, and computed of every case
+MIN_SAMPLES_PER_IMPACT = 20  # an impact
+
+
+class Signal(NamedTuple):
+    """One measured signal."""
+
+    file: str  # its path, whole
+    channel: str  # of time histories, which it is compared with
+    column: str  # of the file
+    unit: str  # of the channel, SI
+
+
+class AngularSignal(NamedTuple):
+    """A measured signal over the crank angle."""
+
+    signal: Signal
+    angle: np.ndarray  # (n,) rad, ascending
+    values: np.ndarray  # (n,) SI
+    speed: float | None  # rad/s, mean, where the file has time
+
+
+def angular_signals(file: str, signals: list[Signal], rate: float | None) -> list[AngularSignal]:
+    """Return signals of a file over the crank angle; raise InputError if they have too few revolutions or samples.
+
+    rate : crank speed (rad/s), or None if it is not a single number
+    """
+    known_units: Mapping[str, str | None] = {signal.column: signal.unit for signal in signals}
+    content = read_signals(file, known_units, allow_others=True)
+    angular = []
+    for signal in signals:
+        values, angle, speed = content.signals[signal.column], content.abscissa, None
+        if content.over == "time":
+            if rate is None:
+                raise InputError(
+                    f"{file}:1: has the column time, but drive.speed is not constant here; add a column "
+                    "crank_angle [deg]"
+                )
+            angle = features.track_crank_angle(content.abscissa, values, rate)
+            speed = float((angle[-1] - angle[0]) / (content.abscissa[-1] - content.abscissa[0]))
+        _check_sampling(file, signal.column, angle, values)
+        angular.append(AngularSignal(signal, angle, values, speed))
+    return angular
+
+
+def _check_sampling(file: str, column: str, angle: np.ndarray, values: np.ndarray) -> None:
+    """Raise InputError if a signal has too few revolutions, or too few samples per impact."""
+    count, density = (angle[-1] - angle[0]) / features.TURN, features.samples_per_revolution(angle)
+    if count < MIN_REVOLUTIONS - 1e-6:
+        raise InputError(f"{file}: {column} has {count:.3g} revolutions; at least {MIN_REVOLUTIONS} are needed")
+    impacts = max(features.features_of(features.split_revolutions(angle, values)).impacts, 1.0)
+    if density < MIN_SAMPLES_PER_IMPACT * impacts:
+        raise InputError(
+            f"{file}: {column} has {density:.3g} samples a revolution and {impacts:.3g} impacts a revolution, "
+            f"{density / impacts:.2g} samples an impact; at least {MIN_SAMPLES_PER_IMPACT} are needed: "
+            f"{MIN_SAMPLES_PER_IMPACT * impacts:.3g} samples a revolution"
+        )
 
 
 class FeatureLabel(NamedTuple):
@@ -86,7 +143,7 @@ class Observation(NamedTuple):
         return np.concatenate(vectors)
 
 
-def observe(identify: Identify, history: Mapping[str, np.ndarray]) -> Observation:
+def observe(identify: Any, history: Mapping[str, np.ndarray]) -> Observation:
     """Return the measurement, prepared for cases with the sampling of `history`."""
     span, angle = history["t"][-1] - history["t"][0], history["crank_angle"][-1] - history["crank_angle"][0]
     observations: list[ObservedSignal] = []
@@ -153,7 +210,7 @@ def _labels(index: int, observed: ObservedSignal, names: tuple[str, ...]) -> Ite
 
 
 def _signal_covariance(
-    statistics: features.RevolutionStatistics, observed: ObservedSignal, identify: Identify, labels: list[FeatureLabel]
+    statistics: features.RevolutionStatistics, observed: ObservedSignal, identify: Any, labels: list[FeatureLabel]
 ) -> np.ndarray:
     """Return the covariance of a signal's features, without the emulator's part."""
     count = len(statistics.peak)

@@ -6,18 +6,19 @@ results lead to the same cases, regardless of interruptions and of the number of
 """
 
 import math
-from collections.abc import Iterator
-from importlib import util
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from .. import store
+from ..answers.verdict import Limit, units_of
+from ..answers.words import case_margin_text
+from ..contracts.layout import Column
+from ..contracts.search import CaseResults, Found, Point, SearchTable
 from ..grid import Grid
-from ..grid.sections.optimise import AMONG, ROUND_SIZE, WHOLE, Choice, interval_columns
 from ..language.errors import InputError
-from . import surrogate
-from .adaptive import Point
+from .choices import AMONG, ROUND_SIZE, WHOLE, Choice
 
 if TYPE_CHECKING:
     import optuna  # an optional dependency, imported when a round is requested
@@ -25,10 +26,23 @@ if TYPE_CHECKING:
 MODEL_SHARE = 0.5  # share of a round from the surrogate model or from variations of the front
 MIN_FRONT_CASES = 3  # varied cases of a front
 FIRST_STEP = 0.32  # standard deviation over the range after one case; falls with the square root of cases
-CHANGE_PROBABILITY = 0.6  # probability that a variation changes a key by an own step
+CHANGE_PROBABILITY = 0.6  # probability that a variation, or a candidate of the model, changes a key
 CROSSOVER_PROBABILITY = 0.3  # probability that it takes a value of another case
 MAX_ATTEMPTS = 4  # attempts to get a round with a new case
 FAILED_VIOLATION = 1e3  # violation assigned to a failed case: larger than any margin
+MAX_NEIGHBOURS = 150  # most cases in the model; few enough for single-threaded linear algebra
+MIN_MODEL_CASES = (2, 2)  # fewest cases in the model: a constant, and cases per key
+CANDIDATE_COUNT = 400  # candidates for each chosen point
+#: Weights of the rank by predicted value, used in turn; the rest is the rank by distance.
+WEIGHTS = (0.5, 0.8, 0.95, 1.0)
+LARGEST_STEP, HALVINGS = 0.2, 7  # standard deviations of candidates around good cases, in parts of the ranges
+CLIP_PERCENTILE = 75.0  # percentile at which the objective is clipped; higher values would make the model oscillate
+INFEASIBILITY_PENALTY = 10.0  # penalty for exceeded limits, in ranges of the objective
+
+
+def interval_columns(column: str) -> tuple[str, str]:
+    """Return the names of the columns with the ends of a column's 95 % interval, which few columns have."""
+    return f"{column}_low", f"{column}_high"
 
 
 class BestCase(NamedTuple):
@@ -43,28 +57,64 @@ class BestCase(NamedTuple):
     feasible: bool
 
 
-class OptimisationResult(NamedTuple):
+@dataclass(frozen=True)
+class OptimiseFound(Found):
     """Result of an optimisation."""
 
+    objectives: tuple[str, ...]
     best: tuple[BestCase, ...]  # the best case or the front; if no case meets the limits, the nearest one
     start: BestCase | None  # the case written in the grid
     looked_at: int
     feasible: int
     alike: int | None  # feasible cases with an interval that overlaps that of the best, or None
 
+    def table(self, axes: Sequence[Column], units: Mapping[str, str]) -> SearchTable:
+        """Return a row for each of the best cases."""
+        best, names = self.best, self.objectives
+        columns = [Column("case_id", "", "identity of the case", "text")]
+        columns += [axis._replace(description="its value") for axis in axes]
+        columns += [Column(name, units[name], "objective") for name in names]
+        columns += [
+            Column("margin", "1", "smallest margin of its limits; null without limits"),
+            Column("limiting", "", "the columns whose limits are exceeded, or the one nearest to its limit", "text"),
+        ]
+        values: list[list[Any]] = [[case.case_id for case in best]]
+        values += [[case.point[axis.name] for case in best] for axis in axes]
+        values += [[case.values.get(name) for case in best] for name in names]
+        values += [[case.margin for case in best], [case.limiting for case in best]]
+        return SearchTable(columns, values)
+
+    def facts(self, catalogue: Any, record: Mapping[str, Any], judged: Any) -> dict[str, Any]:
+        """Return the best cases and the one written in the grid, with their margins in words."""
+        best = [_facts_of_case(case, judged.limits) for case in self.best]
+        start = _facts_of_case(self.start, judged.limits) if self.start else None
+        counts = {"looked_at": self.looked_at, "feasible": self.feasible, "alike": self.alike}
+        units = units_of(record)
+        return {
+            "best": best,
+            "start": start,
+            **counts,
+            "units": {name: units.get(name, "1") for name in self.best[0].values},
+        }
+
+
+def _facts_of_case(case: BestCase, limits: Sequence[Limit]) -> dict[str, Any]:
+    """Return a case with its margin in words; without limits, the words are None."""
+    if case.margin is None:
+        return case._asdict() | {"margin_words": None}
+    exceeded = case.limiting or "" if not case.feasible else ""
+    return case._asdict() | {"margin_words": case_margin_text(case.margin, limits, exceeded)}
+
 
 class Optimisation:
     """One optimisation, round by round."""
 
-    def __init__(self, grid: Grid):
-        assert grid.optimise is not None  # only for grids that have the section
-        if util.find_spec("optuna") is None:
-            raise InputError("optimise: needs Optuna, which is not installed; run `pip install clearsweep[optimise]`")
-        self.optimise = grid.optimise
+    def __init__(self, optimise: Any):  # `optimise.Optimise`, which is above this file
+        self.optimise = optimise
         self.trials: list[_Trial] = []
         self.seen_points: set[tuple[Any, ...]] = set()
 
-    def learn(self, grid: Grid, first_index: int, results: store.CaseResults) -> None:
+    def tell(self, grid: Grid, first_index: int, results: CaseResults) -> None:
         """Record the results of a grid's cases from the index `first_index` on."""
         names = [column for column, _ in self.optimise.objectives]
         for index in range(first_index, len(grid)):
@@ -92,7 +142,7 @@ class Optimisation:
             )
             self.trials.append(trial)
 
-    def next_points(self) -> list[Point]:
+    def ask(self) -> list[Point]:
         """Return the points of the next cases."""
         remaining = self.optimise.cases - len(self.trials)
         points: dict[tuple[Any, ...], Point] = {}
@@ -105,7 +155,7 @@ class Optimisation:
                 break
         return list(points.values())
 
-    def result(self) -> OptimisationResult:
+    def found(self) -> OptimiseFound:
         """Return the final result."""
         feasible = [trial for trial in self.trials if trial.violation == 0.0]
         if feasible:
@@ -118,7 +168,10 @@ class Optimisation:
             None,
         )
         alike = self._indistinguishable_from(best[0], feasible) if len(self.optimise.objectives) == 1 else None
-        return OptimisationResult(tuple(trial.best() for trial in best), start, len(self.trials), len(feasible), alike)
+        names = tuple(name for name, _ in self.optimise.objectives)
+        return OptimiseFound(
+            names, tuple(trial.best() for trial in best), start, len(self.trials), len(feasible), alike
+        )
 
     def _indistinguishable_from(self, best: "_Trial", feasible: "list[_Trial]") -> int | None:
         """Return how many other feasible cases are indistinguishable from the best, or None if it has no interval."""
@@ -181,7 +234,7 @@ class Optimisation:
         objective = np.array([sign * trial.values[name] for trial in trials])
         objective[np.isnan(objective)] = np.nanmax(objective)  # failed cases
         margins = np.array([[-1.0 if trial.failed else trial.margins[key] for key in best.margins] for trial in trials])
-        points = surrogate.better_points(fractions, objective, np.nan_to_num(margins, nan=-1.0), count, rng)
+        points = better_points(fractions, objective, np.nan_to_num(margins, nan=-1.0), count, rng)
         proposals = [
             {path: _clipped_value(choices[path], fraction) for path, fraction in zip(choices, row, strict=True)}
             for row in points.tolist()
@@ -308,3 +361,66 @@ def _distribution(choice: Choice) -> "optuna.distributions.BaseDistribution":
         return distributions.IntDistribution(choice.values[0], choice.values[1])
     low, high = choice.values
     return distributions.FloatDistribution(low, high, log=choice.is_logarithmic)
+
+
+def better_points(
+    known_points: np.ndarray, objective: np.ndarray, margins: np.ndarray, count: int, rng: np.random.Generator
+) -> np.ndarray:
+    """Return points of the unit cube at which a surrogate model predicts better results; none with too few cases.
+
+    The model is a cubic radial basis function.  Points are chosen by expected value and by distance from known ones,
+    as in the local stochastic method of Regis and Shoemaker (2007, INFORMS J. Comput. 19, 497).  The margin of each
+    limit has a model of its own (Regis 2014, Eng. Optim. 46, 218).  Returns (count, keys), or (0, keys).
+
+    known_points : (n, keys) in order of merit
+    objective : (n,) to be minimised
+    margins : (n, limits) to their limits, negative beyond a limit
+    """
+    from scipy.interpolate import RBFInterpolator
+    from scipy.spatial.distance import cdist
+
+    keys = known_points.shape[1]
+    neighbours = np.sort(
+        np.argsort(np.linalg.norm(known_points - known_points[0], axis=1), kind="stable")[:MAX_NEIGHBOURS]
+    )
+    known_points, objective = (
+        known_points[neighbours],
+        np.minimum(objective[neighbours], np.percentile(objective[neighbours], CLIP_PERCENTILE)),
+    )
+    if len(known_points) < MIN_MODEL_CASES[0] + MIN_MODEL_CASES[1] * keys:
+        return np.empty((0, keys))
+    scaled = (objective - objective.min()) / max(np.ptp(objective), np.finfo(float).tiny)
+    try:
+        model = RBFInterpolator(
+            known_points, np.column_stack([scaled, margins[neighbours].clip(-1.0, 1.0)]), kernel="cubic"
+        )
+    except np.linalg.LinAlgError:  # all cases have the same value of a key
+        return np.empty((0, keys))
+    existing = known_points
+    for position in range(count):
+        weight = WEIGHTS[position % len(WEIGHTS)]
+        candidates = (
+            rng.random((CANDIDATE_COUNT, keys)) if weight == WEIGHTS[0] else _candidates_near(known_points, rng)
+        )
+        expected = model(candidates)
+        exceeded = np.maximum(-expected[:, 1:], 0.0).sum(axis=1)
+        merit = expected[:, 0] + (exceeded > 0.0) * (INFEASIBILITY_PENALTY + exceeded)
+        distances = cdist(candidates, existing).min(axis=1)
+        selected = np.argmin(weight * _ranks(merit) + (1.0 - weight) * _ranks(-distances))
+        existing = np.vstack([existing, candidates[selected]])
+    return existing[len(known_points) :]
+
+
+def _candidates_near(known_points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    """Return candidates around cases in order of merit: half around the first, a quarter around the next."""
+    centres = known_points[np.minimum(rng.geometric(0.5, CANDIDATE_COUNT), len(known_points)) - 1]
+    steps = LARGEST_STEP * 0.5 ** rng.integers(HALVINGS, size=(CANDIDATE_COUNT, 1))
+    is_changed = rng.random(centres.shape) < CHANGE_PROBABILITY
+    is_changed[np.arange(CANDIDATE_COUNT), rng.integers(centres.shape[1], size=CANDIDATE_COUNT)] = True
+    candidates: np.ndarray = (centres + steps * is_changed * rng.standard_normal(centres.shape)).clip(0.0, 1.0)
+    return candidates
+
+
+def _ranks(values: np.ndarray) -> np.ndarray:
+    """Return the ranks of values from 0 on, lowest first."""
+    return np.argsort(np.argsort(values, kind="stable"), kind="stable")

@@ -1,29 +1,144 @@
-"""Facts for a `seek` without an answer: margins, limits that would pass, keys that help."""
+"""What helps if `seek` finds no value: limits that would pass, and other keys that change the margin.
 
+The effects of the keys are finite differences.  Their cases are a separate run in a folder of the run's directory, so
+it resumes like any other.
+"""
+
+import hashlib
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
-from typing import Any
+from typing import Any, NamedTuple
 
-from ..answers.verdict import KINDS, Limit, limits_and_figures_of, units_of
-from ..grid import key_units
-from ..sweeping.pool.simulator import SIMULATION
-from .seeking import Answer
-from .sensitivity import Effect, furthest_from_limits
+from .. import grid as grids
+from ..answers.verdict import KINDS, MARGIN_COLUMN, Limit, limits_and_figures_of, units_of
+from ..contracts.search import FurtherRuns
+from ..language.errors import InputError
 
+STEP = 0.1  # relative step: larger than the scatter of chaotic motion, small enough for a slope
+FOLDER = "sensitivity"  # prefix of its name; a hash of the keys follows
 DIGITS = 4  # digits of a limit that would pass
+_AXIS_SECTIONS = ("sweep", "zip", "cases", "sample", "seek")  # sections of a resolved grid that choose cases
+_METHOD_PREFIXES = ("simulate.", "save.", "uncertain.")  # keys that are not properties of the machine
+_EXPONENT = ".exponent"  # the units of other keys depend on this key
 
 
-def unanswered_facts(record: Mapping[str, Any], answers: Sequence[Answer], effects: Iterable[Effect]) -> dict[str, Any]:
-    """Return facts about searches without an answer for run.json, in SI; `record` is run.json."""
-    limits, columns = limits_and_figures_of(record).limits, units_of(record)
-    best = [case for answer in answers for case in answer.best]
-    finite = all(case["margin"] is not None for case in best)
-    units = key_units(record, SIMULATION.catalogue()) if effects else {}
+class Effect(NamedTuple):
+    """Effect of a key on the margin if no tried value meets the limits."""
+
+    path: str
+    value: float  # SI, value in the grid
+    margin: float  # margin at this value
+    lower: float | None  # margin with the value lower by STEP, or None if the case failed or is impossible
+    upper: float | None
+
+    @property
+    def size(self) -> float:
+        """Return the largest change of the margin."""
+        return max(abs(margin - self.margin) for margin in (self.lower, self.upper, self.margin) if margin is not None)
+
+
+def effects(grid: grids.Grid, best: Sequence[Mapping[str, Any]], runs: FurtherRuns) -> list[Effect]:
+    """Return the effects of other keys on the margin, the largest first, or [] if no margin is known.
+
+    They apply to the case furthest from its limits, at its best value.  best : how near each case comes to its limits
+    """
+    worst = furthest_from_limits(best)
+    if grid.search is None or worst is None:
+        return []
+    point = worst["point"] | dict.fromkeys(grid.search.varied_paths, worst["value"])
+    fixed = {key: section for key, section in grid.resolved().items() if key not in _AXIS_SECTIONS}
+    perturbed = _perturbed(grid, point, fixed, runs.catalogue)
+    paths = list(perturbed)
+    if not paths:
+        return []
+    point_values = {path: value for path, value in _numbers(grid, point).items() if path in perturbed}
+    points = [point_values, *(point_values | {path: value} for path, values in perturbed.items() for value in values)]
+    columns = {path: [value] * len(points) for path, value in point.items()}
+    columns |= {path: [row[path] for row in points] for path in paths}
+    name = hashlib.sha256(" ".join(sorted(columns)).encode()).hexdigest()[:8]
+    margins = _margins(runs.run(fixed | {"cases": columns}, runs.directory / f"{FOLDER}-{name}"), paths)
+    start = margins.get(tuple(point_values.values()))
+    if start is None:
+        return []
+    effects = []
+    for path in paths:
+        neighbours = [
+            margins.get(tuple((point_values | {path: point_values[path] * factor}).values()))
+            for factor in (1.0 - STEP, 1.0 + STEP)
+        ]
+        effects.append(Effect(path, point_values[path], start, *neighbours))
+    return sorted(effects, key=lambda effect: (-effect.size, effect.path))
+
+
+def furthest_from_limits(best: Iterable[Mapping[str, Any]]) -> Mapping[str, Any] | None:
+    """Return the case furthest from its limits at its best value, or None if no margin is known."""
+    finite = [case for case in best if case["margin"] is not None]
+    return min(finite, key=lambda case: case["margin"], default=None)
+
+
+def _numbers(grid: grids.Grid, point: Mapping[str, Any]) -> dict[str, float]:
+    """Return path -> value (SI) of the numbers of a case that could be changed."""
+    tree = grid.case_tree(point)
     return {
-        "best": [case | {"needed": loosened_limits(limits, columns, [case["margins"]])} for case in best],
+        path: value
+        for path, value in grids.leaves(tree)
+        if isinstance(value, float)
+        and value
+        and path not in point
+        and not path.startswith(_METHOD_PREFIXES)
+        and not path.endswith(_EXPONENT)
+    }
+
+
+def _perturbed(
+    grid: grids.Grid, point: Mapping[str, Any], fixed: dict[str, Any], catalogue: grids.Catalogue
+) -> dict[str, list[float]]:
+    """Return path -> values lower and higher by STEP, for keys that accept them."""
+    perturbed = {}
+    for path, value in _numbers(grid, point).items():
+        possible = [
+            changed
+            for changed in (value * (1.0 - STEP), value * (1.0 + STEP))
+            if _is_possible(
+                fixed | {"cases": {**{axis: [coordinate] for axis, coordinate in point.items()}, path: [changed]}},
+                catalogue,
+            )
+        ]
+        if possible:
+            perturbed[path] = possible
+    return perturbed
+
+
+def _is_possible(source: dict[str, Any], catalogue: grids.Catalogue) -> bool:
+    try:
+        grids.load(source, catalogue)
+    except InputError:
+        return False
+    return True
+
+
+def _margins(run: Any, paths: list[str]) -> dict[tuple[float, ...], float]:
+    """Return values of some keys -> margin of the case with them."""
+    table = run.summary
+    values_with_margin = table[[*paths, MARGIN_COLUMN]].dropna().to_numpy(float).tolist()
+    return {tuple(values): margin for *values, margin in values_with_margin}
+
+
+def unanswered_facts(
+    record: Mapping[str, Any], best: Sequence[Mapping[str, Any]], effects: Iterable[Effect], catalogue: grids.Catalogue
+) -> dict[str, Any]:
+    """Return facts about searches without an answer for run.json, in SI.
+
+    record : run.json; best : how near each case comes to its limits
+    """
+    limits, columns = limits_and_figures_of(record).limits, units_of(record)
+    finite = all(case["margin"] is not None for case in best)
+    units = grids.key_units(record, catalogue) if effects else {}
+    return {
+        "best": [{**case} | {"needed": loosened_limits(limits, columns, [case["margins"]])} for case in best],
         "needed": loosened_limits(limits, columns, [case["margins"] for case in best]) if finite else {},
-        "furthest": furthest_from_limits(answers),
+        "furthest": furthest_from_limits(best),
         "effects": [effect._asdict() | {"unit": units.get(effect.path, "1")} for effect in effects],
     }
 

@@ -9,16 +9,7 @@ from .answering import answer_of, commit_answer
 from .assemble import merge
 from .batch import Axis, ResultSchema, Row, id_text, open_table
 from .blocks import Block, Division, discard_from, numbers_of_blocks, read_mark, sha256_of, sum_counts
-from .case_results import (
-    OPTIMISE_FILE,
-    SEEK_FILE,
-    CaseResults,
-    read_histories,
-    read_results,
-    write_answers,
-    write_best,
-    write_sample,
-)
+from .case_results import read_histories, read_results, write_search_table
 from .compare import difference
 from .directory import ANSWER_FILE, BLOCKS, DATASET, FINAL_FILES, SCRATCH, RunDirectory, commit
 from .disk import clean, clean_text
@@ -38,13 +29,10 @@ __all__ = [
     "BLOCKS",
     "DATASET",
     "FINAL_FILES",
-    "OPTIMISE_FILE",
     "SCRATCH",
-    "SEEK_FILE",
     "Axis",
     "Block",
     "BlockedRun",
-    "CaseResults",
     "Division",
     "OneBlock",
     "ResultSchema",
@@ -90,9 +78,7 @@ __all__ = [
     "use_one_thread",
     "utc_now",
     "verify",
-    "write_answers",
-    "write_best",
-    "write_sample",
+    "write_search_table",
 ]
 
 

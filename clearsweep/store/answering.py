@@ -4,9 +4,9 @@ from typing import Any
 
 import numpy as np
 
-from .. import grid as grids
 from ..answers.compose import Source, compose
 from ..answers.verdict import is_null
+from ..searches import base_laws, search_of
 from .blocks import sum_counts
 from .directory import RunDirectory
 from .read import StoredRun
@@ -40,7 +40,7 @@ def answer_of(run: StoredRun) -> dict[str, Any]:
             run.grid,
             run.layout,
             read,
-            grids.base_laws(run.grid),
+            base_laws(run.grid),
             is_complete,
             search_rows(run),
             _counts(whole) if is_cut else None,
@@ -59,8 +59,9 @@ def _counts(run: StoredRun) -> dict[str, int]:
 
 
 def search_rows(run: StoredRun) -> list[dict[str, Any]]:
-    """Return the rows of the table of a search as plain values; those of `identify` are its parameters."""
-    table = run.seek if run.seek is not None else run.optimise
+    """Return the rows of the table of a search as plain values, if they are its answers."""
+    search = search_of(run.grid)
+    table = run.search_table(search.name) if search and search.rows_answer else None
     if table is None:
         return []
     rows = table.to_dict("records")

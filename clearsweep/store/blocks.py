@@ -88,7 +88,7 @@ class Division:
 
         Grids with a search have one block, since the cases that a search adds depend on earlier ones.
         """
-        if len(grid) <= BLOCK or grid.seek or grid.refine or grid.optimise or grid.identify or grid.checked_laws:
+        if len(grid) <= BLOCK or grid.search:
             return None
         digest = hashlib.sha256(repr((BLOCK, shard, ResultSchema.of(grid).content)).encode())
         for path, values in grid.axes.items():

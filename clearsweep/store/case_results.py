@@ -1,8 +1,7 @@
-"""Committed cases compared with their limits, and the result files of searches."""
+"""Committed cases compared with their limits, and the tables of searches."""
 
 import io
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -10,24 +9,14 @@ import pyarrow.parquet as pq
 
 from ..answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN
 from ..contracts.layout import Column
+from ..contracts.search import CaseResults, Found, SearchTable
 from . import durable
 from .batch import ResultSchema, add_verdict_columns, summary_schema
 from .columns import field_of, values_of
 from .datasets import datasets
-from .directory import IDENTIFY_FILE, OPTIMISE_FILE, SEEK_FILE, RunDirectory
+from .directory import ANSWER_FILES, RunDirectory
 from .orbits import OrbitFiles
 from .summary import summary_groups
-
-
-class CaseResults(NamedTuple):
-    """Cases compared with their limits."""
-
-    status: list[str]
-    unmet: list[str]  # columns whose limits are exceeded or undecided, comma separated; '': all limits are met
-    margins: dict[str, np.ndarray]  # by limited column; of a bound of 0 minus the excess, minus infinity if undecided
-    columns: dict[str, np.ndarray]  # requested columns, NaN for null
-    margin: np.ndarray  # of each case, as in the summary; NaN for null
-    histories: tuple[dict[str, np.ndarray], ...] = ()  # requested channels of each case; empty for a failed case
 
 
 def read_results(
@@ -90,106 +79,32 @@ def read_histories(
     return results
 
 
-def write_answers(
-    run: RunDirectory, result_schema: ResultSchema, paths: Sequence[str], answers: Sequence[Any]
+def write_search_table(
+    run: RunDirectory, result_schema: ResultSchema, name: str, found: Found | None
 ) -> dict[str, str]:
-    """Write seek.parquet, a row for each answer (`searches.seeking.Answer`) on `paths`; remove it if there are none.
+    """Write the table of the search called `name`, and remove those of other searches.
 
-    Return the checksums of the answer files, by name, as run.json contains them.
+    found : its answer; None if it has none yet
+    Return the checksum of the table by name, as run.json contains it.
     """
-    file = run.path / SEEK_FILE
-    with durable.storing(file):
-        if not answers:
-            durable.discard(file)
-            return {}
-        durable.replace(file, _answers_bytes(result_schema, paths, answers), run.scratch)
-        return {file.name: durable.checksum(file)}
+    units = {column.name: column.unit for column in result_schema.layout.columns}
+    units |= {figure.name: figure.unit for figure in result_schema.verdict.figures}
+    axes = [Column(axis.path, axis.unit, "", "text" if axis.text else "float") for axis in result_schema.axes]
+    table = found.table(axes, units) if found else None
+    for file in (run.path / file for file in ANSWER_FILES):
+        with durable.storing(file):
+            if table is None or file.stem != name:
+                durable.discard(file)
+            else:
+                durable.replace(file, _table_bytes(table), run.scratch)
+                checksums = {file.name: durable.checksum(file)}
+    return checksums if table else {}
 
 
-def write_best(
-    run: RunDirectory, result_schema: ResultSchema, objectives: Sequence[str], best: Sequence[Any]
-) -> dict[str, str]:
-    """Write optimise.parquet, a row for each of the best cases; remove it if there are none.
-
-    Each has the fields of `searches.optimising.Best`.  Return its checksum by name, as run.json contains it.
-    """
-    file = run.path / OPTIMISE_FILE
-    with durable.storing(file):
-        if not best:
-            durable.discard(file)
-            return {}
-        units = {column.name: column.unit for column in result_schema.layout.columns}
-        units |= {figure.name: figure.unit for figure in result_schema.verdict.figures}
-        columns = [Column("case_id", "", "identity of the case", "text")]
-        columns += [
-            Column(axis.path, axis.unit, "its value", "text" if axis.text else "float") for axis in result_schema.axes
-        ]
-        columns += [Column(name, units[name], "objective") for name in objectives]
-        columns += [
-            Column("margin", "1", "smallest margin of its limits; null without limits"),
-            Column("limiting", "", "the columns whose limits are exceeded, or the one nearest to its limit", "text"),
-        ]
-        values = [[case.case_id for case in best]]
-        values += [[case.point[axis.path] for case in best] for axis in result_schema.axes]
-        values += [[case.values.get(name) for case in best] for name in objectives]
-        values += [[case.margin for case in best], [case.limiting for case in best]]
-        durable.replace(file, _table_bytes(columns, values), run.scratch)
-        return {file.name: durable.checksum(file)}
-
-
-def write_sample(run: RunDirectory, result_schema: ResultSchema, sample: Mapping[str, np.ndarray]) -> dict[str, str]:
-    """Write identify.parquet, a weighted sample of the swept keys; remove it if there are none.
-
-    Return its checksum by name, as run.json contains it.
-    """
-    file = run.path / IDENTIFY_FILE
-    with durable.storing(file):
-        if not sample:
-            durable.discard(file)
-            return {}
-        columns = [Column(axis.path, axis.unit, "value that it may have") for axis in result_schema.axes]
-        columns += [Column("weight", "1", "probability of the row, 1 in all")]
-        values = [sample[column.name].tolist() for column in columns]
-        durable.replace(file, _table_bytes(columns, values), run.scratch)
-        return {file.name: durable.checksum(file)}
-
-
-def _answers_bytes(result_schema: ResultSchema, paths: Sequence[str], answers: Sequence[Any]) -> bytes:
-    """Return seek.parquet; the columns' metadata hold `unit` and `description`."""
-    unit = next(axis.unit for axis in result_schema.axes if axis.path == paths[0])
-    columns = [
-        Column(axis.path, axis.unit, "swept value", "text" if axis.text else "float")
-        for axis in result_schema.axes
-        if axis.path not in paths
-    ]
-    values = [[answer.point[column.name] for answer in answers] for column in columns]
-    fits = any(answer.fits for answer in answers)
-    columns += [
-        *(Column(f"seek.{path}", unit, _VALUE_TEXT) for path in paths),
-        *([Column("seek_fit", "", "the answer as a fit, assessed at its largest clearance", "text")] if fits else []),
-        *([Column("seek_beyond", "", "fits beyond the border that meet the limits", "text")] if fits else []),
-        Column("seek_low", unit, "lower end of the interval that contains the border"),
-        Column("seek_high", unit, "upper end of the interval that contains the border"),
-        Column("limiting", "", _LIMITING_TEXT, "text"),
-        Column("probes", "1", "cases that the search used", "int"),
-    ]
-    values += [[answer.value for answer in answers]] * len(paths)
-    if fits:
-        values += [[answer.fit for answer in answers], [", ".join(answer.beyond) or None for answer in answers]]
-    values += [[getattr(answer, name) for answer in answers] for name in ("low", "high", "limiting", "probes")]
-    return _table_bytes(columns, values)
-
-
-def _table_bytes(columns: Sequence[Column], values: Sequence[Sequence[Any]]) -> bytes:
+def _table_bytes(table: SearchTable) -> bytes:
     """Return a Parquet file of these columns, whose metadata hold `unit` and `description`."""
-    fields = [field_of(column) for column in columns]
-    arrays = [pa.array(value, field.type) for value, field in zip(values, fields, strict=True)]
+    fields = [field_of(column) for column in table.columns]
+    arrays = [pa.array(value, field.type) for value, field in zip(table.values, fields, strict=True)]
     content = io.BytesIO()
     pq.write_table(pa.table(arrays, pa.schema(fields)), content, write_page_checksum=True)
     return content.getvalue()
-
-
-_VALUE_TEXT = "the answer: this value and all tried values on its safe side meet the limits; null: none does"
-_LIMITING_TEXT = (
-    "column whose limit is exceeded first beyond the answer, or the status of a failed case there; null: none"
-)

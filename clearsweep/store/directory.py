@@ -16,6 +16,7 @@ import numpy as np
 
 from ..grid import Grid
 from ..language.errors import ClearsweepError, DamagedError, DirectoryError, error_line
+from ..searches import SEARCHES
 from . import durable
 from .batch import (
     HASH_LENGTH,
@@ -41,11 +42,8 @@ LOCK, SCRATCH = "lock", "tmp"
 BLOCKS, DATASET = "blocks", "summary"  # folders of a run that is cut: of its blocks, and of their sorted summaries
 LOCK_WAIT = 0.05  # s, longer than reading the holder of the lock
 FINAL_FILES = SUMMARY_FILE, ORBITS_FILE = "summary.parquet", "orbits.h5"
-ANSWER_FILES = (SEEK_FILE, OPTIMISE_FILE, IDENTIFY_FILE) = (
-    "seek.parquet",
-    "optimise.parquet",
-    "identify.parquet",
-)  # results of searches; run.json has their checksums
+#: Tables of searches; run.json has their checksums.
+ANSWER_FILES = tuple(f"{search.name}.parquet" for search in SEARCHES if search.has_table)
 MISSHAPEN = "not as a run writes it"  # of a file with a valid checksum and other content
 ANSWER_FILE = "answer.json"  # the answer to the question of the grid, of a finished run
 _OWN_NAMES = {LOCK, SCRATCH, ORBITS, SUMMARIES}  # files of a run that may exist before run.json

@@ -12,10 +12,15 @@ import clearsweep
 from ..grid import Grid
 from ..grid.sections.variations import VARYING_SECTIONS
 from ..language.errors import DirectoryError
+from ..searches import SEARCHES, search_of
 from .assemble import merge
 from .batch import ResultSchema, open_table
 from .directory import RunDirectory
-from .record import SEARCHES, read_record, utc_now
+from .record import read_record, utc_now
+
+
+def _searches() -> list[str]:
+    return [search.name for search in SEARCHES]
 
 
 def is_unfinished(directory: Path) -> bool:
@@ -25,14 +30,14 @@ def is_unfinished(directory: Path) -> bool:
 
 def keys_so_far(record: Mapping[str, Any], source: RunDirectory) -> dict[str, Any]:
     """Return the keys of a grid of the finished cases: those of run.json, unless the run adds cases."""
-    if SEARCHES & record.keys():
+    if search_of(record):
         return keys_of_all(record, source)
     return {key: record[key] for key in record["keys"]}
 
 
 def keys_of_all(record: Mapping[str, Any], source: RunDirectory) -> dict[str, Any]:
     """Return the keys of a grid of all cases in a directory: their values as axes if possible, else case by case."""
-    unvaried = {key: record[key] for key in record["keys"] if key not in (*VARYING_SECTIONS, *SEARCHES)}
+    unvaried = {key: record[key] for key in record["keys"] if key not in (*VARYING_SECTIONS, *_searches())}
     paths = list(record["units"])  # in the order of the columns
     if not paths:
         return unvaried
@@ -46,7 +51,7 @@ def keys_of_all(record: Mapping[str, Any], source: RunDirectory) -> dict[str, An
     axes = {path: list(dict.fromkeys(_present([*swept[path], *columns[path]]))) for path in paths}
     if (
         "sweep" in record
-        and not {*VARYING_SECTIONS[1:], *SEARCHES} & record.keys()
+        and not {*VARYING_SECTIONS[1:], *_searches()} & record.keys()
         and math.prod(map(len, axes.values())) < 1_000_000
     ):
         return unvaried | {"sweep": axes}

@@ -16,6 +16,7 @@ from ..answers.verdict import limits_and_figures_of
 from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Column, Layout
 from ..language.errors import ClearsweepError, DirectoryError, InputError
+from ..searches import SEARCHES, search_of
 from . import durable
 from .batch import GROUP_ROWS, has_histories, id_texts, ids_of_column, open_table
 from .columns import field_of, is_plausible, values_of
@@ -35,7 +36,7 @@ from .datasets import (
     open_orbits,
     read_values,
 )
-from .directory import ANSWER_FILES, FINAL_FILES, IDENTIFY_FILE, OPTIMISE_FILE, ORBITS_FILE, SEEK_FILE, SUMMARY_FILE
+from .directory import ANSWER_FILES, FINAL_FILES, ORBITS_FILE, SUMMARY_FILE
 from .record import RECORD_FILE, check_format, damaged_error, declared_values, kind_of_axis, read_record
 from .record_shape import MisshapenError
 
@@ -126,23 +127,10 @@ class StoredRun:
         texts = [Column(name, "", "", "text") for name in ("case_id", "status", "message")]
         axes = [Column(path, unit, "", kind_of_axis(self.grid, path)) for path, unit in self.grid["units"].items()]
         self._check_fields(SUMMARY_FILE, [*texts, *axes, *self.layout.columns, *computed])
-        paths, expected = list(self.grid["units"]), {}
-        if SEEK_FILE in self.grid.get("answers", {}):
-            seek = self.grid.get("seek") or {}
-            searched = seek.get("largest") or seek.get("smallest") or []
-            searched = searched if isinstance(searched, list) else [searched]
-            expected[SEEK_FILE] = {*paths, "seek_low", "seek_high", "limiting", "probes"} - {*searched}
-            expected[SEEK_FILE] |= {f"seek.{path}" for path in searched} | (
-                {"seek_fit", "seek_beyond"} if "among" in seek else set()
-            )
-        if OPTIMISE_FILE in self.grid.get("answers", {}):
-            section = self.grid.get("optimise") or {}
-            searched = {name for sense in ("minimise", "maximise") for name in section.get(sense, [])}
-            expected[OPTIMISE_FILE] = {"case_id", *paths, *searched, "margin", "limiting"}
-        if IDENTIFY_FILE in self.grid.get("answers", {}):
-            expected[IDENTIFY_FILE] = {*paths, "weight"}
-        for name, names in expected.items():
-            self._check_fields(name, [Column(column, "", "", "") for column in names])
+        for search in SEARCHES:
+            name = f"{search.name}.parquet"
+            if name in self.grid.get("answers", {}):
+                self._check_fields(name, [Column(column, "", "", "") for column in search.table_columns(self.grid)])
 
     def _check_fields(self, name: str, columns: Iterable[Column]) -> None:
         """Raise DamagedError unless a table has these columns, of their kind and with their unit if they are known."""
@@ -306,12 +294,12 @@ class StoredRun:
     @property
     def seek(self) -> "pd.DataFrame | None":
         """Return the answers of `seek` as a DataFrame, `attrs["units"]` by column; None if there is no search."""
-        return self._answers(SEEK_FILE)
+        return self.search_table("seek")
 
     @property
     def optimise(self) -> "pd.DataFrame | None":
         """Return the best cases as a DataFrame, `attrs["units"]` by column, or None if nothing was optimised."""
-        return self._answers(OPTIMISE_FILE)
+        return self.search_table("optimise")
 
     @property
     def identify(self) -> "pd.DataFrame | None":
@@ -319,9 +307,11 @@ class StoredRun:
 
         It is a DataFrame with a column `weight`, `attrs["units"]` by column.
         """
-        return self._answers(IDENTIFY_FILE)
+        return self.search_table("identify")
 
-    def _answers(self, name: str) -> "pd.DataFrame | None":
+    def search_table(self, search: str) -> "pd.DataFrame | None":
+        """Return the table of a search by its name, `attrs["units"]` by column, or None if it has none."""
+        name = f"{search}.parquet"
         if name not in self.grid.get("answers", {}):
             return None
         with self._table(name) as file:
@@ -469,7 +459,7 @@ def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FIN
     for path in (directory / name for name in names):
         if "merged" not in record:
             raise _unfinished_error(path)
-        if path.name in ANSWER_FILES and "answers" not in record and "seek" in record:
+        if path.name in ANSWER_FILES and "answers" not in record and _search_has_table(record):
             raise damaged_error(path, "run.json has no checksum of it, as an older version wrote it")
         expected = (record["merged"] | record.get("answers", {})).get(path.name)
         if expected is None and path.name in ANSWER_FILES and not os.path.lexists(path):
@@ -480,6 +470,11 @@ def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FIN
             raise _unfinished_error(path) from None
         if actual != expected:
             raise damaged_error(path, "its checksum is not that in run.json")
+
+
+def _search_has_table(record: dict[str, Any]) -> bool:
+    search = search_of(record)
+    return search is not None and search.has_table
 
 
 def _unfinished_error(path: Path) -> DirectoryError:

@@ -15,15 +15,11 @@ from typing import Any
 import clearsweep
 
 from ..grid import SCHEMA_VERSION, Grid
-from ..grid.sections.identify import IDENTIFY
-from ..grid.sections.optimise import OPTIMISE
-from ..grid.sections.reader import CHECK_LAWS
-from ..grid.sections.seek import REFINE, SEEK
 from ..language.errors import DamagedError, DirectoryError
+from ..searches import search_of
 from . import durable, record_shape
 
 RECORD_FILE = "run.json"
-SEARCHES = {SEEK, REFINE, OPTIMISE, IDENTIFY, CHECK_LAWS}  # sections that add cases during a run
 
 
 def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:
@@ -118,7 +114,7 @@ def record_checksum(record: dict[str, Any]) -> str:
 
 def declared_values(record: Mapping[str, Any], path: str) -> list[Any] | None:
     """Return the values of an axis in run.json; None if a search adds others."""
-    if SEARCHES & record.keys():
+    if search_of(record):
         return None
     sections = [
         *(record.get(name, {}) for name in ("sweep", "zip", "cases")),

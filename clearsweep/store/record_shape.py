@@ -10,6 +10,7 @@ from typing import Any
 
 from ..contracts.layout import Column, JointLayout, Layout
 from ..grid import Fit
+from ..searches import SEARCHES
 
 MAX_LENGTH = 10_000  # characters of a text
 MAX_INTEGER = 10**300  # largest integer that a float represents
@@ -293,7 +294,8 @@ _REQUIRED: dict[str, Check] = {
 _OPTIONAL: dict[str, Check] = {
     "name": _text_check(r"\w[\w .+-]{0,99}", "the name of a run", re.UNICODE),
     "mechanism": _section_check({"type": _WORD}, {"ideal": _mapping_check(_WORD, _WORD)}),
-    **dict.fromkeys(_names("drive", "loads", "simulate", "save", "refine"), _SECTION),
+    **dict.fromkeys(_names("drive", "loads", "simulate", "save"), _SECTION),
+    **dict.fromkeys((search.name for search in SEARCHES), _SECTION),
     "life": _section_check({}, {"limit": _NUMBER, "of": _WORD, "joint": _WORD}),
     "joints": _mapping_check(
         _WORD, _section_check({}, dict.fromkeys(("contact", "friction", "wear", "film", "roughness"), _LAW_SECTION))
@@ -313,6 +315,7 @@ _OPTIONAL: dict[str, Check] = {
     "identify": _section_check({"over": _mapping_check(_PATH, _accept_any)}, {}),
     "identified": _any_check(_NOTHING, _IDENTIFIED),
     "nearest": _section_check(_NEAREST_FIELDS, {}),
+    "found": _section_check({"sentences": _list_check(_TEXT)}, {}),
     "define": _mapping_check(_NAME, _TEXT),
     "source": _any_check(_TEXT, _NOTHING),
     "fits": _mapping_check(_PATH, _list_check(_FIT)),

@@ -15,7 +15,6 @@ from ..contracts.case import Case
 from ..grid import Grid, check_memory, first_case_history, key_units, leaves, recorded_history
 from ..language import phases
 from ..language.wording import count_text
-from ..searches.bisection import expected_probe_count
 from . import sweep
 from .cluster import blockwise
 from .facts.settings import first_and_last_value
@@ -32,7 +31,6 @@ MIN_COMPILE_SECONDS = 0.05  # s of compiling from which the start of the workers
 MAX_IMPORT_SECONDS = 2.0  # s of processor time before the estimate, at most, that a run takes, too
 FINISH_SECONDS = 0.5  # s of processor time of a run after its last case: merging, last lines
 SECONDS_PER_CASE = 1e-3  # s per case besides its motion: creating, committing and merging it
-OPTIMISE_SECONDS, IDENTIFY_SECONDS = 6e-3, 0.045  # s per further case for choosing it; one process chooses
 EVENT_BYTES = 26  # bytes of one event in orbits.h5
 
 
@@ -72,16 +70,14 @@ def estimate(
         grid = sweep.load(source, simulator)
         check_memory(recorded_history(grid))
         derived, warnings = sweep.facts(grid, simulator)
-    if grid.refine:
-        warnings.append(
-            f"up to {grid.refine.cases:,} cases that `refine` adds are not included; they depend on these results"
-        )
     directory = sweep.directory_of(grid, out, parsed_shard)
     with phases.phase("reading the directory"):
         directory.check(grid)
         remaining = _remaining(grid, directory, parsed_shard, simulator)
-    further = _ExpectedCases.of(grid, remaining) if remaining.pending else _ExpectedCases(0, 0.0)
-    warnings += further.sentences()
+    added, choosing_seconds = 0, 0.0
+    if grid.search and remaining.pending == remaining.requested:  # else the number of added cases is unknown
+        added, choosing_seconds = grid.search.expected_cases(grid)
+    warnings += [sentence] if grid.search and (sentence := grid.search.expectation(added)) else []
     reading_seconds = time.monotonic() - begin
     slowdown = max(
         (reading_seconds + FINISH_SECONDS) / (time.process_time() - import_seconds + FINISH_SECONDS), 1.0
@@ -96,8 +92,8 @@ def estimate(
     mean = float(np.mean(times)) if times else None
     warnings += _warnings_of(timed)
     overhead = slowdown * (min(import_seconds, MAX_IMPORT_SECONDS) + FINISH_SECONDS) + reading_seconds + start_up
-    case_count = remaining.pending + further.cases
-    search_time = slowdown * further.choosing_seconds * further.cases
+    case_count = remaining.pending + added
+    search_time = slowdown * choosing_seconds * added
     seconds = (
         0.0
         if not case_count
@@ -109,7 +105,7 @@ def estimate(
     return Estimate(
         remaining.requested,
         remaining.pending,
-        further.cases,
+        added,
         derived,
         warnings,
         len(times),
@@ -144,38 +140,6 @@ def _warnings_of(timed: list[CaseTime]) -> list[str]:
     if failures := [timed_case.failure for timed_case in timed if timed_case.failure]:
         warnings.append(f"{len(failures):,} of {count} would fail, for example: {failures[0]}")
     return warnings
-
-
-class _ExpectedCases(NamedTuple):
-    """The cases that a search is expected to add to the first ones of a grid."""
-
-    cases: int
-    choosing_seconds: float  # s per case for choosing it
-    section: str = ""  # key of the grid
-
-    @classmethod
-    def of(cls, grid: Grid, remaining: "_Remaining") -> "_ExpectedCases":
-        """Return the expected cases of a search; none if the directory already has the first cases."""
-        if remaining.pending < remaining.requested:  # the number of added cases is unknown
-            return cls(0, 0.0)
-        if grid.seek and not grid.seek.fits:
-            return cls(
-                round(len(grid) * max(expected_probe_count(grid.seek.last_index) / len(grid.seek.first()) - 1.0, 0.0)),
-                0.0,
-                "seek",
-            )
-        if grid.optimise:
-            return cls(max(grid.optimise.cases - len(grid), 0), OPTIMISE_SECONDS, "optimise")
-        if grid.identify:
-            return cls(max(grid.identify.cases - len(grid), 0), IDENTIFY_SECONDS, "identify")
-        return cls(0, 0.0)
-
-    def sentences(self) -> list[str]:
-        """Return a sentence on the expected cases, or [] if there are none."""
-        if not self.cases:
-            return []
-        about = "about " if self.section == "seek" else ""
-        return [f"time and storage include {about}{self.cases:,} cases that `{self.section}` adds to these"]
 
 
 class _Remaining(NamedTuple):

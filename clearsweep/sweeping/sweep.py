@@ -13,17 +13,10 @@ import numpy as np
 from .. import grid as grids
 from .. import store
 from ..contracts.results import Peak
+from ..contracts.search import Found, FurtherRuns
 from ..language import phases, wording
 from ..language.errors import DirectoryError, InputError
-from ..searches import adaptive, unanswered
-from ..searches.identifying import Identification, IdentificationResult
-from ..searches.law_checks import LawCheckSearch
-from ..searches.optimising import Optimisation, OptimisationResult
-from ..searches.refining import Refinement, RefinementResult
-from ..searches.seeking import Answer, SeekSearch
-from ..searches.sensitivity import Effect, effects
 from .cluster import blockwise, nodes
-from .facts import identified
 from .facts.settings import assumed_sentences
 from .pool import executors, progress, resources, signals
 from .pool.case_runner import CaseRunner, Options, case_ids, failure_limit, is_common
@@ -63,14 +56,7 @@ class RunResult:
     derived: dict[str, dict[str, Any]]  # name -> {"unit", "min", "max"}
     warnings: tuple[str, ...]
     joined: int = 0  # number of joined directories; 0 for a run
-    seek: grids.Seek | None = None  # answers of `seek`
-    answers: tuple[Answer, ...] = ()  # what was found
-    effects: tuple[Effect, ...] = ()  # effects of other keys on the margin, if a search has no answer
-    optimised: OptimisationResult | None = None  # result of `optimise`, or None without the section or if stopped
-    identified: IdentificationResult | None = (
-        None  # result of `identify`; None as for `optimised`, or if too few cases finished
-    )
-    refined: RefinementResult | None = None  # result of `refine`, or None without the section or if stopped
+    found: Any = None  # answer of the grid's search, a `contracts.search.Found`; None without a search or if stopped
 
     @property
     def exit_code(self) -> int:
@@ -123,20 +109,19 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
     """Run a grid as `sweep` does, with the cases computed by `simulator`."""
     with phases.show_progress(options.show_progress):
         result = _run_sweep(source, out, options, simulator)
-        if not any(answer.best for answer in result.answers):
+        if result.found is None:
             return result
 
-        def run_further(further: dict[str, Any], directory: Path) -> None:
-            _run_sweep(further, directory, options, simulator)
+        def run_further(further: dict[str, Any], directory: Path) -> store.StoredRun:
+            return _run_sweep(further, directory, options, simulator).open()
 
         grid = load(source, simulator)
-        result = replace(
-            result, effects=tuple(effects(grid, [*result.answers], result.directory, simulator, run_further))
-        )
-        with directory_of(grid, result.directory).open_for(grid) as directory:
-            record = result.open().grid
-            directory.add_to_record(nearest=unanswered.unanswered_facts(record, result.answers, result.effects))
-        return result
+        runs = FurtherRuns(simulator.catalogue(), result.directory, run_further)
+        found, entries = result.found.further(grid, result.open().grid, runs)
+        if entries:
+            with directory_of(grid, result.directory).open_for(grid) as directory:
+                directory.add_to_record(**entries)
+        return replace(result, found=found)
 
 
 def _run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator) -> RunResult:
@@ -148,8 +133,8 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         grid = load(source, simulator)
     grids.check_memory(grids.recorded_history(grid))
     shard = None if options.shard is None else Shard.read(options.shard)
-    if shard:
-        _refuse_shard(grid)
+    if shard and grid.search:
+        raise InputError(f"shard: {grid.search.refusal_of_shards.format(name=grid.search.name)}")
     if division := store.Division.of(grid, str(shard or "")):
         return _run_cut(grid, out, options, simulator, (division, shard, begin))
     if options.executor == executors.NODES:
@@ -163,7 +148,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         derived, warnings = facts(grid, simulator)
         warnings = [*assumed_sentences(grid), *warnings]
     record_entries: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
-    search = _search(grid, simulator)
+    rounds = grid.search.begin(grid, simulator) if grid.search else None
     begun = {"counts": {"cases": len(requested)}, **record_entries}
     with signals.catching(), directory_of(grid, out, shard).open_for(grid, **begun) as directory:
         start = store.utc_now()
@@ -173,27 +158,19 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         for sentence in sentences:
             progress.print_line(sentence)
         with CaseRunner(directory, options, simulator) as case_runner:
-            if search:
-                grid, complete = adaptive.run(grid, search, case_runner.results_from)
+            found: Found | None = None
+            if rounds:
+                grid, is_complete = case_runner.search(grid, rounds)
                 requested = distinct(case_ids(grid))
+                found = rounds.found() if is_complete else None
             else:
-                complete = case_runner.run(grid, ids, requested)
+                case_runner.run(grid, ids, requested)
             del ids  # 8 MB for a million cases, which merging needs
-            answers = search.answers() if isinstance(search, SeekSearch) and complete else []
-            paths = grid.seek.paths if grid.seek else ()
-            optimum = search.result() if isinstance(search, Optimisation) and complete else None
-            names = [column for column, _ in grid.optimise.objectives] if grid.optimise else []
-            record_entries["answers"] = store.write_answers(directory, store.ResultSchema.of(grid), paths, answers)
-            record_entries["answers"] |= store.write_best(
-                directory, store.ResultSchema.of(grid), names, optimum.best if optimum else ()
-            )
-            machine = search.result() if isinstance(search, Identification) and complete else None
-            if isinstance(search, Identification) and complete and search.too_few_text:
-                record_entries["warnings"] = warnings = [*warnings, search.too_few_text]
-            record_entries["answers"] |= store.write_sample(
-                directory, store.ResultSchema.of(grid), machine.sample if machine else {}
-            )
-            record_entries["identified"] = machine and identified.of_run(machine)
+            if found and found.note:
+                record_entries["warnings"] = warnings = [*warnings, found.note]
+            name = grid.search.name if grid.search else ""
+            record_entries |= found.entries() if found else {}
+            record_entries["answers"] = store.write_search_table(directory, store.ResultSchema.of(grid), name, found)
             counts: dict[str, Any] = conclude(case_runner, grid, requested, start=start, **record_entries)
         store.commit_answer(directory, store.open(directory.path))
     return RunResult(
@@ -204,31 +181,8 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         start_up=(case_runner.ready_time or begin) - begin,
         derived=derived,
         warnings=tuple(warnings),
-        seek=grid.seek,
-        answers=tuple(answers),
-        optimised=optimum,
-        identified=machine,
-        refined=search.result() if isinstance(search, Refinement) and complete else None,
+        found=found,
     )
-
-
-def _refuse_shard(grid: grids.Grid) -> None:
-    """Raise InputError for a grid whose cases depend on the results of earlier ones, so that it cannot be sharded."""
-    if grid.seek:
-        raise InputError(
-            "shard: the probes of `seek` depend on one another; divide the values of the other axes instead"
-        )
-    if grid.optimise:
-        raise InputError("shard: the cases of `optimise` depend on one another; run it without shards")
-    if grid.identify:
-        raise InputError("shard: the cases of `identify` depend on one another; run it without shards")
-    if grid.refine:
-        raise InputError(
-            "shard: the cases that `refine` adds depend on all others; run the shards without `refine` and merge them, "
-            "then run the grid with it in the merged directory"
-        )
-    if grid.checked_laws:
-        raise InputError("shard: check_laws needs the worst of all cases; run the shards without it")
 
 
 def _run_cut(
@@ -273,21 +227,6 @@ def _run_cut(
         derived=derived,
         warnings=tuple(warnings),
     )
-
-
-def _search(
-    grid: grids.Grid, simulator: Simulator
-) -> SeekSearch | Refinement | Optimisation | Identification | LawCheckSearch | None:
-    """Return the search that adds cases to a grid, or None."""
-    if grid.seek:
-        return SeekSearch(grid)
-    if grid.refine:
-        return Refinement(grid)
-    if grid.identify:
-        return Identification(grid)
-    if grid.checked_laws:
-        return LawCheckSearch(grid, simulator)
-    return Optimisation(grid) if grid.optimise else None
 
 
 def load(source: Source, simulator: Simulator = SIMULATION) -> grids.Grid:

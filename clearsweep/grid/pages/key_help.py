@@ -9,15 +9,13 @@ from ...contracts.catalogue import Catalogue
 from ...contracts.outline import ANY
 from ..keys.kinds import Word
 from ..keys.outline import KeyTree, key_trees
-from ..sections.axes import DESIGNS, SPACING_FORMS
+from ..sections.axes import DESIGNS, SAMPLE_SECTION, SPACING_FORMS
 from ..sections.distributions import parameter_forms
 from ..sections.fits import DISTRIBUTION_FORM
-from ..sections.reader import CHECK_LAWS
 from .reference import IN_SPACE_TEXT, PageSection, Row, page_sections, quoted
-from .schema import KEY_SECTIONS, NAME_SECTIONS, schema
+from .schema import NAME_SECTIONS, schema
 
 _FIRST_SECTIONS = ("name", "define", "sweep", "zip", "cases", "sample")
-_SEARCH_SECTIONS = ("seek", "refine", "optimise", "identify")
 _CASES_TEXT = (
     "table (.csv or .parquet) in the directory of the grid, with a column for each path and a row for each case"
 )
@@ -28,14 +26,8 @@ figures and sentences show them. The column of summary.parquet keeps the numbers
 contains a letter. The words above and the names of distributions are reserved."""
 SAMPLE_FORMS = {**parameter_forms(), "fit": f"{DISTRIBUTION_FORM}: a radial clearance between the limits of a fit"}
 
-#: Key -> meaning, of each section with keys of its own.
-SECTION_KEYS = {
-    section.name: {key.name: key.text for key in section.all_keys if not key.internal or section.adds_cases}
-    for section in KEY_SECTIONS
-}
-
-#: Section -> its syntax.
-SECTION_EXAMPLES = {
+#: Section -> its syntax, of those that are no search.
+_EXAMPLES = {
     "name": "name: press-joint",
     "define": "define: {play: 50 um}   # used as `clearance: = play`",
     "sweep": "sweep: {drive.speed: [1000 rpm, 3000 rpm], joints.rod-slider.clearance: {linspace: [20 um, 80 um, 4]}}",
@@ -46,13 +38,21 @@ SECTION_EXAMPLES = {
     "roles": "roles: {loads.return.stiffness: choice}",
     "limits": "limits: {rod_slider_force_peak: 5 kN, rod_slider_force_peak_ratio: {at_most: 3}}",
     "uncertain": "uncertain: {joints.rod-slider.wear.coefficient: {factor: 3}}",
-    "seek": "seek: {largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 2 um, for: all}",
-    "refine": "refine: {along: limits, cases: 100}",
-    CHECK_LAWS: "check_laws: true",
-    "optimise": "optimise: {over: {drive.speed: [500 rpm, 3000 rpm]}, minimise: rod_slider_load_peak, cases: 60}",
-    "identify": "identify: {over: {joints.rod-slider.clearance: [20 um, 300 um]}, from: {rig.csv: {slider/a: "
-    "acceleration}}, cases: 400}",
 }
+
+
+def section_keys(catalogue: Catalogue) -> dict[str, dict[str, str]]:
+    """Return the meaning of each key of the sections with keys of their own, by section."""
+    sections = (SAMPLE_SECTION, *(search.keys for search in catalogue.searches if search.keys))
+    return {
+        section.name: {key.name: key.text for key in section.all_keys if not key.internal or section.adds_cases}
+        for section in sections
+    }
+
+
+def section_examples(catalogue: Catalogue) -> dict[str, str]:
+    """Return the syntax of each section."""
+    return _EXAMPLES | {search.name: search.example for search in catalogue.searches}
 
 
 @cache
@@ -61,13 +61,18 @@ def section_texts(catalogue: Catalogue) -> Mapping[str, str]:
     mechanism_schema = schema(catalogue)
     while "else" in mechanism_schema:  # those of any mechanism
         mechanism_schema = mechanism_schema["else"]
-    keys = (*_FIRST_SECTIONS, *(section.name for section in NAME_SECTIONS), *_SEARCH_SECTIONS, CHECK_LAWS)
+    keys = (
+        *_FIRST_SECTIONS,
+        *(section.name for section in NAME_SECTIONS),
+        *(search.name for search in catalogue.searches),
+    )
     texts = {key: mechanism_schema["properties"][key].get("description", "") for key in keys}
     return texts | {"cases": _CASES_TEXT, "name": texts["name"].replace("<name>", "NAME")}
 
 
 def sections_markdown(catalogue: Catalogue) -> str:
     """Return the last part of the page of keys: these sections."""
+    keys = section_keys(catalogue)
     return "\n".join(
         [
             "## Choosing cases\n",
@@ -77,11 +82,12 @@ def sections_markdown(catalogue: Catalogue) -> str:
             f"\n{LABELS_TEXT}",
             *(
                 line
-                for name in _SEARCH_SECTIONS
-                for line in (f"\n### `{name}`\n", *_two_columns("key", "meaning", SECTION_KEYS[name]))
+                for name in keys
+                if name != "sample"
+                for line in (f"\n### `{name}`\n", *_two_columns("key", "meaning", keys[name]))
             ),
             "\n### `sample`\n",
-            *_two_columns("key", "meaning", SECTION_KEYS["sample"]),
+            *_two_columns("key", "meaning", keys["sample"]),
             "",
             *_two_columns("design", "what it draws", DESIGNS),
             "",
@@ -144,7 +150,7 @@ def key_names(catalogue: Catalogue) -> tuple[str, ...]:
     sections = page_sections(catalogue)
     paths = [path for section in sections for path in section.paths]
     key_names = [path.rpartition(".")[2] for path in paths] + [row.key for section in sections for row in section.rows]
-    other_keys = (*section_texts(catalogue), *(key for keys in SECTION_KEYS.values() for key in keys))
+    other_keys = (*section_texts(catalogue), *(key for keys in section_keys(catalogue).values() for key in keys))
     return tuple(dict.fromkeys((*key_names, *other_keys)))
 
 
@@ -214,8 +220,9 @@ def _case_section_help(name: str, catalogue: Catalogue) -> Iterator[str]:
     texts = section_texts(catalogue)
     parent, _, key = name.rpartition(".")
     if name in texts:
-        lines = [_fact_line("meaning", _without_markdown(texts[name])), _fact_line("example", SECTION_EXAMPLES[name])]
-        choices = SECTION_KEYS.get(name, {}) | (DESIGNS | SAMPLE_FORMS if name == "sample" else {})
+        example = section_examples(catalogue)[name]
+        lines = [_fact_line("meaning", _without_markdown(texts[name])), _fact_line("example", example)]
+        choices = section_keys(catalogue).get(name, {}) | (DESIGNS | SAMPLE_FORMS if name == "sample" else {})
         choices |= AXIS_FORMS if name in ("sweep", "zip") else {}
         width = max(map(len, choices), default=0) + 2
         rows = [
@@ -225,11 +232,11 @@ def _case_section_help(name: str, catalogue: Catalogue) -> Iterator[str]:
             for name, text in choices.items()
         ]
         yield "\n".join([name, *lines, *([""] if rows else []), *rows])
-    for section, keys in SECTION_KEYS.items():
+    for section, keys in section_keys(catalogue).items():
         if parent in ("", section) and key in keys and name not in texts:
             lines = [
                 _fact_line("meaning", _without_markdown(keys[key])),
-                _fact_line("example", SECTION_EXAMPLES[section]),
+                _fact_line("example", section_examples(catalogue)[section]),
             ]
             yield "\n".join([f"{section}.{key}", *lines])
     for descriptions, owner in ((AXIS_FORMS, "an axis"), (DESIGNS, "sample.method"), (SAMPLE_FORMS, "sample.over")):

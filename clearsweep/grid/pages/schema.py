@@ -9,18 +9,12 @@ from ..keys.kinds import COUNT_WORDS, Flag, KeyTable, Name, NameList, Number, Se
 from ..keys.library_names import MATERIAL
 from ..keys.outline import key_trees
 from ..sections.axes import SAMPLE_SECTION
-from ..sections.identify import IDENTIFY_SECTION
 from ..sections.named_sections import FIGURES_SECTION, LIMITS_SECTION, ROLES_SECTION, UNCERTAIN_SECTION
-from ..sections.optimise import OPTIMISE_SECTION
-from ..sections.reader import CHECK_LAWS, CHECK_LAWS_TEXT
-from ..sections.section import ADDED, FIT_SCHEMA, FITS_SCHEMA
-from ..sections.seek import REFINE_SECTION, SEEK_SECTION
+from ..sections.section import FIT_SCHEMA, FITS_SCHEMA
 from ..sections.variations import MAX_LABEL_LENGTH, RESERVED_LABELS
 from ..written.definitions import DEFINE, DEFINE_TEXT
 
-KEY_SECTIONS = (SAMPLE_SECTION, SEEK_SECTION, REFINE_SECTION, OPTIMISE_SECTION, IDENTIFY_SECTION)
 NAME_SECTIONS = (FIGURES_SECTION, LIMITS_SECTION, ROLES_SECTION, UNCERTAIN_SECTION)
-_CHECK_LAWS_SCHEMA = {"type": "object", "additionalProperties": False, "properties": {ADDED: {"type": "object"}}}
 
 
 def schema(catalogue: Catalogue) -> dict[str, Any]:
@@ -48,8 +42,9 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
             "sweep": axes("axes in all combinations"),
             "zip": axes("axes that vary together: each case takes the next value of each"),
             "cases": {"anyOf": [{"type": "string", "description": "a .csv or .parquet file"}, axes("in step")]},
-            CHECK_LAWS: {"description": CHECK_LAWS_TEXT, "anyOf": [{"type": "boolean"}, _CHECK_LAWS_SCHEMA]},
-            **{section.name: section.schema for section in (*KEY_SECTIONS, *NAME_SECTIONS)},
+            SAMPLE_SECTION.name: SAMPLE_SECTION.schema,
+            **{search.name: search.schema() for search in catalogue.searches},
+            **{section.name: section.schema for section in NAME_SECTIONS},
         }
         conditions = {"type": key_tree.mechanism} | ({"spatial": True} if key_tree.spatial else {})
         for key, value in conditions.items():

@@ -10,7 +10,6 @@ from ..keys.library_names import find_varied_materials, keys_of_materials, repla
 from ..keys.outline import DRIVES, has_user_names, outline_of_document, wrong_names
 from ..keys.run_keys import CHANNELS, LIFE, TIME_BUDGET_FIELD, TIME_BUDGET_PATH
 from ..sections.fits import replace_fits_by_clearances
-from ..sections.identify import IDENTIFY, read_identify, set_saved_signals
 from ..sections.named_sections import (
     FIGURES_SECTION,
     LIMITS_SECTION,
@@ -21,16 +20,14 @@ from ..sections.named_sections import (
     read_roles,
     read_uncertain,
 )
-from ..sections.optimise import OPTIMISE, read_optimise
-from ..sections.reader import CHECK_LAWS, Reader, find_added_cases, read_check_laws
-from ..sections.seek import REFINE, SEEK, read_refine, read_seek
+from ..sections.reader import Reader, find_added_cases
 from ..sections.variations import (
     VARYING_SECTIONS,
     check_dependents,
     check_variations,
     keys_of_definitions,
-    record_optimised_axes,
-    record_seek_axes,
+    record_axes_of_searches,
+    record_late_axes_of_searches,
     record_variations,
     replace_label_axes,
     report_column_name_clashes,
@@ -48,13 +45,8 @@ from .values import (
     values_before_reading,
 )
 
-_SEARCH_SECTIONS = (SEEK, REFINE, OPTIMISE, IDENTIFY)
-
-
-_TOP_SECTIONS = [  # sections that belong to no law or mechanism
-    *("name", DEFINE, FIGURES_SECTION.name, LIMITS_SECTION.name, ROLES_SECTION.name, UNCERTAIN),
-    *(*_SEARCH_SECTIONS, CHECK_LAWS, *VARYING_SECTIONS),
-]
+#: Sections that belong to no law, mechanism or search: those before the searches and those after them.
+_FIRST_TOP_SECTIONS = ("name", DEFINE, FIGURES_SECTION.name, LIMITS_SECTION.name, ROLES_SECTION.name, UNCERTAIN)
 
 
 def read_keys(
@@ -69,20 +61,20 @@ def read_keys(
     root, library_numbers = replace_library_names(root, problems)
     all_keys = keys_of_definitions(definitions) | table_of_keys(mechanism, catalogue)
     materials = find_varied_materials([path for path, _ in varied_paths(root.value)], library_numbers, all_keys)
-    reader = Reader(problems, mechanism, outline, defined=definitions, materials=materials)
+    searches = {search.name: search for search in catalogue.searches}
+    reader = Reader(problems, mechanism, outline, searches=searches, defined=definitions, materials=materials)
     all_keys |= keys_of_materials(materials)
     _read_section(reader, root, "", all_keys)
     reader.written |= written_material_names(materials, root)
     _select_keys_in_use(reader, all_keys)
     record_variations(reader, root, all_keys, fixed_paths)
-    record_optimised_axes(reader, root, all_keys)
+    record_axes_of_searches(reader, root, all_keys)
     replace_label_axes(reader)
-    read_check_laws(reader, root)
     replace_fits_by_clearances(reader, lambda path: values_before_reading(reader, path))
     reader.library_numbers = {item.path: item for item in library_numbers if item.path not in reader.varied_numbers}
     set_wear_units(reader)
-    record_seek_axes(reader, root, all_keys, lambda path: values_before_reading(reader, path))
-    find_added_cases(reader, root, (*_SEARCH_SECTIONS, CHECK_LAWS))
+    record_late_axes_of_searches(reader, root, all_keys, lambda path: values_before_reading(reader, path))
+    find_added_cases(reader, root)
     for path, key in reader.keys_in_use.items():
         if isinstance(key, Word):
             read_word_key(reader, path, key)
@@ -103,11 +95,8 @@ def read_keys(
     reader.figures = expected_columns(reader, mechanism, catalogue)
     report_column_name_clashes(reader, defined_section)
     read_limits(reader, root)
-    reader.seek = read_seek(reader, root, reader.limits)
-    reader.optimise = read_optimise(reader, root)
-    reader.identify = read_identify(reader, root)
-    set_saved_signals(reader)
-    reader.refine = read_refine(reader, root, reader.limits)
+    sections = [search.read(reader, root) for search in searches.values()]
+    reader.search = next((section for section in sections if section is not None), None)
     return reader
 
 
@@ -124,7 +113,7 @@ def _find_mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Me
 def _read_section(reader: Reader, written: WrittenValue, path: str, all_keys: KeyTable) -> None:
     """Record the sections and values under `path`; report keys that do not belong there."""
     allowed = [child_path.rpartition(".")[2] for child_path in all_keys if child_path.rpartition(".")[0] == path]
-    allowed += [] if path else _TOP_SECTIONS
+    allowed += [] if path else [*_FIRST_TOP_SECTIONS, *reader.searches, *VARYING_SECTIONS]
     reader.sections[path] = written
     content = written.value
     section = all_keys.get(path)

@@ -12,7 +12,7 @@ from ..keys.key_table import DIMENSIONLESS
 from ..keys.kinds import COUNT_WORDS, Flag, KeyTable, Number, Section, Table, Word
 from ..keys.outline import unit_of_number
 from ..sections.fits import recorded_fits
-from ..sections.reader import Reader, make_law_axis
+from ..sections.reader import Reader, make_word_axis
 from ..sections.section import ValueReader, report_mixed_units
 from ..sections.variations import recorded_labels, values_of_axis
 from ..written.document import Problems, WrittenValue
@@ -61,7 +61,7 @@ def read_word_key(reader: Reader, path: str, key: Word) -> None:
             reader.position_of(path), path, f"is not used by {_law_names_text(reader, key)}; leave it out"
         )
     reader.names[path] = frozenset(values or key.options)
-    make_law_axis(reader, path)
+    make_word_axis(reader, path)
 
 
 def read_table_key(reader: Reader, path: str, key: Table) -> None:
@@ -354,16 +354,12 @@ def written_units(reader: Reader) -> dict[str, WrittenUnit]:
     Values without a unit, expressions, fits and names of library entries are left out.
     """
     units = {}
-    seek_paths = (
-        {path for path, section_name in reader.varied_by.items() if section_name == "seek"}
-        if reader.searched_fits
-        else set()
-    )
+    searched_fits = reader.search.labels() if reader.search else {}
     for path, key in reader.keys_in_use.items():
         written = reader.written_axes.get(path) or reader.written.get(path)
         if not isinstance(key, Number) or not key.fields(reader.names) or written is None:
             continue
-        if path in reader.fits or path in seek_paths:
+        if path in reader.fits or path in searched_fits:
             continue
         exponent = reader.values.get(f"{path.rpartition('.')[0]}.exponent")
         unit = unit_of_number(key, reader.names, exponent)

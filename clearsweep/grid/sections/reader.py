@@ -1,17 +1,15 @@
-"""State of reading a grid, path by path, and shared functions of the sections that add cases.
+"""State of reading a grid, path by path, and shared functions of the sections that add cases: the searches."""
 
-`seek`, `refine`, `optimise`, `identify` and `check_laws` add cases while a grid runs; run.json stores them.
-"""
-
-from collections.abc import Collection, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
 from ...contracts.catalogue import Mechanism
 from ...contracts.outline import Outline
+from ...contracts.search import Search
 from ...language import quantity
-from ...language.errors import InputError, quoted
+from ...language.errors import InputError
 from ..keys.kinds import KeyTable, Number, Word, value_key
 from ..keys.library_names import LibraryNumber, VariedMaterial, material_values
 from ..library.iso286 import Fit
@@ -19,7 +17,7 @@ from ..written.definitions import NO_DEFINITIONS, Definitions
 from ..written.document import Problems, WrittenValue
 from .axes import Sample
 from .distributions import Distribution
-from .section import ADDED, KeySection, section_in
+from .section import ADDED, section_in
 
 
 @dataclass
@@ -49,13 +47,9 @@ class Reader:
     )  # path of a number -> the value taken from a library
     figures: dict[str, str] = field(default_factory=dict)  # figure of merit of the cases -> unit
     limits: dict[str, Any] = field(default_factory=dict)  # as in a resolved grid; see `verdict`
-    searched_fits: tuple[Fit, ...] = ()  # the fits to search, in order of their largest clearances
-    seek: Any = None  # `seek.Seek`
-    choices: dict[str, str] = field(default_factory=dict)  # path under `optimise` -> kind of its values
-    optimise: Any = None  # `optimise.Optimise`
-    identify: Any = None  # `identify.Identify`
-    refine: Any = None  # `seek.Refine`
-    check_laws: bool = False  # the deciding case runs again under other laws
+    searches: Mapping[str, type[Search]] = field(default_factory=dict)  # those that a grid may have, by section
+    search: Search | None = None  # that of the grid
+    choices: dict[str, Any] = field(default_factory=dict)  # path of a search -> the kind of its values, or its fits
     added_path: str = ""  # the section that contains the added cases
     added_written: dict[str, WrittenValue] = field(default_factory=dict)  # their values, by path
     added_cases: dict[str, list[Any]] = field(default_factory=dict)  # the same, SI
@@ -98,7 +92,8 @@ class Reader:
         if all(path in dependents for path in paths):  # both follow one name
             return len({self.defined.varied_in(dependents[path]) for path in paths}) == 1
         sections = {self.varied_by.get(path) for path in paths}
-        return len(sections) == 1 and sections.isdisjoint((None, "sweep", "seek"))
+        in_step = (name for name, search in self.searches.items() if search.in_step)
+        return len(sections) == 1 and sections.isdisjoint((None, "sweep", *in_step))
 
     def values_of(self, path: str) -> tuple[Any, ...]:
         """Return every value of `path`: its axis, written value or default, or () if unknown or left out."""
@@ -115,9 +110,22 @@ class Reader:
         return tuple(field.default for field in fields if field.default is not None)
 
 
-def find_added_cases(reader: Reader, root: WrittenValue, sections: tuple[str, ...]) -> None:
-    """Record the added cases that one of these sections lists."""
-    for name in sections:
+def make_word_axis(reader: Reader, path: str) -> None:
+    """Turn the word at `path`, which is read and not swept, into an axis if the search adds cases with others."""
+    if path in reader.written_axes or path not in reader.values:
+        return
+    if any(search.varies_word(reader, path) for search in reader.searches.values()):
+        position = reader.position_of(path)
+        reader.written_axes[path] = WrittenValue(reader.values[path], position.origin, position.line, position.column)
+        reader.varied_by[path] = "sweep"
+        reader.axes[path] = (reader.values.pop(path),)
+        if path in reader.added_written:
+            reader.added_cases[path] = [item.value for item in reader.added_written[path].value]
+
+
+def find_added_cases(reader: Reader, root: WrittenValue) -> None:
+    """Record the added cases that the section of a search lists."""
+    for name in reader.searches:
         section = section_in(root, name)
         written = section.value.get(ADDED) if section is not None and isinstance(section.value, dict) else None
         if written is None:
@@ -140,21 +148,6 @@ def added_rows(reader: Reader) -> tuple[tuple[Any, ...], ...]:
     return tuple(zip(*values, strict=True))
 
 
-def find_over(
-    reader: Reader, root: WrittenValue, section: WrittenValue, key_section: KeySection, conflicts: Collection[str]
-) -> WrittenValue | None:
-    """Return `over` of a section that chooses all cases, or None if it is missing or conflicts with another section."""
-    for conflict in conflicts:
-        if conflict in root.value:
-            message = (
-                f"conflicts with `{conflict}`; `{key_section.name}` chooses all cases itself; remove one of the two"
-            )
-            reader.problems.add(section, key_section.name, message)
-            return None
-    over: WrittenValue | None = key_section.value(reader.problems, section, "over")
-    return over
-
-
 def check_always_used(reader: Reader, position: WrittenValue, section: str, path: str) -> None:
     """Report a swept key that some of the swept laws do not use, because every added case has a value of each key."""
     key = value_key(reader.keys_in_use, path)
@@ -166,61 +159,3 @@ def check_always_used(reader: Reader, position: WrittenValue, section: str, path
                 message = f"{path} is not used by {law}; with `{section}` every law that is tried must use every key"
                 reader.problems.add(position, section, f"{message} that is swept")
                 return
-
-
-CHECK_LAWS = "check_laws"
-CHECK_LAWS_TEXT = (
-    "true: the deciding case runs again with each other elastic and contact law that is valid in its joints"
-)
-_CHECKED_SUFFIXES = (".contact.elastic", ".contact.law")
-_CONFLICTING_SECTIONS = ("seek", "refine", "optimise", "identify")
-
-
-def read_check_laws(reader: Reader, root: WrittenValue) -> None:
-    """Record whether laws are checked: the key is true, or has the added cases as in run.json."""
-    written = root.value.get(CHECK_LAWS) if isinstance(root.value, dict) else None
-    if written is None or written.value is False:
-        return
-    is_added_section = isinstance(written.value, dict) and set(written.value) <= {ADDED}
-    if written.value is not True and not is_added_section:
-        reader.problems.add(written, CHECK_LAWS, f"found {quoted(written.value)}; expected true or false")
-        return
-    for conflict in _CONFLICTING_SECTIONS:
-        if conflict in root.value:
-            message = (
-                f"conflicts with `{conflict}`, which adds cases, too; run its answer as a grid with `{CHECK_LAWS}`"
-            )
-            reader.problems.add(written, CHECK_LAWS, message)
-    reader.check_laws = True
-
-
-def make_law_axis(reader: Reader, path: str) -> None:
-    """Turn the law at `path`, which is read and not swept, into an axis, so that other laws can be added."""
-    if (
-        reader.check_laws
-        and path.endswith(_CHECKED_SUFFIXES)
-        and path not in reader.written_axes
-        and path in reader.values
-    ):
-        position = reader.position_of(path)
-        reader.written_axes[path] = WrittenValue(reader.values[path], position.origin, position.line, position.column)
-        reader.varied_by[path] = "sweep"
-        reader.axes[path] = (reader.values.pop(path),)
-        if path in reader.added_written:
-            reader.added_cases[path] = [item.value for item in reader.added_written[path].value]
-
-
-def checked_law_paths(reader: Reader) -> tuple[str, ...]:
-    """Return the paths of the laws that are checked."""
-    swept = (
-        path for path, key in reader.keys_in_use.items() if isinstance(key, Word) and path.endswith(_CHECKED_SUFFIXES)
-    )
-    return tuple(path for path in swept if reader.check_laws and len(reader.axes.get(path, ())) == 1)
-
-
-def base_laws(record: Mapping[str, Any]) -> dict[str, str]:
-    """Return path -> law of the grid for the laws that a run checks, from its run.json; {} if it checks none."""
-    if not record.get(CHECK_LAWS):
-        return {}
-    sweep = record.get("sweep") or {}
-    return {path: laws[0] for path, laws in sweep.items() if path.endswith(_CHECKED_SUFFIXES) and len(laws) == 1}

@@ -15,17 +15,12 @@ from ..written.document import WrittenValue
 from ..written.tables import read_cases
 from .axes import SAMPLE_SECTION, SPACING_FORMS, read_axis, read_sample
 from .distributions import DISTRIBUTIONS, draw_values, read_distribution
-from .identify import IDENTIFY, find_identify_axes
-from .optimise import OPTIMISE, find_optimise_axes
 from .reader import Reader
 from .section import ValueReader
-from .seek import SEEK, read_seek_range
 
 MAX_SAME_KEYS = 2  # paths that an error names
 #: The sections that vary values, in the order in which their axes appear; those after `sweep` vary together.
 VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")
-#: The sections with values that may be unused by some of the varied laws.
-SECTIONS_ALLOWING_UNUSED_VALUES = ("sweep", SEEK, OPTIMISE, IDENTIFY)
 
 
 def record_variations(reader: Reader, root: WrittenValue, all_keys: KeyTable, fixed_paths: frozenset[str]) -> None:
@@ -63,39 +58,20 @@ def record_variations(reader: Reader, root: WrittenValue, all_keys: KeyTable, fi
             reader.sample = read_sample(reader.problems, section, len(drawn_paths)) if drawn_paths else None
 
 
-def record_optimised_axes(reader: Reader, root: WrittenValue, all_keys: KeyTable) -> None:
-    """Record the values that `optimise` and `identify` may choose."""
-    for path, (position, values) in find_optimise_axes(reader, root).items():
-        _record_axis(reader, OPTIMISE, path, position, values, all_keys)
-    for path, (position, values) in find_identify_axes(reader, root).items():
-        _record_axis(reader, IDENTIFY, path, position, values, all_keys)
+def record_axes_of_searches(reader: Reader, root: WrittenValue, all_keys: KeyTable) -> None:
+    """Record the values that searches may choose."""
+    for name, search in reader.searches.items():
+        for path, (position, values) in search.axes(reader, root).items():
+            _record_axis(reader, name, path, position, values, all_keys)
 
 
-def record_seek_axes(
+def record_late_axes_of_searches(
     reader: Reader, root: WrittenValue, all_keys: KeyTable, values_of: Callable[[str], tuple[float, ...]]
 ) -> None:
-    """Record the range of a search, as an axis of its two ends or of all values to try."""
-    seek_range = read_seek_range(reader, root, values_of)
-    for written_path in seek_range[0] if seek_range else ():
-        assert seek_range is not None  # there is at least one path
-        _record_seek_axis(reader, written_path.value, written_path, seek_range[1], all_keys)
-
-
-def _record_seek_axis(
-    reader: Reader, path: str, written_path: WrittenValue, written_range: WrittenValue, all_keys: KeyTable
-) -> None:
-    """Record the values of one path of a search."""
-    key = all_keys.get(path)
-    if isinstance(key, Word) or (isinstance(key, Number) and any(key_use.field.integer for key_use in key.uses)):
-        noun = "a name" if isinstance(key, Word) else "a whole number"
-        message = f"{path} is {noun}, which has no values in between; write it under `sweep`"
-        reader.problems.add(written_path, SEEK, message)
-    elif path.endswith(".exponent"):
-        reader.problems.add(
-            written_path, SEEK, f"{path} cannot be searched for, because units of other keys depend on it"
-        )
-    else:
-        _record_axis(reader, SEEK, path, written_path, written_range, all_keys)
+    """Record the values that searches may choose, where other values of the grid determine them."""
+    for name, search in reader.searches.items():
+        for path, (position, values) in search.late_axes(reader, root, all_keys, values_of).items():
+            _record_axis(reader, name, path, position, values, all_keys)
 
 
 def _record_axis(
@@ -103,7 +79,7 @@ def _record_axis(
 ) -> None:
     """Record the values of one path, or report a mistake; `position` is where the path itself is written."""
     path = name_path(path, reader.keys_in_use)
-    key_path = _axis_key_path(section_name, path)
+    key_path = _axis_key_path(reader, section_name, path)
     sweepable_paths = [path for path, key in reader.keys_in_use.items() if not isinstance(key, Section) and key.sweep]
     parent, key = path.rpartition(".")[0], reader.keys_in_use.get(path)
     if path in reader.written_axes:
@@ -152,12 +128,10 @@ def _record_axis(
         reader.problems.add(position, key_path, f"names nothing{suggestion}{hint_text}")
 
 
-def _axis_key_path(section_name: str, path: str) -> str:
+def _axis_key_path(reader: Reader, section_name: str, path: str) -> str:
     """Return the full key of a varied path: 'sweep.drive.speed', 'sample.over.drive.speed'."""
-    if section_name == SEEK:
-        return f"{section_name}.between"
-    if section_name in (OPTIMISE, IDENTIFY):
-        return f"{section_name}.over.{path}"
+    if search := reader.searches.get(section_name):
+        return search.axis_path(path)
     return f"sample.over.{path}" if section_name == "sample" else f"{section_name}.{path}"
 
 
@@ -182,7 +156,7 @@ def _enclosing_paths(path: str) -> list[str]:
 def values_of_axis(reader: Reader, path: str, reading: ValueReader) -> list[Any] | None:
     """Return the values of a varied path, or None if they are invalid."""
     section_name, written = reader.varied_by[path], reader.written_axes[path]
-    key_path = _axis_key_path(section_name, path)
+    key_path = _axis_key_path(reader, section_name, path)
     if path in reader.added_written:
         added_values = read_axis(
             reader.problems, f"{reader.added_path}.{path}", reader.added_written[path], reading, distinct=False
@@ -190,7 +164,7 @@ def values_of_axis(reader: Reader, path: str, reading: ValueReader) -> list[Any]
         reader.added_cases[path] = added_values or []
     if section_name != "sample":
         return read_axis(
-            reader.problems, key_path, written, reading, distinct=section_name in SECTIONS_ALLOWING_UNUSED_VALUES
+            reader.problems, key_path, written, reading, distinct=section_name in ("sweep", *reader.searches)
         )
     distribution = read_distribution(reader.problems, key_path, written, reading)
     if distribution is None or reader.sample is None:
@@ -212,9 +186,11 @@ def zipped_paths(reader: Reader) -> tuple[tuple[str, ...], ...]:
     """Return the paths that vary together, by section."""
     groups = [
         tuple(path for path in reader.axes if reader.varied_by[path] == section_name)
-        for section_name in (*VARYING_SECTIONS[1:], SEEK)
+        for section_name in VARYING_SECTIONS[1:]
     ]
-    groups[-1] = groups[-1] if len(groups[-1]) > 1 else ()
+    for name, search in reader.searches.items():
+        paths = tuple(path for path in reader.axes if search.in_step and reader.varied_by[path] == name)
+        groups += [paths] if len(paths) > 1 else []
     return tuple(paths for paths in groups if paths)
 
 
@@ -232,7 +208,7 @@ def check_variations(reader: Reader) -> None:
                 f"{len(reader.axes[first_path])}{line_text}; "
                 "axes that vary together need equally many values"
             )
-            reader.problems.add(reader.written_axes[path], _axis_key_path(section_name, path), message)
+            reader.problems.add(reader.written_axes[path], _axis_key_path(reader, section_name, path), message)
         if not unequal_paths and section_name != "sample":
             _report_repeated_rows(reader, section_name, paths)
     for path in reader.axes:
@@ -255,7 +231,8 @@ def _report_unused_values(reader: Reader, path: str) -> None:
     """Report a zipped value that some varied law names do not use, because it would be unclear which rows count."""
     key = value_key(reader.keys_in_use, path)
     varied_law_paths = [other_path for other_path in key.deciding_paths() if other_path in reader.axes]
-    if all(reader.varied_by[other_path] in SECTIONS_ALLOWING_UNUSED_VALUES for other_path in (path, *varied_law_paths)):
+    sections = {reader.varied_by[other_path] for other_path in (path, *varied_law_paths)}
+    if sections <= {"sweep", *reader.searches}:  # their values may be unused by some of the varied laws
         return
     for law_names in product(*(sorted(reader.names[other_path]) for other_path in varied_law_paths)):
         names = reader.names | {
@@ -264,22 +241,10 @@ def _report_unused_values(reader: Reader, path: str) -> None:
         if not key.is_used(names):
             required = "every tried law must use a value that is drawn or varies together with others"
             message = f"is not used by {' and '.join(law_names)}; {required}"
-            reader.problems.add(reader.written_axes[path], _axis_key_path(reader.varied_by[path], path), message)
+            reader.problems.add(
+                reader.written_axes[path], _axis_key_path(reader, reader.varied_by[path], path), message
+            )
             return
-
-
-def paths_of_search(reader: Reader) -> dict[str, tuple[str, ...]]:
-    """Return the paths that `optimise` or `identify` vary together, by section."""
-    searches = {OPTIMISE: reader.optimise, IDENTIFY: reader.identify}
-    return {section: tuple(search.over) for section, search in searches.items() if search}
-
-
-def first_values(reader: Reader) -> dict[str, tuple[Any, ...]]:
-    """Return the values that a search tries first, path by path."""
-    values = {path: reader.seek.first() for path in reader.seek.paths} if reader.seek else {}
-    for search in filter(None, (reader.optimise, reader.identify)):
-        values |= dict(zip(search.over, zip(*search.first(), strict=True), strict=True))
-    return values
 
 
 MAX_LABEL_LENGTH = 40  # characters of a label: it heads rows and ends sentences
@@ -345,8 +310,7 @@ def labels_of_axes(reader: Reader) -> dict[str, dict[str, Any]]:
 
     If fits are searched, they are the labels of their largest clearances.
     """
-    paths = reader.seek.paths if reader.searched_fits and reader.seek else ()
-    labels = {path: {fit.name: fit.high for fit in reader.searched_fits} for path in paths}
+    labels = dict(reader.search.labels()) if reader.search else {}
     for path, names in reader.labels.items():
         values = reader.axes.get(path, ())
         if len(values) < len(names):

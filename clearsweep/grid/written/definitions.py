@@ -25,7 +25,8 @@ MAX_LISTED = 6  # names of a circle in a message
 _CASE_SECTIONS = ("mechanism", "drive", "loads", "joints", "simulate", "save", "life", DEFINE)  # numbers here may vary
 _TEXT_SECTIONS = ("name", "figures")  # texts in these sections are not expressions of defined quantities
 _AXIS_SECTIONS = ("sweep", "zip", "cases")
-_OVER_SECTIONS = ("optimise", "identify", "sample")  # sections with paths under `over`
+_NAMED_SECTIONS = ("figures", "limits", "roles", "uncertain")  # their keys are names or paths of the grid
+_OVER, _SEARCHED = "over", ("largest", "smallest")  # keys of other sections: with entries by path, or with paths
 
 
 class Definitions(NamedTuple):
@@ -185,9 +186,8 @@ def resolve_definitions(
 
 def definitions_of_resolved(resolved: Mapping[str, Any]) -> Definitions:
     """Return the definitions of a grid from `Grid.resolved`, or from a run.json that contains it."""
-    grid_sections = {
-        key: resolved[key] for key in (*_CASE_SECTIONS, *_AXIS_SECTIONS, *_OVER_SECTIONS, "seek") if resolved.get(key)
-    }
+    names = [name for name in resolved.get("keys", resolved) if name not in ("name", *_NAMED_SECTIONS)]
+    grid_sections = {name: resolved[name] for name in names if resolved.get(name)}
     return (
         resolve_definitions(written_of(grid_sections, ""), Problems())[1] if DEFINE in grid_sections else NO_DEFINITIONS
     )
@@ -393,16 +393,13 @@ def varied_paths(sections: Mapping[str, WrittenValue]) -> Iterator[tuple[str, Wr
             section = read_cases(Problems(), section)
         if section is not None and isinstance(section.value, dict):
             yield from ((path, section.key_position(path)) for path in section.value)
-    for section_name in _OVER_SECTIONS:
-        over = (
-            sections[section_name].value.get("over")
-            if section_name in sections and isinstance(sections[section_name].value, dict)
-            else None
-        )
+    for section_name, section in sections.items():
+        if section_name in (*_CASE_SECTIONS, *_NAMED_SECTIONS) or not isinstance(section.value, dict):
+            continue
+        over = section.value.get(_OVER)
         if over is not None and isinstance(over.value, dict):
             yield from ((path, over.key_position(path)) for path in over.value)
-    seek = sections["seek"].value if "seek" in sections else None
-    for direction in ("largest", "smallest"):
-        if isinstance(seek, dict) and direction in seek:
-            entries = seek[direction].value if isinstance(seek[direction].value, list) else [seek[direction]]
-            yield from ((entry.value, entry) for entry in entries if isinstance(entry.value, str))
+        for key in _SEARCHED:
+            if written := section.value.get(key):
+                entries = written.value if isinstance(written.value, list) else [written]
+                yield from ((entry.value, entry) for entry in entries if isinstance(entry.value, str))

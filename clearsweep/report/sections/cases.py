@@ -6,8 +6,8 @@ import numpy as np
 from markupsafe import Markup
 
 from ...answers.verdict import MARGIN_COLUMN
-from ...grid.sections.optimise import SENSES
 from ...language import wording
+from ...searches import SENSES
 from ..axis import Axis
 from ..blocks.picture import capitalise
 from ..blocks.section import Block, Detail, Interactive, Note, Section, encode_floats

@@ -8,8 +8,8 @@ import pandas as pd
 
 from ...answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN, Limit
 from ...answers.words import case_margin_text
-from ...grid.sections.optimise import SENSES
 from ...language import quantity, wording
+from ...searches import SENSES
 from ..axis import Axis, first_sought_path, sought_paths, value_at
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Gallery, Section, Sentences, without_empty

@@ -32,6 +32,7 @@ from ...mechanics.machines import MECHANISMS, planar
 from ...mechanics.machines.contract import Built, body_angles, gaps, pose_at
 from ...mechanics.machines.spatial import initial_seats
 from ...mechanics.wear.contract import Worn
+from ...searches import SEARCHES
 from ..figures import catalogue as figures
 from ..machine import links, sizes
 from ..machine.ideal import ideal_motion, machine_of, mechanism_of
@@ -85,7 +86,12 @@ class Scene:
 def catalogue() -> Catalogue:
     """Return everything that a grid can name and that its cases can report."""
     return Catalogue(
-        registry.all_laws(), tuple(MECHANISMS.values()), figures.FIGURES, *rates.CHANNELS, start_problem=_start_problem
+        registry.all_laws(),
+        tuple(MECHANISMS.values()),
+        figures.FIGURES,
+        *rates.CHANNELS,
+        start_problem=_start_problem,
+        searches=SEARCHES,
     )
 
 

@@ -8,14 +8,13 @@ from typing import Any
 
 import numpy as np
 
-from ... import grid as grids
 from ...answers import validity
 from ...answers.questions import largest_expected_peak, required_columns
 from ...answers.ranking import ranking_of
 from ...answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN, limits_and_figures_of, units_of
 from ...answers.words import case_margin_text
 from ...contracts.layout import Layout
-from ...searches.law_checks import LawCheckResults
+from ...searches import own_rows
 from ...store import StoredRun, sum_counts
 from .lives import LifeExtremes
 from .slowest_case import SlowestCase
@@ -30,18 +29,17 @@ class RunFacts:
     def __init__(self, record: Mapping[str, Any], layout: Layout):
         """Prepare from run.json and the layout."""
         joints = [joint.name for joint in layout.joints]
-        checked = grids.base_laws(record)
-        self.swept = [path for path in record["units"] if path not in checked]
         self.failures: list[dict[str, Any]] = []
         self.statuses: Counter[str] = Counter()
         self.remarks, self.limits = validity.Remarks(joints), _LimitCounts(record)
         self.lives, self.slowest_case = LifeExtremes(layout, record.get("life") or {}), SlowestCase(record, layout)
         self.ranking = ranking_of(layout, self.limits.verdict.limits, record)
+        self.own = own_rows(record, self.ranking)
+        self.swept = [path for path in record["units"] if path not in self.own.columns]
         self.worst = WorstCases(self.ranking, joints, self.limits.verdict.limits)
         self.expected: dict[str, Any] | None = None  # the largest force peak to expect in many revolutions
         self._joints = joints
-        self.laws = LawCheckResults(checked, self.ranking)
-        columns = ["status", *self.swept, *checked, *self.worst.columns]
+        columns = ["status", *record["units"], *self.worst.columns]
         columns += validity.required_columns(joints, {column.name for column in layout.columns})
         columns += [name for name in required_columns(joints) if name in {column.name for column in layout.columns}]
         self.columns = list(
@@ -57,9 +55,9 @@ class RunFacts:
 
     def add(self, block: dict[str, np.ndarray]) -> None:
         """Add some cases, with at least the columns of `required_columns`."""
-        is_ok, is_of_grid = block["status"] == "ok", self.laws.of_grid(block)
+        is_ok, is_of_grid = block["status"] == "ok", self.own.of_grid(block)
         if not is_of_grid.all():
-            self.laws.add({name: values[is_ok & ~is_of_grid] for name, values in block.items()})
+            self.own.add({name: values[is_ok & ~is_of_grid] for name, values in block.items()})
         for index in np.flatnonzero(~is_ok).tolist():
             status = block["status"][index]
             self.statuses[status] += 1

@@ -12,10 +12,9 @@ import numpy as np
 
 from ... import grid as grids
 from ... import store
-from ...answers.ranking import ranking_of
-from ...answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN
 from ...contracts.case import Case
 from ...contracts.results import Peak
+from ...contracts.search import CaseResults, Rounds
 from ...language import phases
 from ...language.errors import InputError, error_line
 from . import executors, progress, signals
@@ -120,7 +119,7 @@ class CaseRunner:
         self.failed += run.failed
         return is_complete
 
-    def results_from(self, grid: grids.Grid, first: int) -> store.CaseResults | None:
+    def results_from(self, grid: grids.Grid, first: int) -> CaseResults | None:
         """Run the missing cases of a grid; return how those from the index `first` on compare with their limits.
 
         Return None if the run stopped before all cases were finished.
@@ -129,16 +128,28 @@ class CaseRunner:
         if not self.run(grid, ids, np.sort(ids)):
             return None
         stored_rows = self.directory.rows()
-        names = grid.optimise.columns([column.name for column in grid.layout.columns]) if grid.optimise else []
-        ranked = ranking_of(grid.layout, grid.verdict.limits).columns if grid.checked_laws else ()
-        names = [name for name in ranked if name not in (EXCEEDED_COLUMN, UNDECIDED_COLUMN)] or names
-        positions = np.searchsorted(stored_rows["id"], ids[first:])
-        new_results = store.read_results(self.directory, store.ResultSchema.of(grid), stored_rows[positions], names)
-        if grid.identify is None:
+        new_rows = stored_rows[np.searchsorted(stored_rows["id"], ids[first:])]
+        result_schema = store.ResultSchema.of(grid)
+        columns, channels = (
+            (grid.search.result_columns(grid), grid.search.result_channels()) if grid.search else ((), ())
+        )
+        new_results = store.read_results(self.directory, result_schema, new_rows, columns)
+        if not channels:
             return new_results
-        channels = ["t", "crank_angle", *(signal.channel for signal in grid.identify.signals)]
-        histories = store.read_histories(self.directory, store.ResultSchema.of(grid), stored_rows[positions], channels)
+        histories = store.read_histories(self.directory, result_schema, new_rows, channels)
         return new_results._replace(histories=tuple(histories))
+
+    def search(self, grid: grids.Grid, rounds: Rounds) -> tuple[grids.Grid, bool]:
+        """Run a grid and the cases that a search adds; return the extended grid, and whether it completed."""
+        grid, begin = grid.without_added(), 0
+        while results := self.results_from(grid, begin):
+            rounds.tell(grid, begin, results)
+            begin = len(grid)
+            points = rounds.ask()
+            if not points:
+                return grid, True
+            grid = grid.with_added(points)
+        return grid, False
 
     def peaks(self, grid: grids.Grid, worst_cases: Sequence[store.Worst]) -> list[Peak | None]:
         """Return the peak revolution of each finished case, or None for a case whose peak is not found again."""

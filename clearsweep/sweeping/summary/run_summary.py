@@ -12,13 +12,13 @@ from ...answers.words import common_units, digits_of
 from ...contracts.layout import Layout
 from ...language import wording
 from ...language.errors import InputError
-from ...store import ANSWER_FILE, answer_of
-from ..facts import identified
+from ...searches import SEARCHES, search_of
+from ...store import ANSWER_FILE, StoredRun, answer_of
 from ..facts.run_facts import RunFacts
 from ..facts.settings import assumed_texts, given_text, grid_text, grid_texts, setting_name, setting_text, value_text
 from ..facts.slowest_case import slowest_case_lines
+from ..pool.simulator import SIMULATION
 from ..sweep import RunResult
-from .searched import optimise_facts, seek_facts
 
 DERIVED = 12  # lines on derived values at the end of a run
 RADIAL, DIAMETRAL, SCATTER = ", radial)", ", diametral)", ", range)"  # ends of names of values that share a line
@@ -56,24 +56,32 @@ def of_run(result: RunResult) -> dict[str, Any]:
         "probability": _probability(answer),
         "life": run_facts.lives.facts(),
         "slowest": run_facts.slowest_case.slowest,
-        "seek": seek_facts(result, run.grid),
-        "optimised": optimise_facts(result, limits.units, limits.verdict.limits),
-        "identified": result.identified and identified.of_run(result.identified),
-        "refined": result.refined and result.refined._asdict(),
+        **dict.fromkeys((search.answer_key for search in SEARCHES if search.answer_key), None),
         "question": answer["question"],
         "ranked": {"title": leading.title, "headings": list(leading.headings), "units": limits.units},
         "worst": run_facts.worst.entries,
         "answer": answer | {"sentences": [plain(text) for text in answer["sentences"]]},
         "expected": run_facts.expected,
-        "law_check": run_facts.laws.facts(next(iter(run_facts.worst.entries), None)),
+        **_search_facts(result, run, run_facts),
         "failures": run_facts.failures,
         "files": {name: str(result.directory / name) for name in (*run.files, ANSWER_FILE)},
     }
 
 
+def _search_facts(result: RunResult, run: StoredRun, run_facts: RunFacts) -> dict[str, Any]:
+    """Return the answer of the search of a run under its key, {} without a search."""
+    search = search_of(run.grid)
+    if search is None:
+        return {}
+    facts = run_facts.own.facts(next(iter(run_facts.worst.entries), None))
+    if facts is None and result.found:
+        facts = result.found.facts(SIMULATION.catalogue(), run.grid, run_facts.limits.verdict)
+    return {search.answer_key: facts}
+
+
 def require_judgement(grid: grids.Grid) -> None:
     """Raise InputError for a grid that judges nothing, so that `--fail-on-limits` would always pass."""
-    if not (grid.limits or grid.seek or grid.optimise or grid.identify):
+    if not (grid.limits or (grid.search and grid.search.judges)):
         raise InputError(
             "--fail-on-limits: the grid has no `limits` and no search; add `limits` or leave the option out"
         )
@@ -165,7 +173,10 @@ def run_text(facts: dict[str, Any]) -> str:
         lines += ["  --retry-failed runs them again"]
     if facts["worst"]:
         lines += ["", facts["ranked"]["title"] + _shared(facts), *_aligned(_worst_rows(facts))]
-    lines += [*_expected_lines(facts), *identified.fit_lines(facts)]
+    lines += _expected_lines(facts)
+    lines += [
+        line for search in SEARCHES if facts.get(search.answer_key) for line in search.lines(facts[search.answer_key])
+    ]
     lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
     lines += _answer_lines(facts)
     lines += [

@@ -101,10 +101,10 @@ def seek_threshold(source: dict[str, Any], between: tuple[float, float]) -> floa
         result = sweep(
             source | {"name": "whirl", "seek": seek}, directory + "/run", executor="serial", show_progress=False
         )
-    (answer,) = result.answers
+    (answer,) = result.found.answers
     if answer.low is None or answer.high is None or answer.low == answer.high:
         raise RuntimeError(f"no onset of whirl between {between[0]:g} and {between[1]:g} rad/s")
-    return 0.5 * (answer.low + answer.high)
+    return float(0.5 * (answer.low + answer.high))
 
 
 def whirl_ratio(source: dict[str, Any], speed: float) -> float:

@@ -1,6 +1,6 @@
 """Compiles the integration loop, which is the same for all cases, into the package.
 
-`python -m clearsweep.simulation.running.prebuild [LEVEL ...]`: for these levels of processors (x86-64-v4, x86-64-v3,
+`python -m clearsweep.simulation.analyses.prebuild [LEVEL ...]`: for these levels of processors (x86-64-v4, x86-64-v3,
 aarch64), or else for that of this machine.  A wheel built afterwards contains the code, so users need not wait for it.
 """
 
@@ -10,7 +10,7 @@ import time
 from ...grid import load
 from ...tracing import objects
 from .. import catalogue
-from ..analyses.trajectory import compile_loop
+from .trajectory import compile_loop
 
 IMPACT_PAIR = {  # any case is suitable
     "mechanism": {"type": "impact-pair", "masses": ["1 kg", "1 kg"], "speed": "1 m/s"},

@@ -1,4 +1,4 @@
-"""Adds cases along the border between acceptable and unacceptable ones, by halving the boxes that it crosses.
+"""`refine`: further cases along the border between acceptable and unacceptable ones.
 
 A box has cases at its corners.  If some meet the limits and some do not, the border crosses the box.  It is then
 halved along an edge whose ends differ, which encloses the border ever more closely; the largest boxes come first.
@@ -6,15 +6,36 @@ halved along an edge whose ends differ, which encloses the border ever more clos
 
 import itertools
 import math
-from collections.abc import Iterable, Sequence
-from typing import NamedTuple
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 
-from .. import store
+from ..contracts.search import CaseResults, Found, Point, Search
 from ..grid import Grid
-from .adaptive import Point
+from ..grid.keys.kinds import Number, value_key
+from ..grid.sections.reader import Reader, check_always_used
+from ..grid.sections.section import KeySection, WordKey, cases_key
+from ..grid.written.document import WrittenValue
 
+REFINE = "refine"
+REFINE_BORDER = "limits"
+MAX_CASES = 1_000_000
+REFINE_SECTION = KeySection(
+    REFINE,
+    "further cases between those of `sweep`, along the border of `limits`",
+    "{along: limits, cases: 200}",
+    (
+        WordKey(
+            "along",
+            "border along which cases are added; `limits` is the only choice",
+            words=(REFINE_BORDER,),
+            default=REFINE_BORDER,
+        ),
+        cases_key(1, MAX_CASES),
+    ),
+)
 HALVINGS = 10  # most halvings of a grid step per axis: the border is known to a thousandth of it
 STEP = 1 << HALVINGS  # divisions of a grid step
 SEED = 0  # seed of the order in which boxes of equal size are halved
@@ -22,13 +43,79 @@ SEED = 0  # seed of the order in which boxes of equal size are halved
 GridPoint = tuple[int, ...]  # position along each axis, in divisions of a grid step
 
 
-class RefinementResult(NamedTuple):
+@dataclass(frozen=True)
+class RefineFound(Found):
     """Results of refining a grid."""
 
     asked: int  # most cases to add
     added: int
     crossed: int  # boxes of the grid that the border crosses
     whole: bool  # all crossed boxes have the smallest size
+
+    def facts(self, catalogue: Any, record: Mapping[str, Any], judged: Any) -> dict[str, Any]:
+        """Return the counts."""
+        return {"asked": self.asked, "added": self.added, "crossed": self.crossed, "whole": self.whole}
+
+
+@dataclass(frozen=True)
+class Refine(Search):
+    """The section `refine`: the number of cases to add along the border, and the values to subdivide."""
+
+    name: ClassVar[str] = REFINE
+    keys: ClassVar[KeySection] = REFINE_SECTION
+    example: ClassVar[str] = "refine: {along: limits, cases: 100}"
+    answer_key: ClassVar[str] = "refined"
+    has_table: ClassVar[bool] = False
+    judges: ClassVar[bool] = False
+    refusal_of_shards: ClassVar[str] = (
+        "the cases that `refine` adds depend on all others; run the shards without `refine` and merge them, "
+        "then run the grid with it in the merged directory"
+    )
+    cases: int  # at most
+    divided: tuple[str, ...]  # swept numbers
+
+    def resolved(self) -> dict[str, Any]:
+        """Return the section in the form of a grid file."""
+        return {"along": REFINE_BORDER, "cases": self.cases}
+
+    @classmethod
+    def read(cls, reader: Reader, root: WrittenValue) -> "Refine | None":
+        """Return the section `refine`, or None if it is missing or wrong; the axes must have been read."""
+        problems_before = len(reader.problems)
+        section = REFINE_SECTION.find(reader.problems, root)
+        if section is None:
+            return None
+        if "seek" in root.value:
+            message = "conflicts with `seek`, which finds the limit automatically; remove one of the two"
+            reader.problems.add(section, REFINE, message)
+        if not reader.limits:
+            reader.problems.add(section, REFINE, "needs limits, whose border it refines; add `limits`")
+        paths = tuple(path for path in reader.axes if reader.varied_by[path] == "sweep" and _is_divisible(reader, path))
+        if not paths:
+            message = (
+                "cannot add cases between those of the grid; `sweep` at least one quantity with two or more values"
+            )
+            reader.problems.add(section, REFINE, message)
+        for path in reader.axes:
+            check_always_used(reader, section, REFINE, path)
+        REFINE_SECTION.value(reader.problems, section, "along")
+        cases = REFINE_SECTION.value(reader.problems, section, "cases")
+        return None if cases is None or len(reader.problems) > problems_before else Refine(cases, paths)
+
+    def expectation(self, added: int) -> str:
+        """Return that the number of cases is not known."""
+        return f"up to {self.cases:,} cases that `refine` adds are not included; they depend on these results"
+
+    def begin(self, grid: Grid, simulator: Any) -> "Refinement":
+        """Return the search at work."""
+        return Refinement(grid, self)
+
+
+def _is_divisible(reader: Reader, path: str) -> bool:
+    """Return whether an axis can be subdivided."""
+    key = value_key(reader.keys_in_use, path)
+    is_indivisible = not isinstance(key, Number) or any(key_use.field.integer for key_use in key.uses)
+    return not is_indivisible and not path.endswith(".exponent") and len(reader.axes[path]) > 1
 
 
 class _Axis:
@@ -96,10 +183,9 @@ def _shifted(position: GridPoint, axis: int, offset: int) -> GridPoint:
 class Refinement:
     """One refinement, round by round."""
 
-    def __init__(self, grid: Grid):
-        assert grid.refine is not None  # only for grids that have the section
-        self.refine = grid.refine
-        self.axes = [_Axis(grid.axes[path]) for path in self.refine.paths]
+    def __init__(self, grid: Grid, refine: Refine):
+        self.refine = refine
+        self.axes = [_Axis(grid.axes[path]) for path in refine.divided]
         self.group_numbers: dict[tuple, int] = {}  # values of the other axes -> their number
         self.points: list[Point] = []  # these values by path, by number
         self.grid_is_good = np.zeros(0, bool)  # whether grid cases are acceptable: (others, values of each axis)
@@ -108,7 +194,7 @@ class Refinement:
         self.halved: list[tuple[_Box, int]] = []  # boxes whose halves must be examined, and the axis of halving
         self.crossed, self.added_count, self.is_incomplete = 0, 0, False
 
-    def learn(self, grid: Grid, first_index: int, results: store.CaseResults) -> None:
+    def tell(self, grid: Grid, first_index: int, results: CaseResults) -> None:
         """Record how the cases of a grid, from the index `first_index` on, compare to its limits."""
         keys = [self._key(grid.point(index)) for index in range(first_index, len(grid))]
         is_good = [status == "ok" and not names for status, names in zip(results.status, results.unmet, strict=True)]
@@ -122,7 +208,7 @@ class Refinement:
             self.boxes = self._boxes_of_grid()
             self.crossed = len(self.boxes)
 
-    def next_points(self) -> list[Point]:
+    def ask(self) -> list[Point]:
         """Return the points of the next cases, in the largest boxes that the border crosses."""
         requested: dict[tuple[int, GridPoint], None] = {}
         while self.boxes and not requested:
@@ -136,9 +222,9 @@ class Refinement:
         self.added_count += len(requested)
         return [self._point(*key) for key in requested]
 
-    def result(self) -> RefinementResult:
+    def found(self) -> RefineFound:
         """Return the results, at the end."""
-        return RefinementResult(self.refine.cases, self.added_count, self.crossed, whole=not self.is_incomplete)
+        return RefineFound(self.refine.cases, self.added_count, self.crossed, whole=not self.is_incomplete)
 
     def _halve(self, box: _Box, requested: dict[tuple[int, GridPoint], None]) -> None:
         """Halve a box, unless it has the smallest size or too few cases are left."""
@@ -183,7 +269,7 @@ class Refinement:
 
     def _key(self, point: Point) -> tuple[int, GridPoint]:
         position = tuple(
-            axis.positions[point.pop(path)] for path, axis in zip(self.refine.paths, self.axes, strict=True)
+            axis.positions[point.pop(path)] for path, axis in zip(self.refine.divided, self.axes, strict=True)
         )
         number = self.group_numbers.setdefault(tuple(point.values()), len(self.group_numbers))
         if number == len(self.points):
@@ -193,6 +279,6 @@ class Refinement:
     def _point(self, group: int, position: GridPoint) -> Point:
         values = {
             path: axis.value(coordinate)
-            for path, axis, coordinate in zip(self.refine.paths, self.axes, position, strict=True)
+            for path, axis, coordinate in zip(self.refine.divided, self.axes, position, strict=True)
         }
         return self.points[group] | values

@@ -1,0 +1,295 @@
+"""`identify`: its section, which has the keys with unknown values and the measured signals, and the answer."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, replace
+from importlib import util
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+
+from ..answers import features
+from ..answers.questions import difference_text, identification_sentences
+from ..answers.words import grid_text, number_of_joints
+from ..contracts.layout import Layout
+from ..contracts.search import Search
+from ..grid.keys.kinds import Number
+from ..grid.keys.run_keys import CHANNELS
+from ..grid.sections.reader import Reader, check_always_used
+from ..grid.sections.section import PAIR_SCHEMA, EntriesKey, KeySection, WordListKey, cases_key, section_in
+from ..grid.written.document import WrittenValue
+from ..grid.written.tables import read_signals
+from ..language.errors import InputError, did_you_mean, quoted
+from .choices import MISSING_OVER_TEXT, ROUND_SIZE, SEED_KEY, Choice, check_range, find_over, start_values
+from .identifying import Identification
+from .observed import MIN_REVOLUTIONS, Signal, angular_signals
+
+IDENTIFY = "identify"
+_PRIOR = "prior"  # the kind of a `Choice`
+FEATURES = ("rms", "peaks", "spectrum", "impacts")
+MAX_CASES = 20_000  # the time of an emulator grows with their third power
+SECONDS_PER_CHOICE = 0.045  # s for choosing a case; one process chooses
+MAX_SAVED_SAMPLES = 12_000  # samples of a signal that every case keeps where the grid does not say how many
+MAX_SAMPLES_PER_REVOLUTION = 2880  # samples of a revolution that are kept then
+_SIGNALS_SCHEMA = {"type": "object", "minProperties": 1, "additionalProperties": {"type": "string"}}
+_SIGNAL_EXAMPLE = "{rig.csv: {slider/a: acceleration}}"
+IDENTIFY_SECTION = KeySection(
+    IDENTIFY,
+    "search for the values of keys that reproduce measured signals",
+    "{over: {joints.rod-slider.clearance: [20 um, 300 um]}, from: {rig.csv: {slider/a: acceleration}}, cases: 400}",
+    (
+        EntriesKey(
+            "over",
+            "dotted path -> [low, high], the range of its prior",
+            required=True,
+            missing=f"{MISSING_OVER_TEXT}, such as {{joints.rod-slider.clearance: [20 um, 300 um]}}",
+            entry=PAIR_SCHEMA,
+        ),
+        EntriesKey(
+            "from",
+            "CSV file in the directory of the grid -> {channel: column} of the measured signals",
+            required=True,
+            missing=f"; give a file, a channel and the column of the file: {_SIGNAL_EXAMPLE}",
+            entry=_SIGNALS_SCHEMA,
+        ),
+        cases_key(ROUND_SIZE, MAX_CASES),
+        WordListKey(
+            "features",
+            f"a list of {', '.join(FEATURES)}; default: all",
+            words=FEATURES,
+            default=FEATURES,
+            noun="feature of a signal",
+        ),
+        SEED_KEY,
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Identify(Search):
+    """The section `identify`, in SI."""
+
+    name: ClassVar[str] = IDENTIFY
+    keys: ClassVar[KeySection] = IDENTIFY_SECTION
+    example: ClassVar[str] = (
+        "identify: {over: {joints.rod-slider.clearance: [20 um, 300 um]}, from: {rig.csv: {slider/a: "
+        "acceleration}}, cases: 400}"
+    )
+    answer_key: ClassVar[str] = "identified"
+    rows_answer: ClassVar[bool] = False
+    over: dict[str, Choice]
+    signals: tuple[Signal, ...]
+    features: tuple[str, ...]  # some of FEATURES
+    cases: int
+    seed: int
+    start: dict[str, Any]  # the values that the grid has written, or {} if some are missing or outside
+
+    @property
+    def varied_paths(self) -> tuple[str, ...]:
+        """Return the paths with unknown values."""
+        return tuple(self.over)
+
+    @property
+    def start_values(self) -> dict[str, Any]:
+        """Return the values that the grid has written."""
+        return self.start
+
+    def sobol_points(self, skipped: int, count: int) -> np.ndarray:
+        """Return points (count, paths) of a Sobol sequence in the unit cube, without the first `skipped` points."""
+        from scipy.stats import qmc
+
+        sequence = qmc.Sobol(len(self.over), seed=self.seed)
+        points: np.ndarray = (sequence.fast_forward(skipped) if skipped else sequence).random(count)
+        return points
+
+    def point(self, fractions: np.ndarray) -> dict[str, float]:
+        """Return the values at a point (paths,) of the unit cube."""
+        return {
+            path: choice.value_at(fraction)
+            for (path, choice), fraction in zip(self.over.items(), fractions.tolist(), strict=True)
+        }
+
+    def first(self) -> dict[str, tuple[Any, ...]]:
+        """Return the values of the first round, spread evenly."""
+        count = min(ROUND_SIZE, self.cases)
+        points = [tuple(self.point(fractions).values()) for fractions in self.sobol_points(0, ROUND_SIZE)[:count]]
+        return dict(zip(self.over, zip(*points, strict=True), strict=True))
+
+    def resolved(self) -> dict[str, Any]:
+        """Return the section as a grid may have it, in SI."""
+        files: dict[str, dict[str, str]] = {}
+        for signal in self.signals:
+            files.setdefault(signal.file, {})[signal.channel] = signal.column
+        section = {"over": {path: choice.resolved() for path, choice in self.over.items()}, "from": files}
+        return section | {"features": list(self.features), "cases": self.cases, "seed": self.seed}
+
+    def result_channels(self) -> list[str]:
+        """Return the channels of the signals, over time and crank angle."""
+        return ["t", "crank_angle", *(signal.channel for signal in self.signals)]
+
+    def expected_cases(self, grid: Any) -> tuple[int, float]:
+        """Return the remaining cases."""
+        return max(self.cases - len(grid), 0), SECONDS_PER_CHOICE
+
+    def begin(self, grid: Any, simulator: Any) -> Identification:
+        """Return the search at work; raise InputError without scikit-learn."""
+        if util.find_spec("sklearn") is None:
+            raise InputError(
+                "identify: needs scikit-learn, which is not installed; run `pip install clearsweep[identify]`"
+            )
+        return Identification(self)
+
+    @classmethod
+    def table_columns(cls, record: Mapping[str, Any]) -> set[str]:
+        """Return the columns of identify.parquet."""
+        return {*record["units"], "weight"}
+
+    @classmethod
+    def lines(cls, facts: Mapping[str, Any]) -> list[str]:
+        """Return the lines that compare the best cases with the measured signals, feature by feature."""
+        lines = ["", "The best cases compared with the measured signals"]
+        for fit in facts["fits"]:
+            measured, computed = (grid_text(fit[name], fit["unit"]) for name in ("measured", "computed"))
+            discrepancy = difference_text(fit)
+            lines.append(f"  {fit['channel']}, {fit['feature']}: {measured} measured, {computed} computed{discrepancy}")
+        joints = number_of_joints(parameter["path"] for parameter in facts["parameters"])
+        lines += ["", f"Identified by {facts['finished']:,} finished cases of {facts['looked_at']:,}"]
+        return [*lines, *(f"  {sentence}" for sentence in identification_sentences(facts, joints))]
+
+    @classmethod
+    def axes(cls, reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
+        """Return path -> (position, ends in the form of an axis) for every key to identify."""
+        section = IDENTIFY_SECTION.find(reader.problems, root)
+        conflicts = ("sweep", "zip", "cases", "sample", "seek", "refine", "optimise", "life")
+        over = find_over(reader, root, section, IDENTIFY_SECTION, conflicts) if section else None
+        if over is None:
+            return {}
+        axes = {}
+        for path, written in over.value.items():
+            key = reader.keys_in_use.get(path)
+            is_whole = isinstance(key, Number) and any(key_use.field.integer for key_use in key.uses)
+            if not isinstance(written.value, list) or len(written.value) != 2 or is_whole:
+                expected = (
+                    ("a path of a quantity that may have a fraction")
+                    if is_whole
+                    else "[low, high], the range of its prior"
+                )
+                message = f"found {quoted(written.value)}; expected {expected}"
+                reader.problems.add(written, f"{IDENTIFY}.over.{path}", message)
+            else:
+                reader.choices[path] = "range"
+                axes[path] = (over.key_position(path), written)
+        return axes
+
+    @classmethod
+    def read(cls, reader: Reader, root: WrittenValue) -> "Identify | None":
+        """Return the section `identify`, or None if it is missing or wrong; the axes must have been read.
+
+        The signals have no units yet; `check` adds them once the channels are known.  Keys of `save` that the grid
+        omits are set to what the signals need.
+        """
+        section = section_in(root, IDENTIFY)
+        paths = [path for path, section_name in reader.varied_by.items() if section_name == IDENTIFY]
+        if section is None or not isinstance(section.value, dict):
+            return None
+        problems_before = len(reader.problems)
+        for path in reader.axes.keys() & {*paths}:
+            check_range(reader, path, IDENTIFY)
+            check_always_used(reader, reader.written_axes[path], IDENTIFY, path)
+        signals = _read_signals_section(reader, section)
+        features, cases, seed = (
+            IDENTIFY_SECTION.value(reader.problems, section, key) for key in ("features", "cases", "seed")
+        )
+        if reader.values.get("save.orbits") != "last":
+            position = reader.position_of("save.orbits")
+            message = f"found {reader.values.get('save.orbits')}; `identify` needs last: it compares time histories"
+            reader.problems.add(position, "save.orbits", message)
+        if cases is None or seed is None or not signals or len(reader.problems) > problems_before:
+            return None
+        if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
+            return None
+        over = {path: Choice(_PRIOR, reader.axes[path]) for path in paths}
+        _set_saved_signals(reader, signals)
+        return Identify(over, signals, features, cases, seed, start_values(reader, over))
+
+    def check(self, reader: Reader, root: WrittenValue, layout: Layout) -> "Identify":
+        """Return the section with the units of its signals; report mistakes in the files and in the saved channels."""
+        written = root.value[IDENTIFY].value["from"]
+        units = {channel.name: channel.unit for channel in layout.channels if channel.unit and channel.name != "t"}
+        signals = [signal._replace(unit=units.get(signal.channel, "")) for signal in self.signals]
+        for signal in signals:
+            if not signal.unit:
+                suggestion = did_you_mean(signal.channel, units) or f" (known: {', '.join(units)})"
+                reader.problems.add(written, f"{IDENTIFY}.from", f"there is no channel '{signal.channel}'{suggestion}")
+        unsaved = sorted({signal.channel for signal in signals if signal.unit} - {*reader.values.get(CHANNELS, units)})
+        if unsaved:
+            message = f"lacks {', '.join(unsaved)}, which `identify` compares; add it"
+            reader.problems.add(reader.position_of(CHANNELS), CHANNELS, message)
+        saved_revolutions = reader.values.get("save.revolutions") or 2.0
+        if saved_revolutions < MIN_REVOLUTIONS:
+            message = (
+                f"found {saved_revolutions:g}; `identify` needs at least {MIN_REVOLUTIONS} revolutions that a case "
+                "saves"
+            )
+            reader.problems.add(reader.position_of("save.revolutions"), "save.revolutions", message)
+        for file in dict.fromkeys(signal.file for signal in signals if signal.unit):
+            file_signals = [signal for signal in signals if signal.file == file and signal.unit]
+            try:
+                for _ in angular_signals(file, file_signals, crank_rate(reader)):
+                    pass
+            except InputError as error:
+                reader.problems.add(written, f"{IDENTIFY}.from", str(error))
+        return replace(self, signals=tuple(signals))
+
+
+def _read_signals_section(reader: Reader, section: WrittenValue) -> tuple[Signal, ...]:
+    """Return the signals as they are written."""
+    files = IDENTIFY_SECTION.value(reader.problems, section, "from")
+    signals = []
+    for name, columns in files.value.items() if files else ():
+        if not isinstance(columns.value, dict) or not columns.value:
+            message = f"found {quoted(columns.value)}; expected channel: column, such as {_SIGNAL_EXAMPLE}"
+            reader.problems.add(columns, f"{IDENTIFY}.from.{name}", message)
+            continue
+        folder = Path(columns.origin).parent if columns.line else Path()
+        file = str((folder / name).absolute())
+        for channel, column in columns.value.items():
+            if isinstance(column.value, str):
+                signals.append(Signal(file, channel, column.value, ""))
+            else:
+                message = f"found {quoted(column.value)}; expected the name of a column"
+                reader.problems.add(column, f"{IDENTIFY}.from.{name}.{channel}", message)
+    return tuple(signals)
+
+
+def _set_saved_signals(reader: Reader, identified: Sequence[Signal]) -> None:
+    """Set the keys of `save` that `identify` needs and the grid omits: revolutions, samples, channels."""
+    rate = crank_rate(reader)
+    max_density = 0.0
+    for file in {signal.file for signal in identified}:
+        columns = {signal.column: None for signal in identified if signal.file == file}
+        try:
+            signals = read_signals(file, columns, allow_others=True)
+        except InputError:
+            continue  # `check` says what is wrong
+        angle = signals.abscissa if signals.over == "crank_angle" else signals.abscissa * (rate or 1.0)
+        max_density = max(max_density, features.samples_per_revolution(angle))
+    if "save.samples" not in reader.written:
+        reader.values["save.samples"] = int(
+            min(max(features.MIN_SAMPLES, 2.0 * max_density), MAX_SAMPLES_PER_REVOLUTION)
+        )
+    if "save.revolutions" not in reader.written:
+        samples = reader.values["save.samples"]
+        revolutions = min(reader.values_of("simulate.revolutions") or (10.0,))
+        counted_revolutions = revolutions - max(reader.values_of("simulate.discard") or (2.0,))
+        reader.values["save.revolutions"] = float(
+            max(min(counted_revolutions, max(MAX_SAVED_SAMPLES // samples, MIN_REVOLUTIONS)), 1)
+        )
+    if CHANNELS not in reader.written:
+        reader.values[CHANNELS] = list(dict.fromkeys(signal.channel for signal in identified))
+
+
+def crank_rate(reader: Reader) -> float | None:
+    """Return the speed of the crank (rad/s), or None if it is not a single number."""
+    speeds = reader.values_of("drive.speed")
+    return float(speeds[0]) if len(speeds) == 1 and speeds[0] else None
