@@ -148,7 +148,7 @@ class History(dict):
 
 @pytest.mark.parametrize("path", CONFIGS, ids=[path.stem for path in CONFIGS])
 def test_answers_of_configs_have_six_lines_at_most(path, tmp_path):
-    if grids.load(path, simulation.catalogue()).search:
+    if "identify" in path.read_text(encoding="utf-8"):
         pytest.skip("compares time histories with a measurement")
     changed = grids.OverriddenGrid(path, {"save.orbits": "none"}, {})
     run_sweep(changed, tmp_path / "run", Options(executor="serial", show_progress=False), Varied({}))
