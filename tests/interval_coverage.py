@@ -16,7 +16,7 @@ from mechanism_cases import slider_crank
 from scipy import signal, special
 
 import clearsweep
-from clearsweep.mechanics.observe.histogram import BINS
+from clearsweep.mechanics.observe import BINS
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals, MechanismTotals
 from clearsweep.simulation import load_case
 from clearsweep.simulation.analyses import until

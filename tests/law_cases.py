@@ -10,9 +10,9 @@ import pytest
 from clearsweep.contracts.case import Contact, Friction, Joint, Material, Materials
 from clearsweep.mechanics.describe import REFERENCE
 from clearsweep.mechanics.joints import registry
-from clearsweep.mechanics.laws.elastic.contract import elastic_force
-from clearsweep.mechanics.laws.friction.contract import friction_force
-from clearsweep.mechanics.laws.loss.contract import contact_force
+from clearsweep.mechanics.laws.elastic import elastic_force
+from clearsweep.mechanics.laws.friction import friction_force
+from clearsweep.mechanics.laws.loss import contact_force
 from clearsweep.tracing.objects import machine_code
 
 ASKED = (0.10, 0.20, 0.30, 0.40, 0.50, 0.60, 0.70, 0.80, 0.90, 0.95, 0.99)

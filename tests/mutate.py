@@ -88,13 +88,13 @@ ENDS = "tests/test_plain.py -k at_its_bearing"
 STICKS = "tests/test_plain.py -k stick"
 SCENES = "tests/test_plain.py"
 TOTALS, RAMPS = "mechanics/solver/accumulate/totals.py", "tests/test_tally.py"
-HISTOGRAM, ALONG = "mechanics/observe/histogram.py", "mechanics/solver/accumulate/step_sums.py"
+HISTOGRAM, ALONG = "mechanics/observe.py", "mechanics/solver/accumulate/step_sums.py"
 STORE, SHARDS = "tests/test_store.py", "tests/test_shards.py"
 STRANGERS = "tests/test_strangers.py -k 'not report'"
 PRESSURE, PERSSON, ARCHARD = (f"mechanics/wear/{name}.py" for name in ("pressure", "persson", "archard"))
 BINS = "tests/test_every_wear_law.py"
-PASSING, PASSES = "mechanics/laws/film/transition.py", "tests/test_every_transition.py"
-FILMS, OIL = "mechanics/laws/film", "mechanics/joints/lubricated.py"
+FILM, FILMS, OIL = "mechanics/laws/film.py", "mechanics/laws/reynolds.py", "mechanics/joints/lubricated.py"
+PASSES = "tests/test_every_transition.py"
 BALANCE, REYNOLDS, TIPS = (f"tests/test_{name}.py" for name in ("film_balance", "reynolds_film", "asperities"))
 SHARES, IDEALS, HEAT = (f"tests/test_{name}.py" for name in ("shares_of_contact", "ideal_peaks", "heat"))
 ROWS, PLANAR = "mechanics/machines/planar/constraints.py", "tests/test_planar.py"
@@ -361,15 +361,15 @@ MUTATIONS = (
     ),
     # from film to dry contact
     Mutation(
-        PASSING,
+        FILM,
         "_ramp_fraction",
         "(depth - transition.begin) / transition.width",
         "3.0 * (depth - transition.begin) / transition.width",
         PASSES,
     ),
-    Mutation(PASSING, "_ramp_fraction", "as_type_of(1.0, depth)", "as_type_of(3.0, depth)", PASSES),
+    Mutation(FILM, "_ramp_fraction", "as_type_of(1.0, depth)", "as_type_of(3.0, depth)", PASSES),
     Mutation(
-        PASSING,
+        FILM,
         "_asperity_load_greenwood_tripp",
         "return 2.0 * transition.load",
         "return -2.0 * transition.load",
@@ -543,22 +543,22 @@ MUTATIONS = (
     ),
     # films
     Mutation(
-        f"{FILMS}/contract.py",
+        FILM,
         "_default_film_couples",
         "return -couple - 0.5 * moment, couple",
         "return -couple, couple",
         BALANCE,
     ),
-    Mutation(f"{FILMS}/contract.py", "_default_film_couples", ", couple - 0.5 * moment", ", couple", BALANCE),
+    Mutation(FILM, "_default_film_couples", ", couple - 0.5 * moment", ", couple", BALANCE),
     Mutation(
-        f"{FILMS}/shear.py",
+        FILM,
         "_shear_couple_petroff",
         "as_type_of(shear.drag * rotation,",
         "as_type_of(-shear.drag * rotation,",
         BALANCE,
     ),
     Mutation(
-        f"{FILMS}/shear.py", "_shear_couple_couette", "math.sqrt(1.0 - motion.ratio * motion.ratio)", "1.0", BALANCE
+        FILM, "_shear_couple_couette", "math.sqrt(1.0 - motion.ratio * motion.ratio)", "1.0", BALANCE
     ),
     Mutation(
         OIL,
@@ -569,53 +569,53 @@ MUTATIONS = (
     ),
     Mutation(OIL, "film_load", "pressure_power=0.5 * eccentricity", "pressure_power=eccentricity", BALANCE),
     Mutation(OIL, "film_load", "eccentricity * tangential)", "joint.clearance * tangential)", BALANCE),
-    Mutation(f"{FILMS}/short.py", "_film_force_short", "radial = 0.5 * law.force", "radial = 0.4 * law.force", BALANCE),
+    Mutation(FILMS, "_film_force_short", "radial = 0.5 * law.force", "radial = 0.4 * law.force", BALANCE),
     Mutation(
-        f"{FILMS}/long.py", "_film_force_long", "radial -= (6.0 * law.force", "radial -= (5.0 * law.force", BALANCE
+        FILMS, "_film_force_long", "radial -= (6.0 * law.force", "radial -= (5.0 * law.force", BALANCE
     ),
     Mutation(
-        f"{FILMS}/reynolds.py",
+        FILMS,
         "_film_force_reynolds",
         "radial - direction_term * cosine",
         "radial + direction_term * cosine",
         REYNOLDS,
     ),
     Mutation(
-        f"{FILMS}/reynolds.py",
+        FILMS,
         "_film_force_reynolds",
         "direction_term * sine * wedge_scale",
         "direction_term * sine",
         REYNOLDS,
     ),
     Mutation(
-        f"{FILMS}/reynolds.py",
+        FILMS,
         "evaluate_expansion",
         "2.0 * pair * a * previous_slope",
         "2.0 * pair * a * current_slope",
         REYNOLDS,
     ),
     Mutation(
-        f"{FILMS}/reynolds.py",
+        FILMS,
         "_film_force_reynolds",
         "factor = math.exp(log_factor)",
         "factor = 1.0 + log_factor",
         REYNOLDS,
     ),
     Mutation(
-        f"{FILMS}/reynolds.py",
+        FILMS,
         "tables_at",
         "math.log(slenderness) - nodes",
         "math.log(1.05 * slenderness) - nodes",
         REYNOLDS,
     ),
     Mutation(
-        f"{FILMS}/transition.py",
+        FILM,
         "_make_greenwood_tripp",
         "or plane_strain_modulus",
         "or 2.0 * plane_strain_modulus",
         TIPS,
     ),
-    Mutation(f"{FILMS}/transition.py", "EXPONENT_FIT", "0.05308344", "0.05408344", TIPS),
+    Mutation(FILM, "EXPONENT_FIT", "0.05308344", "0.05408344", TIPS),
     Mutation(
         "grid/reading/machine_checks.py",
         "_most_and_least_slender",

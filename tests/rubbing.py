@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearsweep.mechanics.observe.histogram import (
+from clearsweep.mechanics.observe import (
     DEPTH_ROW,
     FORCE_ROW,
     FRICTION_POWER_ROW,

@@ -7,9 +7,8 @@ import pytest
 from scipy.integrate import quad
 
 from clearsweep.contracts.case import Contact, Film, Joint, Material, Materials
-from clearsweep.mechanics.joints.recipe import RECIPES
-from clearsweep.mechanics.laws.film.contract import asperity_load
-from clearsweep.mechanics.laws.film.transition import GreenwoodTripp, Ramp, asperity_integral
+from clearsweep.mechanics.laws.contract import RECIPES
+from clearsweep.mechanics.laws.film import GreenwoodTripp, Ramp, asperity_integral, asperity_load
 from clearsweep.tracing.compiled.dual import Dual
 
 ROUGHNESS, SHARPNESS, DENSITY = 0.4e-6, 0.01, 0.05

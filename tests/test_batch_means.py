@@ -10,7 +10,7 @@ from mechanism_cases import slider_crank
 from scipy import optimize, stats
 from test_tally import add_span, filled
 
-from clearsweep.mechanics.observe.histogram import BINS, time_above
+from clearsweep.mechanics.observe import BINS, time_above
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals, MechanismTotals
 from clearsweep.simulation import load_case
 from clearsweep.simulation.figures import batch_means, sums

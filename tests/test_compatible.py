@@ -13,8 +13,8 @@ from scipy.optimize import brentq
 
 from clearsweep import InputError, grid, simulation
 from clearsweep.mechanics.joints import registry
-from clearsweep.mechanics.laws.elastic.compatible import END_DEPTH, MAX_HALF_ANGLE, Compatible, depth_of_arc
-from clearsweep.mechanics.laws.elastic.contract import elastic_energy, elastic_force
+from clearsweep.mechanics.laws.cylinders import END_DEPTH, MAX_HALF_ANGLE, Compatible, depth_of_arc
+from clearsweep.mechanics.laws.elastic import elastic_energy, elastic_force
 
 UNIT = Compatible(0.5 * math.pi, 1.0)  # force over E* c L at a penetration in clearances
 MODULUS, CLEARANCE, LENGTH, RADIUS = 207e9 / (2.0 * (1.0 - 0.3**2)), 0.5e-3, 20e-3, 10e-3

@@ -10,10 +10,10 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep.mechanics.coupling.rates import slopes_of
 from clearsweep.mechanics.joints import registry
-from clearsweep.mechanics.joints.modes import STUCK
-from clearsweep.mechanics.laws.elastic.contract import elastic_force
-from clearsweep.mechanics.laws.friction.contract import friction_force
-from clearsweep.mechanics.laws.loss.contract import contact_force
+from clearsweep.mechanics.laws.contract import STUCK
+from clearsweep.mechanics.laws.elastic import elastic_force
+from clearsweep.mechanics.laws.friction import friction_force
+from clearsweep.mechanics.laws.loss import contact_force
 from clearsweep.mechanics.solver import integration, radau
 from clearsweep.simulation.running.run import Run
 from clearsweep.simulation.setup.start import start_of

@@ -12,16 +12,15 @@ from scipy.special import lambertw
 import clearsweep
 from clearsweep.mechanics.describe import REFERENCE
 from clearsweep.mechanics.joints import registry
-from clearsweep.mechanics.joints.material import material_stiffness
-from clearsweep.mechanics.laws.elastic.conformal import (
+from clearsweep.mechanics.laws.conformal import (
     CONFORMAL_END,
     FIT_END,
     angle_minus_sine,
     fit_conformal_power,
     load_ratio,
 )
-from clearsweep.mechanics.laws.elastic.contract import elastic_force, root_parity
-from clearsweep.mechanics.laws.elastic.cylinders import LOGARITHMIC_END, inverse_lambert
+from clearsweep.mechanics.laws.cylinders import LOGARITHMIC_END, inverse_lambert
+from clearsweep.mechanics.laws.elastic import elastic_force, material_stiffness, root_parity
 
 pytestmark = pytest.mark.heavy
 

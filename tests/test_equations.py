@@ -8,10 +8,10 @@ import pytest
 
 from clearsweep.contracts.machine import Aim, Body, BodyPoint, Constant, Guide, Machine, Pin
 from clearsweep.mechanics.joints.dry import Gap, Joint, joint_load
-from clearsweep.mechanics.joints.modes import PRESSED
-from clearsweep.mechanics.laws.elastic.power import PowerThreeHalves
-from clearsweep.mechanics.laws.friction.sliding import Tanh
-from clearsweep.mechanics.laws.loss.hysteresis import Lossless
+from clearsweep.mechanics.laws.contract import PRESSED
+from clearsweep.mechanics.laws.elastic import PowerThreeHalves
+from clearsweep.mechanics.laws.friction import Tanh
+from clearsweep.mechanics.laws.hysteresis import Lossless
 from clearsweep.mechanics.machines import planar
 from clearsweep.mechanics.machines.contract import accelerate, describe, gap_accelerations, gaps, pose_at
 

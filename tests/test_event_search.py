@@ -7,8 +7,18 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
-from clearsweep.mechanics.observe.observables import DEPTH, KAPPA, RATE, SLIP, column_count, column_of
-from clearsweep.mechanics.observe.stages import NODE_FRACTIONS, NODES, ROW_COUNT, SCRATCH
+from clearsweep.mechanics.observe import (
+    DEPTH,
+    KAPPA,
+    NODE_FRACTIONS,
+    NODES,
+    RATE,
+    ROW_COUNT,
+    SCRATCH,
+    SLIP,
+    column_count,
+    column_of,
+)
 from clearsweep.mechanics.solver import bernstein, event_search
 from clearsweep.mechanics.solver.accumulate.step_sums import ContactStep
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals

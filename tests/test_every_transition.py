@@ -11,8 +11,7 @@ from clearsweep.contracts.case import Contact, Film, Joint, Material, Materials
 from clearsweep.mechanics.joints import dry, lubricated, registry
 from clearsweep.mechanics.joints.contract import JointState, contact_modes, every_latched, load
 from clearsweep.mechanics.joints.offsets import first_offsets
-from clearsweep.mechanics.laws.film.contract import asperity_load, dry_fraction
-from clearsweep.mechanics.laws.film.transition import transition_depths
+from clearsweep.mechanics.laws.film import asperity_load, dry_fraction, transition_depths
 
 CLEARANCE, RADIUS, ONSET = 50e-6, 0.01, 0.05  # m, m, m/s
 BEGIN, WIDTH = 0.5e-6, 2e-6  # m

@@ -16,16 +16,15 @@ from clearsweep.answers import validity
 from clearsweep.contracts.case import NO_CONTACT, Film, Joint
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints import lubricated, registry
-from clearsweep.mechanics.laws.film import finite, long, short
-from clearsweep.mechanics.laws.film.contract import FilmMotion, dry_fraction, film_couples, film_force, film_pressure
-from clearsweep.mechanics.laws.film.transition import Ramp
+from clearsweep.mechanics.laws import reynolds
+from clearsweep.mechanics.laws.film import FilmMotion, Ramp, dry_fraction, film_couples, film_force, film_pressure
 from clearsweep.simulation.advice.remarks import passive_film
 from clearsweep.simulation.analyses import heat
 from clearsweep.tracing.compiled.dual import Dual
 from clearsweep.verify import films
 
 LAWS, SHEARS = names("film"), names("film-friction")
-LONG, SHORT, PINKUS = long.Long(1.0, 6.0), short.Short(1.0, 1.5), long.PinkusSternlicht(1.0)
+LONG, SHORT, PINKUS = reynolds.Long(1.0, 6.0), reynolds.Short(1.0, 1.5), reynolds.PinkusSternlicht(1.0)
 MOTIONS = [*itertools.product((0.05, 0.3, 0.7, 0.95), (-1.5, -0.1, 0.0, 0.2, 2.0), (-0.7, 0.0, 1.0))]
 
 
@@ -95,10 +94,10 @@ def test_a_short_film_has_its_checked_values(ratio, squeeze_rate, spin, force):
     assert film_result(SHORT, ratio, squeeze_rate, spin) == pytest.approx(force, rel=1e-7, abs=6e-8)
 
 
-@pytest.mark.parametrize(("law", "lead"), [(long, 1.0), (short, 0.0)], ids=["long", "short"])
+@pytest.mark.parametrize(("law", "lead"), [(reynolds, 1.0), (reynolds, 0.0)], ids=["long", "short"])
 def test_a_film_in_closed_form_is_the_integral_of_its_pressure(law, lead):
     """Over the half circle, with Gauss's rule; along the pin, a short film's pressure is a parabola."""
-    form, share = (LONG, 1.0) if law is long else (SHORT, 1.0 / 3.0)
+    form, share = (LONG, 1.0) if law is reynolds else (SHORT, 1.0 / 3.0)
     x, weight = np.polynomial.legendre.leggauss(300)
     for ratio, squeeze_rate, spin in MOTIONS:
         if squeeze_rate == spin == 0.0:
@@ -143,7 +142,7 @@ REYNOLDS = {
 
 @pytest.mark.parametrize("slenderness", [0.25, 0.5, 1.0])
 def test_a_finite_film_is_within_the_stated_error_of_reynolds_equation(slenderness):
-    law = finite.make_butenschoen(1.0, slenderness)
+    law = reynolds.make_butenschoen(1.0, slenderness)
     for (b, ratio), (angle_rate, attitude, squeeze) in REYNOLDS.items():
         if b == slenderness:
             radial, tangential = film_result(law, ratio, 0.0)
@@ -197,7 +196,7 @@ def test_butenschoens_shear_is_the_published_coefficient_of_a_bearing_at_rest():
     ratio, spin, b, psi = 0.6, 80.0, 1.0, 5e-4 / 0.02
     joint = oiled(friction="butenschoen")
     law, shear = registry.compile_film(joint)
-    size, sine, _ = finite.wedge_number(law, ratio)
+    size, sine, _ = reynolds.wedge_number(law, ratio)
     journal, _ = film_couples(
         shear, FilmMotion(ratio, 0.0, spin), spin, ratio * 5e-4 * film_result(law, ratio, 0.0, spin)[1]
     )
@@ -317,8 +316,8 @@ def test_the_remarks_on_films_name_joint_and_figures():
         "",
     )
     assert validity.film_remarks([validity.FilmState("rod-slider", 0.99, 0.0, 1.1, True, 5.0)])[1] == ""
-    short = validity.FilmState("rod-slider", 0.99, 0.0, 0.9, False, 5.0, 0.02, "short")
-    assert validity.film_remarks([short])[3].endswith("choose film.law: short")
+    reynolds = validity.FilmState("rod-slider", 0.99, 0.0, 0.9, False, 5.0, 0.02, "short")
+    assert validity.film_remarks([reynolds])[3].endswith("choose film.law: short")
 
 
 @pytest.mark.parametrize(("length", "law"), [(6e-3, "short"), (9e-3, "reynolds"), (79e-3, "reynolds"), (81e-3, "long")])

@@ -11,8 +11,7 @@ from scipy.integrate import quad
 import clearsweep
 from clearsweep.contracts.case import Contact, Joint, Material, Materials, Wear
 from clearsweep.mechanics.joints import first_yield, registry
-from clearsweep.mechanics.joints.material import plane_strain_modulus, relative_radius
-from clearsweep.mechanics.laws.elastic.contract import elastic_force, static_penetration
+from clearsweep.mechanics.laws.elastic import elastic_force, plane_strain_modulus, relative_radius, static_penetration
 from clearsweep.simulation.advice.yield_speed import _largest_masses, yield_speeds
 from clearsweep.simulation.setup.scene import build, catalogue
 

@@ -10,7 +10,7 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep.contracts.case import Friction
 from clearsweep.mechanics.joints import registry
-from clearsweep.mechanics.laws.friction.contract import friction_force
+from clearsweep.mechanics.laws.friction import friction_force
 
 LAWS = names("friction")
 _FORWARD = np.geomspace(1e-12, 1e3, 300)

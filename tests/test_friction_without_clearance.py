@@ -9,16 +9,16 @@ from scipy.integrate import solve_ivp
 from test_given_friction import FOUR_BAR
 
 import clearsweep
-from clearsweep.mechanics.laws.friction.bristles import Dahl, LuGre
-from clearsweep.mechanics.laws.friction.contract import (
+from clearsweep.mechanics.laws.bristles import Dahl, LuGre
+from clearsweep.mechanics.laws.friction import (
+    Karnopp,
+    Tanh,
     friction_force,
     friction_in_pin,
     settled_state,
     static_limit_in_pin,
     without_history,
 )
-from clearsweep.mechanics.laws.friction.sliding import Tanh
-from clearsweep.mechanics.laws.friction.stick import Karnopp
 from clearsweep.mechanics.machines.planar import loads as planar_loads
 from clearsweep.verify.measured.stick_slip import LAW
 

@@ -13,8 +13,7 @@ import clearsweep
 from clearsweep.contracts.machine import Braking, Constant, Rubbing
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints.contract import Load
-from clearsweep.mechanics.laws.friction.contract import friction_force
-from clearsweep.mechanics.laws.friction.sliding import Ambrosio, Stribeck, Tanh
+from clearsweep.mechanics.laws.friction import Ambrosio, Stribeck, Tanh, friction_force
 from clearsweep.mechanics.machines import planar
 from clearsweep.mechanics.machines.contract import accelerate, crank_rate, load_power, pose_at
 

@@ -9,7 +9,7 @@ from mechanism_cases import PAIR, changed, resolved, slider_crank
 import clearsweep
 from clearsweep import InputError, grid, simulation
 from clearsweep.mechanics.joints import registry
-from clearsweep.mechanics.joints.material import plane_strain_modulus
+from clearsweep.mechanics.laws.elastic import plane_strain_modulus
 
 MATERIAL = {"young": 207e9, "poisson": 0.3}
 JOINT = "joints.rod-slider"

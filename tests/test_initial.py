@@ -12,7 +12,7 @@ import pytest
 import clearsweep
 from clearsweep import simulation
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.joints.modes import FREE, PRESSED
+from clearsweep.mechanics.laws.contract import FREE, PRESSED
 from clearsweep.mechanics.solver.step_control import MAX_CONTACT_BITS, contact_pattern
 from clearsweep.sweeping import estimate
 

@@ -10,10 +10,11 @@ from mechanism_cases import PAIR, changed, slider_crank, told_both_ways
 
 import clearsweep
 from clearsweep.mechanics.joints import contract
-from clearsweep.mechanics.joints.contract import NEVER, Contact, ContactModes, Guard, InternalState, Load, Part
-from clearsweep.mechanics.joints.modes import ACTS, FREE, PRESSED, TOUCHING, touches
-from clearsweep.mechanics.laws.friction.contract import Frictionless, friction_force
-from clearsweep.mechanics.observe.stages import STAGES
+from clearsweep.mechanics.joints.contract import Contact, ContactModes, Load, Part
+from clearsweep.mechanics.laws import contract as laws
+from clearsweep.mechanics.laws.contract import ACTS, FREE, NEVER, PRESSED, TOUCHING, Guard, InternalState, touches
+from clearsweep.mechanics.laws.friction import Frictionless, friction_force
+from clearsweep.mechanics.observe import STAGES
 from clearsweep.simulation.running.run import integration_of
 from clearsweep.tracing.compiled import calculus
 from clearsweep.tracing.compiled.family import kernel
@@ -61,12 +62,12 @@ def _warming(friction, normal, slip):
     return -normal * friction.stiffness * friction.bend
 
 
-@contract.internal_state.member(Warming)
+@laws.internal_state.member(Warming)
 def _bend_and_warmth(friction):
     return InternalState(friction.coefficient / friction.stiffness, False), InternalState(1.0, True)
 
 
-@contract.internal_rates.member(Warming)
+@laws.internal_rates.member(Warming)
 def _bends_and_warms(friction, contact):
     slip = contact.slip
     rest = 1.0 - friction.stiffness * friction.bend * calculus.copysign(1.0, slip) / friction.coefficient
@@ -121,27 +122,27 @@ def _fuse(friction, normal, slip):
     return -friction.coefficient * left * normal * calculus.tanh(slip / friction.velocity_scale)
 
 
-@contract.internal_state.member(Fuse)
+@laws.internal_state.member(Fuse)
 def _spent_and_blown(friction):
     return InternalState(friction.limit, True), InternalState(1.0, True)
 
 
-@contract.internal_rates.member(Fuse)
+@laws.internal_rates.member(Fuse)
 def _spends(friction, contact):
     return -contact.tangential * contact.slip, 0.0
 
 
-@contract.guards.member(Fuse)
+@laws.guards.member(Fuse)
 def _blows(friction):
     return (Guard(TOUCHING),)
 
 
-@contract.guard_values.member(Fuse)
+@laws.guard_values.member(Fuse)
 def _beyond_the_limit(friction, start, contact, root):
     return (friction.spent - friction.limit if friction.blown == 0.0 else NEVER,)
 
 
-@contract.latched.member(Fuse)
+@laws.latched.member(Fuse)
 def _stays_blown(friction, event, contact, root):
     return friction.spent, 1.0 if event == 0 else friction.blown
 

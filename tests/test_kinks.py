@@ -16,25 +16,13 @@ from test_film import oiled
 
 import clearsweep
 from clearsweep.mechanics.joints import registry
-from clearsweep.mechanics.joints.contract import (
-    Contact,
-    JointState,
-    Offsets,
-    StepStart,
-    guard_quantity,
-    guard_values,
-    guards,
-    internal_rates,
-    load,
-    parts,
-)
+from clearsweep.mechanics.joints.contract import Contact, JointState, Offsets, guard_quantity, load, parts
 from clearsweep.mechanics.joints.dry import Gap
-from clearsweep.mechanics.joints.kinks import kink_variable, kinks
-from clearsweep.mechanics.laws.elastic.contract import elastic_force
-from clearsweep.mechanics.laws.film.contract import FilmMotion, film_force
-from clearsweep.mechanics.laws.film.corners import AFLOAT, Reversals, has_reversal_corners
-from clearsweep.mechanics.laws.friction.contract import friction_force
-from clearsweep.mechanics.laws.loss.contract import contact_force
+from clearsweep.mechanics.laws.contract import StepStart, guard_values, guards, internal_rates, kink_variable, kinks
+from clearsweep.mechanics.laws.elastic import elastic_force
+from clearsweep.mechanics.laws.film import AFLOAT, FilmMotion, Reversals, film_force, has_reversal_corners
+from clearsweep.mechanics.laws.friction import friction_force
+from clearsweep.mechanics.laws.loss import contact_force
 from clearsweep.simulation.running.run import integration_of
 from clearsweep.verify import films, stability
 

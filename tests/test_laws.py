@@ -28,8 +28,8 @@ from clearsweep.mechanics import describe
 from clearsweep.mechanics.coupling import trial_step
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.joints.offsets import with_internal_state
-from clearsweep.mechanics.laws.elastic.contract import elastic_force
-from clearsweep.mechanics.laws.loss.contract import contact_force, lowest_force
+from clearsweep.mechanics.laws.elastic import elastic_force
+from clearsweep.mechanics.laws.loss import contact_force, lowest_force
 from clearsweep.mechanics.machines import MECHANISMS
 from clearsweep.tracing import objects
 
@@ -232,16 +232,16 @@ def test_restitution_does_not_depend_on_the_exponent(law, exponent):
 def test_the_exact_factor_has_the_same_bits_as_scipy_s_root(monkeypatch):
     from scipy.optimize import brentq
 
-    from clearsweep.mechanics.joints import rebound
+    from clearsweep.mechanics.laws import loss
 
     restitutions = np.linspace(2e-3, 0.9999, 300).tolist()
-    own = [rebound.exact_factor(restitution) for restitution in restitutions]
-    monkeypatch.setattr(rebound, "find_root", lambda *known: brentq(*known[:3], xtol=known[3], rtol=known[4]))
-    assert [rebound.exact_factor(restitution) for restitution in restitutions] == own
+    own = [loss.exact_factor(restitution) for restitution in restitutions]
+    monkeypatch.setattr(loss, "find_root", lambda *known: brentq(*known[:3], xtol=known[3], rtol=known[4]))
+    assert [loss.exact_factor(restitution) for restitution in restitutions] == own
 
 
 def test_a_root_is_found_between_opposite_signs_only():
-    from clearsweep.mechanics.joints.rebound import find_root
+    from clearsweep.mechanics.laws.loss import find_root
 
     assert find_root(lambda x: x**3 - 2.0, 0.0, 2.0, 1e-15, 1e-15) == pytest.approx(2.0 ** (1 / 3), abs=1e-15)
     assert find_root(lambda x: x, 0.0, 1.0, 1e-15, 1e-15) == 0.0
@@ -251,7 +251,7 @@ def test_a_root_is_found_between_opposite_signs_only():
 
 @pytest.mark.parametrize("chi", [1e-9, 1e-5, 1.01e-4, 1e-2, 0.099, 0.101, 0.5, 3.0, 10.0, 150.0])
 def test_rebound_of_a_factor_is_lambert_s_closed_form(chi):
-    from clearsweep.mechanics.joints.rebound import hysteresis_rebound
+    from clearsweep.mechanics.laws.loss import hysteresis_rebound
 
     expected = free_impact(chi) if chi > 1e-2 else 1.0 - 2.0 * chi / 3.0 + 4.0 * chi**2 / 9.0 - 44.0 * chi**3 / 135.0
     assert hysteresis_rebound(chi) == pytest.approx(expected, abs=1e-12 + 0.5 * chi**4 * (chi <= 1e-2))

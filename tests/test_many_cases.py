@@ -6,7 +6,7 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep import simulation
-from clearsweep.mechanics.observe.histogram import BINS
+from clearsweep.mechanics.observe import BINS
 from clearsweep.simulation.running import run
 from clearsweep.simulation.setup.revolutions import marks_of
 from clearsweep.simulation.setup.start import start_of

@@ -15,20 +15,19 @@ from mechanism_cases import PAIR, changed, slider_crank
 from clearsweep import InputError, grid, simulation
 from clearsweep.cli import verbs
 from clearsweep.contracts.catalogue import Field, Law
-from clearsweep.mechanics.joints import recipe, registry
-from clearsweep.mechanics.joints.contract import internal_state
-from clearsweep.mechanics.joints.rebound import hysteresis_rebound
-from clearsweep.mechanics.laws.elastic.contract import elastic_force
-from clearsweep.mechanics.laws.elastic.power import Linear
-from clearsweep.mechanics.laws.friction.contract import friction_force
-from clearsweep.mechanics.laws.loss.contract import RESTITUTION, contact_force, register_contact_force
+from clearsweep.mechanics.joints import registry
+from clearsweep.mechanics.laws import contract
+from clearsweep.mechanics.laws.contract import internal_state
+from clearsweep.mechanics.laws.elastic import Linear, elastic_force
+from clearsweep.mechanics.laws.friction import friction_force
+from clearsweep.mechanics.laws.loss import RESTITUTION, contact_force, hysteresis_rebound, register_contact_force
 
 BLOCK = """
 from typing import NamedTuple
 from clearsweep.contracts.catalogue import Field, Law
-from clearsweep.mechanics.laws.elastic.contract import elastic_force
-from clearsweep.mechanics.laws.loss.contract import register_contact_force
-from clearsweep.mechanics.joints.recipe import register
+from clearsweep.mechanics.laws.elastic import elastic_force
+from clearsweep.mechanics.laws.loss import register_contact_force
+from clearsweep.mechanics.laws.contract import register
 
 class Sticky(NamedTuple):
     damping: float
@@ -50,10 +49,10 @@ CONTACT = {"law": "sticky", "stiffness": 6.61e10, "loss": 0.8}
 @pytest.fixture
 def recipes():
     """Restore the laws that were there before."""
-    before = dict(recipe.RECIPES)
-    yield recipe.RECIPES
-    recipe.RECIPES.clear()
-    recipe.RECIPES.update(before)
+    before = dict(contract.RECIPES)
+    yield contract.RECIPES
+    contract.RECIPES.clear()
+    contract.RECIPES.update(before)
 
 
 @pytest.fixture
@@ -122,7 +121,7 @@ def _forgetful(friction, *rest):
 
 
 def entered(law, form):
-    recipe.register(law, (form,), lambda joint: form())
+    contract.register(law, (form,), lambda joint: form())
 
 
 def test_a_law_without_its_declarations_is_refused_when_it_is_entered(recipes):
@@ -147,16 +146,16 @@ def test_a_law_without_its_declarations_is_refused_when_it_is_entered(recipes):
 def test_a_law_whose_description_does_not_fit_its_numbers_is_refused(recipes):
     hertz = recipes["law", "hertz"]
     with pytest.raises(TypeError, match="law 'hertz': is entered already"):
-        recipe.register(hertz.law, hertz.types, hertz.make)
+        contract.register(hertz.law, hertz.types, hertz.make)
     with pytest.raises(TypeError, match="takes a restitution, but declares none that a free impact returns"):
-        recipe.register(hertz.law._replace(name="silent", fields=(RESTITUTION,)), hertz.types, hertz.make)
+        contract.register(hertz.law._replace(name="silent", fields=(RESTITUTION,)), hertz.types, hertz.make)
     with pytest.raises(TypeError, match="takes no stiffness for a spring of its own"):
-        recipe.register(hertz.law._replace(name="loose", uses_elastic=False), hertz.types, hertz.make)
+        contract.register(hertz.law._replace(name="loose", uses_elastic=False), hertz.types, hertz.make)
 
 
 def test_a_maker_that_returns_another_type_than_it_was_entered_with_is_found(recipes):
     hertz = recipes["law", "hertz"]
-    recipe.register(hertz.law._replace(name="astray"), hertz.types, lambda joint: Linear(1.0))
+    contract.register(hertz.law._replace(name="astray"), hertz.types, lambda joint: Linear(1.0))
     case = changed(PAIR, {"joints.pair.contact": {"law": "astray", "stiffness": 6.61e10}})
     joint = grid.load(case, simulation.catalogue()).case(0).joints[0]
     with pytest.raises(TypeError, match="law 'astray': makes a Linear, entered with Lossless"):
@@ -165,9 +164,9 @@ def test_a_maker_that_returns_another_type_than_it_was_entered_with_is_found(rec
 
 def test_a_pressure_and_a_friction_law_that_were_entered_are_found_by_the_grid(recipes):
     mean, tanh = recipes["pressure", "mean"], recipes["friction", "tanh"]
-    recipe.register(mean.law._replace(name="even"), mean.types, mean.make)
+    contract.register(mean.law._replace(name="even"), mean.types, mean.make)
     fields = (*tanh.law.fields[:1], Field("velocity_scale", "m/s", default=2e-3))
-    recipe.register(tanh.law._replace(name="soft", fields=fields), tanh.types, tanh.make)
+    contract.register(tanh.law._replace(name="soft", fields=fields), tanh.types, tanh.make)
     changes = {
         "joints.rod-slider.wear": {"law": "archard", "coefficient": 2e-14, "pressure": "even"},
         "joints.rod-slider.friction": {"law": "soft", "coefficient": 0.1},

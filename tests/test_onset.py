@@ -15,17 +15,20 @@ from scipy.integrate import quad, solve_ivp
 import clearsweep
 from clearsweep import grid
 from clearsweep.mechanics.joints import registry
-from clearsweep.mechanics.joints.contract import ENTERED, NEVER, ONSET_FLOOR, StepStart, guard_values, latched
-from clearsweep.mechanics.joints.modes import touches
-from clearsweep.mechanics.joints.rebound import approach_loss
-from clearsweep.mechanics.laws.elastic.contract import elastic_energy, elastic_force
-from clearsweep.mechanics.laws.elastic.power import power_of
-from clearsweep.mechanics.laws.loss.contract import contact_force, needs_onset_rate, with_mass
-from clearsweep.mechanics.laws.loss.hysteresis import Hysteresis
-from clearsweep.mechanics.laws.loss.renewed import ENERGY_EXCEEDED, RATE_ZERO, renewed_law
+from clearsweep.mechanics.laws.contract import ENTERED, NEVER, ONSET_FLOOR, StepStart, guard_values, latched, touches
+from clearsweep.mechanics.laws.elastic import elastic_energy, elastic_force, power_of
+from clearsweep.mechanics.laws.hysteresis import Hysteresis
+from clearsweep.mechanics.laws.loss import (
+    ENERGY_EXCEEDED,
+    RATE_ZERO,
+    approach_loss,
+    contact_force,
+    needs_onset_rate,
+    renewed_law,
+    with_mass,
+)
 from clearsweep.mechanics.machines.contract import energy, gaps, impact_masses, pose_at
-from clearsweep.mechanics.observe.observables import Observed, contact_observables_in
-from clearsweep.mechanics.observe.stages import START
+from clearsweep.mechanics.observe import START, Observed, contact_observables_in
 from clearsweep.mechanics.solver import integration
 from clearsweep.simulation.analyses.trajectory import simulate
 from clearsweep.simulation.running.run import Run, onset_rates

@@ -37,10 +37,10 @@ from clearsweep.contracts.machine import (
 )
 from clearsweep.mechanics.joints.contract import JointState, Load, load
 from clearsweep.mechanics.joints.guide import Guide
-from clearsweep.mechanics.joints.modes import FREE, PRESSED
-from clearsweep.mechanics.laws.elastic.power import PowerThreeHalves
-from clearsweep.mechanics.laws.friction.sliding import Tanh
-from clearsweep.mechanics.laws.loss.hysteresis import Lossless
+from clearsweep.mechanics.laws.contract import FREE, PRESSED
+from clearsweep.mechanics.laws.elastic import PowerThreeHalves
+from clearsweep.mechanics.laws.friction import Tanh
+from clearsweep.mechanics.laws.hysteresis import Lossless
 from clearsweep.mechanics.machines import contract, planar
 from clearsweep.mechanics.machines.planar.closure import ClosureError, MobilityError
 

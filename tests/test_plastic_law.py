@@ -11,8 +11,8 @@ import clearsweep
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.joints.contract import every_latched
 from clearsweep.mechanics.joints.offsets import with_internal_state
-from clearsweep.mechanics.laws.elastic.contract import elastic_force
-from clearsweep.mechanics.laws.loss.contract import contact_force
+from clearsweep.mechanics.laws.elastic import elastic_force
+from clearsweep.mechanics.laws.loss import contact_force
 from clearsweep.simulation.analyses.outcome import trajectory_of
 from clearsweep.simulation.running.run import integration_of
 

@@ -8,7 +8,7 @@ from mechanism_cases import changed, slider_crank
 
 import clearsweep
 from clearsweep import simulate
-from clearsweep.mechanics.observe.stages import STAGES
+from clearsweep.mechanics.observe import STAGES
 from clearsweep.mechanics.solver import preconditioner, step
 from clearsweep.mechanics.solver.collocation import A
 from clearsweep.verify.problems import all_problems, scene_of

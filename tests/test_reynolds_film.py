@@ -16,10 +16,10 @@ import clearsweep
 from clearsweep import grid
 from clearsweep.contracts.case import NO_CONTACT, Film, Joint
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.joints.recipe import RECIPES
-from clearsweep.mechanics.laws.film import finite, reynolds
-from clearsweep.mechanics.laws.film.contract import FilmMotion, film_force, film_pressure
-from clearsweep.mechanics.laws.film.short import Short
+from clearsweep.mechanics.laws import reynolds
+from clearsweep.mechanics.laws.contract import RECIPES
+from clearsweep.mechanics.laws.film import FilmMotion, film_force, film_pressure
+from clearsweep.mechanics.laws.reynolds import Short
 from clearsweep.simulation import catalogue
 from clearsweep.simulation.advice.advice import advice
 from clearsweep.tracing.compiled.dual import Dual
@@ -130,11 +130,11 @@ def test_a_bearing_that_is_squeezed_bears_what_butenschoen_tabulated():
 def test_the_fits_of_finite_are_as_near_to_the_tables_as_they_say():
     """Each alone: a steady wedge and a pure squeeze, over what the law is trusted for."""
     for slenderness, ratio, load, _ in published("wedge", 0.125):
-        result = math.hypot(*film_force(finite.make_butenschoen(1.0, slenderness), FilmMotion(ratio, 0.0, 1.0)))
+        result = math.hypot(*film_force(reynolds.make_butenschoen(1.0, slenderness), FilmMotion(ratio, 0.0, 1.0)))
         assert ratio > 0.95 or result == pytest.approx(load, rel=0.07, abs=6e-5), (slenderness, ratio)
     for slenderness, ratio, load, _ in published("squeeze", 0.125):
         motion = FilmMotion(abs(ratio), math.copysign(1.0, ratio), 0.0)
-        result = math.hypot(*film_force(finite.make_butenschoen(1.0, slenderness), motion))
+        result = math.hypot(*film_force(reynolds.make_butenschoen(1.0, slenderness), motion))
         assert abs(ratio) > 0.95 or result == pytest.approx(load, rel=0.07, abs=6e-5), (slenderness, ratio)
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from rough_profile import profile
 
-from clearsweep.mechanics.laws.roughness.profile import fit_profile
+from clearsweep.mechanics.laws.roughness import fit_profile
 
 
 @pytest.mark.parametrize("dimension", [1.3, 1.5, 1.7])

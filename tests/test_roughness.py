@@ -14,11 +14,16 @@ from clearsweep import InputError, grid, simulation
 from clearsweep.contracts.case import Roughness
 from clearsweep.mechanics import describe
 from clearsweep.mechanics.joints import registry
-from clearsweep.mechanics.laws.elastic.contract import elastic_energy, elastic_force
-from clearsweep.mechanics.laws.roughness.fractal import make_yielding_surface
-from clearsweep.mechanics.laws.roughness.kogut_etsion import make_kogut_etsion_surface
-from clearsweep.mechanics.laws.roughness.profile import fit_profile
-from clearsweep.mechanics.laws.roughness.spots import domain_extension, log_critical_area, log_spot_load, log_total_load
+from clearsweep.mechanics.laws.elastic import elastic_energy, elastic_force
+from clearsweep.mechanics.laws.roughness import (
+    domain_extension,
+    fit_profile,
+    log_critical_area,
+    log_spot_load,
+    log_total_load,
+    make_kogut_etsion_surface,
+    make_yielding_surface,
+)
 from clearsweep.tracing.compiled import calculus
 from clearsweep.tracing.compiled.dual import Dual
 

@@ -11,7 +11,7 @@ import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.answers import validity
 from clearsweep.mechanics.joints import registry
-from clearsweep.mechanics.observe.histogram import BINS, FORCE_ROW, KAPPA_ROW, PARTS, add_profile, time_above
+from clearsweep.mechanics.observe import BINS, FORCE_ROW, KAPPA_ROW, PARTS, add_profile, time_above
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals
 from clearsweep.simulation.analyses.outcome import trajectory_of
 from clearsweep.simulation.figures import catalogue as figures

@@ -14,11 +14,11 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints import dry
 from clearsweep.mechanics.joints.contract import JointState, Offsets, load
 from clearsweep.mechanics.joints.guide import GuideGap
-from clearsweep.mechanics.joints.modes import PRESSED
 from clearsweep.mechanics.joints.slot import SlotJoint
-from clearsweep.mechanics.laws.elastic.power import PowerThreeHalves
-from clearsweep.mechanics.laws.friction.sliding import Tanh
-from clearsweep.mechanics.laws.loss.hysteresis import Hysteresis
+from clearsweep.mechanics.laws.contract import PRESSED
+from clearsweep.mechanics.laws.elastic import PowerThreeHalves
+from clearsweep.mechanics.laws.friction import Tanh
+from clearsweep.mechanics.laws.hysteresis import Hysteresis
 from clearsweep.mechanics.machines import contract, planar
 from clearsweep.mechanics.wear import contract as contract_wear
 from clearsweep.mechanics.wear import step

@@ -17,8 +17,8 @@ from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints import spatial as joints
 from clearsweep.mechanics.joints.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
-from clearsweep.mechanics.joints.modes import ACTS, FREE, PRESSED
 from clearsweep.mechanics.joints.spatial.points import farthest_direction
+from clearsweep.mechanics.laws.contract import ACTS, FREE, PRESSED
 from clearsweep.mechanics.machines.contract import accelerate, energy, gaps, pose_at
 from clearsweep.mechanics.machines.spatial.form import Loose, Slide
 from clearsweep.tracing.compiled.attitude import Frame, frame_of, to_body_frame, to_fixed_frame

@@ -19,9 +19,9 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.coupling import rates as rates_code
 from clearsweep.mechanics.joints import spatial as joints
 from clearsweep.mechanics.joints.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
-from clearsweep.mechanics.joints.modes import ACTS, CLIPPED, FREE, PRESSED
 from clearsweep.mechanics.joints.spatial import strips, wall_strips
-from clearsweep.mechanics.laws.elastic.contract import elastic_force
+from clearsweep.mechanics.laws.contract import ACTS, CLIPPED, FREE, PRESSED
+from clearsweep.mechanics.laws.elastic import elastic_force
 from clearsweep.mechanics.machines.contract import gaps, pose_at
 from clearsweep.tracing.compiled.vector import Vector
 

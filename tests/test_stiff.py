@@ -5,7 +5,7 @@ import pytest
 from mechanism_cases import PAIR, changed, slider_crank
 
 import clearsweep
-from clearsweep.mechanics.observe.stages import NODE_FRACTIONS
+from clearsweep.mechanics.observe import NODE_FRACTIONS
 from clearsweep.mechanics.solver import radau
 from clearsweep.mechanics.solver.collocation import basis_functions
 from clearsweep.simulation.running.run import Run

@@ -8,9 +8,12 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep.mechanics.observe.histogram import (
+from clearsweep.mechanics.observe import (
     BINS,
     EDGES,
+    KAPPA,
+    NODE_FRACTIONS,
+    NODES,
     PARTS,
     TO_PART_MEANS,
     WIDTHS,
@@ -22,8 +25,6 @@ from clearsweep.mechanics.observe.histogram import (
     ramp_of,
     time_above,
 )
-from clearsweep.mechanics.observe.observables import KAPPA
-from clearsweep.mechanics.observe.stages import NODE_FRACTIONS, NODES
 from clearsweep.mechanics.solver.accumulate.totals import (
     BIN_COLUMNS,
     FIRST_BIN_TIME,

@@ -9,8 +9,7 @@ from traced_states import observed, rates_of, states
 from clearsweep import simulation
 from clearsweep.grid import load
 from clearsweep.mechanics.coupling import trial_step
-from clearsweep.mechanics.observe.observables import ERROR, ERROR_RATE
-from clearsweep.mechanics.observe.stages import END, STAGES
+from clearsweep.mechanics.observe import END, ERROR, ERROR_RATE, STAGES
 from clearsweep.tracing.compiled.family import form_number
 
 CONFIGS = sorted(path.name for path in (Path(__file__).parents[1] / "configs").glob("*.yaml"))

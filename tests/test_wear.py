@@ -10,7 +10,7 @@ import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.joints.dry import Joint
-from clearsweep.mechanics.observe.histogram import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
+from clearsweep.mechanics.observe import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
 from clearsweep.mechanics.wear.arc_over_step import BEARING_ANGLE_ROW, JOURNAL_ANGLE_ROW, POINTS, ROWS, WORKSPACE_SIZE
 from clearsweep.mechanics.wear.archard import Archard
 from clearsweep.mechanics.wear.binning import update_worn_profile

@@ -10,11 +10,11 @@ from spatial_cases import JOINT, planar, spatial
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.joints.modes import FREE, PRESSED
 from clearsweep.mechanics.joints.spatial import SpatialGap, slices, wall_point, wall_strips
 from clearsweep.mechanics.joints.spatial.form import APART
+from clearsweep.mechanics.laws.contract import FREE, PRESSED
 from clearsweep.mechanics.machines.contract import body_angles, pose_at
-from clearsweep.mechanics.observe.histogram import (
+from clearsweep.mechanics.observe import (
     DEPTH_ROW,
     FORCE_ROW,
     KAPPA_ROW,

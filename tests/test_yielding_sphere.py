@@ -12,7 +12,7 @@ from scipy.optimize import brentq
 import clearsweep
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.joints.offsets import with_internal_state
-from clearsweep.mechanics.laws.loss.contract import contact_force
+from clearsweep.mechanics.laws.loss import contact_force
 
 HARDNESS, POISSON, RADIUS = 5e8, 0.3, 10e-3 * 9.5e-3 / 0.5e-3
 MODULUS = 207e9 / (2.0 * (1.0 - POISSON**2))  # E*, Pa

@@ -6,7 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from clearsweep.mechanics.coupling import rates, trial_step
-from clearsweep.mechanics.observe.stages import ROW_COUNT, STAGES
+from clearsweep.mechanics.observe import ROW_COUNT, STAGES
 from clearsweep.tracing import objects
 from clearsweep.tracing.compiled.family import form_number, kinds, numbers_of
 from clearsweep.tracing.symbols import WIDTH

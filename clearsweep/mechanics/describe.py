@@ -5,8 +5,8 @@ import textwrap
 
 from ..contracts.case import Contact, Joint, Material, Materials
 from ..contracts.catalogue import Columns, Field, Law
-from .joints.recipe import RECIPES, Recipe
-from .laws.elastic.contract import elastic_force
+from .laws.contract import RECIPES, Recipe
+from .laws.elastic import elastic_force
 from .machines import MECHANISMS
 from .machines.drives import DRIVES
 from .machines.loads import LOADS

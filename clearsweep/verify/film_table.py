@@ -19,7 +19,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
-from ..mechanics.laws.film import reynolds as law
+from ..mechanics.laws import reynolds as law
 
 GRIDS = ((64, 8), (128, 16))  # cells around and along half of the pin; the second-order error is extrapolated to zero
 RATIO_NODES, DIRECTION_NODES = 16, 24  # nodes at which the expansion is fitted

@@ -46,11 +46,10 @@ from ..contracts.case import Case
 from ..contracts.layout import JointLayout
 from ..contracts.machine import Constant
 from ..contracts.results import Trajectory
-from ..mechanics.joints.contract import ONSET_FLOOR
 from ..mechanics.joints.guide import CORNERS
 from ..mechanics.joints.lubricated import Film, Lubricated
-from ..mechanics.laws.elastic.contract import elastic_energy
-from ..mechanics.laws.elastic.power import POWERS
+from ..mechanics.laws.contract import ONSET_FLOOR
+from ..mechanics.laws.elastic import POWERS, elastic_energy
 from ..mechanics.machines import contract, planar
 from ..simulation.analyses.trajectory import simulate
 from ..simulation.machine.ideal import ideal_peaks

@@ -19,8 +19,8 @@ sys.path.insert(0, str(Path(__file__).parents[2]))  # runs from a checkout, inst
 
 import clearsweep
 from clearsweep import grid
-from clearsweep.mechanics.joints.modes import PRESSED
-from clearsweep.mechanics.laws.elastic.contract import elastic_force
+from clearsweep.mechanics.laws.contract import PRESSED
+from clearsweep.mechanics.laws.elastic import elastic_force
 from clearsweep.mechanics.wear.contract import Worn
 from clearsweep.simulation import catalogue
 from clearsweep.simulation.running.run import Run, integration_of

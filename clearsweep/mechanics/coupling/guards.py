@@ -9,7 +9,7 @@ import numpy as np
 
 from ...tracing.compiled.choosing import rolled_range
 from ...tracing.compiled.family import NO_ENTRY, Entry, entry, form_number, kernel, map_joints, shaped
-from ..joints.contract import StepStart, every_guard, every_part, guard_values, latched, parts
+from ..joints.contract import every_guard, every_part, parts
 from ..joints.offsets import (
     after_joint,
     after_number,
@@ -19,8 +19,8 @@ from ..joints.offsets import (
     total_counts,
     with_current_state,
 )
-from ..observe.observables import column_of, contact_observables_in
-from ..observe.stages import END, ROW_COUNT, STAGES, START
+from ..laws.contract import StepStart, guard_values, latched
+from ..observe import END, ROW_COUNT, STAGES, START, column_of, contact_observables_in
 from ..solver.event_search import SINGLE_STATE
 from .impact_mass import joints_at_event
 from .rates import observed_width

@@ -6,10 +6,10 @@ from ...tracing.compiled.family import family, inlined, kernel, map_joints
 from ..joints.contract import every_part
 from ..joints.dry import Joint
 from ..joints.lubricated import Lubricated
-from ..joints.modes import touches
 from ..joints.offsets import after_joint, after_number, first_offsets, with_current_state
 from ..joints.worn.worn import WornJoint, WornOnFoundation
-from ..laws.loss.contract import needs_mass, with_mass
+from ..laws.contract import touches
+from ..laws.loss import needs_mass, with_mass
 from ..machines.contract import gaps, impact_masses, pose_at
 
 

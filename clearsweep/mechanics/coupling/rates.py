@@ -30,7 +30,6 @@ from ..joints.contract import (
     power_stored,
 )
 from ..joints.loads import loads_of, put_internal_rates
-from ..joints.modes import touches
 from ..joints.offsets import (
     after_joint,
     after_number,
@@ -41,6 +40,7 @@ from ..joints.offsets import (
     total_counts,
 )
 from ..joints.worn.nearest import with_angles, with_body_angles
+from ..laws.contract import touches
 from ..machines.contract import (
     accelerate,
     body_angles,
@@ -54,7 +54,7 @@ from ..machines.contract import (
     output_error,
     pose_at,
 )
-from ..observe.observables import (
+from ..observe import (
     ACCELERATION,
     DRIVE,
     ERROR,

@@ -16,7 +16,7 @@ from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import kernel, map_joints
 from ..joints.gripping import grips_of, is_grip_sticking, is_sticking, limit_sign, slip_rate, with_tangential
 from ..joints.offsets import after_joint, after_number, first_offsets, total_counts
-from ..laws.friction.contract import static_limit
+from ..laws.friction import static_limit
 from ..machines.contract import accelerate, gap_accelerations
 
 MAX_SWEEPS = 100  # over the grips that stick; coupling between joints is weak, so a dozen suffice

@@ -3,8 +3,8 @@
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import kernel
-from ..joints.modes import touches
 from ..joints.offsets import total_counts
+from ..laws.contract import touches
 
 
 @kernel

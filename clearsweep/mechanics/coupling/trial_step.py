@@ -11,10 +11,10 @@ import numpy as np
 from ...tracing.compiled.choosing import lane_range, total_of
 from ...tracing.compiled.family import Entry, entry, inlined, shaped
 from ..joints.contract import JointState
-from ..joints.modes import touches
 from ..joints.offsets import total_counts
+from ..laws.contract import touches
 from ..machines.contract import gaps, pose_at
-from ..observe.stages import END, FIRST_IMPLICIT_ROW, ROW_COUNT, STAGES
+from ..observe import END, FIRST_IMPLICIT_ROW, ROW_COUNT, STAGES
 from ..solver.accumulate.step_sums import Step
 from ..solver.collocation import POSITIONS, VELOCITIES, WHOLE_SWEEP, A, sum_over_stages
 from .rates import gaps_with_angles, observed_width, put_error, put_root_rates, rates

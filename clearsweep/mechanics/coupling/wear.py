@@ -5,7 +5,7 @@ from ...tracing.compiled.family import Entry, entry, kernel, shaped
 from ..joints.offsets import first_offsets, total_counts
 from ..joints.worn.nearest import with_body_angles
 from ..machines.contract import body_angles, gaps, pose_at
-from ..observe.histogram import PARTS, STATE_POINTS, STEP_VALUE_ROWS
+from ..observe import PARTS, STATE_POINTS, STEP_VALUE_ROWS
 from ..wear.arc_over_step import WORKSPACE_SIZE
 from ..wear.contract import ACCOUNT_SIZE
 from ..wear.step import (

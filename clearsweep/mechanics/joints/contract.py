@@ -1,13 +1,12 @@
-"""The interface between integration and joints or laws; the integration knows no joint and no law by name.
+"""The interface between integration and joints; the integration knows no joint by name.
 
 A joint has *contacts*, places where its two surfaces can touch: a revolute joint has one, a spatial joint several.  All
 quantities of the loop and the figures are per contact, numbered through all joints: a mode, the rate at which the
 present contact began, a root of penetration in the state vector, and the observables.
 
-A joint has *parts*, its laws, each acting at one contact.  A part may have an internal state and guards, functions of
-the motion that cross zero upwards where something changes: the loop locates that time on the dense output, changes the
-mode as the guard requires and lets the part latch new internal values.  Internal state with rates is integrated, after
-the roots of penetration; state without rates changes only at events and is stored after the contacts' onset rates.
+A joint has *parts*, its laws, each acting at one contact; see `laws.contract` for what a law may have.  Internal state
+with rates is integrated, after the roots of penetration; state without rates changes only at events and is stored after
+the contacts' onset rates.
 
 A new kind of joint is one file and a choice in `registry.compile_joint`: a NamedTuple with the fields `clearance` and
 `side`, and members of the families
@@ -16,17 +15,7 @@ A new kind of joint is one file and a choice in `registry.compile_joint`: a Name
     parts(joint)                           its laws, at least one, in the order of their internal states and guards
     load(joint, gap, offsets, state)       its forces on the bodies and the observables of its contacts
 
-A new law is one file: a NamedTuple with members of the families of its force and, if necessary, of these:
-
-    internal_state(law)                    error scale of each number, and whether a separation resets it
-    internal_rates(law, contact)           rates of these numbers
-    guards(law), guard_values(...)         its possible events by mode, and the functions that locate them
-    latched(law, event, contact, root)     its internal state after an event
-
-The last fields of a law, with defaults, are its internal state; the defaults are the initial values.  A member of
-`internal_state` and `internal_rates` integrates it; a member of `latched` only changes it at events.
-
-The time scale kappa and all sums, counts and maxima (`observe.totals`) follow only from modes and Contacts: a
+The time scale kappa and all sums, counts and maxima (`accumulate.totals`) follow only from modes and Contacts: a
 contact that touches contributes to the time scale, a contact that acts to the sums.
 
 A lubricated film is a joint whose contact has the mode ACTS, apart or pressed: it exerts a force from start to end, is
@@ -37,17 +26,12 @@ contact.
 `test_joint_contract` has short examples of both.
 """
 
-import math
 from typing import NamedTuple
 
 import numpy as np
 
 from ...tracing.compiled.family import family, form_number
-
-ENTERED, LEFT = -1, -2  # events of a contact for `latched`; numbers from 0 on are the law's own guards
-SAME = -1  # of Guard.next_mode: the mode stays
-ONSET_FLOOR = 1e-3  # m/s, lower bound: laws divide by the onset rate; values from 1e-6 to 1e-3 give the same results
-NEVER = -math.inf  # value of an inactive guard
+from ..laws.contract import guards, internal_state, is_integrated
 
 
 class Offsets(NamedTuple):
@@ -105,32 +89,6 @@ class ContactModes(NamedTuple):
 
     apart: int
     pressed: int
-
-
-class InternalState(NamedTuple):
-    """Properties of a number of a law's internal state; its rate has the same unit per second."""
-
-    scale: float  # scale of its error
-    survives_separation: bool  # if not: reset by a separation to its initial value, without a rate out of contact
-
-
-class StepStart(NamedTuple):
-    """A law and its contact at the start of a step."""
-
-    law: tuple  # with its internal state then
-    contact: tuple  # Observed
-
-
-class Guard(NamedTuple):
-    """An event at which a function of the motion crosses zero upwards."""
-
-    modes: tuple  # mode in which it is active
-    next_mode: int = SAME  # mode after the event
-    at_start: bool = False  # also triggered if it is above zero when a motion restarts
-    counted: bool = False  # counted in the figure `force_clips`
-    observable: int = -1  # index of the observable that equals its value; -1: none
-    sign: float = 1.0  # factor on that observable
-    ends_run: bool = False  # ends the run: the journal has left its bearing
 
 
 # ---------------------------------------------------------------------------------------------- of a joint
@@ -255,85 +213,6 @@ def _default_gap_histories(joint, gap, side):
 def _default_load_histories(joint, load):
     contact = load.contacts[0]
     return contact.normal, contact.tangential
-
-
-# ---------------------------------------------------------------------------------------------- of a law
-
-
-@family
-def internal_state(law):
-    """Return an InternalState for each integrated number of a law's internal state."""
-
-
-@family
-def internal_rates(law, contact):
-    """Return the rates (1/s) of the law's internal state at its Contact."""
-
-
-@family
-def guards(law):
-    """Return the Guards of a law; they depend only on its type, since code is compiled for their number."""
-
-
-@family
-def guard_values(law, start, contact, root):
-    """Return the values of the law's guards.
-
-    start : StepStart; contact : Observed, now; root : m^0.5, present root of penetration.
-    """
-
-
-@family
-def latched(law, event, contact, root):
-    """Return the internal state of a law after an event: ENTERED, LEFT or the index of its guard.
-
-    contact : Observed, at the event; root : m^0.5, of the penetration.  Integrated numbers are reset after a
-    separation as `internal_state` specifies, whatever this returns.
-    """
-
-
-@internal_state.member(None)
-@guards.member(None)
-def _empty_declaration(law):
-    return ()
-
-
-@internal_rates.member(None)
-def _default_internal_rates(law, contact):
-    return ()
-
-
-@guard_values.member(None)
-def _default_guard_values(law, start, contact, root):
-    return ()
-
-
-@latched.member(None)
-def _default_latched(law, event, contact, root):
-    return ()
-
-
-PAIRED_FAMILIES = (
-    (internal_state, internal_rates),
-    (guards, guard_values),
-)  # a law must be a member of both or of neither
-
-
-def describe_missing_members(law_type):
-    """Yield descriptions of the missing members of a law's type."""
-    for declaration, evaluation in PAIRED_FAMILIES:
-        if (law_type in declaration.members) != (law_type in evaluation.members):
-            yield f"declares one of {declaration.__name__} and {evaluation.__name__}; a law needs both or neither"
-    if (is_integrated(law_type) or law_type in latched.members) != bool(law_type._field_defaults):
-        yield (
-            "must declare an internal_state with rates, or latched numbers, if and only if fields have defaults: these "
-            "fields are the state"
-        )
-
-
-def is_integrated(law_type):
-    """Return whether the internal state of a type of law is integrated rather than only latched at events."""
-    return law_type in internal_state.members
 
 
 # ---------------------------------------------------------------------------------------------- tables of a scene

@@ -14,11 +14,11 @@ from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import cond, where
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import inlined, kernel
-from ..laws.friction.contract import friction_force
-from ..laws.loss.contract import contact_force, lowest_force, sign_past_separation
-from ..observe.observables import RAW
-from .contract import Contact, ContactModes, Guard, Load, Part, contact_modes, guards, load, parts
-from .modes import CLIPPED, FREE, PRESSED, STICKING
+from ..laws.contract import CLIPPED, FREE, PRESSED, STICKING, Guard, guards
+from ..laws.friction import friction_force
+from ..laws.loss import contact_force, lowest_force, sign_past_separation
+from ..observe import RAW
+from .contract import Contact, ContactModes, Load, Part, contact_modes, load, parts
 from .offsets import with_current_laws
 
 

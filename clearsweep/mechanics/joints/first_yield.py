@@ -13,10 +13,9 @@ from typing import Any
 import numpy as np
 
 from ...contracts.case import Joint
-from ..laws.elastic.compatible import END_DEPTH, END_FORCE, END_Q
-from ..laws.elastic.contract import elastic_energy, static_penetration
-from .material import plane_strain_modulus, relative_radius
-from .recipe import RECIPES
+from ..laws.contract import RECIPES
+from ..laws.cylinders import END_DEPTH, END_FORCE, END_Q
+from ..laws.elastic import elastic_energy, plane_strain_modulus, relative_radius, static_penetration
 
 LINE, BALL = "line", "ball"
 LINE_PRESSURE, BALL_PRESSURE = 1.67, 1.6  # largest pressure over yield strength at first yield

@@ -11,11 +11,11 @@ from typing import NamedTuple
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import plain
 from ...tracing.compiled.family import family, inlined, kernel
-from ..laws.friction.contract import static_limit
+from ..laws.contract import AT_LIMIT_DOWN, AT_LIMIT_UP, STICKING
+from ..laws.friction import static_limit
 from .contract import Contact, Load
 from .dry import Joint
 from .guide import CORNERS, Guide, corner_position, with_resultant
-from .modes import AT_LIMIT_DOWN, AT_LIMIT_UP, STICKING
 from .slot import SlotJoint, normal_of
 
 

@@ -16,11 +16,11 @@ from typing import NamedTuple
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import inlined, kernel, map_joints
-from ..laws.friction.contract import friction_force
-from ..laws.loss.contract import contact_force, lowest_force, sign_past_separation
+from ..laws.contract import ACTS, CLIPPED, FREE, PRESSED
+from ..laws.friction import friction_force
+from ..laws.loss import contact_force, lowest_force, sign_past_separation
 from .contract import Contact, ContactModes, Load, Offsets, Part, contact_modes, load, load_histories, parts
 from .dry import Clip
-from .modes import ACTS, CLIPPED, FREE, PRESSED
 from .offsets import after_law, after_number, with_current_state
 
 CORNERS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))  # signs of half the length and half the height

@@ -6,8 +6,8 @@ import numpy as np
 
 from ...tracing.compiled.dual import as_type_of, rate_or_slope
 from ...tracing.compiled.family import inlined, kernel, map_joints
-from .contract import Load, internal_rates, internal_state, load, parts
-from .modes import touches
+from ..laws.contract import internal_rates, internal_state, touches
+from .contract import Load, load, parts
 from .offsets import after_joint, after_number, after_part, counts_of_part, first_offsets, with_current_state
 
 

@@ -11,11 +11,24 @@ from typing import NamedTuple
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import family, kernel
-from ..laws.film.contract import FilmMotion, asperity_load, dry_fraction, film_couples, film_force, film_pressure
-from ..laws.film.corners import AFLOAT, MARGIN, Corners, Reversals, has_reversal_corners
-from ..laws.film.transition import GreenwoodTripp, asperity_depth
-from ..laws.friction.contract import friction_force
-from ..observe.observables import FILM_WIDTH
+from ..laws.contract import ACTS, PRESSED, touches
+from ..laws.film import (
+    AFLOAT,
+    MARGIN,
+    Corners,
+    FilmMotion,
+    GreenwoodTripp,
+    Reversals,
+    asperity_depth,
+    asperity_load,
+    dry_fraction,
+    film_couples,
+    film_force,
+    film_pressure,
+    has_reversal_corners,
+)
+from ..laws.friction import friction_force
+from ..observe import FILM_WIDTH
 from . import dry
 from .contract import (
     ContactModes,
@@ -30,7 +43,6 @@ from .contract import (
     parts,
     power_lost,
 )
-from .modes import ACTS, PRESSED, touches
 from .offsets import with_current_laws
 
 

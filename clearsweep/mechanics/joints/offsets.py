@@ -5,8 +5,9 @@ longer for it than for the forces.
 """
 
 from ...tracing.compiled.family import inlined, kernel, kinds, map_joints
-from ..observe.observables import FILM_WIDTH, column_count
-from .contract import Offsets, contact_modes, extra_columns, guards, history_count, is_integrated, parts
+from ..laws.contract import guards, is_integrated
+from ..observe import FILM_WIDTH, column_count
+from .contract import Offsets, contact_modes, extra_columns, history_count, parts
 
 
 class _Fields:

@@ -12,37 +12,31 @@ import numpy as np
 from ...contracts.case import Joint
 from ...contracts.catalogue import Law
 from ...tracing.compiled.vector import Vector
-from ..laws.elastic.conformal import Foundation
-from ..laws.elastic.contract import elastic_force
-from ..laws.elastic.power import Linear
-from ..laws.film.shear import DEFAULT_SHEAR_LAW
-from ..laws.film.transition import transition_depths
-from ..laws.friction.contract import Frictionless
-from ..laws.friction.piecewise import as_contact_friction
-from ..laws.loss.contract import lowest_force
-from ..laws.loss.renewed import renewed_law
-from ..laws.roughness.series import ArcParameters, Series, combine_in_series
-from ..laws.roughness.spots import Surface
+from ..laws.conformal import Foundation
+from ..laws.contract import RECIPES, Recipe, compile_law
+from ..laws.elastic import Linear, elastic_force, line_modulus
+from ..laws.film import DEFAULT_SHEAR_LAW, transition_depths
+from ..laws.friction import Frictionless, as_contact_friction
+from ..laws.loss import lowest_force, renewed_law
+from ..laws.roughness import Surface
+from ..laws.series import ArcParameters, Series, combine_in_series
 from ..wear.contract import NoWear, Worn
 from ..wear.shape import Shape, bin_means, conformal_profiles, point_profiles, shape_of
 from . import dry, guide, lubricated, slot, spatial, worn_slot
-from .material import line_modulus
-from .recipe import RECIPES, Recipe, compile_law
 from .worn import worn
 from .worn.foundation import Overlap
 
-# Each import registers its laws, which are listed in this order.
+# Each import registers its laws, which are listed in this order; those of the imports above come before them.
 # isort: off
-from ..laws.loss import hysteresis, plastic, dampers  # noqa: F401
-from ..laws.elastic import power, cylinders, conformal, compatible  # noqa: F401
-from ..laws.roughness import smooth, fractal, kogut_etsion  # noqa: F401
-from ..laws.friction import sliding, stick, bristles  # noqa: F401
+from ..laws import hysteresis, plastic, dampers  # noqa: F401
+from ..laws import cylinders  # noqa: F401
+from ..laws import bristles  # noqa: F401
 from ..wear import archard  # noqa: F401
 from .worn import foundation  # noqa: F401
 from ..wear import persson, pressure  # noqa: F401
 from .spatial import slices  # noqa: F401
 from ..wear import uniform  # noqa: F401
-from ..laws.film import reynolds, finite, short, long, shear, transition  # noqa: F401
+from ..laws import reynolds  # noqa: F401
 # isort: on
 
 __all__ = [

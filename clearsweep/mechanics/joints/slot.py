@@ -21,12 +21,12 @@ from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import inlined, kernel
-from ..laws.friction.contract import friction_force
+from ..laws.contract import FREE, PRESSED, touches
+from ..laws.friction import friction_force
 from ..wear.contract import arc_width, local_clearance
 from ..wear.step import SLOPES, record
 from .contract import Contact, ContactModes, Load, Part, contact_modes, load, parts
 from .dry import Clip, normal_forces
-from .modes import FREE, PRESSED, touches
 from .offsets import after_law, with_current_state
 
 

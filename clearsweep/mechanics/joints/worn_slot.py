@@ -22,7 +22,8 @@ from ...tracing.compiled.choosing import where
 from ...tracing.compiled.direction import direction
 from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import inlined
-from ..laws.friction.contract import friction_force
+from ..laws.contract import FREE, PRESSED, touches
+from ..laws.friction import friction_force
 from ..wear.contract import arc_width, local_clearance
 from ..wear.shape import (
     KNOT_SPACING,
@@ -40,7 +41,6 @@ from ..wear.shape import (
 from ..wear.step import record
 from .contract import Contact, ContactModes, Load, Part, contact_modes, load, parts
 from .dry import Clip, normal_forces
-from .modes import FREE, PRESSED, touches
 from .offsets import with_current_laws
 from .slot import SlotJoint, is_on_flat_wall, load_at_pin, normal_of, record_slot_contact, unworn_local_clearance
 from .worn.nearest import approximate_angle, with_angles

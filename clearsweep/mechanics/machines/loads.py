@@ -9,7 +9,7 @@ from ...contracts import case, machine
 from ...contracts.catalogue import Choice, Columns, Field, Keys, Law
 from ...contracts.outline import ANY, GROUND, SIZES, LoadOutline
 from ...contracts.roles import CHOICE, CONDITION
-from ..joints.recipe import compile_law
+from ..laws.contract import compile_law
 
 CENTER = "center"  # the name of a body's centre of mass as a point
 CENTER_TEXT = "centre of mass"

@@ -18,7 +18,7 @@ import numpy as np
 
 from ...tracing.compiled.choosing import lane_range
 from ...tracing.compiled.family import kernel
-from ..observe.stages import NODE_FRACTIONS, STAGES
+from ..observe import NODE_FRACTIONS, STAGES
 from .collocation import lagrange_polynomials
 
 DEGREE = STAGES

@@ -15,7 +15,7 @@ Counts of evaluations decide, never a clock, and only evaluations of the motion 
 import math
 
 from ...tracing.compiled.family import kernel
-from ..observe.stages import STAGES
+from ..observe import STAGES
 from . import radau
 from .integration import AUTO, EXPLICIT, IMPLICIT
 from .radau import ERROR_CONSTANT, ORDER

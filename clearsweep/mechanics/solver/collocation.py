@@ -24,7 +24,7 @@ import numpy as np
 
 from ...tracing.compiled.choosing import lane_range
 from ...tracing.compiled.family import inlined, kernel
-from ..observe.stages import POINTS, STAGES, START
+from ..observe import POINTS, STAGES, START
 
 
 def lagrange_polynomials(points: Iterable[float]) -> list[list[Fraction]]:

@@ -4,10 +4,8 @@ import math
 from typing import NamedTuple
 
 from ...tracing.compiled.family import kernel
-from ..joints.contract import ENTERED, LEFT, ONSET_FLOOR
-from ..joints.modes import touches
-from ..observe.observables import contact_observables
-from ..observe.stages import END
+from ..laws.contract import ENTERED, LEFT, ONSET_FLOOR, touches
+from ..observe import END, contact_observables
 from .integration import EVENT_BUDGET, GOING, GUARD, LEFT_BEARING, LIMIT, NOTHING, OK, ONSET, SEPARATION
 from .step import latch, pass_guard
 

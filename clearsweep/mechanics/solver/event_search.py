@@ -9,9 +9,8 @@ state, are event functions, too.
 import math
 
 from ...tracing.compiled.family import invoke, kernel
-from ..joints.modes import meets, touches
-from ..observe.observables import DEPTH, KAPPA, RATE, SLIP, column_of
-from ..observe.stages import END, NODE_FRACTIONS, NODES, SCRATCH, START
+from ..laws.contract import meets, touches
+from ..observe import DEPTH, END, KAPPA, NODE_FRACTIONS, NODES, RATE, SCRATCH, SLIP, START, column_of
 from .bernstein import (
     COEFFICIENTS,
     CROSSING_TOLERANCE,

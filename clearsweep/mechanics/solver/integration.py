@@ -7,7 +7,7 @@ import numpy as np
 
 from ...tracing.compiled.family import Entry, inlined, invoke, kernel
 from ...tracing.fields import Fields
-from ..observe.stages import SCRATCH
+from ..observe import SCRATCH
 from .accumulate.step_sums import ContactStep, Step, TrialStep
 from .accumulate.totals import Accumulators
 from .collocation import dense_state

@@ -28,8 +28,7 @@ from ...tracing import objects
 from ...tracing.compiled.family import kernel
 from ...tracing.compiled.pinned import Pinned, layout_of, pinned_at
 from ...tracing.compiled.plain import is_plain
-from ..observe.observables import KAPPA, KINETIC
-from ..observe.stages import END, START
+from ..observe import END, KAPPA, KINETIC, START
 from .accumulate.slow_sums import add_slow_sums, begin_window
 from .accumulate.totals import accumulate_step
 from .accumulate.within_step import record_start, write_sample

@@ -26,7 +26,7 @@ import numpy as np
 from ...tracing.compiled.choosing import lane_range
 from ...tracing.compiled.family import inlined, invoke, kernel
 from ...tracing.portable import exact, inverse
-from ..observe.stages import POINTS, STAGES
+from ..observe import POINTS, STAGES
 from .collocation import POSITIONS, RATES, VELOCITIES, sum_over_stages
 from .integration import Preconditioner
 

@@ -17,7 +17,7 @@ import numpy as np
 
 from ...tracing.compiled.family import invoke, kernel
 from ...tracing.portable import coefficients_through, exact, inverse, powers
-from ..observe.stages import END, FIRST_IMPLICIT_ROW, NODE_FRACTIONS, SCRATCH, START
+from ..observe import END, FIRST_IMPLICIT_ROW, NODE_FRACTIONS, SCRATCH, START
 from .collocation import basis_functions, dense_component, dense_state
 from .integration import Choice, Implicit, StepHistory, evaluate
 

@@ -3,9 +3,8 @@
 import math
 
 from ...tracing.compiled.family import invoke, kernel
-from ..joints.contract import SAME
-from ..observe.observables import KAPPA, contact_observables
-from ..observe.stages import END, STAGES, START
+from ..laws.contract import SAME
+from ..observe import END, KAPPA, STAGES, START, contact_observables
 from .accumulate.step_sums import write_sums
 from .bernstein import WHOLE, value_and_slope
 from .collocation import (

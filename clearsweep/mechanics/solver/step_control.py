@@ -8,7 +8,7 @@ import math
 
 from ...tracing.compiled.choosing import bits_of, number_of
 from ...tracing.compiled.family import inlined, kernel
-from ..joints.modes import meets, touches
+from ..laws.contract import meets, touches
 from .choice import reused_length
 from .integration import IMPLICIT, MAX_TRAVEL
 

@@ -7,7 +7,7 @@ import numpy as np
 from ...tracing.compiled.choosing import bits_of, lane_range, number_of
 from ...tracing.compiled.family import family, inlined, kernel
 from ..joints.spatial import Flanged, Through
-from ..observe.histogram import KAPPA_ROW, PARTS, SLIP_ROW
+from ..observe import KAPPA_ROW, PARTS, SLIP_ROW
 from .arc_over_step import (
     AREA,
     BODY_SIZE,

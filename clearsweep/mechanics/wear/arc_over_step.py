@@ -16,7 +16,7 @@ import numpy as np
 from ...tracing.compiled.choosing import lane_range, rolled_range, where
 from ...tracing.compiled.family import family, inlined, kernel
 from ...tracing.portable import Exact, coefficients_through, gauss_rule, least_squares, lobatto_rule, powers
-from ..observe.histogram import DEPTH_ROW, FORCE_ROW, FRICTION_POWER_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
+from ..observe import DEPTH_ROW, FORCE_ROW, FRICTION_POWER_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
 from .contract import (
     SlidingContact,
     cumulative_pressure,

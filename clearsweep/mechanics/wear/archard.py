@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 from ...contracts.case import Joint
 from ...contracts.catalogue import Law
-from ..joints.recipe import compile_law, register
+from ..laws.contract import compile_law, register
 from .contract import MAX_BINS, wear_rate
 
 

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from ...tracing.compiled.choosing import lane_range, rolled_range
 from ...tracing.compiled.family import family, inlined, kernel
-from ..observe.histogram import PARTS, SLIP_ROW
+from ..observe import PARTS, SLIP_ROW
 from .account import account_span
 from .arc_over_step import (
     AREA,

@@ -11,6 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...tracing.compiled.family import family
+from ..laws.contract import require
 
 #: Largest number of bins in the sums; finer bins are interpolated from these, see `simulation.figures.window`.
 MAX_BINS = 720
@@ -127,14 +128,8 @@ def peak_over_mean(pressure, half_angle):
     """Return the largest over the mean pressure on an arc of half-angle `half_angle` (rad)."""
 
 
-PRESSURE_FAMILIES = (
-    half_arc,
-    cumulative_pressure,
-    smooth_range,
-    pressure_integral_over_load,
-    peak_over_mean,
-)  # a type of pressure is a member of each
-WEAR_FAMILIES = (wear_rate,)
+require("wear", wear_rate)
+require("pressure", half_arc, cumulative_pressure, smooth_range, pressure_integral_over_load, peak_over_mean)
 
 
 class NoWear(NamedTuple):

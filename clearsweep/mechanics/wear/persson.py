@@ -14,8 +14,8 @@ from ...contracts.case import Joint
 from ...contracts.catalogue import Law
 from ...tracing import portable
 from ...tracing.portable import coefficients_through, exact, polynomial_through
-from ..joints.recipe import register
-from ..laws.elastic.conformal import MAX_B2, half_angle_at_load
+from ..laws.conformal import MAX_B2, half_angle_at_load
+from ..laws.contract import register
 from .contract import cumulative_pressure, half_arc, peak_over_mean, pressure_integral_over_load, smooth_range
 from .pressure import MODULUS, modulus_of
 

@@ -9,10 +9,9 @@ from ...contracts.case import Joint
 from ...contracts.catalogue import Field, Law
 from ...tracing import portable
 from ...tracing.compiled.family import inlined
-from ..joints.material import plane_strain_modulus, relative_radius
-from ..joints.recipe import register
-from ..laws.elastic.conformal import angle_minus_sine
-from ..laws.elastic.contract import SMALL_ARC
+from ..laws.conformal import angle_minus_sine
+from ..laws.contract import register
+from ..laws.elastic import SMALL_ARC, plane_strain_modulus, relative_radius
 from .contract import cumulative_pressure, half_arc, peak_over_mean, pressure_integral_over_load, smooth_range
 
 

@@ -9,17 +9,9 @@ from ...tracing.compiled.choosing import lane_range
 from ...tracing.compiled.family import family, kernel, map_joints
 from ...tracing.portable import exact, inverse
 from ..joints.contract import Offsets
-from ..joints.modes import touches
 from ..joints.offsets import after_joint
-from ..observe.histogram import (
-    FORCE_ROW,
-    FRICTION_POWER_ROW,
-    KAPPA_ROW,
-    PARTS,
-    QUARTER_POINTS,
-    STATE_POINTS,
-    STEP_VALUE_ROWS,
-)
+from ..laws.contract import touches
+from ..observe import FORCE_ROW, FRICTION_POWER_ROW, KAPPA_ROW, PARTS, QUARTER_POINTS, STATE_POINTS, STEP_VALUE_ROWS
 from .account import accumulate_distance
 from .arc_over_step import BEARING_ANGLE_ROW, DEGREE, FIT, POINTS
 from .binning import update_worn_profile

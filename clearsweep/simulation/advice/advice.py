@@ -14,8 +14,7 @@ from ...language.errors import InputError, similar_words
 from ...mechanics import describe
 from ...mechanics.describe import WIDTH
 from ...mechanics.joints import registry
-from ...mechanics.joints.material import plane_strain_modulus, relative_radius
-from ...mechanics.laws.elastic.contract import static_penetration
+from ...mechanics.laws.elastic import plane_strain_modulus, relative_radius, static_penetration
 from ..machine.ideal import ideal_peaks
 from ..setup.scene import catalogue
 

@@ -27,7 +27,7 @@ from ...answers.validity import (
 from ...contracts.case import REFERENCE_TEMPERATURE, Joint, column_name
 from ...contracts.layout import FRICTION_POWER
 from ...mechanics.joints import registry
-from ...mechanics.laws.film import reynolds
+from ...mechanics.laws import reynolds
 from ...mechanics.machines.described import MAX_SEGMENTS
 from ..figures.window import Window
 from ..machine.links import elastic_links, segments_to_resolve

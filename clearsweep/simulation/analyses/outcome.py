@@ -9,7 +9,7 @@ from ...answers.validity import join_remarks
 from ...contracts.layout import SECTION_COUNT, Layout
 from ...contracts.machine import Motor
 from ...contracts.results import EVENT_DTYPE, PARTIAL_STATUSES, Trajectory
-from ...mechanics.observe.histogram import force_quantiles, time_above
+from ...mechanics.observe import force_quantiles, time_above
 from ...mechanics.solver import integration
 from ...mechanics.solver.accumulate.totals import HIGHEST_BIN, Totals
 from ...mechanics.solver.accumulate.within_step import Record, sample_states

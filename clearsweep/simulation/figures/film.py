@@ -4,7 +4,7 @@ import math
 from typing import Any
 
 from ...contracts.catalogue import Entry, Figure
-from ...mechanics.laws.film.contract import film_pressure
+from ...mechanics.laws.film import film_pressure
 from .sums import DryLoadRatio, DryTime, Mean
 from .window import Window
 

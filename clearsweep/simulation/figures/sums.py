@@ -14,7 +14,7 @@ import numpy as np
 
 from ...contracts.catalogue import Figure
 from ...contracts.layout import Layout
-from ...mechanics.observe import histogram
+from ...mechanics import observe
 from ...mechanics.solver.accumulate.totals import Totals
 from .spread import CONFIDENCE, inflation_of, lag_correlation
 from .window import DRY_FORCE_THRESHOLD, RARE_SHARE, Summed, Window
@@ -204,10 +204,10 @@ class ForceExceeded(NamedTuple):
         difference, duration = histograms[-1] - histograms[0], times[-1] - times[0]
 
         def force(fraction: float) -> float:
-            return histogram.force_quantile(difference, min(max(fraction, 0.0), 1.0) * duration)
+            return observe.force_quantile(difference, min(max(fraction, 0.0), 1.0) * duration)
 
         value = force(RARE_SHARE)
-        time_above = np.array([histogram.time_above(value, forces) for forces in histograms])
+        time_above = np.array([observe.time_above(value, forces) for forces in histograms])
         width = half_width(np.diff(time_above) / np.diff(times))
         return value, max(force(RARE_SHARE - width) - value, value - force(RARE_SHARE + width))
 
@@ -229,7 +229,7 @@ class DryTime(NamedTuple):
         """Return the share and its half-width, with the mean load of all blocks."""
         histograms, loads = zip(*sums, strict=True)
         threshold = DRY_FORCE_THRESHOLD * (loads[-1] - loads[0]) / (times[-1] - times[0])
-        fraction, width = _mean(times, [histogram.time_above(threshold, forces) for forces in histograms])
+        fraction, width = _mean(times, [observe.time_above(threshold, forces) for forces in histograms])
         return self._share(fraction), width
 
     def _share(self, fraction: float) -> float:

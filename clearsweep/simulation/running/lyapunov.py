@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...mechanics.joints.modes import touches
+from ...mechanics.laws.contract import touches
 from ...mechanics.solver import event_actions, integration
 from ...mechanics.solver.integration import Work
 from .observed_run import Decision, Pausing, restore, snapshot_of

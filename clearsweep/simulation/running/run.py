@@ -11,19 +11,18 @@ from typing import Any
 import numpy as np
 
 from ...language import phases
+from ...mechanics import observe
 from ...mechanics.coupling.guards import guards_of
 from ...mechanics.coupling.rates import rates, samples_of, slopes_of
 from ...mechanics.coupling.state import every_state
 from ...mechanics.coupling.trial_step import rates_of, stage_observables_of, sweep_of
 from ...mechanics.coupling.wear import wear_of, workspace_size
 from ...mechanics.joints.contract import every_contact, every_latched
-from ...mechanics.joints.modes import touches
 from ...mechanics.joints.offsets import Offsets, after_joint, first_offsets, with_current_state
-from ...mechanics.laws.loss.contract import needs_mass, needs_onset_rate
+from ...mechanics.laws.contract import touches
+from ...mechanics.laws.loss import needs_mass, needs_onset_rate
 from ...mechanics.machines.contract import friction_laws
-from ...mechanics.observe import histogram
-from ...mechanics.observe.histogram import STATE_POINTS
-from ...mechanics.observe.stages import ROW_COUNT
+from ...mechanics.observe import ROW_COUNT, STATE_POINTS
 from ...mechanics.solver import integration, loop, radau
 from ...mechanics.solver.accumulate import totals as total_columns
 from ...mechanics.solver.accumulate.within_step import Record, RevolutionMarks
@@ -59,9 +58,9 @@ def _accumulators_of(
     bins = max(min(joint_layout.wear_bins, MAX_BINS) * joint_layout.wear_rows for joint_layout in joint_layouts)
     return total_columns.Totals(
         **arrays,
-        histogram=np.zeros((contacts, histogram.BINS, 2)),
-        dry=np.zeros((contacts if any(joint_layout.film for joint_layout in joint_layouts) else 0, histogram.BINS, 2)),
-        step_values=zeros((contacts, histogram.STEP_VALUE_ROWS, histogram.PARTS + 1)),
+        histogram=np.zeros((contacts, observe.BINS, 2)),
+        dry=np.zeros((contacts if any(joint_layout.film for joint_layout in joint_layouts) else 0, observe.BINS, 2)),
+        step_values=zeros((contacts, observe.STEP_VALUE_ROWS, observe.PARTS + 1)),
         length=zeros(1),
         dense_states=zeros((2 * len(scene.value.coordinates) + 1, STATE_POINTS)),
         workspace=zeros(workspace_size(contacts, bins) if has_wear else 0),

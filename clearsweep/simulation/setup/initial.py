@@ -12,8 +12,9 @@ from ...contracts.machine import Machine
 from ...mechanics.coupling import rates
 from ...mechanics.coupling.state import every_state
 from ...mechanics.joints import registry
-from ...mechanics.joints.contract import ONSET_FLOOR, contact_modes, every_contact, every_latched, state_kinds_of
+from ...mechanics.joints.contract import contact_modes, every_contact, every_latched, state_kinds_of
 from ...mechanics.joints.lubricated import film_depths
+from ...mechanics.laws.contract import ONSET_FLOOR
 from ...mechanics.machines.contract import Built
 from ...mechanics.wear.contract import Worn
 from ...tracing.compiled.family import flatten, numbers_of

@@ -6,10 +6,10 @@ from typing import Any
 
 import numpy as np
 
+from ...mechanics import observe
 from ...mechanics.coupling.rates import observed_width
 from ...mechanics.joints.contract import every_contact
-from ...mechanics.observe import histogram
-from ...mechanics.observe.stages import ROW_COUNT, STAGES
+from ...mechanics.observe import ROW_COUNT, STAGES
 from ...mechanics.solver import integration
 from ...mechanics.solver.accumulate import totals as total_columns
 from ...mechanics.solver.accumulate.step_sums import ContactStep, Step
@@ -42,8 +42,8 @@ def arrays_of(scene: Scene) -> Arrays:
         "polynomials": (ROWS, COEFFICIENTS),
         "step": (Step.SIZE,),
         "contact_steps": (contacts, ContactStep.SIZE),
-        "profiles": (1 + contacts, histogram.PARTS + 1),
-        "part_times": (contacts, total_columns.PART_TIME_ROWS, histogram.PARTS),
+        "profiles": (1 + contacts, observe.PARTS + 1),
+        "part_times": (contacts, total_columns.PART_TIME_ROWS, observe.PARTS),
         "end": (n,),
         "z": (n,),
     }

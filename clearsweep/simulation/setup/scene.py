@@ -27,7 +27,7 @@ from ...mechanics.joints.slot import SlotJoint
 from ...mechanics.joints.slot import normal_of as slot_normal_of
 from ...mechanics.joints.worn.worn import has_worn_shape, seated_position
 from ...mechanics.joints.worn_slot import WornSlot
-from ...mechanics.laws.elastic.contract import static_penetration
+from ...mechanics.laws.elastic import static_penetration
 from ...mechanics.machines import MECHANISMS, planar
 from ...mechanics.machines.contract import Built, body_angles, gaps, pose_at
 from ...mechanics.machines.spatial import initial_seats

@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from ...contracts.results import Trajectory
 from ...mechanics.joints.registry import compile_friction
-from ...mechanics.laws.friction.contract import friction_force
+from ...mechanics.laws.friction import friction_force
 from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
 from .drawing import COLOURS, REFERENCE_STYLE, style_axes

@@ -8,10 +8,10 @@ from ....tracing.compiled.attitude import to_fixed_frame
 from ....tracing.compiled.dual import as_type_of
 from ....tracing.compiled.family import family, kernel
 from ....tracing.compiled.vector import Vector, cross, dot, minus, plus, plus_scaled, times
-from ...laws.friction.contract import friction_force
-from ...laws.loss.contract import contact_force, lowest_force, sign_past_separation
+from ...laws.contract import CLIPPED, FREE
+from ...laws.friction import friction_force
+from ...laws.loss import contact_force, lowest_force, sign_past_separation
 from ..contract import Contact, Offsets, gap_histories, history_count, load, load_histories
-from ..modes import CLIPPED, FREE
 from ..offsets import after_law, with_current_state
 from .form import ContactForce, EndContacts, Flanged, SpatialGap, SpatialLoad, Spread, SpreadContact, Through
 from .points import flange_point, overlap_of, sine_of_tilt, tilt_of, wall_point

@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 from ....tracing.compiled.vector import Vector
-from ...observe.observables import RAW
-from ..contract import ContactModes, Guard, Part, contact_modes, guards, parts, power_lost, power_stored
+from ...laws.contract import ACTS, FREE, MEETS, PRESSED, Guard, guards
+from ...observe import RAW
+from ..contract import ContactModes, Part, contact_modes, parts, power_lost, power_stored
 from ..dry import Clip
-from ..modes import ACTS, FREE, MEETS, PRESSED
 
 
 class InBore(NamedTuple):

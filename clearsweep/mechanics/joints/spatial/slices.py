@@ -14,7 +14,8 @@ from ....tracing.compiled.choosing import rolled_range
 from ....tracing.compiled.family import family, kernel
 from ....tracing.compiled.vector import cross, dot, plus_scaled
 from ....tracing.portable import coefficients_through, exact, powers
-from ...observe.histogram import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, QUARTER_POINTS, SLIP_ROW
+from ...laws.contract import touches
+from ...observe import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, QUARTER_POINTS, SLIP_ROW
 from ...wear.account import accumulate_distance
 from ...wear.arc_over_step import FIT, POINTS, SMALLEST_ARC, sliding_contact_of
 from ...wear.binning import update_worn_profile
@@ -47,7 +48,6 @@ from ...wear.step import (
     unwrap_angles,
     update_joint_wear,
 )
-from ..modes import touches
 from . import ENDS, Flanged, Through, bearing_length, wall_point
 from .wall_strips import (
     DepthProfile,

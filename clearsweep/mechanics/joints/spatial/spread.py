@@ -25,10 +25,10 @@ from ....tracing.compiled import calculus as math
 from ....tracing.compiled.dual import as_type_of
 from ....tracing.compiled.family import family, inlined, kernel
 from ....tracing.compiled.vector import Vector, cross, dot, minus, norm, plus, plus_scaled, times
-from ...laws.friction.contract import friction_force
-from ...laws.loss.contract import lowest_force
+from ...laws.contract import CLIPPED, touches
+from ...laws.friction import friction_force
+from ...laws.loss import lowest_force
 from ..contract import Contact
-from ..modes import CLIPPED, touches
 from .form import ContactForce, InBore, Overlapping, SpreadContact
 from .points import Point, overlap_of, wall_point
 from .strips import (

@@ -23,9 +23,8 @@ from ....tracing.compiled import calculus as math
 from ....tracing.compiled.dual import as_type_of
 from ....tracing.compiled.family import family, inlined, kernel
 from ....tracing.portable import gauss_rule
-from ...laws.elastic.contract import elastic_energy, elastic_force
-from ...laws.elastic.power import Linear, PowerThreeHalves
-from ...laws.loss.contract import contact_force, sign_past_separation
+from ...laws.elastic import Linear, PowerThreeHalves, elastic_energy, elastic_force
+from ...laws.loss import contact_force, sign_past_separation
 from .form import FewNodes, ManyNodes, Spread
 
 #: Least depth, over its rise along a strip, from which the quadrature is as exact without a division there.

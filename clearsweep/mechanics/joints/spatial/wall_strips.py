@@ -21,9 +21,9 @@ from typing import NamedTuple
 from ....tracing.compiled.choosing import rolled_range
 from ....tracing.compiled.family import family, kernel
 from ....tracing.compiled.vector import dot
-from ...laws.elastic.contract import elastic_force
-from ...observe.histogram import FORCE_ROW, PARTS
-from ..modes import touches
+from ...laws.contract import touches
+from ...laws.elastic import elastic_force
+from ...observe import FORCE_ROW, PARTS
 from . import AtEdges, EndContacts, InBore, Overlapping, Spread
 from .points import is_past_edge
 from .strips import Profile, depth_at, integrals_up_to, lifted_part, mean_elastic

@@ -19,7 +19,7 @@ from typing import NamedTuple
 
 from ....tracing.compiled.choosing import rolled_range
 from ....tracing.compiled.family import family, inlined, kernel
-from ...observe.histogram import FRICTION_POWER_ROW, KAPPA_ROW, SLIP_ROW
+from ...observe import FRICTION_POWER_ROW, KAPPA_ROW, SLIP_ROW
 from ...wear.arc_over_step import (
     AREA,
     BEARING_ANGLE_ROW,

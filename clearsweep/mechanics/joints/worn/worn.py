@@ -18,12 +18,12 @@ import numpy as np
 from ....tracing.compiled import calculus as math
 from ....tracing.compiled.dual import as_type_of
 from ....tracing.compiled.family import family, inlined
-from ...laws.friction.contract import friction_force
+from ...laws.contract import FREE, PRESSED
+from ...laws.friction import friction_force
 from ...wear.contract import contact_angle, local_clearance
 from ...wear.shape import Shape, wear_depth_at
 from ..contract import ContactModes, Load, Part, contact_modes, load, parts, power_lost, power_stored
 from ..dry import Clip, Joint, normal_forces
-from ..modes import FREE, PRESSED
 from ..offsets import with_current_laws
 from .nearest import bodies_of, gap_with_angles, nearest, with_angles
 

@@ -21,7 +21,7 @@ from ....tracing.compiled import calculus as math
 from ....tracing.compiled.direction import direction
 from ....tracing.compiled.dual import as_type_of, plain
 from ....tracing.compiled.family import inlined, kernel
-from ...laws.elastic.contract import elastic_force
+from ...laws.elastic import elastic_force
 from ...wear.shape import KNOT_SPACING, wear_depth_at
 from .nearest import GapWithAngles, bodies_of, nearest, surfaces_of
 from .worn import GeneralisedDepth, WornJoint, WornOnFoundation, generalised_depth, seated_position

@@ -15,7 +15,7 @@ from ....tracing.compiled.dual import Dual, as_type_of, plain, value
 from ....tracing.compiled.family import form_number, inlined, kernel
 from ...joints.dry import Gap
 from ...joints.guide import GuideGap
-from ...laws.friction.contract import friction_force, friction_in_pin, static_limit, static_limit_in_pin
+from ...laws.friction import friction_force, friction_in_pin, static_limit, static_limit_in_pin
 from ..contract import Motion
 from . import dynamics, friction
 from .cycle import evaluate_cycle

@@ -14,7 +14,7 @@ from ....contracts.machine import Motor
 from ....tracing.compiled.choosing import lane_range, rolled_range
 from ....tracing.compiled.family import Routine, entry, flatten, invoke, kernel, shaped
 from ....tracing.portable import Exact, coefficients_through, exact, inverse, powers
-from ...observe.stages import POINTS, STAGES
+from ...observe import POINTS, STAGES
 from ..contract import accelerate, pose_at
 
 MAX_WAIT = 30.0  # longest wait for a free crank, in times at its nominal speed

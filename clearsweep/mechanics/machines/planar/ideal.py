@@ -27,7 +27,7 @@ from ....contracts.machine import (
 )
 from ....tracing.compiled.direction import directions
 from ....tracing.compiled.family import Identity
-from ...laws.friction.contract import friction_force, friction_in_pin, without_history
+from ...laws.friction import friction_force, friction_in_pin, without_history
 from ..contract import IdealMotion
 from .closure import STATIONS, Closure
 from .drive import compile_drive, scheduled_passage, torque_at

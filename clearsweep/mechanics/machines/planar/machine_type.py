@@ -2,7 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from ...laws.friction.stick import Karnopp
+from ...laws.friction import Karnopp
 from ..contract import Open
 from .drive import Free, Steady
 from .expressions import Components

@@ -4,44 +4,44 @@ import math
 
 from ....tracing.compiled.choosing import total_of
 from ....tracing.compiled.family import invoke, kernel
-from ...joints.modes import acts, touches
-from ...observe.histogram import (
-    DEPTH_ROW,
-    FINE_SHARE,
-    FORCE_ROW,
-    FRICTION_POWER_ROW,
-    KAPPA_ROW,
-    PARTS,
-    SLIP_ROW,
-    add_fine_part,
-    add_profile,
-    add_ramp,
-    force_bin,
-    force_quantile_of,
-    fraction_above,
-    write_row,
-)
-from ...observe.observables import (
+from ...laws.contract import acts, touches
+from ...observe import (
     ACCELERATION,
     DEPTH,
+    DEPTH_ROW,
     DRY_FORCE,
     DRY_FRICTION_POWER,
+    END,
     ERROR,
     FILM_POWER,
+    FINE_SHARE,
+    FORCE_ROW,
     FRICTION_POWER,
+    FRICTION_POWER_ROW,
     KAPPA,
+    KAPPA_ROW,
     LOAD,
+    NODES,
     NORMAL,
+    PARTS,
     PEAK_PRESSURE,
     PRESSURE_POWER,
     SHEAR_SPEED,
     SLIP,
+    SLIP_ROW,
+    START,
     TORQUE,
+    add_fine_part,
+    add_profile,
+    add_ramp,
     column_of,
     film_column,
+    force_bin,
+    force_quantile_of,
+    fraction_above,
     put_friction_power,
+    write_row,
 )
-from ...observe.stages import END, NODES, START
 from ..collocation import WEIGHTS, dense_state
 from ..integration import IMPLICIT
 from ..radau import STAGE_WEIGHTS

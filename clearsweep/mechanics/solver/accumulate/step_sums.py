@@ -8,25 +8,30 @@ import numpy as np
 from ....tracing.compiled.choosing import lane_range
 from ....tracing.compiled.family import inlined
 from ....tracing.fields import Fields
-from ...joints.modes import acts, meets
-from ...observe.histogram import PARTS, TO_PART_ENDS
-from ...observe.observables import (
+from ...laws.contract import acts, meets
+from ...observe import (
     ACCELERATION,
     CONTACT_WIDTH,
     CONTACTS,
     DEPTH,
     DRIVE,
+    END,
     GRAVITY,
     KAPPA,
     LOST,
+    NODE_FRACTIONS,
+    NODES,
     NORMAL,
+    PARTS,
     SLIP,
+    STAGES,
+    START,
     STORED,
     TANGENTIAL,
+    TO_PART_ENDS,
     TORQUE,
     column_of,
 )
-from ...observe.stages import END, NODE_FRACTIONS, NODES, STAGES, START
 
 
 class Step(Fields):

@@ -8,22 +8,27 @@ import numpy as np
 from ....tracing.compiled.choosing import lane_range, total_of, where
 from ....tracing.compiled.family import inlined
 from ....tracing.fields import Fields
-from ...joints.modes import acts, touches
-from ...observe.histogram import PARTS, TO_PART_MEANS, force_bin, ramp_of
-from ...observe.observables import (
+from ...laws.contract import acts, touches
+from ...observe import (
     ACCELERATION,
     DEPTH,
+    END,
     ERROR,
     ERROR_RATE,
     KAPPA,
     KINETIC,
     LOAD,
+    NODES,
     NORMAL,
+    PARTS,
+    START,
+    TO_PART_MEANS,
     TORQUE,
     column_of,
+    force_bin,
     put_load,
+    ramp_of,
 )
-from ...observe.stages import END, NODES, START
 from .step_sums import NO_PEAK, interior_peak
 
 
@@ -102,9 +107,9 @@ class Totals(NamedTuple):
     part_times: np.ndarray  # (contacts, PART_TIME_ROWS, PARTS) contribution of each part to the histogram
     length: np.ndarray  # (1,) length of the step
     dense_states: np.ndarray  # (2 coordinates + 1, STATE_POINTS) the state within the step, with wear
-    workspace: np.ndarray  # for the wear of a step, see joint.wear.step
+    workspace: np.ndarray  # for the wear of a step, see wear.step
     wear: np.ndarray  # (2 contacts bins,) m, wear depth of bearing and journal of every joint
-    account: np.ndarray  # (contacts, ACCOUNT_SIZE) see joint.wear.contract
+    account: np.ndarray  # (contacts, ACCOUNT_SIZE) see wear.contract
     friction: np.ndarray  # (friction loads,) J, work of each in the window
 
 

@@ -6,9 +6,18 @@ import numpy as np
 
 from ....tracing.compiled.choosing import lane_range
 from ....tracing.compiled.family import invoke, invoke_each, kernel
-from ...observe.histogram import QUARTER_POINTS, STATE_POINTS
-from ...observe.observables import NORMAL, column_of, put_load
-from ...observe.stages import END, NODE_FRACTIONS, NODES, SCRATCH, STAGES
+from ...observe import (
+    END,
+    NODE_FRACTIONS,
+    NODES,
+    NORMAL,
+    QUARTER_POINTS,
+    SCRATCH,
+    STAGES,
+    STATE_POINTS,
+    column_of,
+    put_load,
+)
 from ..collocation import dense_component, dense_state
 from ..integration import evaluate_dense
 

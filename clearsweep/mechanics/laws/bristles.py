@@ -3,17 +3,35 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ....contracts.catalogue import Field, Law
-from ....tracing.compiled import calculus as math
-from ....tracing.compiled.choosing import where
-from ....tracing.compiled.family import family, kernel
-from ...joints.contract import Guard, InternalState, guard_values, guards, internal_rates, internal_state
-from ...joints.kinks import distances_past_kinks, kinks, register_kinks, slip_variable
-from ...joints.modes import TOUCHING
-from ...joints.recipe import register
-from .contract import COEFFICIENT, KINETIC_FIRST, STATIC, STRIBECK, friction_force, maker_from_values, settled_state
-from .piecewise import zero_slip_kink
-from .sliding import stribeck_coefficient
+from ...contracts.catalogue import Field, Law
+from ...tracing.compiled import calculus as math
+from ...tracing.compiled.choosing import where
+from ...tracing.compiled.family import family, kernel
+from .contract import (
+    TOUCHING,
+    Guard,
+    InternalState,
+    distances_past_kinks,
+    guard_values,
+    guards,
+    internal_rates,
+    internal_state,
+    kinks,
+    register,
+    register_kinks,
+    slip_variable,
+)
+from .friction import (
+    COEFFICIENT,
+    KINETIC_FIRST,
+    STATIC,
+    STRIBECK,
+    friction_force,
+    maker_from_values,
+    settled_state,
+    stribeck_coefficient,
+    zero_slip_kink,
+)
 
 SLIDING = COEFFICIENT._replace(low_open=True)
 BRISTLES = Field("bristle_stiffness", "1/m", "stiffness of the bristles per load, sigma0")

@@ -2,14 +2,19 @@
 
 from typing import NamedTuple
 
-from ....contracts.catalogue import Field, Law
-from ....tracing.compiled import calculus as math
-from ....tracing.compiled.choosing import where
-from ...joints.kinks import UNKNOWN, current_piece, kinks, penetration_variable, rate_variable, register_pieces
-from ...joints.rebound import approach_damping_rebound, damping_ratio
-from ...joints.recipe import register
-from ..elastic.contract import elastic_force
-from .contract import RESTITUTION, approach_rate, register_contact_force, zero_rate_kink
+from ...contracts.catalogue import Field, Law
+from ...tracing.compiled import calculus as math
+from ...tracing.compiled.choosing import where
+from .contract import UNKNOWN, current_piece, kinks, penetration_variable, rate_variable, register, register_pieces
+from .elastic import elastic_force
+from .loss import (
+    RESTITUTION,
+    approach_damping_rebound,
+    approach_rate,
+    damping_ratio,
+    register_contact_force,
+    zero_rate_kink,
+)
 
 MASS = Field("mass", "kg", "effective mass of the impact, m1 m2 / (m1 + m2)")
 SPRING = Field("stiffness", "N/m", "stiffness of the spring")

@@ -2,17 +2,25 @@
 
 from typing import NamedTuple
 
-from ....contracts.catalogue import Field, Law
-from ....tracing.compiled import calculus as math
-from ....tracing.compiled.dual import as_type_of
-from ....tracing.compiled.family import kernel
-from ...joints.contract import NEVER, Guard, guard_values, guards, latched
-from ...joints.kinks import depth_variable, distances_past_kinks, kink_variable, kinks
-from ...joints.material import plane_strain_modulus, relative_radius
-from ...joints.modes import TOUCHING
-from ...joints.recipe import register
-from ..elastic.contract import elastic_force
-from .contract import RESTITUTION, always_needs_onset_rate, needs_onset_rate, register_contact_force
+from ...contracts.catalogue import Field, Law
+from ...tracing.compiled import calculus as math
+from ...tracing.compiled.dual import as_type_of
+from ...tracing.compiled.family import kernel
+from .contract import (
+    NEVER,
+    TOUCHING,
+    Guard,
+    depth_variable,
+    distances_past_kinks,
+    guard_values,
+    guards,
+    kink_variable,
+    kinks,
+    latched,
+    register,
+)
+from .elastic import elastic_force, plane_strain_modulus, relative_radius
+from .loss import RESTITUTION, always_needs_onset_rate, needs_onset_rate, register_contact_force
 
 MIN_DEPTH = 1e-12  # m, least recorded depth of a yielding contact
 RELOAD_FACTOR = 1.0 + 1e-12  # times the root of the deepest penetration: keeps rounding from reaching it again

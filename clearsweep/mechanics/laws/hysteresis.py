@@ -6,18 +6,19 @@ A new law of the form F = F_elastic (1 + chi rate / onset_rate) is one block wit
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ....contracts.case import Joint
-from ....contracts.catalogue import Field, Law, Merit
-from ....tracing.compiled import calculus as math
-from ...joints.kinks import UNKNOWN, kinks, rate_variable, register_pieces
-from ...joints.rebound import approach_hysteresis_rebound, exact_factor, hysteresis_rebound
-from ...joints.recipe import compile_law, register
-from ..elastic.contract import elastic_force
-from .contract import (
+from ...contracts.case import Joint
+from ...contracts.catalogue import Field, Law, Merit
+from ...tracing.compiled import calculus as math
+from .contract import UNKNOWN, compile_law, kinks, rate_variable, register, register_pieces
+from .elastic import elastic_force
+from .loss import (
     ANY_RESTITUTION,
     RESTITUTION,
     always_needs_onset_rate,
+    approach_hysteresis_rebound,
     approach_rate,
+    exact_factor,
+    hysteresis_rebound,
     needs_onset_rate,
     register_contact_force,
     zero_rate_kink,
@@ -104,7 +105,7 @@ def _hunt_crossley_chi(e: float) -> float:
 
 
 def _restitution_by_speed(joint: Joint) -> dict[str, tuple[float, str]]:
-    """Return the restitution of free impacts at PRINTED_SPEEDS: chi = D v / K, see `rebound.hysteresis_rebound`."""
+    """Return the restitution of free impacts at PRINTED_SPEEDS: chi = D v / K, see `hysteresis_rebound`."""
     factor = damping_factor(joint)
     if factor is None:
         return {}

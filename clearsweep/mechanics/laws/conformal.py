@@ -9,16 +9,22 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....contracts.case import Joint
-from ....contracts.catalogue import Field, Law, Merit, Range
-from ....language.errors import InputError
-from ....tracing import portable
-from ....tracing.compiled import calculus as math
-from ....tracing.compiled.family import kernel
-from ...joints.material import line_modulus, plane_strain_modulus
-from ...joints.recipe import register
-from .contract import CYLINDER_NEEDS, WIDE_ARC, register_elastic_force
-from .power import Power, derived_power
+from ...contracts.case import Joint
+from ...contracts.catalogue import Field, Law, Merit, Range
+from ...language.errors import InputError
+from ...tracing import portable
+from ...tracing.compiled import calculus as math
+from ...tracing.compiled.family import kernel
+from .contract import register
+from .elastic import (
+    CYLINDER_NEEDS,
+    WIDE_ARC,
+    Power,
+    derived_power,
+    line_modulus,
+    plane_strain_modulus,
+    register_elastic_force,
+)
 
 _ARC = "The contact arc is that of rigid circles, cos theta = c / (c + pen)."
 

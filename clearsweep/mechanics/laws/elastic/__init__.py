@@ -1,1 +1,0 @@
-"""Elastic laws: normal force as a function of penetration, one block per law."""

@@ -1,1 +1,0 @@
-"""Friction laws: tangential force as a function of sliding speed, one block per law."""

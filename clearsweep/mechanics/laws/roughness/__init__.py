@@ -1,1 +1,0 @@
-"""Surface roughness of a joint, in series with its elastic law; one block per law."""

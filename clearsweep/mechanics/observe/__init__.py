@@ -1,1 +1,0 @@
-"""Observables at the stages of a step, and histograms of forces."""
