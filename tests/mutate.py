@@ -91,7 +91,7 @@ TOTALS, RAMPS = "mechanics/solver/accumulate/totals.py", "tests/test_tally.py"
 HISTOGRAM, ALONG = "mechanics/observe.py", "mechanics/solver/accumulate/step_sums.py"
 STORE, SHARDS = "tests/test_store.py", "tests/test_shards.py"
 STRANGERS = "tests/test_strangers.py -k 'not report'"
-PRESSURE, PERSSON, ARCHARD = (f"mechanics/wear/{name}.py" for name in ("pressure", "persson", "archard"))
+PRESSURE = "mechanics/wear/laws.py"
 BINS = "tests/test_every_wear_law.py"
 FILM, FILMS, OIL = "mechanics/laws/film.py", "mechanics/laws/reynolds.py", "mechanics/joints/lubricated.py"
 PASSES = "tests/test_every_transition.py"
@@ -298,7 +298,7 @@ MUTATIONS = (
         "return (12.0 * half_angle * half_angle",
         BINS,
     ),
-    Mutation(PERSSON, "_pressure_integral_over_load_persson", "return total", "return 3.0 * total", BINS),
+    Mutation(PRESSURE, "_pressure_integral_over_load_persson", "return total", "return 3.0 * total", BINS),
     Mutation(PRESSURE, "_peak_over_mean_hertz_line", "return 4.0 / math.pi", "return 12.0 / math.pi", BINS),
     Mutation(PRESSURE, "_peak_over_mean_uniform", "return 1.0", "return 3.0", BINS),
     Mutation(
@@ -308,7 +308,7 @@ MUTATIONS = (
         "(6.0 * sine * sine / (half_angle",
         BINS,
     ),
-    Mutation(PERSSON, "_peak_over_mean_persson", "return total", "return 3.0 * total", BINS),
+    Mutation(PRESSURE, "_peak_over_mean_persson", "return total", "return 3.0 * total", BINS),
     Mutation(
         PRESSURE, "_half_arc_hertz_line", "min(pressure.width_factor *", "min(3.0 * pressure.width_factor *", BINS
     ),
@@ -319,7 +319,7 @@ MUTATIONS = (
         "return 6.0 * total * math.sqrt(square)",
         BINS,
     ),
-    Mutation(PERSSON, "_half_arc_persson", "return total * math.sqrt(z)", "return 3.0 * total * math.sqrt(z)", BINS),
+    Mutation(PRESSURE, "_half_arc_persson", "return total * math.sqrt(z)", "return 3.0 * total * math.sqrt(z)", BINS),
     Mutation(PRESSURE, "_cumulative_pressure_uniform", "0.5 + 0.5 * x, 0.0", "0.5 + 1.5 * x, 0.0", BINS),
     Mutation(
         PRESSURE, "_cumulative_pressure_winkler", "0.5 + 0.5 * _overlap_integral", "0.5 + 1.5 * _overlap_integral", BINS
@@ -332,28 +332,28 @@ MUTATIONS = (
         BINS,
     ),
     Mutation(
-        PERSSON,
+        PRESSURE,
         "_cumulative_pressure_persson",
         "0.5 - tail * edge_distance",
         "0.5 - 3.0 * tail * edge_distance",
         BINS,
     ),
     Mutation(
-        ARCHARD,
+        PRESSURE,
         "_wear_rate_archard",
         "pressure_times_speed = sliding.pressure_integral",
         "pressure_times_speed = 3.0 * sliding.pressure_integral",
         BINS,
     ),
     Mutation(
-        ARCHARD,
+        PRESSURE,
         "_wear_rate_energy",
         "bearing_coefficient * sliding.friction_power",
         "bearing_coefficient * 3.0 * sliding.friction_power",
         BINS,
     ),
     Mutation(
-        ARCHARD,
+        PRESSURE,
         "_wear_rate_running_in",
         "math.exp(-sliding.sliding_distance /",
         "math.exp(-3.0 * sliding.sliding_distance /",

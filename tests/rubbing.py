@@ -16,11 +16,18 @@ from clearsweep.mechanics.observe import (
     STATE_POINTS,
     STEP_VALUE_ROWS,
 )
-from clearsweep.mechanics.wear.account import accumulate_distance
-from clearsweep.mechanics.wear.arc_over_step import WORKSPACE_SIZE
-from clearsweep.mechanics.wear.binning import update_worn_profile
-from clearsweep.mechanics.wear.contract import ACCOUNT_SIZE, Bins, JointAccount
-from clearsweep.mechanics.wear.step import AXIAL_ROWS, POSITIONS, SLOPES, STRIP_ROWS, Step, fit_positions, fit_profiles
+from clearsweep.mechanics.wear import ACCOUNT_SIZE, Bins, JointAccount
+from clearsweep.mechanics.wear.arc import WORKSPACE_SIZE, accumulate_distance
+from clearsweep.mechanics.wear.bins import (
+    AXIAL_ROWS,
+    POSITIONS,
+    SLOPES,
+    STRIP_ROWS,
+    Step,
+    fit_positions,
+    fit_profiles,
+    update_worn_profile,
+)
 
 
 class History(NamedTuple):

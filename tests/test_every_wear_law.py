@@ -17,7 +17,7 @@ from wear_oracle import AREAS, PRESSURES, Sizes, bin_edges, spread
 from clearsweep.contracts.case import Contact, Friction, Joint, Material, Materials, Wear
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.laws.elastic import SMALL_ARC
-from clearsweep.mechanics.wear.contract import (
+from clearsweep.mechanics.wear import (
     PRESSURE_MAX,
     PRESSURE_TIME,
     PV_MAX,

@@ -14,7 +14,7 @@ import clearsweep
 from clearsweep import grid, simulation, store
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.solver import integration
-from clearsweep.mechanics.wear.contract import Worn
+from clearsweep.mechanics.wear import Worn
 from clearsweep.simulation.analyses import life as lives
 from clearsweep.simulation.analyses.life_block import BlockRecord, decoded, encoded
 from clearsweep.simulation.running.observed_run import restore, snapshot_of

@@ -14,7 +14,7 @@ from wear_oracle import Sizes, bin_edges, persson, spread
 import clearsweep
 from clearsweep import grid as grid_of
 from clearsweep import simulation
-from clearsweep.mechanics.wear.contract import Worn
+from clearsweep.mechanics.wear import Worn
 
 pytestmark = [pytest.mark.heavy, pytest.mark.compiled, pytest.mark.slow]
 

@@ -11,6 +11,7 @@ from scipy.integrate import solve_ivp
 import clearsweep
 from clearsweep.contracts.machine import Aim, Body, BodyPoint, Constant, Machine, Slot
 from clearsweep.language.errors import InputError
+from clearsweep.mechanics import wear as contract_wear
 from clearsweep.mechanics.joints import dry
 from clearsweep.mechanics.joints.contract import JointState, Offsets, load
 from clearsweep.mechanics.joints.guide import GuideGap
@@ -20,11 +21,9 @@ from clearsweep.mechanics.laws.elastic import PowerThreeHalves
 from clearsweep.mechanics.laws.friction import Tanh
 from clearsweep.mechanics.laws.hysteresis import Hysteresis
 from clearsweep.mechanics.machines import contract, planar
-from clearsweep.mechanics.wear import contract as contract_wear
-from clearsweep.mechanics.wear import step
-from clearsweep.mechanics.wear.contract import NoWear
-from clearsweep.report.sections.wear import wear_sections
-from clearsweep.report.study import prepare
+from clearsweep.mechanics.wear import NoWear, bins
+from clearsweep.report.data.study import prepare
+from clearsweep.report.sections import wear
 
 REACH, FOOT, CRANK_LENGTH, SPEED = 0.15, -0.15, 0.05, 12.0
 LEVER = Body(0.4, 2e-3, (0.12, 0.0), {"foot": (0.0, 0.0), "middle": (REACH, 0.0)})
@@ -287,9 +286,9 @@ def test_a_pin_wears_the_wall_where_it_slides_along_it(worn):
 def seen_at(x, y, axis=0.0):
     """Return the angles on wall and pin that a contact is noted at, with their rates, for a motion along x of 1 m/s."""
     places = np.zeros((1, 6, 1))
-    moment = step.Instant((), (), 0, step.Step(None, 0.0, np.array([PRESSED]), places, None, None, None, None))
+    moment = bins.Instant((), (), 0, bins.Step(None, 0.0, np.array([PRESSED]), places, None, None, None, None))
     gap = GuideGap(x, y, 1.0, 0.0, 3.0, 5.0, math.cos(axis), math.sin(axis), 1.0, 0.0)
-    step.record(JOINT, gap, (0.2, 0.7), 0, moment)
+    bins.record(JOINT, gap, (0.2, 0.7), 0, moment)
     return places[0, :, 0]
 
 
@@ -379,8 +378,8 @@ def rattled(end):
             return depth(now, y) if not touching or now > begin + 1e-9 else 1.0
 
         event.terminal, event.direction = True, -1.0 if rate else 1.0
-        step = 2e-5 if rate else 1e-3
-        settings = {"method": "DOP853", "events": event, "rtol": 1e-11, "atol": 1e-15, "max_step": step}
+        bins = 2e-5 if rate else 1e-3
+        settings = {"method": "DOP853", "events": event, "rtol": 1e-11, "atol": 1e-15, "max_step": bins}
         done = solve_ivp(lambda now, y, rate=rate: slope(now, y, rate), (t, end), y, **settings)
         t, y = done.t[-1], done.y[:, -1]
         if done.status == 1:

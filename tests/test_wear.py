@@ -11,10 +11,7 @@ from clearsweep import grid, simulation
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.joints.dry import Joint
 from clearsweep.mechanics.observe import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
-from clearsweep.mechanics.wear.arc_over_step import BEARING_ANGLE_ROW, JOURNAL_ANGLE_ROW, POINTS, ROWS, WORKSPACE_SIZE
-from clearsweep.mechanics.wear.archard import Archard
-from clearsweep.mechanics.wear.binning import update_worn_profile
-from clearsweep.mechanics.wear.contract import (
+from clearsweep.mechanics.wear import (
     ACCOUNT_SIZE,
     MAX_BINS,
     SLIDING_DISTANCE,
@@ -25,8 +22,9 @@ from clearsweep.mechanics.wear.contract import (
     half_arc,
     pressure_integral_over_load,
 )
-from clearsweep.mechanics.wear.persson import Persson
-from clearsweep.mechanics.wear.pressure import HertzLine, UniformPressure, Winkler
+from clearsweep.mechanics.wear.arc import BEARING_ANGLE_ROW, JOURNAL_ANGLE_ROW, POINTS, ROWS, WORKSPACE_SIZE
+from clearsweep.mechanics.wear.bins import update_worn_profile
+from clearsweep.mechanics.wear.laws import Archard, HertzLine, Persson, UniformPressure, Winkler
 from clearsweep.simulation.figures.window import interpolated_depths
 from clearsweep.simulation.running.run import Run
 from clearsweep.simulation.setup.start import start_of

@@ -24,9 +24,9 @@ from clearsweep.mechanics.observe import (
     STATE_POINTS,
     STEP_VALUE_ROWS,
 )
-from clearsweep.mechanics.wear.arc_over_step import WORKSPACE_SIZE
-from clearsweep.mechanics.wear.contract import ACCOUNT_SIZE, SLIDING_DISTANCE, Bins
-from clearsweep.mechanics.wear.step import (
+from clearsweep.mechanics.wear import ACCOUNT_SIZE, SLIDING_DISTANCE, Bins
+from clearsweep.mechanics.wear.arc import WORKSPACE_SIZE
+from clearsweep.mechanics.wear.bins import (
     AXIAL_ROWS,
     BEARING_START,
     FACING,

@@ -16,11 +16,9 @@ from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.joints.dry import Joint
-from clearsweep.mechanics.wear.arc_over_step import BEARING_ANGLE_ROW, POINTS
-from clearsweep.mechanics.wear.archard import Archard, Energy, RunningIn
-from clearsweep.mechanics.wear.contract import PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
-from clearsweep.mechanics.wear.persson import Persson
-from clearsweep.mechanics.wear.pressure import HertzLine, UniformPressure, Winkler
+from clearsweep.mechanics.wear import PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
+from clearsweep.mechanics.wear.arc import BEARING_ANGLE_ROW, POINTS
+from clearsweep.mechanics.wear.laws import Archard, Energy, HertzLine, Persson, RunningIn, UniformPressure, Winkler
 
 BINS, LENGTH, LOAD, SPEED = 360, 0.02, 1000.0, 0.3  # 1, m, N, m/s
 STEEL = 207e9 / (2.0 * (1.0 - 0.3**2))  # Pa, E* of steel on steel

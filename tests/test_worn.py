@@ -25,14 +25,8 @@ from clearsweep.mechanics.joints.worn.nearest import GapWithAngles, nearest
 from clearsweep.mechanics.joints.worn.worn import WornJoint, WornOnFoundation, generalised_depth, worn_load
 from clearsweep.mechanics.laws.contract import PRESSED
 from clearsweep.mechanics.laws.elastic import elastic_energy, elastic_force
-from clearsweep.mechanics.wear.arc_over_step import (
-    BEARING_ANGLE_ROW,
-    JOURNAL_ANGLE_ROW,
-    PENETRATION_ROW,
-    POINTS,
-    WORKSPACE_SIZE,
-)
-from clearsweep.mechanics.wear.contract import Bins, Worn, local_clearance
+from clearsweep.mechanics.wear import Bins, Worn, local_clearance
+from clearsweep.mechanics.wear.arc import BEARING_ANGLE_ROW, JOURNAL_ANGLE_ROW, PENETRATION_ROW, POINTS, WORKSPACE_SIZE
 from clearsweep.mechanics.wear.shape import (
     CONFORMAL_MARGIN,
     CONFORMAL_WIDTH,

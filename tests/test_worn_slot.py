@@ -7,7 +7,7 @@ import pytest
 from test_slot import BINS, HALF, SPEED, way_along, worn_grid
 
 import clearsweep
-from clearsweep.mechanics.wear.contract import Worn
+from clearsweep.mechanics.wear import Worn
 from clearsweep.simulation.setup.scene import build
 
 pytestmark = pytest.mark.heavy

@@ -7,7 +7,7 @@ from ..contracts.case import Case
 from ..contracts.results import Trajectory
 from ..mechanics.joints.registry import elastic_choices, elastic_forces, jam_angle, penetration_limit, restitution
 from ..mechanics.machines.contract import IdealMotion
-from ..mechanics.wear.contract import MAX_BINS
+from ..mechanics.wear import MAX_BINS
 from .advice.advice import SUITABLE, laws_text
 from .advice.recommending import (
     Recommendation,

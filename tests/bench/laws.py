@@ -21,7 +21,7 @@ import clearsweep
 from clearsweep import grid
 from clearsweep.mechanics.laws.contract import PRESSED
 from clearsweep.mechanics.laws.elastic import elastic_force
-from clearsweep.mechanics.wear.contract import Worn
+from clearsweep.mechanics.wear import Worn
 from clearsweep.simulation import catalogue
 from clearsweep.simulation.running.run import Run, integration_of
 from clearsweep.simulation.setup.scene import build

@@ -1,26 +1,56 @@
 """The wear of a step: contact positions of all joints along it, and the depth removed there."""
 
+from typing import NamedTuple
+
 from ...tracing.compiled.choosing import lane_range
-from ...tracing.compiled.family import Entry, entry, kernel, shaped
-from ..joints.offsets import first_offsets, total_counts
+from ...tracing.compiled.family import Entry, entry, kernel, map_joints, shaped
+from ..joints.contract import Offsets
+from ..joints.offsets import after_joint, first_offsets, total_counts
 from ..joints.worn.nearest import with_body_angles
 from ..machines.contract import body_angles, gaps, pose_at
 from ..observe import PARTS, STATE_POINTS, STEP_VALUE_ROWS
-from ..wear.arc_over_step import WORKSPACE_SIZE
-from ..wear.contract import ACCOUNT_SIZE
-from ..wear.step import (
+from ..wear import ACCOUNT_SIZE
+from ..wear.arc import WORKSPACE_SIZE
+from ..wear.bins import (
     AXIAL_ROWS,
     POSITIONS,
     RECORDED_SIZE,
     SLOPES,
     STRIP_ROWS,
     Instant,
-    JointCursor,
     Step,
     WearTotals,
-    record_positions,
-    update_wear_of_joints,
+    record,
+    update_joint_wear,
 )
+
+
+class JointCursor(NamedTuple):
+    """Number of a joint, and its Offsets."""
+
+    number: int
+    offsets: Offsets
+
+
+@kernel
+def _cursor_after(cursor, joint):
+    return JointCursor(cursor.number + 1, after_joint(cursor.offsets, joint))
+
+
+@kernel
+def _record_joint(joint, gap, cursor, instant):
+    record(joint, gap, instant.body_angles[cursor.number], cursor.offsets.contact, instant)
+
+
+record_positions = map_joints(_record_joint, _cursor_after)
+
+
+@kernel
+def _update_wear(joint, _, offsets, step_and_totals):
+    update_joint_wear(joint, offsets.contact, step_and_totals)
+
+
+update_wear_of_joints = map_joints(_update_wear, after_joint)
 
 
 @kernel

@@ -20,7 +20,7 @@ from ..laws.friction import Frictionless, as_contact_friction
 from ..laws.loss import lowest_force, renewed_law
 from ..laws.roughness import Surface
 from ..laws.series import ArcParameters, Series, combine_in_series
-from ..wear.contract import NoWear, Worn
+from ..wear import NoWear, Worn
 from ..wear.shape import Shape, bin_means, conformal_profiles, point_profiles, shape_of
 from . import dry, guide, lubricated, slot, spatial, worn_slot
 from .worn import worn
@@ -28,15 +28,9 @@ from .worn.foundation import Overlap
 
 # Each import registers its laws, which are listed in this order; those of the imports above come before them.
 # isort: off
-from ..laws import hysteresis, plastic, dampers  # noqa: F401
-from ..laws import cylinders  # noqa: F401
-from ..laws import bristles  # noqa: F401
-from ..wear import archard  # noqa: F401
-from .worn import foundation  # noqa: F401
-from ..wear import persson, pressure  # noqa: F401
+from ..laws import hysteresis, plastic, dampers, cylinders, bristles, reynolds  # noqa: F401
+from ..wear import laws as wear_laws  # noqa: F401
 from .spatial import slices  # noqa: F401
-from ..wear import uniform  # noqa: F401
-from ..laws import reynolds  # noqa: F401
 # isort: on
 
 __all__ = [

@@ -23,8 +23,8 @@ from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import inlined, kernel
 from ..laws.contract import FREE, PRESSED, touches
 from ..laws.friction import friction_force
-from ..wear.contract import arc_width, local_clearance
-from ..wear.step import SLOPES, record
+from ..wear import arc_width, local_clearance
+from ..wear.bins import SLOPES, record
 from .contract import Contact, ContactModes, Load, Part, contact_modes, load, parts
 from .dry import Clip, normal_forces
 from .offsets import after_law, with_current_state

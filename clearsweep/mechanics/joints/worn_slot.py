@@ -24,7 +24,8 @@ from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import inlined
 from ..laws.contract import FREE, PRESSED, touches
 from ..laws.friction import friction_force
-from ..wear.contract import arc_width, local_clearance
+from ..wear import arc_width, local_clearance
+from ..wear.bins import record
 from ..wear.shape import (
     KNOT_SPACING,
     KNOTS,
@@ -38,7 +39,6 @@ from ..wear.shape import (
     spline_through,
     wear_depth_at,
 )
-from ..wear.step import record
 from .contract import Contact, ContactModes, Load, Part, contact_modes, load, parts
 from .dry import Clip, normal_forces
 from .offsets import with_current_laws

@@ -16,7 +16,7 @@ from ...answers.validity import LIFE_UNREACHED, ConformalJoint, conformal_remark
 from ...contracts.case import Case
 from ...language.wording import count_text
 from ...mechanics.joints import registry
-from ...mechanics.wear.contract import Worn
+from ...mechanics.wear import Worn
 from ..figures.window import interpolated_depths
 from ..machine.first_touch import Touch, first_touch, first_touch_in_slot
 from ..running.progress import Life as LifePhase

@@ -11,7 +11,7 @@ import numpy as np
 from ...contracts.case import Case
 from ...mechanics.machines.contract import body_angles
 from ...mechanics.solver.integration import Work
-from ...mechanics.wear.contract import MAX_BINS, SLIDING_DISTANCE
+from ...mechanics.wear import MAX_BINS, SLIDING_DISTANCE
 from ..figures.batch_means import Blocks
 from ..figures.sums import half_width
 from ..figures.window import by_joint

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...contracts.catalogue import Entry, Figure
 from ...mechanics.joints.spatial.form import SPATIAL_JOINT_TYPES as SPATIAL
-from ...mechanics.wear.contract import (
+from ...mechanics.wear import (
     ARC_COUNT,
     FIRST_CLASS,
     NARROW_COUNT,

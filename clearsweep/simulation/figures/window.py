@@ -12,15 +12,7 @@ from ...contracts.layout import WALLS, JointLayout, Layout
 from ...mechanics.joints import dry
 from ...mechanics.solver.accumulate.totals import ContactTotals, Totals
 from ...mechanics.solver.integration import Counts
-from ...mechanics.wear.contract import (
-    ARC_COUNT,
-    MAX_BINS,
-    PRESSURE_MAX,
-    PRESSURE_TIME,
-    PV_BEYOND,
-    PV_MAX,
-    SLIDING_DISTANCE,
-)
+from ...mechanics.wear import ARC_COUNT, MAX_BINS, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
 from .spread import Repetition, Spread
 
 #: Fields of ContactTotals of which the largest counts.

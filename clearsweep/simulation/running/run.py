@@ -28,7 +28,7 @@ from ...mechanics.solver.accumulate import totals as total_columns
 from ...mechanics.solver.accumulate.within_step import Record, RevolutionMarks
 from ...mechanics.solver.preconditioner import preconditioner_of
 from ...mechanics.solver.step_control import MAX_CONTACT_BITS
-from ...mechanics.wear.contract import ACCOUNT_SIZE, MAX_BINS, SLIDING_DISTANCE
+from ...mechanics.wear import ACCOUNT_SIZE, MAX_BINS, SLIDING_DISTANCE
 from ...tracing.compiled.family import NO_ENTRY, form_number, put_numbers
 from ...tracing.compiled.pinned import Pinned
 from ..setup.crank_clock import start_up

@@ -16,7 +16,7 @@ from ...mechanics.joints.contract import contact_modes, every_contact, every_lat
 from ...mechanics.joints.lubricated import film_depths
 from ...mechanics.laws.contract import ONSET_FLOOR
 from ...mechanics.machines.contract import Built
-from ...mechanics.wear.contract import Worn
+from ...mechanics.wear import Worn
 from ...tracing.compiled.family import flatten, numbers_of
 from .crank_clock import knots_of
 

@@ -31,7 +31,7 @@ from ...mechanics.laws.elastic import static_penetration
 from ...mechanics.machines import MECHANISMS, planar
 from ...mechanics.machines.contract import Built, body_angles, gaps, pose_at
 from ...mechanics.machines.spatial import initial_seats
-from ...mechanics.wear.contract import Worn
+from ...mechanics.wear import Worn
 from ...searches import SEARCHES
 from ..figures import catalogue as figures
 from ..machine import links, sizes

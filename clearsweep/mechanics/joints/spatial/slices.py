@@ -3,6 +3,8 @@
 `wall_strips` gives the position and load of the strips.  Each slice wears like a planar joint under its fraction of the
 load; over a step its fraction is that of the work, so the total is conserved.  The bins of each body are along its own
 axis, around its own x axis.  Wear beyond a body's end is added at its end.
+
+The account of a joint's wear: pressures and widths of the arc over the spans of a step, sliding distance.
 """
 
 import math
@@ -16,10 +18,7 @@ from ....tracing.compiled.vector import cross, dot, plus_scaled
 from ....tracing.portable import coefficients_through, exact, powers
 from ...laws.contract import touches
 from ...observe import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, QUARTER_POINTS, SLIP_ROW
-from ...wear.account import accumulate_distance
-from ...wear.arc_over_step import FIT, POINTS, SMALLEST_ARC, sliding_contact_of
-from ...wear.binning import update_worn_profile
-from ...wear.contract import (
+from ...wear import (
     PRESSURE_MAX,
     PRESSURE_TIME,
     PV_BEYOND,
@@ -31,7 +30,8 @@ from ...wear.contract import (
     half_arc,
     peak_over_mean,
 )
-from ...wear.step import (
+from ...wear.arc import FIT, POINTS, SMALLEST_ARC, account_pressure, accumulate_distance, sliding_contact_of
+from ...wear.bins import (
     BEARING_START,
     DEPTH_INTEGRAL,
     FACING,
@@ -47,6 +47,7 @@ from ...wear.step import (
     record,
     unwrap_angles,
     update_joint_wear,
+    update_worn_profile,
 )
 from . import ENDS, Flanged, Through, bearing_length, wall_point
 from .wall_strips import (
@@ -424,3 +425,12 @@ def _update_joint_wear_through_or_flanged(joint, j, step_and_totals):
     for wall in range(len(ENDS)):
         if carries_load(joint.walls, step_and_totals[0], j, wall):
             update_wall_wear(joint.wear, joint, wall, j + wall, step_and_totals)
+
+
+# ---------------------------------------------------------------------------------------------- account of a span
+
+
+@account_pressure.member(Through)
+@account_pressure.member(Flanged)
+def _account_pressure_through_or_flanged(joint, workspace, account):
+    pass  # `slices` adds the pressure of a whole strip

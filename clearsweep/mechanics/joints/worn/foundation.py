@@ -20,7 +20,8 @@ from typing import NamedTuple
 from ....tracing.compiled.choosing import rolled_range
 from ....tracing.compiled.family import family, inlined, kernel
 from ...observe import FRICTION_POWER_ROW, KAPPA_ROW, SLIP_ROW
-from ...wear.arc_over_step import (
+from ...wear import SlidingContact, update_wear_over_span, wear_rate
+from ...wear.arc import (
     AREA,
     BEARING_ANGLE_ROW,
     BODY_SIZE,
@@ -36,8 +37,7 @@ from ...wear.arc_over_step import (
     evaluate_polynomial,
     write_pressure,
 )
-from ...wear.binning import update_wear_over_arc
-from ...wear.contract import SlidingContact, update_wear_over_span, wear_rate
+from ...wear.bins import update_wear_over_arc
 from ...wear.shape import Shape, wear_depth_at, wear_integral_at
 from .nearest import Surfaces
 from .worn import WornJoint, WornOnFoundation

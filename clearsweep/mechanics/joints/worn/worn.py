@@ -20,7 +20,7 @@ from ....tracing.compiled.dual import as_type_of
 from ....tracing.compiled.family import family, inlined
 from ...laws.contract import FREE, PRESSED
 from ...laws.friction import friction_force
-from ...wear.contract import contact_angle, local_clearance
+from ...wear import contact_angle, local_clearance
 from ...wear.shape import Shape, wear_depth_at
 from ..contract import ContactModes, Load, Part, contact_modes, load, parts, power_lost, power_stored
 from ..dry import Clip, Joint, normal_forces

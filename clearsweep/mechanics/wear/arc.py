@@ -1,24 +1,37 @@
 """A contact arc over a step: it grows, shrinks and travels, and its ends pass the edges of bins.
 
 The integral over the step of the load before an edge is split where an end of the arc passes the edge, as the pressure
-is not smooth at the ends of the arc.  `binning` adds the wear to the bins.
+is not smooth at the ends of the arc.  `bins` adds the wear to the bins.
 
 The values at the points of a step are in one array, point by point, and are processed together, each in a lane of a
 register.
 
 Within the part of a step between two reversals of sliding, the time is counted from -1 to 1.
+
+The account of a joint's wear has pressures and widths of the arc over the spans of a step, and the sliding distance.
 """
 
 import math
 
 import numpy as np
 
-from ...tracing.compiled.choosing import lane_range, rolled_range, where
+from ...tracing.compiled.choosing import bits_of, lane_range, number_of, rolled_range, where
 from ...tracing.compiled.family import family, inlined, kernel
 from ...tracing.portable import Exact, coefficients_through, gauss_rule, least_squares, lobatto_rule, powers
 from ..observe import DEPTH_ROW, FORCE_ROW, FRICTION_POWER_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
-from .contract import (
+from . import (
+    ARC_COUNT,
+    CLASSES,
+    FIRST_CLASS,
+    NARROW_COUNT,
+    PRESSURE_MAX,
+    PRESSURE_TIME,
+    PV_BEYOND,
+    PV_MAX,
+    RESOLVED_WIDTH,
+    SLIDING_DISTANCE,
     SlidingContact,
+    arc_width,
     cumulative_pressure,
     half_arc,
     local_clearance,
@@ -395,3 +408,105 @@ def _default_wear_before_edge(pressure, workspace, edge):
             total += wear_before_edge_in_span(pressure, workspace, edge, region, (low, x))
             low, region = x, (0 if region != 0 else next_region)
     return total + wear_before_edge_in_span(pressure, workspace, edge, region, (low, NODES[POINTS - 1]))
+
+
+# ---------------------------------------------------------------------------------------------- account of a span
+
+
+NEAR_LARGEST = 0.9  # of the largest value so far: a larger one at a node may belong to a new maximum
+SIMPSON = np.array([1.0, 4.0, 2.0, 4.0, 2.0, 4.0, 2.0, 4.0]) / (3.0 * PARTS)  # weights of all points but the last
+
+
+@kernel
+def accumulate_distance(step, j, account):
+    """Write the sliding distance (m) of joint `j` over the step to `step.workspace`, and add the step's to `account`.
+
+    Simpson's rule over the profile of the sliding speed.
+    """
+    workspace, step_values = step.workspace, step.step_values[j]
+    for i in lane_range(PARTS):
+        workspace[DURATION_ROW * POINTS + i] = SIMPSON[i] * step_values[KAPPA_ROW, i] * abs(step_values[SLIP_ROW, i])
+    distance = row_sum(workspace, DURATION_ROW)
+    distance += SIMPSON[0] * step_values[KAPPA_ROW, PARTS] * abs(step_values[SLIP_ROW, PARTS])
+    distance *= step.length
+    workspace[DISTANCE_ROW * POINTS], workspace[DISTANCE_ROW * POINTS + 1] = account[SLIDING_DISTANCE], distance
+    account[SLIDING_DISTANCE] += distance
+
+
+@kernel
+def _maximum_near_nodes(workspace, row):
+    """Return the largest value of a row at its nodes, or on the parabola through the largest and its neighbours."""
+    node = 1
+    for i in range(2, POINTS - 1):
+        node = i if workspace[row * POINTS + i] > workspace[row * POINTS + node] else node
+    a, b, c = NODES[node - 1], NODES[node], NODES[node + 1]
+    before, middle, after = (workspace[row * POINTS + node + shift] for shift in (-1, 0, 1))
+    largest = range_of_row(workspace, row)[1]
+    rise, fall = (middle - before) / (b - a), (after - middle) / (c - b)
+    if rise > 0.0 > fall:
+        curvature = (fall - rise) / (c - a)
+        slope = rise + curvature * (b - a)
+        largest = max(largest, middle - slope * slope / (4.0 * curvature))
+    return largest
+
+
+@inlined
+def _raised_maximum(workspace, row, largest):
+    """Return the larger of `largest` and the maximum of a row."""
+    if range_of_row(workspace, row)[1] > NEAR_LARGEST * largest:
+        return max(largest, _maximum_near_nodes(workspace, row))
+    return largest
+
+
+@family
+def account_pressure(joint, workspace, account):
+    """Add pressure, and pressure times sliding speed, on the bearing over a span to an account."""
+
+
+@account_pressure.member(None)
+def _default_account_pressure(joint, workspace, account):
+    account[PRESSURE_TIME] += row_sum(workspace, PRESSURE_TIME_ROW)
+    account[PRESSURE_MAX] = _raised_maximum(workspace, PEAK_ROW, account[PRESSURE_MAX])
+    account[PV_MAX] = _raised_maximum(workspace, PV_ROW, account[PV_MAX])
+    if account[PV_MAX] > joint.wear.pv_limit:
+        for i in range(POINTS):
+            if workspace[PV_ROW * POINTS + i] > joint.wear.pv_limit:
+                account[PV_BEYOND] += workspace[DURATION_ROW * POINTS + i]
+
+
+@inlined
+def middle_width(workspace):
+    """Return the width (rad) of the arc on the bearing in the middle of a span, the mean of the nodes next to it."""
+    half_row = FIRST_BODY + HALF * POINTS
+    return workspace[half_row + PAIRS - 1] + workspace[half_row + PAIRS]
+
+
+@arc_width.member(None)
+def _default_arc_width(joint, workspace):
+    return middle_width(workspace)
+
+
+@kernel
+def account_span(joint, workspace, account, length_fraction):
+    """Add the pressure over a span, and its worn volume by the arc's width, to an account.
+
+    length_fraction : fraction of the joint's length that wears
+    """
+    account_pressure(joint, workspace, account)
+    width = arc_width(joint, workspace)
+    account[ARC_COUNT] += 1.0
+    if width < RESOLVED_WIDTH * 2.0 * math.pi / joint.wear.bins:
+        account[NARROW_COUNT] += 1.0
+    bearing_row, journal_row = FIRST_BODY // POINTS + AREA, (FIRST_BODY + BODY_SIZE) // POINTS + AREA
+    bearing, journal = row_sum(workspace, bearing_row), row_sum(workspace, journal_row)
+    volume = joint.bearing_radius * bearing + joint.journal_radius * journal
+    account[FIRST_CLASS + width_class(width)] += length_fraction * volume
+
+
+@inlined
+def width_class(width):
+    """Return the class of an arc of `width` (rad), 0 for the widest: its column of the account minus FIRST_CLASS."""
+    ratio = 2.0 * math.pi / max(width, 1e-300)
+    exponent = (bits_of(ratio) >> 52) - 1023
+    mantissa = ratio * number_of((1023 - exponent) << 52)  # 1 to 2
+    return min(max(2 * exponent + (1 if mantissa >= math.sqrt(2.0) else 0), 0), CLASSES - 1)

@@ -1,0 +1,566 @@
+"""Wear over a step of the motion, spread over angular bins in each body's own frame.
+
+The load of the arc before the edge of a bin is integrated over the step for every edge that the arc meets, see `arc`.
+The wear of a bin is the difference between its edges, hence the mean over the bin whatever its width.
+
+Under a uniform pressure the load before an edge is a linear function of the edge's angle.  While an edge at angle e is
+within an arc of middle m and half-angle h, the load before it is the fraction (1 + (e - m) / h) / 2.  Its integral over
+a part of the step is that of the polynomial through the nodes.  Many edges that one end passes share three
+antiderivatives, of rate / 2, rate (m - m0) / (2 h) and rate / (2 h).
+"""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...tracing.compiled.choosing import lane_range, rolled_range
+from ...tracing.compiled.family import family, inlined, kernel
+from ...tracing.portable import exact, inverse
+from ..laws.contract import touches
+from ..observe import (
+    FORCE_ROW,
+    FRICTION_POWER_ROW,
+    KAPPA_ROW,
+    PARTS,
+    QUARTER_POINTS,
+    SLIP_ROW,
+    STATE_POINTS,
+    STEP_VALUE_ROWS,
+)
+from . import Bins, JointAccount, NoWear, contact_angle, cumulative_pressure, smooth_range, update_wear_over_span
+from .arc import (
+    AREA,
+    BASIS,
+    BASIS_INTEGRAL,
+    BEARING_ANGLE_ROW,
+    BODY_SIZE,
+    DEGREE,
+    DURATION_ROW,
+    END,
+    END_POLYNOMIAL,
+    END_SLOPE,
+    FIRST_BODY,
+    FIT,
+    HALF,
+    HALF_POLYNOMIAL,
+    INDICES,
+    INVERSE_WEIGHTS,
+    MIDDLE,
+    MIDDLE_POLYNOMIAL,
+    NODE_TERM,
+    NODES,
+    PAIRS,
+    PASSINGS,
+    PER_HALF,
+    POINTS,
+    RATE,
+    SMALLEST_HALF_ANGLE,
+    SPACINGS,
+    START,
+    STOP,
+    TERM,
+    TIME_PER_ANGLE,
+    UNIT_WEIGHTS,
+    WORN,
+    account_span,
+    accumulate_distance,
+    evaluate_arc,
+    evaluate_columns,
+    evaluate_polynomial,
+    fit_arc,
+    fit_row,
+    inside_time,
+    is_monotonic,
+    range_of_row,
+    region_of,
+    row_sum,
+    unfitted_edges,
+    wear_before_edge,
+    write_passing_times,
+    write_wear_before_passed_edges,
+)
+from .laws import UniformPressure
+
+MIN_BATCH = 2  # edges that one end passes: from this number on they are processed together
+
+
+class Edges(NamedTuple):
+    """Numbers of the last edges of each kind: passed by the arc's start, near it, within the arc, near its stop."""
+
+    start: int
+    near_start: int
+    near_stop: int
+    stop: int
+
+
+class BinCursor(NamedTuple):
+    """The bin that follows an edge, the wear before that edge, and the wear of the whole arc."""
+
+    position: int  # of the bin behind the edge
+    wear_before: float  # m rad
+    total: float  # m rad
+
+
+@kernel
+def edges_of(pressure, workspace, width):
+    """Return the number of the last edge before the arc, Edges, and the last edge met; `width` (rad) apart."""
+    (first_edge, start), (stop_edge, last_edge) = range_of_row(workspace, START), range_of_row(workspace, STOP)
+    passed_by_start, passed_by_stop = math.floor(start / width), math.floor(stop_edge / width)
+    near_start, near_stop = passed_by_start, passed_by_stop
+    if smooth_range(pressure) < 1.0:
+        for i in lane_range(POINTS):
+            margin = (1.0 - smooth_range(pressure)) * workspace[HALF * POINTS + i]
+            workspace[TERM * POINTS + i] = workspace[START * POINTS + i] + margin
+            workspace[(TERM + 1) * POINTS + i] = workspace[STOP * POINTS + i] - margin
+        near_start = math.floor(range_of_row(workspace, TERM)[1] / width)
+        near_stop = math.floor(range_of_row(workspace, TERM + 1)[0] / width)
+    edges = Edges(passed_by_start, near_start, near_stop, passed_by_stop)
+    return math.floor(first_edge / width), edges, math.floor(last_edge / width)
+
+
+@kernel
+def write_wear_before_edges(pressure, workspace, edge, edges, last_edge):
+    """Write the wear before an edge that an end of the arc meets, and following ones, to WORN; return their number.
+
+    last_edge : the last edge to process; edges : Edges and their distance (rad).  Where the ends reverse or meet the
+    same edges, each edge is processed alone.
+    """
+    last_edges, width = edges
+    angle = edge * width
+    is_start_end, is_stop_end = edge <= last_edges.start, edge > last_edges.stop
+    count = min(POINTS, (min(last_edges.start, last_edges.stop) if is_start_end else last_edge) - edge + 1)
+    is_single = is_start_end == is_stop_end or count < MIN_BATCH
+    if is_single or not is_monotonic(workspace, START if is_start_end else STOP):
+        workspace[WORN * POINTS] = wear_before_edge(pressure, workspace, angle)
+        return 1
+    end = -1.0 if is_start_end else 1.0
+    write_passing_times(workspace, end, angle, width)
+    write_wear_before_passed_edges(pressure, workspace, end, angle, width)
+    return count
+
+
+@inlined
+def update_wear_bin(workspace, bins, number, cursor):
+    """Add the wear between an edge, item `number` of WORN, and the previous one to a bin; return the next BinCursor."""
+    bins_per_radian = bins.count / (2.0 * math.pi)
+    cumulative = min(max(workspace[WORN * POINTS + number], cursor.wear_before), cursor.total)
+    bins.depths[bins.start + cursor.position] += (cumulative - cursor.wear_before) * bins_per_radian
+    return BinCursor(cursor.position + 1 if cursor.position + 1 < bins.count else 0, cumulative, cursor.total)
+
+
+@kernel
+def update_bins_at_arc_ends(pressure, workspace, bins, span, edges, cursor):
+    """Add the wear between the edges of a `span` (begin, end), which the arc's ends meet; return the next BinCursor."""
+    batch_size, index_in_batch = 0, 0
+    for edge in range(span[0] + 1, span[1] + 1):
+        if index_in_batch == batch_size:
+            batch_size, index_in_batch = write_wear_before_edges(pressure, workspace, edge, edges, span[1]), 0
+        cursor = update_wear_bin(workspace, bins, index_in_batch, cursor)
+        index_in_batch += 1
+    return cursor
+
+
+@family
+def update_bins_inside_arc(pressure, workspace, bins, span, cursor):
+    """Add the wear between the edges of a `span`, within the arc at all points; return the next BinCursor."""
+
+
+@update_bins_inside_arc.member(None)
+def _default_update_bins_inside_arc(pressure, workspace, bins, span, cursor):
+    width, batch_size, index_in_batch = 2.0 * math.pi / bins.count, 0, 0
+    for edge in range(span[0] + 1, span[1] + 1):
+        if index_in_batch == batch_size:
+            write_wear_before_inner_edges(pressure, workspace, edge * width, width)
+            batch_size, index_in_batch = POINTS, 0
+        cursor = update_wear_bin(workspace, bins, index_in_batch, cursor)
+        index_in_batch += 1
+    return cursor
+
+
+@kernel
+def write_wear_before_inner_edges(pressure, workspace, edge, width):
+    """Write the wear before edges, `width` (rad) apart, that are within the arc at all points, to WORN."""
+    for k in lane_range(POINTS):
+        angle, total = edge + INDICES[k] * width, 0.0
+        for i in range(POINTS):
+            x = (angle - workspace[MIDDLE * POINTS + i]) * workspace[PER_HALF * POINTS + i]
+            total += workspace[AREA * POINTS + i] * cumulative_pressure(pressure, x, workspace[HALF * POINTS + i])
+        workspace[WORN * POINTS + k] = total
+
+
+@kernel
+def update_body_wear(pressure, workspace, bins):
+    """Add the wear of the arc to a body, from the points in its workspace."""
+    total = row_sum(workspace, AREA)
+    if total <= 0.0:
+        return
+    width = 2.0 * math.pi / bins.count
+    first_edge, edges, last_edge = edges_of(pressure, workspace, width)
+    begin, end = edges.near_start, edges.near_stop  # between them the edges that are within the arc
+    if end <= begin:
+        begin, end = last_edge, last_edge
+    if max(begin - first_edge, last_edge - end) > unfitted_edges(pressure):
+        fit_arc(pressure, workspace)
+    cursor = BinCursor(first_edge % bins.count, 0.0, total)
+    cursor = update_bins_at_arc_ends(pressure, workspace, bins, (first_edge, begin), (edges, width), cursor)
+    cursor = update_bins_inside_arc(pressure, workspace, bins, (begin, end), cursor)
+    cursor = update_bins_at_arc_ends(pressure, workspace, bins, (end, last_edge), (edges, width), cursor)
+    bins.depths[bins.start + cursor.position] += (total - cursor.wear_before) * (bins.count / (2.0 * math.pi))
+
+
+@kernel
+def update_wear_over_arc(joint, workspace, step_length, span, bins):
+    """Do what `update_wear_over_span` says, under an arc whose middle is the point of contact."""
+    evaluate_arc(joint, workspace, step_length, span[0], span[1])
+    for body in range(2):
+        body_workspace = workspace[FIRST_BODY + body * BODY_SIZE : FIRST_BODY + (body + 1) * BODY_SIZE]
+        update_body_wear(joint.wear.pressure, body_workspace, bins[body])
+
+
+@update_wear_over_span.member(None)
+def _default_update_wear_over_span(joint, workspace, step_length, span, bins):
+    update_wear_over_arc(joint, workspace, step_length, span, bins)
+
+
+@kernel
+def update_worn_profile(joint, workspace, values, step_length, bins, account):
+    """Add the wear of a step of `step_length` (s over kappa) to the worn profiles of both bodies and a JointAccount.
+
+    workspace : (WORKSPACE_SIZE,) with the coefficients over the fraction of the step; values : (STEP_VALUE_ROWS, PARTS
+    + 1), from which the sliding speed is read; bins : of both bodies.
+    """
+    for i in lane_range(PARTS):  # the row of the durations is free until a span is added
+        workspace[DURATION_ROW * POINTS + i] = values[SLIP_ROW, i] * values[SLIP_ROW, i + 1]
+    low, reverses = 0.0, range_of_row(workspace, DURATION_ROW)[0] < 0.0
+    for i in rolled_range(0 if reverses else PARTS, PARTS + 1):
+        high = 1.0
+        if i < PARTS:
+            a, b = values[SLIP_ROW, i], values[SLIP_ROW, i + 1]
+            if a * b >= 0.0:
+                continue
+            high = (i + a / (a - b)) / PARTS  # where sliding reverses, its speed has a kink
+        update_wear_over_span(joint, workspace, step_length, (low, high), bins)
+        account_span(joint, workspace, account.numbers, account.length_fraction)
+        low = high
+
+
+# ---------------------------------------------------------------------------------------------- uniform pressure
+
+
+#: Rows of the antiderivatives over the time x, each over x: of rate / 2, rate (m - m0) / (2 h), rate / (2 h).
+HALF_RATE, MOMENT, PER_ARC = RATE, TERM, TERM + 1
+MAX_PER_HALF = 1e7  # 1/rad: in a narrower arc there is no load, and rounding must not be magnified
+#: Estimates of the time at which an end of the arc passes an edge: their largest number; change from which on another
+#: one follows.
+MAX_ESTIMATES, CLOSE_ESTIMATE = 8, 2e-3
+PER_POWER = 1.0 / (1.0 + INDICES)  # from the coefficients of a polynomial to those of its antiderivative over x
+
+
+@inlined
+def _origin(workspace):
+    """Return the angle m0 (rad) that is subtracted from all angles, since the angle of a rotating body may be large."""
+    return workspace[MIDDLE * POINTS + PAIRS]
+
+
+@inlined
+def _per_arc(workspace, i):
+    """Return half the wear at a point over the half-angle of the arc (m)."""
+    return 0.5 * workspace[AREA * POINTS + i] * min(workspace[PER_HALF * POINTS + i], MAX_PER_HALF)
+
+
+@fit_arc.member(UniformPressure)
+def _fit_arc_uniform(pressure, workspace):
+    origin = _origin(workspace)
+    for i in lane_range(POINTS):  # the rows of an end are free until `write_passing_times`
+        half_rate, per_arc = 0.5 * workspace[AREA * POINTS + i], _per_arc(workspace, i)
+        workspace[END * POINTS + i], workspace[END_SLOPE * POINTS + i] = half_rate, per_arc
+        workspace[END_POLYNOMIAL * POINTS + i] = per_arc * (workspace[MIDDLE * POINTS + i] - origin)
+    fit_row(workspace, END, HALF_RATE, INVERSE_WEIGHTS)
+    fit_row(workspace, END_POLYNOMIAL, MOMENT, INVERSE_WEIGHTS)
+    fit_row(workspace, END_SLOPE, PER_ARC, INVERSE_WEIGHTS)
+    for i in lane_range(POINTS):
+        workspace[HALF_RATE * POINTS + i] *= PER_POWER[i]
+        workspace[MOMENT * POINTS + i] *= PER_POWER[i]
+        workspace[PER_ARC * POINTS + i] *= PER_POWER[i]
+    fit_row(workspace, MIDDLE, MIDDLE_POLYNOMIAL, UNIT_WEIGHTS)
+    fit_row(workspace, HALF, HALF_POLYNOMIAL, UNIT_WEIGHTS)
+
+
+@inlined
+def _load_integral(workspace, end, angle, x):
+    """Return the integral up to the time `x` of the load between an end (-1, 1) of the arc and an edge within it.
+
+    angle : rad, of the edge, from the origin.
+    """
+    moment = evaluate_polynomial(workspace, MOMENT, x) - angle * evaluate_polynomial(workspace, PER_ARC, x)
+    return x * (evaluate_polynomial(workspace, HALF_RATE, x) + end * moment)
+
+
+@write_wear_before_passed_edges.member(UniformPressure)
+def _write_wear_before_passed_edges_uniform(pressure, workspace, end, edge, width):
+    end_time, first_angle = inside_time(workspace, end), edge - _origin(workspace)
+    total_area = row_sum(workspace, AREA) if end > 0.0 else 0.0
+    for k in lane_range(POINTS):
+        angle = first_angle + INDICES[k] * width
+        wear_inside = _load_integral(workspace, end, angle, end_time) - _load_integral(
+            workspace, end, angle, workspace[PASSINGS * POINTS + k]
+        )
+        workspace[WORN * POINTS + k] = total_area - end * (end_time * wear_inside)
+
+
+@inlined
+def _distance_and_load(workspace, edge, row, t):
+    """Return the distance (rad) of an edge from an end of the arc, a row, at time t, and the load between until t."""
+    for k in lane_range(POINTS):
+        distance = edge - workspace[row * POINTS + k]
+        workspace[NODE_TERM * POINTS + k] = evaluate_columns(BASIS, t, k) * distance
+        workspace[(NODE_TERM + 1) * POINTS + k] = (
+            evaluate_columns(BASIS_INTEGRAL, t, k) * _per_arc(workspace, k) * distance
+        )
+    return row_sum(workspace, NODE_TERM), (1.0 + t) * row_sum(workspace, NODE_TERM + 1)
+
+
+@kernel
+def _load_until_passing(workspace, edge, end, i):
+    """Return the integral of the load between an end (-1, 1) of the arc and an edge, until the end passes the edge.
+
+    The end passes between nodes `i - 1` and `i`.  The first estimate of the time is linear, each next one takes the
+    slope of the parabola through three distances.  The load between the last two estimates is that of a triangle.
+    """
+    row, low, high = START if end < 0 else STOP, NODES[i - 1], NODES[i]
+    a, b = edge - workspace[row * POINTS + i - 1], edge - workspace[row * POINTS + i]
+    t, mean_slope = low if a == b else (low * b - high * a) / (b - a), (b - a) / SPACINGS[i]
+    load, attempts = 0.0, 0
+    while attempts < MAX_ESTIMATES:
+        distance, load = _distance_and_load(workspace, edge, row, t)
+        before, behind = t - low, high - t
+        product, bend = before * behind, distance - a - mean_slope * before
+        slope = mean_slope * product + bend * (behind - before)  # of the parabola, times the product
+        correction = distance * product * slope / (slope * slope + SMALLEST_HALF_ANGLE)
+        correction = min(max(correction, -behind), before)
+        load -= 0.5 * _per_arc(workspace, i) * INVERSE_WEIGHTS[i] * distance * correction
+        t -= correction
+        attempts = attempts + 1 if abs(correction) > CLOSE_ESTIMATE else MAX_ESTIMATES
+    return -end * load
+
+
+@wear_before_edge.member(UniformPressure)
+def _wear_before_edge_uniform(pressure, workspace, edge):
+    """Return the wear as if the edge stayed in the region of the last node, minus what differs before each passing."""
+    region, difference = region_of(workspace, edge, 0), 0.0
+    for i in rolled_range(1, POINTS):
+        next_region = region_of(workspace, edge, i)
+        while region != next_region:
+            end = region if region != 0 else next_region  # the end of the arc that passes the edge
+            direction = 1.0 if next_region > region else -1.0
+            difference += direction * _load_until_passing(workspace, edge, end, i)
+            region = 0 if region != 0 else next_region
+    if region < 0:
+        return -difference
+    if region > 0:
+        return row_sum(workspace, AREA) - difference
+    for i in lane_range(POINTS):
+        workspace[NODE_TERM * POINTS + i] = _per_arc(workspace, i) * (edge - workspace[START * POINTS + i])
+    return row_sum(workspace, NODE_TERM) - difference
+
+
+@unfitted_edges.member(UniformPressure)
+def _unfitted_edges_uniform(pressure):
+    return MIN_BATCH - 1
+
+
+@kernel
+def _wear_before_inner_edge(workspace, edge, total):
+    """Return the wear, of a `total`, before an `edge` (rad) that is within the arc at all points, and its slope."""
+    for i in lane_range(POINTS):
+        per_arc = _per_arc(workspace, i)
+        workspace[END * POINTS + i] = per_arc
+        workspace[TIME_PER_ANGLE * POINTS + i] = per_arc * (edge - workspace[MIDDLE * POINTS + i])
+    return 0.5 * total + row_sum(workspace, TIME_PER_ANGLE), row_sum(workspace, END)
+
+
+@update_bins_inside_arc.member(UniformPressure)
+def _update_bins_inside_arc_uniform(pressure, workspace, bins, span, cursor):
+    """Every bin between two edges within the arc receives the same depth."""
+    count, width, total = span[1] - span[0] - 1, 2.0 * math.pi / bins.count, cursor.total
+    if count < 0:
+        return cursor
+    first_wear, slope = _wear_before_inner_edge(workspace, (span[0] + 1) * width, total)
+    first_wear = min(max(first_wear, cursor.wear_before), total)
+    last_wear = min(first_wear + slope * width * count, total)
+    bins.depths[bins.start + cursor.position] += (first_wear - cursor.wear_before) / width
+    depth, next_position = (last_wear - first_wear) / (width * max(count, 1)), cursor.position + 1
+    count_to_end = min(count, bins.count - next_position)
+    _add_depth(bins, next_position, count_to_end, depth)
+    _add_depth(bins, 0, count - count_to_end, depth)
+    position = next_position + count
+    return BinCursor(position if position < bins.count else position - bins.count, last_wear, total)
+
+
+@inlined
+def _add_depth(bins, first_bin, count, depth):
+    """Add a depth (m) to `count` bins that follow each other."""
+    for k in rolled_range(count):
+        bins.depths[bins.start + first_bin + k] += depth
+
+
+# ---------------------------------------------------------------------------------------------- a step
+
+
+ANGLES = (
+    QUARTER_POINTS + 4
+)  # numbers that determine the profile of an angle: at the quarters, then its slopes at both ends
+POSITIONS = 3  # such profiles of a contact: its angles on both bodies (rad) and, of worn surfaces, its depth (m)
+SLOPES = POSITIONS  # of these profiles, per fraction of the step; `record` writes the rates per second
+#: What a joint in space notes of a contact at the quarters, see `wall_strips.StripPosition`.
+LEAN, REACH, TILT_SQUARE, BEARING_START, JOURNAL_START, FACING, AXIAL_ROWS = range(7)
+#: Of the strip of one contact at equidistant times: the first three, as at the quarters, its largest depth (m), and
+#: its integrals, see `wall_strips.integrals_of`.
+MAX_DEPTH, LOAD_INTEGRAL, DEPTH_INTEGRAL, STRIP_ROWS = range(TILT_SQUARE + 1, TILT_SQUARE + 5)
+RECORDED_SIZE = (POSITIONS + SLOPES + AXIAL_ROWS) * STATE_POINTS  # numbers stored per contact
+_QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
+#: (ANGLES, POINTS): the coefficients of an angle's profile from its values at the quarters and its end slopes.
+FROM_ANGLES = np.zeros((ANGLES, POINTS))
+_AT_QUARTERS = [[quarter**i for i in range(DEGREE + 1)] for quarter in _QUARTERS.tolist()]
+_AT_ENDS = [[float(i == 1) for i in range(DEGREE + 1)], [float(i) for i in range(DEGREE + 1)]]
+FROM_ANGLES[:, : DEGREE + 1] = inverse(exact(_AT_QUARTERS + _AT_ENDS)).transposed.rounded()
+
+
+class Step(NamedTuple):
+    """Profiles and positions of the contacts over a step of the motion, and workspaces."""
+
+    step_values: np.ndarray  # (contacts, STEP_VALUE_ROWS, PARTS + 1) see observe.histogram
+    length: float  # of the step
+    mode: np.ndarray  # (contacts,) int64, mode of each contact
+    positions: np.ndarray  # (contacts, POSITIONS + SLOPES, STATE_POINTS)
+    axial: np.ndarray  # (contacts, AXIAL_ROWS, STATE_POINTS) of joints in space
+    strip: np.ndarray  # (STRIP_ROWS, PARTS + 1) of one of their contacts, at equidistant times
+    workspace: np.ndarray  # (WORKSPACE_SIZE,) see arc_over_step
+    wear_buffer: np.ndarray  # (3 stride,) bins (m) of both bodies, at 0 between the contacts; slices of one contact
+
+
+class WearTotals(NamedTuple):
+    """Wear of all joints, to which each step adds; the depths of a joint are at its first contact."""
+
+    depths: np.ndarray  # (2 contacts stride,) m, the bins of bearing and journal
+    stride: int
+    account: np.ndarray  # (contacts, ACCOUNT_SIZE)
+
+
+class Instant(NamedTuple):
+    """Positions of the bodies at one time of a step."""
+
+    gaps: tuple  # a gap per joint
+    body_angles: tuple  # body_angles of every joint
+    number: int
+    step: Step
+
+
+@family
+def record(joint, gap, body_angles, j, instant):
+    """Record the positions of a joint's contacts, the first being `j`, at an Instant; body_angles : (2,) rad."""
+
+
+@record.member(None)
+def _default_record(joint, gap, body_angles, j, instant):
+    step, i = instant.step, instant.number
+    if not touches(step.mode[j]):
+        return
+    side = joint.side
+    angle, angle_rate, depth, depth_rate = contact_angle(joint, gap)
+    proximal_angle, distal_angle = body_angles
+    bearing_angle, journal_angle = (proximal_angle, distal_angle) if side > 0.0 else (distal_angle, proximal_angle)
+    step.positions[j, 0, i], step.positions[j, 1, i], step.positions[j, 2, i] = (
+        angle - bearing_angle,
+        angle - journal_angle,
+        depth,
+    )
+    proximal_rate, distal_rate = angle_rate - gap.spin_proximal, angle_rate - gap.spin_distal
+    step.positions[j, SLOPES, i] = proximal_rate if side > 0.0 else distal_rate
+    step.positions[j, SLOPES + 1, i] = distal_rate if side > 0.0 else proximal_rate
+    step.positions[j, SLOPES + 2, i] = depth_rate
+
+
+@kernel
+def fit_profiles(workspace, step_values, length):
+    """Write the coefficients of the profiles of a contact, its forces per `length` (m), to `workspace`."""
+    per_length = 1.0 / length
+    for i in lane_range(POINTS):
+        for row in range(STEP_VALUE_ROWS):
+            total = 0.0
+            for k in range(PARTS + 1):
+                total += FIT[k, i] * step_values[row, k]
+            workspace[row * POINTS + i] = total * per_length if row in (FORCE_ROW, FRICTION_POWER_ROW) else total
+
+
+@kernel
+def unwrap_angles(angles):
+    """Remove jumps by full turns from angles (rad) at the quarters of a step."""
+    full_turn, turns, previous_angle, largest_change = 2.0 * math.pi, 0.0, angles[0], 0.0
+    for i in range(1, QUARTER_POINTS + 2):
+        largest_change = max(largest_change, abs(angles[i] - angles[i - 1]))
+    if largest_change <= math.pi:
+        return
+    for i in range(1, QUARTER_POINTS + 2):
+        angle = angles[i]
+        turns += math.floor((angle - previous_angle) * (1.0 / full_turn) + 0.5)
+        angles[i], previous_angle = angle - full_turn * turns, angle
+
+
+@kernel
+def fit_positions(workspace, positions):
+    """Write the coefficients of the profiles of the position of a contact to `workspace`."""
+    for i in lane_range(POINTS):
+        for row in range(POSITIONS):
+            total = 0.0
+            for k in range(QUARTER_POINTS + 2):
+                total += FROM_ANGLES[k, i] * positions[row, k]
+            total += FROM_ANGLES[ANGLES - 2, i] * positions[SLOPES + row, 0]
+            total += FROM_ANGLES[ANGLES - 1, i] * positions[SLOPES + row, QUARTER_POINTS + 1]
+            workspace[(BEARING_ANGLE_ROW + row) * POINTS + i] = total
+
+
+@kernel
+def write_end_slopes(step, j):
+    """Write the slopes of the profiles of the position of contact `j` at both ends of the step, from their rates."""
+    for end, part_index in ((0, 0), (QUARTER_POINTS + 1, PARTS)):
+        duration = step.length * step.step_values[j, KAPPA_ROW, part_index]
+        for row in range(POSITIONS):
+            step.positions[j, SLOPES + row, end] *= duration
+
+
+@family
+def update_contact_wear(law, joint, j, step_and_totals):
+    """Add the wear of contact `j` of a joint with this wear law, over a Step; step_and_totals : Step and WearTotals."""
+
+
+@update_contact_wear.member(NoWear)
+def _update_contact_wear_no_wear(law, joint, j, step_and_totals):
+    pass
+
+
+@update_contact_wear.member(None)
+def _default_update_contact_wear(law, joint, j, step_and_totals):
+    step, totals = step_and_totals
+    fit_profiles(step.workspace, step.step_values[j], law.length)
+    for body in range(2):
+        unwrap_angles(step.positions[j, body])
+    write_end_slopes(step, j)
+    fit_positions(step.workspace, step.positions[j])
+    accumulate_distance(step, j, totals.account[j])
+    count, bins_offset = int(law.bins), 2 * j * totals.stride
+    bins = Bins(totals.depths, bins_offset, count), Bins(totals.depths, bins_offset + totals.stride, count)
+    account = JointAccount(totals.account[j], 1.0)
+    update_worn_profile(joint, step.workspace, step.step_values[j], step.length, bins, account)
+
+
+@family
+def update_joint_wear(joint, j, step_and_totals):
+    """Add the wear of a joint, whose first contact is `j`, over a Step; step_and_totals : Step and WearTotals."""
+
+
+@update_joint_wear.member(None)
+def _default_update_joint_wear(joint, j, step_and_totals):
+    if touches(step_and_totals[0].mode[j]):
+        update_contact_wear(joint.wear, joint, j, step_and_totals)
