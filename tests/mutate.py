@@ -557,9 +557,7 @@ MUTATIONS = (
         "as_type_of(-shear.drag * rotation,",
         BALANCE,
     ),
-    Mutation(
-        FILM, "_shear_couple_couette", "math.sqrt(1.0 - motion.ratio * motion.ratio)", "1.0", BALANCE
-    ),
+    Mutation(FILM, "_shear_couple_couette", "math.sqrt(1.0 - motion.ratio * motion.ratio)", "1.0", BALANCE),
     Mutation(
         OIL,
         "film_load",
@@ -570,9 +568,7 @@ MUTATIONS = (
     Mutation(OIL, "film_load", "pressure_power=0.5 * eccentricity", "pressure_power=eccentricity", BALANCE),
     Mutation(OIL, "film_load", "eccentricity * tangential)", "joint.clearance * tangential)", BALANCE),
     Mutation(FILMS, "_film_force_short", "radial = 0.5 * law.force", "radial = 0.4 * law.force", BALANCE),
-    Mutation(
-        FILMS, "_film_force_long", "radial -= (6.0 * law.force", "radial -= (5.0 * law.force", BALANCE
-    ),
+    Mutation(FILMS, "_film_force_long", "radial -= (6.0 * law.force", "radial -= (5.0 * law.force", BALANCE),
     Mutation(
         FILMS,
         "_film_force_reynolds",

@@ -9,8 +9,7 @@ from mechanism_cases import JOINT
 
 from clearsweep.contracts.case import Contact, Film, Joint, Material, Materials
 from clearsweep.mechanics.joints import dry, lubricated, registry
-from clearsweep.mechanics.joints.contract import JointState, contact_modes, every_latched, load
-from clearsweep.mechanics.joints.offsets import first_offsets
+from clearsweep.mechanics.joints.contract import JointState, contact_modes, every_latched, first_offsets, load
 from clearsweep.mechanics.laws.film import asperity_load, dry_fraction, transition_depths
 
 CLEARANCE, RADIUS, ONSET = 50e-6, 0.01, 0.05  # m, m, m/s

@@ -10,7 +10,7 @@ from scipy.integrate import quad
 
 import clearsweep
 from clearsweep.contracts.case import Contact, Joint, Material, Materials, Wear
-from clearsweep.mechanics.joints import first_yield, registry
+from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.laws.elastic import elastic_force, plane_strain_modulus, relative_radius, static_penetration
 from clearsweep.simulation.advice.yield_speed import _largest_masses, yield_speeds
 from clearsweep.simulation.setup.scene import build, catalogue
@@ -27,7 +27,7 @@ def joint(elastic="compatible", clearance=0.1e-3, material=STEEL, **more):
 
 def speed(made):
     """Return the approach speed (m/s) at which a joint first yields under MASS."""
-    return math.sqrt(2.0 * first_yield.yield_energy(made, registry.compile_contact(made)[1]) / MASS)
+    return math.sqrt(2.0 * registry.yield_energy(made, registry.compile_contact(made)[1]) / MASS)
 
 
 @pytest.mark.parametrize("degrees", [3.0, 20.0, 60.0, 77.0])
@@ -40,7 +40,7 @@ def test_the_load_of_a_line_is_the_integral_of_the_pressure_over_its_arc(degrees
         return modulus * whole / RADIUS * math.cos(0.5 * phi) * math.sqrt(max(s * s - math.sin(0.5 * phi) ** 2, 0.0))
 
     load = RADIUS * LENGTH * quad(lambda phi: pressure(phi) * math.cos(phi), -half, half, epsrel=1e-10)[0]
-    assert first_yield.load_at_pressure("line", pressure(0.0), made, modulus) == pytest.approx(load, rel=1e-6)
+    assert registry.load_at_pressure("line", pressure(0.0), made, modulus) == pytest.approx(load, rel=1e-6)
 
 
 def test_narrow_contacts_have_the_loads_of_hertz():
@@ -49,8 +49,8 @@ def test_narrow_contacts_have_the_loads_of_hertz():
     line = math.pi * radius * LENGTH * (0.1e9) ** 2 / modulus  # p0 = sqrt(f E* / (pi R))
     # R = R_b R_j / c of the line is R_b^2 / c here: the bodies are bent to one radius
     line *= RADIUS / (RADIUS - made.clearance)
-    assert first_yield.load_at_pressure("line", 0.1e9, made, modulus) == pytest.approx(line, rel=2e-3)
-    ball = first_yield.load_at_pressure("ball", 0.1e9, made, modulus)
+    assert registry.load_at_pressure("line", 0.1e9, made, modulus) == pytest.approx(line, rel=2e-3)
+    ball = registry.load_at_pressure("ball", 0.1e9, made, modulus)
     assert (6.0 * ball * modulus**2 / (math.pi**3 * radius**2)) ** (1.0 / 3.0) == pytest.approx(0.1e9, rel=1e-12)
 
 
@@ -58,7 +58,7 @@ def test_a_ball_that_fills_its_socket_bears_what_a_pressure_over_half_of_it_does
     made = joint("power", 20e-6)
     modulus, pressure = plane_strain_modulus(made.contact.material), 1e9
     bore = quad(lambda t: 2.0 * math.pi * RADIUS**2 * pressure * math.cos(t) ** 2 * math.sin(t), 0.0, 0.5 * math.pi)[0]
-    assert first_yield.load_at_pressure("ball", pressure, made, modulus) == pytest.approx(bore, rel=1e-9)
+    assert registry.load_at_pressure("ball", pressure, made, modulus) == pytest.approx(bore, rel=1e-9)
 
 
 @pytest.mark.parametrize(
@@ -74,11 +74,11 @@ def test_steel_first_yields_at_metres_a_second_and_not_at_centimetres(elastic, c
 def test_the_energy_is_the_work_up_to_the_load_at_first_yield(elastic):
     made = joint(elastic)
     term, modulus = registry.compile_contact(made)[1], plane_strain_modulus(made.contact.material)
-    kind = first_yield.contact_kind(made)
-    load = first_yield.load_at_pressure(kind, {"line": 1.67, "ball": 1.6}[kind] * 600e6, made, modulus)
+    kind = registry.contact_kind(made)
+    load = registry.load_at_pressure(kind, {"line": 1.67, "ball": 1.6}[kind] * 600e6, made, modulus)
     depth = static_penetration(term, load)
     work = quad(partial(elastic_force, term), 0.0, depth, limit=200, epsrel=1e-9)[0]
-    assert first_yield.yield_energy(made, term) == pytest.approx(work, rel=1e-5)
+    assert registry.yield_energy(made, term) == pytest.approx(work, rel=1e-5)
 
 
 def test_the_weaker_body_or_a_hardness_decides_and_without_both_nothing_is_judged():
@@ -87,7 +87,7 @@ def test_the_weaker_body_or_a_hardness_decides_and_without_both_nothing_is_judge
     assert made._replace(contact=made.contact._replace(material=Materials(STEEL, soft))).strength == 200e6
     bare = joint(material=STEEL._replace(yield_strength=None))
     assert bare.strength is None
-    assert first_yield.yield_energy(bare, registry.compile_contact(bare)[1]) is None
+    assert registry.yield_energy(bare, registry.compile_contact(bare)[1]) is None
     hard = bare._replace(wear=Wear("archard", "mean", 360, {"hardness": 2.8e9}))
     assert hard.strength == pytest.approx(1e9)
     assert speed(hard) > speed(joint())
@@ -100,7 +100,7 @@ def test_a_stiffness_of_hertz_gives_the_modulus_where_no_material_does():
     bare = joint("power", 0.5e-3, None, values={"stiffness": stiffness}, wear=wear)
     assert speed(bare) == pytest.approx(speed(given), rel=1e-9)
     other = joint("power", 0.5e-3, None, values={"stiffness": stiffness, "exponent": 1.2}, wear=wear)
-    assert first_yield.yield_energy(other, registry.compile_contact(other)[1]) is None
+    assert registry.yield_energy(other, registry.compile_contact(other)[1]) is None
 
 
 def test_the_largest_mass_is_that_of_the_best_of_many_directions():
@@ -111,10 +111,8 @@ def test_the_largest_mass_is_that_of_the_best_of_many_directions():
         return 1.0 / (way @ yields @ way)
 
     distance = np.array([mass(angle) for angle in (0.0, 0.25 * math.pi, 0.5 * math.pi)])
-    assert first_yield.largest_mass(distance) == pytest.approx(
-        max(map(mass, np.linspace(0.0, math.pi, 20001))), rel=1e-7
-    )
-    assert first_yield.largest_mass(np.zeros(3)) is None
+    assert registry.largest_mass(distance) == pytest.approx(max(map(mass, np.linspace(0.0, math.pi, 20001))), rel=1e-7)
+    assert registry.largest_mass(np.zeros(3)) is None
 
 
 MATERIAL = {"young": "207 GPa", "poisson": 0.3, "yield_strength": "600 MPa"}
@@ -129,7 +127,7 @@ def test_a_slider_crank_yields_under_the_mass_of_its_slider():
     scene = machine()
     result = joint("johnson", scene.case.joints[0].clearance)._replace(length=scene.case.joints[0].length)
     result = result._replace(bearing_radius=scene.case.joints[0].bearing_radius)
-    energy = first_yield.yield_energy(result, registry.compile_contact(result)[1])
+    energy = registry.yield_energy(result, registry.compile_contact(result)[1])
     slider = scene.case.mechanism.values["slider.mass"]  # at crank angle 0 it moves alone along the rod
     assert yield_speeds(scene) == {"rod_slider_yield_speed": pytest.approx(math.sqrt(2.0 * energy / slider), rel=1e-9)}
     assert "rod_slider_yield_speed" in scene.layout.units
@@ -156,7 +154,7 @@ def test_the_speed_can_be_limited_and_an_impact_pair_has_its_own():
     source = PAIR | {"joints": {"pair": pair}, "limits": {"pair_yield_speed": {"at_least": 2.0}}}
     scene = clearsweep.load_case(source)
     masses = [scene.case.mechanism.values[f"masses.{place}"] for place in (0, 1)]
-    energy = first_yield.yield_energy(scene.case.joints[0], registry.compile_contact(scene.case.joints[0])[1])
+    energy = registry.yield_energy(scene.case.joints[0], registry.compile_contact(scene.case.joints[0])[1])
     reduced = masses[0] * masses[1] / sum(masses)
     assert yield_speeds(scene)["pair_yield_speed"] == pytest.approx(math.sqrt(2.0 * energy / reduced), rel=1e-9)
 

@@ -11,10 +11,8 @@ from scipy.integrate import solve_ivp
 import clearsweep
 from clearsweep.mechanics.coupling.rates import rates
 from clearsweep.mechanics.joints import registry
-from clearsweep.mechanics.joints.contract import Contact, every_internal_state
-from clearsweep.mechanics.joints.dry import FREE, PRESSED
-from clearsweep.mechanics.joints.offsets import with_internal_state
-from clearsweep.mechanics.laws.contract import internal_rates, internal_state
+from clearsweep.mechanics.joints.contract import Contact, every_internal_state, with_internal_state
+from clearsweep.mechanics.laws.contract import FREE, PRESSED, internal_rates, internal_state
 from clearsweep.mechanics.laws.friction import friction_force
 from clearsweep.mechanics.machines.contract import gaps, pose_at
 from clearsweep.simulation.running.run import integration_of

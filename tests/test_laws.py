@@ -27,7 +27,7 @@ from clearsweep import InputError, simulation
 from clearsweep.mechanics import describe
 from clearsweep.mechanics.coupling import trial_step
 from clearsweep.mechanics.joints import registry
-from clearsweep.mechanics.joints.offsets import with_internal_state
+from clearsweep.mechanics.joints.contract import with_internal_state
 from clearsweep.mechanics.laws.elastic import elastic_force
 from clearsweep.mechanics.laws.loss import contact_force, lowest_force
 from clearsweep.mechanics.machines import MECHANISMS

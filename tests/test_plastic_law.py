@@ -9,8 +9,7 @@ from mechanism_cases import PAIR, changed, slider_crank, told_both_ways
 
 import clearsweep
 from clearsweep.mechanics.joints import registry
-from clearsweep.mechanics.joints.contract import every_latched
-from clearsweep.mechanics.joints.offsets import with_internal_state
+from clearsweep.mechanics.joints.contract import every_latched, with_internal_state
 from clearsweep.mechanics.laws.elastic import elastic_force
 from clearsweep.mechanics.laws.loss import contact_force
 from clearsweep.simulation.analyses.outcome import trajectory_of

@@ -8,7 +8,7 @@ import pytest
 from bench import against, efficiency, ensemble, mechanics, parts, speed, stepwise
 
 from clearsweep import grid
-from clearsweep.mechanics.joints.dry import FREE, PRESSED
+from clearsweep.mechanics.laws.contract import FREE, PRESSED
 from clearsweep.simulation import catalogue
 from clearsweep.verify.problems import all_problems, scene_of
 from clearsweep.verify.rivals import DEPTH_COLUMN, JOINT_WIDTH, NORMAL_COLUMN, RATE_COLUMN, CountedRates

@@ -20,9 +20,15 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.coupling.rates import evaluate_motion
 from clearsweep.mechanics.joints import dry, registry
 from clearsweep.mechanics.joints.contract import every_contact
-from clearsweep.mechanics.joints.worn.foundation import arc_at, pressure_integral_over_load, update_wear_under_arc
-from clearsweep.mechanics.joints.worn.nearest import GapWithAngles, nearest
-from clearsweep.mechanics.joints.worn.worn import WornJoint, WornOnFoundation, generalised_depth, worn_load
+from clearsweep.mechanics.joints.foundation import arc_at, pressure_integral_over_load, update_wear_under_arc
+from clearsweep.mechanics.joints.worn import (
+    GapWithAngles,
+    WornJoint,
+    WornOnFoundation,
+    generalised_depth,
+    nearest,
+    worn_load,
+)
 from clearsweep.mechanics.laws.contract import PRESSED
 from clearsweep.mechanics.laws.elastic import elastic_energy, elastic_force
 from clearsweep.mechanics.wear import Bins, Worn, local_clearance

@@ -11,7 +11,7 @@ from scipy.optimize import brentq
 
 import clearsweep
 from clearsweep.mechanics.joints import registry
-from clearsweep.mechanics.joints.offsets import with_internal_state
+from clearsweep.mechanics.joints.contract import with_internal_state
 from clearsweep.mechanics.laws.loss import contact_force
 
 HARDNESS, POISSON, RADIUS = 5e8, 0.3, 10e-3 * 9.5e-3 / 0.5e-3

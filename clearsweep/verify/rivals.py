@@ -14,8 +14,8 @@ from scipy.integrate import solve_ivp
 
 from ..contracts.results import EVENT_DTYPE, EVENT_KINDS, Trajectory
 from ..mechanics.coupling.state import every_state
-from ..mechanics.joints.dry import CLIPPED, FREE, PRESSED, Joint, joint_load
-from ..mechanics.laws.contract import ONSET_FLOOR
+from ..mechanics.joints.dry import Joint, joint_load
+from ..mechanics.laws.contract import CLIPPED, FREE, ONSET_FLOOR, PRESSED
 from ..mechanics.machines.contract import accelerate, gaps, pose_at
 from ..mechanics.solver.integration import ONSET, SEPARATION
 from ..tracing.compiled.family import Entry, entry, flatten, invoke, kernel, map_joints, shaped

@@ -9,13 +9,15 @@ import numpy as np
 
 from ...tracing.compiled.choosing import rolled_range
 from ...tracing.compiled.family import NO_ENTRY, Entry, entry, form_number, kernel, map_joints, shaped
-from ..joints.contract import every_guard, every_part, parts
-from ..joints.offsets import (
+from ..joints.contract import (
     after_joint,
     after_number,
     after_part,
+    every_guard,
+    every_part,
     first_offsets,
     internal_state_location,
+    parts,
     total_counts,
     with_current_state,
 )

@@ -3,11 +3,10 @@
 from ...tracing.compiled.choosing import none_of
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import family, inlined, kernel, map_joints
-from ..joints.contract import every_part
+from ..joints.contract import after_joint, after_number, every_part, first_offsets, with_current_state
 from ..joints.dry import Joint
 from ..joints.lubricated import Lubricated
-from ..joints.offsets import after_joint, after_number, first_offsets, with_current_state
-from ..joints.worn.worn import WornJoint, WornOnFoundation
+from ..joints.worn import WornJoint, WornOnFoundation
 from ..laws.contract import touches
 from ..laws.loss import needs_mass, with_mass
 from ..machines.contract import gaps, impact_masses, pose_at

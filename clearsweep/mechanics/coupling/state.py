@@ -10,8 +10,14 @@ import numpy as np
 
 from ...tracing.compiled.dual import rate_or_slope
 from ...tracing.compiled.family import form_number, inlined, kernel, map_joints
-from ..joints.contract import every_internal_state, state_kinds_of
-from ..joints.offsets import after_number, total_counts, type_of, with_internal_state
+from ..joints.contract import (
+    after_number,
+    every_internal_state,
+    state_kinds_of,
+    total_counts,
+    type_of,
+    with_internal_state,
+)
 from ..laws.contract import internal_rates, internal_state, is_integrated
 from ..machines.contract import friction_laws, friction_slips, with_friction_laws
 

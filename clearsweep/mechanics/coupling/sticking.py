@@ -1,11 +1,11 @@
 """Sticking surfaces: the tangential force that stops sliding, computed from the mechanism.
 
 Accelerations are affine in the tangential forces.  One evaluation of the motion, and one more for each grip of the
-joints (`joint.gripping`), give the change of all sliding speeds with all tangential forces.  Each force is then solved
+joints, give the change of all sliding speeds with all tangential forces.  Each force is then solved
 for in turn until nothing changes: Gauss-Seidel.  The matrix is symmetric and positive definite because these forces do
 work on exactly these sliding speeds.
 
-If a force reaches its static limit, an event (`joint.friction.stick`) changes the mode of its contact.  From then on
+If a force reaches its static limit, an event (`laws.friction`) changes the mode of its contact.  From then on
 the limit acts, until the force that would stop the sliding is smaller again.  So within a step nothing is clipped.
 """
 
@@ -14,8 +14,16 @@ from typing import NamedTuple
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import kernel, map_joints
-from ..joints.gripping import grips_of, is_grip_sticking, is_sticking, limit_sign, slip_rate, with_tangential
-from ..joints.offsets import after_joint, after_number, first_offsets, total_counts
+from ..joints.contract import (
+    after_joint,
+    after_number,
+    first_offsets,
+    grips_of,
+    slip_rate,
+    total_counts,
+    with_tangential,
+)
+from ..laws.contract import AT_LIMIT_DOWN, AT_LIMIT_UP, is_sticking
 from ..laws.friction import static_limit
 from ..machines.contract import accelerate, gap_accelerations
 
@@ -204,3 +212,27 @@ def with_sticking_forces(scene, y, pose, joint_gaps, loads, mode):
             stopping_change = (-scene.reference_rate * slips[j] - rates[j]) / gains[j][j]
             stopping_forces = _replace_one_force(stopping_forces, stopping_forces, 0, (j, forces[j] + stopping_change))
     return _loads_with_grip_forces(grips_of_joints, loads, 0, (forces, stopping_forces))
+
+
+# ---------------------------------------------------------------------------------------------- grips
+
+
+@kernel
+def is_grip_sticking(grip, mode):
+    """Return whether a contact of a grip sticks."""
+    any_sticking = False
+    for contact in grip.contacts:
+        any_sticking = any_sticking | is_sticking(mode[contact])
+    return any_sticking
+
+
+@kernel
+def limit_sign(grip, mode):
+    """Return 1 or -1 if the force of a grip is at its upper or lower limit, or 0 if it follows from the motion.
+
+    Corners on one wall share their force, so they reach its limit together.
+    """
+    sign = 0.0
+    for contact in grip.contacts:
+        sign += where(mode[contact] == AT_LIMIT_UP, 1.0, 0.0) - where(mode[contact] == AT_LIMIT_DOWN, 1.0, 0.0)
+    return min(max(sign, -1.0), 1.0)

@@ -3,7 +3,7 @@
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import kernel
-from ..joints.offsets import total_counts
+from ..joints.contract import total_counts
 from ..laws.contract import touches
 
 

@@ -10,8 +10,7 @@ import numpy as np
 
 from ...tracing.compiled.choosing import lane_range, total_of
 from ...tracing.compiled.family import Entry, entry, inlined, shaped
-from ..joints.contract import JointState
-from ..joints.offsets import total_counts
+from ..joints.contract import JointState, total_counts
 from ..laws.contract import touches
 from ..machines.contract import gaps, pose_at
 from ..observe import END, FIRST_IMPLICIT_ROW, ROW_COUNT, STAGES

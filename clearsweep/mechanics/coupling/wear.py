@@ -4,9 +4,8 @@ from typing import NamedTuple
 
 from ...tracing.compiled.choosing import lane_range
 from ...tracing.compiled.family import Entry, entry, kernel, map_joints, shaped
-from ..joints.contract import Offsets
-from ..joints.offsets import after_joint, first_offsets, total_counts
-from ..joints.worn.nearest import with_body_angles
+from ..joints.contract import Offsets, after_joint, first_offsets, total_counts
+from ..joints.worn import with_body_angles
 from ..machines.contract import body_angles, gaps, pose_at
 from ..observe import PARTS, STATE_POINTS, STEP_VALUE_ROWS
 from ..wear import ACCOUNT_SIZE

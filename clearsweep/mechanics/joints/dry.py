@@ -12,14 +12,25 @@ from typing import NamedTuple
 
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import cond, where
-from ...tracing.compiled.dual import as_type_of
+from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import inlined, kernel
 from ..laws.contract import CLIPPED, FREE, PRESSED, STICKING, Guard, guards
-from ..laws.friction import friction_force
+from ..laws.friction import friction_force, static_limit
 from ..laws.loss import contact_force, lowest_force, sign_past_separation
 from ..observe import RAW
-from .contract import Contact, ContactModes, Load, Part, contact_modes, load, parts
-from .offsets import with_current_laws
+from .contract import (
+    Contact,
+    ContactModes,
+    Load,
+    Part,
+    contact_modes,
+    grips_of,
+    load,
+    parts,
+    slip_rate,
+    with_current_laws,
+    with_tangential,
+)
 
 
 class Joint(NamedTuple):
@@ -56,14 +67,26 @@ def _guards_clip(clip):
     return pulls, Guard((CLIPPED,), PRESSED, observable=RAW)
 
 
-@contact_modes.member(Joint)
-def _contact_modes_joint(joint):
+def dry_parts(contact, law, friction):
+    """Return the Parts of dry contact number `contact` of a joint, in the order of their numbers."""
+    return Part(Clip(), contact), Part(law, contact), Part(friction, contact)
+
+
+def register_single_contact(joint_type):
+    """Register a type of joint that has one dry contact, with its `law` and `friction`."""
+    contact_modes.member(joint_type)(_modes_of_single_contact)
+    parts.member(joint_type)(_parts_of_single_contact)
+
+
+def _modes_of_single_contact(joint):
     return (ContactModes(FREE, PRESSED),)
 
 
-@parts.member(Joint)
-def _parts_joint(joint):
-    return Part(Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0)
+def _parts_of_single_contact(joint):
+    return dry_parts(0, joint.law, joint.friction)
+
+
+register_single_contact(Joint)
 
 
 @load.member(Joint)
@@ -95,6 +118,54 @@ def normal_forces(joint, mode, pen, rate, onset_rate):
     return normal, friction_load, elastic, unclipped
 
 
+class SurfaceMotion(NamedTuple):
+    """Motion of the surfaces of a contact."""
+
+    depth: float  # m, penetration from the coordinates
+    rate: float  # m/s, of the penetration
+    slip: float  # m/s
+
+
+@inlined
+def pressed_contact(joint, motion, mode, pen, onset_rate):
+    """Return the Contact of pressed surfaces in a SurfaceMotion, under the laws of `joint`, which have their state.
+
+    pen : m, from the root of penetration; a negative one occurs in trial steps past the separation.
+    """
+    normal, friction_load, elastic, unclipped = normal_forces(joint, mode, pen, motion.rate, onset_rate)
+    return Contact(
+        normal=normal,
+        tangential=as_type_of(friction_force(joint.friction, friction_load, motion.slip), motion.slip),
+        slip=motion.slip,
+        rate=motion.rate,
+        depth=motion.depth,
+        elastic=elastic,
+        raw=unclipped,
+    )
+
+
+@inlined
+def pressed_contact_at(joint, motion, offsets, state):
+    """Return the Contact of pressed surfaces in a SurfaceMotion, at the Offsets of the contact in the JointState."""
+    root, current = state.y[state.roots + offsets.contact], with_current_laws(joint, offsets, state)
+    mode, onset_rate = state.mode[offsets.contact], state.latched[offsets.contact]
+    return pressed_contact(current, motion, mode, root * abs(root), onset_rate)
+
+
+@inlined
+def separate_contact(depth, rate, speed):
+    """Return the Contact of separate surfaces; speed : m/s, a bound of the rate of the depth."""
+    zero = as_type_of(0.0, depth)
+    return Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
+
+
+@inlined
+def no_load(contact):
+    """Return the Load of a separate joint with this Contact."""
+    zero = as_type_of(0.0, contact.depth)
+    return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(contact,))
+
+
 @kernel
 def joint_load(joint, gap, mode, pen, onset_rate):
     """Return the Load of a joint in a mode whose contact has penetration `pen` (m) and began at `onset_rate` (m/s).
@@ -110,9 +181,7 @@ def _load_apart(joint, gap, mode, pen, onset_rate):
     speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
     radial = gap.x * gap.vx + gap.y * gap.vy
     rate = where(eccentricity > 0.0, radial / where(eccentricity > 0.0, eccentricity, 1.0), speed)
-    depth, zero = eccentricity - joint.clearance, as_type_of(0.0, eccentricity)
-    apart = Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
-    return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(apart,))
+    return no_load(separate_contact(eccentricity - joint.clearance, rate, speed))
 
 
 @inlined
@@ -126,17 +195,12 @@ def _load_pressed(joint, gap, mode, pen, onset_rate):
     inverse = first_inverse * (1.5 - 0.5 * square * first_inverse * first_inverse)
     nx, ny = x * inverse, y * inverse
     rate = vx * nx + vy * ny
-    normal, friction_load, elastic, unclipped = normal_forces(joint, mode, pen, rate, onset_rate)
-    slip = surface_speed(joint, gap, -ny, nx)
-    tangential = as_type_of(friction_force(joint.friction, friction_load, slip), slip)
-    fx = -normal * nx - tangential * ny
-    fy = -normal * ny + tangential * nx
-    journal_moment = joint.journal_radius * tangential
-    bearing_moment = -joint.bearing_radius * tangential
-    depth = square * inverse - joint.clearance
-    contact = Contact(
-        normal=normal, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=unclipped
-    )
+    motion = SurfaceMotion(square * inverse - joint.clearance, rate, surface_speed(joint, gap, -ny, nx))
+    contact = pressed_contact(joint, motion, mode, pen, onset_rate)
+    fx = -contact.normal * nx - contact.tangential * ny
+    fy = -contact.normal * ny + contact.tangential * nx
+    journal_moment = joint.journal_radius * contact.tangential
+    bearing_moment = -joint.bearing_radius * contact.tangential
     is_journal_proximal = joint.side < 0.0  # the journal is on the proximal body
     return Load(
         fx=joint.side * fx,
@@ -148,3 +212,75 @@ def _load_pressed(joint, gap, mode, pen, onset_rate):
 
 
 _load_by_mode = cond(_load_apart, _load_pressed)
+
+
+# ---------------------------------------------------------------------------------------------- grips
+
+
+# ---------------------------------------------------------------------------------------------- a pin in its bearing
+
+
+class BearingGrip(NamedTuple):
+    """The grip of a pin in its bearing."""
+
+    contacts: tuple
+    force: float  # N
+    limit: float  # N
+    slip: float  # m/s
+    bearing_radius: float  # m
+    journal_radius: float  # m
+    side: float
+    x: float  # m
+    y: float
+    vx: float  # m/s
+    vy: float
+
+
+@grips_of.member(Joint)
+def _grips_of_joint(joint, gap, load, mode, first_contact):
+    if type(joint.friction) not in static_limit.members:
+        return ()
+    contact = load.contacts[0]
+    return (
+        BearingGrip(
+            contacts=(first_contact,),
+            force=contact.tangential,
+            limit=static_limit(joint.friction) * contact.normal,
+            slip=contact.slip,
+            bearing_radius=joint.bearing_radius,
+            journal_radius=joint.journal_radius,
+            side=joint.side,
+            x=gap.x,
+            y=gap.y,
+            vx=gap.vx,
+            vy=gap.vy,
+        ),
+    )
+
+
+@slip_rate.member(BearingGrip)
+def _slip_rate_bearing_grip(grip, acceleration):
+    x, y, vx, vy = grip.x, grip.y, grip.vx, grip.vy
+    squared = x * x + y * y
+    transverse = x * acceleration.ay - y * acceleration.ax - (x * vy - y * vx) * (x * vx + y * vy) / squared
+    relative_spin = acceleration.distal * grip.journal_radius - acceleration.proximal * grip.bearing_radius
+    if grip.side < 0.0:
+        relative_spin = acceleration.proximal * grip.journal_radius - acceleration.distal * grip.bearing_radius
+    return transverse / squared**0.5 + relative_spin
+
+
+@with_tangential.member(BearingGrip)
+def _with_tangential_bearing_grip(grip, load, force, stopping_force):
+    contact = load.contacts[0]
+    force_change = force - contact.tangential
+    force_per_distance = force_change / (grip.x * grip.x + grip.y * grip.y) ** 0.5
+    bearing_moment, journal_moment = -grip.bearing_radius * force_change, grip.journal_radius * force_change
+    if grip.side < 0.0:
+        bearing_moment, journal_moment = journal_moment, bearing_moment
+    return Load(
+        fx=load.fx - force_per_distance * grip.y,
+        fy=load.fy + force_per_distance * grip.x,
+        moment_proximal=load.moment_proximal + bearing_moment,
+        moment_distal=load.moment_distal + journal_moment,
+        contacts=(contact._replace(tangential=force, stopping_force=plain(stopping_force)),),
+    )

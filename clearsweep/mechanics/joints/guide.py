@@ -14,14 +14,26 @@ corners across the walls and along them.
 from typing import NamedTuple
 
 from ...tracing.compiled.choosing import where
-from ...tracing.compiled.dual import as_type_of
+from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import inlined, kernel, map_joints
-from ..laws.contract import ACTS, CLIPPED, FREE, PRESSED
-from ..laws.friction import friction_force
-from ..laws.loss import contact_force, lowest_force, sign_past_separation
-from .contract import Contact, ContactModes, Load, Offsets, Part, contact_modes, load, load_histories, parts
-from .dry import Clip
-from .offsets import after_law, after_number, with_current_state
+from ..laws.contract import ACTS, FREE, PRESSED, is_sticking
+from ..laws.friction import static_limit
+from .contract import (
+    Contact,
+    ContactModes,
+    Load,
+    Offsets,
+    after_law,
+    after_number,
+    contact_modes,
+    grips_of,
+    load,
+    load_histories,
+    parts,
+    slip_rate,
+    with_tangential,
+)
+from .dry import SurfaceMotion, dry_parts, pressed_contact_at, separate_contact
 
 CORNERS = ((1.0, 1.0), (-1.0, 1.0), (-1.0, -1.0), (1.0, -1.0))  # signs of half the length and half the height
 
@@ -93,19 +105,12 @@ def _contact_modes_guide(joint):
 
 @parts.member(Guide)
 def _parts_guide(joint):
+    law, friction = joint.law, joint.friction
     return (
-        Part(Clip(), 0),
-        Part(joint.law, 0),
-        Part(joint.friction, 0),
-        Part(Clip(), 1),
-        Part(joint.law, 1),
-        Part(joint.friction, 1),
-        Part(Clip(), 2),
-        Part(joint.law, 2),
-        Part(joint.friction, 2),
-        Part(Clip(), 3),
-        Part(joint.law, 3),
-        Part(joint.friction, 3),
+        *dry_parts(0, law, friction),
+        *dry_parts(1, law, friction),
+        *dry_parts(2, law, friction),
+        *dry_parts(3, law, friction),
     )
 
 
@@ -124,42 +129,20 @@ def _corner_force(signs, _, corner_number, context):
     depth = signs.height * (gap.y + y) - 0.5 * joint.height - joint.clearance
     rate = signs.height * (gap.vy + relative_spin * x)
     slip = -signs.height * (gap.vx - relative_spin * y)
-    mode, contact_index = state.mode[offsets.contact + corner_number], offsets.contact + corner_number
-    if mode == FREE:
-        zero = as_type_of(0.0, depth)
-        speed = abs(rate)  # of the gap: sliding along the wall does not change it
-        no_contact = Contact(normal=zero, tangential=zero, slip=speed, rate=rate, depth=depth, elastic=zero, raw=zero)
-        return Corner(zero, zero, x, y, no_contact)
-    friction_offsets = after_law(
-        after_law(offsets, joint.law), joint.friction
-    )  # the same for each corner; clips have no numbers
-    internal_count, latched_count = (
-        friction_offsets.internal - offsets.internal,
-        friction_offsets.latched - offsets.latched,
-    )
+    index = offsets.contact + corner_number
+    if state.mode[index] == FREE:
+        zero = as_type_of(0.0, depth)  # the speed is that of the gap: sliding along the wall does not change it
+        return Corner(zero, zero, x, y, separate_contact(depth, rate, abs(rate)))
+    next_offsets = after_law(after_law(offsets, joint.law), joint.friction)  # clips have no numbers
+    internal_count, latched_count = next_offsets.internal - offsets.internal, next_offsets.latched - offsets.latched
     corner_offsets = Offsets(
-        offsets.contact,
+        index,
         offsets.internal + corner_number * internal_count,
         offsets.latched + corner_number * latched_count,
         offsets.guard,
     )
-    law = with_current_state(joint.law, state.y, state.latched, corner_offsets)
-    friction = with_current_state(joint.friction, state.y, state.latched, after_law(corner_offsets, joint.law))
-    root = state.y[state.roots + contact_index]
-    pen = root * abs(root)
-    force, elastic = contact_force(law, joint.elastic, abs(pen), rate, state.latched[contact_index])
-    lowest = lowest_force(law)
-    unclipped = force - lowest
-    if pen < 0.0:
-        sign = sign_past_separation(law, joint.elastic)
-        force, elastic = sign * force, sign * elastic
-    normal = force if mode != CLIPPED else as_type_of(0.0, force)
-    friction_load = normal if lowest == 0.0 else max(normal, 0.0)
-    tangential = as_type_of(friction_force(friction, friction_load, slip), slip)
-    contact = Contact(
-        normal=normal, tangential=tangential, slip=slip, rate=rate, depth=depth, elastic=elastic, raw=unclipped
-    )
-    return Corner(-signs.height * tangential, -signs.height * normal, x, y, contact)
+    contact = pressed_contact_at(joint, SurfaceMotion(depth, rate, slip), corner_offsets, state)
+    return Corner(-signs.height * contact.tangential, -signs.height * contact.normal, x, y, contact)
 
 
 _corner_forces = map_joints(_corner_force, after_number)
@@ -216,3 +199,90 @@ def deepest_corner(joint: Guide, gap: GuideGap) -> float:
 @inlined
 def _corner_moment(corner):
     return corner.x * corner.fy - corner.y * corner.fx
+
+
+# ---------------------------------------------------------------------------------------------- grips
+
+
+# ---------------------------------------------------------------------------------------------- a block in a guide
+
+
+class WallGrip(NamedTuple):
+    """The grip of the corners of a block on one wall."""
+
+    contacts: tuple
+    force: float  # N
+    limit: float  # N
+    slip: float  # m/s
+    corners: tuple  # their numbers in the joint
+    fractions: tuple  # of the force on each corner: 0 on one that does not stick
+    heights: tuple  # m, of the corners across the walls, from the block's point
+    sign: float  # +1: the wall on the left of the direction of the guide
+    drift: float  # m/s^2, rate of the sliding speed as the block turns
+    stuck: tuple  # whether each corner sticks
+    gap: tuple  # GuideGap
+
+
+@grips_of.member(Guide)
+def _grips_of_guide(joint, gap, load, mode, first_contact):
+    if type(joint.friction) not in static_limit.members:
+        return ()
+    return _wall_grip(joint, gap, load, mode, first_contact, (0, 1)), _wall_grip(
+        joint, gap, load, mode, first_contact, (2, 3)
+    )
+
+
+@inlined
+def _wall_grip(joint, gap, load, mode, first_contact, corners):
+    sign, (a, b) = CORNERS[corners[0]][1], (load.contacts[corner] for corner in corners)
+    contacts = first_contact + corners[0], first_contact + corners[1]
+    stuck = is_sticking(mode[contacts[0]]), is_sticking(mode[contacts[1]])
+    loads = where(stuck[0], max(a.normal, 0.0), 0.0), where(stuck[1], max(b.normal, 0.0), 0.0)
+    total_load = loads[0] + loads[1]
+    inverse_load = 1.0 / where(total_load > 0.0, total_load, 1.0)
+    fractions = loads[0] * inverse_load, loads[1] * inverse_load
+    (ax, ay), (bx, by) = (corner_position(joint, gap, CORNERS[corner]) for corner in corners)
+    relative_spin, height = gap.spin_distal - gap.spin_proximal, fractions[0] * ay + fractions[1] * by
+    return WallGrip(
+        contacts=contacts,
+        force=where(stuck[0], a.tangential, 0.0) + where(stuck[1], b.tangential, 0.0),
+        limit=static_limit(joint.friction) * total_load,
+        slip=-sign * (gap.vx - relative_spin * height),
+        corners=corners,
+        fractions=fractions,
+        heights=(ay, by),
+        sign=sign,
+        drift=sign * relative_spin * relative_spin * (fractions[0] * ax + fractions[1] * bx),
+        stuck=stuck,
+        gap=gap,
+    )
+
+
+@slip_rate.member(WallGrip)
+def _slip_rate_wall_grip(grip, acceleration):
+    height = grip.fractions[0] * grip.heights[0] + grip.fractions[1] * grip.heights[1]
+    return grip.drift - grip.sign * (acceleration.ax - height * (acceleration.distal - acceleration.proximal))
+
+
+@with_tangential.member(WallGrip)
+def _with_tangential_wall_grip(grip, load, force, stopping_force):
+    contacts, force_change, moment = load.contacts, 0.0, 0.0
+    for i in range(2):
+        corner, corner_contact = grip.corners[i], contacts[grip.corners[i]]
+        tangential = where(grip.stuck[i], grip.fractions[i] * force, corner_contact.tangential)
+        force_change += tangential - corner_contact.tangential
+        moment += grip.heights[i] * (tangential - corner_contact.tangential)
+        corner_stopping_force = where(grip.stuck[i], grip.fractions[i] * stopping_force, 0.0)
+        contacts = (
+            *contacts[:corner],
+            corner_contact._replace(tangential=tangential, stopping_force=plain(corner_stopping_force)),
+            *contacts[corner + 1 :],
+        )
+    gap, axial, block_moment = grip.gap, -grip.sign * force_change, grip.sign * moment
+    return Load(
+        fx=load.fx + gap.axis_x * axial,
+        fy=load.fy + gap.axis_y * axial,
+        moment_proximal=load.moment_proximal + (gap.y * axial - block_moment),
+        moment_distal=load.moment_distal + block_moment,
+        contacts=with_resultant(contacts[0], contacts[1], contacts[2], contacts[3]),
+    )

@@ -42,8 +42,8 @@ from .contract import (
     load,
     parts,
     power_lost,
+    with_current_laws,
 )
-from .offsets import with_current_laws
 
 
 class Film(NamedTuple):
@@ -334,7 +334,7 @@ def _contact_modes_lubricated(joint):
 
 @parts.member(Lubricated)
 def _parts_lubricated(joint):
-    return Part(dry.Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0), *_parts_of_film(joint)
+    return *dry.dry_parts(0, joint.law, joint.friction), *_parts_of_film(joint)
 
 
 @load.member(Lubricated)

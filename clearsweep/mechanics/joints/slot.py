@@ -1,4 +1,4 @@
-"""A pin with clearance in a straight slot: two parallel walls and two rounded ends.
+"""A pin with clearance in a straight slot: two parallel walls and two rounded ends, new or worn.
 
 The slot is the set of points within bearing_radius of a line of `length` between the centres of its ends.  So the pin
 touches where its distance from the nearest point of that line exceeds the clearance.  The normal points from there to
@@ -13,21 +13,60 @@ within +-l,
 
     s = R a + (l - x where a <= pi, else 3 l + x).
 
+The worn shapes may act on the contact (`wear.evolve`).  The wear of the wall is h(s); the wear of the pin is h_j of its
+angle.  Near the point of the wall that is closest to the pin's centre, the gap of the new surfaces increases by K t^2 /
+2 with the distance t along the wall.  K is 1 / R_j on a flat wall and c / (R_b R_j) at an end.  So the pin touches the
+worn wall at
+
+    g(s) = min over t of  K t^2 / 2 + h(s + t) ,
+
+s being the closest point; the pin does not reach into a groove narrower than itself.  The penetration is the
+eccentricity minus c + g(s) + h_j.  By virtual work the normal force also acts along the wall, with the slopes of g and
+h_j, so the energy stored by a law over the depth is a potential.  The pin's own wear shifts the contact point by the
+fraction h_j'' / K of the distance, which is neglected.
 """
 
 from typing import NamedTuple
 
+import numpy as np
+
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
-from ...tracing.compiled.dual import as_type_of
+from ...tracing.compiled.direction import direction
+from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import inlined, kernel
-from ..laws.contract import FREE, PRESSED, touches
-from ..laws.friction import friction_force
+from ..laws.contract import FREE, touches
+from ..laws.friction import static_limit
 from ..wear import arc_width, local_clearance
 from ..wear.bins import SLOPES, record
-from .contract import Contact, ContactModes, Load, Part, contact_modes, load, parts
-from .dry import Clip, normal_forces
-from .offsets import after_law, with_current_state
+from ..wear.shape import (
+    KNOT_SPACING,
+    KNOTS,
+    POINT_MARGIN,
+    SMOOTHING_WIDTH,
+    WIDENING_FACTOR,
+    Shape,
+    point_profiles,
+    shape_of,
+    smooth_depths,
+    spline_through,
+    wear_depth_at,
+)
+from .contract import (
+    Load,
+    grips_of,
+    load,
+    slip_rate,
+    with_tangential,
+)
+from .dry import (
+    SurfaceMotion,
+    no_load,
+    pressed_contact_at,
+    register_single_contact,
+    separate_contact,
+)
+from .worn import approximate_angle, with_angles
 
 
 class SlotJoint(NamedTuple):
@@ -44,14 +83,7 @@ class SlotJoint(NamedTuple):
     wear: tuple  # wear_rate, or NoWear
 
 
-@contact_modes.member(SlotJoint)
-def _contact_modes_slot_joint(joint):
-    return (ContactModes(FREE, PRESSED),)
-
-
-@parts.member(SlotJoint)
-def _parts_slot_joint(joint):
-    return Part(Clip(), 0), Part(joint.law, 0), Part(joint.friction, 0)
+register_single_contact(SlotJoint)
 
 
 class _Normal(NamedTuple):
@@ -79,34 +111,14 @@ def normal_of(joint, gap):
 
 @kernel
 def _contact_load(joint, gap, offsets, state):
-    normal, contact_index = normal_of(joint, gap), offsets.contact
-    mode = state.mode[contact_index]
-    if mode == FREE:
-        zero = as_type_of(0.0, normal.depth)
-        speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
-        no_contact = Contact(zero, zero, speed, normal.rate, normal.depth, zero, zero)
-        return zero, zero, zero, no_contact
-    law = with_current_state(joint.law, state.y, state.latched, offsets)
-    friction = with_current_state(joint.friction, state.y, state.latched, after_law(offsets, joint.law))
-    root = state.y[state.roots + contact_index]
-    current = SlotJoint(
-        clearance=joint.clearance,
-        journal_radius=joint.journal_radius,
-        side=joint.side,
-        half_length=joint.half_length,
-        law=law,
-        elastic=joint.elastic,
-        friction=friction,
-        bearing_radius=joint.bearing_radius,
-        wear=joint.wear,
-    )
-    force, friction_load, elastic, unclipped = normal_forces(
-        current, mode, root * abs(root), normal.rate, state.latched[contact_index]
-    )
-    tangential = as_type_of(friction_force(friction, friction_load, normal.slip), normal.slip)
-    contact = Contact(force, tangential, normal.slip, normal.rate, normal.depth, elastic, unclipped)
-    axial, transverse = -force * normal.x - tangential * normal.y, -force * normal.y + tangential * normal.x
-    return axial, transverse, joint.journal_radius * tangential, contact
+    normal = normal_of(joint, gap)
+    if state.mode[offsets.contact] == FREE:
+        zero, speed = as_type_of(0.0, normal.depth), math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy)
+        return zero, zero, zero, separate_contact(normal.depth, normal.rate, speed)
+    contact = pressed_contact_at(joint, normal, offsets, state)
+    axial = -contact.normal * normal.x - contact.tangential * normal.y
+    transverse = -contact.normal * normal.y + contact.tangential * normal.x
+    return axial, transverse, joint.journal_radius * contact.tangential, contact
 
 
 @inlined
@@ -188,3 +200,223 @@ def unworn_local_clearance(joint, wall_angle):
 def _arc_width_slot_joint(joint, workspace):
     """Return an arc wide enough for the bins: the pin moves along the wall, so its wear is even within a bin."""
     return 2.0 * math.pi
+
+
+# ---------------------------------------------------------------------------------------------- grips
+
+
+# ---------------------------------------------------------------------------------------------- a pin in a slot
+
+
+class SlotGrip(NamedTuple):
+    """The grip of a pin in a slot."""
+
+    contacts: tuple
+    force: float  # N
+    limit: float  # N
+    slip: float  # m/s
+    journal_radius: float  # m
+    nx: float  # normal, in the frame of the slot
+    ny: float
+    drift: float  # m/s^2, rate of the sliding speed as the normal turns
+    gap: tuple  # GuideGap
+
+
+@grips_of.member(SlotJoint)
+def _grips_of_slot_joint(joint, gap, load, mode, first_contact):
+    if type(joint.friction) not in static_limit.members:
+        return ()
+    contact, normal = load.contacts[0], normal_of(joint, gap)
+    is_at_end = abs(gap.x) > joint.half_length
+    axial, transverse = where(is_at_end, gap.vx, 0.0), gap.vy
+    inverse_eccentricity = 1.0 / (contact.depth + joint.clearance)
+    approach = normal.x * axial + normal.y * transverse
+    normal_rate = (
+        (axial - normal.x * approach) * inverse_eccentricity,
+        (transverse - normal.y * approach) * inverse_eccentricity,
+    )
+    return (
+        SlotGrip(
+            contacts=(first_contact,),
+            force=contact.tangential,
+            limit=static_limit(joint.friction) * contact.normal,
+            slip=contact.slip,
+            journal_radius=joint.journal_radius,
+            nx=normal.x,
+            ny=normal.y,
+            drift=gap.vy * normal_rate[0] - gap.vx * normal_rate[1],
+            gap=gap,
+        ),
+    )
+
+
+@slip_rate.member(SlotGrip)
+def _slip_rate_slot_grip(grip, acceleration):
+    relative_spin = grip.journal_radius * (acceleration.distal - acceleration.proximal)
+    return grip.nx * acceleration.ay - grip.ny * acceleration.ax + relative_spin + grip.drift
+
+
+@with_tangential.member(SlotGrip)
+def _with_tangential_slot_grip(grip, load, force, stopping_force):
+    contact, gap = load.contacts[0], grip.gap
+    force_change = force - contact.tangential
+    axial, transverse, pin_moment = (
+        -force_change * grip.ny,
+        force_change * grip.nx,
+        grip.journal_radius * force_change,
+    )
+    return Load(
+        fx=load.fx + (gap.axis_x * axial - gap.axis_y * transverse),
+        fy=load.fy + (gap.axis_y * axial + gap.axis_x * transverse),
+        moment_proximal=load.moment_proximal + (gap.y * axial - gap.x * transverse - pin_moment),
+        moment_distal=load.moment_distal + pin_moment,
+        contacts=(contact._replace(tangential=force, stopping_force=plain(stopping_force)),),
+    )
+
+
+# ---------------------------------------------------------------------------------------------- worn surfaces
+
+
+_FIELDS = [*SlotJoint.__annotations__.items(), ("bearing", Shape), ("journal", Shape)]
+WornSlot = NamedTuple("WornSlot", _FIELDS)
+WornSlot.__doc__ = "A pin in a slot with the worn shapes of both; the Shape of the slot is that of g."
+NEWTON_STEPS = 50  # to the contact point of the pin; the function has one minimum, so the iteration converges
+
+
+class TurnedSlotGap(NamedTuple):
+    """A GuideGap, and the rotation of the body of the pin."""
+
+    x: float  # m, of the pin from the middle of the slot, along it
+    y: float  # m, across
+    vx: float  # m/s, as seen from the slot
+    vy: float
+    spin_proximal: float  # rad/s
+    spin_distal: float
+    axis_x: float  # direction of the slot in the fixed frame
+    axis_y: float
+    angle_distal: float  # rad
+
+
+class _WornContact(NamedTuple):
+    """Contact of a pin in a worn slot."""
+
+    normal: tuple  # of `normal_of`: of the new slot
+    depth: float  # m
+    rate: float  # m/s, of the depth
+    wall_force_ratio: float  # 1, force along the wall divided by the normal force, against the direction of s
+    couple_arm: float  # m, h_j': couple on the slot's body divided by the normal force
+
+
+@with_angles.member(WornSlot)
+def _with_angles_worn_slot(joint, gap, angles):
+    return TurnedSlotGap(
+        x=gap.x,
+        y=gap.y,
+        vx=gap.vx,
+        vy=gap.vy,
+        spin_proximal=gap.spin_proximal,
+        spin_distal=gap.spin_distal,
+        axis_x=gap.axis_x,
+        axis_y=gap.axis_y,
+        angle_distal=angles[1],
+    )
+
+
+@inlined
+def _angle_of(x, y):
+    """Return the angle (rad) of a unit vector, with its derivatives."""
+    guess = approximate_angle(plain(y), plain(x))
+    c, s = direction(guess)
+    sine = y * c - x * s
+    return guess + sine * (1.0 + sine * sine * (1.0 / 6.0))
+
+
+@inlined
+def _worn_contact(joint, gap):
+    normal, half_length = normal_of(joint, gap), joint.half_length
+    radius, nearest_x = joint.journal_radius + joint.clearance, min(max(gap.x, -half_length), half_length)
+    angle = _angle_of(normal.x, normal.y)
+    wall_distance = radius * angle + where(normal.y >= 0.0, half_length - nearest_x, nearest_x - half_length)
+    is_at_end, inverse = abs(gap.x) > half_length, 1.0 / (normal.depth + joint.clearance)
+    wall_wear, wall_slope, _, _ = wear_depth_at(joint.bearing.table, wall_distance / joint.bearing_radius)
+    pin_angle = angle + _angle_of(gap.axis_x, gap.axis_y) - gap.angle_distal
+    pin_wear, pin_slope, _, _ = wear_depth_at(joint.journal.table, pin_angle)
+    wall_force_ratio = wall_slope / joint.bearing_radius * where(is_at_end, radius * inverse, 1.0) + where(
+        is_at_end, pin_slope * inverse, 0.0
+    )
+    tangential_rate = gap.vy * normal.x - gap.vx * normal.y
+    rate = normal.rate - wall_force_ratio * tangential_rate - pin_slope * (gap.spin_proximal - gap.spin_distal)
+    return _WornContact(normal, normal.depth - (wall_wear + pin_wear), rate, wall_force_ratio, pin_slope)
+
+
+register_single_contact(WornSlot)
+
+
+@load.member(WornSlot)
+def _load_worn_slot(joint, gap, offsets, state):
+    pin_contact = _worn_contact(joint, gap)
+    if state.mode[offsets.contact] == FREE:
+        speed_factor = 1.0 + (joint.bearing.max_slope + joint.journal.max_slope) / joint.clearance
+        speed = math.sqrt(gap.vx * gap.vx + gap.vy * gap.vy) * speed_factor
+        surface_speed = speed + joint.journal.max_slope * abs(gap.spin_proximal - gap.spin_distal)
+        bound = as_type_of(surface_speed, pin_contact.depth)
+        return no_load(separate_contact(pin_contact.depth, pin_contact.rate, bound))
+    normal = pin_contact.normal
+    motion = SurfaceMotion(pin_contact.depth, pin_contact.rate, normal.slip)
+    contact = pressed_contact_at(joint, motion, offsets, state)
+    force, tangential = contact.normal, contact.tangential
+    tangential_load = tangential + force * pin_contact.wall_force_ratio  # along the normal turned by +90 degrees
+    axial, transverse = -force * normal.x - tangential_load * normal.y, -force * normal.y + tangential_load * normal.x
+    pin_couple = joint.journal_radius * tangential - force * pin_contact.couple_arm
+    return load_at_pin(gap, axial, transverse, pin_couple, contact)
+
+
+# ---------------------------------------------------------------------------------------------- wear
+
+
+@record.member(WornSlot)
+def _record_worn_slot(joint, gap, body_angles, j, instant):
+    if touches(instant.step.mode[j]):
+        record_slot_contact(joint, gap, body_angles, j, instant)
+
+
+@local_clearance.member(WornSlot)
+def _local_clearance_worn_slot(joint, wall_angle, pin_angle):
+    """Return the local clearance (m): new surfaces' times (K + h'') / K, with K + h'' = K^2 / (K - g'')."""
+    clearance = unworn_local_clearance(joint, wall_angle)
+    _, _, curvature, _ = wear_depth_at(joint.bearing.table, wall_angle)
+    radii = (joint.journal_radius + joint.clearance) * joint.journal_radius
+    difference = clearance - radii / (joint.bearing_radius * joint.bearing_radius) * curvature
+    return clearance * clearance / max(difference, POINT_MARGIN * clearance)
+
+
+@arc_width.member(WornSlot)
+def _arc_width_worn_slot(joint, workspace):
+    return 2.0 * math.pi
+
+
+# ---------------------------------------------------------------------------------------------- worn shapes
+
+
+def slot_shapes(joint: SlotJoint, bearing: np.ndarray, journal: np.ndarray) -> tuple[Shape, Shape, float]:
+    """Return the shapes of slot (g) and pin from the mean depths of their bins (m), and the Gaussian's width (rad).
+
+    The Gaussian smooths the wall enough for the pin to touch it at one point.
+    """
+    mean_radius, radii = joint.bearing_radius, (joint.journal_radius + joint.clearance) * joint.journal_radius
+    positions, width = np.arange(KNOTS) * KNOT_SPACING, SMOOTHING_WIDTH
+    is_flat = np.array([is_on_flat_wall(joint, position) for position in positions])
+    curvature = np.where(is_flat, 1.0 / joint.journal_radius, joint.clearance / radii) * mean_radius**2  # per rad^2
+    while True:
+        smooth_wear = spline_through(smooth_depths(bearing, width))
+        if np.all(curvature + smooth_wear(positions, 2) >= POINT_MARGIN * curvature):
+            break
+        width *= WIDENING_FACTOR
+    shift = np.zeros(KNOTS)
+    for _ in range(NEWTON_STEPS):
+        shift -= (curvature * shift + smooth_wear(positions + shift, 1)) / (
+            curvature + np.maximum(smooth_wear(positions + shift, 2), 0.0)
+        )
+    effective_wear = 0.5 * curvature * shift**2 + smooth_wear(positions + shift)
+    (_, pin), pin_width = point_profiles(np.zeros_like(journal), journal, joint.clearance)
+    return shape_of(effective_wear), shape_of(pin), max(width, pin_width)

@@ -61,6 +61,15 @@ def touches(mode):
     return mode & TOUCHES != 0
 
 
+@kernel
+def is_sticking(mode):
+    """Return whether the surfaces of a contact in this mode stick."""
+    any_sticking = False
+    for sticking_mode in STICKING:
+        any_sticking = any_sticking | (mode == sticking_mode)
+    return any_sticking
+
+
 # ---------------------------------------------------------------------------------------------- what a law may have
 
 
@@ -397,3 +406,9 @@ def compile_law(family: str, name: str, joint: Joint):
         types = ", ".join(law_type.__name__ for law_type in recipe.types)
         raise TypeError(f"{family} '{name}': makes a {type(compiled).__name__}, entered with {types}")
     return compiled
+
+
+# ---------------------------------------------------------------------------------------------- grips
+
+
+# ---------------------------------------------------------------------------------------------- modes

@@ -19,7 +19,7 @@ import numpy as np
 from ...tracing.compiled.dual import as_type_of, slope
 from ...tracing.compiled.family import family, inlined, kernel, map_joints
 from ...tracing.compiled.moving import Moving
-from ..joints.offsets import after_number
+from ..joints.contract import after_number
 
 
 class IdealMotion(NamedTuple):

@@ -8,7 +8,7 @@ import numpy as np
 from ...contracts.case import Joint
 from ...mechanics.joints import registry
 from ...mechanics.joints.dry import Gap
-from ...mechanics.joints.first_yield import largest_mass, yield_energy
+from ...mechanics.joints.registry import largest_mass, yield_energy
 from ...mechanics.machines.contract import impact_masses, pose_at
 from ...tracing.compiled.family import Identity
 from ..setup.scene import Scene

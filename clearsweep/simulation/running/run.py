@@ -17,8 +17,14 @@ from ...mechanics.coupling.rates import rates, samples_of, slopes_of
 from ...mechanics.coupling.state import every_state
 from ...mechanics.coupling.trial_step import rates_of, stage_observables_of, sweep_of
 from ...mechanics.coupling.wear import wear_of, workspace_size
-from ...mechanics.joints.contract import every_contact, every_latched
-from ...mechanics.joints.offsets import Offsets, after_joint, first_offsets, with_current_state
+from ...mechanics.joints.contract import (
+    Offsets,
+    after_joint,
+    every_contact,
+    every_latched,
+    first_offsets,
+    with_current_state,
+)
 from ...mechanics.laws.contract import touches
 from ...mechanics.laws.loss import needs_mass, needs_onset_rate
 from ...mechanics.machines.contract import friction_laws

@@ -23,10 +23,9 @@ from ...mechanics.joints import registry
 from ...mechanics.joints.contract import every_contact
 from ...mechanics.joints.guide import Guide as GuideTerm
 from ...mechanics.joints.guide import deepest_corner
-from ...mechanics.joints.slot import SlotJoint
+from ...mechanics.joints.slot import SlotJoint, WornSlot
 from ...mechanics.joints.slot import normal_of as slot_normal_of
-from ...mechanics.joints.worn.worn import has_worn_shape, seated_position
-from ...mechanics.joints.worn_slot import WornSlot
+from ...mechanics.joints.worn import has_worn_shape, seated_position
 from ...mechanics.laws.elastic import static_penetration
 from ...mechanics.machines import MECHANISMS, planar
 from ...mechanics.machines.contract import Built, body_angles, gaps, pose_at

@@ -8,11 +8,19 @@ from ....tracing.compiled.attitude import to_fixed_frame
 from ....tracing.compiled.dual import as_type_of
 from ....tracing.compiled.family import family, kernel
 from ....tracing.compiled.vector import Vector, cross, dot, minus, plus, plus_scaled, times
-from ...laws.contract import CLIPPED, FREE
+from ...laws.contract import FREE
 from ...laws.friction import friction_force
-from ...laws.loss import contact_force, lowest_force, sign_past_separation
-from ..contract import Contact, Offsets, gap_histories, history_count, load, load_histories
-from ..offsets import after_law, with_current_state
+from ..contract import (
+    Contact,
+    Offsets,
+    after_law,
+    gap_histories,
+    history_count,
+    load,
+    load_histories,
+    with_current_state,
+)
+from ..dry import normal_forces, separate_contact
 from .form import ContactForce, EndContacts, Flanged, SpatialGap, SpatialLoad, Spread, SpreadContact, Through
 from .points import flange_point, overlap_of, sine_of_tilt, tilt_of, wall_point
 from .spread import as_spread, spread_walls
@@ -54,30 +62,21 @@ def _contact_force(point, context, laws, contact_state):
     )  # neglects the rotation of the bearing over the depth
     rate = dot(relative_velocity, normal)
     if contact_state.mode == FREE:
-        zero = as_type_of(0.0, depth)
-        no_force = Vector(zero, zero, zero)
-        slip = math.sqrt(dot(relative_velocity, relative_velocity))
-        apart_contact = Contact(normal=zero, tangential=zero, slip=slip, rate=rate, depth=depth, elastic=zero, raw=zero)
-        return ContactForce(no_force, no_force, no_force, no_force, apart_contact)
+        no_force = Vector(as_type_of(0.0, depth), as_type_of(0.0, depth), as_type_of(0.0, depth))
+        speed = math.sqrt(dot(relative_velocity, relative_velocity))
+        return ContactForce(no_force, no_force, no_force, no_force, separate_contact(depth, rate, speed))
     pen = contact_state.root * abs(contact_state.root)
-    force, elastic = contact_force(laws.law, laws.elastic, abs(pen), rate, contact_state.onset_rate)
-    force, elastic = laws.stiffness_fraction * force, laws.stiffness_fraction * elastic
-    lowest = lowest_force(laws.law)
-    unclipped = force - lowest
-    if pen < 0.0:
-        sign = sign_past_separation(laws.law, laws.elastic)
-        force, elastic = sign * force, sign * elastic
-    clipped_force = force if contact_state.mode != CLIPPED else as_type_of(0.0, force)
-    friction_load = clipped_force if lowest == 0.0 else max(clipped_force, 0.0)
+    forces = normal_forces(laws, contact_state.mode, pen, rate, contact_state.onset_rate)
+    normal_magnitude, friction_load, elastic, unclipped = (laws.stiffness_fraction * force for force in forces)
     sliding = plus_scaled(plus_scaled(relative_velocity, -rate, normal), depth, cross(gap.bearing_spin, normal))
     square, circumferential = dot(sliding, sliding), normal.x * sliding.y - normal.y * sliding.x
     slip = math.copysign(math.sqrt(square), circumferential) if square > 0.0 else as_type_of(0.0, square)
     tangential = as_type_of(friction_force(laws.friction, friction_load, slip), slip)
     friction_per_slip = tangential / slip if square > 0.0 else as_type_of(0.0, slip)
-    normal_force, friction = times(-clipped_force, normal), times(friction_per_slip, sliding)
+    normal_force, friction = times(-normal_magnitude, normal), times(friction_per_slip, sliding)
     resultant_force = plus(normal_force, friction)
     contact = Contact(
-        normal=clipped_force, tangential=tangential, slip=slip, rate=rate, depth=pen, elastic=elastic, raw=unclipped
+        normal=normal_magnitude, tangential=tangential, slip=slip, rate=rate, depth=pen, elastic=elastic, raw=unclipped
     )
     return ContactForce(
         normal_force, resultant_force, cross(arm, resultant_force), times(depth, cross(normal, friction)), contact

@@ -6,7 +6,7 @@ from ....tracing.compiled.vector import Vector
 from ...laws.contract import ACTS, FREE, MEETS, PRESSED, Guard, guards
 from ...observe import RAW
 from ..contract import ContactModes, Part, contact_modes, parts, power_lost, power_stored
-from ..dry import Clip
+from ..dry import dry_parts
 
 
 class InBore(NamedTuple):
@@ -162,12 +162,8 @@ def _guards_leaving(leaving):
 @parts.member(Through)
 def _parts_through(joint):
     return (
-        Part(Clip(), 0),
-        Part(joint.law, 0),
-        Part(joint.friction, 0),
-        Part(Clip(), 1),
-        Part(joint.law, 1),
-        Part(joint.friction, 1),
+        *dry_parts(0, joint.law, joint.friction),
+        *dry_parts(1, joint.law, joint.friction),
         Part(Leaving(), 3),
     )
 
@@ -175,16 +171,8 @@ def _parts_through(joint):
 @parts.member(Flanged)
 def _parts_flanged(joint):
     return (
-        Part(Clip(), 0),
-        Part(joint.law, 0),
-        Part(joint.friction, 0),
-        Part(Clip(), 1),
-        Part(joint.law, 1),
-        Part(joint.friction, 1),
-        Part(Clip(), 2),
-        Part(joint.axial_law, 2),
-        Part(joint.friction, 2),
-        Part(Clip(), 3),
-        Part(joint.axial_law, 3),
-        Part(joint.friction, 3),
+        *dry_parts(0, joint.law, joint.friction),
+        *dry_parts(1, joint.law, joint.friction),
+        *dry_parts(2, joint.axial_law, joint.friction),
+        *dry_parts(3, joint.axial_law, joint.friction),
     )

@@ -1,0 +1,465 @@
+"""Worn surfaces on a bed of springs, and wear in proportion to their overlap.
+
+The springs are those of `pressure: winkler` with `elastic: winkler` and `evolve: true`.  Where the surfaces overlap by
+f(phi) = e . u(phi) - c - h_b(phi - theta_b) - h_j(phi - theta_j), the layer presses with k f.  Its stored energy is
+
+    W = (1/2) K integral of f^2 dphi,   K = k R_b L ,
+
+whose derivatives by e and by the angles of the bodies are its force and its moments: K times the integrals of f u,
+f h_b' and f h_j'.  Laws of the normal force use one penetration: here that of the circular joint with equal energy,
+W_0(pen) = W.  Its derivative with respect to pen is F_0(pen), the closed form of the circular joint; so the
+measure grows by g = K integral(f u) / F_0 as the journal moves, and all forces are those of the circular joint times
+|g|, in its direction.  An impact has the restitution of the law, whatever the shape.
+
+The arc over which f is above zero has two ends, found by Halley's method, and the integrals are Gauss's.
+
+Wear is in proportion to the overlap with `pressure: winkler` and `evolve: true`, whatever the elastic law.  In the
+frame of the normal at the deepest point the surfaces overlap by
+
+    f(psi) = (penetration + c + h(0)) cos psi + h'(0) sin psi - c - h(psi)   (m)
+
+c : radial clearance (m); h : wear depth of bearing and journal together (m); psi : angle from the deepest point
+(rad); penetration : the maximum of f (m), at psi = 0.
+
+The pressure is proportional to f.  Under a steady load the surfaces so wear into arcs of the same radius, on which f
+varies as cos psi.  Its fraction before the edge of a bin is known in closed form, because the table of a shape has the
+integral of h.  The wear is integrated by Lobatto's rule over the step, whose length is in tau; the factor kappa =
+dt/dtau (s) makes it a time.  The total wear of a body is that of the law.  A bin whose edge an end of the arc passes
+within a step receives an approximate depth.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...tracing import portable
+from ...tracing.compiled import calculus as math
+from ...tracing.compiled.choosing import rolled_range
+from ...tracing.compiled.direction import direction
+from ...tracing.compiled.dual import as_type_of, plain
+from ...tracing.compiled.family import family, inlined, kernel
+from ..laws.elastic import elastic_force
+from ..observe import FRICTION_POWER_ROW, KAPPA_ROW, SLIP_ROW
+from ..wear import SlidingContact, update_wear_over_span, wear_rate
+from ..wear.arc import (
+    AREA,
+    BEARING_ANGLE_ROW,
+    BODY_SIZE,
+    DISTANCE_ROW,
+    FIRST_BODY,
+    HALF,
+    JOURNAL_ANGLE_ROW,
+    LINE_LOAD_ROW,
+    NODES,
+    PENETRATION_ROW,
+    POINTS,
+    WEIGHTS,
+    evaluate_polynomial,
+    write_pressure,
+)
+from ..wear.bins import update_wear_over_arc
+from ..wear.shape import KNOT_SPACING, Shape, wear_depth_at, wear_integral_at
+from .worn import (
+    GapWithAngles,
+    GeneralisedDepth,
+    Surfaces,
+    WornJoint,
+    WornOnFoundation,
+    bodies_of,
+    generalised_depth,
+    nearest,
+    seated_position,
+    surfaces_of,
+)
+
+GAUSS_POINTS = 7  # points of Gauss's rule: to 1e-10 over half an arc of 60 degrees
+GAUSS_NODES, GAUSS_WEIGHTS = portable.gauss_rule(GAUSS_POINTS)
+END_TOLERANCE = 0.05  # of the distance to an end of the arc: after a smaller Halley step the next is 1e-4 of it
+MAX_LAST_STEP = 0.25 * KNOT_SPACING  # rad: over more, an edge of a groove is no parabola
+MAX_STEPS = 30  # the last bisections are of 1e-8 rad
+DEPTH_ITERATIONS = 6  # Newton steps for the generalised depth
+MAX_END_ANGLE = 1.7  # rad from the deepest point: there f is always negative
+MIN_RADIUS_DIFFERENCE = 0.05  # clearances: least difference of curvature radii in the first guess of an arc's end
+POINT_CONTACT_DEPTH = 1e-8  # clearances: a smaller penetration is treated as a point contact
+
+
+def _arc_angle(depth_ratio):
+    """Return twice the half-angle theta (rad) of the arc of circles; depth_ratio : pen / (2 c + pen)."""
+    return 4.0 * portable.atan(np.sqrt(depth_ratio))
+
+
+def _energy_series(depth_ratio):
+    """Return W_0 over K (c + pen)^2 depth_ratio^(5/2), half of u + (u / 2) cos u - (3 / 2) sin u, as a series."""
+    u = _arc_angle(depth_ratio)
+    terms = ((-1.0) ** k * (0.25 / math.factorial(2 * k) - 0.75 / math.factorial(2 * k + 1)) for k in range(2, 20))
+    series = sum(term * portable.power(u, 2 * k) for k, term in enumerate(terms))
+    return series * portable.power(u, 5) / portable.power(depth_ratio, 2.5)
+
+
+def _force_series(depth_ratio):
+    """Return F_0 over K (c + pen) depth_ratio^(3/2): half of u - sin u, as a series."""
+    u = _arc_angle(depth_ratio)
+    terms = (0.5 * (-1.0) ** (k + 1) / math.factorial(2 * k + 1) for k in range(1, 20))
+    series = sum(term * portable.power(u, 2 * k) for k, term in enumerate(terms))
+    return series * portable.power(u, 3) / portable.power(depth_ratio, 1.5)
+
+
+#: Coefficients of both by powers of the fraction, to 1e-10 and 1e-11.
+ENERGY_SERIES, FORCE_SERIES = (
+    portable.polynomial_through(function, 15) for function in (_energy_series, _force_series)
+)
+
+
+@inlined
+def overlap(surfaces, x, y, angle, body_angles):
+    """Return f (m) at an angle (rad), its slope and curvature; x, y : journal's centre, m; body_angles : (2,) rad."""
+    c, s = direction(angle)
+    bearing_wear, bearing_slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, angle - body_angles[0])
+    journal_wear, journal_slope, journal_curvature, _ = wear_depth_at(surfaces.journal, angle - body_angles[1])
+    radial = x * c + y * s
+    return (
+        radial - (surfaces.clearance + (bearing_wear + journal_wear)),
+        y * c - x * s - (bearing_slope + journal_slope),
+        -(radial + (bearing_curvature + journal_curvature)),
+    )
+
+
+@inlined
+def end_step(overlap_values, distance, sign, interval):
+    """Return the angle (rad) from the deepest point to an arc's end, one step from `distance` (rad).
+
+    A Halley step, or half of the bracket where that leaves it.  Also return whether the next step is accurate, and the
+    bracket (rad) of the end: f is positive before and not behind it.
+    """
+    f, slope, curvature = overlap_values
+    slope = sign * slope
+    inside, outside = (distance, interval[1]) if f > 0.0 else (interval[0], distance)
+    inverse_slope = 1.0 / slope if slope < 0.0 else 0.0
+    step = f * inverse_slope
+    halley = distance - step / (1.0 - min(max(0.5 * curvature * step * inverse_slope, -0.5), 0.5))
+    is_inside = slope < 0.0 and inside < halley < outside
+    end = halley if is_inside else 0.5 * (inside + outside)
+    return end, is_inside and abs(end - distance) < min(END_TOLERANCE * end, MAX_LAST_STEP), (inside, outside)
+
+
+@kernel
+def arc_ends(surfaces, x, y, body_angles, guess):
+    """Return the angles (rad) from the deepest point to the two ends of the arc.
+
+    guess : rad, angle of the deepest point, and the angle from there to one end.
+    """
+    arc_middle, low, high = guess[0], guess[1], guess[1]
+    low_bracket, high_bracket = (0.0, MAX_END_ANGLE), (0.0, MAX_END_ANGLE)
+    for _ in range(MAX_STEPS):
+        at_low = overlap(surfaces, x, y, arc_middle - low, body_angles)
+        at_high = overlap(surfaces, x, y, arc_middle + high, body_angles)
+        low, is_low_accurate, low_bracket = end_step(at_low, low, -1.0, low_bracket)
+        high, is_high_accurate, high_bracket = end_step(at_high, high, 1.0, high_bracket)
+        if is_low_accurate and is_high_accurate:
+            break
+    return low, high
+
+
+@inlined
+def circle_energy_and_force(clearance, pen):
+    """Return W_0 / K (m^2) and F_0 / K (m) of circles at a penetration `pen` (m), without the arctangent of a law."""
+    depth_ratio, energy, force = pen / (2.0 * clearance + pen), 0.0, 0.0
+    for i in range(ENERGY_SERIES.size - 1, -1, -1):
+        energy = energy * depth_ratio + ENERGY_SERIES[i]
+        force = force * depth_ratio + FORCE_SERIES[i]
+    scale = (clearance + pen) * depth_ratio * math.sqrt(depth_ratio)
+    return (clearance + pen) * scale * depth_ratio * energy, scale * force
+
+
+@generalised_depth.member(WornOnFoundation)
+def _generalised_depth_worn_on_foundation(joint, nearest_point, gap, pen):
+    x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
+    bearing_angle, journal_angle, bearing_spin, journal_spin = bodies_of(joint, gap)
+    c = joint.clearance
+    radius_difference = max(plain(nearest_point.local_clearance), MIN_RADIUS_DIFFERENCE * c)
+    if pen <= POINT_CONTACT_DEPTH * c or nearest_point.depth <= POINT_CONTACT_DEPTH * c:
+        point_factor = (c / radius_difference) ** 0.2  # f is a parabola
+        body_slopes = point_factor * nearest_point.slopes[0], point_factor * nearest_point.slopes[1]
+        return GeneralisedDepth(
+            nearest_point.nx,
+            nearest_point.ny,
+            point_factor * nearest_point.depth,
+            point_factor * nearest_point.rate,
+            point_factor + 0.0 * nearest_point.depth,
+            body_slopes,
+        )
+    body_angles, point_depth = (plain(bearing_angle), plain(journal_angle)), plain(nearest_point.depth)
+    guess = nearest_point.angle, math.sqrt(2.0 * point_depth / (radius_difference + point_depth))
+    low, high = arc_ends(surfaces_of(joint), plain(x), plain(y), body_angles, guess)
+    half_width, arc_middle = 0.5 * (high + low), nearest_point.angle + 0.5 * (high - low)
+    zero = 0.0 * nearest_point.depth
+    x_sum, y_sum, bearing_sum, journal_sum, energy_sum = zero, zero, zero, zero, zero
+    for i in range(GAUSS_POINTS):
+        angle = arc_middle + half_width * GAUSS_NODES[i]
+        ux, uy = direction(angle)
+        bearing_wear, bearing_slope, _, _ = wear_depth_at(joint.bearing.table, angle - bearing_angle)
+        journal_wear, journal_slope, _, _ = wear_depth_at(joint.journal.table, angle - journal_angle)
+        f = x * ux + y * uy - (c + (bearing_wear + journal_wear))
+        weighted_overlap = GAUSS_WEIGHTS[i] * f
+        x_sum, y_sum = x_sum + weighted_overlap * ux, y_sum + weighted_overlap * uy
+        bearing_sum, journal_sum = (
+            bearing_sum + weighted_overlap * bearing_slope,
+            journal_sum + weighted_overlap * journal_slope,
+        )
+        energy_sum = energy_sum + weighted_overlap * f
+    circle_energy, circle_force = circle_energy_and_force(c, pen)
+    # just after an onset, a Newton step from a lagging root overshoots; the depth cannot be above max_depth
+    max_depth = 2.0 * max(point_depth, (point_depth * point_depth * half_width) ** 0.4 * c**0.2)
+    depth = min(
+        pen + (0.5 * half_width * energy_sum - circle_energy) / circle_force,
+        as_type_of(max_depth, nearest_point.depth),
+    )
+    scale = half_width / circle_force
+    gx, gy, body_slopes = scale * x_sum, scale * y_sum, (scale * bearing_sum, scale * journal_sum)
+    force_factor = math.sqrt(gx * gx + gy * gy)
+    rate = vx * gx + vy * gy + body_slopes[0] * bearing_spin + body_slopes[1] * journal_spin
+    return GeneralisedDepth(gx / force_factor, gy / force_factor, depth, rate, force_factor, body_slopes)
+
+
+@seated_position.member(WornOnFoundation)
+def _seated_position_worn_on_foundation(joint, eccentricity, angles):
+    """Both components of the force are those of the load, by Newton's method with differences."""
+    distance = float(np.hypot(*eccentricity))
+    load, pen = elastic_force(joint.elastic, distance - joint.clearance), distance - joint.clearance
+
+    def force_and_depth(pin):
+        gap = GapWithAngles(joint.side * pin[0], joint.side * pin[1], 0.0, 0.0, 0.0, 0.0, *angles)
+        nearest_point, depth = nearest(joint, gap), pen
+        for _ in range(DEPTH_ITERATIONS):
+            generalised = generalised_depth(joint, nearest_point, gap, depth)
+            depth = max(generalised.depth, 1e-3 * pen)
+        magnitude = generalised.force_factor * elastic_force(joint.elastic, depth)
+        return np.array([magnitude * generalised.nx, magnitude * generalised.ny]) / load, depth
+
+    pin, target = seated_position(WornJoint(*joint), eccentricity, angles)[0], eccentricity / distance
+    for _ in range(MAX_STEPS):
+        current_force, _ = force_and_depth(pin)
+        step = 1e-6 * pen
+        jacobian = np.array([(force_and_depth(pin + step * axis)[0] - current_force) / step for axis in np.eye(2)]).T
+        correction = np.linalg.solve(jacobian, target - current_force)
+        pin = pin + correction * min(1.0, pen / float(np.hypot(*correction)))
+        if np.hypot(*correction) < 1e-13 * distance:
+            break
+    return pin, force_and_depth(pin)[1]
+
+
+# ---------------------------------------------------------------------------------------------- wear by the overlap
+
+
+MAX_DISTANCE = 0.25  # bins: an arc that moves less within a step counts as standing
+
+
+class Overlap(NamedTuple):
+    """Pressure proportional to the overlap of worn surfaces, whose shapes conform to each other."""
+
+    bearing: Shape
+    journal: Shape
+
+
+class OverlapArc(NamedTuple):
+    """Overlap of worn surfaces: its position and penetration; angles from the deepest point."""
+
+    cos_coefficient: float  # m, coefficient of cos psi in f
+    sin_coefficient: float  # m, coefficient of sin psi in f
+    body_angles: tuple  # rad, angles of bearing and journal in the frame of the deepest point
+    start_angle: float  # rad, first end of the arc
+    stop_angle: float  # rad, last end of the arc
+    penetration: float  # m, the maximum of f
+    overlap_integral: float  # m rad, integral of f over the arc; 0 without contact
+
+
+@inlined
+def conformal_surfaces(joint):
+    """Return the Surfaces of a joint on whose overlap its wear depends."""
+    return Surfaces(joint.clearance, joint.wear.pressure.bearing.table, joint.wear.pressure.journal.table)
+
+
+@inlined
+def overlap_antiderivative(joint, arc, psi):
+    """Return the antiderivative of f at psi (m rad); its constant cancels in differences.  psi : angle (rad)."""
+    pressure = joint.wear.pressure
+    worn = wear_integral_at(pressure.bearing, psi - arc.body_angles[0]) + wear_integral_at(
+        pressure.journal, psi - arc.body_angles[1]
+    )
+    return arc.cos_coefficient * math.sin(psi) - arc.sin_coefficient * math.cos(psi) - joint.clearance * psi - worn
+
+
+@kernel
+def arc_at(joint, workspace, fraction):
+    """Return the OverlapArc at a fraction (0 to 1) of a step."""
+    body_angles, penetration = (
+        (
+            -evaluate_polynomial(workspace, BEARING_ANGLE_ROW, fraction),
+            -evaluate_polynomial(workspace, JOURNAL_ANGLE_ROW, fraction),
+        ),
+        evaluate_polynomial(workspace, PENETRATION_ROW, fraction),
+    )
+    surfaces = conformal_surfaces(joint)
+    bearing_wear, bearing_slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, -body_angles[0])
+    journal_wear, journal_slope, journal_curvature, _ = wear_depth_at(surfaces.journal, -body_angles[1])
+    cos_coefficient, sin_coefficient = (
+        penetration + joint.clearance + (bearing_wear + journal_wear),
+        bearing_slope + journal_slope,
+    )
+    if penetration <= 0.0:
+        return OverlapArc(cos_coefficient, sin_coefficient, body_angles, 0.0, 0.0, 0.0, 0.0)
+    guess = math.sqrt(
+        2.0
+        * penetration
+        / max(
+            cos_coefficient + bearing_curvature + journal_curvature,
+            penetration + MIN_RADIUS_DIFFERENCE * joint.clearance,
+        )
+    )
+    low, high = arc_ends(surfaces, cos_coefficient, sin_coefficient, body_angles, (0.0, guess))
+    arc = OverlapArc(cos_coefficient, sin_coefficient, body_angles, -low, high, penetration, 0.0)
+    overlap_integral = max(overlap_antiderivative(joint, arc, high) - overlap_antiderivative(joint, arc, -low), 0.0)
+    return OverlapArc(cos_coefficient, sin_coefficient, body_angles, -low, high, penetration, overlap_integral)
+
+
+@kernel
+def pressure_integral_over_load(joint, arc):
+    """Return the integral of the pressure over an OverlapArc over the magnitude of its resultant (Lobatto's rule)."""
+    normal_sum, tangential_sum, half_angle = 0.0, 0.0, 0.5 * (arc.stop_angle - arc.start_angle)
+    for i in rolled_range(POINTS):
+        psi = arc.start_angle + half_angle * (1.0 + NODES[i])
+        f, _, _ = overlap(conformal_surfaces(joint), arc.cos_coefficient, arc.sin_coefficient, psi, arc.body_angles)
+        normal_sum += WEIGHTS[i] * f * math.cos(psi)
+        tangential_sum += WEIGHTS[i] * f * math.sin(psi)
+    return (
+        arc.overlap_integral / (half_angle * math.sqrt(normal_sum * normal_sum + tangential_sum * tangential_sum))
+        if arc.overlap_integral > 0.0
+        else 0.0
+    )
+
+
+@kernel
+def sliding_contact_on(joint, workspace, arc, load_sum, fraction):
+    """Return the SlidingContact on an OverlapArc at a fraction (0 to 1) of a step.
+
+    load_sum : integral of the pressure over the arc over the magnitude of its resultant
+    """
+    line_load, sliding_distance = (
+        max(evaluate_polynomial(workspace, LINE_LOAD_ROW, fraction), 0.0),
+        workspace[DISTANCE_ROW * POINTS] + workspace[DISTANCE_ROW * POINTS + 1] * fraction,
+    )
+    return SlidingContact(
+        line_load=line_load,
+        depth=arc.penetration,
+        sliding_speed=abs(evaluate_polynomial(workspace, SLIP_ROW, fraction)),
+        friction_power=max(evaluate_polynomial(workspace, FRICTION_POWER_ROW, fraction), 0.0),
+        sliding_distance=sliding_distance,
+        pressure_integral=line_load * load_sum,
+        clearance=joint.clearance,
+    )
+
+
+@kernel
+def write_wear_at(joint, workspace, arc, load_sum, node, time):
+    """Write the wear under an OverlapArc at a node of Lobatto's rule over a span; return its areas over the radii.
+
+    load_sum : as in `sliding_contact_on`; time : (fraction of the step, duration (s) of the node without kappa)
+    """
+    fraction, journal = time[0], FIRST_BODY + BODY_SIZE
+    duration = time[1] * WEIGHTS[node] * max(evaluate_polynomial(workspace, KAPPA_ROW, fraction), 0.0)
+    width, bearing_area, journal_area = arc.stop_angle - arc.start_angle, 0.0, 0.0
+    mean_pressure, largest_pressure, speed = 0.0, 0.0, 0.0
+    if arc.overlap_integral > 0.0:
+        sliding = sliding_contact_on(joint, workspace, arc, load_sum, fraction)
+        bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
+        bearing_area = duration * bearing_rate / joint.bearing_radius
+        journal_area = duration * journal_rate / joint.journal_radius
+        pressure_sum, speed = sliding.pressure_integral / joint.bearing_radius, sliding.sliding_speed
+        mean_pressure = pressure_sum / width
+        # the largest pressure is where the surfaces overlap most
+        largest_pressure = pressure_sum * arc.penetration / arc.overlap_integral
+    write_pressure(workspace, node, (mean_pressure, largest_pressure), speed, duration)
+    workspace[FIRST_BODY + HALF * POINTS + node] = 0.5 * width
+    workspace[FIRST_BODY + AREA * POINTS + node], workspace[journal + AREA * POINTS + node] = bearing_area, journal_area
+    return bearing_area, journal_area
+
+
+@kernel
+def update_wear_under_arc(joint, arc, body, area_over_radius, bins):
+    """Add the wear of a body under an OverlapArc to its bins.
+
+    body : 0 bearing, 1 journal; area_over_radius : worn cross-section (m^2) over the radius (m) of the body
+    """
+    bin_angle, bins_per_radian, worn_so_far = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
+    start_angle, stop_angle = arc.start_angle - arc.body_angles[body], arc.stop_angle - arc.body_angles[body]
+    first_bin, last_bin = math.floor(start_angle / bin_angle), math.floor(stop_angle / bin_angle)
+    integral_at_start, wear_per_overlap = (
+        overlap_antiderivative(joint, arc, arc.start_angle),
+        area_over_radius / arc.overlap_integral,
+    )
+    bin_index = first_bin % bins.count
+    for edge_index in range(first_bin + 1, last_bin + 2):
+        cumulative = area_over_radius
+        if edge_index <= last_bin:
+            cumulative = (
+                overlap_antiderivative(joint, arc, edge_index * bin_angle + arc.body_angles[body]) - integral_at_start
+            ) * wear_per_overlap
+            cumulative = min(max(cumulative, worn_so_far), area_over_radius)
+        bins.depths[bins.start + bin_index] += (cumulative - worn_so_far) * bins_per_radian
+        worn_so_far = cumulative
+        bin_index = bin_index + 1 if bin_index + 1 < bins.count else 0
+
+
+@update_wear_over_span.member(WornJoint)
+@update_wear_over_span.member(WornOnFoundation)
+def _update_wear_over_span_worn_joint_or_worn_on_foundation(joint, workspace, step_length, span, bins):
+    update_worn_surfaces(joint.wear.pressure, joint, workspace, step_length, span, bins)
+
+
+@family
+def update_worn_surfaces(pressure, joint, workspace, step_length, span, bins):
+    """Do what `update_wear_over_span` says for a worn joint with this pressure."""
+
+
+@update_worn_surfaces.member(None)
+def _default_update_worn_surfaces(pressure, joint, workspace, step_length, span, bins):
+    update_wear_over_arc(joint, workspace, step_length, span, bins)
+
+
+@inlined
+def distance_between(first, second):
+    """Return how far (rad) an OverlapArc is from another: the largest difference of angles of its ends on a body."""
+    start, stop = second.start_angle - first.start_angle, second.stop_angle - first.stop_angle
+    bearing = second.body_angles[0] - first.body_angles[0]
+    journal = second.body_angles[1] - first.body_angles[1]
+    return max(abs(start - bearing), abs(stop - bearing), abs(start - journal), abs(stop - journal))
+
+
+@update_worn_surfaces.member(Overlap)
+def _update_worn_surfaces_overlap(pressure, joint, workspace, step_length, span, bins):
+    """Add the wear under the OverlapArc in the middle of the span, or at the nodes of Lobatto's rule if it moves."""
+    half_span = 0.5 * (span[1] - span[0])
+    middle, bin_angle = arc_at(joint, workspace, span[0] + half_span), 2.0 * math.pi / bins[0].count
+    distance = max(
+        distance_between(middle, arc_at(joint, workspace, span[0])),
+        distance_between(middle, arc_at(joint, workspace, span[1])),
+    )
+    is_steady = middle.overlap_integral > 0.0 and distance < MAX_DISTANCE * bin_angle
+    load_sum, bearing_area, journal_area = 0.0, 0.0, 0.0
+    if is_steady:
+        load_sum = pressure_integral_over_load(joint, middle)
+    for i in rolled_range(POINTS):
+        fraction = span[0] + half_span * (1.0 + NODES[i])
+        time = fraction, step_length * half_span
+        if is_steady:
+            areas = write_wear_at(joint, workspace, middle, load_sum, i, time)
+            bearing_area, journal_area = bearing_area + areas[0], journal_area + areas[1]
+        else:
+            arc = arc_at(joint, workspace, fraction)
+            areas = write_wear_at(joint, workspace, arc, pressure_integral_over_load(joint, arc), i, time)
+            if arc.overlap_integral > 0.0:
+                update_wear_under_arc(joint, arc, 0, areas[0], bins[0])
+                update_wear_under_arc(joint, arc, 1, areas[1], bins[1])
+    if is_steady:
+        update_wear_under_arc(joint, middle, 0, bearing_area, bins[0])
+        update_wear_under_arc(joint, middle, 1, journal_area, bins[1])

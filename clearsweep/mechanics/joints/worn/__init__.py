@@ -1,1 +1,0 @@
-"""Joints whose surfaces have worn."""
