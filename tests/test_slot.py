@@ -22,8 +22,8 @@ from clearsweep.mechanics.laws.friction import Tanh
 from clearsweep.mechanics.laws.hysteresis import Hysteresis
 from clearsweep.mechanics.machines import contract, planar
 from clearsweep.mechanics.wear import NoWear, bins
-from clearsweep.report.data.study import prepare
-from clearsweep.report.sections import wear
+from clearsweep.report.sections.wear import wear_sections
+from clearsweep.report.study import prepare
 
 REACH, FOOT, CRANK_LENGTH, SPEED = 0.15, -0.15, 0.05, 12.0
 LEVER = Body(0.4, 2e-3, (0.12, 0.0), {"foot": (0.0, 0.0), "middle": (REACH, 0.0)})
