@@ -7,6 +7,7 @@ from click.testing import CliRunner
 from mechanism_cases import slider_crank
 
 from clearsweep import cli, grid, simulation
+from clearsweep.answers import validity
 from clearsweep.grid import library
 from clearsweep.grid.library.entries import hot_viscosity, warm_viscosity
 from clearsweep.language.errors import InputError
@@ -26,22 +27,118 @@ def with_joint(section, value, **more):
 def test_every_value_lies_in_its_range_and_every_entry_has_a_source():
     for kind, entry in ENTRIES:
         assert entry.source, (kind, entry.name)
-        assert entry.checked, (kind, entry.name)
         assert entry.summary, (kind, entry.name)
         for key, value in entry.values.items():
             assert 0.0 < value.low <= value.typical <= value.high, (entry.name, key)
             assert value.low < value.high, (entry.name, key)
 
 
-def test_values_without_a_compared_text_are_marked_as_remembered():
-    for kind, entry in ENTRIES:
-        assert "memory" in entry.checked, (kind, entry.name)  # no entry was compared in all its numbers
-        if "reprint" not in entry.checked:
-            assert entry.checked.startswith("no: "), (kind, entry.name)
+def test_the_coefficients_of_archard_are_those_of_a_reprint():
     reprinted = {"mild": 7e-3, "hard tool": 1.3e-4, "brass": 6e-4, "PTFE": 2.5e-5}  # Wikipedia, Wear coefficient
-    pairs = [entry for entry in library.PAIRS.values() if "reprint" in entry.checked]
+    pairs = [entry for entry in library.PAIRS.values() if entry.checked]
     coefficients = sorted(float(entry.source.rpartition(": ")[2].partition(",")[0]) for entry in pairs)
     assert coefficients == sorted(reprinted.values())
+
+
+PUBLISHED = {  # data sheets and standards of each alloy; strengths and hardnesses as least and largest
+    "S355": {"young": 210e9, "poisson": 0.3, "density": 7850, "expansion": 12e-6, "yield_strength": (335e6, 355e6)},
+    "C45": {"yield_strength": (275e6, 340e6), "hardness": (162 * 9.81e6, 190 * 9.81e6), "young": 210e9},
+    "16MnCr5": {"yield_strength": (440e6, 735e6)},  # core of test pieces of 11 to 63 mm
+    "100Cr6": {"young": 210e9, "poisson": 0.3, "expansion": 11.4e-6},
+    "EN-GJS-400-15": {"yield_strength": 250e6, "hardness": (135 * 9.81e6, 180 * 9.81e6), "young": 169e9},
+    "EN-GJS-700-2": {"yield_strength": 420e6, "hardness": (225 * 9.81e6, 305 * 9.81e6), "young": 176e9},
+    "CuSn8": {"density": 8800, "young": (109e9, 115e9), "expansion": 18.2e-6, "yield_strength": (190e6, 500e6)},
+    "EN AW-6082-T6": {"density": 2700, "young": 70e9, "expansion": 23.4e-6, "hardness": 95 * 9.81e6},
+    "EN AW-7075-T6": {"density": 2800, "young": (70e9, 72e9), "expansion": 23.4e-6, "yield_strength": (460e6, 503e6)},
+    "PTFE": {"hardness": (25e6, 37e6), "young": (0.4e9, 0.7e9), "yield_strength": 10e6, "density": (2140, 2190)},
+    "POM": {"young": (2.5e9, 3.0e9), "yield_strength": (65e6, 72e6), "hardness": 125e6, "expansion": 120e-6},
+}
+
+
+@pytest.mark.parametrize("name", PUBLISHED)
+def test_a_checked_material_has_the_values_of_data_sheets_in_its_range(name):
+    assert library.MATERIALS[name].checked
+    for key, published in PUBLISHED[name].items():
+        low, high = published if isinstance(published, tuple) else (published, published)
+        value = library.MATERIALS[name].values[key]
+        assert value.low <= 1.01 * low, (key, value)
+        assert value.high >= 0.99 * high, (key, value)
+
+
+def test_only_compared_entries_count_as_checked():
+    assert {name for name, entry in library.MATERIALS.items() if entry.checked} == set(PUBLISHED)
+
+
+def test_oils_differ_in_density_by_grade():
+    densities = [library.OILS[f"ISO VG {grade}"].values["density"].typical for grade in (10, 46, 220, 1500)]
+    assert densities == pytest.approx([850.0, 870.0, 890.0, 915.0], abs=1.0)
+
+
+@pytest.mark.parametrize(
+    ("section", "value"),
+    [
+        ("wear", {"pair": "steel/POM dry"}),
+        ("contact", {"law": "flores", "restitution": 0.5, "material": "PA66"}),
+        ("contact", {"law": "flores", "restitution": 0.5, "material": {"bearing": "CuSn12-C", "journal": "C45"}}),
+    ],
+)
+def test_values_from_memory_need_consent(section, value):
+    with pytest.raises(InputError, match=r"are from memory.*write `unchecked: true` beside the name"):
+        with_joint(section, value)
+    material = value.get("material")
+    if isinstance(material, str):
+        value = value | {"material": {"name": material, "unchecked": True}}
+    elif material:
+        value = value | {"material": {"bearing": {"name": material["bearing"], "unchecked": True}, "journal": "C45"}}
+        both = value | {"material": material | {"unchecked": True}}
+        assert with_joint(section, both).case_id(0) == with_joint(section, value).case_id(0)
+    else:
+        value = value | {"unchecked": True}
+    assert len(with_joint(section, value)) == 1
+
+
+@pytest.mark.parametrize("flag", [{"unchecked": True}, {"unchecked": "yes", "pair": "steel/brass dry"}])
+def test_consent_without_a_name_or_in_another_word_is_a_mistake(flag):
+    with pytest.raises(InputError, match=r"wear.unchecked: (belongs beside a name|found 'yes')"):
+        with_joint("wear", {"law": "archard", "coefficient": "1e-15 m^2/N"} | flag)
+
+
+def test_a_swept_material_from_memory_needs_consent_too():
+    contact = {"law": "flores", "restitution": 0.5, "material": {"bearing": "CuSn8", "journal": "C45"}}
+    axis = {"sweep": {f"{JOINT}.contact.material.bearing": ["CuSn8", "CuSn12-C"]}}
+    with pytest.raises(InputError, match="CuSn12-C are from memory"):
+        with_joint("contact", contact, **axis)
+    contact["material"]["unchecked"] = True
+    made = with_joint("contact", contact, **axis)
+    assert len(made) == len(grid.load(made.resolved(), simulation.catalogue())) == 2
+
+
+def coefficients(wear, **more):
+    values = with_joint("wear", {"unchecked": True} | wear, **more).case(0).joints[0].wear.values
+    return values["bearing_coefficient"], values["journal_coefficient"]
+
+
+def test_of_unlike_bodies_only_the_softer_wears():
+    pom = library.PAIRS["steel/POM dry"].values["coefficient"].typical
+    assert coefficients({"pair": "steel/POM dry"}) == (pom, 0.0)  # as in a bush
+    contact = {"law": "flores", "restitution": 0.5, "material": {"bearing": "C45", "journal": "POM"}}
+    assert coefficients({"pair": "steel/POM dry"}, **{f"{JOINT}.contact": contact}) == (0.0, pom)
+    assert coefficients({"pair": "steel/POM dry", "coefficient": "2e-15 m^2/N"}) == (2e-15, 0.0)
+    assert coefficients({"pair": "steel/POM dry", "journal_coefficient": "1e-18 m^2/N"}) == (pom, 1e-18)
+    steel = library.PAIRS["hardened steel/steel dry"].values["coefficient"].typical
+    assert coefficients({"pair": "hardened steel/steel dry"}) == (steel, steel)
+    message, _ = facts(with_joint("wear", {"pair": "steel/POM dry", "unchecked": True}), SIMULATION)
+    assert message[f"{JOINT}.wear.journal_coefficient (steel/POM dry)"]["max"] == 0.0
+
+
+def test_the_remark_on_a_worn_bearing_agrees_with_the_pairs():
+    joint = validity.RubbingJoint("rod-slider", 1.0, 0.0, 0.01)
+    text = validity.wear_rate_remark([joint])
+    for name in ("steel/bronze greased", "steel/bronze dry"):
+        known = library.PAIRS[name].values["coefficient"]
+        assert f"{known.low:g} to {known.high:g}".replace("e-0", "e-") in text
+    high = library.PAIRS["steel/steel dry"].values["coefficient"].high
+    assert f"{high:g}" in text
 
 
 def test_steels_irons_bronzes_aluminium_and_plastics_exist_with_all_their_values():
@@ -99,13 +196,18 @@ def test_numbers_next_to_a_name_override():
     assert bearing == journal
     assert (bearing.young, bearing.poisson) == (100e9, 0.34)
     assert [each.path.rpartition(".")[2] for each in made.library_values] == ["poisson", "yield_strength"]
-    wear = with_joint("wear", {"pair": "steel/bronze greased", "coefficient": "1e-15 m^2/N"}).case(0).joints[0].wear
+    wear = (
+        with_joint("wear", {"unchecked": True, "pair": "steel/bronze greased", "coefficient": "1e-15 m^2/N"})
+        .case(0)
+        .joints[0]
+        .wear
+    )
     assert (wear.values["bearing_coefficient"], wear.law) == (1e-15, "archard")
 
 
 def test_an_oil_gives_the_viscosity_at_a_temperature():
     film = with_joint("film", {"oil": "ISO VG 46", "temperature": "40 degC"}).case(0).joints[0].film
-    assert film.viscosity == pytest.approx(46e-6 * 880.0, rel=1e-9)
+    assert film.viscosity == pytest.approx(46e-6 * 870.0, rel=1e-9)
     both = with_joint(
         "film", {"oil": "iso vg 46", "viscosity": {"density": "900 kg/m^3"}, "temperature": "40 degC"}
     ).case(0)
@@ -113,20 +215,24 @@ def test_an_oil_gives_the_viscosity_at_a_temperature():
 
 
 def test_what_is_taken_is_reported_with_its_range():
-    made = with_joint("wear", {"pair": "steel/bronze greased"})
+    made = with_joint("wear", {"unchecked": True, "pair": "steel/bronze greased"})
     message, _ = facts(made, SIMULATION)
     path = f"{JOINT}.wear.coefficient (steel/bronze greased"
     known = library.PAIRS["steel/bronze greased"].values["coefficient"]
     assert message[f"{path})"]["min"] == known.typical
     assert (message[f"{path}, range)"]["min"], message[f"{path}, range)"]["max"]) == known[2:]
-    swept = with_joint("wear", {"pair": "steel/bronze greased"}, sweep={f"{JOINT}.wear.coefficient": [1e-15, 2e-15]})
-    assert (swept.library_values, len(swept)) == ((), 2)
+    swept = with_joint(
+        "wear", {"unchecked": True, "pair": "steel/bronze greased"}, sweep={f"{JOINT}.wear.coefficient": [1e-15, 2e-15]}
+    )
+    assert ([item.path for item in swept.library_values], len(swept)) == ([f"{JOINT}.wear.journal_coefficient"], 2)
 
 
 def test_the_published_range_is_an_uncertainty_of_a_life():
     path = f"{JOINT}.wear.coefficient"
     life = {"limit": "20 um", "joint": "rod-slider"}
-    made = with_joint("wear", {"pair": "steel/bronze greased"}, life=life, uncertain={path: "published"})
+    made = with_joint(
+        "wear", {"unchecked": True, "pair": "steel/bronze greased"}, life=life, uncertain={path: "published"}
+    )
     known = library.PAIRS["steel/bronze greased"].values["coefficient"]
     (each,) = made.case(0).uncertain
     assert each.low == pytest.approx(known.low * (known.high / known.low) ** 0.025, rel=1e-9)

@@ -21,8 +21,9 @@ from .kinds import (
     section_key,
     word_key,
 )
-from .library_names import HOUSING_MATERIAL, MATERIAL, OIL
+from .library_names import HOUSING_MATERIAL, MATERIAL, OIL, UNCHECKED
 
+UNCHECKED_KEY = Flag("consent to values of a library that were compared with no published text")
 JOURNAL_LAW = "compatible"  # name of the elastic law of a journal in a bearing
 
 _MATERIAL_FIELDS = (
@@ -116,6 +117,7 @@ def add_material_name(keys: KeyTable, path: str, bodies_text: str) -> None:
     keys[f"{path}.{MATERIAL}"] = Name(
         tuple(MATERIALS), f"{text}, from `clearsweep list materials`; numbers in the same section override its values"
     )
+    keys[f"{path}.{UNCHECKED}"] = UNCHECKED_KEY
 
 
 def _elastic_law_key(path: str, catalogue: Catalogue, contact: str) -> Word:
@@ -163,6 +165,7 @@ def add_thermal(keys: KeyTable, path: str) -> None:
     keys[f"{housing}.{HOUSING_MATERIAL}"] = Name(
         tuple(MATERIALS), "material of the housing, from `clearsweep list materials`; it provides the expansion"
     )
+    keys[f"{housing}.{UNCHECKED}"] = UNCHECKED_KEY
     add_numbers(keys, housing, HOUSING_FIELDS, CHOICE)
 
 
@@ -271,6 +274,7 @@ def add_film(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
         catalogue.names("film"), "law of the film force", DEFAULT_FILM_LAW, sweep=True, noun="law", role=MODEL
     )
     keys[f"{film}.{OIL}"] = Name(tuple(OILS), "oil from `clearsweep list oils`; it determines viscosities and density")
+    keys[f"{film}.{UNCHECKED}"] = UNCHECKED_KEY
     add_numbers(keys, film, (VISCOSITY_FIELD,), CHOICE)
     add_numbers(keys, f"{film}.viscosity", OIL_FIELDS, CHOICE)
     add_numbers(keys, film, (TEMPERATURE_FIELD,), CONDITION)

@@ -7,6 +7,7 @@ from ...contracts.roles import CHOICE, MODEL, NUMERICS, ROLES
 from ..library import PAIRS
 from .joint_keys import (
     GUIDE_PRELOAD_TEXT,
+    UNCHECKED_KEY,
     add_contact,
     add_film,
     add_flanges,
@@ -22,7 +23,7 @@ from .joint_keys import (
     onset_key_without_mass,
 )
 from .kinds import ConditionalDefault, Flag, KeyTable, Name, Number, Section, Table, Use, Word, word_key
-from .library_names import DEFAULT_WEAR_LAW, PAIR
+from .library_names import DEFAULT_WEAR_LAW, PAIR, UNCHECKED
 from .run_keys import TIME_BUDGET_FIELD, add_life_keys, add_save_keys
 
 DIMENSIONLESS = "dimensionless"
@@ -302,8 +303,9 @@ def _add_wear(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     keys[f"{wear_path}.{PAIR}"] = Name(
         tuple(PAIRS),
         f"wear pair from `clearsweep list pairs`; it determines the law `{DEFAULT_WEAR_LAW}` and, unless given, "
-        "`coefficient`",
+        "`coefficient`; of unlike materials only the softer body wears, the bearing where they are not named",
     )
+    keys[f"{wear_path}.{UNCHECKED}"] = UNCHECKED_KEY
     keys[f"{wear_path}.coefficient_unit"] = Word(
         ("m^2/N", DIMENSIONLESS),
         "unit of the coefficients; default: dimensionless (k times the hardness) for bare numbers with `hardness`",

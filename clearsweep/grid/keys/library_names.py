@@ -1,6 +1,7 @@
 """Replaces the names of materials, oils and wear pairs by numbers, once or for every case of a varied material."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import partial
 from typing import Any, NamedTuple
 
 from ...contracts.roles import CHOICE
@@ -11,6 +12,7 @@ from ..written.document import Problems, WrittenValue
 from .kinds import KeyTable, Name, Word
 
 MATERIAL, OIL, PAIR, HOUSING_MATERIAL = "name", "oil", "pair", "material"  # the keys that take a name
+UNCHECKED = "unchecked"  # the key beside a name with which the user answers for values from memory
 BODIES = ("bearing", "journal")
 MATERIAL_KEYS = ("young", "poisson", "yield_strength")
 DEFAULT_WEAR_LAW = "archard"  # law of wear if a pair is named without a law
@@ -25,12 +27,21 @@ class LibraryNumber(NamedTuple):
     value: Value
 
 
+def unchecked_text(entry: Entry) -> str:
+    """Return why the values of an entry are not used without the user's consent."""
+    return (
+        f"the values of {entry.name} are from memory, compared with no published text; compare them with a data sheet "
+        f"(`clearsweep list '{entry.name}'`), then write `{UNCHECKED}: true` beside the name, or numbers instead"
+    )
+
+
 class _NameReplacer:
     """Replaces the library names in a document by numbers, and records these numbers."""
 
     def __init__(self, problems: Problems):
         self.problems, self.numbers = problems, list[LibraryNumber]()
         self.materials: dict[str, Entry] = {}  # path -> name of the entry
+        self.unchecked_sections: list[str] = []  # with `unchecked: true`
 
     def replace_in_joint(self, path: str, joint: WrittenValue) -> WrittenValue:
         """Return a joint with its names replaced by numbers."""
@@ -61,23 +72,28 @@ class _NameReplacer:
         return _at_position_of(thermal, thermal.value | {"expansion": _at_position_of(written, content)})
 
     def _housing(self, path: str, housing: WrittenValue) -> WrittenValue:
+        housing, unchecked = self._pop_unchecked(path, housing, (HOUSING_MATERIAL,))
         if not isinstance(housing.value, dict) or HOUSING_MATERIAL not in housing.value:
             return housing
         name = housing.value[HOUSING_MATERIAL]
         content = {key: value for key, value in housing.value.items() if key != HOUSING_MATERIAL}
         entry = self._entry(library.MATERIALS, f"{path}.{HOUSING_MATERIAL}", name)
-        return _at_position_of(housing, self._filled(path, content, entry, ("expansion",), name))
+        return _at_position_of(housing, self._filled(path, content, entry, ("expansion",), name, unchecked))
 
     def _contact(self, path: str, contact: WrittenValue) -> WrittenValue:
         def material(nested: str, written: WrittenValue) -> WrittenValue:
+            written, unchecked = self._pop_unchecked(nested, written, (MATERIAL, *BODIES))
             for body in BODIES:
-                written = _with_changed_entry(written, f"{nested}.{body}", body, self._material)
-            return self._material(nested, written)
+                written = _with_changed_entry(
+                    written, f"{nested}.{body}", body, partial(self._material, unchecked=unchecked)
+                )
+            return self._material(nested, written, unchecked=unchecked)
 
         return _with_changed_entry(contact, f"{path}.material", "material", material)
 
-    def _material(self, path: str, written: WrittenValue) -> WrittenValue:
+    def _material(self, path: str, written: WrittenValue, *, unchecked: bool) -> WrittenValue:
         """Return a material as a section, from a name or from a section with a name."""
+        written, consents = self._pop_unchecked(path, written, (MATERIAL,))
         if isinstance(written.value, str):
             name, content = written, dict[str, WrittenValue]()
         elif isinstance(written.value, dict) and MATERIAL in written.value:
@@ -85,9 +101,11 @@ class _NameReplacer:
         else:
             return written
         entry = self.materials[path] = self._entry(library.MATERIALS, path, name)
-        return _at_position_of(written, self._filled(path, content, entry, MATERIAL_KEYS, name))
+        unchecked |= consents
+        return _at_position_of(written, self._filled(path, content, entry, MATERIAL_KEYS, name, unchecked))
 
     def _film(self, path: str, film: WrittenValue) -> WrittenValue:
+        film, unchecked = self._pop_unchecked(path, film, (OIL,))
         if not isinstance(film.value, dict) or OIL not in film.value:
             return film
         name, viscosity = film.value[OIL], film.value.get("viscosity")
@@ -97,18 +115,40 @@ class _NameReplacer:
             return _at_position_of(film, {key: value for key, value in film.value.items() if key != OIL})
         content = {} if viscosity is None else viscosity.value
         entry = self._entry(library.OILS, f"{path}.{OIL}", name)
-        filled = self._filled(f"{path}.viscosity", content, entry, tuple(entry.values), name)
+        filled = self._filled(f"{path}.viscosity", content, entry, tuple(entry.values), name, unchecked)
         without_name = {key: value for key, value in film.value.items() if key != OIL}
         return _at_position_of(film, without_name | {"viscosity": _at_position_of(viscosity or name, filled)})
 
     def _wear(self, path: str, wear: WrittenValue) -> WrittenValue:
+        """Return a section of wear with the coefficient of a named pair; the harder of unlike bodies does not wear."""
+        wear, unchecked = self._pop_unchecked(path, wear, (PAIR,))
         if not isinstance(wear.value, dict) or PAIR not in wear.value:
             return wear
         name = wear.value[PAIR]
         content = {key: value for key, value in wear.value.items() if key != PAIR}
         content.setdefault("law", _at_position_of(name, DEFAULT_WEAR_LAW))
         entry = self._entry(library.PAIRS, f"{path}.{PAIR}", name)
-        return _at_position_of(wear, self._filled(path, content, entry, ("coefficient",), name))
+        content = self._filled(path, content, entry, ("coefficient",), name, unchecked)
+        hard_body = self._harder_body(path.rpartition(".")[0])
+        if not entry.hard_body_wears and f"{hard_body}_coefficient" not in content:
+            zero = WrittenValue(0, name.origin, name.line, name.column, by_name=True)
+            content[f"{hard_body}_coefficient"] = zero
+            self.numbers.append(
+                LibraryNumber(f"{path}.{hard_body}_coefficient", entry.name, Value("m^2/N", 0.0, 0.0, 0.0))
+            )
+            running_in = content.get("running_in")
+            if running_in and isinstance(running_in.value, dict):
+                unworn = {f"{hard_body}_initial": zero} | running_in.value
+                content["running_in"] = _at_position_of(running_in, unworn)
+        return _at_position_of(wear, content)
+
+    def _harder_body(self, joint: str) -> str:
+        """Return the harder body of a joint by its materials; the journal, as in a bush, where they are not named."""
+        material = f"{joint}.contact.material"
+        bearing, journal = (self.materials.get(f"{material}.{body}") for body in BODIES)
+        if bearing and journal and bearing.values["hardness"].typical > journal.values["hardness"].typical:
+            return "bearing"
+        return "journal"
 
     def _entry(self, entries: Mapping[str, Entry], path: str, name: WrittenValue) -> Entry:
         """Return the entry of a name; a wrong name is reported and gets any entry, whose numbers are never used."""
@@ -123,11 +163,34 @@ class _NameReplacer:
             self.problems.add(name, path, message)
         return next(iter(entries.values()))
 
+    def _pop_unchecked(self, path: str, section: WrittenValue, names: tuple[str, ...]) -> tuple[WrittenValue, bool]:
+        """Return a section without its key `unchecked`, and whether that is true; names : keys it may belong to."""
+        if not isinstance(section.value, dict) or UNCHECKED not in section.value:
+            return section, False
+        flag = section.value[UNCHECKED]
+        if not isinstance(flag.value, bool):
+            self.problems.add(flag, f"{path}.{UNCHECKED}", f"found {quoted(flag.value)}; expected true or false")
+        elif not any(name in section.value for name in names):
+            message = f"belongs beside a name of the library ({' or '.join(names)}); remove it"
+            self.problems.add(section.key_position(UNCHECKED), f"{path}.{UNCHECKED}", message)
+        elif flag.value:
+            self.unchecked_sections.append(path)
+        content = {key: value for key, value in section.value.items() if key != UNCHECKED}
+        return _at_position_of(section, content), flag.value is True
+
     def _filled(
-        self, path: str, content: dict[str, WrittenValue], entry: Entry, keys: tuple[str, ...], name: WrittenValue
+        self,
+        path: str,
+        content: dict[str, WrittenValue],
+        entry: Entry,
+        keys: tuple[str, ...],
+        name: WrittenValue,
+        unchecked: bool,  # noqa: FBT001 - what the user wrote
     ) -> dict[str, WrittenValue]:
-        """Return a section completed by the numbers of an entry, and record these."""
+        """Return a section completed by the numbers of an entry, and record these; unchecked numbers need consent."""
         missing = [key for key in keys if key not in content]
+        if missing and not entry.checked and not unchecked:
+            self.problems.add(name, path, unchecked_text(entry))
         self.numbers += [LibraryNumber(f"{path}.{key}", entry.name, entry.values[key]) for key in missing]
         location = name.origin, name.line, name.column
         return content | {
@@ -135,8 +198,10 @@ class _NameReplacer:
         }
 
 
-def replace_library_names(root: WrittenValue, problems: Problems) -> tuple[WrittenValue, list[LibraryNumber]]:
-    """Return the document with library names replaced by numbers, and these numbers."""
+def replace_library_names(
+    root: WrittenValue, problems: Problems
+) -> tuple[WrittenValue, list[LibraryNumber], list[str]]:
+    """Return the document with library names replaced by numbers, these numbers, and where values are unchecked."""
     replacer = _NameReplacer(problems)
 
     def joints(path: str, section: WrittenValue) -> WrittenValue:
@@ -144,7 +209,7 @@ def replace_library_names(root: WrittenValue, problems: Problems) -> tuple[Writt
             section = _with_changed_entry(section, f"{path}.{name}", name, replacer.replace_in_joint)
         return section
 
-    return _with_changed_entry(root, "joints", "joints", joints), replacer.numbers
+    return _with_changed_entry(root, "joints", "joints", joints), replacer.numbers, replacer.unchecked_sections
 
 
 def _with_changed_entry(
@@ -177,12 +242,19 @@ class VariedMaterial(NamedTuple):
 
     base_name: str  # name that is outside the section that varies it
     library_keys: Mapping[str, str]  # path of a number -> its key in the library
+    unchecked: bool = False  # the user answers for values from memory
 
 
 def find_varied_materials(
-    varied_paths: Iterable[str], library_numbers: Iterable[LibraryNumber], key_table: KeyTable
+    varied_paths: Iterable[str],
+    library_numbers: Iterable[LibraryNumber],
+    key_table: KeyTable,
+    unchecked_sections: Iterable[str],
 ) -> dict[str, VariedMaterial]:
-    """Return path of a name -> the material of that name, for the paths that a grid varies."""
+    """Return path of a name -> the material of that name, for the paths that a grid varies.
+
+    unchecked_sections : paths of sections with `unchecked: true`
+    """
     numbers_by_path = {item.path: item for item in library_numbers}
     materials = {}
     for path in varied_paths:
@@ -196,16 +268,25 @@ def find_varied_materials(
         library_keys = {number: key for number, key in keys_by_path.items() if number in numbers_by_path}
         if library_keys:
             materials[f"{section}{_NAME_SUFFIX}"] = VariedMaterial(
-                numbers_by_path[next(iter(library_keys))].name, library_keys
+                numbers_by_path[next(iter(library_keys))].name,
+                library_keys,
+                any(f"{section}.".startswith(f"{path}.") for path in unchecked_sections),
             )
     return materials
 
 
-def keys_of_materials(materials: Iterable[str]) -> KeyTable:
+def keys_of_materials(materials: Mapping[str, VariedMaterial]) -> KeyTable:
     """Return the keys of the names that vary."""
-    return {
-        path: Word(tuple(MATERIALS), "the material", sweep=True, noun="material", role=CHOICE) for path in materials
-    }
+    keys: KeyTable = {}
+    for path, material in materials.items():
+        refused = {
+            name: unchecked_text(entry)
+            for name, entry in MATERIALS.items()
+            if not entry.checked and not material.unchecked
+        }
+        names = tuple(name for name in MATERIALS if name not in refused)
+        keys[path] = Word(names, "the material", sweep=True, noun="material", role=CHOICE, refused=refused)
+    return keys
 
 
 def name_path(path: str, key_table: KeyTable) -> str:
@@ -239,7 +320,13 @@ def with_material_names(base: Mapping[str, Any], materials: Mapping[str, VariedM
     """Return values outside all axes with the names of varied materials in place of their numbers."""
     material_paths = {number for material in materials.values() for number in material.library_keys}
     other_values = {path: value for path, value in base.items() if path not in material_paths}
-    return other_values | {path: material.base_name for path, material in materials.items()}
+    names = {path: material.base_name for path, material in materials.items()}
+    consents = {
+        f"{path.removesuffix(_NAME_SUFFIX)}.{UNCHECKED}": True
+        for path, material in materials.items()
+        if material.unchecked
+    }
+    return other_values | names | consents
 
 
 def written_material_names(materials: Mapping[str, VariedMaterial], root: WrittenValue) -> dict[str, WrittenValue]:

@@ -45,7 +45,10 @@ def entry_text(entry: Entry) -> str:
     lines = [_wrapped("", f"{entry.name}: {entry.summary}")]
     width = max(map(len, entry.values))
     lines += [f"  {key:{width}}  {value_text(value)}" for key, value in entry.values.items()]
-    lines += [_wrapped("  ", f"source: {entry.source}"), _wrapped("  ", f"checked: {entry.checked}")]
+    if not entry.hard_body_wears:
+        lines.append("  of the softer body; the harder one does not wear")
+    checked = entry.checked or "no: written from memory of the source; beside the name write `unchecked: true`"
+    lines += [_wrapped("  ", f"source: {entry.source}"), _wrapped("  ", f"checked: {checked}")]
     return "\n".join(lines)
 
 

@@ -58,9 +58,10 @@ def read_keys(
     outline = outline_of_document(root)
     mechanism = _find_mechanism(root, catalogue.mechanisms)
     mechanism = mechanism.with_outline(outline) if mechanism.with_outline else mechanism
-    root, library_numbers = replace_library_names(root, problems)
+    root, library_numbers, unchecked_sections = replace_library_names(root, problems)
     all_keys = keys_of_definitions(definitions) | table_of_keys(mechanism, catalogue)
-    materials = find_varied_materials([path for path, _ in varied_paths(root.value)], library_numbers, all_keys)
+    varied = [path for path, _ in varied_paths(root.value)]
+    materials = find_varied_materials(varied, library_numbers, all_keys, unchecked_sections)
     searches = {search.name: search for search in catalogue.searches}
     reader = Reader(problems, mechanism, outline, searches=searches, defined=definitions, materials=materials)
     all_keys |= keys_of_materials(materials)

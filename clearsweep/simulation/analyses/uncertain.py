@@ -33,7 +33,10 @@ def with_bounding_coefficients(case: Case, end: str) -> Case:
     for coefficient in case.uncertain:
         joint, value = joints[coefficient.joint], getattr(coefficient, end)
         assert joint.wear is not None  # grids accept uncertain coefficients only for joints with wear
-        values = {key: joint.wear.values[key] * value if coefficient.relative else value for key in coefficient.keys}
+        known = joint.wear.values  # a body that does not wear stays so
+        values = {
+            key: known[key] * value if coefficient.relative else value for key in coefficient.keys if known[key] > 0.0
+        }
         joints[coefficient.joint] = joint._replace(wear=joint.wear._replace(values={**joint.wear.values, **values}))
     return case._replace(joints=tuple(joints.values()))
 
