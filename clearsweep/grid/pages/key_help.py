@@ -268,9 +268,10 @@ _PAGE_HEAD = """\
 
 A grid file is YAML 1.2. `NAME` is a name that the grid chooses. A quantity is text with a unit (`0.5 mm`, `5000 rpm`)
 or a bare number in the SI unit of the table; any unit of the same dimension is allowed. The quantities of one list all
-have a unit, or none has; so have the lengths, masses, inertias and speeds of one file. In the column *default*, *required* marks a key without a default, and a dash marks an
-optional key. Words in italics before a colon name the mechanisms or joints that have a key; without such words, all
-have it. Names of laws before a colon name the laws that use the key.
+have a unit, or none has; so have the lengths, masses, inertias and speeds of one file. In the column *default*,
+*required* marks a key without a default, and a dash marks an optional key. Words in italics before a colon name the
+mechanisms or joints that have a key; without such words, all have it. Names of laws before a colon name the laws that
+use the key.
 
 Sweeps may vary numbers, except those marked *fixed*, and names of laws. The items of a list have the paths `.0`, `.1`
 and `.2`. `clearsweep list NAME` explains a law and its keys. `clearsweep schema` writes the same keys as a JSON Schema
