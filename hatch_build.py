@@ -23,7 +23,7 @@ PLATFORMS = {
     "linux-aarch64": (("aarch64",), "manylinux_2_17_aarch64"),
 }
 #: The dependencies that making the code needs; their versions are those of the package.
-NEEDED = ("numba", "numpy", "pint", "ruamel-yaml")
+NEEDED = ("numba", "numpy", "ruamel-yaml")
 
 
 class LoopHook(BuildHookInterface):

@@ -1,67 +1,68 @@
 """Converts a physical quantity as users write it, `0.5 mm` or `0.0005`, to a float in SI; the only reader of units.
 
-The unit table differs from pint's: `Hz` counts turns (3 Hz of a shaft is 3 turns a second, not 3 rad/s), an angle is
-a dimension (1/s is not a shaft speed), and chemical units are left out.  Arithmetic is exact until the last
-rounding, so that `0.5 mm`, `500 um` and `5e-4` give the same bits, and with them the same case.
+`Hz` counts turns (3 Hz of a shaft is 3 turns a second, not 3 rad/s), and an angle is a dimension (1/s is not a shaft
+speed).  Arithmetic is exact until the last rounding, so that `0.5 mm`, `500 um` and `5e-4` give the same bits, and with
+them the same case.  A library of units would take a third of the start of a run, and need this grammar in front of it.
 """
 
-import contextlib
 import re
-import sys
-import tokenize
-from collections.abc import Iterator
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import cache
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from .errors import InputError, did_you_mean, quoted
 
-if TYPE_CHECKING:
-    import pint  # imported only when a unit is read
-
+#: Names of each unit, and its size.
 _UNIT_TABLE = """
-pico- = 1e-12 = p-
-nano- = 1e-9 = n-
-micro- = 1e-6 = u- = µ- = μ-
-milli- = 1e-3 = m-
-centi- = 1e-2 = c-
-kilo- = 1e3 = k-
-mega- = 1e6 = M-
-giga- = 1e9 = G-
-metre = [length] = m = meter
-kilogram = [mass] = kg
-second = [time] = s
-radian = [angle] = rad
-gram = 1e-3 kilogram = g
-tonne = 1e3 kilogram = t
-minute = 60 second = min
-hour = 3600 second = h
-inch = 0.0254 metre = in
-foot = 0.3048 metre = ft
-mil = 2.54e-5 metre = thou
-pound = 0.45359237 kilogram = lb = lbm
-degree = turn / 360 = deg = °
-turn = 6.28318530717958647692528676655900576839433879875 radian = _ = rev = revolution
-hertz = turn / second = Hz
-rpm = turn / minute
-newton = kilogram * metre / second^2 = N
-pound_force = 4.4482216152605 newton = lbf
-kilogram_force = 9.80665 newton = kgf
-pascal = newton / metre^2 = Pa
-pound_per_square_inch = pound_force / inch^2 = psi
-ksi = 1e3 pound_per_square_inch
-bar = 1e5 pascal
-atm = 101325 pascal
-centipoise = 1e-3 pascal * second = cP
-centistokes = 1e-6 metre^2 / second = cSt
-joule = newton * metre = J
-watt = joule / second = W
-horsepower = 550 foot * pound_force / second = hp
-kelvin = [temperature] = K
-degreerankine = 5 / 9 kelvin
-standardgravity = 9.80665 metre / second^2
+m metre meter = [length]
+kg kilogram = [mass]
+s second = [time]
+rad radian = [angle]
+K kelvin = [temperature]
+g gram = 1e-3 kg
+t tonne = 1e3 kg
+min minute = 60 s
+h hour = 3600 s
+in inch = 0.0254 m
+ft foot = 0.3048 m
+mil thou = 2.54e-5 m
+lb lbm pound = 0.45359237 kg
+turn rev revolution = 6.28318530717958647692528676655900576839433879875 rad
+deg degree ° = 1/360 turn
+Hz hertz = 1 turn/s
+rpm = 1 turn/min
+N newton = 1 kg*m/s^2
+lbf pound_force = 4.4482216152605 N
+kgf kilogram_force = 9.80665 N
+Pa pascal = 1 N/m^2
+psi = 1 lbf/in^2
+ksi = 1e3 psi
+bar = 1e5 Pa
+atm = 101325 Pa
+cP centipoise = 1e-3 Pa*s
+cSt centistokes = 1e-6 m^2/s
+J joule = 1 N*m
+W watt = 1 J/s
+hp horsepower = 550 ft*lbf/s
+degreerankine = 5/9 K
+standardgravity = 9.80665 m/s^2
 """
-_BASE_UNITS = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[angle]": "rad"}
+_PREFIXES = {
+    name: Fraction(size)
+    for names, size in (
+        ("p pico", "1e-12"),
+        ("n nano", "1e-9"),
+        ("u µ μ micro", "1e-6"),
+        ("m milli", "1e-3"),
+        ("c centi", "1e-2"),
+        ("k kilo", "1e3"),
+        ("M mega", "1e6"),
+        ("G giga", "1e9"),
+    )
+    for name in names.split()
+}
+_BASE_UNITS = {"[length]": "m", "[mass]": "kg", "[time]": "s", "[angle]": "rad", "[temperature]": "K"}
 _COMMON_UNITS = (
     "m mm um nm cm in inch ft mil kg g mg t lb s ms us min h rad deg turn rev Hz kHz rpm g0 N mN kN MN lbf kgf Pa kPa "
     "MPa GPa bar psi ksi J mJ kJ W kW hp K degC degF cP cSt Nm"
@@ -95,9 +96,9 @@ _EXAMPLES = {
     "m^2/N": "2e-14 m^2/N or 2e-5 mm^3/(N*m)",
 }
 _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
-_POWER = r"(?:\^|\*\*)\s*\(?\s*[+-]?\d{1,2}(?:\.\d+)?(?:/\d{1,2})?\s*\)?"
-_UNIT = re.compile(rf"(?:[^\W\d_]+|°|[*/·()\s]|1(?=\s*/)|[²³]|{_POWER})*")
-_UNIT_TOKEN = re.compile(rf"(?P<power>{_POWER}|[²³])|(?P<name>[^\W\d_]+|°)|(?P<bracket>[()])|(?P<sign>[*/·1])")
+_EXPONENT = r"[+-]?\d{1,2}(?:\.\d+)?(?:/\d{1,2})?"
+_POWER = rf"(?:\^|\*\*)\s*(?:{_EXPONENT}|\(\s*{_EXPONENT}\s*\))"
+_UNIT_TOKEN = re.compile(rf"\s*({_POWER}|[²³]|[^\W\d_²³]+|°|[*/·()]|1(?=\s*/))\s*")
 _PER_MINUTE = r"(1\s*)?/\s*min|min\s*(\^|\*\*)\s*\(?\s*-1\s*\)?"
 #: Name of a temperature unit with another zero -> its size and its zero in K.
 _TEMPERATURES = dict.fromkeys(("degC", "°C"), (Fraction(1), Fraction("273.15"))) | dict.fromkeys(
@@ -118,50 +119,6 @@ _PRODUCTS = {
     for factors in ((first, *second.split("*")) for first in firsts.split() for second in seconds.split())
 }
 _WORD = re.compile(rf"(?<![^\W\d_])((?:ft|in|lbf?)-[a-z]+|[^\W\d_]+)(\s*(?:{_POWER}|[²³]))?")
-_NAMES = (
-    "metre meter millimetre millimeter micrometre micrometer kilogram gram second minute hour radian degree "
-    "revolution hertz newton kilonewton pascal megapascal gigapascal joule watt"
-)
-_EXAMPLES = {
-    "1": "0.9 or 90 %",
-    "m": "0.5 mm, 20 um or 0.0005",
-    "m^2": "100 mm^2 or 1e-4",
-    "kg": "0.3 kg, 140 g or 0.3",
-    "kg*m^2": "1e-4 kg*m^2 or 0.0001",
-    "s": "2 ms or 0.002",
-    "rad": "30 deg or 0.52",
-    "rad/s": "5000 rpm, 5000 1/min, 80 Hz (turns per second) or 523.6 rad/s",
-    "m/s": "1 mm/s or 0.001",
-    "m/s^2": "9.81 m/s^2 or 9.81",
-    "N": "5 kN or 5000",
-    "N*m": "5 N*m or 5",
-    "W": "20 W or 20",
-    "m^3": "1 mm^3 or 1e-9",
-    "N/m": "1e6 N/m or 1e6",
-    "N*s/m": "100 N*s/m or 100",
-    "Pa": "207 GPa or 2.07e11",
-    "K": "60 degC, 333.15 K or 333.15",
-    "Pa*s": "0.1 Pa*s or 0.1",
-    "m^2/s": "46 mm^2/s or 4.6e-5",
-    "kg/m^3": "870 kg/m^3 or 870",
-    "m^2/N": "2e-14 m^2/N or 2e-5 mm^3/(N*m)",
-}
-_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)\s*(.*?)\s*")
-_POWER = r"(?:\^|\*\*)\s*\(?\s*[+-]?\d{1,2}(?:\.\d+)?(?:/\d{1,2})?\s*\)?"
-_UNIT = re.compile(rf"(?:[^\W\d_]+|°|[*/·()\s]|1(?=\s*/)|[²³]|{_POWER})*")
-_UNIT_TOKEN = re.compile(rf"(?P<power>{_POWER}|[²³])|(?P<name>[^\W\d_]+|°)|(?P<bracket>[()])|(?P<sign>[*/·1])")
-_PER_MINUTE = r"(1\s*)?/\s*min|min\s*(\^|\*\*)\s*\(?\s*-1\s*\)?"
-#: Name of a temperature unit with another zero -> its size and its zero in K.
-_TEMPERATURES = dict.fromkeys(("degC", "°C"), (Fraction(1), Fraction("273.15"))) | dict.fromkeys(
-    ("degF", "°F"), (Fraction(5, 9), Fraction("459.67") * Fraction(5, 9))
-)
-#: Products without a sign, as data sheets print them, such as `Nm`, `kgcm^2`, `mPas` and `ft-lbf`.
-_PRODUCT = re.compile(
-    r"(?<![^\W\d_])(?:(?P<force>[mukM]?N)(?P<arm>mm|cm|m)?(?P<time>s)?|(?P<mass>kg(?=[cm]?m)|g(?=[cm]m))(?P<at>[cm]?m)"
-    r"|(?P<power>[kM]?W)(?P<hours>h|s)|(?P<pressure>[mkM]?Pa)(?P<seconds>s)"
-    r"|(?P<length>ft|in)-?(?P<pound>lbf?)|(?P<pounds>lbf?)-?(?P<lever>ft|in))(?![^\W\d_])"
-    rf"(?P<exponent>\s*(?:{_POWER}|[²³]))?"
-)
 #: Other spellings of units; in a product, temperatures are differences.
 _SPELLINGS = (
     (r"g_?[0n]", "standardgravity"),
@@ -173,8 +130,11 @@ _SPELLINGS = (
 _MISTAKEN_UNITS = {"nm": "N*m", "NM": "N*m", "g": "g0", "kg": "kgf", "lb": "lbf"}
 _SUPERSCRIPTS = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹·", "-0123456789.")
 _TYPOGRAPHY = str.maketrans({"\u2212": "-", "\u00a0": " ", "\u202f": "", "\u2009": " ", "\u00d7": "x"})
-_PARSER_ERRORS = (tokenize.TokenError, SyntaxError, AssertionError, ArithmeticError, ValueError)  # pint's parser
 _MAX_LENGTH = 200  # characters of a quantity
+_POWER_OF_POWER = "'{}' has a power of a power; write m^6 for (m^2)^3"  # such a size would have no bound
+MIN_PLURAL = 4  # letters of a unit whose name may have a plural
+
+_Size = tuple[Fraction, dict[str, Fraction]]  # size of a unit in SI, and its dimension: base quantity -> power
 
 
 def read(value: Any, unit: str) -> float:
@@ -346,14 +306,10 @@ def _parts(value: Any) -> tuple[str, str]:
     if not value.isascii():
         value = re.sub(r"\s*x\s*10(?=[⁻⁰¹²³⁴⁵⁶⁷⁸⁹])", "e", value.translate(_TYPOGRAPHY))
         value = re.sub(r"(?<=e)[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+", lambda power: power[0].translate(_SUPERSCRIPTS), value)
-        value = re.sub(r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹·]+", _written_power, value)
+        superscript = r"[⁻⁰¹²³⁴⁵⁶⁷⁸⁹]+(?:·[⁰¹²³⁴⁵⁶⁷⁸⁹]+)?"
+        value = re.sub(superscript, lambda power: f"^{power[0].translate(_SUPERSCRIPTS)}", value)
     match = _QUANTITY.fullmatch(value)
     return (match[1], match[2]) if match else ("", "")
-
-
-def _written_power(match: re.Match) -> str:
-    """Return a superscript as a power; a dot between two units is returned unchanged."""
-    return match[0] if match[0].startswith("·") else f"^{match[0].translate(_SUPERSCRIPTS)}"
 
 
 def _meant_unit(unit_name: str, dimension: tuple) -> str:
@@ -379,51 +335,9 @@ def _spelled_out(unit_name: str) -> str:
     return spelled
 
 
-def _has_power_of_power(unit_name: str) -> bool:
-    """Return whether a unit contains nested powers, whose size has no bound."""
-    previous: str | None = ""
-    closed_has_power, groups = False, [False]  # whether the last closed bracket, and each open one, contains a power
-    for token in _UNIT_TOKEN.finditer(unit_name):
-        if token["power"]:
-            if previous == "power" or (previous == ")" and closed_has_power):
-                return True
-            groups[-1] = True
-        elif token["bracket"] == "(":
-            groups.append(False)
-        elif token["bracket"] == ")" and len(groups) > 1:
-            closed_has_power = groups.pop()
-            groups[-1] |= closed_has_power
-        previous = token["bracket"] or token.lastgroup
-    return False
-
-
 def _not_finite_message(value: Any, unit: str) -> str:
     """Return the message for a number beyond the range of floats."""
     return f"found {quoted(value)}, which is not a finite number; {expected_text(unit)}"
-
-
-@contextlib.contextmanager
-def _hidden_packages(*names: str) -> Iterator[None]:
-    """Make packages count as not installed in this context.
-
-    pint imports anything with the name of an optional package, even a folder in the working directory.
-    """
-    hidden = [name for name in names if name not in sys.modules]
-    sys.modules.update(dict.fromkeys(hidden))  # type: ignore[arg-type] # None: Python's own word for "cannot be imported"
-    try:
-        yield
-    finally:
-        for name in hidden:
-            sys.modules.pop(name, None)
-
-
-@cache
-def _unit_registry() -> "pint.UnitRegistry":
-    """Return the unit table; building it imports pint, which takes 0.2 s and is unnecessary for plain numbers."""
-    with _hidden_packages("babel", "dask", "uncertainties"):
-        import pint
-
-    return pint.UnitRegistry(_UNIT_TABLE.strip().splitlines(), non_int_type=Fraction, cache_folder=None)
 
 
 def _require_unit(unit_name: str, quantity_text: str) -> tuple[Fraction, tuple]:
@@ -441,23 +355,109 @@ def _parse_unit(unit_name: str) -> tuple[Fraction, tuple] | str:
         return Fraction(1), ()
     if unit_name == "%":
         return "% is allowed only for quantities without a unit"
-    unreadable = f"'{unit_name}' cannot be read as a unit; write units such as mm, N*s/m, kg*m^2 or N/m^1.5"
-    unit_name = _spelled_out(unit_name)
-    if not _UNIT.fullmatch(unit_name):
-        return unreadable
-    if _has_power_of_power(unit_name):
-        return f"'{unit_name}' has a power of a power; write m^6 for (m^2)^3"
-    registry = _unit_registry()
-    import pint  # after building the table, which imports it
-
     try:
-        for name in re.findall(r"[^\W\d_]+|°", unit_name):
-            if name not in registry:
-                meant = _MISTAKEN_UNITS.get(name, "")
-                suggestion = meant and f"; did you mean '{meant}'?"
-                suggestion = suggestion or did_you_mean(name, f"{_COMMON_UNITS} {_UNIT_NAMES}".split())
-                return f"unknown unit '{name}'{suggestion} (known: {_COMMON_UNITS}, N*s/m, m^2)"
-        base_quantity: Any = registry.Quantity(registry.parse_expression(unit_name)).to_base_units()
-        return Fraction(base_quantity.magnitude), tuple(sorted(base_quantity.dimensionality.items()))
-    except (pint.PintError, *_PARSER_ERRORS):
-        return unreadable
+        return _Parser(_spelled_out(unit_name), _unit_table()).parsed()
+    except _UnitError as error:
+        return str(error)
+    except (ArithmeticError, ValueError):
+        return f"'{unit_name}' cannot be read as a unit; write units such as mm, N*s/m, kg*m^2 or N/m^1.5"
+
+
+class _UnitError(Exception):
+    """The reason why a unit cannot be read."""
+
+
+class _Parser:
+    """A text such as `kg*m^2/s` as a product of units; blanks multiply. ValueError or ArithmeticError if it is none."""
+
+    def __init__(self, text: str, units: Mapping[str, _Size]):
+        """Prepare to read `text`; `units` : size of each name."""
+        self.text, self.units = text, units
+        self.tokens: list[str] = []
+        place = 0
+        while place < len(text):
+            token = _UNIT_TOKEN.match(text, place)
+            if not token:
+                raise ValueError(text)
+            self.tokens.append(token[1])
+            place = token.end()
+        self.tokens.reverse()  # the next one is the last
+
+    def parsed(self) -> tuple[Fraction, tuple]:
+        """Return size in SI and dimension: pairs of a base quantity and its power, in order."""
+        size, dimension, _ = self.product()
+        if self.tokens:
+            raise ValueError(self.text)
+        return Fraction(size), tuple(sorted((name, power) for name, power in dimension.items() if power))
+
+    def product(self) -> tuple[Any, dict[str, Fraction], bool]:
+        """Return size (a float after a root) and dimension up to the next bracket, and whether a power is in it."""
+        size, dimension, has_power = self.factor()
+        while self.tokens and self.tokens[-1] != ")":
+            sign = -1 if self.tokens[-1] == "/" else 1
+            if self.tokens[-1] in "*·/":
+                self.tokens.pop()
+            factor_size, factor_dimension, factor_has_power = self.factor(sign)
+            size *= factor_size
+            for name, power in factor_dimension.items():
+                dimension[name] = dimension.get(name, Fraction(0)) + power
+            has_power |= factor_has_power
+        return size, dimension, has_power
+
+    def factor(self, sign: int = 1) -> tuple[Any, dict[str, Fraction], bool]:
+        """Return size and dimension of a unit or brackets to a power times `sign`, and whether a power is in it."""
+        token = self.tokens.pop() if self.tokens else ""
+        if token == "(":
+            size, dimension, has_power = self.product()
+            if not self.tokens or self.tokens.pop() != ")":
+                raise ValueError(self.text)
+        elif token == "1":
+            return Fraction(1), {}, False
+        elif token.isalpha() or token == "°":
+            size, dimension = self.size_of(token)
+            dimension, has_power = dict(dimension), False
+        else:
+            raise ValueError(self.text)
+        exponent = Fraction(sign)
+        if self._is_power_next():
+            if has_power:
+                raise _UnitError(_POWER_OF_POWER.format(self.text))
+            text = re.sub(r"[\s^*()]", "", self.tokens.pop())
+            exponent, has_power = sign * Fraction({"²": "2", "³": "3"}.get(text, text)), True
+        if self._is_power_next():
+            raise _UnitError(_POWER_OF_POWER.format(self.text))
+        return size**exponent, {name: power * exponent for name, power in dimension.items()}, has_power
+
+    def _is_power_next(self) -> bool:
+        return bool(self.tokens) and re.match(r"\^|\*\*|[²³]", self.tokens[-1]) is not None
+
+    def size_of(self, name: str) -> _Size:
+        """Return the size of a unit: its name may have a prefix, and a long name an s at its end."""
+        singular = name[:-1] if name.endswith("s") and len(name) > MIN_PLURAL else name
+        for unit_name in (name, singular):
+            if unit_name in self.units:
+                return self.units[unit_name]
+            for prefix, factor in _PREFIXES.items():
+                if unit_name.startswith(prefix) and unit_name[len(prefix) :] in self.units:
+                    size, dimension = self.units[unit_name[len(prefix) :]]
+                    return factor * size, dimension
+        meant = _MISTAKEN_UNITS.get(name, "")
+        suggestion = meant and f"; did you mean '{meant}'?"
+        suggestion = suggestion or did_you_mean(name, f"{_COMMON_UNITS} {_UNIT_NAMES}".split())
+        raise _UnitError(f"unknown unit '{name}'{suggestion} (known: {_COMMON_UNITS}, N*s/m, m^2)")
+
+
+@cache
+def _unit_table() -> Mapping[str, _Size]:
+    """Return the size of each name of the table."""
+    units: dict[str, _Size] = {}
+    for line in _UNIT_TABLE.strip().splitlines():
+        names, _, size_text = line.partition(" = ")
+        number, _, unit_name = size_text.partition(" ")
+        if unit_name:
+            size, dimension, _ = _Parser(unit_name, units).product()
+            entry = Fraction(number) * size, dimension
+        else:
+            entry = Fraction(1), {number: Fraction(1)}
+        units.update(dict.fromkeys(names.split(), entry))
+    return units
