@@ -544,12 +544,12 @@ MUTATIONS = (
     # films
     Mutation(
         FILM,
-        "_default_film_couples",
+        "film_couples",
         "return -couple - 0.5 * moment, couple",
         "return -couple, couple",
         BALANCE,
     ),
-    Mutation(FILM, "_default_film_couples", ", couple - 0.5 * moment", ", couple", BALANCE),
+    Mutation(FILM, "film_couples", ", couple - 0.5 * moment", ", couple", BALANCE),
     Mutation(
         FILM,
         "_shear_couple_petroff",

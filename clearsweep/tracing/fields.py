@@ -33,9 +33,10 @@ class Fields(metaclass=_WithoutDictionary):
     """Named numbers in an array, all float64 or all int64, or rows of them.
 
     A subclass declares a number by an annotation, with unit and meaning in a comment; the order of the declarations is
-    the order in memory.  A subclass of a subclass has its fields, then its own.  The array is a numpy array or, in a
-    traced body, a View: `stepper.growth = 1.0` changes it.  If the array has a further leading axis, `rows[j]` is the
-    Fields of row `j`, and `rows.column("growth")` are the numbers of all rows.
+    the order in memory.  The type is float or int, or a class derived from one of them that says of what kind a number
+    is.  A subclass of a subclass has its fields, then its own.  The array is a numpy array or, in a traced body, a
+    View: `stepper.growth = 1.0` changes it.  If the array has a further leading axis, `rows[j]` is the Fields of row
+    `j`, and `rows.column("growth")` are the numbers of all rows.
     """
 
     DECLARED: ClassVar[dict[str, type]]  # fields
@@ -51,7 +52,8 @@ class Fields(metaclass=_WithoutDictionary):
         own_fields = dict.fromkeys(like.__annotations__, float) if like else cls.__annotations__
         declared = getattr(cls, "DECLARED", {}) | own_fields
         cls.DECLARED = declared
-        cls.SIZE, (cls.DTYPE,) = len(declared), set(declared.values())
+        cls.SIZE = len(declared)
+        (cls.DTYPE,) = {float if issubclass(kind, float) else int for kind in declared.values()}
         cls.VALUES = namedtuple(f"{cls.__name__}Values", declared)
         for index, name in enumerate(declared):
             setattr(cls, name, _Field(index))

@@ -30,7 +30,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...tracing.compiled.family import family, form_number, inlined, kernel, kinds, map_joints
+from ...tracing.compiled.family import family, family_with_default, form_number, inlined, kernel, kinds, map_joints
 from ..laws.contract import guards, internal_state, is_integrated
 from ..observe import FILM_WIDTH, column_count
 
@@ -110,50 +110,34 @@ def load(joint, gap, offsets, state):
     """Return the Load of a joint for the relative motion `gap`, at its Offsets `offsets` in the JointState `state`."""
 
 
-@family
+@family_with_default
 def extra_columns(joint):
     """Return the numbers of extra observables and extra time histories of a joint; depends only on its type."""
-
-
-@extra_columns.member(None)
-def _default_extra_columns(joint):
     return 0, 0
 
 
 # ---------------------------------------------------------------------------------------------- of a Contact
 
 
-@family
+@family_with_default
 def power_lost(contact):
     """Return the power (W) dissipated at a contact, without friction, -tangential x slip, and without stored power."""
-
-
-@power_lost.member(None)
-def _default_power_lost(contact):
     return (contact.normal - contact.elastic) * contact.rate
 
 
-@family
+@family_with_default
 def power_stored(contact):
     """Return the power (W) stored in the elastic deformation at a contact."""
-
-
-@power_stored.member(None)
-def _default_power_stored(contact):
     return contact.elastic * contact.rate
 
 
-@family
+@family_with_default
 def guard_quantity(contact):
     """Return a further quantity of a contact, which only guards use, 0 if they use none.
 
     For a dry contact it is the tangential force (N) that would stop the sliding of sticking surfaces; for a film its
     spin times the square of its eccentricity ratio (rad/s).
     """
-
-
-@guard_quantity.member(None)
-def _default_guard_quantity(contact):
     return 0.0
 
 
@@ -162,56 +146,36 @@ def _guard_quantity_of_contact(contact):
     return contact.stopping_force
 
 
-@family
+@family_with_default
 def extra_observables(contact, is_converged):
     """Return the extra observables of a contact, () by default.
 
     is_converged : whether the state is converged, not an iterate.
     """
-
-
-@extra_observables.member(None)
-def _default_extra_observables(contact, is_converged):
     return ()
 
 
-@family
+@family_with_default
 def extra_channels(contact):
     """Return the values of a contact's extra time histories."""
-
-
-@extra_channels.member(None)
-def _default_extra_channels(contact):
     return ()
 
 
-@family
+@family_with_default
 def history_count(joint):
     """Return the number of time histories of a joint; depends only on its type."""
-
-
-@family
-def gap_histories(joint, gap, side):
-    """Return the values of the first time histories, which follow from the gap; side : as in Work."""
-
-
-@family
-def load_histories(joint, load):
-    """Return the values of the other time histories, which follow from the load."""
-
-
-@history_count.member(None)
-def _default_histories(joint):
     return 6
 
 
-@gap_histories.member(None)
-def _default_gap_histories(joint, gap, side):
+@family_with_default
+def gap_histories(joint, gap, side):
+    """Return the values of the first time histories, which follow from the gap; side : as in Work."""
     return side * gap.x, side * gap.y, side * gap.vx, side * gap.vy
 
 
-@load_histories.member(None)
-def _default_load_histories(joint, load):
+@family_with_default
+def load_histories(joint, load):
+    """Return the values of the other time histories, which follow from the load."""
     contact = load.contacts[0]
     return contact.normal, contact.tangential
 
@@ -427,7 +391,7 @@ def with_current_laws(joint, offsets, state):
 # ---------------------------------------------------------------------------------------------- grips
 
 
-@family
+@family_with_default
 def grips_of(joint, gap, load, mode, first_contact):
     """Return the grips of a joint under its Load; () if it cannot stick.  first_contact : index of its first contact.
 
@@ -435,6 +399,7 @@ def grips_of(joint, gap, load, mode, first_contact):
     (N), the tangential force of the sticking ones, `limit` (N), its largest value, and `slip` (m/s).  Past a separation
     the limit of a single contact is negative, so that trial steps continue smoothly.
     """
+    return ()
 
 
 @family
@@ -448,8 +413,3 @@ def with_tangential(grip, load, force, stopping_force):
 
     stopping_force : N, force that would stop the sliding.
     """
-
-
-@grips_of.member(None)
-def _default_grips_of(joint, gap, load, mode, first_contact):
-    return ()

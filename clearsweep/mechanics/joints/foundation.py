@@ -37,7 +37,7 @@ from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import rolled_range
 from ...tracing.compiled.direction import direction
 from ...tracing.compiled.dual import as_type_of, plain
-from ...tracing.compiled.family import family, inlined, kernel
+from ...tracing.compiled.family import family_with_default, inlined, kernel
 from ..laws.elastic import elastic_force
 from ..observe import FRICTION_POWER_ROW, KAPPA_ROW, SLIP_ROW
 from ..wear import SlidingContact, update_wear_over_span, wear_rate
@@ -179,14 +179,13 @@ def _generalised_depth_worn_on_foundation(joint, nearest_point, gap, pen):
     radius_difference = max(plain(nearest_point.local_clearance), MIN_RADIUS_DIFFERENCE * c)
     if pen <= POINT_CONTACT_DEPTH * c or nearest_point.depth <= POINT_CONTACT_DEPTH * c:
         point_factor = (c / radius_difference) ** 0.2  # f is a parabola
-        body_slopes = point_factor * nearest_point.slopes[0], point_factor * nearest_point.slopes[1]
         return GeneralisedDepth(
-            nearest_point.nx,
-            nearest_point.ny,
-            point_factor * nearest_point.depth,
-            point_factor * nearest_point.rate,
-            point_factor + 0.0 * nearest_point.depth,
-            body_slopes,
+            nx=nearest_point.nx,
+            ny=nearest_point.ny,
+            depth=point_factor * nearest_point.depth,
+            rate=point_factor * nearest_point.rate,
+            force_factor=point_factor + 0.0 * nearest_point.depth,
+            body_slopes=(point_factor * nearest_point.slopes[0], point_factor * nearest_point.slopes[1]),
         )
     body_angles, point_depth = (plain(bearing_angle), plain(journal_angle)), plain(nearest_point.depth)
     guess = nearest_point.angle, math.sqrt(2.0 * point_depth / (radius_difference + point_depth))
@@ -319,7 +318,7 @@ def arc_at(joint, workspace, fraction):
     low, high = arc_ends(surfaces, cos_coefficient, sin_coefficient, body_angles, (0.0, guess))
     arc = OverlapArc(cos_coefficient, sin_coefficient, body_angles, -low, high, penetration, 0.0)
     overlap_integral = max(overlap_antiderivative(joint, arc, high) - overlap_antiderivative(joint, arc, -low), 0.0)
-    return OverlapArc(cos_coefficient, sin_coefficient, body_angles, -low, high, penetration, overlap_integral)
+    return arc._replace(overlap_integral=overlap_integral)
 
 
 @kernel
@@ -416,13 +415,9 @@ def _update_wear_over_span_worn_joint_or_worn_on_foundation(joint, workspace, st
     update_worn_surfaces(joint.wear.pressure, joint, workspace, step_length, span, bins)
 
 
-@family
+@family_with_default
 def update_worn_surfaces(pressure, joint, workspace, step_length, span, bins):
     """Do what `update_wear_over_span` says for a worn joint with this pressure."""
-
-
-@update_worn_surfaces.member(None)
-def _default_update_worn_surfaces(pressure, joint, workspace, step_length, span, bins):
     update_wear_over_arc(joint, workspace, step_length, span, bins)
 
 

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.dual import as_type_of
-from ...tracing.compiled.family import family, kernel
+from ...tracing.compiled.family import family_with_default, kernel
 from ..laws.contract import ACTS, PRESSED, touches
 from ..laws.film import (
     AFLOAT,
@@ -227,8 +227,14 @@ def blend_loads(film_only, dry_load, fraction):
     )
 
 
-@kernel
-def with_asperities(joint, gap, film, load):
+@family_with_default
+def with_asperity_contact(transition, joint, gap, film, load):
+    """Return the Load of a film with asperity contact, if any, before its surfaces touch."""
+    return load
+
+
+@with_asperity_contact.member(GreenwoodTripp)
+def _with_asperity_contact_greenwood_tripp(transition, joint, gap, film, load):
     """Return the Load of a film and of asperity contact through it, with friction."""
     asperity_force = asperity_load(joint.transition, film.depth)
     contact = load.contacts[0]
@@ -244,39 +250,15 @@ def with_asperities(joint, gap, film, load):
         moment_proximal=load.moment_proximal + bearing_moment,
         moment_distal=load.moment_distal + journal_moment,
         contacts=(
-            FilmContact(
+            contact._replace(
                 normal=contact.normal + asperity_force,
                 tangential=contact.tangential + friction,
-                slip=contact.slip,
-                rate=contact.rate,
-                depth=contact.depth,
                 elastic=asperity_force,
-                raw=contact.raw,
-                lost_power=contact.lost_power,
                 dry_friction_power=-friction * slip,
-                film_power=contact.film_power,
-                pressure_power=contact.pressure_power,
                 dry=asperity_force,
-                pressure_inputs=contact.pressure_inputs,
-                speed=contact.speed,
             ),
         ),
     )
-
-
-@family
-def with_asperity_contact(transition, joint, gap, film, load):
-    """Return the Load of a film with asperity contact, if any, before its surfaces touch."""
-
-
-@with_asperity_contact.member(None)
-def _default_with_asperity_contact(transition, joint, gap, film, load):
-    return load
-
-
-@with_asperity_contact.member(GreenwoodTripp)
-def _with_asperity_contact_greenwood_tripp(transition, joint, gap, film, load):
-    return with_asperities(joint, gap, film, load)
 
 
 @kernel
@@ -306,17 +288,12 @@ def _contact_modes_film(joint):
     return (ContactModes(ACTS, ACTS),)
 
 
-@kernel
-def _parts_of_film(joint):
+@parts.member(Film)
+def _parts_film(joint):
     """Return the parts that end steps at corners of the film's force."""
     if type(joint.film) in has_reversal_corners.members:
         return Part(joint.corners, 0), Part(Reversals(joint.corners.end), 0)
     return (Part(joint.corners, 0),)
-
-
-@parts.member(Film)
-def _parts_film(joint):
-    return _parts_of_film(joint)
 
 
 @load.member(Film)
@@ -334,7 +311,7 @@ def _contact_modes_lubricated(joint):
 
 @parts.member(Lubricated)
 def _parts_lubricated(joint):
-    return *dry.dry_parts(0, joint.law, joint.friction), *_parts_of_film(joint)
+    return *dry.dry_parts(0, joint.law, joint.friction), *_parts_film(joint)
 
 
 @load.member(Lubricated)

@@ -309,17 +309,7 @@ class _WornContact(NamedTuple):
 
 @with_angles.member(WornSlot)
 def _with_angles_worn_slot(joint, gap, angles):
-    return TurnedSlotGap(
-        x=gap.x,
-        y=gap.y,
-        vx=gap.vx,
-        vy=gap.vy,
-        spin_proximal=gap.spin_proximal,
-        spin_distal=gap.spin_distal,
-        axis_x=gap.axis_x,
-        axis_y=gap.axis_y,
-        angle_distal=angles[1],
-    )
+    return TurnedSlotGap(*gap[:8], angles[1])
 
 
 @inlined

@@ -27,7 +27,7 @@ from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import rolled_range
 from ...tracing.compiled.direction import direction
 from ...tracing.compiled.dual import Dual, as_type_of, plain
-from ...tracing.compiled.family import family, inlined, kernel, map_joints
+from ...tracing.compiled.family import family, family_with_default, inlined, kernel, map_joints
 from ..laws.contract import FREE
 from ..laws.friction import friction_force
 from ..wear import contact_angle, local_clearance
@@ -256,29 +256,16 @@ def nearest(joint, gap):
 # ---------------------------------------------------------------------------------------------- angles of the bodies
 
 
-@family
+@family_with_default
 def with_angles(joint, gap, angles):
     """Return the Gap of a joint, with the angles (rad) of its bodies if the joint needs them."""
-
-
-@with_angles.member(None)
-def _default_with_angles(joint, gap, angles):
     return gap
 
 
 @inlined
 def gap_with_angles(joint, gap, angles):
     """Return the GapWithAngles of a Gap; angles : rad, of the proximal and the distal body."""
-    return GapWithAngles(
-        x=gap.x,
-        y=gap.y,
-        vx=gap.vx,
-        vy=gap.vy,
-        spin_proximal=gap.spin_proximal,
-        spin_distal=gap.spin_distal,
-        angle_proximal=angles[0],
-        angle_distal=angles[1],
-    )
+    return GapWithAngles(*gap, *angles)
 
 
 @kernel

@@ -27,7 +27,7 @@ from ...contracts.case import Joint
 from ...contracts.catalogue import Law
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import plain
-from ...tracing.compiled.family import family, kernel
+from ...tracing.compiled.family import family, family_with_default, kernel
 
 # A mode is a number below 63 whose bits inform the loop; bits from LAWS_OWN on distinguish the modes of a law.
 # ACTS: there is a force.  MEETS: apart, search for an onset.  TOUCHES: touching, search for a separation.
@@ -108,56 +108,40 @@ class Guard(NamedTuple):
 # ---------------------------------------------------------------------------------------------- of a law
 
 
-@family
+@family_with_default
 def internal_state(law):
     """Return an InternalState for each integrated number of a law's internal state."""
+    return ()
 
 
-@family
+@family_with_default
 def internal_rates(law, contact):
     """Return the rates (1/s) of the law's internal state at its Contact."""
+    return ()
 
 
-@family
+@family_with_default
 def guards(law):
     """Return the Guards of a law; they depend only on its type, since code is compiled for their number."""
+    return ()
 
 
-@family
+@family_with_default
 def guard_values(law, start, contact, root):
     """Return the values of the law's guards.
 
     start : StepStart; contact : Observed, now; root : m^0.5, present root of penetration.
     """
+    return ()
 
 
-@family
+@family_with_default
 def latched(law, event, contact, root):
     """Return the internal state of a law after an event: ENTERED, LEFT or the index of its guard.
 
     contact : Observed, at the event; root : m^0.5, of the penetration.  Integrated numbers are reset after a
     separation as `internal_state` specifies, whatever this returns.
     """
-
-
-@internal_state.member(None)
-@guards.member(None)
-def _empty_declaration(law):
-    return ()
-
-
-@internal_rates.member(None)
-def _default_internal_rates(law, contact):
-    return ()
-
-
-@guard_values.member(None)
-def _default_guard_values(law, start, contact, root):
-    return ()
-
-
-@latched.member(None)
-def _default_latched(law, event, contact, root):
     return ()
 
 

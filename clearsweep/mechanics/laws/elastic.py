@@ -13,7 +13,7 @@ from ...contracts.catalogue import Field, Law, Range
 from ...tracing.compiled import calculus
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of
-from ...tracing.compiled.family import family
+from ...tracing.compiled.family import family, family_with_default
 from ...tracing.portable import gauss_rule
 from .contract import register, require
 
@@ -28,33 +28,25 @@ def root_parity(elastic):
     """Return -1 if the force at small penetration is an odd power of the root of the penetration, else 1."""
 
 
-@family
+@family_with_default
 def elastic_energy(elastic, pen):
     """Return the energy (J) stored at penetration `pen` (m, at least 0), the integral of the force over it.
 
     A law without a closed form need not be a member: the default is Gauss quadrature over the root of penetration,
     in which forces are smooth; its relative error is below 1e-6 for all laws here.
     """
-
-
-@elastic_energy.member(None)
-def _default_elastic_energy(elastic, pen):
     total = 0.0
     for node, weight in NODES:
         total += weight * elastic_force(elastic, pen * (node * node))
     return pen * total
 
 
-@family
+@family_with_default
 def energy_stiffness(elastic, pen):
     """Return F^2 / (2 W) at penetration `pen`, N/m: the stiffness of a linear spring with this force and energy.
 
     A law need not be a member: the default follows from force and energy.
     """
-
-
-@energy_stiffness.member(None)
-def _default_energy_stiffness(elastic, pen):
     force, energy = elastic_force(elastic, pen), elastic_energy(elastic, pen)
     return where(energy > 0.0, 0.5 * force * force / where(energy > 0.0, energy, 1.0), as_type_of(0.0, energy))
 

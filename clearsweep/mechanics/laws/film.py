@@ -22,7 +22,7 @@ from typing import NamedTuple
 from ...contracts.catalogue import Field, Law
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.dual import as_type_of
-from ...tracing.compiled.family import family, kernel
+from ...tracing.compiled.family import family, family_with_default, kernel
 from ...tracing.portable import gauss_rule
 from .contract import ACTS, MEETS, NEVER, TOUCHING, Guard, distances_past_kinks, guard_values, guards, register, require
 from .elastic import plane_strain_modulus
@@ -54,13 +54,9 @@ def film_force(law, motion):
     """Return the (radial, tangential) force (N) of a film on the journal for a FilmMotion."""
 
 
-@family
+@family_with_default
 def film_pressure(law, motion):
     """Return the largest pressure (Pa) in the film; laws without a pressure need not be members."""
-
-
-@film_pressure.member(None)
-def _default_film_pressure(law, motion):
     return 0.0
 
 
@@ -72,16 +68,12 @@ def shear_couple(shear, motion, rotation):
     """
 
 
-@family
+@family_with_default
 def film_couples(shear, motion, rotation, moment):
     """Return the couples (N m) of a film on journal and bearing; shear laws need not be members.
 
     moment : N m, of the tangential force about the bearing's centre; it and the couples add up to 0.
     """
-
-
-@film_couples.member(None)
-def _default_film_couples(shear, motion, rotation, moment):
     couple = shear_couple(shear, motion, rotation)
     return -couple - 0.5 * moment, couple - 0.5 * moment
 
@@ -91,13 +83,9 @@ def dry_fraction(transition, depth):
     """Return the fraction of the dry force, 0 to 1, if the eccentricity exceeds the clearance by `depth` (m)."""
 
 
-@family
+@family_with_default
 def asperity_load(transition, depth):
     """Return the load (N) carried by asperities through the film; 0 by default."""
-
-
-@asperity_load.member(None)
-def _default_asperity_load(transition, depth):
     return as_type_of(0.0, depth)
 
 

@@ -10,7 +10,7 @@ from ...contracts.catalogue import Field, Law, Order
 from ...contracts.roles import MODEL
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
-from ...tracing.compiled.family import family, kernel
+from ...tracing.compiled.family import family, family_with_default, kernel
 from .contract import (
     AT_LIMIT_DOWN,
     AT_LIMIT_UP,
@@ -42,17 +42,13 @@ def friction_force(friction, normal, slip):
     """
 
 
-@family
+@family_with_default
 def static_limit(friction):
     """Return the static limit of tangential over normal force while sticking, 0 if the law does not stick.
 
     If a friction law of a scene is a member, contacts in the mode STUCK carry the force that keeps their surfaces from
     sliding.
     """
-
-
-@static_limit.member(None)
-def _default_static_limit(friction):
     return 0.0
 
 

@@ -29,7 +29,7 @@ from typing import NamedTuple
 from ...contracts.catalogue import Field
 from ...tracing.compiled import calculus
 from ...tracing.compiled.choosing import cond, where
-from ...tracing.compiled.family import family, kernel
+from ...tracing.compiled.family import family, family_with_default, kernel
 from .contract import (
     ENTERED,
     LEFT,
@@ -69,36 +69,24 @@ def sign_past_separation(law, elastic):
     """
 
 
-@family
+@family_with_default
 def with_mass(law, mass):
     """Return the law with the present effective mass (kg) of an impact at its contact.
 
     Only laws that are members use it; see `coupling.impact_mass`.
     """
-
-
-@family
-def needs_mass(law):
-    """Return whether the force of a law depends on the mass in its present internal state."""
-
-
-@with_mass.member(None)
-def _default_with_mass(law, mass):
     return law
 
 
-@needs_mass.member(None)
-def _default_needs_mass(law):
+@family_with_default
+def needs_mass(law):
+    """Return whether the force of a law depends on the mass in its present internal state."""
     return False
 
 
-@family
+@family_with_default
 def needs_onset_rate(law):
     """Return whether the force of a law depends on the onset rate in its present internal state."""
-
-
-@needs_onset_rate.member(None)
-def _default_needs_onset_rate(law):
     return False
 
 
@@ -325,7 +313,7 @@ _by_phase, _by_later_phase = cond(_impact, _after_impact), cond(_prolonged_impac
 
 @with_mass.member(Renewed)
 def _with_mass_renewed(law, mass):
-    return Renewed(law.impact, law.elastic, law.damping, mass, law.doubling_energy)
+    return law._replace(mass=mass)
 
 
 @needs_mass.member(Renewed)

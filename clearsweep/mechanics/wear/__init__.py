@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...tracing.compiled.family import family
+from ...tracing.compiled.family import family, family_with_default
 from ..laws.contract import require
 
 #: Largest number of bins in the sums; finer bins are interpolated from these, see `simulation.figures.window`.
@@ -60,27 +60,19 @@ class SlidingContact(NamedTuple):
     clearance: float  # m, difference of the radii of curvature of both surfaces where they touch
 
 
-@family
+@family_with_default
 def contact_angle(joint, gap):
     """Return the contact angle (rad) of a joint, its rate (rad/s), the depth (m) and its rate (m/s).
 
     Depth and its rate are used for worn surfaces only.
     """
-
-
-@contact_angle.member(None)
-def _default_contact_angle(joint, gap):
     rate = (gap.x * gap.vy - gap.y * gap.vx) / (gap.x * gap.x + gap.y * gap.y)
     return math.atan2(joint.side * gap.y, joint.side * gap.x), rate, 0.0, 0.0
 
 
-@family
+@family_with_default
 def local_clearance(joint, bearing_angle, journal_angle):
     """Return the difference (m) of the radii of curvature of the surfaces at the contact; angles : rad, body frames."""
-
-
-@local_clearance.member(None)
-def _default_local_clearance(joint, bearing_angle, journal_angle):
     return joint.clearance
 
 

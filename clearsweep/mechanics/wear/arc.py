@@ -16,7 +16,7 @@ import math
 import numpy as np
 
 from ...tracing.compiled.choosing import bits_of, lane_range, number_of, rolled_range, where
-from ...tracing.compiled.family import family, inlined, kernel
+from ...tracing.compiled.family import family_with_default, inlined, kernel
 from ...tracing.portable import Exact, coefficients_through, gauss_rule, least_squares, lobatto_rule, powers
 from ..observe import DEPTH_ROW, FORCE_ROW, FRICTION_POWER_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
 from . import (
@@ -142,7 +142,7 @@ def sliding_contact_of(joint, values, sliding_distance, clearance):
     load, sliding_speed, friction_power = max(load, 0.0), abs(sliding_speed), max(friction_power, 0.0)
     sliding = SlidingContact(load, depth, sliding_speed, friction_power, sliding_distance, 0.0, clearance)
     load_sum = pressure_integral_over_load(pressure, half_arc(pressure, joint, joint.bearing_radius, sliding))
-    return SlidingContact(load, depth, sliding_speed, friction_power, sliding_distance, load * load_sum, clearance)
+    return sliding._replace(pressure_integral=load * load_sum)
 
 
 @inlined
@@ -239,17 +239,13 @@ def fit_row(workspace, row, values, weights):
         workspace[values * POINTS + i] = total
 
 
-@family
+@family_with_default
 def fit_arc(pressure, workspace):
     """Write the coefficients that the other families of this file need.
 
     By default these are the polynomials over the time of the wear rate, of the arc's middle and of its half-angle:
     RATE, MIDDLE_POLYNOMIAL and HALF_POLYNOMIAL.
     """
-
-
-@fit_arc.member(None)
-def _default_fit_arc(pressure, workspace):
     fit_row(workspace, AREA, RATE, INVERSE_WEIGHTS)
     fit_row(workspace, MIDDLE, MIDDLE_POLYNOMIAL, UNIT_WEIGHTS)
     fit_row(workspace, HALF, HALF_POLYNOMIAL, UNIT_WEIGHTS)
@@ -307,17 +303,13 @@ def inside_time(workspace, end):
     return -1.0 if rises == (end < 0.0) else 1.0
 
 
-@family
+@family_with_default
 def write_wear_before_passed_edges(pressure, workspace, end, edge, width):
     """Write the wear before edges, `width` (rad) apart, that an end (-1, 1) of the arc has passed, to WORN.
 
     The times of passing are in PASSINGS.  The end moves in one direction only, and the other end does not meet these
     edges.
     """
-
-
-@write_wear_before_passed_edges.member(None)
-def _default_write_wear_before_passed_edges(pressure, workspace, end, edge, width):
     end_time = inside_time(workspace, end)
     total_area = row_sum(workspace, AREA) if end > 0.0 else 0.0
     for k in lane_range(POINTS):
@@ -353,13 +345,9 @@ def passing_time(workspace, edge, end, i):
     return min(max(x, low), high)
 
 
-@family
+@family_with_default
 def unfitted_edges(pressure):
     """Return how many edges at an end of the arc are processed without the coefficients of `fit_arc`."""
-
-
-@unfitted_edges.member(None)
-def _default_unfitted_edges(pressure):
     return 0
 
 
@@ -392,13 +380,9 @@ def region_of(workspace, edge, i):
     return 1 if edge >= workspace[STOP * POINTS + i] else 0
 
 
-@family
+@family_with_default
 def wear_before_edge(pressure, workspace, edge):
     """Return the wear (m rad) before an `edge` (rad) that the arc's ends pass."""
-
-
-@wear_before_edge.member(None)
-def _default_wear_before_edge(pressure, workspace, edge):
     total, low, region = 0.0, NODES[0], region_of(workspace, edge, 0)
     for i in rolled_range(1, POINTS):
         next_region = region_of(workspace, edge, i)
@@ -458,13 +442,9 @@ def _raised_maximum(workspace, row, largest):
     return largest
 
 
-@family
+@family_with_default
 def account_pressure(joint, workspace, account):
     """Add pressure, and pressure times sliding speed, on the bearing over a span to an account."""
-
-
-@account_pressure.member(None)
-def _default_account_pressure(joint, workspace, account):
     account[PRESSURE_TIME] += row_sum(workspace, PRESSURE_TIME_ROW)
     account[PRESSURE_MAX] = _raised_maximum(workspace, PEAK_ROW, account[PRESSURE_MAX])
     account[PV_MAX] = _raised_maximum(workspace, PV_ROW, account[PV_MAX])

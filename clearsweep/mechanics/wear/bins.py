@@ -15,7 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...tracing.compiled.choosing import lane_range, rolled_range
-from ...tracing.compiled.family import family, inlined, kernel
+from ...tracing.compiled.family import family_with_default, inlined, kernel
 from ...tracing.portable import exact, inverse
 from ..laws.contract import touches
 from ..observe import (
@@ -161,13 +161,9 @@ def update_bins_at_arc_ends(pressure, workspace, bins, span, edges, cursor):
     return cursor
 
 
-@family
+@family_with_default
 def update_bins_inside_arc(pressure, workspace, bins, span, cursor):
     """Add the wear between the edges of a `span`, within the arc at all points; return the next BinCursor."""
-
-
-@update_bins_inside_arc.member(None)
-def _default_update_bins_inside_arc(pressure, workspace, bins, span, cursor):
     width, batch_size, index_in_batch = 2.0 * math.pi / bins.count, 0, 0
     for edge in range(span[0] + 1, span[1] + 1):
         if index_in_batch == batch_size:
@@ -457,13 +453,9 @@ class Instant(NamedTuple):
     step: Step
 
 
-@family
+@family_with_default
 def record(joint, gap, body_angles, j, instant):
     """Record the positions of a joint's contacts, the first being `j`, at an Instant; body_angles : (2,) rad."""
-
-
-@record.member(None)
-def _default_record(joint, gap, body_angles, j, instant):
     step, i = instant.step, instant.number
     if not touches(step.mode[j]):
         return
@@ -530,18 +522,9 @@ def write_end_slopes(step, j):
             step.positions[j, SLOPES + row, end] *= duration
 
 
-@family
+@family_with_default
 def update_contact_wear(law, joint, j, step_and_totals):
     """Add the wear of contact `j` of a joint with this wear law, over a Step; step_and_totals : Step and WearTotals."""
-
-
-@update_contact_wear.member(NoWear)
-def _update_contact_wear_no_wear(law, joint, j, step_and_totals):
-    pass
-
-
-@update_contact_wear.member(None)
-def _default_update_contact_wear(law, joint, j, step_and_totals):
     step, totals = step_and_totals
     fit_profiles(step.workspace, step.step_values[j], law.length)
     for body in range(2):
@@ -555,12 +538,13 @@ def _default_update_contact_wear(law, joint, j, step_and_totals):
     update_worn_profile(joint, step.workspace, step.step_values[j], step.length, bins, account)
 
 
-@family
+@update_contact_wear.member(NoWear)
+def _update_contact_wear_no_wear(law, joint, j, step_and_totals):
+    pass
+
+
+@family_with_default
 def update_joint_wear(joint, j, step_and_totals):
     """Add the wear of a joint, whose first contact is `j`, over a Step; step_and_totals : Step and WearTotals."""
-
-
-@update_joint_wear.member(None)
-def _default_update_joint_wear(joint, j, step_and_totals):
     if touches(step_and_totals[0].mode[j]):
         update_contact_wear(joint.wear, joint, j, step_and_totals)

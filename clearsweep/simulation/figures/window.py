@@ -10,22 +10,11 @@ from ...contracts.case import Case
 from ...contracts.catalogue import Mechanism
 from ...contracts.layout import WALLS, JointLayout, Layout
 from ...mechanics.joints import dry
-from ...mechanics.solver.accumulate.totals import ContactTotals, Totals
+from ...mechanics.solver.accumulate.totals import ContactTotals, Largest, Resultant, Totals
 from ...mechanics.solver.integration import Counts
 from ...mechanics.wear import ARC_COUNT, MAX_BINS, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
 from .spread import Repetition, Spread
 
-#: Fields of ContactTotals of which the largest counts.
-MAXIMUM_FIELDS = (
-    "contact_time",
-    "beyond_time",
-    "depth_max",
-    "onset_max",
-    "peak",
-    "approach",
-)
-#: Fields of ContactTotals that several contacts have together, from their resultant.
-RESULTANT_FIELDS = ("force_square", "force_max", "force_max_to_target", "load_max")
 RARE_SHARE = 0.01  # of the window's time, for which the force figure is exceeded
 DRY_FORCE_THRESHOLD = 1e-3  # of a joint's mean load: a smaller dry force does not count
 SEAM_BINS = 4  # bins repeated beyond the seam of the circle
@@ -161,10 +150,10 @@ def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals
     points = contacts[: max(joint.corners, 1)]
     walls = points[:WALLS] if joint.is_spatial else points
     combined.numbers[: ContactTotals.SIZE] = walls.numbers.sum(axis=0)
-    for name in MAXIMUM_FIELDS:
-        setattr(combined, name, walls.column(name).max())
-    if joint.corners:
-        for name in RESULTANT_FIELDS:
+    for name, kind in ContactTotals.DECLARED.items():
+        if kind is Largest:
+            setattr(combined, name, walls.column(name).max())
+        elif kind is Resultant and joint.corners:
             setattr(combined, name, getattr(contacts[joint.corners], name))
     if joint.is_guide:
         combined.corner_force_max = points.column("force_max").max()

@@ -69,6 +69,13 @@ def family(stub):
     return dispatch
 
 
+def family_with_default(stub):
+    """Return `stub` as a `family` whose default for other types is its own body."""
+    dispatch = family(stub)
+    dispatch.member(None)(stub)
+    return dispatch
+
+
 def _select_body(members, cls, classes):
     """Return the body for a class, or None; `classes(field)` : the classes of the items of a field."""
     for narrowed, body in members.get(cls, members.get(None, ())):

@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....tracing.compiled.choosing import rolled_range
-from ....tracing.compiled.family import family, kernel
+from ....tracing.compiled.family import family_with_default, kernel
 from ....tracing.compiled.vector import cross, dot, plus_scaled
 from ....tracing.portable import coefficients_through, exact, powers
 from ...laws.contract import touches
@@ -244,9 +244,22 @@ def _bin_position(distance, half_length, bins_per_length):
     return nearest_edge if abs(position - nearest_edge) < EDGE_TOLERANCE else position
 
 
-@family
+@family_with_default
 def update_wall_wear(law, joint, wall, j, step_and_totals):
     """Add the wear of a contact at one of the walls; law : of the joint; step_and_totals : Step and WearTotals."""
+    step, totals = step_and_totals
+    history = fit_strip(joint, j, step)
+    fit_profiles(step.workspace, step.step_values[j], 1.0)
+    accumulate_distance(step, j, totals.account[j])
+    if touches(step.mode[j]):  # the mean pressure is over the times in contact
+        accumulate_strip_pressure(joint, step, history, totals.account[j])
+    max_line_load = write_slices(joint, history, step)
+    begin, slice_count = 0, (int(joint.wear_rows) + 1) // 2
+    while begin < slice_count:
+        group = group_from(step, begin, slice_count, max_line_load)
+        if group.total_slice.load_fraction > 0.0:
+            update_group_wear(joint, ENDS[wall], j, step_and_totals, history, group)
+        begin = group.end
 
 
 @update_wall_wear.member(NoWear)
@@ -400,23 +413,6 @@ def update_group_wear(joint, end, j, step_and_totals, history, group):
             )
         for k in rolled_range(count):
             depths[k] = 0.0
-
-
-@update_wall_wear.member(None)
-def _default_update_wall_wear(law, joint, wall, j, step_and_totals):
-    step, totals = step_and_totals
-    history = fit_strip(joint, j, step)
-    fit_profiles(step.workspace, step.step_values[j], 1.0)
-    accumulate_distance(step, j, totals.account[j])
-    if touches(step.mode[j]):  # the mean pressure is over the times in contact
-        accumulate_strip_pressure(joint, step, history, totals.account[j])
-    max_line_load = write_slices(joint, history, step)
-    begin, slice_count = 0, (int(joint.wear_rows) + 1) // 2
-    while begin < slice_count:
-        group = group_from(step, begin, slice_count, max_line_load)
-        if group.total_slice.load_fraction > 0.0:
-            update_group_wear(joint, ENDS[wall], j, step_and_totals, history, group)
-        begin = group.end
 
 
 @update_joint_wear.member(Through)

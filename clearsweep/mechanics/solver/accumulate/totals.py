@@ -55,21 +55,29 @@ class MechanismTotals(Fields):
     min_speed_after_target: float  # rad/s, least speed of a free crank after it reached its target speed
 
 
+class Largest(float):
+    """A number of a contact; of several contacts of a joint the largest counts, instead of their sum."""
+
+
+class Resultant(float):
+    """A number of a contact; of several contacts of a joint that of their resultant counts, if there is one."""
+
+
 class ContactTotals(Fields):
     """Figures of the window for a contact, then quantities of its present contact."""
 
-    force_square: float  # N^2 s
-    contact_time: float  # s
-    force_max: float  # N
-    force_max_to_target: float  # N, its value when a free crank reaches its target speed
-    load_max: float  # N^2, square of the resultant of normal and friction force, where there is friction
-    depth_max: float  # m
-    onset_max: float  # m/s
+    force_square: Resultant  # N^2 s
+    contact_time: Largest  # s
+    force_max: Resultant  # N
+    force_max_to_target: Resultant  # N, its value when a free crank reaches its target speed
+    load_max: Resultant  # N^2, square of the resultant of normal and friction force, where there is friction
+    depth_max: Largest  # m
+    onset_max: Largest  # m/s
     onsets: float  # number of onsets
     clips: float  # passages of guards that are counted
     restitution: float  # sum of the ratios of rebound and approach
     rebounds: float  # number of these ratios
-    beyond_time: float  # s, beyond the limit of its elastic law
+    beyond_time: Largest  # s, beyond the limit of its elastic law
     force_time: float  # N s
     friction_energy: float  # J, of dry friction
     load_time: float  # N s, of the magnitude of the normal force, where there is a film
@@ -78,11 +86,11 @@ class ContactTotals(Fields):
     film_energy: float  # J
     generated_energy: float  # J
     heat: float  # J
-    dry_max: float  # N
-    pressure_max: float  # Pa
-    shear_speed_max: float  # m/s
-    peak: float  # N, of the present contact
-    approach: float  # m/s, onset rate of the present contact
+    dry_max: Largest  # N
+    pressure_max: Largest  # Pa
+    shear_speed_max: Largest  # m/s
+    peak: Largest  # N, of the present contact
+    approach: Largest  # m/s, onset rate of the present contact
 
 
 FIRST_FIGURE = MechanismTotals.index_of("acceleration_square")  # what is reset where the window opens
