@@ -65,7 +65,7 @@ def test_the_imports_of_the_package_point_one_way(copy):
         ("mechanics/machines/drives.py", "from ..solver import integration"),
         ("mechanics/solver/step.py", "from ..machines import contract"),
         ("mechanics/solver/step.py", "from ..coupling import rates"),
-        ("mechanics/observe.py", "from ..joint.contract import acts"),
+        ("mechanics/observe.py", "from .joints.contract import parts"),
         ("mechanics/joints/dry.py", "from .registry import compile_joint"),
         ("mechanics/joints/slot.py", "from .guide import Guide"),
         ("mechanics/wear/bins.py", "from ..joints.dry import Joint"),
