@@ -211,6 +211,62 @@ def slider_crank_under_torque():
     }
 
 
+# ---------------------------------------------------------------------------------------------- change points
+
+
+def n_four_bar_grid(open_pins):
+    """Return the grid of IFToMM's A02: two parallelograms of rods of 1 m, 1 kg, whose crank passes the top at 1 rad/s.
+
+    `open_pins`: settings of pins with clearance, by name; without any, a body at rest has the one that a grid needs.
+    """
+    rod = {"mass": 1.0, "inertia": 1.0 / 12.0, "center": [0.5, 0.0], "points": {"a": STILL, "b": [1.0, 0.0]}}
+    bodies = {"ground": {"points": {"g0": STILL, "g1": [-1.0, 0.0], "g2": [-2.0, 0.0]}}}
+    bodies |= dict.fromkeys(("crank", "c1", "mid", "c2", "last"), rod)
+    ends = {"main": "ground.g0 crank.a", "j1": "crank.b c1.a", "j2": "c1.b mid.b", "j3": "ground.g1 mid.a"}
+    ends |= {"j4": "mid.b c2.a", "j5": "c2.b last.b", "j6": "ground.g2 last.a"}
+    loads = {}
+    if not open_pins:
+        bodies["weight"] = {"mass": 1.0, "inertia": 1.0, "center": STILL, "points": {"p": STILL}, "initial": {}}
+        ends["rest"], open_pins = "ground.g0 weight.p", {"rest": FAR | {"clearance": 1e-3}}
+        loads["hold"] = {"on": "weight", "force": [0.0, G]}
+    pins = {name: {"type": "revolute", "between": pair.split()} for name, pair in ends.items()}
+    start = {"c1": math.pi, "c2": math.pi, "mid": 0.5 * math.pi, "last": 0.5 * math.pi}
+    machine = {"type": "planar", "gravity": G, "bodies": bodies, "joints": pins, "driven": "main"}
+    return {
+        "mechanism": machine | {"output": {"body": "crank", "point": "b"}, "start": start},
+        "drive": {"torque": 0.0, "initial_speed": 1.0, "start_angle": 0.5 * math.pi},
+        "joints": open_pins,
+        "loads": loads,
+        "simulate": {"discard": 0, "revolutions": 6, "tolerance": 1e-9},
+        "save": {"orbits": "all"},
+    }
+
+
+def n_four_bar():
+    """Return the motion of A02 against that of its rods, which stay parallel: 3 w' = -3.5 g cos(angle)."""
+    times = np.linspace(0.0, 10.0, 101)
+    rods = solve_ivp(
+        lambda _, y: (y[1], -3.5 / 3.0 * G * math.cos(y[0])),
+        (0.0, 10.0),
+        (0.5 * math.pi, 1.0),
+        t_eval=times,
+        method="DOP853",
+        rtol=1e-12,
+        atol=1e-12,
+    )
+    path = run(n_four_bar_grid({}), times)
+    energy = 1.5 * path["crank/rate"] ** 2 + 3.5 * G * np.sin(path["crank_angle"])
+    pin = {"clearance": 1e-5, "bearing_radius": 0.02}
+    pin["contact"] = {"law": "flores", "stiffness": 1e9, "restitution": 0.5}
+    played = run(n_four_bar_grid({"j2": pin, "j5": pin}) | {"simulate": {"discard": 0, "revolutions": 0.6}}, times[:11])
+    return {
+        "crank to 10 s, rad": (rods.y[0], path["crank_angle"]),
+        "last rod to 10 s, rad": (rods.y[0], path["last/angle"]),
+        "energy to 10 s, J": (np.full(len(times), 1.5 + 3.5 * G), energy),
+        "last rod to 1 s with two pins open, rad": (rods.y[0][:11], played["last/angle"]),
+    }
+
+
 # ---------------------------------------------------------------------------------------------- a block in its guide
 
 

@@ -356,6 +356,29 @@ def test_a_singular_position_is_refused_where_it_is():
     assert refused.value.angle == pytest.approx(math.pi, abs=0.02)
 
 
+def test_loops_that_may_branch_go_straight_on():
+    """A rod as long as its crank: x = 2 r cos(angle) of the slider; a parallelogram: its rocker turns on."""
+    start, speed = 0.3, 100.0
+    angles = start + np.linspace(0.0, 4.0 * math.pi, 721)
+    folding = lengthened(slider_crank(drive=Constant(speed, start)), "rod", "small", (0.05, 0.0))
+    motion = planar.ideal(folding, angles)
+    assert motion.position == pytest.approx(0.1 * np.cos(angles), abs=1e-11)
+    assert motion.velocity == pytest.approx(-10.0 * np.sin(angles), abs=1e-8)
+    assert motion.acceleration == pytest.approx(-1000.0 * np.cos(angles), abs=1e-4)
+    passed = np.array(planar.ideal_of(folding).change_points)
+    assert np.cos(passed) == pytest.approx(0.0, abs=0.005)
+    near = np.min(np.abs(angles[:, None] - passed), axis=1) < 0.005
+    assert np.all(np.isnan(motion.reactions["rod-slider"][near]))
+    machine = lengthened(four_bar(drive=Constant(speed, start)), "coupler", "small", (0.13, 0.0))
+    machine = lengthened(machine, "rocker", "pin", (0.05, 0.0))._replace(start={"rocker": start, "coupler": 0.0})
+    y = planar.build(machine, {}, {}).start
+    for turns in np.linspace(0.0, 3.0, 50):
+        y[-1] = turns * 2.0 * math.pi / speed
+        q, rates = read(planar.build(machine, {}, {}), y)
+        assert q[8] == pytest.approx(start + 2.0 * math.pi * turns, abs=1e-9)
+        assert rates[8] == pytest.approx(speed, rel=1e-9)
+
+
 @pytest.mark.parametrize(
     "lengths", [(0.1, 0.1, 0.2, 0.2), (0.05, 0.05, 0.12, 0.12), (0.1, 0.1, 0.1, 0.1), (0.2, 0.1, 0.2, 0.1)]
 )

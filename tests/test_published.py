@@ -32,6 +32,7 @@ CASES = {
     "pendulum": mechanisms.adams_pendulum,
     "mass on a spring": mechanisms.adams_springs,
     "slider-crank under a torque": mechanisms.slider_crank_under_torque,
+    "N-four-bar": mechanisms.n_four_bar,
     "block in its guide": mechanisms.block_in_guide,
 }
 SLOW = {

@@ -65,7 +65,7 @@ def test_what_a_signal_breaks_is_no_error_of_its_own():
 
 def test_a_process_that_ends_with_its_run_stays_deaf_until_then():
     code = (
-        "import signal; from clearsweep.sweeping import signals; signals.end_with_run()\n"
+        "import signal; from clearsweep.sweeping.pool import signals; signals.end_with_run()\n"
         "try:\n"
         "    with signals.catching(): signal.raise_signal(signal.SIGTERM)\n"
         "except signals.Stopped as stopped:\n"
@@ -90,7 +90,7 @@ def test_a_burst_of_signals_ends_a_run_like_its_first_one(tmp_path, pause):
 TRACKED = """
 import os, signal, time
 from multiprocessing import resource_tracker
-from clearsweep.sweeping import executors
+from clearsweep.sweeping.pool import executors
 if __name__ == "__main__":
     pool = executors.Local(1)
     assert pool.submit(abs, -2).result(60) == 2

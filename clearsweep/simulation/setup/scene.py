@@ -287,7 +287,7 @@ def derived(case: Case) -> dict[str, tuple[float, str]]:
 
 def warnings(case: Case) -> list[str]:
     """Return warnings about values of a case that may be unintended."""
-    sentences = [*sizes.warnings(case), *links.warnings(case)]
+    sentences = [*sizes.warnings(case), *links.warnings(case), *_change_points(case)]
     for joint in case.joints:
         if registry.can_pull(joint):
             sentences.append(
@@ -313,6 +313,19 @@ def warnings(case: Case) -> list[str]:
                     f"contacts that shed a particle and should be far below 1"
                 )
     return sentences
+
+
+def _change_points(case: Case) -> list[str]:
+    """Return a warning if the machine of a case passes change points without clearance."""
+    machine = machine_of(mechanism_of(case), case)
+    if machine is None or not planar.ideal_of(machine).change_points:
+        return []
+    degrees = {math.degrees(angle) % 360.0 for angle in planar.ideal_of(machine).change_points}
+    return [
+        f"mechanism: without clearance it passes a change point, where its loops may branch, at a crank angle of "
+        f"about {' and '.join(f'{angle:.3g}' for angle in sorted(degrees))} deg; the ideal machine, with which the case is "
+        "compared, goes straight on there, and its forces have no limit"
+    ]
 
 
 def _unchecked_wear(joint: Joint) -> list[str]:

@@ -15,7 +15,7 @@ from ..contract import Ideal as Closed
 from . import members  # noqa: F401 - registers the equations of motion
 from .binding import choose_dependent
 from .closure import ClosureError, MobilityError, extent
-from .cycle import make_cycle
+from .cycle import BranchingCycle, Cycle, make_cycle
 from .drive import compile_drive, drive_motion
 from .equations import function_of
 from .form import (
@@ -146,10 +146,13 @@ def _compiled_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
     output = ideal_machine.output_over_revolution()
     form = form._replace(cycle=make_cycle([output], machine.drive.start_angle))
     dependent = _dependent_indices(ideal_machine, form, coordinates) if structure.spanning_tree.loop_joints else ()
-    columns = [output, *(coordinates[i] for i in dependent)]
-    return form._replace(
-        dependent=tuple(map(as_empty_tuples, dependent)), cycle=make_cycle([*columns], machine.drive.start_angle)
-    )
+    columns, kind = [output, *(coordinates[i] for i in dependent)], Cycle
+    if ideal_machine.change_points and dependent:
+        slopes = [coordinates[i][1:] for i in dependent]
+        columns += [(*slope, np.gradient(slope[1], ideal_machine.revolution.angles, edge_order=2)) for slope in slopes]
+        kind = BranchingCycle
+    cycle = make_cycle([*columns], machine.drive.start_angle, kind)
+    return form._replace(dependent=tuple(map(as_empty_tuples, dependent)), cycle=cycle)
 
 
 def _dependent_indices(ideal_machine: IdealMachine, form: Planar, coordinates: list) -> tuple[int, ...]:

@@ -10,6 +10,7 @@ from .form import Planar
 from .machine_type import MachineType
 from .spanning_tree import ANGLE, TRAVEL, Coordinate
 
+NEAR_SINGULAR = 1e-7  # least singular value over the largest: a change point, where no choice is better
 EXAMINED_ANGLES = 36  # crank angles that are examined
 
 
@@ -39,6 +40,8 @@ def choose_dependent(value: Planar, machine: MachineType, profiles: list) -> lis
     ]
     scale = np.max(np.abs(jacobians), axis=(0, 2), keepdims=True)
     jacobians = (jacobians / scale)[:, :, candidates]
+    singular_values = np.linalg.svd(jacobians, compute_uv=False)
+    jacobians = jacobians[singular_values[:, -1] > NEAR_SINGULAR * singular_values[:, 0]]  # not at change points
     jacobians /= np.maximum(np.max(np.abs(jacobians), axis=(0, 1)), 1e-300)
     count = jacobians.shape[1]
     choices = {tuple(sorted(qr(angle_jacobian, mode="r", pivoting=True)[1][:count])) for angle_jacobian in jacobians}

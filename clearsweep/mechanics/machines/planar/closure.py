@@ -22,6 +22,7 @@ FIRST_STATIONS = 24  # of them, closed in sequence; interpolation between these 
 FINEST_STEP = 4**6  # most parts into which an interval between stations is divided
 LARGEST_JUMP = 0.1  # rad, by which an angle may differ from the parabola through the last station
 NEAR_SINGULAR = 1e-7  # least singular value of the constraints over the largest, lengths measured by the machine's size
+CHANGE_POINT = 1e-3  # the same, below which a machine that passes a change point is interpolated
 ATTEMPTS = 40
 ROUNDING = 2.0**-30  # rad, and of the machine's size: to which the start is rounded before it is closed once more
 _SINGULAR = "it is in a singular position, in which it has more than one degree of freedom"
@@ -266,18 +267,51 @@ class Closure:
         """Return a revolution of the crank from the angle `start` (rad), with both ends.  Raises ClosureError."""
         angles = start + 2.0 * math.pi * np.arange(STATIONS + 1) / STATIONS
         coarse_angles, first_position = angles[:: STATIONS // FIRST_STATIONS], self.close_at_start(start)
-        self._check_position(first_position, start)
+        ratio, body = self._singularity(first_position, start)
+        if ratio < NEAR_SINGULAR:
+            raise ClosureError(f"{_SINGULAR} (drive.start_angle may start it elsewhere)", body, start)
         # rounded, because the bits of linear algebra depend on the processor
         unit = ROUNDING * self._units()[0]
         states = [self.close((np.round(first_position / unit) * unit)[None], angles[:1])[0]]
         if not np.all(np.isfinite(states[0].q)):
             raise ClosureError(_SINGULAR, self._singularity(first_position, start)[1], start)
-        for angle in coarse_angles[1:]:
-            states.append(self._continue_to(states[-1], angle))
-        coarse = (np.concatenate([state[k] for state in states]) for k in (1, 2, 3))
-        closed, signs = self.close(interpolate(MachineStates(coarse_angles, *coarse), angles).q, angles)
-        self._check_all(closed, signs)
+        try:
+            for angle in coarse_angles[1:]:
+                states.append(self._continue_to(states[-1], angle))
+            coarse = (np.concatenate([state[k] for state in states]) for k in (1, 2, 3))
+            closed, signs = self.close(interpolate(MachineStates(coarse_angles, *coarse), angles).q, angles)
+            self._check_all(closed, signs)
+        except ClosureError:
+            passed = self._pass_change_points(states[0], angles)
+            if passed is None:
+                raise
+            return passed
         return closed
+
+    def _pass_change_points(self, first: MachineStates, angles: np.ndarray) -> MachineStates | None:
+        """Return a revolution that goes straight on where loops may branch; None if the machine cannot do this.
+
+        A folded parallelogram may open as an antiparallelogram.  There the derivatives of the constraints are singular,
+        so states near it are interpolated between both sides.  Their inverses are nan: the forces grow without limit.
+        """
+        known, stations = [first], [0]
+        for station, angle in enumerate(angles[1:], 1):
+            guess = _extrapolated(known[-1], angle)
+            state = self.close(guess, np.array([angle]))[0]
+            is_last = station == len(angles) - 1
+            if not np.all(np.isfinite(state.q)) or self._singularity(state.q[0], angle)[0] < CHANGE_POINT:
+                if is_last:
+                    return None
+                continue
+            if np.max(np.abs((state.q - guess)[0, 2::3])) > LARGEST_JUMP / FIRST_STATIONS:
+                return None
+            known.append(state)
+            stations.append(station)
+        turns = (known[-1].q - known[0].q)[0]
+        turns[2::3] -= 2.0 * math.pi * np.round(turns[2::3] / (2.0 * math.pi))
+        if np.max(np.abs(turns / self._units()[0])) > LARGEST_JUMP or len(known) < STATIONS // 2:
+            return None
+        return _filled(known, np.array(stations), angles)
 
     def _continue_to(self, state: MachineStates, end_angle: float) -> MachineStates:
         """Return the machine at another angle of its crank, in as many steps as necessary."""
@@ -286,8 +320,7 @@ class Closure:
             start_angle, latest, has_failed = state.angles[0], state, False
             for step_index in range(step_count):
                 next_angle = start_angle + (end_angle - start_angle) * (step_index + 1) / step_count
-                step = next_angle - latest.angles[0]
-                guess = latest.q + latest.derivative * step + 0.5 * latest.second_derivative * step**2
+                guess = _extrapolated(latest, next_angle)
                 next_state, _ = self.close(guess, np.array([next_angle]))
                 has_failed = not np.max(np.abs((next_state.q - guess)[0, 2::3])) <= LARGEST_JUMP  # or nan
                 if has_failed:
@@ -322,6 +355,26 @@ class Closure:
         ratio, body = self._singularity(q, angle)
         if ratio < NEAR_SINGULAR:
             raise ClosureError(_SINGULAR, body, angle)
+
+
+def _extrapolated(state: MachineStates, angle: float) -> np.ndarray:
+    """Return the coordinates (1, 3 bodies) at a crank angle (rad) near that of one state."""
+    step = angle - state.angles[0]
+    return state.q + state.derivative * step + 0.5 * state.second_derivative * step**2
+
+
+def _filled(known: list[MachineStates], stations: np.ndarray, angles: np.ndarray) -> MachineStates:
+    """Return states at all `angles` (rad), quintic between those known at some stations; their inverses are nan."""
+    from scipy.interpolate import BPoly
+
+    values = [np.concatenate([state[k] for state in known]) for k in (1, 2, 3)]
+    path = BPoly.from_derivatives(angles[stations], np.stack(values, axis=1))
+    q, first, second = (path(angles, order) for order in range(3))
+    inverses = np.full((len(angles), q.shape[1], q.shape[1]), math.nan)
+    for array, exact in zip((q, first, second), values, strict=True):
+        array[stations] = exact
+    inverses[stations] = [state.inverse.matrices[0] for state in known if state.inverse is not None]
+    return MachineStates(angles, q, first, second, Inverses(inverses, np.arange(len(angles))))
 
 
 def _contiguous(array: np.ndarray) -> np.ndarray:

@@ -24,10 +24,21 @@ class Cycle(NamedTuple):
     start: float  # rad, crank's angle at the first station
 
 
-def make_cycle(columns: list[tuple[np.ndarray, np.ndarray, np.ndarray]], start: float) -> Cycle:
+class BranchingCycle(NamedTuple):
+    """The Cycle of a machine whose loops pass change points; further columns are derivatives of those of its loops."""
+
+    table: float
+    stations: float
+    columns: float
+    start: float
+
+
+def make_cycle(
+    columns: list[tuple[np.ndarray, np.ndarray, np.ndarray]], start: float, form: type = Cycle
+) -> Cycle | BranchingCycle:
     """Return the Cycle of quantities, each given with its derivatives at all stations."""
     table = np.array([list(column) for column in columns]).transpose(2, 0, 1)  # (stations + 1, columns, WIDTH)
-    return Cycle(array_handle(table), float(table.shape[0] - 1), float(table.shape[1]), start)
+    return form(array_handle(table), float(table.shape[0] - 1), float(table.shape[1]), start)
 
 
 @kernel

@@ -36,13 +36,20 @@ class Dynamics(Bodies):
         """Derive the motion of dependent coordinates from the loop equations."""
         loop_equations = loop_equations_of(self)
         loop_rows = [equation.columns for equation in loop_equations]
-        solver = Solver(loop_rows, self.machine.dependent)
+        solver = Solver(loop_rows, self.machine.dependent, branches=self.machine.branches)
+        slopes, curvatures = self.predicted_rates(
+            f"pose.orientations[{self.machine.groups.index(self.crank.owner)}].angle"
+        )
         self.dependent = {coordinate: {} for coordinate in self.machine.dependent}
         for coordinate in self.independent:
             if any(coordinate in row for row in loop_rows):
-                for dependent, derivative in solver.solve([-row.get(coordinate, ZERO) for row in loop_rows]).items():
+                changes = [-row.get(coordinate, ZERO) for row in loop_rows]
+                derivatives = solver.solve(changes, slopes if coordinate == self.crank else None)
+                for dependent, derivative in derivatives.items():
                     self.dependent[dependent][coordinate] = derivative
-        self.dependent_bias = solver.solve([-equation.bias for equation in loop_equations])
+        square = self.rate[self.crank] * self.rate[self.crank] if curvatures else ZERO
+        predicted = {dependent: curvature * square for dependent, curvature in curvatures.items()}
+        self.dependent_bias = solver.solve([-equation.bias for equation in loop_equations], predicted)
 
     def reduce(self, columns: Columns) -> Columns:
         """Return derivatives by the independent coordinates."""

@@ -199,7 +199,7 @@ class FrictionDynamics(Dynamics):
                 terms += [moment[body] for body in self.paths if self.spanning_tree.group[body] == coordinate.owner]
             right_side[coordinate] = sum_of(terms)
         loop_rows = [equation.columns for equation in loop_equations_of(self, with_rates=False)]
-        multipliers = Solver(loop_rows, machine.dependent).solve_transposed(right_side)
+        multipliers = Solver(loop_rows, machine.dependent, branches=machine.branches).solve_transposed(right_side)
         reactions: dict[int, PlaneVector] = {}
         row = 0
         for j in self.spanning_tree.loop_joints:

@@ -52,6 +52,10 @@ class IdealMachine:
         self.closure = Closure(self.machine)
         self.stations = stations_of(self.machine)
         self.revolution = self.stations.states
+        is_singular = np.isnan(self.revolution.inverse.matrices[:, 0, 0])
+        self._near_change_points = is_singular[:-1] | is_singular[1:]  # (STATIONS,) intervals
+        runs = np.split(np.flatnonzero(is_singular), 1 + np.flatnonzero(np.diff(np.flatnonzero(is_singular)) > 1))
+        self.change_points = [float(np.mean(self.revolution.angles[run])) for run in runs if run.size]  # rad
         masses = masses_of(self.machine)
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
         self.friction_loads = [load for load in self.machine.loads if isinstance(load, (Rubbing, Braking))]
@@ -65,7 +69,15 @@ class IdealMachine:
 
     def _close(self, angles: np.ndarray) -> MachineStates:
         """Return the machine closed anew at crank angles (N,) rad."""
-        return self.closure.close(interpolate(self.revolution, angles).q, angles)[0]
+        states = interpolate(self.revolution, angles)
+        closed = self.closure.close(states.q, angles)[0]
+        if self.change_points:
+            turns = (angles - self.revolution.angles[0]) / (2.0 * math.pi)
+            is_near = self._near_change_points[(STATIONS * (turns - np.floor(turns))).astype(int)]
+            for values, interpolated in zip(closed[1:4], states[1:4], strict=True):
+                values[is_near] = interpolated[is_near]
+            closed.inverse.matrices[is_near] = math.nan
+        return closed
 
     def output_at(self, states: MachineStates) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the output and its first two derivatives by the crank's angle."""

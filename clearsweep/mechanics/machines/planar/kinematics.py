@@ -16,6 +16,7 @@ from .loads import AngleTableLoad, PushLoad, SpringLoad
 from .machine_type import LoadKind, MachineType
 from .spanning_tree import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
 
+Row = dict[Coordinate, Expr]
 Columns = dict[Coordinate, PlaneVector]  # derivatives of a position by coordinates
 CENTRE = NO_VECTOR  # centre of mass of a body, from which its points are given
 
@@ -71,6 +72,21 @@ class Kinematics:
             self.shift[body] = PlaneVector(*(assign(f"pose.roots[{i}][{k}]") for k in range(2)))
             for k, kind in enumerate((SHIFT_X, SHIFT_Y)):
                 self.rate[Coordinate(kind, body)] = assign(f"pose.roots[{i}][{2 + k}]")
+
+    def predicted_rates(self, crank_angle: str) -> tuple[Row, Row]:
+        """Return the first two derivatives of the dependent coordinates of the ideal machine by the crank's angle.
+
+        Empty unless the loops pass change points: near these, rates follow the ideal machine.
+        """
+        dependent = self.machine.dependent if self.machine.branches else ()
+        angle = self.code.call("plain", crank_angle) if dependent else ZERO
+        column = 1 + len(dependent)
+        derivatives = [
+            [self.code.assign(f"evaluate_cycle(mechanism.cycle, {i}, {angle})[{order}]") for order in (0, 1)]
+            for i in range(column, column + len(dependent))
+        ]
+        first, second = zip(*derivatives, strict=True) if derivatives else ((), ())
+        return dict(zip(dependent, first, strict=True)), dict(zip(dependent, second, strict=True))
 
     # ------------------------------------------------------------------------------------------ paths
 

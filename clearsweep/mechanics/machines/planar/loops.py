@@ -11,10 +11,10 @@ from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
 from .expressions import NO_VECTOR, ONE, ZERO, Expr, sum_of
-from .kinematics import Kinematics
+from .kinematics import Kinematics, Row
 from .spanning_tree import ANGLE, Coordinate
 
-Row = dict[Coordinate, Expr]
+SINGULAR = 1e-6  # square of the determinant over the lengths of its rows, near which loops follow the ideal machine
 
 
 class Equation(NamedTuple):
@@ -67,10 +67,13 @@ def _guide_equation(kinematics: Kinematics, j: int, with_rates: bool) -> Equatio
 
 
 class Solver:
-    """Solution of the linear loop equations for dependent coordinates, by blocks of coupled equations."""
+    """Solution of the linear loop equations for dependent coordinates, by blocks of coupled equations.
 
-    def __init__(self, rows: Sequence[Row], dependent: tuple[Coordinate, ...]):
-        self.rows = rows
+    branches : the equations pass singular positions, near which the solution tends to a predicted one
+    """
+
+    def __init__(self, rows: Sequence[Row], dependent: tuple[Coordinate, ...], *, branches: bool = False):
+        self.rows, self.branches = rows, branches
         self.blocks = [(block, unknown, self._inverse(block, unknown)) for block, unknown in _blocks(rows, dependent)]
 
     def _inverse(self, block: tuple[int, ...], unknown: tuple[Coordinate, ...]) -> dict:
@@ -88,7 +91,15 @@ class Solver:
                 minors[rows, columns] = sum_of(terms)
             return minors[rows, columns]
 
-        scale = 1.0 / minor(block, unknown)
+        determinant = minor(block, unknown)
+        scale = 1.0 / determinant
+        if self.branches:
+            entries = [self._entry(row, coordinate) for row, coordinate in itertools.product(block, unknown)]
+            square = sum_of(entry * entry for entry in entries)
+            size = Expr(repr(SINGULAR))
+            for _ in block:
+                size = size * square
+            scale = (determinant * (1.0 / sum_of([determinant * determinant, size]))).assigned()
         inverse = {}
         for (i, row), (k, coordinate) in itertools.product(enumerate(block), enumerate(unknown)):
             entry = minor(block[:i] + block[i + 1 :], unknown[:k] + unknown[k + 1 :]) * scale
@@ -99,16 +110,19 @@ class Solver:
         """Return the derivative of an equation by a coordinate."""
         return self.rows[row].get(coordinate, ZERO)
 
-    def solve(self, right_side: Sequence[Expr]) -> Row:
-        """Return the unknowns for right-hand sides, one for each equation."""
+    def solve(self, right_side: Sequence[Expr], predicted: Row | None = None) -> Row:
+        """Return the unknowns for right-hand sides, one for each equation, and predicted unknowns, 0 unless given."""
+        predicted = predicted or {}
         solution: Row = {}
         for block, unknown, inverse in self.blocks:
             residual = {}
             for row in block:
-                eliminated = [-(self._entry(row, coordinate) * value) for coordinate, value in solution.items()]
+                known = solution | {coordinate: predicted[coordinate] for coordinate in unknown if predicted}
+                eliminated = [-(self._entry(row, coordinate) * value) for coordinate, value in known.items()]
                 residual[row] = sum_of([right_side[row], *eliminated])
             for coordinate in unknown:
-                solution[coordinate] = sum_of(inverse[coordinate, row] * residual[row] for row in block)
+                terms = [inverse[coordinate, row] * residual[row] for row in block]
+                solution[coordinate] = sum_of([predicted.get(coordinate, ZERO), *terms])
         return solution
 
     def solve_transposed(self, right_side: Mapping[Coordinate, Expr]) -> list[Expr]:

@@ -4,6 +4,7 @@ from typing import Any, NamedTuple
 
 from ...laws.friction import Karnopp
 from ..contract import Open
+from .cycle import BranchingCycle
 from .drive import Free, Steady
 from .expressions import Components
 from .form import AlongX, Centre, ElasticGuide, OnAxis, Planar, PointAim, Segment, Slide
@@ -49,6 +50,7 @@ class MachineType(NamedTuple):
     friction_loads: tuple[FrictionLoad, ...]
     aim: tuple  # (number of the body, point or None, direction)
     segments: tuple[int, ...] = ()  # numbers of bodies that are further masses of elastic links
+    branches: bool = False  # its loops pass change points
 
     @property
     def bodies(self) -> int:
@@ -131,6 +133,7 @@ def machine_type(kinds: tuple) -> MachineType:
         friction_loads,
         (_number(_kind_of_field(aim, "body")), point, direction),
         tuple(i for i, kind in enumerate(_kind_of_field(kinds, "bodies")[1:], start=1) if kind[0] is Segment),
+        _kind_of_field(kinds, "cycle")[0] is BranchingCycle,
     )
 
 

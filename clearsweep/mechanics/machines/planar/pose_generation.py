@@ -99,7 +99,9 @@ def _write_closure(pose_writer: _PoseCode) -> None:
     code.write(f"dependent = extra_newton_step(mechanism, {tuple_code(known_names)}, dependent)")
     pose_writer.name_dependent()
     loop_rows = [equation.columns for equation in loop_equations_of(pose_writer, with_rates=False)]
-    solver = Solver(loop_rows, machine.dependent)
+    solver = Solver(loop_rows, machine.dependent, branches=machine.branches)
+    crank = Coordinate(ANGLE, machine.spanning_tree.crank)
+    slopes, _ = pose_writer.predicted_rates(pose_writer.name(crank))
     changes = [
         sum_of(
             entry * pose_writer.rate[coordinate]
@@ -108,7 +110,8 @@ def _write_closure(pose_writer: _PoseCode) -> None:
         )
         for row in loop_rows
     ]
-    pose_writer.rate |= solver.solve([-change for change in changes])
+    predicted = {coordinate: slope * pose_writer.rate[crank] for coordinate, slope in slopes.items()}
+    pose_writer.rate |= solver.solve([-change for change in changes], predicted)
 
 
 def _pose_expression(pose_writer: _PoseCode) -> str:
@@ -134,7 +137,8 @@ def newton_step_code(machine: MachineType) -> str:
     pose_writer.name_dependent()
     pose_writer.use_names()
     loop_equations = loop_equations_of(pose_writer, with_rates=False)
-    solver = Solver([equation.columns for equation in loop_equations], machine.dependent)
+    loop_rows = [equation.columns for equation in loop_equations]
+    solver = Solver(loop_rows, machine.dependent, branches=machine.branches)
     change = solver.solve([equation.value for equation in loop_equations])
     updated = [
         pose_writer.code.expression(pose_writer.name(coordinate)) - change[coordinate]
