@@ -197,7 +197,7 @@ def unworn_local_clearance(joint, wall_angle):
 
 
 @arc_width.member(SlotJoint)
-def _arc_width_slot_joint(joint, workspace):
+def _arc_width_slot_joint(joint, workspace, i):
     """Return an arc wide enough for the bins: the pin moves along the wall, so its wear is even within a bin."""
     return 2.0 * math.pi
 
@@ -381,7 +381,7 @@ def _local_clearance_worn_slot(joint, wall_angle, pin_angle):
 
 
 @arc_width.member(WornSlot)
-def _arc_width_worn_slot(joint, workspace):
+def _arc_width_worn_slot(joint, workspace, i):
     return 2.0 * math.pi
 
 

@@ -16,11 +16,11 @@ from ..laws.contract import require
 #: Largest number of bins in the sums; finer bins are interpolated from these, see `simulation.figures.window`.
 MAX_BINS = 720
 RESOLVED_WIDTH = 5.0  # bins: a narrower arc counts as unresolved
-#: Columns of the account of a joint's wear: steps with wear, steps with a narrow arc; sliding distance in contact (m),
+#: Columns of the account of a joint's wear: time in contact (s), of narrow arcs (s), sliding distance in contact (m),
 #: largest pressure (Pa), integral of the arc's mean pressure over time (Pa s), largest pressure times sliding speed
 #: (W/m^2), duration above its limit (s).  Then follows the volume per length (m^2) removed from both bodies by arcs of
 #: each class of width; from class to class the width decreases by a factor of root two.
-ARC_COUNT, NARROW_COUNT, SLIDING_DISTANCE, PRESSURE_MAX, PRESSURE_TIME, PV_MAX, PV_BEYOND, FIRST_CLASS = range(8)
+ARC_TIME, NARROW_TIME, SLIDING_DISTANCE, PRESSURE_MAX, PRESSURE_TIME, PV_MAX, PV_BEYOND, FIRST_CLASS = range(8)
 CLASSES = 48
 ACCOUNT_SIZE = FIRST_CLASS + CLASSES
 
@@ -86,8 +86,8 @@ def update_wear_over_span(joint, workspace, step_length, span, bins):
 
 
 @family
-def arc_width(joint, workspace):
-    """Return the width (rad) of the arc in the middle of a span of a step."""
+def arc_width(joint, workspace, i):
+    """Return the width (rad) of the arc on the bearing at node `i` of a span of a step."""
 
 
 @family

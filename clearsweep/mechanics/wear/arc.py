@@ -20,10 +20,10 @@ from ...tracing.compiled.family import family_with_default, inlined, kernel
 from ...tracing.portable import Exact, coefficients_through, gauss_rule, least_squares, lobatto_rule, powers
 from ..observe import DEPTH_ROW, FORCE_ROW, FRICTION_POWER_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
 from . import (
-    ARC_COUNT,
+    ARC_TIME,
     CLASSES,
     FIRST_CLASS,
-    NARROW_COUNT,
+    NARROW_TIME,
     PRESSURE_MAX,
     PRESSURE_TIME,
     PV_BEYOND,
@@ -454,16 +454,23 @@ def account_pressure(joint, workspace, account):
                 account[PV_BEYOND] += workspace[DURATION_ROW * POINTS + i]
 
 
-@inlined
-def middle_width(workspace):
-    """Return the width (rad) of the arc on the bearing in the middle of a span, the mean of the nodes next to it."""
-    half_row = FIRST_BODY + HALF * POINTS
-    return workspace[half_row + PAIRS - 1] + workspace[half_row + PAIRS]
-
-
 @arc_width.member(None)
-def _default_arc_width(joint, workspace):
-    return middle_width(workspace)
+def _default_arc_width(joint, workspace, i):
+    return 2.0 * workspace[FIRST_BODY + HALF * POINTS + i]
+
+
+@kernel
+def _narrow_fraction(joint, workspace):
+    """Return the fraction of a span in which the arc is narrower than five bins: its width is linear between nodes."""
+    limit, total = RESOLVED_WIDTH * 2.0 * math.pi / joint.wear.bins, 0.0
+    before = arc_width(joint, workspace, 0) - limit
+    for i in range(1, POINTS):
+        after = arc_width(joint, workspace, i) - limit
+        if min(before, after) < 0.0:
+            low, high = min(before, after), max(before, after)
+            total += SPACINGS[i] * (low / (low - high) if high > 0.0 else 1.0)
+        before = after
+    return 0.5 * total
 
 
 @kernel
@@ -473,14 +480,14 @@ def account_span(joint, workspace, account, length_fraction):
     length_fraction : fraction of the joint's length that wears
     """
     account_pressure(joint, workspace, account)
-    width = arc_width(joint, workspace)
-    account[ARC_COUNT] += 1.0
-    if width < RESOLVED_WIDTH * 2.0 * math.pi / joint.wear.bins:
-        account[NARROW_COUNT] += 1.0
-    bearing_row, journal_row = FIRST_BODY // POINTS + AREA, (FIRST_BODY + BODY_SIZE) // POINTS + AREA
-    bearing, journal = row_sum(workspace, bearing_row), row_sum(workspace, journal_row)
-    volume = joint.bearing_radius * bearing + joint.journal_radius * journal
-    account[FIRST_CLASS + width_class(width)] += length_fraction * volume
+    duration = row_sum(workspace, DURATION_ROW)
+    account[ARC_TIME] += duration
+    account[NARROW_TIME] += duration * _narrow_fraction(joint, workspace)
+    for i in rolled_range(POINTS):
+        bearing = workspace[FIRST_BODY + AREA * POINTS + i]
+        journal = workspace[FIRST_BODY + BODY_SIZE + AREA * POINTS + i]
+        volume = joint.bearing_radius * bearing + joint.journal_radius * journal
+        account[FIRST_CLASS + width_class(arc_width(joint, workspace, i))] += length_fraction * volume
 
 
 @inlined

@@ -103,7 +103,7 @@ def _table(study: Study, joint: Joint) -> Table:
         note=f"{table.note} Depth and volume are those of the recorded window. The depths per 1000 h and "
         "per 10⁶ strokes (turns of the crank) are extrapolated at its wear rate. Pressure and pV are maxima on the "
         "contact arc unless called mean; limits in catalogues refer to force over diameter times length. Narrow arcs "
-        "are the share of the wear steps whose contact arc was narrower than five bins."
+        "are the share of the time in contact in which the arc was narrower than five bins."
     )
 
 

@@ -8,9 +8,9 @@ import numpy as np
 from ...contracts.catalogue import Entry, Figure
 from ...mechanics.joints.spatial.form import SPATIAL_JOINT_TYPES as SPATIAL
 from ...mechanics.wear import (
-    ARC_COUNT,
+    ARC_TIME,
     FIRST_CLASS,
-    NARROW_COUNT,
+    NARROW_TIME,
     PRESSURE_MAX,
     PRESSURE_TIME,
     PV_BEYOND,
@@ -47,16 +47,23 @@ def _relative_bin_areas(joint: Any) -> tuple[float, float]:
 
 
 def narrow_arcs(window: Window, index: int) -> float:
-    """Return the share of the wear steps whose arc was narrower than five bins."""
+    """Return the share of the time in contact in which the arc was narrower than five bins."""
     account = window.totals.account[index]
-    return float(account[NARROW_COUNT] / account[ARC_COUNT]) if account[ARC_COUNT] else 0.0
+    return float(account[NARROW_TIME] / account[ARC_TIME]) if account[ARC_TIME] else 0.0
 
 
 def sufficient_bins(window: Window, index: int) -> int:
-    """Return how many bins resolve 95 % of the worn volume by arcs of at least five bins; 0 without wear."""
+    """Return how many bins resolve 95 % of the worn volume by arcs of at least five bins; 0 without wear.
+
+    Within a class the volume is taken as even over the logarithm of the width.
+    """
     by_width = window.totals.account[index, FIRST_CLASS:]
-    narrowest = int(np.searchsorted(np.cumsum(by_width), RESOLVED_SHARE * by_width.sum()))
-    return int(np.ceil(RESOLVED_WIDTH * 2.0 * math.pi / class_width(narrowest))) if by_width.any() else 0
+    if not by_width.any():
+        return 0
+    resolved = RESOLVED_SHARE * by_width.sum()
+    narrowest = int(np.searchsorted(np.cumsum(by_width), resolved))
+    fraction = (resolved - by_width[:narrowest].sum()) / by_width[narrowest]
+    return int(np.ceil(RESOLVED_WIDTH * 2.0 * math.pi / class_width(narrowest - 1.0 + fraction)))
 
 
 def pressure_mean(window: Window, index: int) -> float:
@@ -116,7 +123,7 @@ WEAR = (
     Figure(
         "wear_narrow_arcs",
         "1",
-        "share of the wear steps whose contact arc is narrower than five wear bins",
+        "share of the time in contact in which the arc is narrower than five wear bins",
         of="joint",
         needs=("wear",),
         value=narrow_arcs,

@@ -12,7 +12,7 @@ from ...contracts.layout import WALLS, JointLayout, Layout
 from ...mechanics.joints import dry
 from ...mechanics.solver.accumulate.totals import ContactTotals, Largest, Resultant, Totals
 from ...mechanics.solver.integration import Counts
-from ...mechanics.wear import ARC_COUNT, MAX_BINS, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
+from ...mechanics.wear import ARC_TIME, MAX_BINS, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
 from .spread import Repetition, Spread
 
 RARE_SHARE = 0.01  # of the window's time, for which the force figure is exceeded
@@ -179,7 +179,7 @@ def combined_account(accounts: np.ndarray, contacts: ContactTotals) -> np.ndarra
     combined: np.ndarray = accounts.sum(axis=0)
     for column in (PRESSURE_MAX, PV_MAX, PV_BEYOND, SLIDING_DISTANCE):
         combined[column] = accounts[:, column].max()
-    time = contacts.column("contact_time")[accounts[:, ARC_COUNT] > 0.0]
+    time = contacts.column("contact_time")[accounts[:, ARC_TIME] > 0.0]
     if time.size:
         combined[PRESSURE_TIME] *= time.max() / time.sum()
     return combined

@@ -320,11 +320,11 @@ def _change_points(case: Case) -> list[str]:
     machine = machine_of(mechanism_of(case), case)
     if machine is None or not planar.ideal_of(machine).change_points:
         return []
-    degrees = {math.degrees(angle) % 360.0 for angle in planar.ideal_of(machine).change_points}
+    degrees = {round(math.degrees(angle)) % 360 for angle in planar.ideal_of(machine).change_points}
     return [
-        f"mechanism: without clearance it passes a change point, where its loops may branch, at a crank angle of "
-        f"about {' and '.join(f'{angle:.3g}' for angle in sorted(degrees))} deg; the ideal machine, with which the case is "
-        "compared, goes straight on there, and its forces have no limit"
+        "mechanism: without clearance it passes a change point, where its loops may branch, at a crank angle of about "
+        f"{' and '.join(map(str, sorted(degrees)))} deg; the ideal machine, with which the case is compared, goes "
+        "straight on there, and its forces have no limit"
     ]
 
 
