@@ -1,7 +1,6 @@
 """Comparison with measurements and published solutions, point by point.
 
-A benchmark is a module with `NAME`, `TEXT` (subject, agreements, disagreements and their causes) and `measure`, which
-returns its rows; `picture` draws them if the table is not enough.
+Each `Benchmark` measures its rows, which become a table, and a picture if the table is not enough.
 """
 
 import json as json_format
@@ -13,7 +12,7 @@ from ...language import phases
 from . import bar, crank_pin, databooks, film_at_rest, hertz, oblique, squeezer, stick_slip, whirl, worn
 from .points import Row
 
-BENCHMARKS = (oblique, crank_pin, film_at_rest, whirl, stick_slip, squeezer, hertz, bar, worn, databooks)
+BENCHMARKS = (oblique.BENCHMARK, crank_pin.BENCHMARK, film_at_rest.BENCHMARK, whirl.BENCHMARK, stick_slip.BENCHMARK, squeezer.BENCHMARK, hertz.BENCHMARK, bar.BENCHMARK, worn.BENCHMARK, databooks.BENCHMARK)
 
 
 def main(*, json: bool = False, quick: bool = False, directory: str | Path | None = None) -> None:
@@ -43,7 +42,7 @@ def measure(*, quick: bool = False, report_progress: Callable[[str], None] | Non
     rows: list[Row] = []
     for benchmark in BENCHMARKS:
         if report_progress:
-            report_progress(benchmark.NAME)
+            report_progress(benchmark.name)
         rows += benchmark.measure(quick=quick)
     return rows
 

@@ -4,7 +4,7 @@ import math
 
 from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
-from .points import Row, read_reference
+from .points import Benchmark, Row, read_reference
 
 NAME = "Axial impact on an elastic bar"
 TEXT = """A mass of 0.14 kg strikes the end of a steel bar of 0.21 kg and 3.9e8 N/m, whose other end is fixed. The
@@ -77,3 +77,6 @@ def measure(*, quick: bool = False) -> list[Row]:
     return read_reference(NAME).rows(
         {(f"{speed} m/s", name): value for speed in SPEEDS for name, value in impact(speed).items()}
     )
+
+
+BENCHMARK = Benchmark("bar", NAME, TEXT, measure)

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from . import bearing
 from .drawing import COLOURS, REFERENCE_STYLE, style_axes
-from .points import Row, read_reference
+from .points import Benchmark, Row, read_reference
 
 NAME = "Crank-pin rig"
 TEXT = """A shaft in three plain bearings: the big end of a connecting rod, loaded with 4 or 8 kN, and two supports
@@ -104,3 +104,6 @@ def picture(rows: list[Row]) -> Figure:
         style_axes(panel)
     panel.legend(frameon=False)
     return page
+
+
+BENCHMARK = Benchmark("crank_pin", NAME, TEXT, measure, picture)

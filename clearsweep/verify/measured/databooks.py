@@ -7,7 +7,7 @@ from matplotlib.figure import Figure
 from .coefficients import film_coefficients, whirl_threshold
 from .drawing import LINE_STYLES, REFERENCE_STYLE, style_axes
 from .film_at_rest import equilibrium_of
-from .points import Row, read_reference
+from .points import Benchmark, Row, read_reference
 
 NAME = "Spread of film models"
 TEXT = """Two databooks of bearings with two axial grooves, of 20 and 10 deg, and a plain bearing by `reynolds`
@@ -94,3 +94,6 @@ def picture(rows: list[Row]) -> Figure:
 
 def _load_number(row: Row) -> float:
     return float(row.point.split()[-1])
+
+
+BENCHMARK = Benchmark("databooks", NAME, TEXT, measure, picture)

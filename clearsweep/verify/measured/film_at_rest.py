@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 
 from . import bearing
 from .drawing import LINE_STYLES, REFERENCE_STYLE, style_axes
-from .points import Reference, Row, read_reference
+from .points import Benchmark, Reference, Row, read_reference
 
 NAME = "Films at rest in their load"
 TEXT = """A housing that shifts but does not turn carries a constant load on a shaft that turns. The run starts with
@@ -111,3 +111,6 @@ def picture(rows: list[Row]) -> Figure:
     panels[0].set_ylabel("attitude [deg]")
     panels[-1].legend(frameon=False)
     return page
+
+
+BENCHMARK = Benchmark("film_at_rest", NAME, TEXT, measure, picture)

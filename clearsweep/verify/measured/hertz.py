@@ -4,7 +4,7 @@ import math
 
 from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
-from .points import Row, read_reference
+from .points import Benchmark, Row, read_reference
 
 NAME = "Hertz impacts"
 TEXT = """The first two benchmarks of Chung & Ooi: two equal balls that meet, and a ball on a rigid wall. `impact-
@@ -65,3 +65,6 @@ def measure(*, quick: bool = False) -> list[Row]:
     """Return depth, force and duration of four impacts."""
     values = {(point, name): value for point, case in CASES.items() for name, value in impact(*case).items()}
     return read_reference(NAME).rows(values)
+
+
+BENCHMARK = Benchmark("hertz", NAME, TEXT, measure)

@@ -8,7 +8,7 @@ from matplotlib.figure import Figure
 from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
 from .drawing import COLOURS, REFERENCE_STYLE, style_axes
-from .points import Row, read_reference
+from .points import Benchmark, Row, read_reference
 
 NAME = "Oblique impact of a ball"
 TEXT = """An aluminium oxide ball of 5 mm meets thick glass at 3.9 m/s. In the grid the ball is a free body with
@@ -147,3 +147,6 @@ def picture(rows: list[Row]) -> Figure:
         style_axes(panel)
     page.axes[0].legend(frameon=False, fontsize=8)
     return page
+
+
+BENCHMARK = Benchmark("oblique", NAME, TEXT, measure, picture)

@@ -3,9 +3,8 @@
 import math
 from collections.abc import Iterator, Sequence
 from pathlib import Path
-from typing import Any
 
-from .points import KINDS, Row
+from .points import KINDS, Benchmark, Row
 
 PICTURE_FOLDER = "measured"  # folder of the pictures, next to the page
 
@@ -50,20 +49,20 @@ def expected_difference(rows: list[Row]) -> float | None:
     return max(largest, float(t.ppf(0.975, count)) * rms * math.sqrt(1.0 + 1.0 / count)) if count > 1 else None
 
 
-def write_page(rows: list[Row], directory: str | Path, benchmarks: Sequence[Any]) -> Path:
+def write_page(rows: list[Row], directory: str | Path, benchmarks: Sequence[Benchmark]) -> Path:
     """Write `measured.md` and its pictures below `directory`, a section for each benchmark; return its path."""
     directory = Path(directory)
     (directory / PICTURE_FOLDER).mkdir(parents=True, exist_ok=True)
     lines = list(_introduction(rows))
     for number, benchmark in enumerate(benchmarks, 1):
-        selected = [row for row in rows if row.benchmark == benchmark.NAME]
+        selected = [row for row in rows if row.benchmark == benchmark.name]
         if not selected:
             continue
-        lines += ["", f"## {number}. {benchmark.NAME}", "", benchmark.TEXT]
-        if hasattr(benchmark, "picture"):
-            file = f"{PICTURE_FOLDER}/{benchmark.__name__.rpartition('.')[2]}.svg"
+        lines += ["", f"## {number}. {benchmark.name}", "", benchmark.text]
+        if benchmark.picture:
+            file = f"{PICTURE_FOLDER}/{benchmark.key}.svg"
             benchmark.picture(selected).savefig(directory / file, metadata={"Date": None})
-            lines += ["", f"![{benchmark.NAME}]({file})"]
+            lines += ["", f"![{benchmark.name}]({file})"]
         lines += ["", *_sources(selected), "", *_spreads(selected)]
     lines += ["", "## Every point", "", *_all_points(rows)]
     page = directory / "measured.md"

@@ -2,9 +2,12 @@
 
 import functools
 import json
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from importlib import resources
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 KINDS = ("measured", "published", "remembered")
 FILE = "measured.json"  # benchmark -> kind, source, note, points: [[point, quantity, unit, value], ...]
@@ -23,6 +26,16 @@ class Row(NamedTuple):
     computed: float | None  # None if the model has no such figure
     difference: float | None  # computed minus reference, in the unit
     variant: str = ""  # law used, if there are several
+
+
+class Benchmark(NamedTuple):
+    """A comparison with one source or a few: a section of the page."""
+
+    key: str  # name of the file of its picture
+    name: str
+    text: str  # subject, agreements, disagreements and their causes
+    measure: Callable[..., list[Row]]  # (quick: bool) -> its rows
+    picture: "Callable[[list[Row]], Figure] | None" = None  # for rows of which a table is not enough
 
 
 class Reference(NamedTuple):

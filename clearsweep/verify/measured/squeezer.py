@@ -6,7 +6,7 @@ import numpy as np
 
 from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
-from .points import Row, read_reference
+from .points import Benchmark, Row, read_reference
 
 NAME = "Andrews' squeezer"
 TEXT = """Seven bodies, ten pins, one spring, a constant torque on the free crank, at rest at first. Links of 7 to
@@ -108,3 +108,6 @@ def measure(*, quick: bool = False) -> list[Row]:
     table = read_reference(NAME)
     rows = table.rows(end_state(), "all pins ideal")
     return rows if quick else rows + table.rows(end_state(1e-5), "one pin open")
+
+
+BENCHMARK = Benchmark("squeezer", NAME, TEXT, measure)

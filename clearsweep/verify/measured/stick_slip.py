@@ -12,7 +12,7 @@ from ...mechanics.laws.friction import friction_force
 from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
 from .drawing import COLOURS, REFERENCE_STYLE, style_axes
-from .points import Row, read_reference
+from .points import Benchmark, Row, read_reference
 
 NAME = "Stick-slip of the LuGre paper"
 TEXT = """A block of 1 kg is drawn along a guide through a spring of 2 N/m whose end moves at 0.1 m/s. In the grid
@@ -156,3 +156,6 @@ def picture(rows: list[Row]) -> Figure:
     for panel in (position_panel, speed_panel):
         style_axes(panel)
     return page
+
+
+BENCHMARK = Benchmark("stick_slip", NAME, TEXT, measure, picture)

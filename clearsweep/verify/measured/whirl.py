@@ -10,7 +10,7 @@ from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
 from ...sweeping.sweep import sweep
 from . import bearing
-from .points import Row, read_reference
+from .points import Benchmark, Row, read_reference
 
 NAME = "Onset of oil whirl"
 TEXT = """A housing of mass M hangs on a turning shaft by its film alone; its weight M g is the load. It is a free
@@ -146,3 +146,6 @@ def _plain_bearings() -> list[Row]:
             seek_threshold(source, (2.0 * reference_speed, 3.2 * reference_speed)) / reference_speed
         )
     return table.rows(values, "reynolds")
+
+
+BENCHMARK = Benchmark("whirl", NAME, TEXT, measure)

@@ -10,7 +10,7 @@ from ...contracts.results import Trajectory
 from ...simulation.analyses.trajectory import simulate
 from ...simulation.setup.scene import load_case
 from .drawing import COLOURS, style_axes
-from .points import Row, read_reference
+from .points import Benchmark, Row, read_reference
 
 NAME = "Trends of wear"
 TEXT = """No measured depth with all parameters was available. Two trends are compared.
@@ -178,3 +178,6 @@ def picture(rows: list[Row]) -> Figure:
         panel.legend(frameon=False)
         style_axes(panel)
     return page
+
+
+BENCHMARK = Benchmark("worn", NAME, TEXT, measure, picture)
