@@ -10,7 +10,7 @@ from clearsweep import grid
 from clearsweep.language.errors import InputError
 from clearsweep.simulation.analyses.trajectory import simulate
 from clearsweep.simulation.setup import scene
-from clearsweep.verify import case_tree, check, problems, reference_run, rivals, stability, variants
+from clearsweep.verify import check, problems, reference_run, rivals, stability
 
 PAIR = {
     "name": "pair",
@@ -39,10 +39,10 @@ def test_errors_are_those_against_quadruple_precision(tmp_path):
     """The reference is as good as it says, and errors are at least those at the ten samples that are known."""
     problem = next(problem for problem in problems.all_problems() if problem.name == "b_base")
     case = checked(problem.grid, tmp_path, seconds=300.0)["cases"][0]
-    tree = case_tree.base_tree(grid.load(problem.grid, scene.catalogue()).written_case(0))
+    tree = reference_run.base_tree(grid.load(problem.grid, scene.catalogue()).written_case(0))
     times = problem.times[problem.times <= 0.5 * problem.times[-1]]
     solution = rivals.Solution(problem.samples[: len(times)], np.empty((0, 5)), 0, None, 0)
-    case_scene = case_tree.scene_of(tree)
+    case_scene = reference_run.scene_of(tree)
     truth = rivals.sampled(case_scene, times, solution)
 
     def distance(tolerance):
@@ -72,8 +72,8 @@ def test_a_tighter_tolerance_errs_less_at_about_first_order(pair):
 def test_the_restitution_at_its_extremes_is_among_the_variants(pair):
     """With every pair of factors that the scene has, and none that it lacks."""
     stable = pair[0]["cases"][0]["stability"]
-    tree = case_tree.base_tree(grid.load(PAIR, scene.catalogue()).written_case(1))
-    texts = {variants.variant_text(variant) for variant in variants.variants_of(tree)}
+    tree = reference_run.base_tree(grid.load(PAIR, scene.catalogue()).written_case(1))
+    texts = {check.variant_text(variant) for variant in check.variants_of(tree)}
     assert stable["tried"] + len(stable["refused"]) == len(texts) == 50
     assert {"ten times the speed, restitution 0", "tolerance 1e-12", "a tenth of the clearance"} <= texts
     assert not any("friction" in text or "start" in text for text in texts)
@@ -86,11 +86,11 @@ def test_verdicts_are_those_of_the_stability_table():
 
     cases = stability.select_evenly(extremes.extreme_cases(), 6)
     for case in cases:
-        tree = case_tree.base_tree(grid.load(case.grid, scene.catalogue()).written_case(0))
+        tree = reference_run.base_tree(grid.load(case.grid, scene.catalogue()).written_case(0))
         if case.tuning or case.displacement:
             continue
         row = stability.run_case(case)
-        assert bool(variants.try_variant(tree, (), np.inf)["why"]) == bool(row["failure"]), case.name
+        assert bool(check.try_variant(tree, (), np.inf)["why"]) == bool(row["failure"]), case.name
 
 
 def test_a_check_that_was_stopped_continues(tmp_path, monkeypatch):
@@ -102,7 +102,7 @@ def test_a_check_that_was_stopped_continues(tmp_path, monkeypatch):
     second = checked(PAIR, tmp_path)
     assert second["complete"]
     monkeypatch.setattr(reference_run, "simulate", None)
-    monkeypatch.setattr(variants, "simulate", None)
+    monkeypatch.setattr(check, "simulate", None)
     assert json.dumps(checked(PAIR, tmp_path)) == json.dumps(second)
 
 
@@ -130,7 +130,7 @@ def test_parts_are_what_the_scene_has(tmp_path):
     """Friction and wear are left out in turn; a scene without them has none."""
     source = json.loads(json.dumps(problems.all_problems()[0].grid))
     source["save"] = {"orbits": "none"}
-    bare = variants.costs_of_parts(grid.load(source, scene.catalogue()).written_case(0))
+    bare = check.costs_of_parts(grid.load(source, scene.catalogue()).written_case(0))
     assert [part["part"] for part in bare] == ["histogram", "rates"]
     assert bare[1]["milliseconds"] > 0.0
 

@@ -21,7 +21,7 @@ from clearsweep.mechanics.laws.film import FilmMotion, Ramp, dry_fraction, film_
 from clearsweep.simulation.advice.remarks import passive_film
 from clearsweep.simulation.analyses import heat
 from clearsweep.tracing.compiled.dual import Dual
-from clearsweep.verify import films
+from clearsweep.verify import extreme_machines
 
 LAWS, SHEARS = names("film"), names("film-friction")
 LONG, SHORT, PINKUS = reynolds.Long(1.0, 6.0), reynolds.Short(1.0, 1.5), reynolds.PinkusSternlicht(1.0)
@@ -335,11 +335,11 @@ def test_the_film_that_a_remark_recommends_is_allowed_at_the_length_of_the_beari
 
 
 def test_the_table_of_stability_has_thirty_films_each_level_as_often():
-    table = films.film_cases()
+    table = extreme_machines.film_cases()
     assert len(table) == 30
-    assert table == films.film_cases()
+    assert table == extreme_machines.film_cases()
     clearances = [next(iter(case.grid["joints"].values()))["clearance"] for case in table]
-    assert [clearances.count(value) for value in films.FACTORS["clearance"]] == [6] * 5
+    assert [clearances.count(value) for value in extreme_machines.FILM_FACTORS["clearance"]] == [6] * 5
     assert sum("contact" in next(iter(case.grid["joints"].values())) for case in table) == 15
     for case in table:
         clearsweep.load_case(case.grid)

@@ -20,7 +20,7 @@ from clearsweep.mechanics.laws.friction import (
     without_history,
 )
 from clearsweep.mechanics.machines.planar import loads as planar_loads
-from clearsweep.verify.measured.stick_slip import LAW
+from clearsweep.verify.measured.machines import LAW
 
 FAR = 1e4  # m, length of a spring: its direction is nearly constant
 LENGTH = 1.001  # m, from the crank's pivot to the slider at the start

@@ -10,20 +10,7 @@ from click.testing import CliRunner
 
 from clearsweep import cli
 from clearsweep.verify import measured
-from clearsweep.verify.measured import (
-    bar,
-    coefficients,
-    crank_pin,
-    databooks,
-    film_at_rest,
-    hertz,
-    oblique,
-    page,
-    squeezer,
-    stick_slip,
-    whirl,
-    worn,
-)
+from clearsweep.verify.measured import contact, films, journals, machines, points
 from clearsweep.verify.measured.points import KINDS, Row
 
 pytestmark = pytest.mark.heavy
@@ -40,20 +27,20 @@ def largest(rows: Iterable[Row], quantity: str, variant: str = "") -> float:
 
 
 def test_a_hertz_impact_is_as_deep_hard_and_long_as_the_closed_form():
-    rows = hertz.measure()
+    rows = contact.measure_hertz()
     assert len(rows) == 12
     assert all(row.computed == pytest.approx(row.reference, rel=5e-5) for row in rows)
 
 
 def test_an_impact_on_a_chain_of_six_springs_is_that_on_the_continuous_bar():
-    rows = bar.measure()
+    rows = contact.measure_bar()
     assert len(rows) == 6
     for row in rows:
         assert row.computed == pytest.approx(row.reference, rel=0.01), row
 
 
 def test_a_housing_settles_where_the_table_of_its_film_says():
-    rows = film_at_rest.measure(quick=True)
+    rows = films.measure_at_rest(quick=True)
     assert largest(rows, "eccentricity ratio", "reynolds") < 0.003
     assert largest(rows, "attitude", "reynolds") < 4.6
     assert largest(rows, "eccentricity ratio", "finite") < 0.01
@@ -61,7 +48,7 @@ def test_a_housing_settles_where_the_table_of_its_film_says():
 
 @slow
 def test_every_film_settles_where_both_tables_say_and_drags_as_tabulated():
-    rows = film_at_rest.measure()
+    rows = films.measure_at_rest()
     published = [row for row in rows if row.kind == "published"]
     assert len({row.point for row in published}) >= 24
     assert largest(published, "eccentricity ratio", "reynolds") < 0.003
@@ -77,7 +64,7 @@ def at(rows, quantity, variant, low, high):
 
 
 def test_a_ball_that_sticks_springs_back_with_bristles_and_stops_without():
-    rows = oblique.measure(quick=True)
+    rows = contact.measure_oblique(quick=True)
     for row in at(rows, "tangential restitution", "tanh", 0.0, 30.0):
         assert row.computed == pytest.approx(5.0 / 7.0, abs=1e-3)
     bristles = at(rows, "tangential restitution", "dahl", 10.0, 25.0)
@@ -85,7 +72,7 @@ def test_a_ball_that_sticks_springs_back_with_bristles_and_stops_without():
 
 
 @slow
-@pytest.mark.parametrize("law", oblique.LAWS)
+@pytest.mark.parametrize("law", contact.FRICTION_LAWS)
 def test_every_friction_law_gives_the_measured_rebound_of_a_ball_that_slides(law, impacts):
     restitution = at(impacts, "tangential restitution", law, 30.0, 90.0)
     assert len(restitution) == 6
@@ -96,14 +83,14 @@ def test_every_friction_law_gives_the_measured_rebound_of_a_ball_that_slides(law
 
 @slow
 def test_bristles_alone_let_the_contact_point_of_a_ball_spring_back(impacts):
-    for law in oblique.LAWS:
+    for law in contact.FRICTION_LAWS:
         (back,) = at(impacts, "rebound angle of the contact point", law, 20.0, 21.0)
         springs = law in ("dahl", "lugre", "elasto-plastic")
         assert back.difference < 2.5 if springs else back.computed == pytest.approx(0.0, abs=0.1)
 
 
 def test_the_squeezer_ends_where_the_reference_of_its_fourteen_numbers_is():
-    rows = squeezer.measure(quick=True)
+    rows = machines.measure_squeezer(quick=True)
     assert len(rows) == 14
     assert largest(rows, "angle at 0.03 s", "all pins ideal") < 1e-8
     assert largest(rows, "rate at 0.03 s", "all pins ideal") < 5e-6
@@ -111,7 +98,7 @@ def test_the_squeezer_ends_where_the_reference_of_its_fourteen_numbers_is():
 
 def test_a_block_drawn_along_a_guide_sticks_and_slips_as_in_the_paper():
     """A guide takes laws with internal state: each corner that touches bends bristles of its own."""
-    rows = stick_slip.measure(quick=True)
+    rows = machines.measure_stick_slip(quick=True)
     assert len(rows) == 14
     assert largest(rows, "place", "lugre") < 1e-6
     assert largest(rows, "bend of the bristles", "lugre") < 5e-12  # of 12 um
@@ -120,7 +107,7 @@ def test_a_block_drawn_along_a_guide_sticks_and_slips_as_in_the_paper():
 
 
 def test_a_rig_has_the_torque_of_its_source_while_the_film_bears_alone():
-    rows = crank_pin.measure(quick=True)
+    rows = journals.measure_crank_pin(quick=True)
     result = {row.point: row for row in rows if row.quantity == "shaft torque"}
     assert result["8 kN, 1000 rpm"].computed == pytest.approx(result["8 kN, 1000 rpm"].reference, rel=0.08)
     assert (
@@ -130,18 +117,18 @@ def test_a_rig_has_the_torque_of_its_source_while_the_film_bears_alone():
 
 @slow
 def test_every_point_of_the_rig_is_between_both_counts_of_the_film():
-    rows = [row for row in crank_pin.measure() if row.quantity == "shaft torque"]
+    rows = [row for row in journals.measure_crank_pin() if row.quantity == "shaft torque"]
     by = {(row.point, row.variant): row.computed for row in rows}
     points = {row.point: row.reference for row in rows}
     assert len(points) == 15
     for point, torque in points.items():
-        low, high = by[point, "reynolds"], by[point, crank_pin.MEAN_HEIGHTS]
+        low, high = by[point, "reynolds"], by[point, journals.MEAN_HEIGHTS]
         assert low <= torque <= high or torque == pytest.approx(low, rel=0.13), point
 
 
 @slow
 def test_oil_whirl_begins_where_the_closed_form_says():
-    rows = whirl.measure()
+    rows = journals.measure_whirl()
     closed = [row for row in rows if row.variant == "short"]
     assert len(closed) == 16
     assert [row.computed for row in closed] == pytest.approx([row.reference for row in closed], rel=0.02)
@@ -150,14 +137,14 @@ def test_oil_whirl_begins_where_the_closed_form_says():
 
 @slow
 def test_grooves_move_a_journal_by_some_hundredths_of_the_clearance():
-    rows = databooks.measure()
+    rows = films.measure_books()
     assert 0.01 < largest(rows, "eccentricity ratio", "reynolds") < 0.035
     assert largest(rows, "attitude", "reynolds") < 15.0
 
 
 @slow
 def test_grooves_cost_a_film_damping_across_its_load_and_a_rotor_its_threshold():
-    rows = databooks.measure()
+    rows = films.measure_books()
     assert len(rows) == 452  # of 35 bearings the place, of 20 the coefficients, of 16 of them a threshold, by two laws
     ratios = {}
     for row in rows:
@@ -184,52 +171,52 @@ def test_a_short_film_has_the_threshold_of_its_closed_form(ratio, threshold):
     root = math.sqrt(math.pi**2 * slow_share + 16.0 * ratio**2)
     sommerfeld = 0.5 * slenderness**2 * ratio * root / slow_share**2
     attitude = math.atan2(math.pi * math.sqrt(slow_share), 4.0 * ratio)
-    film = coefficients.film_coefficients("short", slenderness, sommerfeld, ratio, attitude)
+    film = films.film_coefficients("short", slenderness, sommerfeld, ratio, attitude)
     assert film["damping Bxy"] == pytest.approx(film["damping Byx"], rel=1e-5)
-    assert coefficients.whirl_threshold(film) == pytest.approx(threshold, abs=2e-3)
+    assert films.whirl_threshold(film) == pytest.approx(threshold, abs=2e-3)
 
 
 @slow
 def test_ten_micrometres_in_a_pin_move_the_squeezer_by_less_than_0_1_rad():
-    opened = [row for row in squeezer.measure() if row.variant == "one pin open"]
+    opened = [row for row in machines.measure_squeezer() if row.variant == "one pin open"]
     assert 1e-3 < largest(opened, "angle at 0.03 s", "one pin open") < 0.1
 
 
 @slow
 def test_pressure_laws_agree_on_volume_and_joints_in_space_wear_at_edges():
-    rows = worn.measure()
+    rows = contact.measure_wear()
     ratios = {row.point: row.computed for row in rows if row.quantity == "ratio of worn volumes"}
     assert ratios.pop("line contact over foundation, worn in") == pytest.approx(0.91, abs=0.02)
     assert list(ratios.values()) == pytest.approx([1.0, 1.0, 1.0], abs=0.05)
     assert largest(rows, "place of the deepest wear") == 0.0
-    profiles = worn.new_profiles()
+    profiles = contact.new_profiles()
     apart = [np.sqrt(np.mean((depth - profiles["persson"]) ** 2)) for depth in profiles.values()]
     assert max(apart) < 0.1 * profiles["persson"].mean()  # the page says that they hardly differ
-    springs, line = (depths for _, depths in worn.worn_in_profiles().values())
+    springs, line = (depths for _, depths in contact.worn_in_profiles().values())
     for node, rms, most in ((1, 0.07, 0.23), (-1, 0.09, 0.26)):  # new and worn in
-        assert worn.profile_difference(springs[node], line[node]) == pytest.approx((rms, most), abs=0.03)
+        assert contact.profile_difference(springs[node], line[node]) == pytest.approx((rms, most), abs=0.03)
 
 
 @pytest.fixture(scope="module")
 def impacts():
-    return oblique.measure()
+    return contact.measure_oblique()
 
 
 @pytest.fixture
 def few(monkeypatch):
     """Leave only what takes no time."""
-    monkeypatch.setattr(measured, "BENCHMARKS", (hertz,))
+    monkeypatch.setattr(measured, "BENCHMARKS", (contact.HERTZ_IMPACTS,))
 
 
 def test_of_differences_that_are_normal_the_spread_contains_19_of_20_further_ones():
     chance, inside = np.random.default_rng(7), []
-    (row,) = hertz.measure()[:1]
+    (row,) = contact.measure_hertz()[:1]
     for _ in range(300):
         drawn = chance.normal(0.0, 2.0, 6)
-        limit = page.expected_difference([row._replace(difference=float(value)) for value in drawn])
+        limit = points.expected_difference([row._replace(difference=float(value)) for value in drawn])
         inside.append(np.mean(np.abs(chance.normal(0.0, 2.0, 100)) <= limit))
     assert 0.94 < np.mean(inside) < 0.99
-    assert page.expected_difference([row]) is None
+    assert points.expected_difference([row]) is None
 
 
 @pytest.mark.usefixtures("few")
@@ -245,9 +232,9 @@ def test_the_command_prints_rows_of_the_contract_as_json():
 
 
 def test_the_page_has_every_point_its_source_and_its_spread(tmp_path):
-    rows = hertz.measure()
-    words = page.write_page(rows, tmp_path, (hertz,)).read_text(encoding="utf-8")
+    rows = contact.measure_hertz()
+    words = points.write_page(rows, tmp_path, (contact.HERTZ_IMPACTS,)).read_text(encoding="utf-8")
     assert words.count("| Hertz impacts |") == 12
     assert rows[0].source in words
     assert "| depth |  | published | 4 |" in words
-    assert "Hertz impacts, depth" in page.rows_text(rows)
+    assert "Hertz impacts, depth" in points.rows_text(rows)

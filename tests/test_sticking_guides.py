@@ -15,7 +15,7 @@ from clearsweep.mechanics.coupling.sticking import every_grip, flatten_once, sli
 from clearsweep.mechanics.joints.contract import JointState, every_contact, every_latched
 from clearsweep.mechanics.laws.contract import FREE, STUCK
 from clearsweep.mechanics.machines.contract import accelerate, gaps, pose_at
-from clearsweep.verify.measured import stick_slip
+from clearsweep.verify.measured import machines
 
 pytestmark = pytest.mark.heavy
 
@@ -162,7 +162,7 @@ def drawn(end):
 
 
 def test_a_block_drawn_by_a_spring_sticks_and_slips_as_scipy_says():
-    source = stick_slip.grid(LAW | {"viscous": 0.4})
+    source = machines.stick_slip_grid(LAW | {"viscous": 0.4})
     source["simulate"]["revolutions"] = 0.5
     end = 9.0
     path = clearsweep.simulate(clearsweep.load_case(source), times=[0.0, 7.4, end, 12.0, 12.5])

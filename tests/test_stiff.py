@@ -9,7 +9,7 @@ from clearsweep.mechanics.observe import NODE_FRACTIONS
 from clearsweep.mechanics.solver import radau
 from clearsweep.mechanics.solver.collocation import basis_functions
 from clearsweep.simulation.running.run import Run
-from clearsweep.verify import extremes, stability, stiff
+from clearsweep.verify import comparisons, extremes, stability
 
 pytestmark = pytest.mark.heavy
 
@@ -135,19 +135,21 @@ MOST_EVALUATIONS = {  # of the explicit method at 1e-6; with plain sweeps 3.0, 2
 @pytest.mark.parametrize("name", MOST_EVALUATIONS)
 def test_where_stability_limits_plain_sweeps_preconditioned_ones_are_far_cheaper(name):
     """In the second half of the turn, impacts of two joints multiply the error by 20, at every tolerance."""
-    case = next(case for case in stiff.stiff_cases() if case.name == name)
-    (row,) = stiff.compare_at_equal_error(case, (1e-6,))
-    runs = (stiff.run_case(case, tolerance, "explicit") for tolerance in (1e-6, stiff.REFERENCE_TOLERANCE))
-    first_halves = ({name: x[: stiff.SAMPLES // 2] for name, x in run.channels.items()} for run in runs)
-    assert stiff.error_of(*first_halves, case) < 5e-5
+    case = next(case for case in comparisons.stiff_cases() if case.name == name)
+    (row,) = comparisons.compare_at_equal_error(case, (1e-6,))
+    runs = (comparisons.run_case(case, tolerance, "explicit") for tolerance in (1e-6, comparisons.REFERENCE_TOLERANCE))
+    first_halves = ({name: x[: comparisons.SAMPLES // 2] for name, x in run.channels.items()} for run in runs)
+    assert comparisons.error_of(*first_halves, case) < 5e-5
     assert row["auto"]["error"] <= row["explicit"]["error"]
     assert row["evaluations_ratio"] >= 1.0
     assert row["explicit"]["rhs_evaluations"] < MOST_EVALUATIONS[name]
 
 
-@pytest.mark.parametrize("problem", [p for p in stiff.all_problems() if p.name != "b_damped"], ids=lambda p: p.name)
+@pytest.mark.parametrize(
+    "problem", [p for p in comparisons.all_problems() if p.name != "b_damped"], ids=lambda p: p.name
+)
 def test_the_automatic_choice_costs_no_more_where_nothing_is_stiff(problem):
-    assert stiff.evaluation_ratio(problem)["evaluations_ratio"] <= 1.05
+    assert comparisons.evaluation_ratio(problem)["evaluations_ratio"] <= 1.05
 
 
 def test_a_step_cut_where_no_iteration_converges_still_gives_finite_figures():
@@ -163,7 +165,7 @@ NAMED = (
     "friction/BC tanh 0.01",
     "stiff/C damping 1e+06, 300 rpm",
 )
-SCENES = [*stiff.stiff_cases(), *(case for case in extremes.extreme_cases() if case.name in NAMED)]
+SCENES = [*comparisons.stiff_cases(), *(case for case in extremes.extreme_cases() if case.name in NAMED)]
 
 
 def over_half_a_turn(case, method, tolerance=1e-8):
@@ -176,7 +178,7 @@ def over_half_a_turn(case, method, tolerance=1e-8):
 @pytest.mark.parametrize("case", SCENES, ids=lambda case: case.name)
 def test_every_method_ends_a_stiff_case_alike(case):
     """Status and events are of the case, not of the method; the figures agree within what impacts amplify."""
-    runs = {method: over_half_a_turn(case, method) for method in stiff.METHODS}
+    runs = {method: over_half_a_turn(case, method) for method in comparisons.METHODS}
     assert {path.status for path in runs.values()} == {"ok"}, {name: path.message for name, path in runs.items()}
     exact = over_half_a_turn(case, "explicit", 1e-10).summary
     for path in runs.values():

@@ -8,7 +8,7 @@ import pytest
 
 from clearsweep import simulate, verify
 from clearsweep.mechanics.solver.integration import ONSET, SEPARATION
-from clearsweep.verify import accuracy, convergence, known_machines, stability, stiff, text
+from clearsweep.verify import accuracy, comparisons, stability, text
 from clearsweep.verify.problems import all_problems, restitution_of, scene_of, solution_of
 from clearsweep.verify.rivals import runge_kutta_4, scipy_ivp
 
@@ -134,14 +134,14 @@ def test_verdict_sees_a_missing_event_and_a_wrong_order():
 @pytest.fixture(scope="module")
 def results():
     """Return what two problems give, at few settings and in one round, and stiff cases of one compiled form."""
-    one_joint = [case for case in stiff.stiff_cases() if case.name.startswith(("damping/C", "stiffness/C"))]
+    one_joint = [case for case in comparisons.stiff_cases() if case.name.startswith(("damping/C", "stiffness/C"))]
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(accuracy, "all_problems", lambda: [PROBLEMS["b_base"], PROBLEMS["impact_pair"]])
         patch.setattr(accuracy, "QUICK_STEPS", (1e-5, 1e-6))
         patch.setattr(accuracy, "QUICK_ROUNDS", 1)
-        patch.setattr(convergence, "QUICK_LENGTHS", (10, 20))
+        patch.setattr(comparisons, "QUICK_LENGTHS", (10, 20))
         patch.setattr(stability, "QUICK_CASES", 4)
-        patch.setattr(stiff, "stiff_cases", lambda: one_joint)
+        patch.setattr(comparisons, "stiff_cases", lambda: one_joint)
         return verify.measure(quick=True)
 
 
@@ -164,9 +164,9 @@ def test_results_survive_json_and_are_complete(results):
 
 @pytest.mark.slow
 def test_quick_measurement_judges_every_stiff_case():
-    result = stiff.measure(quick=True)
-    assert [row["name"] for row in result["rows"]] == [case.name for case in stiff.stiff_cases()]
-    assert {row["name"] for row in result["choices"]} == {case.name for case in stiff.stiff_cases()}
+    result = comparisons.measure_stiff(quick=True)
+    assert [row["name"] for row in result["rows"]] == [case.name for case in comparisons.stiff_cases()]
+    assert {row["name"] for row in result["choices"]} == {case.name for case in comparisons.stiff_cases()}
 
 
 @pytest.mark.slow
@@ -179,18 +179,18 @@ def test_table_is_narrow_and_has_a_line_for_every_row(results):
 
 def test_a_machine_may_be_without_events():
     nothing, moments = np.empty(0), np.array([1e-3, 2e-3])
-    assert known_machines.event_error(nothing, nothing) == 0.0
-    assert known_machines.event_error(moments, np.array([1.000001e-3, 1.999997e-3])) == pytest.approx(3e-9, rel=1e-6)
+    assert comparisons.event_error(nothing, nothing) == 0.0
+    assert comparisons.event_error(moments, np.array([1.000001e-3, 1.999997e-3])) == pytest.approx(3e-9, rel=1e-6)
 
 
 @pytest.mark.slow
 def test_statistics_come_with_an_interval_for_every_tolerance_and_length(results):
     rows = results["convergence"]["rows"]
     assert [(row["revolutions"], row["tolerance"]) for row in rows] == [
-        (length, tolerance) for tolerance in convergence.QUICK_TOLERANCES for length in (10, 20)
+        (length, tolerance) for tolerance in comparisons.QUICK_AVERAGE_TOLERANCES for length in (10, 20)
     ]
-    assert all(row[figure]["half_width"] > 0.0 for row in rows for figure in convergence.FIGURES)
-    assert all(row[figure]["blocks"] == row["revolutions"] for row in rows for figure in convergence.FIGURES)
+    assert all(row[figure]["half_width"] > 0.0 for row in rows for figure in comparisons.FIGURES)
+    assert all(row[figure]["blocks"] == row["revolutions"] for row in rows for figure in comparisons.FIGURES)
     lines = text.results_text(results).splitlines()
     first = next(line for line in lines if line.split()[:2] == ["10", "1e-06"])
     assert f"{rows[0]['rod_slider_force_rms']['value']:.0f} +- " in first
@@ -198,8 +198,8 @@ def test_statistics_come_with_an_interval_for_every_tolerance_and_length(results
 
 @pytest.mark.slow
 def test_statistics_agree_between_tolerances_and_narrow_with_the_length_of_the_run():
-    rows = [row for tolerance in (1e-6, 1e-9) for row in convergence.run_at_tolerance(tolerance, (30, 300))]
-    for figure in convergence.FIGURES:
+    rows = [row for tolerance in (1e-6, 1e-9) for row in comparisons.run_at_tolerance(tolerance, (30, 300))]
+    for figure in comparisons.FIGURES:
         short, long, _, other = (row[figure] for row in rows)
         assert long["half_width"] < 0.7 * short["half_width"]
         apart = abs(long["value"] - other["value"])

@@ -1,9 +1,9 @@
 """Accuracy and cost: error against run time on problems with known answers.
 
 A problem (`problems`) is a trajectory in quadruple precision or a closed form.  The rivals (`rivals`) are integrators
-in common use, on the same compiled laws.  `measure` runs all methods on all problems, a chaotic case over tolerances
-and lengths (`convergence`), every case of a table of stiff and extreme ones (`stability`), and stiff cases by
-both methods (`stiff`).
+in common use, on the same compiled laws.  `measure` runs all methods on all problems, every case of a table of stiff
+and extreme ones (`stability`), and (`comparisons`) a chaotic case over tolerances and lengths, machines with known
+motion, and stiff cases by both methods.
 """
 
 from collections.abc import Callable
@@ -38,22 +38,25 @@ def main(*, json: bool = False, quick: bool = False, directory: str | Path | Non
 
 def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return all figures as a dict for JSON; see `measure` of each of the modules named above."""
-    from . import accuracy, convergence, known_machines, stability, stiff
+    from . import accuracy, comparisons, stability
 
-    modules = {"machines": known_machines, "convergence": convergence, "stability": stability, "stiffness": stiff}
-    results = accuracy.measure(quick=quick, report_progress=report_progress)
-    return results | {
-        name: module.measure(quick=quick, report_progress=report_progress) for name, module in modules.items()
+    parts = {
+        "machines": comparisons.measure_machines,
+        "convergence": comparisons.measure_convergence,
+        "stability": stability.measure,
+        "stiffness": comparisons.measure_stiff,
     }
+    results = accuracy.measure(quick=quick, report_progress=report_progress)
+    return results | {name: part(quick=quick, report_progress=report_progress) for name, part in parts.items()}
 
 
 def write(results: dict[str, Any], directory: str | Path) -> Path:
     """Write `accuracy.md` and its figure, `accuracy/error.svg`, into `directory`; return the path of the former."""
-    from . import figure, text
+    from . import text
 
     directory = Path(directory)
     (directory / "accuracy").mkdir(parents=True, exist_ok=True)
-    figure.draw(results, directory / "accuracy" / "error.svg")
+    text.draw(results, directory / "accuracy" / "error.svg")
     page = directory / "accuracy.md"
     page.write_text(text.results_markdown(results), encoding="utf-8")
     return page
@@ -61,6 +64,6 @@ def write(results: dict[str, Any], directory: str | Path) -> Path:
 
 def draw(results: dict[str, Any], path: str | Path) -> Path:
     """Draw error against run time, one panel per problem, as SVG or PNG by the ending of `path`; return the path."""
-    from . import figure
+    from . import text
 
-    return figure.draw(results, path)
+    return text.draw(results, path)

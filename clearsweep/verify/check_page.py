@@ -17,10 +17,8 @@ from ..report.blocks.table import Column, Table
 from ..report.documents.page import Page
 from ..simulation.setup import scene
 from ..store import durable
-from .case_tree import base_tree
-from .check import CHOICES, Options, measure
-from .reference_run import HALF
-from .variants import Level, levels_of
+from .check import CHOICES, Level, Options, levels_of, measure
+from .reference_run import HALF, base_tree
 
 COLOURS = {  # method -> colour (Okabe and Ito 2008), marker
     "auto": ("#0072B2", "o"),

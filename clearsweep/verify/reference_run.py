@@ -5,23 +5,93 @@ rounding differs.  A run is compared over half a revolution, or over the predict
 tolerance if this is shorter.  Beyond it two integrations of a chaotic motion are two samples of it.
 """
 
+import copy
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from .. import grid
 from ..contracts.case import column_name
 from ..contracts.results import Trajectory
 from ..language.errors import InputError
 from ..simulation.analyses.trajectory import simulate
 from ..simulation.running.lyapunov import HORIZON_SIZE
 from ..simulation.setup import scene
-from .case_tree import Tree, scene_of, with_values
 from .rivals import sampled, scipy_ivp
+
+# ----------------------------------------------------------------------------------------------------------------------
+# A case in the form of a grid file, in SI, reduced to its motion and changed by dotted path.
+
+
+Tree = dict[str, Any]  # a case in the form of a grid file, in SI
+
+
+def base_tree(written: Mapping[str, Any], **settings: Any) -> Tree:
+    """Return a case reduced to its motion: one revolution from the start, no history, with some `simulate` settings."""
+    tree: Tree = copy.deepcopy(plain(written))
+    for name in ("life", "uncertain", "define"):
+        tree.pop(name, None)
+    simulation = tree["simulate"]
+    for name in ("until", "horizon", "error_check", "discard", "time_budget"):
+        simulation.pop(name, None)
+    if "revolutions" in simulation:
+        simulation |= {"revolutions": 1.0, "discard": 0.0}
+    tree["save"] = {"orbits": "none"}
+    simulation |= settings
+    return tree
+
+
+def plain(value: Any) -> Any:
+    """Return nested sections as plain dicts and lists."""
+    if isinstance(value, Mapping):
+        return {key: plain(item) for key, item in value.items()}
+    return [plain(item) for item in value] if isinstance(value, list | tuple) else value
+
+
+def scene_of(tree: Tree) -> scene.Scene:
+    """Return the Scene of a case in the form of a grid file.  Raises InputError."""
+    return scene.build(grid.load(tree, scene.catalogue()).case(0))
+
+
+def with_values(tree: Tree, values: Mapping[str, Any]) -> Tree:
+    """Return a copy with some values, by dotted path."""
+    changed: Tree = copy.deepcopy(tree)
+    for path, value in values.items():
+        *parents, key = path.split(".")
+        section = changed
+        for parent in parents:
+            section = section.setdefault(parent, {})
+        section[key] = value
+    return changed
+
+
+def without(tree: Tree, path: str) -> Tree:
+    """Return a copy without a section."""
+    changed: Tree = copy.deepcopy(tree)
+    *parents, key = path.split(".")
+    section = changed
+    for parent in parents:
+        section = section[parent]
+    del section[key]
+    return changed
+
+
+def leaves(tree: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
+    """Yield dotted path and value of every number and word of a tree."""
+    if isinstance(tree, Mapping):
+        for key, value in tree.items():
+            yield from leaves(value, f"{prefix}.{key}" if prefix else key)
+    elif not isinstance(tree, list):
+        yield prefix, tree
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
 
 REFERENCE_TOLERANCES = (1e-13, 1e-12, 1e-11)  # the first that a case can reach
 SECOND_REFERENCE = 2.0  # tolerances of the reference: another sequence of steps, so other rounding errors

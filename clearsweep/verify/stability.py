@@ -55,9 +55,8 @@ from ..simulation.analyses.trajectory import simulate
 from ..simulation.machine.ideal import ideal_peaks
 from ..simulation.running.run import integration_of
 from ..simulation.setup import scene
-from . import extremes, films, in_space, machines
-from .extremes import ExtremeCase
-from .tuning import tune_case
+from . import extreme_machines, extremes
+from .extremes import ExtremeCase, tune_case
 
 ENERGY_TOLERANCES = 1000.0  # tolerances per revolution
 LOAD_FACTOR = 2.0
@@ -70,11 +69,16 @@ ANGLES = np.linspace(0.0, 2.0 * math.pi, 361)
 def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return the results of all cases of the table, `rows`, and their summary.
 
-    `quick` runs some of each group, and none of `machines`, `films` and `in_space`, each kind of which compiles a
+    `quick` runs some of each group, and none of `extreme_machines`, each kind of which compiles a
     scene; `report_progress` is called with messages.
     """
     rows, begin = [], time.perf_counter()
-    all_cases = (*extremes.extreme_cases(), *machines.machine_cases(), *films.film_cases(), *in_space.spatial_cases())
+    all_cases = (
+        *extremes.extreme_cases(),
+        *extreme_machines.machine_cases(),
+        *extreme_machines.film_cases(),
+        *extreme_machines.spatial_cases(),
+    )
     selected = select_evenly(extremes.extreme_cases(), QUICK_CASES) if quick else all_cases
     for group in dict.fromkeys(case.group for case in selected):
         if report_progress:

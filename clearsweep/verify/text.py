@@ -1,8 +1,18 @@
-"""The measurements as fixed-width text."""
+"""The results of `verify` as text, as `accuracy.md`, and as the figure of error against run time."""
 
 import math
+from pathlib import Path
+from typing import Any
 
-from .known_machines import TITLES
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import LogLocator, NullLocator
+
+from .comparisons import TITLES
+
+# ----------------------------------------------------------------------------------------------------------------------
+# The measurements as fixed-width text.
+
 
 HEADER = (
     f"  {'method':<16}{'setting':>15}{'error, 1st half':>17}{'error, all':>12}{'events':>11}{'force peaks':>13}"
@@ -240,3 +250,62 @@ def _headline_lines(figures: dict) -> list[str]:
     first_ratios = ", ".join(f"{ratio:.2f} at {tolerance}" for tolerance, ratio in ratios)
     lines.append(f"  scipy's time over that of its first measurement, on another machine: {first_ratios}.")
     return lines
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Drawing of error against run time.
+
+
+STYLE = {  # method -> colour (Okabe and Ito 2008), marker
+    "event-driven": ("#0072B2", "o"),
+    "explicit only": ("#56B4E9", "v"),
+    "implicit only": ("#009E73", "D"),
+    "scipy DOP853": ("#E69F00", "s"),
+    "scipy LSODA": ("#CC79A7", "x"),
+    "scipy Radau": ("#666666", "+"),
+    "fixed-step RK4": ("#D55E00", "^"),
+}
+PANELS_IN_A_ROW = 3
+FIRST_HALF_LABEL, RESTITUTION_LABEL = "error over the first half [1]", "error of the restitution [1]"
+
+
+def draw(results: dict[str, Any], path: str | Path) -> Path:
+    """Draw error against run time for every problem of `results`, from `measure`; return the path.
+
+    The ending of `path` determines the format: .svg, .png or .pdf.
+    """
+    entries = results["problems"]
+    rows = -(-len(entries) // PANELS_IN_A_ROW)
+    figure = Figure(figsize=(4.0 * PANELS_IN_A_ROW, 3.3 * rows + 0.5), layout="constrained")
+    panels = figure.subplots(rows, PANELS_IN_A_ROW, squeeze=False).ravel()
+    for panel, entry in zip(panels, entries, strict=False):
+        _draw_panel(panel, entry)
+    for panel in panels[len(entries) :]:
+        panel.set_axis_off()
+    handles, names = panels[0].get_legend_handles_labels()
+    figure.legend(handles, names, loc="outside upper center", ncols=len(names), frameon=False)
+    path = Path(path)
+    figure.savefig(path, dpi=150)
+    return path
+
+
+def _draw_panel(panel: Axes, entry: dict[str, Any]) -> None:
+    """Draw one problem on matplotlib axes."""
+    column = "error_whole" if entry["measure"] == "restitution" else "error_first_half"
+    for method, (colour, marker) in STYLE.items():
+        rows = [row for row in entry["rows"] if row["method"] == method and row[column]]
+        run_times, errors = [row["ms_per_revolution"] for row in rows], [row[column] for row in rows]
+        panel.plot(run_times, errors, color=colour, marker=marker, markersize=4, linewidth=1.2, label=method)
+    panel.set(
+        xscale="log",
+        yscale="log",
+        ylabel=RESTITUTION_LABEL if column == "error_whole" else FIRST_HALF_LABEL,
+        xlabel="run time [ms]" if column == "error_whole" else "run time [ms a revolution]",
+    )
+    panel.set_title(f"{entry['name']}: {entry['title']}", fontsize=9)
+    panel.yaxis.set_major_locator(LogLocator(base=100.0, numticks=12))
+    panel.yaxis.set_minor_locator(NullLocator())
+    panel.grid(color="#dde3e8", linewidth=0.6)
+    panel.set_axisbelow(True)
+    for side in ("top", "right"):
+        panel.spines[side].set_visible(False)

@@ -9,10 +9,21 @@ from pathlib import Path
 from typing import Any
 
 from ...language import phases
-from . import bar, crank_pin, databooks, film_at_rest, hertz, oblique, squeezer, stick_slip, whirl, worn
+from . import contact, films, journals, machines
 from .points import Row
 
-BENCHMARKS = (oblique.BENCHMARK, crank_pin.BENCHMARK, film_at_rest.BENCHMARK, whirl.BENCHMARK, stick_slip.BENCHMARK, squeezer.BENCHMARK, hertz.BENCHMARK, bar.BENCHMARK, worn.BENCHMARK, databooks.BENCHMARK)
+BENCHMARKS = (
+    contact.OBLIQUE_IMPACTS,
+    journals.CRANK_PIN_RIG,
+    films.FILMS_AT_REST,
+    journals.OIL_WHIRL,
+    machines.LUGRE_STICK_SLIP,
+    machines.ANDREWS_SQUEEZER,
+    contact.HERTZ_IMPACTS,
+    contact.BAR_IMPACTS,
+    contact.WEAR_TRENDS,
+    films.DATABOOKS,
+)
 
 
 def main(*, json: bool = False, quick: bool = False, directory: str | Path | None = None) -> None:
@@ -20,7 +31,7 @@ def main(*, json: bool = False, quick: bool = False, directory: str | Path | Non
 
     `quick` uses a few points of each benchmark.
     """
-    from . import page
+    from . import points
 
     latest_line = ["verify"]
 
@@ -31,10 +42,11 @@ def main(*, json: bool = False, quick: bool = False, directory: str | Path | Non
     with phases.phase(lambda: latest_line[0]):
         rows = measure(quick=quick, report_progress=report_progress)
     print(
-        json_format.dumps(rows_as_dicts(rows), indent=2, allow_nan=False) if json else page.rows_text(rows), flush=True
+        json_format.dumps(rows_as_dicts(rows), indent=2, allow_nan=False) if json else points.rows_text(rows),
+        flush=True,
     )
     if directory is not None:
-        phases.print_line(f"verify: wrote {page.write_page(rows, directory, BENCHMARKS)}")
+        phases.print_line(f"verify: wrote {points.write_page(rows, directory, BENCHMARKS)}")
 
 
 def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> list[Row]:
