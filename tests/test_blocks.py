@@ -1,12 +1,14 @@
 """A grid that is cut into blocks gives what the same grid gives in one piece."""
 
 import json
+import shutil
 from collections import Counter
 from concurrent.futures import Future
 from types import SimpleNamespace
 
 import numpy as np
 import pandas as pd
+import pyarrow as pa
 import pyarrow.parquet as pq
 import pytest
 from fake_faults import DiesFinishing
@@ -16,9 +18,9 @@ from test_sweep import quiet
 import clearsweep
 from clearsweep import grid as grids
 from clearsweep import report, store
-from clearsweep.language.errors import DirectoryError, InputError
+from clearsweep.language.errors import DamagedError, DirectoryError, InputError
 from clearsweep.report.blocks.section import Note, Points, Sentences
-from clearsweep.store import answering, blocks, durable, read_blocks, summary
+from clearsweep.store import answering, blocks, dataset, durable, summary
 from clearsweep.store.record import record_checksum
 from clearsweep.sweeping import estimate
 from clearsweep.sweeping.all_cases import complete_run
@@ -102,7 +104,7 @@ def test_a_case_is_found_and_read_as_in_one_piece(pair):
         cut.full_id(letter)
     worst = cut.worst
     assert set(whole.worst) <= set(worst)
-    pd.testing.assert_frame_equal(cut.peak_revolution(worst[0]), cut.block_of(worst[0]).peak_revolution(worst[0]))
+    pd.testing.assert_frame_equal(cut.peak_revolution(whole.worst[0]), whole.peak_revolution(whole.worst[0]))
 
 
 def test_the_summary_is_read_as_far_as_it_is_requested(pair, monkeypatch):
@@ -125,8 +127,8 @@ def test_the_summary_is_read_as_far_as_it_is_requested(pair, monkeypatch):
     assert lazy[steps].sum() == frame[steps].sum()
     assert np.asarray(lazy["case_id"]).size == 36
     opened = []
-    original = read_blocks.open_table
-    monkeypatch.setattr(read_blocks, "open_table", lambda path: opened.append(path) or original(path))
+    original = dataset.scan
+    monkeypatch.setattr(dataset, "scan", lambda *of: opened.append(of) or original(*of))
     case_id = frame["case_id"][7]
     same(lazy[lazy["case_id"] == case_id], frame[frame["case_id"] == case_id])
     assert len(opened) == 1
@@ -388,6 +390,70 @@ def test_a_mark_that_nobody_wrote_counts_for_nothing(tmp_path, change):
     assert len(clearsweep.open(tmp_path / "run").marks()) == 5
 
 
+def crafted_block(directory, number, name):
+    """Write an infinite figure into a table of a block, as somebody would who knows how its mark is made."""
+    block = store.Block(directory, number)
+    path = block.files[name]
+    table = pq.read_table(path)
+    index = table.schema.get_field_index("rod_slider_force_peak")
+    infinite = table.set_column(index, table.schema.field(index), pa.array([np.inf] * len(table)))
+    pq.write_table(infinite, path, write_page_checksum=True)
+    mark = json.loads(block.mark.read_text())
+    mark.pop("checksum")
+    mark["files"][name] = [durable.checksum(path), path.stat().st_size]
+    block.mark.write_text(json.dumps(mark | {"checksum": store.sha256_of(json.dumps(mark, sort_keys=True))}))
+
+
+@pytest.mark.parametrize("name", ["summary.parquet", "sample.parquet"])
+def test_a_crafted_table_of_a_block_is_refused_and_the_next_run_restores_it(tmp_path, name, capfd):
+    quiet(MIXED, tmp_path / "run", executor="serial")
+    before = rows_of(tmp_path / "run")
+    crafted_block(tmp_path / "run", 1, name)
+    with pytest.raises(DamagedError, match="rod_slider_force_peak has values that no run writes"):
+        report.page_of(clearsweep.open(tmp_path / "run"))
+        clearsweep.open(tmp_path / "run").summary.frame()
+    again = quiet(MIXED, tmp_path / "run", executor="serial")
+    assert (again.ran, again.reused) == (0, 36)
+    assert "written again from the batches" in capfd.readouterr().err
+    assert rows_of(tmp_path / "run") == before
+    assert len(clearsweep.open(tmp_path / "run").summary.frame()) == 36
+
+
+def test_conditions_on_columns_combine_as_those_of_a_frame(pair):
+    cut, whole = (clearsweep.open(result.directory) for result in pair)
+    lazy, frame = cut.summary, whole.summary
+    mass, peak = "mechanism.slider.mass", "rod_slider_force_peak"  # of failed cases there is no peak
+
+    def ids(rows):
+        return sorted(rows["case_id"])
+
+    first = frame["case_id"][0]
+    assert frame[peak].isna().any()
+    assert ids(lazy[(lazy[mass] > 0.107) | (lazy[peak] < 0.101)]) == ids(
+        frame[(frame[mass] > 0.107) | (frame[peak] < 0.101)]
+    )
+    assert ids(lazy[(lazy["case_id"] == first) | (lazy[mass] > 0.11)]) == ids(
+        frame[(frame["case_id"] == first) | (frame[mass] > 0.11)]
+    )
+    assert ids(lazy[~(lazy[peak] > 0.105)]) == ids(frame[frame[peak] <= 0.105])  # null meets nothing
+    assert ids(lazy[~(lazy["case_id"] == first)]) == ids(frame[frame["case_id"] != first])
+    assert not len(lazy[(lazy["case_id"] == first) & (lazy["case_id"] == frame["case_id"][1])])
+    assert not len(lazy[lazy[mass].isin([])])
+    with pytest.raises(InputError, match=r"status: is compared with 1; expected a text"):
+        lazy["status"] == 1
+    with pytest.raises(InputError, match=r"expected a number"):
+        lazy[mass] > "0.1"
+
+
+def test_a_link_in_place_of_a_part_is_refused_not_followed(pair, tmp_path):
+    shutil.copytree(pair[0].directory, tmp_path / "run")
+    path = tmp_path / "run" / "summary" / "00001.parquet"
+    path.rename(tmp_path / "elsewhere.parquet")
+    path.symlink_to(tmp_path / "elsewhere.parquet")
+    with pytest.raises(DirectoryError, match=r"00001\.parquet: is a link"):
+        clearsweep.open(tmp_path / "run").summary.frame()
+
+
 def test_all_cases_of_a_run_in_blocks_are_those_of_its_grid(pair):
     with complete_run(pair[0].directory, Fake) as run:
         assert len(run) == 36
@@ -411,12 +477,12 @@ def test_an_identity_is_located_in_a_file_of_many(tmp_path, count):
     block = store.Block(tmp_path, 3)
     block.path.mkdir(parents=True)
     ids.astype("<u8").tofile(block.path / "ids.bin")
-    part = store.OneBlock(tmp_path, block, {}, None)
+    part = store.Part(block.files, None)
     values = [0, 1, 2**63, 2**64 - 1, *ids[:: max(count // 40, 1)].tolist()]
     for low in values:
         for high in (low, min(low + 2**60, 2**64 - 1)):
             expected = [np.count_nonzero(ids < np.uint64(low)), np.count_nonzero(ids <= np.uint64(high))]
-            assert part.rows_between(low, high).tolist() == expected
+            assert list(part.rows_between(low, high)) == expected
 
 
 @pytest.mark.heavy

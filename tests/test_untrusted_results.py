@@ -423,6 +423,7 @@ TABLES = {
     "rows in another order": lambda table: table.take([1, 0]),
     "infinite figures": with_column(PEAK, np.inf),
     "figures beyond any": with_column(PEAK, -1e308),
+    "infinite figures that no answer needs": with_column("rod_slider_force_rms", np.inf),
     "NaN": with_column(PEAK, np.nan),
     "a figure of texts": with_column(PEAK, "a"),
     "an axis of texts": with_column(MASS, "a"),
@@ -447,10 +448,6 @@ def test_a_summary_of_other_rows_or_values_is_refused_and_restored(plain, copied
     assert "summary.parquet" in message or "its cases are not those of summary.parquet" in message
     with pytest.raises(DamagedError):
         len(clearsweep.open(copied).summary)
-    if name in ("infinite figures", "figures beyond any", "NaN"):  # seen when the answer reads them
-        with pytest.raises(DamagedError):
-            swept(fake_physics.grid(2), copied)
-        return
     swept(fake_physics.grid(2), copied)
     assert same_results(plain, copied)
 

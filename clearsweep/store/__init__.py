@@ -11,14 +11,13 @@ from .batch import Axis, ResultSchema, Row, id_text, open_table
 from .blocks import Block, Division, discard_from, numbers_of_blocks, read_mark, sha256_of, sum_counts
 from .case_results import read_histories, read_results, write_search_table
 from .compare import difference
+from .dataset import BlockedRun, SampledRun, unmark_damaged
 from .directory import ANSWER_FILE, BLOCKS, DATASET, FINAL_FILES, SCRATCH, RunDirectory, commit
 from .disk import clean, clean_text
 from .finish import finish_block
 from .partial import check_version, gather, is_unfinished, keys_of_all, keys_so_far
-from .read import StoredRun, newest_run, verify
-from .read_blocks import BlockedRun, OneBlock
+from .read import Part, StoredRun, newest_run, verify
 from .record import check_format, json_round_trip, read_record, utc_now
-from .sampled import SampledRun
 from .state import status, status_text
 from .unfinished import Unfinished
 from .working import Working, case_text
@@ -34,7 +33,7 @@ __all__ = [
     "Block",
     "BlockedRun",
     "Division",
-    "OneBlock",
+    "Part",
     "ResultSchema",
     "Row",
     "RunDirectory",
@@ -75,6 +74,7 @@ __all__ = [
     "status",
     "status_text",
     "sum_counts",
+    "unmark_damaged",
     "use_one_thread",
     "utc_now",
     "verify",

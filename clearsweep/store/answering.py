@@ -8,10 +8,9 @@ from ..answers.compose import Source, compose
 from ..answers.verdict import is_null
 from ..searches import base_laws, search_of
 from .blocks import sum_counts
+from .dataset import BlockedRun, SampledRun
 from .directory import RunDirectory
 from .read import StoredRun
-from .read_blocks import BlockedRun
-from .sampled import SampledRun
 
 MOST_READ = 500_000  # cases whose columns are read; of more, a random part with the extreme cases is
 FAILED_TO_SEPARATE = 1e-3  # relative difference of the depths of both bodies below which neither limits a life alone
@@ -80,5 +79,10 @@ def _worn_body(run: StoredRun, case_id: str) -> str:
 
 
 def commit_answer(directory: RunDirectory, run: StoredRun) -> None:
-    """Write answer.json of a finished run in its locked directory."""
+    """Write answer.json of a finished run in its locked directory; DamagedError for what no run writes.
+
+    Of a run in blocks the samples are read, too, which the closing table needs.
+    """
+    if isinstance(run, BlockedRun):
+        _ = run.samples
     directory.write_answer(answer_of(run))

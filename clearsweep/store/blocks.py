@@ -22,10 +22,10 @@ from ..grid import Grid
 from . import durable
 from .batch import ResultSchema
 from .columns import array_of
-from .directory import BLOCKS, DATASET, ORBITS_FILE, SUMMARY_FILE, RunDirectory
+from .directory import BLOCKS, DATASET, IDS_FILE, ORBITS_FILE, SUMMARY_FILE, RunDirectory
 
 BLOCK = 2**17  # consecutive indices of a grid in a block; a grid of more cases is cut
-MARK_FILE, IDS_FILE, SAMPLE_FILE = "block.json", "ids.bin", "sample.parquet"
+MARK_FILE, SAMPLE_FILE = "block.json", "sample.parquet"
 SAMPLED_ROWS = 2**15  # rows of all blocks that are drawn for reports
 MIN_SAMPLED_ROWS = 16  # of them from each block
 MAX_CASES = 10**12  # number of cases that a mark may have

@@ -179,13 +179,15 @@ class _Expected(NamedTuple):
     groups: frozenset[str]
 
 
-class _Names(NamedTuple):
+class StoredNames(NamedTuple):
+    """What determines the datasets of a run, as `Stored`."""
+
     layout: Layout
     histories: bool
 
 
 @lru_cache(8)
-def _expected(names: _Names, *, with_peaks: bool) -> _Expected:
+def _expected(names: StoredNames, *, with_peaks: bool) -> _Expected:
     """Return what the contract says of a file."""
     offsets = offset_datasets(names)
     all_datasets = [CASE_ID, *offsets.values(), *datasets(names), *(peak_datasets(names.layout) if with_peaks else ())]
@@ -228,7 +230,7 @@ def open_orbits(
 def _check_file(file: h5py.File, schema: Stored, rows: int, plain_size: int | None) -> Contents:
     """Return the contents of a file; raise MisshapenError if it has others than `schema` says."""
     has_peaks = bool(file.id.links.exists(GROUP.encode()))  # `in` would follow a link
-    expected = _expected(_Names(schema.layout, schema.histories), with_peaks=has_peaks)
+    expected = _expected(StoredNames(schema.layout, schema.histories), with_peaks=has_peaks)
     _check_links(file, expected)
     opened = {path: h5d.open(file.id, path.encode()) for path in expected.datasets}
     for path, dataset in opened.items():

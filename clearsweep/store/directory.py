@@ -42,6 +42,7 @@ LOCK, SCRATCH = "lock", "tmp"
 BLOCKS, DATASET = "blocks", "summary"  # folders of a run that is cut: of its blocks, and of their sorted summaries
 LOCK_WAIT = 0.05  # s, longer than reading the holder of the lock
 FINAL_FILES = SUMMARY_FILE, ORBITS_FILE = "summary.parquet", "orbits.h5"
+IDS_FILE = "ids.bin"  # of a block: the identities of its cases, uint64
 #: Tables of searches; run.json has their checksums.
 ANSWER_FILES = tuple(f"{search.name}.parquet" for search in SEARCHES if search.has_table)
 MISSHAPEN = "not as a run writes it"  # of a file with a valid checksum and other content

@@ -13,9 +13,9 @@ import pyarrow.parquet as pq
 from . import durable
 from .assemble import content_hash_of
 from .batch import ResultSchema
-from .blocks import IDS_FILE, SAMPLE_FILE, Block, Division, Sampler, read_mark, write_mark
+from .blocks import SAMPLE_FILE, Block, Division, Sampler, read_mark, write_mark
 from .columns import values_of, words_of
-from .directory import DATASET, LOCK, ORBITS_FILE, SUMMARY_FILE
+from .directory import DATASET, IDS_FILE, LOCK, ORBITS_FILE, SUMMARY_FILE
 from .orbits import HDF5_LIBRARY_VERSIONS, write_orbits
 from .summary import repetitive_columns, summary_groups, write_summary
 from .worst import ComputePeakRevolutions, worst_cases, write_worst

@@ -2,8 +2,9 @@
 
 import contextlib
 import os
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from functools import cached_property
+from io import BufferedReader
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
 
@@ -18,10 +19,9 @@ from ..contracts.layout import SECTION_COUNT, Column, Layout
 from ..language.errors import ClearsweepError, DirectoryError, InputError
 from ..searches import SEARCHES, search_of
 from . import durable
-from .batch import GROUP_ROWS, has_histories, id_texts, ids_of_column, open_table
+from .batch import GROUP_ROWS, has_histories, id_text, id_texts, ids_of_column, ids_of_texts, open_table
 from .columns import field_of, is_plausible, values_of
 from .datasets import (
-    CASE_ID,
     EVENT,
     GROUP,
     ID_LENGTH,
@@ -31,12 +31,13 @@ from .datasets import (
     SAMPLE,
     SECTION,
     TURNS,
-    Contents,
+    Stored,
+    StoredNames,
     life_datasets,
     open_orbits,
     read_values,
 )
-from .directory import ANSWER_FILES, FINAL_FILES, ORBITS_FILE, SUMMARY_FILE
+from .directory import ANSWER_FILES, FINAL_FILES, IDS_FILE, ORBITS_FILE, SUMMARY_FILE
 from .record import RECORD_FILE, check_format, damaged_error, declared_values, kind_of_axis, read_record
 from .record_shape import MisshapenError
 
@@ -45,7 +46,103 @@ if TYPE_CHECKING:
 
 EVENT_COLUMNS = ("t", "joint", "kind")  # of `event_blocks`
 COLUMN_TYPES = {pa.float64(), pa.int64(), pa.string()}  # of columns
+HEXADECIMAL = frozenset("0123456789abcdef")  # digits of a case_id
 OFFSETS_BY_ITEM = {SAMPLE: "offsets", EVENT: "events/offsets", SECTION: "poincare/offsets", NODE: "history/offsets"}
+
+
+READ_AROUND = 1024  # identities read on each side of the expected position
+MAX_NAMED = 3  # most cases in a message
+
+
+class Part:
+    """One part of a run: the rows of some cases, sorted by identity, their histories, and their identities."""
+
+    def __init__(self, files: Mapping[str, Path], stored: Stored, mark: str | None = None):
+        """Prepare with the files by the names that they have in a run of one part.
+
+        mark : that of the run, which orbits.h5 must have; None: it has none of its own.
+        """
+        self.files, self._stored, self._mark = files, stored, mark
+        self._checked: tuple[int, ...] = ()  # the state of orbits.h5 when it was last checked
+
+    @contextlib.contextmanager
+    def table(self, name: str = SUMMARY_FILE) -> Iterator[pq.ParquetFile]:
+        """Yield a table, whose pages are verified on reading; raise DamagedError if one was changed."""
+        path = self.files[name]
+        with damage_said(path), open_table(path) as table:
+            yield table
+
+    @contextlib.contextmanager
+    def orbits(self) -> Iterator[h5py.File]:
+        """Yield orbits.h5, whose parts are verified on reading; DamagedError if it is not as a run writes it."""
+        path = self.files[ORBITS_FILE]
+        with damage_said(path, RuntimeError, KeyError, TypeError):  # of HDF5 and h5py
+            durable.open_regular(path).close()
+            if (state := _state_of(path)) == self._checked:
+                with h5py.File(path, "r") as file:
+                    yield file
+                return
+            with open_orbits(path, self._stored, len(self), mark=self._mark) as (file, contents):
+                ids = ids_of_texts(contents.ids.tobytes())
+                if IDS_FILE not in self.files:
+                    self.ids = ids
+                elif not np.array_equal(ids, self.ids):
+                    raise damaged_error(path, f"its cases are not those of {IDS_FILE}")
+                self._checked = state
+                yield file
+
+    def __len__(self) -> int:
+        return self._row_count if IDS_FILE not in self.files else self._ids_file.stat().st_size // 8
+
+    @cached_property
+    def _row_count(self) -> int:
+        """Return the number of rows of the summary."""
+        with self.table() as file:
+            return int(file.metadata.num_rows)
+
+    @cached_property
+    def ids(self) -> np.ndarray:
+        """Return the identities of the cases, uint64, ascending; without a file of them, orbits.h5 has them."""
+        if IDS_FILE not in self.files:
+            with self.orbits():  # sets them
+                ids: np.ndarray = self.__dict__["ids"]
+                return ids
+        content = durable.read(self._ids_file)
+        if len(content) != 8 * self._row_count:
+            raise damaged_error(self._ids_file, "its size is not that of the identities of the cases")
+        return np.frombuffer(content, "<u8")
+
+    @property
+    def _ids_file(self) -> Path:
+        path = self.files[IDS_FILE]
+        if not path.is_file():
+            raise damaged_error(path, "it is missing")
+        return path
+
+    def rows_between(self, low: int, high: int) -> tuple[int, int]:
+        """Return the range of rows (first, end) whose identities are from `low` to `high`.
+
+        Identities are uniformly distributed hashes, so a few kilobytes around the expected row are read of their file.
+        Statistics of Parquet do not tell them apart: 10^8 cases in 763 parts take 40 times as long by these.
+        """
+        if IDS_FILE not in self.files:
+            first, end = np.searchsorted(self.ids, np.uint64(low)), np.searchsorted(self.ids, np.uint64(high), "right")
+            return int(first), int(end)
+        with durable.open_regular(self._ids_file) as file:
+            return _count_below(file, len(self), low), _count_below(file, len(self), high + 1)
+
+    def id_at(self, index: int) -> str:
+        """Return the identity of the case at an index."""
+        if IDS_FILE not in self.files:
+            return id_text(int(self.ids[index]))
+        with durable.open_regular(self._ids_file) as file:
+            return id_text(int(_read_ids(file, index, index + 1)[0]))
+
+    def rows(self, columns: list[str] | None = None) -> Iterator[pa.RecordBatch]:
+        """Yield these columns of the summary, or all, some rows at a time; DamagedError for such as no run writes."""
+        with self.table() as file:
+            for batch in file.iter_batches(batch_size=GROUP_ROWS, columns=columns, use_threads=False):
+                yield plausible(batch)
 
 
 class StoredRun:
@@ -66,11 +163,14 @@ class StoredRun:
         self.grid = read_record(self.files_directory)
         check_format(self.files_directory, self.grid)
         self.layout = Layout.read(self.grid["layout"])
-        self._check()
+        self._set_part()
+        verify(self.files_directory, self.grid, (SUMMARY_FILE, *ANSWER_FILES))
+        self._check_content()
 
-    def _path(self, name: str) -> Path:
-        """Return the path of a final file."""
-        return self.files_directory / name
+    def _set_part(self) -> None:
+        """Set the parts of the run: one, whose orbits.h5 has the mark of run.json."""
+        files = {name: self.files_directory / name for name in (*FINAL_FILES, *ANSWER_FILES)}
+        self.parts = [Part(files, StoredNames(self.layout, self.histories), self.grid.get("merged", {}).get("mark"))]
 
     @property
     def histories(self) -> bool:
@@ -96,27 +196,25 @@ class StoredRun:
         run = cls.__new__(cls)
         run.directory, run.files_directory, run.grid = directory, directory, record
         run.layout = Layout.read(record["layout"])
-        run.check_content()
+        run._set_part()
+        run._check_content()
+        for _ in run.parts[0].rows():  # checks every value
+            pass
 
-    def _check(self) -> None:
-        """Raise DirectoryError if the merged files are missing, damaged or of different runs."""
-        verify(self.files_directory, self.grid, (SUMMARY_FILE, *ANSWER_FILES))
-        self.check_content()
-
-    def check_content(self) -> None:
+    def _check_content(self) -> None:
         """Raise DamagedError if the merged files have content that no run writes; their checksums do not prove that."""
         self._check_columns()
-        counts = self.grid.get("counts", {})
+        (part,), counts = self.parts, self.grid.get("counts", {})
         if {"ok", "failed"} <= counts.keys() and len(self) != counts["ok"] + counts["failed"]:
-            raise damaged_error(self._path(SUMMARY_FILE), "its number of rows is not that in run.json")
+            raise damaged_error(part.files[SUMMARY_FILE], "its number of rows is not that in run.json")
         self._check_axes()
-        with self._orbits():  # checks it
+        with part.orbits():  # checks it
             pass
-        with self._table() as table:
+        with part.table() as table:
             chunks = table.read(["case_id"], use_threads=False).column(0).chunks
             ids = np.concatenate([np.empty(0, "u8"), *map(ids_of_column, chunks)])
-        if not np.array_equal(id_texts(ids), self._ids) or not (ids[1:] > ids[:-1]).all():
-            raise damaged_error(self._path(ORBITS_FILE), "its cases are not those of summary.parquet, in order")
+        if not np.array_equal(ids, part.ids) or not (ids[1:] > ids[:-1]).all():
+            raise damaged_error(part.files[ORBITS_FILE], "its cases are not those of summary.parquet, in order")
 
     def _check_columns(self) -> None:
         """Raise DamagedError if the columns of a table disagree with run.json."""
@@ -135,7 +233,7 @@ class StoredRun:
     def _check_fields(self, name: str, columns: Iterable[Column]) -> None:
         """Raise DamagedError unless a table has these columns, of their kind and with their unit if they are known."""
         expected = {column.name: column for column in columns}
-        with self._table(name) as table:
+        with self.parts[0].table(name) as table:
             fields = list(table.schema_arrow)
             is_valid = sorted(field.name for field in fields) == sorted(expected)
             for field in fields if is_valid else ():
@@ -145,62 +243,20 @@ class StoredRun:
                 is_valid &= unit is not None and field.type in COLUMN_TYPES
                 is_valid &= not column.kind or (field.type == field_of(column).type and unit == column.unit)
         if not is_valid:
-            raise damaged_error(self._path(name), "its columns differ from those in run.json")
+            raise damaged_error(self.parts[0].files[name], "its columns differ from those in run.json")
 
     def _check_axes(self) -> None:
         """Raise DamagedError if a case has another value on an axis than run.json lists; a search adds values."""
         declared = {path: declared_values(self.grid, path) for path in self.grid["units"]}
         listed = {path: set(values) for path, values in declared.items() if values is not None}
-        with self._table() as table:
+        with self.parts[0].table() as table:
             rows = plausible(table.read(list(listed), use_threads=False))
         for path, values in listed.items():
             if not values.issuperset(rows[path].unique().to_pylist()):
-                raise damaged_error(self._path(SUMMARY_FILE), f"{path} has other values than in run.json")
-
-    @contextlib.contextmanager
-    def _orbits(self) -> Iterator[h5py.File]:
-        """Yield orbits.h5, whose parts are verified on reading; DamagedError if it is not as a run writes it."""
-        path = self._path(ORBITS_FILE)
-        with damage_said(path, RuntimeError, KeyError, TypeError):  # of HDF5 and h5py
-            durable.open_regular(path).close()
-            if (state := _state_of(path)) == self._checked:
-                with h5py.File(path, "r") as file:
-                    yield file
-                return
-            with open_orbits(path, self, len(self), mark=self._mark) as (file, contents):
-                self._accept(contents)
-                self._checked = state
-                yield file
-
-    @property
-    def _mark(self) -> str | None:
-        """Return the mark that orbits.h5 has in common with summary.parquet; None if it has none."""
-        mark: str | None = self.grid.get("merged", {}).get("mark")
-        return mark
-
-    _checked: tuple[int, ...] = ()  # the state of orbits.h5 when it was last checked
-
-    def _accept(self, contents: Contents) -> None:
-        """Take the identities of the cases from a checked orbits.h5."""
-        self._ids = contents.ids
-
-    @contextlib.contextmanager
-    def _table(self, name: str = SUMMARY_FILE) -> Iterator[pq.ParquetFile]:
-        """Yield a table, whose pages are verified on reading; raise DamagedError if one was changed."""
-        path = self._path(name)
-        with damage_said(path), open_table(path) as table:
-            yield table
-
-    @cached_property
-    def _ids(self) -> np.ndarray:
-        """Return the case_id of every row, ascending; set by the first opening of orbits.h5."""
-        with self._orbits() as file:
-            ids: np.ndarray = file[CASE_ID.path][:]
-            return ids
+                raise damaged_error(self.parts[0].files[SUMMARY_FILE], f"{path} has other values than in run.json")
 
     def __len__(self) -> int:
-        with self._table() as file:
-            return int(file.metadata.num_rows)
+        return sum(map(len, self.parts))
 
     def __repr__(self) -> str:
         return f"<clearsweep run {str(self.directory)!r}: {len(self)} cases>"
@@ -208,22 +264,19 @@ class StoredRun:
     @cached_property
     def summary(self) -> "pd.DataFrame":
         """Return the summary as a DataFrame; `attrs["units"]` and `attrs["descriptions"]` hold these by column."""
-        with self._table() as file:
-            table = plausible(file.read(use_threads=False))
-        schema = table.schema
-        table = table.replace_schema_metadata(None)
-        frame = table.to_pandas(
-            use_threads=False, split_blocks=True, self_destruct=True
-        )  # column by column, without a second copy
-        for name, key in (("units", b"unit"), ("descriptions", b"description")):
-            frame.attrs[name] = {field.name: field.metadata[key].decode() for field in schema}
-        return frame
+        with self.parts[0].table() as file:
+            return to_frame(plausible(file.read(use_threads=False)))
+
+    @cached_property
+    def schema(self) -> pa.Schema:
+        """Return the columns of the summary; their metadata hold `unit` and `description`."""
+        with self.parts[0].table() as file:
+            return file.schema_arrow
 
     @cached_property
     def units(self) -> dict[str, str]:
         """Return the unit (SI) of every column of the summary, in their order."""
-        with self._table() as file:
-            return {field.name: field.metadata[b"unit"].decode() for field in file.schema_arrow}
+        return attributes_of(self.schema)["units"]
 
     @property
     def columns(self) -> list[str]:
@@ -238,13 +291,13 @@ class StoredRun:
         import pandas as pd
 
         if name == "case_id":
-            bounds = np.arange(len(self._ids) + 1, dtype="i8") * self._ids.itemsize
-            ids = pa.LargeStringArray.from_buffers(len(self._ids), pa.py_buffer(bounds), pa.py_buffer(self._ids))
-            return ids.to_pandas(use_threads=False).rename(name)
-        with self._table() as file:
-            if file.schema_arrow.field(name).type == pa.string():
-                texts = plausible(file.read([name], use_threads=False)).column(0).combine_chunks()
-                return texts.to_pandas(use_threads=False).rename(name)
+            ids = id_texts(np.concatenate([part.ids for part in self.parts]))
+            bounds = np.arange(len(ids) + 1, dtype="i8") * ids.itemsize
+            texts = pa.LargeStringArray.from_buffers(len(ids), pa.py_buffer(bounds), pa.py_buffer(ids))
+            return texts.to_pandas(use_threads=False).rename(name)
+        if self.schema.field(name).type == pa.string():
+            chunks = [batch.column(0) for part in self.parts for batch in part.rows([name])]
+            return pa.chunked_array(chunks, pa.string()).to_pandas(use_threads=False).rename(name)
         values, offset = np.empty(len(self)), 0
         for block in self.blocks([name]):  # group by group, so that only one copy exists
             values[offset : offset + len(block[name])] = block[name]
@@ -256,9 +309,9 @@ class StoredRun:
 
         Numbers are float64, NaN if missing; texts are objects, None if missing.
         """
-        with self._table() as file:
-            for batch in file.iter_batches(batch_size=GROUP_ROWS, columns=columns, use_threads=False):
-                yield {name: values_of(plausible(batch).column(name)) for name in columns}
+        for part in self.parts:
+            for batch in part.rows(columns):
+                yield {name: values_of(batch.column(name)) for name in columns}
 
     def orbit(self, case_id: str) -> "pd.DataFrame":
         """Return the time histories of one case as a DataFrame, columns by channel; `attrs["units"]` by column.
@@ -284,12 +337,13 @@ class StoredRun:
 
         joint : index in `layout.contacts`; kind : index in `results.EVENT_KINDS`.  Empty if `save.orbits` is none.
         """
-        with self._orbits() as file:
-            offsets = file["events/offsets"][:] if self.histories else np.zeros(1, "i8")
-            for first in range(0, len(offsets) - 1, GROUP_ROWS):
-                bounds = offsets[first : first + GROUP_ROWS + 1]
-                span = slice(int(bounds[0]), int(bounds[-1]))
-                yield np.diff(bounds), {name: read_values(file, f"events/{name}", span) for name in EVENT_COLUMNS}
+        for part in self.parts:
+            with part.orbits() as file:
+                offsets = file["events/offsets"][:] if self.histories else np.zeros(1, "i8")
+                for first in range(0, len(offsets) - 1, GROUP_ROWS):
+                    bounds = offsets[first : first + GROUP_ROWS + 1]
+                    span = slice(int(bounds[0]), int(bounds[-1]))
+                    yield np.diff(bounds), {name: read_values(file, f"events/{name}", span) for name in EVENT_COLUMNS}
 
     @property
     def seek(self) -> "pd.DataFrame | None":
@@ -314,7 +368,7 @@ class StoredRun:
         name = f"{search}.parquet"
         if name not in self.grid.get("answers", {}):
             return None
-        with self._table(name) as file:
+        with self.parts[0].table(name) as file:
             table = plausible(file.read(use_threads=False))
         frame = table.replace_schema_metadata(None).to_pandas(use_threads=False)
         frame.attrs["units"] = {field.name: field.metadata[b"unit"].decode() for field in table.schema}
@@ -336,8 +390,11 @@ class StoredRun:
     @property
     def worst(self) -> list[str]:
         """Return the cases whose peak revolution was saved (`save.worst`), worst first."""
-        with self._orbits() as file:
-            return [case_id.decode() for case_id in file[f"{GROUP}/case_id"][:]] if GROUP in file else []
+        worst: list[str] = []
+        for part in self.parts if self.grid.get("save", {}).get("worst") else ():
+            with part.orbits() as file:
+                worst += [case_id.decode() for case_id in file[f"{GROUP}/case_id"][:]] if GROUP in file else []
+        return worst
 
     def peak_revolution(self, case_id: str) -> "pd.DataFrame":
         """Return the time histories of the peak revolution of a case; raise InputError if it was not saved.
@@ -347,8 +404,9 @@ class StoredRun:
         """
         import pandas as pd
 
-        case_id, channels = self.full_id(case_id), self.layout.channels
-        with self._orbits() as file:
+        (part, row), channels = self._find(case_id), self.layout.channels
+        case_id = part.id_at(row)
+        with part.orbits() as file:
             saved = file[f"{GROUP}/case_id"][:].tolist() if GROUP in file else []
             if case_id.encode() not in saved:
                 others = ", ".join(case_id.decode() for case_id in saved) or "none; `save: {worst: 3}` asks for them"
@@ -368,8 +426,8 @@ class StoredRun:
 
         The shape is (bins,), for a spatial joint (bins, length bins).
         """
-        row = self._row_of(case_id)
-        with self._orbits() as file:
+        part, row = self._find(case_id)
+        with part.orbits() as file:
             return {
                 joint.name: (
                     read_values(file, f"wear/{joint.name}/bearing", row),
@@ -386,35 +444,41 @@ class StoredRun:
         """
         if not self.layout.life:
             return {}
-        row = self._row_of(case_id)
-        with self._orbits() as file:
+        part, row = self._find(case_id)
+        with part.orbits() as file:
             span = slice(*file[OFFSETS_BY_ITEM[NODE]][row : row + 2])
             paths = sorted(dataset.path for dataset in life_datasets(self.layout))
             return {path.removeprefix(results.HISTORY): read_values(file, path, span) for path in paths}
 
     def full_id(self, prefix: str) -> str:
         """Return the case_id that begins with `prefix`; InputError if there is none or more than one."""
-        return str(self._ids[self._row_of(prefix)].decode())
+        part, row = self._find(prefix)
+        return part.id_at(row)
 
-    def _row_of(self, prefix: str) -> int:
-        """Return the row of the case whose case_id begins with `prefix`."""
-        text = str(prefix).encode()
-        low, high = np.array([text, text.ljust(ID_LENGTH, b"g")], CASE_ID.dtype)  # a longer dtype would copy all ids
-        first, end = int(np.searchsorted(self._ids, low)), int(np.searchsorted(self._ids, high, side="right"))
-        if first == end or not 0 < len(text) <= ID_LENGTH:
-            raise InputError(f"{self.directory}: no case {prefix!r}; the case_id column of summary.parquet lists them")
-        if end - first > 1:
-            candidates_text = ", ".join(case_id.decode() for case_id in self._ids[first : min(end, first + 3)].tolist())
-            candidates_text += ", ..." if end - first > 3 else ""
-            cases = f"{end - first} cases begin with {prefix!r} ({candidates_text})"
-            raise InputError(f"{self.directory}: {cases}; write more characters")
-        return first
+    def _find(self, prefix: str) -> tuple[Part, int]:
+        """Return the part and the row of the case whose case_id begins with `prefix`."""
+        text, count, candidates = str(prefix), 0, []
+        if 0 < len(text) <= ID_LENGTH and HEXADECIMAL.issuperset(text):
+            low, high = int(text.ljust(ID_LENGTH, "0"), 16), int(text.ljust(ID_LENGTH, "f"), 16)
+            for part in self.parts:
+                first, end = part.rows_between(low, high)
+                count += end - first
+                candidates += [(part, row) for row in range(first, min(end, first + MAX_NAMED))]
+        if not count:
+            raise InputError(f"{self.directory}: no case {prefix!r}; the case_id column of {self.files[0]} lists them")
+        if count > 1:
+            names = ", ".join(sorted(part.id_at(row) for part, row in candidates)[:MAX_NAMED])
+            more = ", ..." if count > MAX_NAMED else ""
+            raise InputError(
+                f"{self.directory}: {count} cases begin with {prefix!r} ({names}{more}); write more characters"
+            )
+        return candidates[0]
 
     def _frame(self, case_id: str, item: str, paths: list[str]) -> "pd.DataFrame":
         import pandas as pd
 
-        row = self._row_of(case_id)
-        with self._orbits() as file:
+        part, row = self._find(case_id)
+        with part.orbits() as file:
             stored = bool(paths) and self.histories  # there is nothing if save.orbits is none
             span = slice(*file[OFFSETS_BY_ITEM[item]][row : row + 2]) if stored else slice(0)
             frame = pd.DataFrame({path: read_values(file, path, span) if stored else [] for path in paths})
@@ -452,6 +516,42 @@ def plausible(rows: T) -> T:
         if not all(map(is_plausible, chunks)) or (field.name in ("case_id", "status") and column.null_count):
             raise MisshapenError(f"{field.name} has values that no run writes")
     return rows
+
+
+def attributes_of(schema: pa.Schema) -> dict[str, dict[str, str]]:
+    """Return `units` and `descriptions` of the columns of a table."""
+    keys = {"units": b"unit", "descriptions": b"description"}
+    return {name: {field.name: field.metadata[key].decode() for field in schema} for name, key in keys.items()}
+
+
+def to_frame(table: pa.Table) -> "pd.DataFrame":
+    """Return a table as a DataFrame whose `attrs` hold units and descriptions by column; it uses up the table."""
+    attributes = attributes_of(table.schema)
+    table = table.replace_schema_metadata(None)
+    frame = table.to_pandas(use_threads=False, split_blocks=True, self_destruct=True)  # without a second copy
+    frame.attrs |= attributes
+    return frame
+
+
+def _read_ids(file: BufferedReader, first: int, last: int) -> np.ndarray:
+    """Return some of the identities in an open file."""
+    try:
+        return np.frombuffer(durable.read_span(file, 8 * first, 8 * (last - first)), "<u8")
+    except EOFError as error:
+        raise damaged_error(Path(file.name), str(error)) from error
+
+
+def _count_below(file: BufferedReader, count: int, value: int) -> int:
+    """Return how many of `count` identities in an open file, ascending, are below a value."""
+    expected_row, distance = (count * value) >> 64, READ_AROUND
+    while True:
+        first, last = max(expected_row - distance, 0), min(expected_row + distance, count)
+        identities = _read_ids(file, first, last)
+        if len(identities) == 0 or value >> 64:
+            return count if value >> 64 else first
+        if (first == 0 or identities[0] < value) and (last == count or identities[-1] >= value):
+            return first + int(np.searchsorted(identities, np.uint64(value)))
+        distance *= 8
 
 
 def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FINAL_FILES, *ANSWER_FILES)) -> None:

@@ -15,7 +15,7 @@ from .. import store
 from ..contracts.results import Peak
 from ..contracts.search import Found, FurtherRuns
 from ..language import phases, wording
-from ..language.errors import DirectoryError, InputError
+from ..language.errors import DamagedError, DirectoryError, InputError
 from .cluster import blockwise, nodes
 from .facts.settings import assumed_sentences
 from .pool import executors, progress, resources, signals
@@ -210,14 +210,21 @@ def _run_cut(
             for sentence in directory.load_intact_batches():
                 progress.print_line(sentence)
         with CaseRunner(directory, options, simulator) as case_runner:
-            if options.executor == executors.NODES:
-                outcome = nodes.run_on_nodes(job)
-            else:
-                outcome = blockwise.run_blocks(job, case_runner, directory)
-            counts = blockwise.conclude(
-                directory, job, outcome, (outcome.ran, requested), start=start, **record_entries
-            )
-        store.commit_answer(directory, store.open(directory.path))
+            while True:
+                if options.executor == executors.NODES:
+                    outcome = nodes.run_on_nodes(job)
+                else:
+                    outcome = blockwise.run_blocks(job, case_runner, directory)
+                counts = blockwise.conclude(
+                    directory, job, outcome, (outcome.ran, requested), start=start, **record_entries
+                )
+                try:
+                    store.commit_answer(directory, store.open(directory.path))
+                    break
+                except DamagedError as error:  # a checksum agrees with content that no run writes
+                    if not store.unmark_damaged(directory.path):
+                        raise
+                    progress.print_line(f"{str(error).partition(';')[0]}; written again from the batches")
     return RunResult(
         directory.path,
         **counts,

@@ -1,0 +1,422 @@
+"""A run in blocks as a dataset of Parquet parts: `pyarrow.dataset` finds the rows that meet a condition.
+
+The summary is lazy: columns compared with values become a condition, and only the parts, row groups and columns that it
+asks for are read.  The mark of a block guarantees the ranges of its columns, and statistics those of its row groups.
+"""
+
+import operator
+import os
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+
+import numpy as np
+import pyarrow as pa
+import pyarrow.compute as pc
+import pyarrow.dataset as pds
+from pyarrow.fs import LocalFileSystem
+
+from ..contracts.layout import Layout
+from ..language.errors import DamagedError, DirectoryError, InputError
+from . import durable
+from .batch import GROUP_ROWS, open_table
+from .blocks import SAMPLE_FILE, Block, numbers_of_blocks, read_mark
+from .columns import values_of
+from .datasets import EVENT, ID_LENGTH, StoredNames, read_values
+from .directory import DATASET, ORBITS_FILE, SUMMARY_FILE
+from .read import (
+    EVENT_COLUMNS,
+    HEXADECIMAL,
+    OFFSETS_BY_ITEM,
+    Part,
+    StoredRun,
+    attributes_of,
+    damage_said,
+    plausible,
+    to_frame,
+)
+from .record import RECORD_FILE, check_format, damaged_error, read_record
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+LARGEST_EXACT = 2**53  # size of a whole number that a mark has exactly
+_CHECKED = pds.ParquetFragmentScanOptions(pre_buffer=False, page_checksum_verification=True)
+_FORMAT = pds.ParquetFileFormat(default_fragment_scan_options=_CHECKED)
+
+
+class Condition(NamedTuple):
+    """A condition on columns of a summary; `&`, `|` and `~` combine them.  No comparison with null is met."""
+
+    expression: pc.Expression
+    columns: frozenset[str]
+    ids: frozenset[str] | None = None  # identities of the rows that may meet it; None: of any
+
+    def __and__(self, other: "Condition") -> "Condition":
+        ids = self.ids if other.ids is None else other.ids if self.ids is None else self.ids & other.ids
+        return Condition(self.expression & other.expression, self.columns | other.columns, ids)
+
+    def __or__(self, other: "Condition") -> "Condition":
+        ids = None if self.ids is None or other.ids is None else self.ids | other.ids
+        return Condition(self.expression | other.expression, self.columns | other.columns, ids)
+
+    def __invert__(self) -> "Condition":
+        return Condition(~self.expression, self.columns)
+
+
+NO_BOUND = pc.scalar(value=True)
+EVERY_ROW = Condition(NO_BOUND, frozenset())
+
+
+class LazyRun(Protocol):
+    """The interface that a lazy summary needs of a run."""
+
+    @property
+    def schema(self) -> pa.Schema:
+        """Return the columns of the summary, with their metadata."""
+
+    def __len__(self) -> int:
+        """Return the number of rows."""
+
+    def column(self, name: str) -> "pd.Series":
+        """Return one column of all rows."""
+
+    def matching(self, condition: Condition, columns: list[str] | None = None) -> "pd.DataFrame":
+        """Return the rows that meet a condition."""
+
+
+class LazyColumn:
+    """A column of a lazy summary: compared with a value it is a condition; anything else reads it, as a Series."""
+
+    __hash__ = None  # type: ignore[assignment]
+
+    def __init__(self, run: LazyRun, name: str):
+        """Prepare for a run and the name of the column."""
+        self._run, self._name = run, name
+
+    def _condition(self, compare: Callable[[pc.Expression, Any], pc.Expression], *values: Any) -> Condition:
+        """Return the condition that a column and values meet together; InputError for values of another kind."""
+        kind = self._run.schema.field(self._name).type
+        for value in values:
+            if isinstance(value, str) != (kind == pa.string()):
+                expected = "a text" if kind == pa.string() else "a number"
+                raise InputError(f"{self._name}: is compared with {value!r}; expected {expected}")
+        ids = frozenset(values) if self._name == "case_id" and compare in (operator.eq, pc.Expression.isin) else None
+        operand = pa.array(values, kind) if compare is pc.Expression.isin else values[0]
+        return Condition(compare(pc.field(self._name), operand), frozenset([self._name]), ids)
+
+    def __eq__(self, value: object) -> Condition:  # type: ignore[override]
+        return self._condition(operator.eq, value)
+
+    def __ne__(self, value: object) -> Condition:  # type: ignore[override]
+        return self._condition(operator.ne, value)
+
+    def __lt__(self, value: Any) -> Condition:
+        return self._condition(operator.lt, value)
+
+    def __le__(self, value: Any) -> Condition:
+        return self._condition(operator.le, value)
+
+    def __gt__(self, value: Any) -> Condition:
+        return self._condition(operator.gt, value)
+
+    def __ge__(self, value: Any) -> Condition:
+        return self._condition(operator.ge, value)
+
+    def isin(self, values: Any) -> Condition:
+        """Return the condition of one of some values."""
+        return self._condition(pc.Expression.isin, *values)
+
+    def __len__(self) -> int:
+        return len(self._run)
+
+    def __iter__(self) -> Iterator[Any]:
+        return iter(self._run.column(self._name))
+
+    def __array__(self, dtype: Any = None, copy: Any = None) -> np.ndarray:
+        return np.asarray(self._run.column(self._name), dtype)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("__"):
+            raise AttributeError(name)
+        return getattr(self._run.column(self._name), name)
+
+
+class LazySummary:
+    """The summary of a run in blocks: used like a DataFrame, but only requested parts are read.
+
+    `summary[summary["case_id"] == "..."]` and `summary[(summary["drive.speed"] > 100.0) & ...]` are DataFrames with the
+    rows that meet the condition; `summary["column"]` compares without being read; `summary.frame()` reads everything.
+    """
+
+    def __init__(self, run: LazyRun):
+        """Take the run."""
+        self._run = run
+
+    def __len__(self) -> int:
+        return len(self._run)
+
+    def __repr__(self) -> str:
+        return f"<lazy summary: {len(self):,} cases, {len(self.columns)} columns>"
+
+    @property
+    def columns(self) -> list[str]:
+        """Return the names of the columns."""
+        return list(self._run.schema.names)
+
+    @property
+    def attrs(self) -> dict[str, dict[str, str]]:
+        """Return `units` and `descriptions` by column."""
+        return attributes_of(self._run.schema)
+
+    def __contains__(self, name: object) -> bool:
+        return name in self.columns
+
+    def __getitem__(self, selection: "str | list[str] | Condition") -> Any:
+        if isinstance(selection, Condition):
+            return self._run.matching(selection)
+        if isinstance(selection, list):
+            return self._run.matching(EVERY_ROW, selection)
+        if selection not in self.columns:
+            raise KeyError(selection)
+        return LazyColumn(self._run, selection)
+
+    def frame(self) -> "pd.DataFrame":
+        """Return the whole summary as a DataFrame, block after block."""
+        return self._run.matching(EVERY_ROW)
+
+    def __getattr__(self, name: str) -> Any:
+        if name.startswith("_"):
+            raise AttributeError(name)
+        return self[name] if name in self.columns else getattr(self.frame(), name)
+
+
+class BlockedRun(StoredRun):
+    """The results of a run in blocks.
+
+    Attributes and methods are those of StoredRun.  `summary` is lazy: see `LazySummary`.  Opening verifies the checksum
+    of run.json; pages of the summaries are verified on reading, and `status --verify` compares all checksums.
+    """
+
+    def __init__(self, directory: str | Path, *, partial: bool = False):
+        """Open a directory; with `partial`, an unfinished run has the blocks that are finished so far."""
+        self.directory = self.files_directory = Path(directory)
+        self.grid = read_record(self.directory)
+        check_format(self.directory, self.grid)
+        is_merged = "merged" in self.grid
+        if not is_merged and not partial:
+            raise DirectoryError(
+                f"{directory}: its run is not finished; run the grid again with --out {directory}, which computes only "
+                "missing cases. To read the finished cases, use report --partial or clearsweep.open(..., partial=True)"
+            )
+        self.layout = Layout.read(self.grid["layout"])
+        if is_merged:
+            listed = self.grid["blocks"]["numbers"]
+            folder = self.directory / DATASET
+            stored = set(os.listdir(folder)) if folder.is_dir() else set()
+            missing = (block for block in self._blocks(listed) if block.files[SUMMARY_FILE].name not in stored)
+            if lost := next(missing, None):
+                raise damaged_error(lost.files[SUMMARY_FILE], "it is missing")
+        else:
+            listed = [block for block in numbers_of_blocks(self.directory) if read_mark(Block(self.directory, block))]
+        if not listed:
+            raise DirectoryError(f"{directory}: no block of its run is finished yet; `status` shows the progress")
+        self.listed, names = self._blocks(listed), StoredNames(self.layout, self.histories)
+        self.parts = [Part(block.files, names) for block in self.listed]
+
+    def _blocks(self, numbers: Iterable[int]) -> list[Block]:
+        return [Block(self.directory, number) for number in numbers]
+
+    @property
+    def files(self) -> tuple[str, ...]:
+        """Return the names of the files and folders that a reader uses."""
+        return (f"{DATASET}/", f"blocks/*/{ORBITS_FILE}", RECORD_FILE)
+
+    @cached_property
+    def _marks(self) -> list[dict[str, Any]]:
+        marks = []
+        for block in self.listed:
+            mark = read_mark(block)
+            if mark is None:
+                raise damaged_error(block.mark, "it or one of its files has changed since it was written")
+            marks.append(mark)
+        return marks
+
+    @cached_property
+    def samples(self) -> list[pa.Table]:
+        """Return the random and the extreme rows of every block."""
+        return list(map(_read_sample, self.parts))
+
+    def marks(self) -> list[dict[str, Any]]:
+        """Return the marks of all blocks."""
+        return self._marks
+
+    @property
+    def summary(self) -> LazySummary:
+        """Return the summary, of which only requested parts are read."""
+        return LazySummary(self)
+
+    def sample_and_extremes(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
+        """Yield these columns for the random and the extreme rows of every block."""
+        for table in self.samples:
+            if len(table):
+                yield {name: values_of(table[name].combine_chunks()) for name in columns}
+
+    def sampled_parts(self) -> Iterator[tuple[Part, pa.Table]]:
+        """Yield every part with its random rows and those with the extremes of a column over all parts."""
+        extreme_ids: set[str] = set()
+        for name in {name for mark in self._marks for name in mark["ranges"]}:
+            ranges = [mark["ranges"][name] for mark in self._marks if name in mark["ranges"]]
+            extreme_ids |= {min(ranges)[2], max(ranges, key=lambda extreme: extreme[1])[3]}
+        for part, mark, table in zip(self.parts, self._marks, self.samples, strict=True):
+            ids = table["case_id"].to_pylist()
+            selected = [index for index, case_id in enumerate(ids) if index < mark["drawn"] or case_id in extreme_ids]
+            yield part, table.take(pa.array(selected, pa.int64()))
+
+    def matching(self, condition: Condition, columns: list[str] | None = None) -> "pd.DataFrame":
+        """Return the rows of the summary that meet a condition; parts that cannot contain any are not read."""
+        names = self.schema.names if columns is None else columns
+        tables = [scan(fragment, condition, names) for fragment in self._fragments(condition)]
+        empty = pa.schema([self.schema.field(name) for name in names]).empty_table()
+        return to_frame(pa.concat_tables([empty, *tables]))
+
+    def _fragments(self, condition: Condition) -> list[pds.Fragment]:
+        """Return the summaries that may have rows that meet a condition."""
+        files, guarantees = [part.files[SUMMARY_FILE] for part in self.parts], [NO_BOUND] * len(self.parts)
+        if condition.ids is not None:  # an identity is in the file of identities of its part, or in none
+            valid = [text for text in condition.ids if len(text) == ID_LENGTH and HEXADECIMAL.issuperset(text)]
+            numbers = [int(case_id, 16) for case_id in valid]
+            holds = [any(np.ptp(part.rows_between(value, value)) for value in numbers) for part in self.parts]
+            files = [file for file, is_possible in zip(files, holds, strict=True) if is_possible]
+        elif condition.columns:
+            guarantees = [_guarantee(self.schema, mark["ranges"], condition.columns) for mark in self._marks]
+        local = LocalFileSystem()
+        fragments = [
+            _FORMAT.make_fragment(os.fspath(file), local, partition_expression=guarantee)
+            for file, guarantee in zip(files, guarantees, strict=False)
+        ]
+        dataset = pds.FileSystemDataset(fragments, self.schema, _FORMAT, local)
+        return list(dataset.get_fragments(condition.expression))
+
+
+def _guarantee(schema: pa.Schema, ranges: Mapping[str, list[Any]], columns: Iterable[str]) -> pc.Expression:
+    """Return what the mark of a block guarantees of some columns: null, or within a range."""
+    guarantee = NO_BOUND
+    for name in columns:
+        kind, field = schema.field(name).type, pc.field(name)
+        low, high = ranges.get(name, (-np.inf, np.inf))[:2]
+        if kind != pa.float64() and max(abs(low), abs(high)) >= LARGEST_EXACT:
+            continue
+        for bound in (field >= pa.scalar(low, kind), field <= pa.scalar(high, kind)):
+            guarantee &= bound | field.is_null()
+    return guarantee
+
+
+def scan(fragment: pds.Fragment, condition: Condition, columns: list[str]) -> pa.Table:
+    """Return the columns of the rows of a summary that meet a condition; DamagedError for such as no run writes."""
+    path = Path(fragment.path)
+    with damage_said(path):
+        durable.open_regular(path).close()  # Arrow would follow a link, and wait for a pipe
+        return plausible(fragment.to_table(columns=columns, filter=condition.expression, use_threads=False))
+
+
+def _read_sample(part: Part) -> pa.Table:
+    path = part.files[SAMPLE_FILE]
+    with damage_said(path), open_table(path) as file:
+        return plausible(file.read(use_threads=False))
+
+
+def unmark_damaged(directory: Path) -> list[int]:
+    """Remove the marks of blocks with final files that no run writes, so that they are finished again.
+
+    Return their numbers.  Checksums do not prove that a run wrote a file, and a run reads the marks alone.
+    """
+    run, damaged = BlockedRun(directory, partial=True), []
+    for block, part in zip(run.listed, run.parts, strict=True):
+        try:
+            for _ in part.rows():  # checks every value
+                pass
+            _read_sample(part)
+            with part.orbits():  # checks it
+                pass
+        except DamagedError:
+            durable.discard(block.mark)
+            damaged.append(block.number)
+    return damaged
+
+
+class SampledRun(BlockedRun):
+    """A sample of a run in blocks: random rows and the extremes of every column, sorted by case_id, in little memory.
+
+    Counts of all cases are in `marks`.
+    """
+
+    def __init__(self, run: BlockedRun):
+        """Take the run."""
+        self.whole = run
+        self.directory, self.files_directory, self.grid, self.layout = (
+            run.directory,
+            run.files_directory,
+            run.grid,
+            run.layout,
+        )
+        self.parts, self._marks = run.parts, run.marks()
+        self._sampled = list(run.sampled_parts())
+        rows = pa.concat_tables([table for _, table in self._sampled])
+        self._sample = rows.take(pc.sort_indices(rows, [("case_id", "ascending")])).combine_chunks()
+
+    def __len__(self) -> int:
+        return len(self._sample)
+
+    @cached_property
+    def summary(self) -> "pd.DataFrame":
+        """Return the rows of the sample as a DataFrame."""
+        return to_frame(self._sample)
+
+    def column(self, name: str) -> "pd.Series":
+        """Return one column of the sample."""
+        import pandas as pd
+
+        return pd.Series(values_of(self._sample[name].combine_chunks()), name=name)
+
+    def blocks(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
+        """Yield columns of the sample, name -> values, for a few thousand rows at a time."""
+        for first in range(0, len(self), GROUP_ROWS):
+            rows = self._sample.slice(first, GROUP_ROWS)
+            yield {name: values_of(rows[name].combine_chunks()) for name in columns}
+
+    def event_blocks(self) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
+        """Yield the results of `StoredRun.event_blocks` for the whole sample at once."""
+        ids: list[str] = []
+        events: list[dict[str, np.ndarray]] = []
+        for part, table in self._sampled:
+            sampled = table["case_id"].to_pylist()
+            ids += sampled
+            events += self._events(part, [int(case_id, 16) for case_id in sampled])
+        order = sorted(range(len(ids)), key=ids.__getitem__)
+        counts = np.array([len(events[number]["t"]) for number in order], int)
+        yield (
+            counts,
+            {
+                name: np.concatenate([np.empty(0), *(events[number][name] for number in order)])
+                for name in EVENT_COLUMNS
+            },
+        )
+
+    def _events(self, part: Part, identities: list[int]) -> list[dict[str, np.ndarray]]:
+        """Return the events of some cases of a part, by identity; consecutive rows are read at once."""
+        row_indices = np.searchsorted(part.ids, np.array(identities, "u8"))
+        events: list[dict[str, np.ndarray]] = [{name: np.empty(0) for name in EVENT_COLUMNS} for _ in identities]
+        with part.orbits() as file:
+            if not self.histories or not len(row_indices):
+                return events
+            offsets = file[OFFSETS_BY_ITEM[EVENT]][:]
+            runs = np.split(np.arange(len(row_indices)), np.flatnonzero(np.diff(row_indices) != 1) + 1)
+            for run in runs:
+                start, stop = int(offsets[row_indices[run[0]]]), int(offsets[row_indices[run[-1]] + 1])
+                values = {name: read_values(file, f"events/{name}", slice(start, stop)) for name in EVENT_COLUMNS}
+                for row in run.tolist():
+                    span = slice(int(offsets[row_indices[row]]) - start, int(offsets[row_indices[row] + 1]) - start)
+                    events[row] = {name: values[name][span] for name in EVENT_COLUMNS}
+        return events
