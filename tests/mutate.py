@@ -425,7 +425,7 @@ MUTATIONS = (
     Mutation("store/durable.py", "remove_temporaries", "if _TEMPORARY.fullmatch(name):", "if True:", STRANGERS),
     Mutation("store/read.py", "verify", "if actual != expected:", "if False:", STRANGERS),
     Mutation("store/record.py", "read_record", 'if record.get("checksum") != checksum:', "if False:", STRANGERS),
-    Mutation("store/orbits.py", "fletcher32", "return second << 16 | first", "return first << 16 | second", STRANGERS),
+    Mutation("store/merged.py", "fletcher32", "return second << 16 | first", "return first << 16 | second", STRANGERS),
     Mutation(
         "store/directory.py",
         "RunDirectory._compare",
@@ -450,7 +450,7 @@ MUTATIONS = (
         STORE,
     ),
     Mutation(
-        "store/columns.py",
+        "store/datasets.py",
         "column_of",
         "valid = np.abs(numbers) <= LARGEST",
         "valid = np.ones(len(numbers), bool)",
@@ -470,40 +470,38 @@ MUTATIONS = (
         "np.zeros((len(rows), *dataset.shape))",
         STORE,
     ),
-    Mutation("store/orbits.py", "_filter_chunk", "reshape(-1, size).T.tobytes()", "reshape(-1, size).tobytes()", STORE),
-    Mutation("store/orbits.py", "_write_dataset", "row += rows", "row += rows - 1", STORE),
+    Mutation("store/merged.py", "_filter_chunk", "reshape(-1, size).T.tobytes()", "reshape(-1, size).tobytes()", STORE),
+    Mutation("store/merged.py", "_write_compressed", "row += rows", "row += rows - 1", STORE),
     Mutation(
-        "store/orbits.py",
+        "store/merged.py",
         "OrbitFiles.extents",
         "first[selection], count[selection] = starts[row],",
         "first[selection], count[selection] = 0,",
         STORE,
     ),
+    Mutation("store/merged.py", "content_hash_of", 'for column in ("id", "row"):', 'for column in ("id",):', STRANGERS),
     Mutation(
-        "store/assemble.py", "content_hash_of", 'for column in ("id", "row"):', 'for column in ("id",):', STRANGERS
-    ),
-    Mutation(
-        "store/summary.py",
+        "store/merged.py",
         "_rows_of_batches",
         'starts[rows["batch"]] + rows["row"]',
         'rows["row"]',
         STORE,
     ),
     Mutation(
-        "store/assemble.py",
+        "store/merged.py",
         "merge",
         "if current_checksums == recorded_checksums:",
         "if True:",
         "tests/test_sweep.py -k merged_file",
     ),
     Mutation(
-        "store/compare.py",
+        "store/results.py",
         "_orbits_difference",
         "if values[0] != values[1]:",
         "if len(values[0]) != len(values[1]):",
         SHARDS,
     ),
-    Mutation("store/compare.py", "_summary_difference", "if name in TIMINGS or", "if", SHARDS),
+    Mutation("store/results.py", "_summary_difference", "if name in TIMINGS or", "if", SHARDS),
     Mutation(
         "store/read.py", "newest_run", "return max(records", "return min(records", "tests/test_store.py -k newest_run"
     ),

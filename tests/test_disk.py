@@ -9,7 +9,7 @@ from test_store import filled, loaded, rows_of
 
 from clearsweep import store
 from clearsweep.language.errors import DirectoryError
-from clearsweep.store import disk, durable
+from clearsweep.store import durable, state
 
 
 def tree(directory):
@@ -132,6 +132,6 @@ def test_status_says_what_the_files_take(run):
     sizes = facts["disk"]
     assert sizes["all"] == sum(map(len, tree(run).values())) == sizes["results"] + sizes["batches"] + sizes["other"]
     assert sizes["other"] == 2000 + len((run / "lock").read_bytes())
-    assert f"Disk: {disk.disk_use_text(sizes)}" in store.status_text(facts)
+    assert f"Disk: {state.disk_use_text(sizes)}" in store.status_text(facts)
     shutil.rmtree(run / "shards")
     assert store.status(run)["disk"]["batches"] < sizes["batches"]

@@ -22,7 +22,7 @@ from clearsweep import store
 from clearsweep.contracts import results
 from clearsweep.language.errors import DirectoryError, InputError, StorageError
 from clearsweep.store import batch as batches
-from clearsweep.store import durable, orbits, summary
+from clearsweep.store import durable, merged
 from clearsweep.store.record import record_checksum
 
 
@@ -159,11 +159,11 @@ def test_orbits_file_reads_as_the_contract_says(mixed):
 
 
 def test_datasets_longer_than_a_chunk_are_put_together_exactly(tmp_path, monkeypatch):
-    monkeypatch.setattr(orbits, "CHUNK_VALUES", 50)
-    monkeypatch.setattr(orbits, "CHUNKS_AT_ONCE", 3)
-    monkeypatch.setattr(orbits, "OPEN_FILES", 2)
-    monkeypatch.setattr(summary, "GROUP_ROWS", 4)
-    monkeypatch.setattr(summary, "ROWS_IN_MEMORY", 6)
+    monkeypatch.setattr(merged, "CHUNK_VALUES", 50)
+    monkeypatch.setattr(merged, "CHUNKS_AT_ONCE", 3)
+    monkeypatch.setattr(merged, "OPEN_FILES", 2)
+    monkeypatch.setattr(merged, "GROUP_ROWS", 4)
+    monkeypatch.setattr(merged, "ROWS_IN_MEMORY", 6)
     held_grid = loaded(grid(30, wear=True))
     run = filled(tmp_path / "run", held_grid, [range(k, 30, 7) for k in range(7)])
     assert run.summary["case_id"].tolist() == sorted(held_grid.case_id(index) for index in range(30))
@@ -177,10 +177,10 @@ def test_datasets_longer_than_a_chunk_are_put_together_exactly(tmp_path, monkeyp
 
 
 def test_however_many_groups_a_summary_has_every_batch_is_read_once(tmp_path, monkeypatch):
-    monkeypatch.setattr(summary, "GROUP_ROWS", 2)
-    monkeypatch.setattr(summary, "ROWS_IN_MEMORY", 5)
-    read, original = [], summary.read_summary
-    monkeypatch.setattr(summary, "read_summary", lambda path, names: (read.append(path), original(path, names))[1])
+    monkeypatch.setattr(merged, "GROUP_ROWS", 2)
+    monkeypatch.setattr(merged, "ROWS_IN_MEMORY", 5)
+    read, original = [], merged.read_summary
+    monkeypatch.setattr(merged, "read_summary", lambda path, names: (read.append(path), original(path, names))[1])
     held_grid = loaded(grid(24, orbits="none"))
     filled(tmp_path / "run", held_grid, [range(k, 24, 8) for k in range(8)])
     assert len(read) == len(set(read)) == 8

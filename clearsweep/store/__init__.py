@@ -5,23 +5,28 @@ from pathlib import Path
 import pyarrow
 
 from . import blocks
-from .answering import answer_of, commit_answer
-from .assemble import merge
 from .batch import Axis, ResultSchema, Row, id_text, open_table
-from .blocks import Block, Division, discard_from, numbers_of_blocks, read_mark, sha256_of, sum_counts
-from .case_results import read_histories, read_results, write_search_table
-from .compare import difference
+from .blocks import Block, Division, discard_from, finish_block, numbers_of_blocks, read_mark, sha256_of, sum_counts
 from .dataset import BlockedRun, SampledRun, unmark_damaged
 from .directory import ANSWER_FILE, BLOCKS, DATASET, FINAL_FILES, SCRATCH, RunDirectory, commit
-from .disk import clean, clean_text
-from .finish import finish_block
-from .partial import check_version, gather, is_unfinished, keys_of_all, keys_so_far
-from .read import Part, StoredRun, newest_run, verify
+from .merged import Worst, merge
+from .parts import Part
+from .read import StoredRun, newest_run, verify
 from .record import check_format, json_round_trip, read_record, utc_now
-from .state import status, status_text
-from .unfinished import Unfinished
-from .working import Working, case_text
-from .worst import Worst
+from .results import (
+    answer_of,
+    check_version,
+    commit_answer,
+    difference,
+    gather,
+    is_unfinished,
+    keys_of_all,
+    keys_so_far,
+    read_histories,
+    read_results,
+    write_search_table,
+)
+from .state import Unfinished, Working, case_text, clean, clean_text, status, status_text
 
 __all__ = [
     "ANSWER_FILE",

@@ -22,10 +22,24 @@ from ..contracts.layout import SECTION_COUNT, Column, Layout
 from ..grid import Grid
 from ..language.errors import error_line
 from . import durable
-from .columns import LARGEST, column_of, field_of, is_plausible, values_of, words_of
-from .datasets import CASE_ID, EVENT, ID_LENGTH, NODE, SAMPLE, SECTION, Dataset, datasets, offset_datasets
-from .record import kind_of_axis
-from .record_shape import MisshapenError, check_facts
+from .datasets import (
+    CASE_ID,
+    EVENT,
+    ID_LENGTH,
+    LARGEST,
+    NODE,
+    SAMPLE,
+    SECTION,
+    Dataset,
+    column_of,
+    datasets,
+    field_of,
+    is_plausible,
+    offset_datasets,
+    values_of,
+    words_of,
+)
+from .record import MisshapenError, check_facts, kind_of_axis
 
 GROUP_ROWS = 16384  # rows of a group of the summary, and of what is worked at in one go
 ORBITS, SUMMARIES = "shards", "parts"  # folders of a run directory; their names predate the present terms

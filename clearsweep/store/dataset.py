@@ -13,43 +13,30 @@ from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 import pyarrow as pa
-import pyarrow.compute as pc
-import pyarrow.dataset as pds
-from pyarrow.fs import LocalFileSystem
 
 from ..contracts.layout import Layout
 from ..language.errors import DamagedError, DirectoryError, InputError
 from . import durable
 from .batch import GROUP_ROWS, open_table
 from .blocks import SAMPLE_FILE, Block, numbers_of_blocks, read_mark
-from .columns import values_of
-from .datasets import EVENT, ID_LENGTH, StoredNames, read_values
+from .datasets import EVENT, ID_LENGTH, StoredNames, read_values, values_of
 from .directory import DATASET, ORBITS_FILE, SUMMARY_FILE
-from .read import (
-    EVENT_COLUMNS,
-    HEXADECIMAL,
-    OFFSETS_BY_ITEM,
-    Part,
-    StoredRun,
-    attributes_of,
-    damage_said,
-    plausible,
-    to_frame,
-)
+from .parts import Part, attributes_of, damage_said, plausible, to_frame
+from .read import EVENT_COLUMNS, HEXADECIMAL, OFFSETS_BY_ITEM, StoredRun
 from .record import RECORD_FILE, check_format, damaged_error, read_record
 
-if TYPE_CHECKING:
+if TYPE_CHECKING:  # pyarrow.dataset loads pandas, which takes a second
     import pandas as pd
+    import pyarrow.compute as pc
+    import pyarrow.dataset as pds
 
 LARGEST_EXACT = 2**53  # size of a whole number that a mark has exactly
-_CHECKED = pds.ParquetFragmentScanOptions(pre_buffer=False, page_checksum_verification=True)
-_FORMAT = pds.ParquetFileFormat(default_fragment_scan_options=_CHECKED)
 
 
 class Condition(NamedTuple):
     """A condition on columns of a summary; `&`, `|` and `~` combine them.  No comparison with null is met."""
 
-    expression: pc.Expression
+    expression: Any  # a pyarrow.compute.Expression; None: every row
     columns: frozenset[str]
     ids: frozenset[str] | None = None  # identities of the rows that may meet it; None: of any
 
@@ -65,8 +52,7 @@ class Condition(NamedTuple):
         return Condition(~self.expression, self.columns)
 
 
-NO_BOUND = pc.scalar(value=True)
-EVERY_ROW = Condition(NO_BOUND, frozenset())
+EVERY_ROW = Condition(None, frozenset())
 
 
 class LazyRun(Protocol):
@@ -95,15 +81,17 @@ class LazyColumn:
         """Prepare for a run and the name of the column."""
         self._run, self._name = run, name
 
-    def _condition(self, compare: Callable[[pc.Expression, Any], pc.Expression], *values: Any) -> Condition:
-        """Return the condition that a column and values meet together; InputError for values of another kind."""
+    def _condition(self, compare: Callable[[Any, Any], Any], *values: Any) -> Condition:
+        """Return the condition that `compare` makes of a column and values; InputError for values of another kind."""
+        import pyarrow.compute as pc
+
         kind = self._run.schema.field(self._name).type
         for value in values:
             if isinstance(value, str) != (kind == pa.string()):
                 expected = "a text" if kind == pa.string() else "a number"
                 raise InputError(f"{self._name}: is compared with {value!r}; expected {expected}")
-        ids = frozenset(values) if self._name == "case_id" and compare in (operator.eq, pc.Expression.isin) else None
-        operand = pa.array(values, kind) if compare is pc.Expression.isin else values[0]
+        ids = frozenset(values) if self._name == "case_id" and compare in (operator.eq, _is_in) else None
+        operand = pa.array(values, kind) if compare is _is_in else values[0]
         return Condition(compare(pc.field(self._name), operand), frozenset([self._name]), ids)
 
     def __eq__(self, value: object) -> Condition:  # type: ignore[override]
@@ -126,7 +114,7 @@ class LazyColumn:
 
     def isin(self, values: Any) -> Condition:
         """Return the condition of one of some values."""
-        return self._condition(pc.Expression.isin, *values)
+        return self._condition(_is_in, *values)
 
     def __len__(self) -> int:
         return len(self._run)
@@ -141,6 +129,10 @@ class LazyColumn:
         if name.startswith("__"):
             raise AttributeError(name)
         return getattr(self._run.column(self._name), name)
+
+
+def _is_in(field: "pc.Expression", values: pa.Array) -> "pc.Expression":
+    return field.isin(values)
 
 
 class LazySummary:
@@ -281,9 +273,13 @@ class BlockedRun(StoredRun):
         empty = pa.schema([self.schema.field(name) for name in names]).empty_table()
         return to_frame(pa.concat_tables([empty, *tables]))
 
-    def _fragments(self, condition: Condition) -> list[pds.Fragment]:
+    def _fragments(self, condition: Condition) -> "list[pds.Fragment]":
         """Return the summaries that may have rows that meet a condition."""
-        files, guarantees = [part.files[SUMMARY_FILE] for part in self.parts], [NO_BOUND] * len(self.parts)
+        import pyarrow.dataset as pds
+        from pyarrow.fs import LocalFileSystem
+
+        files = [part.files[SUMMARY_FILE] for part in self.parts]
+        guarantees: list[pc.Expression | None] = [None] * len(files)
         if condition.ids is not None:  # an identity is in the file of identities of its part, or in none
             valid = [text for text in condition.ids if len(text) == ID_LENGTH and HEXADECIMAL.issuperset(text)]
             numbers = [int(case_id, 16) for case_id in valid]
@@ -291,18 +287,21 @@ class BlockedRun(StoredRun):
             files = [file for file, is_possible in zip(files, holds, strict=True) if is_possible]
         elif condition.columns:
             guarantees = [_guarantee(self.schema, mark["ranges"], condition.columns) for mark in self._marks]
-        local = LocalFileSystem()
+        options = pds.ParquetFragmentScanOptions(pre_buffer=False, page_checksum_verification=True)
+        local, form = LocalFileSystem(), pds.ParquetFileFormat(default_fragment_scan_options=options)
         fragments = [
-            _FORMAT.make_fragment(os.fspath(file), local, partition_expression=guarantee)
+            form.make_fragment(os.fspath(file), local, partition_expression=guarantee)
             for file, guarantee in zip(files, guarantees, strict=False)
         ]
-        dataset = pds.FileSystemDataset(fragments, self.schema, _FORMAT, local)
+        dataset = pds.FileSystemDataset(fragments, self.schema, form, local)
         return list(dataset.get_fragments(condition.expression))
 
 
-def _guarantee(schema: pa.Schema, ranges: Mapping[str, list[Any]], columns: Iterable[str]) -> pc.Expression:
+def _guarantee(schema: pa.Schema, ranges: Mapping[str, list[Any]], columns: Iterable[str]) -> "pc.Expression":
     """Return what the mark of a block guarantees of some columns: null, or within a range."""
-    guarantee = NO_BOUND
+    import pyarrow.compute as pc
+
+    guarantee = pc.scalar(value=True)
     for name in columns:
         kind, field = schema.field(name).type, pc.field(name)
         low, high = ranges.get(name, (-np.inf, np.inf))[:2]
@@ -313,7 +312,7 @@ def _guarantee(schema: pa.Schema, ranges: Mapping[str, list[Any]], columns: Iter
     return guarantee
 
 
-def scan(fragment: pds.Fragment, condition: Condition, columns: list[str]) -> pa.Table:
+def scan(fragment: "pds.Fragment", condition: Condition, columns: list[str]) -> pa.Table:
     """Return the columns of the rows of a summary that meet a condition; DamagedError for such as no run writes."""
     path = Path(fragment.path)
     with damage_said(path):
@@ -354,6 +353,8 @@ class SampledRun(BlockedRun):
 
     def __init__(self, run: BlockedRun):
         """Take the run."""
+        import pyarrow.compute as pc
+
         self.whole = run
         self.directory, self.files_directory, self.grid, self.layout = (
             run.directory,

@@ -34,8 +34,7 @@ from .batch import (
     summary_bytes,
 )
 from .datasets import Contents, datasets, open_orbits
-from .record import RECORD_FILE, json_round_trip, read_record, record_bytes, signed, utc_now
-from .record_shape import MisshapenError
+from .record import RECORD_FILE, MisshapenError, json_round_trip, read_record, record_bytes, signed, utc_now
 
 ROWS = np.dtype([("id", "u8"), ("batch", "i4"), ("row", "i4"), ("failed", "?")])
 LOCK, SCRATCH = "lock", "tmp"

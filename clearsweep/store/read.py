@@ -1,26 +1,21 @@
 """Reads the results of a run: summary, orbits, events and wear; damaged files are reported by name."""
 
-import contextlib
 import os
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from functools import cached_property
-from io import BufferedReader
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
-import h5py
 import numpy as np
 import pyarrow as pa
-import pyarrow.parquet as pq
 
 from ..answers.verdict import limits_and_figures_of
 from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Column, Layout
-from ..language.errors import ClearsweepError, DirectoryError, InputError
+from ..language.errors import DirectoryError, InputError
 from ..searches import SEARCHES, search_of
 from . import durable
-from .batch import GROUP_ROWS, has_histories, id_text, id_texts, ids_of_column, ids_of_texts, open_table
-from .columns import field_of, is_plausible, values_of
+from .batch import GROUP_ROWS, has_histories, id_texts, ids_of_column
 from .datasets import (
     EVENT,
     GROUP,
@@ -31,15 +26,15 @@ from .datasets import (
     SAMPLE,
     SECTION,
     TURNS,
-    Stored,
     StoredNames,
+    field_of,
     life_datasets,
-    open_orbits,
     read_values,
+    values_of,
 )
-from .directory import ANSWER_FILES, FINAL_FILES, IDS_FILE, ORBITS_FILE, SUMMARY_FILE
+from .directory import ANSWER_FILES, FINAL_FILES, ORBITS_FILE, SUMMARY_FILE
+from .parts import Part, attributes_of, plausible, to_frame, unfinished_error
 from .record import RECORD_FILE, check_format, damaged_error, declared_values, kind_of_axis, read_record
-from .record_shape import MisshapenError
 
 if TYPE_CHECKING:
     import pandas as pd  # imported only for frames
@@ -50,99 +45,7 @@ HEXADECIMAL = frozenset("0123456789abcdef")  # digits of a case_id
 OFFSETS_BY_ITEM = {SAMPLE: "offsets", EVENT: "events/offsets", SECTION: "poincare/offsets", NODE: "history/offsets"}
 
 
-READ_AROUND = 1024  # identities read on each side of the expected position
 MAX_NAMED = 3  # most cases in a message
-
-
-class Part:
-    """One part of a run: the rows of some cases, sorted by identity, their histories, and their identities."""
-
-    def __init__(self, files: Mapping[str, Path], stored: Stored, mark: str | None = None):
-        """Prepare with the files by the names that they have in a run of one part.
-
-        mark : that of the run, which orbits.h5 must have; None: it has none of its own.
-        """
-        self.files, self._stored, self._mark = files, stored, mark
-        self._checked: tuple[int, ...] = ()  # the state of orbits.h5 when it was last checked
-
-    @contextlib.contextmanager
-    def table(self, name: str = SUMMARY_FILE) -> Iterator[pq.ParquetFile]:
-        """Yield a table, whose pages are verified on reading; raise DamagedError if one was changed."""
-        path = self.files[name]
-        with damage_said(path), open_table(path) as table:
-            yield table
-
-    @contextlib.contextmanager
-    def orbits(self) -> Iterator[h5py.File]:
-        """Yield orbits.h5, whose parts are verified on reading; DamagedError if it is not as a run writes it."""
-        path = self.files[ORBITS_FILE]
-        with damage_said(path, RuntimeError, KeyError, TypeError):  # of HDF5 and h5py
-            durable.open_regular(path).close()
-            if (state := _state_of(path)) == self._checked:
-                with h5py.File(path, "r") as file:
-                    yield file
-                return
-            with open_orbits(path, self._stored, len(self), mark=self._mark) as (file, contents):
-                ids = ids_of_texts(contents.ids.tobytes())
-                if IDS_FILE not in self.files:
-                    self.ids = ids
-                elif not np.array_equal(ids, self.ids):
-                    raise damaged_error(path, f"its cases are not those of {IDS_FILE}")
-                self._checked = state
-                yield file
-
-    def __len__(self) -> int:
-        return self._row_count if IDS_FILE not in self.files else self._ids_file.stat().st_size // 8
-
-    @cached_property
-    def _row_count(self) -> int:
-        """Return the number of rows of the summary."""
-        with self.table() as file:
-            return int(file.metadata.num_rows)
-
-    @cached_property
-    def ids(self) -> np.ndarray:
-        """Return the identities of the cases, uint64, ascending; without a file of them, orbits.h5 has them."""
-        if IDS_FILE not in self.files:
-            with self.orbits():  # sets them
-                ids: np.ndarray = self.__dict__["ids"]
-                return ids
-        content = durable.read(self._ids_file)
-        if len(content) != 8 * self._row_count:
-            raise damaged_error(self._ids_file, "its size is not that of the identities of the cases")
-        return np.frombuffer(content, "<u8")
-
-    @property
-    def _ids_file(self) -> Path:
-        path = self.files[IDS_FILE]
-        if not path.is_file():
-            raise damaged_error(path, "it is missing")
-        return path
-
-    def rows_between(self, low: int, high: int) -> tuple[int, int]:
-        """Return the range of rows (first, end) whose identities are from `low` to `high`.
-
-        Identities are uniformly distributed hashes, so a few kilobytes around the expected row are read of their file.
-        Statistics of Parquet do not tell them apart: 10^8 cases in 763 parts take 40 times as long by these.
-        """
-        if IDS_FILE not in self.files:
-            first, end = np.searchsorted(self.ids, np.uint64(low)), np.searchsorted(self.ids, np.uint64(high), "right")
-            return int(first), int(end)
-        with durable.open_regular(self._ids_file) as file:
-            return _count_below(file, len(self), low), _count_below(file, len(self), high + 1)
-
-    def id_at(self, index: int) -> str:
-        """Return the identity of the case at an index."""
-        if IDS_FILE not in self.files:
-            return id_text(int(self.ids[index]))
-        with durable.open_regular(self._ids_file) as file:
-            return id_text(int(_read_ids(file, index, index + 1)[0]))
-
-    def rows(self, columns: list[str] | None = None) -> Iterator[pa.RecordBatch]:
-        """Yield these columns of the summary, or all, some rows at a time; DamagedError for such as no run writes."""
-        with self.table() as file:
-            for batch in file.iter_batches(batch_size=GROUP_ROWS, columns=columns, use_threads=False):
-                yield plausible(batch)
 
 
 class StoredRun:
@@ -485,80 +388,11 @@ class StoredRun:
         return frame
 
 
-@contextlib.contextmanager
-def damage_said(path: Path, *errors: type[Exception]) -> Iterator[None]:
-    """Convert an error in reading a file into a DirectoryError: it is damaged, unreadable or missing."""
-    try:
-        yield
-    except ClearsweepError:
-        raise
-    except FileNotFoundError:
-        raise _unfinished_error(path) from None
-    except (OSError, ValueError, MisshapenError, pa.ArrowException, *errors) as error:
-        if isinstance(error, OSError) and error.errno:  # the system's
-            raise durable.unreadable_error(path, error) from error
-        raise damaged_error(path, str(error)) from error
-
-
-def _state_of(path: Path) -> tuple[int, ...]:
-    """Return numbers that change if a file is replaced or written to."""
-    state = os.stat(path)
-    return state.st_ino, state.st_size, state.st_mtime_ns
-
-
-T = TypeVar("T", pa.Table, pa.RecordBatch)
-
-
-def plausible(rows: T) -> T:
-    """Return rows of a table; MisshapenError if a number is not finite or if a case has no identity or status."""
-    for field, column in zip(rows.schema, rows.columns, strict=True):
-        chunks = column.chunks if isinstance(column, pa.ChunkedArray) else [column]
-        if not all(map(is_plausible, chunks)) or (field.name in ("case_id", "status") and column.null_count):
-            raise MisshapenError(f"{field.name} has values that no run writes")
-    return rows
-
-
-def attributes_of(schema: pa.Schema) -> dict[str, dict[str, str]]:
-    """Return `units` and `descriptions` of the columns of a table."""
-    keys = {"units": b"unit", "descriptions": b"description"}
-    return {name: {field.name: field.metadata[key].decode() for field in schema} for name, key in keys.items()}
-
-
-def to_frame(table: pa.Table) -> "pd.DataFrame":
-    """Return a table as a DataFrame whose `attrs` hold units and descriptions by column; it uses up the table."""
-    attributes = attributes_of(table.schema)
-    table = table.replace_schema_metadata(None)
-    frame = table.to_pandas(use_threads=False, split_blocks=True, self_destruct=True)  # without a second copy
-    frame.attrs |= attributes
-    return frame
-
-
-def _read_ids(file: BufferedReader, first: int, last: int) -> np.ndarray:
-    """Return some of the identities in an open file."""
-    try:
-        return np.frombuffer(durable.read_span(file, 8 * first, 8 * (last - first)), "<u8")
-    except EOFError as error:
-        raise damaged_error(Path(file.name), str(error)) from error
-
-
-def _count_below(file: BufferedReader, count: int, value: int) -> int:
-    """Return how many of `count` identities in an open file, ascending, are below a value."""
-    expected_row, distance = (count * value) >> 64, READ_AROUND
-    while True:
-        first, last = max(expected_row - distance, 0), min(expected_row + distance, count)
-        identities = _read_ids(file, first, last)
-        if len(identities) == 0 or value >> 64:
-            return count if value >> 64 else first
-        if (first == 0 or identities[0] < value) and (last == count or identities[-1] >= value):
-            return first + int(np.searchsorted(identities, np.uint64(value)))
-        distance *= 8
-
-
 def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FINAL_FILES, *ANSWER_FILES)) -> None:
     """Raise DamagedError if the checksum of a file differs from that in `record`, its run.json."""
     for path in (directory / name for name in names):
         if "merged" not in record:
-            raise _unfinished_error(path)
+            raise unfinished_error(path)
         if path.name in ANSWER_FILES and "answers" not in record and _search_has_table(record):
             raise damaged_error(path, "run.json has no checksum of it, as an older version wrote it")
         expected = (record["merged"] | record.get("answers", {})).get(path.name)
@@ -567,7 +401,7 @@ def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FIN
         try:
             actual = durable.checksum(path)
         except FileNotFoundError:
-            raise _unfinished_error(path) from None
+            raise unfinished_error(path) from None
         if actual != expected:
             raise damaged_error(path, "its checksum is not that in run.json")
 
@@ -575,14 +409,6 @@ def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FIN
 def _search_has_table(record: dict[str, Any]) -> bool:
     search = search_of(record)
     return search is not None and search.has_table
-
-
-def _unfinished_error(path: Path) -> DirectoryError:
-    return DirectoryError(
-        f"{path.parent}: its run is not finished, or {path.name} was moved away; run the grid again with "
-        f"--out {path.parent}, which computes only missing cases. To read the finished cases, use report --partial or "
-        "clearsweep.open(..., partial=True)"
-    )
 
 
 def newest_run(results: Path) -> Path:

@@ -7,17 +7,354 @@ import io
 import json
 import os
 import platform
-from collections.abc import Mapping
+import re
+from collections.abc import Callable, Iterable, Mapping
 from importlib import metadata
 from pathlib import Path
 from typing import Any
 
 import clearsweep
 
-from ..grid import SCHEMA_VERSION, Grid
+from ..contracts.layout import Column, JointLayout, Layout
+from ..grid import SCHEMA_VERSION, Fit, Grid
 from ..language.errors import DamagedError, DirectoryError
-from ..searches import search_of
-from . import durable, record_shape
+from ..searches import SEARCHES, search_of
+from . import durable
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Validation of run.json: its checksum proves integrity, but not that `clearsweep run` wrote it.
+#
+# A results directory may be untrusted, so run.json is validated like a grid before it is used: names become
+# names of files, texts appear in pages and tables.
+
+
+MAX_LENGTH = 10_000  # characters of a text
+MAX_INTEGER = 10**300  # largest integer that a float represents
+MAX_BINS = 10**6  # bins or contacts of a joint
+MAX_DEPTH = 20  # nesting of sections
+_CONTROL = re.compile("[\x00-\x1f\x7f-\x9f\u2028-\u202e\u2066-\u2069]")  # including line ends and bidirectional marks
+
+Check = Callable[[Any, str], None]  # (value, where it is); raises MisshapenError
+
+
+class MisshapenError(Exception):
+    """Content of run.json that `clearsweep run` does not write; the text states key, value and what was expected."""
+
+
+def check_record(record: dict[str, Any]) -> None:
+    """Raise MisshapenError if the content of a run.json cannot have been written by `clearsweep run`."""
+    _check_plain(record, "")
+    _section_check(_REQUIRED, _OPTIONAL)(record, "")
+    columns = {column["name"] for column in record["layout"]["columns"]} | record.get("figures", {}).keys()
+    limits = record.get("limits", {})
+    times = [limit["times"] for limit in limits.values() if isinstance(limit, dict) and "times" in limit]
+    for kind, names, available in (("keys", record["keys"], record.keys()), ("limits", [*limits, *times], columns)):
+        unknown = [name for name in names if name not in available]
+        if unknown:
+            raise MisshapenError(f"{kind} names {unknown[0]!r}, which is missing")
+
+
+def check_facts(facts: Any) -> None:
+    """Raise MisshapenError if the metadata of a batch cannot have been written by `clearsweep run`."""
+    _BATCH_FACTS(facts, "")
+
+
+def _refusal(path: str, value: Any, expected: str) -> MisshapenError:
+    actual = repr(value)
+    return MisshapenError(f"{path or 'it'} is {actual if len(actual) <= 60 else actual[:57] + '...'}, not {expected}")
+
+
+def _check_plain(value: Any, path: str, depth: int = 0) -> None:
+    """Check that all texts, keys included, have one line and that the nesting of sections is limited."""
+    if depth > MAX_DEPTH:
+        raise MisshapenError(f"{path} is nested too deeply")
+    if isinstance(value, str):
+        if len(value) > MAX_LENGTH or _CONTROL.search(value):
+            raise _refusal(path, value, f"a line of at most {MAX_LENGTH} characters")
+    elif isinstance(value, list):
+        for item in value:
+            if not isinstance(item, int | float):  # shortcut for long axes
+                _check_plain(item, path, depth + 1)
+    elif isinstance(value, dict):
+        for key, item in value.items():
+            _check_plain(key, path, depth + 1)
+            _check_plain(item, f"{path}.{key}" if path else key, depth + 1)
+
+
+def _type_check(kinds: type | tuple[type, ...], expected: str) -> Check:
+    """Return a check of the type of a value; a bool is no number."""
+
+    def check_type(value: Any, path: str) -> None:
+        is_bool = isinstance(value, bool)
+        if not isinstance(value, kinds) or (is_bool and kinds is not bool):
+            raise _refusal(path, value, expected)
+
+    return check_type
+
+
+def _text_check(pattern: str, expected: str, flags: re.RegexFlag = re.ASCII) -> Check:
+    """Return a check that a value is text of a form."""
+    compiled_pattern = re.compile(pattern, flags)
+
+    def check_text(value: Any, path: str) -> None:
+        if not isinstance(value, str) or not compiled_pattern.fullmatch(value):
+            raise _refusal(path, value, expected)
+
+    return check_text
+
+
+def _any_check(*checks: Check) -> Check:
+    """Return a check that passes if one of some checks passes; the error is that of the last one."""
+
+    def check_any(value: Any, path: str) -> None:
+        for check in checks[:-1]:
+            try:
+                return check(value, path)
+            except MisshapenError:
+                continue
+        return checks[-1](value, path)
+
+    return check_any
+
+
+def _list_check(check_item: Check) -> Check:
+    """Return a check of a list, item by item."""
+
+    def check_list(value: Any, path: str) -> None:
+        _type_check(list, "a list")(value, path)
+        for index, item in enumerate(value):
+            check_item(item, f"{path}[{index}]")
+
+    return check_list
+
+
+def _mapping_check(check_key: Check, check_item: Check) -> Check:
+    """Return a check of a section whose keys are chosen freely."""
+
+    def check_mapping(value: Any, path: str) -> None:
+        _type_check(dict, "a section")(value, path)
+        for name, item in value.items():
+            check_key(name, f"a key of {path}")
+            check_item(item, f"{path}.{name}")
+
+    return check_mapping
+
+
+def _section_check(required: dict[str, Check], optional: dict[str, Check]) -> Check:
+    """Return a check of a section with some keys; other keys are not checked."""
+
+    def check_section(value: Any, path: str) -> None:
+        _type_check(dict, "a section")(value, path)
+        for name, check_key in (required | optional).items():
+            key_path = f"{path}.{name}" if path else name
+            if name in value:
+                check_key(value[name], key_path)
+            elif name in required:
+                raise MisshapenError(f"{key_path} is missing")
+
+    return check_section
+
+
+def _fields_check(kind: Any, checks: dict[str, Check]) -> Check:
+    """Return a check of a section written from a NamedTuple: it has all fields without a default, and no others."""
+    required = {name: checks[name] for name in kind._fields if name not in kind._field_defaults}
+    check_section = _section_check(required, {name: checks[name] for name in kind._field_defaults})
+
+    def check_fields(value: Any, path: str) -> None:
+        check_section(value, path)
+        unknown = [name for name in value if name not in kind._fields]
+        if unknown:
+            raise MisshapenError(f"{path}.{unknown[0]} is unknown")
+
+    return check_fields
+
+
+def _accept_any(value: Any, path: str) -> None:
+    """Accept any value."""
+
+
+def _check_list_of_values(value: Any, path: str) -> None:
+    _type_check(list, "a list")(value, path)
+    nested = next((item for item in value if isinstance(item, list | dict)), None)
+    if nested is not None:
+        raise _refusal(path, nested, "a number or a word")
+
+
+def _check_number(value: Any, path: str) -> None:
+    _type_check((int, float), "a number")(value, path)
+    if isinstance(value, int) and abs(value) > MAX_INTEGER:
+        raise _refusal(path, value, "a number")
+
+
+def _range_check(largest: int, expected: str) -> Check:
+    """Return a check of a whole number from 0 to `largest`."""
+
+    def check_range(value: Any, path: str) -> None:
+        _type_check(int, expected)(value, path)
+        if not 0 <= value <= largest:
+            raise _refusal(path, value, expected)
+
+    return check_range
+
+
+def _names(*names: str) -> Iterable[str]:
+    return names
+
+
+_IDENTIFIER = _text_check(r"[A-Za-z_]\w{0,199}", "a name of letters, digits and _")
+_NAME_OR_NONE = _text_check(r"([A-Za-z_]\w{0,199})?", "a name of letters, digits and _")
+_WORD = _text_check(r"[A-Za-z_][\w-]{0,199}", "a name of letters, digits, - and _")
+_WORD_OR_NONE = _text_check(r"([A-Za-z_][\w-]{0,199})?", "a name of letters, digits, - and _")
+_CHANNEL = _text_check(r"[\w-]{1,99}(/[\w-]{1,99}){0,9}", "names of letters, digits, - and _ with / between")
+_PATH = _text_check(r"[\w-]{1,99}(\.[\w-]{1,99}){0,19}", "a dotted path of a grid")
+_UNIT = _text_check(r"[A-Za-z0-9*/^().+% -]{0,99}", "a unit")
+_TEXT = _type_check(str, "text")
+_FLAG = _type_check(bool, "true or false")
+_NUMBER = _check_number
+_COUNT = _type_check(int, "a whole number")
+_SMALL_COUNT = _range_check(MAX_BINS, "a whole number of bins or contacts")
+_NOTHING = _type_check(type(None), "null")
+_SECTION = _type_check(dict, "a section")
+_CHECKSUM = _text_check(r"[0-9a-f]{1,64}", "a checksum")
+_DIGESTS = _mapping_check(_text_check(r"mark|[a-z]+\.(parquet|h5)", "the name of a file of results"), _CHECKSUM)
+_VALUES_BY_PATH = _mapping_check(_PATH, _check_list_of_values)
+_COLUMN_NAME = _TEXT  # of a user's own figures: any identifier, checked where it is read
+_LIMIT = _any_check(_section_check({}, {"at_most": _NUMBER, "at_least": _NUMBER, "times": _COLUMN_NAME}), _NUMBER)
+_JOINT_FIELDS = {
+    name: {str: _IDENTIFIER, int: _SMALL_COUNT, bool: _FLAG}[kind] for name, kind in JointLayout.__annotations__.items()
+}
+_COLUMN_KIND = _text_check("float|int|text", "float, int or text")
+_COLUMN_FIELDS = {
+    "unit": _UNIT,
+    "description": _TEXT,
+    "kind": _COLUMN_KIND,
+    "figure": _NAME_OR_NONE,
+    "joint": _NAME_OR_NONE,
+}
+_COLUMN_FIELDS["null"] = _text_check("|nothing|endless", "nothing or endless")
+_LAYOUT_FIELDS = {
+    "mechanism": _WORD,
+    "output": _WORD_OR_NONE,
+    "joints": _list_check(_fields_check(JointLayout, _JOINT_FIELDS)),
+    "columns": _list_check(_fields_check(Column, _COLUMN_FIELDS | {"name": _IDENTIFIER})),
+    "channels": _list_check(_fields_check(Column, _COLUMN_FIELDS | {"name": _CHANNEL})),
+    "until": _NAME_OR_NONE,
+    "life": _NAME_OR_NONE,
+    "frictions": _list_check(_IDENTIFIER),
+    "listed": _list_check(_CHANNEL),
+    **dict.fromkeys(_names("turns", "horizon", "error_check"), _FLAG),
+}
+_RANGE = _section_check({"unit": _UNIT, "min": _NUMBER, "max": _NUMBER}, {})
+_FIT = _fields_check(Fit, {"name": _TEXT, **dict.fromkeys(_names("diameter", "low", "mean", "high"), _NUMBER)})
+_LAW_SECTION = _section_check({}, {"law": _WORD, "elastic": _WORD, "exponent": _NUMBER, "pressure": _WORD})
+_FEATURE_FIELDS = {**dict.fromkeys(_names("channel", "kind", "feature"), _TEXT), "unit": _UNIT}
+_FEATURE_FIELDS |= dict.fromkeys(_names("measured", "computed", "deviations"), _NUMBER)
+_SIGNAL_FIELDS = {"file": _TEXT, "channel": _TEXT, "revolutions": _COUNT, "speed": _any_check(_NOTHING, _NUMBER)}
+_SIGNAL_FIELDS |= dict.fromkeys(_names("samples", "orders", "angle"), _NUMBER) | {"noise": _list_check(_NUMBER)}
+_PARAMETER_FIELDS = {
+    "path": _PATH,
+    "determined": _text_check("well|weakly|not", "well, weakly or not"),
+    "ends": _list_check(_WORD),
+}
+_PARAMETER_FIELDS |= dict.fromkeys(_names("value", "low", "high"), _NUMBER)
+_IDENTIFIED = _section_check(
+    {
+        "parameters": _list_check(_section_check(_PARAMETER_FIELDS, {})),
+        "traded": _list_check(_list_check(_any_check(_PATH, _NUMBER))),
+        "fits": _list_check(_section_check(_FEATURE_FIELDS, {})),
+        "signals": _list_check(_section_check(_SIGNAL_FIELDS, {})),
+        "misfit": _NUMBER,
+        "explained": _FLAG,
+        **dict.fromkeys(_names("looked_at", "finished"), _COUNT),
+        "computed_speed": _NUMBER,
+        "priors": _section_check({"gain": _NUMBER, "noise": _list_check(_NUMBER)}, {}),
+    },
+    {},
+)
+_NUMBER_OR_NONE = _any_check(_NOTHING, _NUMBER)
+_BEST = _section_check(
+    {
+        "point": _mapping_check(_PATH, _any_check(_NOTHING, _TEXT, _FLAG, _NUMBER)),
+        "value": _NUMBER,
+        "margin": _NUMBER_OR_NONE,
+        "needed": _mapping_check(_COLUMN_NAME, _TEXT),
+        **dict.fromkeys(_names("fit", "limiting"), _any_check(_NOTHING, _TEXT)),
+    },
+    {},
+)
+_EFFECT_FIELDS = {"path": _PATH, "unit": _UNIT, "value": _NUMBER, "margin": _NUMBER}
+_EFFECT_FIELDS |= dict.fromkeys(_names("lower", "upper"), _NUMBER_OR_NONE)
+_NEAREST_FIELDS = {
+    "best": _list_check(_BEST),
+    "needed": _mapping_check(_COLUMN_NAME, _TEXT),
+    "effects": _list_check(_section_check(_EFFECT_FIELDS, {})),
+}
+_NEAREST_FIELDS["furthest"] = _any_check(
+    _NOTHING, _section_check({"point": _SECTION, "value": _NUMBER, "margin": _NUMBER}, {})
+)
+_BATCH_FACTS = _section_check(
+    {
+        "shard": _any_check(_NOTHING, _text_check(r"[0-9a-f]{16}-[0-9a-f]{16}\.h5", "the name of a file of histories")),
+        "sha256": _text_check("([0-9a-f]{64})?", "a checksum"),
+        "written": _range_check(2**63 - 1, "a time in ns"),
+        "frame": _text_check("[0-9a-f]{64}", "a checksum"),
+    },
+    {},
+)
+_REQUIRED: dict[str, Check] = {
+    "frame": _SECTION,
+    "keys": _list_check(_WORD),
+    "layout": _fields_check(Layout, _LAYOUT_FIELDS),
+    "units": _mapping_check(_PATH, _UNIT),
+}
+_OPTIONAL: dict[str, Check] = {
+    "name": _text_check(r"\w[\w .+-]{0,99}", "the name of a run", re.UNICODE),
+    "mechanism": _section_check({"type": _WORD}, {"ideal": _mapping_check(_WORD, _WORD)}),
+    **dict.fromkeys(_names("drive", "loads", "simulate", "save"), _SECTION),
+    **dict.fromkeys((search.name for search in SEARCHES), _SECTION),
+    "life": _section_check({}, {"limit": _NUMBER, "of": _WORD, "joint": _WORD}),
+    "joints": _mapping_check(
+        _WORD, _section_check({}, dict.fromkeys(("contact", "friction", "wear", "film", "roughness"), _LAW_SECTION))
+    ),
+    **dict.fromkeys(_names("sweep", "zip", "cases"), _VALUES_BY_PATH),
+    "sample": _section_check({"method": _WORD, "drawn": _VALUES_BY_PATH}, {"seed": _COUNT}),
+    "check_laws": _any_check(_FLAG, _SECTION),
+    "limits": _mapping_check(_COLUMN_NAME, _LIMIT),
+    "figures": _mapping_check(_COLUMN_NAME, _TEXT),
+    "seek": _section_check(
+        {}, {**dict.fromkeys(_names("largest", "smallest"), _any_check(_PATH, _list_check(_PATH))), "for": _WORD}
+    ),
+    "optimise": _section_check(
+        {"over": _mapping_check(_PATH, _accept_any)},
+        dict.fromkeys(_names("minimise", "maximise"), _list_check(_COLUMN_NAME)),
+    ),
+    "identify": _section_check({"over": _mapping_check(_PATH, _accept_any)}, {}),
+    "identified": _any_check(_NOTHING, _IDENTIFIED),
+    "nearest": _section_check(_NEAREST_FIELDS, {}),
+    "found": _section_check({"sentences": _list_check(_TEXT)}, {}),
+    "define": _mapping_check(_IDENTIFIER, _TEXT),
+    "source": _any_check(_TEXT, _NOTHING),
+    "fits": _mapping_check(_PATH, _list_check(_FIT)),
+    "labels": _mapping_check(_PATH, _mapping_check(_TEXT, _NUMBER)),
+    "written_units": _mapping_check(_PATH, _section_check({"unit": _TEXT, "factor": _NUMBER, "offset": _NUMBER}, {})),
+    "roles": _mapping_check(_PATH, _WORD),
+    "seeds": _SECTION,
+    "versions": _mapping_check(_WORD, _TEXT),
+    "machine": _SECTION,
+    **dict.fromkeys(_names("start", "end"), _any_check(_TEXT, _NOTHING)),
+    "counts": _mapping_check(_WORD, _COUNT),
+    "merged": _DIGESTS,
+    "blocks": _section_check({"size": _COUNT, "count": _COUNT, "numbers": _list_check(_COUNT)}, {}),
+    "answers": _DIGESTS,
+    "derived": _mapping_check(_TEXT, _RANGE),
+    "warnings": _list_check(_TEXT),
+    "shard": _any_check(_NOTHING, _text_check(r"\d{1,9}/\d{1,9}", "a shard such as 2/8")),
+    "joined": _list_check(_TEXT),
+}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
 
 RECORD_FILE = "run.json"
 
@@ -77,8 +414,8 @@ def read_record(directory: Path) -> dict[str, Any]:
         raise damaged_error(path, "its checksum differs")
     if record["frame"].get("schema") == SCHEMA_VERSION:
         try:
-            record_shape.check_record(record)
-        except record_shape.MisshapenError as problem:
+            check_record(record)
+        except MisshapenError as problem:
             raise damaged_error(path, f"it was not written by `clearsweep run`: {problem}") from None
     return dict(record)
 
