@@ -25,13 +25,12 @@ import pyarrow.parquet as pq
 from ..grid import Grid
 from . import durable
 from .batch import ResultSchema
-from .datasets import array_of, values_of, words_of
+from .datasets import array_of, values_of
 from .directory import BLOCKS, DATASET, IDS_FILE, LOCK, ORBITS_FILE, SUMMARY_FILE, RunDirectory
 from .merged import (
     HDF5_LIBRARY_VERSIONS,
     ComputePeakRevolutions,
     content_hash_of,
-    repetitive_columns,
     summary_groups,
     worst_cases,
     write_orbits,
@@ -393,8 +392,5 @@ def _finish(
 
 
 def _columns(table: pa.Table) -> dict[str, np.ndarray]:
-    """Return the columns of some rows of a summary as `values_of` does."""
-    repeated = {*repetitive_columns(table.schema)}
-    return {
-        name: (words_of if name in repeated else values_of)(table[name].combine_chunks()) for name in table.column_names
-    }
+    """Return the columns of some rows of a summary as arrays."""
+    return {name: values_of(table[name].combine_chunks()) for name in table.column_names}
