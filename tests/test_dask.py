@@ -18,7 +18,7 @@ import pytest
 from fake_physics import DIES, GOOD, HANGS, grid
 from test_sweep import quiet, same_results, wait_for
 
-from clearsweep.language.errors import InputError, SchedulerLostError, StorageError
+from clearsweep.language.errors import ClearsweepError, InputError, SchedulerLostError, StorageError
 from clearsweep.sweeping.pool import executors
 
 pytestmark = pytest.mark.heavy
@@ -95,6 +95,42 @@ def test_what_a_node_damages_while_a_run_works_is_said_and_computed_again(cluste
     assert (again.ok, again.failed, again.missing) == (60, 0, 0)
     assert 0 < again.ran < 60
     assert same_results(tmp_path / "run", quiet(source, tmp_path / "alone").directory)
+
+
+def replace_batches(answer):
+    """Let a worker answer every batch so; a task of anybody on the cluster can do that."""
+    from clearsweep.sweeping.pool import worker
+
+    worker.original = getattr(worker, "original", worker.run_batch)
+    worker.run_batch = answer or worker.original
+
+
+def not_an_outcome(context, batch):
+    return {"committed": "../../elsewhere"}
+
+
+def an_error_of_its_own(context, batch):
+    raise LookupError("nobody knows")
+
+
+@pytest.mark.parametrize(
+    ("answer", "said"),
+    [(not_an_outcome, "it is dict, not the outcome"), (an_error_of_its_own, "LookupError: nobody knows")],
+)
+def test_a_hostile_task_on_the_workers_is_said_in_a_sentence_and_costs_no_case(cluster, tmp_path, answer, said):
+    source = grid(6, (GOOD + 0.001,))
+    client = executors.client(cluster.address)
+    try:
+        client.run(replace_batches, answer)
+        with pytest.raises(ClearsweepError, match="as no worker of this run answers") as caught:
+            quiet(source, tmp_path / "run", executor="dask", scheduler=cluster.address)
+        assert said in str(caught.value)
+        assert not list((tmp_path / "run" / "parts").iterdir())
+    finally:
+        client.run(replace_batches, None)
+        client.close()
+    result = quiet(source, tmp_path / "run", executor="dask", scheduler=cluster.address)
+    assert (result.ok, result.failed, result.missing) == (6, 0, 0)
 
 
 def test_a_case_that_kills_its_worker_twice_has_crashed_and_the_others_continue(cluster, tmp_path):

@@ -73,6 +73,57 @@ class Unreliable(executors.Serial):
         return super().submit(run_batch, context, batch._replace(cases=batch.cases.part(0, 1)))
 
 
+#: What a task of somebody else's answers in place of a batch: (context, batch) -> the answer; and what is said of it.
+LIES = {
+    "a number": (lambda context, batch: 42, "it is int, not the outcome of a batch"),
+    "nothing": (lambda context, batch: None, "it is NoneType"),
+    "a count below 0": (lambda context, batch: BatchOutcome(None, -1, 0, 0.0), "it counts -1 finished"),
+    "too many cases": (lambda context, batch: BatchOutcome("x", 10**9, 0, 0.0), "it counts 1000000000 finished"),
+    "a count of words": (lambda context, batch: BatchOutcome("x", "1", 0, 0.0), "it counts '1' finished"),
+    "endless time": (lambda context, batch: BatchOutcome("x", 1, 0, float("inf")), "it took inf s"),
+    "no file": (lambda context, batch: BatchOutcome(None, 1, 0, 0.0), "it finished 1 cases and committed None"),
+    "a file elsewhere": (
+        lambda context, batch: BatchOutcome(f"../../{batch.name}-{'0' * 16}.parquet", 1, 0, 0.0),
+        "which is none of its files",
+    ),
+    "a file of another batch": (
+        lambda context, batch: BatchOutcome(f"{'0' * 16}-{'0' * 16}.parquet", 1, 0, 0.0),
+        "which is none of its files",
+    ),
+    "other cases": (
+        lambda context, batch: run_batch(context, batch._replace(cases=batch.cases.part(1, 2)))._replace(
+            failed_count=0
+        ),
+        "has other cases than the batch",
+    ),
+    "no case, for ever": (lambda context, batch: BatchOutcome(None, 0, 0, 0.0), "no case of it is finished"),
+}
+
+
+class Liar(executors.Serial):
+    """Runs the first batch, and answers every later one with a lie."""
+
+    def __init__(self, lie):
+        super().__init__()
+        self.lie, self.batches = lie, 0
+
+    def submit(self, function, *args):
+        """Answer a batch."""
+        self.batches += 1
+        return super().submit(function if self.batches == 1 else self.lie, *args)
+
+
+@pytest.mark.parametrize("name", LIES)
+def test_a_strange_answer_ends_the_run_in_a_sentence_and_costs_no_case(driven, tmp_path, name):
+    lie, said = LIES[name]
+    with pytest.raises(ClearsweepError, match="as no worker of this run answers: .*nobody else uses") as caught:
+        driven(Liar(lie))
+    assert said in str(caught.value)
+    result = sweep(grid(CASES), tmp_path / "run", executor="serial", show_progress=False)
+    assert (result.ok, result.missing, result.failed) == (CASES, 0, 0)
+    assert 0 < result.reused < CASES
+
+
 @pytest.fixture
 def driven(tmp_path):
     """Return a function that drives twelve cases with an executor and returns (driver, ids stored, ids wanted)."""

@@ -212,6 +212,11 @@ class NodesDriver:
                 queue.append(task.number)
             return
         self.tasks.remove(task)
+        if not isinstance(report, node.NodeReport):  # the nodes of a cluster are not trusted
+            raise InputError(
+                f"block {task.number + 1:,}: was answered as no node of this run answers ({type(report).__name__}); "
+                "run the same command again, on a cluster that nobody else uses"
+            )
         self.ran, self.failed = self.ran + report.ran, self.failed + report.failed
         self.case_seconds += report.case_seconds
         self.display.advance(report.ran, self.failed)

@@ -1,6 +1,7 @@
 """The driver of a sweep: divides pending cases into batches, supplies the workers, and replaces dead ones."""
 
 import contextlib
+import math
 import os
 import secrets
 import signal
@@ -8,13 +9,16 @@ import time
 from collections import deque
 from collections.abc import Callable
 from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, CancelledError, Future, wait
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from ... import store
-from ...language.errors import ClearsweepError, StorageError
+from ...language.errors import ClearsweepError, StorageError, error_line
 from ...language.phases import Progress
 from ...store import durable
+from ...store.batch import hash_in_name
 from . import signals
 from .executors import Executor
 from .progress import CaseProgress
@@ -193,22 +197,39 @@ class Driver:
         except StorageError:
             self._drain()
             raise
+        except ClearsweepError:
+            raise
+        except Exception as error:
+            if not self.executor.is_remote:
+                raise
+            raise _strange_answer(f"it ended with {error_line(error)}") from error
         else:
             self._record_result(batch, outcome)
 
     def _record_result(self, batch: Batch, outcome: BatchOutcome) -> None:
-        """Record a batch that its worker has returned."""
+        """Record a batch that its worker has returned; ClearsweepError for an answer that no worker of a run gives."""
+        if strange := _describe_strange(batch, outcome):
+            raise _strange_answer(strange)
         self._remove_worker_files(batch)
         if outcome.committed:
             self.directory.register_batch(outcome.committed)
+            if not np.array_equal(np.sort(self.directory.batches[-1].ids), self._ids_of(batch, outcome)):
+                raise _strange_answer(f"{outcome.committed} has other cases than the batch")
             self.restarts = 0
         self.batches.update_time_estimate(outcome)
         self.ran += outcome.finished_count
         self.failed += outcome.failed_count
         self.case_seconds += outcome.seconds
         self.progress.advance(outcome.finished_count, self.failed)
-        if remaining_cases := batch.cases.part(outcome.finished_count):
-            self.batches.requeued.append(new_batch(remaining_cases))  # its worker was asked to stop
+        if remaining_cases := batch.cases.part(outcome.finished_count):  # its worker was asked to stop
+            attempts = 0 if outcome.finished_count else batch.attempts + 1
+            if attempts > MAX_RESTARTS:
+                raise _strange_answer("no case of it is finished, however often it is handed out")
+            self.batches.requeued.append(new_batch(remaining_cases, attempts))
+
+    def _ids_of(self, batch: Batch, outcome: BatchOutcome) -> np.ndarray:
+        """Return the identities of the finished cases of a batch, uint64, ascending."""
+        return np.sort(batch.cases.ids[: outcome.finished_count])
 
     def _record_if_committed(self, batch: Batch) -> bool:
         """Record a batch if its worker committed it before it died; return whether it did."""
@@ -305,6 +326,29 @@ class Driver:
         self.executor.close()
         for batch in self.running.values():
             self._record_if_committed(batch)
+
+
+def _describe_strange(batch: Batch, outcome: Any) -> str:
+    """Return why an answer for a batch cannot be from a worker of a run, or ''; those of a cluster are not trusted."""
+    if not isinstance(outcome, BatchOutcome):
+        return f"it is {type(outcome).__name__}, not the outcome of a batch"
+    committed, finished, failed, seconds = outcome
+    counts = (finished, failed)
+    if not all(type(count) is int for count in counts) or not 0 <= failed <= finished <= len(batch.cases):
+        return f"it counts {finished!r} finished and {failed!r} failed of {len(batch.cases)} cases"
+    if not isinstance(seconds, float) or not 0.0 <= seconds < math.inf:
+        return f"it took {seconds!r} s"
+    if (committed is None) != (finished == 0):
+        return f"it finished {finished} cases and committed {committed!r}"
+    is_own = committed is None or (hash_in_name(Path(str(committed))) and str(committed).startswith(f"{batch.name}-"))
+    return "" if is_own else f"it committed {committed!r}, which is none of its files"
+
+
+def _strange_answer(reason: str) -> ClearsweepError:
+    return ClearsweepError(
+        f"a batch of cases was answered as no worker of this run answers: {reason}; finished cases are kept: run the "
+        "same command again, on a cluster that nobody else uses"
+    )
 
 
 def _is_alive(pid: int) -> bool:

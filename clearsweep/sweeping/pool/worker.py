@@ -336,7 +336,8 @@ def read_worker_status(context: RunContext, batch: Batch) -> WorkerStatus | None
     try:
         path = context.status_file(batch)
         process, index, *mark = durable.read(path).split()
-        return WorkerStatus(int(process), int(index), bool(mark), path.stat().st_mtime)
+        status = WorkerStatus(int(process), int(index), bool(mark), path.stat().st_mtime)
+        return status if 0 <= status.batch_index < len(batch.cases) else None
     except (OSError, ValueError):
         return None
 
