@@ -116,7 +116,7 @@ class Liar(executors.Serial):
 @pytest.mark.parametrize("name", LIES)
 def test_a_strange_answer_ends_the_run_in_a_sentence_and_costs_no_case(driven, tmp_path, name):
     lie, said = LIES[name]
-    with pytest.raises(ClearsweepError, match="as no worker of this run answers: .*nobody else uses") as caught:
+    with pytest.raises(ClearsweepError, match=r"as no worker of this run answers: .*nobody else uses") as caught:
         driven(Liar(lie))
     assert said in str(caught.value)
     result = sweep(grid(CASES), tmp_path / "run", executor="serial", show_progress=False)
