@@ -147,21 +147,19 @@ def run(  # noqa: PLR0913 - one argument per option
       clearsweep run machine.yaml --sweep "drive.speed=20 rpm,40 rpm"
     """
     from . import grid as grids
-    from .sweeping.summary import run_summary
+    from .sweeping import summary
     from .sweeping.sweep import Options, check, load, sweep
 
     options = grids.read_options(grids.SET_OPTION, fixed), grids.read_options(grids.SWEEP_OPTION, swept)
     source = grids.OverriddenGrid(grid, *options)
     if fail_on_limits:
-        run_summary.require_judgement(load(source))
+        summary.require_judgement(load(source))
     if dry_run:
         from .sweeping.estimate import estimate
 
         check(Options(jobs, executor, scheduler, case_timeout=case_timeout))
         facts = estimate(source, out, jobs=jobs, shard=shard)._asdict()
-        click.echo(
-            json.dumps(facts, indent=2) if as_json else escape_control_characters(run_summary.estimate_text(facts))
-        )
+        click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(summary.estimate_text(facts)))
         return 0
     result = sweep(
         source,
@@ -175,9 +173,9 @@ def run(  # noqa: PLR0913 - one argument per option
         shard=shard,
     )
     with shown_in(units):
-        facts = run_summary.of_run(result)
-        click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(run_summary.run_text(facts)))
-    if fail_on_limits and (reason := run_summary.limits_failure(facts)):
+        facts = summary.of_run(result)
+        click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(summary.run_text(facts)))
+    if fail_on_limits and (reason := summary.limits_failure(facts)):
         click.echo(escape_control_characters(f"--fail-on-limits: {reason}"), err=True)
         return result.exit_code or exit_codes.LIMITS
     return result.exit_code
@@ -190,11 +188,10 @@ def run(  # noqa: PLR0913 - one argument per option
 @_summary_json
 def merge(directories: tuple[Path, ...], out: Path, partial: bool, as_json: bool) -> int:
     """Merge runs of one grid, for example its shards. OUT receives the same results as one run of the whole grid."""
-    from .sweeping import merge
-    from .sweeping.summary import run_summary
+    from .sweeping import merge, summary
 
-    facts = run_summary.of_run(result := merge.merge(directories, out, partial=partial))
-    click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(run_summary.run_text(facts)))
+    facts = summary.of_run(result := merge.merge(directories, out, partial=partial))
+    click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(summary.run_text(facts)))
     return result.exit_code
 
 
@@ -239,7 +236,7 @@ def report(  # noqa: PLR0913 - one argument per option
     """
     from . import report as reports
     from . import store
-    from .sweeping.all_cases import complete_run
+    from .sweeping.merge import complete_run
 
     if len(directories) > 2 or (len(directories) == 2 and (all_cases or overlay)):
         raise InputError(

@@ -13,9 +13,20 @@ from pathlib import Path
 import numpy as np
 
 from clearsweep.contracts import results
-from clearsweep.contracts.catalogue import Catalogue, Channel, Field, Figure, JointSite, Keys, Law, Mechanism, Output
+from clearsweep.contracts.catalogue import (
+    CHOICE,
+    CONDITION,
+    Catalogue,
+    Channel,
+    Field,
+    Figure,
+    JointSite,
+    Keys,
+    Law,
+    Mechanism,
+    Output,
+)
 from clearsweep.contracts.layout import Layout
-from clearsweep.contracts.roles import CHOICE, CONDITION
 from clearsweep.language.errors import InputError
 from clearsweep.searches import SEARCHES
 

@@ -19,9 +19,9 @@ import clearsweep
 from clearsweep.mechanics.observe import BINS
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals, MechanismTotals
 from clearsweep.simulation import load_case
-from clearsweep.simulation.analyses import until
-from clearsweep.simulation.setup.revolutions import NO_MARKS
+from clearsweep.simulation.analyses import repeated
 from clearsweep.simulation.setup.scene import Scene
+from clearsweep.simulation.setup.start import NO_MARKS
 
 TURN = 0.02  # s, of a revolution
 FIGURE = "rod_slider_wear_rate_max"
@@ -123,7 +123,7 @@ class MadeUpRun:
         self.turns += 1
 
 
-class MadeUpLength(until.WindowLength):
+class MadeUpLength(repeated.WindowLength):
     """The rule that ends a run, for a run that is made up."""
 
     def take_snapshot(self, work: MadeUpRun) -> None:
@@ -134,7 +134,7 @@ def interval_at_end(scene: Scene, rates: np.ndarray, relative: float) -> tuple[f
     """Return (low, high, revolutions) of the mean rate where the rule ends a run of these rates."""
     length = MadeUpLength(scene, NO_MARKS, (FIGURE,), (FIGURE, relative), len(rates))
     run = MadeUpRun(rates)
-    while length.decide(run) != until.Decision.END and run.turns < len(rates):
+    while length.decide(run) != repeated.Decision.END and run.turns < len(rates):
         run.turn()
     value, width = TURN * length.interval.value, TURN * length.interval.half_width
     return value - width, value + width, run.turns

@@ -73,7 +73,7 @@ FIGURES, SUMS, OUTCOME = (
     "simulation/figures/sums.py",
     "simulation/analyses/outcome.py",
 )
-SPREAD, WORN = "simulation/figures/spread.py", "simulation/figures/wear.py"
+SPREAD, WORN = "simulation/figures/window.py", "simulation/figures/wear.py"
 WINDOW = "tests/test_plain.py -k window"
 WEAR = "tests/test_plain.py -k archard"
 IMPACT = "tests/test_plain.py -k give"
@@ -81,7 +81,7 @@ FLIGHT = "tests/test_plain.py -k flight"
 LIMIT = "tests/test_law_limit.py"
 JUDGE, VERDICT = "answers/judge.py", "answers/verdict.py"
 JUDGED = "tests/test_judge.py"
-BLOCKS, MEANS = "simulation/figures/batch_means.py", "tests/test_batch_means.py"
+BLOCKS, MEANS = "simulation/figures/catalogue.py", "tests/test_batch_means.py"
 EVENTS, BERNSTEIN = (f"mechanics/solver/{name}.py" for name in ("event_search", "bernstein"))
 SEEN, SEARCH = "tests/test_plain.py -k unseen", "tests/test_event_search.py"
 ENDS = "tests/test_plain.py -k at_its_bearing"
@@ -163,7 +163,7 @@ MUTATIONS = (
     Mutation(SUMS, "DryTime.over_blocks", "threshold = DRY_FORCE_THRESHOLD * (", "threshold = 0.1 * (", SHARES),
     Mutation(SUMS, "Ratio.over_blocks", "half_width(numerator - ratio * denominator)", "half_width(numerator)", SHARES),
     Mutation(
-        "simulation/machine/largest.py",
+        "simulation/machine/ideal.py",
         "_jumps",
         "slope[rows, columns] > STEEPNESS * median_slope",
         "slope[rows, columns] < 0.0",
@@ -195,9 +195,11 @@ MUTATIONS = (
         "highest_angles[middle] > angle",
         IDEALS,
     ),
-    Mutation("simulation/analyses/heat.py", "at_equilibrium", "converged = run_index > 0 and ", "converged = ", HEAT),
     Mutation(
-        "simulation/analyses/heat.py",
+        "simulation/analyses/repeated.py", "at_equilibrium", "converged = run_index > 0 and ", "converged = ", HEAT
+    ),
+    Mutation(
+        "simulation/analyses/repeated.py",
         "at_equilibrium",
         "np.minimum(width, DOUBTFUL_WIDTH * (implied_temperatures - ambient))",
         "width",

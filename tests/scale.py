@@ -27,9 +27,8 @@ from scale_cases import COUNTS
 
 import clearsweep
 from clearsweep import report, store
-from clearsweep.sweeping import estimate, sweep
-from clearsweep.sweeping.pool.simulator import SIMULATION
-from clearsweep.sweeping.summary import run_summary
+from clearsweep.sweeping import estimate, summary, sweep
+from clearsweep.sweeping.pool.case_runner import SIMULATION
 
 ROOT = Path(__file__).parent.parent
 LEAST = 100  # cases of the run from which the start-up is taken
@@ -48,7 +47,7 @@ def run(kind: str, directory: Path, count: int, seconds: float) -> dict[str, Any
     make, simulator = KINDS[kind]
     source = make(count, seconds) if seconds else make(count)
     result = sweep.run_sweep(source, directory, sweep.Options(jobs=JOBS, show_progress=False), simulator)
-    run_summary.run_text(run_summary.of_run(result))
+    summary.run_text(summary.of_run(result))
     return {"start": result.start_up, "ran": result.ran}
 
 

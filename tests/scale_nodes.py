@@ -19,9 +19,10 @@ import scale_cases
 
 from clearsweep import grid as grids
 from clearsweep import store
-from clearsweep.sweeping.cluster import blockwise, node, nodes
-from clearsweep.sweeping.pool import progress
+from clearsweep.sweeping.cluster import blockwise, nodes
+from clearsweep.sweeping.cluster.nodes import NodeReport, _address, _unpacked, close, run_block
 from clearsweep.sweeping.pool.case_runner import CaseRunner, Options
+from clearsweep.sweeping.pool.driver import CaseProgress
 
 SECONDS = 0.7e-3  # s, of a case
 BLOCKS = 36  # for each node: about a minute for 64 cores
@@ -35,13 +36,13 @@ with LocalCluster(**options, dashboard_address=None) as cluster:
 """
 
 
-def simulated(_token: str, content: bytes, number: int, _most: int | None, cores: int) -> node.NodeReport:
+def simulated(_token: str, content: bytes, number: int, _most: int | None, cores: int) -> NodeReport:
     """Wait for as long as a node would work at a block, and finish it with the files of the first one."""
-    job = node._unpacked(content)
+    job = _unpacked(content)
     cases, begin = len(job.division.part(number)), time.monotonic()
     scale_blocks.stand_in(job.directory, job.division, number, None)
     time.sleep(max(cases * SECONDS / cores - (time.monotonic() - begin), 0.0))
-    return node.NodeReport(node._address(), cases, 0, cases * SECONDS)
+    return NodeReport(_address(), cases, 0, cases * SECONDS)
 
 
 class Cluster(nodes.Cluster):
@@ -51,14 +52,14 @@ class Cluster(nodes.Cluster):
 
     def submit(self, function, *args, on=None):
         """Return the future of a function on some node; blocks are simulated, and nothing is left to finish."""
-        if function is node.run_block:
+        if function is run_block:
             return super().submit(simulated, *args, self.cores, on=on)
-        return super().submit(node.close, "", on=on) if function is node.close else super().submit(idle, on=on)
+        return super().submit(close, "", on=on) if function is close else super().submit(idle, on=on)
 
 
-def idle() -> node.NodeReport:
+def idle() -> NodeReport:
     """Return the report of a node with nothing to do."""
-    return node.NodeReport(node._address())
+    return NodeReport(_address())
 
 
 def run(count: int, cores: int, directory: Path, address: str) -> dict:
@@ -82,7 +83,7 @@ def run(count: int, cores: int, directory: Path, address: str) -> dict:
         while len(cluster.nodes()) < count:
             time.sleep(0.1)
             cluster._counted_at = -nodes.RECOUNT_INTERVAL
-        driver = nodes.NodesDriver(job, cluster, progress.CaseProgress(len(grid)))
+        driver = nodes.NodesDriver(job, cluster, CaseProgress(len(grid)))
         begin, spent = time.perf_counter(), time.process_time()
         driver.run()
         wall, parent = time.perf_counter() - begin, time.process_time() - spent

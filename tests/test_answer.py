@@ -20,7 +20,7 @@ from clearsweep.answers.words import Words, digits_of, varied_text
 from clearsweep.cli import verbs
 from clearsweep.contracts import results
 from clearsweep.contracts.layout import Column, JointLayout, Layout
-from clearsweep.sweeping.summary.run_summary import plain
+from clearsweep.sweeping.summary import plain
 from clearsweep.sweeping.sweep import Options, run_sweep
 
 PIN = "pin"

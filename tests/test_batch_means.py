@@ -13,7 +13,7 @@ from test_tally import add_span, filled
 from clearsweep.mechanics.observe import BINS, time_above
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals, MechanismTotals
 from clearsweep.simulation import load_case
-from clearsweep.simulation.figures import batch_means, sums
+from clearsweep.simulation.figures import catalogue, sums
 
 WORN = {
     f"joints.{name}.wear": {"law": "archard", "coefficient": 2e-14, "bins": 8} for name in ("crank-rod", "rod-slider")
@@ -65,7 +65,7 @@ class Made:
 def run(figure, turns):
     """Return a made-up run, and what a figure came to in it."""
     made = Made()
-    blocks = batch_means.Blocks(LAYOUT, (figure,))
+    blocks = catalogue.Blocks(LAYOUT, (figure,))
     blocks.record(made)
     for _ in range(turns):
         made.turn()
@@ -174,9 +174,9 @@ def test_an_interval_of_skewed_values_reaches_as_far_as_its_longer_side():
 
 
 def test_an_interval_is_narrow_enough_relative_to_its_value():
-    assert batch_means.Interval(-1.0, 0.1, 8, 30).within(0.1)
-    assert not batch_means.Interval(1.0, 0.11, 8, 30).within(0.1)
-    assert not batch_means.Interval(0.0, math.inf, 0, 0).within(0.1)
+    assert catalogue.Interval(-1.0, 0.1, 8, 30).within(0.1)
+    assert not catalogue.Interval(1.0, 0.11, 8, 30).within(0.1)
+    assert not catalogue.Interval(0.0, math.inf, 0, 0).within(0.1)
 
 
 class Quiet(Made):
@@ -203,7 +203,7 @@ class Quiet(Made):
 )
 @pytest.mark.parametrize("period", [None, 1])
 def test_what_did_not_occur_is_known_in_periodic_motion_alone(figure, value, width, period):
-    made, blocks = Quiet(), batch_means.Blocks(LAYOUT, (figure,), period)
+    made, blocks = Quiet(), catalogue.Blocks(LAYOUT, (figure,), period)
     blocks.record(made)
     for _ in range(24):
         made.turn()
@@ -215,7 +215,7 @@ def test_what_did_not_occur_is_known_in_periodic_motion_alone(figure, value, wid
 
 def test_the_interval_of_p99_reaches_the_forces_at_both_ends_of_its_share_of_time():
     """Steeper on one side than on the other, so that half of both together would be too little."""
-    made, blocks = Made(), batch_means.Blocks(LAYOUT, ("rod_slider_force_p99",))
+    made, blocks = Made(), catalogue.Blocks(LAYOUT, ("rod_slider_force_p99",))
     blocks.record(made)
     for index in range(30):
         made.turns += 1

@@ -22,10 +22,9 @@ from clearsweep.language.errors import DamagedError, DirectoryError, InputError
 from clearsweep.report.blocks.section import Note, Points, Sentences
 from clearsweep.store import blocks, dataset, durable, merged, results
 from clearsweep.store.record import record_checksum
-from clearsweep.sweeping import estimate
-from clearsweep.sweeping.all_cases import complete_run
+from clearsweep.sweeping import estimate, summary
 from clearsweep.sweeping.cluster import blockwise
-from clearsweep.sweeping.summary import run_summary
+from clearsweep.sweeping.merge import complete_run
 
 MIXED = grid(12, (GOOD, GOOD + 0.001, FAILS), wear=True)  # 36 cases, 12 of them fail
 
@@ -70,23 +69,23 @@ def pair(tmp_path_factory):
 
 
 def test_the_closing_table_says_the_same(pair):
-    cut, whole = (run_summary.of_run(result) for result in pair)
+    cut, whole = (summary.of_run(result) for result in pair)
     for name in ("directory", "seconds", "case_seconds", "files", "failures", "derived", "warnings", "slowest"):
         cut.pop(name), whole.pop(name)
     assert whole["answer"]
     assert cut == whole
     assert whole["limits"]["exceeding"] > 0
-    assert run_summary.run_text(run_summary.of_run(pair[0])).count("Smallest margin")
+    assert summary.run_text(summary.of_run(pair[0])).count("Smallest margin")
 
 
 def test_the_answer_of_very_many_cases_counts_them_all_and_judges_no_design(pair, monkeypatch):
-    cut, whole = (run_summary.of_run(result)["answer"] for result in pair)
+    cut, whole = (summary.of_run(result)["answer"] for result in pair)
     monkeypatch.setattr(results, "MOST_READ", 8)
-    part = run_summary.of_run(pair[0])["answer"]
+    part = summary.of_run(pair[0])["answer"]
     assert part["cases"] == cut["cases"] == whole["cases"]
     assert (part["complete"], part["designs"], part["effects"]) == (False, [], [])
     assert part["extremes"] == whole["extremes"]
-    assert run_summary.of_run(pair[1])["answer"] == whole  # one piece is always read as a whole
+    assert summary.of_run(pair[1])["answer"] == whole  # one piece is always read as a whole
 
 
 def test_a_case_is_found_and_read_as_in_one_piece(pair):

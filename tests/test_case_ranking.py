@@ -11,7 +11,7 @@ from clearsweep.answers.verdict import limits_of
 from clearsweep.contracts.layout import Column
 from clearsweep.report.sections.answer import summary_sections, verdict_sections
 from clearsweep.report.study import case_ranking_of, prepare, worst_case
-from clearsweep.sweeping.summary import run_summary
+from clearsweep.sweeping import summary
 
 PEAK = "rod_slider_force_peak"
 FILM = {"film_thickness_min": "m", "dry_load_share": "1", "film_loss": "W"}
@@ -84,15 +84,15 @@ def test_of_several_joints_the_worse_one_ranks_a_case_and_null_never_does():
 @pytest.mark.parametrize("limits", [None, {PEAK: "0.1015 N"}])
 def test_page_and_closing_lines_name_the_same_worst_case(tmp_path, limits):
     result = quiet(grid(3) | ({"limits": limits} if limits else {}), tmp_path / "run")
-    facts = run_summary.of_run(result)
+    facts = summary.of_run(result)
     prepared = prepare(result.open())
     case_id, _ = worst_case(prepared)
     assert facts["worst"][0]["case_id"] == case_id
     assert facts["question"] == case_ranking_of(prepared).question == ("limits" if limits else "force")
     shown = summary_sections(prepared)[0].blocks[0].cards
     assert len(shown) <= 8
-    said = run_summary.plain(" ".join(verdict_sections(prepared)[0].blocks[0].texts))
-    text = run_summary.run_text(facts)
+    said = summary.plain(" ".join(verdict_sections(prepared)[0].blocks[0].texts))
+    text = summary.run_text(facts)
     for sentence in facts["answer"]["sentences"]:
         assert sentence in text
         assert sentence in said

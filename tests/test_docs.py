@@ -18,7 +18,7 @@ import clearsweep
 from clearsweep import grid
 from clearsweep.cli import verbs
 from clearsweep.contracts import layout
-from clearsweep.contracts.outline import ANY
+from clearsweep.contracts.catalogue import ANY
 from clearsweep.grid.keys.outline import key_trees
 from clearsweep.simulation.setup.scene import catalogue
 from clearsweep.sweeping.sweep import sweep

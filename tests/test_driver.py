@@ -12,9 +12,9 @@ from clearsweep import grid as grids
 from clearsweep import store
 from clearsweep.language.errors import ClearsweepError
 from clearsweep.sweeping.pool import driver as driving
-from clearsweep.sweeping.pool import executors, progress
+from clearsweep.sweeping.pool import executors
 from clearsweep.sweeping.pool.case_runner import compile_all
-from clearsweep.sweeping.pool.driver import Batches, Driver
+from clearsweep.sweeping.pool.driver import Batches, CaseProgress, Driver
 from clearsweep.sweeping.pool.worker import BatchOutcome, RunContext, run_batch
 
 CASES = 12
@@ -137,7 +137,7 @@ def driven(tmp_path):
                 BatchOutcome("x", 4, 0, 4.0)
             )  # of four slow cases: batches of several, not of all
             context = RunContext(contents.path, held_grid, Fake, None)
-            driver = Driver(executor, contents, context, batches, None, progress.CaseProgress(CASES))
+            driver = Driver(executor, contents, context, batches, None, CaseProgress(CASES))
             assert driver.run()
             rows = contents.rows()
             assert not rows["failed"].any()

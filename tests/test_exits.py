@@ -20,7 +20,7 @@ from pathlib import Path
 import pyarrow as pa, pyarrow.parquet as pq
 from fake_physics import GOOD, grid, merge, sweep
 from clearsweep import store
-from clearsweep.sweeping.all_cases import complete_run
+from clearsweep.sweeping.merge import complete_run
 place = Path(sys.argv[1])
 pq.write_table(pa.table({"mechanism.slider.mass": [1.0, 2.0, 3.0]}), place / "cases.parquet")
 source = grid(1, (GOOD,), wear=True)

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 from clearsweep.simulation.analyses.extrapolation import StepControl, extrapolate_life, redistributed_fraction
-from clearsweep.simulation.machine.first_touch import first_touch
+from clearsweep.simulation.machine.ideal import first_touch
 
 SCALE, RATE = 0.3, 1e-6  # m, over which the made-up rates change; m per revolution
 

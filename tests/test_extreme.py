@@ -5,9 +5,9 @@ import pytest
 
 import clearsweep
 from clearsweep.answers.questions import expected_peak_sentence, largest_expected_peak
-from clearsweep.simulation.figures.extreme import UNKNOWN_QUANTILE, Tail, expected_largest
-from clearsweep.simulation.setup import revolutions
-from clearsweep.sweeping.summary import run_summary
+from clearsweep.simulation.figures.window import UNKNOWN_QUANTILE, Tail, expected_largest
+from clearsweep.simulation.setup import start
+from clearsweep.sweeping import summary
 
 MANY = 1e6
 
@@ -83,7 +83,7 @@ def test_the_sentence_names_interval_window_and_place():
     assert largest_expected_peak({"case_id": block["case_id"], "period": np.ones(2)}, ["j"]) is None
     facts = worst._asdict() | {"swept": {}, "case_id": "a" * 16}
     assert {"value", "high", "seen"} <= facts.keys()  # of run --json
-    assert run_summary._expected_lines({"expected": facts})[1] == text.replace("in joint j", "in j")
+    assert summary._expected_lines({"expected": facts})[1] == text.replace("in joint j", "in j")
 
 
 GRID = {
@@ -109,8 +109,8 @@ GRID = {
 
 @pytest.mark.slow
 def test_a_long_chaotic_run_reaches_what_its_beginning_predicts(monkeypatch):
-    recorded, spread = [], revolutions._spread
-    monkeypatch.setattr(revolutions, "_spread", lambda peaks, *rest: recorded.append(peaks) or spread(peaks, *rest))
+    recorded, spread = [], start._spread
+    monkeypatch.setattr(start, "_spread", lambda peaks, *rest: recorded.append(peaks) or spread(peaks, *rest))
     path = clearsweep.simulate(clearsweep.load_case(GRID))
     assert path.status == "ok"
     assert path.summary["period"] is None

@@ -13,7 +13,7 @@ from clearsweep.contracts.catalogue import Entry, Figure
 from clearsweep.contracts.layout import Layout, columns_markdown
 from clearsweep.contracts.results import TIMINGS
 from clearsweep.language.errors import DirectoryError, InputError
-from clearsweep.simulation.figures import catalogue as figures
+from clearsweep.simulation.figures import catalogue
 from clearsweep.simulation.figures.sums import Mean
 
 ROOT = Path(__file__).parent.parent
@@ -32,7 +32,7 @@ COLUMN = "rod_slider_force_mean_square"
 @pytest.fixture
 def further(monkeypatch):
     """Add a figure made up from a sum that exists: one block, after the other figures of joints."""
-    monkeypatch.setattr(figures, "FIGURES", (*figures.JOINT, FURTHER, *figures.FIGURES[len(figures.JOINT) :]))
+    monkeypatch.setattr(catalogue, "FIGURES", (*catalogue.JOINT, FURTHER, *catalogue.FIGURES[len(catalogue.JOINT) :]))
 
 
 def test_a_case_gives_the_same_bits_whatever_ran_before_in_its_process():
@@ -151,13 +151,13 @@ def test_the_table_of_columns_is_made_of_the_figures():
 
 
 def test_figures_have_names_of_their_own_and_need_what_there_is():
-    names = [figure.name for figure in figures.FIGURES]
+    names = [figure.name for figure in catalogue.FIGURES]
     assert len(set(names)) == len(names)
-    needs = {need for figure in figures.FIGURES for need in figure.needs}
+    needs = {need for figure in catalogue.FIGURES for need in figure.needs}
     of_case = {"turns", "rests", "free", "horizon", "error_check", "until", "life", "uncertain"}
     of_joint = {"wear", "film", "friction", "guide", "spatial", "axial", "strength", "limited", "thermal"}
     assert needs <= of_case | of_joint
-    assert {figure.of for figure in figures.FIGURES} == {"joint", "output", "case"}
+    assert {figure.of for figure in catalogue.FIGURES} == {"joint", "output", "case"}
 
 
 def test_every_figure_of_a_case_is_computed():

@@ -19,7 +19,7 @@ from clearsweep.mechanics.joints import lubricated, registry
 from clearsweep.mechanics.laws import reynolds
 from clearsweep.mechanics.laws.film import FilmMotion, Ramp, dry_fraction, film_couples, film_force, film_pressure
 from clearsweep.simulation.advice.remarks import passive_film
-from clearsweep.simulation.analyses import heat
+from clearsweep.simulation.analyses import repeated
 from clearsweep.tracing.compiled.dual import Dual
 from clearsweep.verify import extreme_machines
 
@@ -375,7 +375,7 @@ def test_a_heat_balance_settles_where_the_loss_is_led_away():
     source = a_crank({"joints.rod-slider.film": film, "simulate.revolutions": 4, "simulate.discard": 1})
     summary = clearsweep.simulate(clearsweep.load_case(source)).summary
     warm = 300.0 + summary["rod_slider_film_loss"] / 20.0
-    tolerance = max(heat.ABSOLUTE_TOLERANCE, heat.RELATIVE_TOLERANCE * (warm - 300.0))
+    tolerance = max(repeated.ABSOLUTE_TOLERANCE, repeated.RELATIVE_TOLERANCE * (warm - 300.0))
     assert summary["rod_slider_film_temperature"] == pytest.approx(warm, abs=tolerance, rel=0.0)
     assert 0.0 < summary["rod_slider_film_temperature_ci"] < 0.1
     assert summary["rod_slider_film_temperature"] > 301.0

@@ -16,7 +16,7 @@ from clearsweep import report
 from clearsweep.grid import recorded_fits
 from clearsweep.grid.library import iso286
 from clearsweep.language.errors import InputError
-from clearsweep.sweeping.facts import settings
+from clearsweep.sweeping.facts import setting_text
 
 CLEARANCE, RADIUS = f"{JOINT}.clearance", f"{JOINT}.bearing_radius"
 
@@ -186,5 +186,5 @@ def test_the_report_and_the_closing_table_name_the_fits(tmp_path):
     page = report.write(run, tmp_path / "report.html").read_text(encoding="utf-8")
     assert "20.5\u00a0µm (H7/f7)" in page
     facts = {"fits": run.grid["fits"], "units": {CLEARANCE: "m"}, "written_units": {}}
-    assert settings.setting_text({CLEARANCE: 20.5e-6}, facts) == "radial clearance 20.5 µm (H7/f7)"
-    assert settings.setting_text({CLEARANCE: 20e-6}, facts) == "radial clearance 20 µm"
+    assert setting_text({CLEARANCE: 20.5e-6}, facts) == "radial clearance 20.5 µm (H7/f7)"
+    assert setting_text({CLEARANCE: 20e-6}, facts) == "radial clearance 20 µm"

@@ -10,7 +10,7 @@ from scipy.optimize import brentq
 
 import clearsweep
 from clearsweep.answers import validity
-from clearsweep.simulation.analyses import heat
+from clearsweep.simulation.analyses import repeated
 from clearsweep.simulation.figures.sums import half_width
 
 OIL = {"at_40C": "46 mm^2/s", "at_100C": "6.8 mm^2/s", "density": "870 kg/m^3"}
@@ -43,10 +43,10 @@ def balanced(monkeypatch, width, scatter=0.0):
     def losses(scene, names):
         tried.append(scene.case.joints[0].film.temperature)
         mean = loss(tried[-1]) + scatter * random.standard_normal()
-        return heat.Losses(np.array([mean]), np.array([width]), heat.NO_COST)
+        return repeated.Losses(np.array([mean]), np.array([width]), repeated.NO_COST)
 
-    monkeypatch.setattr(heat, "_losses", losses)
-    _, balance = heat.at_equilibrium(clearsweep.load_case(a_film()))
+    monkeypatch.setattr(repeated, "_losses", losses)
+    _, balance = repeated.at_equilibrium(clearsweep.load_case(a_film()))
     return balance, tried
 
 
@@ -80,7 +80,7 @@ def test_losses_that_never_agree_within_a_tenth_of_the_rise_settle_nowhere(monke
     monkeypatch.setitem(globals(), "loss", lambda temperature: quiet(temperature) + 25.0 * next(signs))
     balance, tried = balanced(monkeypatch, math.inf)
     assert not balance.converged
-    assert len(tried) == heat.MAX_RUNS
+    assert len(tried) == repeated.MAX_RUNS
 
 
 @pytest.mark.parametrize(("width", "known"), [(0.0, True), (1.0, True), (20.0, False), (math.inf, False)])
@@ -94,9 +94,9 @@ def test_a_temperature_is_flagged_where_it_is_known_less_than_a_tenth_of_its_ris
 
 def observed(times, sums):
     """Return the losses of a joint from its heat (J) at some times (s)."""
-    observer = heat.HeatObserver(None, {})
+    observer = repeated.HeatObserver(None, {})
     observer.times, observer.sums = list(times), [np.array([value]) for value in sums]
-    return observer.losses(heat.NO_COST)
+    return observer.losses(repeated.NO_COST)
 
 
 def test_a_loss_has_the_interval_of_revolutions_and_the_mean_of_the_window():

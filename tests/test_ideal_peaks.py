@@ -7,8 +7,7 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep.simulation.machine.ideal import ideal_motion, ideal_peaks
-from clearsweep.simulation.machine.largest import largest
+from clearsweep.simulation.machine.ideal import ideal_motion, ideal_peaks, largest
 
 PLACES = np.linspace(0.0, 6.0, 721)
 ROOT = math.sqrt(2.0)

@@ -16,7 +16,7 @@ from clearsweep.language.errors import InputError
 from clearsweep.report.sections.identified import identified_sections
 from clearsweep.report.study import prepare
 from clearsweep.searches import emulator
-from clearsweep.sweeping.summary.run_summary import of_run, run_text
+from clearsweep.sweeping.summary import of_run, run_text
 
 MASS, ROD = "mechanism.slider.mass", "mechanism.rod.mass"
 TURNS, SAMPLES, SPEED = 8, 180, 500.0  # of a case; rad/s

@@ -15,8 +15,8 @@ from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
 from clearsweep.report.blocks.table import Column, Table
 from clearsweep.report.study import prepare
-from clearsweep.sweeping.facts import settings
-from clearsweep.sweeping.summary import run_summary
+from clearsweep.sweeping import summary
+from clearsweep.sweeping.facts import value_text
 
 LABELLED = {"tight": "20 um", "loose": "0.1 mm"}
 
@@ -112,6 +112,6 @@ def test_a_run_stores_labels_and_its_closing_lines_show_them(tmp_path):
     field = pq.read_schema(tmp_path / "run" / "summary.parquet").field(CLEARANCE)
     assert json.loads(field.metadata[b"labels"]) == {"tight": 2e-5, "loose": 1e-4}
     assert sorted(run.summary[CLEARANCE]) == [2e-5, 1e-4]
-    facts = run_summary.of_run(result)
-    assert settings.value_text(CLEARANCE, 2e-5, facts) == "tight (20 um)"
-    assert "loose (100 um)" in run_summary.run_text(facts)
+    facts = summary.of_run(result)
+    assert value_text(CLEARANCE, 2e-5, facts) == "tight (20 um)"
+    assert "loose (100 um)" in summary.run_text(facts)

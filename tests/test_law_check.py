@@ -9,7 +9,7 @@ from clearsweep import simulation, store
 from clearsweep.language.errors import InputError
 from clearsweep.report.sections.laws import law_check_sections
 from clearsweep.report.study import prepare
-from clearsweep.sweeping.summary import run_summary
+from clearsweep.sweeping.summary import of_run
 
 LAW, MASS = "joints.rod-slider.contact.law", "mechanism.slider.mass"
 PEAK = "rod_slider_force_peak"
@@ -68,14 +68,14 @@ def test_the_cases_of_the_grid_are_those_of_a_grid_without_the_check(tmp_path):
 
 
 def test_a_second_run_reuses_all_and_says_the_same(tmp_path):
-    first = run_summary.of_run(ran(tmp_path / "run"))
-    again = run_summary.of_run(ran(tmp_path / "run"))
+    first = of_run(ran(tmp_path / "run"))
+    again = of_run(ran(tmp_path / "run"))
     assert again["ran"] == 0
     assert again["law_check"] == first["law_check"]
 
 
 def test_checks_enter_neither_the_closing_table_nor_the_page_but_move_the_verdict(tmp_path):
-    facts = run_summary.of_run(ran(tmp_path / "run"))
+    facts = of_run(ran(tmp_path / "run"))
     assert len(facts["worst"]) == 3
     assert facts["limits"]["cases"] == 3
     assert facts["limits"]["exceeding"] == 0
@@ -91,13 +91,13 @@ def test_checks_enter_neither_the_closing_table_nor_the_page_but_move_the_verdic
 
 def test_a_verdict_that_all_laws_share_stands(tmp_path):
     limited = checked() | {"limits": {PEAK: "1 kN"}}
-    facts = run_summary.of_run(ran(tmp_path / "run", limited))
+    facts = of_run(ran(tmp_path / "run", limited))
     assert "not change the verdict" in facts["answer"]["laws"]
 
 
 def test_without_limits_the_figure_is_compared(tmp_path):
     unlimited = {key: value for key, value in checked().items() if key != "limits"}
-    assert "hertz" in run_summary.of_run(ran(tmp_path / "run", unlimited))["answer"]["laws"]
+    assert "hertz" in of_run(ran(tmp_path / "run", unlimited))["answer"]["laws"]
 
 
 @pytest.mark.parametrize("other", [{"refine": {"cases": 3}}, {"check_laws": "yes"}])

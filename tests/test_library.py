@@ -11,7 +11,7 @@ from clearsweep.answers import validity
 from clearsweep.grid import library
 from clearsweep.grid.library.entries import hot_viscosity, warm_viscosity
 from clearsweep.language.errors import InputError
-from clearsweep.sweeping.pool.simulator import SIMULATION
+from clearsweep.sweeping.pool.case_runner import SIMULATION
 from clearsweep.sweeping.sweep import facts
 
 ENTRIES = [(kind, entry) for kind, known in library.LIBRARIES.items() for entry in known.values()]

@@ -15,8 +15,8 @@ from clearsweep import grid, simulation, store
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.solver import integration
 from clearsweep.mechanics.wear import Worn
-from clearsweep.simulation.analyses import life as lives
-from clearsweep.simulation.analyses.life_block import BlockRecord, decoded, encoded
+from clearsweep.simulation.analyses import life
+from clearsweep.simulation.analyses.life import BlockRecord, decoded, encoded
 from clearsweep.simulation.running.observed_run import restore, snapshot_of
 from clearsweep.simulation.running.run import Run
 from clearsweep.simulation.setup.start import control_of, start_of
@@ -294,7 +294,7 @@ def test_what_does_not_wear_has_no_life_and_says_so(blocks):
 @heavy
 @pytest.mark.parametrize("kept", [1, 3])
 def test_a_life_that_was_killed_gives_the_same_end_to_the_last_bit(monkeypatch, kept):
-    monkeypatch.setattr(lives.LifeRun, "identical_blocks", False)  # as if what has worn changed the motion
+    monkeypatch.setattr(life.LifeRun, "identical_blocks", False)  # as if what has worn changed the motion
     whole = lived(limit="60 um")
     assert whole.summary["rod_slider_life_blocks"] > 4
     log = Memory(most=kept)
@@ -328,7 +328,7 @@ def test_a_life_of_one_block_that_was_killed_is_one_of_one_block():
 
 @heavy
 def test_a_life_that_does_not_reach_its_limit_has_a_lower_bound(monkeypatch, capsys):
-    monkeypatch.setattr(lives.LifeRun, "identical_blocks", False)
+    monkeypatch.setattr(life.LifeRun, "identical_blocks", False)
     monkeypatch.setattr("clearsweep.language.phases.FIRST_LINE_DELAY", 0.0)
     monkeypatch.setattr("clearsweep.language.phases.MAX_INTERVAL", 0.0)
     monkeypatch.setattr("clearsweep.language.phases.REFRESH_INTERVAL", 1e-3)
@@ -358,7 +358,7 @@ def test_a_life_that_fails_says_in_which_block():
 
 @heavy
 def test_time_that_a_killed_life_took_counts_towards_its_budget(monkeypatch):
-    monkeypatch.setattr(lives.LifeRun, "identical_blocks", False)
+    monkeypatch.setattr(life.LifeRun, "identical_blocks", False)
     log = Memory(most=2)
     with pytest.raises(KilledError):
         lived(log=log)

@@ -8,7 +8,7 @@ import pytest
 
 from clearsweep.answers.words import FIELD_BY_COLUMN, Lifetime, hours_text, interval_text, spread_text
 from clearsweep.contracts.layout import Column, Layout
-from clearsweep.sweeping.facts.lives import LifeExtremes
+from clearsweep.sweeping.facts import LifeExtremes
 
 
 def life(share, hours=85.5, **more):

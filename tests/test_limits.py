@@ -18,7 +18,7 @@ from clearsweep.language import expression
 from clearsweep.language.errors import InputError
 from clearsweep.report.sections import answer as section_of_verdict
 from clearsweep.report.study import prepare
-from clearsweep.sweeping.summary import run_summary
+from clearsweep.sweeping.summary import of_run
 
 PEAK, IDEAL = "rod_slider_force_peak", "rod_slider_force_peak_ideal"
 UNITS = {"force": "N", "other": "N", "length": "m", "rate": "rad/s", "ratio": "1"}
@@ -248,14 +248,14 @@ def test_limits_of_a_finished_sweep_are_changed_without_running_a_case(ran):
 
 def test_the_closing_lines_count_cases_that_exceed_limits(ran):
     result, summary = ran(limits={PEAK: "0.1015 N", "steps": {"at_least": 2, "times": "rhs_evaluations"}})
-    facts = run_summary.of_run(result)
+    facts = of_run(result)
     assert facts["limits"]["cases"] == 3
     assert facts["limits"]["exceeding"] == 3
     assert facts["limits"]["each"][PEAK]["cases"] == int((summary[PEAK] > 0.1015).sum()) == 1
     assert facts["limits"]["worst"]["margin"] == summary["margin"].min()
     counts = {"met": 0, "exceeded": 3, "undecided": 3, "added": 0}
     assert facts["answer"]["cases"] == counts
-    assert run_summary.of_run(ran()[0])["limits"] is None
+    assert of_run(ran()[0])["limits"] is None
 
 
 @pytest.mark.parametrize("text", [f"{PEAK} / (0 * steps)", f"0 * {PEAK} / (0 * steps)"])
@@ -266,7 +266,7 @@ def test_an_infinite_or_undefined_figure_decides_nothing(ran, text):
     assert good["limits_exceeded"].tolist() == [""] * 3
     assert good["limits_undecided"].tolist() == ["ratio"] * 3
     assert good[["ratio", "margin"]].isna().all(axis=None)
-    facts = run_summary.of_run(result)
+    facts = of_run(result)
     assert (facts["limits"]["exceeding"], facts["limits"]["unknown"], facts["limits"]["worst"]) == (0, 3, None)
     assert facts["limits"]["each"]["ratio"] == {"limit": "at most 5\u00a0N", "cases": 0, "unknown": 3}
     assert {entry["why"] for design in facts["answer"]["designs"] for entry in design["missing"]} >= {"ratio is null"}

@@ -8,14 +8,14 @@ import re
 import pytest
 
 from clearsweep import grid, simulation
+from clearsweep.contracts.catalogue import LoadOutline
 from clearsweep.contracts.machine import Motor, Push, Schedule, Spring, TabledPush
-from clearsweep.contracts.outline import LoadOutline
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.machines.loads import load_keys
 from clearsweep.mechanics.machines.planar.form import Planar
 from clearsweep.report.one_case.joints import draw_grid
 from clearsweep.simulation.machine.ideal import ideal_peaks, mechanism_of
-from clearsweep.simulation.setup.crank_clock import scheduled_clock
+from clearsweep.simulation.setup.scene import scheduled_clock
 
 CATALOGUE = simulation.catalogue()
 CONTACT = {"law": "hertz", "stiffness": "1e9 N/m^1.5"}

@@ -8,8 +8,7 @@ import clearsweep
 from clearsweep import simulation
 from clearsweep.mechanics.observe import BINS
 from clearsweep.simulation.running import run
-from clearsweep.simulation.setup.revolutions import marks_of
-from clearsweep.simulation.setup.start import start_of
+from clearsweep.simulation.setup.start import marks_of, start_of
 from clearsweep.tracing.compiled.family import empty_entries
 from clearsweep.tracing.compiled.pinned import Layout
 

@@ -32,7 +32,7 @@ from clearsweep.mechanics.observe import START, Observed, contact_observables_in
 from clearsweep.mechanics.solver import integration
 from clearsweep.simulation.analyses.trajectory import simulate
 from clearsweep.simulation.running.run import Run, onset_rates
-from clearsweep.simulation.setup import scene as scenes
+from clearsweep.simulation.setup import scene
 from clearsweep.simulation.setup.start import control_of, period, start_of
 
 ROOT = Path(__file__).parent.parent
@@ -285,7 +285,7 @@ def test_in_an_impact_it_is_that_of_the_impact():
 
 def identity(**contact):
     case = slider_crank("rod-slider", changes={f"{CONTACT}.{key}": value for key, value in contact.items()})
-    return grid.load(case, scenes.catalogue()).case_id(0)
+    return grid.load(case, scene.catalogue()).case_id(0)
 
 
 def test_the_choice_is_part_of_the_case_where_the_law_knows_the_onset():
@@ -303,7 +303,7 @@ def test_both_rules_can_be_swept():
 
 
 def cases_of(source):
-    loaded = grid.load(source, scenes.catalogue())
+    loaded = grid.load(source, scene.catalogue())
     return [loaded.case(k) for k in range(len(loaded))]
 
 
@@ -312,8 +312,8 @@ def contact_of(case):
 
 
 def test_first_compiles_nothing_of_what_forgets():
-    assert "Renewed" in str(scenes.signature(crank("renewed").case))
-    assert "Renewed" not in str(scenes.signature(crank("first").case))
+    assert "Renewed" in str(scene.signature(crank("renewed").case))
+    assert "Renewed" not in str(scene.signature(crank("first").case))
 
 
 # ------------------------------------------------------------------------------------------ the machine of the README
@@ -336,7 +336,7 @@ def test_centred_and_seated_starts_agree_on_the_fast_machine_of_the_readme():
     for start in ("centred", "seated"):
         settings = {"revolutions": 40, "discard": 20, "tolerance": 1e-8, "start": start, "until": limits_met}
         cases = cases_of(copy.deepcopy(source) | {"simulate": settings, "save": {"orbits": "none"}})
-        result[start] = [simulate(scenes.build(case)).summary for case in cases]
+        result[start] = [simulate(scene.build(case)).summary for case in cases]
     apart = {number for number, both in enumerate(zip(*result.values(), strict=True)) if not agree(*both)}
     assert apart <= COEXISTING | SLOW
 

@@ -18,7 +18,7 @@ from clearsweep.report.sections.searches import folded_optimised_sections, optim
 from clearsweep.report.study import prepare
 from clearsweep.searches import optimising
 from clearsweep.searches.optimise import Choice
-from clearsweep.sweeping.summary.run_summary import of_run, run_text
+from clearsweep.sweeping.summary import of_run, run_text
 
 MASS, ROD, GRAVITY = "mechanism.slider.mass", "mechanism.rod.mass", "mechanism.gravity"
 

@@ -22,13 +22,12 @@ from clearsweep.language.errors import StorageError
 from clearsweep.report.statistics import sensitivity
 from clearsweep.report.study import open_partial
 from clearsweep.simulation.analyses import outcome
-from clearsweep.simulation.running.progress import Life, LifeLimits
+from clearsweep.simulation.running.observed_run import Life, LifeLimits
 from clearsweep.store import StoredRun
-from clearsweep.sweeping import estimate
-from clearsweep.sweeping.pool import progress
-from clearsweep.sweeping.pool.simulator import SIMULATION
+from clearsweep.sweeping import estimate, summary
+from clearsweep.sweeping.pool import driver
+from clearsweep.sweeping.pool.case_runner import SIMULATION
 from clearsweep.sweeping.pool.worker import time_case
-from clearsweep.sweeping.summary import run_summary
 from clearsweep.tracing import objects
 
 heavy = pytest.mark.heavy
@@ -223,7 +222,7 @@ def test_the_time_left_of_a_life_counts_those_that_follow_it(manual_time):
 
 
 def test_the_time_left_of_cases_does_not_jump_and_counts_what_workers_have_in_hand(manual_time):
-    cases, text, done = progress.CaseProgress(1000), [], 0
+    cases, text, done = driver.CaseProgress(1000), [], 0
     cases.read_progress = lambda: (done - cases.done, ())
     with phases.phase(cases):
         for step in range(
@@ -240,7 +239,7 @@ def test_the_time_left_of_cases_does_not_jump_and_counts_what_workers_have_in_ha
 
 
 def test_progress_of_cases_in_a_log_is_a_line_now_and_then(manual_time, capsys):
-    display, cases = phases.Display(), progress.CaseProgress(1000)
+    display, cases = phases.Display(), driver.CaseProgress(1000)
     with phases.phase(cases):
         for _ in range(1000):
             manual_time.now += 0.5
@@ -298,7 +297,7 @@ class Long(Fake):
 def test_a_run_and_its_status_report_compiling_and_a_life_at_work(tmp_path, monkeypatch, capfd):
     monkeypatch.setattr(phases, "FIRST_LINE_DELAY", 0.3)  # s
     monkeypatch.setattr(phases, "INTERVAL_GROWTH", 1.0)  # else a slow start leaves seconds between lines
-    monkeypatch.setattr(progress, "LONG_CASE_TIME", 0.3)
+    monkeypatch.setattr(driver, "LONG_CASE_TIME", 0.3)
     seen, ended = [], threading.Event()
 
     def watch():
@@ -378,7 +377,7 @@ def test_a_dry_run_of_cases_that_take_long_extrapolates_their_beginning(tmp_path
     assert result.extrapolated == result.timed >= 2
     assert result.case_seconds == pytest.approx(100.0, rel=0.1)
     assert result.seconds == pytest.approx(300.0, rel=0.1)
-    assert "2 of them extrapolated from" in run_summary.estimate_text(result._replace(extrapolated=2)._asdict())
+    assert "2 of them extrapolated from" in summary.estimate_text(result._replace(extrapolated=2)._asdict())
 
 
 def test_the_time_of_a_case_is_without_what_it_compiles(monkeypatch):

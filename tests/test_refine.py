@@ -11,7 +11,7 @@ import clearsweep
 from clearsweep import grid as grids
 from clearsweep.language.errors import InputError
 from clearsweep.searches.refine import RefineFound
-from clearsweep.sweeping.summary import run_summary
+from clearsweep.sweeping.summary import of_run
 
 MASS, SPEED = "mechanism.slider.mass", "drive.speed"
 MASSES, SPEEDS = [0.1, 0.3, 0.5, 0.7, 0.9], [100.0, 300.0, 500.0, 700.0]
@@ -94,7 +94,7 @@ def test_a_border_across_one_axis_is_enclosed_to_a_thousandth_of_a_step(tmp_path
     assert good <= RADIUS < bad
     assert bad / good == pytest.approx(2.0 ** (1.0 / 1024), rel=1e-9)  # halved by ratios, as the axis is
     assert result.found == RefineFound(500, 10, 1, whole=True)
-    assert run_summary.of_run(result)["answer"]["cases"]["added"] == 10
+    assert of_run(result)["answer"]["cases"]["added"] == 10
 
 
 def test_steps_that_are_equal_are_halved_by_differences(tmp_path):
@@ -106,7 +106,7 @@ def test_steps_that_are_equal_are_halved_by_differences(tmp_path):
 def test_where_all_cases_agree_none_is_added(tmp_path, limit):
     result = quiet(refining_grid(limits={"rod_slider_force_peak": limit}), tmp_path / "run")
     assert (result.cases, result.found.added) == (20, 0)
-    assert run_summary.of_run(result)["answer"]["cases"]["added"] == 0
+    assert of_run(result)["answer"]["cases"]["added"] == 0
 
 
 def test_each_law_has_its_own_border(tmp_path):

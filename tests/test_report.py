@@ -28,7 +28,7 @@ from clearsweep.report.sections import cases
 from clearsweep.report.sections.answer import law_range_remarks
 from clearsweep.report.sections.setup import setup_sections
 from clearsweep.report.study import CASE_SECTIONS, prepare
-from clearsweep.sweeping.pool.simulator import SIMULATION
+from clearsweep.sweeping.pool.case_runner import SIMULATION
 
 pytestmark = pytest.mark.heavy
 

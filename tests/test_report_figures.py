@@ -40,10 +40,9 @@ from clearsweep.report.statistics.motion import (
     short_contacts,
 )
 from clearsweep.report.study import prepare, resolve_cases
-from clearsweep.sweeping import sweep
-from clearsweep.sweeping.facts import settings
-from clearsweep.sweeping.pool.simulator import SIMULATION
-from clearsweep.sweeping.summary import run_summary
+from clearsweep.sweeping import summary, sweep
+from clearsweep.sweeping.facts import value_text
+from clearsweep.sweeping.pool.case_runner import SIMULATION
 
 CLEARANCE, SPEED, PEAK = "joints.rod-slider.clearance", "drive.speed", "rod_slider_force_peak"
 IDEAL = "rod_slider_force_peak_ideal"
@@ -164,14 +163,14 @@ def test_clearances_of_fits_are_in_micrometres_on_the_page_and_in_the_last_lines
     (axis,) = prepare(run).axes
     assert [axis.text(mean).replace("\u00a0", " ") for mean in means] == ["17.25 \u00b5m (a)", "170 \u00b5m (b)"]
     facts = {"units": {CLEARANCE: "m"}, "fits": run.grid["fits"], "written_units": common_units(run.grid)}
-    assert [settings.value_text(CLEARANCE, mean, facts) for mean in means] == ["17.25 \u00b5m (a)", "170 \u00b5m (b)"]
+    assert [value_text(CLEARANCE, mean, facts) for mean in means] == ["17.25 \u00b5m (a)", "170 \u00b5m (b)"]
 
 
 def test_values_of_candidates_have_one_unit_in_the_last_lines():
     labelled = {CLEARANCE: {"H9/d9": 6.8e-5, "H11/d11": 1.35e-4}}
     record = {"units": {CLEARANCE: "m"}, "labels": labelled, "written_units": {}}
     facts = record | {"fits": {}, "written_units": common_units(record)}
-    texts = [settings.value_text(CLEARANCE, value, facts) for value in labelled[CLEARANCE].values()]
+    texts = [value_text(CLEARANCE, value, facts) for value in labelled[CLEARANCE].values()]
     assert texts == ["H9/d9 (0.068 mm)", "H11/d11 (0.135 mm)"]
 
 
@@ -189,9 +188,9 @@ def test_the_head_of_a_column_may_differ_on_the_page_and_in_the_file():
 
 def test_figures_of_one_column_of_the_closing_table_have_one_unit():
     column = [{"column": "start_up_time", "value": value} for value in (0.2478, None, 0.0910)]
-    assert run_summary.figure_texts(column, {"start_up_time": "s"}) == ["0.2478 s", "cut off", "0.091 s"]
+    assert summary.figure_texts(column, {"start_up_time": "s"}) == ["0.2478 s", "cut off", "0.091 s"]
     mixed = [{"column": "load", "value": 2584.0}, {"column": "share", "value": 0.5}, {"column": "load", "value": 830.4}]
-    assert run_summary.figure_texts(mixed, {"load": "N"}) == ["2.584 kN", "0.5", "0.8304 kN"]
+    assert summary.figure_texts(mixed, {"load": "N"}) == ["2.584 kN", "0.5", "0.8304 kN"]
 
 
 def test_clearances_of_several_joints_have_one_unit():

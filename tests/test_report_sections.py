@@ -18,8 +18,7 @@ import clearsweep
 from clearsweep import report, simulation
 from clearsweep.answers import validity
 from clearsweep.answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN
-from clearsweep.contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism, Output
-from clearsweep.contracts.roles import CHOICE, CONDITION
+from clearsweep.contracts.catalogue import CHOICE, CONDITION, Channel, Field, JointSite, Keys, Mechanism, Output
 from clearsweep.language import wording
 from clearsweep.mechanics.machines import MECHANISMS
 from clearsweep.report import sections

@@ -6,9 +6,9 @@ from mechanism_cases import slider_crank
 from scipy import stats
 
 import clearsweep
-from clearsweep.simulation.analyses import peak_revolution
-from clearsweep.simulation.figures import spread
-from clearsweep.simulation.setup import revolutions
+from clearsweep.simulation.analyses import reruns
+from clearsweep.simulation.figures import window
+from clearsweep.simulation.setup import start
 
 FRICTION = {"law": "ambrosio", "coefficient": 0.05, "v0": 1e-3, "v1": 1e-2}
 TURN = 0.012  # s
@@ -75,7 +75,7 @@ def test_a_peak_belongs_to_the_revolution_of_its_contact():
 def test_the_revolution_of_the_largest_peak_has_the_bits_of_the_whole_run():
     changes = SHORT | {"simulate.revolutions": 7, "save": {"orbits": "all", "samples": 90}}
     scene = clearsweep.load_case(slider_crank("rod-slider", changes=changes))
-    whole, result = clearsweep.simulate(scene), peak_revolution(scene.case, 0, 7.0)
+    whole, result = clearsweep.simulate(scene), reruns(scene.case, 0, 7.0)
     first = int(result.turns)
     assert 1 <= first == result.turns <= 6
     same = [
@@ -139,17 +139,17 @@ def rows(period, count, *, drift=0.0):
 
 @pytest.mark.parametrize("period", [1, 2, 5, 16])
 def test_a_period_is_found_once_it_was_repeated_three_times(period):
-    assert revolutions.period_of(rows(period, 4 * period)) == period
-    assert revolutions.period_of(rows(period, 4 * period - 1)) is None
-    assert revolutions.period_of(rows(period, 4 * period, drift=2e-3)) is None
+    assert start.period_of(rows(period, 4 * period)) == period
+    assert start.period_of(rows(period, 4 * period - 1)) is None
+    assert start.period_of(rows(period, 4 * period, drift=2e-3)) is None
 
 
 def test_whole_turns_of_an_angle_are_no_difference():
     turn = np.array([6.0])
     going_round = rows(2, 8)
     going_round[:, 0] += 6.0 * np.arange(8)
-    assert revolutions.period_of(going_round) is None
-    assert revolutions.period_of(going_round, turn) == 2
+    assert start.period_of(going_round) is None
+    assert start.period_of(going_round, turn) == 2
 
 
 def test_intervals_of_quantiles_hold_what_they_promise():
@@ -157,7 +157,7 @@ def test_intervals_of_quantiles_hold_what_they_promise():
     for _ in range(2000):
         values = random.exponential(size=100)
         for share, place in ((0.5, 0), (0.95, 1)):
-            result, true = spread.quantiles(values, (share,))[0], stats.expon.ppf(share)
+            result, true = window.quantiles(values, (share,))[0], stats.expon.ppf(share)
             assert result.value == pytest.approx(np.quantile(values, share), rel=1e-12)
             high = np.inf if result.high is None else result.high  # what is no end is no bound
             missed[place] += not result.low <= true <= high
@@ -167,14 +167,14 @@ def test_intervals_of_quantiles_hold_what_they_promise():
 def test_values_that_follow_each_other_count_for_fewer():
     walk = np.cumsum(np.random.default_rng(1).normal(size=200))
     mixed = np.random.default_rng(2).permutation(walk)
-    widths = [result.high - result.low for result in (spread.quantiles(values, (0.5,))[0] for values in (walk, mixed))]
+    widths = [result.high - result.low for result in (window.quantiles(values, (0.5,))[0] for values in (walk, mixed))]
     assert widths[0] > 2.0 * widths[1]
 
 
 def test_too_few_revolutions_have_no_interval():
-    assert spread.quantiles(np.arange(5.0), (0.5,))[0] == (2.0, None, None)
-    assert spread.quantiles(np.array([1.0, 6.0, 2.0, 5.0, 3.0, 4.0]), (0.5,))[0] == (3.5, 1.0, 6.0)
-    assert spread.quantiles(np.empty(0), (0.5,))[0] == (None, None, None)
+    assert window.quantiles(np.arange(5.0), (0.5,))[0] == (2.0, None, None)
+    assert window.quantiles(np.array([1.0, 6.0, 2.0, 5.0, 3.0, 4.0]), (0.5,))[0] == (3.5, 1.0, 6.0)
+    assert window.quantiles(np.empty(0), (0.5,))[0] == (None, None, None)
     changing = np.arange(72.0) * (-1.0) ** np.arange(72)  # neighbours are far apart
-    assert spread.quantiles(changing, (0.95,))[0].high == 70.0
-    assert spread.quantiles(changing[:71], (0.95,))[0].high is None
+    assert window.quantiles(changing, (0.95,))[0].high == 70.0
+    assert window.quantiles(changing[:71], (0.95,))[0].high is None

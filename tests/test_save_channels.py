@@ -10,7 +10,7 @@ from clearsweep import grid as grids
 from clearsweep import report
 from clearsweep.report.one_case.motion import motion_pictures, saved_channels
 from clearsweep.report.study import prepare
-from clearsweep.sweeping.pool.simulator import SIMULATION
+from clearsweep.sweeping.pool.case_runner import SIMULATION
 
 LISTED = ("slider/a", "joints/rod_slider/force_normal")
 

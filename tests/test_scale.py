@@ -17,8 +17,7 @@ from clearsweep.report.axis import Rows
 from clearsweep.report.blocks.table import CaseRows
 from clearsweep.report.draw import comparison
 from clearsweep.report.study import Axis, Study, index_on_axis, reduce_over_other_axes
-from clearsweep.sweeping.pool.case_runner import is_common
-from clearsweep.sweeping.pool.shard import distinct
+from clearsweep.sweeping.pool.case_runner import distinct, is_common
 
 
 @pytest.fixture

@@ -13,7 +13,7 @@ from absolute_crank import NAMES, Crank, Damped, Karnopp, Yielding, seat, start_
 from mechanism_cases import SLIDER_CRANK, slider_crank
 
 import clearsweep
-from clearsweep.simulation.running import lyapunov
+from clearsweep.simulation.running import observed_run
 
 pytestmark = [pytest.mark.heavy, pytest.mark.compiled]
 
@@ -185,7 +185,7 @@ def test_a_disturbance_grows_as_the_second_program_has_it(monkeypatch):
     """5000 rpm, one revolution: growths of up to e^11 agree within a tenth of their logarithm, at all moments."""
     seen = []
 
-    class Seen(lyapunov.Perturbed):
+    class Seen(observed_run.Perturbed):
         def __init__(self, *args):
             super().__init__(*args)
             seen.append(self)

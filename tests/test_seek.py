@@ -19,7 +19,7 @@ from clearsweep.report.sections.searches import seek_sections
 from clearsweep.report.study import prepare
 from clearsweep.searches.bisection import border_of_all
 from clearsweep.searches.unanswered import loosened_limits
-from clearsweep.sweeping.summary import run_summary
+from clearsweep.sweeping.summary import of_run, run_text
 
 MASS, GRAVITY = "mechanism.slider.mass", "mechanism.gravity"
 PEAK = 1  # rod_slider_force_peak is so many times the mass in kg, which tests rely upon
@@ -65,7 +65,7 @@ def test_the_border_is_found_to_the_width_requested_and_enclosed(tmp_path):
     assert len(run.summary) == result.ran
     assert run.summary[MASS].between(0.1, 0.9).all()
     assert run.grid["seek"]["largest"] == MASS
-    text = run_summary.run_text(run_summary.of_run(result))
+    text = run_text(of_run(result))
     assert "largest slider mass within the limits" in text
     assert "limited by force peak" in text
 
@@ -111,7 +111,7 @@ def test_where_the_figure_is_infinite_or_undefined_no_value_is_safe(tmp_path, te
     result = quiet(searching() | more, tmp_path / "run")
     (row,) = answers(tmp_path / "run")
     assert (row[f"seek.{MASS}"], row["limiting"]) == (None, "ratio")
-    facts = run_summary.of_run(result)
+    facts = of_run(result)
     assert facts["limits"]["unknown"] + facts["limits"]["exceeding"] == result.cases
 
 
@@ -230,7 +230,7 @@ def test_paths_in_step_have_one_value(tmp_path):
     assert len(summary) == result.ran == row["probes"]
     again = quiet(searching(largest=[MASS, rod]), tmp_path / "run")
     assert again.ran == 0
-    assert "within the limits" in run_summary.run_text(run_summary.of_run(again))
+    assert "within the limits" in run_text(of_run(again))
 
 
 def test_paths_in_step_of_other_units_are_refused(tmp_path):
@@ -243,7 +243,7 @@ def test_paths_in_step_of_other_units_are_refused(tmp_path):
 def test_none_in_the_range_says_how_near_each_case_comes_and_what_would_pass(tmp_path):
     result = quiet(searching(limit=0.05, gravities=(GOOD, 1e-3)), tmp_path / "run")
     assert [row["limiting"] for row in answers(tmp_path / "run")] == ["rod_slider_force_peak"] * 2
-    facts = run_summary.of_run(result)
+    facts = of_run(result)
     for answer in facts["seek"]["answers"]:
         (best,) = answer["best"]
         assert best["value"] == 0.1
@@ -273,7 +273,7 @@ def test_where_all_cases_count_they_are_compared_at_one_value(tmp_path):
     limits = {"limits": {"rod_slider_force_peak": 0.05, "weight": {"at_least": 10.0}}}
     figures = {"figures": {"weight": "rod_slider_force_peak * 3.00004 + '0 N'"}}
     source = searching(gravities=(GOOD, 1e-3), **{"for": "all"}) | limits | figures
-    facts = run_summary.of_run(quiet(source, tmp_path / "run"))
+    facts = of_run(quiet(source, tmp_path / "run"))
     best = [each for answer in facts["seek"]["answers"] for each in answer["best"]]
     assert [each["point"] for each in best] == [{GRAVITY: GOOD}, {GRAVITY: 1e-3}]
     assert len({each["value"] for each in best}) == 1

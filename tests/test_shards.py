@@ -20,8 +20,7 @@ from clearsweep import grid as grids
 from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.sweeping import merge as merging
 from clearsweep.sweeping import sweep as sweeping
-from clearsweep.sweeping.pool.case_runner import case_ids
-from clearsweep.sweeping.pool.shard import Shard
+from clearsweep.sweeping.pool.case_runner import Shard, case_ids
 
 pytestmark = pytest.mark.heavy
 

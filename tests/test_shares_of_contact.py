@@ -14,7 +14,7 @@ from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.observe import BINS, FORCE_ROW, KAPPA_ROW, PARTS, add_profile, time_above
 from clearsweep.mechanics.solver.accumulate.totals import ContactTotals
 from clearsweep.simulation.analyses.outcome import trajectory_of
-from clearsweep.simulation.figures import catalogue as figures
+from clearsweep.simulation.figures import catalogue
 from clearsweep.simulation.figures.sums import DryTime, Ratio
 from clearsweep.simulation.running.run import integration_of
 
@@ -226,6 +226,6 @@ def test_friction_that_would_heat_a_dry_joint_by_more_than_100_k_is_flagged():
 
 
 def test_every_new_figure_is_shown_in_the_report():
-    shown = {figure.name: figure.tables for figure in figures.FIGURES}
+    shown = {figure.name: figure.tables for figure in catalogue.FIGURES}
     assert shown["friction_power"]
     assert shown["dry_load_share"]

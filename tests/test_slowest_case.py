@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clearsweep.contracts.layout import Column, Layout
-from clearsweep.sweeping.facts.slowest_case import SlowestCase, slowest_case_lines
+from clearsweep.sweeping.facts import SlowestCase, slowest_case_lines
 
 
 def layout_with(*columns, life=""):

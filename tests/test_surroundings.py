@@ -15,7 +15,7 @@ from test_sweep import parts, program, wait_for
 
 from clearsweep import cli, streams
 from clearsweep.language import errors, phases
-from clearsweep.sweeping.pool import executors, progress, resources, signals
+from clearsweep.sweeping.pool import driver, executors, resources, signals
 
 pytestmark = pytest.mark.heavy
 
@@ -75,8 +75,8 @@ def test_the_null_device_takes_the_place_of_a_stream_that_was_left(tmp_path):
 
 def test_a_program_without_stderr_sees_no_progress_in_its_stdout(monkeypatch, capsys):
     monkeypatch.setattr(sys, "stderr", None)
-    progress.print_line("something")
-    with progress.show_progress(), phases.phase(progress.CaseProgress(3)):
+    phases.print_line("something")
+    with phases.show_progress(), phases.phase(driver.CaseProgress(3)):
         phases.Display().refresh()
     assert not capsys.readouterr().out
 

@@ -23,12 +23,12 @@ from clearsweep import grid as grids
 from clearsweep import simulation, store
 from clearsweep.language import errors, phases
 from clearsweep.sweeping import estimate
-from clearsweep.sweeping.all_cases import complete_run
+from clearsweep.sweeping.merge import complete_run
 from clearsweep.sweeping.pool import executors
+from clearsweep.sweeping.pool.case_runner import SIMULATION
 from clearsweep.sweeping.pool.driver import Batches
-from clearsweep.sweeping.pool.simulator import SIMULATION
 from clearsweep.sweeping.pool.worker import BatchOutcome
-from clearsweep.sweeping.summary import run_summary
+from clearsweep.sweeping.summary import _case_lines, estimate_text, of_run, run_text
 from clearsweep.sweeping.sweep import facts
 
 pytestmark = pytest.mark.heavy
@@ -98,7 +98,7 @@ def test_a_larger_grid_runs_only_what_is_new_and_a_smaller_one_shows_only_its_ow
     assert quiet(grid(5), tmp_path / "run").ran == 2
     smaller = quiet(grid(2), tmp_path / "run")
     assert (smaller.ran, smaller.others) == (0, 3)
-    assert "3 cases with other values on the axes stay stored" in run_summary.run_text(run_summary.of_run(smaller))
+    assert "3 cases with other values on the axes stay stored" in run_text(of_run(smaller))
     assert len(smaller.open().summary) == 2
     with complete_run(tmp_path / "run", Fake) as run:
         every = run.summary
@@ -429,7 +429,7 @@ def test_a_dry_run_shows_a_case_and_what_si_is_assumed_for(tmp_path):
     assert "joints.rod-slider.length" in result.assumed
     assert "joints.rod-slider.clearance" not in result.assumed  # 0.5 mm
     assert result.case["values"]["joints.rod-slider.clearance"] == 0.5e-3
-    text = run_summary.estimate_text(result._asdict())
+    text = estimate_text(result._asdict())
     assert "no unit given, SI assumed: drive.speed = 100 rad/s = 954.93 rpm\n" in text
     assert "no unit given, SI assumed: mechanism.slider.mass = 0.1 to 0.101 kg" in text
     assert "  joints.rod-slider: clearance 0.5 mm, bearing_radius 10 mm, length 20 mm" in text
@@ -439,7 +439,7 @@ def test_a_dry_run_sums_up_a_table():
     column = "loads.gas.table.fx"
     case = {"case_id": "0" * 40, "units": {}, "written_units": {}}
     values = {"loads.gas.scale": 1.0, f"{column}.0": 5.0, f"{column}.1": -700.0, f"{column}.2": 2.0}
-    lines = run_summary._case_lines(case | {"values": values})
+    lines = _case_lines(case | {"values": values})
     assert lines[1:] == ["  loads.gas: scale 1", f"  {column}: 3 values in SI, -700 to 5"]
 
 

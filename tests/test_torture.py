@@ -16,7 +16,7 @@ from torture_grids import Ended, drawn
 
 from clearsweep import grid, simulation
 from clearsweep.language.errors import DirectoryError, InputError
-from clearsweep.sweeping.pool.simulator import SIMULATION
+from clearsweep.sweeping.pool.case_runner import SIMULATION
 
 pytestmark = pytest.mark.heavy
 

@@ -17,7 +17,7 @@ from clearsweep.contracts.layout import Layout
 from clearsweep.grid.library import iso286
 from clearsweep.report.sections.motion import peak_revolution_sections
 from clearsweep.report.study import prepare
-from clearsweep.sweeping.summary import run_summary
+from clearsweep.sweeping.summary import of_run, run_text
 
 ROOT = Path(__file__).parents[1]
 TEXT = (ROOT / "docs/tutorial.md").read_text(encoding="utf-8")
@@ -98,10 +98,10 @@ def test_the_steps_lead_to_a_decision_with_made_up_forces(tmp_path):
     out = tmp_path / "press"
     result = sweep(read("press_joint"), out, simulator=Quick, executor="serial", show_progress=False)
     run = clearsweep.open(out)
-    message = run_summary.run_text(run_summary.of_run(result))
+    message = run_text(of_run(result))
     assert "(H7/f7) = 15 µm to 45 µm radial" in message
     over = run.summary[CLEARANCE] * run.summary["drive.speed"] / (4.0 * np.pi) > SAFE
-    assert run_summary.of_run(result)["answer"]["cases"]["exceeded"] == int(over.sum())
+    assert of_run(result)["answer"]["cases"]["exceeded"] == int(over.sum())
     assert run.worst == run.summary.nlargest(3, "rod_slider_force_peak_ratio")["case_id"].tolist()
     assert run.summary["hours_to_50_um_wear"].tolist() == pytest.approx([1000.0] * 30, rel=1e-12)
     (part,) = peak_revolution_sections(prepare(run))

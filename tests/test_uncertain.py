@@ -13,9 +13,16 @@ from clearsweep import grid, simulation
 from clearsweep.grid.grid import identity
 from clearsweep.language import phases
 from clearsweep.language.errors import InputError
-from clearsweep.simulation.analyses import uncertain
-from clearsweep.simulation.analyses.life import LifeRun
-from clearsweep.simulation.analyses.life_block import BlockRecord
+from clearsweep.simulation.analyses.life import (
+    HIGH,
+    LOW,
+    BlockRecord,
+    LifeRun,
+    failures,
+    figures,
+    further_lives,
+    with_bounding_coefficients,
+)
 
 LIFE = {"limit": "20 um", "joint": "rod-slider", "max_revolutions": 12, "tolerance": 0.2}
 COEFFICIENT = "joints.rod-slider.wear.coefficient"
@@ -38,8 +45,8 @@ def loaded(text=None, **changes):
 def test_a_factor_is_a_third_to_three_times_the_value_of_each_case():
     made = loaded(FACTOR, **{"sweep": {COEFFICIENT: [1e-15, 4e-15]}})
     for index, value in enumerate((1e-15, 4e-15)):
-        for end, times in ((uncertain.LOW, 1.0 / 3.0), (uncertain.HIGH, 3.0)):
-            wear = uncertain.with_bounding_coefficients(made.case(index), end).joints[0].wear
+        for end, times in ((LOW, 1.0 / 3.0), (HIGH, 3.0)):
+            wear = with_bounding_coefficients(made.case(index), end).joints[0].wear
             assert wear.values["bearing_coefficient"] == pytest.approx(times * value, rel=1e-12)
             assert wear.values["journal_coefficient"] == pytest.approx(times * value, rel=1e-12)
 
@@ -137,7 +144,7 @@ def test_lives_that_evolve_are_lived_again_at_both_ends():
     made = loaded(FACTOR, **{"joints.rod-slider.wear": wear, "life": LIFE | {"tolerance": 0.02, "blocks": 1000}})
     block, aged = Block(1e6, 2e-5), life_run(made.case(0))
     aged.records.append(block(aged, aged.start))
-    result = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
+    result = figures("rod_slider", further_lives(aged, block))
     assert block.runs > 10
     assert result["rod_slider_life_low_uncertain"] == pytest.approx(block.length(6e-14, 2e-5), rel=0.01)
     assert result["rod_slider_life_high_uncertain"] == pytest.approx(block.length(2e-14 / 3.0, 2e-5), rel=0.01)
@@ -158,10 +165,10 @@ def test_further_lives_are_phases_of_their_own_whose_time_is_foretold():
     listener = Listener()
     phases._listeners.append(listener)
     try:
-        uncertain.further_lives(aged, block)
+        further_lives(aged, block)
     finally:
         phases._listeners.remove(listener)
-    for end in (uncertain.LOW, uncertain.HIGH):
+    for end in (LOW, HIGH):
         of_end = [words for words in seen if words.startswith(f"life with the wear coefficients at their {end} ends, ")]
         assert any("block 2, " in words for words in of_end)
     assert [aged.bounding(aged.scene.case, "").progress.limits.further_lives for _ in range(2)][1] < 1
@@ -176,16 +183,16 @@ def test_a_further_life_whose_block_fails_is_reported_and_the_other_one_stays():
             return None
         return block(other, state)
 
-    result = uncertain.further_lives(aged, run)
-    columns = uncertain.figures("rod_slider", result)
+    result = further_lives(aged, run)
+    columns = figures("rod_slider", result)
     assert columns["rod_slider_life_high_uncertain"] is None
     assert columns["rod_slider_life_low_uncertain"] > 0.0
-    (remark,) = uncertain.failures(result)
+    (remark,) = failures(result)
     assert remark == (
         "life-failed: the life with the wear coefficients at their low ends is not known: its block 4 has the status "
         "step-budget"
     )
-    assert uncertain.failures(uncertain.further_lives(*evolving())) == ()
+    assert failures(further_lives(*evolving())) == ()
 
 
 class KilledError(Exception):
@@ -210,14 +217,14 @@ class Log:
 @pytest.mark.parametrize("most", [3, 40])
 def test_further_lives_that_are_killed_end_alike_and_run_no_block_twice(most):
     aged, block = evolving()
-    whole = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
+    whole = figures("rod_slider", further_lives(aged, block))
     log = Log(most=most)
     killed, first = evolving(log)
     with pytest.raises(KilledError):
-        uncertain.further_lives(killed, first)
+        further_lives(killed, first)
     again, rest = evolving(Log(log.content))
     assert len(again.records) == 1
-    assert uncertain.figures("rod_slider", uncertain.further_lives(again, rest)) == whole
+    assert figures("rod_slider", further_lives(again, rest)) == whole
     assert first.runs + rest.runs == block.runs
 
 
@@ -225,12 +232,10 @@ def test_lives_that_do_not_evolve_follow_from_the_one_block():
     made = loaded(FACTOR)
     block, aged = Block(1e6, math.inf), life_run(made.case(0))
     aged.records.append(block(aged, aged.start))
-    result = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
+    result = figures("rod_slider", further_lives(aged, block))
     assert block.runs == 1
     for end, coefficient in (("low", 6e-14), ("high", 2e-14 / 3.0)):
-        again = life_run(
-            uncertain.with_bounding_coefficients(made.case(0), uncertain.HIGH if end == "low" else uncertain.LOW)
-        )
+        again = life_run(with_bounding_coefficients(made.case(0), HIGH if end == "low" else LOW))
         message = block(again, again.start)
         assert message.rate[again.worn_joints[0].first] == pytest.approx(coefficient * 1e6, rel=1e-12)
         length = result[f"rod_slider_life_{end}_uncertain"]
@@ -242,7 +247,7 @@ def test_an_uncertain_bearing_leaves_the_journal_to_decide():
     block, made = Block(1e6, math.inf), loaded({bearing: {"factor": 10}})
     aged = life_run(made.case(0))
     aged.records.append(block(aged, aged.start))
-    result = uncertain.figures("rod_slider", uncertain.further_lives(aged, block))
+    result = figures("rod_slider", further_lives(aged, block))
     assert result["rod_slider_life_low_uncertain"] == pytest.approx(block.length(2e-13, 2e-5), rel=1e-9)
     assert result["rod_slider_life_high_uncertain"] == pytest.approx(block.length(2e-14, 2e-5), rel=1e-9)
 

@@ -5,7 +5,7 @@ import yaml
 from fake_runs import CATALOGUE, TEXT
 
 from clearsweep import grid, simulation
-from clearsweep.sweeping.facts.settings import assumed_sentences
+from clearsweep.sweeping.facts import assumed_sentences
 
 BARE = """\
 mechanism:

@@ -9,7 +9,7 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep.language.errors import InputError
-from clearsweep.simulation.analyses import heat
+from clearsweep.simulation.analyses import repeated
 from clearsweep.simulation.running.run import Run
 
 ALPHA = {"bearing": 18e-6, "journal": 12e-6}
@@ -38,14 +38,14 @@ def with_losses(monkeypatch, loss):
     """Let the loss (W) of the joint be `loss` of its clearance (m)."""
 
     def losses(scene, names):
-        return heat.Losses(np.array([loss(scene.case.joints[0].clearance)]), np.zeros(1), heat.NO_COST)
+        return repeated.Losses(np.array([loss(scene.case.joints[0].clearance)]), np.zeros(1), repeated.NO_COST)
 
-    monkeypatch.setattr(heat, "_losses", losses)
+    monkeypatch.setattr(repeated, "_losses", losses)
 
 
 def test_a_joint_with_a_constant_loss_settles_where_the_closed_form_says(monkeypatch):
     with_losses(monkeypatch, lambda clearance: 124.0)
-    warm, balance = heat.at_equilibrium(scene())
+    warm, balance = repeated.at_equilibrium(scene())
     assert balance.converged
     temperature = 303.15 + 124.0 / 2.0
     assert balance.temperature["rod_slider"] == pytest.approx(temperature, rel=1e-9)
@@ -57,7 +57,7 @@ def test_a_joint_with_a_constant_loss_settles_where_the_closed_form_says(monkeyp
 def test_a_loss_that_follows_the_clearance_has_its_closed_form_too(monkeypatch):
     slope, pull = 2e6, 0.01 * (ALPHA["bearing"] - ALPHA["journal"])  # W/m, m/K
     with_losses(monkeypatch, lambda clearance: slope * clearance)
-    _, balance = heat.at_equilibrium(scene())
+    _, balance = repeated.at_equilibrium(scene())
     # T = Ta + slope (c + pull (T - 293.15)) / G
     temperature = (303.15 + slope / 2.0 * (5e-5 - pull * 293.15)) / (1.0 - slope / 2.0 * pull)
     assert balance.temperature["rod_slider"] == pytest.approx(temperature, rel=1e-6)
@@ -108,12 +108,12 @@ def test_a_joint_whose_clearance_closes_has_seized():
 def test_a_clearance_that_narrows_without_closing_is_found(monkeypatch):
     # constant loss: c = 50 um - 6e-6 * 0.01 m * (T - 293.15 K); 10 um are left at 960 K
     with_losses(monkeypatch, lambda clearance: 1300.0)
-    _, balance = heat.at_equilibrium(scene(thermal={"expansion": {"bearing": 12e-6, "journal": 18e-6}}))
+    _, balance = repeated.at_equilibrium(scene(thermal={"expansion": {"bearing": 12e-6, "journal": 18e-6}}))
     assert balance.converged
     assert not balance.seized
     assert balance.temperature["rod_slider"] == pytest.approx(953.15, rel=1e-9)
     with_losses(monkeypatch, lambda clearance: 1700.0)
-    _, balance = heat.at_equilibrium(scene(thermal={"expansion": {"bearing": 12e-6, "journal": 18e-6}}))
+    _, balance = repeated.at_equilibrium(scene(thermal={"expansion": {"bearing": 12e-6, "journal": 18e-6}}))
     assert balance.seized == ("rod_slider",)
 
 
@@ -136,7 +136,7 @@ def test_named_materials_bring_their_expansion():
 def test_without_expansion_the_clearance_stays(monkeypatch):
     with_losses(monkeypatch, lambda clearance: 10.0)
     changes = copy.deepcopy(DRY) | {"joints.rod-slider.thermal": {"conductance": "2 W/K", "ambient": "30 degC"}}
-    warm, _ = heat.at_equilibrium(clearsweep.load_case(slider_crank("rod-slider", changes=changes)))
+    warm, _ = repeated.at_equilibrium(clearsweep.load_case(slider_crank("rod-slider", changes=changes)))
     assert warm.case.joints[0].clearance == 5e-5
     assert math.isclose(warm.case.joints[0].temperature, 308.15)
 
@@ -201,9 +201,9 @@ def test_a_housing_like_the_bush_changes_nothing_and_a_thin_bush_follows_it():
 
 def test_a_bush_that_closes_in_its_housing_seizes(monkeypatch):
     with_losses(monkeypatch, lambda clearance: 500.0)  # 280 K of rise
-    assert heat.at_equilibrium(warm_bush(None))[1].seized == ()
+    assert repeated.at_equilibrium(warm_bush(None))[1].seized == ()
     housed = warm_bush({"material": "S355", "wall": "2 mm"})
-    assert heat.at_equilibrium(housed)[1].seized == ("rod_slider",)
+    assert repeated.at_equilibrium(housed)[1].seized == ("rod_slider",)
 
 
 def test_a_bearing_that_heat_opens_is_flagged_unless_its_housing_is_known():

@@ -15,12 +15,12 @@ from clearsweep.contracts.results import TIMINGS
 from clearsweep.language import phases
 from clearsweep.language.errors import InputError
 from clearsweep.simulation.analyses.outcome import window_of
-from clearsweep.simulation.analyses.peak_revolution import peak_revolution
-from clearsweep.simulation.figures import batch_means
+from clearsweep.simulation.analyses.reruns import peak_revolution
+from clearsweep.simulation.figures import catalogue
 from clearsweep.simulation.figures.sums import half_width
-from clearsweep.simulation.running import lyapunov
+from clearsweep.simulation.running import observed_run
 from clearsweep.simulation.running import run as running
-from clearsweep.simulation.setup.revolutions import period_of
+from clearsweep.simulation.setup.start import period_of
 from clearsweep.verify.problems import all_problems
 
 pytestmark = pytest.mark.heavy
@@ -303,7 +303,7 @@ class Watch:
         self.names = [
             column.name for column in layout.columns if column.name in converging_columns(known, known.mechanisms[0])
         ]
-        self.blocks = batch_means.Blocks(layout, self.names)
+        self.blocks = catalogue.Blocks(layout, self.names)
 
     def observe(self, work):
         self.blocks.record(work)
@@ -328,7 +328,7 @@ def test_figures_over_growing_blocks_are_those_of_the_summary():
 def test_the_twin_grows_like_the_difference_of_two_runs_of_the_reference_problem(monkeypatch):
     twins = []
 
-    class Seen(lyapunov.Perturbed):
+    class Seen(observed_run.Perturbed):
         def __init__(self, *arguments):
             super().__init__(*arguments)
             twins.append(self)
@@ -373,7 +373,7 @@ def test_the_exponent_is_reproducible_and_leaves_the_figures_alone():
 def test_the_exponent_does_not_depend_on_the_size_of_the_disturbance(monkeypatch):
     result = []
     for size in (1e-7, 1e-6, 1e-5):
-        monkeypatch.setattr(lyapunov, "DISTURBANCE", size)
+        monkeypatch.setattr(observed_run, "DISTURBANCE", size)
         asked = {"simulate.horizon": True, "simulate.revolutions": 30, "simulate.tolerance": 1e-11}
         result.append(run(asked).summary["lyapunov_exponent"])
     assert len(set(result)) == 3

@@ -28,7 +28,7 @@ from ruamel.yaml import YAML
 from clearsweep import cli, grid, simulation
 from clearsweep.language.errors import ClearsweepError
 from clearsweep.sweeping import sweep
-from clearsweep.sweeping.pool.simulator import SIMULATION
+from clearsweep.sweeping.pool.case_runner import SIMULATION
 from clearsweep.sweeping.pool.worker import failure
 
 ROOT = Path(__file__).parent.parent

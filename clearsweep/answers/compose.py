@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..contracts import roles
+from ..contracts import catalogue
 from ..contracts.layout import Layout
 from ..language import wording
 from .judge import NOT_RUN, answer_on, judge
@@ -365,7 +365,7 @@ def _values_of(cases: Cases, row: int) -> dict[str, Any]:
 def _settings(cases: Cases, case_ids: Sequence[str]) -> dict[str, dict[str, Any]]:
     """Return the conditions of some cases, by case."""
     wanted, conditions_by_case = set(case_ids), {}
-    conditions = cases.paths_of(roles.CONDITION, roles.MODEL, roles.UNCERTAINTY)
+    conditions = cases.paths_of(catalogue.CONDITION, catalogue.MODEL, catalogue.UNCERTAINTY)
     for row, case_id in enumerate(cases.values("case_id").tolist() if wanted else ()):
         if case_id in wanted:
             values = _values_of(cases, row)
@@ -396,7 +396,7 @@ def _nearest_of(
     for path in record["units"]:
         if path not in paths and row.get(path) is not None:
             is_tried &= np.array([value == row[path] for value in columns[path].tolist()], bool)
-    of_path = {path: roles.CHOICE if path in paths else roles.CONDITION for path in record["units"]}
+    of_path = {path: catalogue.CHOICE if path in paths else catalogue.CONDITION for path in record["units"]}
     tried = judge({**record, "roles": of_path}, columns, own=is_tried.tolist(), figures=())
     failed = int((is_tried & np.array([value != "ok" for value in columns["status"].tolist()], bool)).sum())
     entry: dict[str, Any] = {"case": None, "tried": int(is_tried.sum()), "failed": failed}

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ..contracts import roles
+from ..contracts import catalogue
 from .statistics import ONE_AT_A_TIME, RANDOM_METHODS, binomial_interval, partial_rank_correlation, variance_shares
 from .verdict import EXCEEDED, MET, UNDECIDED, Cases, Key, codes_of, fineness_of, plain_value
 
@@ -296,8 +296,8 @@ def _designs(cases: Cases) -> list[dict[str, Any]]:
     sample = cases.record.get("sample") or {}
     if sample.get("method") == ONE_AT_A_TIME or not len(cases):
         return []
-    choices = cases.paths_of(roles.CHOICE)
-    conditions = cases.paths_of(roles.CONDITION, roles.MODEL, roles.UNCERTAINTY)
+    choices = cases.paths_of(catalogue.CHOICE)
+    conditions = cases.paths_of(catalogue.CONDITION, catalogue.MODEL, catalogue.UNCERTAINTY)
     choice_keys, condition_keys = cases.keys(choices), cases.keys(conditions)
     choice_forms, condition_forms = _completions(choice_keys), _completions(condition_keys)
     tuples = list(dict.fromkeys(form for key in condition_keys for form in condition_forms[key]))
@@ -446,7 +446,7 @@ def _merged(key: Key, other: Key) -> Key | None:
 
 def _convergence(cases: Cases, figures: Sequence[str]) -> list[dict[str, Any]]:
     """Return how far figures at coarser numerics differ from the finest, the next finest first, the largest of each."""
-    numerics = cases.paths_of(roles.NUMERICS)
+    numerics = cases.paths_of(catalogue.NUMERICS)
     entries = []
     for path in numerics if len(cases) else ():
         values = cases.values_of_all(path)

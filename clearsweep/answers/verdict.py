@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from ..contracts import roles
+from ..contracts import catalogue
 from ..contracts.catalogue import ENDLESS
 from ..contracts.layout import Column, Layout
 from ..language import expression, wording
@@ -330,7 +330,7 @@ class Cases:
         self._rows = np.flatnonzero(is_own)
         self.paths = [path for path in self.role_by_path if self._is_varied(path)]
         self.coarse_rows = np.zeros(0, int)
-        numerics = self.paths_of(roles.NUMERICS)
+        numerics = self.paths_of(catalogue.NUMERICS)
         if numerics and len(self._rows):
             self.finest_of, is_finest = _finest(self, numerics)
             self._all_rows = self._rows

@@ -8,7 +8,7 @@ import math
 from collections.abc import Mapping
 from typing import Any, NamedTuple
 
-from .outline import Outline
+from .catalogue import Outline
 
 
 class Mechanism(NamedTuple):

@@ -4,8 +4,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from .case import Case, Joint, column_name
-from .catalogue import Catalogue, Channel, Figure, Mechanism
-from .outline import Outline
+from .catalogue import Catalogue, Channel, Figure, Mechanism, Outline
 
 PRELOAD = "preload"  # the form of load that presses on a joint with clearance
 FRICTION_POWER = "friction_power"  # the figure that a joint without clearance may also have

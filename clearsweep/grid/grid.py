@@ -9,9 +9,8 @@ from typing import Any
 from .. import MODEL_VERSION
 from ..answers.verdict import LimitsAndFigures, figures_of, limits_of
 from ..contracts.case import Case
+from ..contracts.catalogue import PRECEDENCE, UNCERTAINTY, Outline
 from ..contracts.layout import Layout
-from ..contracts.outline import Outline
-from ..contracts.roles import PRECEDENCE, UNCERTAINTY
 from ..contracts.search import Search
 from .cases import (
     TIME_BUDGET,

@@ -26,7 +26,7 @@ from ..contracts.case import (
     Until,
     Wear,
 )
-from ..contracts.outline import LoadOutline, Outline
+from ..contracts.catalogue import LoadOutline, Outline
 from .keys.joint_keys import PRELOAD
 from .keys.key_table import DIMENSIONLESS
 from .sections.named_sections import UNCERTAIN, uncertain_of

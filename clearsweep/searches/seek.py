@@ -14,16 +14,7 @@ from ..grid import Fit, Grid
 from ..grid.keys.kinds import KeyTable, Number, Word
 from ..grid.sections.fits import read_fit_names
 from ..grid.sections.reader import Reader, check_always_used
-from ..grid.sections.section import (
-    FITS_SCHEMA,
-    Key,
-    KeySection,
-    NamesKey,
-    QuantityKey,
-    RangeKey,
-    WordKey,
-    section_in,
-)
+from ..grid.sections.section import FITS_SCHEMA, Key, KeySection, NamesKey, QuantityKey, RangeKey, WordKey, section_in
 from ..grid.written.document import WrittenValue
 from ..language import quantity
 from ..language.errors import quoted

@@ -8,22 +8,21 @@ from ..contracts.results import Trajectory
 from ..mechanics.joints.registry import elastic_choices, elastic_forces, jam_angle, penetration_limit, restitution
 from ..mechanics.machines.contract import IdealMotion
 from ..mechanics.wear import MAX_BINS
-from .advice.advice import SUITABLE, laws_text
-from .advice.recommending import (
+from .advice.advice import (
+    SUITABLE,
     Recommendation,
     advice_text,
     alternatives,
     elastic_ratings,
+    laws_text,
     recommendations,
     recommendations_for,
     recommended_texts,
 )
-from .analyses.life_block import Log
-from .analyses.peak_revolution import peak_revolution
-from .analyses.pin_reactions import PinReactions, pin_reactions, reactions_unknown
+from .analyses.life import Log
+from .analyses.reruns import PinReactions, peak_revolution, pin_reactions, reactions_unknown
 from .analyses.trajectory import compile_for, compile_loop, simulate
-from .machine.ideal import ideal_motion, ideal_peaks, mechanism_of
-from .machine.links import ElasticLink, elastic_links
+from .machine.ideal import ElasticLink, elastic_links, ideal_motion, ideal_peaks, mechanism_of
 from .machine.sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
 from .setup.scene import build, catalogue, derived, load_case, signature, warnings
 

@@ -17,10 +17,9 @@ from ..language import phases
 from ..language.wording import count_text
 from . import sweep
 from .cluster import blockwise
-from .facts.settings import first_and_last_value
+from .facts import first_and_last_value
 from .pool import case_runner, executors, signals
-from .pool.shard import Shard, distinct
-from .pool.simulator import SIMULATION
+from .pool.case_runner import SIMULATION, Shard, distinct
 from .pool.worker import CaseTime, Simulator, time_case
 
 PILOT_CASES, PILOT_TIME = 64, 10.0  # largest number of timed cases, and s after which no further one is started

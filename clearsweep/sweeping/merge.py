@@ -1,8 +1,10 @@
-"""Joins runs of one grid, such as its shards, into one run."""
+"""Joins runs of one grid, such as its shards, into one run, and all cases in a directory into one."""
 
+import contextlib
 import dataclasses
+import tempfile
 import time
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -11,14 +13,15 @@ import numpy as np
 from .. import grid as grids
 from .. import store
 from ..grid.sections.variations import VARYING_SECTIONS
+from ..language import phases
 from ..language.errors import DirectoryError
 from .cluster import blockwise
-from .pool import progress, signals
-from .pool.case_runner import CaseRunner, Options, case_ids
-from .pool.shard import Shard, distinct
-from .pool.simulator import SIMULATION
+from .pool import signals
+from .pool.case_runner import SIMULATION, CaseRunner, Options, Shard, case_ids, distinct
 from .pool.worker import Simulator
 from .sweep import RunResult, conclude, facts
+
+# Joins runs of one grid, such as its shards, into one run.
 
 MAX_LISTED = 3  # cases or shards that a message lists
 
@@ -53,7 +56,7 @@ def run_merge(
     for path in sources:
         path.check(grid)
         for sentence in path.load_batches(contents=True).values():
-            progress.print_line(f"{path.path}: {sentence}; left out")
+            phases.print_line(f"{path.path}: {sentence}; left out")
     rows = [path.rows() for path in sources]
     ids = distinct(case_ids(grid))
     if not partial:
@@ -64,7 +67,7 @@ def run_merge(
         target.discard_answer()
         start = min(record["start"] for record in records)
         for sentence in target.load_intact_batches():
-            progress.print_line(sentence)
+            phases.print_line(sentence)
         for path in sources:
             target.link_batches(path)
         counts: dict[str, Any] = conclude(
@@ -170,7 +173,7 @@ def _block_sources(
     for source in sources:
         source.expect(result_schema)
         for sentence in source.load_batches(contents=True).values():
-            progress.print_line(f"{source.path}: {sentence}; left out")
+            phases.print_line(f"{source.path}: {sentence}; left out")
     return sources, [source.rows() for source in sources]
 
 
@@ -271,3 +274,34 @@ def _list_text(texts: list[str]) -> str:
 def _short_text(value: Any) -> str:
     text = "nothing" if value is None else repr(value)
     return text if len(text) <= 60 else f"{text[:57]}..."
+
+
+# All cases in a directory as one run to read, including those of earlier grids.
+
+
+@contextlib.contextmanager
+def complete_run(directory: str | Path, simulator: Simulator = SIMULATION) -> Iterator[store.StoredRun]:
+    """Yield a run that contains every committed case in `directory`.
+
+    The run is assembled in a temporary directory, which needs as much space as the cases; `directory` is not changed.
+    Raises DirectoryError if there is no run.
+    """
+    record = store.read_record(Path(directory))
+    store.check_format(Path(directory), record)
+    if "blocks" in record:  # all of its blocks belong to the last grid
+        yield store.open(directory)
+        return
+    source = store.RunDirectory(directory)
+    with phases.phase("reading the directory"):
+        source.expect(store.ResultSchema.of_record(record))
+        source.load_batches(contents=True)
+    with tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
+        grid = grids.load(store.keys_of_all(record, source), simulator.catalogue())
+        store.check_version(Path(directory), record, grid)
+        target = store.RunDirectory(Path(folder) / "run")
+        with target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
+            target.link_batches(source)
+            derived, warnings = facts(grid, simulator)
+            outcome_facts = {"source": record.get("source"), "derived": derived, "warnings": warnings}
+            conclude(case_runner, grid, target.rows()["id"], start=record.get("start"), **outcome_facts)
+        yield store.open(target.path)

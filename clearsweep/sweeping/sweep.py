@@ -17,11 +17,9 @@ from ..contracts.search import Found, FurtherRuns
 from ..language import phases, wording
 from ..language.errors import DamagedError, DirectoryError, InputError
 from .cluster import blockwise, nodes
-from .facts.settings import assumed_sentences
-from .pool import executors, progress, resources, signals
-from .pool.case_runner import CaseRunner, Options, case_ids, failure_limit, is_common
-from .pool.shard import Shard, distinct
-from .pool.simulator import SIMULATION
+from .facts import assumed_sentences
+from .pool import executors, resources, signals
+from .pool.case_runner import SIMULATION, CaseRunner, Options, Shard, case_ids, distinct, failure_limit, is_common
 from .pool.worker import Simulator
 
 SAMPLED_CASES = 200  # cases examined for derived values and warnings
@@ -156,7 +154,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         with phases.phase("reading the directory"):
             sentences = directory.load_intact_batches()
         for sentence in sentences:
-            progress.print_line(sentence)
+            phases.print_line(sentence)
         with CaseRunner(directory, options, simulator) as case_runner:
             found: Found | None = None
             if rounds:
@@ -208,7 +206,7 @@ def _run_cut(
         directory.discard_answer()
         with phases.phase("reading the directory"):
             for sentence in directory.load_intact_batches():
-                progress.print_line(sentence)
+                phases.print_line(sentence)
         with CaseRunner(directory, options, simulator) as case_runner:
             while True:
                 if options.executor == executors.NODES:
@@ -224,7 +222,7 @@ def _run_cut(
                 except DamagedError as error:  # a checksum agrees with content that no run writes
                     if not store.unmark_damaged(directory.path):
                         raise
-                    progress.print_line(f"{str(error).partition(';')[0]}; written again from the batches")
+                    phases.print_line(f"{str(error).partition(';')[0]}; written again from the batches")
     return RunResult(
         directory.path,
         **counts,
@@ -271,7 +269,7 @@ def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, *
             return case_runner.peaks(grid, worst)
 
     merged = store.merge(
-        directory, result_schema, rows, report=progress.print_line, compute_peak_revolutions=compute_peak_revolutions
+        directory, result_schema, rows, report=phases.print_line, compute_peak_revolutions=compute_peak_revolutions
     )
     failed = int(np.count_nonzero(rows["failed"]))
     counts = {

@@ -16,7 +16,7 @@ from ..contracts import results
 from ..contracts.layout import Layout
 from ..mechanics.solver.integration import Work
 from ..simulation.analyses.trajectory import simulate
-from ..simulation.figures.batch_means import Blocks, Interval
+from ..simulation.figures.catalogue import Blocks, Interval
 from ..simulation.running.observed_run import Decision
 from ..simulation.setup import scene
 from .extremes import ExtremeCase, contact_section, slider_crank_grid, tanh_section, voigt_section

@@ -20,7 +20,7 @@ from ..contracts.case import column_name
 from ..contracts.results import Trajectory
 from ..language.errors import InputError
 from ..simulation.analyses.trajectory import simulate
-from ..simulation.running.lyapunov import HORIZON_SIZE
+from ..simulation.running.observed_run import HORIZON_SIZE
 from ..simulation.setup import scene
 from .rivals import sampled, scipy_ivp
 

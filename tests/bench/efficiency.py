@@ -14,7 +14,7 @@ import scale_cases
 import speed_page
 
 from clearsweep.sweeping import sweep
-from clearsweep.sweeping.pool.simulator import SIMULATION
+from clearsweep.sweeping.pool.case_runner import SIMULATION
 
 WORKERS = 2
 LENGTHS = {1e-3: 12_000, 1e-2: 1200, 0.2: 80}  # s, nominal length of a case: number of cases

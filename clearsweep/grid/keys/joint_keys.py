@@ -3,9 +3,8 @@
 import math
 
 from ...contracts.case import Materials
-from ...contracts.catalogue import Catalogue, Field, JointSite, Law
+from ...contracts.catalogue import CHOICE, CONDITION, MODEL, Catalogue, Field, JointSite, Law
 from ...contracts.layout import PRELOAD
-from ...contracts.roles import CHOICE, CONDITION, MODEL
 from ..library import MATERIALS, OILS
 from .kinds import (
     Condition,

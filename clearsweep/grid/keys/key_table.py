@@ -1,9 +1,19 @@
 """The key table of grid files: every key with its unit, range, default and meaning."""
 
-from ...contracts.catalogue import Catalogue, Field, JointSite, Keys, Mechanism, with_given_size
+from ...contracts.catalogue import (
+    ANY,
+    CHOICE,
+    MODEL,
+    NUMERICS,
+    ROLES,
+    Catalogue,
+    Field,
+    JointSite,
+    Keys,
+    Mechanism,
+    with_given_size,
+)
 from ...contracts.layout import converging_columns
-from ...contracts.outline import ANY
-from ...contracts.roles import CHOICE, MODEL, NUMERICS, ROLES
 from ..library import PAIRS
 from .joint_keys import (
     GUIDE_PRELOAD_TEXT,

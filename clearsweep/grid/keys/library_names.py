@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
 from typing import Any, NamedTuple
 
-from ...contracts.roles import CHOICE
+from ...contracts.catalogue import CHOICE
 from ...language.errors import InputError, quoted
 from .. import library
 from ..library import MATERIALS, Entry, Value

@@ -4,8 +4,18 @@ import re
 from collections.abc import Iterable, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from ...contracts.catalogue import Catalogue, Mechanism
-from ...contracts.outline import ANY, FULL_OUTLINE, IN_SPACE, SIZES, BodyOutline, JointOutline, LoadOutline, Outline
+from ...contracts.catalogue import (
+    ANY,
+    FULL_OUTLINE,
+    IN_SPACE,
+    SIZES,
+    BodyOutline,
+    Catalogue,
+    JointOutline,
+    LoadOutline,
+    Mechanism,
+    Outline,
+)
 from ...language import quantity
 from ..written.document import WrittenValue, leaves
 from .key_table import table_of_keys

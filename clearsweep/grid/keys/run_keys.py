@@ -1,7 +1,6 @@
 """Keys of a run: saved results of a case (`save`), and its life (`life`)."""
 
-from ...contracts.catalogue import Field
-from ...contracts.roles import CONDITION, NUMERICS
+from ...contracts.catalogue import CONDITION, NUMERICS, Field
 from .joint_keys import add_numbers
 from .kinds import KeyTable, NameList, Number, Section, Use, Word
 

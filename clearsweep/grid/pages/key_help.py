@@ -5,8 +5,7 @@ import textwrap
 from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 
-from ...contracts.catalogue import Catalogue
-from ...contracts.outline import ANY
+from ...contracts.catalogue import ANY, Catalogue
 from ..keys.kinds import Word
 from ..keys.outline import KeyTree, key_trees
 from ..sections.axes import DESIGNS, SAMPLE_SECTION, SPACING_FORMS

@@ -6,8 +6,7 @@ from collections.abc import Collection, Iterable, Iterator, Mapping
 from functools import cache
 from typing import NamedTuple
 
-from ...contracts.catalogue import Catalogue, Field
-from ...contracts.outline import ANY
+from ...contracts.catalogue import ANY, Catalogue, Field
 from ...language import quantity
 from ..keys.kinds import COUNT_WORDS, Flag, KeyTable, Name, NameList, Number, Section, Table, Word
 from ..keys.outline import KeyTree, key_trees

@@ -2,8 +2,7 @@
 
 from typing import Any
 
-from ...contracts.catalogue import Catalogue
-from ...contracts.outline import ANY
+from ...contracts.catalogue import ANY, Catalogue
 from ...language import quantity
 from ..keys.kinds import COUNT_WORDS, Flag, KeyTable, Name, NameList, Number, Section, Table, Word
 from ..keys.library_names import MATERIAL

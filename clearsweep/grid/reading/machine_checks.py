@@ -2,8 +2,7 @@
 
 from collections.abc import Sequence
 
-from ...contracts.catalogue import Catalogue, Law
-from ...contracts.outline import GROUND, JointOutline
+from ...contracts.catalogue import GROUND, Catalogue, JointOutline, Law
 from ..keys.kinds import Section
 from ..sections.reader import Reader
 

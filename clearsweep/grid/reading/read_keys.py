@@ -1,8 +1,7 @@
 """Reads a document in the order in which its parts depend on each other."""
 
-from ...contracts.catalogue import Catalogue, Mechanism
+from ...contracts.catalogue import NUMERICS, Catalogue, Mechanism
 from ...contracts.layout import ALWAYS_STORED, Layout
-from ...contracts.roles import NUMERICS
 from ...language.errors import did_you_mean, nearest_words, quoted
 from ..keys.key_table import table_of_keys
 from ..keys.kinds import Flag, KeyTable, Name, NameList, Number, Section, Table, Use, Word

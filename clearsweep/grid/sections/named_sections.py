@@ -6,9 +6,8 @@ from typing import Any
 
 from ...answers.verdict import EXCEEDED_COLUMN, KINDS, MARGIN_COLUMN, UNDECIDED_COLUMN
 from ...contracts.case import Uncertain, column_name
-from ...contracts.catalogue import Catalogue, Field, Mechanism
+from ...contracts.catalogue import ROLES, Catalogue, Field, Mechanism
 from ...contracts.layout import columns_of, rubbing_joints
-from ...contracts.roles import ROLES
 from ...language import expression
 from ...language.errors import InputError, did_you_mean, quoted
 from ...language.quantity import is_bare

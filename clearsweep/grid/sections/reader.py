@@ -5,8 +5,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field
 from typing import Any
 
-from ...contracts.catalogue import Mechanism
-from ...contracts.outline import Outline
+from ...contracts.catalogue import Mechanism, Outline
 from ...contracts.search import Search
 from ...language import quantity
 from ...language.errors import InputError

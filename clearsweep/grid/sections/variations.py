@@ -5,8 +5,7 @@ from collections.abc import Callable, Mapping
 from itertools import product
 from typing import Any
 
-from ...contracts.catalogue import Field
-from ...contracts.roles import CHOICE
+from ...contracts.catalogue import CHOICE, Field
 from ...language.errors import did_you_mean, quoted
 from ..keys.kinds import KeyTable, Name, Number, Section, Use, Word, value_key
 from ..keys.library_names import BODIES, name_path

@@ -52,20 +52,8 @@ from ..wear.shape import (
     spline_through,
     wear_depth_at,
 )
-from .contract import (
-    Load,
-    grips_of,
-    load,
-    slip_rate,
-    with_tangential,
-)
-from .dry import (
-    SurfaceMotion,
-    no_load,
-    pressed_contact_at,
-    register_single_contact,
-    separate_contact,
-)
+from .contract import Load, grips_of, load, slip_rate, with_tangential
+from .dry import SurfaceMotion, no_load, pressed_contact_at, register_single_contact, separate_contact
 from .worn import approximate_angle, with_angles
 
 

@@ -32,14 +32,7 @@ from ..laws.contract import FREE
 from ..laws.friction import friction_force
 from ..wear import contact_angle, local_clearance
 from ..wear.shape import Shape, wear_depth_at
-from .contract import (
-    Load,
-    after_number,
-    load,
-    power_lost,
-    power_stored,
-    with_current_laws,
-)
+from .contract import Load, after_number, load, power_lost, power_stored, with_current_laws
 from .dry import Joint, no_load, normal_forces, register_single_contact
 
 NEXT_TO_LAST_STEP = 0.004  # rad, a quarter of the smallest smoothing width: after a smaller step the next is the last

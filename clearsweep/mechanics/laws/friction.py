@@ -6,8 +6,7 @@ The formula of some changes at some sliding speeds, so that steps end there.
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ...contracts.catalogue import Field, Law, Order
-from ...contracts.roles import MODEL
+from ...contracts.catalogue import MODEL, Field, Law, Order
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.family import family, family_with_default, kernel

@@ -4,10 +4,8 @@ import math
 from collections.abc import Mapping
 
 from ...contracts.case import Case
-from ...contracts.catalogue import Channel, Choice, Field, Keys, Mechanism, Output
+from ...contracts.catalogue import CHOICE, GROUND, NUMERICS, Channel, Choice, Field, Keys, Mechanism, Outline, Output
 from ...contracts.machine import Constant, Elastic, Machine
-from ...contracts.outline import GROUND, Outline
-from ...contracts.roles import CHOICE, NUMERICS
 from . import drives, loads, planar
 
 

@@ -5,9 +5,7 @@ import math
 import numpy as np
 
 from ...contracts import case, machine
-from ...contracts.catalogue import Columns, Field, Keys, Law
-from ...contracts.outline import ANY, Outline
-from ...contracts.roles import CHOICE, CONDITION
+from ...contracts.catalogue import ANY, CHOICE, CONDITION, Columns, Field, Keys, Law, Outline
 
 _START_ANGLE = Field("start_angle", "rad", "crank angle at t = 0; default: 0", -math.inf, optional=True)
 _FREE = (

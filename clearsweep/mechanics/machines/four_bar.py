@@ -3,10 +3,8 @@
 import math
 
 from ...contracts.case import Case
-from ...contracts.catalogue import Choice, Field, JointSite, Keys, Mechanism, Output
+from ...contracts.catalogue import CHOICE, CONDITION, Choice, Field, JointSite, Keys, Mechanism, Outline, Output
 from ...contracts.machine import Aim, Body, BodyPoint, Machine, Pin
-from ...contracts.outline import Outline
-from ...contracts.roles import CHOICE, CONDITION
 from . import described
 from .drives import make_drive
 from .loads import LoadPoints, make_loads

@@ -4,8 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism
-from ...contracts.roles import CHOICE, CONDITION
+from ...contracts.catalogue import CHOICE, CONDITION, Channel, Field, JointSite, Keys, Mechanism
 from ..joints.dry import Gap
 from .contract import (
     Built,

@@ -6,9 +6,7 @@ from collections.abc import Mapping
 import numpy as np
 
 from ...contracts import case, machine
-from ...contracts.catalogue import Choice, Columns, Field, Keys, Law
-from ...contracts.outline import ANY, GROUND, SIZES, LoadOutline
-from ...contracts.roles import CHOICE, CONDITION
+from ...contracts.catalogue import ANY, CHOICE, CONDITION, GROUND, SIZES, Choice, Columns, Field, Keys, Law, LoadOutline
 from ..laws.contract import compile_law
 
 CENTER = "center"  # the name of a body's centre of mass as a point

@@ -3,10 +3,8 @@
 import math
 from collections.abc import Iterable
 
-from ...contracts.catalogue import Choice, Field, Keys
+from ...contracts.catalogue import ANY, CHOICE, GROUND, Choice, Field, JointOutline, Keys, Outline
 from ...contracts.machine import BodyPoint, Guide, Pin, Slot
-from ...contracts.outline import ANY, GROUND, JointOutline, Outline
-from ...contracts.roles import CHOICE
 
 _AXIS = Field(
     "axis",

@@ -3,10 +3,8 @@
 import math
 
 from ...contracts.case import Case
-from ...contracts.catalogue import Field, JointSite, Keys, Mechanism, Order, Output
+from ...contracts.catalogue import CHOICE, CONDITION, Field, JointSite, Keys, Mechanism, Order, Outline, Output
 from ...contracts.machine import Aim, Body, BodyPoint, Guide, Machine, Pin
-from ...contracts.outline import Outline
-from ...contracts.roles import CHOICE, CONDITION
 from . import described, slider_crank_in_space
 from .drives import make_drive
 from .loads import LoadPoints, make_loads

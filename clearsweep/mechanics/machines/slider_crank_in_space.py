@@ -3,10 +3,8 @@
 from collections.abc import Mapping
 
 from ...contracts.case import Case
-from ...contracts.catalogue import Choice, Field, JointSite, Keys, Mechanism
+from ...contracts.catalogue import CHOICE, Choice, Field, JointSite, Keys, Mechanism, Outline
 from ...contracts.machine import Aim, BodyPoint, Constant, Guide, Machine, Pin
-from ...contracts.outline import Outline
-from ...contracts.roles import CHOICE
 from . import described
 from .spatial import described as space
 from .spatial.build import Assembly, Solid

@@ -4,10 +4,22 @@ import math
 from collections.abc import Iterable
 
 from ...contracts.case import Case
-from ...contracts.catalogue import Choice, Field, JointSite, Keys, Mechanism, Output
+from ...contracts.catalogue import (
+    ANY,
+    CHOICE,
+    CONDITION,
+    FULL_OUTLINE,
+    GROUND,
+    Choice,
+    Field,
+    JointOutline,
+    JointSite,
+    Keys,
+    Mechanism,
+    Outline,
+    Output,
+)
 from ...contracts.machine import Aim, Body, Initial, Machine
-from ...contracts.outline import ANY, FULL_OUTLINE, GROUND, JointOutline, Outline
-from ...contracts.roles import CHOICE, CONDITION
 from . import described, topology_in_space
 from .drives import make_drive
 from .loads import LoadPoints, make_loads

@@ -3,10 +3,8 @@
 from collections.abc import Mapping
 
 from ...contracts.case import Case
-from ...contracts.catalogue import Choice, Field, Keys, Mechanism, Output
+from ...contracts.catalogue import CHOICE, GROUND, Choice, Field, Keys, Mechanism, Outline, Output
 from ...contracts.machine import Aim, Constant, Machine
-from ...contracts.outline import GROUND, Outline
-from ...contracts.roles import CHOICE
 from . import described
 from .named import joint_keys, joint_of, output_keys
 from .spatial import described as space

@@ -12,8 +12,8 @@ import numpy as np
 from ... import simulation
 from ...contracts.case import Case, column_name
 from ...contracts.case import Joint as CaseJoint
+from ...contracts.catalogue import GROUND
 from ...contracts.layout import TIME, Column
-from ...contracts.outline import GROUND
 from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun

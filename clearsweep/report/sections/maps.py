@@ -14,7 +14,7 @@ from ...answers import questions
 from ...answers.questions import FILM_LIMIT_FRACTION, FILM_LOSS, FILM_THICKNESS, film_criterion_text
 from ...answers.ranking import START_UP
 from ...answers.verdict import MARGIN_COLUMN, Limit
-from ...contracts.roles import CONDITION
+from ...contracts.catalogue import CONDITION
 from ...language import wording
 from ..axis import Axis, value_at
 from ..blocks.picture import Picture, Spot, capitalise

@@ -13,15 +13,13 @@ from ...mechanics.observe import force_quantiles, time_above
 from ...mechanics.solver import integration
 from ...mechanics.solver.accumulate.totals import HIGHEST_BIN, Totals
 from ...mechanics.solver.accumulate.within_step import Record, sample_states
-from ..advice.remarks import remarks
-from ..advice.yield_speed import yield_speeds
+from ..advice.remarks import remarks, yield_speeds
 from ..figures.catalogue import WORK_COUNTS, figures_of, layout_formulas
 from ..figures.window import DRY_FORCE_THRESHOLD, RARE_SHARE, Cost, Summed, Window, by_joint, summed_of, wear_depths_of
 from ..machine.ideal import ideal_peaks
 from ..running.run import ROUNDING, TIME_BUDGET, Run, onset_rates
-from ..setup.revolutions import marks_reached, peak_spreads, repetition_of, start_turns
 from ..setup.scene import Scene
-from ..setup.start import control_of
+from ..setup.start import control_of, marks_reached, peak_spreads, repetition_of, start_turns
 
 LEFT_BEARING = "left-bearing"
 NO_EVENT_RECORDS = np.empty(0, EVENT_DTYPE)

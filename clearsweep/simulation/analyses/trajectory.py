@@ -22,17 +22,13 @@ from ...tracing.compiled.family import Routine, empty_entries
 from ..figures.catalogue import SETUP, WORK_COUNTS
 from ..running.observed_run import Observer, Snapshot, restore
 from ..running.run import Run, integrate, integration_of, release, run_integration
-from ..setup.revolutions import marks_of
 from ..setup.scene import Scene, build
-from ..setup.start import NO_TIMES, UNLIMITED, control_of, start_of
+from ..setup.start import NO_TIMES, UNLIMITED, control_of, marks_of, start_of
 from .extrapolation import extrapolate_life
-from .heat import Balance, at_equilibrium, has_balance
-from .life import LifeRun
-from .life_block import BlockRecord, Log, RateObserver, block_record_of, longest_block
+from .life import BlockRecord, LifeRun, Log, RateObserver, block_record_of, failures, further_lives, longest_block
+from .life import figures as uncertain_figures
 from .outcome import add_cost, trajectory_of
-from .uncertain import failures, further_lives
-from .uncertain import figures as uncertain_figures
-from .until import ConvergenceObserver, WindowLength, max_revolutions
+from .repeated import Balance, ConvergenceObserver, WindowLength, at_equilibrium, has_balance, max_revolutions
 
 
 def simulate(

@@ -1,11 +1,17 @@
-"""Figures of merit of single revolutions: quantiles of their force peaks, and the period of the motion."""
+"""Figures of forces, positions and films in the window of a run."""
 
 import math
 from collections.abc import Callable
 from functools import partial
+from typing import Any
 
-from ...contracts.catalogue import Entry, Figure
+from ...contracts.catalogue import ENDLESS, Entry, Figure
+from ...mechanics.joints.spatial import jam_angle
+from ...mechanics.laws.film import film_pressure
+from .sums import DryLoadRatio, DryTime, Mean, PerRevolution
 from .window import Window
+
+# Figures of merit of single revolutions: quantiles of their force peaks, and the period of the motion.
 
 PEAK_TOLERANCE = 1e-9  # relative difference below which two peaks are the same
 
@@ -138,5 +144,259 @@ PERIOD = (
         value=lambda window, _: window.repetition and window.repetition.begin,
         differs=False,
         tables=(Entry("certainty", "periodic from (rev.)", 2),),
+    ),
+)
+
+
+# Figures of a start by a motor: its duration, the least speed after it, and the largest forces during it.
+
+
+def start_up_time(window: Window, _: int) -> float | None:
+    """Return the start-up time (s) of a free crank, or None if it did not start."""
+    time = float(window.totals.mechanism.target_time)
+    return time if math.isfinite(time) else None
+
+
+def min_speed_after_start(window: Window, _: int) -> float | None:
+    """Return the least speed (rad/s) of a free crank after its start-up time, or None if it did not start."""
+    speed = float(window.totals.mechanism.min_speed_after_target)
+    return speed if math.isfinite(speed) else None
+
+
+def max_force_to_start(window: Window, index: int) -> float | None:
+    """Return the largest normal force (N) in a joint until the start-up time, or None if this is not in the window."""
+    mechanism_totals = window.totals.mechanism
+    is_in_window = mechanism_totals.window_start < mechanism_totals.target_time < math.inf
+    return float(window.totals.joint[index].force_max_to_target) if is_in_window else None
+
+
+START_UP_TIME = Figure(
+    "start_up_time",
+    "s",
+    "time until a free crank first reaches 95 % of its motor's no-load speed; 0: it starts faster; null: not reached, "
+    "or no such speed",
+    needs=("free",),
+    value=start_up_time,
+    differs=False,
+    tables=(Entry("output", "start-up time", 6),),
+)
+CRANK_SPEED_AFTER = Figure(
+    "crank_speed_after",
+    "rad/s",
+    "least speed of a free crank after `start_up_time`; null: not reached, or no such speed",
+    needs=("free",),
+    value=min_speed_after_start,
+    differs=False,
+    tables=(Entry("output", "least crank speed after the start", 7),),
+)
+FORCE_PEAK_START = Figure(
+    "force_peak_start",
+    "N",
+    "largest normal force until `start_up_time`, to the end of this step; null: not reached, or before the window",
+    of="joint",
+    needs=("free",),
+    value=max_force_to_start,
+    differs=False,
+)
+
+
+# Figures of spatial joints: tilt, edge loading and flange contacts.
+
+
+def tilt_limit(window: Window, index: int) -> float | None:
+    """Return the tilt (rad) at which the journal jams between the walls, or None if it cannot."""
+    angle = jam_angle(window.joints[index])
+    return angle if math.isfinite(angle) else None
+
+
+def edge_load_share(window: Window, index: int) -> float:
+    """Return the imbalance of wall loads: difference of normal forces over their sum, both averaged over time."""
+    joint = window.totals.joint[index]
+    return float(joint.uneven_time / joint.force_time) if joint.force_time else 0.0
+
+
+SPATIAL = (
+    Figure(
+        "tilt_max",
+        "rad",
+        "largest angle between the axes of bearing and journal",
+        of="joint",
+        needs=("spatial",),
+        value=lambda window, index: window.totals.joint[index].tilt_max,
+        tables=(Entry("forces", "tilt", 20),),
+    ),
+    Figure(
+        "tilt_limit",
+        "rad",
+        "tilt at which the journal jams between the walls; null: no limit",
+        of="joint",
+        needs=("spatial",),
+        value=tilt_limit,
+        differs=False,
+        null=ENDLESS,
+        tables=(Entry("forces", "tilt that jams", 21),),
+    ),
+    Figure(
+        "edge_load_share",
+        "1",
+        "difference of the walls' normal forces over their sum, as means over time; 0: even, 1: one edge carries all",
+        of="joint",
+        needs=("spatial",),
+        value=edge_load_share,
+        tables=(Entry("forces", "edge load share", 22),),
+    ),
+    Figure(
+        "axial_force_peak",
+        "N",
+        "largest normal force at a flange, located",
+        of="joint",
+        needs=("spatial", "axial"),
+        value=lambda window, index: window.totals.joint[index].axial_force_max,
+        tables=(Entry("forces", "axial force peak", 23),),
+    ),
+    Figure(
+        "axial_impacts_per_rev",
+        "1",
+        "contact onsets at the flanges in the window per revolution",
+        of="joint",
+        needs=("spatial", "axial"),
+        sums=PerRevolution("axial_onsets"),
+        tables=(Entry("forces", "axial impacts{per_rev}", 24),),
+    ),
+)
+
+
+# Figures of merit of films, in column order, before those of wear; see `figures`.
+
+
+def film_thickness(window: Window, index: int) -> float:
+    """Return the least film thickness (m) in a joint, 0 if its surfaces touch."""
+    return float(max(-window.totals.joint[index].depth_max, 0.0))
+
+
+def pressure(window: Window, index: int) -> float | None:
+    """Return the largest film pressure (Pa) in a joint, or None if its law has none."""
+    joint: Any = window.joints[index]  # mypy takes it for a dry joint
+    law = joint.film
+    return window.totals.joint[index].pressure_max if type(law) in film_pressure.members else None
+
+
+def taylor(window: Window, index: int) -> float:
+    """Return the largest Taylor number of the flow in the film of a joint: rho U c / mu times sqrt(c / R)."""
+    joint: Any = window.case.joints[index]  # a joint with a film has a radius
+    film = joint.film
+    flow = film.density * window.totals.joint[index].shear_speed_max * joint.clearance / film.viscosity
+    return float(flow * math.sqrt(joint.clearance / joint.bearing_radius))
+
+
+FILM = (
+    Figure(
+        "force_peak_dry",
+        "N",
+        "largest dry share of the normal force, located",
+        of="joint",
+        needs=("film",),
+        value=lambda window, index: window.totals.joint[index].dry_max,
+        tables=(Entry("film", "dry force peak", 8),),
+    ),
+    Figure(
+        "film_thickness_min",
+        "m",
+        "least film thickness, clearance minus eccentricity; 0 where the surfaces touch",
+        of="joint",
+        needs=("film",),
+        value=film_thickness,
+        tables=(Entry("film", "least film", 1), Entry("effects", "least film", 7)),
+    ),
+    Figure(
+        "film_pressure_max",
+        "Pa",
+        "largest pressure in the film; null: the law has no pressure",
+        of="joint",
+        needs=("film",),
+        value=pressure,
+        tables=(Entry("film", "pressure", 2),),
+    ),
+    Figure(
+        "film_fraction",
+        "1",
+        "share of the window's time with load on the film only: 1 - dry_fraction",
+        of="joint",
+        needs=("film",),
+        sums=DryTime(above=False),
+        tables=(Entry("film", "time on film alone", 4),),
+    ),
+    Figure(
+        "dry_fraction",
+        "1",
+        "share of the window's time with a dry force above 0.1 % of the mean normal force",
+        of="joint",
+        needs=("film",),
+        sums=DryTime(above=True),
+        tables=(Entry("film", "time on dry contact", 5),),
+    ),
+    Figure(
+        "dry_load_share",
+        "1",
+        "mean dry force over mean normal force (film and dry); null: no contact behind the film",
+        of="joint",
+        needs=("film",),
+        sums=DryLoadRatio("dry_force_time", "load_time"),
+        tables=(Entry("film", "dry share of the load", 5),),
+    ),
+    Figure(
+        "film_limit_fraction",
+        "1",
+        "share of the window's time at an eccentricity beyond film.limit; the formula is then evaluated at the limit",
+        of="joint",
+        needs=("film",),
+        sums=Mean("clamped_time"),
+        tables=(Entry("film", "time past its limit", 6),),
+    ),
+    Figure(
+        "film_loss",
+        "W",
+        "mean power loss of the film, shear included",
+        of="joint",
+        needs=("film",),
+        sums=Mean("film_energy"),
+        tables=(Entry("film", "loss", 3),),
+    ),
+    Figure(
+        "film_temperature",
+        "K",
+        "temperature of the oil, given or from its heat balance; null: neither",
+        of="joint",
+        needs=("film",),
+        value=lambda window, index: window.case.joints[index].film.temperature,
+        tables=(Entry("film", "temperature", 10),),
+    ),
+    Figure(
+        "film_temperature_ci",
+        "K",
+        "half-width of the 95 % interval of a temperature from a heat balance",
+        of="joint",
+        needs=("film",),
+        differs=False,
+        tables=(Entry("film", "95 % interval, half", 11),),
+    ),
+    Figure(
+        "film_viscosity",
+        "Pa*s",
+        "dynamic viscosity of the oil at its temperature",
+        of="joint",
+        needs=("film",),
+        value=lambda window, index: window.case.joints[index].film.viscosity,
+        differs=False,
+        tables=(Entry("film", "viscosity", 12),),
+    ),
+    Figure(
+        "film_taylor",
+        "1",
+        "largest Taylor number of the film, at clearance and largest speed of its surfaces; laminar below about 41",
+        of="joint",
+        needs=("film",),
+        value=taylor,
+        tables=(Entry("film", "Taylor number", 9),),
     ),
 )

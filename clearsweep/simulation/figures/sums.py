@@ -16,8 +16,7 @@ from ...contracts.catalogue import Figure
 from ...contracts.layout import Layout
 from ...mechanics import observe
 from ...mechanics.solver.accumulate.totals import Totals
-from .spread import CONFIDENCE, inflation_of, lag_correlation
-from .window import DRY_FORCE_THRESHOLD, RARE_SHARE, Summed, Window
+from .window import CONFIDENCE, DRY_FORCE_THRESHOLD, RARE_SHARE, Summed, Window, inflation_of, lag_correlation
 
 MIN_SKEWNESS = 1e-6  # of a mean: below, the correction for skewness is less than rounding
 

@@ -1,20 +1,160 @@
-"""The mechanism of a case without clearance: its motion and its largest reactions."""
+"""The ideal machine without clearance: its motion, its largest forces, its elastic links, the first touch."""
 
 import functools
 import math
-from collections.abc import Callable, Mapping
-from typing import Any
+from collections.abc import Callable, Iterator, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ...contracts.case import Case
-from ...contracts.catalogue import Mechanism
-from ...contracts.machine import Machine
-from ...contracts.outline import Outline
+from ...contracts.catalogue import Mechanism, Outline
+from ...contracts.machine import GROUND, Body, Constant, Elastic, Machine, Motor, Schedule
 from ...mechanics.machines import MECHANISMS, planar
 from ...mechanics.machines.contract import IdealMotion
 from ...tracing.compiled.family import Identity
-from .largest import largest
+
+# Global maxima of functions on an interval that can be evaluated anywhere and may jump.
+
+ACCURACY = 1e-9  # of the largest value: allowed difference of neighbouring samples at a maximum
+MIN_SPACING = 1e-12  # of the interval: of two closer points one is dropped
+STEEPNESS = 8.0  # times the median slope of neighbours: a steeper interval may contain a jump
+NEIGHBOURS = 7  # intervals in this median
+MAX_REFINED = 32  # jumps, and maxima of a function, that are refined
+SAMPLES_PER_SIDE = 8  # further samples on each side of a maximum per round
+VERTEX_OFFSET = 1e-3  # of its interval: distance of two more samples from the vertex of the parabola
+MAX_ROUNDS = 60
+
+Functions = Callable[[np.ndarray], np.ndarray]  # (n,) -> (m, n): m functions at n points
+
+
+def largest(functions: Functions, points: np.ndarray) -> np.ndarray:
+    """Return the largest value (m,) of each function between the ends of `points`; nan if undefined.
+
+    points : (n,) increasing, initial samples; a peak that lies between two of them can be missed.
+    """
+    points = points[np.append(True, np.diff(points) > MIN_SPACING * np.ptp(points))]
+    values = functions(points)
+    maxima = np.full(len(values), np.nan)
+    defined = np.isfinite(values).all(axis=1)
+    if defined.any():
+
+        def defined_functions(x: np.ndarray) -> np.ndarray:
+            return functions(x)[defined]
+
+        samples = [(points, values[defined])]
+        maxima[defined] = _maxima(defined_functions, *_merged(samples + _jumps(defined_functions, *samples[0])))
+    return maxima
+
+
+def _merged(samples: list[tuple[np.ndarray, np.ndarray]]) -> tuple[np.ndarray, np.ndarray]:
+    """Return samples, points (n,) and values (m, n), merged in increasing order."""
+    points, values = (np.concatenate(arrays, axis=-1) for arrays in zip(*samples, strict=True))
+    order = np.argsort(points, kind="stable")
+    return points[order], values[:, order]
+
+
+def _jumps(functions: Functions, points: np.ndarray, values: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return samples that converge to every jump, by bisection of the intervals that may contain one."""
+    scale = np.maximum(np.abs(values).max(axis=1, keepdims=True), np.finfo(float).tiny)
+    change, half_width = np.abs(np.diff(values)) / scale, NEIGHBOURS // 2
+    slope = change / np.diff(points)
+    padded = np.pad(slope, ((0, 0), (half_width, half_width)), "edge")
+    window = np.lib.stride_tricks.sliding_window_view(padded, NEIGHBOURS, axis=1)
+    smallest = functools.reduce(np.minimum, (window[..., k] for k in range(NEIGHBOURS)))
+    rows, columns = np.nonzero((slope > STEEPNESS * smallest) & (change > ACCURACY))  # few; the median takes longer
+    median_slope = np.median(window[rows, columns], axis=-1)
+    steep = np.zeros(len(points) - 1)
+    np.maximum.at(steep, columns, np.where(slope[rows, columns] > STEEPNESS * median_slope, change[rows, columns], 0.0))
+    columns = np.flatnonzero(steep)
+    columns = columns[np.argsort(-steep[columns], kind="stable")[:MAX_REFINED]]
+    low, high, low_value, high_value = points[columns], points[columns + 1], values[:, columns], values[:, columns + 1]
+    jumps = []
+    for _ in range(MAX_ROUNDS):
+        centre = 0.5 * (low + high)
+        is_open = (low < centre) & (centre < high) & (np.abs(high_value - low_value) > ACCURACY * scale).any(axis=0)
+        if not is_open.any():
+            break
+        low, high, low_value, high_value, centre = (
+            low[is_open],
+            high[is_open],
+            low_value[:, is_open],
+            high_value[:, is_open],
+            centre[is_open],
+        )
+        value_at_centre = functions(centre)
+        jumps.append((centre, value_at_centre))
+        jump_is_right = (np.abs(high_value - value_at_centre) / scale).sum(axis=0) > (
+            np.abs(value_at_centre - low_value) / scale
+        ).sum(axis=0)
+        low, low_value = np.where(jump_is_right, centre, low), np.where(jump_is_right, value_at_centre, low_value)
+        high, high_value = np.where(jump_is_right, high, centre), np.where(jump_is_right, high_value, value_at_centre)
+    return jumps
+
+
+def _maxima(functions: Functions, points: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the largest value of each function, refining around every maximum that may be the largest."""
+    largest_values: np.ndarray = values.max(axis=1)
+    rows, x, y = _candidates(points, values)
+    fractions = np.arange(1, SAMPLES_PER_SIDE + 1) / (SAMPLES_PER_SIDE + 1.0)
+    for _ in range(MAX_ROUNDS):
+        drop = y[:, 1] - y.min(axis=1)
+        is_wide = x[:, 2] - x[:, 0] > 4.0 * np.spacing(np.abs(x).max(axis=1))
+        is_open = is_wide & (drop > ACCURACY * np.abs(largest_values[rows])) & (y[:, 1] + drop >= largest_values[rows])
+        if not is_open.any():
+            break
+        rows, x, y = rows[is_open], x[is_open], y[is_open]
+        low, top, high = (x[:, k : k + 1] for k in range(3))
+        near_vertex = np.clip(_vertex(x, y)[:, None] + (high - low) * VERTEX_OFFSET * np.arange(-1, 2), low, high)
+        new_points = np.concatenate(
+            [low + fractions * (top - low), top + fractions * (high - top), near_vertex], axis=1
+        )
+        new_values = functions(new_points.ravel())[
+            np.repeat(rows, new_points.shape[1]), np.arange(new_points.size)
+        ].reshape(new_points.shape)
+        x, y = np.concatenate([x, new_points], axis=1), np.concatenate([y, new_values], axis=1)
+        order = np.argsort(x, axis=1, kind="stable")
+        x, y = np.take_along_axis(x, order, 1), np.take_along_axis(y, order, 1)
+        neighbours = _neighbours(np.argmax(y, axis=1), x.shape[1])
+        x, y = np.take_along_axis(x, neighbours, 1), np.take_along_axis(y, neighbours, 1)
+        np.maximum.at(largest_values, rows, y[:, 1])
+    return largest_values
+
+
+def _vertex(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+    """Return the vertices (b,) of the parabolas through three samples each, points and values (b, 3)."""
+    left_width, right_width = x[:, 1] - x[:, 0], x[:, 2] - x[:, 1]
+    rise, fall = _slope(y[:, 1] - y[:, 0], left_width), _slope(y[:, 1] - y[:, 2], right_width)
+    curvature = rise + fall  # above 0: the middle value is the largest
+    vertex: np.ndarray = x[:, 1] + _slope(rise * right_width - fall * left_width, 2.0 * curvature)
+    return vertex
+
+
+def _slope(rise: np.ndarray, run: np.ndarray) -> np.ndarray:
+    """Return `rise` over `run`, or 0 if `run` is 0: a maximum at an end has no neighbour on one side."""
+    slope: np.ndarray = np.divide(rise, run, out=np.zeros_like(rise), where=run > 0.0)
+    return slope
+
+
+def _candidates(points: np.ndarray, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return the candidates for the largest value: function index (b,), points and values (b, 3) around each."""
+    step = np.diff(values)
+    rises, falls = np.pad(step, ((0, 0), (1, 0))), np.pad(step, ((0, 0), (0, 1)))  # before and behind each sample
+    upper_bound = values + np.maximum(rises, -falls)
+    rows, columns = np.nonzero((rises >= 0.0) & (falls <= 0.0) & (upper_bound >= values.max(axis=1, keepdims=True)))
+    order = np.lexsort((-values[rows, columns], rows))  # largest first for each function
+    order = order[np.arange(len(rows)) - np.searchsorted(rows, rows) < MAX_REFINED]
+    rows, columns = rows[order], columns[order]
+    neighbours = _neighbours(columns, len(points))
+    return rows, points[neighbours], values[rows[:, None], neighbours]
+
+
+def _neighbours(indices: np.ndarray, count: int) -> np.ndarray:
+    """Return indices below `count` with their neighbours: (b, 3) from (b,)."""
+    return np.stack([np.maximum(indices - 1, 0), indices, np.minimum(indices + 1, count - 1)], axis=-1)
+
+
+# The mechanism of a case without clearance: its motion and its largest reactions.
 
 SAMPLES_PER_TURN = 720  # initial samples of a turn
 
@@ -130,3 +270,193 @@ def peaks(
     )
     largest_values = largest(magnitudes, np.union1d(equidistant, knots))
     return dict(zip(names, largest_values.tolist(), strict=True))
+
+
+# Elastic links of a case: values derived from stiffness, and whether the neglected bending would matter.
+
+STEEL_MODULUS = 210e9  # Pa; a softer metal needs a larger section, so steel bends most
+#: Drive speed over first bending frequency at which dynamic bending exceeds static bending by 4 %.
+BENDING_LIMIT = 0.2
+#: Segments that a wave front has to cross for an error of the peak below 3 % (table in docs/model.md), where the peak
+#: is below or above FRONT_SHARE of that of the front.
+SEGMENTS_OF_FRONT, SEGMENTS_OF_RINGING_FRONT, FRONT_SHARE = 1.7, 4.0, 0.65
+
+
+class ElasticLink(NamedTuple):
+    """A link that is elastic along the line of its pins."""
+
+    name: str
+    stiffness: float  # N/m, E A / l
+    segments: int
+    first_mode: float  # rad/s, axial, both ends free: pi sqrt(k / m)
+    impedance: float  # N s/m, wave impedance at a pin: sqrt(k m)
+    bending: float  # largest drive speed over the first bending frequency of a round steel bar of this stiffness
+    joints: tuple[str, ...]  # at its two pins
+
+
+def elastic_links(case: Case) -> tuple[ElasticLink, ...]:
+    """Return the elastic links of a case."""
+    mechanism = mechanism_of(case)
+    if mechanism.machine is None or not case.outline.elastic:
+        return ()
+    machine = mechanism.machine(case)
+    return tuple(_link(machine, name, body, body.elastic) for name, body in machine.bodies.items() if body.elastic)
+
+
+def segments_to_resolve(link: ElasticLink, peak: float, depth: float, rate: float) -> int:
+    """Return the number of segments that an impact at a link's pin needs: peak (N), depth (m) and approach (m/s).
+
+    A wave front is as long as the rise of the contact, depth / rate.  Where the peak is that of the front, impedance x
+    rate, the masses behind it ring, and it has to cross more segments.
+    """
+    front = depth / rate * link.stiffness / link.impedance  # length over that of the link
+    is_peak_of_front = peak > FRONT_SHARE * link.impedance * rate
+    return math.ceil((SEGMENTS_OF_RINGING_FRONT if is_peak_of_front else SEGMENTS_OF_FRONT) / front)
+
+
+def _link(machine: Machine, name: str, body: Body, elastic: Elastic) -> ElasticLink:
+    length = math.dist(body.points[elastic.near], body.points[elastic.far])
+    speed_of_sound = length * math.sqrt(elastic.stiffness / body.mass)
+    diameter = math.sqrt(4.0 * elastic.stiffness * length / (math.pi * STEEL_MODULUS))
+    first_bending = math.pi**2 * speed_of_sound * diameter / (4.0 * length**2)  # see `Elastic links` in docs/model.md
+    pins = {(name, elastic.near), (name, elastic.far)}
+    return ElasticLink(
+        name,
+        elastic.stiffness,
+        elastic.segments,
+        math.pi * math.sqrt(elastic.stiffness / body.mass),
+        math.sqrt(elastic.stiffness * body.mass),
+        max_drive_speed(machine) / first_bending,
+        tuple(joint.name for joint in machine.joints if pins & {tuple(joint.proximal), tuple(joint.distal)}),
+    )
+
+
+def max_drive_speed(machine: Machine) -> float:
+    """Return the largest speed (rad/s) of a drive; for a free crank under constant torque, its initial speed."""
+    drive = machine.drive
+    if isinstance(drive, Constant):
+        return abs(drive.speed)
+    if isinstance(drive, Schedule):
+        return float(max(abs(drive.speeds)))
+    assert isinstance(drive, Motor)  # the only other drive
+    return max(abs(speed) for speed in (drive.initial_speed, drive.no_load_speed) if math.isfinite(speed))
+
+
+def link_warnings(case: Case) -> list[str]:
+    """Return a warning for each elastic link that is a single spring or whose bending would matter."""
+    links, bodies = elastic_links(case), "mechanism.bodies" if case.outline.bodies else "mechanism"
+    return [
+        f"{bodies}.{link.name}.elastic.segments: a single spring between two masses is no bar; peaks of impacts err by "
+        "up to 27 % in a steel rod, and by more in a softer one; use 4 or more"
+        for link in links
+        if link.segments == 1
+    ] + [
+        f"{bodies}.{link.name}.elastic: the drive turns at "
+        f"{link.bending:.2g} of the first bending mode of a round steel bar of this stiffness. Above "
+        f"{BENDING_LIMIT:g} bending matters, but the model neglects it; use a shorter or thicker link"
+        for link in links
+        if link.bending > BENDING_LIMIT
+    ]
+
+
+# Largest eccentricity of the journal in a worn joint before its surfaces touch, over all directions.
+
+
+class Touch(NamedTuple):
+    """The largest eccentricity of a journal before its surfaces touch."""
+
+    growth: float  # m, eccentricity minus the clearance of the unworn joint
+    bearing_bin: int  # bins in contact there
+    journal_bin: int
+    growth_per_depth: (
+        float  # growth of the eccentricity per depth worn there: 1 / cos of the angle between both directions
+    )
+
+
+def first_touch(clearance: float, bearing: np.ndarray, journal: np.ndarray, relative_angles: np.ndarray) -> Touch:
+    """Return the largest eccentricity of a journal before its surfaces touch.
+
+    With the gap clearance + h_bearing + h_journal - e cos(phi - gamma), a journal that moves in the direction gamma
+    touches at e = min over phi of (clearance + h_bearing + h_journal) / cos(phi - gamma), to first order in depths
+    over the radius.  The result is the largest e over all gamma and relative angles of the bodies.
+
+    bearing, journal : (bins,) m, depth of each bin in the frame of its body; relative_angles : (n,) rad, the angles
+    of the body of the journal minus those of the body of the bearing.
+    """
+    bins = len(bearing)
+    bin_shifts = np.unique(np.round(np.asarray(relative_angles) * bins / (2.0 * np.pi)).astype(int) % bins)
+    bin_numbers = np.arange(bins)
+    facing_bin = (
+        bin_numbers - bin_shifts[:, None]
+    ) % bins  # (rotations, bins) bin of the journal that faces each bin of the bearing
+    gap = clearance + bearing + journal[facing_bin]
+    bins_in_reach = int(np.arccos(clearance / gap.max()) * bins / (2.0 * np.pi)) + 1  # no first touch beyond this angle
+    offsets = [bin_offset for bin_offset in range(-bins_in_reach, bins_in_reach + 1) if 4 * abs(bin_offset) < bins]
+    smallest, offset_of_smallest = gap.copy(), np.zeros(gap.shape, int)
+    for bin_offset in offsets:
+        eccentricity = np.roll(gap, -bin_offset, axis=1) / np.cos(2.0 * np.pi * bin_offset / bins)
+        is_smaller = eccentricity < smallest
+        smallest[is_smaller], offset_of_smallest[is_smaller] = eccentricity[is_smaller], bin_offset
+    rotation, direction = np.unravel_index(int(np.argmax(smallest)), smallest.shape)
+    offset = int(offset_of_smallest[rotation, direction])
+    bearing_bin = int((direction + offset) % bins)
+    growth_per_depth = float(1.0 / np.cos(2.0 * np.pi * offset / bins))
+    return Touch(
+        float(smallest[rotation, direction]) - clearance,
+        bearing_bin,
+        int(facing_bin[rotation, bearing_bin]),
+        growth_per_depth,
+    )
+
+
+def first_touch_in_slot(bearing: np.ndarray, journal: np.ndarray) -> Touch:
+    """Return an upper bound for a pin in a slot: the deepest bins of wall and pin face each other.
+
+    bearing, journal : (bins,) m, depth of each bin; the bins of the wall follow its arc length
+    """
+    bearing_bin, journal_bin = int(np.argmax(bearing)), int(np.argmax(journal))
+    return Touch(float(bearing[bearing_bin] + journal[journal_bin]), bearing_bin, journal_bin, 1.0)
+
+
+# Sizes and speeds of a case that no machine has, which usually come from a wrong unit.
+
+LEAST_LINE_MASS = 0.01  # kg/m of a link; a steel wire of 1.3 mm diameter
+LARGEST_LENGTH = 100.0  # m, of a link
+LARGEST_PIN_DIAMETER = 1.0  # m
+LARGEST_CLEARANCE = 0.02  # m, radial
+LARGEST_PIN_SPEED = 500.0  # m/s, of the crank pin; a ring of steel bursts: density times speed squared is 2 GPa
+
+
+def size_warnings(case: Case) -> list[str]:
+    """Return a warning that lists the implausible sizes and speeds of a case, or []."""
+    machine = machine_of(mechanism_of(case), case)
+    section = "mechanism.bodies" if case.outline.bodies else "mechanism"
+    sentences = [*(_machine_warnings(machine, section) if machine else ())]
+    for joint in case.joints:
+        diameter = 2.0 * (joint.bearing_radius or 0.0)
+        if diameter > LARGEST_PIN_DIAMETER:
+            sentences.append(f"joints.{joint.name}.bearing_radius is that of a pin of {diameter:.3g} m diameter")
+        if joint.clearance > LARGEST_CLEARANCE:
+            sentences.append(f"joints.{joint.name}.clearance is {1e3 * joint.clearance:.3g} mm")
+    listed = ", ".join(sentences)
+    return [f"sizes that no machine has; check their units (SI where none is written): {listed}"] if listed else []
+
+
+def _machine_warnings(machine: Machine, section: str) -> Iterator[str]:
+    """Yield what is implausible in the links and the drive of a machine."""
+    lengths = {
+        name: max(math.dist(first, second) for first in body.points.values() for second in body.points.values())
+        for name, body in machine.bodies.items()
+        if name != GROUND and body.points
+    }
+    for name, length in lengths.items():
+        line_mass = machine.bodies[name].mass / length if length else math.inf
+        if length > LARGEST_LENGTH:
+            yield f"{section}.{name} is {length:.4g} m long"
+        if 0.0 < line_mass < LEAST_LINE_MASS:
+            yield f"{section}.{name} has {line_mass:.2g} kg per metre of its length, {length:.3g} m"
+    driven = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
+    speed = max_drive_speed(machine)
+    if lengths.get(driven, 0.0) * speed > LARGEST_PIN_SPEED:
+        end_speed = f"{lengths[driven] * speed:,.4g} m/s"
+        yield f"drive turns at {speed * 30.0 / math.pi:,.5g} rpm, so that the end of {driven} moves at {end_speed}"

@@ -37,14 +37,22 @@ from ...mechanics.solver.step_control import MAX_CONTACT_BITS
 from ...mechanics.wear import ACCOUNT_SIZE, MAX_BINS, SLIDING_DISTANCE
 from ...tracing.compiled.family import NO_ENTRY, form_number, put_numbers
 from ...tracing.compiled.pinned import Pinned
-from ..setup.crank_clock import start_up
-from ..setup.revolutions import NO_MARKS, Marks, buffers_for
-from ..setup.run_arrays import Memory, arrays_of, fields_from
-from ..setup.scene import Scene, state_units
-from ..setup.start import NO_TIMES, Start, control_of, inputs_of, period, start_of
-from .lyapunov import Branches, Perturbed
-from .observed_run import Observer, run_observed
-from .progress import Revolutions
+from ..setup.scene import Scene, start_up, state_units
+from ..setup.start import (
+    NO_MARKS,
+    NO_TIMES,
+    Marks,
+    Memory,
+    Start,
+    arrays_of,
+    buffers_for,
+    control_of,
+    fields_from,
+    inputs_of,
+    period,
+    start_of,
+)
+from .observed_run import Branches, Observer, Perturbed, Revolutions, run_observed
 
 TIME_BUDGET, ROUNDING = -1, -2  # further statuses besides those of the loop
 MIN_STEPS = 1 << 15  # steps after which the budget that a run will need is estimated

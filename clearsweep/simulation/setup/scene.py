@@ -5,8 +5,9 @@ import time
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from itertools import chain
 from os import PathLike
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -15,28 +16,258 @@ from ...answers.verdict import NO_LIMITS, LimitsAndFigures
 from ...contracts.case import DOUBTFUL_WEAR_NUMBER, Case, Joint
 from ...contracts.catalogue import Catalogue, Figure, Mechanism
 from ...contracts.layout import CaseFeatures, Layout, features_of
-from ...contracts.machine import Machine
+from ...contracts.machine import STARTED_FRACTION, Machine, Motor, Schedule
 from ...language.errors import InputError
 from ...mechanics.coupling import rates
 from ...mechanics.coupling.state import every_state
 from ...mechanics.joints import registry
-from ...mechanics.joints.contract import every_contact
+from ...mechanics.joints.contract import contact_modes, every_contact, every_latched, state_kinds_of
 from ...mechanics.joints.guide import Guide as GuideTerm
 from ...mechanics.joints.guide import deepest_corner
+from ...mechanics.joints.lubricated import film_depths
 from ...mechanics.joints.slot import SlotJoint, WornSlot
 from ...mechanics.joints.slot import normal_of as slot_normal_of
 from ...mechanics.joints.worn import has_worn_shape, seated_position
+from ...mechanics.laws.contract import ONSET_FLOOR
 from ...mechanics.laws.elastic import static_penetration
 from ...mechanics.machines import MECHANISMS, planar
 from ...mechanics.machines.contract import Built, body_angles, gaps, pose_at
 from ...mechanics.machines.spatial import initial_seats
 from ...mechanics.wear import Worn
 from ...searches import SEARCHES
-from ..figures import catalogue as figures
-from ..machine import links, sizes
+from ...tracing.compiled.family import flatten, numbers_of
+from ..figures.catalogue import FIGURES
+from ..machine import ideal as links
+from ..machine import ideal as sizes
 from ..machine.ideal import ideal_motion, machine_of, mechanism_of
-from . import crank_clock
-from .initial import SceneInputs, scene_inputs
+
+# The independent variable of a run and the ends of its revolutions: time, or the angle of a free crank.
+
+STALL_TURNS = 100.0  # turns at nominal speed after which a free crank that hardly moves counts as stalled
+
+
+class SteadyClock(NamedTuple):
+    """Clock of a crank at constant speed, or of a machine without a crank; it shows time."""
+
+    period: float  # s, of a revolution
+
+    @property
+    def free(self) -> bool:
+        """Return whether a run is measured along the angle of a free crank."""
+        return False
+
+    def value_after(self, revolutions: float) -> float:
+        """Return the time (s) after a number of revolutions."""
+        return revolutions * self.period
+
+    def values_after(self, revolutions: np.ndarray) -> np.ndarray:
+        """Return the times (s) after arrays of revolutions."""
+        return revolutions * self.period
+
+
+class ScheduledClock(NamedTuple):
+    """Clock of a crank whose speed follows a table; it shows time."""
+
+    times: np.ndarray  # (rows,) s, first row at 0 or before
+    speeds: np.ndarray  # (rows,) rad/s
+    angles: np.ndarray  # (rows,) rad, from the start to each row
+
+    @property
+    def free(self) -> bool:
+        """Return whether a run is measured along the angle of a free crank."""
+        return False
+
+    def value_after(self, revolutions: float) -> float:
+        """Return the time (s) after a number of revolutions, or inf if the crank comes to rest before."""
+        angle = 2.0 * math.pi * revolutions
+        row = int(np.searchsorted(self.angles, angle, side="right")) - 1
+        row = min(max(row, 0), len(self.times) - 1)
+        remaining_angle, speed = angle - self.angles[row], self.speeds[row]
+        if remaining_angle == 0.0:
+            return float(self.times[row])
+        if row == len(self.times) - 1:
+            return float(self.times[row] + remaining_angle / speed) if speed > 0.0 else math.inf
+        acceleration = (self.speeds[row + 1] - speed) / (self.times[row + 1] - self.times[row])
+        end_speed = math.sqrt(max(speed * speed + 2.0 * acceleration * remaining_angle, 0.0))
+        return float(self.times[row] + 2.0 * remaining_angle / (speed + end_speed))
+
+    def values_after(self, revolutions: np.ndarray) -> np.ndarray:
+        """Return the times (s) after arrays of revolutions."""
+        return np.array([self.value_after(turns) for turns in revolutions])
+
+
+class FreeClock(NamedTuple):
+    """Clock of a free crank; it shows the crank angle."""
+
+    start: float  # rad
+
+    @property
+    def free(self) -> bool:
+        """Return whether a run is measured along the angle of a free crank."""
+        return True
+
+    def value_after(self, revolutions: float) -> float:
+        """Return the angle (rad) after a number of revolutions."""
+        return self.start + 2.0 * math.pi * revolutions
+
+    def values_after(self, revolutions: np.ndarray) -> np.ndarray:
+        """Return the angles (rad) after arrays of revolutions."""
+        return self.start + 2.0 * math.pi * revolutions
+
+
+def clock_of(machine: Machine | None, period: float) -> SteadyClock | ScheduledClock | FreeClock:
+    """Return the clock of a machine; `period` (s): a revolution at its nominal speed."""
+    if machine is None or not isinstance(machine.drive, (Schedule, Motor)):
+        return SteadyClock(period)
+    if isinstance(machine.drive, Motor):
+        return FreeClock(machine.drive.start_angle)
+    return scheduled_clock(machine.drive)
+
+
+def scheduled_clock(schedule: Schedule) -> ScheduledClock:
+    """Return the clock of a speed table from t = 0 on; the speed is constant before the first row."""
+    is_later = schedule.times > 0.0
+    times = np.concatenate([[0.0], schedule.times[is_later]])
+    speeds = np.concatenate([[np.interp(0.0, schedule.times, schedule.speeds)], schedule.speeds[is_later]])
+    angles = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times))])
+    return ScheduledClock(times, speeds, angles)
+
+
+def knots_of(machine: Machine | None) -> list[float]:
+    """Return the times (s) at which an acceleration or the slope of a load jumps; empty for a free crank."""
+    return [] if machine is None or isinstance(machine.drive, Motor) else planar.discontinuity_times(machine)
+
+
+def start_up(machine: Machine | None) -> tuple[float, float]:
+    """Return the speed (rad/s) at which a motor counts as started, and the time (s) of this.
+
+    The speed is 0 for other drives and for constant torque; the time is 0 if the crank starts fast enough, else inf.
+    """
+    if machine is None or not isinstance(machine.drive, Motor) or math.isinf(machine.drive.no_load_speed):
+        return 0.0, math.inf
+    speed = STARTED_FRACTION * machine.drive.no_load_speed
+    return speed, 0.0 if machine.drive.initial_speed >= speed else math.inf
+
+
+# Inputs of all runs of a scene: its initial state, error scales, and numbers of its contacts.
+
+#: Allowed error of one step, per tolerance: of coordinates in clearances, of rates in clearances times
+#: crank speed, of roots of penetration in roots of the clearance.  Errors of coordinates rotate the contact force a
+#: little; those of a root of penetration change its magnitude, so they count most.  Chosen on the one-joint
+#: reference trajectories: 15 to 20 % fewer evaluations at equal error than with 1, 1, 1 or a relative tolerance.
+POSITION_WEIGHT, RATE_WEIGHT, ROOT_WEIGHT = 30.0, 3.0, 0.1
+FILM_RATE_FACTOR = 0.1  # of RATE_WEIGHT with a film: a small error of a rate is a large one of the damping force
+#: Revolutions below which the scale of errors of rates is a tenth of the clearance over the run's duration, not that of
+#: the crank.
+SHORT_RUN = 0.1 / (2.0 * math.pi)
+ROUNDING = 1e-15  # of the mechanism's size and speed: least tolerance
+
+
+class InitialState(NamedTuple):
+    """Arrays of the initial state of a motion."""
+
+    parameters: Any  # numbers of the compiled scene, see `family.flatten`; names as in Work
+    y: Any
+    weight: Any
+    latched: Any
+    clearance: Any
+    film: Any
+
+
+class SceneInputs(NamedTuple):
+    """Inputs that all runs of a scene share."""
+
+    initial_values: list[float]  # the arrays of an InitialState, concatenated
+    loop_inputs: list[float]  # those of a RunInputs after `marks`, concatenated
+    knots: int  # number of the first of these
+    has_friction: tuple[bool, ...]  # by contact
+    sliding_distance: tuple[float, ...]  # m, by contact: of earlier wear
+
+
+def scene_inputs(
+    case: Case, built: Built, value: rates.Scene, start: np.ndarray, machine: Machine | None, worn: Mapping[str, Worn]
+) -> SceneInputs:
+    """Return the inputs that all runs of a scene share, from its parts."""
+    contacts = ContactInputs(*zip(*_contact_inputs(case, value, worn), strict=True))
+    internal, latched = _internal_states(value)
+    knots = knots_of(machine)
+    initial = InitialState(
+        parameters=numbers_of(value),
+        y=start.tolist(),
+        weight=_weights(case, built, value, len(contacts.side), [state.scale for _, state, _ in internal]),
+        latched=[ONSET_FLOOR] * len(contacts.side) + [began for _, began in latched],
+        clearance=contacts.clearance,
+        film=chain.from_iterable(contacts.film),
+    )
+    return SceneInputs(
+        initial_values=list(chain.from_iterable(initial)),
+        loop_inputs=[*knots, *[began for _, _, began in internal], *contacts.side, *contacts.limit_depth],
+        knots=len(knots),
+        has_friction=contacts.has_friction,
+        sliding_distance=contacts.sliding_distance,
+    )
+
+
+class ContactInputs(NamedTuple):
+    """Inputs that a contact has from its joint, or those of all contacts by field."""
+
+    side: Any  # of the joint, see `dry.Joint`
+    limit_depth: Any  # m, to which its elastic law is valid
+    clearance: Any  # m
+    film: Any  # m, see `film_depths`
+    has_friction: Any  # whether there may be a tangential force
+    sliding_distance: Any  # m, of earlier wear
+
+
+def _contact_inputs(case: Case, value: rates.Scene, worn: Mapping[str, Worn]) -> list[ContactInputs]:
+    """Return the inputs of all contacts."""
+    contacts: list[ContactInputs] = []
+    for joint, case_joint in zip(value.joints, case.joints, strict=True):
+        earlier_wear = worn.get(case_joint.name)
+        inputs = ContactInputs(
+            side=joint.side,
+            limit_depth=registry.penetration_limit(case_joint),
+            clearance=joint.clearance,
+            film=film_depths(joint),
+            has_friction=case_joint.friction is not None or case_joint.film is not None,
+            sliding_distance=earlier_wear.sliding_distance if earlier_wear else 0.0,
+        )
+        contacts += [inputs] * len(contact_modes(joint))
+    return contacts
+
+
+def initial_shapes(value: rates.Scene, start: np.ndarray) -> dict[str, tuple[int, ...]]:
+    """Return the shapes of the arrays of an InitialState."""
+    contacts, latched = len(every_contact(value.joints)), _internal_states(value)[1]
+    shapes = flatten(value).shape, start.shape, start.shape, (contacts + len(latched),)
+    return InitialState(*shapes, (contacts,), (contacts, 2))._asdict()
+
+
+def _internal_states(value: rates.Scene) -> tuple[list, list]:
+    """Return the internal state of a scene's laws: the integrated part and the latched part."""
+    return every_state(value), every_latched(value.joints) if state_kinds_of(value).latched else []
+
+
+def _weights(case: Case, built: Built, value: rates.Scene, contacts: int, internal: list[float]) -> list[float]:
+    """Return one over the allowed error of one step in each component of the state; `internal`: scales of its laws."""
+    tolerance, mechanism_size, lengths = case.simulate.tolerance, built.size, built.lengths.tolist()
+    clearance, has_film = min([joint.clearance for joint in value.joints]), any(joint.film for joint in case.joints)
+    rate_weight = FILM_RATE_FACTOR * RATE_WEIGHT if has_film else RATE_WEIGHT
+    length_error = max(POSITION_WEIGHT * tolerance * clearance, ROUNDING * mechanism_size)
+    rate_error = max(rate_weight * tolerance * clearance, ROUNDING * mechanism_size) * value.reference_rate
+    if 0.0 < case.simulate.revolutions < SHORT_RUN:  # the crank is slow compared with the motion
+        rate_error *= SHORT_RUN / case.simulate.revolutions
+    time_error = max(POSITION_WEIGHT * tolerance, ROUNDING) / value.reference_rate
+    root_error = ROOT_WEIGHT * tolerance * math.sqrt(clearance)
+    allowed_errors = [
+        *[length_error / length for length in lengths],
+        *[rate_error / length for length in lengths],
+        time_error,
+        *[root_error] * contacts,
+        *[tolerance * scale for scale in internal],
+    ]
+    return [1.0 / error for error in allowed_errors]
+
 
 _LAYOUTS: dict[CaseFeatures, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with their sources
 TOUCHING = 1e-14  # of the mechanism's size: rounding of the penetration of bodies that touch at the start
@@ -56,7 +287,7 @@ class Scene:
     start: np.ndarray  # (n,) initial state, see mechanics.rates
     in_contact: bool  # all joints start in contact
     machine: Machine | None  # planar machine; None: the mechanism has its own equations
-    crank_clock: crank_clock.SteadyClock | crank_clock.ScheduledClock | crank_clock.FreeClock
+    crank_clock: SteadyClock | ScheduledClock | FreeClock
     worn: Mapping[str, Worn] = field(default_factory=dict)  # earlier wear by joint; a missing joint is unworn
     deadline: float = math.inf  # s, processor time at which the case is abandoned
     keep_events: bool = False  # whether its runs return their events
@@ -87,7 +318,7 @@ def catalogue() -> Catalogue:
     return Catalogue(
         registry.all_laws(),
         tuple(MECHANISMS.values()),
-        figures.FIGURES,
+        FIGURES,
         *rates.CHANNELS,
         start_problem=_start_problem,
         searches=SEARCHES,
@@ -126,7 +357,7 @@ def load_case(source: str | PathLike | Mapping, overrides: Mapping[str, Any] | N
 
 def layout_of(case: Case) -> Layout:
     """Return the layout of a case; cases with the same features share one, since creating it takes 70 us."""
-    features, sources = features_of(case), (figures.FIGURES, MECHANISMS[case.mechanism.type])
+    features, sources = features_of(case), (FIGURES, MECHANISMS[case.mechanism.type])
     stored = _LAYOUTS.get(features)
     if stored is None or any(
         stored_source is not source for stored_source, source in zip(stored[0], sources, strict=True)
@@ -172,7 +403,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     start = np.array(
         [*built.start.tolist(), *depth_roots.tolist(), *[initial_value for _, _, initial_value in every_state(value)]]
     )
-    layout, angle_clock = layout_of(case), crank_clock.clock_of(machine, 2.0 * math.pi / built.rate)
+    layout, angle_clock = layout_of(case), clock_of(machine, 2.0 * math.pi / built.rate)
     elapsed = time.perf_counter() - begin
     parts = case, mechanism, built, value, layout, start, in_contact, machine, angle_clock, worn
     return Scene(*parts, keep_events=case.save.orbits != "none", build_time=elapsed)
@@ -287,7 +518,7 @@ def derived(case: Case) -> dict[str, tuple[float, str]]:
 
 def warnings(case: Case) -> list[str]:
     """Return warnings about values of a case that may be unintended."""
-    sentences = [*sizes.warnings(case), *links.warnings(case), *_change_points(case)]
+    sentences = [*sizes.size_warnings(case), *links.link_warnings(case), *_change_points(case)]
     for joint in case.joints:
         if registry.can_pull(joint):
             sentences.append(

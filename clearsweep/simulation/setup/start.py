@@ -1,16 +1,290 @@
 """Inputs and control of one integration of a scene."""
 
+import functools
+import itertools
 import math
+import operator
+from collections.abc import Callable
 from itertools import accumulate, pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...contracts.layout import Layout
+from ...contracts.layout import MAX_REVOLUTIONS, Layout
+from ...mechanics import observe
+from ...mechanics.coupling.rates import observed_width
+from ...mechanics.joints.contract import every_contact
+from ...mechanics.observe import ROW_COUNT, STAGES
 from ...mechanics.solver import integration
-from .crank_clock import STALL_TURNS
-from .revolutions import NO_MARKS, Marks
-from .scene import Scene
+from ...mechanics.solver.accumulate import totals as total_columns
+from ...mechanics.solver.accumulate.step_sums import ContactStep, Step
+from ...mechanics.solver.accumulate.within_step import RevolutionMarks
+from ...mechanics.solver.bernstein import COEFFICIENTS, ROWS
+from ...tracing.fields import Fields
+from ...tracing.symbols import WIDTH
+from ..figures.window import Quantile, Repetition, Spread, expected_largest, force_contacts, quantiles
+from .scene import STALL_TURNS, Scene, initial_shapes, state_units
+
+# Quantities of single revolutions: force peaks, the motion at crank angle 0, the period of the motion.
+
+LONGEST_PERIOD, MIN_REPEATS = 16, 3  # most revolutions of a period; how often it must be repeated
+LAST_RETURNS = LONGEST_PERIOD * (MIN_REPEATS + 1)  # revolutions from which a period is found
+RETURN_TOLERANCE = 1e-3  # clearances, and clearances times crank speed: tolerance of a periodic motion
+MARK_TOLERANCE = 1e-9  # revolutions: closer marks are merged
+
+
+class Marks(NamedTuple):
+    """Times of a run, in revolutions since its start, at which something is recorded."""
+
+    turns: np.ndarray  # (marks,) increasing
+    window: np.ndarray  # (w,) indices of the bounds of the window's revolutions
+    sections: np.ndarray  # (s,) indices of the marks at crank angle 0
+
+    def after(self, turns: float) -> "Marks":
+        """Return the marks of a window that begins `turns` revolutions after the start."""
+        return self._replace(window=self.window[self.turns[self.window] > turns - MARK_TOLERANCE])
+
+
+NO_MARKS = Marks(np.empty(0), np.empty(0, int), np.empty(0, int))
+
+
+def marks_of(scene: Scene, revolutions: float) -> Marks:
+    """Return the marks of a run of `revolutions`; there are none if nothing turns."""
+    if not scene.mechanism.turns:
+        return NO_MARKS
+    phase = None if scene.case.save.orbits == "none" else -start_turns(scene) % 1.0
+    return _marks(scene.case.simulate.discard, revolutions, phase)
+
+
+@functools.lru_cache(maxsize=64)  # the cases of a sweep share them
+def _marks(discard: float, revolutions: float, phase: float | None) -> Marks:
+    """Return the marks of a run whose window begins at `discard`; sections begin at `phase`, None for no sections."""
+    window = _consecutive(discard, revolutions)
+    sections = np.empty(0) if phase is None else _consecutive(phase, revolutions)
+    if np.array_equal(window, sections[len(sections) - len(window) :]):  # almost always
+        turns = sections
+    else:
+        turns = np.sort(np.concatenate([window, sections]))
+        turns = turns[np.diff(turns, prepend=-1.0) > MARK_TOLERANCE]
+    return Marks(np.minimum(turns, revolutions), _nearest(turns, window), _nearest(turns, sections))
+
+
+def with_whole_revolutions(discard: float, most: float) -> float:
+    """Return `discard` plus as many whole revolutions as there are up to `most`."""
+    return discard + math.floor(most - discard + MARK_TOLERANCE)
+
+
+def _consecutive(start: float, end: float) -> np.ndarray:
+    """Return start, start + 1, ... up to `end`; if there are many, only the last ones."""
+    count = max(math.floor(end - start + MARK_TOLERANCE) + 1, 0)
+    return start + np.arange(max(count - MAX_REVOLUTIONS - 1, 0), count)
+
+
+def start_turns(scene: Scene) -> float:
+    """Return the crank angle at the start, in turns."""
+    return scene.case.drive.start_angle / (2.0 * math.pi) if scene.case.drive else 0.0
+
+
+def _nearest(turns: np.ndarray, requested: np.ndarray) -> np.ndarray:
+    return np.searchsorted(turns, requested - MARK_TOLERANCE)
+
+
+def buffers_for(marks: np.ndarray, state_size: int, contacts: int, zeros: Callable[..., np.ndarray]) -> RevolutionMarks:
+    """Return the buffers for values at the `marks` of a run with `state_size` state numbers, except those in lanes.
+
+    `zeros` creates the arrays.
+    """
+    count = len(marks)
+    return RevolutionMarks(
+        marks=marks,
+        states=zeros((count, state_size)),
+        peaks=zeros((count, contacts)),
+        step_peak=np.zeros(0),
+        peak_since_mark=np.zeros(0),
+        passed=zeros(1, dtype=np.int64),
+    )
+
+
+def peak_spreads(scene: Scene, marks: Marks, revolutions: Any, repetition: Repetition | None) -> tuple[Spread, ...]:
+    """Return the distribution of each joint's force peaks over the window's revolutions."""
+    return tuple([_spread(peaks, marks, repetition) for peaks in peaks_of(scene, marks, revolutions).T])
+
+
+def _spread(peaks: np.ndarray, marks: Marks, repetition: Repetition | None) -> Spread:
+    """Return the distribution of the peaks (N) of the window's revolutions.
+
+    All later revolutions of a periodic motion have the peaks of its last periods, without those of the run-in.
+    """
+    median, p95 = quantiles(peaks, (0.5, 0.95))
+    if repetition is None:
+        of_million = expected_largest(peaks)
+    else:
+        lasting = float(peaks[-MIN_REPEATS * repetition.period :].max())
+        of_million = Quantile(lasting, lasting, lasting)
+    return Spread(median, p95, of_million, _largest_peak(peaks, marks))
+
+
+def _largest_peak(peaks: np.ndarray, marks: Marks) -> tuple[float, int] | None:
+    """Return the largest of the peaks (N) of the window's revolutions and the number of its revolution, or None."""
+    if not len(peaks):
+        return None
+    index = int(peaks.argmax())
+    return float(peaks[index]), math.floor(marks.turns[marks.window[index]] + MARK_TOLERANCE) + 1
+
+
+def marks_reached(indices: np.ndarray, revolutions: Any) -> np.ndarray:
+    """Return the `indices` of marks that a run has reached."""
+    passed = revolutions.passed.item()
+    return indices if passed == len(revolutions.marks) else indices[indices < passed]
+
+
+def peaks_of(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
+    """Return the largest normal force (N) of each joint in each revolution of the window: (revolutions, joints)."""
+    window = marks_reached(marks.window, revolutions)
+    if len(window) < 2:
+        return np.zeros((0, len(scene.layout.joints)))
+    begin, end = int(window[0]) + 1, int(window[-1]) + 1
+    peaks: np.ndarray = revolutions.peaks[begin:end]
+    if len(peaks) != len(window) - 1:
+        peaks = np.maximum.reduceat(peaks, window[:-1] - window[0])
+    if len(scene.layout.joints) == peaks.shape[1]:
+        return peaks
+    return peaks[:, force_contacts(scene.layout)]
+
+
+def repetition_of(scene: Scene, marks: Marks, revolutions: Any) -> Repetition | None:
+    """Return the period of the window's motion and where it begins, or None if the motion is not periodic."""
+    rows = marks_reached(marks.window, revolutions)
+    if len(rows) <= MIN_REPEATS:
+        return None
+    units, coordinate_count = state_units(scene), len(scene.value.coordinates)
+    angle_period = 2.0 * math.pi / units[:coordinate_count]
+
+    def states(chosen: np.ndarray) -> np.ndarray:
+        return revolutions.states[chosen, : 2 * coordinate_count] / units  # type: ignore[no-any-return]
+
+    period = period_of(states(rows[-LAST_RETURNS:]), angle_period)
+    if period is None:
+        return None
+    every = states(rows)
+    differences = every[period:] - every[:-period]
+    angles = differences[:, :coordinate_count]
+    angles -= angle_period * np.round(angles / angle_period)
+    departures = np.flatnonzero(np.abs(differences).max(axis=1) > RETURN_TOLERANCE)
+    first = int(departures[-1]) + 1 if len(departures) else 0
+    return Repetition(period, float(marks.turns[rows[first]]))
+
+
+def period_of(returns: np.ndarray, angle_period: np.ndarray | None = None) -> int | None:
+    """Return the period of the last rows of (revolutions, columns), or None.
+
+    angle_period : period of the angles in the first columns: multiples of it count as no difference.
+    """
+    rows = returns[-LAST_RETURNS:].tolist()  # nearly every motion differs in the first numbers; floats are faster then
+    angle_periods = [] if angle_period is None else angle_period.tolist()
+    for period in range(1, min(LONGEST_PERIOD, len(rows) // (MIN_REPEATS + 1)) + 1):
+        repeats = zip(rows[-MIN_REPEATS * period :], rows[-(MIN_REPEATS + 1) * period : -period], strict=True)
+        if all(_is_return(row, previous_row, angle_periods) for row, previous_row in repeats):
+            return period
+    return None
+
+
+def _is_return(row: list[float], previous_row: list[float], angle_periods: list[float]) -> bool:
+    """Return whether two rows are equal within the tolerance; angle_periods : as in `period_of`."""
+    differences = map(operator.sub, row, previous_row)
+    is_same_angle = all(
+        abs(math.remainder(difference, angle_period)) <= RETURN_TOLERANCE
+        for angle_period, difference in zip(angle_periods, differences, strict=False)
+    )
+    return is_same_angle and all(abs(difference) <= RETURN_TOLERANCE for difference in differences)
+
+
+# The arrays of an integration: their shapes, their memory, the names of their numbers.
+
+BLOCK_BYTES = 16384  # bytes: need of a short motion without histograms
+
+Arrays = dict[str, np.ndarray]  # name of a field of Work, Totals or RevolutionMarks -> array
+
+
+def arrays_of(scene: Scene) -> Arrays:
+    """Return the arrays that a step of `scene` uses, as zeros, and `initial_values`, all initial ones in one array."""
+    contacts, n = len(every_contact(scene.value.joints)), scene.start.size
+    initial_array_shapes: dict[str, tuple[int, ...]] = {
+        **initial_shapes(scene.value, scene.start),
+        "stepper": (integration.Stepper.SIZE,),
+        **dict.fromkeys(("step_peak", "peak_since_mark"), (contacts,)),
+        "mechanism": (total_columns.MechanismTotals.SIZE,),
+        "joint": (contacts, total_columns.ContactTotals.SIZE),
+    }
+    step_array_shapes = {
+        "k": (n, ROW_COUNT),
+        "o": (observed_width(scene.value), ROW_COUNT),
+        "nodes": (n + 1, STAGES),
+        "f": (n, STAGES),
+        "polynomials": (ROWS, COEFFICIENTS),
+        "step": (Step.SIZE,),
+        "contact_steps": (contacts, ContactStep.SIZE),
+        "profiles": (1 + contacts, observe.PARTS + 1),
+        "part_times": (contacts, total_columns.PART_TIME_ROWS, observe.PARTS),
+        "end": (n,),
+        "z": (n,),
+    }
+    numbers, arrays = np.zeros(sum(map(math.prod, initial_array_shapes.values()))), dict[str, np.ndarray]()
+    ends = itertools.accumulate(map(math.prod, initial_array_shapes.values()))
+    for (name, shape), end in zip(initial_array_shapes.items(), ends, strict=True):
+        arrays[name] = numbers[end - math.prod(shape) : end].reshape(shape)
+    arrays |= {name: _aligned(shape) for name, shape in step_array_shapes.items()}
+    integer_array_shapes = {
+        "mode": (contacts,),
+        "has_friction": (contacts,),
+        "bins": (contacts, total_columns.BIN_COLUMNS),
+    }
+    return (
+        arrays
+        | {name: np.zeros(shape, np.int64) for name, shape in integer_array_shapes.items()}
+        | {"initial_values": numbers}
+    )
+
+
+def _aligned(shape: tuple[int, ...]) -> np.ndarray:
+    """Return zeros that are aligned for vector registers."""
+    numbers = np.zeros(math.prod(shape) + WIDTH)
+    begin = -numbers.ctypes.data // 8 % WIDTH
+    return numbers[begin : begin + math.prod(shape)].reshape(shape)
+
+
+def fields_from(record_type: type, arrays: Arrays) -> dict[str, Any]:
+    """Return the arrays that are fields of a NamedTuple, with names for their numbers if the type defines them."""
+    types = record_type.__annotations__
+    return {
+        name: types[name](arrays[name]) if issubclass(types[name], Fields) else arrays[name]
+        for name in types
+        if name in arrays
+    }
+
+
+class Memory:
+    """Arrays that start as zeros, cut from a few large blocks so that they are cleared quickly."""
+
+    def __init__(self) -> None:
+        self.blocks: list[np.ndarray] = []
+        self.bytes_used = 0  # bytes used of the latest block
+
+    def zeros(self, shape: int | tuple[int, ...], dtype: Any = float) -> np.ndarray:
+        """Return an array of zeros."""
+        byte_count = math.prod(shape if isinstance(shape, tuple) else (shape,)) * np.dtype(dtype).itemsize
+        if not self.blocks or self.bytes_used + byte_count > BLOCK_BYTES:
+            self.blocks.append(np.zeros(max(byte_count, BLOCK_BYTES), np.uint8))
+            self.bytes_used = 0
+        begin, self.bytes_used = self.bytes_used, self.bytes_used + -(-byte_count // 8) * 8
+        array: np.ndarray = self.blocks[-1][begin : begin + byte_count].view(dtype).reshape(shape)
+        return array
+
+    def clear(self) -> None:
+        """Set all arrays to zero."""
+        for block in self.blocks:
+            block.fill(0)
+
 
 MAX_STEP_TURNS = 0.02  # crank turns per step at most: keeps maxima and histograms of slow motions accurate
 NO_TIMES = np.empty(0)  # to report

@@ -15,12 +15,13 @@ from ...grid import Grid
 from ...language import phases
 from ...language.errors import ClearsweepError, error_line
 from ...store import durable
-from ..facts.run_facts import RunFacts
-from ..pool import progress, signals
+from ..facts import RunFacts
+from ..pool import signals
 from ..pool.case_runner import (
     CaseRunner,
     Options,
     Pending,
+    Shard,
     failure_limit,
     is_common,
     missing_indices,
@@ -28,7 +29,6 @@ from ..pool.case_runner import (
     peak_or_none,
 )
 from ..pool.driver import CHECK_INTERVAL, MAX_RESTARTS
-from ..pool.shard import Shard
 from ..pool.worker import RunContext, Simulator, find_peak
 
 
@@ -150,7 +150,7 @@ class BlockRunner:
             durable.remove_temporaries(directory.scratch)
         durable.check_writable(directory.scratch)
         for sentence in directory.load_intact_batches():
-            progress.print_line(f"{block.path}: {sentence}")
+            phases.print_line(f"{block.path}: {sentence}")
         indices, ids = job.cases(number)
         self._take_earlier(directory, ids)
         requested = np.sort(ids)
@@ -175,7 +175,7 @@ class BlockRunner:
         block = store.Block(self.job.directory, number)
         directory = block.directory(store.ResultSchema.of(self.job.grid))
         for sentence in directory.load_intact_batches():
-            progress.print_line(f"{block.path}: {sentence}")
+            phases.print_line(f"{block.path}: {sentence}")
         for source in sources:
             directory.link_batches(source)
         if self.case_runner.workers is None:

@@ -1,5 +1,6 @@
 """Runs the missing cases of one or more grids: compiles once, and hands cases to the workers."""
 
+import re
 import secrets
 import shutil
 import time
@@ -11,15 +12,76 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 
 from ... import grid as grids
-from ... import store
+from ... import simulation, store
 from ...contracts.case import Case
-from ...contracts.results import Peak
+from ...contracts.catalogue import Catalogue
+from ...contracts.results import Peak, Trajectory
 from ...contracts.search import CaseResults, Rounds
 from ...language import phases
 from ...language.errors import InputError, error_line
-from . import executors, progress, signals
-from .driver import CHECK_INTERVAL, Batches, Driver
+from . import executors, signals
+from .driver import CHECK_INTERVAL, Batches, CaseProgress, CompilationProgress, Driver
 from .worker import RunContext, Simulator, find_peak, prepare
+
+# The functions of `clearsweep.simulation` that sweeps use, as one value that can be sent to a worker process.
+
+
+def _recommended(case: Case) -> list[str]:
+    return simulation.recommended_texts(simulation.recommendations(case))
+
+
+class _Functions(NamedTuple):
+    catalogue: Callable[[], Catalogue] = simulation.catalogue
+    load: Callable[[], None] = simulation.load
+    signature: Callable[[Case], Hashable] = simulation.signature
+    compile_for: Callable[[Case], None] = simulation.compile_for
+    compile_loop: Callable[[Case], None] = simulation.compile_loop
+    solve: Callable[..., Trajectory] = simulation.solve
+    peak: Callable[[Case, int, float, float | None], Peak] = simulation.peak_revolution
+    derived: Callable[[Case], dict[str, tuple[float, str]]] = simulation.derived
+    warnings: Callable[[Case], list[str]] = simulation.warnings
+    recommended: Callable[[Case], list[str]] = _recommended
+    alternatives: Callable[[Case], dict[str, list[str]]] = simulation.alternatives
+
+
+SIMULATION: Simulator = _Functions()
+
+
+# Shards: parts of a grid that run independently on separate machines.
+
+
+class Shard(NamedTuple):
+    """One of `of` parts of a grid's cases, counted from 1."""
+
+    number: int
+    of: int
+
+    @classmethod
+    def read(cls, text: str) -> "Shard":
+        """Return the shard for a text such as '2/8'; raise InputError for any other text."""
+        match = re.fullmatch(r"\s*(\d{1,9})\s*/\s*(\d{1,9})\s*", str(text))
+        shard = cls(*map(int, match.groups())) if match else cls(0, 0)
+        if not 1 <= shard.number <= shard.of:
+            raise InputError(f"shard: found {text!r}; expected I/N with I from 1 to N, such as 2/8")
+        return shard
+
+    def __str__(self) -> str:
+        return f"{self.number}/{self.of}"
+
+    def ids(self, ids: np.ndarray) -> np.ndarray:
+        """Return the identities of this shard's cases, uint64, from those of all cases.
+
+        They are every N-th of the sorted identities.  These are hashes, so every axis is spread over all shards and
+        no shard gets all slow cases.
+        """
+        return distinct(ids)[self.number - 1 :: self.of].copy()  # a copy, not a view
+
+
+def distinct(ids: np.ndarray) -> np.ndarray:
+    """Return the distinct identities, ascending; np.unique needs five times the memory for a million."""
+    ordered = np.sort(ids)
+    is_repeated = ordered[1:] == ordered[:-1]
+    return ordered[np.concatenate([[True], ~is_repeated])] if is_repeated.any() else ordered
 
 
 class Options(NamedTuple):
@@ -108,7 +170,7 @@ class CaseRunner:
         if pending.has_similar_times and self.batches:
             batches.copy_times(self.batches)
         self.batches = batches
-        with phases.phase(display := progress.CaseProgress(count, pending.title)):
+        with phases.phase(display := CaseProgress(count, pending.title)):
             if allowed_failures is None:
                 allowed_failures = failure_limit(self.options.max_failures, count)
             run = Driver(workers, self.directory, context, batches, allowed_failures, display)
@@ -197,7 +259,7 @@ def peak_or_none(worst_case: store.Worst, result: Peak | str) -> Peak | None:
     """Return the result of `find_peak`, or None and print why there is none."""
     if not isinstance(result, str):
         return result
-    progress.print_line(f"case {worst_case.case_id}: the revolution of its largest peak is left out ({result})")
+    phases.print_line(f"case {worst_case.case_id}: the revolution of its largest peak is left out ({result})")
     return None
 
 
@@ -283,7 +345,7 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
         return [results for working in progress_files if (results := working.read())]
 
     try:
-        compiling = progress.CompilationProgress(len(parts), read_progress)
+        compiling = CompilationProgress(len(parts), read_progress)
         with phases.phase(compiling):
             tasks = [
                 workers.submit(prepare, working, *part) for working, part in zip(progress_files, parts, strict=True)
@@ -298,7 +360,7 @@ def compile_all(workers: executors.Executor, cases: list[Case], simulator: Simul
     if any(isinstance(failure, BrokenExecutor) for failure in failures):
         workers.restart()
     elif compile_failure := next((error for error in failures if error and not isinstance(error, InputError)), None):
-        progress.print_line(
+        phases.print_line(
             f"compiling in advance failed ({error_line(compile_failure)}); cases that need this code will report it"
         )
     return seconds

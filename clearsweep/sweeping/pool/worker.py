@@ -17,6 +17,8 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+import numpy as np
+
 from ... import store
 from ...answers.validity import LIFE_FAILED
 from ...contracts.case import Case
@@ -27,7 +29,51 @@ from ...language import phases
 from ...language.errors import ClearsweepError, DirectoryError, InputError, StorageError, error_line
 from ...store import durable
 from . import resources, signals
-from .tasks import Batch, Task
+
+# Cases that a driver sends to a worker.
+
+
+class Task(NamedTuple):
+    """A case for a worker, which generates its values itself to relieve the parent."""
+
+    case_id: str
+    grid_index: int
+
+
+class Tasks:
+    """Cases for a worker, as two arrays: creating a `Task` for each would take a driver most of its time."""
+
+    def __init__(self, indices: np.ndarray, ids: np.ndarray):
+        """Take the indices and the identities, uint64, of the cases, both (cases,)."""
+        self.indices, self.ids = indices, ids
+
+    def __len__(self) -> int:
+        return len(self.indices)
+
+    def __getitem__(self, position: int) -> Task:
+        return Task(f"{int(self.ids[position]):016x}", int(self.indices[position]))
+
+    def part(self, first: int, last: int | None = None) -> "Tasks":
+        """Return the cases from position `first` up to but not including `last`; default: to the end."""
+        return Tasks(self.indices[first:last], self.ids[first:last])
+
+    def without(self, position: int) -> "Tasks":
+        """Return all cases except the one at a position."""
+        return Tasks(np.delete(self.indices, position), np.delete(self.ids, position))
+
+    def listed(self) -> list[Task]:
+        """Return the cases as a list of tasks."""
+        pairs = zip(self.ids.tolist(), self.indices.tolist(), strict=True)
+        return [Task(f"{number:016x}", index) for number, index in pairs]
+
+
+class Batch(NamedTuple):
+    """Cases that are computed and committed together."""
+
+    name: str  # of its files
+    cases: Tasks
+    attempts: int = 0  # how often it was lost with its worker
+
 
 CHUNK_SIZE = 64  # cases created at a time, in a third of the time of one by one
 CHECK_INTERVAL = 0.01  # s between checks for a request to stop

@@ -5,10 +5,8 @@ from collections.abc import Callable, Mapping
 from typing import NamedTuple
 
 from ....contracts.case import Case
-from ....contracts.catalogue import Channel, Field, JointSite, Keys, Mechanism
+from ....contracts.catalogue import ANY, CONDITION, Channel, Field, JointOutline, JointSite, Keys, Mechanism, Outline
 from ....contracts.machine import GROUND, Body, BodyPoint, Push
-from ....contracts.outline import ANY, JointOutline, Outline
-from ....contracts.roles import CONDITION
 from .. import described
 from ..contract import Built
 from .build import Assembly, Solid, build

@@ -1,24 +1,32 @@
-"""The summary table of a run: worst cases, failures, files."""
+"""The last lines of a run and of a dry run: worst cases, failures, answer, files."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from ... import grid as grids
-from ...answers.questions import dry_share_text, expected_peak_sentence
-from ...answers.ranking import START_UP
-from ...answers.statistics import binomial_interval
-from ...answers.verdict import Limit, column_label, limit_label
-from ...answers.words import common_units, digits_of
-from ...contracts.layout import Layout
-from ...language import wording
-from ...language.errors import InputError
-from ...searches import SEARCHES, search_of
-from ...store import ANSWER_FILE, StoredRun, answer_of
-from ..facts.run_facts import RunFacts
-from ..facts.settings import assumed_texts, given_text, grid_text, grid_texts, setting_name, setting_text, value_text
-from ..facts.slowest_case import slowest_case_lines
-from ..pool.simulator import SIMULATION
-from ..sweep import RunResult
+from .. import grid as grids
+from ..answers.questions import dry_share_text, expected_peak_sentence
+from ..answers.ranking import START_UP
+from ..answers.statistics import binomial_interval
+from ..answers.verdict import Limit, column_label, limit_label
+from ..answers.words import common_units, digits_of
+from ..contracts.layout import Layout
+from ..language import wording
+from ..language.errors import InputError
+from ..searches import SEARCHES, search_of
+from ..store import ANSWER_FILE, StoredRun, answer_of
+from .facts import (
+    RunFacts,
+    assumed_texts,
+    given_text,
+    grid_text,
+    grid_texts,
+    setting_name,
+    setting_text,
+    slowest_case_lines,
+    value_text,
+)
+from .pool.case_runner import SIMULATION
+from .sweep import RunResult
 
 DERIVED = 12  # lines on derived values at the end of a run
 RADIAL, DIAMETRAL, SCATTER = ", radial)", ", diametral)", ", range)"  # ends of names of values that share a line

@@ -1,1 +1,0 @@
-"""Facts of a finished run that its record and its summary contain."""
