@@ -22,7 +22,7 @@ from clearsweep.mechanics.wear import (
     half_arc,
     pressure_integral_over_load,
 )
-from clearsweep.mechanics.wear.arc import BEARING_ANGLE_ROW, JOURNAL_ANGLE_ROW, POINTS, ROWS, WORKSPACE_SIZE
+from clearsweep.mechanics.wear.arc import POINTS, WORKSPACE_SIZE, StepRows, workspace_of
 from clearsweep.mechanics.wear.bins import update_worn_profile
 from clearsweep.mechanics.wear.laws import Archard, HertzLine, Persson, UniformPressure, Winkler
 from clearsweep.simulation.figures.window import interpolated_depths
@@ -30,6 +30,7 @@ from clearsweep.simulation.running.run import Run
 from clearsweep.simulation.setup.start import start_of
 
 BINS = 360
+BEARING, JOURNAL = (StepRows.index_of(f"{body}_angle") for body in ("bearing", "journal"))
 WEAR = {"law": "archard", "coefficient": 2e-14, "bins": BINS}
 STEEL = 207e9 / (2.0 * (1.0 - 0.3**2))  # Pa, E* of steel on steel
 LINE_WEAR = WEAR | {"pressure": "hertz-line", "pressure_modulus": STEEL}
@@ -48,19 +49,19 @@ def slide(joint, force, *, turns=0.0, way=0.0, pen=1e-6, at=(0.3, 0.0)):
 
     The journal turns by `turns` turns under the contact, or slides by `way` (m) with the contact staying where it is.
     """
-    polynomials, step_values = np.zeros((ROWS, POINTS)), np.zeros((STEP_VALUE_ROWS, PARTS + 1))
+    polynomials, step_values = np.zeros((StepRows.SIZE, POINTS)), np.zeros((STEP_VALUE_ROWS, PARTS + 1))
     way = way or 2.0 * math.pi * joint.journal_radius * turns
     for row, value in ((FORCE_ROW, force / 0.02), (KAPPA_ROW, 1.0), (SLIP_ROW, way), (DEPTH_ROW, pen)):
         polynomials[row, 0], step_values[row] = value, value
-    polynomials[BEARING_ANGLE_ROW, 0] = at[0]
-    polynomials[JOURNAL_ANGLE_ROW, :2] = at[1], -2.0 * math.pi * turns
+    polynomials[BEARING, 0] = at[0]
+    polynomials[JOURNAL, :2] = at[1], -2.0 * math.pi * turns
     return both(joint, polynomials, step_values)
 
 
 def both(joint, polynomials, step_values):
     """Return the depths of bearing and journal after a step with these courses."""
-    depths, workspace = np.zeros(2 * BINS), np.zeros(WORKSPACE_SIZE)
-    workspace[: polynomials.size] = polynomials.ravel()
+    depths, workspace = np.zeros(2 * BINS), workspace_of(np.zeros(WORKSPACE_SIZE))
+    workspace.step.numbers[: len(polynomials)] = polynomials
     bins, account = (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)), JointAccount(np.zeros(ACCOUNT_SIZE), 1.0)
     update_worn_profile(joint, workspace, step_values, 1.0, bins, account)
     return depths[:BINS], depths[BINS:]
@@ -132,10 +133,10 @@ def test_a_mean_pressure_bears_the_load_over_the_geometric_arc_and_wears_it_even
 def test_an_arc_that_travels_and_grows_within_a_step_leaves_the_exact_means():
     """Against ten thousand arcs that rest still, of a force that rises as in an impact."""
     joint, count = worn_joint(1e-14, 1e-14), 10000
-    polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
+    polynomials, step_values = np.zeros((StepRows.SIZE, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
     polynomials[FORCE_ROW, :3] = 2.5e5, 3e5, -5e4  # N/m
     polynomials[KAPPA_ROW, 0], polynomials[SLIP_ROW, 0] = 1.0, 1e-3
-    polynomials[BEARING_ANGLE_ROW, :3] = 0.3, 0.06, -0.02
+    polynomials[BEARING, :3] = 0.3, 0.06, -0.02
     depths, _ = both(joint, polynomials, step_values)
     x = (np.arange(count) + 0.5) / count
     load = 2.5e5 + 3e5 * x - 5e4 * x**2
@@ -158,11 +159,11 @@ def test_the_bins_of_an_arc_that_travels_sum_to_the_volume_of_the_step(pressure,
     The volume is that of 2 x 200 points of Gauss, none of them a point of the step.
     """
     joint, load, depth = worn_joint(1e-14, 3e-14, pressure), (2.5e5, 3e5, -5e4), (1e-6, 2e-6, -1e-6)
-    polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
+    polynomials, step_values = np.zeros((StepRows.SIZE, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
     polynomials[FORCE_ROW, :3], polynomials[DEPTH_ROW, :3], polynomials[KAPPA_ROW, 0] = load, depth, 1.0
     polynomials[SLIP_ROW, :2] = sliding
     step_values[SLIP_ROW] = np.polyval(sliding[::-1], np.arange(PARTS + 1) / PARTS)
-    for row, at in ((BEARING_ANGLE_ROW, 0.3), (JOURNAL_ANGLE_ROW, 5.9)):
+    for row, at in ((BEARING, 0.3), (JOURNAL, 5.9)):
         polynomials[row, :3] = at, travel, turn
     nodes, weights = np.polynomial.legendre.leggauss(200)
     kink = -sliding[0] / sliding[1] if sliding[1] else 0.5
@@ -186,10 +187,10 @@ def test_the_bins_of_an_arc_that_travels_sum_to_the_volume_of_the_step(pressure,
 def test_an_edge_that_an_even_arc_passes_divides_its_wear_in_time(angle, travel):
     """Against 400,000 moments; both ends accelerate within the step."""
     joint, count = worn_joint(1e-14, 1e-14, UniformPressure()), 400000
-    polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
+    polynomials, step_values = np.zeros((StepRows.SIZE, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
     polynomials[FORCE_ROW, 0], polynomials[DEPTH_ROW, 0] = 2.5e5, 1e-5
     polynomials[KAPPA_ROW, 0], polynomials[SLIP_ROW, 0] = 1.0, 1e-3
-    polynomials[BEARING_ANGLE_ROW, :3] = angle, *travel
+    polynomials[BEARING, :3] = angle, *travel
     depths, _ = both(joint, polynomials, step_values)
     x, half = (np.arange(count) + 0.5) / count, math.acos(0.5e-3 / (0.5e-3 + 1e-5))
     middle, width = angle + travel[0] * x + travel[1] * x**2, 2.0 * math.pi / BINS
@@ -412,10 +413,10 @@ def test_only_shapes_that_act_are_part_of_a_case():
 def test_an_even_arc_that_opens_at_an_onset_and_travels_leaves_the_exact_means(angle, way):
     """Against ten thousand arcs that rest still; narrow arcs and far angles must not lose digits."""
     joint, count = worn_joint(1e-14, 1e-14, UniformPressure()), 10000
-    polynomials, step_values = np.zeros((ROWS, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
+    polynomials, step_values = np.zeros((StepRows.SIZE, POINTS)), np.ones((STEP_VALUE_ROWS, PARTS + 1))
     polynomials[FORCE_ROW, 3], polynomials[DEPTH_ROW, 2] = 3e5, 1e-5  # N/m, m: as of a ball that touches
     polynomials[KAPPA_ROW, 0], polynomials[SLIP_ROW, 0] = 1.0, 1e-3
-    polynomials[BEARING_ANGLE_ROW, :3] = angle, way, -0.2 * way
+    polynomials[BEARING, :3] = angle, way, -0.2 * way
     bearing, _ = both(joint, polynomials, step_values)
     x = (np.arange(count) + 0.5) / count
     half, middle = np.arccos(0.5e-3 / (0.5e-3 + 1e-5 * x**2)), angle + way * x - 0.2 * way * x**2

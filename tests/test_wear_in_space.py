@@ -25,7 +25,7 @@ from clearsweep.mechanics.observe import (
     STEP_VALUE_ROWS,
 )
 from clearsweep.mechanics.wear import ACCOUNT_SIZE, SLIDING_DISTANCE, Bins
-from clearsweep.mechanics.wear.arc import WORKSPACE_SIZE
+from clearsweep.mechanics.wear.arc import WORKSPACE_SIZE, workspace_of
 from clearsweep.mechanics.wear.bins import (
     AXIAL_ROWS,
     BEARING_START,
@@ -67,7 +67,7 @@ def empty(joint):
         np.zeros((6, POSITIONS + SLOPES, STATE_POINTS)),
         distance,
         np.zeros((STRIP_ROWS, PARTS + 1)),
-        np.zeros(WORKSPACE_SIZE),
+        workspace_of(np.zeros(WORKSPACE_SIZE)),
         np.zeros(3 * stride),
     )
     return step, WearTotals(np.zeros(12 * stride), stride, np.zeros((6, ACCOUNT_SIZE)))

@@ -17,7 +17,6 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.joints.dry import Joint
 from clearsweep.mechanics.wear import PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
-from clearsweep.mechanics.wear.arc import BEARING_ANGLE_ROW, POINTS
 from clearsweep.mechanics.wear.laws import Archard, Energy, HertzLine, Persson, RunningIn, UniformPressure, Winkler
 
 BINS, LENGTH, LOAD, SPEED = 360, 0.02, 1000.0, 0.3  # 1, m, N, m/s
@@ -34,7 +33,7 @@ def slide(law, *, steps=1, duration=0.1, friction=0.0, pen=1e-6, load=LOAD):
     """Return the depths (m) of the bearing and the account after steady sliding, in `steps` of equal length."""
     history = steady(duration, load, -SPEED, pen, friction * load * SPEED, 0.3)
     depths, _, account, workspace = worn_off(joint_of(law), history, steps)
-    assert workspace[BEARING_ANGLE_ROW * POINTS] == pytest.approx(0.3, rel=1e-12)
+    assert workspace.step.bearing_angle[0] == pytest.approx(0.3, rel=1e-12)
     return depths, account
 
 

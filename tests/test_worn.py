@@ -32,7 +32,7 @@ from clearsweep.mechanics.joints.worn import (
 from clearsweep.mechanics.laws.contract import PRESSED
 from clearsweep.mechanics.laws.elastic import elastic_energy, elastic_force
 from clearsweep.mechanics.wear import Bins, Worn, local_clearance
-from clearsweep.mechanics.wear.arc import BEARING_ANGLE_ROW, JOURNAL_ANGLE_ROW, PENETRATION_ROW, POINTS, WORKSPACE_SIZE
+from clearsweep.mechanics.wear.arc import WORKSPACE_SIZE, workspace_of
 from clearsweep.mechanics.wear.shape import (
     CONFORMAL_MARGIN,
     CONFORMAL_WIDTH,
@@ -302,12 +302,9 @@ def test_where_nothing_is_worn_springs_press_as_the_closed_form_of_circles_has_i
 
 def room_at(on_bearing, on_journal, depth):
     """Return what a step knows of a contact that rests still."""
-    workspace = np.zeros(WORKSPACE_SIZE)
-    workspace[[BEARING_ANGLE_ROW * POINTS, JOURNAL_ANGLE_ROW * POINTS, PENETRATION_ROW * POINTS]] = (
-        on_bearing,
-        on_journal,
-        depth,
-    )
+    workspace = workspace_of(np.zeros(WORKSPACE_SIZE))
+    workspace.step.bearing_angle[0], workspace.step.journal_angle[0] = on_bearing, on_journal
+    workspace.step.penetration[0] = depth
     return workspace
 
 

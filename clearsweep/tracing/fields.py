@@ -53,7 +53,7 @@ class Fields(metaclass=_WithoutDictionary):
         declared = getattr(cls, "DECLARED", {}) | own_fields
         cls.DECLARED = declared
         cls.SIZE = len(declared)
-        (cls.DTYPE,) = {float if issubclass(kind, float) else int for kind in declared.values()}
+        (cls.DTYPE,) = {float if issubclass(kind, float) else int for kind in declared.values()} or {float}
         cls.VALUES = namedtuple(f"{cls.__name__}Values", declared)
         for index, name in enumerate(declared):
             setattr(cls, name, _Field(index))
@@ -100,3 +100,23 @@ class Fields(metaclass=_WithoutDictionary):
     def index_of(cls, name: str) -> int:
         """Return the index of a field."""
         return list(cls.DECLARED).index(name)
+
+
+class _Row:
+    """A row of a Rows, by its index."""
+
+    def __init__(self, index: int):
+        self.index = index
+
+    def __get__(self, record: "Rows | None", owner: type | None = None) -> Any:
+        return self if record is None else record.numbers[self.index]
+
+
+class Rows(Fields):
+    """Named rows of an array, declared as the numbers of Fields are: `rows.area[i]`."""
+
+    def __init_subclass__(cls, **keywords: Any) -> None:
+        """Declare the rows."""
+        super().__init_subclass__(**keywords)
+        for index, name in enumerate(cls.DECLARED):
+            setattr(cls, name, _Row(index))

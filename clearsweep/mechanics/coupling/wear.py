@@ -9,7 +9,7 @@ from ..joints.worn import with_body_angles
 from ..machines.contract import body_angles, gaps, pose_at
 from ..observe import PARTS, STATE_POINTS, STEP_VALUE_ROWS
 from ..wear import ACCOUNT_SIZE
-from ..wear.arc import WORKSPACE_SIZE
+from ..wear.arc import WORKSPACE_SIZE, workspace_of
 from ..wear.bins import (
     AXIAL_ROWS,
     POSITIONS,
@@ -85,7 +85,7 @@ def wear_entry(scene, dense_states, mode, step_values, length, workspace, depths
         workspace_array[WORKSPACE_SIZE:axial_offset].reshape(contacts, POSITIONS + SLOPES, STATE_POINTS),
         workspace_array[axial_offset:strip_offset].reshape(contacts, AXIAL_ROWS, STATE_POINTS),
         workspace_array[strip_offset:buffer_offset].reshape(STRIP_ROWS, PARTS + 1),
-        workspace_array[:WORKSPACE_SIZE],
+        workspace_of(workspace_array),
         workspace_array[buffer_offset:],
     )
     _record_step_positions(parameters, shaped(dense_states, (state_size, STATE_POINTS)), step)

@@ -39,19 +39,9 @@ from ...tracing.compiled.direction import direction
 from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import family_with_default, inlined, kernel
 from ..laws.elastic import elastic_force
-from ..observe import FRICTION_POWER_ROW, KAPPA_ROW, SLIP_ROW
 from ..wear import SlidingContact, update_wear_over_span, wear_rate
 from ..wear.arc import (
-    AREA,
-    BEARING_ANGLE_ROW,
-    BODY_SIZE,
-    DISTANCE_ROW,
-    FIRST_BODY,
-    HALF,
-    JOURNAL_ANGLE_ROW,
-    LINE_LOAD_ROW,
     NODES,
-    PENETRATION_ROW,
     POINTS,
     WEIGHTS,
     evaluate_polynomial,
@@ -293,10 +283,10 @@ def arc_at(joint, workspace, fraction):
     """Return the OverlapArc at a fraction (0 to 1) of a step."""
     body_angles, penetration = (
         (
-            -evaluate_polynomial(workspace, BEARING_ANGLE_ROW, fraction),
-            -evaluate_polynomial(workspace, JOURNAL_ANGLE_ROW, fraction),
+            -evaluate_polynomial(workspace.step.bearing_angle, fraction),
+            -evaluate_polynomial(workspace.step.journal_angle, fraction),
         ),
-        evaluate_polynomial(workspace, PENETRATION_ROW, fraction),
+        evaluate_polynomial(workspace.step.penetration, fraction),
     )
     surfaces = conformal_surfaces(joint)
     bearing_wear, bearing_slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, -body_angles[0])
@@ -344,14 +334,14 @@ def sliding_contact_on(joint, workspace, arc, load_sum, fraction):
     load_sum : integral of the pressure over the arc over the magnitude of its resultant
     """
     line_load, sliding_distance = (
-        max(evaluate_polynomial(workspace, LINE_LOAD_ROW, fraction), 0.0),
-        workspace[DISTANCE_ROW * POINTS] + workspace[DISTANCE_ROW * POINTS + 1] * fraction,
+        max(evaluate_polynomial(workspace.step.line_load, fraction), 0.0),
+        workspace.step.distance[0] + workspace.step.distance[1] * fraction,
     )
     return SlidingContact(
         line_load=line_load,
         depth=arc.penetration,
-        sliding_speed=abs(evaluate_polynomial(workspace, SLIP_ROW, fraction)),
-        friction_power=max(evaluate_polynomial(workspace, FRICTION_POWER_ROW, fraction), 0.0),
+        sliding_speed=abs(evaluate_polynomial(workspace.step.slip, fraction)),
+        friction_power=max(evaluate_polynomial(workspace.step.friction_power, fraction), 0.0),
         sliding_distance=sliding_distance,
         pressure_integral=line_load * load_sum,
         clearance=joint.clearance,
@@ -364,8 +354,8 @@ def write_wear_at(joint, workspace, arc, load_sum, node, time):
 
     load_sum : as in `sliding_contact_on`; time : (fraction of the step, duration (s) of the node without kappa)
     """
-    fraction, journal = time[0], FIRST_BODY + BODY_SIZE
-    duration = time[1] * WEIGHTS[node] * max(evaluate_polynomial(workspace, KAPPA_ROW, fraction), 0.0)
+    fraction = time[0]
+    duration = time[1] * WEIGHTS[node] * max(evaluate_polynomial(workspace.step.kappa, fraction), 0.0)
     width, bearing_area, journal_area = arc.stop_angle - arc.start_angle, 0.0, 0.0
     mean_pressure, largest_pressure, speed = 0.0, 0.0, 0.0
     if arc.overlap_integral > 0.0:
@@ -378,8 +368,8 @@ def write_wear_at(joint, workspace, arc, load_sum, node, time):
         # the largest pressure is where the surfaces overlap most
         largest_pressure = pressure_sum * arc.penetration / arc.overlap_integral
     write_pressure(workspace, node, (mean_pressure, largest_pressure), speed, duration)
-    workspace[FIRST_BODY + HALF * POINTS + node] = 0.5 * width
-    workspace[FIRST_BODY + AREA * POINTS + node], workspace[journal + AREA * POINTS + node] = bearing_area, journal_area
+    workspace.bearing.half[node] = 0.5 * width
+    workspace.bearing.area[node], workspace.journal.area[node] = bearing_area, journal_area
     return bearing_area, journal_area
 
 

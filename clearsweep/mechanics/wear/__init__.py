@@ -80,7 +80,7 @@ def local_clearance(joint, bearing_angle, journal_angle):
 def update_wear_over_span(joint, workspace, step_length, span, bins):
     """Add the wear of bearing and journal between two fractions of a step of `step_length` (s over kappa).
 
-    Write the rows of the workspace that `account_span` reads: those of the span, AREA of both bodies, HALF of the
+    Write the rows of the workspace that `account_span` reads: those of the span, `area` of both bodies, `half` of the
     bearing.
     """
 

@@ -12,13 +12,15 @@ The account of a joint's wear has pressures and widths of the arc over the spans
 """
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
 from ...tracing.compiled.choosing import bits_of, lane_range, number_of, rolled_range, where
 from ...tracing.compiled.family import family_with_default, inlined, kernel
+from ...tracing.fields import Rows
 from ...tracing.portable import Exact, coefficients_through, gauss_rule, least_squares, lobatto_rule, powers
-from ..observe import DEPTH_ROW, FORCE_ROW, FRICTION_POWER_ROW, KAPPA_ROW, PARTS, SLIP_ROW, STEP_VALUE_ROWS
+from ..observe import KAPPA_ROW, PARTS, SLIP_ROW
 from . import (
     ARC_TIME,
     CLASSES,
@@ -40,28 +42,8 @@ from . import (
     wear_rate,
 )
 
-LINE_LOAD_ROW = FORCE_ROW  # of the workspace, N/m; in the values of a Step the same row is a force, N
 DEGREE = 6  # of the polynomials over the fraction of the step, as many as its stages determine
 POINTS = 8  # vector width, and sufficient for the DEGREE
-BEARING_ANGLE_ROW, JOURNAL_ANGLE_ROW, PENETRATION_ROW, DISTANCE_ROW, ROWS = range(
-    STEP_VALUE_ROWS, STEP_VALUE_ROWS + 5
-)  # after the profiles: contact angle on each body (rad), penetration of worn surfaces (m), sliding distance (m)
-#: Rows of a body's workspace, each of POINTS numbers.  At the nodes: worn area, half-angle of the arc and its inverse,
-#: angles of the arc's middle and of both ends.  Then coefficients over the time: of the wear rate, of the arc's middle
-#: and of its half-angle.
-AREA, HALF, PER_HALF, MIDDLE, START, STOP, RATE, MIDDLE_POLYNOMIAL, HALF_POLYNOMIAL = range(9)
-#: Rows of an end of the arc: its angle at the previous node, time per angle, coefficients, those of its slope, times
-#: at which it passes edges; then the wear before edges, terms of sums, and those of a sum over the nodes.
-END, TIME_PER_ANGLE, END_POLYNOMIAL, END_SLOPE, PASSINGS, WORN, TERM = range(9, 16)
-NODE_TERM = TERM + 2
-BODY_SIZE = (NODE_TERM + 2) * POINTS
-#: Rows at the nodes of a span: time (s), its product with the mean pressure on the bearing (Pa s), largest pressure
-#: (Pa) and its product with the sliding speed (W/m^2).
-DURATION_ROW, PRESSURE_TIME_ROW, PEAK_ROW, PV_ROW, FIRST_BODY_ROW = range(ROWS, ROWS + 5)
-FIRST_BODY = FIRST_BODY_ROW * POINTS  # offset of the workspace of the bearing
-#: The workspace has the coefficients over the fraction of the step, the rows of a span, then those of both bodies.
-WORKSPACE_SIZE = FIRST_BODY + 2 * BODY_SIZE
-
 NODES, WEIGHTS = lobatto_rule(POINTS)
 INVERSE_WEIGHTS, UNIT_WEIGHTS = 1.0 / WEIGHTS, np.ones(POINTS)
 #: (PARTS + 1, POINTS): from values at equidistant times of the step to coefficients over its fraction.
@@ -97,12 +79,89 @@ SPACINGS, POWERS, INDICES = (
 )
 
 
+class StepRows(Rows):
+    """Rows of the workspace of a step, each of POINTS numbers.
+
+    The first are coefficients over the fraction of the step, in the order of its values; those from `duration` on
+    are at the nodes of a span.
+    """
+
+    line_load: float  # N/m
+    kappa: float  # s
+    slip: float  # m/s
+    depth: float  # m
+    friction_power: float  # W/m
+    bearing_angle: float  # rad, of the contact on each body
+    journal_angle: float  # rad
+    penetration: float  # m, of worn surfaces
+    distance: float  # m, two numbers: sliding distance before the step and in it
+    duration: float  # s
+    pressure_time: float  # Pa s, product of the duration and the mean pressure on the bearing
+    peak: float  # Pa, largest pressure
+    pv: float  # W/m^2, its product with the sliding speed
+
+
+class ArcRows(Rows):
+    """Rows of a body and its arc, each of POINTS numbers: at the nodes of a span, or coefficients over the time."""
+
+    area: float  # m rad, worn in the time of a node
+    half: float  # rad, half-angle of the arc
+    per_half: float  # 1/rad
+    middle: float  # rad, angle of the arc's middle
+    start: float  # rad, of its ends
+    stop: float  # rad
+    rate: float  # coefficients of the wear rate
+    middle_polynomial: float  # of the arc's middle
+    half_polynomial: float  # of its half-angle
+    end: float  # rad, of one end: its angle at the previous node
+    time_per_angle: float  # 1/rad
+    end_polynomial: float  # coefficients of its angle
+    end_slope: float  # of its slope
+    passings: float  # times at which it passes edges
+    worn: float  # m rad, wear before edges
+    term: float  # terms of sums
+    second_term: float
+    node_term: float  # terms of sums over the nodes
+    second_node_term: float
+
+
+class Workspace(NamedTuple):
+    """Workspace for the wear of a contact over a step."""
+
+    step: StepRows
+    bearing: ArcRows
+    journal: ArcRows
+
+
+#: Numbers of a Workspace.
+WORKSPACE_SIZE = (StepRows.SIZE + 2 * ArcRows.SIZE) * POINTS
+_START, _STOP = ArcRows.index_of("start"), ArcRows.index_of("stop")
+_END_POLYNOMIAL = ArcRows.index_of("end_polynomial") * POINTS  # its first number
+
+
 @inlined
-def evaluate_polynomial(workspace, row, x):
+def workspace_of(numbers):
+    """Return the Workspace in an array of WORKSPACE_SIZE numbers."""
+    bearing, journal = StepRows.SIZE * POINTS, (StepRows.SIZE + ArcRows.SIZE) * POINTS
+    return Workspace(
+        StepRows(numbers[:bearing].reshape(StepRows.SIZE, POINTS)),
+        ArcRows(numbers[bearing:journal].reshape(ArcRows.SIZE, POINTS)),
+        ArcRows(numbers[journal:WORKSPACE_SIZE].reshape(ArcRows.SIZE, POINTS)),
+    )
+
+
+@inlined
+def end_row(rows, end):
+    """Return the row of the angles (rad) of an end of the arc: its start for a negative `end`, else its stop."""
+    return rows.numbers[_START if end < 0 else _STOP]
+
+
+@inlined
+def evaluate_polynomial(coefficients, x):
     """Return the polynomial of a row of coefficients at `x`."""
-    total = workspace[row * POINTS + POINTS - 1]
+    total = coefficients[POINTS - 1]
     for i in range(POINTS - 2, -1, -1):
-        total = total * x + workspace[row * POINTS + i]
+        total = total * x + coefficients[i]
     return total
 
 
@@ -116,13 +175,9 @@ def evaluate_columns(coefficients, x, node):
 
 
 @inlined
-def row_sum(workspace, row):
+def row_sum(row):
     """Return the sum of a row, in an order with few dependent additions."""
-    a = workspace[row * POINTS] + workspace[row * POINTS + 1]
-    b = workspace[row * POINTS + 2] + workspace[row * POINTS + 3]
-    c = workspace[row * POINTS + 4] + workspace[row * POINTS + 5]
-    d = workspace[row * POINTS + 6] + workspace[row * POINTS + 7]
-    return (a + b) + (c + d)
+    return ((row[0] + row[1]) + (row[2] + row[3])) + ((row[4] + row[5]) + (row[6] + row[7]))
 
 
 @inlined
@@ -130,8 +185,8 @@ def clearance_at(joint, workspace, x):
     """Return the difference (m) of the radii of curvature of the surfaces at the fraction `x` (0 to 1) of the step."""
     return local_clearance(
         joint,
-        evaluate_polynomial(workspace, BEARING_ANGLE_ROW, x),
-        evaluate_polynomial(workspace, JOURNAL_ANGLE_ROW, x),
+        evaluate_polynomial(workspace.step.bearing_angle, x),
+        evaluate_polynomial(workspace.step.journal_angle, x),
     )
 
 
@@ -149,35 +204,29 @@ def sliding_contact_of(joint, values, sliding_distance, clearance):
 def sliding_contact_at(joint, workspace, x):
     """Return the SlidingContact of a joint at the fraction `x` (0 to 1) of the step."""
     load, depth, slip = (
-        evaluate_polynomial(workspace, LINE_LOAD_ROW, x),
-        evaluate_polynomial(workspace, DEPTH_ROW, x),
-        evaluate_polynomial(workspace, SLIP_ROW, x),
+        evaluate_polynomial(workspace.step.line_load, x),
+        evaluate_polynomial(workspace.step.depth, x),
+        evaluate_polynomial(workspace.step.slip, x),
     )
-    sliding_distance = workspace[DISTANCE_ROW * POINTS] + workspace[DISTANCE_ROW * POINTS + 1] * x
-    values = load, 0.0, slip, depth, evaluate_polynomial(workspace, FRICTION_POWER_ROW, x)
+    sliding_distance = workspace.step.distance[0] + workspace.step.distance[1] * x
+    values = load, 0.0, slip, depth, evaluate_polynomial(workspace.step.friction_power, x)
     return sliding_contact_of(joint, values, sliding_distance, clearance_at(joint, workspace, x))
 
 
 @inlined
-def _write_arc(workspace, body_offset, i, area, angle, half_angle):
-    """Write the arc of a body at a point to `workspace`, where the rows of the body begin at `body_offset`."""
+def _write_arc(rows, i, area, angle, half_angle):
+    """Write the arc of a body at a point to its rows."""
     half_angle = max(half_angle, SMALLEST_HALF_ANGLE)
-    workspace[body_offset + AREA * POINTS + i], workspace[body_offset + MIDDLE * POINTS + i] = area, angle
-    workspace[body_offset + HALF * POINTS + i], workspace[body_offset + PER_HALF * POINTS + i] = (
-        half_angle,
-        1.0 / half_angle,
-    )
-    workspace[body_offset + START * POINTS + i], workspace[body_offset + STOP * POINTS + i] = (
-        angle - half_angle,
-        angle + half_angle,
-    )
+    rows.area[i], rows.middle[i] = area, angle
+    rows.half[i], rows.per_half[i] = half_angle, 1.0 / half_angle
+    rows.start[i], rows.stop[i] = angle - half_angle, angle + half_angle
 
 
 @inlined
 def write_pressure(workspace, i, pressures, speed, duration):
     """Write the (mean, largest) pressure (Pa) on the bearing at a node, which represents a `duration` (s)."""
-    workspace[DURATION_ROW * POINTS + i], workspace[PRESSURE_TIME_ROW * POINTS + i] = duration, pressures[0] * duration
-    workspace[PEAK_ROW * POINTS + i], workspace[PV_ROW * POINTS + i] = pressures[1], pressures[1] * speed
+    workspace.step.duration[i], workspace.step.pressure_time[i] = duration, pressures[0] * duration
+    workspace.step.peak[i], workspace.step.pv[i] = pressures[1], pressures[1] * speed
 
 
 @kernel
@@ -192,7 +241,7 @@ def evaluate_arc(joint, workspace, step_length, low, high):
         x = span_middle + half_width * NODES[i]
         sliding = sliding_contact_at(joint, workspace, x)
         bearing_rate, journal_rate = wear_rate(joint.wear, sliding)
-        duration = step_length * half_width * WEIGHTS[i] * max(evaluate_polynomial(workspace, KAPPA_ROW, x), 0.0)
+        duration = step_length * half_width * WEIGHTS[i] * max(evaluate_polynomial(workspace.step.kappa, x), 0.0)
         half_angle = half_arc(pressure, joint, joint.bearing_radius, sliding)
         # not at an onset or a separation, where there is no load either
         per_width = where(half_angle > SMALLEST_ARC, 0.5 / max(half_angle, SMALLEST_HALF_ANGLE), 0.0)
@@ -200,145 +249,131 @@ def evaluate_arc(joint, workspace, step_length, low, high):
         pressures = mean_pressure, mean_pressure * peak_over_mean(pressure, half_angle)
         write_pressure(workspace, i, pressures, sliding.sliding_speed, duration)
         _write_arc(
-            workspace,
-            FIRST_BODY,
+            workspace.bearing,
             i,
             duration * bearing_rate * per_bearing_radius,
-            evaluate_polynomial(workspace, BEARING_ANGLE_ROW, x),
+            evaluate_polynomial(workspace.step.bearing_angle, x),
             half_angle,
         )
         half_angle = half_arc(pressure, joint, joint.journal_radius, sliding)
         _write_arc(
-            workspace,
-            FIRST_BODY + BODY_SIZE,
+            workspace.journal,
             i,
             duration * journal_rate * per_journal_radius,
-            evaluate_polynomial(workspace, JOURNAL_ANGLE_ROW, x),
+            evaluate_polynomial(workspace.step.journal_angle, x),
             half_angle,
         )
 
 
 @inlined
-def range_of_row(workspace, row):
+def range_of_row(row):
     """Return the least and the largest value of a row, compared in pairs for few dependent operations."""
-    low = [min(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
-    high = [max(workspace[row * POINTS + i], workspace[row * POINTS + i + 1]) for i in range(0, POINTS, 2)]
+    low = [min(row[i], row[i + 1]) for i in range(0, POINTS, 2)]
+    high = [max(row[i], row[i + 1]) for i in range(0, POINTS, 2)]
     lowest, largest = min(low[0], low[1]), max(high[0], high[1])
     return min(lowest, min(low[2], low[3])), max(largest, max(high[2], high[3]))  # noqa: PLW3301 - in pairs
 
 
 @inlined
-def fit_row(workspace, row, values, weights):
-    """Write the coefficients over the time of the polynomial through `row` times `weights` to the row `values`."""
+def fit_row(row, coefficients, weights):
+    """Write the coefficients over the time of the polynomial through a row times `weights`."""
     for i in lane_range(POINTS):
         total = 0.0
         for k in range(PAIRS):
-            late_value = workspace[row * POINTS + PAIRS + k] * weights[PAIRS + k]
-            early_value = workspace[row * POINTS + PAIRS - 1 - k] * weights[PAIRS - 1 - k]
+            late_value = row[PAIRS + k] * weights[PAIRS + k]
+            early_value = row[PAIRS - 1 - k] * weights[PAIRS - 1 - k]
             total += EVEN[k, i] * (late_value + early_value) + ODD[k, i] * (late_value - early_value)
-        workspace[values * POINTS + i] = total
+        coefficients[i] = total
 
 
 @family_with_default
-def fit_arc(pressure, workspace):
+def fit_arc(pressure, rows):
     """Write the coefficients that the other families of this file need.
 
     By default these are the polynomials over the time of the wear rate, of the arc's middle and of its half-angle:
-    RATE, MIDDLE_POLYNOMIAL and HALF_POLYNOMIAL.
+    `rate`, `middle_polynomial` and `half_polynomial`.
     """
-    fit_row(workspace, AREA, RATE, INVERSE_WEIGHTS)
-    fit_row(workspace, MIDDLE, MIDDLE_POLYNOMIAL, UNIT_WEIGHTS)
-    fit_row(workspace, HALF, HALF_POLYNOMIAL, UNIT_WEIGHTS)
+    fit_row(rows.area, rows.rate, INVERSE_WEIGHTS)
+    fit_row(rows.middle, rows.middle_polynomial, UNIT_WEIGHTS)
+    fit_row(rows.half, rows.half_polynomial, UNIT_WEIGHTS)
 
 
 @inlined
-def is_monotonic(workspace, row):
+def is_monotonic(row):
     """Return whether a row is monotonic."""
     growth_count = 0
     for i in range(1, POINTS):
-        growth_count += workspace[row * POINTS + i] > workspace[row * POINTS + i - 1]
+        growth_count += row[i] > row[i - 1]
     return growth_count in (0, POINTS - 1)
 
 
 @kernel
-def write_passing_times(workspace, end, edge, width):
-    """Write the times at which an end (-1, 1) of the arc passes edges, `width` (rad) apart, to PASSINGS.
+def write_passing_times(rows, end, edge, width):
+    """Write the times at which an end (-1, 1) of the arc passes edges, `width` (rad) apart, to `passings`.
 
     The end moves in one direction only.  The time is interpolated linearly and corrected by one Newton step.  The
     remaining error enters squared at most, as the load is zero at the ends.
     """
-    row = START if end < 0.0 else STOP
+    angles, coefficients = end_row(rows, end), rows.numbers.reshape(ArcRows.SIZE * POINTS)
     for i in lane_range(POINTS):
-        previous_angle = workspace[
-            row * POINTS + i - 1
-        ]  # before the first point is the previous row, which is not used
-        change = workspace[row * POINTS + i] - previous_angle
-        workspace[END * POINTS + i] = previous_angle
-        workspace[TIME_PER_ANGLE * POINTS + i] = where(
-            change != 0.0, SPACINGS[i] / where(change != 0.0, change, 1.0), 0.0
-        )
-        workspace[END_POLYNOMIAL * POINTS + i] = (
-            workspace[MIDDLE_POLYNOMIAL * POINTS + i] + end * workspace[HALF_POLYNOMIAL * POINTS + i]
-        )
+        previous_angle = angles[i - 1]  # that before the first point is of another row, and not used
+        change = angles[i] - previous_angle
+        rows.end[i] = previous_angle
+        rows.time_per_angle[i] = where(change != 0.0, SPACINGS[i] / where(change != 0.0, change, 1.0), 0.0)
+        rows.end_polynomial[i] = rows.middle_polynomial[i] + end * rows.half_polynomial[i]
     for i in lane_range(POINTS):
-        workspace[END_SLOPE * POINTS + i] = POWERS[i] * workspace[END_POLYNOMIAL * POINTS + i + 1]
-    workspace[END_SLOPE * POINTS + POINTS - 1] = 0.0  # the value after the last coefficient is undefined
+        rows.end_slope[i] = POWERS[i] * coefficients[_END_POLYNOMIAL + i + 1]
+    rows.end_slope[POINTS - 1] = 0.0  # the value after the last coefficient is undefined
     for k in lane_range(POINTS):
         angle, x = edge + INDICES[k] * width, NODES[0]
         for i in range(1, POINTS):
-            change = (angle - workspace[END * POINTS + i]) * workspace[TIME_PER_ANGLE * POINTS + i]
+            change = (angle - rows.end[i]) * rows.time_per_angle[i]
             x += min(max(change, 0.0), SPACINGS[i])
-        slope = evaluate_polynomial(workspace, END_SLOPE, x)
-        step = (
-            (angle - evaluate_polynomial(workspace, END_POLYNOMIAL, x)) * slope / (slope * slope + SMALLEST_HALF_ANGLE)
-        )
-        workspace[PASSINGS * POINTS + k] = min(max(x + min(max(step, -0.1), 0.1), -1.0), 1.0)
+        slope = evaluate_polynomial(rows.end_slope, x)
+        step = (angle - evaluate_polynomial(rows.end_polynomial, x)) * slope / (slope * slope + SMALLEST_HALF_ANGLE)
+        rows.passings[k] = min(max(x + min(max(step, -0.1), 0.1), -1.0), 1.0)
 
 
 @inlined
-def inside_time(workspace, end):
+def inside_time(rows, end):
     """Return the end of the time, -1 or 1, at which the edges that an end (-1, 1) of the arc passes are inside it."""
-    row = START if end < 0.0 else STOP
-    rises = workspace[row * POINTS + POINTS - 1] > workspace[row * POINTS]
+    angles = end_row(rows, end)
+    rises = angles[POINTS - 1] > angles[0]
     return -1.0 if rises == (end < 0.0) else 1.0
 
 
 @family_with_default
-def write_wear_before_passed_edges(pressure, workspace, end, edge, width):
-    """Write the wear before edges, `width` (rad) apart, that an end (-1, 1) of the arc has passed, to WORN.
+def write_wear_before_passed_edges(pressure, rows, end, edge, width):
+    """Write the wear before edges, `width` (rad) apart, that an end (-1, 1) of the arc has passed, to `worn`.
 
-    The times of passing are in PASSINGS.  The end moves in one direction only, and the other end does not meet these
+    The times of passing are in `passings`.  The end moves in one direction only, and the other end does not meet these
     edges.
     """
-    end_time = inside_time(workspace, end)
-    total_area = row_sum(workspace, AREA) if end > 0.0 else 0.0
+    end_time = inside_time(rows, end)
+    total_area = row_sum(rows.area) if end > 0.0 else 0.0
     for k in lane_range(POINTS):
-        time_passed, angle, total = workspace[PASSINGS * POINTS + k], edge + INDICES[k] * width, 0.0
+        time_passed, angle, total = rows.passings[k], edge + INDICES[k] * width, 0.0
         for j in rolled_range(SMOOTHED_NODES.size):
             x = time_passed + (end_time - time_passed) * SMOOTHED_NODES[j]
-            offset = angle - evaluate_polynomial(workspace, MIDDLE_POLYNOMIAL, x)
-            half_angle = max(evaluate_polynomial(workspace, HALF_POLYNOMIAL, x), SMALLEST_HALF_ANGLE)
+            offset = angle - evaluate_polynomial(rows.middle_polynomial, x)
+            half_angle = max(evaluate_polynomial(rows.half_polynomial, x), SMALLEST_HALF_ANGLE)
             fraction = cumulative_pressure(pressure, -end * offset / half_angle, half_angle)
-            total += SMOOTHED_WEIGHTS[j] * evaluate_polynomial(workspace, RATE, x) * fraction
-        workspace[WORN * POINTS + k] = total_area - end * abs(end_time - time_passed) * total
+            total += SMOOTHED_WEIGHTS[j] * evaluate_polynomial(rows.rate, x) * fraction
+        rows.worn[k] = total_area - end * abs(end_time - time_passed) * total
 
 
 @kernel
-def passing_time(workspace, edge, end, i):
+def passing_time(rows, edge, end, i):
     """Return the time at which an end (-1, 1) of the arc is at `edge` (rad), between nodes `i - 1` and `i`.
 
     An error e of it changes the integral by e^(5/2): one step of regula falsi and a parabola through all three suffice.
     """
-    row, low, high = START if end < 0 else STOP, NODES[i - 1], NODES[i]
-    a, b = edge - workspace[row * POINTS + i - 1], edge - workspace[row * POINTS + i]
+    angles, low, high = end_row(rows, end), NODES[i - 1], NODES[i]
+    a, b = edge - angles[i - 1], edge - angles[i]
     if a == b:
         return low
     x = (low * b - high * a) / (b - a)
-    c = (
-        edge
-        - evaluate_polynomial(workspace, MIDDLE_POLYNOMIAL, x)
-        - end * evaluate_polynomial(workspace, HALF_POLYNOMIAL, x)
-    )
+    c = edge - evaluate_polynomial(rows.middle_polynomial, x) - end * evaluate_polynomial(rows.half_polynomial, x)
     if c in (a, b):
         return x
     x = low * b * c / ((a - b) * (a - c)) + high * a * c / ((b - a) * (b - c)) + x * a * b / ((c - a) * (c - b))
@@ -352,7 +387,7 @@ def unfitted_edges(pressure):
 
 
 @kernel
-def wear_before_edge_in_span(pressure, workspace, edge, region, span):
+def wear_before_edge_in_span(pressure, rows, edge, region, span):
     """Return the wear (m rad) before an `edge` (rad) between two times, a `span`, in which the edge is in one region.
 
     region : -1 before the arc, 1 behind it, 0 in it.
@@ -362,36 +397,36 @@ def wear_before_edge_in_span(pressure, workspace, edge, region, span):
         return 0.0
     for i in lane_range(POINTS):
         position = low + length * SMOOTHED_NODES[i]
-        half_angle = max(evaluate_polynomial(workspace, HALF_POLYNOMIAL, position), SMALLEST_HALF_ANGLE)
+        half_angle = max(evaluate_polynomial(rows.half_polynomial, position), SMALLEST_HALF_ANGLE)
         fraction = cumulative_pressure(
-            pressure, (edge - evaluate_polynomial(workspace, MIDDLE_POLYNOMIAL, position)) / half_angle, half_angle
+            pressure, (edge - evaluate_polynomial(rows.middle_polynomial, position)) / half_angle, half_angle
         )
-        workspace[TERM * POINTS + i] = (
-            SMOOTHED_WEIGHTS[i] * evaluate_polynomial(workspace, RATE, position) * where(region == 0, fraction, 1.0)
+        rows.term[i] = (
+            SMOOTHED_WEIGHTS[i] * evaluate_polynomial(rows.rate, position) * where(region == 0, fraction, 1.0)
         )
-    return length * row_sum(workspace, TERM)
+    return length * row_sum(rows.term)
 
 
 @inlined
-def region_of(workspace, edge, i):
+def region_of(rows, edge, i):
     """Return -1 if an `edge` (rad) is before the arc of point `i`, 1 if behind it, 0 if in it."""
-    if edge <= workspace[START * POINTS + i]:
+    if edge <= rows.start[i]:
         return -1
-    return 1 if edge >= workspace[STOP * POINTS + i] else 0
+    return 1 if edge >= rows.stop[i] else 0
 
 
 @family_with_default
-def wear_before_edge(pressure, workspace, edge):
+def wear_before_edge(pressure, rows, edge):
     """Return the wear (m rad) before an `edge` (rad) that the arc's ends pass."""
-    total, low, region = 0.0, NODES[0], region_of(workspace, edge, 0)
+    total, low, region = 0.0, NODES[0], region_of(rows, edge, 0)
     for i in rolled_range(1, POINTS):
-        next_region = region_of(workspace, edge, i)
+        next_region = region_of(rows, edge, i)
         while region != next_region:
             end = region if region != 0 else next_region  # the end of the arc that passes the edge
-            x = max(low, passing_time(workspace, edge, end, i))
-            total += wear_before_edge_in_span(pressure, workspace, edge, region, (low, x))
+            x = max(low, passing_time(rows, edge, end, i))
+            total += wear_before_edge_in_span(pressure, rows, edge, region, (low, x))
             low, region = x, (0 if region != 0 else next_region)
-    return total + wear_before_edge_in_span(pressure, workspace, edge, region, (low, NODES[POINTS - 1]))
+    return total + wear_before_edge_in_span(pressure, rows, edge, region, (low, NODES[POINTS - 1]))
 
 
 # ---------------------------------------------------------------------------------------------- account of a span
@@ -409,23 +444,23 @@ def accumulate_distance(step, j, account):
     """
     workspace, step_values = step.workspace, step.step_values[j]
     for i in lane_range(PARTS):
-        workspace[DURATION_ROW * POINTS + i] = SIMPSON[i] * step_values[KAPPA_ROW, i] * abs(step_values[SLIP_ROW, i])
-    distance = row_sum(workspace, DURATION_ROW)
+        workspace.step.duration[i] = SIMPSON[i] * step_values[KAPPA_ROW, i] * abs(step_values[SLIP_ROW, i])
+    distance = row_sum(workspace.step.duration)
     distance += SIMPSON[0] * step_values[KAPPA_ROW, PARTS] * abs(step_values[SLIP_ROW, PARTS])
     distance *= step.length
-    workspace[DISTANCE_ROW * POINTS], workspace[DISTANCE_ROW * POINTS + 1] = account[SLIDING_DISTANCE], distance
+    workspace.step.distance[0], workspace.step.distance[1] = account[SLIDING_DISTANCE], distance
     account[SLIDING_DISTANCE] += distance
 
 
 @kernel
-def _maximum_near_nodes(workspace, row):
+def _maximum_near_nodes(row):
     """Return the largest value of a row at its nodes, or on the parabola through the largest and its neighbours."""
     node = 1
     for i in range(2, POINTS - 1):
-        node = i if workspace[row * POINTS + i] > workspace[row * POINTS + node] else node
+        node = i if row[i] > row[node] else node
     a, b, c = NODES[node - 1], NODES[node], NODES[node + 1]
-    before, middle, after = (workspace[row * POINTS + node + shift] for shift in (-1, 0, 1))
-    largest = range_of_row(workspace, row)[1]
+    before, middle, after = row[node - 1], row[node], row[node + 1]
+    largest = range_of_row(row)[1]
     rise, fall = (middle - before) / (b - a), (after - middle) / (c - b)
     if rise > 0.0 > fall:
         curvature = (fall - rise) / (c - a)
@@ -435,28 +470,28 @@ def _maximum_near_nodes(workspace, row):
 
 
 @inlined
-def _raised_maximum(workspace, row, largest):
+def _raised_maximum(row, largest):
     """Return the larger of `largest` and the maximum of a row."""
-    if range_of_row(workspace, row)[1] > NEAR_LARGEST * largest:
-        return max(largest, _maximum_near_nodes(workspace, row))
+    if range_of_row(row)[1] > NEAR_LARGEST * largest:
+        return max(largest, _maximum_near_nodes(row))
     return largest
 
 
 @family_with_default
 def account_pressure(joint, workspace, account):
     """Add pressure, and pressure times sliding speed, on the bearing over a span to an account."""
-    account[PRESSURE_TIME] += row_sum(workspace, PRESSURE_TIME_ROW)
-    account[PRESSURE_MAX] = _raised_maximum(workspace, PEAK_ROW, account[PRESSURE_MAX])
-    account[PV_MAX] = _raised_maximum(workspace, PV_ROW, account[PV_MAX])
+    account[PRESSURE_TIME] += row_sum(workspace.step.pressure_time)
+    account[PRESSURE_MAX] = _raised_maximum(workspace.step.peak, account[PRESSURE_MAX])
+    account[PV_MAX] = _raised_maximum(workspace.step.pv, account[PV_MAX])
     if account[PV_MAX] > joint.wear.pv_limit:
         for i in range(POINTS):
-            if workspace[PV_ROW * POINTS + i] > joint.wear.pv_limit:
-                account[PV_BEYOND] += workspace[DURATION_ROW * POINTS + i]
+            if workspace.step.pv[i] > joint.wear.pv_limit:
+                account[PV_BEYOND] += workspace.step.duration[i]
 
 
 @arc_width.member(None)
 def _default_arc_width(joint, workspace, i):
-    return 2.0 * workspace[FIRST_BODY + HALF * POINTS + i]
+    return 2.0 * workspace.bearing.half[i]
 
 
 @kernel
@@ -480,12 +515,12 @@ def account_span(joint, workspace, account, length_fraction):
     length_fraction : fraction of the joint's length that wears
     """
     account_pressure(joint, workspace, account)
-    duration = row_sum(workspace, DURATION_ROW)
+    duration = row_sum(workspace.step.duration)
     account[ARC_TIME] += duration
     account[NARROW_TIME] += duration * _narrow_fraction(joint, workspace)
     for i in rolled_range(POINTS):
-        bearing = workspace[FIRST_BODY + AREA * POINTS + i]
-        journal = workspace[FIRST_BODY + BODY_SIZE + AREA * POINTS + i]
+        bearing = workspace.bearing.area[i]
+        journal = workspace.journal.area[i]
         volume = joint.bearing_radius * bearing + joint.journal_radius * journal
         account[FIRST_CLASS + width_class(arc_width(joint, workspace, i))] += length_fraction * volume
 

@@ -30,41 +30,23 @@ from ..observe import (
 )
 from . import Bins, JointAccount, NoWear, contact_angle, cumulative_pressure, smooth_range, update_wear_over_span
 from .arc import (
-    AREA,
     BASIS,
     BASIS_INTEGRAL,
-    BEARING_ANGLE_ROW,
-    BODY_SIZE,
     DEGREE,
-    DURATION_ROW,
-    END,
-    END_POLYNOMIAL,
-    END_SLOPE,
-    FIRST_BODY,
     FIT,
-    HALF,
-    HALF_POLYNOMIAL,
     INDICES,
     INVERSE_WEIGHTS,
-    MIDDLE,
-    MIDDLE_POLYNOMIAL,
-    NODE_TERM,
     NODES,
     PAIRS,
-    PASSINGS,
-    PER_HALF,
     POINTS,
-    RATE,
     SMALLEST_HALF_ANGLE,
     SPACINGS,
-    START,
-    STOP,
-    TERM,
-    TIME_PER_ANGLE,
     UNIT_WEIGHTS,
-    WORN,
+    StepRows,
+    Workspace,
     account_span,
     accumulate_distance,
+    end_row,
     evaluate_arc,
     evaluate_columns,
     evaluate_polynomial,
@@ -103,25 +85,25 @@ class BinCursor(NamedTuple):
 
 
 @kernel
-def edges_of(pressure, workspace, width):
+def edges_of(pressure, rows, width):
     """Return the number of the last edge before the arc, Edges, and the last edge met; `width` (rad) apart."""
-    (first_edge, start), (stop_edge, last_edge) = range_of_row(workspace, START), range_of_row(workspace, STOP)
+    (first_edge, start), (stop_edge, last_edge) = range_of_row(rows.start), range_of_row(rows.stop)
     passed_by_start, passed_by_stop = math.floor(start / width), math.floor(stop_edge / width)
     near_start, near_stop = passed_by_start, passed_by_stop
     if smooth_range(pressure) < 1.0:
         for i in lane_range(POINTS):
-            margin = (1.0 - smooth_range(pressure)) * workspace[HALF * POINTS + i]
-            workspace[TERM * POINTS + i] = workspace[START * POINTS + i] + margin
-            workspace[(TERM + 1) * POINTS + i] = workspace[STOP * POINTS + i] - margin
-        near_start = math.floor(range_of_row(workspace, TERM)[1] / width)
-        near_stop = math.floor(range_of_row(workspace, TERM + 1)[0] / width)
+            margin = (1.0 - smooth_range(pressure)) * rows.half[i]
+            rows.term[i] = rows.start[i] + margin
+            rows.second_term[i] = rows.stop[i] - margin
+        near_start = math.floor(range_of_row(rows.term)[1] / width)
+        near_stop = math.floor(range_of_row(rows.second_term)[0] / width)
     edges = Edges(passed_by_start, near_start, near_stop, passed_by_stop)
     return math.floor(first_edge / width), edges, math.floor(last_edge / width)
 
 
 @kernel
-def write_wear_before_edges(pressure, workspace, edge, edges, last_edge):
-    """Write the wear before an edge that an end of the arc meets, and following ones, to WORN; return their number.
+def write_wear_before_edges(pressure, rows, edge, edges, last_edge):
+    """Write the wear before an edge that an end of the arc meets, and following ones, to `worn`; return their number.
 
     last_edge : the last edge to process; edges : Edges and their distance (rad).  Where the ends reverse or meet the
     same edges, each edge is processed alone.
@@ -131,77 +113,77 @@ def write_wear_before_edges(pressure, workspace, edge, edges, last_edge):
     is_start_end, is_stop_end = edge <= last_edges.start, edge > last_edges.stop
     count = min(POINTS, (min(last_edges.start, last_edges.stop) if is_start_end else last_edge) - edge + 1)
     is_single = is_start_end == is_stop_end or count < MIN_BATCH
-    if is_single or not is_monotonic(workspace, START if is_start_end else STOP):
-        workspace[WORN * POINTS] = wear_before_edge(pressure, workspace, angle)
+    if is_single or not is_monotonic(end_row(rows, -1.0 if is_start_end else 1.0)):
+        rows.worn[0] = wear_before_edge(pressure, rows, angle)
         return 1
     end = -1.0 if is_start_end else 1.0
-    write_passing_times(workspace, end, angle, width)
-    write_wear_before_passed_edges(pressure, workspace, end, angle, width)
+    write_passing_times(rows, end, angle, width)
+    write_wear_before_passed_edges(pressure, rows, end, angle, width)
     return count
 
 
 @inlined
-def update_wear_bin(workspace, bins, number, cursor):
-    """Add the wear between an edge, item `number` of WORN, and the previous one to a bin; return the next BinCursor."""
+def update_wear_bin(rows, bins, number, cursor):
+    """Add the wear between an edge, item `number` of `worn`, and the previous one to a bin; return the BinCursor."""
     bins_per_radian = bins.count / (2.0 * math.pi)
-    cumulative = min(max(workspace[WORN * POINTS + number], cursor.wear_before), cursor.total)
+    cumulative = min(max(rows.worn[number], cursor.wear_before), cursor.total)
     bins.depths[bins.start + cursor.position] += (cumulative - cursor.wear_before) * bins_per_radian
     return BinCursor(cursor.position + 1 if cursor.position + 1 < bins.count else 0, cumulative, cursor.total)
 
 
 @kernel
-def update_bins_at_arc_ends(pressure, workspace, bins, span, edges, cursor):
+def update_bins_at_arc_ends(pressure, rows, bins, span, edges, cursor):
     """Add the wear between the edges of a `span` (begin, end), which the arc's ends meet; return the next BinCursor."""
     batch_size, index_in_batch = 0, 0
     for edge in range(span[0] + 1, span[1] + 1):
         if index_in_batch == batch_size:
-            batch_size, index_in_batch = write_wear_before_edges(pressure, workspace, edge, edges, span[1]), 0
-        cursor = update_wear_bin(workspace, bins, index_in_batch, cursor)
+            batch_size, index_in_batch = write_wear_before_edges(pressure, rows, edge, edges, span[1]), 0
+        cursor = update_wear_bin(rows, bins, index_in_batch, cursor)
         index_in_batch += 1
     return cursor
 
 
 @family_with_default
-def update_bins_inside_arc(pressure, workspace, bins, span, cursor):
+def update_bins_inside_arc(pressure, rows, bins, span, cursor):
     """Add the wear between the edges of a `span`, within the arc at all points; return the next BinCursor."""
     width, batch_size, index_in_batch = 2.0 * math.pi / bins.count, 0, 0
     for edge in range(span[0] + 1, span[1] + 1):
         if index_in_batch == batch_size:
-            write_wear_before_inner_edges(pressure, workspace, edge * width, width)
+            write_wear_before_inner_edges(pressure, rows, edge * width, width)
             batch_size, index_in_batch = POINTS, 0
-        cursor = update_wear_bin(workspace, bins, index_in_batch, cursor)
+        cursor = update_wear_bin(rows, bins, index_in_batch, cursor)
         index_in_batch += 1
     return cursor
 
 
 @kernel
-def write_wear_before_inner_edges(pressure, workspace, edge, width):
-    """Write the wear before edges, `width` (rad) apart, that are within the arc at all points, to WORN."""
+def write_wear_before_inner_edges(pressure, rows, edge, width):
+    """Write the wear before edges, `width` (rad) apart, that are within the arc at all points, to `worn`."""
     for k in lane_range(POINTS):
         angle, total = edge + INDICES[k] * width, 0.0
         for i in range(POINTS):
-            x = (angle - workspace[MIDDLE * POINTS + i]) * workspace[PER_HALF * POINTS + i]
-            total += workspace[AREA * POINTS + i] * cumulative_pressure(pressure, x, workspace[HALF * POINTS + i])
-        workspace[WORN * POINTS + k] = total
+            x = (angle - rows.middle[i]) * rows.per_half[i]
+            total += rows.area[i] * cumulative_pressure(pressure, x, rows.half[i])
+        rows.worn[k] = total
 
 
 @kernel
-def update_body_wear(pressure, workspace, bins):
-    """Add the wear of the arc to a body, from the points in its workspace."""
-    total = row_sum(workspace, AREA)
+def update_body_wear(pressure, rows, bins):
+    """Add the wear of the arc to a body, from the points in its rows."""
+    total = row_sum(rows.area)
     if total <= 0.0:
         return
     width = 2.0 * math.pi / bins.count
-    first_edge, edges, last_edge = edges_of(pressure, workspace, width)
+    first_edge, edges, last_edge = edges_of(pressure, rows, width)
     begin, end = edges.near_start, edges.near_stop  # between them the edges that are within the arc
     if end <= begin:
         begin, end = last_edge, last_edge
     if max(begin - first_edge, last_edge - end) > unfitted_edges(pressure):
-        fit_arc(pressure, workspace)
+        fit_arc(pressure, rows)
     cursor = BinCursor(first_edge % bins.count, 0.0, total)
-    cursor = update_bins_at_arc_ends(pressure, workspace, bins, (first_edge, begin), (edges, width), cursor)
-    cursor = update_bins_inside_arc(pressure, workspace, bins, (begin, end), cursor)
-    cursor = update_bins_at_arc_ends(pressure, workspace, bins, (end, last_edge), (edges, width), cursor)
+    cursor = update_bins_at_arc_ends(pressure, rows, bins, (first_edge, begin), (edges, width), cursor)
+    cursor = update_bins_inside_arc(pressure, rows, bins, (begin, end), cursor)
+    cursor = update_bins_at_arc_ends(pressure, rows, bins, (end, last_edge), (edges, width), cursor)
     bins.depths[bins.start + cursor.position] += (total - cursor.wear_before) * (bins.count / (2.0 * math.pi))
 
 
@@ -209,9 +191,8 @@ def update_body_wear(pressure, workspace, bins):
 def update_wear_over_arc(joint, workspace, step_length, span, bins):
     """Do what `update_wear_over_span` says, under an arc whose middle is the point of contact."""
     evaluate_arc(joint, workspace, step_length, span[0], span[1])
-    for body in range(2):
-        body_workspace = workspace[FIRST_BODY + body * BODY_SIZE : FIRST_BODY + (body + 1) * BODY_SIZE]
-        update_body_wear(joint.wear.pressure, body_workspace, bins[body])
+    update_body_wear(joint.wear.pressure, workspace.bearing, bins[0])
+    update_body_wear(joint.wear.pressure, workspace.journal, bins[1])
 
 
 @update_wear_over_span.member(None)
@@ -227,8 +208,8 @@ def update_worn_profile(joint, workspace, values, step_length, bins, account):
     + 1), from which the sliding speed is read; bins : of both bodies.
     """
     for i in lane_range(PARTS):  # the row of the durations is free until a span is added
-        workspace[DURATION_ROW * POINTS + i] = values[SLIP_ROW, i] * values[SLIP_ROW, i + 1]
-    low, reverses = 0.0, range_of_row(workspace, DURATION_ROW)[0] < 0.0
+        workspace.step.duration[i] = values[SLIP_ROW, i] * values[SLIP_ROW, i + 1]
+    low, reverses = 0.0, range_of_row(workspace.step.duration)[0] < 0.0
     for i in rolled_range(0 if reverses else PARTS, PARTS + 1):
         high = 1.0
         if i < PARTS:
@@ -244,8 +225,6 @@ def update_worn_profile(joint, workspace, values, step_length, bins, account):
 # ---------------------------------------------------------------------------------------------- uniform pressure
 
 
-#: Rows of the antiderivatives over the time x, each over x: of rate / 2, rate (m - m0) / (2 h), rate / (2 h).
-HALF_RATE, MOMENT, PER_ARC = RATE, TERM, TERM + 1
 MAX_PER_HALF = 1e7  # 1/rad: in a narrower arc there is no load, and rounding must not be magnified
 #: Estimates of the time at which an end of the arc passes an edge: their largest number; change from which on another
 #: one follows.
@@ -254,111 +233,108 @@ PER_POWER = 1.0 / (1.0 + INDICES)  # from the coefficients of a polynomial to th
 
 
 @inlined
-def _origin(workspace):
+def _origin(rows):
     """Return the angle m0 (rad) that is subtracted from all angles, since the angle of a rotating body may be large."""
-    return workspace[MIDDLE * POINTS + PAIRS]
+    return rows.middle[PAIRS]
 
 
 @inlined
-def _per_arc(workspace, i):
+def _per_arc(rows, i):
     """Return half the wear at a point over the half-angle of the arc (m)."""
-    return 0.5 * workspace[AREA * POINTS + i] * min(workspace[PER_HALF * POINTS + i], MAX_PER_HALF)
+    return 0.5 * rows.area[i] * min(rows.per_half[i], MAX_PER_HALF)
 
 
 @fit_arc.member(UniformPressure)
-def _fit_arc_uniform(pressure, workspace):
-    origin = _origin(workspace)
+def _fit_arc_uniform(pressure, rows):
+    """Write antiderivatives over the time x, each over x: of rate / 2, rate (m - m0) / (2 h) and rate / (2 h)."""
+    origin = _origin(rows)
     for i in lane_range(POINTS):  # the rows of an end are free until `write_passing_times`
-        half_rate, per_arc = 0.5 * workspace[AREA * POINTS + i], _per_arc(workspace, i)
-        workspace[END * POINTS + i], workspace[END_SLOPE * POINTS + i] = half_rate, per_arc
-        workspace[END_POLYNOMIAL * POINTS + i] = per_arc * (workspace[MIDDLE * POINTS + i] - origin)
-    fit_row(workspace, END, HALF_RATE, INVERSE_WEIGHTS)
-    fit_row(workspace, END_POLYNOMIAL, MOMENT, INVERSE_WEIGHTS)
-    fit_row(workspace, END_SLOPE, PER_ARC, INVERSE_WEIGHTS)
+        half_rate, per_arc = 0.5 * rows.area[i], _per_arc(rows, i)
+        rows.end[i], rows.end_slope[i] = half_rate, per_arc
+        rows.end_polynomial[i] = per_arc * (rows.middle[i] - origin)
+    fit_row(rows.end, rows.rate, INVERSE_WEIGHTS)
+    fit_row(rows.end_polynomial, rows.term, INVERSE_WEIGHTS)
+    fit_row(rows.end_slope, rows.second_term, INVERSE_WEIGHTS)
     for i in lane_range(POINTS):
-        workspace[HALF_RATE * POINTS + i] *= PER_POWER[i]
-        workspace[MOMENT * POINTS + i] *= PER_POWER[i]
-        workspace[PER_ARC * POINTS + i] *= PER_POWER[i]
-    fit_row(workspace, MIDDLE, MIDDLE_POLYNOMIAL, UNIT_WEIGHTS)
-    fit_row(workspace, HALF, HALF_POLYNOMIAL, UNIT_WEIGHTS)
+        rows.rate[i] *= PER_POWER[i]
+        rows.term[i] *= PER_POWER[i]
+        rows.second_term[i] *= PER_POWER[i]
+    fit_row(rows.middle, rows.middle_polynomial, UNIT_WEIGHTS)
+    fit_row(rows.half, rows.half_polynomial, UNIT_WEIGHTS)
 
 
 @inlined
-def _load_integral(workspace, end, angle, x):
+def _load_integral(rows, end, angle, x):
     """Return the integral up to the time `x` of the load between an end (-1, 1) of the arc and an edge within it.
 
     angle : rad, of the edge, from the origin.
     """
-    moment = evaluate_polynomial(workspace, MOMENT, x) - angle * evaluate_polynomial(workspace, PER_ARC, x)
-    return x * (evaluate_polynomial(workspace, HALF_RATE, x) + end * moment)
+    moment = evaluate_polynomial(rows.term, x) - angle * evaluate_polynomial(rows.second_term, x)
+    return x * (evaluate_polynomial(rows.rate, x) + end * moment)
 
 
 @write_wear_before_passed_edges.member(UniformPressure)
-def _write_wear_before_passed_edges_uniform(pressure, workspace, end, edge, width):
-    end_time, first_angle = inside_time(workspace, end), edge - _origin(workspace)
-    total_area = row_sum(workspace, AREA) if end > 0.0 else 0.0
+def _write_wear_before_passed_edges_uniform(pressure, rows, end, edge, width):
+    end_time, first_angle = inside_time(rows, end), edge - _origin(rows)
+    total_area = row_sum(rows.area) if end > 0.0 else 0.0
     for k in lane_range(POINTS):
         angle = first_angle + INDICES[k] * width
-        wear_inside = _load_integral(workspace, end, angle, end_time) - _load_integral(
-            workspace, end, angle, workspace[PASSINGS * POINTS + k]
-        )
-        workspace[WORN * POINTS + k] = total_area - end * (end_time * wear_inside)
+        wear_inside = _load_integral(rows, end, angle, end_time) - _load_integral(rows, end, angle, rows.passings[k])
+        rows.worn[k] = total_area - end * (end_time * wear_inside)
 
 
 @inlined
-def _distance_and_load(workspace, edge, row, t):
-    """Return the distance (rad) of an edge from an end of the arc, a row, at time t, and the load between until t."""
+def _distance_and_load(rows, edge, angles, t):
+    """Return the distance (rad) of an edge from an end of the arc at time t, and the load between until t."""
     for k in lane_range(POINTS):
-        distance = edge - workspace[row * POINTS + k]
-        workspace[NODE_TERM * POINTS + k] = evaluate_columns(BASIS, t, k) * distance
-        workspace[(NODE_TERM + 1) * POINTS + k] = (
-            evaluate_columns(BASIS_INTEGRAL, t, k) * _per_arc(workspace, k) * distance
-        )
-    return row_sum(workspace, NODE_TERM), (1.0 + t) * row_sum(workspace, NODE_TERM + 1)
+        distance = edge - angles[k]
+        rows.node_term[k] = evaluate_columns(BASIS, t, k) * distance
+        rows.second_node_term[k] = evaluate_columns(BASIS_INTEGRAL, t, k) * _per_arc(rows, k) * distance
+    return row_sum(rows.node_term), (1.0 + t) * row_sum(rows.second_node_term)
 
 
 @kernel
-def _load_until_passing(workspace, edge, end, i):
+def _load_until_passing(rows, edge, end, i):
     """Return the integral of the load between an end (-1, 1) of the arc and an edge, until the end passes the edge.
 
     The end passes between nodes `i - 1` and `i`.  The first estimate of the time is linear, each next one takes the
     slope of the parabola through three distances.  The load between the last two estimates is that of a triangle.
     """
-    row, low, high = START if end < 0 else STOP, NODES[i - 1], NODES[i]
-    a, b = edge - workspace[row * POINTS + i - 1], edge - workspace[row * POINTS + i]
+    angles, low, high = end_row(rows, end), NODES[i - 1], NODES[i]
+    a, b = edge - angles[i - 1], edge - angles[i]
     t, mean_slope = low if a == b else (low * b - high * a) / (b - a), (b - a) / SPACINGS[i]
     load, attempts = 0.0, 0
     while attempts < MAX_ESTIMATES:
-        distance, load = _distance_and_load(workspace, edge, row, t)
+        distance, load = _distance_and_load(rows, edge, angles, t)
         before, behind = t - low, high - t
         product, bend = before * behind, distance - a - mean_slope * before
         slope = mean_slope * product + bend * (behind - before)  # of the parabola, times the product
         correction = distance * product * slope / (slope * slope + SMALLEST_HALF_ANGLE)
         correction = min(max(correction, -behind), before)
-        load -= 0.5 * _per_arc(workspace, i) * INVERSE_WEIGHTS[i] * distance * correction
+        load -= 0.5 * _per_arc(rows, i) * INVERSE_WEIGHTS[i] * distance * correction
         t -= correction
         attempts = attempts + 1 if abs(correction) > CLOSE_ESTIMATE else MAX_ESTIMATES
     return -end * load
 
 
 @wear_before_edge.member(UniformPressure)
-def _wear_before_edge_uniform(pressure, workspace, edge):
+def _wear_before_edge_uniform(pressure, rows, edge):
     """Return the wear as if the edge stayed in the region of the last node, minus what differs before each passing."""
-    region, difference = region_of(workspace, edge, 0), 0.0
+    region, difference = region_of(rows, edge, 0), 0.0
     for i in rolled_range(1, POINTS):
-        next_region = region_of(workspace, edge, i)
+        next_region = region_of(rows, edge, i)
         while region != next_region:
             end = region if region != 0 else next_region  # the end of the arc that passes the edge
             direction = 1.0 if next_region > region else -1.0
-            difference += direction * _load_until_passing(workspace, edge, end, i)
+            difference += direction * _load_until_passing(rows, edge, end, i)
             region = 0 if region != 0 else next_region
     if region < 0:
         return -difference
     if region > 0:
-        return row_sum(workspace, AREA) - difference
+        return row_sum(rows.area) - difference
     for i in lane_range(POINTS):
-        workspace[NODE_TERM * POINTS + i] = _per_arc(workspace, i) * (edge - workspace[START * POINTS + i])
-    return row_sum(workspace, NODE_TERM) - difference
+        rows.node_term[i] = _per_arc(rows, i) * (edge - rows.start[i])
+    return row_sum(rows.node_term) - difference
 
 
 @unfitted_edges.member(UniformPressure)
@@ -367,22 +343,22 @@ def _unfitted_edges_uniform(pressure):
 
 
 @kernel
-def _wear_before_inner_edge(workspace, edge, total):
+def _wear_before_inner_edge(rows, edge, total):
     """Return the wear, of a `total`, before an `edge` (rad) that is within the arc at all points, and its slope."""
     for i in lane_range(POINTS):
-        per_arc = _per_arc(workspace, i)
-        workspace[END * POINTS + i] = per_arc
-        workspace[TIME_PER_ANGLE * POINTS + i] = per_arc * (edge - workspace[MIDDLE * POINTS + i])
-    return 0.5 * total + row_sum(workspace, TIME_PER_ANGLE), row_sum(workspace, END)
+        per_arc = _per_arc(rows, i)
+        rows.end[i] = per_arc
+        rows.time_per_angle[i] = per_arc * (edge - rows.middle[i])
+    return 0.5 * total + row_sum(rows.time_per_angle), row_sum(rows.end)
 
 
 @update_bins_inside_arc.member(UniformPressure)
-def _update_bins_inside_arc_uniform(pressure, workspace, bins, span, cursor):
+def _update_bins_inside_arc_uniform(pressure, rows, bins, span, cursor):
     """Every bin between two edges within the arc receives the same depth."""
     count, width, total = span[1] - span[0] - 1, 2.0 * math.pi / bins.count, cursor.total
     if count < 0:
         return cursor
-    first_wear, slope = _wear_before_inner_edge(workspace, (span[0] + 1) * width, total)
+    first_wear, slope = _wear_before_inner_edge(rows, (span[0] + 1) * width, total)
     first_wear = min(max(first_wear, cursor.wear_before), total)
     last_wear = min(first_wear + slope * width * count, total)
     bins.depths[bins.start + cursor.position] += (first_wear - cursor.wear_before) / width
@@ -414,6 +390,7 @@ LEAN, REACH, TILT_SQUARE, BEARING_START, JOURNAL_START, FACING, AXIAL_ROWS = ran
 #: Of the strip of one contact at equidistant times: the first three, as at the quarters, its largest depth (m), and
 #: its integrals, see `wall_strips.integrals_of`.
 MAX_DEPTH, LOAD_INTEGRAL, DEPTH_INTEGRAL, STRIP_ROWS = range(TILT_SQUARE + 1, TILT_SQUARE + 5)
+_FIRST_POSITION = StepRows.index_of("bearing_angle")  # row of the workspace
 RECORDED_SIZE = (POSITIONS + SLOPES + AXIAL_ROWS) * STATE_POINTS  # numbers stored per contact
 _QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
 #: (ANGLES, POINTS): the coefficients of an angle's profile from its values at the quarters and its end slopes.
@@ -432,7 +409,7 @@ class Step(NamedTuple):
     positions: np.ndarray  # (contacts, POSITIONS + SLOPES, STATE_POINTS)
     axial: np.ndarray  # (contacts, AXIAL_ROWS, STATE_POINTS) of joints in space
     strip: np.ndarray  # (STRIP_ROWS, PARTS + 1) of one of their contacts, at equidistant times
-    workspace: np.ndarray  # (WORKSPACE_SIZE,) see arc_over_step
+    workspace: Workspace
     wear_buffer: np.ndarray  # (3 stride,) bins (m) of both bodies, at 0 between the contacts; slices of one contact
 
 
@@ -483,7 +460,7 @@ def fit_profiles(workspace, step_values, length):
             total = 0.0
             for k in range(PARTS + 1):
                 total += FIT[k, i] * step_values[row, k]
-            workspace[row * POINTS + i] = total * per_length if row in (FORCE_ROW, FRICTION_POWER_ROW) else total
+            workspace.step.numbers[row, i] = total * per_length if row in (FORCE_ROW, FRICTION_POWER_ROW) else total
 
 
 @kernel
@@ -510,7 +487,7 @@ def fit_positions(workspace, positions):
                 total += FROM_ANGLES[k, i] * positions[row, k]
             total += FROM_ANGLES[ANGLES - 2, i] * positions[SLOPES + row, 0]
             total += FROM_ANGLES[ANGLES - 1, i] * positions[SLOPES + row, QUARTER_POINTS + 1]
-            workspace[(BEARING_ANGLE_ROW + row) * POINTS + i] = total
+            workspace.step.numbers[_FIRST_POSITION + row, i] = total
 
 
 @kernel

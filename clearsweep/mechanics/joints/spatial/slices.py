@@ -303,7 +303,7 @@ def fit_depth(history, workspace, factor):
         total = 0.0
         for k in rolled_range(PARTS + 1):
             total += FIT[k, i] * history.values[MAX_DEPTH, k]
-        workspace[DEPTH_ROW * POINTS + i] = factor * total
+        workspace.step.depth[i] = factor * total
 
 
 @kernel
