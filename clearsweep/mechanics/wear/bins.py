@@ -204,7 +204,7 @@ def _default_update_wear_over_span(joint, workspace, step_length, span, bins):
 def update_worn_profile(joint, workspace, values, step_length, bins, account):
     """Add the wear of a step of `step_length` (s over kappa) to the worn profiles of both bodies and a JointAccount.
 
-    workspace : (WORKSPACE_SIZE,) with the coefficients over the fraction of the step; values : (STEP_VALUE_ROWS, PARTS
+    workspace : Workspace with the coefficients over the fraction of the step; values : (STEP_VALUE_ROWS, PARTS
     + 1), from which the sliding speed is read; bins : of both bodies.
     """
     for i in lane_range(PARTS):  # the row of the durations is free until a span is added
