@@ -256,7 +256,7 @@ def report(  # noqa: PLR0913 - one argument per option
 
 def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None, as_json: bool, **style: str) -> None:
     """Write a page with its tables and figures, and print the files; `style`: their format and width."""
-    from .report.documents.figure_options import FigureOptions
+    from .report.documents.paper import FigureOptions
 
     files = page.write_all(out, tables, FigureOptions(figures, **style) if figures else None)
     lines = [files["report"], *files.get("figures", []), *([files["tables"]] if "tables" in files else [])]

@@ -58,6 +58,8 @@ def test_the_imports_of_the_package_point_one_way(copy):
         ("simulation/running/observed_run.py", "from ..advice import remarks"),
         ("report/draw/style.py", "from ..sections import maps"),
         ("report/one_case/motion.py", "from ..laws import compare_verdicts"),
+        ("report/draw/maps.py", "from matplotlib import ticker"),
+        ("answers/verdict.py", "from .judge import judge"),
         ("mechanics/joints/dry.py", "from llvmlite import ir"),
         ("store/batch.py", "from ..sweeping import sweep"),
         ("store/batch.py", "from .directory import RunDirectory"),

@@ -1,21 +1,27 @@
 """Figures for a paper: every one of the page, under a name that stays, as wide as is asked for, fonts within."""
 
+import io
 import re
 import struct
 
 import fake_physics
+import numpy as np
 import pytest
 from click.testing import CliRunner
 from fake_runs import Run
+from matplotlib.image import imread
 from test_report_sections import LINE
 
 import clearsweep
 from clearsweep import cli, report
 from clearsweep.language.errors import InputError
+from clearsweep.report import plot
 from clearsweep.report import sections as of_page
+from clearsweep.report.blocks.picture import painted
 from clearsweep.report.blocks.section import Columns, Gallery, Section
 from clearsweep.report.documents import page as report_page
 from clearsweep.report.documents import paper
+from clearsweep.report.plot import ColourScale
 from clearsweep.report.study import prepare
 
 WIDE = LINE._replace(size=(4.6, 3.4))
@@ -75,13 +81,43 @@ def test_a_png_has_six_hundred_dots_an_inch():
     assert wide == int(85 / 25.4 * 600)
 
 
-def test_letters_shrink_with_a_figure_and_never_beyond_what_journals_print():
-    sizes = []
-    marked = LINE._replace(paint=lambda ax: sizes.append(ax.set_xlabel("x")))
+def test_letters_shrink_with_a_figure_and_never_beyond_what_journals_print(monkeypatch):
+    drawn = []
+    monkeypatch.setattr(paper, "drawing_bytes", lambda svg, form, scale: drawn.append((svg, scale)) or b"")
+    marked = LINE._replace(paint=lambda ax: ax.set_labels("x", "y"))
     for width in (85.0, 170.0):
         paper.picture_bytes(marked, "svg", width)
-    assert sizes[0].get_fontsize() == pytest.approx(9.0 * 85 / 25.4 / 4.2)
-    assert sizes[1].get_fontsize() == pytest.approx(8.0)
+    sizes = [scale * float(re.search(r"font-size: ([\d.]+)px[^>]*>x<", svg)[1]) for svg, scale in drawn]
+    assert sizes == pytest.approx([9.0 * 85 / 25.4 / 4.2, 8.0], rel=1e-6)
+
+
+def test_a_file_has_what_the_page_has_where_the_page_has_it():
+    numbers = np.arange(6400.0).reshape(80, 80)
+
+    def paint(ax):
+        ax.cells(np.linspace(0.0, 1.0, 81), np.linspace(0.0, 1.0, 81), numbers, ColourScale(0.0, 6399.0))
+        ax.fill([1.0, 2.0, 2.0, 1.0], [0.0, 0.0, 1.0, 1.0], facecolor="#ff0000", edgecolor="#ff0000")
+        ax.scatter([0.5], [1.5], size=20.0, color="#0000ff")
+        ax.circle((1.5, 1.5), 0.2, facecolor="#00ff00", edgecolor="#00ff00")
+        ax.plot([0.0, 2.0], [1.0, 1.0], color="#000000", linewidth=4.0)
+        ax.set_xlim(0.0, 2.0)
+        ax.set_ylim(0.0, 2.0)
+
+    sheet, box = painted(LINE._replace(paint=paint))
+    pixels = imread(io.BytesIO(paper.drawing_bytes(sheet.svg("f", box), "png", dots_per_inch=144)))
+    expected = {
+        (0.5, 0.02): plot.VIRIDIS[0],
+        (0.5, 0.98): plot.VIRIDIS[-1],
+        (1.5, 0.5): "#ff0000",
+        (0.5, 1.5): "#0000ff",
+        (1.5, 1.5): "#00ff00",
+        (0.7, 1.0): "#000000",
+        (1.02, 1.9): "#ffffff",
+    }
+    for place, colour in expected.items():
+        x, y = (float(side) for side in sheet.axes.to_points(*place, box))
+        found = pixels[int(2.0 * y), int(2.0 * x), :3] * 255.0
+        assert found == pytest.approx([int(colour[k : k + 2], 16) for k in (1, 3, 5)], abs=12.0), place
 
 
 def test_unknown_forms_and_widths_are_refused(tmp_path):

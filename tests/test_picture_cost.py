@@ -3,33 +3,16 @@
 import re
 
 from fake_runs import Run
-from matplotlib.backends.backend_agg import RendererAgg
 
-from clearsweep.report.blocks.picture import Picture, _draw_by_matplotlib, draw_svg
+from clearsweep.report.blocks.picture import Picture, draw_svg
 from clearsweep.report.draw.style import BLUE
 from clearsweep.report.study import prepare
 
 
-def test_texts_of_pictures_are_measured_once(monkeypatch):
-    asked, measure = [], RendererAgg.get_text_width_height_descent
-
-    def counted(self, text, *about):
-        asked.append(text)
-        return measure(self, text, *about)
-
-    monkeypatch.setattr(RendererAgg, "get_text_width_height_descent", counted)
-    picture = Picture("A line", "", "A line.", lambda ax: ax.plot([0.0, 71.3], [0.0, 1.0]) and ax.set_xlabel("once"))
-    first, _ = _draw_by_matplotlib(picture, "f1")
-    assert asked.count("once") == 1
-    again, _ = _draw_by_matplotlib(picture, "f1")
-    assert asked.count("once") == 1
-    assert first == again
-
-
 def test_a_drawing_has_the_colours_of_the_theme_but_white_letters_stay_white():
     def paint(ax):
-        ax.plot([0.0, 1.0], color=BLUE)
-        ax.text(0.5, 0.5, "on a dark cell", color="white")
+        ax.plot([0.0, 1.0], [0.0, 1.0], color=BLUE)
+        ax.text(0.5, 0.5, "on a dark cell", colour="#ffffff")
 
     drawing = draw_svg(Picture("A line", "", "A line.", paint), "f1")
     assert "stroke: var(--curve, #0072b2)" in drawing

@@ -10,7 +10,6 @@ import pandas as pd
 import pytest
 from click.testing import CliRunner
 from fake_runs import CONFIGS, RPM, Run
-from matplotlib.figure import Figure
 from mechanism_cases import PAIR, changed
 from test_report import Page
 
@@ -22,7 +21,7 @@ from clearsweep.contracts.case import Contact, Joint, Material, Materials
 from clearsweep.contracts.results import Trajectory
 from clearsweep.language.wording import TIMES, axis_name
 from clearsweep.report import sections
-from clearsweep.report.blocks.picture import draw_svg
+from clearsweep.report.blocks.picture import draw_svg, painted
 from clearsweep.report.blocks.section import Detail, Gallery, Interactive, Points, Sentences
 from clearsweep.report.blocks.table import Column, Table
 from clearsweep.report.documents import single
@@ -48,10 +47,13 @@ CLEARANCE, SPEED, PEAK = "joints.rod-slider.clearance", "drive.speed", "rod_slid
 IDEAL = "rod_slider_force_peak_ideal"
 
 
-def painted(picture):
-    axes = Figure().subplots()
-    picture.paint(axes)
-    return axes
+def axes_of(picture):
+    """Return the axes that a picture is painted on."""
+    return painted(picture)[0].axes
+
+
+def items(axes, kind="line"):
+    return [item for item in axes.items if item.kind == kind]
 
 
 def pictures(run, builder=curve_sections, **options):
@@ -62,12 +64,12 @@ def pictures(run, builder=curve_sections, **options):
 @pytest.mark.parametrize(("typical", "reduced"), [(False, "max"), (True, "median")])
 def test_a_curve_for_each_clearance_is_the_worst_case_or_the_median(typical, reduced):
     run = Run()
-    axes = painted(pictures(run, shows_median=typical)["Force peak over crank speed"])
+    axes = axes_of(pictures(run, shows_median=typical)["Force peak over crank speed"])
     by_value = run.summary.groupby([CLEARANCE, SPEED])[PEAK].agg(reduced)
-    assert [line.get_label() for line in axes.lines] == ["0.05", "0.1", "0.2", "0.5"]
-    for line, clearance in zip(axes.lines, (5e-5, 1e-4, 2e-4, 5e-4), strict=True):
-        assert np.asarray(line.get_xdata()) == pytest.approx([1000, 3000, 5000])
-        assert 1e3 * np.asarray(line.get_ydata()) == pytest.approx(by_value[clearance].to_numpy(), rel=1e-12)
+    assert [entry.name for entry in axes.legend_entries] == ["0.05", "0.1", "0.2", "0.5"]
+    for line, clearance in zip(items(axes), (5e-5, 1e-4, 2e-4, 5e-4), strict=True):
+        assert line.x == pytest.approx([1000, 3000, 5000])
+        assert 1e3 * line.y == pytest.approx(by_value[clearance].to_numpy(), rel=1e-12)
 
 
 def test_the_line_across_is_the_limit_also_where_it_is_a_multiple_of_the_ideal_peak():
@@ -75,12 +77,13 @@ def test_the_line_across_is_the_limit_also_where_it_is_a_multiple_of_the_ideal_p
     run.grid["limits"] = {PEAK: {"at_most": 2.0, "times": IDEAL}, "slider_error_max": 1e-4}
     drawn = pictures(run)
     assert next(iter(drawn)) == "Force peak over crank speed"
-    limit_line = painted(drawn["Force peak over crank speed"]).lines[-1]
+    axes = axes_of(drawn["Force peak over crank speed"])
+    limit_line = items(axes)[-1]
     ideal = run.summary.groupby(SPEED)[IDEAL].min().to_numpy()
-    assert limit_line.get_label() == "limit"
-    assert 1e3 * np.asarray(limit_line.get_ydata()) == pytest.approx(2.0 * ideal, rel=1e-12)
-    fixed = painted(drawn["Slider error over crank speed"]).lines[-1]
-    assert np.asarray(fixed.get_ydata()) == pytest.approx([0.1] * 3, rel=1e-12)  # mm
+    assert axes.legend_entries[-1].name == "limit"
+    assert 1e3 * limit_line.y == pytest.approx(2.0 * ideal, rel=1e-12)
+    fixed = items(axes_of(drawn["Slider error over crank speed"]))[-1]
+    assert fixed.y == pytest.approx([0.1] * 3, rel=1e-12)  # mm
 
 
 def test_of_a_figure_that_should_be_large_the_smallest_is_drawn():
@@ -88,17 +91,15 @@ def test_of_a_figure_that_should_be_large_the_smallest_is_drawn():
     run.grid["limits"] = {PEAK: {"at_least": 1.0}}
     picture = pictures(run)["Force peak over crank speed"]
     least = run.summary.groupby([CLEARANCE, SPEED])[PEAK].min()[5e-5].to_numpy()
-    assert 1e3 * np.asarray(painted(picture).lines[0].get_ydata()) == pytest.approx(least, rel=1e-12)
+    assert 1e3 * items(axes_of(picture))[0].y == pytest.approx(least, rel=1e-12)
     assert picture.caption == "Smallest over stiffness and restitution."
 
 
 def test_one_axis_has_one_curve_and_few_or_no_numbers_have_none():
     single = Run(sweep={SPEED: [1000 * RPM, 3000 * RPM, 5000 * RPM]})
-    axes = painted(pictures(single)["Force peak over crank speed"])
-    assert 1e3 * np.asarray(axes.lines[0].get_ydata()) == pytest.approx(
-        single.summary.sort_values(SPEED)[PEAK].to_numpy(), rel=1e-12
-    )
-    assert axes.get_legend() is None
+    axes = axes_of(pictures(single)["Force peak over crank speed"])
+    assert 1e3 * items(axes)[0].y == pytest.approx(single.summary.sort_values(SPEED)[PEAK].to_numpy(), rel=1e-12)
+    assert axes.legend is None
     assert curve_sections(prepare(Run(sweep={SPEED: [1000 * RPM, 3000 * RPM]}))) == []
     assert curve_sections(prepare(Run(sweep={"joints.rod-slider.contact.law": ["hertz", "flores", "exact"]}))) == []
 
@@ -107,21 +108,21 @@ def test_many_clearances_are_thinned_and_the_caption_says_so():
     run = Run(sweep={CLEARANCE: np.linspace(1e-4, 5e-4, 20).tolist(), SPEED: [100.0, 200.0, 300.0]})
     picture = pictures(run)["Force peak over crank speed"]
     assert picture.caption == "7 of 20 values of clearance. "
-    assert len(painted(picture).lines) == 7
+    assert len(items(axes_of(picture))) == 7
 
 
 def test_maps_of_one_figure_share_their_colours_and_hold_the_summary():
     run = Run()
     drawn = pictures(run, map_sections) | {picture.title: picture for picture in answer_maps(prepare(run))}
-    forces = [painted(picture) for title, picture in drawn.items() if title.startswith("Force peak: ")]
-    ends = {axes.collections[0].get_clim() for axes in forces}
+    forces = [axes_of(picture) for title, picture in drawn.items() if title.startswith("Force peak: ")]
+    ends = {items(axes, "cells")[0].style.scale[:2] for axes in forces}
     tables = [run.summary.groupby([first, other])[PEAK].max() for first, other in ((CLEARANCE, SPEED),)]
     assert len(forces) == 6
     ((low, high),) = ends
     assert high == pytest.approx(run.summary[PEAK].max() / 1e3, rel=1e-12)
     assert low <= tables[0].min() / 1e3
-    cells = painted(drawn["Force peak: clearance \u00d7 crank speed"]).collections[0].get_array()
-    assert 1e3 * np.asarray(cells).ravel() == pytest.approx(tables[0].unstack(0).to_numpy().ravel(), rel=1e-12)
+    (cells,) = items(axes_of(drawn["Force peak: clearance \u00d7 crank speed"]), "cells")
+    assert 1e3 * cells.style.values.ravel() == pytest.approx(tables[0].unstack(0).to_numpy().ravel(), rel=1e-12)
 
 
 @pytest.mark.parametrize("figure", ["film_thickness_min", "film_loss"])
@@ -136,7 +137,8 @@ def test_a_cell_with_an_unsafe_film_is_marked_on_the_map(figure):
     run.summary.loc[0, "rod_slider_film_limit_fraction"] = 0.1
     name = {"film_thickness_min": "Least film", "film_loss": "Film loss"}[figure]
     (picture,) = (each for each in answer_maps(prepare(run)) if each.title.startswith(f"{name}: "))
-    marked = [text.get_text() for text in painted(picture).texts if "unsafe" in text.get_text()]
+    texts = [item.style.text for item in items(axes_of(picture), "text")]
+    marked = [text for text in texts if "unsafe" in text]
     assert len(marked) == 1
     assert "Unsafe: a case of the cell is not within its law." in picture.caption
     assert column_label(run.layout, f"rod_slider_{figure}") == name.lower()  # as in the sentences
@@ -309,7 +311,8 @@ def test_the_section_shows_what_there_is_and_is_left_out_where_nothing_turns():
         "Period: clearance \u00d7 crank speed",
         "Share of time over crank speed",
         "Cases by period over crank speed",
-        "Bifurcation diagram over crank speed",
+        "Bifurcation diagram of x over crank speed",
+        "Bifurcation diagram of y over crank speed",
         "Poincaré section: positions",
         "Poincaré section: velocities",
         "Spectrum of normal force",
@@ -352,13 +355,6 @@ STIFFNESS = "joints.rod-slider.contact.stiffness"
 SWEEP = {CLEARANCE: [5e-5, 1e-4, 2e-4], STIFFNESS: [1e9, 1e10], "drive.speed": [1000 * RPM, 3000 * RPM]}
 
 
-def drawn(picture):
-    """Return the axes that a picture is painted on."""
-    axes = Figure().subplots(subplot_kw={"projection": picture.projection})
-    picture.paint(axes)
-    return axes
-
-
 def wear_blocks(run, kind):
     return [block for part in sections.wear_sections(prepare(run)) for block in part.blocks if type(block) is kind]
 
@@ -370,19 +366,20 @@ def test_depths_round_both_bodies_are_drawn_where_they_are_and_on_one_scale():
     stored = run.wear(deepest.case_id)["rod_slider"]
     bearing, journal, distance = deepest.pictures
     assert (bearing.title, journal.title) == ("Bearing in the slider", "Journal on the rod")
-    axes = [drawn(picture) for picture in (bearing, journal)]
+    axes = [axes_of(picture) for picture in (bearing, journal)]
     for ax, depth in zip(axes, stored, strict=True):
         pairs = depth.reshape(180, 2)  # bins of two degrees, the deeper of two
-        angles, shown = ax.patches[0].get_xy()[:-1].T
-        assert np.degrees(angles) == pytest.approx(np.arange(1.0, 360.0, 2.0))
-        assert shown == pytest.approx(pairs.max(axis=1) * 1e9)
-        mean, mark = ax.lines
-        assert mean.get_ydata() == pytest.approx(depth.mean() * 1e9)
-        assert mark.get_ydata() == pytest.approx(depth.max() * 1e9)
-        assert np.degrees(mark.get_xdata()) == pytest.approx(depth.argmax() + 0.5)
-    assert axes[0].get_ylim() == axes[1].get_ylim()
-    for line, depth in zip(drawn(distance).lines, stored, strict=True):
-        assert line.get_ydata() == pytest.approx(depth.reshape(180, 2).max(axis=1) * 1e9)
+        (area,) = items(ax, "area")
+        assert np.degrees(area.x) == pytest.approx(np.arange(1.0, 360.0, 2.0))
+        assert area.y == pytest.approx(pairs.max(axis=1) * 1e9)
+        _, mean = items(ax)  # the first is the edge of the area
+        (mark,) = items(ax, "points")
+        assert mean.y == pytest.approx(depth.mean() * 1e9)
+        assert mark.y == pytest.approx(depth.max() * 1e9)
+        assert np.degrees(mark.x) == pytest.approx(depth.argmax() + 0.5)
+    assert axes[0].yaxis.limits() == axes[1].yaxis.limits()
+    for line, depth in zip(items(axes_of(distance)), stored, strict=True):
+        assert line.y == pytest.approx(depth.reshape(180, 2).max(axis=1) * 1e9)
     assert "deepest 3.00 nm at 0°" in bearing.caption.replace("\u00a0", " ")
 
 
@@ -420,8 +417,8 @@ def test_pressure_and_wear_are_mapped_over_the_axes_that_move_them():
     titles = {picture.title: picture for picture in gallery.pictures}
     pressure = f"Pressure peak: clearance {TIMES} stiffness"
     assert list(titles) == [f"Wear depth per 1000 h: clearance {TIMES} crank speed", pressure]
-    mesh = drawn(titles[pressure]).collections[0]
-    assert np.asarray(mesh.get_array()).reshape(2, 3) == pytest.approx(np.outer([1.0, 10.0], [1.0, 2.0, 4.0]))
+    (cells,) = items(axes_of(titles[pressure]), "cells")
+    assert cells.style.values == pytest.approx(np.outer([1.0, 10.0], [1.0, 2.0, 4.0]))
     (line,) = wear_blocks(Run(sweep={CLEARANCE: SWEEP[CLEARANCE]}), Gallery)
     assert [picture.title for picture in line.pictures] == ["Wear depth per 1000 h over clearance"]
 
@@ -562,13 +559,13 @@ def test_lives_are_reported_mapped_and_drawn_with_their_intervals():
     (gallery,) = part.blocks
     mapped, depth, growth, force = gallery.pictures
     assert "Life" in mapped.title
-    shortest, bar, median = drawn(growth).lines[:3]
-    assert shortest.get_ydata() == pytest.approx([0.0, 12.5, 25.0, 37.5, 50.0])
-    assert shortest.get_xdata() == pytest.approx(np.linspace(0.0, 0.25, 5))  # millions
-    assert bar.get_xdata() == pytest.approx([0.225, 0.3])
-    assert median.get_xdata()[-1] > 0.25
-    assert drawn(depth).lines[0].get_ydata()[-1] == pytest.approx(40.0)
-    assert drawn(force).lines[0].get_ydata() == pytest.approx([1.0, 1.25, 1.5, 1.75, 2.0])
+    shortest, bar, median = items(axes_of(growth))[:3]
+    assert shortest.y == pytest.approx([0.0, 12.5, 25.0, 37.5, 50.0])
+    assert shortest.x == pytest.approx(np.linspace(0.0, 0.25, 5))  # millions
+    assert bar.x == pytest.approx([0.225, 0.3])
+    assert median.x[-1] > 0.25
+    assert items(axes_of(depth))[0].y[-1] == pytest.approx(40.0)
+    assert items(axes_of(force))[0].y == pytest.approx([1.0, 1.25, 1.5, 1.75, 2.0])
 
 
 def test_a_run_without_a_life_has_no_section_on_it():

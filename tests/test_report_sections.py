@@ -9,7 +9,6 @@ import pandas as pd
 import pytest
 from fake_runs import CRANK, ROD, RPM, Run
 from markupsafe import Markup
-from matplotlib.figure import Figure
 from test_refine import Arc, off_border, refining_grid
 from test_report import Page
 from test_seek import MASS, quiet, searching
@@ -22,7 +21,7 @@ from clearsweep.contracts.catalogue import CHOICE, CONDITION, Channel, Field, Jo
 from clearsweep.language import wording
 from clearsweep.mechanics.machines import MECHANISMS
 from clearsweep.report import sections
-from clearsweep.report.blocks.picture import Picture, draw_svg
+from clearsweep.report.blocks.picture import Picture, draw_svg, painted
 from clearsweep.report.blocks.section import (
     Block,
     Cards,
@@ -39,6 +38,7 @@ from clearsweep.report.blocks.section import (
 )
 from clearsweep.report.blocks.table import Column, Quantity, Table
 from clearsweep.report.documents import page, single
+from clearsweep.report.draw.style import BLUE
 from clearsweep.report.one_case.motion import motion_pictures, onset_pictures
 from clearsweep.report.sections import answer as verdict_section
 from clearsweep.report.sections.answer import (
@@ -53,7 +53,7 @@ from clearsweep.report.sections.motion import peak_sections
 from clearsweep.report.sections.searches import seek_sections
 from clearsweep.report.study import answer_of_study, prepare, reduce_over_other_axes
 
-LINE = Picture("A line", "from below", "A line that rises.", lambda ax: ax.plot([0.0, 1.0], [0.0, 1.0]))
+LINE = Picture("A line", "from below", "A line that rises.", lambda ax: ax.plot([0.0, 1.0], [0.0, 1.0], color=BLUE))
 LENGTHS = Table("lengths", "Lengths", "", (Column("name"), Column("length", "m")), [("crank", 0.05), ("rod", 0.12)])
 BLOCKS = {
     Sentences: Sentences(["Said in full."]),
@@ -444,9 +444,9 @@ def lines(made):
     prepared = prepare(made)
     case_id = prepared.cases.index[0]
     (picture,) = onset_pictures(prepared, case_id, made.events(case_id), made.orbit(case_id))
-    axes = Figure().subplots()
-    picture.paint(axes)
-    return {line.get_label(): line.get_ydata()[0] for line in axes.lines if line.get_label().startswith("first yield")}
+    axes = painted(picture)[0].axes
+    levels = [item.y[0] for item in axes.items if item.spans_width]
+    return dict(zip([entry.name for entry in axes.legend_entries], levels, strict=True))
 
 
 def test_joints_have_a_line_each():

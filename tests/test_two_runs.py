@@ -5,9 +5,9 @@ import csv
 import numpy as np
 import pytest
 from fake_runs import RPM, Run
-from matplotlib.figure import Figure
 
 from clearsweep.language.errors import InputError
+from clearsweep.report.blocks.picture import painted
 from clearsweep.report.documents import two_runs
 from clearsweep.report.study import prepare
 
@@ -72,8 +72,7 @@ def test_what_is_drawn_is_each_case_of_b_over_that_of_a():
     first, second = made(sweep=SHORT), harder(made(sweep=SHORT))
     (name, picture), *_ = two_runs.comparison_page(first, second).sections[0].pictures
     assert (name, picture.title) == ("", "Force peak of B over A")
-    axes = Figure().subplots()
-    picture.paint(axes)
-    drawn = 1e3 * np.asarray(axes.collections[0].get_offsets())
+    (points,) = (item for item in painted(picture)[0].axes.items if item.kind == "points")
+    drawn = 1e3 * np.stack([points.x, points.y], -1)
     forces = first.summary["rod_slider_force_peak"].to_numpy()
     assert drawn[np.argsort(drawn[:, 0])] == pytest.approx(np.sort(forces)[:, np.newaxis] * [1.0, 2.0], rel=1e-12)

@@ -1,7 +1,5 @@
 """Reports: one offline HTML page of a run, its tables and figures, and one case simulated again and drawn."""
 
-import os
-import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -54,7 +52,6 @@ def page_of(run: "StoredRun", *, typical: bool = False, measured: str | Path | N
     Maps show the worst case over the omitted axes; with `typical`, the median.  measured : a CSV file whose signals are
     compared with those of the nearest case.
     """
-    _import_matplotlib()
     from .documents import page
     from .study import prepare
 
@@ -63,7 +60,6 @@ def page_of(run: "StoredRun", *, typical: bool = False, measured: str | Path | N
 
 def compared(first: "StoredRun", second: "StoredRun") -> "Page":
     """Return the page that compares two runs case by case."""
-    _import_matplotlib()
     from .documents import two_runs
 
     return two_runs.comparison_page(first, second)
@@ -84,7 +80,6 @@ def figures(run: "StoredRun", directory: str | Path, form: str = "svg", width: s
 
     form : svg, pdf or png; width : 85 or 170 (mm), or auto: the smaller one that fits.
     """
-    _import_matplotlib()
     from .documents import paper
 
     return page_of(run).write_figures(paper.FigureOptions(Path(directory), form, width))
@@ -95,7 +90,6 @@ def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
 
     As CSV the file has the forces in the joints over time, in the fixed frame.
     """
-    _import_matplotlib()
     from .documents import single
 
     return single.show(run, case_id, Path(out))
@@ -103,24 +97,6 @@ def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
 
 def draw_grid(source: str | Path, out: str | Path) -> Path:
     """Draw the mechanism of a grid at its start, as SVG or PNG by the ending of `out`; return its path."""
-    _import_matplotlib()
-    from .one_case import joints
+    from .documents import single
 
-    return joints.draw_grid(Path(source), Path(out))
-
-
-def _import_matplotlib() -> None:
-    """Load matplotlib even if MPLBACKEND names an unknown backend: figures are drawn into files without a backend."""
-    backend = os.environ.get("MPLBACKEND")
-    try:
-        import matplotlib
-    except ValueError:
-        if backend is None:
-            raise
-        for name in [name for name in sys.modules if name.partition(".")[0] == "matplotlib"]:
-            del sys.modules[name]  # partly loaded
-        del os.environ["MPLBACKEND"]
-        try:
-            import matplotlib  # noqa: F401
-        finally:
-            os.environ["MPLBACKEND"] = backend
+    return single.draw_grid(Path(source), Path(out))

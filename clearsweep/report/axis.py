@@ -22,6 +22,7 @@ from ..store import StoredRun
 CHUNK_VALUES = 65_536  # values looked up together
 MIN_DIGITS = 4  # of a swept value, if these distinguish its values
 MAX_LISTED_NUMBERS, MAX_LISTED_NAMES = 6, 16  # most values of an axis that a sentence lists
+GEOMETRIC_RATIO = 8.0  # of the last value to the first, from which an axis may be logarithmic
 MAX_LEVELS = 30  # distinct values of a parallel axis above which it is scattered and its levels are not compared
 
 
@@ -42,6 +43,16 @@ class Axis(NamedTuple):
     def is_numeric(self) -> bool:
         """Return whether the values are numbers, not names."""
         return not any(isinstance(value, str) for value in self.values)
+
+    @property
+    def is_geometric(self) -> bool:
+        """Return whether positive values over a wide range are spaced by factors rather than by differences."""
+        if not self.is_numeric or len(self.values) < 2 or self.values[0] <= 0.0:
+            return False
+        values = np.sort(np.asarray(self.values, float))
+        steps, factors = np.diff(values), np.diff(np.log(values))
+        is_wide = values[-1] >= GEOMETRIC_RATIO * values[0]
+        return bool(is_wide and np.std(factors) / np.mean(factors) < np.std(steps) / np.mean(steps))
 
     def number_text(self, value: float | str) -> str:
         """Return a value without its unit."""

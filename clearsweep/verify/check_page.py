@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from matplotlib.colors import ListedColormap
 
 from .. import grid
 from ..language import phases, wording
@@ -15,6 +14,7 @@ from ..report.blocks.picture import Picture
 from ..report.blocks.section import Block, Gallery, Points, Section
 from ..report.blocks.table import Column, Table
 from ..report.documents.page import Page
+from ..report.plot import Axes, ColourScale
 from ..simulation.setup import scene
 from ..store import durable
 from .check import CHOICES, Level, Options, levels_of, measure
@@ -29,7 +29,7 @@ COLOURS = {  # method -> colour (Okabe and Ito 2008), marker
 }
 LEAST_DRAWN_ERROR = 1e-14  # clearances: an error of 0 is drawn there
 PASSED, FAILED, NOT_TRIED = 1.0, 0.0, np.nan
-CELL_COLOURS = ListedColormap(["#D55E00", "#009E73"])  # of failed and passed
+CELL_COLOURS = ("#D55E00", "#009E73")  # of failed and passed
 MAX_LISTED = 20  # failed variants in the text
 
 
@@ -194,7 +194,7 @@ def _seconds(milliseconds: float | None) -> float | None:
 def _error_picture(case: Mapping[str, Any]) -> Picture:
     """Return the picture of error against run time, a curve per method, the grid's tolerance marked."""
 
-    def paint(ax: Any) -> None:
+    def paint(ax: Axes) -> None:
         for method, (colour, marker) in COLOURS.items():
             rows = [row for row in case["ladder"] if row["method"] == method and row["error"] is not None]
             if rows:
@@ -204,12 +204,11 @@ def _error_picture(case: Mapping[str, Any]) -> Picture:
         yours = case["yours"]
         if yours["error"] is not None:
             point = [yours["milliseconds"]], [max(yours["error"], LEAST_DRAWN_ERROR)]
-            ax.plot(*point, "o", color="#111111", markersize=7, label="yours")
-        ax.set(xlabel="processor time [ms a revolution]", ylabel="error [clearances]")
-        ax.set_xscale("log")
-        ax.set_yscale("log")
-        ax.grid(color="#dde3e8", linewidth=0.6)
-        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.03), frameon=False)
+            ax.plot(*point, marker="o", linestyle="", color="#111111", markersize=7, label="yours")
+        ax.set_labels("processor time [ms a revolution]", "error [clearances]")
+        ax.set_log("x", "y")
+        ax.set_grid("#dde3e8", linewidth=0.6)
+        ax.set_legend("right")
 
     return Picture("Error against run time", "", "Error of the journal against run time by method.", paint, (5.4, 3.4))
 
@@ -228,18 +227,17 @@ def _stability_picture(case: Mapping[str, Any], factors: Mapping[str, list[Level
         if not names & refused:
             cells[i, j] = FAILED if names & failed else PASSED
 
-    def paint(ax: Any) -> None:
+    def paint(ax: Axes) -> None:
         edges = np.arange(len(levels) + 1) - 0.5
-        ax.set_facecolor("#e8ebee")
-        ax.pcolormesh(
-            edges, edges, cells, cmap=CELL_COLOURS, vmin=FAILED, vmax=PASSED, edgecolors="#ffffff", linewidth=1.0
-        )
+        ax.face_colour = "#e8ebee"
+        colours = ColourScale(FAILED, PASSED, CELL_COLOURS, is_stepped=True)
+        ax.cells(edges, edges, cells, colours, edge_colour="#ffffff", linewidth=1.0)
         positions = list(range(len(levels)))
-        ax.set_xticks(positions, [str(number + 1) for number in positions])
-        ax.set_yticks(positions, [f"{text} ({number + 1})" for number, text in enumerate(levels)])
+        ax.xaxis.set_ticks(positions, [str(number + 1) for number in positions])
+        ax.yaxis.set_ticks(positions, [f"{text} ({number + 1})" for number, text in enumerate(levels)])
         ax.set_xlim(-0.6, len(levels) - 0.4)
         ax.set_ylim(len(levels) - 0.4, -0.6)
-        ax.tick_params(length=0)
+        ax.set_tick_length(0.0)
 
     caption = "Green passes, red fails, grey was refused or is no variant; the diagonal has single changes."
     return Picture("Variants", caption, "Map of the variants that pass and fail.", paint, (6.4, 4.6))

@@ -9,6 +9,7 @@ import numpy as np
 
 from .. import plot
 from ..draw.style import BLUE, GREY, INK, PALE
+from ..plot.items import Box
 
 COLUMN_WIDTH = 4.2  # inches, largest width of a picture in one column
 #: Colours of a drawing -> colour variables of the page, which has a dark theme.
@@ -17,9 +18,8 @@ THEME_VARIABLES["#f3f6f9"] = "--tint"  # the area of a journal
 _COLOUR = re.compile(rf"((?:fill|stroke): )({'|'.join(THEME_VARIABLES)})\b")
 _WHITE_TEXT = re.compile(r"(?<=; fill: )#ffffff(?=\")")  # white text on a dark cell of a map, in any theme
 ANIMATION_TIME = 8  # s, duration of a dot's movement
-ToPoints = Callable[
-    [Any], np.ndarray
-]  # positions (n, 2) in a picture's own units -> points from its upper left corner, (n, 2)
+#: Positions (n, 2) in a picture's own units -> points from its upper left corner, (n, 2).
+ToPoints = Callable[[Any], np.ndarray]
 
 
 class Spot(NamedTuple):
@@ -39,14 +39,14 @@ class Dot(NamedTuple):
 
 
 class Picture(NamedTuple):
-    """One picture before it is drawn: `paint(axes)` draws it on matplotlib axes."""
+    """One picture before it is drawn: `paint(axes)` draws it on axes of `plot`."""
 
     title: str
     caption: str
     alt: str  # alternative text for readers who cannot see it
-    paint: Callable[[Any], None]
+    paint: Callable[[plot.Axes], None]
     size: tuple[float, float] = (4.2, 3.1)  # inches
-    projection: str | None = None  # 'polar', '3d'; None: a plane
+    is_polar: bool = False  # its abscissa is an angle
     spots: tuple[Spot, ...] = ()
     dots: tuple[Dot, ...] = ()
     shown_in_player: bool = False  # whether the player of a page also shows it
@@ -59,46 +59,28 @@ class Picture(NamedTuple):
 
 def draw_svg(picture: Picture, id_prefix: str) -> str:
     """Return a picture as an SVG element for a page: ids prefixed with `id_prefix`, labelled by its text."""
-    try:
-        svg_text, to_points = _draw_by_plot(picture, id_prefix)
-    except plot.UnsupportedError:
-        svg_text, to_points = _draw_by_matplotlib(picture, id_prefix)
-    svg_text = _COLOUR.sub(_theme_variable, _WHITE_TEXT.sub("white", svg_text))
-    if picture.spots:
-        svg_text = (
-            svg_text.removesuffix("\n").removesuffix("</svg>") + _spot_elements(picture.spots, to_points) + "</svg>\n"
-        )
-    if picture.dots:
-        svg_text = (
-            svg_text.removesuffix("\n").removesuffix("</svg>")
-            + _dot_elements(picture, to_points, id_prefix)
-            + "</svg>\n"
-        )
-    role = "group" if any(spot.case_id for spot in picture.spots) else "img"  # an image contains no links
-    return svg_text.replace("<svg ", f'<svg role="{role}" aria-label="{html.escape(picture.alt)}" ', 1)
-
-
-def _draw_by_plot(picture: Picture, id_prefix: str) -> tuple[str, ToPoints]:
-    """Return a picture as SVG drawn by `plot`, and the mapping of its points."""
-    sheet = plot.make_sheet(picture.size, picture.projection)
-    picture.paint(sheet.axes)
-    text, box = sheet.svg(id_prefix)
+    sheet, box = painted(picture)
+    svg_text = sheet.svg(id_prefix, box)
 
     def to_points(points: Any) -> np.ndarray:
         x, y = np.asarray(points, float).T
         return np.stack(sheet.axes.to_points(x, y, box), -1)
 
-    return text, to_points
+    svg_text = _COLOUR.sub(_theme_variable, _WHITE_TEXT.sub("white", svg_text)).removesuffix("</svg>\n")
+    if picture.spots:
+        svg_text += _spot_elements(picture.spots, to_points)
+    if picture.dots:
+        svg_text += _dot_elements(picture, to_points, id_prefix)
+    role = "group" if any(spot.case_id for spot in picture.spots) else "img"  # an image contains no links
+    labelled = f'<svg role="{role}" aria-label="{html.escape(picture.alt)}" '
+    return svg_text.replace("<svg ", labelled, 1) + "</svg>\n"
 
 
-def _draw_by_matplotlib(picture: Picture, id_prefix: str) -> tuple[str, ToPoints]:
-    """Return a picture as SVG drawn by matplotlib, and the mapping of its points.
-
-    Matplotlib draws spatial pictures, arrows and thousands of points.
-    """
-    from . import matplotlib_figure  # loads in as much time as a page of few cases takes
-
-    return matplotlib_figure.draw_svg(picture, id_prefix)
+def painted(picture: Picture) -> tuple[plot.Sheet, Box]:
+    """Return the sheet with a picture, and the position of its axes."""
+    sheet = plot.make_sheet(picture.size, is_polar=picture.is_polar)
+    picture.paint(sheet.axes)
+    return sheet, sheet.box()
 
 
 def _spot_elements(spots: tuple[Spot, ...], to_points: ToPoints) -> str:

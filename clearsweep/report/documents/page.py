@@ -16,7 +16,7 @@ from ..blocks.picture import Picture, draw_svg
 from ..blocks.section import Block, Section, page_script, safe_json, style_sheets
 from ..sections.identified import compare_signals, overlay_section
 from ..study import Study
-from .figure_options import FigureOptions
+from .paper import FigureOptions, write_figures
 
 
 class Page(NamedTuple):
@@ -65,10 +65,8 @@ class Page(NamedTuple):
 
     def write_figures(self, options: FigureOptions) -> list[Path]:
         """Write the pictures of every section, each under its name, and a list of them; return the files."""
-        from . import paper  # loads all of matplotlib, which a page does without
-
         with phases.phase("drawing the figures"):
-            return paper.write_figures(self.sections, options)
+            return write_figures(self.sections, options)
 
     def write_all(self, out: Path, tables: Path | None, options: FigureOptions | None) -> dict[str, Any]:
         """Write the page, its tables and its figures; return their paths under `report`, `tables` and `figures`."""

@@ -1,42 +1,36 @@
 """The figures of a page as files for a paper, with the width of its column or page, and embedded fonts."""
 
-import contextlib
-import io
 import os
 import re
+import sys
 import unicodedata
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
-
-from matplotlib import rc_context
-from matplotlib.text import Text
+from typing import NamedTuple
 
 from ...language import phases
 from ...language.errors import InputError
 from ...store import durable
-from ..blocks.matplotlib_figure import STYLE, draw_figure
-from ..blocks.picture import Picture
+from ..blocks.picture import Picture, painted
 from ..blocks.section import Section
 from ..blocks.table import escape_markdown
-from .figure_options import FigureOptions
 
 FORMS = ("svg", "pdf", "png")
+DOTS_PER_INCH = 600  # in PNG files and in images inside the other formats
 COLUMN_WIDTH, PAGE_WIDTH = 85.0, 170.0  # mm, usual widths of figures in journals
 WIDTHS = {"auto": None, "85": COLUMN_WIDTH, "170": PAGE_WIDTH}
 MAX_TEXT_SCALE = 8.0 / 9.0  # scale from the page, whose text has 9 points, to the 6 to 8 points that journals require
 MAX_HEIGHT = 110.0  # mm, height of a figure of page width, unless its rows need more
-DOTS_PER_INCH = 600  # per inch, in PNG files and in images inside the other formats
 MM_PER_INCH = 25.4  # mm
 INDEX = "figures.md"
-#: Letters are outlines in an SVG and an embedded TrueType font in a PDF, as journals require.
-FONTS: dict[Any, Any] = {"svg.fonttype": "path", "pdf.fonttype": 42, "svg.hashsalt": "paper"}
-#: Metadata by form: no date, since the bytes depend only on the run, and the mark of `durable.check_output`.
-MARKS: dict[str, dict] = {
-    "svg": {"Date": None, "Creator": "clearsweep"},
-    "pdf": {"CreationDate": None, "Creator": "clearsweep"},
-    "png": {"Software": "clearsweep"},
-}
+
+
+class FigureOptions(NamedTuple):
+    """Where and how the figures of a page are written."""
+
+    directory: Path
+    form: str = "svg"  # one of FORMS
+    width: str = "auto"  # one of WIDTHS; auto: COLUMN_WIDTH or PAGE_WIDTH, by the size on the page
 
 
 def write_figures(sections: Iterable[Section], options: FigureOptions) -> list[Path]:
@@ -82,25 +76,33 @@ def picture_bytes(picture: Picture, form: str, width: float | None = None) -> by
     width = width or (PAGE_WIDTH if picture.is_wide else COLUMN_WIDTH)
     size = width / MM_PER_INCH, _height(picture, width) / MM_PER_INCH
     scale = min(MAX_TEXT_SCALE, size[0] / picture.size[0])
-    with rc_context({**STYLE, **FONTS}):
-        figure, _ = draw_figure(picture._replace(size=size))
-        for text in figure.findobj(Text):
-            text.set_fontsize(scale * float(text.get_fontsize()))
-        stream = io.BytesIO()
-        with _without_source_date():
-            figure.savefig(stream, format=form, dpi=DOTS_PER_INCH, metadata=MARKS[form])
-    return stream.getvalue()
+    sheet, box = painted(picture._replace(size=(size[0] / scale, size[1] / scale)))
+    return drawing_bytes(sheet.svg("figure", box), form, scale)
 
 
-@contextlib.contextmanager
-def _without_source_date() -> Iterator[None]:
-    """Hide SOURCE_DATE_EPOCH, which matplotlib reads even if it writes no date."""
-    date = os.environ.pop("SOURCE_DATE_EPOCH", None)
+def drawing_bytes(svg: str, form: str, scale: float = 1.0, *, dots_per_inch: int = DOTS_PER_INCH) -> bytes:
+    """Return a drawing of `plot`, `scale` times its size, as the bytes of a file of one of FORMS."""
+    _import_matplotlib()
+    from .figure_file import file_bytes  # loads all of matplotlib, which a page does without
+
+    return file_bytes(svg, form, scale, dots_per_inch)
+
+
+def _import_matplotlib() -> None:
+    """Load matplotlib even if MPLBACKEND names an unknown backend: figures are drawn into files without a backend."""
+    backend = os.environ.get("MPLBACKEND")
     try:
-        yield
-    finally:
-        if date is not None:
-            os.environ["SOURCE_DATE_EPOCH"] = date
+        import matplotlib
+    except ValueError:
+        if backend is None:
+            raise
+        for name in [name for name in sys.modules if name.partition(".")[0] == "matplotlib"]:
+            del sys.modules[name]  # partly loaded
+        del os.environ["MPLBACKEND"]
+        try:
+            import matplotlib  # noqa: F401
+        finally:
+            os.environ["MPLBACKEND"] = backend
 
 
 def _height(picture: Picture, width: float) -> float:

@@ -1,28 +1,29 @@
 """One case, simulated again and drawn: orbit, force, output, drive, contact onsets and wear; its pin forces as CSV."""
 
-import io
 from pathlib import Path
 
 import pandas as pd
-from matplotlib import rc_context
-from matplotlib.figure import Figure
 
-from ... import simulation
+from ... import grid, simulation
 from ...contracts.case import Case
 from ...contracts.results import Trajectory
 from ...language import phases, wording
 from ...language.errors import InputError
 from ...store import StoredRun, durable
-from ..blocks.matplotlib_figure import STYLE
-from ..blocks.picture import Picture
+from ..blocks.picture import Picture, draw_svg, painted
 from ..one_case import joints
-from ..one_case.joints import joint_forces
+from ..one_case.joints import joint_forces, mechanism_picture
 from ..one_case.motion import motion_pictures, onset_pictures
+from ..plot.items import PAPER, text_svg
 from ..study import Study, prepare, resolve_cases
-from . import page, paper
+from . import page
+from .paper import drawing_bytes
 
 MIN_SAMPLES = 1440  # per revolution at least, so that single contacts show
-PANEL_COLUMNS = 2  # of panels in a PNG or SVG
+PANEL_COLUMNS, PANEL_SIZE, PANEL_DOTS = 2, (5.2, 3.2), 150  # of a PNG or SVG; inches; dots per inch
+TITLE_HEIGHT = 20.0  # points
+MECHANISM_ENDINGS = (".svg", ".png")
+MARK = "<!-- drawn by clearsweep -->"  # recognised by `durable.check_output`
 ENDINGS = (".html", ".png", ".svg", ".csv")
 
 
@@ -98,15 +99,48 @@ def _page(study: Study, case_id: str, result: Trajectory, pictures: list[Picture
 
 
 def _write_panels(pictures: list[Picture], title: str, out: Path) -> Path:
-    rows = -(-len(pictures) // PANEL_COLUMNS)
-    with rc_context({**STYLE, "svg.hashsalt": "case"}):
-        figure = Figure(figsize=(5.2 * PANEL_COLUMNS, 3.5 * rows + 0.6), dpi=150, layout="constrained")
-        figure.suptitle(title, fontsize=10)
-        for number, picture in enumerate(pictures, start=1):
-            ax = figure.add_subplot(rows, PANEL_COLUMNS, number, projection=picture.projection)
-            picture.paint(ax)
-            ax.set_title(picture.title, fontsize=9, pad=22)
-        file_format, stream = out.suffix[1:].lower(), io.BytesIO()
-        figure.savefig(stream, format=file_format, metadata=paper.MARKS[file_format])
-    durable.replace_output(out, stream.getvalue())
+    svg = panels_svg([picture._replace(size=PANEL_SIZE) for picture in pictures], title)
+    durable.replace_output(out, drawing_bytes(svg, out.suffix[1:].lower(), dots_per_inch=PANEL_DOTS))
+    return out
+
+
+def panels_svg(pictures: list[Picture], title: str = "") -> str:
+    """Return pictures of one size below each other, in two columns if they are several, each under its title."""
+    columns = min(PANEL_COLUMNS, len(pictures))
+    picture_width, picture_height = (72.0 * side for side in pictures[0].size)
+    title_lines, row_height = title.split("\n") if title else [], picture_height + TITLE_HEIGHT
+    top = TITLE_HEIGHT * len(title_lines)
+    width, height = columns * picture_width, top + -(-len(pictures) // columns) * row_height
+    parts = [
+        f'<svg width="{width:g}pt" height="{height:g}pt" viewBox="0 0 {width:g} {height:g}" '
+        f'xmlns="http://www.w3.org/2000/svg"><rect width="{width:g}" height="{height:g}" style="fill: {PAPER}"/>'
+    ]
+    parts += [
+        text_svg(line, 0.5 * width, TITLE_HEIGHT * (k + 0.7), 10.0, "middle") for k, line in enumerate(title_lines)
+    ]
+    for number, picture in enumerate(pictures):
+        row, column = divmod(number, columns)
+        sheet, box = painted(picture)
+        heading = text_svg(picture.title, 0.5 * picture_width, 0.7 * TITLE_HEIGHT, 9.0, "middle")
+        drawing = f'<g transform="translate(0 {TITLE_HEIGHT:g})">{sheet.svg(f"panel{number}", box)}</g>'
+        place = f"translate({column * picture_width:g} {top + row * row_height:g})"
+        parts.append(f'<g transform="{place}">{heading}{drawing}</g>')
+    return "".join([*parts, "</svg>"])
+
+
+def draw_grid(source: Path, out: Path) -> Path:
+    """Draw the mechanism of the first case of a grid as SVG or PNG by the ending of `out`; return `out`."""
+    if out.suffix.lower() not in MECHANISM_ENDINGS:
+        known = ", ".join(MECHANISM_ENDINGS)
+        raise InputError(f"{out}: cannot draw a file that ends in {out.suffix!r}; use one of {known}")
+    durable.check_output(out)
+    picture = mechanism_picture(grid.load(source, simulation.catalogue()).case(0))
+    if picture is None:
+        raise InputError(f"{source}: a mechanism of this type has no picture; run it and see the report")
+    out.parent.mkdir(parents=True, exist_ok=True)
+    if out.suffix.lower() == ".svg":
+        content = f"{MARK}{draw_svg(picture, 'm')}".encode()
+    else:
+        content = drawing_bytes(panels_svg([picture]), "png", dots_per_inch=PANEL_DOTS)
+    durable.replace_output(out, content)
     return out

@@ -1,6 +1,6 @@
 """Two runs compared case by case: differences of setup, shared cases, differences of figures."""
 
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -15,11 +15,9 @@ from ..blocks.section import Block, Facts, Gallery, Points, Section, without_emp
 from ..blocks.table import Column, Quantity, Table, axis_columns, column_label
 from ..draw import comparison
 from ..draw.style import GREY
+from ..plot import Axes
 from ..study import Study, answer_of_study, prepare
 from .page import Page
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
 
 RUN_NAMES = ("A", "B")
 
@@ -169,10 +167,11 @@ def _scatter_picture(pairs: Pairs, column: str) -> Picture:
     )
     name = column_label(pairs.first, column)
 
-    def paint(ax: "Axes") -> None:
+    def paint(ax: Axes) -> None:
         comparison.draw_cloud(ax, first_values, second_values, None, (f"{name} of A", f"{name} of B"), (scale, scale))
-        median = float(np.nanmedian(first_values)) / scale.factor
-        ax.axline((median, median), (2.0 * median, 2.0 * median), color=GREY, linewidth=1.0, zorder=0)
+        values = np.concatenate([first_values, second_values]) / scale.factor
+        ends = [np.nanmin(values), np.nanmax(values)]
+        ax.plot(ends, ends, color=GREY, linewidth=1.0, zorder=0.0)
 
     return Picture(
         f"{capitalise(name)} of B over A", "", f"{name} of B over that of A, {len(first_values)} cases.", paint

@@ -1,1 +1,1 @@
-"""Drawings on given matplotlib axes, independent of pages and files."""
+"""Drawings on given axes, independent of pages and files."""

@@ -2,16 +2,14 @@
 
 import re
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib import colormaps
-from matplotlib.colors import Normalize
-from matplotlib.ticker import FuncFormatter
 
 from ...language import wording
 from ...language.wording import Scale
 from ..axis import Axis
+from ..plot import Axes, ColourScale
 from ..statistics.effects import MainEffect
 from .style import (
     BLUE,
@@ -30,14 +28,12 @@ from .style import (
     set_plain_axes,
 )
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 CURVE_COLOURS = (BLUE, RED, GREEN, ORANGE, PURPLE, "#56B4E9", INK)  # of many curves; the next seven are dashed
 MAX_BIN_EDGES = 41  # largest number of bin edges of a histogram
-MAX_VECTOR_POINTS = 300  # points of a cloud above which they are drawn as pixels
+MANY_POINTS = 300  # points of a cloud above which they are smaller
 MAX_POINTS = 50_000  # points of a cloud above which covered points are omitted
 MIN_LABEL_LINES, LABEL_FONT_SIZE = 24, 6.5  # lines available for names next to a drawing; font size, points
+NAMES_LEFT = -0.12  # left end of names above a drawing, as a share of its width
 MAX_SIDE_NAME_LENGTH = 10  # letters of a curve's name above which names are placed at the top
 GRID_CELLS = 300  # per side of a cloud: each is smaller than a point
 LOG_SCALE_RATIO = 8.0  # ratio of largest to smallest value above which an axis is logarithmic
@@ -62,46 +58,49 @@ class CurveFamily(NamedTuple):
     limit_values: np.ndarray | None  # (values of the axis,)
 
 
-def draw_family(ax: "Axes", family: CurveFamily, scale: wording.Scale, name: str) -> None:
+def draw_family(ax: Axes, family: CurveFamily, scale: wording.Scale, name: str) -> None:
     """Draw the curves of a family in the unit `scale`, and the limit as a horizontal line."""
     known_values = family.curves[np.isfinite(family.curves)]
-    positions, spacing = _positions(family.axis)
-    colours = colormaps["viridis"](np.linspace(0.0, 0.85, len(family.names)))
+    positions = _positions(family.axis)
+    colours = ColourScale(0.0, 1.0).hex_colours(np.linspace(0.0, 0.85, len(family.names)))
     for curve, label, colour in zip(family.curves, family.names, colours, strict=True):
         is_known = np.isfinite(curve)
-        marker = "o" if len(positions) <= MAX_LABELLED_TICKS else None
+        marker = "o" if len(positions) <= MAX_LABELLED_TICKS else ""
         style: dict[str, Any] = {"marker": marker, "markersize": 3.5, "linewidth": 1.4}
-        ax.plot(positions[is_known], curve[is_known] / scale.factor, color=colour, label=label or None, **style)
+        ax.plot(positions[is_known], curve[is_known] / scale.factor, color=colour, label=label, **style)
     if family.limit_values is not None:
         ax.plot(positions, family.limit_values / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="limit")
         known_values = np.concatenate([known_values, family.limit_values[np.isfinite(family.limit_values)]])
-    ax.set(xlabel=family.axis.label(), ylabel=label_with_unit(name, scale))
-    if spacing == "log":
-        ax.set_xscale("log")
-    if len(positions) <= MAX_LABELLED_TICKS:
-        label_values(ax.xaxis, family.axis, positions)
-    elif spacing == "log":
-        set_log_scale(ax, "x")
+    ax.set_labels(family.axis.label(), label_with_unit(name, scale))
+    _label_abscissa(ax, family.axis, positions)
     if known_values.min() > 0.0 and known_values.max() > LOG_SCALE_RATIO * known_values.min():
         set_log_scale(ax, "y")
     elif known_values.min() >= 0.0:
         ax.set_ylim(0.0, 1.08 * known_values.max() / scale.factor or None)
     set_plain_axes(ax)
     if any(family.names):
-        placement: dict[str, Any] = {"loc": "upper left", "bbox_to_anchor": (1.0, 1.03)}
-        title = re.sub(r" (?=[\[(])", "\n", family.title)
         if max(map(len, family.names)) > MAX_SIDE_NAME_LENGTH:
-            placement, title = {"loc": "lower left", "bbox_to_anchor": (-0.12, 1.0), "ncols": 2}, ""
-        ax.legend(title=title, handlelength=1.4, frameon=False, **placement)
+            ax.set_legend("above", columns=2, sample=1.4, left=NAMES_LEFT)
+        else:
+            ax.set_legend("right", title=re.sub(r" (?=[\[(])", "\n", family.title), sample=1.4)
+
+
+def _label_abscissa(ax: Axes, axis: Axis, positions: np.ndarray) -> None:
+    """Scale and label the abscissa of an axis: its values if they are few."""
+    if axis.is_geometric:
+        set_log_scale(ax, "x")
+    if not axis.is_numeric or len(positions) <= MAX_LABELLED_TICKS:
+        label_values(ax.xaxis, axis, positions)
 
 
 def draw_effect(
-    ax: "Axes", curves: Sequence[Curve], scale: wording.Scale, limits: tuple[float, float], name: str
+    ax: Axes, curves: Sequence[Curve], scale: wording.Scale, limits: tuple[float, float], name: str
 ) -> None:
     """Draw medians of a figure, within `limits` (SI), in the unit `scale` over the values of one axis."""
     axis = curves[0].effect.axis
-    positions, spacing = _positions(axis)
-    tick_positions, has_names = positions, spacing == "name"
+    positions = tick_positions = _positions(axis)
+    has_names = not axis.is_numeric
+    has_markers = has_names or len(positions) <= MAX_LABELLED_TICKS
     joint_colours = list(dict.fromkeys(curve.colour for curve in curves if curve.has_band))
     band_alpha = 0.15 if len(curves) <= 2 else 0.06
     for curve in curves:
@@ -112,7 +111,7 @@ def draw_effect(
         if curve.has_band and has_names:
             ax.vlines(positions, low, high, color=curve.colour, alpha=0.3, linewidth=6)
         elif curve.has_band:
-            ax.fill_between(positions, low, high, color=curve.colour, alpha=band_alpha, linewidth=0)
+            ax.fill_between(positions, low, high, color=curve.colour, alpha=band_alpha)
         ax.plot(
             positions,
             curve.effect.medians / scale.factor,
@@ -121,32 +120,21 @@ def draw_effect(
             linestyle="" if has_names else "-" if curve.has_band else "--",
             label=curve.name,
             markersize=4,
-            marker=("o" if curve.has_band else "s") if has_names or len(positions) <= MAX_LABELLED_TICKS else None,
+            marker=("o" if curve.has_band else "s") if has_markers else "",
         )
-    ax.set(xlabel=axis.label(), ylabel=label_with_unit(name, scale))
-    if spacing == "log":
-        ax.set_xscale("log")
+    ax.set_labels(axis.label(), label_with_unit(name, scale))
     if has_names:
         ax.set_xlim(-0.5, len(positions) - 0.5)
-    if has_names or len(positions) <= MAX_LABELLED_TICKS:
-        label_values(ax.xaxis, axis, tick_positions)
-    elif spacing == "log":
-        set_log_scale(ax, "x")
+    _label_abscissa(ax, axis, tick_positions)
     if limits[0] > 0.0 and limits[1] > LOG_SCALE_RATIO * limits[0]:
         set_log_scale(ax, "y")
     ax.set_ylim(limits[0] / scale.factor * 0.9, limits[1] / scale.factor * 1.1)
     set_plain_axes(ax)
     if len(curves) > 1:
-        placement: dict[str, Any] = {
-            "loc": "lower left",
-            "bbox_to_anchor": (-0.12, 1.0),
-            "ncols": 3,
-            "borderaxespad": 0.2,
-        }
-        ax.legend(**placement, columnspacing=1.0, handlelength=1.6, frameon=False)
+        ax.set_legend("above", columns=3, column_gap=1.0, sample=1.6, left=NAMES_LEFT)
 
 
-def draw_strip(ax: "Axes", groups: Sequence[tuple[str, np.ndarray]], name: str, scale: Scale) -> None:
+def draw_strip(ax: Axes, groups: Sequence[tuple[str, np.ndarray]], name: str, scale: Scale) -> None:
     """Draw one row of points (SI, scaled) for each name, from the bottom up, with a bar at its median."""
     for row, (_, values) in enumerate(groups):
         ax.plot(
@@ -156,18 +144,16 @@ def draw_strip(ax: "Axes", groups: Sequence[tuple[str, np.ndarray]], name: str, 
             color=BLUE,
             markersize=4.5,
             alpha=0.55,
-            markeredgewidth=0,
-            rasterized=len(values) > MAX_VECTOR_POINTS,
         )
         ax.plot(np.median(values) / scale.factor, row, "|", color=RED, markersize=11, markeredgewidth=2.2)
     all_values = np.concatenate([values for _, values in groups])
     if all_values.min() > 0.0 and all_values.max() > 4.0 * all_values.min():  # else a log axis has no ticks
         set_log_scale(ax, "x")
     _label_rows(ax, [group_name for group_name, _ in groups])
-    ax.set_xlabel(label_with_unit(name, scale))
+    ax.xaxis.label = label_with_unit(name, scale)
 
 
-def draw_restitutions(ax: "Axes", rows: Sequence[tuple[str, float, float]]) -> None:
+def draw_restitutions(ax: Axes, rows: Sequence[tuple[str, float, float]]) -> None:
     """Draw the specified and the effective restitution by law; a row is (name, specified, effective)."""
     names = list(dict.fromkeys(row[0] for row in rows))[::-1]
     for row_index, (name, specified, effective) in enumerate(rows):
@@ -177,18 +163,18 @@ def draw_restitutions(ax: "Axes", rows: Sequence[tuple[str, float, float]]) -> N
             specified,
             position,
             "o",
-            markerfacecolor="white",
+            markerfacecolor="#ffffff",
             color=INK,
             markersize=6,
-            label="specified" if row_index == 0 else None,
+            label="specified" if row_index == 0 else "",
         )
-        ax.plot(effective, position, "D", color=RED, markersize=4.5, label="computed" if row_index == 0 else None)
+        ax.plot(effective, position, "D", color=RED, markersize=4.5, label="computed" if row_index == 0 else "")
     _label_rows(ax, names)
-    ax.set_xlabel("restitution")
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.2)
+    ax.xaxis.label = "restitution"
+    ax.set_legend("above", columns=2)
 
 
-def draw_elastic_forces(ax: "Axes", depths: np.ndarray, curves: Sequence[tuple[str, np.ndarray, bool]]) -> None:
+def draw_elastic_forces(ax: Axes, depths: np.ndarray, curves: Sequence[tuple[str, np.ndarray, bool]]) -> None:
     """Draw forces (N) over penetration (m); a curve is (name, forces, whether it is used); others are grey."""
     scale = wording.scale("m", depths)
     for (name, forces, is_used), used_count in zip(curves, _used_counts_before(curves), strict=True):
@@ -199,25 +185,23 @@ def draw_elastic_forces(ax: "Axes", depths: np.ndarray, curves: Sequence[tuple[s
             color=CURVE_COLOURS[used_count % len(CURVE_COLOURS)] if is_used else PALE,
             linestyle=dash if is_used else "-",
             linewidth=1.6 if is_used else 1.1,
-            label=name if is_used else None,
+            label=name if is_used else "",
             zorder=2 if is_used else 1,
         )
-    ax.set(xscale="log", yscale="log", xlabel=f"penetration [{scale.unit}]", ylabel="elastic force [N]")
-    ax.xaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short_number_text(value, 2)))
-    ax.yaxis.set_major_formatter(FuncFormatter(lambda value, _: wording.short_number_text(value, 2)))
+    ax.set_log("x", "y")
+    ax.set_labels(f"penetration [{scale.unit}]", "elastic force [N]")
+    ax.xaxis.formatter = ax.yaxis.formatter = lambda value: wording.short_number_text(value, 2)
     unused = [(name, forces[-1]) for name, forces, is_used in curves if not is_used]
     _label_curve_ends(ax, depths[-1] / scale.factor, unused)
     set_plain_axes(ax)
-    if unused:
-        ax.legend(loc="upper left", frameon=False, handlelength=2.4)
-    else:
-        ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, handlelength=2.4)
+    ax.set_legend("inside" if unused else "centre right", sample=2.4)
 
 
-def _label_curve_ends(ax: "Axes", depth: float, curve_ends: Sequence[tuple[str, float]]) -> None:
+def _label_curve_ends(ax: Axes, depth: float, curve_ends: Sequence[tuple[str, float]]) -> None:
     """Label curves at their right ends (at `depth` on the axis, force in N), each label on its own line."""
     curve_ends = sorted(curve_ends, key=lambda end: end[1])
-    low, high = np.log(ax.get_ylim())
+    low, high = np.log(ax.yaxis.limits())
+    edge = float(ax.xaxis.fraction(depth))
     spacing = (high - low) / max(len(curve_ends), MIN_LABEL_LINES)
     heights = [float(np.log(force)) for _, force in curve_ends]
     for k in range(1, len(heights)):
@@ -225,16 +209,9 @@ def _label_curve_ends(ax: "Axes", depth: float, curve_ends: Sequence[tuple[str, 
     for k in reversed(range(len(heights))):
         heights[k] = min(heights[k], high - spacing * (len(heights) - k - 0.5))
     for (name, force), height in zip(curve_ends, heights, strict=True):
-        ax.annotate(
-            name,
-            (depth, force),
-            (1.06, float(np.exp(height))),
-            textcoords=ax.get_yaxis_transform(),
-            va="center",
-            color=GREY,
-            fontsize=LABEL_FONT_SIZE,
-            arrowprops={"arrowstyle": "-", "color": PALE, "linewidth": 0.5, "shrinkB": 0, "relpos": (0.0, 0.5)},
-        )
+        place = (1.06, float(np.exp(height)))
+        ax.leader((edge, force), place, color=PALE, linewidth=0.5)
+        ax.text(*place, name, spans_width=True, va="center", colour=GREY, size=LABEL_FONT_SIZE)
 
 
 def _used_counts_before(curves: Sequence[tuple[str, np.ndarray, bool]]) -> list[int]:
@@ -242,16 +219,16 @@ def _used_counts_before(curves: Sequence[tuple[str, np.ndarray, bool]]) -> list[
     return [sum(is_used for *_, is_used in curves[:index]) for index in range(len(curves))]
 
 
-def _label_rows(ax: "Axes", names: Sequence[str]) -> None:
+def _label_rows(ax: Axes, names: Sequence[str]) -> None:
     """Label the rows of a drawing, from the bottom up."""
-    ax.set_yticks(np.arange(len(names)), names)
+    ax.yaxis.set_ticks(range(len(names)), names)
     ax.set_ylim(-0.6, len(names) - 0.4)
-    ax.tick_params(axis="y", length=0)
+    ax.set_tick_length(0.0, "y")
     set_plain_axes(ax)
 
 
 def draw_cloud(
-    ax: "Axes",
+    ax: Axes,
     x: np.ndarray,
     y: np.ndarray,
     colour: tuple[np.ndarray, Axis] | None,
@@ -260,24 +237,16 @@ def draw_cloud(
 ) -> None:
     """Draw one point per case (SI, scaled); `colour` : index of its value on an axis."""
     x, y = x / scales[0].factor, y / scales[1].factor
-    is_logarithmic = [_needs_log_scale(values) for values in (x, y)]
-    style: dict[str, Any] = {
-        "s": 16 if len(x) <= MAX_VECTOR_POINTS else 6,
-        "linewidths": 0,
-        "alpha": 0.85,
-        "rasterized": len(x) > MAX_VECTOR_POINTS,
-    }
+    style: dict[str, Any] = {"size": 4.0 if len(x) <= MANY_POINTS else 2.4, "alpha": 0.85}
     if colour is None:
         ax.scatter(x, y, color=BLUE, **style)
     else:
         value_indices, axis = colour
-        norm = Normalize(0, max(len(axis.values) - 1, 1))
-        ax.scatter(x, y, c=value_indices, norm=norm, cmap="viridis", **style)
-        draw_axis_colour_bar(ax, axis, norm)
-    for side, is_log_side in zip(("x", "y"), is_logarithmic, strict=True):
-        if is_log_side:
-            set_log_scale(ax, side)
-    ax.set(xlabel=label_with_unit(names[0], scales[0]), ylabel=label_with_unit(names[1], scales[1]))
+        colours = ColourScale(0.0, float(max(len(axis.values) - 1, 1)))
+        ax.scatter(x, y, values=value_indices, scale=colours, **style)
+        draw_axis_colour_bar(ax, axis, colours)
+    set_log_scale(ax, *(side for side, values in (("x", x), ("y", y)) if _needs_log_scale(values)))
+    ax.set_labels(label_with_unit(names[0], scales[0]), label_with_unit(names[1], scales[1]))
     set_plain_axes(ax)
 
 
@@ -315,7 +284,7 @@ def _cell_indices(values: np.ndarray) -> np.ndarray:
 
 
 def draw_histogram(
-    ax: "Axes", values: np.ndarray, name: str, scale: Scale, marked_values: tuple[float, ...], limit: float | None
+    ax: Axes, values: np.ndarray, name: str, scale: Scale, marked_values: tuple[float, ...], limit: float | None
 ) -> None:
     """Draw the distribution of values (SI, scaled), with marked values and a limit."""
     scaled_values = values / scale.factor
@@ -328,19 +297,17 @@ def draw_histogram(
         weights=np.full(len(scaled_values), 100.0 / len(scaled_values)),
         color=BLUE,
         alpha=0.85,
-        linewidth=0,
     )
     for marked_value in marked_values:
         ax.axvline(marked_value / scale.factor, color=INK, linewidth=0.9, linestyle=":")
     if limit is not None:
         ax.axvline(limit / scale.factor, color=RED, linewidth=1.4)
-    ax.set(xlabel=label_with_unit(name, scale), ylabel="cases [%]")
+    ax.set_labels(label_with_unit(name, scale), "cases [%]")
     set_plain_axes(ax)
 
 
-def _positions(axis: Axis) -> tuple[np.ndarray, str]:
-    """Return the positions of an axis's values on an abscissa, and the kind of the abscissa."""
+def _positions(axis: Axis) -> np.ndarray:
+    """Return the positions of an axis's values on an abscissa."""
     if not axis.is_numeric:
-        return np.arange(len(axis.values), dtype=float), "name"
-    positions = axis.scale.from_si(np.asarray(axis.values, float))
-    return positions, "log" if positions.min() > 0.0 and positions.max() >= 8.0 * positions.min() else "linear"
+        return np.arange(len(axis.values), dtype=float)
+    return np.asarray(axis.scale.from_si(np.asarray(axis.values, float)))

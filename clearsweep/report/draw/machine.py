@@ -3,15 +3,14 @@
 import math
 from collections.abc import Sequence
 from itertools import cycle
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
-from matplotlib.patches import Circle
-from matplotlib.ticker import MaxNLocator, MultipleLocator
 
 from ... import simulation
 from ...contracts.machine import GROUND
 from ...language import wording
+from ..plot import Axes, ColourScale, multiples_of, round_ticks
 from .style import (
     BLUE,
     GREEN,
@@ -27,10 +26,6 @@ from .style import (
     stem_lines,
 )
 
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
-
 # Drawing of a mechanism: its bodies, joints and loads at the start, each with its name.
 
 _COLOURS = (BLUE, GREEN, ORANGE, PURPLE, "#56B4E9", "#8C6D31")
@@ -39,8 +34,7 @@ _DRIVE_ARROW = np.stack(
 )  # the arrow of a drive
 _BLOCK_CORNERS = ((-1, -1), (1, -1), (1, 1), (-1, 1), (-1, -1))  # corners of a block
 _FONT_SIZE, _LETTER_WIDTH, _LINE_HEIGHT = 8, 4.9, 12.0  # points: of names, their mean letter, their line
-_HALO = {"facecolor": "white", "edgecolor": "none", "alpha": 0.75, "pad": 0.8}
-_LABEL_STYLE: dict[str, Any] = {"ha": "center", "va": "center", "fontsize": _FONT_SIZE, "bbox": _HALO}
+_LABEL_STYLE: dict[str, Any] = {"ha": "center", "va": "center", "size": _FONT_SIZE, "has_halo": True}
 _MARGINS = np.array([0.7, 0.8])  # inches of a figure's width and height for ticks, their labels and the title
 _LABEL_GAP = 0.02  # of the mechanism's size, from a name to its place
 _DIRECTIONS = np.radians(np.arange(45.0, 405.0, 30.0))
@@ -79,7 +73,7 @@ def _size(sketch: simulation.Sketch) -> float:
     return max(float(max(high - low)), 1e-9)
 
 
-def draw_mechanism(ax: "Axes", sketch: simulation.Sketch) -> None:
+def draw_mechanism(ax: Axes, sketch: simulation.Sketch) -> None:
     """Draw a mechanism at its start."""
     size = _size(sketch)
     labels = _Labels(size)
@@ -97,18 +91,16 @@ def draw_mechanism(ax: "Axes", sketch: simulation.Sketch) -> None:
         labels.add(f"{names} (open)" if is_open else names, position, RED if is_open else GREY)
     for load in sketch.loads:
         labels.add(load.name, _draw_load(ax, load, size), INK)
-    ax.set_aspect("equal")
+    ax.equal_aspect = True
     x_limits, y_limits = _limits(sketch)
-    ax.set_xlim(x_limits)
-    ax.set_ylim(y_limits)
+    ax.set_xlim(*x_limits)
+    ax.set_ylim(*y_limits)
     labels.write(ax)
     factor, unit, _ = wording.scale("m", 0.01)  # mm, or in
-    ax.xaxis.set_major_formatter(lambda value, _: f"{value / factor:.6g}")
-    ax.yaxis.set_major_formatter(lambda value, _: f"{value / factor:.6g}")
-    ax.set_xlabel(f"x [{unit}]")
-    ax.set_ylabel(f"y [{unit}]")
-    ax.spines[["top", "right"]].set_visible(False)
-    ax.tick_params(length=2)
+    ax.xaxis.formatter = ax.yaxis.formatter = lambda value: f"{value / factor:.6g}"
+    ax.set_labels(f"x [{unit}]", f"y [{unit}]")
+    ax.hide_edges("top", "right")
+    ax.set_tick_length(2.0)
 
 
 def _joints_by_position(joints: Sequence[simulation.SketchedJoint]) -> list[tuple[np.ndarray, bool, str]]:
@@ -138,11 +130,11 @@ class _Labels:
         """Request `text` next to `position` (m)."""
         self.requests.append((text, np.asarray(position, dtype=float), colour, weight))
 
-    def write(self, ax: "Axes") -> None:
+    def write(self, ax: Axes) -> None:
         """Write all names; the limits of the axes must not change afterwards."""
         metres_per_point = self._metres_per_point(ax)
         obstacles, occupied = np.concatenate(self.obstacles), np.empty((0, 4))
-        (left, right), (bottom, top) = ax.get_xlim(), ax.get_ylim()
+        (left, right), (bottom, top) = ax.xaxis.limits(), ax.yaxis.limits()
         for text, position, colour, weight in self.requests:
             half_size = metres_per_point * np.array([0.5 * _LETTER_WIDTH * len(text) + 2.0, 0.5 * _LINE_HEIGHT])
             centres = position + _LABEL_OFFSETS * (half_size + _LABEL_GAP * self.size)
@@ -153,16 +145,14 @@ class _Labels:
             best_index = np.argmin(covered_counts + 100.0 * overlap_counts + 100.0 * is_outside + _DISTANCE_COST)
             occupied = np.vstack([occupied, np.append(low[best_index], high[best_index])])
             if _DISTANCE_COST[best_index] > 1.0:
-                ax.plot(*np.stack([position, centres[best_index]]).T, color=colour, lw=0.5, zorder=5)
+                ax.plot(*np.stack([position, centres[best_index]]).T, color=colour, linewidth=0.5, zorder=5)
             x, y = centres[best_index]
-            ax.text(x, y, text, color=colour, weight=weight, zorder=6, **_LABEL_STYLE)
+            ax.text(x, y, text, colour=colour, weight=weight, **_LABEL_STYLE)
 
-    def _metres_per_point(self, ax: "Axes") -> float:
+    def _metres_per_point(self, ax: Axes) -> float:
         """Return the length (m) of a typographic point in axes that fill their figure."""
-        figure = ax.get_figure(root=True)
-        assert figure is not None
-        width, height = 72.0 * (figure.get_size_inches() - _MARGINS)
-        return max(np.ptp(ax.get_xlim()) / width, np.ptp(ax.get_ylim()) / height)
+        width, height = 72.0 * (np.array(ax.sheet_size) - _MARGINS)
+        return max(np.ptp(ax.xaxis.limits()) / width, np.ptp(ax.yaxis.limits()) / height)
 
 
 def _interpolate(points: np.ndarray) -> np.ndarray:
@@ -171,18 +161,18 @@ def _interpolate(points: np.ndarray) -> np.ndarray:
     return ((1.0 - fraction) * points[:-1] + fraction * points[1:]).reshape(-1, 2) if len(points) > 1 else points
 
 
-def _draw_body(ax: "Axes", body: simulation.SketchedBody, colour: str) -> np.ndarray:
+def _draw_body(ax: Axes, body: simulation.SketchedBody, colour: str) -> np.ndarray:
     """Draw a body as the line, or the area, between its points; return points (m) of it."""
     points = body.points
     if len(points) > 2:
         centre = points.mean(axis=0)
         order = np.argsort(np.arctan2(points[:, 1] - centre[1], points[:, 0] - centre[0]))
-        ax.fill(*points[order].T, facecolor=(colour, 0.25), edgecolor=colour, linewidth=2.5)
+        ax.fill(*points[order].T, facecolor=colour, alpha=0.25, edgecolor=colour, linewidth=2.5)
     else:
-        ax.plot(points[:, 0], points[:, 1], color=colour, lw=4.0, solid_capstyle="round", zorder=2)
+        ax.plot(points[:, 0], points[:, 1], color=colour, linewidth=4.0, capstyle="round", zorder=2)
     if body.elastic_ends is not None:
-        ax.plot(*_zigzag(*body.elastic_ends).T, color="white", lw=1.2, zorder=3)
-    ax.plot(*body.center, marker="+", color=INK, ms=5, mew=0.8, zorder=5)
+        ax.plot(*_zigzag(*body.elastic_ends).T, color="#ffffff", linewidth=1.2, zorder=3)
+    ax.plot(*body.center, marker="+", linestyle="", color=INK, markersize=5, markeredgewidth=0.8, zorder=5)
     return np.vstack([_interpolate(points), body.center])
 
 
@@ -196,11 +186,11 @@ def _zigzag(start: np.ndarray, end: np.ndarray) -> np.ndarray:
     return corners
 
 
-def _draw_guide(ax: "Axes", joint: simulation.SketchedJoint, direction: float, size: float) -> np.ndarray:
+def _draw_guide(ax: Axes, joint: simulation.SketchedJoint, direction: float, size: float) -> np.ndarray:
     """Draw the line of a guide and the block that moves along it; return points (m) of the block."""
     unit_vector = np.array([math.cos(direction), math.sin(direction)])
     ends = joint.position + 0.2 * size * np.array([[-1.0], [1.0]]) * unit_vector
-    ax.plot(ends[:, 0], ends[:, 1], color=GREY, lw=0.8, ls=(0, (6, 3)), zorder=1)
+    ax.plot(ends[:, 0], ends[:, 1], color=GREY, linewidth=0.8, linestyle="6 3", zorder=1)
     width, height = 0.14 * size, 0.08 * size
     perpendicular = np.array([-unit_vector[1], unit_vector[0]])
     outline = joint.position + 0.5 * (
@@ -210,7 +200,7 @@ def _draw_guide(ax: "Axes", joint: simulation.SketchedJoint, direction: float, s
     return _interpolate(outline)
 
 
-def _draw_joint(ax: "Axes", joint: simulation.SketchedJoint, size: float) -> np.ndarray:
+def _draw_joint(ax: Axes, joint: simulation.SketchedJoint, size: float) -> np.ndarray:
     """Draw a joint: a ring, a second ring if it is open, hatched if it is on the ground.
 
     Return points (n, 2) m of it.
@@ -224,41 +214,41 @@ def _draw_joint(ax: "Axes", joint: simulation.SketchedJoint, size: float) -> np.
         width = 2.2 * radius
         base = y - 1.6 * width
         ax.fill([x, x - width, x + width], [y, base, base], facecolor=PALE, edgecolor=GREY, linewidth=0.8)
-        ax.plot([x - 1.5 * width, x + 1.5 * width], [y - 1.6 * width] * 2, color=GREY, lw=1.2)
+        ax.plot([x - 1.5 * width, x + 1.5 * width], [y - 1.6 * width] * 2, color=GREY, linewidth=1.2)
         point_arrays.append(
             _interpolate(np.array([(x - width, y - 1.6 * width), (x, y), (x + width, y - 1.6 * width)]))
         )
-    ax.add_patch(Circle((x, y), radius, facecolor="white", edgecolor=INK, lw=1.2, zorder=4))
+    ax.circle((x, y), radius, facecolor="#ffffff", edgecolor=INK, linewidth=1.2, zorder=4)
     if joint.has_clearance:
-        ax.add_patch(Circle((x, y), 1.9 * radius, fill=False, edgecolor=RED, lw=1.4, zorder=4))
+        ax.circle((x, y), 1.9 * radius, edgecolor=RED, linewidth=1.4, zorder=4)
     if joint.driven:
         width = 0.11 * size
         arrow = joint.position + 0.5 * width * _DRIVE_ARROW
-        ax.plot(*arrow.T, color=INK, lw=1.0, zorder=3)
+        ax.plot(*arrow.T, color=INK, linewidth=1.0, zorder=3)
         _draw_arrow_head(ax, arrow[-1], arrow[-1] - arrow[-2], 0.022 * size)
         point_arrays.append(arrow)
     return np.concatenate(point_arrays)
 
 
-def _draw_load(ax: "Axes", load: simulation.SketchedLoad, size: float) -> np.ndarray:
+def _draw_load(ax: Axes, load: simulation.SketchedLoad, size: float) -> np.ndarray:
     """Draw a load; return the position (m) of its name."""
     if load.anchor is not None:
         line = np.linspace(load.anchor, load.position, 15)
         perpendicular = load.position - load.anchor
         perpendicular = np.array([-perpendicular[1], perpendicular[0]]) / max(float(np.hypot(*perpendicular)), 1e-12)
         line[2:-2] += 0.02 * size * np.where(np.arange(11) % 2, 1.0, -1.0)[:, None] * perpendicular
-        ax.plot(line[:, 0], line[:, 1], color=INK, lw=0.9, zorder=3)
+        ax.plot(line[:, 0], line[:, 1], color=INK, linewidth=0.9, zorder=3)
         return 0.5 * (load.anchor + load.position)
     if load.direction is None:
-        ax.plot(*load.position, marker="D", color=INK, ms=4, zorder=5)
+        ax.plot(*load.position, marker="D", linestyle="", color=INK, markersize=4, zorder=5)
         return np.asarray(load.position)
     tail = load.position - 0.2 * size * load.direction
-    ax.plot(*np.stack([tail, load.position]).T, color=INK, lw=1.4, zorder=5)
+    ax.plot(*np.stack([tail, load.position]).T, color=INK, linewidth=1.4, zorder=5)
     _draw_arrow_head(ax, load.position, load.direction, 0.04 * size)
     return np.asarray(tail)
 
 
-def _draw_arrow_head(ax: "Axes", tip: np.ndarray, direction: np.ndarray, length: float) -> None:
+def _draw_arrow_head(ax: Axes, tip: np.ndarray, direction: np.ndarray, length: float) -> None:
     """Draw the head of an arrow at `tip` (m) that points in a direction; length : m."""
     back = -length * direction / max(float(np.hypot(*direction)), 1e-12)
     perpendicular = 0.4 * np.array([-back[1], back[0]])
@@ -275,44 +265,32 @@ def _draw_arrow_head(ax: "Axes", tip: np.ndarray, direction: np.ndarray, length:
 DRAWN_PENETRATION = 0.4  # of the clearance: drawn height of the deepest penetration in an unrolled gap
 
 
-def draw_orbit(ax: "Axes", x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
+def draw_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
     """Draw the path of the journal centre (m) in the clearance circle; contact is coloured by force (N)."""
     scale = wording.scale("m", clearance)
     x, y, radius = x / scale.factor, y / scale.factor, clearance / scale.factor
-    ax.add_patch(Circle((0.0, 0.0), radius, facecolor="#f3f6f9", edgecolor=INK, linewidth=1.0, zorder=0))
-    ax.plot(x, y, color=GREY, linewidth=0.5, alpha=0.8, rasterized=len(x) > 5000)
+    ax.circle((0.0, 0.0), radius, facecolor="#f3f6f9", edgecolor=INK, zorder=0)
+    ax.plot(x, y, color=GREY, linewidth=0.5, alpha=0.8)
     half_width = 1.08 * max(radius, float(np.hypot(x, y).max(initial=0.0)))
     _draw_contact_points(ax, x, y, force)
-    ax.set(
-        xlim=(-half_width, half_width),
-        ylim=(-half_width, half_width),
-        aspect="equal",
-        xlabel=f"journal x [{scale.unit}]",
-        ylabel=f"journal y [{scale.unit}]",
-    )
-    ax.xaxis.set_major_locator(MaxNLocator(5))
-    ax.yaxis.set_major_locator(MaxNLocator(5))
+    ax.set_square(half_width)
+    ax.set_labels(f"journal x [{scale.unit}]", f"journal y [{scale.unit}]")
+    ax.xaxis.tick_rule = round_ticks(5)
+    ax.yaxis.tick_rule = round_ticks(5)
 
 
-def _draw_contact_points(ax: "Axes", x: np.ndarray, y: np.ndarray, force: np.ndarray) -> None:
+def _draw_contact_points(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray) -> None:
     """Draw the points of a path in contact, coloured by the force (N)."""
     in_contact = force > 0.0
     if in_contact.any():
         scale = wording.scale("N", force)
-        points = ax.scatter(
-            x[in_contact],
-            y[in_contact],
-            c=force[in_contact] / scale.factor,
-            s=4,
-            cmap="viridis",
-            zorder=3,
-            linewidths=0,
-            rasterized=True,
-        )
-        draw_colour_bar(ax, points, f"normal force [{scale.unit}]")
+        forces = force[in_contact] / scale.factor
+        colours = ColourScale(float(forces.min()), float(forces.max()))
+        ax.scatter(x[in_contact], y[in_contact], size=2.0, values=forces, scale=colours, zorder=3)
+        draw_colour_bar(ax, colours, f"normal force [{scale.unit}]")
 
 
-def draw_unrolled_orbit(ax: "Axes", x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
+def draw_unrolled_orbit(ax: Axes, x: np.ndarray, y: np.ndarray, force: np.ndarray, clearance: float) -> None:
     """Draw the gap of a journal (m) over the direction of its centre; penetration is magnified."""
     scale, direction = wording.scale("m", clearance), np.degrees(np.arctan2(y, x))
     gap, magnification = clearance - np.hypot(x, y), penetration_magnification(x, y, clearance)
@@ -325,29 +303,25 @@ def draw_unrolled_orbit(ax: "Axes", x: np.ndarray, y: np.ndarray, force: np.ndar
         color=GREY,
         linewidth=0.5,
         alpha=0.8,
-        rasterized=len(x) > 5000,
     )
-    ax.axhspan(1.1 * min(float(height.min()), 0.0), 0.0, color="#f6e7dd", linewidth=0, zorder=0)
+    ax.axhspan(1.1 * min(float(height.min()), 0.0), 0.0, color="#f6e7dd", zorder=0)
     ax.axhline(0.0, color=INK, linewidth=1.0)
     _draw_contact_points(ax, direction, height, force)
     high, low = 1.05 * max(float(height.max()), 0.2 * clearance / scale.factor), 1.1 * min(float(height.min()), 0.0)
     penetration_ticks = [] if max_penetration == 0.0 else [-max_penetration, -0.5 * max_penetration]
-    gap_ticks = np.asarray(MaxNLocator(max(1, round(4.0 * high / (high - low)))).tick_values(0.0, high))
+    gap_ticks = np.asarray(round_ticks(max(1, round(4.0 * high / (high - low))))(0.0, high))
     gap_ticks = gap_ticks[(gap_ticks >= 0.0) & (gap_ticks <= high)]
     penetration_labels = [
         wording.short_number_text(value / scale.factor, 2).replace("-", wording.MINUS) for value in penetration_ticks
     ]
-    ax.set_yticks(
+    ax.yaxis.set_ticks(
         [*(magnification * value / scale.factor for value in penetration_ticks), *gap_ticks],
         [*penetration_labels, *map(_short_text, gap_ticks)],
     )
-    ax.set(
-        xlim=(-180.0, 180.0),
-        ylim=(low, high),
-        xlabel="direction of the journal centre [°]",
-        ylabel=f"gap [{scale.unit}]",
-    )
-    ax.xaxis.set_major_locator(MultipleLocator(90))
+    ax.set_xlim(-180.0, 180.0)
+    ax.set_ylim(low, high)
+    ax.set_labels("direction of the journal centre [°]", f"gap [{scale.unit}]")
+    ax.xaxis.tick_rule = multiples_of(90)
     set_plain_axes(ax)
 
 
@@ -361,18 +335,19 @@ def _short_text(value: float) -> str:
     return wording.short_number_text(float(value), 3)
 
 
-def draw_force(ax: "Axes", angle: np.ndarray, normal: np.ndarray, levels: Sequence[tuple[str, float]]) -> None:
+def draw_force(ax: Axes, angle: np.ndarray, normal: np.ndarray, levels: Sequence[tuple[str, float]]) -> None:
     """Draw the normal force (N) over the crank angle (rad), with named levels (N) as horizontal lines."""
     scale = wording.scale("N", [*normal, *(level for _, level in levels)])
-    ax.plot(np.degrees(angle), normal / scale.factor, color=BLUE, linewidth=0.7, rasterized=len(angle) > 5000)
+    ax.plot(np.degrees(angle), normal / scale.factor, color=BLUE, linewidth=0.7)
     for (name, level), colour, line_style in zip(levels, (RED, INK), ("--", ":"), strict=False):
         ax.axhline(level / scale.factor, color=colour, linewidth=1.1, linestyle=line_style, label=name)
-    ax.set(ylabel=f"normal force [{scale.unit}]", ylim=(0.0, None))
+    ax.yaxis.label = f"normal force [{scale.unit}]"
+    ax.set_ylim(0.0, None)
     set_crank_angle_axis(ax, angle, has_legend=bool(levels))
 
 
 def draw_against_ideal(
-    ax: "Axes", angle: np.ndarray, actual: np.ndarray, ideal: np.ndarray | None, unit: str, name: str
+    ax: Axes, angle: np.ndarray, actual: np.ndarray, ideal: np.ndarray | None, unit: str, name: str
 ) -> None:
     """Draw a quantity (SI) over the crank angle (rad) and, if available, the same in the ideal mechanism."""
     scale = wording.scale(unit, actual)
@@ -382,40 +357,40 @@ def draw_against_ideal(
         color=BLUE,
         linewidth=0.7,
         label="with clearance",
-        rasterized=len(angle) > 5000,
     )
     if ideal is not None:
         ax.plot(np.degrees(angle), ideal / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="ideal")
-    ax.set(ylabel=f"{name} [{scale.unit}]")
+    ax.yaxis.label = f"{name} [{scale.unit}]"
     set_crank_angle_axis(ax, angle, has_legend=ideal is not None)
 
 
-def draw_over_time(ax: "Axes", t: np.ndarray, values: np.ndarray, unit: str, name: str) -> None:
+def draw_over_time(ax: Axes, t: np.ndarray, values: np.ndarray, unit: str, name: str) -> None:
     """Draw a quantity (SI) over time (s)."""
     scale, time_scale = wording.scale(unit, values), wording.scale("s", t)
-    ax.plot(t / time_scale.factor, values / scale.factor, color=BLUE, linewidth=0.8, rasterized=len(t) > 5000)
-    ax.set(xlabel=f"time [{time_scale.unit}]", ylabel=f"{name} [{scale.unit}]")
+    ax.plot(t / time_scale.factor, values / scale.factor, color=BLUE, linewidth=0.8)
+    ax.set_labels(f"time [{time_scale.unit}]", f"{name} [{scale.unit}]")
     set_plain_axes(ax)
 
 
-def draw_phase_portrait(ax: "Axes", quantity: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, str, str]) -> None:
+def draw_phase_portrait(ax: Axes, quantity: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, str, str]) -> None:
     """Draw a rate over its quantity; each : values in SI, unit, name."""
     (x, *x_unit_and_name), (v, *v_unit_and_name) = quantity, rate
     x_scale, v_scale = wording.scale(x_unit_and_name[0], x), wording.scale(v_unit_and_name[0], v)
-    ax.plot(x / x_scale.factor, v / v_scale.factor, color=BLUE, linewidth=0.8, rasterized=len(x) > 5000)
-    ax.set(xlabel=f"{x_unit_and_name[1]} [{x_scale.unit}]", ylabel=f"{v_unit_and_name[1]} [{v_scale.unit}]")
+    ax.plot(x / x_scale.factor, v / v_scale.factor, color=BLUE, linewidth=0.8)
+    ax.set_labels(f"{x_unit_and_name[1]} [{x_scale.unit}]", f"{v_unit_and_name[1]} [{v_scale.unit}]")
     set_plain_axes(ax)
 
 
-def draw_onsets(ax: "Axes", angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple[str, float]]) -> None:
+def draw_onsets(ax: Axes, angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple[str, float]]) -> None:
     """Draw closing rates (m/s) of contact onsets over the crank angle (rad), and the rates at which contacts yield."""
     scale = wording.scale("m/s", [*rate, *(limit for _, limit in limits)])
     ax.plot(*stem_lines(np.degrees(angle), 0.0, rate / scale.factor), color=BLUE, linewidth=0.6)
-    ax.plot(np.degrees(angle), rate / scale.factor, ".", color=BLUE, markersize=4, rasterized=len(angle) > 500)
+    ax.plot(np.degrees(angle), rate / scale.factor, ".", color=BLUE, markersize=4)
     for (name, limit), dash in zip(limits, cycle(("--", ":", "-."))):
         label = f"first yield ({name})"
         ax.axhline(limit / scale.factor, color=RED, linewidth=1.1, linestyle=dash, label=label)
-    ax.set(ylabel=f"closing rate at onset [{scale.unit}]", ylim=(0.0, None))
+    ax.yaxis.label = f"closing rate at onset [{scale.unit}]"
+    ax.set_ylim(0.0, None)
     set_crank_angle_axis(
         ax, np.array([0.0, 2.0 * np.pi * np.ceil(angle.max() / (2.0 * np.pi))]), has_legend=bool(limits)
     )  # full turns
@@ -426,66 +401,59 @@ def draw_onsets(ax: "Axes", angle: np.ndarray, rate: np.ndarray, limits: Sequenc
 END_COLOURS = (BLUE, RED)  # of the end at +z, at -z
 MAX_DRAWN_POSITIONS = 24  # number of drawn positions of the axis
 CIRCLE_ANGLES = np.linspace(0.0, 2.0 * np.pi, 73)
+AZIMUTH, ELEVATION = np.radians(-60.0), np.radians(25.0)  # of the view
+#: (2, 3): x, y and z of a bearing on the picture, a parallel projection.
+VIEW = np.array(
+    [
+        [-np.sin(AZIMUTH), np.cos(AZIMUTH), 0.0],
+        [-np.sin(ELEVATION) * np.cos(AZIMUTH), -np.sin(ELEVATION) * np.sin(AZIMUTH), np.cos(ELEVATION)],
+    ]
+)
 
 
-def draw_axis(ax: Any, journal_ends: np.ndarray, half_lengths: tuple[float, float], clearance: float) -> None:
-    """Draw the path of the ends of a journal's axis; journal_ends : (2, n, 3) m, z along the bearing.
+def draw_axis(ax: Axes, journal_ends: np.ndarray, half_lengths: tuple[float, float], clearance: float) -> None:
+    """Draw the path of the ends of a journal's axis, seen from the side and above; journal_ends : (2, n, 3) m.
 
-    half_lengths : m, half the lengths of journal and bearing.
+    z is along the bearing.  half_lengths : m, half the lengths of journal and bearing.  The scale along the bearing is
+    chosen so that both directions fill the picture.
     """
-    radial_scale, axial_scale = wording.scale("m", clearance), wording.scale("m", half_lengths[0])
-    circle_x, circle_y = (
-        clearance / radial_scale.factor * np.cos(CIRCLE_ANGLES),
-        clearance / radial_scale.factor * np.sin(CIRCLE_ANGLES),
-    )
-    ax.plot(
-        [0.0, 0.0], [0.0, 0.0], np.array([-1.2, 1.2]) * half_lengths[1] / axial_scale.factor, color=GREY, linewidth=0.8
-    )
-    for end, colour, sign in zip(journal_ends, END_COLOURS, (1.0, -1.0), strict=True):
-        ax.plot(
-            circle_x,
-            circle_y,
-            np.full(circle_x.size, sign * half_lengths[0] / axial_scale.factor),
-            color=INK,
-            linewidth=0.8,
-        )
-        ax.plot(*(end[:, :2].T / radial_scale.factor), end[:, 2] / axial_scale.factor, color=colour, linewidth=0.6)
+    size = np.array([clearance, clearance, 0.6 * half_lengths[0] if half_lengths[0] > 0.0 else 1.0])
+    circle = clearance * np.stack([np.cos(CIRCLE_ANGLES), np.sin(CIRCLE_ANGLES), np.zeros(CIRCLE_ANGLES.size)], -1)
+    centre_line = np.array([[0.0, 0.0, -1.2], [0.0, 0.0, 1.2]]) * half_lengths[1]
+
+    def draw_line(points: np.ndarray, colour: str, linewidth: float, zorder: float = 2.0) -> None:
+        ax.plot(*(VIEW @ (points / size).T), color=colour, linewidth=linewidth, zorder=zorder)
+
+    draw_line(centre_line, GREY, 0.8)
     for k in np.linspace(0, journal_ends.shape[1] - 1, min(MAX_DRAWN_POSITIONS, journal_ends.shape[1])).astype(int):
-        x, y, z = journal_ends[:, k].T
-        ax.plot(
-            x / radial_scale.factor,
-            y / radial_scale.factor,
-            z / axial_scale.factor,
-            color=PALE,
-            linewidth=0.6,
-            zorder=0,
-        )
-    ax.set(
-        xlabel=f"x [{radial_scale.unit}]",
-        ylabel=f"y [{radial_scale.unit}]",
-        zlabel=f"along the bearing [{axial_scale.unit}]",
-    )
-    ax.set_box_aspect(None, zoom=0.8)  # so that no label is clipped
-    ax.tick_params(labelsize=7)
-    for side in (ax.xaxis, ax.yaxis, ax.zaxis):
-        side.set_major_locator(MaxNLocator(4))
+        draw_line(journal_ends[:, k], PALE, 0.6, zorder=0.0)
+    for end, colour, sign in zip(journal_ends, END_COLOURS, (1.0, -1.0), strict=True):
+        draw_line(circle + np.array([0.0, 0.0, sign * half_lengths[0]]), INK, 0.8)
+        draw_line(end, colour, 0.6)
+    radius, length = wording.quantity_text(clearance, "m"), wording.quantity_text(2.0 * half_lengths[0], "m")
+    ax.set_labels(f"circles: radius {radius}", f"journal: {length} along the bearing")
+    for side in (ax.xaxis, ax.yaxis):
+        side.set_ticks([])
+    ax.equal_aspect = True
 
 
-def draw_end_orbits(ax: "Axes", journal_ends: np.ndarray, clearance: float) -> None:
+def draw_end_orbits(ax: Axes, journal_ends: np.ndarray, clearance: float) -> None:
     """Draw the view along the bearing: the orbits (2, n, 3) m of both ends in the clearance circle."""
     scale = wording.scale("m", clearance)
     radius = clearance / scale.factor
     ax.plot(radius * np.cos(CIRCLE_ANGLES), radius * np.sin(CIRCLE_ANGLES), color=INK, linewidth=1.0)
     for end, colour, name in zip(journal_ends, END_COLOURS, ("end +z", "end -z"), strict=True):
         ax.plot(*(end[:, :2].T / scale.factor), color=colour, linewidth=0.5, alpha=0.6, label=name)
-    ax.set(aspect="equal", xlabel=f"x [{scale.unit}]", ylabel=f"y [{scale.unit}]")
-    ax.legend(frameon=False, loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, borderaxespad=0.2)
+    ax.equal_aspect = True
+    ax.set_labels(f"x [{scale.unit}]", f"y [{scale.unit}]")
+    ax.set_legend("above", columns=2)
 
 
-def draw_tilt(ax: "Axes", angle: np.ndarray, tilt: np.ndarray, limit: float | None) -> None:
+def draw_tilt(ax: Axes, angle: np.ndarray, tilt: np.ndarray, limit: float | None) -> None:
     """Draw the tilt (rad) over the crank angle (rad), and the tilt at which the journal jams."""
     ax.plot(np.degrees(angle), np.degrees(tilt), color=BLUE, linewidth=0.8)
     if limit is not None:
         ax.axhline(np.degrees(limit), color=RED, linewidth=1.1, linestyle="--", label="jams")
-    ax.set(ylabel="tilt [°]", ylim=(0.0, None))
+    ax.yaxis.label = "tilt [°]"
+    ax.set_ylim(0.0, None)
     set_crank_angle_axis(ax, angle, has_legend=limit is not None)

@@ -1,40 +1,29 @@
 """The mechanism of one case as a picture, the forces in its joints, and their wear."""
 
 import base64
-import io
 import math
 from collections.abc import Mapping
 from functools import partial
-from pathlib import Path
-from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
-from matplotlib.ticker import MaxNLocator, MultipleLocator
 
-from ... import grid, simulation
+from ... import simulation
 from ...contracts.case import Case
 from ...contracts.machine import GROUND
 from ...language import wording
 from ...language.errors import InputError
 from ...language.wording import Scale
-from ...store import durable
-from ..blocks.picture import Picture, draw_svg
+from ..blocks.picture import Picture
 from ..blocks.section import Interactive
 from ..draw.machine import draw_mechanism, picture_height
 from ..draw.style import BLUE, INK, PALE, RED, draw_colour_bar, set_plain_axes
+from ..plot import Axes, ColourScale, multiples_of, round_ticks
 from ..study import Joint, Study, joint_of, resolve_cases
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-    from matplotlib.projections.polar import PolarAxes
-
 
 # The picture of a mechanism, alone or at the top of a report.
 
-ENDINGS = (".svg", ".png")
 WIDTH, MAX_HEIGHT = 6.4, 4.2  # inches
-MARK = "<!-- drawn by clearsweep -->"  # recognised by `durable.check_output`
 
 
 def mechanism_picture(case: Case) -> Picture | None:
@@ -53,34 +42,6 @@ def mechanism_picture(case: Case) -> Picture | None:
         lambda ax: draw_mechanism(ax, sketch),
         (WIDTH, min(picture_height(sketch, WIDTH), MAX_HEIGHT)),
     )
-
-
-def draw_grid(source: Path, out: Path) -> Path:
-    """Draw the mechanism of the first case of a grid as SVG or PNG by the ending of `out`; return `out`."""
-    if out.suffix.lower() not in ENDINGS:
-        raise InputError(f"{out}: cannot draw a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")
-    durable.check_output(out)
-    loaded_grid = grid.load(source, simulation.catalogue())
-    picture = mechanism_picture(loaded_grid.case(0))
-    if picture is None:
-        raise InputError(f"{source}: a mechanism of this type has no picture; run it and see the report")
-    out.parent.mkdir(parents=True, exist_ok=True)
-    is_svg = out.suffix.lower() == ".svg"
-    durable.replace_output(out, f"{MARK}{draw_svg(picture, 'm')}".encode() if is_svg else _png_bytes(picture))
-    return out
-
-
-def _png_bytes(picture: Picture) -> bytes:
-    from matplotlib import rc_context
-
-    from ..blocks import matplotlib_figure
-
-    stream = io.BytesIO()
-    with rc_context(matplotlib_figure.STYLE):
-        figure, axes = matplotlib_figure.draw_figure(picture)
-        axes.set_title(picture.title, fontsize=10)
-        figure.savefig(stream, format="png", metadata={"Software": "clearsweep"})
-    return stream.getvalue()
 
 
 # Forces in the joints of one case over time, in the fixed frame: loads for a finite-element model.
@@ -133,7 +94,7 @@ MAX_SECTORS = 180  # of a circle, at most
 BODY_STYLES = (("bearing", BLUE, "-"), ("journal", RED, "--"))  # name, colour, line
 
 
-def draw_around(ax: "PolarAxes", depth: np.ndarray, body: int, scale: Scale, max_depth: float) -> None:
+def draw_around(ax: Axes, depth: np.ndarray, body: int, scale: Scale, max_depth: float) -> None:
     """Draw the depths (m, one per angular bin) of the bearing (`body` 0) or the journal (1), up to `max_depth` (m).
 
     The deepest bin is marked, the mean is a dotted circle.
@@ -143,21 +104,20 @@ def draw_around(ax: "PolarAxes", depth: np.ndarray, body: int, scale: Scale, max
         depth / scale.factor,
         deepest_per_sector(depth, MAX_SECTORS) / scale.factor,
     )
-    ax.fill(_angles(drawn_depths), drawn_depths, facecolor=(colour, 0.25), edgecolor=colour, linewidth=1.2)
+    ax.fill(_angles(drawn_depths), drawn_depths, facecolor=colour, alpha=0.25, edgecolor=colour, linewidth=1.2)
     ax.plot(
         np.linspace(0.0, 2.0 * np.pi, 91), np.full(91, scaled_depths.mean()), color=INK, linewidth=0.9, linestyle=":"
     )
     ax.plot(_angles(scaled_depths)[scaled_depths.argmax()], scaled_depths.max(), "o", color=colour, markersize=4.5)
-    ax.set_xticks(np.radians(np.arange(0, 360, 45)))
-    ax.set_rlabel_position(22.5)
-    ax.yaxis.set_major_locator(MaxNLocator(4))
+    ax.xaxis.set_ticks(np.radians(np.arange(0, 360, 45)).tolist())
+    ax.yaxis.tick_rule = round_ticks(4)
     ax.set_ylim(0.0, 1.08 * max_depth / scale.factor if max_depth > 0.0 else None)
-    ax.tick_params(axis="y", labelsize=7)
-    ax.grid(color=PALE, linewidth=0.5)
-    ax.set_xlabel(f"depth [{scale.unit}]")
+    ax.yaxis.font_size = 7.0
+    ax.set_grid(PALE)
+    ax.xaxis.label = f"depth [{scale.unit}]"
 
 
-def draw_over_angle(ax: "Axes", depths: tuple[np.ndarray, np.ndarray], scale: Scale) -> None:
+def draw_over_angle(ax: Axes, depths: tuple[np.ndarray, np.ndarray], scale: Scale) -> None:
     """Draw the depths (m, one per angular bin) of bearing and journal over the angle (rad) in each body's frame."""
     for depth, (name, colour, dash) in zip(
         (deepest_per_sector(depth, MAX_SECTORS) for depth in depths), BODY_STYLES, strict=True
@@ -165,24 +125,24 @@ def draw_over_angle(ax: "Axes", depths: tuple[np.ndarray, np.ndarray], scale: Sc
         ax.plot(
             np.degrees(_angles(depth)), depth / scale.factor, color=colour, linestyle=dash, linewidth=1.2, label=name
         )
-    ax.xaxis.set_major_locator(MultipleLocator(90))
-    ax.set(xlim=(0.0, 360.0), xlabel="angle on the body [°]", ylabel=f"depth [{scale.unit}]")
+    ax.xaxis.tick_rule = multiples_of(90)
+    ax.set_xlim(0.0, 360.0)
+    ax.set_labels("angle on the body [°]", f"depth [{scale.unit}]")
     ax.set_ylim(0.0, None)
     set_plain_axes(ax)
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2, frameon=False, borderaxespad=0.2)
+    ax.set_legend("above", columns=2)
 
 
-def draw_unrolled(ax: "Axes", depth: np.ndarray, length: float) -> None:
+def draw_unrolled(ax: Axes, depth: np.ndarray, length: float) -> None:
     """Draw wear depths (bins, length bins) m around a body and along it, unrolled; length : m, of the body."""
     scale, length_scale = wording.scale("m", depth.ravel()), wording.scale("m", length)
     edges = np.linspace(-0.5, 0.5, depth.shape[1] + 1) * length / length_scale.factor
     angles, max_depth = np.linspace(0.0, 360.0, depth.shape[0] + 1), max(depth.max(initial=0.0), np.finfo(float).tiny)
-    mesh = ax.pcolormesh(
-        angles, edges, depth.T / scale.factor, cmap="viridis", vmin=0.0, vmax=max_depth / scale.factor, rasterized=True
-    )
-    ax.set(xlabel="angle from the body's x axis [°]", ylabel=f"along the axis [{length_scale.unit}]")
-    ax.xaxis.set_major_locator(MultipleLocator(90))
-    draw_colour_bar(ax, mesh, f"depth [{scale.unit}]")
+    colours = ColourScale(0.0, float(max_depth) / scale.factor)
+    ax.cells(angles, edges, depth.T / scale.factor, colours)
+    ax.set_labels("angle from the body's x axis [°]", f"along the axis [{length_scale.unit}]")
+    ax.xaxis.tick_rule = multiples_of(90)
+    draw_colour_bar(ax, colours, f"depth [{scale.unit}]")
 
 
 def deepest_per_sector(depth: np.ndarray, sectors: int) -> np.ndarray:
@@ -234,7 +194,7 @@ def wear_pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> l
             f"{body_name}: wear depth around it. {depth_text(depth)}",
             partial(draw_around, depth=depth, body=body, scale=scale, max_depth=largest),
             POLAR_SIZE,
-            "polar",
+            is_polar=True,
         )
         for body, (body_name, depth) in enumerate(zip(names, depths, strict=True))
         if depth.any()

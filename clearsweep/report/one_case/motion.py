@@ -5,7 +5,7 @@ Pictures are chosen from the layout, channel by channel, so no mechanism is know
 
 from collections.abc import Callable, Iterable, Mapping
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -33,12 +33,9 @@ from ..draw.machine import (
     draw_unrolled_orbit,
     penetration_magnification,
 )
+from ..plot import Axes
 from ..statistics import effects
 from ..study import Joint, Study, resolve_cases
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 # Pictures of one case: its joints, its output with the ideal mechanism, its drive, its contact onsets.
 #
@@ -67,7 +64,7 @@ class History(NamedTuple):
 
     def painter(
         self, values: np.ndarray, unit: str, name: str, ideal: np.ndarray | None = None
-    ) -> "Callable[[Axes], None]":
+    ) -> Callable[[Axes], None]:
         """Return a function that draws a quantity (SI) over the angle of the drive, or over time without rotation."""
         angle = self.angle
         if angle is None:
@@ -411,7 +408,6 @@ def spatial_pictures(
             f"Orbits of both ends of the journal's axis; it tilts by {largest_text} at most.",
             lambda ax: draw_axis(ax, ends_of_journal, half_lengths, joint.clearance),
             TALL_SIZE,
-            "3d",
         ),
         Picture(
             "Both ends along the bearing",

@@ -1,14 +1,19 @@
-"""Axes that write SVG for the pages of reports, with the subset of matplotlib's methods that the drawings use."""
+"""Axes that write SVG: for the pages of reports, and for files, which are made of the same SVG."""
 
 from .axes import Axes
-from .items import UnsupportedError
-from .sheet import PolarSheet, Sheet
+from .colours import BLUES, VIRIDIS, ColourScale
+from .items import multiples_of, round_ticks, split_decades
+from .sheet import PolarSheet, Sheet, make_sheet
 
-__all__ = ["Axes", "PolarSheet", "Sheet", "UnsupportedError", "sheet_of"]
-
-
-def make_sheet(size: tuple[float, float], projection: str | None) -> Sheet:
-    """Return a sheet for a projection: None or 'polar'; raise UnsupportedError for others.  size : inches."""
-    if projection not in (None, "polar"):
-        raise UnsupportedError(str(projection))
-    return PolarSheet(size) if projection else Sheet(size)
+__all__ = [
+    "BLUES",
+    "VIRIDIS",
+    "Axes",
+    "ColourScale",
+    "PolarSheet",
+    "Sheet",
+    "make_sheet",
+    "multiples_of",
+    "round_ticks",
+    "split_decades",
+]

@@ -1,94 +1,75 @@
 """Axes that store lines, points, areas, cells, bars and texts until they are written."""
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import Normalize, to_hex, to_rgba
-from matplotlib.patches import Circle, Patch
 
-from .items import PAPER, Box, Item, LegendEntry, MarkerStyle, Side, Spines, Stroke, TextStyle, UnsupportedError
+from .colours import ColourScale
+from .items import PAPER, Box, CellStyle, Item, Legend, LegendEntry, MarkerStyle, Side, Stroke, TextStyle
 
-MAX_POINTS, MAX_CORNERS, MAX_CELLS = 4_000, 20_000, 3_000  # above these, a picture has pixels
-COLOURS = ("#1f77b4", "#ff7f0e", "#2ca02c", "#d62728")  # default colours
 _DASHES = {"--": "3.7 1.6", "-.": "6.4 1.6 1 1.6", ":": "1 1.65"}  # for a line one point wide
-_FORMAT = re.compile(r"(--|-\.|-|:)?([o.|_sDxX+])?(--|-\.|-|:)?")
-_TEXT_OPTIONS = {"ha", "va", "fontsize", "color", "weight", "bbox", "zorder"}
+_FORMAT = re.compile(r"([o.|_sDxX+]?)(-?)")
 
 
 class Axes:
-    """Two sides and the items between them; only some methods of matplotlib's axes exist here."""
+    """Two sides and the items between them."""
 
-    def __init__(self, figure: Any):
-        """Take the sheet of these axes."""
-        self.figure = figure
+    def __init__(self, sheet_size: tuple[float, float]):
+        """Take the size of their sheet in inches."""
+        self.sheet_size = sheet_size
         self.xaxis, self.yaxis = Side("x"), Side("y")
         self.items: list[Item] = []
         self.legend_entries: list[LegendEntry] = []
-        self.spines = Spines(dict.fromkeys(("left", "bottom", "right", "top"), True))
-        self.grid_style: dict[str, Any] = {}
+        self.edges = {"left", "bottom", "right", "top"}  # those that are drawn
+        self.grid_stroke: Stroke | None = None
         self.face_colour, self.equal_aspect = PAPER, False
-        self.legend_options: dict[str, Any] | None = None  # of the legend
-        self.line_count = 0
-
-    def __getattr__(self, name: str) -> Any:
-        raise UnsupportedError(name)
+        self.legend: Legend | None = None
+        self.colour_bar: tuple[ColourScale, Side] | None = None  # the colour bar, and its side with ticks
 
     def to_points(self, x: Any, y: Any, box: Box) -> tuple[np.ndarray, np.ndarray]:
         """Return coordinates as points from the sheet's upper left corner."""
         return box.left + self.xaxis.fraction(x) * box.width, box.top + (1.0 - self.yaxis.fraction(y)) * box.height
 
-    def plot(self, *values: Any, label: str | None = None, zorder: float = 2.0, **style: Any) -> list[None]:
-        """Draw a line, or points, or both."""
-        format_code = values[-1] if isinstance(values[-1], str) else ""
-        arrays = [np.asarray(value, float) for value in (values[:-1] if format_code else values)]
-        x, y = arrays if len(arrays) == 2 else (np.arange(len(arrays[0]), dtype=float), *arrays)
-        spans_height = style.pop("transform", None) == ("x", self)
-        if len(arrays) > 2 or x.ndim > 1:
-            raise UnsupportedError("plot")
-        stroke, marker_style = self._parse_style(format_code, style)
-        for k in range(y.shape[1] if y.ndim == 2 else 1):
-            column = np.atleast_1d(y[:, k] if y.ndim == 2 else y)
-            self._add_line(np.atleast_1d(x), column, stroke, marker_style, zorder, spans_height=spans_height)
-        if label and not label.startswith("_"):
-            self.legend_entries.append(LegendEntry(label, stroke, marker_style))
-        self.line_count += 1
-        return [None]
+    def plot(
+        self,
+        x: Any,
+        y: Any,
+        code: str = "-",
+        *,
+        color: str,
+        linewidth: float = 1.5,
+        linestyle: str = "-",
+        marker: str = "",
+        markersize: float = 6.0,
+        markeredgewidth: float = 1.0,
+        markerfacecolor: str = "",
+        alpha: float = 1.0,
+        label: str = "",
+        zorder: float = 2.0,
+        capstyle: str = "butt",
+        spans_height: bool = False,
+    ) -> None:
+        """Draw a line, or points, or both; y may have a column for each line.
 
-    def _parse_style(self, format_code: str, style: dict[str, Any]) -> tuple[Stroke | None, MarkerStyle | None]:
-        parts = _FORMAT.fullmatch(format_code)
-        leading_dash, marker, trailing_dash = parts.groups() if parts else (None, None, None)
-        full_names = {"lw": "linewidth", "ls": "linestyle", "ms": "markersize", "mew": "markeredgewidth"}
-        style = {full_names.get(key, key): value for key, value in style.items()}
-        supported = {
-            "color",
-            "linewidth",
-            "linestyle",
-            "marker",
-            "markersize",
-            "markeredgewidth",
-            "markerfacecolor",
-            "alpha",
-        }
-        if not {*style} <= supported | {"rasterized", "solid_capstyle"}:
-            raise UnsupportedError(f"plot: {sorted(style)}")
-        colour = to_hex(style["color"] if style.get("color") is not None else COLOURS[self.line_count % len(COLOURS)])
-        marker, alpha = style.get("marker", marker), style.get("alpha") or 1.0
-        line_style: Any = style.get("linestyle", (leading_dash or trailing_dash or "") if format_code else "-")
-        width = style.get("linewidth", 1.5)
-        dash = (
-            _DASHES.get(line_style, "") if isinstance(line_style, str) else " ".join(map(str, line_style[1]))
-        )  # (offset, lengths)
-        stroke = Stroke(colour, width, dash, alpha, style.get("solid_capstyle", "butt"))
-        if not marker:
-            return (stroke if line_style else None), None
-        fill_colour, edge_width = style.get("markerfacecolor", ""), style.get("markeredgewidth", 1.0)
-        size = style.get("markersize", 6.0) * (0.5 if marker == "." else 1.0)
-        return (stroke if line_style else None), MarkerStyle(
-            marker, colour, size, alpha, fill_colour and to_hex(fill_colour), edge_width
-        )
+        code : a marker of 'o.|_sDxX+', '-' for a line, or both.  linestyle : '-', '--', '-.', ':', or lengths of lines
+        and gaps in line widths; '' for none.  Sizes and widths in points.
+        """
+        parsed = _FORMAT.fullmatch(code)
+        if parsed is None:
+            raise ValueError(f"format of a line: found {code!r}; expected a marker, '-', or both")
+        shape, has_line = marker or parsed[1], bool(parsed[2]) and bool(linestyle)
+        dash = _DASHES.get(linestyle, linestyle if linestyle[:1].isdigit() else "")
+        stroke = Stroke(color.lower(), linewidth, dash, alpha, capstyle) if has_line else None
+        size = markersize * (0.5 if shape == "." else 1.0)
+        style = MarkerStyle(shape, color.lower(), size, alpha, markerfacecolor.lower(), markeredgewidth)
+        marker_style = style if shape else None
+        x, y = np.atleast_1d(np.asarray(x, float)), np.atleast_1d(np.asarray(y, float))
+        for column in y.T if y.ndim == 2 else (y,):
+            self._add_line(x, column, stroke, marker_style, zorder, spans_height=spans_height)
+        if label:
+            self.legend_entries.append(LegendEntry(label, stroke, marker_style))
 
     def _add_line(
         self,
@@ -98,11 +79,9 @@ class Axes:
         marker_style: MarkerStyle | None,
         zorder: float,
         *,
-        spans_height: bool,
+        spans_height: bool = False,
     ) -> None:
         x, y = np.broadcast_arrays(x, y)
-        if len(x) > (MAX_POINTS if marker_style else MAX_CORNERS):
-            raise UnsupportedError("many points")
         self.xaxis.extend_data(x)
         if not spans_height:
             self.yaxis.extend_data(y)
@@ -111,283 +90,219 @@ class Axes:
         if marker_style:
             self.items.append(Item("points", x, y, marker_style, zorder, spans_height))
 
-    def step(self, x: Any, y: Any, format_code: str = "-", *, where: str = "pre", **style: Any) -> None:
-        """Draw a line of steps, each at the height of the point before it."""
-        if where != "post":
-            raise UnsupportedError("step")
-        stroke, marker_style = self._parse_style(format_code, style)
+    def step(self, x: Any, y: Any, *, color: str, markersize: float) -> None:
+        """Draw points, and a line of steps that continues at the height of each until the next."""
         x, y = np.asarray(x, float), np.asarray(y, float)
-        self._add_line(np.repeat(x, 2)[1:], np.repeat(y, 2)[:-1], stroke, None, 2.0, spans_height=False)
-        self._add_line(x, y, None, marker_style, 2.0, spans_height=False)
-        self.line_count += 1
+        self.plot(np.repeat(x, 2)[1:], np.repeat(y, 2)[:-1], color=color)
+        self.plot(x, y, "o", color=color, markersize=markersize)
 
-    def scatter(self, x: Any, y: Any, s: float = 36.0, c: Any = None, **style: Any) -> ScalarMappable:
-        """Draw points, each with the colour of its value."""
-        style = {key: value for key, value in style.items() if key not in ("linewidths", "rasterized")}
-        zorder, alpha, shape = style.pop("zorder", 1.0), style.pop("alpha", 1.0), style.pop("marker", "o")
-        coloured = ScalarMappable(style.pop("norm", None) or Normalize(), style.pop("cmap", None))
-        x, y, single_colour = (
-            np.asarray(x, float),
-            np.asarray(y, float),
-            style.pop("color", c if isinstance(c, str) else None),
-        )
-        style.pop("edgecolors", None)
-        if style or len(x) > MAX_POINTS:
-            raise UnsupportedError(f"scatter: {sorted(style)}")
-        self.xaxis.extend_data(x)
-        self.yaxis.extend_data(y)
-        size = float(np.sqrt(s)) * (1.0 if shape == "o" else 0.8)
-        if single_colour is not None:
-            self.items.append(Item("points", x, y, MarkerStyle(shape, to_hex(single_colour), size, alpha), zorder))
-            return coloured
-        values = np.asarray(c, float)
-        coloured.set_array(values)
-        coloured.autoscale_None()
-        shades = np.round(np.asarray(coloured.norm(values), float) * 63.0) / 63.0
-        for shade in np.unique(shades[np.isfinite(shades)]):
-            has_shade = shades == shade
-            self.items.append(
-                Item(
-                    "points",
-                    x[has_shade],
-                    y[has_shade],
-                    MarkerStyle(shape, to_hex(coloured.cmap(shade)), size, alpha),
-                    zorder,
-                )
-            )
-        return coloured
-
-    def fill_between(
-        self, x: Any, low: Any, high: Any, *, color: str, alpha: float = 1.0, linewidth: float = 0.0
+    def scatter(
+        self,
+        x: Any,
+        y: Any,
+        *,
+        size: float,
+        color: str = "",
+        values: Any = None,
+        scale: ColourScale | None = None,
+        marker: str = "o",
+        alpha: float = 1.0,
+        zorder: float = 1.0,
     ) -> None:
+        """Draw points of a size (points), all in one colour or each in the colour of its value on a scale."""
+        x, y = np.asarray(x, float), np.asarray(y, float)
+        if scale is None:
+            self._add_line(x, y, None, MarkerStyle(marker, color.lower(), size, alpha), zorder)
+            return
+        shades = np.round(scale.fractions(values) * 63.0) / 63.0
+        known = np.unique(shades[np.isfinite(shades)])
+        for shade, colour in zip(known, scale.hex_colours(known), strict=True):
+            has_shade = shades == shade
+            self._add_line(x[has_shade], y[has_shade], None, MarkerStyle(marker, colour, size, alpha), zorder)
+
+    def fill_between(self, x: Any, low: Any, high: Any, *, color: str, alpha: float = 1.0) -> None:
         """Fill the area between two lines."""
         x, low, high = (np.asarray(array, float) for array in np.broadcast_arrays(x, low, high))
         finite = np.isfinite(low) & np.isfinite(high)
         x, low, high = x[finite], low[finite], high[finite]
-        self._add_area(np.r_[x, x[::-1]], np.r_[low, high[::-1]], to_hex(color), alpha)
+        self._add_area(np.r_[x, x[::-1]], np.r_[low, high[::-1]], color, alpha)
 
     def fill(
-        self, x: Any, y: Any, *, facecolor: Any, edgecolor: Any, linewidth: float = 1.0, zorder: float = 1.0
+        self,
+        x: Any,
+        y: Any,
+        *,
+        facecolor: str,
+        edgecolor: str,
+        alpha: float = 1.0,
+        linewidth: float = 1.0,
+        zorder: float = 1.0,
     ) -> None:
-        """Fill the inside of a closed line, and draw the line."""
+        """Fill the inside of a closed line, with an opacity, and draw the line."""
         x, y = np.asarray(x, float), np.asarray(y, float)
-        *_, alpha = to_rgba(facecolor)
-        self._add_area(x, y, to_hex(facecolor), float(alpha), zorder)
-        edge = Stroke(to_hex(edgecolor), linewidth)
-        self._add_line(np.append(x, x[:1]), np.append(y, y[:1]), edge, None, zorder, spans_height=False)
+        self._add_area(x, y, facecolor, alpha, zorder)
+        self._add_line(np.append(x, x[:1]), np.append(y, y[:1]), Stroke(edgecolor.lower(), linewidth), None, zorder)
 
     def _add_area(self, x: np.ndarray, y: np.ndarray, colour: str, alpha: float, zorder: float = 1.0) -> None:
         self.xaxis.extend_data(x)
         self.yaxis.extend_data(y)
-        self.items.append(Item("area", x, y, (colour, alpha), zorder))
+        self.items.append(Item("area", x, y, (colour.lower(), alpha), zorder))
 
     def vlines(self, x: Any, low: Any, high: Any, *, color: str, linewidth: float = 1.5, alpha: float = 1.0) -> None:
         """Draw vertical lines."""
         x, low, high = np.broadcast_arrays(x, low, high)
-        self._add_segments(x, x, low, high, Stroke(to_hex(color), linewidth, "", alpha))
+        self._add_segments(x, x, low, high, Stroke(color.lower(), linewidth, "", alpha))
 
     def hlines(self, y: Any, low: Any, high: Any, *, color: str, linewidth: float = 1.5, alpha: float = 1.0) -> None:
         """Draw horizontal lines."""
         y, low, high = np.broadcast_arrays(y, low, high)
-        self._add_segments(low, high, y, y, Stroke(to_hex(color), linewidth, "", alpha))
+        self._add_segments(low, high, y, y, Stroke(color.lower(), linewidth, "", alpha))
 
     def _add_segments(self, x0: Any, x1: Any, y0: Any, y1: Any, stroke: Stroke) -> None:
         x, y = (
             np.stack([*np.atleast_1d(*ends), np.full(np.size(ends[0]), np.nan)], -1).ravel()
             for ends in ((x0, x1), (y0, y1))
         )
-        self._add_line(x, y, stroke, None, 2.0, spans_height=False)
+        self._add_line(x, y, stroke, None, 2.0)
 
-    def axhline(self, y: float, *, label: str | None = None, **style: Any) -> None:
+    def axhline(self, y: float, *, color: str, linewidth: float = 1.5, linestyle: str = "-", label: str = "") -> None:
         """Draw a horizontal line across the axes."""
-        self._add_spanning_line(label, np.array([0.0, 1.0]), np.array([y, y], float), style, is_horizontal=True)
-
-    def axvline(self, x: float, *, label: str | None = None, **style: Any) -> None:
-        """Draw a vertical line across the axes."""
-        self._add_spanning_line(label, np.array([x, x], float), np.array([0.0, 1.0]), style, is_horizontal=False)
-
-    def _add_spanning_line(
-        self, label: str | None, x: np.ndarray, y: np.ndarray, style: dict[str, Any], *, is_horizontal: bool
-    ) -> None:
-        stroke, _ = self._parse_style("", {"color": "#000000", **style})
-        (self.yaxis if is_horizontal else self.xaxis).extend_data(y if is_horizontal else x)
-        self.items.append(Item("line", x, y, stroke, 2.0, not is_horizontal, is_horizontal))
+        stroke = Stroke(color.lower(), linewidth, _DASHES.get(linestyle, ""))
+        self.yaxis.extend_data(y)
+        x, heights = np.array([0.0, 1.0]), np.array([y, y], float)
+        self.items.append(Item("line", x, heights, stroke, 2.0, spans_width=True))
         if label:
             self.legend_entries.append(LegendEntry(label, stroke))
 
-    def axhspan(self, low: float, high: float, *, color: str, linewidth: float = 0.0, zorder: float = 1.0) -> None:
+    def axvline(self, x: float, *, color: str, linewidth: float = 1.5, linestyle: str = "-") -> None:
+        """Draw a vertical line across the axes."""
+        stroke = Stroke(color.lower(), linewidth, _DASHES.get(linestyle, ""))
+        self.xaxis.extend_data(x)
+        self.items.append(Item("line", np.array([x, x], float), np.array([0.0, 1.0]), stroke, 2.0, spans_height=True))
+
+    def axhspan(self, low: float, high: float, *, color: str, zorder: float = 1.0) -> None:
         """Fill the area between two heights."""
         self.yaxis.extend_data([low, high])
         x, y = np.array([0.0, 1.0, 1.0, 0.0]), np.array([low, low, high, high], float)
-        self.items.append(Item("area", x, y, (to_hex(color), 1.0), zorder, spans_width=True))
+        self.items.append(Item("area", x, y, (color.lower(), 1.0), zorder, spans_width=True))
 
-    def bar(
-        self, x: Any, height: Any, width: float = 0.8, bottom: Any = 0.0, *, color: str, label: str = "", **style: Any
-    ) -> None:
+    def bar(self, x: Any, height: Any, width: float = 0.8, bottom: Any = 0.0, *, color: str, label: str = "") -> None:
         """Draw vertical bars."""
         x, height, bottom = (np.array(array, float) for array in np.broadcast_arrays(x, height, bottom))
-        self._add_bars(x - 0.5 * width, x + 0.5 * width, bottom, bottom + height, color, style)
+        self._add_bars(x - 0.5 * width, x + 0.5 * width, bottom, bottom + height, color)
         self.yaxis.sticky_ends |= {*bottom.tolist()}
         if label:
-            self.legend_entries.append(LegendEntry(label, fill_colour=to_hex(color)))
+            self.legend_entries.append(LegendEntry(label, fill_colour=color.lower()))
+
+    def barh(
+        self, y: np.ndarray, low: np.ndarray, high: np.ndarray, *, height: float, color: str, alpha: float
+    ) -> None:
+        """Draw horizontal bars from low to high."""
+        self._add_bars(low, high, y - 0.5 * height, y + 0.5 * height, color, alpha)
 
     def hist(
-        self, values: Any, bins: Any, *, weights: Any = None, density: bool = False, color: str, **style: Any
+        self, values: Any, bins: Any, *, color: str, weights: Any = None, density: bool = False, alpha: float = 1.0
     ) -> None:
         """Draw the number of values between edges."""
         counts, edges = np.histogram(values, bins, weights=weights, density=density)
-        self._add_bars(edges[:-1], edges[1:], np.zeros(len(counts)), counts, color, style)
+        self._add_bars(edges[:-1], edges[1:], np.zeros(len(counts)), counts, color, alpha)
         self.yaxis.sticky_ends.add(0.0)
 
-    def _add_bars(self, left: Any, right: Any, low: Any, high: Any, color: str, style: dict[str, Any]) -> None:
-        if not {*style} <= {"alpha", "linewidth"}:
-            raise UnsupportedError(f"bars: {sorted(style)}")
-        corners = np.stack([left, right, right, left, np.full(len(left), np.nan)], -1)
-        heights = np.stack([low, low, high, high, np.full(len(left), np.nan)], -1)
-        self._add_area(corners.ravel(), heights.ravel().astype(float), to_hex(color), style.get("alpha", 1.0))
+    def _add_bars(self, left: Any, right: Any, low: Any, high: Any, colour: str, alpha: float = 1.0) -> None:
+        gaps = np.full(len(left), np.nan)
+        corners = np.stack([left, right, right, left, gaps], -1)
+        heights = np.stack([low, low, high, high, gaps], -1)
+        self._add_area(corners.ravel().astype(float), heights.ravel().astype(float), colour, alpha)
 
-    def pcolormesh(self, x: Any, y: Any, values: Any, **style: Any) -> ScalarMappable:
-        """Draw cells between edges, each in the colour of its number; a masked one shows what is behind."""
-        norm = style.pop("norm", None) or Normalize(style.pop("vmin", None), style.pop("vmax", None))
-        coloured, edge = ScalarMappable(norm, style.pop("cmap", None)), style.pop("edgecolors", "face")
-        width = style.pop("linewidth", 0.0)
-        style.pop("rasterized", None)
-        values = np.ma.masked_invalid(values)
-        if style or values.size > MAX_CELLS:
-            raise UnsupportedError("cells")
-        coloured.set_array(values)
-        coloured.autoscale_None()
-        x, y = np.asarray(x, float), np.asarray(y, float)
+    def cells(
+        self, x: Any, y: Any, values: Any, scale: ColourScale, *, edge_colour: str = "", linewidth: float = 0.0
+    ) -> None:
+        """Draw cells between edges at equal distances, each in the colour of its number; NaN shows what is behind.
+
+        x : (columns + 1,), y : (rows + 1,), values : (rows, columns)
+        """
+        x, y, values = np.asarray(x, float), np.asarray(y, float), np.asarray(values, float)
         self.xaxis.extend_data(x)
         self.yaxis.extend_data(y)
         self.xaxis.sticky_ends |= {float(x[0]), float(x[-1])}
         self.yaxis.sticky_ends |= {float(y[0]), float(y[-1])}
-        cell_colours, is_masked = np.asarray(coloured.cmap(coloured.norm(values))), np.ma.getmaskarray(values)
-        rows, columns = values.shape
-        hex_colours = [
-            ["" if is_masked[k, m] else to_hex(cell_colours[k, m]) for m in range(columns)] for k in range(rows)
-        ]
-        self.items.append(Item("cells", x, y, (hex_colours, "" if edge == "face" else to_hex(edge), width), 0.0))
-        return coloured
+        self.items.append(Item("cells", x, y, CellStyle(values, scale, edge_colour.lower(), linewidth), 0.0))
 
-    def text(self, x: float, y: float, text: str, **options: Any) -> None:
-        """Write a text at a position."""
-        if not {*options} <= _TEXT_OPTIONS:
-            raise UnsupportedError(f"text: {sorted(options)}")
-        ha, va, size = options.get("ha", "left"), options.get("va", "baseline"), options.get("fontsize", 9.0)
-        style = TextStyle(
-            text,
-            ha,
-            va,
-            size,
-            to_hex(options.get("color", "#1f2933")),
-            options.get("weight", "normal"),
-            options.get("bbox"),
-        )
-        self.items.append(Item("text", np.array([x], float), np.array([y], float), style, 3.0))
+    def text(self, x: float, y: float, text: str, *, spans_width: bool = False, **style: Any) -> None:
+        """Write a text at a position; style : fields of TextStyle."""
+        item = Item("text", np.array([x], float), np.array([y], float), TextStyle(text, **style), 3.0)
+        self.items.append(item._replace(spans_width=spans_width, is_clipped=False))
 
-    def add_patch(self, patch: Patch) -> None:
+    def leader(self, start: tuple[float, float], end: tuple[float, float], *, color: str, linewidth: float) -> None:
+        """Draw a line, not clipped at the axes; x of both ends is a share of their width."""
+        x, y = np.array([start, end], float).T
+        self.items.append(Item("line", x, y, Stroke(color.lower(), linewidth), 2.0, spans_width=True, is_clipped=False))
+
+    def circle(
+        self,
+        centre: tuple[float, float],
+        radius: float,
+        *,
+        edgecolor: str,
+        facecolor: str = "none",
+        linewidth: float = 1.0,
+        zorder: float = 1.0,
+    ) -> None:
         """Draw a circle."""
-        if type(patch) is not Circle:
-            raise UnsupportedError("patch")
-        (x, y), radius = patch.center, patch.radius
+        x, y = centre
         self.xaxis.extend_data([x - radius, x + radius])
         self.yaxis.extend_data([y - radius, y + radius])
-        face = to_rgba(patch.get_facecolor())
-        style = to_hex(face) if face[3] else "none", to_hex(patch.get_edgecolor()), patch.get_linewidth()
-        self.items.append(Item("ellipse", np.array([x, radius]), np.array([y, radius]), style, patch.get_zorder()))
+        style = facecolor.lower(), edgecolor.lower(), linewidth
+        self.items.append(Item("ellipse", np.array([x, radius]), np.array([y, radius]), style, zorder))
 
-    def legend(self, *, handles: Sequence[Any] = (), **options: Any) -> None:
-        """Draw the legend: above the axes, to their right, or in their upper left corner."""
-        for handle in handles:
-            self.legend_entries.append(LegendEntry(handle.get_label(), fill_colour=to_hex(handle.get_facecolor())))
-        anchor = options.get("bbox_to_anchor")
-        placements = {("lower left", True): "above", ("upper left", True): "right", ("center left", True): "right"}
-        placement = "inside" if anchor is None else placements.get((options.get("loc", "best"), True))
-        if placement is None or (anchor is None and options.get("loc") != "upper left"):
-            raise UnsupportedError("legend")
-        self.legend_options = {**options, "placement": placement}
+    def set_legend(self, place: str, **form: Any) -> None:
+        """Show the names of lines, points and areas; form : fields of Legend."""
+        self.legend = Legend(place, **form)
 
-    def set(self, **values: Any) -> None:
-        """Set several properties by their names."""
-        for name, value in values.items():
-            getattr(self, f"set_{name}")(value)
+    def add_legend_entry(self, name: str, colour: str) -> None:
+        """Add the name of a colour."""
+        self.legend_entries.append(LegendEntry(name, fill_colour=colour.lower()))
 
-    def set_xlabel(self, label: str) -> None:
-        """Set the label of the abscissa."""
-        self.xaxis.label = label
+    def add_colour_bar(self, scale: ColourScale, name: str) -> Side:
+        """Show the bar of a colour scale to the right of the axes; return its side, for ticks."""
+        side = Side("y")
+        side.is_log, side.label = scale.is_log, name
+        side.set_limits(scale.low, scale.high)
+        self.colour_bar = scale, side
+        return side
 
-    def set_ylabel(self, label: str) -> None:
-        """Set the label of the ordinate."""
-        self.yaxis.label = label
+    def set_labels(self, x: str, y: str) -> None:
+        """Set the labels of both sides."""
+        self.xaxis.label, self.yaxis.label = x, y
 
-    def set_xlim(self, low: Any = None, high: Any = None) -> None:
+    def set_xlim(self, low: float | None, high: float | None) -> None:
         """Set the ends of the abscissa, one or both."""
-        _set_limits(self.xaxis, low, high)
+        self.xaxis.set_limits(low, high)
 
-    def set_ylim(self, low: Any = None, high: Any = None) -> None:
+    def set_ylim(self, low: float | None, high: float | None) -> None:
         """Set the ends of the ordinate, one or both."""
-        _set_limits(self.yaxis, low, high)
+        self.yaxis.set_limits(low, high)
 
-    def get_xlim(self) -> tuple[float, float]:
-        """Return the ends of the abscissa."""
-        return self.xaxis.limits()
+    def set_square(self, half_width: float) -> None:
+        """Show a square around the origin, with equal scales."""
+        self.set_xlim(-half_width, half_width)
+        self.set_ylim(-half_width, half_width)
+        self.equal_aspect = True
 
-    def get_ylim(self) -> tuple[float, float]:
-        """Return the ends of the ordinate."""
-        return self.yaxis.limits()
+    def set_log(self, *side_names: str) -> None:
+        """Make sides logarithmic: 'x', 'y' or both."""
+        for side in (self.xaxis, self.yaxis):
+            side.is_log |= side.axis_name in side_names
 
-    def set_xscale(self, name: str) -> None:
-        """Make the abscissa linear or logarithmic."""
-        self.xaxis.is_log = name == "log"
+    def set_tick_length(self, length: float, side_names: Sequence[str] = ("x", "y")) -> None:
+        """Set the length of ticks in points."""
+        for side in (self.xaxis, self.yaxis):
+            side.tick_length = length if side.axis_name in side_names else side.tick_length
 
-    def set_yscale(self, name: str) -> None:
-        """Make the ordinate linear or logarithmic; called by name, as `set` and `draw.style` do."""
-        self.yaxis.is_log = name == "log"
+    def set_grid(self, color: str, linewidth: float = 0.5, alpha: float = 1.0) -> None:
+        """Draw lines at the ticks, behind all items."""
+        self.grid_stroke = Stroke(color.lower(), linewidth, alpha=alpha)
 
-    def set_xticks(self, ticks: Any, labels: Any = None, **style: Any) -> None:
-        """Set the ticks of the abscissa."""
-        self.xaxis.set_ticks(ticks, labels, **style)
-
-    def set_yticks(self, ticks: Any, labels: Any = None, **style: Any) -> None:
-        """Set the ticks of the ordinate."""
-        self.yaxis.set_ticks(ticks, labels, **style)
-
-    def set_aspect(self, aspect: str) -> None:
-        """Set equal scales of both sides."""
-        self.equal_aspect = aspect == "equal"
-
-    def set_facecolor(self, colour: str) -> None:
-        """Fill the axes."""
-        self.face_colour = to_hex(colour)
-
-    def set_axisbelow(self, below: bool) -> None:
-        """Draw the grid behind all items; this is always the case."""
-
-    def grid(self, *, color: str, linewidth: float, alpha: float = 1.0) -> None:
-        """Draw lines at the ticks."""
-        self.grid_style = {"colour": to_hex(color), "width": linewidth, "alpha": alpha}
-
-    def tick_params(self, *, axis: str = "both", length: float | None = None, labelsize: float | None = None) -> None:
-        """Set the length of ticks and the size of their labels."""
-        for side in self._sides(axis):
-            side.tick_length = side.tick_length if length is None else length
-            side.font_size = side.font_size if labelsize is None else labelsize
-
-    def _sides(self, axis_name: str) -> Iterator[Side]:
-        yield from (side for side in (self.xaxis, self.yaxis) if axis_name in ("both", side.axis_name))
-
-    def get_figure(self, *, root: bool = True) -> Any:
-        """Return the sheet."""
-        return self.figure
-
-    def get_xaxis_transform(self) -> tuple[str, "Axes"]:
-        """Return the marker of a transform whose ordinate is a share of the height."""
-        return ("x", self)
-
-
-def _set_limits(side: Side, low: Any, high: Any) -> None:
-    low, high = low if isinstance(low, tuple) else (low, high)
-    side.fixed_limits = [
-        old if new is None else float(new) for old, new in zip(side.fixed_limits, (low, high), strict=True)
-    ]
+    def hide_edges(self, *names: str) -> None:
+        """Hide edges: 'left', 'bottom', 'right', 'top'."""
+        self.edges -= {*names}

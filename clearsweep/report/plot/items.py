@@ -7,11 +7,9 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-from matplotlib.ticker import MaxNLocator
 
 from ...language import wording
-
-# Items on axes, and their styles.
+from .colours import ColourScale
 
 PAPER = "#ffffff"  # background
 
@@ -29,7 +27,7 @@ class Stroke(NamedTuple):
 class MarkerStyle(NamedTuple):
     """Style of points."""
 
-    shape: str
+    shape: str  # one of 'o.|_sDxX+'
     colour: str
     size: float  # points
     alpha: float = 1.0
@@ -47,6 +45,16 @@ class Item(NamedTuple):
     order: float
     spans_height: bool = False  # y is a share of the height of the axes
     spans_width: bool = False  # x is a share of their width
+    is_clipped: bool = True  # at the edges of the axes
+
+
+class CellStyle(NamedTuple):
+    """The numbers of cells, (rows, columns), and their colours; NaN shows what is behind."""
+
+    values: np.ndarray
+    scale: ColourScale
+    edge_colour: str = ""  # '': no edges
+    edge_width: float = 0.0  # points
 
 
 class LegendEntry(NamedTuple):
@@ -58,33 +66,28 @@ class LegendEntry(NamedTuple):
     fill_colour: str = ""
 
 
+class Legend(NamedTuple):
+    """The place and the form of a legend."""
+
+    place: str  # 'above', 'right', 'centre right' or 'inside' the axes
+    columns: int = 1
+    title: str = ""
+    sample: float = 2.0  # length of a line's sample, in font sizes
+    column_gap: float = 2.0  # in font sizes
+    left: float = 0.0  # of a legend above the axes: its left end as a share of their width
+
+
 class TextStyle(NamedTuple):
     """Style of a text."""
 
     text: str
-    ha: str
-    va: str
-    size: float
-    colour: str
-    weight: str
-    halo: dict[str, Any] | None = None  # background: facecolor, alpha, pad (points)
-
-
-class Spines(dict):
-    """The four edges; a list selects several."""
-
-    def __getitem__(self, names: Any) -> Any:
-        edges = self
-
-        class EdgeSelection:
-            """Edges that are changed together."""
-
-            @staticmethod
-            def set_visible(visible: bool) -> None:
-                """Show or hide the edges."""
-                edges.update(dict.fromkeys([names] if isinstance(names, str) else names, visible))
-
-        return EdgeSelection
+    ha: str = "left"
+    va: str = "baseline"
+    size: float = 9.0  # points
+    colour: str = "#1f2933"
+    weight: str = "normal"
+    has_halo: bool = False  # on a background that hides what is behind it
+    offset: float = 0.0  # points to the right of its position
 
 
 class Box(NamedTuple):
@@ -171,16 +174,51 @@ def text_svg(
 # One side of axes: its scale, its limits, its ticks and their labels.
 
 MARGIN = 0.05  # of the data's extent, left free at its ends
-_STEPS = [1, 2, 2.5, 5, 10]
+_STEPS = (1.0, 2.0, 2.5, 5.0, 10.0)
 _MIN_TICK_DISTANCE = {"x": 30.0, "y": 17.0}  # least distance of ticks, points
 MAX_DECADE = 300.0  # powers of ten of a logarithmic axis stay within those of floats
-_MAX_TICKS = 9  # largest number of ticks
+_MAX_TICKS = 9  # largest number of intervals between ticks
 _MAX_DECADES = 7  # decades up to which each has a tick
+_MAX_SPLIT_DECADES = 4  # decades up to which 2 and 5 have ticks, too
 _SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+TickRule = Callable[[float, float], list[float]]  # both ends -> ticks
 
 
-class UnsupportedError(Exception):
-    """A drawing that these axes do not support."""
+def round_ticks(intervals: int, *, integers_only: bool = False) -> TickRule:
+    """Return the rule of ticks at round numbers: at most so many intervals, and two ticks or more."""
+
+    def ticks(low: float, high: float) -> list[float]:
+        least_step = ((high - low) or 1.0) / intervals
+        power = 10.0 ** math.floor(math.log10(least_step))
+        steps = [multiple * power * part for part in (0.1, 1.0) for multiple in _STEPS]
+        largest = next(k for k, step in enumerate(steps) if step >= (1.0 - 1e-9) * least_step)
+        candidates = (
+            multiples_of(float(math.ceil(step)) if integers_only else step)(low, high)
+            for step in reversed(steps[: largest + 1])
+        )
+        return next((positions for positions in candidates if len(positions) > 1), [])
+
+    return ticks
+
+
+def multiples_of(step: float) -> TickRule:
+    """Return the rule of ticks at the multiples of a number."""
+    return lambda low, high: [step * k for k in range(math.ceil(low / step - 1e-9), math.floor(high / step + 1e-9) + 1)]
+
+
+def decades(low: float, high: float) -> list[float]:
+    """Return the powers of ten between two ends; if they are many, every second or third."""
+    first, last = math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(high) + 1e-9)
+    stride = max(1, math.ceil((last - first + 1) / _MAX_DECADES))
+    return [10.0**power for power in range(first, last + 1, stride)]
+
+
+def split_decades(low: float, high: float) -> list[float]:
+    """Return 1, 2 and 5 times the powers of ten between two ends; the powers alone if they are many."""
+    first, last = math.floor(math.log10(low)), math.ceil(math.log10(high))
+    if last - first > _MAX_SPLIT_DECADES:
+        return decades(low, high)
+    return [multiple * 10.0**power for power in range(first, last + 1) for multiple in (1.0, 2.0, 5.0)]
 
 
 class Side:
@@ -192,20 +230,16 @@ class Side:
         self.fixed_limits: list[float | None] = [None, None]  # the limits set by a drawing
         self.data: list[np.ndarray] = []
         self.sticky_ends: set[float] = set()  # ends without margin
-        self.locator: Any = None
-        self.formatter: Callable[[float, Any], str] | None = None
+        self.tick_rule: TickRule | None = None
+        self.formatter: Callable[[float], str] | None = None
         self.fixed_ticks: tuple[list[float], list[str] | None] | None = None
-        self.label_style: dict[str, Any] = {}  # of the tick labels
+        self.rotation = 0.0  # of the tick labels, degrees
         self.tick_length, self.font_size, self.margin = 3.5, 8.0, MARGIN
 
     def extend_data(self, values: Any) -> None:
         """Extend the data by values; non-finite ones are ignored."""
         values = np.asarray(values, float).ravel()
         self.data.append(values[np.isfinite(values)])
-
-    def get_scale(self) -> str:
-        """Return 'log' or 'linear'."""
-        return "log" if self.is_log else "linear"
 
     def limits(self) -> tuple[float, float]:
         """Return both ends: as set, or those of the data with a margin."""
@@ -224,6 +258,12 @@ class Side:
         )
         return low, high
 
+    def set_limits(self, low: float | None, high: float | None) -> None:
+        """Set one end or both."""
+        self.fixed_limits = [
+            old if new is None else float(new) for old, new in zip(self.fixed_limits, (low, high), strict=True)
+        ]
+
     def fraction(self, values: Any) -> np.ndarray:
         """Return values relative to both ends, 0 to 1."""
         low, high = self.limits()
@@ -234,53 +274,35 @@ class Side:
             low, high = math.log10(low), math.log10(high)
         return (values - low) / ((high - low) or 1.0)
 
-    def set_major_locator(self, locator: Any) -> None:
-        """Take the locator of ticks."""
-        self.locator, self.fixed_ticks = locator, None
-
-    def set_minor_locator(self, locator: Any) -> None:
-        """Take the locator of minor ticks; it is ignored."""
-
-    def set_major_formatter(self, formatter: Callable[[float, Any], str]) -> None:
-        """Take the formatter of tick labels."""
-        self.formatter = formatter
-
-    def set_ticks(self, ticks: Sequence[float], labels: Sequence[str] | None = None, **style: Any) -> None:
-        """Take ticks and their labels."""
-        if not {*style} <= {"rotation", "ha", "rotation_mode", "fontsize"}:
-            raise UnsupportedError(f"style of ticks: {style}")
-        self.fixed_ticks = (
-            [float(position) for position in ticks],
-            None if labels is None else [str(label) for label in labels],
-        )
-        self.label_style, self.font_size = style, style.get("fontsize", self.font_size)
+    def set_ticks(self, ticks: Sequence[float], labels: Sequence[str] | None = None, *, rotation: float = 0.0) -> None:
+        """Take ticks, and their labels turned by `rotation` degrees."""
+        names = None if labels is None else [str(label) for label in labels]
+        self.fixed_ticks, self.rotation = ([float(position) for position in ticks], names), rotation
 
     def ticks(self, length: float) -> list[tuple[float, str]]:
         """Return the ticks within both ends and their labels; length : of the side, in points."""
         low, high = sorted(self.limits())
+        labels = None
         if self.fixed_ticks is not None:
             positions, labels = self.fixed_ticks
+        elif self.tick_rule is not None:
+            positions = self.tick_rule(low, high)
+        elif self.is_log:
+            positions = decades(low, high)
         else:
-            labels = None
-            if self.locator is not None:
-                positions = [float(value) for value in self.locator.tick_values(low, high)]
-            elif self.is_log:
-                positions = _decades(low, high)
-            else:
-                max_ticks = max(2, min(_MAX_TICKS, int(length / _MIN_TICK_DISTANCE[self.axis_name])))
-                positions = [float(value) for value in MaxNLocator(max_ticks, steps=_STEPS).tick_values(low, high)]
+            intervals = max(2, min(_MAX_TICKS, int(length / _MIN_TICK_DISTANCE[self.axis_name])))
+            positions = round_ticks(intervals)(low, high)
         names = labels if labels is not None else self._tick_labels(positions)
         tolerance = 1e-9 * (high - low)
-        visible_ticks = [
+        return [
             (position, name)
             for position, name in zip(positions, names, strict=True)
             if low - tolerance <= position <= high + tolerance
         ]
-        return visible_ticks
 
     def _tick_labels(self, positions: Sequence[float]) -> list[str]:
         if self.formatter is not None:
-            return [self.formatter(position, None) for position in positions]
+            return [self.formatter(position) for position in positions]
         if self.is_log:
             return [f"10{f'{round(math.log10(position))}'.translate(_SUPERSCRIPTS)}" for position in positions]
         step = min((b - a for a, b in itertools.pairwise(positions)), default=1.0) or 1.0
@@ -292,10 +314,3 @@ class Side:
             ]
         digits = next((d for d in range(8) if all(abs(round(p, d) - p) < 1e-6 * step for p in positions)), 8)
         return [f"{position + 0.0:.{digits}f}".replace("-", wording.MINUS) for position in positions]
-
-
-def _decades(low: float, high: float) -> list[float]:
-    """Return the powers of ten between two ends; if they are many, every second or third."""
-    first, last = math.ceil(math.log10(low) - 1e-9), math.floor(math.log10(high) + 1e-9)
-    stride = max(1, math.ceil((last - first + 1) / _MAX_DECADES))
-    return [10.0**power for power in range(first, last + 1, stride)]

@@ -1,13 +1,28 @@
 """Items and legends as SVG."""
 
 import numpy as np
-from matplotlib.colors import to_hex
 
 from .axes import Axes
-from .items import Box, Item, LegendEntry, MarkerStyle, Stroke, TextStyle, text_height, text_svg, text_width
+from .colours import png_address
+from .items import (
+    PAPER,
+    Box,
+    Item,
+    Legend,
+    LegendEntry,
+    MarkerStyle,
+    Stroke,
+    TextStyle,
+    text_height,
+    text_svg,
+    text_width,
+)
 
 # Lines, points, areas, cells and texts as SVG.
 
+HALO_PAD = 0.8  # points of background around a text
+PIXELS_PER_POINT = 4  # of an image of points
+MAX_POINTS, MAX_CELLS = 4_000, 3_000  # above these, they are pixels of an image
 LONG_PATH = 300  # corners of a path above which it is rounded to a tenth of a point
 _ANCHORS = {"left": "start", "center": "middle", "right": "end"}
 
@@ -15,7 +30,7 @@ _ANCHORS = {"left": "start", "center": "middle", "right": "end"}
 def item_svg(item: Item, ax: Axes, box: Box) -> str:
     """Return an item as SVG."""
     if item.kind == "cells":
-        return _cells_svg(item, ax, box)
+        return _cells_svg(item, ax, box) if item.style.values.size <= MAX_CELLS else _image_of_cells(item, ax, box)
     if item.kind == "ellipse":
         return _ellipse_svg(item, ax, box)
     x, y = ax.to_points(item.x, item.y, box)
@@ -25,14 +40,14 @@ def item_svg(item: Item, ax: Axes, box: Box) -> str:
         case "line":
             return line_svg(path_data(x, y), item.style)
         case "points":
-            return points_svg(x, y, item.style)
+            return points_svg(x, y, item.style) if len(x) <= MAX_POINTS else _pixels_svg(x, y, item.style, box)
         case "area":
             colour, alpha = item.style
             path = path_data(x, y, closed=True)
             opacity = f"; fill-opacity: {alpha:g}" if alpha < 1.0 else ""
             return f'<path d="{path}" style="fill: {colour}{opacity}"/>' if path else ""
         case _:
-            return _text_svg(float(x[0]), float(y[0]), item.style)
+            return _text_svg(float(x[0]) + item.style.offset, float(y[0]), item.style)
 
 
 def path_data(x: np.ndarray, y: np.ndarray, *, closed: bool = False) -> str:
@@ -110,7 +125,12 @@ def _squares_svg(positions: list[tuple[float, float]], marker_style: MarkerStyle
 
 def _cells_svg(item: Item, ax: Axes, box: Box) -> str:
     """Return cells; adjacent cells of one colour are merged."""
-    colours, edge, edge_width = item.style
+    values, scale, edge, edge_width = item.style
+    fractions, is_known = scale.fractions(values), np.isfinite(values)
+    colours = [
+        [colour if known else "" for colour, known in zip(scale.hex_colours(row), known_row, strict=True)]
+        for row, known_row in zip(fractions, is_known, strict=True)
+    ]
     x = (box.left + ax.xaxis.fraction(item.x) * box.width).round(2)
     y = (box.top + (1.0 - ax.yaxis.fraction(item.y)) * box.height).round(2)
     paths: dict[str, list[str]] = {}
@@ -165,91 +185,108 @@ def _text_svg(x: float, y: float, text_style: TextStyle) -> str:
 
 def _halo(x: float, y: float, text_style: TextStyle) -> str:
     """Return the background of a text centred at a position, or ''."""
-    if not text_style.halo:
+    if not text_style.has_halo:
         return ""
-    pad = float(text_style.halo.get("pad", 1.0))
-    halo_width, halo_height = (
-        text_width(text_style.text, text_style.size) + 2.0 * pad,
-        text_height(text_style.text, text_style.size) + 2.0 * pad,
-    )
-    style = f"fill: {to_hex(text_style.halo['facecolor'])}; fill-opacity: {text_style.halo.get('alpha', 1.0):g}"
+    width = text_width(text_style.text, text_style.size) + 2.0 * HALO_PAD
+    height = text_height(text_style.text, text_style.size) + 2.0 * HALO_PAD
     return (
-        f'<rect x="{x - 0.5 * halo_width:.2f}" y="{y - 0.5 * halo_height:.2f}" '
-        f'width="{halo_width:.2f}" height="{halo_height:.2f}" '
-        f'style="{style}"/>'
+        f'<rect x="{x - 0.5 * width:.2f}" y="{y - 0.5 * height:.2f}" width="{width:.2f}" height="{height:.2f}" '
+        f'style="fill: {PAPER}; fill-opacity: 0.75"/>'
     )
+
+
+def _image_of_cells(item: Item, ax: Axes, box: Box) -> str:
+    """Return cells at equal distances as an image, a pixel for each."""
+    values, scale, *_ = item.style
+    opacity = np.where(np.isfinite(values), 255, 0)[..., None].astype(np.uint8)
+    pixels = np.concatenate([scale.rgb(scale.fractions(values)), opacity], axis=-1)
+    (left, right), (bottom, top) = ax.to_points(item.x[[0, -1]], item.y[[0, -1]], box)
+    return image_svg(pixels[::-1], Box(left, top, right - left, bottom - top))
+
+
+def image_svg(pixels: np.ndarray, box: Box, *, is_smooth: bool = False) -> str:
+    """Return an image (rows, columns, 4), uint8 RGBA, that fills a box."""
+    rendering = "" if is_smooth else ' style="image-rendering: pixelated"'
+    return (
+        f'<image x="{box.left:.2f}" y="{box.top:.2f}" width="{box.width:.2f}" height="{box.height:.2f}" '
+        f'preserveAspectRatio="none"{rendering} href="{png_address(pixels)}"/>'
+    )
+
+
+def _pixels_svg(x: np.ndarray, y: np.ndarray, marker_style: MarkerStyle, box: Box) -> str:
+    """Return many points as an image: each covers the pixels within its radius, at least the nearest."""
+    finite = np.isfinite(x) & np.isfinite(y)
+    columns, rows = (max(1, round(PIXELS_PER_POINT * length)) for length in (box.width, box.height))
+    column = ((x[finite] - box.left) / box.width * columns).astype(int)
+    row = ((y[finite] - box.top) / box.height * rows).astype(int)
+    reach = int(0.5 * marker_style.size * PIXELS_PER_POINT)
+    is_covered = np.zeros((rows, columns), bool)
+    for across in range(-reach, reach + 1):
+        for down in range(-reach, reach + 1):
+            if across**2 + down**2 <= reach**2:
+                m, k = column + across, row + down
+                is_inside = (m >= 0) & (m < columns) & (k >= 0) & (k < rows)
+                is_covered[k[is_inside], m[is_inside]] = True
+    red, green, blue = (int(marker_style.colour[i : i + 2], 16) for i in (1, 3, 5))
+    pixels = np.zeros((rows, columns, 4), np.uint8)
+    pixels[is_covered] = (red, green, blue, round(255 * marker_style.alpha))
+    return image_svg(pixels, box)
 
 
 # Legends of lines, points and areas.
 
-FONT_SIZE, ROW_HEIGHT, SAMPLE_GAP, AXES_GAP = (
-    8.0,
-    12.5,
-    6.0,
-    5.0,
-)  # points: font size, row height, gap after a sample, gap to the right of axes
+FONT_SIZE, ROW_HEIGHT = 8.0, 12.5  # points
+SAMPLE_GAP, AXES_GAP = 6.0, 5.0  # points after a sample, to the right of axes
 
 
 def legend_size(ax: Axes) -> tuple[float, float]:
     """Return the height above axes and the width to their right of their legend, in points."""
-    if ax.legend_options is None or not ax.legend_entries:
+    legend = ax.legend
+    if legend is None or not ax.legend_entries or legend.place == "inside":
         return 0.0, 0.0
-    if ax.legend_options["placement"] == "above":
-        return ROW_HEIGHT * len(_rows(ax)) + 3.0, 0.0
-    if ax.legend_options["placement"] == "right":
-        title = ax.legend_options.get("title") or ""
-        widest = max(
-            [_sample_width(ax) + SAMPLE_GAP + text_width(entry.name, FONT_SIZE) for entry in ax.legend_entries]
-            + [text_width(title, FONT_SIZE)]
-        )
-        return 0.0, AXES_GAP + widest
-    return 0.0, 0.0
+    if legend.place == "above":
+        return ROW_HEIGHT * len(_rows(ax, legend)) + 3.0, 0.0
+    names = [FONT_SIZE * legend.sample + SAMPLE_GAP + text_width(entry.name, FONT_SIZE) for entry in ax.legend_entries]
+    return 0.0, AXES_GAP + max(*names, text_width(legend.title, FONT_SIZE))
 
 
-def _sample_width(ax: Axes) -> float:
-    """Return the width of the sample of a line, in points."""
-    return FONT_SIZE * float(ax.legend_options.get("handlelength", 2.0)) if ax.legend_options else 0.0
-
-
-def _rows(ax: Axes) -> list[list[LegendEntry]]:
+def _rows(ax: Axes, legend: Legend) -> list[list[LegendEntry]]:
     """Return the entries row by row, in the requested columns, filled column by column."""
-    columns = min(int(ax.legend_options.get("ncols", 1)) if ax.legend_options else 1, len(ax.legend_entries))
-    row_count = -(-len(ax.legend_entries) // columns)
+    row_count = -(-len(ax.legend_entries) // min(legend.columns, len(ax.legend_entries)))
     return [ax.legend_entries[row::row_count] for row in range(row_count)]
 
 
 def legend_svg(ax: Axes, box: Box) -> list[str]:
     """Return the legend of axes as SVG."""
-    if ax.legend_options is None or not ax.legend_entries:
+    legend = ax.legend
+    if legend is None or not ax.legend_entries:
         return []
-    placement, parts, sample_width = ax.legend_options["placement"], list[str](), _sample_width(ax)
-    if placement == "above":
-        rows = _rows(ax)
-        anchor = ax.legend_options["bbox_to_anchor"][0]
-        left = box.left + anchor * box.width + 4.0
-        column_gap = FONT_SIZE * float(ax.legend_options.get("columnspacing", 2.0))
-        columns = max(map(len, rows))
-        column_widths = [
-            max(text_width(row[k].name, FONT_SIZE) for row in rows if k < len(row)) for k in range(columns)
-        ]
-        entry_lefts = left + np.cumsum(
-            [0.0, *(sample_width + SAMPLE_GAP + column_width + column_gap for column_width in column_widths)]
-        )
-        for k, row in enumerate(rows):
-            y = box.top - 3.0 - ROW_HEIGHT * (len(rows) - k - 0.5)
-            for entry_left, entry in zip(entry_lefts.tolist(), row, strict=False):
-                parts += _entry_svg(entry, entry_left, y, sample_width)
-        return parts
-    x = box.left + box.width + AXES_GAP if placement == "right" else box.left + AXES_GAP
-    title = ax.legend_options.get("title") or ""
-    total_height = ROW_HEIGHT * len(ax.legend_entries) + (text_height(title, FONT_SIZE) + 3.0 if title else 0.0)
-    is_centred = placement == "right" and ax.legend_options["loc"] == "center left"
-    y = box.top + 0.5 * (box.height - total_height) if is_centred else box.top + (0.0 if placement == "right" else 3.0)
-    if title:
-        parts.append(text_svg(title, x, y + 0.8 * FONT_SIZE, FONT_SIZE, "start"))
-        y += text_height(title, FONT_SIZE) + 3.0
+    if legend.place == "above":
+        return _legend_above(ax, legend, box)
+    is_right, parts = legend.place.endswith("right"), []
+    x = box.left + AXES_GAP + (box.width if is_right else 0.0)
+    title_height = text_height(legend.title, FONT_SIZE) + 3.0 if legend.title else 0.0
+    free_height = box.height - ROW_HEIGHT * len(ax.legend_entries) - title_height
+    y = box.top + (0.5 * free_height if legend.place == "centre right" else 0.0 if is_right else 3.0)
+    if legend.title:
+        parts.append(text_svg(legend.title, x, y + 0.8 * FONT_SIZE, FONT_SIZE, "start"))
     for k, entry in enumerate(ax.legend_entries):
-        parts += _entry_svg(entry, x, y + ROW_HEIGHT * (k + 0.5), sample_width)
+        parts += _entry_svg(entry, x, y + title_height + ROW_HEIGHT * (k + 0.5), FONT_SIZE * legend.sample)
+    return parts
+
+
+def _legend_above(ax: Axes, legend: Legend, box: Box) -> list[str]:
+    rows, sample_width, parts = _rows(ax, legend), FONT_SIZE * legend.sample, []
+    columns = [[row[k] for row in rows if k < len(row)] for k in range(max(map(len, rows)))]
+    widths = [
+        sample_width + SAMPLE_GAP + max(text_width(entry.name, FONT_SIZE) for entry in column) for column in columns
+    ]
+    lefts = box.left + legend.left * box.width + 4.0
+    entry_lefts = lefts + np.cumsum([0.0, *(width + FONT_SIZE * legend.column_gap for width in widths)])
+    for k, row in enumerate(rows):
+        y = box.top - 3.0 - ROW_HEIGHT * (len(rows) - k - 0.5)
+        for entry_left, entry in zip(entry_lefts.tolist(), row, strict=False):
+            parts += _entry_svg(entry, entry_left, y, sample_width)
     return parts
 
 

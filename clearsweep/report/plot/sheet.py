@@ -1,14 +1,11 @@
 """Axes on a sheet as SVG: position, edges, ticks and labels, colour bar; polar axes."""
 
-from typing import Any, NamedTuple
-
 import numpy as np
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import LogNorm, to_hex
 
 from .axes import Axes
+from .colours import ColourScale
 from .items import PAPER, Box, Side, text_height, text_svg, text_width
-from .marks import item_svg, legend_size, legend_svg
+from .marks import AXES_GAP, image_svg, item_svg, legend_size, legend_svg, line_svg
 
 # Axes on a sheet as SVG: position, edges, ticks and labels, colour bar.
 
@@ -17,35 +14,9 @@ PAD, GAP, LABEL_SIZE = (
     4.0,
     3.5,
     9.0,
-)  # points: margin of the sheet, gap from a tick to its label, font size of an axis label
+)  # points: margin of a sheet, from a tick to its name, font size
 BAR_WIDTH, BAR_GAP = 10.0, 7.0  # points: width of a colour bar, distance from the axes
-COLOUR_STOPS = 12  # colour stops of a colour bar
-
-
-class ColourBar:
-    """A colour bar; `ax.yaxis` has its ticks."""
-
-    def __init__(self, coloured: ScalarMappable):
-        """Take the coloured item."""
-        self.coloured, self.solids = coloured, None
-        side = Side("y")
-        side.is_log = isinstance(coloured.norm, LogNorm)
-        side.fixed_limits = [float(np.asarray(end)) for end in (coloured.norm.vmin, coloured.norm.vmax)]
-        self.ax, self.outline = _BarAxes(side), _NoOutline()
-
-    def set_label(self, name: str) -> None:
-        """Set the label of the bar."""
-        self.ax.yaxis.label = name
-
-
-class _BarAxes(NamedTuple):
-    yaxis: Side
-
-
-class _NoOutline:
-    @staticmethod
-    def set_visible(shown: bool) -> None:
-        """Do nothing: the bar has no outline."""
+BAR_PIXELS = 128  # of a colour bar
 
 
 class Sheet:
@@ -54,32 +25,22 @@ class Sheet:
     def __init__(self, size: tuple[float, float]):
         """Take the size in inches."""
         self.width, self.height = (72.0 * side for side in size)
-        self.axes: Axes = Axes(self)
-        self.bar: ColourBar | None = None
-
-    def get_size_inches(self) -> np.ndarray:
-        """Return width and height in inches."""
-        return np.array([self.width, self.height]) / 72.0
-
-    def colorbar(self, coloured: ScalarMappable, **_: Any) -> ColourBar:
-        """Return a colour bar to the right of the axes."""
-        self.bar = bar = ColourBar(coloured)
-        return bar
+        self.axes: Axes = Axes(size)
 
     def box(self) -> Box:
         """Return the position of the axes within labels, ticks, legend and bar."""
         ax = self.axes
         space_above, right = legend_size(ax)
         left = PAD + _tick_width(ax.yaxis, self.height - 50.0) + label_space(ax.yaxis)
-        right += PAD + (
-            BAR_GAP + BAR_WIDTH + _tick_width(self.bar.ax.yaxis, self.height - 50.0) + label_space(self.bar.ax.yaxis)
-            if self.bar
-            else 0.0
-        )
+        right = PAD + max(right, _width_of_texts_beside(ax))
+        if ax.colour_bar:
+            right += (
+                BAR_GAP + BAR_WIDTH + _tick_width(ax.colour_bar[1], self.height - 50.0) + label_space(ax.colour_bar[1])
+            )
         names = ax.xaxis.ticks(self.width - left - right)
         space_below = PAD + _tick_height(ax.xaxis, [name for _, name in names]) + label_space(ax.xaxis)
         top = PAD + max(space_above, 0.5 * ax.yaxis.font_size)
-        if names and not self.bar and not ax.xaxis.label_style.get("rotation"):
+        if names and not ax.colour_bar and not ax.xaxis.rotation:
             tick, name = names[-1]
             overhang = 0.5 * text_width(name, ax.xaxis.font_size) - (1.0 - float(ax.xaxis.fraction(tick))) * (
                 self.width - left - right
@@ -93,9 +54,9 @@ class Sheet:
         width, height = scale * x_range, scale * y_range
         return Box(box.left + 0.5 * (box.width - width), box.top + 0.5 * (box.height - height), width, height)
 
-    def svg(self, id_prefix: str) -> tuple[str, Box]:
-        """Return the sheet as an SVG element, with ids prefixed by `id_prefix`, and the position of the axes."""
-        ax, box = self.axes, self.box()
+    def svg(self, id_prefix: str, box: Box) -> str:
+        """Return the sheet, with its axes in `box`, as an SVG element whose ids are prefixed by `id_prefix`."""
+        ax = self.axes
         clip_id = f"{id_prefix}-clip"
         parts = [
             f'<svg width="{self.width:g}pt" height="{self.height:g}pt" viewBox="0 0 {self.width:g} {self.height:g}" '
@@ -110,18 +71,18 @@ class Sheet:
                 f'<rect x="{box.left:.2f}" y="{box.top:.2f}" width="{box.width:.2f}" height="{box.height:.2f}" '
                 f'style="fill: {ax.face_colour}"/>'
             )
-        if ax.grid_style:
+        if ax.grid_stroke:
             parts.append(self._grid_svg(ticks, box))
         items = sorted(ax.items, key=lambda item: item.order)
         parts.append(f'<g clip-path="url(#{clip_id})">')
-        parts += [item_svg(item, ax, box) for item in items if item.kind != "text"]
+        parts += [item_svg(item, ax, box) for item in items if item.is_clipped]
         parts.append("</g>")
-        parts += [item_svg(item, ax, box) for item in items if item.kind == "text"]
+        parts += [item_svg(item, ax, box) for item in items if not item.is_clipped]
         parts += [self._edges_svg(box), self._ticks_svg(ticks, box)]
         parts += legend_svg(ax, box)
-        if self.bar:
-            parts.append(self._bar_svg(self.bar, box, id_prefix))
-        return "\n".join([*filter(None, parts), "</svg>\n"]), box
+        if ax.colour_bar:
+            parts.append(self._bar_svg(*ax.colour_bar, box))
+        return "\n".join([*filter(None, parts), "</svg>\n"])
 
     def _grid_svg(self, ticks: dict[str, list[tuple[float, str]]], box: Box) -> str:
         ax, path = self.axes, []
@@ -131,12 +92,8 @@ class Sheet:
         for tick, _ in ticks["y"]:
             y = box.top + (1.0 - float(ax.yaxis.fraction(tick))) * box.height
             path.append(f"M{box.left:.2f} {y:.2f}h{box.width:.2f}")
-        grid_style = ax.grid_style
-        style = (
-            f"fill: none; stroke: {grid_style['colour']}; stroke-width: {grid_style['width']}; "
-            f"stroke-opacity: {grid_style['alpha']:g}"
-        )
-        return f'<path d="{"".join(path)}" style="{style}"/>' if path else ""
+        assert ax.grid_stroke is not None
+        return line_svg("".join(path), ax.grid_stroke)
 
     def _edges_svg(self, box: Box) -> str:
         left, top, width, height = box
@@ -146,21 +103,19 @@ class Sheet:
             "top": f"M{left:.2f} {top:.2f}h{width:.2f}",
             "bottom": f"M{left:.2f} {top + height:.2f}h{width:.2f}",
         }
-        path = "".join(line for name, line in lines.items() if self.axes.spines.get(name))
+        path = "".join(line for name, line in lines.items() if name in self.axes.edges)
         style = f"fill: none; stroke: {GREY}; stroke-width: 0.8; stroke-linecap: square"
         return f'<path d="{path}" style="{style}"/>' if path else ""
 
     def _ticks_svg(self, ticks: dict[str, list[tuple[float, str]]], box: Box) -> str:
         ax, path, texts = self.axes, [], []
         side, bottom = ax.xaxis, box.top + box.height
-        rotation = side.label_style.get("rotation")
         for tick, name in ticks["x"]:
             x, y = box.left + float(side.fraction(tick)) * box.width, bottom + side.tick_length + GAP
             path.append(f"M{x:.2f} {bottom:.2f}v{side.tick_length:g}" if side.tick_length else "")
-            if rotation:
-                texts.append(
-                    text_svg(name, x, y + 0.5 * side.font_size, side.font_size, "end", rotation=-float(rotation))
-                )
+            if side.rotation:
+                middle = y + 0.5 * side.font_size
+                texts.append(text_svg(name, x, middle, side.font_size, "end", rotation=-side.rotation))
             else:
                 texts.append(text_svg(name, x, y + 0.8 * side.font_size, side.font_size, "middle"))
         side = ax.yaxis
@@ -191,17 +146,11 @@ class Sheet:
         centre = min(max(box.top + 0.5 * box.height, PAD + half_length), self.height - PAD - half_length)
         return text_svg(label, x, centre, size, "middle", rotation=-90.0)
 
-    def _bar_svg(self, bar: ColourBar, box: Box, id_prefix: str) -> str:
-        left, side = box.left + box.width + BAR_GAP, bar.ax.yaxis
-        stops = "".join(
-            f'<stop offset="{share:.3f}" stop-color="{to_hex(bar.coloured.cmap(share))}"/>'
-            for share in np.linspace(0.0, 1.0, COLOUR_STOPS)
-        )
-        parts = [
-            f'<linearGradient id="{id_prefix}-bar" x1="0" y1="1" x2="0" y2="0">{stops}</linearGradient>',
-            f'<rect x="{left:.2f}" y="{box.top:.2f}" width="{BAR_WIDTH:g}" height="{box.height:.2f}" '
-            f'fill="url(#{id_prefix}-bar)"/>',
-        ]
+    def _bar_svg(self, scale: ColourScale, side: Side, box: Box) -> str:
+        left = box.left + box.width + BAR_GAP
+        colours = scale.rgb(np.linspace(1.0, 0.0, BAR_PIXELS))
+        pixels = np.concatenate([colours, np.full((BAR_PIXELS, 1), 255, np.uint8)], axis=-1)[:, None]
+        parts = [image_svg(pixels, Box(left, box.top, BAR_WIDTH, box.height), is_smooth=True)]
         path = []
         for tick, name in side.ticks(box.height):
             y = box.top + (1.0 - float(side.fraction(tick))) * box.height
@@ -223,10 +172,16 @@ def _tick_width(side: Side, length: float) -> float:
 
 def _tick_height(side: Side, names: list[str]) -> float:
     """Return the total height (points) of the ticks of a horizontal side and their labels."""
-    if rotation := side.label_style.get("rotation"):
+    if side.rotation:
         longest = max((text_width(name, side.font_size) for name in names), default=0.0)
-        return side.tick_length + GAP + longest * float(np.sin(np.radians(rotation))) + side.font_size
+        return side.tick_length + GAP + longest * float(np.sin(np.radians(side.rotation))) + side.font_size
     return side.tick_length + GAP + max((text_height(name, side.font_size) for name in names), default=0.0)
+
+
+def _width_of_texts_beside(ax: Axes) -> float:
+    """Return the width (points) of the texts that begin at the right edge of axes."""
+    texts = [item.style for item in ax.items if item.kind == "text" and item.spans_width and item.x[0] >= 1.0]
+    return max((AXES_GAP + style.offset + text_width(style.text, style.size) for style in texts), default=0.0)
 
 
 def label_space(side: Side) -> float:
@@ -237,25 +192,22 @@ def label_space(side: Side) -> float:
 # Polar axes: the abscissa is an angle, counter-clockwise from the right, the ordinate a radius.
 
 LABEL_GAP = 5.0  # points from the rim to the labels of angles
+RADIUS_LABEL_ANGLE = float(np.radians(22.5))  # of the labels of radii
 
 
 class PolarAxes(Axes):
     """Axes whose abscissa is an angle in radians."""
 
-    def __init__(self, figure: Any):
-        """Take the sheet of these axes."""
-        super().__init__(figure)
-        self.equal_aspect, self.label_angle = True, 0.0
+    def __init__(self, sheet_size: tuple[float, float]):
+        """Take the size of their sheet in inches."""
+        super().__init__(sheet_size)
+        self.equal_aspect = True
         self.yaxis.fixed_limits[0] = 0.0
 
-    def to_points(self, x: Any, y: Any, box: Box) -> tuple[np.ndarray, np.ndarray]:
+    def to_points(self, x: np.ndarray, y: np.ndarray, box: Box) -> tuple[np.ndarray, np.ndarray]:
         """Return angles and radii as points on the sheet."""
         radius = 0.5 * box.width * self.yaxis.fraction(y)
         return box.left + 0.5 * box.width + radius * np.cos(x), box.top + 0.5 * box.height - radius * np.sin(x)
-
-    def set_rlabel_position(self, degrees: float) -> None:
-        """Set the angle of the labels of radii."""
-        self.label_angle = float(np.radians(degrees))
 
 
 class PolarSheet(Sheet):
@@ -264,7 +216,7 @@ class PolarSheet(Sheet):
     def __init__(self, size: tuple[float, float]):
         """Take the size in inches."""
         super().__init__(size)
-        self.axes = PolarAxes(self)
+        self.axes = PolarAxes(size)
 
     def box(self) -> Box:
         """Return the square around the disc."""
@@ -283,8 +235,9 @@ class PolarSheet(Sheet):
         )
 
     def _grid_svg(self, ticks: dict[str, list[tuple[float, str]]], box: Box) -> str:
-        grid_style, max_radius = self.axes.grid_style, self.axes.yaxis.limits()[1]
-        style = f"fill: none; stroke: {grid_style['colour']}; stroke-width: {grid_style['width']}"
+        stroke, max_radius = self.axes.grid_stroke, self.axes.yaxis.limits()[1]
+        assert stroke is not None
+        style = f"fill: none; stroke: {stroke.colour}; stroke-width: {stroke.width:g}"
         x, y = box.left + 0.5 * box.width, box.top + 0.5 * box.height
         rings = "".join(
             f'<circle cx="{x:.2f}" cy="{y:.2f}" r="{0.5 * box.width * tick / max_radius:.2f}" style="{style}"/>'
@@ -293,7 +246,7 @@ class PolarSheet(Sheet):
         )
         spoke_ends = (self.axes.to_points(tick, max_radius, box) for tick, _ in self._angle_ticks())
         spokes = "".join(f"M{x:.2f} {y:.2f}L{float(a):.2f} {float(b):.2f}" for a, b in spoke_ends)
-        return f'{rings}<path d="{spokes}" style="{style}"/>'
+        return rings + line_svg(spokes, stroke)
 
     def _angle_ticks(self) -> list[tuple[float, str]]:
         """Return the ticks of the angle and their labels."""
@@ -316,7 +269,12 @@ class PolarSheet(Sheet):
             texts.append(text_svg(name, x, y, ax.xaxis.font_size, anchor, is_centred=True))
         for tick, name in ticks["y"]:
             if tick > 0.0:
-                x, y = (float(point) for point in ax.to_points(ax.label_angle, tick, box))
+                x, y = (float(point) for point in ax.to_points(RADIUS_LABEL_ANGLE, tick, box))
                 texts.append(text_svg(name, x, y, ax.yaxis.font_size, "start", is_centred=True))
         texts.append(text_svg(ax.xaxis.label, centre_x, self.height - PAD - 0.22 * LABEL_SIZE, LABEL_SIZE, "middle"))
         return "\n".join(texts)
+
+
+def make_sheet(size: tuple[float, float], *, is_polar: bool) -> Sheet:
+    """Return a sheet with plane or polar axes; size : inches."""
+    return PolarSheet(size) if is_polar else Sheet(size)

@@ -4,7 +4,7 @@ import itertools
 import math
 from collections.abc import Mapping
 from os import PathLike
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -18,12 +18,9 @@ from ..axis import Axis
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table
-from ..draw.style import BLUE, set_plain_axes
+from ..draw.style import BLUE, RED, set_plain_axes
+from ..plot import BLUES, Axes, ColourScale
 from ..study import Study
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 # Comparison of measured and computed signals: the nearest case, the offset of the crank angle.
 
@@ -124,26 +121,26 @@ BIN_COUNT = 40
 
 
 def draw_density(
-    ax: "Axes", values: np.ndarray, weights: np.ndarray, quantiles: tuple[float, float, float], axis: Axis
+    ax: Axes, values: np.ndarray, weights: np.ndarray, quantiles: tuple[float, float, float], axis: Axis
 ) -> None:
     """Draw a histogram of weighted values; quantiles : of the interval, and the median, on `axis`, SI."""
     scale = axis.scale
     ax.hist(scale.from_si(values), BIN_COUNT, weights=weights, color=BLUE, alpha=0.5, density=True)
     for quantile, style in zip(quantiles, ("--", "-", "--"), strict=True):
         ax.axvline(scale.from_si(quantile), color=BLUE, linestyle=style, linewidth=1.0)
-    ax.set(xlabel=axis.label(), ylabel="probability density")
-    ax.set_yticks([])
+    ax.set_labels(axis.label(), "probability density")
+    ax.yaxis.set_ticks([])
     set_plain_axes(ax)
 
 
 def draw_joint_density(
-    ax: "Axes", values_of_keys: tuple[np.ndarray, np.ndarray], weights: np.ndarray, axes: tuple[Axis, Axis]
+    ax: Axes, values_of_keys: tuple[np.ndarray, np.ndarray], weights: np.ndarray, axes: tuple[Axis, Axis]
 ) -> None:
     """Draw the weighted values of two keys as a grid of shades."""
     x_values, y_values = (axis.scale.from_si(values) for values, axis in zip(values_of_keys, axes, strict=True))
     counts, x_edges, y_edges = np.histogram2d(x_values, y_values, BIN_COUNT // 2, weights=weights)
-    ax.pcolormesh(x_edges, y_edges, counts.T, cmap="Blues", rasterized=True)
-    ax.set(xlabel=axes[0].label(), ylabel=axes[1].label())
+    ax.cells(x_edges, y_edges, counts.T, ColourScale(0.0, float(counts.max()), BLUES))
+    ax.set_labels(axes[0].label(), axes[1].label())
 
 
 # Identified parameters: intervals, distributions, and the fit of the best cases.
@@ -233,7 +230,7 @@ def _posterior_pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: 
     def density_picture(parameter: dict[str, Any]) -> Picture:
         axis, quantiles = axes[parameter["path"]], (parameter["low"], parameter["value"], parameter["high"])
 
-        def paint(ax: Any) -> None:
+        def paint(ax: Axes) -> None:
             draw_density(ax, sample[axis.path].to_numpy(), weights, quantiles, axis)
 
         return Picture(f"Probability of {axis.name}", "", f"{_estimate_text(axis, parameter)}.", paint)
@@ -246,7 +243,7 @@ def _pair_pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[
     weights = sample["weight"].to_numpy()
 
     def pair_picture(x_axis: Axis, y_axis: Axis) -> Picture:
-        def paint(ax: Any) -> None:
+        def paint(ax: Axes) -> None:
             pair = (sample[x_axis.path].to_numpy(), sample[y_axis.path].to_numpy())
             draw_joint_density(ax, pair, weights, (x_axis, y_axis))
 
@@ -313,25 +310,24 @@ def _overlay_pictures(comparison: SignalComparison) -> list[Picture]:
     """Return both signals over the crank angle, and their spectra."""
     scale = wording.scale(comparison.unit, float(np.abs(comparison.measured).max()))
 
-    def over_angle(ax: Any) -> None:
+    def over_angle(ax: Axes) -> None:
         degrees = 360.0 * np.arange(comparison.measured.shape[1]) / comparison.measured.shape[1]
-        ax.plot(degrees, comparison.measured.T / scale.factor, color="0.75", linewidth=0.6)
-        ax.plot(degrees, comparison.measured.mean(axis=0) / scale.factor, color="0.3", label="measured, mean")
-        ax.plot(degrees, comparison.computed.mean(axis=0) / scale.factor, color="C3", label="computed")
-        ax.set_xlabel("crank angle, °")
-        ax.set_ylabel(f"{comparison.channel}, {scale.unit}")
-        ax.legend()
+        ax.plot(degrees, comparison.measured.T / scale.factor, color="#bfbfbf", linewidth=0.6)
+        ax.plot(degrees, comparison.measured.mean(axis=0) / scale.factor, color="#4d4d4d", label="measured, mean")
+        ax.plot(degrees, comparison.computed.mean(axis=0) / scale.factor, color=RED, label="computed")
+        ax.set_labels("crank angle, °", f"{comparison.channel}, {scale.unit}")
+        ax.set_legend("above", columns=2)
 
-    def spectra(ax: Any) -> None:
+    def spectra(ax: Axes) -> None:
         for revolutions, color, name in (
-            (comparison.measured, "0.3", "measured"),
-            (comparison.computed, "C3", "computed"),
+            (comparison.measured, "#4d4d4d", "measured"),
+            (comparison.computed, RED, "computed"),
         ):
             amplitude = 2.0 * np.abs(np.fft.rfft(revolutions, axis=1)).mean(axis=0) / revolutions.shape[1]
-            ax.semilogy(np.arange(1, len(amplitude)), amplitude[1:] / scale.factor, color=color, label=name)
-        ax.set_xlabel("order of the crank")
-        ax.set_ylabel(f"amplitude, {scale.unit}")
-        ax.legend()
+            ax.plot(np.arange(1, len(amplitude)), amplitude[1:] / scale.factor, color=color, label=name)
+        ax.set_log("y")
+        ax.set_labels("order of the crank", f"amplitude, {scale.unit}")
+        ax.set_legend("above", columns=2)
 
     title = f"{comparison.channel}: measured and computed"
     text = f"{title}; they differ by {100.0 * comparison.misfit:.3g} %."

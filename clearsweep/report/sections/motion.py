@@ -1,7 +1,8 @@
 """Motion on the page: its kinds, the tables of peaks, the revolution of the largest."""
 
 from collections.abc import Callable, Iterator, Sequence
-from typing import TYPE_CHECKING, overload
+from functools import partial
+from typing import overload
 
 import numpy as np
 import pandas as pd
@@ -31,6 +32,7 @@ from ..one_case.motion import (
     largest_texts,
     saved_channels,
 )
+from ..plot import Axes
 from ..statistics.effects import main_effects_of
 from ..statistics.motion import (
     CONTACTS,
@@ -45,10 +47,6 @@ from ..statistics.motion import (
     shares_by_value,
 )
 from ..study import Joint, Study, cases_by_cell, largest, reduce_over_other_axes
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 # Kinds of motion: contact, flight or impacts; periodic or not; Poincaré sections and spectra.
 
@@ -182,21 +180,25 @@ def _bifurcation_diagrams(study: Study, joint: Joint) -> list[Picture]:
     ranked = [effect.axis for effect in main_effects_of(study, lead)]
     ranked += [axis for axis in study.swept() if axis.is_scattered]
     diagrams = [_bifurcation_diagram(study, joint, axis, reference) for axis in ranked if axis.is_numeric]
-    return [picture for picture in diagrams if picture][:MAX_DIAGRAMS]
+    return [picture for diagram in [each for each in diagrams if each][:MAX_DIAGRAMS] for picture in diagram]
 
 
-def _bifurcation_diagram(study: Study, joint: Joint, axis: Axis, reference: str) -> Picture | None:
+def _bifurcation_diagram(study: Study, joint: Joint, axis: Axis, reference: str) -> list[Picture]:
+    """Return the diagrams of x and y of a journal along an axis, or [] with too few cases."""
     points = points_along_axis(study, joint, axis, reference)
     if points.cases < MIN_CASES:
-        return None
+        return []
     fixed_setting = study.setting(reference, omitted_axis=axis) if not axis.is_scattered else ""
-    return Picture(
-        f"Bifurcation diagram over {axis.name}{study.joint_text(joint, ', joint {}')}",
-        f"{f'At {fixed_setting}. ' if fixed_setting else ''}The dotted lines are the clearance.",
-        f"Journal at crank angle 0 against {axis.name}: {points.x.size} points of {points.cases} cases.",
-        lambda ax: draw_bifurcation(ax, points, axis),
-        FLAT_SIZE,
-    )
+    return [
+        Picture(
+            f"Bifurcation diagram of {coordinate} over {axis.name}{study.joint_text(joint, ', joint {}')}",
+            f"{f'At {fixed_setting}. ' if fixed_setting else ''}The dotted lines are the clearance.",
+            f"Journal {coordinate} at crank angle 0 over {axis.name}: {points.x.size} points of {points.cases} cases.",
+            partial(draw_bifurcation, points=points, coordinate=coordinate, axis=axis),
+            FLAT_SIZE,
+        )
+        for coordinate in ("x", "y")
+    ]
 
 
 def _poincare_sections(study: Study, joint: Joint) -> list[Picture]:
@@ -463,7 +465,7 @@ def _painter_arguments(curve: JointHistory) -> tuple:
     return curve.actual, curve.unit, curve.name, curve.ideal
 
 
-def _picture(curve: JointHistory, paint: "Callable[[Axes], None]") -> Picture:
+def _picture(curve: JointHistory, paint: Callable[[Axes], None]) -> Picture:
     """Return one quantity over the revolution."""
     largest_text, *ideal_text = largest_texts(
         [curve.actual, *([] if curve.ideal is None else [curve.ideal])], curve.unit

@@ -1,7 +1,5 @@
 """The section on a sample: spread of the figures, probability of exceeding limits, drivers of the spread."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from ...answers import statistics
@@ -13,6 +11,7 @@ from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Gallery, Points, Section, Sentences, without_empty
 from ..draw import comparison
 from ..draw.style import RED
+from ..plot import Axes
 from ..samples import (
     LimitedFigure,
     effect_table,
@@ -26,10 +25,6 @@ from ..samples import (
 from ..statistics import sensitivity
 from ..statistics.sensitivity import Sample
 from ..study import Study
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 MAX_HISTOGRAMS = 12  # drawn at most
 MAX_SCATTER_PLOTS = 4  # seen at once
@@ -187,7 +182,7 @@ def _scatter_plot(study: Study, sample: Sample, figure: LimitedFigure, path: str
     bounds = [limit.value / scale.factor for limit in figure.limits if not limit.times]
     caption = _strength_text(correlation)
 
-    def paint(ax: "Axes") -> None:
+    def paint(ax: Axes) -> None:
         comparison.draw_cloud(ax, x, y, None, (axis.name, figure.name), (axis.scale, scale))
         for limit_line in bounds:
             ax.axhline(limit_line, color=RED, linewidth=1.2, linestyle="--")

@@ -1,7 +1,7 @@
 """Results of searches: the limits that `seek` found, and the designs that `optimise` found."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -14,17 +14,14 @@ from ..axis import Axis, first_sought_path, sought_paths, value_at
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table, axis_columns, column_label, count_cell
-from ..draw.style import BLUE, set_plain_axes
+from ..draw.style import BLUE, RED, set_plain_axes
+from ..plot import Axes
 from ..study import Study, answer_of_study
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 # Drawings of the answers of `seek`: intervals that contain the limit, over another axis.
 
 
-def draw_intervals(ax: "Axes", rows: Sequence[tuple[float, float, float, float]], x_axis: Axis, y_axis: Axis) -> None:
+def draw_intervals(ax: Axes, rows: Sequence[tuple[float, float, float, float]], x_axis: Axis, y_axis: Axis) -> None:
     """Draw answers.
 
     Each row has the value on the axis `x_axis`, the ends of the interval and the answer on `y_axis`, in SI.
@@ -34,7 +31,7 @@ def draw_intervals(ax: "Axes", rows: Sequence[tuple[float, float, float, float]]
     low, high, answer = (y_axis.scale.from_si(values) for values in (low, high, answer))
     ax.vlines(x, low, high, color=BLUE, linewidth=2.0)
     ax.plot(x, answer, "o-", color=BLUE, markersize=4.0, linewidth=0.8)
-    ax.set(xlabel=x_axis.label(), ylabel=y_axis.label())
+    ax.set_labels(x_axis.label(), y_axis.label())
     if low.min() > 0.0:
         ax.set_ylim(0.0, 1.1 * high.max())
     set_plain_axes(ax)
@@ -438,17 +435,16 @@ def _front_picture(study: Study, rows: list[dict[str, Any]], names: list[str]) -
         return []
     x_scale, y_scale = (study.scale(name) for name in names)
 
-    def paint(ax: Any) -> None:
+    def paint(ax: Axes) -> None:
         all_values = [
             study.cases[name].to_numpy() / scale.factor for name, scale in zip(names, (x_scale, y_scale), strict=True)
         ]
         best_values = [
             [row[name] / scale.factor for row in rows] for name, scale in zip(names, (x_scale, y_scale), strict=True)
         ]
-        ax.plot(*all_values, ".", color="0.7", markersize=4)
-        ax.step(*best_values, "o-", where="post", markersize=4)
-        ax.set_xlabel(f"{names[0]}, {x_scale.unit}")
-        ax.set_ylabel(f"{names[1]}, {y_scale.unit}")
+        ax.plot(*all_values, marker=".", linestyle="", color="#b3b3b3", markersize=4)
+        ax.step(*best_values, color=BLUE, markersize=4)
+        ax.set_labels(f"{names[0]}, {x_scale.unit}", f"{names[1]}, {y_scale.unit}")
 
     title = "The front of both objectives"
     text = f"{title}: {len(rows)} cases; grey dots are all other finished cases."
@@ -468,10 +464,10 @@ def _parallel_coordinates(study: Study, rows: list[dict[str, Any]], names: list[
     fractions = (table - low) / np.where(high > low, high - low, 1.0)
     is_best = study.cases.index.isin([row["case_id"] for row in rows])
 
-    def paint(ax: Any) -> None:
+    def paint(ax: Axes) -> None:
         positions = np.arange(len(columns))
-        ax.plot(positions, fractions[~is_best].T, color="0.8", linewidth=0.5)
-        ax.plot(positions, fractions[is_best].T, color="C3", linewidth=1.2)
+        ax.plot(positions, fractions[~is_best].T, color="#cccccc", linewidth=0.5)
+        ax.plot(positions, fractions[is_best].T, color=RED, linewidth=1.2)
         range_texts = [
             [scales[column][1].text(value) for column, value in zip(columns, bounds, strict=True)]
             for bounds in (low, high)
@@ -480,8 +476,9 @@ def _parallel_coordinates(study: Study, rows: list[dict[str, Any]], names: list[
             f"{scales[column][0]}\n{smallest} to {largest}"
             for column, smallest, largest in zip(columns, *range_texts, strict=True)
         ]
-        ax.set_xticks(positions, labels, fontsize=7)
-        ax.set_yticks([])
+        ax.xaxis.set_ticks(positions.tolist(), labels)
+        ax.xaxis.font_size = 7.0
+        ax.yaxis.set_ticks([])
         ax.set_xlim(-0.2, len(columns) - 0.8)
 
     title = "All cases as lines across the axes of variables and objectives"

@@ -3,7 +3,7 @@
 import re
 from collections import Counter
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pandas as pd
@@ -17,11 +17,8 @@ from ..blocks.section import Block, Columns, Facts, Gallery, Note, Section, Sent
 from ..blocks.table import Column, Quantity, Table
 from ..draw.style import BLUE, INK, set_log_scale, set_plain_axes
 from ..one_case.joints import mechanism_picture
+from ..plot import Axes
 from ..study import CASE_SECTIONS, Study, resolve_cases
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 # Setup of the run: swept, fixed and derived values, and the origin of the results.
 
@@ -200,14 +197,13 @@ def differences(cases: pd.DataFrame, other_paths: list[str], columns: list[str])
 def _tolerance_picture(medians: pd.DataFrame) -> Picture:
     """Return the picture of the differences over the run time, a curve per figure."""
 
-    def paint(ax: Any) -> None:
+    def paint(ax: Axes) -> None:
         for column, colour in zip(medians.columns[1:], COLOURS, strict=False):
             errors = np.maximum(medians[column].to_numpy(), LEAST_DRAWN)
             ax.plot(medians["run_time"].to_numpy(), errors, color=colour, marker="o", markersize=4, label=column)
-        ax.set(xlabel="run time of a case [s]", ylabel="relative difference")
-        set_log_scale(ax, "x")
-        set_log_scale(ax, "y")
-        ax.legend(loc="upper left", bbox_to_anchor=(1.0, 1.03), frameon=False)
+        ax.set_labels("run time of a case [s]", "relative difference")
+        set_log_scale(ax, "x", "y")
+        ax.set_legend("right")
 
     return Picture(
         "Error against run time", "", "Difference from the finest tolerance over run time.", paint, (5.4, 3.1)
@@ -217,29 +213,23 @@ def _tolerance_picture(medians: pd.DataFrame) -> Picture:
 # Drawing of an error budget: a bar per unknown, from the lowest to the highest change of a figure.
 
 
-def draw_tornado(ax: "Axes", bar_rows: Sequence[tuple[str, float, float, str, str]], name: str) -> None:
+def draw_tornado(ax: Axes, bar_rows: Sequence[tuple[str, float, float, str, str]], name: str) -> None:
     """Draw bars from the bottom up: name, relative change down and up from the base case, settings at both ends."""
-    positions = np.arange(len(bar_rows))
+    positions = np.arange(len(bar_rows), dtype=float)
     low_changes, high_changes = (100.0 * np.array([bar_row[column] for bar_row in bar_rows]) for column in (1, 2))
-    ax.barh(positions, high_changes - low_changes, left=low_changes, height=0.6, color=BLUE, alpha=0.75)
-    for position, (_, low, high, low_setting, high_setting) in zip(positions, bar_rows, strict=True):
+    ax.barh(positions, low_changes, high_changes, height=0.6, color=BLUE, alpha=0.75)
+    style: dict[str, Any] = {"va": "center", "size": 7.0}
+    for position, (_, low, high, low_setting, high_setting) in zip(positions.tolist(), bar_rows, strict=True):
         if low < 0.0:
-            ax.annotate(low_setting, (100.0 * low, position), (-3, 0), **_annotation_style("right"))
+            ax.text(100.0 * low, position, low_setting, ha="right", offset=-3.0, **style)
         if high > 0.0:
-            ax.annotate(high_setting, (100.0 * high, position), (3, 0), **_annotation_style("left"))
+            ax.text(100.0 * high, position, high_setting, offset=3.0, **style)
     ax.axvline(0.0, color=INK, linewidth=1.0)
-    ax.set_yticks(positions, [bar_row[0].replace(" and ", "\nand ") for bar_row in bar_rows])
-    ax.tick_params(axis="y", length=0)
-    ax.use_sticky_edges = False  # of bars: leaves space for the words next to them
-    ax.margins(x=0.25)
-    ax.set_axisbelow(True)
-    ax.set_xlabel(f"change of {name} [%]")
+    ax.yaxis.set_ticks(positions.tolist(), [bar_row[0].replace(" and ", "\nand ") for bar_row in bar_rows])
+    ax.set_tick_length(0.0, "y")
+    ax.xaxis.margin = 0.25  # space for the words next to the bars
+    ax.xaxis.label = f"change of {name} [%]"
     set_plain_axes(ax)
-
-
-def _annotation_style(side: str) -> dict:
-    """Return the options of an annotation whose text is aligned to a `side`."""
-    return {"textcoords": "offset points", "ha": side, "va": "center", "fontsize": 7, "color": INK}
 
 
 # An error budget: effects of single unknowns on the force peak, from a base case and one-at-a-time changes.

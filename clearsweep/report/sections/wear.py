@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 from functools import partial
-from typing import TYPE_CHECKING, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -14,12 +14,9 @@ from ..blocks.section import Block, Detail, Gallery, Note, Section, Sentences, w
 from ..blocks.table import Table, case_table, columns_in_table
 from ..draw.style import BLUE, GREEN, GREY, RED, label_with_unit, set_plain_axes
 from ..one_case.joints import ranking_column, selectable_cases, wear_pictures
+from ..plot import Axes
 from ..study import WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES, Joint, Study, finished_cases
 from .maps import pictures_over_axes
-
-if TYPE_CHECKING:
-    from matplotlib.axes import Axes
-
 
 # Wear: the deepest places of each joint, and the wear in every finished case.
 
@@ -164,7 +161,7 @@ class LifeCurve(NamedTuple):
 
 
 def draw_over_revolutions(
-    ax: "Axes", curves: Sequence[LifeCurve], unit: str, name: str, limit: float | None = None
+    ax: Axes, curves: Sequence[LifeCurve], unit: str, name: str, limit: float | None = None
 ) -> None:
     """Draw a figure (SI, of `unit`) over revolutions, with the interval of each end, and any limit."""
     scale = wording.scale(unit, [*(value for curve in curves for value in curve.values), limit])
@@ -180,11 +177,11 @@ def draw_over_revolutions(
     if limit is not None:
         ax.axhline(limit / scale.factor, color=GREY, linewidth=1.0, linestyle=":")
     power_text = revolution_scale.unit.removesuffix("revolutions").rstrip()
-    ax.set(xlabel=f"revolutions [{power_text}]" if power_text else "revolutions", ylabel=label_with_unit(name, scale))
+    ax.set_labels(f"revolutions [{power_text}]" if power_text else "revolutions", label_with_unit(name, scale))
     ax.set_xlim(0.0, None)
     ax.set_ylim(0.0, None)
     set_plain_axes(ax)
-    ax.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3, frameon=False, borderaxespad=0.2)
+    ax.set_legend("above", columns=3)
 
 
 # Life of joints: hours to the limit over the swept values, and figures until then.
