@@ -26,7 +26,7 @@ PLAIN := $(addprefix tests/test_,$(addsuffix .py,plain asperities compatible dir
 	laws one_block plastic_law reynolds_film roughness shares_of_contact spread_walls tally wear worn))
 test-plain: $(READY)
 	$(BIN)/python -m coverage erase
-	NUMBA_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest $(SPREAD) -m "plain or not (slow or compiled)" $(PLAIN)
+	CLEARSWEEP_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest $(SPREAD) -m "plain or not (slow or compiled)" $(PLAIN)
 	$(BIN)/python -m coverage combine --quiet
 	$(BIN)/python -m coverage report
 

@@ -69,7 +69,7 @@ def wanted() -> tuple[tuple[str, ...], str]:
 def built(root: Path, place: Path, levels: tuple[str, ...]) -> Path:
     """Return the directory of the code, made from a copy of the sources, so that nothing older is in it."""
     shutil.copytree(root / "clearsweep", place / "clearsweep", ignore=shutil.ignore_patterns("__pycache__", "objects"))
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(place / "cache")}
+    environment = os.environ | {"CLEARSWEEP_CACHE_DIR": str(place / "cache")}
     command = [sys.executable, "-m", "clearsweep.simulation.analyses.prebuild", *levels]
     subprocess.run(command, cwd=place, env=environment, check=True, stdout=sys.stderr)
     return place / "clearsweep" / "mechanics" / "objects"

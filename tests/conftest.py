@@ -1,7 +1,7 @@
 """Shared fixtures of the tests.
 
 Compiling costs most: `make test` tests each compiled form at most once in compiled form, everything else about it as
-plain Python (marker `plain`, `make test-plain`).  Compiled code is kept between runs, so no test moves NUMBA_CACHE_DIR
+plain Python (marker `plain`, `make test-plain`).  Compiled code is kept between runs, so no test moves CLEARSWEEP_CACHE_DIR
 unless it tests the cache.
 """
 

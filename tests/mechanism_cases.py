@@ -72,7 +72,7 @@ def told_both_ways(program: str) -> list[list[float]]:
             capture_output=True,
             text=True,
             check=False,
-            env={**os.environ, "NUMBA_DISABLE_JIT": off},
+            env={**os.environ, "CLEARSWEEP_DISABLE_JIT": off},
         )
         assert done.returncode == 0, done.stderr
         status, *numbers = done.stdout.split()

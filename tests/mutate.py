@@ -660,7 +660,12 @@ MUTATIONS = (
 
 def run(place: Path, tests: str) -> int:
     """Return how pytest ended, started in `place` without the compiler."""
-    environment = {**os.environ, "NUMBA_DISABLE_JIT": "1", "PYTHONPATH": str(place), "PYTHONDONTWRITEBYTECODE": "1"}
+    environment = {
+        **os.environ,
+        "CLEARSWEEP_DISABLE_JIT": "1",
+        "PYTHONPATH": str(place),
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
     words = [word.strip("'") for word in tests.split(" ", 2)]
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", "-m", "not slow and not compiled"]
     try:

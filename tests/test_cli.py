@@ -111,7 +111,7 @@ def test_version_says_what_a_report_of_an_error_needs(run_cli):
     first, level, directory = out.splitlines()
     assert first == f"clearsweep, version {clearsweep.__version__}, model version {clearsweep.MODEL_VERSION}"
     assert level == f"processor level: {objects.level()}"
-    assert directory == f"compiled code: {os.environ['NUMBA_CACHE_DIR']}"
+    assert directory == f"compiled code: {os.environ['CLEARSWEEP_CACHE_DIR']}"
 
 
 @pytest.mark.parametrize("verb", ["run", "status", "report", "show", "merge"])

@@ -38,7 +38,7 @@ def run(tmp_path):
     """Return a function that runs a small compiled program, its code kept below `home`: its output and its messages."""
     (tmp_path / "kept.py").write_text(KEPT)
     environment = {
-        key: value for key, value in os.environ.items() if key not in ("NUMBA_CACHE_DIR", "NUMBA_DISABLE_JIT")
+        key: value for key, value in os.environ.items() if key not in ("CLEARSWEEP_CACHE_DIR", "CLEARSWEEP_DISABLE_JIT")
     }
 
     def call(home=tmp_path / "home", **more):
@@ -110,7 +110,7 @@ def test_code_is_not_taken_from_where_somebody_else_could_have_put_it(run, tmp_p
 
 @pytest.mark.heavy
 def test_a_predictable_directory_below_the_temporary_one_is_not_trusted(run, tmp_path):
-    planted = tmp_path / "tmp" / f"clearsweep-{os.getuid()}" / cache.hash_of_sources()
+    planted = tmp_path / "tmp" / f"clearsweep-{os.getuid()}" / cache.compiler_stamp()
     planted.mkdir(parents=True)
     used, _, message = run(home=Path("/proc/none"), TMPDIR=str(tmp_path / "tmp"))
     assert used != planted
@@ -119,7 +119,7 @@ def test_a_predictable_directory_below_the_temporary_one_is_not_trusted(run, tmp
 
 
 def test_two_processes_that_compile_at_once_do_not_harm_each_other(monkeypatch, tmp_path):
-    monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path))
+    monkeypatch.setenv("CLEARSWEEP_CACHE_DIR", str(tmp_path))
     replace = Path.replace
 
     def overtaken(self, target):
@@ -147,7 +147,7 @@ def test_a_checksum_of_the_content_alone_is_not_enough(run):
 def test_an_object_is_not_loaded_under_another_name_or_stamp(monkeypatch, tmp_path, capsys):
     for stamp in ("this", "other"):
         (tmp_path / stamp).mkdir()
-        monkeypatch.setenv("NUMBA_CACHE_DIR", str(tmp_path / stamp))
+        monkeypatch.setenv("CLEARSWEEP_CACHE_DIR", str(tmp_path / stamp))
         cache.store("one", b"code of one")
         cache.store("two", b"code of two")
     first, two = (tmp_path / "other" / "traced" / name for name in ("one", "two"))
@@ -160,8 +160,8 @@ def test_an_object_is_not_loaded_under_another_name_or_stamp(monkeypatch, tmp_pa
 
 @pytest.mark.heavy
 def test_a_prepared_directory_that_has_vanished_is_made_again(run, tmp_path):
-    gone = tmp_path / "gone" / cache.hash_of_sources()
-    place, _, message = run(NUMBA_CACHE_DIR=str(gone))
+    gone = tmp_path / "gone" / cache.compiler_stamp()
+    place, _, message = run(CLEARSWEEP_CACHE_DIR=str(gone))
     assert (place, message) == (gone, "")
     assert gone.stat().st_mode & 0o777 == 0o700
 
@@ -178,12 +178,12 @@ def test_without_home_and_without_an_entry_in_passwd_code_is_kept_for_this_proce
     def unknown():
         raise RuntimeError("Could not determine home directory.")
 
-    for name in ("NUMBA_CACHE_DIR", "XDG_CACHE_HOME"):
+    for name in ("CLEARSWEEP_CACHE_DIR", "XDG_CACHE_HOME"):
         monkeypatch.delenv(name, raising=False)
     monkeypatch.setattr(Path, "home", unknown)
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
     place = cache.prepare_cache()
-    monkeypatch.delenv("NUMBA_CACHE_DIR")
+    monkeypatch.delenv("CLEARSWEEP_CACHE_DIR")
     assert place.is_relative_to(tmp_path)
     assert "compiled code is not kept in ~/.cache: Could not determine home" in capsys.readouterr().err
 
@@ -223,6 +223,6 @@ def test_threads_that_need_code_at_once_compile_it_one_by_one(tmp_path):
         for law, values in frictions.items()
         for _ in range(3)
     ]
-    environment = os.environ | {"NUMBA_CACHE_DIR": str(tmp_path)}
+    environment = os.environ | {"CLEARSWEEP_CACHE_DIR": str(tmp_path)}
     command = [sys.executable, "-c", THREADS]
     subprocess.run(command, input=json.dumps(grids), env=environment, text=True, check=True, capture_output=True)

@@ -26,7 +26,12 @@ CHANGES = {
 
 def run(words, place):
     """Return what a command says, run as plain Python in a copy of the repository; it has to succeed."""
-    environment = {**os.environ, "PYTHONPATH": str(place), "NUMBA_DISABLE_JIT": "1", "PYTHONDONTWRITEBYTECODE": "1"}
+    environment = {
+        **os.environ,
+        "PYTHONPATH": str(place),
+        "CLEARSWEEP_DISABLE_JIT": "1",
+        "PYTHONDONTWRITEBYTECODE": "1",
+    }
     done = subprocess.run(words, cwd=place, env=environment, capture_output=True, text=True, check=False, timeout=300)
     assert done.returncode == 0, done.stdout + done.stderr
     return done.stdout

@@ -341,7 +341,12 @@ def test_plain_tests_run_only_as_plain_python_and_all_of_them_do():
     def collected(off):
         command = [sys.executable, "-m", "pytest", "-n", "0", "--collect-only", "-m", "plain", "tests/test_plain.py"]
         result = subprocess.run(
-            command, cwd=ROOT, env={**os.environ, "NUMBA_DISABLE_JIT": off}, capture_output=True, text=True, check=False
+            command,
+            cwd=ROOT,
+            env={**os.environ, "CLEARSWEEP_DISABLE_JIT": off},
+            capture_output=True,
+            text=True,
+            check=False,
         )
         return result.returncode
 

@@ -393,7 +393,7 @@ def code_of(**contact):
     """Return the compiled code of the right-hand side of a slider-crank with this contact, as text."""
     case = slider_crank("rod-slider", changes={"joints.rod-slider.contact": contact})
     made = clearsweep.load_case(case)
-    return str(objects.trace_module(trial_step.rates_entry, made.value, "fifff"))
+    return str(objects.trace_scene(trial_step.rates_entry, made.value, "fifff").module)
 
 
 @pytest.mark.heavy

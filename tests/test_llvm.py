@@ -45,8 +45,8 @@ def both_sums(numbers, out, _):
 
 
 def entry_of(body, items="f"):
-    """Return the module of a body that is handed bare pointers."""
-    return objects._trace_body(lambda *given: objects.run(body, *given), items)
+    """Return the LLVM code of a body that is handed bare pointers."""
+    return str(objects.trace_body(lambda *given: objects.run(body, *given), items).module)
 
 
 def test_a_sum_is_fused_where_it_is_written_and_nowhere_else():
@@ -80,8 +80,8 @@ def test_an_object_for_another_kind_of_processor_asks_for_nothing_more_and_links
     """A step of a slider-crank with friction; linking needs that processor's linker.  Nobody has run it."""
     case = clearsweep.load_case(slider_crank("rod-slider", changes={"joints.rod-slider.friction": TANH}))
     monkeypatch.setattr(objects, "_LEVELS_FOR_PACKAGE", ["aarch64"])
-    made = objects.trace_module(trial_step.sweep_entry, case.value, "fifffff")
-    content = objects.compile_object(made)
+    made = objects.trace_scene(trial_step.sweep_entry, case.value, "fifffff")
+    content = objects.compile_object(str(made.module))
     assert int.from_bytes(content[0x12:0x14], "little") == 183  # of AArch64, in ELF
     assert undefined(content) <= SYMBOLS
     linker = shutil.which("aarch64-linux-gnu-ld")
@@ -125,7 +125,7 @@ def test_an_object_asks_the_system_to_move_memory_alone():
     )
     place = Path(__file__).parents[1]
     subprocess.run([sys.executable, "-c", program], check=True, cwd=place)
-    compiled = Path(os.environ["NUMBA_CACHE_DIR"])
+    compiled = Path(os.environ["CLEARSWEEP_CACHE_DIR"])
     in_cache = list(compiled.rglob("*.o"))
     assert len(in_cache) >= 4
     result = set()

@@ -90,7 +90,7 @@ def test_a_law_that_was_entered_runs():
         f"{BLOCK}\nimport clearsweep\nrun = clearsweep.simulate(clearsweep.load_case({case!r}))\n"
         "print(run.status, run.summary['pair_restitution'])\n"
     )
-    place = {"cwd": Path(__file__).parents[1], "env": {**os.environ, "NUMBA_DISABLE_JIT": "1"}}
+    place = {"cwd": Path(__file__).parents[1], "env": {**os.environ, "CLEARSWEEP_DISABLE_JIT": "1"}}
     done = subprocess.run([sys.executable, "-c", program], capture_output=True, text=True, check=False, **place)
     assert done.returncode == 0, done.stderr
     status, restitution = done.stdout.split()

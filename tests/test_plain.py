@@ -1,6 +1,6 @@
 """The kernels as plain Python: short scenes that reach all of them; `make test-plain` measures what they reach.
 
-Compiled, each would be a form of its own; with NUMBA_DISABLE_JIT=1 none costs more than a second or two.
+Compiled, each would be a form of its own; with CLEARSWEEP_DISABLE_JIT=1 none costs more than a second or two.
 """
 
 import itertools

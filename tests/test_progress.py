@@ -176,7 +176,7 @@ def test_the_compiler_at_work_is_a_phase(monkeypatch):
     monkeypatch.setattr(objects.cache, "load", lambda name: None)
     monkeypatch.setattr(objects.cache, "store", lambda name, content: None)
     monkeypatch.setattr(objects, "compile_object", lambda module: message.append(phases.progress()) or b"")
-    assert objects.load_or_compile(objects.load_or_compile, "a test", lambda: None) is None
+    assert objects.load_or_compile(objects.load_or_compile, "a test", objects.Trace) is None
     (compiling,) = message
     assert (compiling.what, compiling.once) == ("compiling (kept for later runs)", True)
     assert phases.progress() is None

@@ -138,7 +138,7 @@ def machine(body, width):
         x, y = (View(given.base, DOUBLE, (2,), (WIDTH,), width)[i] for i in range(2))
         View(out.base, DOUBLE, (1,), (WIDTH,), width)[0] = calls.call(body, x, y)
 
-    code = objects.load_object(objects.compile_object(objects._trace_body(entry, "f", width)))
+    code = objects.load_object(objects.compile_object(str(objects.trace_body(entry, "f", width).module)))
 
     def run(x, y):
         given, out = aligned(np.array([x, y])), aligned(np.zeros(WIDTH))
@@ -197,7 +197,7 @@ def test_turns_that_are_run_at_once_do_what_they_do_one_by_one():
         buffer = View(given.base, DOUBLE, (2 * WIDTH,), (1,))
         calls.call(shifted_sums, buffer, buffer[0])
 
-    code = objects.load_object(objects.compile_object(objects._trace_body(entry, "", 1)))
+    code = objects.load_object(objects.compile_object(str(objects.trace_body(entry, "", 1).module)))
     for seed in range(5):
         buffer = aligned(np.random.default_rng(seed).uniform(-9.0, 9.0, 2 * WIDTH))
         buffer[WIDTH:] = 0.5  # so that what turns read of the second row is as it was before the first

@@ -30,7 +30,7 @@ def vectorised(joint):
     """Trace the stages of a step of a slider-crank with this joint; NotTraceableError says why not."""
     case = clearsweep.load_case(slider_crank("rod-slider")).case
     scene = simulation.build(case._replace(joints=(joint,)))
-    objects.trace_module(trial_step.sweep_entry, scene.value, "fifffff")
+    objects.trace_scene(trial_step.sweep_entry, scene.value, "fifffff")
 
 
 @pytest.mark.parametrize(("family", "name"), [key for key in RECIPES if key[0] not in ("pressure", "wear")])

@@ -1,62 +1,110 @@
-"""The cache of compiled code: a private directory stamped with everything that the code depends on.
+"""The cache of compiled code: a private directory of objects, and of records of what each was traced from.
 
-Cached code is executed, so a directory that another user could have written to is not used.  As one changed bit
-may change a number, everything carries a checksum.
+An object is named by a hash of the LLVM code that a trace emitted, so whatever leads to the same code shares it.  A
+record belongs to a kind of code: a function, the types of its arguments and a level of processors.  It contains the
+name of the object, and the hash of every source on which the trace depended.  While these are as they were, the object
+is loaded without a trace.  If one of them has changed, the function is traced anew, and compiled only if its code
+differs.
+
+Cached code is executed, so a directory that another user could have written to is not used.  As one changed bit may
+change a number, everything carries a checksum.
 """
 
 import atexit
 import contextlib
+import functools
 import hashlib
+import json
 import os
+import re
 import secrets
 import shutil
 import stat
 import sys
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from importlib.metadata import version
 from pathlib import Path
 
+PLACE = "CLEARSWEEP_CACHE_DIR"  # environment variable: where compiled code is kept
 PACKAGE = Path(__file__).parents[1]
-SOURCES = (PACKAGE / "mechanics", PACKAGE / "tracing")  # of all compiled code
-SHIPPED = PACKAGE / "mechanics" / "objects"  # machine code, below a directory with the stamp of its sources
+COMPILER = PACKAGE / "tracing"
+SOURCES = (PACKAGE / "mechanics", COMPILER)  # of all code that the package compiles
+SHIPPED = PACKAGE / "mechanics" / "objects"  # machine code, below a directory with the stamp of its compiler
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of every file
+_IMPORT = re.compile(r"^[ \t]*from[ \t]+(\.*)([\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)", re.MULTILINE)
 
 
-def hash_of_sources() -> str:
-    """Return a hash of all sources of `mechanics` and `tracing`, and of the compiler's version.
-
-    The compiler itself only notices edits in the file of a cached function.
-    """
-    digest = hashlib.sha256(f"{version('llvmlite')}".encode())
-    for folder in SOURCES:
-        for source in sorted(folder.rglob("*.py")):
-            name = source.relative_to(folder.parent).as_posix()
-            digest.update(f"{name} {source.stat().st_size}\n".encode())
-            digest.update(source.read_bytes())
+def compiler_stamp() -> str:
+    """Return a hash of what makes objects of LLVM code: the version of llvmlite, and how it is used."""
+    digest = hashlib.sha256(f"{version('llvmlite')}\n".encode() + (COMPILER / "objects.py").read_bytes())
     return digest.hexdigest()[:16]
 
 
-def prepare_cache() -> Path:
-    """Make the compiler use a private, stamped directory, and return it.
+@functools.cache
+def source_hashes() -> dict[str, str]:
+    """Return the hashes of all sources by their paths, as they are when this process begins."""
+    return {str(path): _hash_of(path) for folder in SOURCES for path in sorted(folder.rglob("*.py"))}
 
-    It is in NUMBA_CACHE_DIR if that is set, else in the user's cache.  If that cannot be written, or is not
+
+def _hash_of(path: Path) -> str:
+    """Return the hash of a source, or '' if it cannot be read."""
+    try:
+        return hashlib.sha256(path.read_bytes()).hexdigest()[:16]
+    except OSError:
+        return ""
+
+
+def dependencies(traced: Iterable[str]) -> dict[str, str]:
+    """Return the hashes of the sources on which the trace of functions in these files depends, by their paths.
+
+    They are those of the tracer, of these files, and of what they import of the package, from which their constants
+    and classes are.  A file elsewhere may depend on any of the package.
+    """
+    hashes, waiting = source_hashes(), list(traced)
+    result = {path: found for path, found in hashes.items() if Path(path).is_relative_to(COMPILER)}
+    while waiting:
+        path = waiting.pop()
+        if path in hashes:
+            if path not in result or Path(path).is_relative_to(COMPILER):
+                waiting += [x for x in _imported(path) if x in hashes and x not in result]
+            result[path] = hashes[path]
+        elif os.path.isabs(path):
+            result |= hashes | {path: _hash_of(Path(path))}
+    return result
+
+
+def _imported(path: str) -> list[str]:
+    """Return the paths of the modules of the package that a module may import."""
+    text, places = Path(path).read_text(encoding="utf-8"), []
+    for dots, module, names in _IMPORT.findall(text):
+        base = Path(path).parents[len(dots) - 1] if dots else PACKAGE.parent
+        base = base.joinpath(*module.split(".")) if module else base
+        places += [base, *(base / name for name in re.findall(r"\w+", names))]
+    return [str(path) for place in places for path in (place.with_suffix(".py"), place / "__init__.py")]
+
+
+def prepare_cache() -> Path:
+    """Make this process and its children keep code in a private, stamped directory, and return it.
+
+    It is in CLEARSWEEP_CACHE_DIR if that is set, else in the user's cache.  If that cannot be written, or is not
     private, the code is kept only for this process and its workers, with a message on stderr.
     """
-    source_stamp = hash_of_sources()
-    configured = os.environ.get("NUMBA_CACHE_DIR")
+    source_hashes()
+    stamp = compiler_stamp()
+    configured = os.environ.get(PLACE)
     try:
         parent = Path(configured) if configured else _user_cache()
-        is_inherited = parent.name == source_stamp  # from the process that prepared it
-        directory = parent if is_inherited else parent / source_stamp
+        is_inherited = parent.name == stamp  # from the process that prepared it
+        directory = parent if is_inherited else parent / stamp
         place, reason = (directory if is_inherited else parent), _preparation_problem(directory)
     except RuntimeError as error:  # pathlib's, without HOME and without an entry in passwd
         place, reason = "~/.cache", f"{error}; set HOME or XDG_CACHE_HOME"
     if reason:
         print(f"compiled code is not kept in {place}: {reason}", file=sys.stderr)
-        directory = _temporary_directory() / source_stamp
+        directory = _temporary_directory() / stamp
         directory.mkdir(mode=0o700)
-    os.environ["NUMBA_CACHE_DIR"] = str(directory)
+    os.environ[PLACE] = str(directory)
     return directory
 
 
@@ -120,7 +168,12 @@ def _report_damage(path: Path) -> None:
 
 def load(name: str) -> bytes | None:
     """Return the valid content stored under a name or shipped with the package, or None."""
-    directory = Path(os.environ["NUMBA_CACHE_DIR"])
+    return next(_contents(name), None)
+
+
+def _contents(name: str) -> Iterator[bytes]:
+    """Yield what is stored under a name, in the user's cache and in the package, as far as it is not damaged."""
+    directory = Path(os.environ[PLACE])
     for path in (directory / "traced" / name, SHIPPED / directory.name / name):
         try:
             content = path.read_bytes()
@@ -130,9 +183,33 @@ def load(name: str) -> bytes | None:
             content = b""
         body, checksum = content[:-CHECKSUM], content[-CHECKSUM:]
         if checksum == _checksum(name, directory.name, body):
-            return body
-        _report_damage(path)
+            yield body
+        else:
+            _report_damage(path)
+
+
+def recorded_object(name: str) -> str | None:
+    """Return the name of the object of a kind of code, or None if its sources are not those that were traced."""
+    for content in _contents(name):
+        record = json.loads(content)
+        if all(_hash_now(path) == expected for path, expected in record["sources"].items()):
+            return str(record["object"])
     return None
+
+
+def _hash_now(path: str) -> str:
+    """Return the hash of a source as it is in this process; path : relative to the package, or absolute."""
+    full_path = str(PACKAGE / path)
+    hashes = source_hashes()
+    return hashes[full_path] if full_path in hashes else _hash_of(Path(full_path))
+
+
+def record(name: str, object_name: str, traced: Iterable[str]) -> None:
+    """Record the object of a kind of code, traced from functions in these files, unless one changed since the start."""
+    sources = dependencies(traced)
+    if all(_hash_of(Path(path)) == expected for path, expected in sources.items()):
+        relative = {path.removeprefix(f"{PACKAGE}{os.sep}"): found for path, found in sources.items()}
+        store(name, json.dumps({"object": object_name, "sources": relative}, sort_keys=True).encode())
 
 
 _PACKAGE_DIRECTORY: list[Path] = []  # directory used instead of the user's cache
@@ -140,11 +217,8 @@ _PACKAGE_DIRECTORY: list[Path] = []  # directory used instead of the user's cach
 
 @contextlib.contextmanager
 def stored_in_package() -> Iterator[Path]:
-    """In this context, store code in the package and remove code of other sources from it."""
-    directory = SHIPPED / Path(os.environ["NUMBA_CACHE_DIR"]).name
-    for shipped in SHIPPED.glob("*"):
-        if shipped != directory:
-            shutil.rmtree(shipped)
+    """In this context, store code in the package."""
+    directory = SHIPPED / Path(os.environ[PLACE]).name
     _PACKAGE_DIRECTORY.append(directory)
     try:
         yield directory
@@ -152,9 +226,14 @@ def stored_in_package() -> Iterator[Path]:
         _PACKAGE_DIRECTORY.pop()
 
 
+def empty_package() -> None:
+    """Remove all code from the package."""
+    shutil.rmtree(SHIPPED, ignore_errors=True)
+
+
 def store(name: str, content: bytes) -> None:
     """Store content under a name; on failure, store nothing."""
-    prepared = Path(os.environ["NUMBA_CACHE_DIR"])
+    prepared = Path(os.environ[PLACE])
     directory = _PACKAGE_DIRECTORY[-1] if _PACKAGE_DIRECTORY else prepared / "traced"
     partial = directory / f"{name}.{secrets.token_hex(8)}"
     try:

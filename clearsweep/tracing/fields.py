@@ -1,12 +1,13 @@
 """Arrays whose numbers have names: declared once, read and written as attributes by traced and by plain code."""
 
 from collections import namedtuple
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any, ClassVar, Self
 
 import numpy as np
 
 from .memory import View
+from .protocols import Composite
 
 
 class _Field:
@@ -29,7 +30,7 @@ class _WithoutDictionary(type):
         return super().__new__(cls, name, bases, {"__slots__": ()} | namespace, **keywords)
 
 
-class Fields(metaclass=_WithoutDictionary):
+class Fields(Composite, metaclass=_WithoutDictionary):
     """Named numbers in an array, all float64 or all int64, or rows of them.
 
     A subclass declares a number by an annotation, with unit and meaning in a comment; the order of the declarations is
@@ -63,6 +64,9 @@ class Fields(metaclass=_WithoutDictionary):
 
     def __len__(self) -> int:
         return len(self.numbers)
+
+    def __iter__(self) -> Iterator[Self]:
+        return map(type(self), self.numbers)
 
     def __getitem__(self, row: Any) -> Self:
         return type(self)(self.numbers[row])

@@ -3,7 +3,7 @@
 from typing import Any
 
 from . import symbols
-from .paths import leaves, rebuild, with_common_slopes
+from .paths import select_values
 from .symbols import Boolean, NotTraceableError, is_symbol, trace
 
 
@@ -42,9 +42,6 @@ def blend(lanes: Any, new_value: Any, old_value: Any) -> Any:
     if new_value is old_value:
         return new_value
     try:
-        new_value, old_value = with_common_slopes([new_value, old_value])
-        pairs = list(zip(leaves(new_value), leaves(old_value), strict=True))
-        results = [a if a is b else symbols.select(lanes, a, b) for a, b in pairs]
-    except (NotTraceableError, ValueError, TypeError):
+        return select_values(lanes, new_value, old_value)
+    except NotTraceableError:
         return new_value
-    return rebuild(new_value, iter(results))

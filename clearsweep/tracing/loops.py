@@ -1,7 +1,8 @@
 """Loops: unrolled if the number of iterations is known, otherwise a loop of blocks.
 
 Each variable that a loop of blocks changes needs a phi node.  Its kind (number, integer, in lanes or not) is known only
-after an iteration has been emitted.  If a narrower kind was assumed, the loop is removed and emitted again.
+after an iteration has been emitted.  If a narrower kind was assumed, the loop is emitted again, and nothing leads to
+the blocks of the first attempt.
 """
 
 import ast
@@ -10,13 +11,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import symbols
-from .activation import LANES, RETURNED, Activation, LoopExits, ReturnInLanes, assigned_names, contains
+from .activation import LANES, RETURNED, Activation, LoopExits, ReturnInLanes
 from .lanes import all_lanes, none_of, undefined_like
 from .memory import View
 from .paths import Path, leaves, map_leaves, rebuild
-from .primitives import LANE_LOOPS, LOOPS
+from .protocols import LANE_LOOPS, LOOPS
+from .sources import assigned_names, contains
 from .statements import Statements
-from .symbols import WIDTH, Integer, LaneIndices, NotTraceableError, Symbol, is_symbol, trace
+from .symbols import WIDTH, Integer, LaneIndices, NotTraceableError, Number, Symbol, is_symbol, trace
 
 
 class Bounds(NamedTuple):
@@ -28,29 +30,37 @@ class Bounds(NamedTuple):
     source: Any = None  # an array whose items are the loop's values
 
 
-class _Checkpoint:
-    """A position in the code and in an activation that can be restored."""
+class _Attempt:
+    """An attempt to emit a loop from its own first block on, to which nothing leads until it is accepted."""
 
     def __init__(self, activation: Activation):
-        builder = trace().builder
         self.activation, self.names, self.mask = activation, dict(activation.names), activation.mask
-        self.block, self.function = builder.block, builder.function
-        self.instructions, self.blocks = len(self.block.instructions), len(self.function.blocks)
+        self.preceding_block, self.begin = trace().builder.block, trace().block()
+        self.comprehensions = activation.comprehensions
         self.paths = [
             (paths, len(paths)) for paths in (activation.returns, *(x for loop in activation.loops for x in loop))
         ]
         self.depth = len(activation.loops)
+        trace().builder.position_at_end(self.begin)
 
-    def restore(self) -> None:
-        """Remove the code emitted since."""
+    def accept(self) -> None:
+        """Let the preceding code lead to the loop."""
+        builder, end = trace().builder, trace().builder.block
+        builder.position_at_end(self.preceding_block)
+        builder.branch(self.begin)
+        builder.position_at_end(end)
+
+    def give_up(self) -> None:
+        """Restore the activation, and end the blocks that were left open; LLVM removes them."""
         builder = trace().builder
-        del self.function.blocks[self.blocks :]
-        del self.block.instructions[self.instructions :]
-        self.block.terminator = None
-        builder.position_at_end(self.block)
+        for block in trace().open_blocks(self.begin):
+            builder.position_at_end(block)
+            builder.unreachable()
+        builder.position_at_end(self.preceding_block)
         for paths, count in self.paths:
             del paths[count:]
         del self.activation.loops[self.depth :]
+        self.activation.comprehensions = self.comprehensions
         self.activation.names, self.activation.mask = dict(self.names), self.mask
 
 
@@ -85,6 +95,7 @@ class _LoopVariables:
 
     def __init__(self, activation: Activation, names: list[str], kinds: dict[Any, Any]):
         self.activation, self.initial_values = activation, {}
+        self.fixed_values: dict[str, Any] = {}  # of other kinds, which an iteration must not change
         self.variables: dict[tuple[str, int], _Variable] = {}
         for name in names:
             if name in kinds:  # its structure varies, so an iteration cannot use the value of the previous one
@@ -93,6 +104,8 @@ class _LoopVariables:
             values = list(leaves(activation.names[name]))
             if all(isinstance(x, (Symbol, int, float, np.number, np.bool_, View)) for x in values):
                 self.initial_values[name] = values
+            else:
+                self.fixed_values[name] = activation.names[name]
         for name, values in self.initial_values.items():
             for position, x in enumerate(values):
                 if not isinstance(x, View):
@@ -122,11 +135,18 @@ class _LoopVariables:
                 too_narrow[name] = None
                 continue
             final_values |= {(name, position): x for position, x in enumerate(values) if not isinstance(x, View)}
+        for name, initial in self.fixed_values.items():
+            if not _is_same(self.activation.names.get(name, ...), initial):
+                too_narrow[name] = None
         too_narrow |= {key: kind for key, x in final_values.items() if (kind := self.variables[key].required_kind(x))}
         if not too_narrow:
             for key, x in final_values.items():
                 self.variables[key].close(x)
         return too_narrow
+
+
+def _is_same(value: Any, initial: Any) -> bool:
+    return value is initial or (type(value) is type(initial) is str and value == initial)
 
 
 def _same_arrays(values: list[Any], initial_values: list[Any]) -> bool:
@@ -147,7 +167,9 @@ class Loops(Statements):
         if is_named_call and self.activation.look_up(iterable.func.id) in LANE_LOOPS:
             return self.run_in_lanes(node, self.value(iterable.args[0]))
         if is_named_call and self.activation.look_up(iterable.func.id) in LOOPS:
-            range_arguments = [self.value(item) for item in iterable.args]
+            range_arguments = list(self.items(iterable.args))
+            if iterable.keywords or any(isinstance(x, (float, Number)) for x in range_arguments):
+                raise NotTraceableError("has a range of other than integers")
             if any(map(is_symbol, range_arguments)):
                 return self.loop(node, self.bounds(range_arguments))
             iterations: Any = range(*[int(x) for x in range_arguments])
@@ -174,12 +196,14 @@ class Loops(Statements):
     def bounds(self, range_arguments: list[Any]) -> Bounds:
         """Return the Bounds of a range."""
         start, stop, step = (0, range_arguments[0], 1) if len(range_arguments) == 1 else (*range_arguments, 1)[:3]
-        if is_symbol(step):
-            raise NotTraceableError("has a step that is known only at run time")
+        if is_symbol(step) or not step:
+            raise NotTraceableError("has a step of 0, or one that is known only at run time")
         return Bounds(start, stop, int(step))
 
     def execute_While(self, node: Any) -> bool:  # noqa: N802
         """Run a loop for as long as a condition is true."""
+        if node.orelse:
+            raise NotTraceableError("has a loop with an else block")
         return self.loop(node, Bounds(None))
 
     # ------------------------------------------------------------------------------------------ iterations
@@ -225,13 +249,14 @@ class Loops(Statements):
 
     def loop(self, node: Any, bounds: Bounds) -> bool:
         """Emit a loop of blocks; return whether no path continues after it."""
-        loop_mask, checkpoint = self.begin_loop(node), _Checkpoint(self.activation)
+        loop_mask, attempt = self.begin_loop(node), _Attempt(self.activation)
         try:
             has_ended = self.with_variables(node, bounds)
+            attempt.accept()
         except ReturnInLanes as returned:
-            if checkpoint.depth:
+            if attempt.depth:
                 raise  # the outermost loop is emitted again
-            checkpoint.restore()
+            attempt.give_up()
             self.activation.names[RETURNED] = map_leaves(returned.value, undefined_like)
             self.activation.names.setdefault(LANES, all_lanes(trace().width))
             has_ended = self.with_variables(node, bounds)
@@ -243,14 +268,16 @@ class Loops(Statements):
         """Emit a loop with variables of the required kinds."""
         masks = [name for name in self.activation.names if name.startswith(LANES) or name == RETURNED]
         names = [*(name for name in assigned_names(node) if name in self.activation.names), *masks]
-        checkpoint, kinds = _Checkpoint(self.activation), dict[Any, Any]()
+        kinds = dict[Any, Any]()
         while True:
             exits: list[Path] = []
+            attempt = _Attempt(self.activation)
             too_narrow = self.emit_with(node, bounds, _LoopVariables(self.activation, names, kinds), exits)
             if not too_narrow:
+                attempt.accept()
                 return self.join(exits)
             kinds |= too_narrow
-            checkpoint.restore()
+            attempt.give_up()
 
     def emit_with(
         self, node: Any, bounds: Bounds, loop_variables: _LoopVariables, loop_exits: list[Path]
@@ -279,6 +306,7 @@ class Loops(Statements):
 
     def has_next_iteration(self, node: Any, bounds: Bounds, position: Any) -> Any:
         """Return whether a loop has another iteration, in any lane."""
+        self.activation.node = node
         if position is not None:
             condition = symbols.compare("<" if bounds.step > 0 else ">", position, bounds.stop)
         else:

@@ -2,6 +2,7 @@
 
 import functools
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -17,6 +18,7 @@ from .symbols import (
     Number,
     as_kind,
     as_number,
+    compare,
     is_symbol,
     llvm_type,
     minus,
@@ -64,11 +66,27 @@ class View:
     width : number of adjacent values at each position; WIDTH if they belong to lanes.
     """
 
+    ATTRIBUTES = ("shape", "size", "reshape")  # that a body may use
     __slots__ = ("base", "item", "offset", "shape", "strides", "width")
+    __hash__ = None  # type: ignore[assignment]
 
     def __init__(self, base: Any, item: Any, shape: tuple, strides: tuple[int, ...], width: int = 1, offset: Any = 0):
         self.base, self.item, self.shape, self.strides = base, item, shape, strides
         self.width, self.offset = width, offset
+
+    def __eq__(self, other: Any) -> Any:
+        raise NotTraceableError("compares arrays")
+
+    def __bool__(self) -> bool:
+        raise NotTraceableError("takes the truth value of an array")
+
+    def __len__(self) -> int:
+        if not self.shape or is_symbol(self.shape[0]):
+            raise NotTraceableError("takes the length of an array whose shape is known only at run time")
+        return int(self.shape[0])
+
+    def __iter__(self) -> Iterator[Any]:
+        return (self[position] for position in range(len(self)))
 
     @property
     def size(self) -> Any:
@@ -77,6 +95,9 @@ class View:
 
     def reshape(self, *shape: int) -> "View":
         """Return the contiguous values as an array of another shape."""
+        known = not any(map(is_symbol, (*self.shape, *self.strides, *shape)))
+        if known and (self.strides != _contiguous(self.shape) or self.size != math.prod(shape)):
+            raise NotTraceableError("reshapes an array that is not contiguous, or to another size")
         strides = [self.strides[-1]]
         for count in reversed(shape[1:]):
             strides.append(strides[-1] * count)
@@ -84,24 +105,17 @@ class View:
 
     def _subview(self, index: Any) -> "View":
         indices = index if isinstance(index, tuple) else (index,)
+        if len(indices) > len(self.shape):
+            raise NotTraceableError(f"takes an item by {len(indices)} indices of an array of {len(self.shape)}")
         offset, shape, strides = self.offset, [], []
         for axis, axis_index in enumerate(indices):
             if isinstance(axis_index, slice):
-                start = 0 if axis_index.start is None else axis_index.start
-                stop = self.shape[axis] if axis_index.stop is None else axis_index.stop
+                start, stop = _slice_bounds(axis_index, self.shape[axis])
                 offset = _advance_offset(offset, start, self.strides[axis])
                 shape.append(stop - start if not (is_symbol(stop) or is_symbol(start)) else minus(stop, start))
                 strides.append(self.strides[axis])
                 continue
-            is_constant = not is_symbol(axis_index)
-            item_index = (
-                self.shape[axis] + int(axis_index)
-                if is_constant and axis_index < 0
-                else int(axis_index)
-                if is_constant
-                else axis_index
-            )
-            offset = _advance_offset(offset, item_index, self.strides[axis])
+            offset = _advance_offset(offset, _item_index(axis_index, self.shape[axis]), self.strides[axis])
         count = len(indices)
         return View(
             self.base,
@@ -166,6 +180,37 @@ class View:
         trace().builder.store(as_kind(x, kind, self.width), item.address(), align=8 * self.width)
 
 
+def _item_index(index: Any, count: Any) -> Any:
+    """Return the index of an item, counted from the first one; that of the loop's own arrays is taken as it is."""
+    if not (isinstance(index, (Integer, int, np.integer)) and not isinstance(index, bool)):
+        raise NotTraceableError(f"takes an item of an array by a {type(index).__name__}")
+    if is_symbol(index):
+        return index_from_start(index, count) if trace().are_indices_checked else index
+    if not is_symbol(count) and not -count <= index < count:
+        raise IndexError(f"index {index} of an array of {count}")
+    return count + int(index) if index < 0 else int(index)
+
+
+def _slice_bounds(part: slice, count: Any) -> tuple[Any, Any]:
+    """Return the first index of a part of an array, and the one after its last."""
+    if part.step not in (None, 1):
+        raise NotTraceableError("takes every n-th item of an array")
+    if not any(map(is_symbol, (part.start, part.stop, count))):
+        start, stop, _ = part.indices(count)
+        return start, max(start, stop)
+    if trace().are_indices_checked:
+        raise NotTraceableError("takes a part of an array whose bounds are known only at run time")
+    bounds = 0 if part.start is None else part.start, count if part.stop is None else part.stop
+    if any(not is_symbol(x) and x < 0 for x in bounds):
+        raise NotTraceableError("takes a part of an array from its end, which is known only at run time")
+    return bounds
+
+
+def _contiguous(shape: tuple) -> tuple[int, ...]:
+    """Return the strides of a contiguous array."""
+    return tuple(int(math.prod(shape[axis + 1 :])) for axis in range(len(shape)))
+
+
 def view_at(array: Any, shape: tuple, stride: int = 1, width: int = 1) -> View:
     """Return a bare pointer as an array of a shape, with a stride of `stride` numbers."""
     strides: list[Any] = [stride]
@@ -191,9 +236,18 @@ def _advance_offset(offset: Any, index: Any, stride: Any) -> Any:
     return plus(offset, increment) if is_symbol(offset) or is_symbol(increment) else offset + increment
 
 
+def index_from_start(index: Any, count: int) -> Any:
+    """Return an index of a table, which may be known only at run time, counted from the first item."""
+    if not is_symbol(index) or isinstance(index, LaneIndices):
+        return index
+    return select(compare("<", index, 0), plus(index, count), index)
+
+
 def constant_table(array: np.ndarray) -> View:
     """Return the constant made of a numpy array."""
     active_trace = trace()
+    if array.dtype not in (np.float64, np.int64):
+        raise NotTraceableError(f"uses an array of {array.dtype}: only float64 and int64 are supported")
     if id(array) not in active_trace.tables:
         flat = np.ascontiguousarray(array).ravel()
         item = DOUBLE if array.dtype.kind == "f" else INT64
@@ -204,9 +258,8 @@ def constant_table(array: np.ndarray) -> View:
         table.global_constant, table.linkage = True, "internal"
         active_trace.tables[id(array)] = table
         active_trace.kept_alive.append(array)
-    strides = tuple(int(math.prod(array.shape[axis + 1 :])) for axis in range(array.ndim))
     item = DOUBLE if array.dtype.kind == "f" else INT64
-    return View(active_trace.tables[id(array)], item, array.shape, strides)
+    return View(active_trace.tables[id(array)], item, array.shape, _contiguous(array.shape))
 
 
 def gather(view: View, index: tuple) -> Number:
@@ -250,7 +303,9 @@ def load_at_address(address: Number, position: Any) -> Number:
 def rebase(value: Any) -> Any:
     """Return a View with its offset in its base, so that parts of an array share a function; other values unchanged."""
     is_global = isinstance(value, View) and isinstance(value.base, ir.GlobalVariable)
-    if not isinstance(value, View) or is_global or value.offset == 0 or width_of(value.offset) > 1:
+    if not isinstance(value, View) or is_global or width_of(value.offset) > 1:
+        return value
+    if not is_symbol(value.offset) and value.offset == 0:
         return value
     base = trace().builder.bitcast(value.address(), ADDRESS)
     return View(base, value.item, value.shape, value.strides, value.width)

@@ -18,10 +18,10 @@ from llvmlite import ir
 
 from ..language import phases
 from . import cache, interpreter, symbols  # noqa: F401 - the interpreter registers itself
-from .calls import call_body, run
+from .calls import call, run
 from .memory import Pointer, View, view_at
 from .paths import leaves, map_leaves
-from .symbols import ADDRESS, DOUBLE, INT64, Integer, Trace
+from .symbols import ADDRESS, DOUBLE, INT64, Boolean, Integer, NotTraceableError, Number, Trace
 
 #: Levels of processors for which code is compiled, the best first, and the features of each.
 LEVELS = {
@@ -92,8 +92,8 @@ def _triple() -> str:
     return OTHER_PROCESSORS[level()][0] if level() in OTHER_PROCESSORS else str(llvm.get_process_triple())
 
 
-def trace_module(function: Callable, scene: Any, items: str) -> ir.Module:
-    """Return the module of `function(scene pointer, *arrays, integer)`.
+def trace_scene(function: Callable, scene: Any, items: str) -> Trace:
+    """Return the trace of `function(scene pointer, *arrays, integer)`.
 
     items : a letter per array, 'f' for float64, 'i' for int64.
     """
@@ -102,11 +102,11 @@ def trace_module(function: Callable, scene: Any, items: str) -> ir.Module:
         view, indices = View(numbers.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
         run(function, (map_leaves(scene, lambda _: view[next(indices)]),), *arguments)
 
-    return _trace_body(body, items)
+    return trace_body(body, items)
 
 
-def _trace_body(body: Callable, items: str, width: int = 1) -> ir.Module:
-    """Return the module of a body of pointers to numbers and to the items of arrays, and an integer."""
+def trace_body(body: Callable, items: str, width: int = 1) -> Trace:
+    """Return the trace of a body of pointers to numbers and to the items of arrays, and an integer."""
     active_trace = Trace(width)
     active_trace.module.triple = _triple()
     kinds = [ADDRESS] * (1 + len(items)) + [INT64]
@@ -121,12 +121,12 @@ def _trace_body(body: Callable, items: str, width: int = 1) -> ir.Module:
         ]
         body(*arrays, Integer(entry.args[-1]))
         active_trace.builder.ret_void()
-    return active_trace.module
+    return active_trace
 
 
-def optimise(module: ir.Module) -> Any:
-    """Return the module, optimised by LLVM."""
-    parsed = llvm.parse_assembly(re.sub(r"^define .*", rf"\g<0> {ATTRIBUTES}", str(module), flags=re.MULTILINE))
+def optimise(code: str) -> Any:
+    """Return the module of LLVM code, optimised by LLVM."""
+    parsed = llvm.parse_assembly(re.sub(r"^define .*", rf"\g<0> {ATTRIBUTES}", code, flags=re.MULTILINE))
     parsed.verify()
     options = llvm.create_pipeline_tuning_options(speed_level=2)
     passes = llvm.create_pass_builder(_target_machine(), options)
@@ -134,9 +134,9 @@ def optimise(module: ir.Module) -> Any:
     return parsed
 
 
-def compile_object(module: ir.Module) -> bytes:
-    """Return a module as a plain object."""
-    return _target_machine().emit_object(optimise(module))
+def compile_object(code: str) -> bytes:
+    """Return LLVM code as a plain object."""
+    return _target_machine().emit_object(optimise(code))
 
 
 _LOADED = itertools.count()  # objects
@@ -166,8 +166,8 @@ def _linker() -> Any:
 
 
 def compiled_code(function: Callable, scene: Any, kinds: tuple, items: str) -> Code | None:
-    """Return the machine code of `function` for scenes of these kinds, compiled or cached; see `trace_module`."""
-    return load_or_compile(function, f"{_kinds_text(kinds)} {items}", lambda: trace_module(function, scene, items))
+    """Return the machine code of `function` for scenes of these kinds, compiled or cached; see `trace_scene`."""
+    return load_or_compile(function, f"{_kinds_text(kinds)} {items}", lambda: trace_scene(function, scene, items))
 
 
 def compiled_code_at(function: Callable, cache_key: str) -> Code | None:
@@ -176,32 +176,48 @@ def compiled_code_at(function: Callable, cache_key: str) -> Code | None:
     def body(numbers: Pointer, _: Any) -> None:
         run(function, Integer(symbols.trace().builder.ptrtoint(numbers.base, INT64)))
 
-    return load_or_compile(function, cache_key, lambda: _trace_body(body, ""))
+    return load_or_compile(function, cache_key, lambda: trace_body(body, ""))
 
 
 def compiled_routine(function: Callable, items: str) -> Code | None:
-    """Return the machine code of `function(*arrays, integer)`; its first argument is unused; see `trace_module`."""
+    """Return the machine code of `function(*arrays, integer)`; its first argument is unused; see `trace_scene`."""
 
     def body(_: Pointer, *arguments: Any) -> None:
         run(function, *arguments)
 
-    return load_or_compile(function, items, lambda: _trace_body(body, items))
+    return load_or_compile(function, items, lambda: trace_body(body, items))
 
 
 _COMPILING = threading.RLock()  # tracing and LLVM serve one thread at a time
 
 
-def load_or_compile(function: Callable, description: str, module: Callable[[], ir.Module]) -> Code | None:
-    """Return the machine code of a module of a function, or of its stored object, or None if it is not available."""
+def load_or_compile(function: Callable, description: str, trace_function: Callable[[], Trace]) -> Code | None:
+    """Return the machine code of a trace of a function, compiled or stored, or None if it is for another machine."""
     description = f"{function.__module__}.{function.__qualname__} {description} {level()}"
-    name = f"{function.__name__}-{hashlib.sha256(description.encode()).hexdigest()[:32]}.o"
+    record = f"{function.__name__}-{_hash(description)}.json"
     with _COMPILING:
-        content = None if _LEVELS_FOR_PACKAGE else cache.load(name)
+        recorded = None if _LEVELS_FOR_PACKAGE else cache.recorded_object(record)
+        content = cache.load(recorded) if recorded else None
         if content is None:
             with phases.phase(phases.Phase("compiling (kept for later runs)", once=True)):
-                content = compile_object(module())
-            cache.store(name, content)
+                content = _compile_unless_stored(function, record, trace_function())
         return load_object(content) if content and not _LEVELS_FOR_PACKAGE else None
+
+
+def _compile_unless_stored(function: Callable, record: str, trace: Trace) -> bytes:
+    """Return the object of a trace, and record from which sources it is."""
+    code = str(trace.module)
+    name = f"{function.__name__}-{_hash(f'{level()} {code}')}.o"
+    content = None if _LEVELS_FOR_PACKAGE else cache.load(name)
+    if content is None:
+        content = compile_object(code)
+        cache.store(name, content)
+    cache.record(record, name, trace.sources if not trace.chooses else cache.source_hashes().keys() | trace.sources)
+    return content
+
+
+def _hash(text: str) -> str:
+    return hashlib.sha256(text.encode()).hexdigest()[:32]
 
 
 @functools.cache
@@ -214,13 +230,15 @@ def machine_code(function: Callable) -> Callable:
     """Return a function of numbers, nested tuples and arrays as machine code, compiled at its first call.
 
     Numbers are float64 and arguments of the code; integers, which may be loop bounds, are part of the code.  Arrays are
-    float64 or int64.  The function returns numbers or nested tuples of them.
+    float64 or int64, and share no memory.  The function returns numbers or nested tuples of them.  Raises TypeError for
+    other arguments and `NotTraceableError`, with file, line and statement, for what cannot be compiled.
     """
     compiled_forms: dict[Any, Any] = {}
 
     @functools.wraps(function)
     def call_machine_code(*operands: Any) -> Any:
         arrays = [x for x in leaves(operands) if isinstance(x, np.ndarray)]
+        _check_arrays(function, arrays)
         numbers = np.array([float(x) for x in leaves(operands) if isinstance(x, float)] or [0.0])
         key = _argument_key(operands)
         if key not in compiled_forms:
@@ -234,13 +252,25 @@ def machine_code(function: Callable) -> Callable:
         for array, copy in zip(arrays, contiguous, strict=True):
             if copy is not array:
                 array[...] = copy
-        values = iter(results.tolist())
-        return map_leaves(result, lambda x: next(values) if x is _NUMBER else x)
+        values = zip(results.tolist(), results.view(np.int64).tolist(), strict=True)
+        return map_leaves(result, lambda x: _python_number(x, *next(values)) if x in _RESULT_KINDS else x)
 
     return call_machine_code
 
 
-_NUMBER = object()  # placeholder of a number in a result
+_RESULT_KINDS = (Number, Integer, Boolean)  # stand for numbers of these kinds in a result
+
+
+def _python_number(kind: type, number: float, bits: int) -> Any:
+    return number if kind is Number else bits if kind is Integer else bool(number)
+
+
+def _check_arrays(function: Callable, arrays: list[np.ndarray]) -> None:
+    for array in arrays:
+        if array.dtype not in (np.float64, np.int64) or not array.flags.writeable:
+            raise TypeError(f"{function.__name__}: an array is {array.dtype} or read-only; expected float64 or int64")
+    if any(np.may_share_memory(a, b) for a, b in itertools.combinations(arrays, 2)):
+        raise TypeError(f"{function.__name__}: two arrays share memory")
 
 
 def _argument_key(operands: Any) -> Any:
@@ -249,7 +279,7 @@ def _argument_key(operands: Any) -> Any:
         return (type(operands), *map(_argument_key, operands))
     if isinstance(operands, np.ndarray):
         return operands.dtype.kind, operands.shape
-    return float if isinstance(operands, float) else operands
+    return float if isinstance(operands, float) else (type(operands), operands)
 
 
 def _compile_for_numbers(function: Callable, operands: tuple) -> tuple[Code, Any, int]:
@@ -267,16 +297,20 @@ def _compile_for_numbers(function: Callable, operands: tuple) -> tuple[Code, Any
                 return view_at(next(arrays), x.shape)
             return view[next(indices)] if isinstance(x, float) else x
 
-        value = call_body(function, map_leaves(operands, parameter), {})
+        symbols.trace().are_indices_checked = True
+        value = call(function, *map_leaves(operands, parameter))
         out_view, out_indices = View(out.base, DOUBLE, (1 << 30,), (1,)), itertools.count()
         for x in leaves(value):
-            if isinstance(x, float) or symbols.is_symbol(x):
-                out_view[next(out_indices)] = x
-        outcome.append(map_leaves(value, lambda x: _NUMBER if isinstance(x, float) or symbols.is_symbol(x) else x))
+            if not (symbols.is_symbol(x) or isinstance(x, (bool, int, float, str, type(None)))):
+                raise NotTraceableError(f"{function.__name__} returns a {type(x).__name__}")
+            if symbols.is_symbol(x):
+                out_view[next(out_indices)] = symbols.number_of(x) if isinstance(x, Integer) else x
+        outcome.append(map_leaves(value, lambda x: type(x) if symbols.is_symbol(x) else x))
         outcome.append(next(out_indices))
 
-    content = compile_object(_trace_body(body, f"{kinds}f"))
-    return load_object(content), *outcome
+    with _COMPILING:
+        content = compile_object(str(trace_body(body, f"{kinds}f").module))
+        return load_object(content), *outcome
 
 
 def _kinds_text(kinds: Any) -> str:

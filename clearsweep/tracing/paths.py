@@ -9,6 +9,7 @@ import numpy as np
 from llvmlite import ir
 
 from .memory import View, constant_table
+from .protocols import Composite, Sloped, has_slope
 from .symbols import (
     ADDRESS,
     LaneIndices,
@@ -18,6 +19,7 @@ from .symbols import (
     is_symbol,
     kind_of,
     llvm_type,
+    select,
     trace,
     width_of,
 )
@@ -39,8 +41,8 @@ def type_key(x: Any) -> Any:
     """Return the form of a value on which machine code depends: all of it except the values of symbols."""
     if isinstance(x, tuple):
         return (type(x), *map(type_key, x))
-    if hasattr(x, "traced_parts"):
-        return (type(x), getattr(x, "static_key", None), *map(type_key, x.traced_parts()))
+    if isinstance(x, Composite):
+        return (type(x), x.static_key, *map(type_key, x.traced_parts()))
     if isinstance(x, LaneIndices):
         return LaneIndices, type_key(x.first)
     if isinstance(x, Symbol):
@@ -50,6 +52,7 @@ def type_key(x: Any) -> Any:
         extents = tuple(map(type_key, (*x.shape, *x.strides, x.offset)))
         return View, constant, x.item, len(x.shape), extents, x.width
     if isinstance(x, np.ndarray):
+        trace().kept_alive.append(x)
         return np.ndarray, id(x)
     if isinstance(x, float):
         return float, x.hex()
@@ -95,7 +98,7 @@ def leaves(x: Any) -> Iterator[Any]:
     if isinstance(x, tuple):
         for item in x:
             yield from leaves(item)
-    elif hasattr(x, "traced_parts"):
+    elif isinstance(x, Composite):
         for item in x.traced_parts():
             yield from leaves(item)
     else:
@@ -107,9 +110,8 @@ def rebuild(x: Any, values: Iterator[Any]) -> Any:
     if isinstance(x, tuple):
         parts = [rebuild(item, values) for item in x]
         return type(x)(*parts) if hasattr(x, "_fields") else tuple(parts)
-    if hasattr(x, "traced_parts"):
-        new_parts = [rebuild(item, values) for item in x.traced_parts()]
-        return x.with_traced_parts(new_parts) if hasattr(x, "with_traced_parts") else type(x)(*new_parts)
+    if isinstance(x, Composite):
+        return x.with_traced_parts([rebuild(item, values) for item in x.traced_parts()])
     return next(values)
 
 
@@ -122,13 +124,35 @@ def with_common_slopes(values: list[Any]) -> list[Any]:
         columns = [with_common_slopes(list(column)) for column in zip(*values, strict=True)]
         leaf_rows: Any = zip(*columns, strict=True) if columns else [() for _ in values]
         return [type(first)(*row) if hasattr(first, "_fields") else tuple(row) for row in leaf_rows]
-    slopes = [x for x in values if hasattr(x, "parts")]
+    slopes = [x for x in values if isinstance(x, Sloped)]
     if slopes and len(slopes) < len(values):
-        return [x if hasattr(x, "parts") else type(slopes[0])(x, 0.0) for x in values]
+        return [x if has_slope(x) else type(slopes[0])(x, 0.0) for x in values]
     if slopes:
-        columns = [with_common_slopes(list(column)) for column in zip(*(x.parts() for x in values), strict=True)]
+        parts = zip(*(x.traced_parts() for x in values), strict=True)
+        columns = [with_common_slopes(list(column)) for column in parts]
         return [type(x)(*row) for x, row in zip(values, zip(*columns, strict=True), strict=True)]
     return values
+
+
+def select_values(condition: Any, a: Any, b: Any) -> Any:
+    """Emit `a` where a condition is true, else `b`: both are evaluated, and are numbers or tuples of one form."""
+    if not is_symbol(condition):
+        return a if condition else b
+    a, b = with_common_slopes([a, b])
+    first_items, second_items = list(leaves(a)), list(leaves(b))
+    if (type(a) is not type(b) and isinstance(a, (tuple, Composite))) or len(first_items) != len(second_items):
+        raise NotTraceableError("chooses between values of different forms")
+    pairs = zip(first_items, second_items, strict=True)
+    return rebuild(a, iter([x if x is y else _select_item(condition, x, y) for x, y in pairs]))
+
+
+def _select_item(condition: Any, a: Any, b: Any) -> Any:
+    numbers = (Symbol, int, float, np.number, np.bool_)
+    if isinstance(a, numbers) and isinstance(b, numbers):
+        return select(condition, a, b)
+    if type(a) is type(b) and isinstance(a, (str, type)) and a == b:
+        return a
+    raise NotTraceableError("chooses between values that are no numbers")
 
 
 def join_paths(paths: list[Path]) -> Any:
@@ -160,7 +184,7 @@ def merge_values(blocks: list[Any], column: list[Any], end: Any) -> Any:
     if any(isinstance(x, (View, np.ndarray)) for x in column):
         return _merge_views(blocks, [constant_table(x) if isinstance(x, np.ndarray) else x for x in column], end)
     if not all(isinstance(x, (Symbol, int, float, np.number, np.bool_)) for x in column):
-        if all(type(x) is type(first) and x == first for x in column):
+        if not any(map(is_symbol, column)) and all(type(x) is type(first) and x == first for x in column):
             return first
         raise NotTraceableError("gives values of different types on different paths")
     if not any(map(is_symbol, column)) and all(

@@ -6,8 +6,8 @@ from typing import Any
 from . import symbols
 from .activation import LANES, RETURNED, ReturnInLanes
 from .expressions import Expressions
-from .lanes import all_lanes, blend, none_of, undefined_like
-from .paths import Path, leaves, map_leaves, merge_values, rebuild, with_common_slopes
+from .lanes import all_lanes, none_of, undefined_like
+from .paths import Path, leaves, map_leaves, merge_values, rebuild, select_values, with_common_slopes
 from .symbols import Boolean, NotTraceableError, is_symbol, trace
 
 
@@ -37,7 +37,12 @@ class Statements(Expressions):
         return False
 
     def execute_Assert(self, node: Any) -> bool:  # noqa: N802
-        """Do nothing."""
+        """Check what is known while tracing."""
+        condition = self.condition_value(node.test)
+        if is_symbol(condition):
+            raise NotTraceableError("asserts what is known only at run time, where nothing can be raised")
+        if not condition:
+            raise NotTraceableError("asserts what is false")
         return False
 
     def execute_Return(self, node: Any) -> bool:  # noqa: N802
@@ -51,14 +56,14 @@ class Statements(Expressions):
         elif self.activation.loops and RETURNED not in self.activation.names:
             raise ReturnInLanes(value)
         else:
-            self.assign_in_lanes(RETURNED, value, lanes)
+            self.activation.names[RETURNED] = select_values(lanes, value, self.activation.names.get(RETURNED, value))
             self.stop(LANES, lanes)
         return True
 
     def leave(self, value: Any) -> None:
         """End this path of the function for all lanes; lanes that ended before keep their returned values."""
         if RETURNED in self.activation.names:
-            value = blend(self.activation.names[LANES], value, self.activation.names[RETURNED])
+            value = select_values(self.activation.names[LANES], value, self.activation.names[RETURNED])
         self.activation.returns.append(Path(trace().builder.block, value))
 
     def stop(self, name: str, lanes: Any) -> None:
@@ -83,13 +88,16 @@ class Statements(Expressions):
         """Change a value in place."""
         target = node.target
         if isinstance(target, ast.Name):
-            self.assign(target, self.binary(node.op, self.activation.look_up(target.id), self.value(node.value)))
+            old_value = self.activation.look_up(target.id)
+            if isinstance(old_value, (list, set, dict)):
+                raise NotTraceableError(f"changes a {type(old_value).__name__} in place")
+            self.assign(target, self.binary(node.op, old_value, self.value(node.value)))
             return False
         if isinstance(target, ast.Attribute):
             fields, name = self.fields(target), target.attr
             setattr(fields, name, self.binary(node.op, getattr(fields, name), self.value(node.value)))
             return False
-        array, index = self.value(target.value), self.index(target.slice)
+        array, index = self.array(target), self.index(target.slice)
         old_value = self.item(array, index)
         array[index] = self.binary(node.op, old_value, self.value(node.value))
         return False

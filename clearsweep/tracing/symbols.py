@@ -6,6 +6,7 @@ function, which is fused.
 """
 
 import contextlib
+import itertools
 from collections.abc import Callable, Iterator
 from typing import Any
 
@@ -16,10 +17,24 @@ from llvmlite import ir
 WIDTH = 8
 DOUBLE, INT64, BOOL = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 ADDRESS = ir.IntType(8).as_pointer()
+DEEPEST_PLACE = 12  # calls that a message about an untraceable body names
+INTEGERS = range(-(2**63), 2**63)  # that an int64 holds
 
 
 class NotTraceableError(Exception):
-    """A body that cannot be compiled."""
+    """A body that cannot be compiled: why and, from the innermost call to the outermost, where."""
+
+    def __init__(self, reason: str):
+        super().__init__(reason)
+        self.places: list[str] = []
+
+    def add_place(self, place: str) -> None:
+        """Add the place of a call, or, as the first, of the statement that cannot be compiled."""
+        if len(self.places) < DEEPEST_PLACE:
+            self.places.append(place)
+
+    def __str__(self) -> str:
+        return "\n  ".join(self.places) or super().__str__()
 
 
 class Trace:
@@ -27,16 +42,33 @@ class Trace:
 
     def __init__(self, width: int = 1):
         self.width = width  # current width: WIDTH in iterations that run simultaneously
-        self.module = ir.Module("scene")
+        self.are_indices_checked = False  # whether those known only at run time may count from the end, as in Python
+        self.module = ir.Module("scene", context=ir.Context())
         self.builder: Any = None
         self.lanes: Callable[[], Any] = lambda: None  # returns the active lanes; None: all
+        self.blocks: list[Any] = []  # of all functions
         self.functions: dict[Any, Any] = {}  # machine code functions, by body and forms of arguments
+        self.intrinsics: dict[str, Any] = {}  # functions of LLVM, by name
         self.tables: dict[int, Any] = {}  # arrays that became constants, by identity
+        self.sources: set[str] = set()  # files of the functions that were traced, or run while tracing
+        self.chooses = False  # whether a function chose a body by type, which any module may register
         self.kept_alive: list[Any] = []  # objects that live as long as the trace
 
     def block(self) -> Any:
         """Return a new block of the current function."""
-        return self.builder.function.append_basic_block()
+        self.blocks.append(self.builder.append_basic_block())
+        return self.blocks[-1]
+
+    def open_blocks(self, first: Any) -> list[Any]:
+        """Return the blocks of the current function from a block on that do not end yet."""
+        later = itertools.dropwhile(lambda block: block is not first, self.blocks)
+        return [x for x in later if x.function is self.builder.function and not x.is_terminated]
+
+    def intrinsic(self, name: str, result: Any, operands: list[Any]) -> Any:
+        """Return a function of LLVM."""
+        if name not in self.intrinsics:
+            self.intrinsics[name] = ir.Function(self.module, ir.FunctionType(result, operands), name)
+        return self.intrinsics[name]
 
 
 _TRACES: list[Trace] = []
@@ -67,10 +99,10 @@ class Symbol:
 
     def __init__(self, value: Any, width: int = 1, product: Any = None):
         self.value, self.width = value, width
-        self.product = product  # origin of the multiplication, if it is a product
+        self.product = product  # (origin, factors) if it is a product, see `_fuse`
 
     def __bool__(self) -> bool:
-        raise NotTraceableError("branches on a symbol in code that is not traced")
+        raise NotTraceableError("decides on a number known only at run time in code that is not traced")
 
     def __add__(self, other: Any) -> Any:
         return plus(self, other)
@@ -98,6 +130,12 @@ class Symbol:
 
     def __neg__(self) -> Any:
         return negate(self)
+
+    def __eq__(self, other: Any) -> Any:
+        return compare("==", self, other)
+
+    def __ne__(self, other: Any) -> Any:
+        return compare("!=", self, other)
 
 
 class Number(Symbol):
@@ -161,9 +199,7 @@ def as_kind(x: Any, kind: type, width: int = 1) -> Any:
     """Emit a value as a Number, Integer or Boolean of a width; return its LLVM value."""
     b = trace().builder
     if not isinstance(x, Symbol):
-        if kind is Boolean:
-            x = bool(x)
-        return llvm_constant(kind.item, x, width)  # type: ignore[attr-defined]
+        return llvm_constant(kind.item, _checked_constant(x, kind), width)  # type: ignore[attr-defined]
     value = x.value
     if kind is Number and not isinstance(x, Number):
         convert = b.uitofp if isinstance(x, Boolean) else b.sitofp
@@ -181,6 +217,19 @@ def as_kind(x: Any, kind: type, width: int = 1) -> Any:
     return value
 
 
+def _checked_constant(x: Any, kind: type) -> Any:
+    """Return a known number for use as a Number, Integer or Boolean."""
+    if not isinstance(x, (bool, int, float, np.bool_, np.int64)):
+        raise NotTraceableError(f"uses a value of type {type(x).__name__} as a number")
+    if kind is Boolean:
+        return bool(x)
+    if kind is Integer and isinstance(x, float):
+        raise NotTraceableError("uses a float as an integer")
+    if kind is Integer and int(x) not in INTEGERS:
+        raise NotTraceableError(f"uses the integer {x}, which 64 bits do not hold")
+    return x
+
+
 def as_number(x: Any, width: int = 1) -> Number:
     """Return a value as a Number."""
     width = max(width, width_of(x))
@@ -192,10 +241,7 @@ def call_intrinsic(name: str, *operands: Any) -> Number:
     width = width_of(*operands)
     kind = llvm_type(DOUBLE, width)
     full_name = f"llvm.{name}.{'f64' if width == 1 else f'v{width}f64'}"
-    module = trace().module
-    function = module.globals.get(full_name) or ir.Function(
-        module, ir.FunctionType(kind, [kind] * len(operands)), full_name
-    )
+    function = trace().intrinsic(full_name, kind, [kind] * len(operands))
     return Number(trace().builder.call(function, [as_kind(x, Number, width) for x in operands]), width)
 
 
@@ -206,10 +252,10 @@ def _is_float(*operands: Any) -> bool:
     return any(isinstance(x, (Number, float)) for x in operands)
 
 
-def _emit(kind: type, instruction: str, a: Any, b: Any, product: Any = None) -> Any:
+def _emit(kind: type, instruction: str, a: Any, b: Any) -> Any:
     width = width_of(a, b)
     emit = getattr(trace().builder, instruction)
-    return kind(emit(as_kind(a, kind, width), as_kind(b, kind, width)), width, product)
+    return kind(emit(as_kind(a, kind, width), as_kind(b, kind, width)), width)
 
 
 def plus(a: Any, b: Any, origin: Any = None) -> Any:
@@ -242,9 +288,9 @@ def _fuse(a: Any, b: Any, origin: Any, negated: tuple[int, ...]) -> Any:
     operands = [a, b]
     for index in (0, 1):
         operand = operands[index]
-        if isinstance(operand, Number) and operand.product == origin:
+        if isinstance(operand, Number) and operand.product and operand.product[0] == origin:
             width, builder = width_of(a, b), trace().builder
-            factors = [Number(factor, operand.width) for factor in operand.value.operands]
+            factors = [Number(factor, operand.width) for factor in operand.product[1]]
             addend: Any = operands[1 - index]
             if index in negated:
                 factors[0] = Number(builder.fneg(factors[0].value), operand.width)
@@ -261,9 +307,11 @@ def fma(a: Any, b: Any, c: Any) -> Number:
 
 def times(a: Any, b: Any, origin: Any = None) -> Any:
     """Emit a b."""
-    if _is_float(a, b):
-        return _emit(Number, "fmul", a, b, origin)
-    return _emit(Integer, "mul", a, b)
+    if not _is_float(a, b):
+        return _emit(Integer, "mul", a, b)
+    width = width_of(a, b)
+    factors = as_kind(a, Number, width), as_kind(b, Number, width)
+    return Number(trace().builder.fmul(*factors), width, origin and (origin, factors))
 
 
 def divide(a: Any, b: Any, origin: Any = None) -> Any:
@@ -271,26 +319,41 @@ def divide(a: Any, b: Any, origin: Any = None) -> Any:
     return _emit(Number, "fdiv", as_number(a), as_number(b))
 
 
-def floor_divide(a: Any, b: Any, origin: Any = None) -> Any:
-    """Emit a // b of integers, b > 0."""
+def _divide_integers(a: Any, b: Any) -> tuple[Any, Any, Any, Any]:
+    """Emit a / b of integers, truncated; return quotient, remainder, divisor and whether Python's quotient is lower.
+
+    Where Python raises, or the quotient overflows, 1 divides instead: the processor would end the process.
+    """
     if _is_float(a, b):
-        return floor_number(divide(a, b))
+        raise NotTraceableError("divides floats with // or %: write math.floor(a / b), or a - b * math.floor(a / b)")
     builder, width = trace().builder, width_of(a, b)
+    if is_symbol(b):
+        is_overflow = bit_and(compare("==", b, -1), compare("==", a, INTEGERS[0]))
+        b = select(bit_or(compare("==", b, 0), is_overflow), 1, b)
+    elif b == 0:
+        raise NotTraceableError("divides by zero")
     x, y = as_kind(a, Integer, width), as_kind(b, Integer, width)
-    remainder_value = builder.srem(x, y)
-    is_negative = builder.icmp_signed("<", remainder_value, llvm_constant(INT64, 0, width))
-    return Integer(builder.sub(builder.sdiv(x, y), builder.zext(is_negative, llvm_type(INT64, width))), width)
+    remainder_value, zero = builder.srem(x, y), llvm_constant(INT64, 0, width)
+    if is_symbol(b) or b < 0:
+        has_other_sign = builder.icmp_signed("<", builder.xor(remainder_value, y), zero)
+        is_lower = builder.and_(has_other_sign, builder.icmp_signed("!=", remainder_value, zero))
+    else:
+        is_lower = builder.icmp_signed("<", remainder_value, zero)
+    return builder.sdiv(x, y), remainder_value, y, is_lower
+
+
+def floor_divide(a: Any, b: Any, origin: Any = None) -> Any:
+    """Emit a // b of integers."""
+    quotient, _, _, is_lower = _divide_integers(a, b)
+    width = width_of(a, b)
+    return Integer(trace().builder.sub(quotient, trace().builder.zext(is_lower, llvm_type(INT64, width))), width)
 
 
 def remainder(a: Any, b: Any, origin: Any = None) -> Any:
-    """Emit a % b of integers, b > 0."""
-    if _is_float(a, b):
-        raise NotTraceableError("takes the remainder of numbers")
-    builder, width = trace().builder, width_of(a, b)
-    x, y = as_kind(a, Integer, width), as_kind(b, Integer, width)
-    remainder_value = builder.srem(x, y)
-    is_negative = builder.icmp_signed("<", remainder_value, llvm_constant(INT64, 0, width))
-    return Integer(builder.select(is_negative, builder.add(remainder_value, y), remainder_value), width)
+    """Emit a % b of integers."""
+    _, remainder_value, divisor, is_lower = _divide_integers(a, b)
+    builder = trace().builder
+    return Integer(builder.select(is_lower, builder.add(remainder_value, divisor), remainder_value), width_of(a, b))
 
 
 def negate(a: Any) -> Any:
@@ -311,12 +374,35 @@ def bitwise_emitter(name: str) -> Any:
 
 
 bit_and, bit_or, bit_xor = bitwise_emitter("and_"), bitwise_emitter("or_"), bitwise_emitter("xor")
-shift_right, shift_left = bitwise_emitter("ashr"), bitwise_emitter("shl")
+
+
+def _shift_emitter(name: str) -> Any:
+    """Return the emitter of a shift of an integer; one by more than 63 bits shifts all of them out."""
+
+    def emit(a: Any, count: Any, origin: Any = None) -> Any:
+        if not is_symbol(count):
+            if not 0 <= count < 64:
+                raise NotTraceableError("shifts by other than 0 to 63 bits")
+            return _emit(Integer, name, a, count)
+        bits, width = as_kind(count, Integer, count.width), count.width
+        is_large = Boolean(trace().builder.icmp_unsigned(">", bits, llvm_constant(INT64, 63, width)), width)
+        shifted = _emit(Integer, name, a, select(is_large, 63, count))
+        return shifted if name == "ashr" else select(is_large, 0, shifted)
+
+    return emit
+
+
+shift_right, shift_left = _shift_emitter("ashr"), _shift_emitter("shl")
 
 
 def logical_not(a: Any) -> Any:
     """Emit not a."""
     return bit_xor(a, True)
+
+
+def as_boolean(x: Any) -> Any:
+    """Return the truth value of a symbol; known values unchanged."""
+    return compare("!=", x, 0) if isinstance(x, (Number, Integer)) else x
 
 
 def compare(sign: str, a: Any, b: Any) -> Any:
@@ -325,7 +411,7 @@ def compare(sign: str, a: Any, b: Any) -> Any:
     if _is_float(a, b):
         emit = builder.fcmp_unordered if sign == "!=" else builder.fcmp_ordered
         return Boolean(emit(sign, as_kind(a, Number, width), as_kind(b, Number, width)), width)
-    if all(isinstance(x, (Boolean, bool, np.bool_)) for x in (a, b)):
+    if sign in ("==", "!=") and all(isinstance(x, (Boolean, bool, np.bool_)) for x in (a, b)):
         differs = bit_xor(a, b)
         return differs if sign == "!=" else logical_not(differs)
     return Boolean(builder.icmp_signed(sign, as_kind(a, Integer, width), as_kind(b, Integer, width)), width)
@@ -370,11 +456,8 @@ def truncate(x: Any) -> Any:
     if not isinstance(x, Number):
         return x
     types = llvm_type(INT64, x.width), llvm_type(DOUBLE, x.width)
-    intrinsic_name = "llvm.fptosi.sat.i64.f64" if x.width == 1 else f"llvm.fptosi.sat.v{x.width}i64.v{x.width}f64"
-    module = trace().module
-    function = module.globals.get(intrinsic_name) or ir.Function(
-        module, ir.FunctionType(types[0], [types[1]]), intrinsic_name
-    )
+    name = "llvm.fptosi.sat.i64.f64" if x.width == 1 else f"llvm.fptosi.sat.v{x.width}i64.v{x.width}f64"
+    function = trace().intrinsic(name, types[0], [types[1]])
     return Integer(trace().builder.call(function, [x.value]), x.width)
 
 

@@ -47,7 +47,7 @@ print(seconds)
 def spent(command: list[str], cache: str) -> float:
     """Return the processor time (s) of a command and all its processes."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    environment = {**os.environ, "NUMBA_CACHE_DIR": cache}
+    environment = {**os.environ, "CLEARSWEEP_CACHE_DIR": cache}
     subprocess.run(command, env=environment, check=True, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
@@ -63,7 +63,7 @@ def first_and_second(grid: str) -> tuple[float, float]:
 def further_law() -> float:
     """Return the processor time (s) of a scene with a further law in a process that has run another."""
     with tempfile.TemporaryDirectory() as cache:
-        environment = {**os.environ, "NUMBA_CACHE_DIR": cache}
+        environment = {**os.environ, "CLEARSWEEP_CACHE_DIR": cache}
         command = [sys.executable, "-c", FURTHER]
         done = subprocess.run(command, env=environment, check=True, cwd=ROOT, capture_output=True, text=True)
         return float(done.stdout)

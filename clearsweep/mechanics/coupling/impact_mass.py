@@ -2,7 +2,7 @@
 
 from ...tracing.compiled.choosing import none_of
 from ...tracing.compiled.dual import as_type_of
-from ...tracing.compiled.family import family, inlined, kernel, map_joints
+from ...tracing.compiled.family import family, inlined, kernel, known, map_joints
 from ..joints.contract import after_joint, after_number, every_part, first_offsets, with_current_state
 from ..joints.dry import Joint
 from ..joints.lubricated import Lubricated
@@ -104,6 +104,7 @@ def joints_at_event(scene, y):
     return _joints_at_event(scene, y) if _may_need_mass(scene.joints) else scene.joints
 
 
+@known
 def _may_need_mass(joints):
     """Return whether any law of the joints may need the effective mass of its contact."""
     return any(type(law) in with_mass.members for _, law in every_part(joints))

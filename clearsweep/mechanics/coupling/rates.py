@@ -19,7 +19,7 @@ import numpy as np
 from ...contracts.catalogue import Channel
 from ...tracing.compiled.choosing import cond, rolled_range
 from ...tracing.compiled.dual import Seeded, as_dual, as_type_of, rate_or_slope, slope
-from ...tracing.compiled.family import Entry, entry, inlined, kernel, map_joints, shaped
+from ...tracing.compiled.family import Entry, entry, inlined, kernel, known, map_joints, shaped
 from ..joints import spatial
 from ..joints.contract import (
     JointState,
@@ -99,6 +99,7 @@ def gaps_with_angles(scene, y, joint_gaps):
     return _gaps_with_angles(scene, y, joint_gaps) if uses_body_angles(map(type, scene.joints)) else joint_gaps
 
 
+@known
 def uses_body_angles(joint_types):
     """Return whether a type of joint uses the rotation of its bodies."""
     return any(joint_type in with_angles.members for joint_type in joint_types)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...tracing.compiled.dual import rate_or_slope
-from ...tracing.compiled.family import form_number, inlined, kernel, map_joints
+from ...tracing.compiled.family import form_number, inlined, kernel, known, map_joints
 from ..joints.contract import (
     after_number,
     every_internal_state,
@@ -30,6 +30,7 @@ class Sliding(NamedTuple):
     slip: float  # m/s
 
 
+@known
 def _state_size(law):
     """Return the number of a friction load's internal states in the state vector."""
     law_type = type_of(law)

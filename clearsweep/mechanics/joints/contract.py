@@ -30,7 +30,16 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...tracing.compiled.family import family, family_with_default, form_number, inlined, kernel, kinds, map_joints
+from ...tracing.compiled.family import (
+    family,
+    family_with_default,
+    form_number,
+    inlined,
+    kernel,
+    kinds,
+    known,
+    map_joints,
+)
 from ..laws.contract import guards, internal_state, is_integrated
 from ..observe import FILM_WIDTH, column_count
 
@@ -267,6 +276,7 @@ def _counts_of_law(law):
     return Offsets(0, internal, state_count - internal, len(guards.body_for(law_type)(None)))
 
 
+@known
 def counts_of_part(part):
     """Return the numbers of internal state and guards of a Part or its compiler type, as Offsets."""
     return _counts_of_law(_Fields(part).law)
@@ -285,6 +295,7 @@ def counts_of_joint(joint):
 _COUNTS: dict[object, Offsets] = {}  # types in a joint -> result of `counts_of_joint`
 
 
+@known
 def total_counts(joints):
     """Return the numbers of contacts, internal state and guards of the joints, as Offsets."""
     return _sum_counts(map(counts_of_joint, joints))
@@ -303,6 +314,7 @@ def after_number(offsets, number):
 def _advance_by(counts_of_one):
     """Return a function that advances Offsets past a joint or part of the size `counts_of_one`."""
 
+    @known
     def offsets_after(offsets, joint_part):
         contact_count, internal_count, latched_count, guard_count = counts_of_one(joint_part)
         return Offsets(
@@ -322,6 +334,7 @@ after_law, after_part, after_joint = (
 )
 
 
+@known
 def history_count_of(joint):
     """Return the number of time histories of a joint or its compiler type."""
     return history_count.body_for(type_of(joint))(None)
@@ -338,12 +351,14 @@ def _extra_counts(joint):
     return extra_columns.body_for(type_of(joint))(None)
 
 
+@known
 def observable_count(joints):
     """Return the number of observables of a scene: those of films follow those of all contacts."""
     contacts = total_counts(joints).contact
     return column_count(contacts) + (FILM_WIDTH * contacts if any(_extra_counts(joint)[0] for joint in joints) else 0)
 
 
+@known
 def extra_channel_count(joint):
     """Return the number of extra time histories of a joint."""
     return _extra_counts(joint)[1]

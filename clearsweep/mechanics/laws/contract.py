@@ -27,7 +27,7 @@ from ...contracts.case import Joint
 from ...contracts.catalogue import Law
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import plain
-from ...tracing.compiled.family import family, family_with_default, kernel
+from ...tracing.compiled.family import family, family_with_default, kernel, known
 
 # A mode is a number below 63 whose bits inform the loop; bits from LAWS_OWN on distinguish the modes of a law.
 # ACTS: there is a force.  MEETS: apart, search for an onset.  TOUCHES: touching, search for a separation.
@@ -163,6 +163,7 @@ def describe_missing_members(law_type):
         )
 
 
+@known
 def is_integrated(law_type):
     """Return whether the internal state of a type of law is integrated rather than only latched at events."""
     return law_type in internal_state.members

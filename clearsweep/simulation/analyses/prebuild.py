@@ -8,7 +8,7 @@ import sys
 import time
 
 from ...grid import load
-from ...tracing import objects
+from ...tracing import cache, objects
 from .. import catalogue
 from .trajectory import compile_loop
 
@@ -28,6 +28,7 @@ IMPACT_PAIR = {  # any case is suitable
 def main(levels: list[str]) -> int:
     """Compile the loop for processor levels and print each; return the exit code."""
     case = load(IMPACT_PAIR, catalogue()).case(0)
+    cache.empty_package()
     for level in levels or [objects.level()]:
         known_levels = (*objects.LEVELS, *objects.OTHER_PROCESSORS)
         if level not in known_levels and level != objects.level():

@@ -3,7 +3,7 @@
 import numpy as np
 
 from ..memory import load_at_address
-from ..primitives import register_emitter
+from ..protocols import register_emitter
 from .family import kernel
 
 

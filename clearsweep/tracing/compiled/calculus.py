@@ -6,7 +6,7 @@ import sys
 from math import *  # noqa: F403
 
 from ..calls import call
-from ..primitives import register_emitter, register_slope_rule
+from ..protocols import register_emitter, register_slope_rule
 from . import dual
 from .direction import direction as direction_of
 from .dual import FUNCTIONS, Dual, direction_of_dual

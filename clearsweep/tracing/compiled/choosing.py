@@ -4,8 +4,8 @@ import numpy as np
 
 from .. import lanes, symbols
 from ..memory import constant_table, gather
-from ..paths import leaves, rebuild, with_common_slopes
-from ..primitives import LANE_LOOPS, LOOPS, mark_traceable, register_emitter, register_symbol_emitter
+from ..paths import select_values
+from ..protocols import LANE_LOOPS, LOOPS, mark_traceable, register_emitter, register_symbol_emitter
 
 
 def where(condition, a, b):
@@ -51,15 +51,7 @@ def none_of(condition):
     return not condition
 
 
-@register_emitter(where)
-def _emit_where(condition, a, b):
-    if not symbols.is_symbol(condition):
-        return a if condition else b
-    a, b = with_common_slopes([a, b])
-    pairs = zip(leaves(a), leaves(b), strict=True)
-    return rebuild(a, iter([symbols.select(condition, x, y) for x, y in pairs]))
-
-
+register_emitter(where)(select_values)
 register_emitter(none_of)(lanes.none_of)
 mark_traceable(total_of)
 LOOPS.append(rolled_range)

@@ -12,11 +12,11 @@ import builtins
 import math
 import operator
 
-from ..primitives import mark_traceable, register_slope_rule, register_slope_rules
+from ..protocols import Composite, Sloped, mark_traceable, register_slope_rule, register_slope_rules
 from .direction import direction
 
 
-class Dual:
+class Dual(Sloped):
     """A value and its slope."""
 
     __slots__ = ("slope", "value")
@@ -24,14 +24,15 @@ class Dual:
     def __init__(self, value, slope):
         self.value, self.slope = value, slope
 
-    def parts(self):
+    def traced_parts(self):
         """Return value and slope."""
         return self.value, self.slope
 
-    traced_parts = parts
+    def __bool__(self):
+        return bool(self.value)
 
 
-class Seeded:
+class Seeded(Composite):
     """A state whose component `direction` has slope 1 and the others 0; `[i]` returns Duals."""
 
     __slots__ = ("direction", "values")
@@ -127,11 +128,11 @@ def _absolute(a):
 
 
 def _larger(a, b):
-    return as_dual(a) if value(a) >= value(b) else as_dual(b)
+    return as_dual(b) if value(b) > value(a) else as_dual(a)
 
 
 def _smaller(a, b):
-    return as_dual(a) if value(a) <= value(b) else as_dual(b)
+    return as_dual(b) if value(b) < value(a) else as_dual(a)
 
 
 def _less(a, b):

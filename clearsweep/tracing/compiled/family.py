@@ -18,7 +18,7 @@ import numpy as np
 
 from .. import objects
 from ..memory import call_at, view_at
-from ..primitives import SEPARATE, mark_traceable, register_emitter
+from ..protocols import KNOWN, SEPARATE, mark_traceable, register_emitter
 from .plain import is_plain
 
 
@@ -32,13 +32,18 @@ def inlined(function):
     return mark_traceable(function)
 
 
+def known(function):
+    """Return `function`, marked to run as Python while a body is traced: it looks only at types and known values."""
+    return mark_traceable(function, KNOWN)
+
+
 def family(stub):
     """Return `stub` as a function with code chosen by the type of its first argument.
 
     `@stub.member(cls)` registers the code for `cls`, a NamedTuple; for None, the default for other types.  Keywords
     restrict the code to values in which a field, a plain tuple, has items of given types: `member(cls, field=(A,
     None))` needs an item of type `A` and one of any type.  The first match is used.  In compiled code the choice takes
-    no time and only the chosen body is compiled; with NUMBA_DISABLE_JIT=1 the same bodies run as plain Python.
+    no time and only the chosen body is compiled; with CLEARSWEEP_DISABLE_JIT=1 the same bodies run as plain Python.
     """
     members = {}
     fields, bodies = {}, {}  # fields that narrow a class; cache of bodies by class and types in these fields
@@ -289,7 +294,7 @@ def invoke_each(code, parameters, arrays, integer):
 
 @register_emitter(invoke)
 def _emit_call(code, parameters, arrays, integer):
-    call_at(code, parameters, arrays.as_named_tuple() if hasattr(arrays, "as_named_tuple") else arrays, integer)
+    call_at(code, parameters, tuple(arrays), integer)
 
 
 class Routine:

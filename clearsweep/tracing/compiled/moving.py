@@ -1,9 +1,10 @@
 """A state with time derivatives as slopes, so that derived quantities also have their rates."""
 
+from ..protocols import Composite
 from .dual import Dual
 
 
-class Moving:
+class Moving(Composite):
     """A state of coordinates, their rates and time that moves with `accelerations`; `[i]` returns Duals.
 
     values : (2 n + 1 or more,) numbers, or Duals for second derivatives; accelerations : tuple of n numbers.

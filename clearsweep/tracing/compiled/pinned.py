@@ -12,7 +12,7 @@ import numpy as np
 from .. import symbols
 from ..fields import Fields
 from ..memory import Pointer, load_word, view_at
-from ..primitives import register_emitter
+from ..protocols import Composite, register_emitter
 from .plain import is_plain
 
 _PLAIN: dict[int, Any] = {}  # address -> value, if nothing is compiled
@@ -108,7 +108,7 @@ def pinned_at(model: Pinned, address: int) -> tuple[Any]:
     return (_PLAIN[address],)
 
 
-class LoadedValue:
+class LoadedValue(Composite):
     """A value at an address known only at run time; its fields are loaded on access."""
 
     def __init__(self, layout: Layout, address: symbols.Integer, offset: int = 0):
@@ -145,10 +145,6 @@ class LoadedValue:
 
     def __iter__(self) -> Any:
         return (getattr(self, name) for name in self._layout.field_layouts)
-
-    def as_named_tuple(self) -> Any:
-        """Return the value as a NamedTuple."""
-        return self._layout.type(*self)
 
 
 @register_emitter(pinned_at)
