@@ -5,7 +5,7 @@ BIN := $(VENV)/bin
 READY := $(VENV)/.ready
 BENCH := .venv-bench
 
-.PHONY: run test test-quick test-plain test-slow test-rest test-all mutate lint verify bench scale docs release torture clean
+.PHONY: run test test-quick test-plain test-slow test-tracer test-rest test-all mutate lint verify bench scale docs release torture clean
 
 run: $(READY)
 	$(BIN)/clearsweep run configs/slider_crank.yaml
@@ -33,6 +33,16 @@ test-plain: $(READY)
 # What takes minutes, compiled
 test-slow: $(READY)
 	$(BIN)/python -m pytest $(SPREAD) -m slow
+
+# The tracer's own tests with another release of llvmlite, by default the newest, in an environment of its own
+LLVMLITE ?=
+TRACER := .venv-tracer
+test-tracer:
+	$(PYTHON) -m venv $(TRACER)
+	$(TRACER)/bin/python -m pip install --quiet --editable . pytest pytest-timeout hypothesis psutil
+	$(TRACER)/bin/python -m pip install --quiet --upgrade --no-deps llvmlite$(if $(LLVMLITE),==$(LLVMLITE).*)
+	$(TRACER)/bin/python -m pytest -m "not slow and not plain and not heavy" \
+	  $(addprefix tests/test_,trace_bodies.py trace_functions.py trace_random.py trace_refusals.py llvm.py)
 
 # All that `make test` leaves out
 test-rest: docs test-plain test-slow
@@ -105,4 +115,4 @@ $(READY): pyproject.toml constraints.txt
 	touch $@
 
 clean:
-	rm -rf $(VENV) $(BENCH) build dist site *.egg-info
+	rm -rf $(VENV) $(BENCH) $(TRACER) build dist site *.egg-info

@@ -1,8 +1,8 @@
 """Shared fixtures of the tests.
 
 Compiling costs most: `make test` tests each compiled form at most once in compiled form, everything else about it as
-plain Python (marker `plain`, `make test-plain`).  Compiled code is kept between runs, so no test moves CLEARSWEEP_CACHE_DIR
-unless it tests the cache.
+plain Python (marker `plain`, `make test-plain`).  Compiled code is kept between runs, so no test moves
+CLEARSWEEP_CACHE_DIR unless it tests the cache.
 """
 
 import signal

@@ -1,7 +1,5 @@
 """A scene costs only what is in it: compiled code, columns, histories, memory."""
 
-import os
-import shutil
 import tracemalloc
 
 import numpy as np
