@@ -53,21 +53,21 @@ def engine(cylinders, load="nothing"):
     }  # fmt: skip
 
 
-def module_of(source, entry):
-    """Return the module of an entry of a grid's scene, as it was traced."""
+def code_of(source, entry):
+    """Return the LLVM code of an entry of a grid's scene, as it was traced."""
     function, items = ENTRIES[entry]
-    return objects.trace_module(function, clearsweep.load_case(source).value, items)
+    return str(objects.trace_scene(function, clearsweep.load_case(source).value, items).module)
 
 
-def instructions_of(module):
+def instructions_of(code):
     """Return the kinds of the instructions of optimised code."""
-    functions = objects.optimise(module).functions
+    functions = objects.optimise(code).functions
     return [str(each.opcode) for function in functions for block in function.blocks for each in block.instructions]
 
 
 @pytest.mark.parametrize("load", LOADS)
 def test_a_sweep_of_an_engine_contains_its_open_cylinder_alone(load):
-    one, three = (instructions_of(module_of(engine(cylinders, load), "sweep")) for cylinders in (1, 3))
+    one, three = (instructions_of(code_of(engine(cylinders, load), "sweep")) for cylinders in (1, 3))
     assert Counter(three) == Counter(one)
 
 
@@ -76,8 +76,8 @@ def test_code_grows_with_the_bodies_of_a_machine_and_no_faster():
     """From 8 to 26 bodies, as traced and as optimised."""
     written, compiled = [], []
     for cylinders in (3, 12):
-        modules = [module_of(engine(cylinders), entry) for entry in ENTRIES]
-        written.append(sum(str(module).count("\n") for module in modules))
-        compiled.append(sum(len(instructions_of(module)) for module in modules))
+        codes = [code_of(engine(cylinders), entry) for entry in ENTRIES]
+        written.append(sum(code.count("\n") for code in codes))
+        compiled.append(sum(len(instructions_of(code)) for code in codes))
     for small, large in (written, compiled):
         assert math.log(large / small) / math.log(26 / 8) <= 1.15
