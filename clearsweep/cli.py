@@ -3,6 +3,7 @@
 import contextlib
 import json
 import sys
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -14,6 +15,7 @@ from . import exit_codes, streams
 from .language.errors import InputError, convert_write_errors, escape_control_characters
 from .language.wording import SYSTEMS
 from .language.wording import unit_system as shown_in
+from .sweeping.pool import options as sweep_options
 from .sweeping.pool import resources
 
 if TYPE_CHECKING:
@@ -79,6 +81,20 @@ _units = click.option(
 )
 
 
+def _run_options(command: Callable) -> Callable:
+    """Add the options of a sweep to a verb."""
+    for name, flag in reversed(sweep_options.flags().items()):
+        kind = sweep_options.flag_type(name)
+        if flag.names and kind is bool:
+            command = click.option(*flag.names, name, is_flag=True, help=flag.help)(command)
+        elif flag.names:
+            value = click.IntRange(min=flag.least) if flag.least is not None else kind
+            texts: dict[str, Any] = {"metavar": flag.metavar, "help": flag.help, "show_default": flag.show_default}
+            default = sweep_options.Options._field_defaults[name]
+            command = click.option(*flag.names, name, type=value, default=default, **texts)(command)
+    return command
+
+
 @click.group(cls=_Verbs, context_settings={"help_option_names": ["-h", "--help"], "max_content_width": 100})
 @click.option("--version", is_flag=True, is_eager=True, expose_value=False, callback=_show_version, help=VERSION_HELP)
 def verbs() -> None:
@@ -97,28 +113,13 @@ def verbs() -> None:
 @click.option(
     "--sweep", "swept", multiple=True, metavar="PATH=A,B,C", help="Sweep PATH over these values; may be repeated."
 )
-@click.option(
-    "-j", "--jobs", type=click.IntRange(min=1), metavar="N", help="Number of worker processes; default: one per core."
-)
+@_run_options
 @click.option("--dry-run", is_flag=True, help="Only count the cases, and estimate their time and disk space.")
-@click.option("--retry-failed", is_flag=True, help="Rerun the cases that failed in an earlier run.")
-@click.option("--case-timeout", type=float, metavar="SECONDS", help="Stop any case that runs longer than this.")
-@click.option("--max-failures", metavar="N|P%", help="Stop when more than N cases, or P % of the cases, have failed.")
 @click.option(
     "--fail-on-limits",
     is_flag=True,
     help="Exit with code 5 if a case exceeds a limit or is undecided, or a search has no answer.",
 )
-@click.option(
-    "--executor",
-    default="local",
-    metavar="local|serial|dask|nodes",
-    show_default=True,
-    help="Where cases run. local: worker processes; serial: this process; dask: the workers of a dask cluster; "
-    "nodes: a pool of processes on each node of a cluster.",
-)
-@click.option("--scheduler", metavar="ADDRESS", help="Address of a running dask scheduler; `dask` can start its own.")
-@click.option("--shard", metavar="I/N", help="Run only part I of N equal parts; `merge` joins the parts.")
 @_units
 @_summary_json
 def run(  # noqa: PLR0913 - one argument per option
@@ -126,17 +127,11 @@ def run(  # noqa: PLR0913 - one argument per option
     out: Path | None,
     fixed: tuple[str, ...],
     swept: tuple[str, ...],
-    jobs: int | None,
     dry_run: bool,
-    retry_failed: bool,
-    case_timeout: float | None,
-    max_failures: str | None,
     fail_on_limits: bool,
-    executor: str,
-    scheduler: str | None,
-    shard: str | None,
     units: str,
     as_json: bool,
+    **arguments: Any,
 ) -> int:
     """Run the cases of a grid and store their results. A second run computes only the missing cases.
 
@@ -148,30 +143,20 @@ def run(  # noqa: PLR0913 - one argument per option
     """
     from . import grid as grids
     from .sweeping import summary
-    from .sweeping.sweep import Options, check, load, sweep
+    from .sweeping.sweep import Options, check, load, run_sweep
 
-    options = grids.read_options(grids.SET_OPTION, fixed), grids.read_options(grids.SWEEP_OPTION, swept)
-    source = grids.OverriddenGrid(grid, *options)
+    overrides = grids.read_options(grids.SET_OPTION, fixed), grids.read_options(grids.SWEEP_OPTION, swept)
+    source, options = grids.OverriddenGrid(grid, *overrides), Options(**arguments)
     if fail_on_limits:
         summary.require_judgement(load(source))
     if dry_run:
         from .sweeping.estimate import estimate
 
-        check(Options(jobs, executor, scheduler, case_timeout=case_timeout))
-        facts = estimate(source, out, jobs=jobs, shard=shard)._asdict()
+        check(options)
+        facts = estimate(source, out, jobs=options.jobs, shard=options.shard)._asdict()
         click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(summary.estimate_text(facts)))
         return 0
-    result = sweep(
-        source,
-        out,
-        jobs=jobs,
-        executor=executor,
-        scheduler=scheduler,
-        retry_failed=retry_failed,
-        case_timeout=case_timeout,
-        max_failures=max_failures,
-        shard=shard,
-    )
+    result = run_sweep(source, out, options)
     with shown_in(units):
         facts = summary.of_run(result)
         click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(summary.run_text(facts)))

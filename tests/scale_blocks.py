@@ -93,7 +93,7 @@ def merge(directory: Path, count: int) -> dict:
     grid = grids.load(scale_cases.made_up(count), scale_cases.StandIn.catalogue())
     division = store.Division.of(grid)
     job = blockwise.BlockJob(directory, grid, scale_cases.StandIn, Options(), division, None, np.empty(0, "i8"))
-    of_workers, costs = RunContext(directory, grid, scale_cases.StandIn, None), []
+    of_workers, costs = RunContext(directory, grid, scale_cases.StandIn), []
     for number in range(division.count):
         block, expected = store.Block(directory, number), np.sort(job.cases(number)[1])
         block.mark.unlink()

@@ -70,4 +70,5 @@ SAID = {
     "figure": {"pair_force_crest", "float64"},
     "section": {"case_id", "steps"},
     "search": {"Within", "speed", "Index"},
+    "option": {"polite", "8"},
 }

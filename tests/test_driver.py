@@ -136,7 +136,7 @@ def driven(tmp_path):
             batches.update_time_estimate(
                 BatchOutcome("x", 4, 0, 4.0)
             )  # of four slow cases: batches of several, not of all
-            context = RunContext(contents.path, held_grid, Fake, None)
+            context = RunContext(contents.path, held_grid, Fake)
             driver = Driver(executor, contents, context, batches, None, CaseProgress(CASES))
             assert driver.run()
             rows = contents.rows()
@@ -201,7 +201,7 @@ def test_a_pool_that_breaks_again_and_again_ends_the_run_with_advice(driven):
 
 
 def test_a_job_that_is_sent_again_and_again_is_unpacked_once(tmp_path):
-    sent, other = (pickle.dumps(RunContext(tmp_path, grids.load(grid(n), CATALOGUE), Fake, None)) for n in (2, 3))
+    sent, other = (pickle.dumps(RunContext(tmp_path, grids.load(grid(n), CATALOGUE), Fake)) for n in (2, 3))
     first = pickle.loads(sent)
     assert first.grid.case_id(1) == grids.load(grid(2), CATALOGUE).case_id(1)
     assert pickle.loads(sent) is first

@@ -1,12 +1,13 @@
 """The order of work of a sweep: check, lock, find missing cases, compile once, distribute, merge."""
 
 import errno
+import inspect
 import time
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from os import PathLike
 from pathlib import Path
-from typing import Any
+from typing import Any, get_type_hints
 
 import numpy as np
 
@@ -19,7 +20,8 @@ from ..language.errors import DamagedError, DirectoryError, InputError
 from .cluster import blockwise, nodes
 from .facts import assumed_sentences
 from .pool import executors, resources, signals
-from .pool.case_runner import SIMULATION, CaseRunner, Options, Shard, case_ids, distinct, failure_limit, is_common
+from .pool.case_runner import SIMULATION, CaseRunner, Shard, case_ids, distinct, failure_limit, is_common
+from .pool.options import Options, flags
 from .pool.worker import Simulator
 
 SAMPLED_CASES = 200  # cases examined for derived values and warnings
@@ -66,41 +68,34 @@ class RunResult:
         return store.open(self.directory)
 
 
-def sweep(  # noqa: PLR0913 - keyword options, as on the command line
-    source: Source,
-    out: str | Path | None = None,
-    *,
-    jobs: int | None = None,
-    executor: str = "local",
-    scheduler: str | None = None,
-    retry_failed: bool = False,
-    case_timeout: float | None = None,
-    max_failures: int | str | None = None,
-    shard: str | None = None,
-    show_progress: bool = True,
-) -> RunResult:
+def sweep(source: Source, out: str | Path | None = None, **options: Any) -> RunResult:
     """Run the missing cases of a grid in `out`, merge all results, return the counts.
 
     Parameters
     ----------
     source : path of a grid file, dict of the same form, or Grid.
     out : directory; default results/<name of the grid>.
-    jobs : number of worker processes; default the number of cores this process may use.
-    executor : 'local' (processes), 'serial' (this process), 'dask' (a cluster) or 'nodes' (a driver on each node).
-    scheduler : address of the cluster's scheduler; default a new cluster on this machine.
-    retry_failed : run cases again that failed before.
-    case_timeout : s, longest time of a case; a longer case gets the status 'timeout'.
-    max_failures : int, or text such as '5%' of the cases to run: stop when more than that have failed.
-    shard : text such as '2/8': run only the second of eight parts of the cases; `merge` joins them.
-    show_progress : show progress on stderr.
+    OPTIONS
 
     Raises InputError for an invalid grid or option, DirectoryError for an unsuitable directory,
     StorageError if writing fails, and Stopped, a KeyboardInterrupt, after a signal.
     """
-    options = Options(
-        jobs, executor, scheduler, retry_failed, case_timeout, max_failures, shard, show_progress=show_progress
-    )
-    return run_sweep(source, out, options)
+    return run_sweep(source, out, Options(**options))
+
+
+def _document(function: Any) -> None:
+    """Add the options to the docstring and the signature of a function that takes them as keywords."""
+    lines = "\n    ".join(f"{name} : {flag.text}" for name, flag in flags().items())
+    function.__doc__ = (function.__doc__ or "").replace("OPTIONS", lines)
+    own = [item for item in inspect.signature(function).parameters.values() if item.kind is not item.VAR_KEYWORD]
+    keywords = [
+        inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=Options._field_defaults[name], annotation=kind)
+        for name, kind in get_type_hints(Options).items()
+    ]
+    function.__signature__ = inspect.Signature([*own, *keywords], return_annotation=RunResult)
+
+
+_document(sweep)
 
 
 def run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator = SIMULATION) -> RunResult:

@@ -193,7 +193,7 @@ class BlockRunner:
         directory.link_batches(earlier_directory)
 
     def _submit(self, number: int, block: store.Block, requested: np.ndarray) -> None:
-        context = RunContext(self.job.directory, self.job.grid, self.job.simulator, None)
+        context = RunContext(self.job.directory, self.job.grid, self.job.simulator)
 
         def submit() -> Future:
             assert self.case_runner.workers  # hired

@@ -21,6 +21,7 @@ from ...language import phases
 from ...language.errors import InputError, error_line
 from . import executors, signals
 from .driver import CHECK_INTERVAL, Batches, CaseProgress, CompilationProgress, Driver
+from .options import Options
 from .worker import RunContext, Simulator, find_peak, prepare
 
 # The functions of `clearsweep.simulation` that sweeps use, as one value that can be sent to a worker process.
@@ -82,19 +83,6 @@ def distinct(ids: np.ndarray) -> np.ndarray:
     ordered = np.sort(ids)
     is_repeated = ordered[1:] == ordered[:-1]
     return ordered[np.concatenate([[True], ~is_repeated])] if is_repeated.any() else ordered
-
-
-class Options(NamedTuple):
-    """Options of a sweep; see `sweep` for their meaning."""
-
-    jobs: int | None = None
-    executor: str = "local"
-    scheduler: str | None = None
-    retry_failed: bool = False
-    case_timeout: float | None = None
-    max_failures: int | str | None = None
-    shard: str | None = None
-    show_progress: bool = True
 
 
 class Pending(NamedTuple):
@@ -159,7 +147,7 @@ class CaseRunner:
             scene_cases = one_case_per_scene(grid, pending.indices, self.simulator)
         workers = self._compiled_workers(scene_cases, count)
         driver = secrets.token_hex(8) if pending.read_finished_ids else ""
-        context = RunContext(self.directory.path.resolve(), grid, self.simulator, self.options.case_timeout, driver)
+        context = RunContext(self.directory.path.resolve(), grid, self.simulator, self.options, driver)
         batches = Batches(
             pending.indices,
             pending.ids,

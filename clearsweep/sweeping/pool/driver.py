@@ -368,7 +368,9 @@ class Driver:
             self.batches.requeued.append(new_batch(remaining))
         if worker_status.timed_out:
             self._give_up(
-                failing_case, "timeout", f"took longer than the {self.context.case_timeout:g} s of --case-timeout"
+                failing_case,
+                "timeout",
+                f"took longer than the {self.context.options.case_timeout:g} s of --case-timeout",
             )
         elif remaining or not batch.attempts:
             self.batches.requeued.append(new_batch(failing_case, 1))

@@ -29,6 +29,7 @@ from ...language import phases
 from ...language.errors import ClearsweepError, DirectoryError, InputError, StorageError, error_line
 from ...store import durable
 from . import resources, signals
+from .options import NO_OPTIONS, Options
 
 # Cases that a driver sends to a worker.
 
@@ -133,7 +134,7 @@ class RunContext:
     directory: Path
     grid: Grid
     simulator: Simulator
-    case_timeout: float | None  # s
+    options: Options = NO_OPTIONS
     driver: str = ""  # owner of the batches, if several drivers work at one block
 
     def __reduce__(self) -> tuple[Callable[[bytes], "RunContext"], tuple[bytes]]:
@@ -141,7 +142,7 @@ class RunContext:
 
     @cached_property
     def _packed(self) -> bytes:
-        return pickle.dumps((self.directory, self.grid, self.simulator, self.case_timeout, self.driver))
+        return pickle.dumps((self.directory, self.grid, self.simulator, self.options, self.driver))
 
     @cached_property
     def result_schema(self) -> store.ResultSchema:
@@ -390,8 +391,10 @@ def read_worker_status(context: RunContext, batch: Batch) -> WorkerStatus | None
 
 def _solve(context: RunContext, case: Case, log: store.Unfinished | None, status_handle: int) -> Trajectory:
     """Return the result of a case; errors in it become its status."""
-    if context.case_timeout:  # a watchdog ends the process, even in compiled code, and records this in the status file
-        faulthandler.dump_traceback_later(context.case_timeout, exit=True, file=status_handle)
+    if (
+        context.options.case_timeout
+    ):  # a watchdog ends the process, even in compiled code, and records this in the status file
+        faulthandler.dump_traceback_later(context.options.case_timeout, exit=True, file=status_handle)
     try:
         return context.simulator.solve(case, log) if log else context.simulator.solve(case)
     except (StorageError, DirectoryError):
@@ -401,7 +404,7 @@ def _solve(context: RunContext, case: Case, log: store.Unfinished | None, status
     except Exception as error:
         return failure("crashed", resources.remedy_text(error) or error_line(error))
     finally:
-        if context.case_timeout:
+        if context.options.case_timeout:
             faulthandler.cancel_dump_traceback_later()
 
 
