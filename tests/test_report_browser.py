@@ -191,11 +191,15 @@ def test_a_wide_page_has_two_columns_and_a_narrow_one_does_not_scroll(pages, bro
       await new Promise(done => narrow.onload = done);
       for (let k = 0; k < 10; k++) await frame();
       const root = narrow.contentDocument.documentElement;
-      return {inner: root.clientWidth, across: root.scrollWidth};
+      const cut = [...root.querySelectorAll(".scroll")].filter(box => box.scrollWidth > box.clientWidth + 1);
+      const shades = cut.map(box => getComputedStyle(box).backgroundImage.split("linear-gradient").length - 1);
+      return {inner: root.clientWidth, across: root.scrollWidth, shades};
     """
     narrow = browse(pages["laws"], frame.replace("SOURCE", inner))
     assert 300 < narrow["inner"] <= 360
     assert narrow["across"] <= narrow["inner"]
+    assert narrow["shades"]
+    assert {*narrow["shades"]} == {4}  # a table that is cut shows that it continues
 
 
 def test_browser_would_notice_a_fetch_and_a_script_that_is_not_the_pages(pages, browse, proxy):

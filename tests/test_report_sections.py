@@ -47,7 +47,7 @@ from clearsweep.report.sections.answer import (
     summary_sections,
     verdict_sections,
 )
-from clearsweep.report.sections.drivers import folded_driver_sections, tradeoff_sections
+from clearsweep.report.sections.drivers import driver_sections, folded_driver_sections, tradeoff_sections
 from clearsweep.report.sections.maps import map_sections
 from clearsweep.report.sections.motion import peak_sections
 from clearsweep.report.sections.searches import seek_sections
@@ -392,6 +392,21 @@ def test_the_rows_of_a_figure_have_one_unit(wide_run):
     cells = [cell.text for row in table.rows if row[0] == "force peak" for cell in (row[4], row[6])]
     assert len(cells) == 4
     assert units(" ".join(cells)) == {"kN"}
+
+
+def test_what_drives_it_is_the_figure_that_decides(wide_run):
+    assert driven(wide_run) == ["Force over crank speed", "Force over clearance"]
+    wide_run.grid["limits"] = {"slider_error_max": 1e-9}  # exceeded by all
+    assert {title.partition(" over ")[0] for title in driven(wide_run)} == {"Slider error"}
+    folded = folded_driver_sections(prepare(wide_run))[0].pictures
+    assert "Force over crank speed" in [picture.title for _, picture in folded]
+    wide_run.grid["limits"] = {PEAK: 1.0}
+    assert {title.partition(" over ")[0] for title in driven(wide_run)} == {"Force peak"}
+
+
+def driven(run):
+    """Return the titles of the pictures of what drives a run."""
+    return [picture.title for _, picture in driver_sections(prepare(run))[0].pictures]
 
 
 def test_cards_and_pictures_have_the_speed_at_which_the_joint_first_yields(wide_run):

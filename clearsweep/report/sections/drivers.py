@@ -1,11 +1,14 @@
 """What drives the figures: effects of each axis, trends of wear, one figure over another."""
 
 import math
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from ...answers.sentences import deciding_figures
 from ...answers.statistics import Estimate
+from ...answers.verdict import column_label
 from ...language import wording
 from ...language.wording import Scale
 from ..axis import PEAK, Axis
@@ -24,6 +27,7 @@ from ..study import (
     WEAR_PER_MILLION_STROKES,
     Joint,
     Study,
+    answer_of_study,
     excludes_cut_off_starts,
 )
 
@@ -39,15 +43,31 @@ def driver_sections(study: Study) -> list[Section]:
     """Return the section with pictures of the strongest axes, or [] if no two cases share the value of an axis."""
     if not _has_shared_values(study):
         return []
-    gallery = Gallery(_note(study), _lead_pictures(study)[: _unfolded_count(study)], small=True)
+    if deciding := _deciding_column(study):
+        effects = main_effects_of(study, deciding)
+        pictures = [effect_picture(study, effect, column_label(study.run.layout, deciding)) for effect in effects]
+        gallery = Gallery(_scale_note(study), pictures[: _count_strong(effects)], small=True)
+    else:
+        gallery = Gallery(_note(study), _lead_pictures(study)[: _unfolded_count(study)], small=True)
     return [Section("drivers", "What drives it", without_empty([gallery]))]
+
+
+def _deciding_column(study: Study) -> str:
+    """Return the column of the limit that decides the designs; '' if that is the leading figure, or without limits."""
+    answer = answer_of_study(study)
+    if not answer.get("designs"):
+        return ""
+    column = next((name for name in deciding_figures(answer) if study.has(name)), "")
+    is_lead = any(column == joint.column(study.lead.figure) for joint in study.joints)
+    return "" if is_lead else column
 
 
 def folded_driver_sections(study: Study) -> list[Section]:
     """Return the other axes, the drivers of the force over the ideal reaction, and a table of all main effects."""
     if not _has_shared_values(study):
         return []
-    joint, pictures = study.most_loaded_joint(), _lead_pictures(study)[_unfolded_count(study) :]
+    joint, drawn_count = study.most_loaded_joint(), 0 if _deciding_column(study) else _unfolded_count(study)
+    pictures = _lead_pictures(study)[drawn_count:]
     if study.has(joint.column(P99_OVER_IDEAL)) and len(study.levels()) > 1 and ideal_varies(study, joint):
         pictures += _pictures(study, ((P99_OVER_IDEAL, "p99 / ideal"),), "p99 / ideal peak")
     return [
@@ -72,7 +92,11 @@ def _lead_pictures(study: Study) -> list[Picture]:
 
 def _unfolded_count(study: Study) -> int:
     """Return how many axes are drawn outside the folded part: those with an effect on the leading figure."""
-    effects = main_effects_of(study, study.most_loaded_joint().column(study.lead.figure))
+    return _count_strong(main_effects_of(study, study.most_loaded_joint().column(study.lead.figure)))
+
+
+def _count_strong(effects: Sequence[MainEffect]) -> int:
+    """Return how many axes are drawn at once: those with an effect, at least one."""
     return min(MAX_UNFOLDED_AXES, max(sum(not effect.share < MIN_SHARE for effect in effects), 1))
 
 
@@ -83,18 +107,20 @@ def ideal_varies(study: Study, joint: Joint) -> bool:
 
 
 def _note(study: Study) -> str:
-    has_several = len(study.swept()) > 1
-    note = (
-        "Each point is the median over cases that differ in nothing else; the band contains the middle 80 %. "
-        if has_several
-        else ""
-    )
-    note += "Panels share their scale." if has_several else "Each point is a case."
+    note = _scale_note(study, "Panels share their scale.")
     if len(study.joints) > 1 and study.lead is PEAK:
         note += " Solid lines or dots are the peaks of a joint, dashed lines or squares its rms values."
     if excludes_cut_off_starts(study, study.most_loaded_joint().column(study.lead.figure)):
         note += EXCLUDED_STARTS_NOTE
     return note
+
+
+def _scale_note(study: Study, shared: str = "") -> str:
+    """Return what a point is; shared : further words if several axes are drawn."""
+    if len(study.swept()) < 2:
+        return "Each point is a case."
+    note = "Each point is the median over cases that differ in nothing else; the band contains the middle 80 %."
+    return f"{note} {shared}".strip()
 
 
 def _pictures(study: Study, figures: tuple[tuple[str, str], ...], name: str) -> list[Picture]:
