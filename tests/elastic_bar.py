@@ -13,7 +13,7 @@ from scipy.integrate import solve_ivp
 from clearsweep.contracts.machine import Constant, Elastic
 from clearsweep.mechanics.joints.contract import Load
 from clearsweep.mechanics.machines import planar
-from clearsweep.mechanics.machines.planar.equations import function_of
+from clearsweep.mechanics.machines.contract import accelerate, gaps, pose_at
 
 STIFFNESS, MASS, SLIDER = 3.9e8, 0.21, 0.14  # N/m of the bar, kg, kg
 CONTACT = 6.61e10  # N/m^1.5
@@ -60,7 +60,6 @@ class Clearance:
 def in_segments(speed: float, segments: int) -> tuple[float, float]:
     """Return peak (N) and duration (s) of the same impact from the equations of motion of a machine in segments."""
     value, start, *_ = planar.build(machine(segments), {"rod-slider": Clearance()}, {})
-    accelerate, pose_at, gaps = (function_of(value, name) for name in ("accelerate", "pose_at", "gaps"))
     count = (len(start) - 1) // 2
 
     def pressed(y) -> tuple[float, tuple]:

@@ -12,7 +12,7 @@ from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints.spatial import SpatialLoad
 from clearsweep.mechanics.machines.contract import accelerate, energy, gaps, output_error, pose_at
-from clearsweep.mechanics.machines.planar.machine_type import kinds_of
+from clearsweep.mechanics.machines.programs import kinds_of
 from clearsweep.tracing.compiled.attitude import to_fixed_frame
 from clearsweep.tracing.compiled.vector import Vector
 

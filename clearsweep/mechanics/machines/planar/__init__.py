@@ -10,14 +10,14 @@ import numpy as np
 from ....contracts.catalogue import Channel
 from ....contracts.machine import GROUND, Aim, BodyPoint, Guide, Machine, Motor, Schedule, Slot, Spring, Stretch
 from ...joints.contract import Load
-from ..contract import Built, IdealMotion, Open
+from ..contract import Built, IdealMotion, Open, accelerate, pose_at
 from ..contract import Ideal as Closed
+from ..programs import kinds_of
 from . import members  # noqa: F401 - registers the equations of motion
 from .binding import choose_dependent
 from .closure import ClosureError, MobilityError, extent
 from .cycle import BranchingCycle, Cycle, make_cycle
 from .drive import compile_drive, drive_motion
-from .equations import function_of
 from .form import (
     AngleAim,
     ElasticGuide,
@@ -32,7 +32,7 @@ from .form import (
 from .free_bodies import initial_coordinate
 from .ideal import IdealMachine, ideal_of, machine_key, masses_of
 from .loads import SpringLoad, compile_loads, discontinuity_times_of
-from .machine_type import kinds_of, machine_type
+from .machine_type import machine_type
 from .segments import with_segments
 from .spanning_tree import ANGLE, TRAVEL, Coordinate
 from .stations import AlwaysEqual, geometry_of
@@ -172,7 +172,7 @@ def _has_finite_accelerations(form: Planar, start: np.ndarray) -> bool:
     no_loads = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in form.joints if isinstance(joint.site, Open))
     try:
         with np.errstate(all="ignore"):
-            accelerations = function_of(form, "accelerate")(form, function_of(form, "pose_at")(form, start), no_loads)
+            accelerations = accelerate(form, pose_at(form, start), no_loads)
     except ZeroDivisionError:
         return False
     return bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))

@@ -5,9 +5,9 @@ import itertools
 import numpy as np
 
 from .drive import Steady
-from .equations import function_of
 from .form import Planar
 from .machine_type import MachineType
+from .pose_generation import loop_jacobian, pose_of
 from .spanning_tree import ANGLE, TRAVEL, Coordinate
 
 NEAR_SINGULAR = 1e-7  # least singular value over the largest: a change point, where no choice is better
@@ -24,12 +24,12 @@ def choose_dependent(value: Planar, machine: MachineType, profiles: list) -> lis
 
     if not machine.free:
         value = value._replace(drive=Steady(1.0, value.cycle.start))
-    pose_at, loops, jacobians_at_angles = function_of(value, "pose_at"), function_of(value, "loop_jacobian"), []
+    jacobians_at_angles = []
     angles = range(0, len(profiles[0][0]) - 1, max((len(profiles[0][0]) - 1) // EXAMINED_ANGLES, 1))
     for k in angles:
         time = 2.0 * np.pi * k / (len(profiles[0][0]) - 1)
         y = np.array([*(profile[0][k] for profile in profiles), *(0.0 for _ in profiles), time])
-        jacobians_at_angles.append(np.array(loops(value, pose_at(value, y))))
+        jacobians_at_angles.append(np.array(loop_jacobian(value, pose_of(value, y))))
     jacobians = np.array(jacobians_at_angles)
     fixed_coordinates = {
         Coordinate(ANGLE, machine.spanning_tree.crank),

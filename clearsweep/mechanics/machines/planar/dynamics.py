@@ -1,23 +1,29 @@
-"""Generates the code for the accelerations of a planar machine.
+"""Formulas for the accelerations of a planar machine.
 
 Newton's and Euler's equations of all bodies, multiplied by the derivatives of their positions and angles by the
 coordinates (Kane 1961; Shabana 2010, "Computational Dynamics", 3rd ed., chapter 4): a symmetric mass matrix, solved by
-its LDL factors, which are also generated.  Dependent coordinates contribute through the chain rule.
+its LDL factors.  Dependent coordinates contribute through the chain rule.
 """
 
-from .expressions import NO_VECTOR, ONE, ZERO, Expr, PlaneVector, sum_of, tuple_code, vector_sum
+from ....tracing.compiled.dual import as_type_of
+from ....tracing.compiled.family import inlined
+from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program, sum_of
+from ..contract import Motion
+from ..programs import generated
+from .drive import drive_motion, torque_at
+from .expressions import NO_VECTOR, PlaneVector, vector_of, vector_sum
 from .kinematics import Bodies, Columns, combination
 from .ldl import LDL
 from .loops import Row, Solver, loop_equations_of
-from .machine_type import MachineType
+from .machine_type import MachineType, machine_type
 from .spanning_tree import ANGLE, TRAVEL, Coordinate
 
 
 class Dynamics(Bodies):
     """Mass matrix and generalised forces of the coordinates of the state and the crank's angle."""
 
-    def __init__(self, machine: MachineType, *arguments: str):
-        super().__init__(machine, *arguments)
+    def __init__(self, machine: MachineType, parameters: int = 3):
+        super().__init__(machine, parameters)
         self.crank = Coordinate(ANGLE, machine.spanning_tree.crank)
         self.unknown = list(machine.state)
         self.independent = list(dict.fromkeys([self.crank, *self.unknown]))
@@ -37,9 +43,7 @@ class Dynamics(Bodies):
         loop_equations = loop_equations_of(self)
         loop_rows = [equation.columns for equation in loop_equations]
         solver = Solver(loop_rows, self.machine.dependent, branches=self.machine.branches)
-        slopes, curvatures = self.predicted_rates(
-            f"pose.orientations[{self.machine.groups.index(self.crank.owner)}].angle"
-        )
+        slopes, curvatures = self.predicted_rates(self.angle(self.crank.owner))
         self.dependent = {coordinate: {} for coordinate in self.machine.dependent}
         for coordinate in self.independent:
             if any(coordinate in row for row in loop_rows):
@@ -94,22 +98,22 @@ class Dynamics(Bodies):
 
     def forces(self) -> tuple[dict[int, list[PlaneVector]], dict[int, list[Expr]]]:
         """Return the terms of the forces on the bodies and of the moments about their centres of mass."""
-        assign, machine = self.code.assign, self.machine
+        machine, loads = self.machine, self.program.parameters[2]
         force: dict[int, list[PlaneVector]] = {body: [] for body in range(machine.bodies)}
         moment: dict[int, list[Expr]] = {body: [] for body in range(machine.bodies)}
         for body in range(1, machine.bodies):
             mass, _ = self.inertia_of(body)
-            force[body].append(PlaneVector(ZERO, -(mass * self.code.expression("mechanism.gravity"))))
+            force[body].append(PlaneVector(ZERO, -(mass * self.mechanism.gravity)))
         for i, j in enumerate(machine.open):
             link, joint = machine.sites[j].link, self.joints[j]
-            load = PlaneVector(assign(f"loads[{i}].fx"), assign(f"loads[{i}].fy"))
+            load = PlaneVector(loads[i].fx, loads[i].fy)
             endpoints = (
-                (link.proximal, joint.near, -load, "moment_proximal"),
-                (link.distal, joint.far, load, "moment_distal"),
+                (link.proximal, joint.near, -load, loads[i].moment_proximal),
+                (link.distal, joint.far, load, loads[i].moment_distal),
             )
             for body, point, joint_force, couple in endpoints:
                 force[body].append(joint_force)
-                moment[body] += [assign(f"loads[{i}].{couple}"), self.moment(body, point, joint_force)]
+                moment[body] += [couple, self.moment(body, point, joint_force)]
         for applied in self.applied_loads():
             force[applied.body].append(applied.force)
             moment[applied.body] += [applied.torque, self.moment(applied.body, applied.point, applied.force)]
@@ -145,62 +149,68 @@ class Dynamics(Bodies):
 
     # ------------------------------------------------------------------------------------------ motion
 
-    def motion(self) -> tuple[str, Row]:
-        """Return the code of a Motion, and the accelerations of all coordinates."""
+    def motion(self) -> tuple[Motion, Row]:
+        """Return the Motion, and the accelerations of all coordinates."""
         machine, crank = self.machine, self.crank
         alpha = ZERO
         if not (machine.free or machine.steady):
-            self.code.write("_, _, alpha = drive_motion(mechanism.drive, pose.time)")
-            alpha = self.code.expression("alpha")
+            alpha = self.program.call(drive_motion, self.mechanism.drive, self.pose.time)[2]
         right_side = self.generalised_forces(alpha)
         if machine.free:
-            torque = self.code.call("torque_at", "mechanism.drive", self.rate[crank])
+            torque = self.program.call(torque_at, self.mechanism.drive, self.rate[crank])
             solution = LDL(self.unknown, self.entry).solve(right_side | {crank: right_side[crank] + torque})
         else:
             solution = LDL(self.unknown, self.entry).solve(right_side)
             inertia_terms = [self.entry(crank, coordinate) * solution[coordinate] for coordinate in self.unknown]
             torque = sum_of([*inertia_terms, -right_side[crank]])
-        accelerations = tuple_code(solution[coordinate] for coordinate in self.unknown)
+        accelerations = tuple(solution[coordinate] for coordinate in self.unknown)
         extended = self.with_dependent(solution | ({} if machine.free else {crank: alpha}))
-        return f"Motion({accelerations}, {self.output(extended)}, {torque})", extended
+        return Motion(accelerations, self.output(extended), torque), extended
 
     def output(self, accelerations: Row) -> Expr:
         """Return the acceleration of the output."""
         body, point, direction = self.machine.aim
         if point is None:
             return accelerations.get(Coordinate(ANGLE, self.spanning_tree.group[body]), ZERO)
-        path = self.path_to(body, self.code.vector(point))
-        return self.acceleration(path, accelerations).dot(self.code.vector(direction))
+        aim = self.mechanism.aim
+        path = self.path_to(body, vector_of(point, aim.point))
+        return self.acceleration(path, accelerations).dot(vector_of(direction, aim.direction))
 
 
-def accelerate_code(machine: MachineType) -> str:
-    """Return the code of the family member of that name."""
-    dynamics = Dynamics(machine, "mechanism", "pose", "loads")
-    motion, _ = dynamics.motion()
-    return dynamics.code.function("accelerate", motion)
+@generated(machine_type)
+def motion_of(machine: MachineType) -> Program:
+    """Return the program of `contract.accelerate` without friction loads."""
+    dynamics = Dynamics(machine)
+    return dynamics.program.returns(dynamics.motion()[0])
 
 
-def impact_masses_code(machine: MachineType) -> str:
-    """Return the code of the family member of that name.
+@generated(machine_type)
+def impact_masses_of(machine: MachineType) -> Program:
+    """Return the program of `contract.impact_masses`.
 
-    The mass is 1 / (n^T J M^-1 J^T n), see `contract.impact_masses`; 0 if a gap has no direction.
+    The mass is 1 / (n^T J M^-1 J^T n); 0 if a gap has no direction, and for a guide, whose laws do not need it.
     Elastic links count as rigid: the mass at a pin would decrease indefinitely with the number of segments.
     """
-    dynamics = Dynamics(machine, "mechanism", "pose", "joint_gaps")
+    dynamics = Dynamics(machine)
     rigid = {Coordinate(TRAVEL, j) for j in machine.sprung}
     unknown = [coordinate for coordinate in dynamics.unknown if coordinate not in rigid]
-    mass_matrix = LDL(unknown, dynamics.entry)
-    masses = []
+    mass_matrix, joint_gaps = LDL(unknown, dynamics.entry), dynamics.program.parameters[2]
+    squares_and_compliances: list[tuple[Expr, Expr] | None] = []
     for i, j in enumerate(machine.open):
         if machine.sites[j].link.slides:
-            masses.append("0.0")  # no law of a guide needs it
+            squares_and_compliances.append(None)
             continue
-        gap = PlaneVector(*(dynamics.code.assign(f"joint_gaps[{i}].{axis}") for axis in "xy"))
+        gap = PlaneVector(joint_gaps[i].x, joint_gaps[i].y)
         columns = dynamics.reduce(dynamics.columns(dynamics.gap(j)))
         impulse = mass_matrix.forward({coordinate: column.dot(gap) for coordinate, column in columns.items()})
         compliance = sum_of(
             impulse[coordinate] * impulse[coordinate] * mass_matrix.inverse[coordinate] for coordinate in unknown
         )
-        square = gap.dot(gap)
-        masses.append(f"({square} / {compliance} if {compliance} > 0.0 else as_type_of(0.0, {compliance}))")
-    return dynamics.code.function("impact_masses", tuple_code(masses))
+        squares_and_compliances.append((gap.dot(gap), compliance))
+    masses = [pair and dynamics.program.call(_mass, *pair) for pair in squares_and_compliances]
+    return dynamics.program.returns(tuple(mass or ZERO for mass in masses))
+
+
+@inlined
+def _mass(square, compliance):
+    return square / compliance if compliance > 0.0 else as_type_of(0.0, compliance)

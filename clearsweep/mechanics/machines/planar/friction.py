@@ -1,74 +1,32 @@
-"""Generates the code for friction in joints without clearance and for friction of given size.
+"""Friction in joints without clearance, and friction of given size.
 
 The friction in a pin is a couple, in a guide a force, from a friction law and the reaction.  The reactions depend on
 all friction.  Both are iterated to convergence: the couples are small compared with the moments of reactions at the
 length of a body, so each iteration reduces the error tenfold or more.
 """
 
+import math
 from typing import NamedTuple
 
-from ....tracing.compiled.family import family
+from ....tracing.compiled import calculus
+from ....tracing.compiled.choosing import where
+from ....tracing.compiled.dual import plain
+from ....tracing.compiled.family import family, inlined, kernel
+from ....tracing.compiled.formulas import ZERO, Expr, Program, sum_of
+from ...laws.friction import friction_force, friction_in_pin, static_limit, static_limit_in_pin
 from ..contract import Motion
+from ..programs import generated, kinds_of, structural
 from .dynamics import Dynamics
-from .expressions import NO_VECTOR, ZERO, Expr, PlaneVector, sum_of, tuple_code, vector_sum
+from .expressions import NO_VECTOR, PlaneVector, vector_sum
 from .kinematics import Bodies, combination, signed
 from .loops import Row, Solver, loop_equations_of
-from .machine_type import FrictionLoad, MachineType
+from .machine_type import FrictionLoad, MachineType, machine_type
 from .spanning_tree import ANGLE, Coordinate
 
 SWEEPS = 200  # over friction and reactions
 MIN_COMPLIANCE = 1e-6  # rad/s^2 per N m, m/s^2 per N: a less compliant joint follows the crank and cannot stick
 CONVERGED = 1e-15  # tolerance, relative to the largest friction
 JAM_TOLERANCE = 1e-9  # the same after all sweeps: a larger change means that the joint jams
-
-_UNTIL_CONVERGED = """        change, largest = 0.0, 0.0
-        for i in range({count}):
-            change = max(change, abs(plain(friction[i]) - plain(before[i])))
-            largest = max(largest, abs(plain(friction[i])))
-        if change <= {converged} * largest:
-            break
-    motion = under_friction(mechanism, pose, loads, friction)[0]
-    valid = 1.0 if change <= {jams} * largest else math.nan
-    return FrictionMotion(motion.accelerations, motion.output, motion.torque, {power}, {speeds})
-"""
-
-
-_SOLVED = (
-    """def accelerate(mechanism, pose, loads):
-    normal = under_friction(mechanism, pose, loads, {zeros})[1]
-    friction = {friction}
-    change, largest = 0.0, 0.0
-    for _ in range({sweeps}):
-        normal = under_friction(mechanism, pose, loads, friction)[1]
-        before, friction = friction, {friction}
-"""
-    + _UNTIL_CONVERGED
-)
-
-
-_GIVEN = """def accelerate(mechanism, pose, loads):
-    friction = {friction}
-    motion = under_friction(mechanism, pose, loads, friction)[0]
-    return FrictionMotion(motion.accelerations, motion.output, motion.torque, {power}, {speeds})
-"""
-
-
-#: Karnopp 1985: while the slip is below the band, each couple or force makes it decay at the rate of
-#: the crank, within its limits, which may depend on reactions; several are iterated (projected Gauss-Seidel).
-_STICKING = (
-    """def accelerate(mechanism, pose, loads):
-    _, normal, slip_rates = under_friction(mechanism, pose, loads, {zeros})
-    friction = {friction}
-    _, normal, slip_rates = under_friction(mechanism, pose, loads, friction)
-    compliances, stuck, slips = {compliances}, {stuck}, {slips}
-    change, largest = 0.0, 0.0
-    for _ in range({sweeps}):
-        before = friction
-        friction = {sliding}
-{sweep_lines}
-"""
-    + _UNTIL_CONVERGED
-)
 
 
 class FrictionMotion(NamedTuple):
@@ -118,7 +76,7 @@ class FrictionDynamics(Dynamics):
         """Return the terms of the forces on the bodies and of the moments about their centres of mass."""
         force, moment = super().forces()
         for i, friction_load in enumerate(self.machine.friction_loads):
-            j, size = friction_load.joint, self.code.assign(f"friction[{i}]")
+            j, size = friction_load.joint, self.program.parameters[3][i]
             link, joint = self.machine.sites[j].link, self.joints[j]
             if not link.slides:
                 moment[link.distal].append(size)
@@ -153,10 +111,10 @@ class FrictionDynamics(Dynamics):
             if friction_load.is_given:
                 sizes.append(ZERO)
             elif self.machine.sites[j].link.slides:
-                sizes.append(f"abs({self.axis(j).left().dot(reaction)})")
+                sizes.append(self.program.call(abs, self.axis(j).left().dot(reaction)))
             else:
-                sizes.append(f"math.sqrt({reaction.dot(reaction)})")
-        return [self.code.assign(size) for size in sizes]
+                sizes.append(self.program.call(calculus.sqrt, reaction.dot(reaction)))
+        return sizes
 
     def slip_rate(self, friction_load: FrictionLoad, accelerations: Row) -> Expr:
         """Return the derivative of a joint's slip (rad/s^2 or m/s^2), for the accelerations of all coordinates."""
@@ -224,105 +182,225 @@ class FrictionDynamics(Dynamics):
         return False
 
 
-def accelerate_code(machine: MachineType) -> str:
-    """Return the code of `accelerate` for machines with friction in joints without clearance."""
-    dynamics = FrictionDynamics(machine, "mechanism", "pose", "loads", "friction")
+@generated(machine_type)
+def _under_friction(machine: MachineType) -> Program:
+    """Return the program of the Motion under given friction, the magnitudes of the reactions and the slips' rates."""
+    dynamics = FrictionDynamics(machine, 4)
     motion, accelerations = dynamics.motion()
     normals = dynamics.normals(accelerations)
     slip_rates = [dynamics.slip_rate(load, accelerations) for load in machine.friction_loads if load.sticks]
-    results = [motion, tuple_code(normals), *([tuple_code(slip_rates)] if slip_rates else [])]
-    under_friction = dynamics.code.function("under_friction", tuple_code(results))
-    bodies = Bodies(machine, "mechanism", "pose")
-    frictions = [_friction_code(bodies, i, friction_load) for i, friction_load in enumerate(machine.friction_loads)]
-    powers = [f"friction[{i}] * {code.slip}" for i, code in enumerate(frictions)]
-    fields = {
-        "zeros": tuple_code(["0.0"] * len(frictions)),
-        "friction": tuple_code(code.force for code in frictions),
-        "sweeps": SWEEPS,
-        "count": len(frictions),
-        "converged": CONVERGED,
-        "jams": JAM_TOLERANCE,
-        "speeds": tuple_code(code.speed for code in frictions),
-    }
-    if slip_rates:
-        template, fields = _STICKING, fields | _sticking_code(machine, frictions)
-    else:
-        template = _GIVEN if all(friction_load.is_given for friction_load in machine.friction_loads) else _SOLVED
-    fields["power"] = tuple_code(powers if template is _GIVEN else (f"valid * ({power})" for power in powers))
-    header, body = template.split("\n", 1)
-    slips = "".join(f"    {line}\n" for line in bodies.code.lines)
-    return f"{under_friction}\n\n{header}\n{slips}{body.format(**fields)}"
+    return dynamics.program.returns((motion, tuple(normals), tuple(slip_rates)))
 
 
-class _FrictionCode(NamedTuple):
-    """Source expressions for the friction in one joint."""
+@kernel
+def under_friction(mechanism, pose, loads, friction):
+    """Return the Motion under given friction, the magnitude of each reaction (N), and the rate of each sticking slip.
 
-    path: str  # of the load
-    arm: str  # m, of the couple; '' in a guide
-    normal: str  # N; in a pin the reaction, unless the size is given
-    in_pin: bool  # whether `normal` is the reaction of a pin, which friction contributes to
-    slip: str  # rad/s or m/s, between the bodies
-    speed: str  # at which the law is evaluated
+    friction : torque (N m) of each friction load in a pin, force (N) in a guide.
+    """
+    return _under_friction(mechanism, pose, loads, friction)
 
-    @property
-    def force(self) -> str:
-        """Return the generated expression for the sliding friction: a torque (N m) in a pin, a force (N) in a guide."""
-        law = "friction_in_pin" if self.in_pin else "friction_force"
-        force = f"{law}({self.path}.friction, {self.normal}, {self.speed})"
-        return f"{self.arm} * {force}" if self.arm else force
 
-    @property
-    def limit(self) -> str:
-        """Return the generated expression for the largest sticking friction, a torque (N m) or a force (N)."""
-        static_limit_text = (
-            f"static_limit_in_pin({self.path}.friction, {self.normal})"
-            if self.in_pin
-            else f"static_limit({self.path}.friction) * {self.normal}"
+@generated(machine_type)
+def _slips_of(machine: MachineType) -> Program:
+    """Return the program of the rates at which the distal bodies turn (rad/s) or slide (m/s) on the proximal ones."""
+    bodies = Bodies(machine)
+    return bodies.program.returns(tuple(_slip(bodies, friction_load) for friction_load in machine.friction_loads))
+
+
+class _Contact(NamedTuple):
+    """The surfaces of a friction load."""
+
+    law: tuple
+    arm: float  # m, of the couple; 1 in a guide
+    normal: float  # N, if it is given
+    turns: bool  # in a pin, where friction is a couple
+    is_given: bool  # whether the normal force is given
+    sticks: bool
+
+
+@structural
+def _contacts_of(mechanism):
+    """Return the _Contact of each friction load."""
+    machine, contacts = machine_type(kinds_of(mechanism)), []
+    for friction_load in machine.friction_loads:
+        load, turns = mechanism.loads[friction_load.load], not machine.sites[friction_load.joint].link.slides
+        normal = load.normal if friction_load.is_given else 0.0
+        contacts.append(
+            _Contact(load.friction, load.radius, normal, turns, friction_load.is_given, friction_load.sticks)
         )
-        return f"{self.arm} * {static_limit_text}" if self.arm else static_limit_text
+    return tuple(contacts)
 
 
-def _friction_code(bodies: Bodies, i: int, friction_load: FrictionLoad) -> _FrictionCode:
-    path, slip = f"mechanism.loads[{friction_load.load}]", str(_slip_expression(bodies, friction_load))
-    arm = "" if bodies.machine.sites[friction_load.joint].link.slides else f"{path}.radius"
-    normal = f"{path}.normal" if friction_load.is_given else f"normal[{i}]"
-    in_pin = bool(arm) and not friction_load.is_given
-    return _FrictionCode(path, arm, normal, in_pin, slip, f"{arm} * {slip}" if arm else slip)
+@structural
+def _crank_orientation(mechanism, pose):
+    """Return the Orientation of the crank."""
+    machine = machine_type(kinds_of(mechanism))
+    return pose.orientations[machine.groups.index(machine.spanning_tree.crank)]
 
 
-def _sticking_code(machine: MachineType, frictions: list[_FrictionCode]) -> dict[str, str]:
-    """Return the additional code for a machine whose joints can stick, by field of the template _STICKING."""
-    sticking_indices = [i for i, friction_load in enumerate(machine.friction_loads) if friction_load.sticks]
-    rate = f"abs(pose.orientations[{machine.groups.index(machine.spanning_tree.crank)}].rate)"
+@inlined
+def _force(contact, normal, speed):
+    """Return the friction (N) at a sliding speed; in a pin the normal force is its reaction, unless it is given."""
+    if contact.is_given:
+        return friction_force(contact.law, contact.normal, speed)
+    if contact.turns:
+        return friction_in_pin(contact.law, normal, speed)
+    return friction_force(contact.law, normal, speed)
 
-    def with_force(i: int, force: str) -> str:
-        return tuple_code([force if j == i else f"friction[{j}]" for j in range(len(frictions))])
 
-    sliding, compliances, stuck, sweep_lines = [code.force for code in frictions], [], [], []
-    for k, i in enumerate(sticking_indices):
-        sliding[i] = f"where(stuck[{k}], friction[{i}], {frictions[i].force})"
-        perturbed = with_force(i, f"friction[{i}] + 1.0")
-        compliances.append(f"under_friction(mechanism, pose, loads, {perturbed})[2][{k}] - slip_rates[{k}]")
-        stuck.append(f"abs({frictions[i].speed}) < {frictions[i].path}.friction.band")
-        sweep_lines += [
-            "_, normal, slip_rates = under_friction(mechanism, pose, loads, friction)",
-            f"compliance = where(compliances[{k}] > {MIN_COMPLIANCE}, compliances[{k}], 1.0)",
-            f"limit = {frictions[i].limit}",
-            f"stopping_force = friction[{i}] - (slip_rates[{k}] + {rate} * slips[{k}]) / compliance",
-            "stopping_force = min(max(stopping_force, -limit), limit)",
-            f"bounded = where(compliances[{k}] > {MIN_COMPLIANCE}, stopping_force, friction[{i}])",
-            f"friction = {with_force(i, f'where(stuck[{k}], bounded, friction[{i}])')}",
+@inlined
+def _limit(contact, normal):
+    """Return the largest sticking friction, a torque (N m) or a force (N)."""
+    if contact.turns and not contact.is_given:
+        return contact.arm * static_limit_in_pin(contact.law, normal)
+    size = contact.normal if contact.is_given else normal
+    return contact.arm * static_limit(contact.law) * size if contact.turns else static_limit(contact.law) * size
+
+
+@inlined
+def _replaced(items, i, item):
+    """Return a tuple with another item number `i`."""
+    return (*items[:i], item, *items[i + 1 :])
+
+
+@inlined
+def accelerate_with_friction(mechanism, pose, loads):
+    """Return the FrictionMotion of a machine with friction loads."""
+    contacts, slips = _contacts_of(mechanism), _slips_of(mechanism, pose)
+    if all(contact.is_given for contact in contacts) and not any(contact.sticks for contact in contacts):
+        return _with_given_friction(mechanism, pose, loads, contacts, slips)
+    if any(contact.sticks for contact in contacts):
+        return _with_sticking_friction(mechanism, pose, loads, contacts, slips)
+    return _with_sliding_friction(mechanism, pose, loads, contacts, slips)
+
+
+@inlined
+def _with_given_friction(mechanism, pose, loads, contacts, slips):
+    speeds = tuple(
+        [contact.arm * slip if contact.turns else slip for contact, slip in zip(contacts, slips, strict=True)]
+    )
+    friction = tuple(
+        [
+            contact.arm * _force(contact, 0.0, speed) if contact.turns else _force(contact, 0.0, speed)
+            for contact, speed in zip(contacts, speeds, strict=True)
         ]
-    return {
-        "sliding": tuple_code(sliding),
-        "compliances": tuple_code(compliances),
-        "stuck": tuple_code(stuck),
-        "slips": tuple_code([frictions[i].slip for i in sticking_indices]),
-        "sweep_lines": "\n".join(f"        {line}" for line in sweep_lines),
-    }
+    )
+    motion = under_friction(mechanism, pose, loads, friction)[0]
+    powers = tuple([size * slip for size, slip in zip(friction, slips, strict=True)])
+    return FrictionMotion(motion.accelerations, motion.output, motion.torque, powers, speeds)
 
 
-def _slip_expression(bodies: Bodies, friction_load: FrictionLoad) -> Expr:
+@inlined
+def _with_sliding_friction(mechanism, pose, loads, contacts, slips):
+    speeds = tuple(
+        [contact.arm * slip if contact.turns else slip for contact, slip in zip(contacts, slips, strict=True)]
+    )
+    normals = under_friction(mechanism, pose, loads, tuple([0.0 for _ in contacts]))[1]
+    friction = tuple(
+        [
+            contact.arm * _force(contact, normal, speed) if contact.turns else _force(contact, normal, speed)
+            for contact, normal, speed in zip(contacts, normals, speeds, strict=True)
+        ]
+    )
+    change, largest = 0.0, 0.0
+    for _ in range(SWEEPS):
+        normals = under_friction(mechanism, pose, loads, friction)[1]
+        before = friction
+        friction = tuple(
+            [
+                contact.arm * _force(contact, normal, speed) if contact.turns else _force(contact, normal, speed)
+                for contact, normal, speed in zip(contacts, normals, speeds, strict=True)
+            ]
+        )
+        change, largest = 0.0, 0.0
+        for i in range(len(contacts)):
+            change = max(change, abs(plain(friction[i]) - plain(before[i])))
+            largest = max(largest, abs(plain(friction[i])))
+        if change <= CONVERGED * largest:
+            break
+    motion = under_friction(mechanism, pose, loads, friction)[0]
+    valid = 1.0 if change <= JAM_TOLERANCE * largest else math.nan
+    powers = tuple([valid * (size * slip) for size, slip in zip(friction, slips, strict=True)])
+    return FrictionMotion(motion.accelerations, motion.output, motion.torque, powers, speeds)
+
+
+@inlined
+def _slow_down(mechanism, pose, loads, contacts, slips, compliances, stuck, friction):
+    """Return the friction, with that of each stuck joint corrected in turn, and the reactions before the last of these.
+
+    compliances, stuck : of each joint that can stick
+    """
+    normals, decay = (), abs(_crank_orientation(mechanism, pose).rate)
+    sticking = [i for i in range(len(contacts)) if contacts[i].sticks]
+    for k, i in enumerate(sticking):
+        _, normals, slip_rates = under_friction(mechanism, pose, loads, friction)
+        can_stick = compliances[k] > MIN_COMPLIANCE
+        limit = _limit(contacts[i], normals[i])
+        stopping_force = friction[i] - (slip_rates[k] + decay * slips[i]) / where(can_stick, compliances[k], 1.0)
+        stopping_force = min(max(stopping_force, -limit), limit)
+        bounded = where(can_stick, stopping_force, friction[i])
+        friction = _replaced(friction, i, where(stuck[k], bounded, friction[i]))
+    return friction, normals
+
+
+@inlined
+def _with_sticking_friction(mechanism, pose, loads, contacts, slips):
+    """Return the FrictionMotion of a machine whose joints can stick.
+
+    Karnopp 1985: while the slip is below the band, each couple or force makes it decay at the rate of the crank,
+    within its limits, which may depend on reactions; several are iterated (projected Gauss-Seidel).
+    """
+    sticking = [i for i in range(len(contacts)) if contacts[i].sticks]
+    speeds = tuple(
+        [contact.arm * slip if contact.turns else slip for contact, slip in zip(contacts, slips, strict=True)]
+    )
+    _, normals, slip_rates = under_friction(mechanism, pose, loads, tuple([0.0 for _ in contacts]))
+    friction = tuple(
+        [
+            contact.arm * _force(contact, normal, speed) if contact.turns else _force(contact, normal, speed)
+            for contact, normal, speed in zip(contacts, normals, speeds, strict=True)
+        ]
+    )
+    _, normals, slip_rates = under_friction(mechanism, pose, loads, friction)
+    compliances = [
+        under_friction(mechanism, pose, loads, _replaced(friction, i, friction[i] + 1.0))[2][k] - slip_rates[k]
+        for k, i in enumerate(sticking)
+    ]
+    stuck = [abs(speeds[i]) < contacts[i].law.band for i in sticking]
+    change, largest = 0.0, 0.0
+    for _ in range(SWEEPS):
+        before = friction
+        friction = tuple(
+            [
+                where(
+                    stuck[sticking.index(i)],
+                    friction[i],
+                    contacts[i].arm * _force(contacts[i], normals[i], speeds[i])
+                    if contacts[i].turns
+                    else _force(contacts[i], normals[i], speeds[i]),
+                )
+                if contacts[i].sticks
+                else contacts[i].arm * _force(contacts[i], normals[i], speeds[i])
+                if contacts[i].turns
+                else _force(contacts[i], normals[i], speeds[i])
+                for i in range(len(contacts))
+            ]
+        )
+        friction, normals = _slow_down(mechanism, pose, loads, contacts, slips, compliances, stuck, friction)
+        change, largest = 0.0, 0.0
+        for i in range(len(contacts)):
+            change = max(change, abs(plain(friction[i]) - plain(before[i])))
+            largest = max(largest, abs(plain(friction[i])))
+        if change <= CONVERGED * largest:
+            break
+    motion = under_friction(mechanism, pose, loads, friction)[0]
+    valid = 1.0 if change <= JAM_TOLERANCE * largest else math.nan
+    powers = tuple([valid * (size * slip) for size, slip in zip(friction, slips, strict=True)])
+    return FrictionMotion(motion.accelerations, motion.output, motion.torque, powers, speeds)
+
+
+def _slip(bodies: Bodies, friction_load: FrictionLoad) -> Expr:
     """Return the rate at which the distal body rotates or slides on the proximal one."""
     j = friction_load.joint
     link = bodies.machine.sites[j].link

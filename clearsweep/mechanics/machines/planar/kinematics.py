@@ -1,4 +1,4 @@
-"""Generates the code for positions, velocities and accelerations of a planar machine's bodies.
+"""Formulas for positions, velocities and accelerations of a planar machine's bodies.
 
 A point is reached from the ground through arms, each fixed in a body, and displacements along guides:
 
@@ -11,8 +11,14 @@ is -omega_g^2 R_g p_g + 2 omega_g x (velocity of the runs).
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from .expressions import NO_VECTOR, ONE, ZERO, Expr, FunctionCode, PlaneVector, vector_sum
-from .loads import AngleTableLoad, PushLoad, SpringLoad
+from ....tracing.compiled import calculus as math
+from ....tracing.compiled.choosing import where
+from ....tracing.compiled.dual import plain
+from ....tracing.compiled.family import inlined
+from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program
+from .cycle import evaluate_cycle
+from .expressions import NO_VECTOR, PlaneVector, vector_of, vector_sum
+from .loads import AngleTableLoad, PushLoad, SpringLoad, table_values
 from .machine_type import LoadKind, MachineType
 from .spanning_tree import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
 
@@ -47,46 +53,51 @@ class Load(NamedTuple):
 
 
 class Kinematics:
-    """Positions and their derivatives in the code of a function; subclasses define the source of angles and rates."""
+    """Positions and their derivatives in a program; subclasses define the source of angles and rates."""
 
-    def __init__(self, machine: MachineType, code: FunctionCode):
-        self.machine, self.code, self.spanning_tree = machine, code, machine.spanning_tree
-        self.joints = [JointVectors(*map(code.vector, (site.near, site.far, site.axis))) for site in machine.sites]
+    def __init__(self, machine: MachineType, parameters: int):
+        """Begin a program; parameters : their number, the mechanism being the first."""
+        self.machine, self.program, self.spanning_tree = machine, Program(parameters), machine.spanning_tree
+        self.mechanism = self.program.parameters[0]
+        self.joints = [self._joint_vectors(j) for j in range(len(machine.sites))]
         self.cosine: dict[int, Expr] = {}
         self.sine: dict[int, Expr] = {}
         self.rate: dict[Coordinate, Expr] = {}  # of every coordinate, the driven crank's angle among them
         self.travel: dict[int, Expr] = {}
         self.shift: dict[int, PlaneVector] = {}
 
-    def from_pose(self) -> None:
-        """Take angles, rates and positions from the Pose `pose`."""
-        assign = self.code.assign
+    def _joint_vectors(self, j: int) -> JointVectors:
+        site, joint = self.machine.sites[j], self.mechanism.joints[j]
+        axis = vector_of(site.axis, joint.axis) if site.axis else NO_VECTOR
+        return JointVectors(vector_of(site.near, joint.near), vector_of(site.far, joint.far), axis)
+
+    def take_pose(self, pose: Expr) -> None:
+        """Take angles, rates and positions from a Pose."""
         for i, g in enumerate(self.machine.groups):
-            self.cosine[g], self.sine[g] = (assign(f"pose.orientations[{i}].{k}") for k in ("c", "s"))
-            self.rate[Coordinate(ANGLE, g)] = assign(f"pose.orientations[{i}].rate")
+            orientation = pose.orientations[i]
+            self.cosine[g], self.sine[g] = orientation.c, orientation.s
+            self.rate[Coordinate(ANGLE, g)] = orientation.rate
         runs = [coordinate.owner for coordinate in self.spanning_tree.coordinates if coordinate.kind == TRAVEL]
         for i, j in enumerate(runs):
-            self.travel[j] = assign(f"pose.travels[{i}][0]")
-            self.rate[Coordinate(TRAVEL, j)] = assign(f"pose.travels[{i}][1]")
+            self.travel[j], self.rate[Coordinate(TRAVEL, j)] = pose.travels[i][0], pose.travels[i][1]
         for i, body in enumerate(self.spanning_tree.roots()):
-            self.shift[body] = PlaneVector(*(assign(f"pose.roots[{i}][{k}]") for k in range(2)))
-            for k, kind in enumerate((SHIFT_X, SHIFT_Y)):
-                self.rate[Coordinate(kind, body)] = assign(f"pose.roots[{i}][{2 + k}]")
+            root = pose.roots[i]
+            self.shift[body] = PlaneVector(root[0], root[1])
+            self.rate[Coordinate(SHIFT_X, body)], self.rate[Coordinate(SHIFT_Y, body)] = root[2], root[3]
 
-    def predicted_rates(self, crank_angle: str) -> tuple[Row, Row]:
+    def predicted_rates(self, crank_angle: Expr) -> tuple[Row, Row]:
         """Return the first two derivatives of the dependent coordinates of the ideal machine by the crank's angle.
 
         Empty unless the loops pass change points: near these, rates follow the ideal machine.
         """
-        dependent = self.machine.dependent if self.machine.branches else ()
-        angle = self.code.call("plain", crank_angle) if dependent else ZERO
-        column = 1 + len(dependent)
-        derivatives = [
-            [self.code.assign(f"evaluate_cycle(mechanism.cycle, {i}, {angle})[{order}]") for order in (0, 1)]
-            for i in range(column, column + len(dependent))
-        ]
-        first, second = zip(*derivatives, strict=True) if derivatives else ((), ())
-        return dict(zip(dependent, first, strict=True)), dict(zip(dependent, second, strict=True))
+        slopes: Row = {}
+        curvatures: Row = {}
+        if self.machine.branches:
+            first_column, angle = 1 + len(self.machine.dependent), self.program.call(plain, crank_angle)
+            for i, coordinate in enumerate(self.machine.dependent, start=first_column):
+                derivatives = self.program.call(evaluate_cycle, self.mechanism.cycle, i, angle)
+                slopes[coordinate], curvatures[coordinate] = derivatives[0], derivatives[1]
+        return slopes, curvatures
 
     # ------------------------------------------------------------------------------------------ paths
 
@@ -163,8 +174,8 @@ class Kinematics:
         for j, sign in path.travel_signs.items():
             columns[Coordinate(TRAVEL, j)] = signed(sign, self.axis(j))
         for body, sign in path.floating_signs.items():
-            columns[Coordinate(SHIFT_X, body)] = signed(sign, self.code.vector(("1.0", None)))
-            columns[Coordinate(SHIFT_Y, body)] = signed(sign, self.code.vector((None, "1.0")))
+            columns[Coordinate(SHIFT_X, body)] = signed(sign, PlaneVector(ONE, ZERO))
+            columns[Coordinate(SHIFT_Y, body)] = signed(sign, PlaneVector(ZERO, ONE))
         return {coordinate: vector for coordinate, vector in columns.items() if vector != NO_VECTOR}
 
     def velocity(self, path: Path) -> PlaneVector:
@@ -177,12 +188,11 @@ class Kinematics:
         for g, arm in path.arms.items():
             if g != 0 and arm != NO_VECTOR:
                 rate = self.rate[Coordinate(ANGLE, g)]
-                square = self.code.assign(rate * rate)
-                terms.append(-(square * self.to_fixed_frame(g, arm)))
+                terms.append(-((rate * rate).assigned() * self.to_fixed_frame(g, arm)))
         for j, sign in path.travel_signs.items():
             g = self.spanning_tree.group[self.machine.sites[j].link.proximal]
             if g != 0:
-                coriolis = self.code.assign(2.0 * self.rate[Coordinate(ANGLE, g)] * self.rate[Coordinate(TRAVEL, j)])
+                coriolis = (2.0 * self.rate[Coordinate(ANGLE, g)] * self.rate[Coordinate(TRAVEL, j)]).assigned()
                 terms.append(signed(sign, coriolis * self.axis(j).left()))
         return vector_sum(terms)
 
@@ -192,16 +202,21 @@ class Kinematics:
 
 
 class Bodies(Kinematics):
-    """Positions of all bodies in a generated function of their pose."""
+    """Positions of all bodies in a program whose second parameter is their Pose."""
 
-    def __init__(self, machine: MachineType, *arguments: str):
-        super().__init__(machine, FunctionCode(*arguments))
-        self.from_pose()
+    def __init__(self, machine: MachineType, parameters: int = 2):
+        super().__init__(machine, parameters)
+        self.pose = self.program.parameters[1]
+        self.take_pose(self.pose)
 
     def inertia_of(self, body: int) -> tuple[Expr, Expr]:
         """Return mass and moment of inertia of a body."""
-        mass, inertia = (self.code.assign(f"mechanism.bodies[{body - 1}].{key}") for key in ("mass", "inertia"))
-        return mass, inertia
+        properties = self.mechanism.bodies[body - 1]
+        return properties.mass, properties.inertia
+
+    def angle(self, group: int) -> Expr:
+        """Return the angle of a group."""
+        return self.pose.orientations[self.machine.groups.index(group)].angle if group else ZERO
 
     def applied_loads(self) -> list[Load]:
         """Return every external load except gravity."""
@@ -213,47 +228,44 @@ class Bodies(Kinematics):
 
     def _push(self, i: int, load: LoadKind) -> Load:
         """Return load `i`: a force and a torque on one body, constant or from a table."""
-        path = f"mechanism.loads[{i}]"
+        values = self.mechanism.loads[i]
+        ((body, point, _),) = load.points
         if load.form is PushLoad:
-            fx, fy, torque = (self.code.assign(f"{path}.{component}") for component in ("fx", "fy", "torque"))
+            force, torque = PlaneVector(values.fx, values.fy), values.torque
         else:
-            crank = f"pose.orientations[{self.machine.groups.index(self.spanning_tree.crank)}].angle"
-            argument = crank if load.form is AngleTableLoad else "pose.time"
-            variables = [f"{component}_{i}" for component in ("fx", "fy", "torque")]
-            line = f"{', '.join(variables)} = table_values({path}.table, {argument})"
-            if line not in self.code.lines:
-                self.code.write(line)
-            fx, fy, torque = map(self.code.expression, variables)
-        ((body, point),) = load.points
-        return Load(body, self.code.vector(point), PlaneVector(fx, fy), torque)
+            argument = self.angle(self.spanning_tree.crank) if load.form is AngleTableLoad else self.pose.time
+            row = self.program.call(table_values, values.table, argument)
+            force, torque = PlaneVector(row[0], row[1]), row[2]
+        return Load(body, vector_of(point, values.point), force, torque)
 
     def tension(self, j: int) -> Expr:
         """Return the force (N) with which the spring number `j` of an elastic link pulls its ends together."""
-        stiffness, damping = (
-            self.code.expression(f"mechanism.joints[{j}].site.{name}") for name in ("stiffness", "damping")
-        )
-        return stiffness * self.travel[j] + damping * self.rate[Coordinate(TRAVEL, j)]
+        site = self.mechanism.joints[j].site
+        return site.stiffness * self.travel[j] + site.damping * self.rate[Coordinate(TRAVEL, j)]
 
     def _spring(self, i: int, load: LoadKind) -> list[Load]:
-        """Return the forces of the load number `i`, a spring and damper, at both ends.
-
-        Where its ends coincide its direction is unknown; a spring without free length then has no force.
-        """
-        path_code = f"mechanism.loads[{i}]"
-        stiffness, damping = (self.code.expression(f"{path_code}.{name}") for name in ("stiffness", "damping"))
+        """Return the forces of the load number `i`, a spring and damper, at both ends."""
+        spring = self.mechanism.loads[i]
         (first_body, first_point), (second_body, second_point) = (
-            (body, self.code.vector(point)) for body, point in load.points
+            (body, vector_of(point, getattr(spring, field))) for body, point, field in load.points
         )
         path = self.between(self.path_to(first_body, first_point), self.path_to(second_body, second_point))
         distance, velocity = self.position(path), self.velocity(path)
-        square, free_length = distance.dot(distance).assigned(), self.code.assign(f"{path_code}.free_length")
-        known_square = f"where(({square} > 0.0) | ({free_length} > 0.0), {square}, 1.0)"
-        length = self.code.call("math.sqrt", known_square)
+        length = self.program.call(_spring_length, distance.dot(distance), spring.free_length)
         unit = (1.0 / length) * distance
         rate = unit.assigned().dot(velocity)
-        extension = length - free_length
-        force = ((stiffness * extension + damping * rate) * unit).assigned()
+        extension = length - spring.free_length
+        force = ((spring.stiffness * extension + spring.damping * rate) * unit).assigned()
         return [Load(first_body, first_point, force, ZERO), Load(second_body, second_point, -force, ZERO)]
+
+
+@inlined
+def _spring_length(square, free_length):
+    """Return the length (m) of a spring from its square.
+
+    Where its ends coincide its direction is unknown; a spring without free length then has no force.
+    """
+    return math.sqrt(where((square > 0.0) | (free_length > 0.0), square, 1.0))
 
 
 def signed(sign: int, vector: PlaneVector) -> PlaneVector:

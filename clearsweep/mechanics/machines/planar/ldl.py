@@ -1,9 +1,9 @@
-"""LDL factors of a symmetric matrix in generated code, and the solution of linear equations by them."""
+"""LDL factors of a symmetric matrix in a program, and the solution of linear equations by them."""
 
 from collections.abc import Callable, Mapping, Sequence
 from typing import Generic, TypeVar
 
-from .expressions import ZERO, Expr, sum_of
+from ....tracing.compiled.formulas import ZERO, Expr, sum_of
 
 Unknown = TypeVar("Unknown")
 
@@ -12,7 +12,7 @@ class LDL(Generic[Unknown]):
     """The factors L D L^T of a symmetric positive definite matrix, L with ones on its diagonal."""
 
     def __init__(self, unknown: Sequence[Unknown], entry: Callable[[Unknown, Unknown], Expr]):
-        """Write the factors; entry : the entry of the matrix in the row and column of two unknowns."""
+        """Compute the factors; entry : the entry of the matrix in the row and column of two unknowns."""
         self.unknown = unknown
         self.inverse: dict[Unknown, Expr] = {}  # 1 / D
         self._lower: dict[tuple[Unknown, Unknown], Expr] = {}  # L below its diagonal

@@ -79,6 +79,9 @@ class GivenFriction(NamedTuple):
     normal: float  # N
 
 
+FRICTION_LOADS = (JointFriction, GivenFriction)
+
+
 @kernel
 def table_values(table, argument):
     """Return force x, y (N) and torque (N m) of a Table at an angle (rad) or time (s)."""

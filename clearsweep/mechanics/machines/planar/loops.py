@@ -10,7 +10,8 @@ import itertools
 from collections.abc import Mapping, Sequence
 from typing import NamedTuple
 
-from .expressions import NO_VECTOR, ONE, ZERO, Expr, sum_of
+from ....tracing.compiled.formulas import ONE, ZERO, Expr, constant, sum_of
+from .expressions import NO_VECTOR
 from .kinematics import Kinematics, Row
 from .spanning_tree import ANGLE, Coordinate
 
@@ -96,7 +97,7 @@ class Solver:
         if self.branches:
             entries = [self._entry(row, coordinate) for row, coordinate in itertools.product(block, unknown)]
             square = sum_of(entry * entry for entry in entries)
-            size = Expr(repr(SINGULAR))
+            size = constant(SINGULAR)
             for _ in block:
                 size = size * square
             scale = (determinant * (1.0 / sum_of([determinant * determinant, size]))).assigned()

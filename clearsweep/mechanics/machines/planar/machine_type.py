@@ -1,31 +1,31 @@
-"""The structure of a planar machine, read from its compiled type for code generation."""
+"""The structure of a planar machine, read from its compiled type: it decides which operations its programs have."""
 
-from typing import Any, NamedTuple
+import functools
+from typing import NamedTuple
 
 from ...laws.friction import Karnopp
 from ..contract import Open
 from .cycle import BranchingCycle
 from .drive import Free, Steady
-from .expressions import Components
-from .form import AlongX, Centre, ElasticGuide, OnAxis, Planar, PointAim, Segment, Slide
-from .loads import GivenFriction, JointFriction, SpringLoad
+from .form import ElasticGuide, Planar, PointAim, Segment, Slide
+from .loads import FRICTION_LOADS, GivenFriction, SpringLoad
 from .spanning_tree import Coordinate, Link, SpanningTree, spanning_tree
 
 
 class Site(NamedTuple):
-    """A joint, and the code of its points."""
+    """A joint, and the forms of its points, such as Centre."""
 
     link: Link
-    near: Components  # on the proximal body, from its centre of mass
-    far: Components
-    axis: Components  # of a guide
+    near: type  # on the proximal body
+    far: type
+    axis: type | None  # of a guide
 
 
 class LoadKind(NamedTuple):
     """A load and its points of action."""
 
     form: type
-    points: tuple[tuple[int, Components], ...]  # bodies and points
+    points: tuple[tuple[int, type, str], ...]  # bodies, forms of points, and the fields that contain these
 
 
 class FrictionLoad(NamedTuple):
@@ -48,7 +48,7 @@ class MachineType(NamedTuple):
     dependent: tuple[Coordinate, ...]  # dependent coordinates
     loads: tuple[LoadKind | None, ...]  # None where it is friction
     friction_loads: tuple[FrictionLoad, ...]
-    aim: tuple  # (number of the body, point or None, direction)
+    aim: tuple  # (number of the body, form of the point or None, form of the direction)
     segments: tuple[int, ...] = ()  # numbers of bodies that are further masses of elastic links
     branches: bool = False  # its loops pass change points
 
@@ -89,19 +89,10 @@ class MachineType(NamedTuple):
         return chains
 
 
-def kinds_of(value: Any) -> Any:
-    """Return the types in nested tuples."""
-    if not isinstance(value, tuple):
-        return float
-    return (
-        type(value),
-        *[float if type(item) is float else kinds_of(item) for item in value],
-    )  # most items are floats
-
-
+@functools.lru_cache(maxsize=1024)
 def machine_type(kinds: tuple) -> MachineType:
     """Return the MachineType from the result of `kinds_of` for a Planar."""
-    sites = tuple(_site(kind, f"mechanism.joints[{j}]") for j, kind in enumerate(_kind_of_field(kinds, "joints")[1:]))
+    sites = tuple(map(_site, _kind_of_field(kinds, "joints")[1:]))
     crank, drive = _number(_kind_of_field(kinds, "crank")), _kind_of_field(kinds, "drive")[0]
     tree = spanning_tree(
         len(_kind_of_field(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free
@@ -114,13 +105,14 @@ def machine_type(kinds: tuple) -> MachineType:
             _kind_of_field(kind, "friction")[0] is Karnopp,
         )
         for i, kind in enumerate(_kind_of_field(kinds, "loads")[1:])
-        if kind[0] in (JointFriction, GivenFriction)
+        if kind[0] in FRICTION_LOADS
     )
-    loads = tuple(_load(kind, f"mechanism.loads[{i}]") for i, kind in enumerate(_kind_of_field(kinds, "loads")[1:]))
-    aim, path = _kind_of_field(kinds, "aim"), "mechanism.aim"
+    loads = tuple(map(_load, _kind_of_field(kinds, "loads")[1:]))
+    aim = _kind_of_field(kinds, "aim")
     assert kinds[0] is Planar
-    point = _components(_kind_of_field(aim, "point"), f"{path}.point") if aim[0] is PointAim else None
-    direction = _components(_kind_of_field(aim, "direction"), f"{path}.direction") if aim[0] is PointAim else None
+    point, direction = (
+        (_kind_of_field(aim, field)[0] for field in ("point", "direction")) if aim[0] is PointAim else (None, None)
+    )
     dependent = tuple(tree.coordinates[_number(kind)] for kind in _kind_of_field(kinds, "dependent")[1:])
     return MachineType(
         sites,
@@ -145,37 +137,22 @@ def _number(kinds: tuple) -> int:
     return len(kinds) - 1
 
 
-def _site(kinds: tuple, path: str) -> Site:
+def _site(kinds: tuple) -> Site:
     slides = kinds[0] is Slide
     site, bodies = (
         _kind_of_field(kinds, "site")[0],
         (_number(_kind_of_field(kinds, "proximal")), _number(_kind_of_field(kinds, "distal"))),
     )
     link = Link(slides, site is Open, *bodies, site is ElasticGuide)
-    axis = _components(_kind_of_field(kinds, "axis"), f"{path}.axis") if slides else (None, None)
-    return Site(
-        link,
-        _components(_kind_of_field(kinds, "near"), f"{path}.near"),
-        _components(_kind_of_field(kinds, "far"), f"{path}.far"),
-        axis,
-    )
+    near, far = (_kind_of_field(kinds, end)[0] for end in ("near", "far"))
+    return Site(link, near, far, _kind_of_field(kinds, "axis")[0] if slides else None)
 
 
-def _load(kinds: tuple, path: str) -> LoadKind | None:
-    if kinds[0] in (JointFriction, GivenFriction):
+def _load(kinds: tuple) -> LoadKind | None:
+    if kinds[0] in FRICTION_LOADS:
         return None
     pairs = (("first", "near"), ("second", "far")) if kinds[0] is SpringLoad else (("body", "point"),)
     endpoints = tuple(
-        (_number(_kind_of_field(kinds, body)), _components(_kind_of_field(kinds, point), f"{path}.{point}"))
-        for body, point in pairs
+        (_number(_kind_of_field(kinds, body)), _kind_of_field(kinds, point)[0], point) for body, point in pairs
     )
     return LoadKind(kinds[0], endpoints)
-
-
-def _components(kinds: tuple, path: str) -> Components:
-    form = kinds[0]
-    if form is Centre:
-        return None, None
-    if form is AlongX:
-        return "1.0", None
-    return f"{path}.x", None if form is OnAxis else f"{path}.y"

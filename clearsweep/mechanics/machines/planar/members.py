@@ -1,4 +1,4 @@
-"""Members of the families of `contract` for planar machines; they call the generated code."""
+"""Members of the families of `contract` for planar machines; they run its programs."""
 
 from ..contract import (
     accelerate,
@@ -16,69 +16,46 @@ from ..contract import (
     pose_at,
     with_friction_laws,
 )
+from ..programs import structural
 from .cycle import evaluate_cycle
-from .equations import generated
+from .dynamics import impact_masses_of, motion_of
+from .equations import body_angles_of, crank_rate_of, energy_of, gaps_of, histories_of, output_and_crank_of
 from .form import Planar
-from .friction import friction_powers_of, friction_slips_of
-
-(
-    _pose_of,
-    _gaps_of,
-    _motion_of,
-    _impact_masses_of,
-    _energy_of,
-    _describe,
-    _body_angles_of,
-    _output_of,
-    _crank_rate_of,
-    _friction_laws_of,
-    _with_friction_laws,
-) = map(
-    generated,
-    (
-        "pose_at",
-        "gaps",
-        "accelerate",
-        "impact_masses",
-        "energy",
-        "describe",
-        "body_angles",
-        "output",
-        "crank_rate",
-        "friction_laws",
-        "with_friction_laws",
-    ),
-)
+from .friction import accelerate_with_friction, friction_powers_of, friction_slips_of
+from .loads import FRICTION_LOADS
+from .pose_generation import pose_of
 
 
 @pose_at.member(Planar)
 def _pose_at_planar(mechanism, y):
-    return _pose_of(mechanism, y)
+    return pose_of(mechanism, y)
 
 
 @gaps.member(Planar)
 def _gaps_planar(mechanism, pose):
-    return _gaps_of(mechanism, pose)
+    return gaps_of(mechanism, pose)
 
 
 @accelerate.member(Planar)
 def _accelerate_planar(mechanism, pose, loads):
-    return _motion_of(mechanism, pose, loads)
+    if friction_laws(mechanism):
+        return accelerate_with_friction(mechanism, pose, loads)
+    return motion_of(mechanism, pose, loads)
 
 
 @impact_masses.member(Planar)
 def _impact_masses_planar(mechanism, pose, joint_gaps):
-    return _impact_masses_of(mechanism, pose, joint_gaps)
+    return impact_masses_of(mechanism, pose, joint_gaps)
 
 
 @energy.member(Planar)
 def _energy_planar(mechanism, pose):
-    return _energy_of(mechanism, pose)
+    return energy_of(mechanism, pose)
 
 
 @crank_rate.member(Planar)
 def _crank_rate_planar(mechanism, pose, nominal):
-    return _crank_rate_of(mechanism, pose)
+    return crank_rate_of(mechanism, pose)
 
 
 @load_power.member(Planar)
@@ -95,9 +72,24 @@ def _friction_laws_planar(mechanism):
     return _friction_laws_of(mechanism)
 
 
+@structural
+def _friction_laws_of(mechanism):
+    return tuple(load.friction for load in mechanism.loads if isinstance(load, FRICTION_LOADS))
+
+
 @with_friction_laws.member(Planar)
 def _with_friction_laws_planar(mechanism, laws):
     return _with_friction_laws(mechanism, laws)
+
+
+@structural
+def _with_friction_laws(mechanism, laws):
+    remaining = iter(laws)
+    loads = (
+        load._replace(friction=next(remaining)) if isinstance(load, FRICTION_LOADS) else load
+        for load in mechanism.loads
+    )
+    return mechanism._replace(loads=tuple(loads))
 
 
 @friction_slips.member(Planar)
@@ -112,16 +104,19 @@ def _friction_powers_planar(mechanism, motion):
 
 @body_angles.member(Planar)
 def _body_angles_planar(mechanism, y):
-    return _body_angles_of(mechanism, _pose_of(mechanism, y))
+    return body_angles_of(mechanism, pose_of(mechanism, y))
 
 
 @output_error.member(Planar)
 def _output_error_planar(mechanism, pose):
-    output, output_rate, angle, rate = _output_of(mechanism, pose)
+    output, output_rate, angle, rate = output_and_crank_of(mechanism, pose)
     ideal_output, slope = evaluate_cycle(mechanism.cycle, 0, angle)
     return output - ideal_output, output_rate - slope * rate
 
 
 @describe.member(Planar)
 def _describe_planar(mechanism, y, pose, motion, out):
-    return _describe(mechanism, pose, motion, out)
+    values = histories_of(mechanism, pose, motion)
+    for i in range(len(values)):
+        out[i] = values[i]
+    return len(values)

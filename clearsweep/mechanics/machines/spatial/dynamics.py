@@ -1,4 +1,4 @@
-"""Generates the code for the accelerations of a tree.
+"""Formulas for the accelerations of a tree.
 
 Newton's and Euler's equations of all bodies, multiplied by the derivatives of their velocities by the speeds of the
 tree (Kane & Levinson 1985, "Dynamics: Theory and Applications", chapter 6): a symmetric mass matrix, solved by LDL
@@ -8,14 +8,20 @@ own frame, as is its inertia.
 
 from typing import NamedTuple
 
-from ..planar.expressions import ZERO, Expr, sum_of, tuple_code
+from ....tracing.compiled.attitude import quaternion_accelerations, to_fixed_frame
+from ....tracing.compiled.formulas import ZERO, Expr, Program, sum_of
+from ....tracing.compiled.vector import Vector
+from ..contract import Motion
 from ..planar.ldl import LDL
-from .expressions import AXES, NO_VECTOR, SpatialVector, vector_sum
+from ..programs import generated
+from .expressions import NO_VECTOR, SpatialVector, vector_sum
 from .form import AngleAim, Ball, Driven, Hinge, Loose, Sleeve, Slide
 from .machine_type import SPEEDS, MachineType
-from .tree_code import PosedTreeCode
+from .pose import axis_x, axis_y, axis_z, transported
+from .tree_code import PosedBodies
 
 Vectors = dict[int, SpatialVector]  # by the number of a speed
+AXES_OF_FRAME = (axis_x, axis_y, axis_z)
 
 
 class BodyAxis(NamedTuple):
@@ -24,11 +30,11 @@ class BodyAxis(NamedTuple):
     axis: int
 
 
-class Dynamics(PosedTreeCode):
+class Dynamics(PosedBodies):
     """The equations of motion; the last speed is that of the crank, which the drive prescribes."""
 
     def __init__(self, tree: MachineType):
-        super().__init__(tree, "mechanism", "pose", "loads")
+        super().__init__(tree, 3)
         self.known = tree.speeds  # the crank's speed
         #: Derivatives by the speeds, for each body; the ground is body 0.
         self.own_angular: list[dict[int, BodyAxis | SpatialVector]] = [{}]  # angular velocity in its own frame
@@ -46,23 +52,23 @@ class Dynamics(PosedTreeCode):
     def _derive_loose(self, body: int) -> None:
         """Derive the motion of a body without attachment from the speeds."""
         first_speed = self.tree.part(body).speed
-        self.angular.append({first_speed + i: self.call(f"axis_{AXES[i]}", self.frame(body)) for i in range(3)})
+        self.angular.append({first_speed + i: self.call(AXES_OF_FRAME[i], self.frame(body)) for i in range(3)})
         self.own_angular.append({first_speed + i: BodyAxis(i) for i in range(3)})
-        units = [f"Vector({', '.join('1.0' if i == k else '0.0' for k in range(3))})" for i in range(3)]
-        self.linear.append({first_speed + 3 + i: self.vector(unit) for i, unit in enumerate(units)})
+        units = [self.program.known(Vector(*(1.0 if i == k else 0.0 for k in range(3)))) for i in range(3)]
+        self.linear.append({first_speed + 3 + i: SpatialVector(unit) for i, unit in enumerate(units)})
         self.angular_bias.append(NO_VECTOR)
         self.bias.append(NO_VECTOR)
 
     def _derive_attached(self, body: int) -> None:
         """Derive the motion of a body from the speeds and from the motion of its parent."""
         part, parent = self.tree.part(body), self.tree.part(body).parent
-        own_arm, slide = self.own_arm(body), self.along_axis(body, f"pose.q[{part.coordinate}]")
+        own_arm, slide = self.own_arm(body), self.along_axis(body, self.pose.q)
         arm = self.near_arm(body) + slide
         linear, angular = dict(self.linear[parent]), {} if part.turns_freely else dict(self.angular[parent])
         for u, spin in self.angular[parent].items():
             linear[u] = linear.get(u, NO_VECTOR) + spin.cross(arm)
         attachment_bias = self._point_bias(parent, arm)
-        slide_rate = self.along_axis(body, f"pose.rates[{part.coordinate}]")
+        slide_rate = self.along_axis(body, self.pose.rates)
         if slide_rate != NO_VECTOR and parent:
             attachment_bias += 2.0 * self.spin(parent).cross(slide_rate)
         own_axes = self._add_own_speeds(body, linear, angular)
@@ -76,13 +82,13 @@ class Dynamics(PosedTreeCode):
         if part.form is Slide and not parent:
             self.bias.append(attachment_bias)
         else:
-            self.bias.append(self.call("transported", attachment_bias, angular_bias, self.spin(body), own_arm))
+            self.bias.append(self.call(transported, attachment_bias, angular_bias, self.spin(body), own_arm))
 
     def _point_bias(self, body: int, arm: SpatialVector) -> SpatialVector:
         """Return the acceleration of a point of a body, without the accelerations of the speeds."""
         if self.is_nonrotating(body):
             return self.bias[body]
-        return self.call("transported", self.bias[body], self.angular_bias[body], self.spin(body), arm)
+        return self.call(transported, self.bias[body], self.angular_bias[body], self.spin(body), arm)
 
     def _angular_bias(self, body: int) -> SpatialVector:
         """Return the angular acceleration of an attached body, without the accelerations of the speeds."""
@@ -91,7 +97,7 @@ class Dynamics(PosedTreeCode):
             return NO_VECTOR
         bias = self.angular_bias[parent]
         if part.form in (Hinge, Sleeve) and not self.tree.is_vertical(parent):
-            rate = self.code.expression(f"pose.rates[{part.coordinate + (part.form is Sleeve)}]")
+            rate = self.pose.rates[part.coordinate + (part.form is Sleeve)]
             bias += self.spin(parent).cross(rate * self.z_axis(parent))
         return bias
 
@@ -111,7 +117,7 @@ class Dynamics(PosedTreeCode):
             linear[first_speed] = self.axis(body)
         elif part.form is Ball:
             for i in range(3):
-                angular[first_speed + i] = self.call(f"axis_{AXES[i]}", self.frame(body))
+                angular[first_speed + i] = self.call(AXES_OF_FRAME[i], self.frame(body))
                 axes[first_speed + i] = BodyAxis(i)
         else:
             if part.form is Sleeve:
@@ -128,7 +134,7 @@ class Dynamics(PosedTreeCode):
         """Add gravity and the inertia of known accelerations to the forces and moments."""
         for body in range(1, len(self.tree.parts) + 1):
             mass, inertia = self.inertia_of(body)
-            self.force[body].append(mass * (self.vector("mechanism.gravity") - self.bias[body]))
+            self.force[body].append(mass * (SpatialVector(self.mechanism.gravity) - self.bias[body]))
             if self.is_nonrotating(body):
                 continue
             spin = self.to_body_frame(body, self.spin(body))
@@ -139,23 +145,22 @@ class Dynamics(PosedTreeCode):
     def _add_joint_loads(self) -> None:
         """Add the loads of the joints with clearance."""
         for j, (bearing, journal) in enumerate(self.tree.openings):
-            opening = f"mechanism.openings[{j}]"
-            frame = self.frame(journal)
-            force = self.call("to_fixed_frame", frame, f"loads[{j}].force")
+            opening, load, frame = self.mechanism.openings[j], self.program.parameters[2][j], self.frame(journal)
+            force = self.call(to_fixed_frame, frame, load.force)
             for body, point, joint_force, couple in (
-                (journal, "at_journal", force, "journal_moment"),
-                (bearing, "at_bearing", -force, "bearing_moment"),
+                (journal, opening.at_journal, force, load.journal_moment),
+                (bearing, opening.at_bearing, -force, load.bearing_moment),
             ):
                 if body:
                     self.force[body].append(joint_force)
-                    moment = self.call("to_fixed_frame", frame, f"loads[{j}].{couple}")
-                    moment += self.arm(body, f"{opening}.{point}").cross(joint_force)
+                    moment = self.call(to_fixed_frame, frame, couple)
+                    moment += self.arm(body, point).cross(joint_force)
                     self.moment[body].append(self.to_body_frame(body, moment))
 
     def inertia_of(self, body: int) -> tuple[Expr, SpatialVector]:
         """Return mass and principal moments of inertia of a body."""
-        part = f"mechanism.parts[{body - 1}]"
-        return self.code.expression(f"{part}.mass"), self.vector(f"{part}.inertia")
+        part = self.mechanism.parts[body - 1]
+        return part.mass, SpatialVector(part.inertia)
 
     def generalised(self, speed: int) -> Expr:
         """Return the generalised force of a speed."""
@@ -191,12 +196,10 @@ class Dynamics(PosedTreeCode):
         for i, part in enumerate(self.tree.parts):
             own_values = [accelerations[part.speed + k] for k in range(SPEEDS[part.form])]
             if part.turns_freely:
-                body, angular = i + 1, f"Vector({', '.join(map(str, own_values[:3]))})"
-                spin = self.to_body_frame(body, self.spin(body))
-                quaternion = self.code.call(
-                    "quaternion_accelerations", f"pose.quaternion_motions[{i}]", str(spin), angular, "mechanism.speed"
-                )
-                values += [self.code.expression(f"{quaternion}[{k}]") for k in range(4)]
+                spin = self.to_body_frame(i + 1, self.spin(i + 1)).value
+                motion, angular = self.pose.quaternion_motions[i], Vector(*own_values[:3])
+                quaternion = self.program.call(quaternion_accelerations, motion, spin, angular, self.mechanism.speed)
+                values += [quaternion[k] for k in range(4)]
                 own_values = own_values[3:]
             values += own_values
         return values
@@ -206,7 +209,7 @@ class Dynamics(PosedTreeCode):
         tree, body = self.tree, self.tree.aimed
         if tree.aim is AngleAim:
             return sum_of(accelerations[u] for u in self.angular[body] if u != self.known)
-        arm, direction = self.arm(body, "mechanism.aim.point"), self.vector("mechanism.aim.direction")
+        arm, direction = self.arm(body, self.mechanism.aim.point), SpatialVector(self.mechanism.aim.direction)
         bias = self._point_bias(body, arm)
         terms = [ZERO if bias == NO_VECTOR else direction.dot(bias)]
         for u in {**self.linear[body], **self.angular[body]}:
@@ -227,11 +230,11 @@ def _inertia_product(inertia: SpatialVector, a: BodyAxis | SpatialVector, b: Bod
     return a.dot(inertia.componentwise(b))
 
 
-def accelerate_code(tree: MachineType) -> str:
-    """Return the code of the family member of that name."""
+@generated(MachineType)
+def motion_of(tree: MachineType) -> Program:
+    """Return the program of `contract.accelerate`."""
     dynamics, speeds = Dynamics(tree), range(tree.speeds)
     solution = LDL(speeds, dynamics.entry).solve({u: dynamics.generalised(u) for u in speeds})
     inertia_terms = [dynamics.entry(dynamics.known, u) * solution[u] for u in speeds]
     torque = sum_of([*inertia_terms, -dynamics.generalised(dynamics.known)])
-    accelerations = tuple_code(dynamics.coordinates(solution))
-    return dynamics.code.function("accelerate", f"Motion({accelerations}, {dynamics.output(solution)}, {torque})")
+    return dynamics.program.returns(Motion(tuple(dynamics.coordinates(solution)), dynamics.output(solution), torque))

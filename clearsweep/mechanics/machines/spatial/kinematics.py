@@ -1,177 +1,202 @@
-"""Generates the code for positions, velocities and observables of a tree's bodies."""
+"""Formulas for positions, velocities and observables of a tree's bodies."""
 
-from ..planar.expressions import Expr, sum_of, tuple_code
+from ....tracing.compiled.attitude import QuaternionMotion, frame_of, spin_of, to_fixed_frame
+from ....tracing.compiled.calculus import direction as direction_of
+from ....tracing.compiled.formulas import Expr, Program, sum_of
+from ....tracing.compiled.vector import Vector
+from ...joints.spatial import SpatialGap
+from ..programs import generated
 from .expressions import NO_VECTOR, SpatialVector
 from .form import AngleAim, Driven, Loose, Sleeve, Slide
 from .machine_type import MachineType
-from .tree_code import PosedTreeCode, TreeCode
+from .pose import Pose, on_ground, quaternion_of, turned_about_z, turned_quaternion
+from .tree_code import Bodies, PosedBodies
 
 
-def pose_code(tree: MachineType) -> str:
-    """Return the code of the family member of that name."""
-    tree_code, n = TreeCode(tree, "mechanism", "y"), tree.coordinates
-    code = tree_code.code
+class _MovedBodies(Bodies):
+    """The bodies of a tree in a program whose second parameter is its state."""
+
+    def __init__(self, tree: MachineType):
+        super().__init__(tree, 2)
+        y, n = self.program.parameters[1], tree.coordinates
+        self.q, self.rates, self.time = [y[i] for i in range(n)], [y[n + i] for i in range(n)], y[2 * n]
+        self.angle = (self.mechanism.speed * self.time).assigned()
+        #: Of each body, by its number; the ground is body 0.
+        self.frames: list[Expr] = [self.program.call(on_ground, 1.0, 0.0)]
+        self.spins, self.centres, self.velocities = [NO_VECTOR], [NO_VECTOR], [NO_VECTOR]
+        self.quaternion_motions: list[tuple] = [()]
+
+    def frame(self, body: int) -> Expr:
+        """Return the Frame of a body."""
+        return self.frames[body]
+
+    def turn(self, body: int) -> None:
+        """Add frame, angular velocity and QuaternionMotion of a body."""
+        part = self.tree.part(body)
+        k, parent, motion = part.coordinate, part.parent, ()
+        if part.form is Driven:
+            cosine_and_sine = self.program.call(direction_of, self.angle)
+            frame = self.program.call(on_ground, cosine_and_sine[0], cosine_and_sine[1])
+            spin = self.call(Vector, 0.0, 0.0, self.mechanism.speed)
+        elif part.turns_freely:
+            motion = QuaternionMotion(*self.q[k : k + 4], *self.rates[k : k + 4])
+            frame = self.program.call(frame_of, *self.q[k : k + 4])
+            spin = self.call(to_fixed_frame, frame, self.program.call(spin_of, motion))
+        elif part.form is Slide:
+            frame, spin = self.frames[parent], self.spins[parent]
+        else:
+            k += part.form is Sleeve
+            cosine_and_sine = self.program.call(direction_of, self.q[k])
+            components = cosine_and_sine[0], cosine_and_sine[1]
+            frame = (
+                self.program.call(turned_about_z, self.frames[parent], *components)
+                if parent
+                else self.program.call(on_ground, *components)
+            )
+            spin = self.spins[parent] + self.rates[k] * self.z_axis(parent)
+        self.frames.append(frame)
+        self.spins.append(spin)
+        self.quaternion_motions.append(motion)
+
+    def move(self, body: int) -> None:
+        """Add position and velocity of a body's centre of mass, whose frame has been added."""
+        part = self.tree.part(body)
+        k, parent = part.coordinate, part.parent
+        if part.form is Loose:
+            self.centres.append(self.call(Vector, *self.q[k + 4 : k + 7]))
+            self.velocities.append(self.call(Vector, *self.rates[k + 4 : k + 7]))
+            return
+        own_arm = self.own_arm(body)
+        arm = self.near_arm(body) + self.along_axis(body, self.q)
+        self.centres.append(self.centres[parent] + arm + own_arm)
+        velocity = self.velocities[parent] + self.spins[parent].cross(arm) + self.along_axis(body, self.rates)
+        self.velocities.append(velocity + self.spins[body].cross(own_arm))
+
+
+@generated(MachineType)
+def pose_of(tree: MachineType) -> Program:
+    """Return the program of `contract.pose_at`."""
+    bodies = _MovedBodies(tree)
     for body in range(1, len(tree.parts) + 1):
-        _write_attitude(tree_code, body)
-        _write_centre(tree_code, body)
-    bodies = range(1, len(tree.parts) + 1)
-    frames, spins, centres, velocities = (tuple_code(f"{letter}{body}" for body in bodies) for letter in "fwrv")
-    quaternion_motions = tuple_code(f"t{body}" if tree.part(body).turns_freely else "()" for body in bodies)
-    q, rates = tuple_code(f"y[{i}]" for i in range(n)), tuple_code(f"y[{n + i}]" for i in range(n))
-    return code.function(
-        "pose_at", f"Pose(angle, {q}, {rates}, {frames}, {spins}, {centres}, {velocities}, {quaternion_motions})"
+        bodies.turn(body)
+        bodies.move(body)
+    spins, centres, velocities = (
+        tuple(vector.value for vector in vectors[1:]) for vectors in (bodies.spins, bodies.centres, bodies.velocities)
+    )
+    return bodies.program.returns(
+        Pose(
+            bodies.angle,
+            tuple(bodies.q),
+            tuple(bodies.rates),
+            tuple(bodies.frames[1:]),
+            spins,
+            centres,
+            velocities,
+            tuple(bodies.quaternion_motions[1:]),
+        )
     )
 
 
-def _write_attitude(tree_code: TreeCode, body: int) -> None:
-    """Write frame `f` and angular velocity `w` of a body, and its QuaternionMotion `t` if it has a quaternion."""
-    tree, write, n = tree_code.tree, tree_code.code.write, tree_code.tree.coordinates
-    part = tree.part(body)
-    k, parent = part.coordinate, part.parent
-    if part.form is Driven:
-        write(f"angle = mechanism.speed * y[{2 * n}]")
-        write("c1, s1 = direction(angle)")
-        write(f"f{body} = on_ground(c1, s1)")
-        write(f"w{body} = Vector(0.0, 0.0, mechanism.speed)")
-    elif part.turns_freely:
-        values = [f"y[{k + j}]" for j in range(4)] + [f"y[{n + k + j}]" for j in range(4)]
-        write(f"t{body} = QuaternionMotion({', '.join(values)})")
-        write(f"f{body} = frame_of({', '.join(values[:4])})")
-        write(f"w{body} = to_fixed_frame(f{body}, spin_of(t{body}))")
-    elif part.form is Slide:
-        write(f"f{body} = {f'f{parent}' if parent else 'on_ground(1.0, 0.0)'}")
-        write(f"w{body} = {f'w{parent}' if parent else NO_VECTOR}")
-    else:
-        rotation_index = k + (part.form is Sleeve)
-        write(f"c{body}, s{body} = direction(y[{rotation_index}])")
-        write(f"f{body} = " + (f"turned_about_z(f{parent}, " if parent else "on_ground(") + f"c{body}, s{body})")
-        rotation = tree_code.code.expression(f"y[{n + rotation_index}]") * tree_code.z_axis(parent)
-        write(f"w{body} = {tree_code.vector(f'w{parent}') + rotation if parent else rotation}")
-
-
-def _write_centre(tree_code: TreeCode, body: int) -> None:
-    """Write position `r` and velocity `v` of a body's centre of mass."""
-    tree, write, vector = tree_code.tree, tree_code.code.write, tree_code.vector
-    part, n = tree.part(body), tree_code.tree.coordinates
-    k, parent = part.coordinate, part.parent
-    if part.form is Loose:
-        write(f"r{body} = Vector(y[{k + 4}], y[{k + 5}], y[{k + 6}])")
-        write(f"v{body} = Vector(y[{n + k + 4}], y[{n + k + 5}], y[{n + k + 6}])")
-        return
-    own_arm = tree_code.own_arm(body)
-    arm = tree_code.near_arm(body) + tree_code.along_axis(body, f"y[{k}]")
-    velocity = tree_code.along_axis(body, f"y[{n + k}]")
-    if parent:
-        write(f"r{body} = {vector(f'r{parent}') + arm + own_arm}")
-        velocity = vector(f"v{parent}") + vector(f"w{parent}").cross(arm) + velocity
-    else:
-        write(f"r{body} = {arm + own_arm}")
-    if parent or part.form is not Slide:
-        velocity += vector(f"w{body}").cross(own_arm)
-    write(f"v{body} = {velocity}")
-
-
-def gaps_code(tree: MachineType) -> str:
-    """Return the code of the family member of that name."""
-    tree_code, items = PosedTreeCode(tree, "mechanism", "pose"), []
+@generated(MachineType)
+def gaps_of(tree: MachineType) -> Program:
+    """Return the program of `contract.gaps`."""
+    bodies, joint_gaps = PosedBodies(tree), []
     for j, (bearing, journal) in enumerate(tree.openings):
-        opening = f"mechanism.openings[{j}]"
-        bearing_position, bearing_velocity = _point_motion(tree_code, bearing, f"{opening}.at_bearing")
-        journal_position, journal_velocity = _point_motion(tree_code, journal, f"{opening}.at_journal")
+        opening = bodies.mechanism.openings[j]
+        bearing_position, bearing_velocity = _point_motion(bodies, bearing, opening.at_bearing)
+        journal_position, journal_velocity = _point_motion(bodies, journal, opening.at_journal)
         observed = (
             journal_position - bearing_position,
             journal_velocity - bearing_velocity,
-            tree_code.to_fixed_frame(bearing, tree_code.vector(f"{opening}.axis")),
-            tree_code.spin(bearing),
-            tree_code.spin(journal),
+            bodies.to_fixed_frame(bearing, SpatialVector(opening.axis)),
+            bodies.spin(bearing),
+            bodies.spin(journal),
         )
-        in_journal = ", ".join(str(tree_code.to_body_frame(journal, vector)) for vector in observed)
-        items.append(f"SpatialGap({in_journal}, {tree_code.frame(journal)})")
-    return tree_code.code.function("gaps", tuple_code(items))
+        in_journal = (bodies.to_body_frame(journal, vector).value for vector in observed)
+        joint_gaps.append(SpatialGap(*in_journal, bodies.frame(journal)))
+    return bodies.program.returns(tuple(joint_gaps))
 
 
-def _point_motion(tree_code: PosedTreeCode, body: int, point: str) -> tuple[SpatialVector, SpatialVector]:
+def _point_motion(bodies: PosedBodies, body: int, point: Expr) -> tuple[SpatialVector, SpatialVector]:
     """Return position and velocity of a point of a body."""
-    arm = tree_code.arm(body, point)
-    return tree_code.centre(body) + arm, tree_code.velocity(body) + tree_code.spin(body).cross(arm)
+    arm = bodies.arm(body, point)
+    return bodies.centre(body) + arm, bodies.velocity(body) + bodies.spin(body).cross(arm)
 
 
-def bearing_axes_code(tree: MachineType) -> str:
-    """Return the code of a function of a pose: the bearings' own x axes in the frames of the journals."""
-    tree_code = PosedTreeCode(tree, "mechanism", "pose")
-    axes = [
-        str(
-            tree_code.to_body_frame(
-                journal, tree_code.to_fixed_frame(bearing, tree_code.vector(f"mechanism.openings[{j}].across"))
-            )
-        )
-        for j, (bearing, journal) in enumerate(tree.openings)
-    ]
-    return tree_code.code.function("bearing_axes", tuple_code(axes))
+@generated(MachineType)
+def bearing_axes_of(tree: MachineType) -> Program:
+    """Return the program of a pose's bearing axes: their own x axes in the frames of the journals."""
+    bodies, axes = PosedBodies(tree), []
+    for j, (bearing, journal) in enumerate(tree.openings):
+        across = bodies.to_fixed_frame(bearing, SpatialVector(bodies.mechanism.openings[j].across))
+        axes.append(bodies.to_body_frame(journal, across).value)
+    return bodies.program.returns(tuple(axes))
 
 
-def energy_code(tree: MachineType) -> str:
-    """Return the code of the family member of that name."""
-    tree_code, twice_kinetic, gravity_powers = PosedTreeCode(tree, "mechanism", "pose"), [], []
+@generated(MachineType)
+def energy_of(tree: MachineType) -> Program:
+    """Return the program of `contract.energy`."""
+    bodies, twice_kinetic, gravity_powers = PosedBodies(tree), [], []
     for body in range(1, len(tree.parts) + 1):
-        part, velocity = f"mechanism.parts[{body - 1}]", tree_code.velocity(body)
-        mass, inertia = tree_code.code.expression(f"{part}.mass"), tree_code.vector(f"{part}.inertia")
-        spin = tree_code.to_body_frame(body, tree_code.spin(body))
-        twice_kinetic += [mass * velocity.dot(velocity), spin.dot(inertia.componentwise(spin))]
-        gravity_powers.append(mass * velocity.dot(tree_code.vector("mechanism.gravity")))
-    return tree_code.code.function("energy", f"{0.5 * sum_of(twice_kinetic)}, {sum_of(gravity_powers)}")
+        part, velocity = bodies.mechanism.parts[body - 1], bodies.velocity(body)
+        spin = bodies.to_body_frame(body, bodies.spin(body))
+        momentum = SpatialVector(part.inertia).componentwise(spin)
+        twice_kinetic += [part.mass * velocity.dot(velocity), spin.dot(momentum)]
+        gravity_powers.append(part.mass * velocity.dot(SpatialVector(bodies.mechanism.gravity)))
+    return bodies.program.returns((0.5 * sum_of(twice_kinetic), sum_of(gravity_powers)))
 
 
-def describe_code(tree: MachineType) -> str:
-    """Return the code of the family member of that name."""
-    tree_code = PosedTreeCode(tree, "mechanism", "y", "pose", "motion", "out")
-    output, rate = output_motion(tree_code)
-    values = [f"y[{2 * tree.coordinates}]", "pose.angle", "motion.torque", output, rate, "motion.output"]
+@generated(MachineType)
+def histories_of(tree: MachineType) -> Program:
+    """Return the program of the time histories that `contract.describe` writes: (mechanism, pose, y, motion)."""
+    bodies = PosedBodies(tree, 4)
+    _, pose, y, motion = bodies.program.parameters
+    output, rate = _output_motion(bodies)
+    values = [y[2 * tree.coordinates], pose.angle, motion.torque, output, rate, motion.output]
     for body in tree.reported:
-        position, velocity, spin = tree_code.centre(body), tree_code.velocity(body), tree_code.spin(body)
+        position, velocity, spin = bodies.centre(body), bodies.velocity(body), bodies.spin(body)
         values += [vector[axis] for vector in (position, velocity) for axis in range(3)]
-        values += [f"{tree_code.code.assign(_quaternion_code(tree, body))}[{k}]" for k in range(4)]
+        quaternion = _quaternion(bodies, body)
+        values += [quaternion[k] for k in range(4)]
         values += [spin[axis] for axis in range(3)]
-    for i, value in enumerate(values):
-        tree_code.code.write(f"out[{i}] = {value}")
-    return tree_code.code.function("describe", str(len(values)))
+    return bodies.program.returns(tuple(values))
 
 
-def _quaternion_code(tree: MachineType, body: int) -> str:
-    """Return the code of a body's unit quaternion; for an attached body, from its rotation about its own z axis."""
-    part = tree.part(body)
+def _quaternion(bodies: PosedBodies, body: int) -> Expr:
+    """Return a body's unit quaternion; for an attached body, from its rotation about its own z axis."""
+    part = bodies.tree.part(body)
     if part.turns_freely:
-        return f"quaternion_of(pose.quaternion_motions[{body - 1}])"
-    parent_quaternion = _quaternion_code(tree, part.parent) if part.parent else "(1.0, 0.0, 0.0, 0.0)"
+        return bodies.program.call(quaternion_of, bodies.pose.quaternion_motions[body - 1])
+    parent_quaternion = _quaternion(bodies, part.parent) if part.parent else bodies.program.known((1.0, 0.0, 0.0, 0.0))
     if part.form is Slide:
         return parent_quaternion
-    rotation = "pose.angle" if part.form is Driven else f"pose.q[{part.coordinate + (part.form is Sleeve)}]"
-    return f"turned_quaternion({parent_quaternion}, {rotation})"
+    rotation = bodies.pose.angle if part.form is Driven else bodies.pose.q[part.coordinate + (part.form is Sleeve)]
+    return bodies.program.call(turned_quaternion, parent_quaternion, rotation)
 
 
-def output_motion(tree_code: PosedTreeCode) -> tuple[Expr, Expr]:
+def _output_motion(bodies: PosedBodies) -> tuple[Expr, Expr]:
     """Return the output's position and its rate."""
-    tree, body, expression = tree_code.tree, tree_code.tree.aimed, tree_code.code.expression
+    tree, body, mechanism, pose = bodies.tree, bodies.tree.aimed, bodies.mechanism, bodies.pose
     if tree.aim is AngleAim:
         angles, rates = [], []
         while body:
             part = tree.part(body)
             if part.form is Driven:
-                angles.append(expression("pose.angle"))
-                rates.append(expression("mechanism.speed"))
+                angles.append(pose.angle)
+                rates.append(mechanism.speed)
             elif part.form is not Slide:
                 rotation_index = part.coordinate + (part.form is Sleeve)
-                angles.append(expression(f"pose.q[{rotation_index}]"))
-                rates.append(expression(f"pose.rates[{rotation_index}]"))
+                angles.append(pose.q[rotation_index])
+                rates.append(pose.rates[rotation_index])
             body = part.parent
         return sum_of(angles), sum_of(rates)
-    position, velocity = _point_motion(tree_code, body, "mechanism.aim.point")
-    direction = tree_code.vector("mechanism.aim.direction")
+    position, velocity = _point_motion(bodies, body, mechanism.aim.point)
+    direction = SpatialVector(mechanism.aim.direction)
     return direction.dot(position), direction.dot(velocity)
 
 
-def output_code(tree: MachineType) -> str:
-    """Return the code of a function of a pose: position and rate of the output."""
-    tree_code = PosedTreeCode(tree, "mechanism", "pose")
-    position, rate = output_motion(tree_code)
-    return tree_code.code.function("output", f"{position}, {rate}")
+@generated(MachineType)
+def output_of(tree: MachineType) -> Program:
+    """Return the program of a pose's output: position and rate."""
+    bodies = PosedBodies(tree)
+    return bodies.program.returns(_output_motion(bodies))

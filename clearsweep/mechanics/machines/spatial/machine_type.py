@@ -1,4 +1,4 @@
-"""The structure of a tree, read from its compiled type for code generation."""
+"""The structure of a tree, read from its compiled type."""
 
 from .form import Ball, Driven, Hinge, Loose, Sleeve, Slide, Tree
 
