@@ -212,10 +212,10 @@ class _Contact(NamedTuple):
     """The surfaces of a friction load."""
 
     law: tuple
-    arm: float  # m, of the couple; 1 in a guide
+    arm: float  # m, of the couple; 1 in a guide, where friction is a force
     normal: float  # N, if it is given
-    turns: bool  # in a pin, where friction is a couple
     is_given: bool  # whether the normal force is given
+    is_pin: bool
     sticks: bool
 
 
@@ -224,11 +224,9 @@ def _contacts_of(mechanism):
     """Return the _Contact of each friction load."""
     machine, contacts = machine_type(kinds_of(mechanism)), []
     for friction_load in machine.friction_loads:
-        load, turns = mechanism.loads[friction_load.load], not machine.sites[friction_load.joint].link.slides
-        normal = load.normal if friction_load.is_given else 0.0
-        contacts.append(
-            _Contact(load.friction, load.radius, normal, turns, friction_load.is_given, friction_load.sticks)
-        )
+        load, is_pin = mechanism.loads[friction_load.load], not machine.sites[friction_load.joint].link.slides
+        arm, normal = load.radius if is_pin else 1.0, load.normal if friction_load.is_given else 0.0
+        contacts.append(_Contact(load.friction, arm, normal, friction_load.is_given, is_pin, friction_load.sticks))
     return tuple(contacts)
 
 
@@ -244,160 +242,92 @@ def _force(contact, normal, speed):
     """Return the friction (N) at a sliding speed; in a pin the normal force is its reaction, unless it is given."""
     if contact.is_given:
         return friction_force(contact.law, contact.normal, speed)
-    if contact.turns:
-        return friction_in_pin(contact.law, normal, speed)
-    return friction_force(contact.law, normal, speed)
+    law = friction_in_pin if contact.is_pin else friction_force
+    return law(contact.law, normal, speed)
 
 
 @inlined
 def _limit(contact, normal):
     """Return the largest sticking friction, a torque (N m) or a force (N)."""
-    if contact.turns and not contact.is_given:
+    if contact.is_pin and not contact.is_given:
         return contact.arm * static_limit_in_pin(contact.law, normal)
-    size = contact.normal if contact.is_given else normal
-    return contact.arm * static_limit(contact.law) * size if contact.turns else static_limit(contact.law) * size
-
-
-@inlined
-def _replaced(items, i, item):
-    """Return a tuple with another item number `i`."""
-    return (*items[:i], item, *items[i + 1 :])
+    return contact.arm * static_limit(contact.law) * (contact.normal if contact.is_given else normal)
 
 
 @inlined
 def accelerate_with_friction(mechanism, pose, loads):
     """Return the FrictionMotion of a machine with friction loads."""
     contacts, slips = _contacts_of(mechanism), _slips_of(mechanism, pose)
-    if all(contact.is_given for contact in contacts) and not any(contact.sticks for contact in contacts):
-        return _with_given_friction(mechanism, pose, loads, contacts, slips)
-    if any(contact.sticks for contact in contacts):
-        return _with_sticking_friction(mechanism, pose, loads, contacts, slips)
-    return _with_sliding_friction(mechanism, pose, loads, contacts, slips)
-
-
-@inlined
-def _with_given_friction(mechanism, pose, loads, contacts, slips):
-    speeds = tuple(
-        [contact.arm * slip if contact.turns else slip for contact, slip in zip(contacts, slips, strict=True)]
-    )
-    friction = tuple(
-        [
-            contact.arm * _force(contact, 0.0, speed) if contact.turns else _force(contact, 0.0, speed)
-            for contact, speed in zip(contacts, speeds, strict=True)
+    sticks, is_given = any(contact.sticks for contact in contacts), all(contact.is_given for contact in contacts)
+    speeds = tuple([contact.arm * slip for contact, slip in zip(contacts, slips, strict=True)])
+    normals = tuple([0.0 for _ in contacts])
+    if sticks or not is_given:
+        _, normals, slip_rates = under_friction(mechanism, pose, loads, normals)
+    friction = tuple([c.arm * _force(c, n, v) for c, n, v in zip(contacts, normals, speeds, strict=True)])
+    stuck = tuple([abs(v) < c.law.band if c.sticks else False for c, v in zip(contacts, speeds, strict=True)])
+    if sticks:
+        _, normals, slip_rates = under_friction(mechanism, pose, loads, friction)
+        compliances = [
+            under_friction(mechanism, pose, loads, _replaced(friction, i, friction[i] + 1.0))[2][k] - slip_rates[k]
+            for k, i in enumerate(_sticking(contacts))
         ]
-    )
-    motion = under_friction(mechanism, pose, loads, friction)[0]
-    powers = tuple([size * slip for size, slip in zip(friction, slips, strict=True)])
-    return FrictionMotion(motion.accelerations, motion.output, motion.torque, powers, speeds)
-
-
-@inlined
-def _with_sliding_friction(mechanism, pose, loads, contacts, slips):
-    speeds = tuple(
-        [contact.arm * slip if contact.turns else slip for contact, slip in zip(contacts, slips, strict=True)]
-    )
-    normals = under_friction(mechanism, pose, loads, tuple([0.0 for _ in contacts]))[1]
-    friction = tuple(
-        [
-            contact.arm * _force(contact, normal, speed) if contact.turns else _force(contact, normal, speed)
-            for contact, normal, speed in zip(contacts, normals, speeds, strict=True)
-        ]
-    )
-    change, largest = 0.0, 0.0
-    for _ in range(SWEEPS):
-        normals = under_friction(mechanism, pose, loads, friction)[1]
-        before = friction
-        friction = tuple(
-            [
-                contact.arm * _force(contact, normal, speed) if contact.turns else _force(contact, normal, speed)
-                for contact, normal, speed in zip(contacts, normals, speeds, strict=True)
-            ]
-        )
+    valid = 1.0
+    if sticks or not is_given:
         change, largest = 0.0, 0.0
-        for i in range(len(contacts)):
-            change = max(change, abs(plain(friction[i]) - plain(before[i])))
-            largest = max(largest, abs(plain(friction[i])))
-        if change <= CONVERGED * largest:
-            break
+        for _ in range(SWEEPS):
+            if not sticks:
+                normals = under_friction(mechanism, pose, loads, friction)[1]
+            before = friction
+            friction = tuple(
+                [
+                    where(is_stuck, size, c.arm * _force(c, n, v))
+                    for is_stuck, size, c, n, v in zip(stuck, before, contacts, normals, speeds, strict=True)
+                ]
+            )
+            if sticks:
+                friction, normals = _slowed(mechanism, pose, loads, contacts, slips, compliances, stuck, friction)
+            change, largest = 0.0, 0.0
+            for i in range(len(contacts)):
+                change = max(change, abs(plain(friction[i]) - plain(before[i])))
+                largest = max(largest, abs(plain(friction[i])))
+            if change <= CONVERGED * largest:
+                break
+        valid = 1.0 if change <= JAM_TOLERANCE * largest else math.nan
     motion = under_friction(mechanism, pose, loads, friction)[0]
-    valid = 1.0 if change <= JAM_TOLERANCE * largest else math.nan
     powers = tuple([valid * (size * slip) for size, slip in zip(friction, slips, strict=True)])
     return FrictionMotion(motion.accelerations, motion.output, motion.torque, powers, speeds)
 
 
 @inlined
-def _slow_down(mechanism, pose, loads, contacts, slips, compliances, stuck, friction):
-    """Return the friction, with that of each stuck joint corrected in turn, and the reactions before the last of these.
+def _slowed(mechanism, pose, loads, contacts, slips, compliances, stuck, friction):
+    """Return the friction after one sweep over the joints that can stick, and the reactions before its last change.
 
-    compliances, stuck : of each joint that can stick
+    Karnopp 1985: while the slip is below the band, each couple or force makes it decay at the rate of the crank, within
+    its limits, which may depend on reactions; several are iterated (projected Gauss-Seidel).
+    compliances : of each joint that can stick
     """
     normals, decay = (), abs(_crank_orientation(mechanism, pose).rate)
-    sticking = [i for i in range(len(contacts)) if contacts[i].sticks]
-    for k, i in enumerate(sticking):
+    for k, i in enumerate(_sticking(contacts)):
         _, normals, slip_rates = under_friction(mechanism, pose, loads, friction)
         can_stick = compliances[k] > MIN_COMPLIANCE
         limit = _limit(contacts[i], normals[i])
         stopping_force = friction[i] - (slip_rates[k] + decay * slips[i]) / where(can_stick, compliances[k], 1.0)
         stopping_force = min(max(stopping_force, -limit), limit)
         bounded = where(can_stick, stopping_force, friction[i])
-        friction = _replaced(friction, i, where(stuck[k], bounded, friction[i]))
+        friction = _replaced(friction, i, where(stuck[i], bounded, friction[i]))
     return friction, normals
 
 
 @inlined
-def _with_sticking_friction(mechanism, pose, loads, contacts, slips):
-    """Return the FrictionMotion of a machine whose joints can stick.
+def _sticking(contacts):
+    """Return the indices of the surfaces that can stick."""
+    return [i for i in range(len(contacts)) if contacts[i].sticks]
 
-    Karnopp 1985: while the slip is below the band, each couple or force makes it decay at the rate of the crank,
-    within its limits, which may depend on reactions; several are iterated (projected Gauss-Seidel).
-    """
-    sticking = [i for i in range(len(contacts)) if contacts[i].sticks]
-    speeds = tuple(
-        [contact.arm * slip if contact.turns else slip for contact, slip in zip(contacts, slips, strict=True)]
-    )
-    _, normals, slip_rates = under_friction(mechanism, pose, loads, tuple([0.0 for _ in contacts]))
-    friction = tuple(
-        [
-            contact.arm * _force(contact, normal, speed) if contact.turns else _force(contact, normal, speed)
-            for contact, normal, speed in zip(contacts, normals, speeds, strict=True)
-        ]
-    )
-    _, normals, slip_rates = under_friction(mechanism, pose, loads, friction)
-    compliances = [
-        under_friction(mechanism, pose, loads, _replaced(friction, i, friction[i] + 1.0))[2][k] - slip_rates[k]
-        for k, i in enumerate(sticking)
-    ]
-    stuck = [abs(speeds[i]) < contacts[i].law.band for i in sticking]
-    change, largest = 0.0, 0.0
-    for _ in range(SWEEPS):
-        before = friction
-        friction = tuple(
-            [
-                where(
-                    stuck[sticking.index(i)],
-                    friction[i],
-                    contacts[i].arm * _force(contacts[i], normals[i], speeds[i])
-                    if contacts[i].turns
-                    else _force(contacts[i], normals[i], speeds[i]),
-                )
-                if contacts[i].sticks
-                else contacts[i].arm * _force(contacts[i], normals[i], speeds[i])
-                if contacts[i].turns
-                else _force(contacts[i], normals[i], speeds[i])
-                for i in range(len(contacts))
-            ]
-        )
-        friction, normals = _slow_down(mechanism, pose, loads, contacts, slips, compliances, stuck, friction)
-        change, largest = 0.0, 0.0
-        for i in range(len(contacts)):
-            change = max(change, abs(plain(friction[i]) - plain(before[i])))
-            largest = max(largest, abs(plain(friction[i])))
-        if change <= CONVERGED * largest:
-            break
-    motion = under_friction(mechanism, pose, loads, friction)[0]
-    valid = 1.0 if change <= JAM_TOLERANCE * largest else math.nan
-    powers = tuple([valid * (size * slip) for size, slip in zip(friction, slips, strict=True)])
-    return FrictionMotion(motion.accelerations, motion.output, motion.torque, powers, speeds)
+
+@inlined
+def _replaced(items, i, item):
+    """Return a tuple with another item number `i`."""
+    return (*items[:i], item, *items[i + 1 :])
 
 
 def _slip(bodies: Bodies, friction_load: FrictionLoad) -> Expr:
