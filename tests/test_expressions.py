@@ -12,7 +12,7 @@ from clearsweep.mechanics.machines.spatial.expressions import NO_VECTOR, Spatial
 from clearsweep.tracing import objects
 from clearsweep.tracing.compiled.dual import Dual
 from clearsweep.tracing.compiled.formulas import ONE, ZERO, Program, sum_of
-from clearsweep.tracing.primitives import register_emitter
+from clearsweep.tracing.protocols import register_emitter
 
 NAMES = ("a", "b", "c", "d")
 FORMULAS = {

@@ -6,7 +6,8 @@ from typing import Any
 
 from ...tracing.compiled.family import form_number
 from ...tracing.compiled.formulas import Program
-from ...tracing.primitives import register_emitter
+from ...tracing.protocols import register_emitter
+from ...tracing.symbols import trace
 
 
 def kinds_of(value: Any) -> Any:
@@ -17,11 +18,6 @@ def kinds_of(value: Any) -> Any:
         type(value),
         *[float if type(item) is float else kinds_of(item) for item in value],
     )  # most items are floats
-
-
-def structural(function: Callable) -> Callable:
-    """Return `function`, which looks at types only; Python runs it, also while a body is traced."""
-    return register_emitter(function)(function)
 
 
 def generated(structure_of: Callable[[tuple], Any]) -> Callable:
@@ -43,6 +39,7 @@ def generated(structure_of: Callable[[tuple], Any]) -> Callable:
 
         @register_emitter(run)
         def emit(mechanism: tuple, *arguments: Any) -> Any:
+            trace().sources.add(build.__code__.co_filename)
             return program_for(kinds_of(mechanism)).emit(mechanism, *arguments)
 
         return run

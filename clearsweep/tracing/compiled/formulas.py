@@ -17,8 +17,7 @@ from typing import Any, NamedTuple
 from ..activation import Activation
 from ..calls import call, run
 from ..expressions import Expressions
-from ..primitives import slope_rule
-from .dual import Dual
+from ..protocols import has_slope, slope_rule
 
 ATTRIBUTE, ITEM, CALL, SUM, INVERSE = range(5)  # kinds of operations
 
@@ -300,7 +299,7 @@ class Traced:
 
     def call(self, function: Callable, *arguments: Any) -> Any:
         """Return the result of a function, emitting its operations."""
-        rule = slope_rule(function) if any(isinstance(x, Dual) for x in arguments) else None
+        rule = slope_rule(function) if has_slope(*arguments) else None
         return run(rule, *arguments) if rule else call(function, *arguments)
 
 

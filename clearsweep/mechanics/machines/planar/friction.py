@@ -11,11 +11,11 @@ from typing import NamedTuple
 from ....tracing.compiled import calculus
 from ....tracing.compiled.choosing import where
 from ....tracing.compiled.dual import plain
-from ....tracing.compiled.family import family, inlined, kernel
+from ....tracing.compiled.family import family, inlined, kernel, known
 from ....tracing.compiled.formulas import ZERO, Expr, Program, sum_of
 from ...laws.friction import friction_force, friction_in_pin, static_limit, static_limit_in_pin
 from ..contract import Motion
-from ..programs import generated, kinds_of, structural
+from ..programs import generated, kinds_of
 from .dynamics import Dynamics
 from .expressions import NO_VECTOR, PlaneVector, vector_sum
 from .kinematics import Bodies, combination, signed
@@ -219,7 +219,7 @@ class _Contact(NamedTuple):
     sticks: bool
 
 
-@structural
+@known
 def _contacts_of(mechanism):
     """Return the _Contact of each friction load."""
     machine, contacts = machine_type(kinds_of(mechanism)), []
@@ -230,7 +230,7 @@ def _contacts_of(mechanism):
     return tuple(contacts)
 
 
-@structural
+@known
 def _crank_orientation(mechanism, pose):
     """Return the Orientation of the crank."""
     machine = machine_type(kinds_of(mechanism))

@@ -1,5 +1,6 @@
 """Members of the families of `contract` for planar machines; they run its programs."""
 
+from ....tracing.compiled.family import known
 from ..contract import (
     accelerate,
     body_angles,
@@ -16,7 +17,6 @@ from ..contract import (
     pose_at,
     with_friction_laws,
 )
-from ..programs import structural
 from .cycle import evaluate_cycle
 from .dynamics import impact_masses_of, motion_of
 from .equations import body_angles_of, crank_rate_of, energy_of, gaps_of, histories_of, output_and_crank_of
@@ -72,7 +72,7 @@ def _friction_laws_planar(mechanism):
     return _friction_laws_of(mechanism)
 
 
-@structural
+@known
 def _friction_laws_of(mechanism):
     return tuple(load.friction for load in mechanism.loads if isinstance(load, FRICTION_LOADS))
 
@@ -82,7 +82,7 @@ def _with_friction_laws_planar(mechanism, laws):
     return _with_friction_laws(mechanism, laws)
 
 
-@structural
+@known
 def _with_friction_laws(mechanism, laws):
     remaining = iter(laws)
     loads = (
