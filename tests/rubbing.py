@@ -19,11 +19,11 @@ from clearsweep.mechanics.observe import (
 from clearsweep.mechanics.wear import ACCOUNT_SIZE, Bins, JointAccount
 from clearsweep.mechanics.wear.arc import WORKSPACE_SIZE, accumulate_distance, workspace_of
 from clearsweep.mechanics.wear.bins import (
-    AXIAL_ROWS,
     POSITIONS,
     SLOPES,
-    STRIP_ROWS,
+    AxialRows,
     Step,
+    StripRows,
     fit_positions,
     fit_profiles,
     update_worn_profile,
@@ -62,7 +62,12 @@ def _step_of(history, begin, length, workspace):
         ends, nearby = quarters[[0, -1]], 1e-3 * length
         slopes = length * (angle(ends + nearby) - angle(ends - nearby)) / (2.0 * nearby)
         positions[0, SLOPES + row, [0, QUARTER_POINTS + 1]] = slopes
-    neighbour = np.zeros((1, AXIAL_ROWS, STATE_POINTS)), np.zeros((STRIP_ROWS, PARTS + 1)), workspace, np.zeros(0)
+    neighbour = (
+        AxialRows(np.zeros((1, AxialRows.SIZE, STATE_POINTS))),
+        StripRows(np.zeros((StripRows.SIZE, PARTS + 1))),
+        workspace,
+        np.zeros(0),
+    )
     return Step(step_values, length, np.zeros(1), positions, *neighbour)
 
 

@@ -155,10 +155,10 @@ def test_every_figure_is_defined():
     assert len(known) > 20
 
 
-@pytest.mark.parametrize("package", ["mechanism", "joint"])
+@pytest.mark.parametrize("package", ["machines", "joints", "laws"])
 def test_every_family_of_a_contract_is_described(package):
     source = (ROOT / f"clearsweep/mechanics/{package}/contract.py").read_text(encoding="utf-8")
-    families = re.findall(r"^@family\ndef (\w+)", source, re.MULTILINE)
+    families = re.findall(r"^@family(?:_with_default)?\ndef (\w+)", source, re.MULTILINE)
     assert families
     assert not [name for name in families if f"`{name}(" not in TEXTS["docs/design.md"]]
 

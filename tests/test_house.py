@@ -73,6 +73,7 @@ def test_the_imports_of_the_package_point_one_way(copy):
         ("mechanics/observe.py", "from .joints.contract import parts"),
         ("mechanics/joints/dry.py", "from .registry import compile_joint"),
         ("mechanics/joints/slot.py", "from .guide import Guide"),
+        ("mechanics/joints/spatial/strips.py", "from .spread import spread_walls"),
         ("mechanics/wear/bins.py", "from ..joints.dry import Joint"),
         ("mechanics/wear/laws.py", "from .bins import Step"),
         ("mechanics/laws/contract.py", "from .elastic import elastic_force"),

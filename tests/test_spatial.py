@@ -17,7 +17,7 @@ from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints import spatial as joints
 from clearsweep.mechanics.joints.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
-from clearsweep.mechanics.joints.spatial.points import farthest_direction
+from clearsweep.mechanics.joints.spatial import farthest_direction
 from clearsweep.mechanics.laws.contract import ACTS, FREE, PRESSED
 from clearsweep.mechanics.machines.contract import accelerate, energy, gaps, pose_at
 from clearsweep.mechanics.machines.spatial.form import Loose, Slide

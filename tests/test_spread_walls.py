@@ -19,7 +19,7 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.coupling import rates as rates_code
 from clearsweep.mechanics.joints import spatial as joints
 from clearsweep.mechanics.joints.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
-from clearsweep.mechanics.joints.spatial import strips, wall_strips
+from clearsweep.mechanics.joints.spatial import strips
 from clearsweep.mechanics.laws.contract import ACTS, CLIPPED, FREE, PRESSED
 from clearsweep.mechanics.laws.elastic import elastic_force
 from clearsweep.mechanics.machines.contract import gaps, pose_at
@@ -467,22 +467,22 @@ def test_walls_are_spread_unless_said_otherwise_or_the_law_keeps_an_indentation(
 
 def load_fraction(joint, strip, depth, interval):
     """Return the load fraction of an interval of a strip."""
-    total = wall_strips.integrals_of(joint.walls, joint, strip, depth)[0]
-    return wall_strips.load_integral(joint.walls, joint, strip, depth, interval) / total
+    total = strips.integrals_of(joint.walls, joint, strip, depth)[0]
+    return strips.load_integral(joint.walls, joint, strip, depth, interval) / total
 
 
 def test_wear_follows_the_elastic_force_over_the_strip():
     joint = joint_of()
-    strip = wall_strips.DepthProfile(0.01, 1e-3, 1e-6)
+    strip = strips.DepthProfile(0.01, 1e-3, 1e-6)
     for low, high in ((0.0, 1e-3), (1e-3, 2e-3), (3e-3, 4e-3)):  # 4 um deep: pressed over 4 mm
         known = ((4e-3 - low) ** 2.5 - (4e-3 - high) ** 2.5) / 4e-3**2.5
         assert load_fraction(joint, strip, 4e-6, (low, high)) == pytest.approx(known, rel=1e-9)
-    inside = wall_strips.DepthProfile(0.01, -1e-3, 1e-6)  # of an end that is apart: pressed from 6 mm on
+    inside = strips.DepthProfile(0.01, -1e-3, 1e-6)  # of an end that is apart: pressed from 6 mm on
     interval = 0.0, 0.01
-    assert wall_strips.pressed_part(joint.walls, joint, inside, -6e-6, interval) == pytest.approx((6e-3, 1e-2))
+    assert strips.pressed_part(joint.walls, joint, inside, -6e-6, interval) == pytest.approx((6e-3, 1e-2))
     assert load_fraction(joint, inside, -6e-6, (0.0, 8e-3)) == pytest.approx(0.5**2.5, rel=1e-9)
-    integrals = wall_strips.integrals_of(joint.walls, joint, strip, 4e-6)
-    loads = wall_strips.loads_along(joint.walls, joint, strip, 4e-6, (100.0, *integrals))
+    integrals = strips.integrals_of(joint.walls, joint, strip, 4e-6)
+    loads = strips.loads_along(joint.walls, joint, strip, 4e-6, (100.0, *integrals))
     assert loads.mean_load == pytest.approx(100.0 / 4e-3, rel=1e-9)
     assert loads.max_load == pytest.approx(2.5 * 100.0 / 4e-3, rel=1e-9)
 
@@ -491,7 +491,7 @@ def test_wear_of_a_journal_tilted_across_the_load_follows_its_hyperbola():
     """Its end is 12 um deep and its middle 0.6 um."""
     joint, tilt, ends = joint_of(), 7e-3, 2e-4 + 12e-6
     lean = tilt**2 * 0.01 / ends
-    strip = wall_strips.DepthProfile(0.01, lean, tilt**2)
+    strip = strips.DepthProfile(0.01, lean, tilt**2)
 
     def depth(z):
         return math.sqrt(ends**2 - 2.0 * ends * lean * z + (tilt * z) ** 2) - 2e-4

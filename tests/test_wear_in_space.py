@@ -10,8 +10,7 @@ from spatial_cases import JOINT, planar, spatial
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.joints.spatial import SpatialGap, slices, wall_point, wall_strips
-from clearsweep.mechanics.joints.spatial.form import APART
+from clearsweep.mechanics.joints.spatial import APART, SpatialGap, slices, strips, wall_point
 from clearsweep.mechanics.laws.contract import FREE, PRESSED
 from clearsweep.mechanics.machines.contract import body_angles, pose_at
 from clearsweep.mechanics.observe import (
@@ -27,17 +26,12 @@ from clearsweep.mechanics.observe import (
 from clearsweep.mechanics.wear import ACCOUNT_SIZE, SLIDING_DISTANCE, Bins
 from clearsweep.mechanics.wear.arc import WORKSPACE_SIZE, workspace_of
 from clearsweep.mechanics.wear.bins import (
-    AXIAL_ROWS,
-    BEARING_START,
-    FACING,
-    JOURNAL_START,
-    LEAN,
     POSITIONS,
-    REACH,
     SLOPES,
-    STRIP_ROWS,
+    AxialRows,
     Instant,
     Step,
+    StripRows,
     WearTotals,
     record,
     update_joint_wear,
@@ -47,7 +41,7 @@ from clearsweep.tracing.compiled.vector import Vector
 
 WEAR = {"law": "archard", "bearing_coefficient": 2e-13, "journal_coefficient": 1e-13, "bins": 90, "length_bins": 10}
 EVEN = np.arange(PARTS + 1) / PARTS
-LEANING = wall_strips.DepthProfile(0.01, 1e-3, 1e-6)
+LEANING = strips.DepthProfile(0.01, 1e-3, 1e-6)
 
 
 def joint_of(**keys):
@@ -58,15 +52,16 @@ def joint_of(**keys):
 def empty(joint):
     """Return a Step in which both walls are pressed over the whole journal without load, and its Worn."""
     stride = int(joint.wear.bins * joint.wear_rows)
-    distance = np.zeros((6, AXIAL_ROWS, STATE_POINTS))
-    distance[:, REACH], distance[:, FACING] = joint.journal_half_length, 1.0
+    axial = AxialRows(np.zeros((6, AxialRows.SIZE, STATE_POINTS)))
+    for j in range(6):
+        axial[j].reach[:], axial[j].facing[:] = joint.journal_half_length, 1.0
     step = Step(
         np.zeros((6, STEP_VALUE_ROWS, PARTS + 1)),
         1e-5,
         np.array([PRESSED, PRESSED, FREE, FREE, FREE, FREE]),
         np.zeros((6, POSITIONS + SLOPES, STATE_POINTS)),
-        distance,
-        np.zeros((STRIP_ROWS, PARTS + 1)),
+        axial,
+        StripRows(np.zeros((StripRows.SIZE, PARTS + 1))),
         workspace_of(np.zeros(WORKSPACE_SIZE)),
         np.zeros(3 * stride),
     )
@@ -86,19 +81,19 @@ def test_the_load_follows_the_depth_along_the_strip():
     joint, whole = joint_of(walls="ends"), (0.0, 0.01)
 
     def pressed(strip, depth):
-        return wall_strips.pressed_part(joint.walls, joint, strip, depth, whole)
+        return strips.pressed_part(joint.walls, joint, strip, depth, whole)
 
     def fraction(strip, depth, low, high):
-        total = wall_strips.integrals_of(joint.walls, joint, strip, depth)[0]
-        return wall_strips.load_integral(joint.walls, joint, strip, depth, (low, high)) / total
+        total = strips.integrals_of(joint.walls, joint, strip, depth)[0]
+        return strips.load_integral(joint.walls, joint, strip, depth, (low, high)) / total
 
-    even = wall_strips.DepthProfile(0.01, 0.0, 0.0)
+    even = strips.DepthProfile(0.01, 0.0, 0.0)
     assert pressed(even, 1e-5) == whole
     assert fraction(even, 1e-5, 0.002, 0.005) == pytest.approx(0.3, rel=1e-12)
     assert pressed(LEANING, 2e-6) == pytest.approx((0.0, 2e-3), rel=1e-12)  # the depth is gone after 2 mm
     assert fraction(LEANING, 2e-6, 0.0, 1e-3) == pytest.approx(0.75, rel=1e-12)  # of a triangle, its thicker half
     assert fraction(LEANING, 2e-6, 2e-3, 1e-2) == 0.0
-    deeper_inside = wall_strips.DepthProfile(0.01, -1e-3, 1e-6)
+    deeper_inside = strips.DepthProfile(0.01, -1e-3, 1e-6)
     assert fraction(deeper_inside, 1e-5, 0.0, 5e-3) == pytest.approx((10 + 2.5) / (2 * (10 + 5)), rel=1e-12)
 
 
@@ -137,8 +132,8 @@ def test_a_step_loses_nothing_however_the_journal_leans(walls, pressure, rows, l
         step.positions[wall, 0, : QUARTER_POINTS + 2] = 0.3 + 0.02 * quarters + 3.0 * wall
         step.positions[wall, 1, : QUARTER_POINTS + 2] = -3.0 - 0.3 * quarters
         end = 1.0 - 2.0 * wall
-        step.axial[wall, LEAN, : QUARTER_POINTS + 2] = lean * (1.0 + 0.1 * quarters)
-        step.axial[wall, BEARING_START], step.axial[wall, JOURNAL_START] = end * 0.01 + 1e-4, end * 0.01
+        step.axial[wall].lean[: QUARTER_POINTS + 2] = lean * (1.0 + 0.1 * quarters)
+        step.axial[wall].bearing_start[:], step.axial[wall].journal_start[:] = end * 0.01 + 1e-4, end * 0.01
         expected += share * step.length * (800.0 * 0.8 + (300.0 * 0.8 + 800.0 * 0.1) / 2.0 + 300.0 * 0.1 / 3.0)
     update_joint_wear(joint, 0, (step, worn))
     (bearing, journal), depths = volumes(joint, worn)
@@ -160,7 +155,7 @@ def test_a_leaning_journal_wears_at_its_edge_and_a_parallel_one_evenly():
         step, worn = empty(joint)
         step.step_values[0, FORCE_ROW], step.step_values[0, SLIP_ROW] = 1000.0, 1.0
         step.step_values[0, KAPPA_ROW], step.step_values[0, DEPTH_ROW] = 1.0, 8e-6
-        step.axial[0, LEAN], step.axial[0, BEARING_START], step.axial[0, JOURNAL_START] = (
+        step.axial[0].lean[:], step.axial[0].bearing_start[:], step.axial[0].journal_start[:] = (
             lean,
             0.01,
             0.01,
@@ -188,9 +183,9 @@ def test_strips_begin_where_the_surfaces_are_deepest_and_lean_as_they_do(keys):
         size = "journal_half_length" if not keys else "half_length"
         shorter = joint._replace(**{size: getattr(joint, size) - 1e-5})
         lean = (point.depth - wall_point(joint.end_type, shorter, gap, end).depth) / 1e-5
-        assert step.axial[wall, LEAN, 0] == pytest.approx(lean, rel=1e-2, abs=1e-7)
-        assert step.axial[wall, BEARING_START, 0] == pytest.approx(np.dot(point.position, axis), rel=1e-3, abs=1e-5)
-        assert step.axial[wall, JOURNAL_START, 0] == pytest.approx(point.position.z - 2e-4, rel=1e-9, abs=0.0)
+        assert step.axial[wall].lean[0] == pytest.approx(lean, rel=1e-2, abs=1e-7)
+        assert step.axial[wall].bearing_start[0] == pytest.approx(np.dot(point.position, axis), rel=1e-3, abs=1e-5)
+        assert step.axial[wall].journal_start[0] == pytest.approx(point.position.z - 2e-4, rel=1e-9, abs=0.0)
         assert step.positions[wall, 1, 0] == pytest.approx(math.atan2(point.normal.y, point.normal.x), rel=1e-12)
         assert step.positions[wall, 0, 0] == pytest.approx(
             step.positions[wall, 1, 0], rel=0.0, abs=1e-4
@@ -242,9 +237,9 @@ def test_the_strip_of_an_end_that_is_apart_wears_where_what_is_pressed_reaches_i
         step.step_values[:2, SLIP_ROW], step.step_values[:2, KAPPA_ROW] = 1.0, 1.0
         step.step_values[0, FORCE_ROW], step.step_values[1, FORCE_ROW] = 1000.0, force
         step.step_values[0, DEPTH_ROW], step.step_values[1, DEPTH_ROW] = 1.1e-5, -9e-6  # 1 um deep in the middle
-        step.axial[0, LEAN], step.axial[1, LEAN] = 1e-3, -1e-3
-        step.axial[0, BEARING_START], step.axial[0, JOURNAL_START] = 0.01, 0.01
-        step.axial[1, BEARING_START], step.axial[1, JOURNAL_START] = -0.01, -0.01
+        step.axial[0].lean[:], step.axial[1].lean[:] = 1e-3, -1e-3
+        step.axial[0].bearing_start[:], step.axial[0].journal_start[:] = 0.01, 0.01
+        step.axial[1].bearing_start[:], step.axial[1].journal_start[:] = -0.01, -0.01
         update_joint_wear(joint, 0, (step, worn))
         (bearing, _), depths = volumes(joint, worn)
         assert bearing == pytest.approx(2e-13 * (1000.0 + force) * 1e-5, rel=2e-2, abs=0.0)
@@ -309,8 +304,8 @@ def test_a_step_from_an_onset_or_to_a_separation_wears_like_its_moments(before, 
         1e9 * float(np.mean(np.maximum(d - lean * positions, 0.0) ** 1.5)) for d in distance
     ]
     step.mode[0] = PRESSED if max(before, after) > 1e-15 else APART
-    step.positions[0, 0, : QUARTER_POINTS + 2], step.axial[0, LEAN] = 1.0, lean
-    step.axial[0, BEARING_START], step.axial[0, JOURNAL_START] = half, half
+    step.positions[0, 0, : QUARTER_POINTS + 2], step.axial[0].lean[:] = 1.0, lean
+    step.axial[0].bearing_start[:], step.axial[0].journal_start[:] = half, half
     update_joint_wear(joint, 0, (step, worn))
     _, depths = volumes(joint, worn)
     result, times = depths[0] / depths[0].sum(), (np.arange(100) + 0.5) / 100

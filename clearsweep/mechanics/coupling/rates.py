@@ -20,7 +20,6 @@ from ...contracts.catalogue import Channel
 from ...tracing.compiled.choosing import cond, rolled_range
 from ...tracing.compiled.dual import Seeded, as_dual, as_type_of, rate_or_slope, slope
 from ...tracing.compiled.family import Entry, entry, inlined, kernel, known, map_joints, shaped
-from ..joints import spatial
 from ..joints.contract import (
     JointState,
     Load,
@@ -44,6 +43,8 @@ from ..joints.contract import (
     total_counts,
     with_current_state,
 )
+from ..joints.spatial.forces import CHANNELS as SPATIAL_CHANNELS
+from ..joints.spatial.forces import POINT_CHANNELS
 from ..joints.worn import with_angles, with_body_angles
 from ..laws.contract import internal_rates, internal_state, touches
 from ..machines.contract import (
@@ -337,7 +338,7 @@ JOINT_CHANNELS = (
 #: Time histories of a film, after those of its joint.
 FILM_CHANNELS = (Channel("force_dry", "N", "dry share of the normal force"),)
 #: Time histories of a joint, of a spatial joint, and of each contact point of a spatial joint; the same for all joints.
-CHANNELS = (JOINT_CHANNELS, FILM_CHANNELS, spatial.CHANNELS, spatial.POINT_CHANNELS)
+CHANNELS = (JOINT_CHANNELS, FILM_CHANNELS, SPATIAL_CHANNELS, POINT_CHANNELS)
 
 
 class _SampleCursor(NamedTuple):

@@ -11,13 +11,13 @@ from ..observe import PARTS, STATE_POINTS, STEP_VALUE_ROWS
 from ..wear import ACCOUNT_SIZE
 from ..wear.arc import WORKSPACE_SIZE, workspace_of
 from ..wear.bins import (
-    AXIAL_ROWS,
     POSITIONS,
     RECORDED_SIZE,
     SLOPES,
-    STRIP_ROWS,
+    AxialRows,
     Instant,
     Step,
+    StripRows,
     WearTotals,
     record,
     update_joint_wear,
@@ -76,15 +76,15 @@ def wear_entry(scene, dense_states, mode, step_values, length, workspace, depths
         shaped(workspace, (workspace_size(contacts, stride),)),
         WORKSPACE_SIZE + contacts * (POSITIONS + SLOPES) * STATE_POINTS,
     )
-    strip_offset = axial_offset + contacts * AXIAL_ROWS * STATE_POINTS
-    buffer_offset = strip_offset + STRIP_ROWS * (PARTS + 1)
+    strip_offset = axial_offset + contacts * AxialRows.SIZE * STATE_POINTS
+    buffer_offset = strip_offset + StripRows.SIZE * (PARTS + 1)
     step = Step(
         shaped(step_values, (contacts, STEP_VALUE_ROWS, PARTS + 1)),
         shaped(length, (1,))[0],
         shaped(mode, (contacts,)),
         workspace_array[WORKSPACE_SIZE:axial_offset].reshape(contacts, POSITIONS + SLOPES, STATE_POINTS),
-        workspace_array[axial_offset:strip_offset].reshape(contacts, AXIAL_ROWS, STATE_POINTS),
-        workspace_array[strip_offset:buffer_offset].reshape(STRIP_ROWS, PARTS + 1),
+        AxialRows(workspace_array[axial_offset:strip_offset].reshape(contacts, AxialRows.SIZE, STATE_POINTS)),
+        StripRows(workspace_array[strip_offset:buffer_offset].reshape(StripRows.SIZE, PARTS + 1)),
         workspace_of(workspace_array),
         workspace_array[buffer_offset:],
     )
@@ -96,7 +96,7 @@ def wear_entry(scene, dense_states, mode, step_values, length, workspace, depths
 @kernel
 def workspace_size(contacts, stride):
     """Return the size of the workspace for the wear of `contacts`; stride : largest number of bins of a body."""
-    return WORKSPACE_SIZE + contacts * RECORDED_SIZE + STRIP_ROWS * (PARTS + 1) + 3 * stride
+    return WORKSPACE_SIZE + contacts * RECORDED_SIZE + StripRows.SIZE * (PARTS + 1) + 3 * stride
 
 
 def wear_of(scene, parameters) -> Entry:

@@ -40,12 +40,13 @@ from ..wear import NoWear, Worn
 from ..wear.shape import Shape, bin_means, conformal_profiles, point_profiles, shape_of
 from . import dry, guide, lubricated, slot, spatial, worn
 from .foundation import Overlap
+from .spatial.strips import spread_over
 
 # Each import registers its laws, which are listed in this order; those of the imports above come before them.
 # isort: off
 from ..laws import hysteresis, plastic, dampers, cylinders, bristles, reynolds  # noqa: F401
 from ..wear import laws as wear_laws  # noqa: F401
-from .spatial import slices  # noqa: F401
+from .spatial import forces, slices  # noqa: F401
 # isort: on
 
 __all__ = [
@@ -241,7 +242,7 @@ def _compile_spatial_joint(joint: Joint) -> spatial.Through | spatial.Flanged:
         offset=Vector(*joint.offset),
         axis=Vector(sinc * b, -sinc * a, math.cos(angle)),
         end_type=spatial.InBore() if joint.flange else spatial.Overlapping(),
-        walls=spatial.spread_over(elastic) if joint.walls == "spread" else spatial.EndContacts(),
+        walls=spread_over(elastic) if joint.walls == "spread" else spatial.EndContacts(),
         law=law,
         elastic=elastic,
         friction=compile_friction(joint),

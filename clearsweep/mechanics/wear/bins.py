@@ -16,6 +16,7 @@ import numpy as np
 
 from ...tracing.compiled.choosing import lane_range, rolled_range
 from ...tracing.compiled.family import family_with_default, inlined, kernel
+from ...tracing.fields import Rows
 from ...tracing.portable import exact, inverse
 from ..laws.contract import touches
 from ..observe import (
@@ -385,19 +386,38 @@ ANGLES = (
 )  # numbers that determine the profile of an angle: at the quarters, then its slopes at both ends
 POSITIONS = 3  # such profiles of a contact: its angles on both bodies (rad) and, of worn surfaces, its depth (m)
 SLOPES = POSITIONS  # of these profiles, per fraction of the step; `record` writes the rates per second
-#: What a joint in space notes of a contact at the quarters, see `wall_strips.StripPosition`.
-LEAN, REACH, TILT_SQUARE, BEARING_START, JOURNAL_START, FACING, AXIAL_ROWS = range(7)
-#: Of the strip of one contact at equidistant times: the first three, as at the quarters, its largest depth (m), and
-#: its integrals, see `wall_strips.integrals_of`.
-MAX_DEPTH, LOAD_INTEGRAL, DEPTH_INTEGRAL, STRIP_ROWS = range(TILT_SQUARE + 1, TILT_SQUARE + 5)
 _FIRST_POSITION = StepRows.index_of("bearing_angle")  # row of the workspace
-RECORDED_SIZE = (POSITIONS + SLOPES + AXIAL_ROWS) * STATE_POINTS  # numbers stored per contact
 _QUARTERS = np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1)
 #: (ANGLES, POINTS): the coefficients of an angle's profile from its values at the quarters and its end slopes.
 FROM_ANGLES = np.zeros((ANGLES, POINTS))
 _AT_QUARTERS = [[quarter**i for i in range(DEGREE + 1)] for quarter in _QUARTERS.tolist()]
 _AT_ENDS = [[float(i == 1) for i in range(DEGREE + 1)], [float(i) for i in range(DEGREE + 1)]]
 FROM_ANGLES[:, : DEGREE + 1] = inverse(exact(_AT_QUARTERS + _AT_ENDS)).transposed.rounded()
+
+
+class AxialRows(Rows):
+    """What a joint in space notes of a contact at the quarters, see `strips.StripPosition`."""
+
+    lean: float  # 1
+    reach: float  # m
+    tilt_square: float  # 1
+    bearing_start: float  # m
+    journal_start: float  # m
+    facing: float  # 1
+
+
+class StripRows(Rows):
+    """The strip of one contact at equidistant times."""
+
+    lean: float  # 1
+    reach: float  # m
+    tilt_square: float  # 1
+    max_depth: float  # m, the largest along it
+    load_integral: float  # see `strips.integrals_of`
+    depth_integral: float  # m^2
+
+
+RECORDED_SIZE = (POSITIONS + SLOPES + AxialRows.SIZE) * STATE_POINTS  # numbers stored per contact
 
 
 class Step(NamedTuple):
@@ -407,8 +427,8 @@ class Step(NamedTuple):
     length: float  # of the step
     mode: np.ndarray  # (contacts,) int64, mode of each contact
     positions: np.ndarray  # (contacts, POSITIONS + SLOPES, STATE_POINTS)
-    axial: np.ndarray  # (contacts, AXIAL_ROWS, STATE_POINTS) of joints in space
-    strip: np.ndarray  # (STRIP_ROWS, PARTS + 1) of one of their contacts, at equidistant times
+    axial: AxialRows  # (contacts,) of joints in space
+    strip: StripRows  # of one of their contacts
     workspace: Workspace
     wear_buffer: np.ndarray  # (3 stride,) bins (m) of both bodies, at 0 between the contacts; slices of one contact
 

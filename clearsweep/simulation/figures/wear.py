@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...contracts.catalogue import Entry, Figure
-from ...mechanics.joints.spatial.form import SPATIAL_JOINT_TYPES as SPATIAL
+from ...mechanics.joints.spatial import SPATIAL_JOINT_TYPES as SPATIAL
 from ...mechanics.wear import (
     ARC_TIME,
     FIRST_CLASS,

@@ -21,8 +21,21 @@ from ..contract import (
     with_current_state,
 )
 from ..dry import normal_forces, separate_contact
-from .form import ContactForce, EndContacts, Flanged, SpatialGap, SpatialLoad, Spread, SpreadContact, Through
-from .points import flange_point, overlap_of, sine_of_tilt, tilt_of, wall_point
+from . import (
+    ContactForce,
+    EndContacts,
+    Flanged,
+    SpatialGap,
+    SpatialLoad,
+    Spread,
+    SpreadContact,
+    Through,
+    flange_point,
+    overlap_of,
+    sine_of_tilt,
+    tilt_of,
+    wall_point,
+)
 from .spread import as_spread, spread_walls
 
 WALL_FRACTION = 0.5  # fraction of the stiffness at each wall

@@ -1,6 +1,6 @@
 """Wear of a spatial joint over angle and length: the contact strip of each wall is cut into slices.
 
-`wall_strips` gives the position and load of the strips.  Each slice wears like a planar joint under its fraction of the
+`strips` gives the position and load of the strips.  Each slice wears like a planar joint under its fraction of the
 load; over a step its fraction is that of the work, so the total is conserved.  The bins of each body are along its own
 axis, around its own x axis.  Wear beyond a body's end is added at its end.
 
@@ -32,16 +32,8 @@ from ...wear import (
 )
 from ...wear.arc import FIT, POINTS, SMALLEST_ARC, account_pressure, accumulate_distance, sliding_contact_of
 from ...wear.bins import (
-    BEARING_START,
-    DEPTH_INTEGRAL,
-    FACING,
-    JOURNAL_START,
-    LEAN,
-    LOAD_INTEGRAL,
-    MAX_DEPTH,
-    REACH,
     SLOPES,
-    TILT_SQUARE,
+    StripRows,
     fit_positions,
     fit_profiles,
     record,
@@ -49,8 +41,9 @@ from ...wear.bins import (
     update_joint_wear,
     update_worn_profile,
 )
-from . import ENDS, Flanged, Through, bearing_length, wall_point
-from .wall_strips import (
+from . import ENDS, Flanged, Through, wall_point
+from .spread import bearing_length
+from .strips import (
     DepthProfile,
     carries_load,
     depth_along,
@@ -97,11 +90,11 @@ def _record_wall(joint, gap, body_angles, contact, instant):
     step.positions[j, 1, i] = math.atan2(point.normal.y, point.normal.x)
     strip_start = strip_position(joint.end_type, joint, gap, point, end)
     overlap = bearing_length(joint.end_type, joint, gap)
-    step.axial[j, LEAN, i], step.axial[j, REACH, i] = strip_start.lean, overlap.half_length
-    step.axial[j, TILT_SQUARE, i] = gap.axis.x * gap.axis.x + gap.axis.y * gap.axis.y
-    step.axial[j, BEARING_START, i] = strip_start.bearing_start
-    step.axial[j, JOURNAL_START, i] = strip_start.journal_start
-    step.axial[j, FACING, i] = strip_start.facing
+    axial = step.axial[j]
+    axial.lean[i], axial.reach[i] = strip_start.lean, overlap.half_length
+    axial.tilt_square[i] = gap.axis.x * gap.axis.x + gap.axis.y * gap.axis.y
+    axial.bearing_start[i], axial.journal_start[i] = strip_start.bearing_start, strip_start.journal_start
+    axial.facing[i] = strip_start.facing
 
 
 # ---------------------------------------------------------------------------------------------- slices
@@ -120,7 +113,7 @@ class StripHistory(NamedTuple):
     """The strip of a contact at equidistant times of a step."""
 
     reach: float  # m, the largest
-    values: np.ndarray  # (STRIP_ROWS, PARTS + 1)
+    values: StripRows
     step_values: np.ndarray  # (STEP_VALUE_ROWS, PARTS + 1) of the contact
 
 
@@ -128,7 +121,7 @@ class StripHistory(NamedTuple):
 def _strip_at(joint, history, i):
     """Return the DepthProfile of a strip and its depth (m) at equidistant time number `i`."""
     values = history.values
-    strip = DepthProfile(values[REACH, i], values[LEAN, i], values[TILT_SQUARE, i])
+    strip = DepthProfile(values.reach[i], values.lean[i], values.tilt_square[i])
     return strip, depth_at_start(joint.walls, history.step_values[DEPTH_ROW, i])
 
 
@@ -147,7 +140,7 @@ def slice_of(joint, history, low, high):
         if weight <= 0.0:
             continue
         strip, start_depth = _strip_at(joint, history, i)
-        largest_depth, total = history.values[MAX_DEPTH, i], history.values[LOAD_INTEGRAL, i]
+        largest_depth, total = history.values.max_depth[i], history.values.load_integral[i]
         interval = min(low, strip.reach), min(high, strip.reach)
         fraction = 1.0 if low <= 0.0 else 0.0  # of a point, which has its load at its start
         if total > 0.0:
@@ -171,11 +164,11 @@ def accumulate_strip_pressure(joint, step, history, account):
     """Record pressure and pressure times sliding speed of a wall contact at equidistant points of the step."""
     law, step_values, smallest_depth = joint.wear, history.step_values, 0.0
     for i in rolled_range(PARTS + 1):
-        smallest_depth = max(smallest_depth, SMALLEST_DEPTH * history.values[MAX_DEPTH, i])
+        smallest_depth = max(smallest_depth, SMALLEST_DEPTH * history.values.max_depth[i])
     for i in rolled_range(PARTS + 1):
         strip, start_depth = _strip_at(joint, history, i)
         load, slip = max(step_values[FORCE_ROW, i], 0.0), step_values[SLIP_ROW, i]
-        integrals = history.values[LOAD_INTEGRAL, i], history.values[DEPTH_INTEGRAL, i]
+        integrals = history.values.load_integral[i], history.values.depth_integral[i]
         loads = loads_along(joint.walls, joint, strip, start_depth, (load, *integrals))
         if loads.max_depth <= 0.0:
             continue
@@ -282,17 +275,17 @@ def fit_strip(joint, j, step):
     fit_positions(step.workspace, step.positions[j])
     max_reach = 0.0
     for i in rolled_range(PARTS + 1):
-        strip_values[LEAN, i] = strip_values[REACH, i] = strip_values[TILT_SQUARE, i] = 0.0
+        strip_values.lean[i] = strip_values.reach[i] = strip_values.tilt_square[i] = 0.0
         for k in rolled_range(QUARTER_POINTS + 2):
-            strip_values[LEAN, i] += FROM_QUARTERS[i, k] * axial[LEAN, k]
-            strip_values[REACH, i] += FROM_QUARTERS[i, k] * axial[REACH, k]
-            strip_values[TILT_SQUARE, i] += FROM_QUARTERS[i, k] * axial[TILT_SQUARE, k]
-        strip_values[REACH, i] = max(strip_values[REACH, i], 0.0)
-        max_reach = max(max_reach, strip_values[REACH, i])
+            strip_values.lean[i] += FROM_QUARTERS[i, k] * axial.lean[k]
+            strip_values.reach[i] += FROM_QUARTERS[i, k] * axial.reach[k]
+            strip_values.tilt_square[i] += FROM_QUARTERS[i, k] * axial.tilt_square[k]
+        strip_values.reach[i] = max(strip_values.reach[i], 0.0)
+        max_reach = max(max_reach, strip_values.reach[i])
         strip, start_depth = _strip_at(joint, history, i)
-        strip_values[MAX_DEPTH, i] = largest_depth_along(joint, strip, start_depth)
+        strip_values.max_depth[i] = largest_depth_along(joint, strip, start_depth)
         integrals = integrals_of(joint.walls, joint, strip, start_depth)
-        strip_values[LOAD_INTEGRAL, i], strip_values[DEPTH_INTEGRAL, i] = integrals
+        strip_values.load_integral[i], strip_values.depth_integral[i] = integrals
     return StripHistory(max_reach, strip_values, step.step_values[j])
 
 
@@ -302,7 +295,7 @@ def fit_depth(history, workspace, factor):
     for i in rolled_range(POINTS):
         total = 0.0
         for k in rolled_range(PARTS + 1):
-            total += FIT[k, i] * history.values[MAX_DEPTH, k]
+            total += FIT[k, i] * history.values.max_depth[k]
         workspace.step.depth[i] = factor * total
 
 
@@ -391,17 +384,18 @@ def update_group_wear(joint, end, j, step_and_totals, history, group):
     group_bins = Bins(step.wear_buffer, 0, count), Bins(step.wear_buffer, totals.stride, count)
     account = JointAccount(totals.account[j], group_slice.loaded_length / joint.wear.length)
     update_worn_profile(joint, workspace, step.step_values[j], step.length, group_bins, account)
-    axial = step.axial[j, :, QUARTER_POINTS // 2 + 1]
+    axial, middle = step.axial[j], QUARTER_POINTS // 2 + 1
+    starts = axial.bearing_start[middle], axial.journal_start[middle]
     bins_offset = 2 * (j if end == ENDS[0] else j - 1) * totals.stride
     slice_length = 2.0 * history.reach / bin_count
     for body in range(2):
         half_length = joint.half_length if body == 0 else joint.journal_half_length
-        direction = -end * (axial[FACING] if body == 0 else 1.0)
+        direction = -end * (axial.facing[middle] if body == 0 else 1.0)
         depths = step.wear_buffer[body * totals.stride : body * totals.stride + count]
         bins = Bins(totals.depths, bins_offset + body * totals.stride, count)
         for k in range(group.begin, group.end):
             strip_slice = slice_at(step, k)
-            near_end = axial[BEARING_START + body] + direction * (k * slice_length + strip_slice.begin)
+            near_end = starts[body] + direction * (k * slice_length + strip_slice.begin)
             far_end = near_end + direction * strip_slice.loaded_length
             factor = (
                 strip_slice.load_fraction

@@ -29,8 +29,7 @@ from ...laws.contract import CLIPPED, touches
 from ...laws.friction import friction_force
 from ...laws.loss import lowest_force
 from ..contract import Contact
-from .form import ContactForce, InBore, Overlapping, SpreadContact
-from .points import Point, overlap_of, wall_point
+from . import ContactForce, InBore, Overlapping, Point, SpreadContact, overlap_of, wall_point
 from .strips import (
     Lifted,
     Profile,
