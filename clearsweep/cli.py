@@ -135,6 +135,8 @@ def run(  # noqa: PLR0913 - one argument per option
 ) -> int:
     """Run the cases of a grid and store their results. A second run computes only the missing cases.
 
+    Where results/NAME contains the run of another grid, that run is moved aside to results/NAME-2.
+
     \b
     Examples:
       clearsweep run machine.yaml --dry-run
@@ -211,8 +213,8 @@ def report(  # noqa: PLR0913 - one argument per option
 ) -> None:
     """Write the report of a run as one offline HTML page.
 
-    DIR is the directory of the run; default: the newest in results/. With OTHER, the page OTHER/compared.html
-    compares both runs case by case.
+    DIR is the directory of the run, or its grid file; default: the newest in results/. With OTHER, the page
+    OTHER/compared.html compares both runs case by case.
 
     \b
     Examples:
@@ -227,6 +229,7 @@ def report(  # noqa: PLR0913 - one argument per option
         raise InputError(
             "report: takes one run (with or without --all, --overlay), or two runs to compare; remove the others"
         )
+    directories = tuple(map(_run_directory, directories))
     if len(directories) == 2:
         with convert_write_errors(), shown_in(units):
             first, second = (reports.open(directory, partial=partial) for directory in directories)
@@ -237,6 +240,18 @@ def report(  # noqa: PLR0913 - one argument per option
     with opened as stored, convert_write_errors(), shown_in(units):
         page = reports.page_of(stored, typical=median, measured=overlay)
         _write(page, out or directory / "report.html", **arguments)
+
+
+def _run_directory(path: Path) -> Path:
+    """Return a directory as it is, or that of the latest run of a grid file; say if the file has changed since."""
+    if path.suffix not in (".yaml", ".yml") or not path.is_file():
+        return path
+    from .sweeping.sweep import latest_run
+
+    directory, changed = latest_run(path)
+    if changed:
+        click.echo(escape_control_characters(changed), err=True)
+    return directory
 
 
 def _write(page: "Page", out: Path, *, tables: Path | None, figures: Path | None, as_json: bool, **style: str) -> None:

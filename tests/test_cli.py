@@ -177,7 +177,7 @@ def test_json_contains_the_same_in_si(run_cli, tmp_path):
 def test_dry_run_prints_counts_derived_values_time_and_bytes_and_writes_nothing(run_cli, tmp_path):
     code, out, _ = run_cli("run", written(tmp_path / "g.yaml", grid(3)), "--dry-run")
     assert code == 0
-    assert out.startswith("3 cases, 0 of them stored already, 3 to run")
+    assert out.startswith("3 cases to run")
     assert "stiffness = 6.61e+10 N/m^1.5" in out
     assert "time: about" in out
     assert "storage: about" in out
@@ -187,7 +187,7 @@ def test_dry_run_prints_counts_derived_values_time_and_bytes_and_writes_nothing(
 def test_options_replace_values_of_the_file(run_cli, tmp_path):
     path = written(tmp_path / "g.yaml", grid(3))
     options = ("--set", "drive.speed=3000rpm", "--sweep", "mechanism.slider.mass=0.2,0.3")
-    assert run_cli("run", path, *options, "--dry-run")[1].startswith("2 cases, 0 of them stored already")
+    assert run_cli("run", path, *options, "--dry-run")[1].startswith("2 cases to run")
     code, out, _ = run_cli("run", path, *options, "--out", "changed", "--executor", "serial")
     assert code == 0
     assert out.startswith("2 cases ran in")

@@ -2,7 +2,7 @@
 
 from ..contracts.catalogue import Catalogue, Field, Law
 from .cases import LawAssignment
-from .grid import SCHEMA_VERSION, Grid, identity
+from .grid import SCHEMA_VERSION, CaseLabels, Grid, identity
 from .keys.outline import key_units
 from .library.iso286 import Fit
 from .loading import (
@@ -20,15 +20,18 @@ from .pages.key_help import key_names, key_text, markdown
 from .pages.schema import schema
 from .reading.values import as_written
 from .sections.fits import recorded_fits
+from .sections.section import ADDED
 from .sections.variations import recorded_labels
 from .written.definitions import NO_DEFINITIONS, Definitions, definitions_of_resolved
 from .written.document import SET_OPTION, SWEEP_OPTION, OverriddenGrid, leaves, read_options
 
 __all__ = [
+    "ADDED",
     "NO_DEFINITIONS",
     "SCHEMA_VERSION",
     "SET_OPTION",
     "SWEEP_OPTION",
+    "CaseLabels",
     "Catalogue",
     "Definitions",
     "Field",

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 from .. import MODEL_VERSION
 from ..answers.verdict import LimitsAndFigures, figures_of, limits_of
@@ -46,6 +46,14 @@ SCHEMA_VERSION = 4
 _WORST_PATH = "save.worst"  # results of a finished run
 
 
+class CaseLabels(NamedTuple):
+    """Texts in the table of cases that are no values: they ride along into the summary."""
+
+    names: tuple[str, ...]  # headers of their columns
+    paths: tuple[str, ...]  # the varied paths of the table
+    texts: Mapping[tuple[Any, ...], tuple[str, ...]]  # values at the paths -> text of each name
+
+
 @dataclass(frozen=True)
 class Grid:
     """A checked grid in SI.  `len(grid)` is the number of cases; each is created only on demand."""
@@ -73,6 +81,7 @@ class Grid:
     labels: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path -> label of a value -> value, SI
     materials: Mapping[str, VariedMaterial] = field(default_factory=dict)  # path of a name -> material
     given_roles: Mapping[str, str] = field(default_factory=dict)  # varied path -> role that the grid sets
+    case_labels: Mapping[str, Sequence[str]] = field(default_factory=dict)  # header of `cases` -> texts of its rows
     _layout: Layout | None = None
 
     @cached_property
@@ -100,6 +109,14 @@ class Grid:
             if path.startswith(DEFINE_PREFIX)
         }
         return next((role for role in PRECEDENCE if role in roles), value_key(self._shape, path).role)
+
+    @cached_property
+    def labels_by_row(self) -> "CaseLabels":
+        """Return the texts that ride along with the rows of the table of cases."""
+        paths = self._zipped_paths.get("cases", ()) if self.case_labels else ()
+        rows = zip(*(self.axes[path] for path in paths), strict=True)
+        texts = zip(*self.case_labels.values(), strict=True)
+        return CaseLabels(tuple(self.case_labels), paths, dict(zip(rows, texts, strict=False)))
 
     @property
     def worst_count(self) -> int:

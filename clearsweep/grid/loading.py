@@ -75,6 +75,7 @@ def load(
         labels_of_axes(reader),
         reader.materials,
         reader.roles,
+        reader.case_labels,
     )
     max_cases = MAX_IDENTITIES if search or grid.may_repeat else MAX_CASES
     if grid.size > max_cases:

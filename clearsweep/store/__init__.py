@@ -8,11 +8,11 @@ from . import blocks
 from .batch import Axis, ResultSchema, Row, id_text, open_table
 from .blocks import Block, Division, discard_from, finish_block, numbers_of_blocks, read_mark, sha256_of, sum_counts
 from .dataset import BlockedRun, SampledRun, unmark_damaged
-from .directory import ANSWER_FILE, BLOCKS, DATASET, FINAL_FILES, SCRATCH, RunDirectory, commit
+from .directory import ANSWER_FILE, BLOCKS, DATASET, FINAL_FILES, SCRATCH, OtherGridError, RunDirectory, commit
 from .merged import Worst, merge
 from .parts import Part
 from .read import StoredRun, newest_run, verify
-from .record import check_format, json_round_trip, read_record, utc_now
+from .record import check_format, grid_changes, grid_record, json_round_trip, read_record, utc_now
 from .results import (
     answer_of,
     check_version,
@@ -38,6 +38,7 @@ __all__ = [
     "Block",
     "BlockedRun",
     "Division",
+    "OtherGridError",
     "Part",
     "ResultSchema",
     "Row",
@@ -60,6 +61,8 @@ __all__ = [
     "discard_from",
     "finish_block",
     "gather",
+    "grid_changes",
+    "grid_record",
     "id_text",
     "is_cut",
     "is_unfinished",

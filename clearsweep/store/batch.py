@@ -19,7 +19,7 @@ from h5py import h5d, h5p, h5s, h5t
 from ..answers.verdict import LimitsAndFigures
 from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Column, Layout
-from ..grid import Grid
+from ..grid import CaseLabels, Grid
 from ..language.errors import error_line
 from . import durable
 from .datasets import (
@@ -70,6 +70,7 @@ class ResultSchema(NamedTuple):
     frame: str  # hash of everything that the cases of a run share
     verdict: LimitsAndFigures = LimitsAndFigures()  # user-defined figures and limits: only in the merged summary
     worst: int = 0  # number of cases whose peak revolution is in the merged orbits
+    labels: CaseLabels = CaseLabels((), (), {})  # texts of the table of cases: only in the merged summary
 
     @classmethod
     def of(cls, grid: Grid) -> "ResultSchema":
@@ -79,7 +80,15 @@ class ResultSchema(NamedTuple):
             for path, values in grid.axes.items()
         )
         frame = grid.fixed_settings()
-        return cls(grid.layout, axes, has_histories(frame), _frame_hash(frame), grid.verdict, grid.worst_count)
+        return cls(
+            grid.layout,
+            axes,
+            has_histories(frame),
+            _frame_hash(frame),
+            grid.verdict,
+            grid.worst_count,
+            grid.labels_by_row,
+        )
 
     @classmethod
     def of_record(cls, record: Mapping[str, Any]) -> "ResultSchema":
@@ -157,6 +166,20 @@ def add_verdict_columns(verdict: LimitsAndFigures, table: pa.Table) -> pa.Table:
         field, values = field_of(column), verdict_columns[column.name].astype(object)
         table = table.append_column(field, column_of(values.tolist(), field.type))
     return table
+
+
+def add_label_columns(labels: CaseLabels, table: pa.Table) -> pa.Table:
+    """Return rows of a summary with the texts of the table of cases added; those of other rows are empty."""
+    rows = zip(*(table[path].to_pylist() for path in labels.paths), strict=True)
+    texts = [labels.texts.get(row, ("",) * len(labels.names)) for row in rows]
+    for position, field in enumerate(label_fields(labels)):
+        table = table.append_column(field, pa.array([row[position] for row in texts], pa.string()))
+    return table
+
+
+def label_fields(labels: CaseLabels) -> list[pa.Field]:
+    """Return the fields of the texts of the table of cases."""
+    return [field_of(Column(name, "", "text of the table of cases", "text")) for name in labels.names]
 
 
 def summary_table(result_schema: ResultSchema, rows: list[Row]) -> pa.Table:

@@ -3,6 +3,7 @@
 import contextlib
 import fcntl
 import hashlib
+import itertools
 import json
 import os
 import platform
@@ -48,6 +49,15 @@ MISSHAPEN = "not as a run writes it"  # of a file with a valid checksum and othe
 ANSWER_FILE = "answer.json"  # the answer to the question of the grid, of a finished run
 _OWN_NAMES = {LOCK, SCRATCH, ORBITS, SUMMARIES}  # files of a run that may exist before run.json
 _HOLDER = re.compile(rb"(process \d+ on .* since \S+)?\s*")  # content of the lock file
+
+
+class OtherGridError(DirectoryError):
+    """A directory that contains the results of another grid."""
+
+    def __init__(self, message: str, differing: list[str]):
+        """Prepare with the dotted paths whose values differ."""
+        super().__init__(message)
+        self.differing = differing
 
 
 class RunDirectory:
@@ -133,9 +143,10 @@ class RunDirectory:
                 f"{_json_text(grid_settings.get(path))}"
                 for path in differing
             )
-            raise DirectoryError(
-                f"{self.path}: contains the results of another grid; choose another directory with "
-                f"--out, as only values on swept axes may change; differences:{lines}"
+            raise OtherGridError(
+                f"{self.path}: contains the results of another grid, and only values on swept axes may change; choose "
+                f"another directory with --out, or move it aside with --fresh; differences:{lines}",
+                differing,
             )
 
     @contextlib.contextmanager
@@ -175,6 +186,17 @@ class RunDirectory:
             except OSError as error:
                 raise self._not_writable(error) from error
             yield
+
+    def move_aside(self) -> Path:
+        """Rename the directory to the first free NAME-2, NAME-3, ... and return the new path; nothing is deleted."""
+        with self.locked():
+            numbered = (self.path.with_name(f"{self.path.name}-{number}") for number in itertools.count(2))
+            target = next(path for path in numbered if not path.exists())
+            try:
+                self.path.rename(target)
+            except OSError as error:
+                raise self._not_writable(error) from error
+        return target
 
     def _not_writable(self, error: OSError) -> DirectoryError:
         return DirectoryError(f"{self.path}: cannot be written ({error.strerror}); choose another directory with --out")

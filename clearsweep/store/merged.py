@@ -25,9 +25,11 @@ from . import durable
 from .batch import (
     GROUP_ROWS,
     ResultSchema,
+    add_label_columns,
     add_verdict_columns,
     describe_dataset,
     id_texts,
+    label_fields,
     read_summary,
     summary_schema,
     write_dataset,
@@ -71,7 +73,8 @@ def write_summary(
     """Write the given rows of the summary; `on_group` receives every group and the number of rows before it."""
     schema = summary_schema(result_schema)
     verdict_fields = [field_of(column) for column in result_schema.verdict.columns]
-    full_schema = pa.schema([*schema, *verdict_fields], {"clearsweep": content_hash})
+    fields = [*schema, *verdict_fields, *label_fields(result_schema.labels)]
+    full_schema = pa.schema(fields, {"clearsweep": content_hash})
     with (
         os.fdopen(durable.create_file(path), "wb") as file,
         pq.ParquetWriter(
@@ -80,6 +83,7 @@ def write_summary(
     ):
         for number, group in enumerate(summary_groups(run, schema, rows)):
             table = add_verdict_columns(result_schema.verdict, group)
+            table = add_label_columns(result_schema.labels, table)
             on_group(table, number * GROUP_ROWS)
             writer.write_table(table.replace_schema_metadata(full_schema.metadata))
 

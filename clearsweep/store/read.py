@@ -125,7 +125,8 @@ class StoredRun:
             computed = limits_and_figures_of(self.grid).columns
         except InputError as error:
             raise damaged_error(self.files_directory / RECORD_FILE, f"figures: {error}") from error
-        texts = [Column(name, "", "", "text") for name in ("case_id", "status", "message")]
+        names = ("case_id", "status", "message", *self.grid.get("case_labels", []))
+        texts = [Column(name, "", "", "text") for name in names]
         axes = [Column(path, unit, "", kind_of_axis(self.grid, path)) for path, unit in self.grid["units"].items()]
         self._check_fields(SUMMARY_FILE, [*texts, *axes, *self.layout.columns, *computed])
         for search in SEARCHES:

@@ -16,7 +16,7 @@ from typing import Any
 import clearsweep
 
 from ..contracts.layout import Column, JointLayout, Layout
-from ..grid import SCHEMA_VERSION, Fit, Grid
+from ..grid import ADDED, SCHEMA_VERSION, Fit, Grid, leaves
 from ..language.errors import DamagedError, DirectoryError
 from ..searches import SEARCHES, search_of
 from . import durable
@@ -334,6 +334,7 @@ _OPTIONAL: dict[str, Check] = {
     "found": _section_check({"sentences": _list_check(_TEXT)}, {}),
     "define": _mapping_check(_IDENTIFIER, _TEXT),
     "source": _any_check(_TEXT, _NOTHING),
+    "case_labels": _list_check(_TEXT),
     "fits": _mapping_check(_PATH, _list_check(_FIT)),
     "labels": _mapping_check(_PATH, _mapping_check(_TEXT, _NUMBER)),
     "written_units": _mapping_check(_PATH, _section_check({"unit": _TEXT, "factor": _NUMBER, "offset": _NUMBER}, {})),
@@ -373,6 +374,7 @@ def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:
             "units": {path: grid.unit(path) for path in grid.axes},
             "fits": {path: [entry._asdict() for entry in fits] for path, fits in grid.fits.items()},
             "labels": grid.labels,
+            "case_labels": list(grid.case_labels),
             "roles": grid.roles,
             "written_units": {path: entry._asdict() for path, entry in grid.written_units.items()},
             "seeds": {"sample": written["sample"]["seed"]} if "seed" in written.get("sample", {}) else {},
@@ -464,6 +466,36 @@ def kind_of_axis(record: Mapping[str, Any], path: str) -> str:
     """Return the kind of the column of an axis; '' if it is unknown."""
     values = declared_values(record, path)
     return "" if values is None else "text" if all(isinstance(value, str) for value in values) else "float"
+
+
+_UNCOMPARED_KEYS = ("name", "roles")  # run.json has the roles of all axes, the grid those that it sets
+
+
+def grid_changes(first: Mapping[str, Any], second: Mapping[str, Any]) -> dict[str, tuple[Any, Any]]:
+    """Return dotted path -> values of both grids where they differ, None for a missing one; cases added are left out.
+
+    first, second : the content of run.json, or of a resolved grid with its sections as `keys`
+    """
+    first_values, second_values = (
+        {
+            path: value
+            for path, value in leaves({key: record[key] for key in record["keys"] if key not in _UNCOMPARED_KEYS})
+            if ADDED not in path.split(".")
+        }
+        for record in (first, second)
+    )
+    return {
+        path: (first_values.get(path), second_values.get(path))
+        for path in {**first_values, **second_values}
+        if first_values.get(path) != second_values.get(path)
+    }
+
+
+def grid_record(grid: Grid) -> dict[str, Any]:
+    """Return a grid in the form that `grid_changes` compares with run.json."""
+    written = grid.resolved()
+    record: dict[str, Any] = json_round_trip({**written, "keys": list(written)})
+    return record
 
 
 def json_round_trip(value: Any) -> Any:

@@ -37,7 +37,7 @@ class Estimate(NamedTuple):
     """Estimated work and cost of a run of a grid."""
 
     cases: int  # of the grid, or of its shard
-    pending: int  # cases missing in the directory
+    pending: int  # the same: a dry run does not look which of them are stored
     further: int  # cases that a search is expected to add; `seconds` and `bytes` contain them
     derived: dict[str, dict[str, Any]]  # name -> {"unit", "min", "max"}
     warnings: list[str]
@@ -62,7 +62,10 @@ def estimate(
     shard: str | None = None,
     simulator: Simulator = SIMULATION,
 ) -> Estimate:
-    """Return the cost of running the pending cases of a grid; nothing is written, `out` is only read."""
+    """Return the cost of running all cases of a grid; nothing is written, and no results are read.
+
+    out : directory in which the run would store its results; it only decides whether the path is too long
+    """
     begin, import_seconds = time.monotonic(), time.process_time()
     parsed_shard = None if shard is None else Shard.read(shard)
     with phases.phase("reading the grid"):
@@ -70,20 +73,17 @@ def estimate(
         check_memory(recorded_history(grid))
         derived, warnings = sweep.facts(grid, simulator)
     directory = sweep.directory_of(grid, out, parsed_shard)
-    with phases.phase("reading the directory"):
-        directory.check(grid)
-        remaining = _remaining(grid, directory, parsed_shard, simulator)
-    added, choosing_seconds = 0, 0.0
-    if grid.search and remaining.pending == remaining.requested:  # else the number of added cases is unknown
-        added, choosing_seconds = grid.search.expected_cases(grid)
+    with phases.phase("checking the cases"):
+        requested = _requested(grid, directory, parsed_shard, simulator)
+    added, choosing_seconds = grid.search.expected_cases(grid) if grid.search else (0, 0.0)
     warnings += [sentence] if grid.search and (sentence := grid.search.expectation(added)) else []
     reading_seconds = time.monotonic() - begin
     slowdown = max(
         (reading_seconds + FINISH_SECONDS) / (time.process_time() - import_seconds + FINISH_SECONDS), 1.0
     )  # 1: nothing else runs here
     jobs = jobs or executors.cores()
-    jobs = min(jobs, max(remaining.pending, 1))
-    timed, start_up = _pilot(grid, remaining, jobs, simulator)
+    jobs = min(jobs, max(requested.cases, 1))
+    timed, start_up = _pilot(grid, requested, jobs, simulator)
     times, events = (
         [timed_case.seconds for timed_case in timed if timed_case.seconds is not None],
         [timed_case.events for timed_case in timed],
@@ -91,7 +91,7 @@ def estimate(
     mean = float(np.mean(times)) if times else None
     warnings += _warnings_of(timed)
     overhead = slowdown * (min(import_seconds, MAX_IMPORT_SECONDS) + FINISH_SECONDS) + reading_seconds + start_up
-    case_count = remaining.pending + added
+    case_count = requested.cases + added
     search_time = slowdown * choosing_seconds * added
     seconds = (
         0.0
@@ -102,8 +102,8 @@ def estimate(
     )
     units = key_units(grid.resolved(), simulator.catalogue())
     return Estimate(
-        remaining.requested,
-        remaining.pending,
+        requested.cases,
+        requested.cases,
         added,
         derived,
         warnings,
@@ -141,46 +141,33 @@ def _warnings_of(timed: list[CaseTime]) -> list[str]:
     return warnings
 
 
-class _Remaining(NamedTuple):
-    """The cases of a grid that a directory lacks."""
+class _Requested(NamedTuple):
+    """The cases of a grid, or of its shard."""
 
-    requested: int  # cases that it should contain
-    pending: int  # number of missing cases
-    timed: np.ndarray  # indices of a few cases, spread over the missing ones, or over unfinished blocks
+    cases: int
+    timed: np.ndarray  # indices of a few cases, spread over them or over their blocks
     kinds: list[Case]  # one case for each kind of scene
 
 
-def _remaining(grid: Grid, directory: store.RunDirectory, shard: Shard | None, simulator: Simulator) -> _Remaining:
-    """Return the missing cases of a directory."""
-    if blocks_of_grid := store.Division.of(grid, str(shard or "")):
-        duplicates, directory_path = blockwise.duplicate_indices(grid), directory.path.absolute()
-        job = blockwise.BlockJob(
-            directory_path, grid, simulator, case_runner.Options(), blocks_of_grid, shard, duplicates
-        )
-        requested = blockwise.count_requested(job)
-        blocks, marks = blockwise.unfinished_blocks(job)
-        finished = sum(mark["ok"] + mark["failed"] for mark in marks.values())
-        pending = requested - finished - sum(blockwise.committed_count(job, number) for number in blocks)
-        numbers = np.array(blocks, "i8")[np.linspace(0, len(blocks) - 1, min(PILOT_CASES, len(blocks))).astype(int)]
-        per_block = -(-PILOT_CASES // max(len(numbers), 1))
+def _requested(grid: Grid, directory: store.RunDirectory, shard: Shard | None, simulator: Simulator) -> _Requested:
+    """Return the cases that a run computes."""
+    if division := store.Division.of(grid, str(shard or "")):
+        duplicates, path = blockwise.duplicate_indices(grid), directory.path.absolute()
+        job = blockwise.BlockJob(path, grid, simulator, case_runner.Options(), division, shard, duplicates)
+        numbers = np.linspace(0, division.count - 1, min(PILOT_CASES, division.count)).astype(int)
+        per_block = -(-PILOT_CASES // len(numbers))
         spread_indices = [
-            np.linspace(0, len(blocks_of_grid.part(k)) - 1, per_block).astype("i8") + blocks_of_grid.part(k).start
+            np.linspace(0, len(division.part(k)) - 1, per_block).astype("i8") + division.part(k).start
             for k in numbers.tolist()
         ]
-        timed = np.unique(np.concatenate([np.empty(0, "i8"), *spread_indices]))
+        timed = np.unique(np.concatenate(spread_indices))
         scenes = {simulator.signature(case): case for case in map(grid.case, timed.tolist())}
-        return _Remaining(requested, pending, timed, list(scenes.values()))
-    directory.load_batches()
+        return _Requested(blockwise.count_requested(job), timed, list(scenes.values()))
     ids = case_runner.case_ids(grid)
     requested_ids = shard.ids(ids) if shard else distinct(ids)
-    pending_indices = case_runner.missing_indices(ids, requested_ids, directory.rows(), retry_failed=False)
-    scenes_left = case_runner.one_case_per_scene(grid, pending_indices, simulator) if len(pending_indices) else []
-    return _Remaining(
-        len(requested_ids),
-        len(pending_indices),
-        pending_indices[timed_indices(len(pending_indices))] if len(pending_indices) else pending_indices,
-        scenes_left,
-    )
+    indices = np.flatnonzero(np.isin(ids, requested_ids)) if shard else np.arange(len(ids))
+    kinds = case_runner.one_case_per_scene(grid, indices, simulator)
+    return _Requested(len(requested_ids), indices[timed_indices(len(indices))], kinds)
 
 
 def _first_case(grid: Grid, units: dict[str, str]) -> dict[str, Any]:
@@ -221,21 +208,19 @@ class _Pilot(NamedTuple):
     start_up: float = 0.0  # s until workers are started and have loaded their code from the cache
 
 
-def _pilot(grid: Grid, remaining: _Remaining, worker_count: int, simulator: Simulator) -> _Pilot:
+def _pilot(grid: Grid, requested: _Requested, worker_count: int, simulator: Simulator) -> _Pilot:
     """Return the times of a few cases spread over the grid, and of the start of `worker_count` workers."""
-    if not remaining.pending:
-        return _Pilot([])
     with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         directory = Path(folder)
         (directory / store.SCRATCH).mkdir()
-        workers, start_up, compiled = _start_workers(worker_count, remaining.kinds, simulator, directory)
+        workers, start_up, compiled = _start_workers(worker_count, requested.kinds, simulator, directory)
         try:
             working = store.Working(directory, "0" * 16)
-            timed = _time_cases(workers, simulator, [grid.case(k) for k in remaining.timed.tolist()], working)
+            timed = _time_cases(workers, simulator, [grid.case(k) for k in requested.timed.tolist()], working)
         finally:
             workers.close()
         if compiled > MIN_COMPILE_SECONDS:  # what a run has to load is in the cache now
-            workers, start_up, _ = _start_workers(worker_count, remaining.kinds, simulator, directory)
+            workers, start_up, _ = _start_workers(worker_count, requested.kinds, simulator, directory)
             workers.close()
         return _Pilot(timed, start_up)
 

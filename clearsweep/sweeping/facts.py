@@ -308,11 +308,12 @@ class RunFacts:
         self.lives, self.slowest_case = LifeExtremes(layout, record.get("life") or {}), SlowestCase(record, layout)
         self.ranking = ranking_of(layout, self.limits.verdict.limits, record)
         self.own = own_rows(record, self.ranking)
-        self.swept = [path for path in record["units"] if path not in self.own.columns]
+        self.swept = [*record.get("case_labels", []), *record["units"]]
+        self.swept = [path for path in self.swept if path not in self.own.columns]
         self.worst = WorstCases(self.ranking, joints, self.limits.verdict.limits)
         self.expected: dict[str, Any] | None = None  # the largest force peak to expect in many revolutions
         self._joints = joints
-        columns = ["status", *record["units"], *self.worst.columns]
+        columns = ["status", *record.get("case_labels", []), *record["units"], *self.worst.columns]
         columns += validity.required_columns(joints, {column.name for column in layout.columns})
         columns += [name for name in required_columns(joints) if name in {column.name for column in layout.columns}]
         self.columns = list(

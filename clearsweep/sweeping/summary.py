@@ -230,8 +230,7 @@ def _range(value: dict[str, Any]) -> str:
 def estimate_text(facts: dict[str, Any]) -> str:
     """Return the facts of a dry run as text lines."""
     lines = [
-        f"{cases(facts['cases'])}, {facts['cases'] - facts['pending']:,} of them stored already, "
-        f"{facts['pending']:,} to run",
+        f"{cases(facts['cases'])} to run; a run reuses those that its directory holds",
         *derived_lines(facts["derived"]),
         *(f"no unit given, SI assumed: {path} = {text}" for path, text in assumed_texts(facts["assumed"]).items()),
         *_defined_lines(facts["defined"]),
@@ -240,7 +239,7 @@ def estimate_text(facts: dict[str, Any]) -> str:
     ]
     if facts["seconds"] is None:
         lines.append("time: unknown; the first case gave no estimate")
-    elif facts["pending"]:
+    else:
         spread = facts["give_or_take"] > 0.1 * facts["seconds"]
         beginning = (
             f", {facts['extrapolated']:,} of them extrapolated from its beginning" if facts["extrapolated"] else ""
@@ -251,8 +250,7 @@ def estimate_text(facts: dict[str, Any]) -> str:
             + f" ({cases(facts['timed'])} timed{beginning}, {grid_text(facts['case_seconds'], 's')} each, the longest "
             f"{grid_text(facts['longest'], 's')})"
         )
-    if facts["pending"]:
-        lines.append(f"storage: about {wording.bytes_text(facts['bytes'])}")
+    lines.append(f"storage: about {wording.bytes_text(facts['bytes'])}")
     lines += [f"Note: {sentence}" for sentence in facts["warnings"]]
     return plain("\n".join(lines))
 

@@ -26,6 +26,7 @@ from .pool.worker import Simulator
 
 SAMPLED_CASES = 200  # cases examined for derived values and warnings
 MOST_WARNINGS = 5
+MOST_NAMED = 3  # paths that a line on another grid names
 LONGEST_FILE = f"parts/{'x' * 60}"  # no name below a run's directory is longer
 LONGEST_TIMEOUT = 1e8  # s, three years
 
@@ -74,7 +75,7 @@ def sweep(source: Source, out: str | Path | None = None, **options: Any) -> RunR
     Parameters
     ----------
     source : path of a grid file, dict of the same form, or Grid.
-    out : directory; default results/<name of the grid>.
+    out : directory; default results/<name of the grid>, where the run of another grid is moved aside.
     OPTIONS
 
     Raises InputError for an invalid grid or option, DirectoryError for an unsuitable directory,
@@ -106,7 +107,7 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
             return result
 
         def run_further(further: dict[str, Any], directory: Path) -> store.StoredRun:
-            return _run_sweep(further, directory, options, simulator).open()
+            return _run_sweep(further, directory, options._replace(fresh=False), simulator).open()
 
         grid = load(source, simulator)
         runs = FurtherRuns(simulator.catalogue(), result.directory, run_further)
@@ -143,7 +144,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
     record_entries: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
     rounds = grid.search.begin(grid, simulator) if grid.search else None
     begun = {"counts": {"cases": len(requested)}, **record_entries}
-    with signals.catching(), directory_of(grid, out, shard).open_for(grid, **begun) as directory:
+    with signals.catching(), _cleared_directory(grid, out, shard, options).open_for(grid, **begun) as directory:
         start = store.utc_now()
         directory.discard_answer()
         with phases.phase("reading the directory"):
@@ -192,7 +193,7 @@ def _run_cut(
         derived, warnings = facts(grid, simulator)
         warnings = [*assumed_sentences(grid), *warnings]
     record_entries: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
-    directory = directory_of(grid, out, shard)
+    directory = _cleared_directory(grid, out, shard, options)
     job = blockwise.BlockJob(directory.path.absolute(), grid, simulator, options, division, shard, duplicates)
     requested = blockwise.count_requested(job)
     blocks = {"size": division.size, "count": division.count, "numbers": []}
@@ -244,6 +245,47 @@ def directory_of(grid: grids.Grid, out: str | Path | None = None, shard: Shard |
         if error.errno == errno.ENAMETOOLONG:
             raise DirectoryError(f"{resources.path_too_long_text(str(path))} with --out") from None
     return store.RunDirectory(path)
+
+
+def latest_run(file: Path) -> tuple[Path, str]:
+    """Return the directory of the latest run of a grid file, and a sentence on what changed in the file since, or ''.
+
+    Raises DirectoryError if the grid was not run.
+    """
+    grid = load(file)
+    directory = directory_of(grid)
+    if not directory.record.exists():
+        raise DirectoryError(f"{directory.path}: contains no run of {file}; `clearsweep run {file}` makes one")
+    changed = [*store.grid_changes(store.read_record(directory.path), store.grid_record(grid))]
+    if not changed:
+        return directory.path, ""
+    more = f" and {len(changed) - MOST_NAMED} more" if len(changed) > MOST_NAMED else ""
+    return directory.path, (
+        f"{file} has changed since the run in {directory.path}: {', '.join(changed[:MOST_NAMED])}{more}; this is the "
+        f"report of that run, and `clearsweep run {file}` makes a new one"
+    )
+
+
+def _cleared_directory(
+    grid: grids.Grid, out: str | Path | None, shard: Shard | None, options: Options
+) -> store.RunDirectory:
+    """Return the directory of the results of `grid`, from which an earlier run is moved aside where that is wanted.
+
+    That is a run of another grid in the default directory, and with `fresh` any run.
+    """
+    directory = directory_of(grid, out, shard)
+    held = ""
+    try:
+        directory.check(grid)
+        held = "an earlier run" if options.fresh and directory.record.exists() else ""
+    except store.OtherGridError as error:
+        if out is not None and not options.fresh:
+            raise
+        held = f"the run of another grid ({wording.sentence_list(error.differing[:MOST_NAMED])})"
+    if held:
+        progress.print_line(f"{directory.path} contained {held}, which is now in {directory.move_aside()}")
+        directory = directory_of(grid, out, shard)
+    return directory
 
 
 def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, **record_entries: Any) -> dict[str, int]:

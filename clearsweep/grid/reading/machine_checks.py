@@ -25,6 +25,8 @@ def check_machine(reader: Reader, catalogue: Catalogue) -> None:
         if load.form == "force" and not (reader.is_given(f"{path}.force") or reader.is_given(f"{path}.torque")):
             message = "has no force and no torque; for example: force: [-2 kN, 0 N] or torque: -3 N*m, or a table"
             reader.problems.add(reader.position_of(path), path, message)
+        if load.form == "table":
+            _check_pressure(reader, path)
         if load.form == "friction":
             _check_friction_load(reader, path, load.on, load.given)
             _check_sticking(
@@ -36,6 +38,24 @@ def check_machine(reader: Reader, catalogue: Catalogue) -> None:
     for body in sorted(reader.outline.elastic):
         _check_elastic_link(reader, body)
     _check_guides(reader)
+
+
+def _check_pressure(reader: Reader, path: str) -> None:
+    """Check that a table of pressures has a bore and no forces, and that only such a table has a piston."""
+    columns = reader.values.get(f"{path}.table")
+    if columns is None:
+        return
+    pistons = [key for key in ("bore", "ambient", "direction") if reader.is_given(f"{path}.{key}")]
+    if "pressure" not in columns:
+        for key in pistons:
+            message = "is not used: the table has no column `pressure [bar]`; add it, or leave this key out"
+            reader.problems.add(reader.position_of(f"{path}.{key}"), f"{path}.{key}", message)
+    elif "fx" in columns or "fy" in columns:
+        message = "has a pressure and a force; keep one of them, or write two loads"
+        reader.problems.add(reader.position_of(f"{path}.table"), f"{path}.table", message)
+    elif "bore" not in pistons:
+        message = "is missing; the pressure of the table acts on a piston of this diameter, such as 60 mm"
+        reader.problems.add(reader.position_of(path), f"{path}.bore", message)
 
 
 def _bodies_of_joint(reader: Reader, joint: JointOutline) -> tuple[str, str] | None:

@@ -41,6 +41,7 @@ class Reader:
     distributions: dict[str, Distribution] = field(default_factory=dict)
     fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> its fits as written
     labels: dict[str, tuple[str, ...]] = field(default_factory=dict)  # path of an axis -> the labels of its values
+    case_labels: dict[str, list[str]] = field(default_factory=dict)  # header in the table of cases -> texts of its rows
     library_numbers: dict[str, LibraryNumber] = field(
         default_factory=dict
     )  # path of a number -> the value taken from a library

@@ -6,12 +6,13 @@ from itertools import product
 from typing import Any
 
 from ...contracts.catalogue import CHOICE, Field
-from ...language.errors import did_you_mean, quoted
+from ...language import quantity
+from ...language.errors import InputError, did_you_mean, quoted
 from ..keys.kinds import KeyTable, Name, Number, Section, Use, Word, value_key
 from ..keys.library_names import BODIES, name_path
 from ..written.definitions import DEFINE, DEFINE_PREFIX, DEFINE_TEXT, Definitions
 from ..written.document import WrittenValue
-from ..written.tables import read_cases
+from ..written.tables import is_table, read_cases
 from .axes import SAMPLE_SECTION, SPACING_FORMS, read_axis, read_sample
 from .distributions import DISTRIBUTIONS, draw_values, read_distribution
 from .reader import Reader
@@ -29,10 +30,11 @@ def record_variations(reader: Reader, root: WrittenValue, all_keys: KeyTable, fi
         if section is None:
             continue
         written, key_path, example = section, section_name, "[value, ...]"
-        if section_name == "cases" and isinstance(section.value, str):
-            written = read_cases(reader.problems, section)
-            if written is None:
+        if section_name == "cases" and is_table(section):
+            table = read_cases(reader.problems, section)
+            if table is None:
                 continue
+            written, reader.case_labels = table
         if section_name == "sample":
             if SAMPLE_SECTION.find(reader.problems, root) is None:
                 continue
@@ -124,7 +126,13 @@ def _record_axis(
         siblings = [other_path for other_path in sweepable_paths if other_path.rpartition(".")[0] == parent]
         hint_text = f" (allowed next to it: {', '.join(siblings)})" if siblings else ""
         suggestion = did_you_mean(path, sweepable_paths) or _same_key_text(reader, path, all_keys)
-        reader.problems.add(position, key_path, f"names nothing{suggestion}{hint_text}")
+        remedy = ""
+        if section_name == "cases" and "." not in path:
+            remedy = (
+                "; headers are paths such as joints.rod-slider.clearance [um]. Give this header a path with "
+                f"{{table: FILE, columns: {{{path}: PATH}}}}, or name texts of the rows with `label: {path}`"
+            )
+        reader.problems.add(position, key_path, f"names nothing{suggestion}{hint_text}{remedy}")
 
 
 def _axis_key_path(reader: Reader, section_name: str, path: str) -> str:
@@ -161,6 +169,9 @@ def values_of_axis(reader: Reader, path: str, reading: ValueReader) -> list[Any]
             reader.problems, f"{reader.added_path}.{path}", reader.added_written[path], reading, distinct=False
         )
         reader.added_cases[path] = added_values or []
+    if section_name == "cases" and (mistake := _unit_mistake(written, reading.unit)):
+        reader.problems.add(WrittenValue(None, written.origin, written.line, written.column), key_path, mistake)
+        return None
     if section_name != "sample":
         return read_axis(
             reader.problems, key_path, written, reading, distinct=section_name in ("sweep", *reader.searches)
@@ -179,6 +190,19 @@ def values_of_axis(reader: Reader, path: str, reading: ValueReader) -> list[Any]
         reader.problems.add(drawn_before, f"sample.drawn.{path}", message)
         return None
     return drawn_values
+
+
+def _unit_mistake(written: WrittenValue, unit: str) -> str:
+    """Return why no value of a column of a table has a valid unit, or ''; a column has one unit, that of its header."""
+    texts = [item.value for item in written.value] if isinstance(written.value, list) and unit else []
+    units = {text.partition(" ")[2] for text in texts if quantity.has_unit(text)}
+    if len(units) != 1 or not all(map(quantity.has_unit, texts)):
+        return ""
+    try:
+        quantity.read(f"1 {units.pop()}", unit)
+    except InputError as error:
+        return str(error)
+    return ""
 
 
 def zipped_paths(reader: Reader) -> tuple[tuple[str, ...], ...]:
@@ -212,6 +236,10 @@ def check_variations(reader: Reader) -> None:
             _report_repeated_rows(reader, section_name, paths)
     for path in reader.axes:
         _report_unused_values(reader, path)
+    for name in reader.case_labels:
+        if name in (*reader.axes, "case_id", "status", "message"):
+            position = reader.written_axes[next(iter(reader.axes))]
+            reader.problems.add(position, f"cases.{name}", "is a column of the summary already; rename the header")
 
 
 def _report_repeated_rows(reader: Reader, section_name: str, paths: tuple[str, ...]) -> None:

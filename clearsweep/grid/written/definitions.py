@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 from ...language import expression, quantity
 from ...language.errors import InputError, quoted
 from .document import Problems, WrittenValue, written_of
-from .tables import read_cases
+from .tables import is_table, read_cases
 
 DEFINE = "define"
 DEFINE_PREFIX = f"{DEFINE}."
@@ -389,8 +389,9 @@ def varied_paths(sections: Mapping[str, WrittenValue]) -> Iterator[tuple[str, Wr
     """Yield the dotted paths that a document varies, each with its position in the document."""
     for section_name in _AXIS_SECTIONS:
         section = sections.get(section_name)
-        if section is not None and section_name == "cases" and isinstance(section.value, str):
-            section = read_cases(Problems(), section)
+        if section is not None and section_name == "cases" and is_table(section):
+            table = read_cases(Problems(), section)
+            section = table and table.columns
         if section is not None and isinstance(section.value, dict):
             yield from ((path, section.key_position(path)) for path in section.value)
     for section_name, section in sections.items():

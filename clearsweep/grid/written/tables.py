@@ -2,7 +2,6 @@
 
 import csv
 import math
-import re
 from collections.abc import Mapping
 from os import PathLike
 from pathlib import Path
@@ -13,32 +12,99 @@ from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
 from ...language.wording import count_text
 from .document import Problems, WrittenValue, check_regular_file
+from .rows import KNOWN_FILES_TEXT, READERS, TableRow, complete_rows_of_csv, rows_of_xlsx, split_header
 
 if TYPE_CHECKING:
     import numpy as np  # imported only when a file is read
 
 
-_HEADER_PATTERN = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\]\s*)?")
 _MAX_CASES = 1_000_000
 _MAX_CASES_BYTES = 512 * 2**20  # bytes of a table: 500 for each row
 
-TableRow = tuple[int, list[Any]]  # number and cells
+LABEL = "label"  # header of a column of texts that ride along
 
 
-def read_cases(problems: Problems, written: WrittenValue) -> WrittenValue | None:
-    """Return the columns of the table that `written` names, path -> list of values, or None if it is invalid.
+class CasesTable(NamedTuple):
+    """The columns of a table of cases."""
 
-    The file is next to the grid.  Every value has its file, row (1 is the header; a Parquet file has none, so its
-    first case is row 1) and column.
+    columns: WrittenValue  # dotted path -> list of values
+    labels: dict[str, list[str]]  # header -> texts that ride along
+
+
+def is_table(section: WrittenValue) -> bool:
+    """Return whether the section `cases` names a file."""
+    return isinstance(section.value, str) or (isinstance(section.value, dict) and "table" in section.value)
+
+
+class _Keys(NamedTuple):
+    """The keys of a table of cases as written."""
+
+    table: WrittenValue
+    sheet: WrittenValue | None
+    columns: WrittenValue | None
+    label: WrittenValue | None
+
+
+def read_cases(problems: Problems, section: WrittenValue) -> CasesTable | None:
+    """Return the columns of the table that `cases` names, or None if it is invalid.
+
+    section : the name of a file next to the grid, or {table, sheet, columns: {header: path [unit]}, label}
+    Every value has its file, row (1 is the header; a Parquet file has none, so its first case is row 1) and column.
     """
-    file = Path(written.origin).parent / written.value if written.line else Path(written.value)
-    readers = {".csv": rows_of_csv, ".parquet": rows_of_parquet}
-    if file.suffix.lower() not in readers:
-        problems.add(written, "cases", f"found '{written.value}'; expected the name of a .csv or .parquet file")
+    keys = _checked_keys(problems, section)
+    content = _rows_of_cases(problems, keys) if keys else None
+    if keys is None or content is None:
         return None
+    file, headers, rows = content
+    names = [header.strip() for header in headers]
+    paths = {name: entry.value for name, entry in keys.columns.value.items()} if keys.columns else {}
+    wanted = [(name, keys.columns.key_position(name)) for name in paths if keys.columns]
+    wanted += [(keys.label.value, keys.label)] if keys.label else []
+    missing = [(name, position) for name, position in wanted if name not in (*names, *map(_name_in, names))]
+    for name, position in missing:
+        hint = did_you_mean(name, names) or f" (found: {', '.join(names)})"
+        problems.add(position, "cases", f"{file} has no column '{name}'{hint}")
+    if missing or not _has_even_rows(problems, str(file), headers, rows):
+        return None
+    label = keys.label.value if keys.label else None
+    return _case_columns(problems, str(file), [_mapped(name, paths) for name in names], rows, label)
+
+
+def _checked_keys(problems: Problems, section: WrittenValue) -> _Keys | None:
+    """Return the keys of a table of cases, or None if one is invalid."""
+    keys = section.value if isinstance(section.value, dict) else {"table": section}
+    count = len(problems)
+    for key in keys:
+        if key not in _Keys._fields:
+            message = f"unknown key '{key}'{did_you_mean(key, _Keys._fields)} (allowed: {', '.join(_Keys._fields)})"
+            problems.add(section.key_position(key), f"cases.{key}", message)
+    table, sheet, columns, label = (keys.get(key) for key in _Keys._fields)
+    assert table is not None  # `is_table`
+    if sheet and (not str(sheet.value).isdigit() or str(sheet.value) == "0"):
+        problems.add(sheet, "cases.sheet", f"found {quoted(sheet.value)}; expected the number of a sheet, 1 or more")
+    entries = columns.value if columns else {}
+    if columns and not (isinstance(entries, dict) and all(isinstance(item.value, str) for item in entries.values())):
+        example = "{gap: 'joints.rod-slider.clearance [um]'}"
+        problems.add(columns, "cases.columns", f"expected a path for each header, such as {example}")
+    if label and not isinstance(label.value, str):
+        problems.add(label, "cases.label", f"found {quoted(label.value)}; expected the header of a column")
+    if not isinstance(table.value, str):
+        problems.add(table, "cases.table", f"found {quoted(table.value)}; expected the name of {KNOWN_FILES_TEXT}")
+    return _Keys(table, sheet, columns, label) if len(problems) == count else None
+
+
+def _rows_of_cases(problems: Problems, keys: _Keys) -> tuple[Path, list[str], list[TableRow]] | None:
+    """Return the file of a table of cases, its headers and its rows; None if it cannot be read."""
+    written = keys.table
+    file = Path(written.origin).parent / written.value if written.line else Path(written.value)
+    reader = READERS.get(file.suffix.lower())
+    if reader is None:
+        problems.add(written, "cases", f"found '{written.value}'; expected the name of {KNOWN_FILES_TEXT}")
+        return None
+    sheet = [int(keys.sheet.value)] if keys.sheet and reader is rows_of_xlsx else []
     try:
         check_regular_file(file, _MAX_CASES_BYTES)
-        headers, rows = readers[file.suffix.lower()](file)
+        headers, rows = reader(file, *sheet)
     except FileNotFoundError:
         problems.add(written, "cases", f"there is no file {file}; the name is relative to the grid's directory")
         return None
@@ -49,93 +115,75 @@ def read_cases(problems: Problems, written: WrittenValue) -> WrittenValue | None
     if not rows or len(rows) > _MAX_CASES:
         problems.add(written, "cases", f"{file} contains {len(rows)} cases; expected 1 to {_MAX_CASES}")
         return None
-    return _case_columns(problems, str(file), headers, rows)
+    return file, headers, rows
 
 
-def split_header(heading: str) -> tuple[str, str]:
-    """Return name and unit of a column header such as `drive.speed [rpm]`; '' for a missing part."""
-    match = _HEADER_PATTERN.fullmatch(heading)
-    return (match[1], (match[2] or "").strip()) if match else ("", "")
+def _name_in(header: str) -> str:
+    return split_header(header)[0]
 
 
-_SEMICOLONS = "separates its columns by semicolons; use commas between columns, and points in numbers: 0.5,1.25"
+def _mapped(header: str, paths: Mapping[str, str]) -> str:
+    """Return the header that `columns` gives a column; its unit stays where the new one has none."""
+    name, unit = split_header(header)
+    mapped = paths.get(header) or paths.get(name)
+    if mapped is None:
+        return header
+    return f"{mapped} [{unit}]" if unit and not split_header(mapped)[1] else mapped
 
 
-def _has_semicolons(headers: list[str]) -> bool:
-    return any(";" in header for header in headers)
-
-
-def rows_of_csv(file: Path) -> tuple[list[str], list[TableRow]]:
-    """Return the headers, and line number and cells of every row that is not blank."""
-    with open(file, newline="", encoding="utf-8-sig") as stream:
-        lines = csv.reader(stream)
-        headers = next(lines, [])
-        return headers, [(lines.line_num, cells) for cells in lines if any(cell.strip() for cell in cells)]
-
-
-def complete_rows_of_csv(path: Path, max_bytes: int) -> tuple[list[str], list[TableRow]]:
-    """Return headers and rows as `rows_of_csv`.
-
-    Raise InputError, with the row, if a row lacks a cell or has too many.
-    """
-    try:
-        check_regular_file(path, max_bytes)
-        headers, rows = rows_of_csv(path)
-    except (OSError, ValueError, csv.Error) as error:
-        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+def _has_even_rows(problems: Problems, origin: str, headers: list[str], rows: list[TableRow]) -> bool:
+    """Return whether all rows have as many cells as the header; report the first one that has not."""
     for line, cells in rows:
         if len(cells) != len(headers):
-            raise InputError(
-                f"{path}:{line}: the row has {len(cells)} cells but the header has {len(headers)}; write every value"
-            )
-    return headers, rows
+            message = f"row {line} has {len(cells)} cells but the header has {len(headers)}; write every value"
+            problems.add(WrittenValue(None, origin, line, 1), "cases", message)
+            return False
+    return True
 
 
-def rows_of_parquet(file: Path) -> tuple[list[str], list[TableRow]]:
-    """Return the headers, and number and cells of every row."""
-    import pyarrow.parquet as pq
-
-    with pq.ParquetFile(file, pre_buffer=False) as content:
-        table = content.read(use_threads=False)
-    columns = [table.column(k).to_pylist() for k in range(table.num_columns)]
-    rows = zip(*columns, strict=True)
-    return table.column_names, [(number, list(cells)) for number, cells in enumerate(rows, start=1)]
-
-
-def _case_columns(problems: Problems, origin: str, headers: list[str], rows: list[TableRow]) -> WrittenValue | None:
-    """Return the columns of a table, or None if its rows do not match its header."""
+def _case_columns(
+    problems: Problems, origin: str, headers: list[str], rows: list[TableRow], label: str | None
+) -> CasesTable | None:
+    """Return the columns of a table, or None if a header is invalid; label : the header of the column of labels."""
     columns: dict[str, WrittenValue] = {}
     positions: dict[str, WrittenValue] = {}
-    if _has_semicolons(headers):
-        problems.add(WrittenValue(None, origin, 1, 1), "cases", _SEMICOLONS)
-        return None
-    units, is_valid = [], True
-    for column, header in enumerate(headers, start=1):
-        header_position = WrittenValue(None, origin, 1, column)
+    labels: dict[str, list[str]] = {}
+    is_valid = True
+    for index, header in enumerate(headers):
+        header_position = WrittenValue(None, origin, 1, index + 1)
         path, unit = split_header(header)
+        cells = [(line, row[index].strip() if isinstance(row[index], str) else row[index]) for line, row in rows]
+        if path and path not in (*columns, *labels) and (path == label or _is_label(path, unit, cells)):
+            labels[path] = [str(cell) for _, cell in cells]
+            continue
         if not path or path in columns:
             invalid = (
                 "occurs twice; keep one of them"
                 if path
                 else ("is not a valid header; expected a dotted path and its unit")
             )
-            problems.add(header_position, "cases", f"column {column}: '{header}' {invalid}, such as drive.speed [rpm]")
+            message = f"column {index + 1}: '{header}' {invalid}, such as drive.speed [rpm]"
+            problems.add(header_position, "cases", message)
             is_valid = False
-        columns[path], positions[path] = WrittenValue([], origin, 1, column), header_position
-        units.append(unit)
-    for line, cells in rows:
-        if len(cells) != len(headers):
-            message = f"row {line} has {len(cells)} cells but the header has {len(headers)}; write every value"
-            problems.add(WrittenValue(None, origin, line, 1), "cases", message)
-            is_valid = False
-    if not is_valid:
-        return None
-    for line, cells in rows:
-        for column, (values, cell, unit) in enumerate(zip(columns.values(), cells, units, strict=True), start=1):
-            text = cell.strip() if isinstance(cell, str) else cell
-            value = f"{text} {unit}" if unit and text not in ("", None) else None if text == "" else text
-            values.value.append(WrittenValue(value, origin, line, column))
-    return WrittenValue(columns, origin, 1, 1, positions)
+        values = [
+            WrittenValue(
+                f"{cell} {unit}" if unit and cell not in ("", None) else None if cell == "" else cell,
+                origin,
+                line,
+                index + 1,
+            )
+            for line, cell in cells
+        ]
+        columns[path], positions[path] = WrittenValue(values, origin, 1, index + 1), header_position
+    return CasesTable(WrittenValue(columns, origin, 1, 1, positions), labels) if is_valid else None
+
+
+def _is_label(name: str, unit: str, cells: list[tuple[int, Any]]) -> bool:
+    """Return whether a column labels its rows: it is called `label`, or has texts below a name that is no path."""
+    if name == LABEL:
+        return True
+    texts = [str(cell) for _, cell in cells]
+    return "." not in name and not unit and any(texts) and not any(text[:1].isdigit() for text in texts)
 
 
 _MAX_TABLE_BYTES = 16 * 2**20  # bytes of a file
@@ -179,21 +227,21 @@ def _columns_of_csv(
 ) -> tuple[dict[str, WrittenValue], dict[str, WrittenValue]] | None:
     """Return the columns of a CSV file by header, and the positions of the headers."""
     file = Path(written.origin).parent / written.value if written.line else Path(written.value)
-    if file.suffix.lower() != ".csv":
-        problems.add(written, path, f"found '{written.value}'; expected the name of a .csv file")
+    reader = READERS.get(file.suffix.lower())
+    if reader is None or file.suffix.lower() == ".parquet":
+        problems.add(written, path, f"found '{written.value}'; expected the name of a .csv or .xlsx file")
         return None
     try:
         check_regular_file(file, _MAX_TABLE_BYTES)
-        headers, rows = rows_of_csv(file)
+        headers, rows = reader(file)
     except FileNotFoundError:
         problems.add(written, path, f"there is no file {file}; the name is relative to the grid's directory")
         return None
     except (OSError, ValueError, csv.Error) as error:
         problems.add(written, path, f"{file} cannot be read: {getattr(error, 'strerror', None) or error}")
         return None
-    if _has_semicolons(headers) or len(rows) < 2:
-        few_rows = f"has {count_text(len(rows), 'row')} of values below its header; write at least 2"
-        message = _SEMICOLONS if _has_semicolons(headers) else few_rows
+    if len(rows) < 2:
+        message = f"has {count_text(len(rows), 'row')} of values below its header; write at least 2"
         problems.add(WrittenValue(None, str(file), 1, 1), path, message)
         return None
     for line, cells in rows:
@@ -227,9 +275,20 @@ def _read_columns(problems: Problems, path: str, table: WrittenValue, columns: C
             problems.add(cells, f"{path}.{header}", f"found {quoted(cells.value)}; expected a list of values")
         elif len(cells.value) > _MAX_ROWS:
             problems.add(cells, path, f"has {len(cells.value):,} rows; at most {_MAX_ROWS:,} are read")
+        elif unit and (mistake := _unit_mistake(unit, field)):
+            problems.add(table.key_position(header), path, f"'{header}': {mistake}")
         else:
             values[name] = [_read_cell(problems, path, cell, unit, field) for cell in cells.value]
     return values
+
+
+def _unit_mistake(unit: str, field: Field) -> str:
+    """Return why a column of a field cannot have this unit, or ''."""
+    try:
+        quantity.read(f"1 {unit}", field.unit)
+    except InputError as error:
+        return str(error)
+    return ""
 
 
 def _display_unit(field: Field) -> str:

@@ -29,6 +29,26 @@ _TABLE = Columns(
         Field("fx", "N", "force along x", -math.inf),
         Field("fy", "N", "force along y", -math.inf),
         Field("torque", "N*m", "torque on the body", -math.inf),
+        Field("pressure", "Pa", "pressure on a piston of diameter `bore`", -math.inf),
+    ),
+)
+_PISTON = (
+    Field("bore", "m", "diameter of the piston on which the `pressure` of the table acts", optional=True, role=CHOICE),
+    Field(
+        "ambient",
+        "Pa",
+        "pressure behind the piston; left out: the table has the difference of both",
+        low_open=False,
+        optional=True,
+        role=CONDITION,
+    ),
+    Field(
+        "direction",
+        "rad",
+        "direction of the force of a pressure above `ambient`; left out: along -x, towards a crank at the origin",
+        -math.inf,
+        optional=True,
+        role=CHOICE,
     ),
 )
 _ANCHOR = (
@@ -59,9 +79,9 @@ LOADS = {
             "forces and a torque that depend on the crank angle or on time, such as an indicator diagram",
             "scale x table, PCHIP between rows; over the angle periodic in the table's span",
             "Fritsch & Butland 1984, SIAM J. Sci. Stat. Comput. 5:300",
-            (_SCALE,),
+            (_SCALE, *_PISTON),
             notes="Written on: BODY, table: gas.csv with the columns `crank_angle [deg]` or `time [s]`, and any of "
-            "`fx [N]`, `fy [N]`, `torque [N*m]`.",
+            "`fx [N]`, `fy [N]`, `torque [N*m]`; or `pressure [bar]` with `bore: 60 mm` and `ambient: 1 bar`.",
         ),
         Law(
             "load",
@@ -108,7 +128,7 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
     body_key = Choice("on", bodies, "body on which the load acts; with `friction`: the joint")
     target_keys = (body_key, *(point_key if body_points else ()))
     force = Keys(f"{path}.force", "force along x and y of the fixed frame", _FORCE, "optional", role=CONDITION)
-    table = Keys(path, LOADS["table"].summary, (_SCALE,), "optional", target_keys, (_TABLE,), role=CONDITION)
+    table = Keys(path, LOADS["table"].summary, (_SCALE, *_PISTON), "optional", target_keys, (_TABLE,), role=CONDITION)
     body_keys = tuple(Choice(str(k), tuple(points), f"the {label} body") for k, label in enumerate(("first", "second")))
     second_point_text = (
         f"at `point`, by default the {CENTER_TEXT}"
@@ -153,7 +173,13 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
     if load.form != ANY:
         return by_form[load.form]
     any_form_keys = Keys(
-        path, "a load on the mechanism", (_TORQUE, _SCALE, *_SPRING), "optional", target_keys, (_TABLE,), role=CHOICE
+        path,
+        "a load on the mechanism",
+        (_TORQUE, _SCALE, *_PISTON, *_SPRING),
+        "optional",
+        target_keys,
+        (_TABLE,),
+        role=CHOICE,
     )
     all_friction_keys = (friction_keys, *given_friction_keys.values())
     return any_form_keys, force, *(key._replace(need="optional") for key in (between, anchor, *all_friction_keys))
@@ -196,6 +222,11 @@ def _make_tabled_push(load: case.Load, load_points: LoadPoints) -> machine.Table
     table_variable = "angle" if "crank_angle" in table else "time"
     knots = table["crank_angle" if table_variable == "angle" else "time"]
     columns = [table.get(name, np.zeros(knots.size)) for name in ("fx", "fy", "torque")]
+    if "pressure" in table:
+        force = 0.25 * math.pi * load.values["bore"] ** 2 * (table["pressure"] - load.values.get("ambient", 0.0))
+        direction = load.values.get("direction")
+        cosine, sine = (-1.0, 0.0) if direction is None else (math.cos(direction), math.sin(direction))
+        columns[:2] = [cosine * force, sine * force]
     endpoint = load_points.point_of_load(load.values["on"], load.values)
     return machine.TabledPush(load.name, endpoint, table_variable, knots, *columns, load.values["scale"])
 

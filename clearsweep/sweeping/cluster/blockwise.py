@@ -114,16 +114,6 @@ def unfinished_blocks(job: BlockJob) -> tuple[list[int], dict[int, dict[str, Any
     return [number for number in range(job.division.count) if number not in marks], marks
 
 
-def committed_count(job: BlockJob, number: int) -> int:
-    """Return how many cases of an unfinished block are committed."""
-    directory = store.RunDirectory(store.Block(job.directory, number).path)
-    directory.expect(store.ResultSchema.of(job.grid))
-    directory.load_batches()
-    if not directory.batches:
-        return 0
-    return int(np.count_nonzero(is_common(directory.rows()["id"], np.sort(job.cases(number)[1]))))
-
-
 class BlockRunner:
     """Runs blocks with the workers of a pool; while one worker finishes a block, the others begin the next."""
 

@@ -82,6 +82,14 @@ class Options(NamedTuple):
             metavar="I/N",
         ),
     ] = None
+    fresh: Annotated[
+        bool,
+        Flag(
+            ("--fresh",),
+            "Move an earlier run in the directory aside, to NAME-2, and start anew.",
+            "move an earlier run in the directory aside, also one of an equal grid.",
+        ),
+    ] = False
     show_progress: Annotated[bool, Flag((), "", "show progress on stderr.")] = True
 
 
