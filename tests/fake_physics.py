@@ -92,8 +92,8 @@ CATALOGUE = Catalogue(
 )
 BODIES = {
     "type": "slider-crank",
-    "crank": {"length": "50 mm", "mass": 0.3, "inertia": 1e-4},
-    "rod": {"length": "120 mm", "mass": 0.21, "inertia": 2.5e-4},
+    "crank": {"length": "50 mm", "mass": "0.3 kg", "inertia": "1e-4 kg*m^2"},
+    "rod": {"length": "120 mm", "mass": "0.21 kg", "inertia": "2.5e-4 kg*m^2"},
     "slider": {"mass": "0.14 kg"},
 }
 CONTACT = {"law": "lankarani-nikravesh", "stiffness": "6.61e10 N/m^1.5", "restitution": 0.9}
@@ -112,7 +112,7 @@ def grid(masses=3, gravities=(GOOD,), orbits="last", wear=False, **more) -> dict
         "joints": {"rod-slider": joint},
         "save": {"orbits": orbits, "samples": 20, **({"revolutions": 2} if orbits == "last" else {})},
         "sweep": {
-            "mechanism.slider.mass": [0.1 + 0.001 * k for k in range(masses)],
+            "mechanism.slider.mass": [f"{0.1 + 0.001 * k!r} kg" for k in range(masses)],
             "mechanism.gravity": list(gravities),
         },
         **more,

@@ -192,7 +192,7 @@ def test_options_replace_values_of_the_file(run_cli, tmp_path):
     assert code == 0
     assert out.startswith("2 cases ran in")
     changed = grid(3, drive={"speed": "3000 rpm"})
-    changed["sweep"]["mechanism.slider.mass"] = [0.2, 0.3]
+    changed["sweep"]["mechanism.slider.mass"] = ["0.2 kg", "0.3 kg"]
     assert "(2 reused)" in run_cli("run", written(tmp_path / "h.yaml", changed), "--out", "changed")[1]
     code, _, err = run_cli("run", path, "--set", "drive.sped=1")
     assert code == 2

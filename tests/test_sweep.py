@@ -422,6 +422,7 @@ def test_an_angle_of_many_turns_without_a_unit_is_warned_of(angle, warned):
 def test_a_dry_run_shows_a_case_and_what_si_is_assumed_for(tmp_path):
     source = grid(2, drive={"speed": 100})
     source["joints"]["rod-slider"]["length"] = 0.02
+    source["sweep"]["mechanism.slider.mass"] = [0.1, 0.101]
     result = estimate.estimate(source, tmp_path / "run", simulator=Fake)
     assert result.assumed["drive.speed"] == {"unit": "rad/s", "values": [100.0]}
     assert result.assumed["mechanism.slider.mass"] == {"unit": "kg", "values": [0.1, 0.101]}

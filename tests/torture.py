@@ -24,8 +24,8 @@ GRID = {
     "name": "torture",
     "mechanism": {
         "type": "slider-crank",
-        "crank": {"length": "50 mm", "mass": 0.3, "inertia": 1e-4},
-        "rod": {"length": "120 mm", "mass": 0.21, "inertia": 2.5e-4},
+        "crank": {"length": "50 mm", "mass": "0.3 kg", "inertia": "1e-4 kg*m^2"},
+        "rod": {"length": "120 mm", "mass": "0.21 kg", "inertia": "2.5e-4 kg*m^2"},
         "slider": {"mass": "0.14 kg"},
     },
     "drive": {"speed": "5000 rpm"},

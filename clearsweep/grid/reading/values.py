@@ -296,7 +296,7 @@ _MAX_BARE_NAMED = 12  # numbers in a message
 def report_mixed_numbers(reader: Reader, root: WrittenValue) -> None:
     """Report bare lengths, masses, inertias and speeds in a file that writes others with their unit.
 
-    Exempt are 0, and what does not come from the file itself: dicts, overrides and tables.
+    Exempt are 0, and what a program wrote or what does not come from the file itself: JSON, dicts, overrides, tables.
     """
     bare: list[tuple[str, WrittenValue]] = []
     others_have_unit = False
@@ -311,7 +311,7 @@ def report_mixed_numbers(reader: Reader, root: WrittenValue) -> None:
             others_have_unit |= any(quantity.has_unit(leaf) for leaf in _leaf_values(written))
             if _contains_bare_number(written):
                 bare.append((path, written))
-    if not bare or not others_have_unit:
+    if not bare or not others_have_unit or root.origin.endswith(".json"):  # which a program wrote
         return
     texts = [f"{path} {_first_number(written)}" for path, written in bare]
     more = f" and {len(bare) - _MAX_BARE_NAMED} more" if len(bare) > _MAX_BARE_NAMED else ""
