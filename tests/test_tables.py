@@ -121,7 +121,7 @@ def test_labels_are_in_the_summary_and_in_the_last_lines(tmp_path, monkeypatch):
     result = clearsweep.sweep("g.yaml", executor="serial", show_progress=False)
     summary = result.open().summary
     assert dict(zip(summary["mechanism.speed"], summary["variant"], strict=True)) == {0.5: "slow", 1.5: "fast"}
-    from clearsweep.sweeping.summary import run_summary
+    from clearsweep.sweeping import summary as run_summary
 
     facts = run_summary.of_run(result)
     assert {entry["swept"]["variant"] for entry in facts["worst"]} == {"slow", "fast"}

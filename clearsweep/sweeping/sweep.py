@@ -283,7 +283,7 @@ def _cleared_directory(
             raise
         held = f"the run of another grid ({wording.sentence_list(error.differing[:MOST_NAMED])})"
     if held:
-        progress.print_line(f"{directory.path} contained {held}, which is now in {directory.move_aside()}")
+        phases.print_line(f"{directory.path} contained {held}, which is now in {directory.move_aside()}")
         directory = directory_of(grid, out, shard)
     return directory
 
