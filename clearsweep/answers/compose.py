@@ -11,6 +11,7 @@ from ..contracts import catalogue
 from ..contracts.layout import Layout
 from ..language import wording
 from .judge import NOT_RUN, answer_on, judge
+from .judged import EXCEEDED, MET, UNDECIDED, Cases, is_null, named_value
 from .questions import (
     FinishedCases,
     certainty_text,
@@ -22,7 +23,6 @@ from .questions import (
 from .ranking import START_UP, limits_of_record, ranking_of
 from .sentences import sentences
 from .statistics import ONE_AT_A_TIME
-from .verdict import EXCEEDED, MET, UNDECIDED, Cases, is_null, named_value
 from .words import FIELD_BY_COLUMN, Words, coverage_text, interval_text, read_lifetime, spread_text
 
 SEARCHES = ("seek", "optimise", "identify")  # sections of a grid that choose all of its cases

@@ -11,8 +11,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..contracts import catalogue
+from .judged import EXCEEDED, MET, UNDECIDED, Cases, Key, codes_of, fineness_of, plain_value
 from .statistics import ONE_AT_A_TIME, RANDOM_METHODS, binomial_interval, partial_rank_correlation, variance_shares
-from .verdict import EXCEEDED, MET, UNDECIDED, Cases, Key, codes_of, fineness_of, plain_value
 
 # Effects of varied values on figures, from blocks of cases that differ in one value and in nothing else.
 

@@ -9,8 +9,8 @@ import numpy as np
 from ..contracts.layout import Layout
 from ..language import wording
 from .judge import judge
+from .judged import EXCEEDED, Cases, is_null
 from .ranking import CaseRanking, FinishedCases
-from .verdict import EXCEEDED, Cases, is_null
 from .words import Words
 
 # Oil films: which cases keep them within their law and above the roughness, and which combinations always do.

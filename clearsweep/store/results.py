@@ -13,7 +13,8 @@ import pyarrow.parquet as pq
 import clearsweep
 
 from ..answers.compose import Source, compose
-from ..answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN, is_null
+from ..answers.judged import is_null
+from ..answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN
 from ..contracts.layout import Column
 from ..contracts.results import TIMINGS
 from ..contracts.search import CaseResults, Found, SearchTable

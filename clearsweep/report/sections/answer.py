@@ -11,17 +11,10 @@ from markupsafe import Markup
 from ...answers import validity
 from ...answers.figure_sentences import extremes_of
 from ...answers.judge import DIFFERS, FALLS, RISES
+from ...answers.judged import is_null, named_value
 from ...answers.questions import MIN_REVOLUTIONS, expected_peak_sentence, largest_expected_peak, required_columns
 from ...answers.sentences import at_worst, deciding_figures, effect_text
-from ...answers.verdict import (
-    EXCEEDED_COLUMN,
-    MARGIN_COLUMN,
-    UNDECIDED_COLUMN,
-    Limit,
-    is_null,
-    limit_label,
-    named_value,
-)
+from ...answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN, Limit, limit_label
 from ...answers.words import Words, case_margin_text, every_text, factor_text, share_text
 from ...language import wording
 from ...language.wording import TIMES
