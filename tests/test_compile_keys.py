@@ -64,7 +64,7 @@ def test_an_edit_of_a_law_compiles_its_scenes_alone(tmp_path):
     copy.edit(SLIDING, "class Tanh(NamedTuple):", "# A comment.\nclass Tanh(NamedTuple):")
     assert copy.run("tanh", "threlfall")[1] == set()
 
-    copy.edit(SLIDING, "normal * math.tanh(slip", "normal * math.tanh(1.5 * slip")
+    copy.edit(SLIDING, "normal * math.tanh(slip", "0.5 * normal * math.tanh(slip")
     (edited,), compiled = copy.run("tanh")
     assert compiled
     assert not [name for name in compiled if name.startswith("integrate_at")]
