@@ -13,7 +13,7 @@ from fake_runs import load
 from hypothesis import HealthCheck, settings
 
 from clearsweep.language.errors import InputError
-from clearsweep.tracing.compiled.plain import is_plain
+from clearsweep.tracing.compiled.family import is_plain
 
 # How long an example takes depends on the machine and on what else it does.
 settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])

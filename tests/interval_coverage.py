@@ -17,7 +17,7 @@ from scipy import signal, special
 
 import clearsweep
 from clearsweep.mechanics.observe import BINS
-from clearsweep.mechanics.solver.accumulate.totals import ContactTotals, MechanismTotals
+from clearsweep.mechanics.solver.totals import ContactTotals, MechanismTotals
 from clearsweep.simulation import load_case
 from clearsweep.simulation.analyses import repeated
 from clearsweep.simulation.setup.scene import Scene

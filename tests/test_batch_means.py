@@ -11,7 +11,7 @@ from scipy import optimize, stats
 from test_tally import add_span, filled
 
 from clearsweep.mechanics.observe import BINS, time_above
-from clearsweep.mechanics.solver.accumulate.totals import ContactTotals, MechanismTotals
+from clearsweep.mechanics.solver.totals import ContactTotals, MechanismTotals
 from clearsweep.simulation import load_case
 from clearsweep.simulation.figures import catalogue, sums
 

@@ -19,11 +19,10 @@ from clearsweep.mechanics.observe import (
     column_count,
     column_of,
 )
-from clearsweep.mechanics.solver import bernstein, event_search
-from clearsweep.mechanics.solver.accumulate.step_sums import ContactStep
-from clearsweep.mechanics.solver.accumulate.totals import ContactTotals
-from clearsweep.mechanics.solver.bernstein import COEFFICIENTS, NO_CROSSING, PART, ROWS, VALUES, WHOLE
+from clearsweep.mechanics.solver import collocation, event_search
+from clearsweep.mechanics.solver.collocation import COEFFICIENTS, NO_CROSSING, PART, ROWS, VALUES, WHOLE
 from clearsweep.mechanics.solver.integration import Method
+from clearsweep.mechanics.solver.totals import ContactStep, ContactTotals
 
 MIDDLES = (0.01, 0.07, 0.31, 0.5, 0.53, 0.94, 0.999)
 
@@ -133,7 +132,7 @@ def made_of(path):
     """Return the polynomials of a path over the step."""
     p = np.zeros((ROWS, COEFFICIENTS))
     p[VALUES] = path(NODE_FRACTIONS)
-    bernstein.set_from_values(p)
+    collocation.set_from_values(p)
     return p
 
 
@@ -142,13 +141,13 @@ def test_a_polynomial_through_the_stages_lies_within_its_coefficients():
     for _ in range(50):
         path = np.polynomial.Legendre(rng.normal(size=COEFFICIENTS), domain=[0.0, 1.0])
         p = made_of(path)
-        values = [bernstein.value_and_slope(p, WHOLE, x) for x in places]
+        values = [collocation.value_and_slope(p, WHOLE, x) for x in places]
         assert [value for value, _ in values] == pytest.approx(path(places), abs=1e-11)
         assert [slope for _, slope in values] == pytest.approx(path.deriv()(places), abs=1e-9)
-        assert path(places).max() <= max(p[WHOLE, 0], bernstein.upper_bound(p)) + 1e-11
-        assert bernstein.error_bound(p) == pytest.approx(np.abs(path.coef[-2:]).sum(), abs=1e-11)
-        bernstein.extract_part(p, 0.25, 0.125)
-        assert bernstein.value_and_slope(p, PART, 0.3)[0] == pytest.approx(path(0.25 + 0.3 * 0.125), abs=1e-11)
+        assert path(places).max() <= max(p[WHOLE, 0], collocation.upper_bound(p)) + 1e-11
+        assert collocation.error_bound(p) == pytest.approx(np.abs(path.coef[-2:]).sum(), abs=1e-11)
+        collocation.extract_part(p, 0.25, 0.125)
+        assert collocation.value_and_slope(p, PART, 0.3)[0] == pytest.approx(path(0.25 + 0.3 * 0.125), abs=1e-11)
 
 
 @pytest.mark.parametrize("dip", [1e-3, 1e-5, 1e-7])
@@ -159,7 +158,8 @@ def test_a_dip_that_all_stages_miss_is_found(dip):
         path = np.poly1d([middle - 0.5 * dip, middle + 0.5 * dip], r=True) * np.poly1d([-1.0, -0.5, -3.0])
         path = path * -1.0 if path(middle) < 0.0 else path
         assert (path(NODE_FRACTIONS) < 0.0).all()
-        assert bernstein.find_first_crossing(made_of(path)) == pytest.approx(middle - 0.5 * dip, abs=1e-9 + 1e-16 / dip)
+        expected = pytest.approx(middle - 0.5 * dip, abs=1e-9 + 1e-16 / dip)
+        assert collocation.find_first_crossing(made_of(path)) == expected
 
 
 def test_the_first_crossing_is_that_of_the_roots():
@@ -168,15 +168,15 @@ def test_the_first_crossing_is_that_of_the_roots():
         path = np.polynomial.Legendre(rng.normal(size=COEFFICIENTS), domain=[0.0, 1.0])
         roots = [x.real for x in path.roots() if abs(x.imag) < 1e-12 and 0.0 < x.real < 1.0]
         first = min((x for x in roots if path.deriv()(x) > 0.0), default=NO_CROSSING)
-        assert bernstein.find_first_crossing(made_of(path)) == pytest.approx(first, abs=1e-9)
+        assert collocation.find_first_crossing(made_of(path)) == pytest.approx(first, abs=1e-9)
 
 
 def test_a_rise_within_the_error_of_a_polynomial_is_no_crossing():
     def path(x):
         return -1.0 - np.cos(2.0 * math.pi * x) + 1e-3 * np.polynomial.Legendre.basis(8, domain=[0.0, 1.0])(x)
 
-    assert bernstein.find_first_crossing(made_of(path)) < 1.0
-    assert bernstein.find_certain_crossing(made_of(path), 0.0) == NO_CROSSING
+    assert collocation.find_first_crossing(made_of(path)) < 1.0
+    assert collocation.find_certain_crossing(made_of(path), 0.0) == NO_CROSSING
 
 
 # ---------------------------------------------------------------------------------------------- guards
@@ -225,7 +225,7 @@ def test_a_guard_that_its_polynomial_alone_passes_is_not_passed(monkeypatch):
     def step(x):
         return -1e-3 if x < 0.35 else -1.0
 
-    assert max(np.abs(bernstein.TAIL_WEIGHTS @ made_of(np.vectorize(step))[WHOLE])) > 0.0
+    assert max(np.abs(collocation.TAIL_WEIGHTS @ made_of(np.vectorize(step))[WHOLE])) > 0.0
     assert passage(monkeypatch, step)[0] == NO_CROSSING
 
 

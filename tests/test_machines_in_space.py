@@ -13,8 +13,7 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints.spatial import SpatialLoad
 from clearsweep.mechanics.machines.contract import accelerate, energy, gaps, output_error, pose_at
 from clearsweep.mechanics.machines.programs import kinds_of
-from clearsweep.tracing.compiled.attitude import to_fixed_frame
-from clearsweep.tracing.compiled.vector import Vector
+from clearsweep.tracing.compiled.vector import Vector, to_fixed_frame
 
 GRAVITY = [1.0, -9.81, 3.0]
 SKEW = {"tilt": [0.004, 0.002], "offset": [1e-5, 2e-5, 3e-5]}

@@ -62,10 +62,10 @@ def test_a_force_that_is_wrong_by_a_thousandth_upsets_the_energy_balance(monkeyp
 def plain(scene):
     """Return the energy residual of a scene run as plain Python, where forces can be spoiled."""
     from clearsweep.simulation.running import run
-    from clearsweep.tracing.compiled import plain
+    from clearsweep.tracing.compiled import family
 
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(plain, "_PLAIN", [True])
+        patch.setattr(family, "_IS_PLAIN", [True])
         patch.setattr(run, "_released_runs", [])
         return clearsweep.simulate(scene).summary["energy_residual"]
 

@@ -12,7 +12,7 @@ from clearsweep import grid, simulation
 from clearsweep.answers import validity
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.observe import BINS, FORCE_ROW, KAPPA_ROW, PARTS, add_profile, time_above
-from clearsweep.mechanics.solver.accumulate.totals import ContactTotals
+from clearsweep.mechanics.solver.totals import ContactTotals
 from clearsweep.simulation.analyses.outcome import trajectory_of
 from clearsweep.simulation.figures import catalogue
 from clearsweep.simulation.figures.sums import DryTime, Ratio

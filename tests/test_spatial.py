@@ -21,8 +21,7 @@ from clearsweep.mechanics.joints.spatial import farthest_direction
 from clearsweep.mechanics.laws.contract import ACTS, FREE, PRESSED
 from clearsweep.mechanics.machines.contract import accelerate, energy, gaps, pose_at
 from clearsweep.mechanics.machines.spatial.form import Loose, Slide
-from clearsweep.tracing.compiled.attitude import Frame, frame_of, to_body_frame, to_fixed_frame
-from clearsweep.tracing.compiled.vector import Vector
+from clearsweep.tracing.compiled.vector import Frame, Vector, frame_of, to_body_frame, to_fixed_frame
 
 FRICTION = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-2}
 EDGES = {"flange": False, "axial_clearance": None, "journal_length": 0.03}

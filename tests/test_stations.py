@@ -11,7 +11,7 @@ from clearsweep.mechanics.machines import planar
 from clearsweep.mechanics.machines.planar import cycle
 from clearsweep.mechanics.machines.planar.closure import STATIONS
 from clearsweep.mechanics.machines.planar.stations import Stations, stations_of
-from clearsweep.tracing.compiled.array_handle import ArrayHandle
+from clearsweep.tracing.compiled.pinned import ArrayHandle
 from clearsweep.tracing.objects import machine_code
 
 

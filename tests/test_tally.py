@@ -25,7 +25,7 @@ from clearsweep.mechanics.observe import (
     ramp_of,
     time_above,
 )
-from clearsweep.mechanics.solver.accumulate.totals import (
+from clearsweep.mechanics.solver.totals import (
     BIN_COLUMNS,
     FIRST_BIN_TIME,
     HIGHEST_BIN,

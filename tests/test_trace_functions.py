@@ -10,8 +10,8 @@ from fractions import Fraction
 import numpy as np
 import pytest
 
-from clearsweep.tracing import coefficients, functions, operations
-from clearsweep.tracing.operations import Arrays, Floats
+from clearsweep.tracing import functions, portable
+from clearsweep.tracing.portable import Arrays, Floats
 
 PI = Decimal("3.14159265358979323846264338327950288419716939937510582097494459230781640628620899862803482534211706798")
 OF_ONE = ("exp", "expm1", "tanh", "sinh", "cosh", "log", "log2", "log1p", "sin", "cos", "atan")
@@ -334,8 +334,8 @@ def test_fused_products_of_arrays_are_rounded_once():
 
 def test_bits_go_there_and_back():
     for x in SPECIAL:
-        assert same_bits(operations.number_of(operations.bits_of(x)), x)
-    assert operations.number_of((operations.bits_of(1.0) << 12) + (1 << 64)) == operations.number_of(0x3FF << 64)
+        assert same_bits(portable.number_of(portable.bits_of(x)), x)
+    assert portable.number_of((portable.bits_of(1.0) << 12) + (1 << 64)) == portable.number_of(0x3FF << 64)
 
 
 # ---------------------------------------------------------------------------------------------- coefficients
@@ -375,5 +375,5 @@ LARGEST_T = (math.sqrt(2.0) - 1.0) ** 2 * 1.0001
     ],
 )
 def test_coefficients_are_what_they_are_said_to_be(name, term, terms, low, high):
-    kept = getattr(coefficients, name)
+    kept = getattr(functions, name)
     assert kept == interpolated([term(k) for k in range(terms)], low, high, len(kept))

@@ -36,8 +36,7 @@ from clearsweep.mechanics.wear.bins import (
     record,
     update_joint_wear,
 )
-from clearsweep.tracing.compiled.attitude import to_fixed_frame
-from clearsweep.tracing.compiled.vector import Vector
+from clearsweep.tracing.compiled.vector import Vector, to_fixed_frame
 
 WEAR = {"law": "archard", "bearing_coefficient": 2e-13, "journal_coefficient": 1e-13, "bins": 90, "length_bins": 10}
 EVEN = np.arange(PARTS + 1) / PARTS

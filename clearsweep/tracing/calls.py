@@ -8,21 +8,21 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from . import protocols, symbols
-from .activation import RETURNED, Activation
-from .lanes import all_of, none_of
+from .activation import RETURNED, Activation, place_of, syntax_tree
 from .memory import View, rebase
 from .paths import (
     Path,
+    all_of,
     join_paths,
     leaves,
     map_leaves,
+    none_of,
     passed_values,
     receive_values,
     select_values,
     type_key,
 )
 from .protocols import KNOWN, PRIMITIVES, SEPARATE, Composite, mode_of
-from .sources import place_of, syntax_tree
 from .symbols import Boolean, NotTraceableError, Symbol, is_symbol, trace
 
 RUNNERS: list[Callable] = []  # runs bodies; registers itself, since it calls functions of this module

@@ -13,9 +13,8 @@ from . import functions, symbols
 from .activation import Activation
 from .calls import Lambda, call, is_foreign, run
 from .fields import Fields
-from .lanes import blend
 from .memory import View, constant_table, gather, index_from_start
-from .paths import Path, join_paths, select_values
+from .paths import Path, blend, join_paths, select_values
 from .protocols import RULES, Composite, has_slope, slope_rule
 from .symbols import Boolean, Integer, NotTraceableError, Number, is_symbol, trace
 

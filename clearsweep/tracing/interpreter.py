@@ -11,7 +11,7 @@ import math
 from types import FunctionType
 from typing import Any
 
-from . import functions, operations, symbols
+from . import functions, portable, symbols
 from .calls import RUNNERS, call
 from .loops import Loops
 from .paths import select_values
@@ -39,11 +39,11 @@ register_symbol_emitter(math.floor, lambda x: symbols.truncate(symbols.floor_num
 register_symbol_emitter(math.isfinite, lambda x: symbols.compare("<", symbols.call_intrinsic("fabs", x), math.inf))
 
 
-register_emitter(operations.where)(select_values)
-register_symbol_emitter(operations.fma, symbols.fma)
-register_symbol_emitter(operations.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
-register_symbol_emitter(operations.bits_of, symbols.bits_of)
-register_symbol_emitter(operations.number_of, symbols.number_of)
+register_emitter(portable.where)(select_values)
+register_symbol_emitter(portable.fma, symbols.fma)
+register_symbol_emitter(portable.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
+register_symbol_emitter(portable.bits_of, symbols.bits_of)
+register_symbol_emitter(portable.number_of, symbols.number_of)
 
 
 def _refused(name: str, *operands: Any) -> Any:

@@ -11,12 +11,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import symbols
-from .activation import LANES, RETURNED, Activation, LoopExits, ReturnInLanes
-from .lanes import all_lanes, none_of, undefined_like
+from .activation import LANES, RETURNED, Activation, LoopExits, ReturnInLanes, assigned_names, contains
 from .memory import View
-from .paths import Path, leaves, map_leaves, rebuild
+from .paths import Path, all_lanes, leaves, map_leaves, none_of, rebuild, undefined_like
 from .protocols import LANE_LOOPS, LOOPS
-from .sources import assigned_names, contains
 from .statements import Statements
 from .symbols import WIDTH, Integer, LaneIndices, NotTraceableError, Number, Symbol, is_symbol, trace
 

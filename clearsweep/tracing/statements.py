@@ -6,8 +6,18 @@ from typing import Any
 from . import symbols
 from .activation import LANES, RETURNED, ReturnInLanes
 from .expressions import Expressions
-from .lanes import all_lanes, none_of, undefined_like
-from .paths import Path, leaves, map_leaves, merge_values, rebuild, select_values, with_common_slopes
+from .paths import (
+    Path,
+    all_lanes,
+    leaves,
+    map_leaves,
+    merge_values,
+    none_of,
+    rebuild,
+    select_values,
+    undefined_like,
+    with_common_slopes,
+)
 from .symbols import Boolean, NotTraceableError, is_symbol, trace
 
 

@@ -14,8 +14,8 @@ from ..joints.contract import JointState, total_counts
 from ..laws.contract import touches
 from ..machines.contract import gaps, pose_at
 from ..observe import END, FIRST_IMPLICIT_ROW, ROW_COUNT, STAGES
-from ..solver.accumulate.step_sums import Step
 from ..solver.collocation import POSITIONS, VELOCITIES, WHOLE_SWEEP, A, sum_over_stages
+from ..solver.totals import Step
 from .rates import gaps_with_angles, observed_width, put_error, put_root_rates, rates
 from .state import size_of
 from .time_scale import time_scale

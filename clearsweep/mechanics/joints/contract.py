@@ -15,7 +15,7 @@ A new kind of joint is one file and a choice in `registry.compile_joint`: a Name
     parts(joint)                           its laws, at least one, in the order of their internal states and guards
     load(joint, gap, offsets, state)       its forces on the bodies and the observables of its contacts
 
-The time scale kappa and all sums, counts and maxima (`accumulate.totals`) follow only from modes and Contacts: a
+The time scale kappa and all sums, counts and maxima (`solver.totals`) follow only from modes and Contacts: a
 contact that touches contributes to the time scale, a contact that acts to the sums.
 
 A lubricated film is a joint whose contact has the mode ACTS, apart or pressed: it exerts a force from start to end, is

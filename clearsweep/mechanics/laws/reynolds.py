@@ -17,9 +17,9 @@ import numpy as np
 from ...contracts.catalogue import Law, Range
 from ...tracing import portable
 from ...tracing.compiled import calculus as math
-from ...tracing.compiled.array_handle import array_handle, load_item
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import kernel
+from ...tracing.compiled.pinned import array_handle, load_item
 from .contract import RECIPES, register
 from .film import arc_from, film_force, film_pressure, has_reversal_corners, maximum_over_arc
 

@@ -16,9 +16,9 @@ import numpy as np
 from numpy.polynomial.legendre import leggauss
 
 from ...tracing.compiled import calculus
-from ...tracing.compiled.array_handle import ArrayHandle, array_handle, load_item
 from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import kernel
+from ...tracing.compiled.pinned import ArrayHandle, array_handle, load_item
 from .conformal import half_angle_at_load
 from .elastic import elastic_energy, elastic_force, root_parity
 from .roughness import Surface, approach, domain_extension, log_contact_area, log_largest_spot

@@ -16,9 +16,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...tracing.compiled.dual import as_type_of, slope
+from ...tracing.compiled.dual import Moving, as_type_of, slope
 from ...tracing.compiled.family import family, inlined, kernel, map_joints
-from ...tracing.compiled.moving import Moving
 from ..joints.contract import after_number
 
 

@@ -2,7 +2,7 @@
 
 Every event is an upward zero crossing of an event function.  Over the step that function is represented by a
 polynomial through its values at the start and the stages.  Its Bernstein coefficients bound it, so that no rise and
-fall between two stages is missed, see `bernstein`.  The guards of joints, whose upward crossing changes a mode or a
+fall between two stages is missed, see `collocation`.  The guards of joints, whose upward crossing changes a mode or a
 state, are event functions, too.
 """
 
@@ -11,7 +11,7 @@ import math
 from ...tracing.compiled.family import invoke, kernel
 from ..laws.contract import meets, touches
 from ..observe import DEPTH, END, KAPPA, NODE_FRACTIONS, NODES, RATE, SCRATCH, SLIP, START, column_of
-from .bernstein import (
+from .collocation import (
     COEFFICIENTS,
     CROSSING_TOLERANCE,
     DEGREE,

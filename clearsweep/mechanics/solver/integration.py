@@ -8,9 +8,8 @@ import numpy as np
 from ...tracing.compiled.family import Entry, inlined, invoke, kernel
 from ...tracing.fields import Fields
 from ..observe import SCRATCH
-from .accumulate.step_sums import ContactStep, Step, TrialStep
-from .accumulate.totals import Accumulators
 from .collocation import dense_state
+from .totals import Accumulators, ContactStep, Step, TrialStep
 
 # Kinds of events; LIMIT: a penetration passes the limit of its elastic law, without effect; GUARD and above: the guards
 # of joints
@@ -185,7 +184,7 @@ class Work(NamedTuple):
     film: np.ndarray  # (c, 2) m, depth beyond which a film shares the load, and depth limit of its formula; inf: never
     stepper: Stepper
     f: np.ndarray  # (n, STAGES) the interpolant, see `collocation.dense_component`
-    polynomials: np.ndarray  # (ROWS, COEFFICIENTS) of the current event function, see `bernstein`
+    polynomials: np.ndarray  # (ROWS, COEFFICIENTS) of the current event function, see `collocation`
     apart: np.ndarray  # (c,) int64, mode after a separation
     pressed: np.ndarray  # (c,) int64, mode after an onset
     journal_sides: np.ndarray  # (c,) Joint.side: +1: the journal is on the distal body, -1: on the proximal one
@@ -198,13 +197,13 @@ class Work(NamedTuple):
     proposals: np.ndarray  # (2^(1+b),) step length by `step_control.contact_pattern`, 0: none yet; b: at most c bits
     onset_rates: np.ndarray  # (2^(1+b),) m/s, largest onset rate of these contacts
     control: ControlNumbers
-    log: np.ndarray  # (LOG_ROWS, 5) events since the latest pause, see event_actions.Event
+    log: np.ndarray  # (LOG_ROWS, 5) events since the latest pause, see step.Event
     guards: tuple  # coupling.guards.Guards
     implicit: Implicit
     preconditioner: Preconditioner
     totals: tuple  # totals.Totals
-    record: tuple  # within_step.Record
-    revolutions: tuple  # within_step.RevolutionMarks
+    record: tuple  # slow_sums.Record
+    revolutions: tuple  # slow_sums.RevolutionMarks
 
 
 @inlined

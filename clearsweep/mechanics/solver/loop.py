@@ -6,16 +6,16 @@ begin_case, then until the case ends or pauses:
     assess_step         its error, the length that it allows for the next        step_control
     if its error is too large:
         reject_step     try again with a shorter length
-    find_first_event    the first zero of its event functions                    event_search, bernstein
+    find_first_event    the first zero of its event functions                    event_search, collocation
     if there is an event:
         take_step       up to the event; reject if the error is too large
         step_to_event   the end, corrected to the exact event                    step
-        accept_step     sums, peaks, wear, samples up to there                   accumulate
-        apply_event     modes, laws and states after it                          event_actions
+        accept_step     sums, peaks, wear, samples up to there                   totals, slow_sums
+        apply_event     modes, laws and states after it                          step
         restart         rates of the new equations
     else:
-        accept_step     sums, peaks, wear, samples of the whole step             accumulate
-        choose_method   explicit or implicit                                     choice
+        accept_step     sums, peaks, wear, samples of the whole step             totals, slow_sums
+        choose_method   explicit or implicit                                     step_control
         advance_start   its end is the next start
     set_next_length     after a rejection, a first step or an accepted one       step_control
 """
@@ -25,15 +25,9 @@ import math
 import numpy as np
 
 from ...tracing import objects
-from ...tracing.compiled.family import kernel
+from ...tracing.compiled.family import is_plain, kernel
 from ...tracing.compiled.pinned import Pinned, layout_of, pinned_at
-from ...tracing.compiled.plain import is_plain
 from ..observe import END, KAPPA, KINETIC, START
-from .accumulate.slow_sums import add_slow_sums, begin_window
-from .accumulate.totals import accumulate_step
-from .accumulate.within_step import record_start, write_sample
-from .choice import choose_method
-from .event_actions import pass_events
 from .integration import (
     GOING,
     IMPLICIT,
@@ -50,17 +44,20 @@ from .integration import (
     accumulators_of,
 )
 from .radau import FAILED
-from .step import begin_step, find_first_event, step_to_event, take_step
+from .slow_sums import add_slow_sums, begin_window, record_start, write_sample
+from .step import begin_step, find_first_event, pass_events, step_to_event, take_step
 from .step_control import (
     ACCEPTANCE,
     BEGINNING,
     MAX_REJECTIONS,
     REJECTION,
     assess_step,
+    choose_method,
     contact_pattern,
     onset_rate_of,
     set_next_length,
 )
+from .totals import accumulate_step
 
 REVERSAL_TOLERANCE = 0.01 * 2.0 * math.pi  # rad, by which a free crank may turn back without a stall, as at an impact
 STALL_ADVANCE = 1e-4  # rad, by which a free crank has to advance within Control.patience

@@ -28,11 +28,11 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...tracing import portable
-from ...tracing.compiled.array_handle import array_handle, load_item
 from ...tracing.compiled.choosing import bits_of
 from ...tracing.compiled.direction import SHIFT
 from ...tracing.compiled.dual import chain_rule, plain
 from ...tracing.compiled.family import inlined
+from ...tracing.compiled.pinned import array_handle, load_item
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicSpline

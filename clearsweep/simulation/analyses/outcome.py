@@ -11,8 +11,8 @@ from ...contracts.machine import Motor
 from ...contracts.results import EVENT_DTYPE, PARTIAL_STATUSES, Trajectory
 from ...mechanics.observe import force_quantiles, time_above
 from ...mechanics.solver import integration
-from ...mechanics.solver.accumulate.totals import HIGHEST_BIN, Totals
-from ...mechanics.solver.accumulate.within_step import Record, sample_states
+from ...mechanics.solver.slow_sums import Record, sample_states
+from ...mechanics.solver.totals import HIGHEST_BIN, Totals
 from ..advice.remarks import remarks, yield_speeds
 from ..figures.catalogue import WORK_COUNTS, figures_of, layout_formulas
 from ..figures.window import DRY_FORCE_THRESHOLD, RARE_SHARE, Cost, Summed, Window, by_joint, summed_of, wear_depths_of

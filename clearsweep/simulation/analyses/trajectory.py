@@ -17,7 +17,7 @@ from ...grid import check_memory, history_bytes
 from ...language import phases
 from ...language.errors import InputError, quoted
 from ...mechanics.solver import integration, loop
-from ...mechanics.solver.accumulate.within_step import Record
+from ...mechanics.solver.slow_sums import Record
 from ...tracing.compiled.family import Routine, empty_entries
 from ..figures.catalogue import SETUP, WORK_COUNTS
 from ..running.observed_run import Observer, Snapshot, restore

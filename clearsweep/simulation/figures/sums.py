@@ -15,7 +15,7 @@ import numpy as np
 from ...contracts.catalogue import Figure
 from ...contracts.layout import Layout
 from ...mechanics import observe
-from ...mechanics.solver.accumulate.totals import Totals
+from ...mechanics.solver.totals import Totals
 from .window import CONFIDENCE, DRY_FORCE_THRESHOLD, RARE_SHARE, Summed, Window, inflation_of, lag_correlation
 
 MIN_SKEWNESS = 1e-6  # of a mean: below, the correction for skewness is less than rounding

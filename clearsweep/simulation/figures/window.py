@@ -11,8 +11,8 @@ from ...contracts.case import Case
 from ...contracts.catalogue import Mechanism
 from ...contracts.layout import WALLS, JointLayout, Layout
 from ...mechanics.joints import dry
-from ...mechanics.solver.accumulate.totals import ContactTotals, Largest, Resultant, Totals
 from ...mechanics.solver.integration import Counts
+from ...mechanics.solver.totals import ContactTotals, Largest, Resultant, Totals
 from ...mechanics.wear import ARC_TIME, MAX_BINS, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
 
 # Quantiles of a value per revolution, and their intervals.

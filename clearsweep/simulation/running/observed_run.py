@@ -15,7 +15,7 @@ import numpy as np
 from ...language import phases
 from ...language.wording import quantity_text
 from ...mechanics.laws.contract import touches
-from ...mechanics.solver import event_actions, integration
+from ...mechanics.solver import integration, step
 from ...mechanics.solver.integration import Work
 from ...tracing.fields import Fields
 from ..setup.scene import Scene
@@ -324,7 +324,7 @@ class Perturbed:
         depth_difference : m, likewise of the penetrations.  At an onset they grow from nothing, and their roots do not
         follow a small displacement linearly.
         """
-        work, smallest_root = self.work, event_actions.ONSET_ROOT * self.work.sigma
+        work, smallest_root = self.work, step.ONSET_ROOT * self.work.sigma
         restore(snapshot_of(base), work)
         work.y[: len(direction)] += self.size * direction
         work.latched[:] += self.size * latched

@@ -29,10 +29,9 @@ from ...mechanics.laws.contract import touches
 from ...mechanics.laws.loss import needs_mass, needs_onset_rate
 from ...mechanics.machines.contract import friction_laws
 from ...mechanics.observe import ROW_COUNT, STATE_POINTS
-from ...mechanics.solver import integration, loop, radau
-from ...mechanics.solver.accumulate import totals as total_columns
-from ...mechanics.solver.accumulate.within_step import Record, RevolutionMarks
+from ...mechanics.solver import integration, loop, radau, totals
 from ...mechanics.solver.preconditioner import preconditioner_of
+from ...mechanics.solver.slow_sums import Record, RevolutionMarks
 from ...mechanics.solver.step_control import MAX_CONTACT_BITS
 from ...mechanics.wear import ACCOUNT_SIZE, MAX_BINS, SLIDING_DISTANCE
 from ...tracing.compiled.family import NO_ENTRY, form_number, put_numbers
@@ -65,12 +64,12 @@ MAX_RETAINED_BYTES = 2**23  # bytes of time histories of a run that waits for th
 
 def _accumulators_of(
     scene: Scene, contacts: int, arrays: Mapping[str, Any], zeros: Callable[..., np.ndarray]
-) -> total_columns.Totals:
+) -> totals.Totals:
     """Return the accumulators of `contacts` with some arrays; `zeros` creates the others."""
     joint_layouts = scene.layout.joints
     has_wear = any(joint_layout.wear_bins for joint_layout in joint_layouts)
     bins = max(min(joint_layout.wear_bins, MAX_BINS) * joint_layout.wear_rows for joint_layout in joint_layouts)
-    return total_columns.Totals(
+    return totals.Totals(
         **arrays,
         histogram=np.zeros((contacts, observe.BINS, 2)),
         dry=np.zeros((contacts if any(joint_layout.film for joint_layout in joint_layouts) else 0, observe.BINS, 2)),
@@ -99,7 +98,7 @@ class Run:
         independent = 0 if scene.crank_clock.free else time_index
         self.inputs = start.inputs.copy()
         inputs = inputs_of(self.inputs, start.batch_key, contact_count, len(internal))
-        self.totals = _accumulators_of(scene, contact_count, fields_from(total_columns.Totals, arrays), zeros)
+        self.totals = _accumulators_of(scene, contact_count, fields_from(totals.Totals, arrays), zeros)
         samples = zeros((inputs.times.size, len(scene.layout.channels)))
         self.record = Record(inputs.times, samples, independent if in_angles else time_index)
         revolutions = buffers_for(inputs.marks, n, contact_count, zeros)
@@ -150,7 +149,7 @@ class Run:
     def _clear_histograms(self) -> None:
         """Empty the histograms; most of a histogram was never written."""
         for histogram_rows, highest in zip(
-            self.totals.histogram, self.totals.bins[:, total_columns.HIGHEST_BIN].tolist(), strict=True
+            self.totals.histogram, self.totals.bins[:, totals.HIGHEST_BIN].tolist(), strict=True
         ):
             histogram_rows[: highest + 1] = 0.0
         self.totals.dry.fill(0.0)

@@ -15,11 +15,10 @@ from ...mechanics import observe
 from ...mechanics.coupling.rates import observed_width
 from ...mechanics.joints.contract import every_contact
 from ...mechanics.observe import ROW_COUNT, STAGES
-from ...mechanics.solver import integration
-from ...mechanics.solver.accumulate import totals as total_columns
-from ...mechanics.solver.accumulate.step_sums import ContactStep, Step
-from ...mechanics.solver.accumulate.within_step import RevolutionMarks
-from ...mechanics.solver.bernstein import COEFFICIENTS, ROWS
+from ...mechanics.solver import integration, totals
+from ...mechanics.solver.collocation import COEFFICIENTS, ROWS
+from ...mechanics.solver.slow_sums import RevolutionMarks
+from ...mechanics.solver.totals import ContactStep, Step
 from ...tracing.fields import Fields
 from ...tracing.symbols import WIDTH
 from ..figures.window import Quantile, Repetition, Spread, expected_largest, force_contacts, quantiles
@@ -213,8 +212,8 @@ def arrays_of(scene: Scene) -> Arrays:
         **initial_shapes(scene.value, scene.start),
         "stepper": (integration.Stepper.SIZE,),
         **dict.fromkeys(("step_peak", "peak_since_mark"), (contacts,)),
-        "mechanism": (total_columns.MechanismTotals.SIZE,),
-        "joint": (contacts, total_columns.ContactTotals.SIZE),
+        "mechanism": (totals.MechanismTotals.SIZE,),
+        "joint": (contacts, totals.ContactTotals.SIZE),
     }
     step_array_shapes = {
         "k": (n, ROW_COUNT),
@@ -225,7 +224,7 @@ def arrays_of(scene: Scene) -> Arrays:
         "step": (Step.SIZE,),
         "contact_steps": (contacts, ContactStep.SIZE),
         "profiles": (1 + contacts, observe.PARTS + 1),
-        "part_times": (contacts, total_columns.PART_TIME_ROWS, observe.PARTS),
+        "part_times": (contacts, totals.PART_TIME_ROWS, observe.PARTS),
         "end": (n,),
         "z": (n,),
     }
@@ -237,7 +236,7 @@ def arrays_of(scene: Scene) -> Arrays:
     integer_array_shapes = {
         "mode": (contacts,),
         "has_friction": (contacts,),
-        "bins": (contacts, total_columns.BIN_COLUMNS),
+        "bins": (contacts, totals.BIN_COLUMNS),
     }
     return (
         arrays

@@ -1,16 +1,11 @@
 """Choice between values in kernels whose numbers may be in vector lanes, where branches are impossible."""
 
-import numpy as np
-
-from .. import lanes, symbols
+from .. import paths
 from ..memory import constant_table, gather
-from ..paths import select_values
-from ..protocols import LANE_LOOPS, LOOPS, mark_traceable, register_emitter, register_symbol_emitter
+from ..portable import bits_of, number_of, where
+from ..protocols import LANE_LOOPS, LOOPS, mark_traceable, register_emitter
 
-
-def where(condition, a, b):
-    """Return `a` if the condition is true, else `b`; both are evaluated."""
-    return a if condition else b
+__all__ = ["bits_of", "cond", "lane_range", "none_of", "number_of", "rolled_range", "table_item", "total_of", "where"]
 
 
 def rolled_range(*bounds):
@@ -51,8 +46,7 @@ def none_of(condition):
     return not condition
 
 
-register_emitter(where)(select_values)
-register_emitter(none_of)(lanes.none_of)
+register_emitter(none_of)(paths.none_of)
 mark_traceable(total_of)
 LOOPS.append(rolled_range)
 LANE_LOOPS.append(lane_range)
@@ -61,23 +55,9 @@ LANE_LOOPS.append(lane_range)
 # ---------------------------------------------------------------------------------------------- bits and tables
 
 
-def bits_of(number):
-    """Return the bits of a number as an integer."""
-    return np.float64(number).view(np.int64)
-
-
-def number_of(bits):
-    """Return the number with these bits."""
-    return np.int64(bits).view(np.float64)
-
-
 def table_item(table, index, column):
     """Return the number in row `index` of a column of a table (rows, columns)."""
     return table[index, column]
-
-
-register_symbol_emitter(bits_of, symbols.bits_of)
-register_symbol_emitter(number_of, symbols.number_of)
 
 
 @register_emitter(table_item)

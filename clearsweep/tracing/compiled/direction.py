@@ -7,7 +7,7 @@ import math
 
 import numpy as np
 
-from ..coefficients import COSINE, SINE
+from ..functions import COSINE, SINE
 from .choosing import bits_of, rolled_range, where
 from .family import Routine, inlined, shaped
 

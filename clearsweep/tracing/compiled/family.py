@@ -11,6 +11,7 @@ import contextvars
 import ctypes
 import functools
 import itertools
+import os
 from collections.abc import Iterator
 from typing import ClassVar, NamedTuple
 
@@ -19,7 +20,20 @@ import numpy as np
 from .. import objects
 from ..memory import call_at, view_at
 from ..protocols import KNOWN, SEPARATE, mark_traceable, register_emitter
-from .plain import is_plain
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Determines whether kernels run as plain Python, slow but debuggable: if CLEARSWEEP_DISABLE_JIT is set and not 0.
+
+
+_IS_PLAIN = os.environ.get("CLEARSWEEP_DISABLE_JIT", "0") not in ("", "0")
+
+
+def is_plain() -> bool:
+    """Return whether nothing is compiled."""
+    return _IS_PLAIN
+
+
+# ----------------------------------------------------------------------------------------------------------------------
 
 
 def kernel(function):

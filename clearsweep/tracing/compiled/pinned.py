@@ -11,9 +11,9 @@ import numpy as np
 
 from .. import symbols
 from ..fields import Fields
-from ..memory import Pointer, load_word, view_at
+from ..memory import Pointer, load_at_address, load_word, view_at
 from ..protocols import Composite, register_emitter
-from .plain import is_plain
+from .family import is_plain, kernel
 
 _PLAIN: dict[int, Any] = {}  # address -> value, if nothing is compiled
 _DOUBLE = struct.Struct("<d")
@@ -150,3 +150,48 @@ class LoadedValue(Composite):
 @register_emitter(pinned_at)
 def _emit_loaded_value(model: Pinned, address: symbols.Integer) -> tuple[LoadedValue]:
     return (LoadedValue(layout_of(model.value), address),)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Arrays among the parameters of a scene: compiled code reads them at an address that is passed as a number.
+
+
+class ArrayHandle(float):
+    """The address of an array, which it keeps alive; below 2^53, so exact as a float."""
+
+    array: np.ndarray
+
+    def __reduce__(self):
+        return array_handle, (self.array,)
+
+
+def array_handle(values: np.ndarray) -> ArrayHandle:
+    """Return a handle for compiled code to a copy of `values`, of any shape, in memory order."""
+    array = np.array(values, dtype=np.float64).ravel()
+    number = ArrayHandle(array.ctypes.data)
+    number.array = array
+    return number
+
+
+def load_item(address, index):
+    """Return item `index` of the array at an address."""
+    return float(address.array[index])
+
+
+@kernel
+def row_of(address, width, row_count, time):
+    """Return the index of the last of `row_count` rows of `width` numbers whose first number is at most `time`.
+
+    First numbers increase; below all of them the result is the first row.
+    """
+    low, high = 0, row_count
+    while high - low > 1:
+        midpoint = (low + high) // 2
+        if load_item(address, width * midpoint) <= time:
+            low = midpoint
+        else:
+            high = midpoint
+    return width * low
+
+
+register_emitter(load_item)(load_at_address)

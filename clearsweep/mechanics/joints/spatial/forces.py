@@ -4,10 +4,9 @@ from typing import NamedTuple
 
 from ....contracts.catalogue import Channel
 from ....tracing.compiled import calculus as math
-from ....tracing.compiled.attitude import to_fixed_frame
 from ....tracing.compiled.dual import as_type_of
 from ....tracing.compiled.family import family, kernel
-from ....tracing.compiled.vector import Vector, cross, dot, minus, plus, plus_scaled, times
+from ....tracing.compiled.vector import Vector, cross, dot, minus, plus, plus_scaled, times, to_fixed_frame
 from ...laws.contract import FREE
 from ...laws.friction import friction_force
 from ..contract import (

@@ -9,8 +9,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....tracing.compiled.array_handle import array_handle, load_item
 from ....tracing.compiled.family import kernel
+from ....tracing.compiled.pinned import array_handle, load_item
 
 WIDTH = 3  # numbers at a station: value and its first two derivatives by the crank's angle
 

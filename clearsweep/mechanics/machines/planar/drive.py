@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contracts.machine import Constant, Motor, Schedule
-from ....tracing.compiled.array_handle import array_handle, load_item, row_of
 from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import family
+from ....tracing.compiled.pinned import array_handle, load_item, row_of
 
 _WIDTH = 4  # numbers in a row of a speed table: time, angle, speed, acceleration
 

@@ -7,9 +7,9 @@ from typing import NamedTuple
 import numpy as np
 
 from ....contracts.machine import Braking, Push, Rubbing, Spring, TabledPush
-from ....tracing.compiled.array_handle import ArrayHandle, array_handle, load_item, row_of
 from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import kernel
+from ....tracing.compiled.pinned import ArrayHandle, array_handle, load_item, row_of
 
 _QUANTITIES = 3  # quantities in a table: force x, y, torque
 _POWERS = 4  # coefficients of the polynomials between its rows

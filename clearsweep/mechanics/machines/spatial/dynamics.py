@@ -8,9 +8,8 @@ own frame, as is its inertia.
 
 from typing import NamedTuple
 
-from ....tracing.compiled.attitude import quaternion_accelerations, to_fixed_frame
 from ....tracing.compiled.formulas import ZERO, Expr, Program, sum_of
-from ....tracing.compiled.vector import Vector
+from ....tracing.compiled.vector import Vector, quaternion_accelerations, to_fixed_frame
 from ..contract import Motion
 from ..planar.ldl import LDL
 from ..programs import generated

@@ -1,9 +1,8 @@
 """Formulas for positions, velocities and observables of a tree's bodies."""
 
-from ....tracing.compiled.attitude import QuaternionMotion, frame_of, spin_of, to_fixed_frame
 from ....tracing.compiled.calculus import direction as direction_of
 from ....tracing.compiled.formulas import Expr, Program, sum_of
-from ....tracing.compiled.vector import Vector
+from ....tracing.compiled.vector import QuaternionMotion, Vector, frame_of, spin_of, to_fixed_frame
 from ...joints.spatial import SpatialGap
 from ..programs import generated
 from .expressions import NO_VECTOR, SpatialVector

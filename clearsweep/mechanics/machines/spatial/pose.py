@@ -3,9 +3,8 @@
 from typing import NamedTuple
 
 from ....tracing.compiled import calculus as math
-from ....tracing.compiled.attitude import Frame
 from ....tracing.compiled.family import inlined
-from ....tracing.compiled.vector import Vector
+from ....tracing.compiled.vector import Frame, Vector
 
 
 class Pose(NamedTuple):

@@ -3,9 +3,8 @@
 from collections.abc import Callable
 from typing import Any
 
-from ....tracing.compiled.attitude import to_body_frame, to_fixed_frame
 from ....tracing.compiled.formulas import Expr, Program
-from ....tracing.compiled.vector import Vector
+from ....tracing.compiled.vector import Vector, to_body_frame, to_fixed_frame
 from .expressions import NO_VECTOR, SpatialVector
 from .form import Sleeve, Slide
 from .machine_type import MachineType

@@ -1,1 +1,0 @@
-"""Accumulation along the steps: time histories, sums, peaks, revolutions."""
