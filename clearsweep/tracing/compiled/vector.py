@@ -59,27 +59,6 @@ def norm(a):
     return math.sqrt(a.x * a.x + a.y * a.y + a.z * a.z)
 
 
-class Symmetric(NamedTuple):
-    """A symmetric matrix of three rows."""
-
-    xx: float
-    yy: float
-    zz: float
-    xy: float
-    xz: float
-    yz: float
-
-
-@inlined
-def matrix_product(matrix, a):
-    """Return a Symmetric matrix times a vector."""
-    return Vector(
-        matrix.xx * a.x + matrix.xy * a.y + matrix.xz * a.z,
-        matrix.xy * a.x + matrix.yy * a.y + matrix.yz * a.z,
-        matrix.xz * a.x + matrix.yz * a.y + matrix.zz * a.z,
-    )
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Orientation of a body in space by four coordinates, a quaternion of any length.
 #
