@@ -211,6 +211,7 @@ def test_text_of_the_grid_is_escaped(tmp_path):
     )
     run.summary["message"] = evil
     run.grid["source"] = evil
+    run.grid["labels"] = {"drive.speed": {f"{evil}{k}": speed for k, speed in enumerate(SWEEP["drive.speed"])}}
     page = report.write(run, tmp_path / "evil.html").read_text(encoding="utf-8")
     assert "<script>alert" not in page
     assert "&lt;script&gt;" in page

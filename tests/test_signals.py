@@ -78,11 +78,15 @@ def test_a_process_that_ends_with_its_run_stays_deaf_until_then():
 @pytest.mark.parametrize("pause", [0.0, 0.002, 0.05])
 def test_a_burst_of_signals_ends_a_run_like_its_first_one(tmp_path, pause):
     process = program(tmp_path / "run", grid(100, (GOOD + 0.05,)), jobs=2, show_progress=False)
-    wait_for(lambda: parts(tmp_path / "run") >= 2)
-    for signum in BURST:
-        process.send_signal(signum)
-        time.sleep(pause)
-    _, err = process.communicate(timeout=60)
+    try:
+        wait_for(lambda: parts(tmp_path / "run") >= 2, seconds=120.0)
+        for signum in BURST:
+            process.send_signal(signum)
+            time.sleep(pause)
+        _, err = process.communicate(timeout=60)
+    finally:
+        process.kill()
+        process.communicate()
     assert process.returncode in {130, 143, 129} if pause == 0.0 else process.returncode == 130, err
     assert "Traceback" not in err
 
