@@ -56,7 +56,7 @@ def test_the_imports_of_the_package_point_one_way(copy):
         ("simulation/running/run.py", "from ..analyses import repeated"),
         ("simulation/figures/window.py", "from ..machine import ideal"),
         ("simulation/running/observed_run.py", "from ..advice import remarks"),
-        ("report/draw/style.py", "from ..sections import maps"),
+        ("report/draw/__init__.py", "from ..sections import maps"),
         ("report/one_case/motion.py", "from ..laws import compare_verdicts"),
         ("report/draw/maps.py", "from matplotlib import ticker"),
         ("answers/verdict.py", "from .judge import judge"),

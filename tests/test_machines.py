@@ -13,7 +13,7 @@ from clearsweep.contracts.machine import Motor, Push, Schedule, Spring, TabledPu
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.machines.loads import load_keys
 from clearsweep.mechanics.machines.planar.form import Planar
-from clearsweep.report.documents.single import draw_grid
+from clearsweep.report.documents.page import draw_grid
 from clearsweep.simulation.machine.ideal import ideal_peaks, mechanism_of
 from clearsweep.simulation.setup.scene import scheduled_clock
 

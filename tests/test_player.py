@@ -8,8 +8,8 @@ import pytest
 from test_slot import GRID as SLOT
 
 import clearsweep
-from clearsweep.report.one_case import player
 from clearsweep.report.one_case.motion import motion_pictures, saved_channels
+from clearsweep.report.sections.cases import DRAWN_PENETRATION, player_data
 from clearsweep.report.study import prepare
 
 CLEARANCE, LENGTH = 1e-4, 0.05
@@ -46,7 +46,7 @@ def moving(source, tmp_path):
     study = prepare(clearsweep.open(tmp_path / "run"))
     case_id = study.cases.index[0]
     path = saved_channels(study.run, case_id)
-    return study, case_id, path, player.player_data(study, case_id, path).data["joints"][0]
+    return study, case_id, path, player_data(study, case_id, path).data["joints"][0]
 
 
 def test_a_block_is_shown_between_its_walls_which_its_ends_reach_and_hardly_cross(tmp_path):
@@ -57,7 +57,7 @@ def test_a_block_is_shown_between_its_walls_which_its_ends_reach_and_hardly_cros
     assert np.ptp(tilt) > 1e-6
     farthest = np.max(np.abs(path["joints/slider_ground/y"]) + half_length * np.abs(np.sin(tilt)))
     assert CLEARANCE < farthest < 1.1 * CLEARANCE
-    assert joint["magnified"] == pytest.approx(player.DRAWN_PENETRATION * CLEARANCE / (farthest - CLEARANCE), rel=0.06)
+    assert joint["magnified"] == pytest.approx(DRAWN_PENETRATION * CLEARANCE / (farthest - CLEARANCE), rel=0.06)
     assert not any("orbit" in picture.title for picture in motion_pictures(study, case_id, path))
 
 

@@ -19,7 +19,7 @@ from matplotlib.ticker import MaxNLocator
 from clearsweep.language import wording
 from clearsweep.report import plot
 from clearsweep.report.blocks.picture import Dot, Picture, Spot, draw_svg
-from clearsweep.report.draw.style import BLUE, draw_colour_bar, set_log_scale, set_plain_axes
+from clearsweep.report.draw import BLUE, draw_colour_bar, set_log_scale, set_plain_axes
 from clearsweep.report.plot.items import Side, text_height, text_width
 
 SIZE = (4.2, 3.1)

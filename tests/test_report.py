@@ -23,7 +23,8 @@ from clearsweep.grid.keys.kinds import Number
 from clearsweep.language import quantity, wording
 from clearsweep.language.errors import InputError
 from clearsweep.report.blocks.section import Columns, Facts, page_script
-from clearsweep.report.documents import single
+from clearsweep.report.documents import page as single
+from clearsweep.report.documents.page import case_to_draw
 from clearsweep.report.sections import cases
 from clearsweep.report.sections.answer import law_range_remarks
 from clearsweep.report.sections.setup import setup_sections
@@ -362,7 +363,7 @@ def test_shown_case_is_the_one_that_was_stored(tmp_path):
     clearsweep.sweep(grid, out=tmp_path / "run", executor="serial", show_progress=False)
     run = store.open(tmp_path / "run")
     case_id = run.summary["case_id"][0]
-    again = single.simulation.solve(single.case_to_draw(prepare(run), case_id))
+    again = single.simulation.solve(case_to_draw(prepare(run), case_id))
     assert again.summary["rod_slider_force_peak"] == run.summary["rod_slider_force_peak"][0]
     assert len(again.t) > 1440
     assert report.show(run, case_id, tmp_path / "case.svg").stat().st_size > 10_000

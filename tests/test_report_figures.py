@@ -24,7 +24,7 @@ from clearsweep.report import sections
 from clearsweep.report.blocks.picture import draw_svg, painted
 from clearsweep.report.blocks.section import Detail, Gallery, Interactive, Points, Sentences
 from clearsweep.report.blocks.table import Column, Table
-from clearsweep.report.documents import single
+from clearsweep.report.documents.page import case_pictures
 from clearsweep.report.laws import CURVE_DEPTHS
 from clearsweep.report.one_case.joints import wear_pictures
 from clearsweep.report.sections.drivers import tradeoff_sections
@@ -517,7 +517,7 @@ def test_a_case_that_is_shown_by_itself_shows_its_wear():
     case_id = run.summary["case_id"].iloc[0]
     path = {name: values.to_numpy() for name, values in run.orbit(case_id).items()}
     result = Trajectory("ok", "", {}, path, wear=run.wear(case_id))
-    titles = [picture.title for picture in single.case_pictures(prepare(run), case_id, result)]
+    titles = [picture.title for picture in case_pictures(prepare(run), case_id, result)]
     assert titles[-3:] == ["Bearing in the slider", "Journal on the rod", "Depth along the surface"]
 
 

@@ -37,8 +37,9 @@ from clearsweep.report.blocks.section import (
     without_empty,
 )
 from clearsweep.report.blocks.table import Column, Quantity, Table
-from clearsweep.report.documents import page, single
-from clearsweep.report.draw.style import BLUE
+from clearsweep.report.documents import page as single
+from clearsweep.report.documents.page import with_code
+from clearsweep.report.draw import BLUE
 from clearsweep.report.one_case.motion import motion_pictures, onset_pictures
 from clearsweep.report.sections import answer as verdict_section
 from clearsweep.report.sections.answer import (
@@ -632,5 +633,5 @@ def test_the_map_shows_cases_between_its_cells(tmp_path):
 
 def test_words_between_backquotes_are_code_and_everything_else_is_escaped():
     text = "see `uncertain` <b> & `a < b`"
-    assert page.with_code(text) == "see <code>uncertain</code> &lt;b&gt; &amp; <code>a &lt; b</code>"
-    assert page.with_code(Markup("<i>kept</i>")) == "<i>kept</i>"
+    assert with_code(text) == "see <code>uncertain</code> &lt;b&gt; &amp; <code>a &lt; b</code>"
+    assert with_code(Markup("<i>kept</i>")) == "<i>kept</i>"

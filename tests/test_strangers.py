@@ -19,7 +19,7 @@ import clearsweep
 from clearsweep import cli, store
 from clearsweep.contracts import results
 from clearsweep.language.errors import DamagedError, DirectoryError
-from clearsweep.report.documents import page
+from clearsweep.report.documents.page import write_page
 from clearsweep.store import directory, merged
 from clearsweep.store.batch import file_name
 
@@ -353,7 +353,7 @@ def test_a_report_is_written_over_no_device_link_or_directory(tmp_path, run, com
     assert sorted(tmp_path.iterdir()) == before
     assert victim.read_text() == "precious"
     with pytest.raises(DirectoryError, match="clearsweep did not write it"):
-        page.write_page("new", victim)
+        write_page("new", victim)
     assert victim.read_text() == "precious"
     assert command("report", run, "--out", victim / "x.html")[0] == 2
 

@@ -219,9 +219,10 @@ def _details(source: Source, cases: Cases, columns: Any, answer: Mapping[str, An
             details["ends"][path] = [named[0], named[-1]]
             if isinstance(named[0], str):
                 details["order"][path] = named
+    own_figures: list[Any] = [_Own(name) for name in record.get("figures") or {}]
     details["extremes"] = [
         entry
-        for column in [*source.layout.columns, *_own_figures(record)]
+        for column in [*source.layout.columns, *own_figures]
         if column.figure in EXTREMES or not column.figure
         if (entry := _extremes(source, cases, column))
     ]
@@ -302,10 +303,6 @@ class _Own(NamedTuple):
     name: str
     figure: str = ""
     joint: str = ""
-
-
-def _own_figures(record: Mapping[str, Any]) -> list[Any]:
-    return [_Own(name) for name in record.get("figures") or {}]
 
 
 def _extremes(source: Source, cases: Cases, column: Any) -> dict[str, Any] | None:

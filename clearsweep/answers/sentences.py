@@ -269,8 +269,7 @@ def convergence(answer: Answer, words: Words) -> Iterator[Sentence]:
             yield Sentence("The {which} decides; coarser ones differ in {figure} by at most {difference}.", values)
         else:
             yield Sentence(
-                "The {which} decides ({figure} {finest}); {value}: {coarse}, {difference} off, not converged.",
-                values,
+                "The {which} decides ({figure} {finest}); {value}: {coarse}, {difference} off, not converged.", values
             )
 
 
@@ -387,16 +386,7 @@ def suggestion(answer: Answer, words: Words) -> Iterator[Sentence]:
 
 JUDGED = (state, verdict, share, missing, boundary, fits)
 RULES: dict[str, tuple[Rule, ...]] = {
-    "limits": (
-        *JUDGED,
-        convergence,
-        touch,
-        laws,
-        effect_lines,
-        own_figure_sentences,
-        loss_sentences,
-        wear_sentences,
-    ),
+    "limits": (*JUDGED, convergence, touch, laws, effect_lines, own_figure_sentences, loss_sentences, wear_sentences),
     "sample": (state, share, irregular, missing, effect_lines, own_figure_sentences, wear_sentences),
     "refine": (*JUDGED, added_sentences, convergence, effect_lines),
     "seek": (state, seek_sentences),
@@ -414,16 +404,7 @@ RULES: dict[str, tuple[Rule, ...]] = {
         wear_sentences,
         suggestion,
     ),
-    "film": (
-        state,
-        film,
-        effect_lines,
-        loss_sentences,
-        force_sentences,
-        laws,
-        own_figure_sentences,
-        suggestion,
-    ),
+    "film": (state, film, effect_lines, loss_sentences, force_sentences, laws, own_figure_sentences, suggestion),
     "force": (
         state,
         force_sentences,

@@ -90,13 +90,13 @@ def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
 
     As CSV the file has the forces in the joints over time, in the fixed frame.
     """
-    from .documents import single
+    from .documents import page
 
-    return single.show(run, case_id, Path(out))
+    return page.show(run, case_id, Path(out))
 
 
 def draw_grid(source: str | Path, out: str | Path) -> Path:
     """Draw the mechanism of a grid at its start, as SVG or PNG by the ending of `out`; return its path."""
-    from .documents import single
+    from .documents import page
 
-    return single.draw_grid(Path(source), Path(out))
+    return page.draw_grid(Path(source), Path(out))

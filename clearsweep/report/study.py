@@ -31,6 +31,7 @@ from ..answers.words import Words
 from ..contracts.case import Case
 from ..contracts.case import Joint as CaseJoint
 from ..contracts.catalogue import Catalogue
+from ..contracts.layout import JointLayout
 from ..language import phases, wording
 from ..language.errors import DirectoryError
 from ..searches import base_laws
@@ -74,7 +75,12 @@ class Joint(NamedTuple):
 
     name: str  # 'rod_slider'
     title: str  # 'rod-slider'
-    wears: bool
+    layout: JointLayout
+
+    @property
+    def wears(self) -> bool:
+        """Return whether its wear is computed."""
+        return bool(self.layout.wear_bins)
 
     def column(self, figure: str) -> str:
         """Return the summary column of a figure of this joint."""
@@ -123,6 +129,10 @@ class Study(NamedTuple):
     def limits(self) -> tuple[Limit, ...]:
         """Return the limits of the grid."""
         return _limits(self.run)
+
+    def joint(self, name: str) -> Joint:
+        """Return the joint with a name, as in columns."""
+        return next(joint for joint in self.joints if joint.name == name)
 
     def swept(self) -> tuple[Axis, ...]:
         """Return the axes that have more than one value."""
@@ -233,7 +243,7 @@ def prepare(run: StoredRun, *, shows_median: bool = False) -> Study:
     base = {key: record[key] for key in CASE_SECTIONS if key in record}
     tried_values = {path: tuple(sorted(set(run.column(path).dropna()))) for path in tried_paths(record)}
     axes = axes_of(record, tried_values, units, len(layout.joints))
-    joints = tuple(Joint(joint.name, wording.joint_name(joint.name), bool(joint.wear_bins)) for joint in layout.joints)
+    joints = tuple(Joint(joint.name, wording.joint_name(joint.name), joint) for joint in layout.joints)
     is_finished = np.concatenate([np.array(block["status"] == "ok", bool) for block in run.blocks(["status"])])
     is_grid_case = _is_grid_case(run)
     text_columns = {

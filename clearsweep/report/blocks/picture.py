@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from .. import plot
-from ..draw.style import BLUE, GREY, INK, PALE
+from ..draw import BLUE, GREY, INK, PALE
 from ..plot.items import Box
 
 COLUMN_WIDTH = 4.2  # inches, largest width of a picture in one column

@@ -320,7 +320,11 @@ def columns_in_table(study: Study, table: str, joint: Joint | None = None) -> li
     entries = {figure.name: figure.tables for figure in (*simulation.catalogue().figures, *COMPUTED_FIGURES)}
     joint_order = {joint.name: joint_index for joint_index, joint in enumerate(study.joints)}
     ordered_columns = []
-    computed = (_computed_column(figure, joint) for joint in study.joints for figure in COMPUTED_FIGURES)
+    computed = (
+        LayoutColumn(joint.column(figure.name), figure.unit, figure.text, figure=figure.name, joint=joint.name)
+        for joint in study.joints
+        for figure in COMPUTED_FIGURES
+    )
     for column in (*study.run.layout.columns, *computed):
         if column.name in study.cases and (joint is None or column.joint in ("", joint.name)):
             for entry in entries.get(column.figure, ()):
@@ -335,10 +339,6 @@ def columns_in_table(study: Study, table: str, joint: Joint | None = None) -> li
 def column_label(study: Study, column: str) -> str:
     """Return the label of a column, as in the last lines of a run."""
     return verdict.column_label(study.run.layout, column)
-
-
-def _computed_column(figure: Figure, joint: Joint) -> LayoutColumn:
-    return LayoutColumn(joint.column(figure.name), figure.unit, figure.text, figure=figure.name, joint=joint.name)
 
 
 def _heading(study: Study, heading: str, joint: str) -> str:

@@ -13,8 +13,7 @@ from ..axis import leaves, value_at
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Facts, Gallery, Points, Section, without_empty
 from ..blocks.table import Column, Quantity, Table, axis_columns, column_label
-from ..draw import comparison
-from ..draw.style import GREY
+from ..draw import GREY, comparison
 from ..plot import Axes
 from ..study import Study, answer_of_study, prepare
 from .page import Page

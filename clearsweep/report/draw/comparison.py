@@ -1,5 +1,6 @@
 """Drawings that compare cases: effects, strips, curves, clouds, histograms."""
 
+import itertools
 import re
 from collections.abc import Sequence
 from typing import Any, NamedTuple
@@ -11,7 +12,7 @@ from ...language.wording import Scale
 from ..axis import Axis
 from ..plot import Axes, ColourScale
 from ..statistics.effects import MainEffect
-from .style import (
+from . import (
     BLUE,
     GREEN,
     GREY,
@@ -137,14 +138,7 @@ def draw_effect(
 def draw_strip(ax: Axes, groups: Sequence[tuple[str, np.ndarray]], name: str, scale: Scale) -> None:
     """Draw one row of points (SI, scaled) for each name, from the bottom up, with a bar at its median."""
     for row, (_, values) in enumerate(groups):
-        ax.plot(
-            values / scale.factor,
-            np.full(len(values), row),
-            "o",
-            color=BLUE,
-            markersize=4.5,
-            alpha=0.55,
-        )
+        ax.plot(values / scale.factor, np.full(len(values), row), "o", color=BLUE, markersize=4.5, alpha=0.55)
         ax.plot(np.median(values) / scale.factor, row, "|", color=RED, markersize=11, markeredgewidth=2.2)
     all_values = np.concatenate([values for _, values in groups])
     if all_values.min() > 0.0 and all_values.max() > 4.0 * all_values.min():  # else a log axis has no ticks
@@ -177,7 +171,8 @@ def draw_restitutions(ax: Axes, rows: Sequence[tuple[str, float, float]]) -> Non
 def draw_elastic_forces(ax: Axes, depths: np.ndarray, curves: Sequence[tuple[str, np.ndarray, bool]]) -> None:
     """Draw forces (N) over penetration (m); a curve is (name, forces, whether it is used); others are grey."""
     scale = wording.scale("m", depths)
-    for (name, forces, is_used), used_count in zip(curves, _used_counts_before(curves), strict=True):
+    used_counts = itertools.accumulate((is_used for *_, is_used in curves), initial=0)  # before each curve
+    for (name, forces, is_used), used_count in zip(curves, used_counts, strict=False):
         dash = ("-", "--", ":")[used_count // len(CURVE_COLOURS) % 3]
         ax.plot(
             depths / scale.factor,
@@ -212,11 +207,6 @@ def _label_curve_ends(ax: Axes, depth: float, curve_ends: Sequence[tuple[str, fl
         place = (1.06, float(np.exp(height)))
         ax.leader((edge, force), place, color=PALE, linewidth=0.5)
         ax.text(*place, name, spans_width=True, va="center", colour=GREY, size=LABEL_FONT_SIZE)
-
-
-def _used_counts_before(curves: Sequence[tuple[str, np.ndarray, bool]]) -> list[int]:
-    """Return, for each curve, the number of used curves before it."""
-    return [sum(is_used for *_, is_used in curves[:index]) for index in range(len(curves))]
 
 
 def _label_rows(ax: Axes, names: Sequence[str]) -> None:

@@ -11,7 +11,7 @@ from ... import simulation
 from ...contracts.machine import GROUND
 from ...language import wording
 from ..plot import Axes, ColourScale, multiples_of, round_ticks
-from .style import (
+from . import (
     BLUE,
     GREEN,
     GREY,
@@ -351,13 +351,7 @@ def draw_against_ideal(
 ) -> None:
     """Draw a quantity (SI) over the crank angle (rad) and, if available, the same in the ideal mechanism."""
     scale = wording.scale(unit, actual)
-    ax.plot(
-        np.degrees(angle),
-        actual / scale.factor,
-        color=BLUE,
-        linewidth=0.7,
-        label="with clearance",
-    )
+    ax.plot(np.degrees(angle), actual / scale.factor, color=BLUE, linewidth=0.7, label="with clearance")
     if ideal is not None:
         ax.plot(np.degrees(angle), ideal / scale.factor, color=RED, linewidth=1.4, linestyle="--", label="ideal")
     ax.yaxis.label = f"{name} [{scale.unit}]"

@@ -10,7 +10,7 @@ from ...language.wording import Scale
 from ..axis import Axis
 from ..plot import Axes, ColourScale, round_ticks
 from ..statistics.motion import Points, Spectrum
-from .style import (
+from . import (
     BLUE,
     GREY,
     INK,

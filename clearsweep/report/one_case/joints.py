@@ -16,8 +16,8 @@ from ...language.errors import InputError
 from ...language.wording import Scale
 from ..blocks.picture import Picture
 from ..blocks.section import Interactive
+from ..draw import BLUE, INK, PALE, RED, draw_colour_bar, set_plain_axes
 from ..draw.machine import draw_mechanism, picture_height
-from ..draw.style import BLUE, INK, PALE, RED, draw_colour_bar, set_plain_axes
 from ..plot import Axes, ColourScale, multiples_of, round_ticks
 from ..study import Joint, Study, joint_of, resolve_cases
 

@@ -1,8 +1,7 @@
 """Axes that write SVG: for the pages of reports, and for files, which are made of the same SVG."""
 
 from .axes import Axes
-from .colours import BLUES, VIRIDIS, ColourScale
-from .items import multiples_of, round_ticks, split_decades
+from .items import BLUES, VIRIDIS, ColourScale, multiples_of, round_ticks, split_decades
 from .sheet import PolarSheet, Sheet, make_sheet
 
 __all__ = [

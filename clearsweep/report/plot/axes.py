@@ -6,8 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from .colours import ColourScale
-from .items import PAPER, Box, CellStyle, Item, Legend, LegendEntry, MarkerStyle, Side, Stroke, TextStyle
+from .items import PAPER, Box, CellStyle, ColourScale, Item, Legend, LegendEntry, MarkerStyle, Side, Stroke, TextStyle
 
 _DASHES = {"--": "3.7 1.6", "-.": "6.4 1.6 1 1.6", ":": "1 1.65"}  # for a line one point wide
 _FORMAT = re.compile(r"([o.|_sDxX+]?)(-?)")

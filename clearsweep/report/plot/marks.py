@@ -3,7 +3,6 @@
 import numpy as np
 
 from .axes import Axes
-from .colours import png_address
 from .items import (
     PAPER,
     Box,
@@ -13,6 +12,7 @@ from .items import (
     MarkerStyle,
     Stroke,
     TextStyle,
+    png_address,
     text_height,
     text_svg,
     text_width,

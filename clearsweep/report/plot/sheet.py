@@ -3,18 +3,13 @@
 import numpy as np
 
 from .axes import Axes
-from .colours import ColourScale
-from .items import PAPER, Box, Side, text_height, text_svg, text_width
+from .items import PAPER, Box, ColourScale, Side, text_height, text_svg, text_width
 from .marks import AXES_GAP, image_svg, item_svg, legend_size, legend_svg, line_svg
 
 # Axes on a sheet as SVG: position, edges, ticks and labels, colour bar.
 
 GREY = "#6b7785"
-PAD, GAP, LABEL_SIZE = (
-    4.0,
-    3.5,
-    9.0,
-)  # points: margin of a sheet, from a tick to its name, font size
+PAD, GAP, LABEL_SIZE = (4.0, 3.5, 9.0)  # points: margin of a sheet, from a tick to its name, font size
 BAR_WIDTH, BAR_GAP = 10.0, 7.0  # points: width of a colour bar, distance from the axes
 BAR_PIXELS = 128  # of a colour bar
 

@@ -1,4 +1,4 @@
-"""The sections of the report, one per module: each takes a study and returns its non-empty sections."""
+"""The sections of the report in the order of the page: each function takes a study and returns non-empty sections."""
 
 from collections.abc import Callable
 
@@ -56,10 +56,7 @@ FOLDED: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (  # folded below t
             tradeoff_sections,
         ),
     ),
-    (
-        "Motion",
-        (peak_revolution_sections, other_cases_sections, motion_type_sections, film_sections),
-    ),
+    ("Motion", (peak_revolution_sections, other_cases_sections, motion_type_sections, film_sections)),
     ("Wear and life", (life_sections, wear_sections, trend_sections)),
     (
         "Laws and errors",

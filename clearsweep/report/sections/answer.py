@@ -14,8 +14,8 @@ from ...answers.judge import DIFFERS, FALLS, RISES
 from ...answers.judged import is_null, named_value
 from ...answers.questions import MIN_REVOLUTIONS, expected_peak_sentence, largest_expected_peak, required_columns
 from ...answers.sentences import at_worst, deciding_figures, effect_text
-from ...answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN, Limit, limit_label
-from ...answers.words import Words, case_margin_text, every_text, factor_text, share_text
+from ...answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN, limit_label
+from ...answers.words import case_margin_text, every_text, factor_text, share_text
 from ...language import wording
 from ...language.wording import TIMES
 from .. import samples
@@ -138,13 +138,16 @@ def _driver_cards(study: Study, answer: Mapping[str, Any]) -> list[Card]:
         for effect in answer["effects"]:
             if effect["figure"] == figure and effect["verdict"] in (RISES, FALLS, DIFFERS):
                 text = effect_text(answer, words, effect, subject=True)
-                return [(f"{words.figure(figure).capitalize()} depends on", _axis_names(words, effect), text)]
+                return [
+                    (
+                        f"{words.figure(figure).capitalize()} depends on",
+                        wording.sentence_list(
+                            [words.axis_name(path) for path in (effect["path"], *effect.get("with", ()))]
+                        ),
+                        text,
+                    )
+                ]
     return []
-
-
-def _axis_names(words: Words, effect: Mapping[str, Any]) -> str:
-    """Return the name of the axis of an effect, with all paths that vary together."""
-    return wording.sentence_list([words.axis_name(path) for path in (effect["path"], *effect.get("with", ()))])
 
 
 # The answer to the question of the grid, and maps and a table of the limits.
@@ -198,7 +201,16 @@ def _limit_table(study: Study) -> Table:
         worst = float(margins[row])
         margin = Quantity(worst, case_margin_text(worst, [limit], limit.column if fails[row] else ""))
         of_cases = (count_cell(failing), count_cell(unknown), count_cell(limit_counts.cases))
-        rows.append((limit.column, _limit_text(study, limit), *of_cases, margin, *values, case_id))
+        rows.append(
+            (
+                limit.column,
+                limit_label(study.run.layout, limit, study.unit(limit.column)),
+                *of_cases,
+                margin,
+                *values,
+                case_id,
+            )
+        )
     note = (
         "The margin is the distance within the limit over its size. A limit is undecided where its figure is null; a "
         "bound of 0 has no margin."
@@ -212,11 +224,6 @@ def _worst_row(margins: np.ndarray, fails: np.ndarray, excesses: np.ndarray) -> 
     if is_bare.any():
         return int(np.argmax(np.where(is_bare, np.nan_to_num(excesses, nan=np.inf), -np.inf)))
     return int(np.nanargmin(margins)) if np.isfinite(margins).any() else 0
-
-
-def _limit_text(study: Study, limit: Limit) -> str:
-    """Return a limit in words: 'force peak at most 60 kN'."""
-    return limit_label(study.run.layout, limit, study.unit(limit.column))
 
 
 def _margin_maps(study: Study) -> list[Picture]:
@@ -304,10 +311,6 @@ def reliability_sections(study: Study) -> list[Section]:
     return [Section("headline", "Forces by crank speed", without_empty([_extremes_by_speed_table(study)]))]
 
 
-def _setting_text(study: Study, case_id: str) -> str:
-    return f" at {study.setting(case_id)}" if study.swept() else ""
-
-
 def periodicity_sentences(study: Study) -> list[str]:
     """Return sentences on the number of periodic and chaotic motions, and on the significance of a single peak."""
     if "period" not in study.cases:
@@ -357,9 +360,11 @@ def _expected_peak_sentences(study: Study) -> list[str]:
             "Without a period, the largest peak in 10⁶ revolutions is predicted only from "
             f"{MIN_REVOLUTIONS} or more independent revolutions in the window."
         ]
-    joint = next(joint for joint in study.joints if joint.name == largest.joint)
+    joint = study.joint(largest.joint)
     force_texts = wording.texts_in_common_unit((largest.value, largest.high, largest.seen), "N")
-    location_text = study.joint_text(joint, " in joint {}") + _setting_text(study, largest.case_id)
+    location_text = study.joint_text(joint, " in joint {}") + (
+        f" at {study.setting(largest.case_id)}" if study.swept() else ""
+    )
     return [expected_peak_sentence(force_texts, location_text)]
 
 
@@ -462,7 +467,11 @@ def trust_sections(study: Study) -> list[Section]:
 
 def reliability_points(study: Study) -> list[str]:
     """Return failures and warnings of the run, then a sentence each on laws, convergence and unknowns."""
-    return [*_failure_points(study), *_warnings(study), *([] if study.cases.empty else _finished_case_points(study))]
+    return [
+        *_failure_points(study),
+        *(Markup("<b>Warning:</b> {}").format(text) for text in study.run.grid.get("warnings") or []),
+        *([] if study.cases.empty else _finished_case_points(study)),
+    ]
 
 
 def _failure_points(study: Study) -> list[str]:
@@ -473,17 +482,9 @@ def _failure_points(study: Study) -> list[str]:
     return [cases + ". All results except the list of failures exclude them."]
 
 
-def _warnings(study: Study) -> list[str]:
-    return [Markup("<b>Warning:</b> {}").format(warning) for warning in study.run.grid.get("warnings") or []]
-
-
 def _finished_case_points(study: Study) -> list[str]:
     periodicity = " ".join(periodicity_sentences(study))
-    sentences = [
-        *law_range_remarks(study),
-        *([periodicity] if periodicity else []),
-        *recommendation_texts(study),
-    ]
+    sentences = [*law_range_remarks(study), *([periodicity] if periodicity else []), *recommendation_texts(study)]
     for section in (*law_choice_sections(study), *elastic_laws_sections(study)):
         sentences += [_with_link(section, sentence) for sentence in section.sentences[:1]]
     for section in elastic_links_sections(study):

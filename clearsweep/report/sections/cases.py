@@ -1,26 +1,191 @@
-"""Cases on the page: those that are played or drawn, and the table of all."""
+"""Cases on the page: those that are played or drawn, with the data of the player, and the table of all."""
 
 from collections.abc import Iterable, Mapping
 
 import numpy as np
 from markupsafe import Markup
 
+from ... import simulation
 from ...answers.verdict import MARGIN_COLUMN
+from ...contracts.layout import JointLayout
+from ...contracts.machine import GROUND
 from ...language import wording
+from ...language.errors import InputError
 from ...searches import SENSES
 from ..axis import Axis
 from ..blocks.picture import capitalise
 from ..blocks.section import Block, Detail, Interactive, Note, Section, encode_floats
 from ..blocks.table import columns_in_table
-from ..one_case import player
-from ..one_case.motion import motion_pictures, onset_pictures, saved_channels
-from ..study import P99_OVER_IDEAL, Joint, Study, case_ranking_of, worst_case
+from ..one_case.motion import (
+    ORBIT_CHANNELS,
+    History,
+    has_straight_walls,
+    history_of,
+    joint_histories,
+    motion_pictures,
+    onset_pictures,
+    saved_channels,
+)
+from ..study import P99_OVER_IDEAL, Joint, Study, case_ranking_of, resolve_cases, worst_case
+
+# Data of the player of a page, which shows one case in motion.
+
+RELATIVE_ROUNDING = (
+    1e-12  # of the largest value of a curve: smaller values, such as a torque at a dead centre, are rounding
+)
+MAX_SAMPLES = 3000  # samples: longer histories are cut to those around the largest force
+DRAWN_PENETRATION = 0.25  # of the clearance: drawn height of the deepest penetration
+NO_SCRIPTS = "The animation needs scripts. clearsweep show DIR CASE draws the motion without scripts."
+
+
+def player_data(study: Study, case_id: str, channels: Mapping) -> Interactive | None:
+    """Return the data of a case for the player, or None without rotation, picture or complete channels."""
+    if not all(f"joints/{joint.name}/{name}" in channels for joint in study.joints for name in ORBIT_CHANNELS):
+        return None
+    history, sketch = history_of(study, case_id, channels), _load_sketch(study, case_id)
+    bodies = _bodies(sketch, channels) if sketch else []
+    if history.angle is None or sketch is None or not bodies:
+        return None
+    samples = _shown_samples(study, channels)
+    data = {
+        "angle": encode_floats(np.degrees(history.angle[samples])),
+        "bodies": [body | {key: encode_floats(body[key][samples]) for key in ("x", "y", "angle")} for body in bodies],
+        "ground": [joint.position.tolist() for joint in sketch.joints if joint.grounded and joint.guide is None],
+        "joints": _joints(study, case_id, channels, samples, sketch),
+        "charts": _charts(study, case_id, history, samples),
+    }
+    return Interactive("player", f"motion-of-{case_id}", f"Case {case_id} in motion", data, NO_SCRIPTS)
+
+
+def _shown_samples(study: Study, channels: Mapping) -> slice:
+    """Return the slice of displayed samples."""
+    force = np.asarray(channels[f"joints/{study.most_loaded_joint().name}/force_normal"], float)
+    if len(force) <= MAX_SAMPLES:
+        return slice(None)
+    start = min(max(int(force.argmax()) - MAX_SAMPLES // 2, 0), len(force) - MAX_SAMPLES)
+    return slice(start, start + MAX_SAMPLES)
+
+
+def _load_sketch(study: Study, case_id: str) -> simulation.Sketch | None:
+    """Return the mechanism of a case at its start, or None if it has no picture or is from another version."""
+    try:
+        return simulation.sketch(resolve_cases(study, [case_id])[0])
+    except InputError:
+        return None
+
+
+def _bodies(sketch: simulation.Sketch, channels: Mapping) -> list[dict]:
+    """Return the moving bodies over time, or [] if a body has no channels.
+
+    Each has its points relative to the centre of mass at the start, and its position and angle over time.
+    """
+    bodies = []
+    for body in sketch.bodies:
+        name = body.name.replace("-", "_")
+        if body.name == GROUND:
+            continue
+        if not {f"{name}/x", f"{name}/y"} <= set(channels):
+            return []
+        x, y = (np.asarray(channels[f"{name}/{key}"], float) for key in ("x", "y"))
+        angle = np.asarray(channels.get(f"{name}/angle", np.full(len(x), body.angle)), float)
+        bodies.append(
+            {"began": body.angle, "points": (body.points - body.center).tolist(), "x": x, "y": y, "angle": angle}
+        )
+    return bodies
+
+
+def _joints(study: Study, case_id: str, channels: Mapping, samples: slice, sketch: simulation.Sketch) -> list[dict]:
+    """Return the joints over time: position and force of the journal or block, clearance, and the walls if straight."""
+    joints = []
+    for joint in study.joints:
+        x, y, force = (
+            np.asarray(channels[f"joints/{joint.name}/{key}"], float)[samples] for key in ("x", "y", "force_normal")
+        )
+        clearance = study.value(case_id, f"joints.{joint.title}.clearance")
+        if clearance is None:
+            continue
+        distance, walls = np.hypot(x, y), None
+        if has_straight_walls(study, joint):
+            half_length, tilt = _block(study, case_id, joint, sketch, channels)
+            distance = abs(y) + half_length * abs(np.sin(tilt[samples]))
+            walls = {"half_length": half_length, "tilt": encode_floats(tilt[samples])}
+        deepest = max(float(distance.max()) - float(clearance), 0.0)
+        force_scale = wording.scale("N", force)
+        joints.append(
+            {
+                "name": joint.title,
+                "clearance": float(clearance),
+                "said": wording.quantity_text(float(clearance), "m"),
+                "magnified": float(f"{max(DRAWN_PENETRATION * float(clearance) / deepest, 1.0):.1g}")
+                if deepest > 0.0
+                else 1.0,
+                "x": encode_floats(x),
+                "y": encode_floats(y),
+                "walls": walls,
+                "force": encode_floats(force / force_scale.factor),
+                "most": float(force.max() / force_scale.factor),
+                "unit": force_scale.unit,
+            }
+        )
+    return joints
+
+
+def _block(
+    study: Study, case_id: str, joint: Joint, sketch: simulation.Sketch, channels: Mapping
+) -> tuple[float, np.ndarray]:
+    """Return half the length (m) of a guide's block and its tilt (rad) between the walls; zeros for a pin in a slot."""
+    sketched_joint = next(sketched for sketched in sketch.joints if sketched.name == joint.title)
+    tilt = np.zeros(len(channels[f"joints/{joint.name}/y"]))
+    if sketched_joint.guide is None:
+        return 0.0, tilt
+    start = {body.name: body.angle for body in sketch.bodies}
+    for body, sign in ((sketched_joint.sliding_body, 1.0), (sketched_joint.guiding_body, -1.0)):
+        channel = f"{body.replace('-', '_')}/angle"
+        if channel in channels:
+            tilt += sign * (np.asarray(channels[channel], float) - start[body])
+    return 0.5 * float(study.value(case_id, f"joints.{joint.title}.length") or 0.0), tilt
+
+
+def _zero_rounding_errors(values: np.ndarray) -> np.ndarray:
+    """Return values; those within the rounding error of the largest are set to 0."""
+    clean: np.ndarray = np.where(
+        np.abs(values) < RELATIVE_ROUNDING * np.nanmax(np.abs(values), initial=0.0), 0.0, values
+    )
+    return clean
+
+
+def _charts(study: Study, case_id: str, history: History, samples: slice) -> list[dict]:
+    charts = []
+    for curve in joint_histories(study, case_id, history):
+        scale = wording.scale(curve.unit, curve.actual[samples])
+        lines = [("with clearance", _zero_rounding_errors(curve.actual), "accent", False)]
+        if curve.ideal is not None:
+            lines.append(("ideal", _zero_rounding_errors(curve.ideal), "mark", True))
+        charts.append(
+            {
+                "name": curve.name,
+                "unit": scale.unit,
+                "lines": [
+                    {
+                        "name": name,
+                        "values": encode_floats(values[samples] / scale.factor),
+                        "colour": colour,
+                        "dashed": dashed,
+                    }
+                    for name, values, colour, dashed in lines
+                ],
+            }
+        )
+    return charts
+
+
+# Cases on the page: those that are played or drawn, and the table of all.
 
 # The motion of the worst case for the question of the grid, and of the cases that represent the leading figure.
 #
 # Pictures do not repeat the content of a player.
 
-MECHANISM_ONLY = Joint("-", "", wears=False)  # figures of the mechanism alone
+MECHANISM_ONLY = Joint("-", "", JointLayout("-"))  # figures of the mechanism alone
 FIRST = ("joint", "peak", "load / ideal", " error", "film", "life")  # ends of the names of figures of the first screen
 SHOWN_PEAK = 0.9  # of the force peak: curves that reach it show the peak
 NOT_SAVED = Markup(
@@ -88,7 +253,7 @@ def _details(study: Study, case_ids: Iterable[str], labels: dict[str, str], defa
             case_pictures = motion_pictures(study, case_id, channels) + onset_pictures(
                 study, case_id, study.run.events(case_id), channels
             )
-            animation = player.player_data(study, case_id, channels)
+            animation = player_data(study, case_id, channels)
             player_pictures = tuple(picture for picture in case_pictures if picture.shown_in_player and animation)
             static_pictures = [picture for picture in case_pictures if not (picture.shown_in_player and animation)]
             setting, figures = study.setting(case_id), _summary_values(study, case_id)

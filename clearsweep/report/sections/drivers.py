@@ -15,9 +15,8 @@ from ..axis import PEAK, Axis
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Gallery, Points, Section, without_empty
 from ..blocks.table import Column, Quantity, Table, columns_in_table, count_cell
-from ..draw import comparison
+from ..draw import BLUE, JOINT_COLOURS, RED, comparison
 from ..draw.comparison import Curve
-from ..draw.style import BLUE, JOINT_COLOURS, RED
 from ..one_case.joints import deepest_along_axis
 from ..statistics.effects import MainEffect, main_effects_of, match_cases, trend_exponent, yield_speed_sentence
 from ..statistics.sensitivity import estimate_quantile

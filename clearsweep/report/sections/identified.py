@@ -18,7 +18,7 @@ from ..axis import Axis
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table
-from ..draw.style import BLUE, RED, set_plain_axes
+from ..draw import BLUE, RED, set_plain_axes
 from ..plot import BLUES, Axes, ColourScale
 from ..study import Study
 

@@ -436,10 +436,10 @@ def peak_revolution_sections(study: Study) -> list[Section]:
 def _case_detail(study: Study, rank: int, case_id: str) -> Detail:
     """Return one case: its peak, and the histories around it."""
     channels = study.run.peak_revolution(case_id)
-    joint = next(joint for joint in study.joints if joint.name == channels.attrs["joint"])
+    joint = study.joint(channels.attrs["joint"])
     history = history_of(study, case_id, channels)
     pictures = [
-        _picture(curve, history.painter(*_painter_arguments(curve)))
+        _picture(curve, history.painter(curve.actual, curve.unit, curve.name, curve.ideal))
         for curve in joint_histories(study, case_id, history)
     ]
     figures = [(name, study.text(case_id, column)) for column, name in columns_in_table(study, "case", joint)]
@@ -459,10 +459,6 @@ def _peak_location(joint: Joint, channels: pd.DataFrame, angle: np.ndarray | Non
         degrees = np.degrees(angle[int(np.argmax(channels[f"joints/{joint.name}/force_normal"]))]) % 360.0
         facts.append(("peak at", f"{degrees:.1f}{wording.BLANK}°"))
     return facts
-
-
-def _painter_arguments(curve: JointHistory) -> tuple:
-    return curve.actual, curve.unit, curve.name, curve.ideal
 
 
 def _picture(curve: JointHistory, paint: Callable[[Axes], None]) -> Picture:

@@ -9,8 +9,7 @@ from ...language import wording
 from ...language.errors import InputError
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Gallery, Points, Section, Sentences, without_empty
-from ..draw import comparison
-from ..draw.style import RED
+from ..draw import RED, comparison
 from ..plot import Axes
 from ..samples import (
     LimitedFigure,

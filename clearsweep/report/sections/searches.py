@@ -14,7 +14,7 @@ from ..axis import Axis, first_sought_path, sought_paths, value_at
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table, axis_columns, column_label, count_cell
-from ..draw.style import BLUE, RED, set_plain_axes
+from ..draw import BLUE, RED, set_plain_axes
 from ..plot import Axes
 from ..study import Study, answer_of_study
 
@@ -280,18 +280,10 @@ def optimised_sections(study: Study) -> list[Section]:
     if result is None:
         return []
     (rows, names), written_id = result, _case_as_written(study)
-    texts = [
-        *_comparison_sentences(study, rows, names, written_id),
-        *_indistinguishable_sentences(study, rows, names),
-    ]
+    texts = [*_comparison_sentences(study, rows, names, written_id), *_indistinguishable_sentences(study, rows, names)]
     table = _front_table(study, rows, names, written_id)
     blocks: list[Block] = [Sentences(texts), _shorten_table(table)]
     return [Section("optimise", "The best cases", without_empty(blocks))]
-
-
-def _objectives_by_sense(study: Study) -> list[list[str]]:
-    """Return a list of the minimised objectives and a list of the maximised ones."""
-    return [study.run.grid["optimise"].get(sense, []) for sense in SENSES]
 
 
 def folded_optimised_sections(study: Study) -> list[Section]:
@@ -313,7 +305,7 @@ def _best_rows(study: Study) -> tuple[list[dict[str, Any]], list[str]] | None:
     frame = study.run.optimise
     if frame is None or frame.empty:
         return None
-    names = [name for sense in _objectives_by_sense(study) for name in sense]
+    names = [name for sense in SENSES for name in study.run.grid["optimise"].get(sense, [])]
     rows = [
         {name: None if pd.isna(value) else value for name, value in row.items()} for row in frame.to_dict("records")
     ]
@@ -421,12 +413,10 @@ def _front_table(study: Study, rows: list[dict[str, Any]], names: list[str], wri
 
 def _limits_cell(study: Study, names: str) -> Quantity:
     """Return the cell of limits by their columns, in words on the page."""
-    return Quantity(names or wording.DASH, ", ".join(_limited_labels(study, names)) if names else wording.DASH)
-
-
-def _limited_labels(study: Study, names: str) -> list[str]:
-    """Return the labels of limited columns, whose names are separated by commas."""
-    return [column_label(study, name) for name in names.split(",")]
+    return Quantity(
+        names or wording.DASH,
+        ", ".join(column_label(study, name) for name in names.split(",")) if names else wording.DASH,
+    )
 
 
 def _front_picture(study: Study, rows: list[dict[str, Any]], names: list[str]) -> list[Picture]:

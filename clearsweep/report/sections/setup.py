@@ -15,7 +15,7 @@ from ..axis import PEAK, Axis, leaves
 from ..blocks.picture import Picture
 from ..blocks.section import Block, Columns, Facts, Gallery, Note, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table
-from ..draw.style import BLUE, INK, set_log_scale, set_plain_axes
+from ..draw import BLUE, INK, set_log_scale, set_plain_axes
 from ..one_case.joints import mechanism_picture
 from ..plot import Axes
 from ..study import CASE_SECTIONS, Study, resolve_cases

@@ -12,7 +12,7 @@ from ...language import wording
 from ..blocks.picture import Picture
 from ..blocks.section import Block, Detail, Gallery, Note, Section, Sentences, without_empty
 from ..blocks.table import Table, case_table, columns_in_table
-from ..draw.style import BLUE, GREEN, GREY, RED, label_with_unit, set_plain_axes
+from ..draw import BLUE, GREEN, GREY, RED, label_with_unit, set_plain_axes
 from ..one_case.joints import ranking_column, selectable_cases, wear_pictures
 from ..plot import Axes
 from ..study import WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES, Joint, Study, finished_cases
@@ -66,14 +66,14 @@ def wear_sections(study: Study) -> list[Section]:
 
 def _note(study: Study) -> str:
     slots = any("slot_length" in study.base["joints"].get(joint.title, {}) for joint in study.joints if joint.wears)
-    note = WEAR_NOTE + IN_SPACE if any(joint.is_spatial for joint in study.run.layout.joints) else WEAR_NOTE
+    note = WEAR_NOTE + IN_SPACE if any(joint.layout.is_spatial for joint in study.joints) else WEAR_NOTE
     return note + IN_SLOT if slots else note
 
 
 def _coarse_bin_sentences(study: Study, joint: Joint) -> list[str]:
     """Return a sentence with the number of cases with too coarse bins and a sufficient number of bins, or []."""
     column = joint.column("wear_bins_enough")
-    bins = next(joint_layout.wear_bins for joint_layout in study.run.layout.joints if joint_layout.name == joint.name)
+    bins = joint.layout.wear_bins
     if not study.has(column) or study.cases[column].max() <= bins:
         return []
     coarse = study.cases[column][study.cases[column] > bins]
@@ -133,12 +133,11 @@ def _deepest_wear_blocks(study: Study, joint: Joint) -> list[Block]:
 
 def _hours_to_clearance(study: Study, joint: Joint, case_id: str) -> str:
     """Return the hours after which the wear of a case equals its clearance; '' unless it does within 1000 hours."""
-    layout = next(joint_layout for joint_layout in study.run.layout.joints if joint_layout.name == joint.name)
     per_1000_hours = joint.column(WEAR_PER_1000_HOURS)
     if per_1000_hours not in study.cases:
         return ""
     row, depth = int(study.cases.index.get_loc(case_id)), float(study.cases.at[case_id, per_1000_hours])
-    return clearance_hours_text(finished_cases(study), layout, row, depth)
+    return clearance_hours_text(finished_cases(study), joint.layout, row, depth)
 
 
 def _maps(study: Study, joint: Joint) -> list[Picture]:

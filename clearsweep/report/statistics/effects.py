@@ -190,8 +190,7 @@ def yield_speed_sentence(study: Study, joint: Joint) -> str:
 
 def _has_strength(study: Study, joint: Joint) -> bool:
     """Return whether the strength of a joint's weaker body is known in any case; False without a finished case."""
-    layout = next(joint_layout for joint_layout in study.run.layout.joints if joint_layout.name == joint.name)
-    if layout.strength:
+    if joint.layout.strength:
         return True
     try:
         cases = resolve_cases(study, study.cases.index[:1])

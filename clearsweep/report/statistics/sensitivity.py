@@ -222,13 +222,10 @@ def sobol_indices(sample: Sample, figure: str, paths: list[str]) -> list[SobolIn
         resampled_indices, ((1.0 - CONFIDENCE) / 2.0, (1.0 + CONFIDENCE) / 2.0), axis=0
     )  # (2, 2, variables)
     estimates = np.stack([_indices(values), *interval_ends])  # estimate, low, high; first-order, total; variables
-    return [_index(path, estimates[:, :, k]) for k, path in enumerate(paths)]
-
-
-def _index(path: str, estimates: np.ndarray) -> SobolIndex:
-    """Return the indices of one variable from (estimate, low, high) by (first-order, total)."""
-    first, total = (Estimate(*map(float, column)) for column in estimates.T)
-    return SobolIndex(path, first, total)
+    return [
+        SobolIndex(path, *(Estimate(*map(float, column)) for column in estimates[:, :, k].T))  # first-order, total
+        for k, path in enumerate(paths)
+    ]
 
 
 def _indices(values: np.ndarray) -> np.ndarray:
