@@ -145,20 +145,20 @@ def run(  # noqa: PLR0913 - one argument per option
     """
     from . import grid as grids
     from .sweeping import summary
-    from .sweeping.sweep import Options, check, load, run_sweep
+    from .sweeping.sweep import Options, check, load, sweep
 
     overrides = grids.read_options(grids.SET_OPTION, fixed), grids.read_options(grids.SWEEP_OPTION, swept)
-    source, options = grids.OverriddenGrid(grid, *overrides), Options(**arguments)
+    source = grids.OverriddenGrid(grid, *overrides)
     if fail_on_limits:
         summary.require_judgement(load(source))
     if dry_run:
         from .sweeping.estimate import estimate
 
-        check(options)
+        check(options := Options(**arguments))
         facts = estimate(source, out, jobs=options.jobs, shard=options.shard)._asdict()
         click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(summary.estimate_text(facts)))
         return 0
-    result = run_sweep(source, out, options)
+    result = sweep(source, out, **arguments)
     with shown_in(units):
         facts = summary.of_run(result)
         click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(summary.run_text(facts)))

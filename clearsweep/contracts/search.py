@@ -205,6 +205,11 @@ class Search:
         return {*record["units"]}
 
     @classmethod
+    def missing_answer(cls, answer: Mapping[str, Any]) -> str:
+        """Return why the answer of a run, as in answer.json, lacks that of the search, or ''."""
+        return ""
+
+    @classmethod
     def lines(cls, facts: Mapping[str, Any]) -> list[str]:
         """Return lines that `run` prints on its answer; `facts` are those of `Found.facts`."""
         return []

@@ -140,6 +140,11 @@ class Identify(Search):
         return Identification(self)
 
     @classmethod
+    def missing_answer(cls, answer: Mapping[str, Any]) -> str:
+        """Return that nothing is identified."""
+        return "" if answer.get("identified") else "`identify` has no answer"
+
+    @classmethod
     def table_columns(cls, record: Mapping[str, Any]) -> set[str]:
         """Return the columns of identify.parquet."""
         return {*record["units"], "weight"}

@@ -106,6 +106,12 @@ class Optimise(Search):
         return Optimisation(self)
 
     @classmethod
+    def missing_answer(cls, answer: Mapping[str, Any]) -> str:
+        """Return that no case meets the limits."""
+        is_met = answer["search"] and answer.get("best_met", True)
+        return "" if is_met else "`optimise` has no case that meets the limits"
+
+    @classmethod
     def table_columns(cls, record: Mapping[str, Any]) -> set[str]:
         """Return the columns of optimise.parquet."""
         section = record.get(OPTIMISE) or {}

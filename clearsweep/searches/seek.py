@@ -273,6 +273,13 @@ class Seek(Search):
         return SeekRounds(grid, self)
 
     @classmethod
+    def missing_answer(cls, answer: Mapping[str, Any]) -> str:
+        """Return how many searches have no answer."""
+        rows = answer["search"]
+        unanswered = sum(all(value is None for name, value in row.items() if name.startswith("seek.")) for row in rows)
+        return f"`seek` has no answer for {unanswered} of {len(rows)} searches" if unanswered or not rows else ""
+
+    @classmethod
     def table_columns(cls, record: Mapping[str, Any]) -> set[str]:
         """Return the columns of seek.parquet."""
         section = record.get(SEEK) or {}

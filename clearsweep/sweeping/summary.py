@@ -107,16 +107,8 @@ def limits_failure(facts: Mapping[str, Any]) -> str:
         reasons.append(
             f"{wording.count_text(counts['undecided'], 'case')} undecided: failed, not run, or without figure"
         )
-    question, rows = answer["question"], answer["search"]
-    if question == "seek":
-        unanswered = sum(all(value is None for name, value in row.items() if name.startswith("seek.")) for row in rows)
-        if unanswered or not rows:
-            reasons.append(f"`seek` has no answer for {unanswered} of {len(rows)} searches")
-    elif question == "optimise" and not (rows and answer.get("best_met", True)):
-        reasons.append("`optimise` has no case that meets the limits")
-    elif question == "identify" and not answer.get("identified"):
-        reasons.append("`identify` has no answer")
-    return "; ".join(reasons)
+    missing = [search.missing_answer(answer) for search in SEARCHES if search.name == answer["question"]]
+    return "; ".join([*reasons, *filter(None, missing)])
 
 
 def _probability(answer: Mapping[str, Any]) -> tuple[float, float, float] | None:
