@@ -277,6 +277,25 @@ def test_another_form_of_directories_is_refused_by_every_verb_with_what_to_do(ru
         assert "run the grid again into another directory, or read it with that version" in message
 
 
+@pytest.mark.parametrize("verb", ["status", "report", "clean", "run"])
+def test_a_record_of_an_older_version_is_refused_by_its_version(source, run, verb, capsys):
+    def of_version_12(content):
+        content["model_version"], content["versions"]["clearsweep"] = "12", "0.0.9"
+        content["layout"]["joints"][0]["telling"] = True  # an entry that this version had
+
+    crafted(run, of_version_12)
+    if verb == "run":
+        with pytest.raises(DirectoryError) as caught:
+            swept(source, run)
+        message = str(caught.value)
+    else:
+        assert _exit_code([verb, str(run)]) == 2
+        message = capsys.readouterr().err
+    assert "is of model version '12', written by clearsweep '0.0.9'" in message
+    assert "run the grid again into another directory, or read it with that version" in message
+    assert "damaged" not in message
+
+
 @pytest.mark.parametrize("key", ["layout", "units", "keys", "frame"])
 def test_a_record_without_what_every_one_has_is_refused(run, key):
     crafted(run, lambda content: content.pop(key))

@@ -17,7 +17,7 @@ import clearsweep
 
 from ..contracts.layout import Column, JointLayout, Layout
 from ..grid import ADDED, SCHEMA_VERSION, Fit, Grid, leaves
-from ..language.errors import DamagedError, DirectoryError
+from ..language.errors import DamagedError, DirectoryError, quoted
 from ..searches import SEARCHES, search_of
 from . import durable
 
@@ -418,8 +418,22 @@ def read_record(directory: Path) -> dict[str, Any]:
         try:
             check_record(record)
         except MisshapenError as problem:
+            version = record.get("model_version")
+            if isinstance(version, str) and version != clearsweep.MODEL_VERSION:
+                raise _of_another_version(directory, record, str(problem)) from None
             raise damaged_error(path, f"it was not written by `clearsweep run`: {problem}") from None
     return dict(record)
+
+
+def _of_another_version(directory: Path, record: dict[str, Any], problem: str) -> DirectoryError:
+    """Return the error for a run.json that an earlier or later version may have written, with entries of its own."""
+    versions = record.get("versions")
+    written = versions.get("clearsweep") if isinstance(versions, dict) else None
+    return DirectoryError(
+        f"{directory}: its run.json is of model version {quoted(record['model_version'])}, written by clearsweep "
+        f"{quoted(written)}, and not as this version writes it, which has model version {clearsweep.MODEL_VERSION} "
+        f"({problem}): run the grid again into another directory, or read it with that version"
+    )
 
 
 def check_format(directory: Path, record: dict[str, Any]) -> None:
