@@ -407,11 +407,15 @@ def test_orbits_with_other_datasets_than_the_contract_are_refused_and_restored(p
 
 
 @pytest.mark.parametrize(("name", "value"), [("t", np.nan), ("t", 1e16), ("crank_angle", np.inf), ("slider/a", 1e101)])
-def test_values_that_no_run_writes_are_refused_when_they_are_read(copied, name, value):
+def test_values_that_no_run_writes_are_refused_when_they_are_read(plain, copied, name, value):
     crafted_orbits(copied, lambda file: file[name].__setitem__(slice(None), value))
     run = clearsweep.open(copied)
-    with pytest.raises(DamagedError, match=rf"{name} has values that no run writes"):
+    said = rf"{name} has values that no run writes, move the file away first\); run the grid again .*restores it"
+    with pytest.raises(DamagedError, match=said):
         run.orbit(run.summary.case_id[0])
+    (copied / "orbits.h5").unlink()
+    assert swept(fake_physics.grid(2), copied).ran == 0
+    assert same_results(plain, copied)
 
 
 def test_a_code_of_no_joint_is_refused(copied):

@@ -381,10 +381,13 @@ def read_values(file: h5py.File, path: str, span: Any) -> np.ndarray:
     """
     values: np.ndarray = file[path][span]
     words = h5py.check_enum_dtype(file[path].dtype)
-    if words is not None:
-        check_values(path, values, len(words))
-    elif values.dtype.kind == "f":
-        check_values(path, values)
+    try:
+        if words is not None:
+            check_values(path, values, len(words))
+        elif values.dtype.kind == "f":
+            check_values(path, values)
+    except MisshapenError as error:  # the next run does not read them: that would take as long as merging
+        raise MisshapenError(f"{error}, move the file away first") from None
     return values
 
 

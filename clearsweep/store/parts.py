@@ -155,6 +155,7 @@ def damage_said(path: Path, *errors: type[Exception]) -> Iterator[None]:
 
 
 def unfinished_error(path: Path) -> DirectoryError:
+    """Return the error for a final file that is not there."""
     return DirectoryError(
         f"{path.parent}: its run is not finished, or {path.name} was moved away; run the grid again with "
         f"--out {path.parent}, which computes only missing cases. To read the finished cases, use report --partial or "
