@@ -145,15 +145,14 @@ def summary_schema(result_schema: ResultSchema) -> pa.Schema:
     ]
     fields = [field_of(column) for column in (*columns, *result_schema.layout.columns)]
     labels = {axis.path: axis.labels for axis in result_schema.axes if axis.labels}
-    return pa.schema([_with_labels(field, labels[field.name]) if field.name in labels else field for field in fields])
+    for number, field in enumerate(fields):
+        if field.name in labels:
+            fields[number] = field.with_metadata({**field.metadata, "labels": labels[field.name]})
+    return pa.schema(fields)
 
 
 def _labels(grid: Grid, path: str) -> str:
     return json.dumps(grid.labels[path], default=lambda value: value.item()) if path in grid.labels else ""
-
-
-def _with_labels(field: pa.Field, labels: str) -> pa.Field:
-    return field.with_metadata({**field.metadata, "labels": labels})
 
 
 def add_verdict_columns(verdict: LimitsAndFigures, table: pa.Table) -> pa.Table:

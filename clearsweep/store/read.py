@@ -391,10 +391,11 @@ class StoredRun:
 
 def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FINAL_FILES, *ANSWER_FILES)) -> None:
     """Raise DamagedError if the checksum of a file differs from that in `record`, its run.json."""
+    search = search_of(record)
     for path in (directory / name for name in names):
         if "merged" not in record:
             raise unfinished_error(path)
-        if path.name in ANSWER_FILES and "answers" not in record and _search_has_table(record):
+        if path.name in ANSWER_FILES and "answers" not in record and search and search.has_table:
             raise damaged_error(path, "run.json has no checksum of it, as an older version wrote it")
         expected = (record["merged"] | record.get("answers", {})).get(path.name)
         if expected is None and path.name in ANSWER_FILES and not os.path.lexists(path):
@@ -405,11 +406,6 @@ def verify(directory: Path, record: dict[str, Any], names: Iterable[str] = (*FIN
             raise unfinished_error(path) from None
         if actual != expected:
             raise damaged_error(path, "its checksum is not that in run.json")
-
-
-def _search_has_table(record: dict[str, Any]) -> bool:
-    search = search_of(record)
-    return search is not None and search.has_table
 
 
 def newest_run(results: Path) -> Path:

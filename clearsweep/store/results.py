@@ -147,50 +147,37 @@ def difference(
     """
     names = [np.array([batch.name for batch in run.batches], "S") for run in (first, second)]
     is_different = names[0][first_rows["batch"]] != names[1][second_rows["batch"]]  # batches are named by their content
-    first_rows, second_rows = first_rows[is_different], second_rows[is_different]
-    return _summary_difference(result_schema, first, first_rows, second, second_rows) or _orbits_difference(
-        result_schema, first, first_rows, second, second_rows
-    )
+    sides = ((first, first_rows[is_different]), (second, second_rows[is_different]))
+    return _summary_difference(result_schema, sides) or _orbits_difference(result_schema, sides)
 
 
-def _summary_difference(
-    result_schema: ResultSchema,
-    first: RunDirectory,
-    first_rows: np.ndarray,
-    second: RunDirectory,
-    second_rows: np.ndarray,
-) -> Difference | None:
-    schema = summary_schema(result_schema)
-    groups = (summary_groups(run, schema, rows) for run, rows in ((first, first_rows), (second, second_rows)))
+#: Both directories, each with the rows (ROWS) of the same cases in the same order.
+Sides = tuple[tuple[RunDirectory, np.ndarray], tuple[RunDirectory, np.ndarray]]
+
+
+def _summary_difference(result_schema: ResultSchema, sides: Sides) -> Difference | None:
+    schema, ids = summary_schema(result_schema), sides[0][1]["id"]
+    groups = (summary_groups(run, schema, rows) for run, rows in sides)
     for number, tables in enumerate(zip(*groups, strict=True)):
         for name in schema.names:
             if name in TIMINGS or tables[0][name].equals(tables[1][name]):
                 continue
             pairs = zip(*(table[name].to_pylist() for table in tables), strict=True)
             offset, (first_value, second_value) = next((k, pair) for k, pair in enumerate(pairs) if pair[0] != pair[1])
-            return id_text(int(first_rows["id"][number * GROUP_ROWS + offset])), name, first_value, second_value
+            return id_text(int(ids[number * GROUP_ROWS + offset])), name, first_value, second_value
     return None
 
 
-def _orbits_difference(
-    result_schema: ResultSchema,
-    first: RunDirectory,
-    first_rows: np.ndarray,
-    second: RunDirectory,
-    second_rows: np.ndarray,
-) -> Difference | None:
+def _orbits_difference(result_schema: ResultSchema, sides: Sides) -> Difference | None:
+    (first, first_rows), (second, second_rows) = sides
     with OrbitFiles(first, result_schema) as first_orbits, OrbitFiles(second, result_schema) as second_orbits:
+        located = ((first_orbits, first_rows), (second_orbits, second_rows))
         for dataset in datasets(result_schema):
-            extents = [
-                orbits.extents(dataset.item, dataset.width, rows)
-                for orbits, rows in ((first_orbits, first_rows), (second_orbits, second_rows))
-            ]
+            extents = [orbits.extents(dataset.item, dataset.width, rows) for orbits, rows in located]
             for k, case_id in enumerate(first_rows["id"].tolist()):
                 values = [
                     orbits.read(int(rows["batch"][k]), dataset, int(starts[k]), int(count[k]))
-                    for orbits, rows, (starts, count) in zip(
-                        (first_orbits, second_orbits), (first_rows, second_rows), extents, strict=True
-                    )
+                    for (orbits, rows), (starts, count) in zip(located, extents, strict=True)
                 ]
                 if values[0] != values[1]:
                     first_size, second_size = (f"{len(value):,} bytes" for value in values)

@@ -177,9 +177,8 @@ def unneeded_files(run: RunDirectory, damage: Iterable[Path] = (), *, batches: b
     orbit_files = {batch.orbits for batch in run.batches}
     damaged_batches = {path.name.partition("-")[0] for path in damage}
     unused = [path for path in batch_files_in(run.orbits) if path not in orbit_files]
-    unused = [
-        path for path in unused if path.name.partition("-")[0] not in damaged_batches and _has_named_checksum(path)
-    ]
+    unused = [path for path in unused if path.name.partition("-")[0] not in damaged_batches]
+    unused = [path for path in unused if durable.checksum(path)[:HASH_LENGTH] == hash_in_name(path)]
     finished_ids = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
     lives = [path for case_id, path in durable.find_life_logs(run.scratch).items() if case_id in finished_ids]
     removable = {
@@ -237,11 +236,6 @@ def disk_use_text(sizes: dict[str, int]) -> str:
     """Return the sizes from `disk_use` as '52 MB: results 20 MB, batches 32 MB'."""
     parts = [f"{name} {wording.bytes_text(sizes[name])}" for name in ("results", "batches", "other") if sizes[name]]
     return f"{wording.bytes_text(sizes['all'])}: {', '.join(parts)}"
-
-
-def _has_named_checksum(path: Path) -> bool:
-    """Return whether a file of a batch has the checksum in its name."""
-    return durable.checksum(path)[:HASH_LENGTH] == hash_in_name(path)
 
 
 def _size(path: Path) -> int:

@@ -256,7 +256,8 @@ def share_of_bound(case_scene: scene.Scene, summary: dict[str, Any]) -> float:
             else _reduced_mass(case_scene.case, joint_layout.name)
         )
         energies.append(_damped_energy(mass, rate, factor))
-        loads.append(_largest_load(case_scene, case_joint.name) * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
+        ideal_load = LOAD_FACTOR * ideal_peaks(case_scene.case).get(case_joint.name, 0.0)  # N
+        loads.append(ideal_load * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
     for (joint_layout, _, joint), load in zip(dry_joints, loads, strict=True):
         max_depth = _penetration_bound(joint.elastic, sum(energies), load)
@@ -268,7 +269,8 @@ def share_of_bound(case_scene: scene.Scene, summary: dict[str, Any]) -> float:
 def _penetration_bound(elastic: Any, energy: float, load: float) -> float:
     """Return the bound (m) of a penetration under an energy (J) and a load (N)."""
     if type(elastic) in POWERS:
-        stiffness, exponent = elastic.stiffness, getattr(elastic, "exponent", _exponent(elastic))
+        default = 1.0 if type(elastic).__name__ == "Linear" else 1.5
+        stiffness, exponent = elastic.stiffness, getattr(elastic, "exponent", default)
         depth = ((exponent + 1.0) * energy / stiffness) ** (1.0 / (exponent + 1.0))
         return float(depth + ((exponent + 1.0) * load / stiffness) ** (1.0 / exponent))
     low, high = 0.0, 1e-9
@@ -282,20 +284,11 @@ def _penetration_bound(elastic: Any, energy: float, load: float) -> float:
     return high
 
 
-def _exponent(elastic: Any) -> float:
-    return 1.0 if type(elastic).__name__ == "Linear" else 1.5
-
-
 def _damped_energy(mass: float, rate: float, factor: float) -> float:
     """Return the elastic energy (J) at the deepest point of a free impact; `factor` is chi."""
     if factor < 1e-4:
         return 0.5 * mass * rate**2  # the limit; the difference below cancels
     return mass * rate**2 * (factor - math.log1p(factor)) / factor**2
-
-
-def _largest_load(case_scene: scene.Scene, name: str) -> float:
-    """Return LOAD_FACTOR times the largest load (N) of a joint in the ideal mechanism, 0 without a load."""
-    return LOAD_FACTOR * ideal_peaks(case_scene.case).get(name, 0.0)
 
 
 _MACHINE_MASSES: dict[tuple, float] = {}  # kg; variants of a case share most of them
