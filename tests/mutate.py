@@ -91,6 +91,7 @@ TOTALS, RAMPS = "mechanics/solver/totals.py", "tests/test_tally.py"
 HISTOGRAM, ALONG = "mechanics/observe.py", "mechanics/solver/totals.py"
 STORE, SHARDS = "tests/test_store.py", "tests/test_shards.py"
 STRANGERS = "tests/test_strangers.py -k 'not report'"
+CONDITIONS = "tests/test_blocks.py -k conditions"
 PRESSURE = "mechanics/wear/laws.py"
 BINS = "tests/test_every_wear_law.py"
 FILM, FILMS, OIL = "mechanics/laws/film.py", "mechanics/laws/reynolds.py", "mechanics/joints/lubricated.py"
@@ -508,6 +509,16 @@ MUTATIONS = (
         "store/read.py", "newest_run", "return max(records", "return min(records", "tests/test_store.py -k newest_run"
     ),
     Mutation("store/datasets.py", "open_orbits", " and stored_mark == mark)", ")", STRANGERS),
+    Mutation("store/dataset.py", "_guarantee", "bound | field.is_null()", "bound", CONDITIONS),
+    Mutation(
+        "store/dataset.py",
+        "Condition.__or__",
+        "None if self.ids is None or other.ids is None else self.ids | other.ids",
+        "self.ids or other.ids",
+        CONDITIONS,
+    ),
+    Mutation("store/dataset.py", "Condition.__invert__", ", self.columns)", ", self.columns, self.ids)", CONDITIONS),
+    Mutation("sweeping/pool/driver.py", "_describe_strange", "0 <= failed <=", "failed <=", "tests/test_driver.py"),
     Mutation("store/read.py", "StoredRun._frame", "[row : row + 2]) if stored", "[0:2]) if stored", STORE),
     # identity of a case
     Mutation(

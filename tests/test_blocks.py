@@ -433,6 +433,9 @@ def test_conditions_on_columns_combine_as_those_of_a_frame(pair):
     assert ids(lazy[(lazy["case_id"] == first) | (lazy[mass] > 0.11)]) == ids(
         frame[(frame["case_id"] == first) | (frame[mass] > 0.11)]
     )
+    assert ids(lazy[(lazy[peak] < 1.0) | (lazy[mass] > 0.11)]) == ids(
+        frame[(frame[peak] < 1.0) | (frame[mass] > 0.11)]
+    )  # of every peak of a block, but not of the null ones
     assert ids(lazy[~(lazy[peak] > 0.105)]) == ids(frame[frame[peak] <= 0.105])  # null meets nothing
     assert ids(lazy[~(lazy["case_id"] == first)]) == ids(frame[frame["case_id"] != first])
     assert not len(lazy[(lazy["case_id"] == first) & (lazy["case_id"] == frame["case_id"][1])])
