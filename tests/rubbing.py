@@ -16,7 +16,7 @@ from clearsweep.mechanics.observe import (
     STATE_POINTS,
     STEP_VALUE_ROWS,
 )
-from clearsweep.mechanics.wear import ACCOUNT_SIZE, Bins, JointAccount
+from clearsweep.mechanics.wear import ACCOUNT_SIZE, Account, Bins, JointAccount
 from clearsweep.mechanics.wear.arc import WORKSPACE_SIZE, accumulate_distance, workspace_of
 from clearsweep.mechanics.wear.bins import (
     POSITIONS,
@@ -73,7 +73,7 @@ def _step_of(history, begin, length, workspace):
 
 def worn_off(joint, history, steps=1):
     """Return the depths (m) of bearing and journal, the account, and the workspace of the last of `steps` steps."""
-    law, account, workspace = joint.wear, np.zeros(ACCOUNT_SIZE), workspace_of(np.zeros(WORKSPACE_SIZE))
+    law, account, workspace = joint.wear, Account(np.zeros(ACCOUNT_SIZE)), workspace_of(np.zeros(WORKSPACE_SIZE))
     count, length = int(law.bins), history.duration / steps
     depths = np.zeros(2 * count)
     for k in range(steps):

@@ -18,9 +18,6 @@ from clearsweep.contracts.case import Contact, Friction, Joint, Material, Materi
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.laws.elastic import SMALL_ARC
 from clearsweep.mechanics.wear import (
-    PRESSURE_MAX,
-    PRESSURE_TIME,
-    PV_MAX,
     SlidingContact,
     cumulative_pressure,
     half_arc,
@@ -177,9 +174,9 @@ def test_the_bins_of_both_bodies_are_the_quadrature_of_the_documented_pressure(n
         assert area == pytest.approx(coefficient * speed * time * total, rel=1e-6, abs=0.0)
         if radius == BEARING:
             highest = float(pressure(np.zeros(1))[0])
-            assert worn[2][PRESSURE_MAX] == pytest.approx(highest, rel=1e-6)
-            assert worn[2][PV_MAX] == pytest.approx(highest * speed, rel=1e-6)
-            assert worn[2][PRESSURE_TIME] == pytest.approx(total / (2.0 * radius * half) * time, rel=1e-6)
+            assert worn[2].pressure_max == pytest.approx(highest, rel=1e-6)
+            assert worn[2].pv_max == pytest.approx(highest * speed, rel=1e-6)
+            assert worn[2].pressure_time == pytest.approx(total / (2.0 * radius * half) * time, rel=1e-6)
 
 
 # ---------------------------------------------------------------------------------------------- wear laws

@@ -14,7 +14,7 @@ from clearsweep.mechanics.observe import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS,
 from clearsweep.mechanics.wear import (
     ACCOUNT_SIZE,
     MAX_BINS,
-    SLIDING_DISTANCE,
+    Account,
     Bins,
     JointAccount,
     SlidingContact,
@@ -62,7 +62,10 @@ def both(joint, polynomials, step_values):
     """Return the depths of bearing and journal after a step with these courses."""
     depths, workspace = np.zeros(2 * BINS), workspace_of(np.zeros(WORKSPACE_SIZE))
     workspace.step.numbers[: len(polynomials)] = polynomials
-    bins, account = (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)), JointAccount(np.zeros(ACCOUNT_SIZE), 1.0)
+    bins, account = (
+        (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)),
+        JointAccount(Account(np.zeros(ACCOUNT_SIZE)), 1.0),
+    )
     update_worn_profile(joint, workspace, step_values, 1.0, bins, account)
     return depths[:BINS], depths[BINS:]
 
@@ -399,8 +402,11 @@ def test_a_body_with_coefficient_zero_keeps_its_shape():
 def test_a_run_begins_with_the_way_that_its_joints_have_slid_before():
     case = case_of().case(0)
     scene = simulation.build(case, {"rod-slider": Worn(np.zeros(BINS), np.zeros(BINS), 7.0)})
-    assert Run(start_of(scene, np.empty(0))).totals.account[0, SLIDING_DISTANCE] == 7.0
-    assert Run(start_of(simulation.build(case), np.empty(0))).totals.account[0, SLIDING_DISTANCE] == 0.0
+    assert Run(start_of(scene, np.empty(0))).totals.account[0, Account.index_of("sliding_distance")] == 7.0
+    assert (
+        Run(start_of(simulation.build(case), np.empty(0))).totals.account[0, Account.index_of("sliding_distance")]
+        == 0.0
+    )
 
 
 def test_only_shapes_that_act_are_part_of_a_case():

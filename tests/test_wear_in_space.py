@@ -23,7 +23,7 @@ from clearsweep.mechanics.observe import (
     STATE_POINTS,
     STEP_VALUE_ROWS,
 )
-from clearsweep.mechanics.wear import ACCOUNT_SIZE, SLIDING_DISTANCE, Bins
+from clearsweep.mechanics.wear import ACCOUNT_SIZE, Account, Bins
 from clearsweep.mechanics.wear.arc import WORKSPACE_SIZE, workspace_of
 from clearsweep.mechanics.wear.bins import (
     POSITIONS,
@@ -64,7 +64,7 @@ def empty(joint):
         workspace_of(np.zeros(WORKSPACE_SIZE)),
         np.zeros(3 * stride),
     )
-    return step, WearTotals(np.zeros(12 * stride), stride, np.zeros((6, ACCOUNT_SIZE)))
+    return step, WearTotals(np.zeros(12 * stride), stride, Account(np.zeros((6, ACCOUNT_SIZE))))
 
 
 def volumes(joint, worn):
@@ -145,7 +145,7 @@ def test_a_step_loses_nothing_however_the_journal_leans(walls, pressure, rows, l
     assert depths.min() >= 0.0
     assert np.all(step.wear_buffer[: 2 * worn.stride] == 0.0)
     way = step.length * 0.85
-    assert worn.account[:2, SLIDING_DISTANCE] == pytest.approx([way, way], rel=1e-12)
+    assert worn.account[:2].column("sliding_distance") == pytest.approx([way, way], rel=1e-12)
 
 
 def test_a_leaning_journal_wears_at_its_edge_and_a_parallel_one_evenly():
@@ -244,7 +244,7 @@ def test_the_strip_of_an_end_that_is_apart_wears_where_what_is_pressed_reaches_i
         assert bearing == pytest.approx(2e-13 * (1000.0 + force) * 1e-5, rel=2e-2, abs=0.0)
         distance = depths[0].sum(axis=1)
         assert np.flatnonzero(distance[:6] > 0.0).tolist() == rows
-        assert (worn.account[1, SLIDING_DISTANCE] > 0.0) == (force > 0.0)
+        assert (worn.account[1].sliding_distance > 0.0) == (force > 0.0)
 
 
 # ---------------------------------------------------------------------------------------------- depth of slices

@@ -16,7 +16,6 @@ from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.joints.dry import Joint
-from clearsweep.mechanics.wear import PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
 from clearsweep.mechanics.wear.laws import Archard, Energy, HertzLine, Persson, RunningIn, UniformPressure, Winkler
 
 BINS, LENGTH, LOAD, SPEED = 360, 0.02, 1000.0, 0.3  # 1, m, N, m/s
@@ -59,7 +58,7 @@ def test_running_in_takes_off_the_integral_of_its_falling_coefficient(steps):
     depths, account = slide(law, steps=steps)
     way = SPEED * 0.1
     expected = LOAD * (1e-14 * way + 4e-14 * 0.01 * (1.0 - math.exp(-way / 0.01)))
-    assert account[SLIDING_DISTANCE] == pytest.approx(way, rel=1e-12)
+    assert account.sliding_distance == pytest.approx(way, rel=1e-12)
     assert volume(depths) == pytest.approx(expected, rel=1e-6)
 
 
@@ -71,9 +70,9 @@ def test_running_in_from_the_steady_coefficient_is_archard():
 def test_pressures_of_a_line_contact_are_those_of_hertz():
     """1 kN on 20 mm of steel: largest 97.607400 MPa, mean 76.660673 MPa (Johnson 1985, eq. 4.45 to 4.47)."""
     _, account = slide(Archard(1e-14, 1e-14, *REST))
-    assert account[PRESSURE_MAX] == pytest.approx(97.607400e6, rel=1e-7)
-    assert account[PRESSURE_TIME] == pytest.approx(76.660673e6 * 0.1, rel=1e-7)
-    assert account[PV_MAX] == pytest.approx(97.607400e6 * SPEED, rel=1e-7)
+    assert account.pressure_max == pytest.approx(97.607400e6, rel=1e-7)
+    assert account.pressure_time == pytest.approx(76.660673e6 * 0.1, rel=1e-7)
+    assert account.pv_max == pytest.approx(97.607400e6 * SPEED, rel=1e-7)
 
 
 @pytest.mark.parametrize("degrees", [10.0, 30.0, 60.0, 89.0])
@@ -82,7 +81,7 @@ def test_an_even_pressure_balances_its_load_and_wears_more_than_it(degrees):
     theta = math.radians(degrees)
     pen = 0.5e-3 * (1.0 / math.cos(theta) - 1.0)
     depths, account = slide(Archard(1e-14, 1e-14, float(BINS), LENGTH, UniformPressure(), math.inf), pen=pen)
-    assert account[PRESSURE_MAX] == pytest.approx(LOAD / (2.0 * 0.01 * LENGTH * math.sin(theta)), rel=1e-9)
+    assert account.pressure_max == pytest.approx(LOAD / (2.0 * 0.01 * LENGTH * math.sin(theta)), rel=1e-9)
     assert volume(depths) / (1e-14 * LOAD * SPEED * 0.1) == pytest.approx(theta / math.sin(theta), rel=1e-9)
 
 
@@ -115,9 +114,9 @@ def test_conformal_pressures_balance_their_load_and_wear_their_own_shape(law, fo
     assert 2.0 * quad(lambda phi: per_load(phi) * math.cos(phi), 0.0, theta)[0] == pytest.approx(1.0, rel=1e-8)
     depths, account = slide(Archard(1e-14, 0.0, float(BINS), LENGTH, law, math.inf), pen=pen, load=load)
     scale = load / (0.01 * LENGTH)  # Pa
-    assert account[PRESSURE_MAX] == pytest.approx(scale * per_load(0.0), rel=1e-7)
-    assert account[PRESSURE_TIME] == pytest.approx(scale * total / (2.0 * theta) * 0.1, rel=1e-7)
-    assert account[PV_MAX] == pytest.approx(scale * per_load(0.0) * SPEED, rel=1e-7)
+    assert account.pressure_max == pytest.approx(scale * per_load(0.0), rel=1e-7)
+    assert account.pressure_time == pytest.approx(scale * total / (2.0 * theta) * 0.1, rel=1e-7)
+    assert account.pv_max == pytest.approx(scale * per_load(0.0) * SPEED, rel=1e-7)
     assert volume(depths) / (1e-14 * load * SPEED * 0.1) == pytest.approx(total, rel=1e-8)
     if degrees == 60.0:
         edges = (np.arange(-BINS // 2, BINS // 2 + 1) * 2.0 * math.pi / BINS - 0.3).clip(-theta, theta)
@@ -130,7 +129,7 @@ def test_conformal_pressures_balance_their_load_and_wear_their_own_shape(law, fo
 def test_perssons_largest_pressure_is_that_of_the_theory(degrees, peak):
     _, load, _ = conformal(math.radians(degrees))
     _, account = slide(Archard(1e-14, 0.0, float(BINS), LENGTH, Persson(STEEL), math.inf), load=load)
-    assert account[PRESSURE_MAX] == pytest.approx(peak * load / (0.01 * LENGTH), rel=1e-7)
+    assert account.pressure_max == pytest.approx(peak * load / (0.01 * LENGTH), rel=1e-7)
 
 
 def test_springs_over_half_the_bearing_wear_four_over_pi_of_load_times_way():
@@ -141,7 +140,7 @@ def test_springs_over_half_the_bearing_wear_four_over_pi_of_load_times_way():
 @pytest.mark.parametrize(("limit", "share"), [(29.2e6, 1.0), (29.3e6, 0.0)])
 def test_time_beyond_the_limit_of_pressure_times_speed_is_counted(limit, share):
     _, account = slide(Archard(1e-14, 1e-14, float(BINS), LENGTH, LINE, limit))  # 97.6 MPa times 0.3 m/s
-    assert account[PV_BEYOND] == pytest.approx(0.1 * share, rel=1e-9)
+    assert account.pv_beyond == pytest.approx(0.1 * share, rel=1e-9)
 
 
 def case_of(wear, friction=None):

@@ -48,6 +48,14 @@ NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, GUARD_QUANTITY, LOAD, 
 DRY_FORCE, FILM_POWER, DRY_FRICTION_POWER, PEAK_PRESSURE, SHEAR_SPEED, PRESSURE_POWER, FILM_WIDTH = range(7)
 
 
+class Largest(float):
+    """A number of a contact; of several contacts of a joint the largest counts, instead of their sum."""
+
+
+class Resultant(float):
+    """A number of a contact; of several contacts of a joint that of their resultant counts, if there is one."""
+
+
 class Observed(NamedTuple):
     """Observables of a contact."""
 

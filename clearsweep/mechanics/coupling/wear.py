@@ -8,7 +8,7 @@ from ..joints.contract import Offsets, after_joint, first_offsets, total_counts
 from ..joints.worn import with_body_angles
 from ..machines.contract import body_angles, gaps, pose_at
 from ..observe import PARTS, STATE_POINTS, STEP_VALUE_ROWS
-from ..wear import ACCOUNT_SIZE
+from ..wear import ACCOUNT_SIZE, Account
 from ..wear.arc import WORKSPACE_SIZE, workspace_of
 from ..wear.bins import (
     POSITIONS,
@@ -89,7 +89,9 @@ def wear_entry(scene, dense_states, mode, step_values, length, workspace, depths
         workspace_array[buffer_offset:],
     )
     _record_step_positions(parameters, shaped(dense_states, (state_size, STATE_POINTS)), step)
-    totals = WearTotals(shaped(depths, (2 * contacts * stride,)), stride, shaped(account, (contacts, ACCOUNT_SIZE)))
+    totals = WearTotals(
+        shaped(depths, (2 * contacts * stride,)), stride, Account(shaped(account, (contacts, ACCOUNT_SIZE)))
+    )
     update_wear_of_joints(parameters.joints, parameters.joints, first_offsets(parameters.joints, 0), (step, totals))
 
 

@@ -35,6 +35,8 @@ from ..observe import (
     TO_PART_ENDS,
     TO_PART_MEANS,
     TORQUE,
+    Largest,
+    Resultant,
     column_of,
     force_bin,
     put_load,
@@ -273,14 +275,6 @@ class MechanismTotals(Fields):
     speed_min: float  # rad/s, of a free crank
     speed_max: float
     min_speed_after_target: float  # rad/s, least speed of a free crank after it reached its target speed
-
-
-class Largest(float):
-    """A number of a contact; of several contacts of a joint the largest counts, instead of their sum."""
-
-
-class Resultant(float):
-    """A number of a contact; of several contacts of a joint that of their resultant counts, if there is one."""
 
 
 class ContactTotals(Fields):

@@ -11,18 +11,33 @@ from typing import NamedTuple
 import numpy as np
 
 from ...tracing.compiled.family import family, family_with_default
+from ...tracing.fields import Fields
 from ..laws.contract import require
+from ..observe import Largest
 
 #: Largest number of bins in the sums; finer bins are interpolated from these, see `simulation.figures.window`.
 MAX_BINS = 720
 RESOLVED_WIDTH = 5.0  # bins: a narrower arc counts as unresolved
-#: Columns of the account of a joint's wear: time in contact (s), of narrow arcs (s), sliding distance in contact (m),
-#: largest pressure (Pa), integral of the arc's mean pressure over time (Pa s), largest pressure times sliding speed
-#: (W/m^2), duration above its limit (s).  Then follows the volume per length (m^2) removed from both bodies by arcs of
-#: each class of width; from class to class the width decreases by a factor of root two.
-ARC_TIME, NARROW_TIME, SLIDING_DISTANCE, PRESSURE_MAX, PRESSURE_TIME, PV_MAX, PV_BEYOND, FIRST_CLASS = range(8)
-CLASSES = 48
-ACCOUNT_SIZE = FIRST_CLASS + CLASSES
+CLASSES = 48  # of the widths of arcs
+
+
+class Account(Fields):
+    """Sums and maxima of the wear of a contact.
+
+    The volume per length (m^2) removed from both bodies by arcs of each of the CLASSES of width follows; from class to
+    class the width decreases by a factor of root two.
+    """
+
+    arc_time: float  # s, with wear
+    narrow_time: float  # s, of it with a narrow arc
+    sliding_distance: Largest  # m, in contact
+    pressure_max: Largest  # Pa
+    pressure_time: float  # Pa s, integral of the arc's mean pressure
+    pv_max: Largest  # W/m^2, largest pressure times sliding speed
+    pv_beyond: Largest  # s, above its limit
+
+
+ACCOUNT_SIZE = Account.SIZE + CLASSES
 
 
 class Worn(NamedTuple):
@@ -44,7 +59,7 @@ class Bins(NamedTuple):
 class JointAccount(NamedTuple):
     """The account of a joint's wear, to which spans of steps are added."""
 
-    numbers: np.ndarray  # (ACCOUNT_SIZE,)
+    sums: Account
     length_fraction: float  # fraction of the joint's length that wears
 
 

@@ -22,16 +22,9 @@ from ...tracing.fields import Rows
 from ...tracing.portable import Exact, coefficients_through, gauss_rule, least_squares, lobatto_rule, powers
 from ..observe import KAPPA_ROW, PARTS, SLIP_ROW
 from . import (
-    ARC_TIME,
     CLASSES,
-    FIRST_CLASS,
-    NARROW_TIME,
-    PRESSURE_MAX,
-    PRESSURE_TIME,
-    PV_BEYOND,
-    PV_MAX,
     RESOLVED_WIDTH,
-    SLIDING_DISTANCE,
+    Account,
     SlidingContact,
     arc_width,
     cumulative_pressure,
@@ -448,8 +441,8 @@ def accumulate_distance(step, j, account):
     distance = row_sum(workspace.step.duration)
     distance += SIMPSON[0] * step_values[KAPPA_ROW, PARTS] * abs(step_values[SLIP_ROW, PARTS])
     distance *= step.length
-    workspace.step.distance[0], workspace.step.distance[1] = account[SLIDING_DISTANCE], distance
-    account[SLIDING_DISTANCE] += distance
+    workspace.step.distance[0], workspace.step.distance[1] = account.sliding_distance, distance
+    account.sliding_distance += distance
 
 
 @kernel
@@ -480,13 +473,13 @@ def _raised_maximum(row, largest):
 @family_with_default
 def account_pressure(joint, workspace, account):
     """Add pressure, and pressure times sliding speed, on the bearing over a span to an account."""
-    account[PRESSURE_TIME] += row_sum(workspace.step.pressure_time)
-    account[PRESSURE_MAX] = _raised_maximum(workspace.step.peak, account[PRESSURE_MAX])
-    account[PV_MAX] = _raised_maximum(workspace.step.pv, account[PV_MAX])
-    if account[PV_MAX] > joint.wear.pv_limit:
+    account.pressure_time += row_sum(workspace.step.pressure_time)
+    account.pressure_max = _raised_maximum(workspace.step.peak, account.pressure_max)
+    account.pv_max = _raised_maximum(workspace.step.pv, account.pv_max)
+    if account.pv_max > joint.wear.pv_limit:
         for i in range(POINTS):
             if workspace.step.pv[i] > joint.wear.pv_limit:
-                account[PV_BEYOND] += workspace.step.duration[i]
+                account.pv_beyond += workspace.step.duration[i]
 
 
 @arc_width.member(None)
@@ -516,18 +509,18 @@ def account_span(joint, workspace, account, length_fraction):
     """
     account_pressure(joint, workspace, account)
     duration = row_sum(workspace.step.duration)
-    account[ARC_TIME] += duration
-    account[NARROW_TIME] += duration * _narrow_fraction(joint, workspace)
+    account.arc_time += duration
+    account.narrow_time += duration * _narrow_fraction(joint, workspace)
     for i in rolled_range(POINTS):
         bearing = workspace.bearing.area[i]
         journal = workspace.journal.area[i]
         volume = joint.bearing_radius * bearing + joint.journal_radius * journal
-        account[FIRST_CLASS + width_class(arc_width(joint, workspace, i))] += length_fraction * volume
+        account.numbers[Account.SIZE + width_class(arc_width(joint, workspace, i))] += length_fraction * volume
 
 
 @inlined
 def width_class(width):
-    """Return the class of an arc of `width` (rad), 0 for the widest: its column of the account minus FIRST_CLASS."""
+    """Return the class of an arc of `width` (rad), 0 for the widest: its number behind the fields of an Account."""
     ratio = 2.0 * math.pi / max(width, 1e-300)
     exponent = (bits_of(ratio) >> 52) - 1023
     mantissa = ratio * number_of((1023 - exponent) << 52)  # 1 to 2

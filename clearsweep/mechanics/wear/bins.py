@@ -29,7 +29,16 @@ from ..observe import (
     STATE_POINTS,
     STEP_VALUE_ROWS,
 )
-from . import Bins, JointAccount, NoWear, contact_angle, cumulative_pressure, smooth_range, update_wear_over_span
+from . import (
+    Account,
+    Bins,
+    JointAccount,
+    NoWear,
+    contact_angle,
+    cumulative_pressure,
+    smooth_range,
+    update_wear_over_span,
+)
 from .arc import (
     BASIS,
     BASIS_INTEGRAL,
@@ -219,7 +228,7 @@ def update_worn_profile(joint, workspace, values, step_length, bins, account):
                 continue
             high = (i + a / (a - b)) / PARTS  # where sliding reverses, its speed has a kink
         update_wear_over_span(joint, workspace, step_length, (low, high), bins)
-        account_span(joint, workspace, account.numbers, account.length_fraction)
+        account_span(joint, workspace, account.sums, account.length_fraction)
         low = high
 
 
@@ -438,7 +447,7 @@ class WearTotals(NamedTuple):
 
     depths: np.ndarray  # (2 contacts stride,) m, the bins of bearing and journal
     stride: int
-    account: np.ndarray  # (contacts, ACCOUNT_SIZE)
+    account: Account  # (contacts,)
 
 
 class Instant(NamedTuple):

@@ -22,7 +22,7 @@ from ...language.wording import count_text
 from ...mechanics.joints import registry
 from ...mechanics.machines.contract import body_angles
 from ...mechanics.solver.integration import Work
-from ...mechanics.wear import MAX_BINS, SLIDING_DISTANCE, Worn
+from ...mechanics.wear import MAX_BINS, Account, Worn
 from ..figures.catalogue import Blocks
 from ..figures.sums import half_width
 from ..figures.window import by_joint, interpolated_depths
@@ -149,7 +149,9 @@ def block_record_of(scene: Scene, run: Run, observer: RateObserver, process_time
     for worn in worn_joints:
         rate[worn.all_bins] = depths[worn.joint_index, :, : worn.bins].ravel() / turns
         earlier_sliding = scene.worn[worn.name].sliding_distance
-        rate[worn.sliding_distance] = (totals.account[worn.joint_index, SLIDING_DISTANCE] - earlier_sliding) / turns
+        rate[worn.sliding_distance] = (
+            Account(totals.account[worn.joint_index]).sliding_distance - earlier_sliding
+        ) / turns
         width[worn.all_bins] = _half_widths(observer.blocks, worn) * rate[-1]
     peaks = np.array(totals.joint.column("force_max"))
     seconds = np.array([run.duration, process_time])

@@ -7,18 +7,7 @@ import numpy as np
 
 from ...contracts.catalogue import Entry, Figure
 from ...mechanics.joints.spatial import SPATIAL_JOINT_TYPES as SPATIAL
-from ...mechanics.wear import (
-    ARC_TIME,
-    FIRST_CLASS,
-    NARROW_TIME,
-    PRESSURE_MAX,
-    PRESSURE_TIME,
-    PV_BEYOND,
-    PV_MAX,
-    RESOLVED_WIDTH,
-    SLIDING_DISTANCE,
-    class_width,
-)
+from ...mechanics.wear import RESOLVED_WIDTH, Account, class_width
 from .sums import DepthRate
 from .window import Window
 
@@ -50,8 +39,8 @@ def _relative_bin_areas(joint: Any) -> tuple[float, float]:
 
 def narrow_arcs(window: Window, index: int) -> float:
     """Return the share of the time in contact in which the arc was narrower than five bins."""
-    account = window.totals.account[index]
-    return float(account[NARROW_TIME] / account[ARC_TIME]) if account[ARC_TIME] else 0.0
+    account = Account(window.totals.account[index])
+    return float(account.narrow_time / account.arc_time) if account.arc_time else 0.0
 
 
 def sufficient_bins(window: Window, index: int) -> int:
@@ -59,7 +48,7 @@ def sufficient_bins(window: Window, index: int) -> int:
 
     Within a class the volume is taken as even over the logarithm of the width.
     """
-    by_width = window.totals.account[index, FIRST_CLASS:]
+    by_width = window.totals.account[index, Account.SIZE :]
     if not by_width.any():
         return 0
     resolved = RESOLVED_SHARE * by_width.sum()
@@ -71,14 +60,14 @@ def sufficient_bins(window: Window, index: int) -> int:
 def pressure_mean(window: Window, index: int) -> float:
     """Return the mean pressure (Pa) over the contact arc and the time in contact, 0 without contact."""
     time = window.totals.joint[index].contact_time
-    return float(window.totals.account[index, PRESSURE_TIME] / time) if time else 0.0
+    return float(Account(window.totals.account[index]).pressure_time / time) if time else 0.0
 
 
 def pv_mean(window: Window, index: int) -> float:
     """Return the mean normal force over diameter and length (Pa) times the mean sliding speed (m/s), W/m^2."""
     case = window.case.joints[index]
     force = window.totals.joint[index].force_time / window.duration
-    speed = (window.totals.account[index, SLIDING_DISTANCE] - window.sliding_distance[index]) / window.duration
+    speed = (Account(window.totals.account[index]).sliding_distance - window.sliding_distance[index]) / window.duration
     assert case.length is not None  # joints with wear have both
     assert case.bearing_radius is not None
     return float(force / (2.0 * case.bearing_radius * case.length) * speed)
@@ -87,7 +76,9 @@ def pv_mean(window: Window, index: int) -> float:
 def pv_beyond(window: Window, index: int) -> float | None:
     """Return the share of the window's time beyond the limit of pressure times speed, or None."""
     law: Any = window.joints[index].wear
-    return None if math.isinf(law.pv_limit) else float(window.totals.account[index, PV_BEYOND] / window.duration)
+    return (
+        None if math.isinf(law.pv_limit) else float(Account(window.totals.account[index]).pv_beyond / window.duration)
+    )
 
 
 WEAR = (
@@ -148,7 +139,7 @@ WEAR = (
         "largest pressure on the bearing, anywhere on the contact arc",
         of="joint",
         needs=("wear",),
-        value=lambda window, index: window.totals.account[index, PRESSURE_MAX],
+        value=lambda window, index: Account(window.totals.account[index]).pressure_max,
         tables=(Entry("wear", "pressure peak", 55),),
     ),
     Figure(
@@ -166,7 +157,7 @@ WEAR = (
         "largest product of the pressure on the bearing, anywhere on the contact arc, and the sliding speed",
         of="joint",
         needs=("wear",),
-        value=lambda window, index: window.totals.account[index, PV_MAX],
+        value=lambda window, index: Account(window.totals.account[index]).pv_max,
         tables=(Entry("wear", "pV peak", 57),),
     ),
     Figure(

@@ -12,8 +12,9 @@ from ...contracts.catalogue import Mechanism
 from ...contracts.layout import WALLS, JointLayout, Layout
 from ...mechanics.joints import dry
 from ...mechanics.solver.integration import Counts
-from ...mechanics.solver.totals import ContactTotals, Largest, Resultant, Totals
-from ...mechanics.wear import ARC_TIME, MAX_BINS, PRESSURE_MAX, PRESSURE_TIME, PV_BEYOND, PV_MAX, SLIDING_DISTANCE
+from ...mechanics.observe import Largest, Resultant
+from ...mechanics.solver.totals import ContactTotals, Totals
+from ...mechanics.wear import MAX_BINS, Account
 
 # Quantiles of a value per revolution, and their intervals.
 
@@ -386,11 +387,11 @@ def combined_account(accounts: np.ndarray, contacts: ContactTotals) -> np.ndarra
     in contact of all.  contacts : sums of the contacts.
     """
     combined: np.ndarray = accounts.sum(axis=0)
-    for column in (PRESSURE_MAX, PV_MAX, PV_BEYOND, SLIDING_DISTANCE):
+    for column in (Account.index_of(name) for name, kind in Account.DECLARED.items() if kind is Largest):
         combined[column] = accounts[:, column].max()
-    time = contacts.column("contact_time")[accounts[:, ARC_TIME] > 0.0]
+    time = contacts.column("contact_time")[Account(accounts).column("arc_time") > 0.0]
     if time.size:
-        combined[PRESSURE_TIME] *= time.max() / time.sum()
+        Account(combined).pressure_time *= time.max() / time.sum()
     return combined
 
 

@@ -33,7 +33,7 @@ from ...mechanics.solver import integration, loop, radau, totals
 from ...mechanics.solver.preconditioner import preconditioner_of
 from ...mechanics.solver.slow_sums import Record, RevolutionMarks
 from ...mechanics.solver.step_control import MAX_CONTACT_BITS
-from ...mechanics.wear import ACCOUNT_SIZE, MAX_BINS, SLIDING_DISTANCE
+from ...mechanics.wear import ACCOUNT_SIZE, MAX_BINS, Account
 from ...tracing.compiled.family import NO_ENTRY, form_number, put_numbers
 from ...tracing.compiled.pinned import Pinned
 from ..setup.scene import Scene, start_up, state_units
@@ -160,7 +160,7 @@ class Run:
         self.totals.bins.fill(0)
         self.totals.wear.fill(0.0)
         self.totals.account.fill(0.0)
-        self.totals.account[:, SLIDING_DISTANCE] = self.earlier_sliding
+        Account(self.totals.account).column("sliding_distance")[:] = self.earlier_sliding
 
     def _begin(self, start: Start) -> None:
         """Initialise; the run's own arrays are zero already."""
@@ -178,7 +178,7 @@ class Run:
         mechanism_totals: Any = self.totals.mechanism
         mechanism_totals.target_speed, mechanism_totals.target_time = start_up(scene.machine)
         self.earlier_sliding = inputs.sliding_distance if scene.worn else 0.0  # m, before the run
-        self.totals.account[:, SLIDING_DISTANCE] = self.earlier_sliding
+        Account(self.totals.account).column("sliding_distance")[:] = self.earlier_sliding
         self.pinned.put(reference_rate=value.reference_rate, sigma=value.sigma, max_duration=start.max_step)
         self.work = self.pinned.value
         self.value, self.deadline, self.marks = value, scene.deadline, start.marks

@@ -19,10 +19,6 @@ from ....tracing.portable import coefficients_through, exact, powers
 from ...laws.contract import touches
 from ...observe import DEPTH_ROW, FORCE_ROW, KAPPA_ROW, PARTS, QUARTER_POINTS, SLIP_ROW
 from ...wear import (
-    PRESSURE_MAX,
-    PRESSURE_TIME,
-    PV_BEYOND,
-    PV_MAX,
     Bins,
     JointAccount,
     NoWear,
@@ -187,13 +183,13 @@ def accumulate_strip_pressure(joint, step, history, account):
             * peak_over_mean(law.pressure, half_angle_at_peak)
         )
         time = (0.5 if i in (0, PARTS) else 1.0) / PARTS * step.length * step_values[KAPPA_ROW, i]
-        account[PRESSURE_TIME] += mean_sliding.pressure_integral / (2.0 * joint.bearing_radius * half_angle) * time
+        account.pressure_time += mean_sliding.pressure_integral / (2.0 * joint.bearing_radius * half_angle) * time
         if loads.max_depth < smallest_depth:
             continue
-        account[PRESSURE_MAX] = max(account[PRESSURE_MAX], peak)
-        account[PV_MAX] = max(account[PV_MAX], peak * peak_sliding.sliding_speed)
+        account.pressure_max = max(account.pressure_max, peak)
+        account.pv_max = max(account.pv_max, peak * peak_sliding.sliding_speed)
         if peak * peak_sliding.sliding_speed > law.pv_limit:
-            account[PV_BEYOND] += time
+            account.pv_beyond += time
 
 
 @kernel
