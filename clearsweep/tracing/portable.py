@@ -217,7 +217,7 @@ class Floats:
     @staticmethod
     def number_of(bits: int) -> float:
         """Return the number of these bits; those above the 64th are dropped."""
-        return struct.unpack("<d", struct.pack("<Q", bits & _ALL_BITS))[0]
+        return struct.unpack("<d", struct.pack("<Q", int(bits) & _ALL_BITS))[0]
 
     @staticmethod
     def copysign(x: float, sign: float) -> float:

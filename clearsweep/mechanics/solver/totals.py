@@ -329,9 +329,9 @@ class Totals(NamedTuple):
     part_times: np.ndarray  # (contacts, PART_TIME_ROWS, PARTS) contribution of each part to the histogram
     length: np.ndarray  # (1,) length of the step
     dense_states: np.ndarray  # (2 coordinates + 1, STATE_POINTS) the state within the step, with wear
-    workspace: np.ndarray  # for the wear of a step, see wear.step
+    workspace: np.ndarray  # for the wear of a step, see wear.bins
     wear: np.ndarray  # (2 contacts bins,) m, wear depth of bearing and journal of every joint
-    account: np.ndarray  # (contacts, ACCOUNT_SIZE) see wear.contract
+    account: np.ndarray  # (contacts, ACCOUNT_SIZE) see wear.Account
     friction: np.ndarray  # (friction loads,) J, work of each in the window
 
 

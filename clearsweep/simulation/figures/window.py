@@ -11,8 +11,8 @@ from ...contracts.case import Case
 from ...contracts.catalogue import Mechanism
 from ...contracts.layout import WALLS, JointLayout, Layout
 from ...mechanics.joints import dry
-from ...mechanics.solver.integration import Counts
 from ...mechanics.observe import Largest, Resultant
+from ...mechanics.solver.integration import Counts
 from ...mechanics.solver.totals import ContactTotals, Totals
 from ...mechanics.wear import MAX_BINS, Account
 
