@@ -1,6 +1,5 @@
 """The documentation shows what is there: commands, programs, keys of grids, links, pictures, figures of merit."""
 
-import functools
 import inspect
 import re
 import runpy
@@ -20,6 +19,7 @@ from clearsweep.cli import verbs
 from clearsweep.contracts import layout
 from clearsweep.contracts.catalogue import ANY
 from clearsweep.grid.keys.outline import key_trees
+from clearsweep.grid.pages.schema import whole_schema
 from clearsweep.simulation.setup.scene import catalogue
 from clearsweep.sweeping.sweep import sweep
 
@@ -211,11 +211,8 @@ def is_row(known, path):
     return f"| `{key}` |" in known.get(above, "")
 
 
-@pytest.mark.parametrize(
-    "branch", ["else else else else else", "else else else else then", "else else else then", "else then", "then"]
-)
-def test_every_key_of_the_schema_is_under_its_section(branch):
-    schema = functools.reduce(dict.__getitem__, branch.split(), grid.schema(catalogue()))
+def test_every_key_of_the_schema_is_under_its_section():
+    schema = whole_schema(catalogue())
     apart = ("sample", "seek", "refine", "optimise", "identify")  # under "Choosing cases"
     objects = {path: names for path, names in keys(schema) if path.partition(".")[0] not in apart}
     known, missing = sections(), []
@@ -267,7 +264,7 @@ def test_joints_with_one_place_on_the_page_have_the_same_keys():
 def test_every_key_of_what_adds_cases_is_under_its_heading(section):
     text = PAGE.partition(f"\n### `{section}`\n")[2].partition("\n### ")[0]
     named = {name for row in re.findall(r"^\| (.*?) \|", text, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)}
-    assert named == dict(keys(grid.schema(catalogue())["else"]["else"]["else"]["else"]["else"]))[section]
+    assert named == dict(keys(whole_schema(catalogue())))[section]
 
 
 def test_a_quantity_appears_with_unit_range_default_and_meaning():

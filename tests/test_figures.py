@@ -12,6 +12,7 @@ from clearsweep import grid, report, simulation
 from clearsweep.contracts.catalogue import Entry, Figure
 from clearsweep.contracts.layout import Layout, columns_markdown
 from clearsweep.contracts.results import TIMINGS
+from clearsweep.grid.pages.schema import whole_schema
 from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.simulation.figures import catalogue
 from clearsweep.simulation.figures.sums import Mean
@@ -137,10 +138,7 @@ def test_a_figure_that_is_not_there_can_be_neither_judged_nor_limited():
 
 def test_a_further_figure_is_a_word_of_the_schema_and_a_row_of_the_table_of_columns(further):
     known = simulation.catalogue()
-    schema = grid.schema(known)
-    while "else" in schema:  # down to the mechanism that is meant where none is named
-        schema = schema["else"]
-    enum = schema["properties"]["simulate"]["properties"]["until"]["properties"]["figure"]["enum"]
+    enum = whole_schema(known)["properties"]["simulate"]["properties"]["until"]["properties"]["figure"]["enum"]
     assert {COLUMN, "ground_crank_force_mean_square"} <= set(enum)
     assert f"| `J_force_mean_square` * | N^2 | {TEXT} |  |" in columns_markdown(known).splitlines()
 

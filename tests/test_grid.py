@@ -18,6 +18,8 @@ from hypothesis import strategies as st
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.contracts.layout import JointLayout
+from clearsweep.grid.pages.schema import whole_schema
+from clearsweep.language.errors import InputError
 
 
 @pytest.fixture
@@ -123,7 +125,7 @@ SAME = {
     "name": ("name: demo", "name: other"),
     "save": ("save: {orbits: last, samples: 720}", "save: {orbits: all, revolutions: 3, samples: 90}"),
     "unit": ("clearance: 0.5 mm", "clearance: 500 um"),
-    "bare": ("clearance: 0.5 mm", "clearance: 5e-4"),
+    "metres": ("clearance: 0.5 mm", "clearance: 5e-4 m"),
     "integer": ("revolutions: 10,", "revolutions: 10.0,"),
     "whole": ("2e-14 m^2/N}", "2e-14 m^2/N, bins: 360.0}"),
     "default": ("drive:", "  gravity: -0.0 m/s^2\ndrive:"),
@@ -392,20 +394,86 @@ def test_the_starter_is_a_grid_that_loads_and_explains_itself(at):
 
 
 def test_the_schema_names_every_key_with_unit_and_range():
-    schema = grid.schema(CATALOGUE)
+    schema = whole_schema(CATALOGUE)
     json.dumps(schema, allow_nan=False)
-    first = schema
-    while "else" in first:
-        first = first["else"]
-    joint = first["properties"]["joints"]["properties"]["rod-slider"]["properties"]
-    assert "(m)" in joint["clearance"]["description"]
+    joint = schema["properties"]["joints"]["properties"]["rod-slider"]["properties"]
+    assert "(m)" in json.dumps(joint["clearance"])
     assert joint["contact"]["properties"]["law"]["enum"] == list(CATALOGUE.names("law"))
-    assert "N*s/m" in joint["contact"]["properties"]["damping"]["description"]
-    assert set(schema["then"]["properties"]) == {
-        *("define", "mechanism", "joints", "simulate", "save", "name"),
+    assert "N*s/m" in json.dumps(joint["contact"]["properties"]["damping"])
+    assert set(schema["properties"]) >= {
+        *("define", "mechanism", "joints", "simulate", "save", "name", "extends"),
         *("sweep", "zip", "cases", "sample", "figures", "limits", "roles", "uncertain", "seek", "refine"),
         *("optimise", "identify", "check_laws"),
     }
+
+
+def expanded(part, definitions):
+    """Return a schema with its references replaced by what they refer to."""
+    if isinstance(part, list):
+        return [expanded(item, definitions) for item in part]
+    if not isinstance(part, dict):
+        return part
+    reference = part.get("$ref", "").removeprefix("#/$defs/")
+    if reference.startswith("part-"):
+        return expanded(definitions[reference], definitions)
+    return {key: expanded(value, definitions) for key, value in part.items()}
+
+
+def test_the_schema_for_editors_is_small_and_says_the_same():
+    known = simulation.catalogue()
+    small, whole = grid.schema(known), whole_schema(known)
+    assert len(json.dumps(small, indent=1)) < 150_000
+    assert small["$id"].startswith("https://")
+    assert not {"if", "then", "else"} & small.keys()
+    unshared = {key: expanded(value, small["$defs"]) for key, value in small.items() if key != "$defs"}
+    assert unshared == {key: value for key, value in whole.items() if key != "$defs"}
+    types = whole["properties"]["mechanism"]["properties"]["type"]["enum"]
+    assert types == [mechanism.name for mechanism in known.mechanisms]
+
+
+def test_a_grid_extends_another_of_its_folder(at, tmp_path):
+    (tmp_path / "base.yaml").write_text(TEXT, encoding="utf-8")
+    alone = at(TEXT.replace("mass: 0.14 kg", "mass: 0.2 kg").replace("name: demo\n", ""))
+    cases = at("extends: base.yaml\nmechanism: {slider: {mass: 0.2 kg}}\n")
+    assert ids(cases) == ids(alone)
+    assert cases.name == "grid"
+    swept = at("extends: base.yaml\nsweep: {drive.speed: [100 rpm, 200 rpm]}\n")
+    assert len(swept) == 2
+
+
+@pytest.mark.parametrize(
+    ("written", "message"),
+    [
+        ("../base.yaml", "expected the name of a grid file in the same folder"),
+        ("/etc/passwd", "expected the name of a grid file in the same folder"),
+        ("grid.yaml", "is a link or this file itself"),
+        ("link.yaml", "is a link or this file itself"),
+        ("middle.yaml", "extends a file itself; one level is allowed"),
+        ("nowhere.yaml", "nowhere.yaml: cannot be read"),
+        ("[a, b]", "expected the name of a grid file"),
+    ],
+)
+def test_what_cannot_be_extended_is_reported(at, tmp_path, written, message):
+    (tmp_path / "base.yaml").write_text(TEXT, encoding="utf-8")
+    (tmp_path / "middle.yaml").write_text("extends: base.yaml\n", encoding="utf-8")
+    (tmp_path / "link.yaml").symlink_to(tmp_path / "base.yaml")
+    with pytest.raises(InputError, match=message):
+        at(f"{TEXT}extends: {written}\n")
+
+
+def test_a_mistake_in_an_extended_file_has_its_place_there(at, tmp_path):
+    (tmp_path / "base.yaml").write_text(TEXT.replace("0.14 kg", "0.14 mm"), encoding="utf-8")
+    with pytest.raises(InputError, match=r"^base.yaml:6:18: mechanism.slider.mass: found '0.14 mm'") as caught:
+        at("extends: base.yaml\n")
+    assert len(caught.value.problems) == 1
+
+
+def test_a_merge_key_is_one_error_with_the_remedy(problems_in):
+    text = TEXT.replace("  rod-slider:\n", "  crank-rod: &pin\n", 1) + "x: 1\n"
+    text = text.replace("simulate:", "  rod-slider: {<<: *pin, clearance: 0.2 mm}\nsimulate:").replace("x: 1\n", "")
+    (problem,) = problems_in(text)
+    assert "merge keys belong to YAML 1.1" in problem
+    assert "extends: FILE" in problem
 
 
 def test_loading_a_grid_imports_neither_the_compiler_nor_pandas_nor_h5py():

@@ -26,6 +26,7 @@ from hypothesis import strategies as st
 from ruamel.yaml import YAML
 
 from clearsweep import cli, grid, simulation
+from clearsweep.grid.pages.schema import whole_schema
 from clearsweep.language.errors import ClearsweepError
 from clearsweep.sweeping import sweep
 from clearsweep.sweeping.pool.case_runner import SIMULATION
@@ -92,10 +93,10 @@ def schema_keys() -> dict[str, list]:
         for key, inner in node.get("properties", {}).items():
             keys.setdefault(f"{path}{key}", []).extend(inner.get("enum", []))
             look(inner, f"{path}{key}.")
-        for branch in {"then", "else"} & set(node):
-            look(node[branch], path)
+        for branch in node.get("anyOf", []):
+            look(branch, path)
 
-    look(grid.schema(simulation.catalogue()), "")
+    look(whole_schema(simulation.catalogue()), "")
     return keys
 
 

@@ -17,7 +17,15 @@ from .reading.read_keys import check_channels, read_keys
 from .reading.values import assumed_units, written_units
 from .sections.reader import Reader, added_rows
 from .sections.variations import labels_of_axes, zipped_paths
-from .written.document import OverriddenGrid, Problems, apply_overrides, name_of_run, override, read_document
+from .written.document import (
+    OverriddenGrid,
+    Problems,
+    apply_overrides,
+    extended,
+    name_of_run,
+    override,
+    read_document,
+)
 
 MAX_CASES = 200_000_000  # their summaries take about 100 GB
 MAX_IDENTITIES = 20_000_000  # identities in memory where cases may repeat or are added: 160 MB and 100 s
@@ -39,7 +47,7 @@ def load(
         raise InputError(
             f"{root.position_text}found {quoted(root.value)}; expected a grid with the keys mechanism, drive, joints"
         )
-    root = apply_overrides(root, overridden, problems)
+    root = apply_overrides(extended(root, problems), overridden, problems)
     for path, value in (overrides or {}).items():
         root = override(root, path, value, problems)
     file = fspath(source) if isinstance(source, (str, PathLike)) else None

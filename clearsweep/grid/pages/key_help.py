@@ -12,11 +12,12 @@ from ..sections.axes import DESIGNS, SAMPLE_SECTION, SPACING_FORMS
 from ..sections.distributions import parameter_forms
 from ..sections.fits import DISTRIBUTION_FORM
 from .reference import IN_SPACE_TEXT, PageSection, Row, page_sections, quoted
-from .schema import NAME_SECTIONS, schema
+from .schema import NAME_SECTIONS, whole_schema
 
-_FIRST_SECTIONS = ("name", "define", "sweep", "zip", "cases", "sample")
+_FIRST_SECTIONS = ("name", "extends", "define", "sweep", "zip", "cases", "sample")
 _CASES_TEXT = (
-    "table (.csv or .parquet) in the directory of the grid, with a column for each path and a row for each case"
+    "table (.csv, .xlsx or .parquet) in the directory of the grid, with a column for each path and a row for each "
+    "case, or {table: FILE, sheet: 1, columns: {HEADER: 'PATH [UNIT]'}, label: HEADER}. Columns of texts ride along"
 )
 AXIS_FORMS = {**SPACING_FORMS, "fits": "[H7/g6, H7/f7]: the mean radial clearances of fits of ISO 286"}
 LABELS_TEXT = """\
@@ -28,6 +29,7 @@ SAMPLE_FORMS = {**parameter_forms(), "fit": f"{DISTRIBUTION_FORM}: a radial clea
 #: Section -> its syntax, of those that are no search.
 _EXAMPLES = {
     "name": "name: press-joint",
+    "extends": "extends: base.yaml   # sections are merged key by key, other values replace those of base.yaml",
     "define": "define: {play: 50 um}   # used as `clearance: = play`",
     "sweep": "sweep: {drive.speed: [1000 rpm, 3000 rpm], joints.rod-slider.clearance: {linspace: [20 um, 80 um, 4]}}",
     "zip": "zip: {mechanism.rod.length: [120 mm, 140 mm], mechanism.rod.mass: [0.21 kg, 0.24 kg]}",
@@ -57,15 +59,13 @@ def section_examples(catalogue: Catalogue) -> dict[str, str]:
 @cache
 def section_texts(catalogue: Catalogue) -> Mapping[str, str]:
     """Return section -> description, in the order of the page."""
-    mechanism_schema = schema(catalogue)
-    while "else" in mechanism_schema:  # those of any mechanism
-        mechanism_schema = mechanism_schema["else"]
+    properties = whole_schema(catalogue)["properties"]
     keys = (
         *_FIRST_SECTIONS,
         *(section.name for section in NAME_SECTIONS),
         *(search.name for search in catalogue.searches),
     )
-    texts = {key: mechanism_schema["properties"][key].get("description", "") for key in keys}
+    texts = {key: properties[key].get("description", "") for key in keys}
     return texts | {"cases": _CASES_TEXT, "name": texts["name"].replace("<name>", "NAME")}
 
 

@@ -1,5 +1,9 @@
 """The JSON Schema of grid files, generated from the key table."""
 
+import functools
+import hashlib
+import json
+from collections import Counter
 from typing import Any
 
 from ...contracts.catalogue import ANY, Catalogue
@@ -12,12 +16,110 @@ from ..sections.named_sections import FIGURES_SECTION, LIMITS_SECTION, ROLES_SEC
 from ..sections.section import FIT_SCHEMA, FITS_SCHEMA
 from ..sections.variations import MAX_LABEL_LENGTH, RESERVED_LABELS
 from ..written.definitions import DEFINE, DEFINE_TEXT
+from ..written.document import EXTENDS
 
 NAME_SECTIONS = (FIGURES_SECTION, LIMITS_SECTION, ROLES_SECTION, UNCERTAIN_SECTION)
 
 
+SCHEMA_ID = "https://clearsweep.invalid/grid.schema.json"  # identifies the schema; it is no address
+_LEAST_SHARED = 150  # characters of a part that is written once under `$defs`
+
+
+def _merge(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
+    """Return a schema of what either of two schemas allows; of sections, key by key."""
+    if first == second:
+        return first
+    if "enum" in first and "enum" in second and first.keys() - second.keys() <= {"description"}:
+        return first | {"enum": list(dict.fromkeys([*first["enum"], *second["enum"]]))}
+    if not (_is_section(first) and _is_section(second)):
+        branches = [*first.get("anyOf", [first]), *second.get("anyOf", [second])]
+        unique = {json.dumps(branch, sort_keys=True): branch for branch in branches}
+        return {"anyOf": [*unique.values()]} if len(unique) > 1 else branches[0]
+    own, other = first.get("properties", {}), second.get("properties", {})
+    properties = {
+        key: _merge(own[key], other[key]) if key in own and key in other else own.get(key, other.get(key))
+        for key in {**own, **other}
+    }
+    merged = first | {"properties": properties}
+    required = [key for key in first.get("required", []) if key in second.get("required", [])]
+    differing = {"required", "additionalProperties"} | (
+        {"anyOf"} if first.get("anyOf") != second.get("anyOf") else set()
+    )
+    merged = {key: value for key, value in merged.items() if key not in differing}
+    ends = (each.get("additionalProperties", True) for each in (first, second))
+    open_ends = [end for end in ends if end is not False]
+    if not open_ends:
+        merged["additionalProperties"] = False
+    elif True not in open_ends:
+        merged["additionalProperties"] = functools.reduce(_merge, open_ends)
+    return merged | ({"required": required} if required else {})
+
+
+def _is_section(part: dict[str, Any]) -> bool:
+    """Return whether a schema is that of a section; `anyOf` there only says which keys it needs."""
+    has_keys = not {"properties", "additionalProperties"}.isdisjoint(part)
+    return has_keys and all(set(branch) == {"required"} for branch in part.get("anyOf", []))
+
+
+def _count_parts(part: Any) -> Counter[str]:
+    """Return how often each part of a schema occurs, by its text."""
+    children = part.values() if isinstance(part, dict) else part if isinstance(part, list) else ()
+    counts = sum((_count_parts(child) for child in children), Counter[str]())
+    if isinstance(part, dict):
+        counts[json.dumps(part, sort_keys=True)] += 1
+    return counts
+
+
+def _share(part: Any, counts: Counter[str], definitions: dict[str, Any], *, is_schema: bool = True) -> Any:
+    """Return a schema whose long repeated parts are references to `definitions`, which are filled."""
+    if isinstance(part, list):
+        return [_share(item, counts, definitions) for item in part]
+    if not isinstance(part, dict):
+        return part
+    text = json.dumps(part, sort_keys=True)
+    content = {
+        key: _share(value, counts, definitions, is_schema=key not in ("properties", "$defs"))
+        for key, value in part.items()
+    }
+    if not is_schema or counts[text] < 2 or len(text) < _LEAST_SHARED:
+        return content
+    name = f"part-{hashlib.sha256(text.encode()).hexdigest()[:8]}"
+    definitions[name] = content
+    return {"$ref": f"#/$defs/{name}"}
+
+
 def schema(catalogue: Catalogue) -> dict[str, Any]:
-    """Return the JSON Schema (2020-12) of grid files for editors: keys, words, units and descriptions."""
+    """Return the JSON Schema (2020-12) of grid files for editors: keys, words, units and descriptions.
+
+    It allows what any mechanism allows; parts that occur often are written once, under `$defs`.
+    """
+    whole = whole_schema(catalogue)
+    definitions: dict[str, Any] = {}
+    parts = {key: value for key, value in whole.items() if key != "$defs"}
+    shared = _share(parts, _count_parts(parts), definitions)
+    return {**shared, "$defs": {**definitions, **whole["$defs"]}}
+
+
+CASES_FILES = "a .csv, .xlsx or .parquet file"
+
+
+def _cases_schema() -> dict[str, Any]:
+    text = {"type": "string"}
+    properties = {
+        "table": text | {"description": CASES_FILES},
+        "sheet": {"type": "integer", "minimum": 1, "description": "number of the sheet of a workbook"},
+        "columns": {
+            "type": "object",
+            "additionalProperties": text,
+            "description": "header -> dotted path, with a unit: joints.rod-slider.clearance [um]",
+        },
+        "label": text | {"description": "header of a column of texts that ride along"},
+    }
+    return {"type": "object", "required": ["table"], "additionalProperties": False, "properties": properties}
+
+
+def whole_schema(catalogue: Catalogue) -> dict[str, Any]:
+    """Return the schema with every part written out where it belongs."""
 
     def axes(text: str) -> dict[str, Any]:
         return {
@@ -38,33 +140,25 @@ def schema(catalogue: Catalogue) -> dict[str, Any]:
                 "additionalProperties": {"$ref": "#/$defs/quantity"},
             },
             "name": {"type": "string", "description": "name of the run; results/<name> by default"},
+            EXTENDS: {"type": "string", "description": "grid file in the same folder whose values this one overrides"},
             "sweep": axes("axes in all combinations"),
             "zip": axes("axes that vary together: each case takes the next value of each"),
-            "cases": {"anyOf": [{"type": "string", "description": "a .csv or .parquet file"}, axes("in step")]},
+            "cases": {"anyOf": [{"type": "string", "description": CASES_FILES}, _cases_schema(), axes("in step")]},
             SAMPLE_SECTION.name: SAMPLE_SECTION.schema,
             **{search.name: search.schema() for search in catalogue.searches},
             **{section.name: section.schema for section in NAME_SECTIONS},
         }
-        conditions = {"type": key_tree.mechanism} | ({"spatial": True} if key_tree.spatial else {})
-        for key, value in conditions.items():
-            mechanism_schema["properties"]["mechanism"]["properties"][key] = {"const": value}
-        schemas.append((mechanism_schema, conditions))
-    schema_by_mechanism = schemas[0][0]  # editors offer these keys before a type is written
-    for mechanism_schema, conditions in schemas[1:]:
-        fixed = {key: {"const": value} for key, value in conditions.items()}
-        mechanism_condition = {"required": [*fixed], "properties": fixed}
-        schema_by_mechanism = {
-            "if": {"required": ["mechanism"], "properties": {"mechanism": mechanism_condition}},
-            "then": mechanism_schema,
-            "else": schema_by_mechanism,
-        }
+        mechanism_schema["properties"]["mechanism"]["properties"]["type"] = {"enum": [key_tree.mechanism]}
+        schemas.append(mechanism_schema)
+    merged = functools.reduce(_merge, schemas)
     pair_schema = {"type": "array", "minItems": 2, "maxItems": 2, "prefixItems": [{"$ref": "#/$defs/quantity"}] * 2}
     spacing_schema = {"type": "array", "minItems": 3, "maxItems": 4}
     return {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
+        "$id": SCHEMA_ID,
         "title": "clearsweep grid",
         "type": "object",
-        **schema_by_mechanism,
+        **merged,
         "$defs": {
             "quantity": {"anyOf": [{"type": "number"}, {"type": "string", "pattern": r"^\s*(=|[+-]?(\d|\.\d))"}]},
             "pair": pair_schema,

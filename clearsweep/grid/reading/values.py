@@ -298,6 +298,7 @@ def report_mixed_numbers(reader: Reader, root: WrittenValue) -> None:
 
     Exempt are 0, and what a program wrote or what does not come from the file itself: JSON, dicts, overrides, tables.
     """
+    origins = {root.origin, *(section.origin for section in root.value.values() if ".y" in section.origin)}
     bare: list[tuple[str, WrittenValue]] = []
     others_have_unit = False
     for path, key in reader.keys_in_use.items():
@@ -306,7 +307,7 @@ def report_mixed_numbers(reader: Reader, root: WrittenValue) -> None:
             continue
         for entries in (reader.written, reader.written_axes):
             written = entries.get(path)
-            if written is None or not written.line or written.by_name or written.origin != root.origin:
+            if written is None or not written.line or written.by_name or written.origin not in origins:
                 continue
             others_have_unit |= any(quantity.has_unit(leaf) for leaf in _leaf_values(written))
             if _contains_bare_number(written):

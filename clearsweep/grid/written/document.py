@@ -20,6 +20,12 @@ _NAME_PATTERN = re.compile(r"\w[\w .+-]{0,99}")
 _PREFIXED_INTEGER = re.compile(r"[+-]?(0x[0-9a-f]{1,40}|0o[0-7]{1,40})")
 _MAX_DEPTH = 60  # of sections and lists, more than any key has
 _TOO_DEEP = f"nested too deeply, or contains itself; expected at most {_MAX_DEPTH} levels of sections and lists"
+EXTENDS = "extends"  # the key that names the file which a grid extends
+MERGE_KEY = "<<"
+_MERGE_KEY_TEXT = (
+    "merge keys belong to YAML 1.1 and are not read; write the section out, use `*name` as the whole section, or put "
+    "what grids share into a file and write `extends: FILE` at the top"
+)
 _TAG_PREFIX = "tag:yaml.org,2002:"
 _UNTAGGED_TYPES = {
     "map",
@@ -129,6 +135,44 @@ def read_document(source: str | PathLike | Mapping, problems: Problems) -> Writt
         raise InputError(f"{name}:1:1: the file is empty; `clearsweep init` writes a grid to start from")
     _check_depth(node, name)
     return from_node(node, name, "", problems, {})
+
+
+def extended(root: WrittenValue, problems: Problems) -> WrittenValue:
+    """Return the document merged into the one that its key `extends` names: its values count, sections are merged.
+
+    The file is in the same folder and extends none itself.  Its name is not inherited.
+    """
+    written = root.value.get(EXTENDS)
+    if written is None:
+        return root
+    content = {key: value for key, value in root.value.items() if key != EXTENDS}
+    own = WrittenValue(content, root.origin, root.line, root.column, root.keys)
+    name = written.value
+    if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name or "\\" in name:
+        message = f"found {quoted(name)}; expected the name of a grid file in the same folder, such as base.yaml"
+        problems.add(written, EXTENDS, message)
+        return own
+    file = Path(root.origin).parent / name if root.line else Path(name)
+    if file.is_symlink() or (root.line and file.resolve() == Path(root.origin).resolve()):
+        problems.add(written, EXTENDS, f"{file} is a link or this file itself; write the name of another file")
+        return own
+    base = read_document(file, problems)
+    if not isinstance(base.value, dict) or EXTENDS in base.value:
+        found = "extends a file itself; one level is allowed" if isinstance(base.value, dict) else "is no grid"
+        problems.add(written, EXTENDS, f"{file} {found}; write its values there")
+        return own
+    inherited = {key: value for key, value in base.value.items() if key != "name"}
+    return _merged(WrittenValue(inherited, base.origin, base.line, base.column, base.keys), own)
+
+
+def _merged(base: WrittenValue, own: WrittenValue) -> WrittenValue:
+    """Return a value over that of a base: sections are merged key by key, everything else replaces it."""
+    if not isinstance(base.value, dict) or not isinstance(own.value, dict):
+        return own
+    values = base.value | {
+        key: _merged(base.value[key], value) if key in base.value else value for key, value in own.value.items()
+    }
+    return WrittenValue(values, own.origin, own.line, own.column, base.keys | own.keys)
 
 
 def check_regular_file(name: str | PathLike, max_bytes: int) -> None:
@@ -248,6 +292,7 @@ def _mapping(
     """Return the value of a YAML mapping; a repeated key is a problem."""
     values: dict[str, WrittenValue] = {}
     keys: dict[str, WrittenValue] = {}
+    inherited: dict[str, WrittenValue] = {}  # by merge keys, so that nothing is missing where one is reported
     for key_node, value_node in node.value:
         key_location = WrittenValue(None, location[0], key_node.start_mark.line + 1, key_node.start_mark.column + 1)
         key = str(key_node.value) if not isinstance(key_node.value, list) else "?"
@@ -256,9 +301,13 @@ def _mapping(
             problems.add(key_location, nested, f"duplicate key; it is also on line {keys[key].line}: keep one of them")
             continue
         value = from_node(value_node, location[0], nested, problems, nodes_read)
+        if key == MERGE_KEY:
+            problems.add(key_location, nested, _MERGE_KEY_TEXT)
+            inherited |= value.value if isinstance(value.value, dict) else {}
+            continue
         is_blank = value.value is None and not value_node.value  # an empty value has no position
         values[key], keys[key] = key_location if is_blank else value, key_location
-    return WrittenValue(values, *location, keys)
+    return WrittenValue(inherited | values, *location, keys)
 
 
 def _scalar(tag: str, text: str, key_location: WrittenValue, path: str, problems: Problems) -> bool | int | str | None:
