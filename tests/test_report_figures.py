@@ -325,6 +325,27 @@ def test_the_section_shows_what_there_is_and_is_left_out_where_nothing_turns():
     assert motion_type_sections(prepare(pair)) == []
 
 
+@pytest.mark.parametrize(
+    ("speeds", "is_log"),
+    [
+        (np.linspace(50.0, 1000.0, 12), False),
+        (np.geomspace(50.0, 1000.0, 12), True),
+        (np.geomspace(50.0, 90.0, 12), False),
+    ],
+)
+def test_an_axis_is_logarithmic_where_its_values_are_spaced_by_factors_over_a_wide_range(speeds, is_log):
+    run = Run(sweep={SPEED: speeds.tolist()})
+    assert axes_of(pictures(run)["Force peak over crank speed"]).xaxis.is_log is is_log
+    (shown,) = motion_type_sections(prepare(run))
+    diagrams = [picture for _, picture in shown.pictures if picture.title.startswith("Bifurcation diagram")]
+    assert [picture.title for picture in diagrams] == [
+        f"Bifurcation diagram of {name} over crank speed" for name in "xy"
+    ]
+    assert [axes_of(picture).xaxis.is_log for picture in diagrams] == [is_log, is_log]
+    points = [item for picture in diagrams for item in items(axes_of(picture), "points")]
+    assert {item.style.size for item in points} == {0.75}  # points: a pixel
+
+
 def test_a_film_does_not_fly():
     run = Run(sweep=TWO_AXES)
     run.summary["rod_slider_film_thickness_min"] = 1e-5
