@@ -42,6 +42,14 @@ def test_every_change_shown_is_made_here():
     assert TEXT.count("```diff") == len(CHANGES)
 
 
+@pytest.mark.parametrize("name", CHANGES)
+def test_a_change_still_fits_the_sources(name, tmp_path):
+    (tmp_path / "change.diff").write_text(CHANGES[name][0], encoding="utf-8")
+    command = ["git", "apply", "--check", str(tmp_path / "change.diff")]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=False, timeout=60)
+    assert done.returncode == 0, done.stderr
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize("name", CHANGES)
 def test_a_change_works(name, tmp_path):
