@@ -72,11 +72,12 @@ def test_an_edit_of_a_law_compiles_its_scenes_alone(tmp_path):
     assert copy.run("threlfall")[1] == set()
 
 
-def test_the_loop_depends_on_no_law_and_the_laws_of_a_scene_on_their_constants():
+def test_the_loop_depends_on_the_contract_of_laws_and_on_none_of_them():
     solver = str(cache.PACKAGE / LOOP)
     names = {Path(path).relative_to(cache.PACKAGE).as_posix() for path in cache.dependencies([solver])}
-    assert {LOOP, "mechanics/solver/step.py", "mechanics/observe/stages.py", "tracing/objects.py"} <= names
-    assert not [name for name in names if name.startswith(("mechanics/laws", "mechanics/machines", "mechanics/wear"))]
+    assert {LOOP, "mechanics/solver/step.py", "mechanics/observe.py", "tracing/objects.py"} <= names
+    others = {name for name in names if not name.startswith(("mechanics/solver/", "tracing/"))}
+    assert others == {"mechanics/laws/contract.py", "mechanics/observe.py"}
 
 
 def test_a_file_outside_the_package_may_depend_on_all_of_it(tmp_path):
@@ -135,3 +136,10 @@ def test_compiled_code_is_kept_under_a_stamp_of_its_compiler(tmp_path, monkeypat
     assert cache.prepare_cache() == place  # a child process does not stamp again
     monkeypatch.setattr(cache, "version", lambda name: "0.0")
     assert cache.compiler_stamp() != place.name
+
+
+def test_a_trace_that_chose_a_body_by_type_depends_on_every_source(tmp_path):
+    path = tmp_path / "law.py"
+    path.write_text("K = 1.0\n")
+    found = cache.dependencies([str(path), "<machine>"], on_all=True)
+    assert found.keys() == cache.source_hashes().keys() | {str(path)}

@@ -4,11 +4,15 @@ import functools
 import itertools
 import linecache
 
+import numpy as np
 import pytest
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
+from test_trace_bodies import machine
 
+from clearsweep.tracing.compiled.family import kernel
 from clearsweep.tracing.objects import machine_code
+from clearsweep.tracing.symbols import WIDTH
 
 NUMBERS = st.sampled_from([0.0, -0.0, 1.0, -1.0, 0.5, 2.0, -3.0, 7.25, 1e3])
 FLOATS, WHOLE = ("a", "b", "x", "y"), ("i", "j")
@@ -113,7 +117,7 @@ def blocks(draw, depth=2, is_loop=False):
     return lines
 
 
-def function_of(lines):
+def function_of(lines, result="x, y, i, j"):
     """Return the function with this body, whose source tracebacks and the tracer can read."""
     text = "\n".join(
         [
@@ -125,7 +129,7 @@ def function_of(lines):
             "def body(a, b):",
             "    x, y, i, j = a, b, 3, int(b)",
             *indented(lines),
-            "    return x, y, i, j",
+            f"    return {result}",
         ]
     )
     path, names = f"<body {next(_COUNT)}>", {}
@@ -155,3 +159,21 @@ def test_a_random_body_is_machine_code_that_does_what_python_does(lines, a, b):
     except ZeroDivisionError:
         assume(False)
     assert same(machine_code(body)(a, b), expected), "\n".join(lines)
+
+
+EIGHT = st.lists(NUMBERS, min_size=WIDTH, max_size=WIDTH)
+
+
+@given(blocks(), EIGHT, EIGHT)
+@settings(max_examples=15)
+@example(["for y in (a, b):", "    if x > 1.0:", "        return x, y, i, j", "    x += y"], [0.5, 2.0] * 4, [1.0] * 8)
+def test_a_random_body_does_in_each_lane_what_python_does(lines, a, b):
+    lines = [line.replace("return ", "return one_number(").replace(", y, i, j", ")") for line in lines]
+    body = function_of(lines, "one_number(x + 2.0 * y + 3.0 * i + 5.0 * j)")
+    body.__globals__["one_number"] = float
+    try:
+        expected = [body(*pair) for pair in zip(a, b, strict=True)]
+    except ZeroDivisionError:
+        assume(False)
+    result = machine(kernel(body), WIDTH)(np.array(a), np.array(b))
+    assert same(tuple(result.tolist()), tuple(expected)), "\n".join(lines)

@@ -193,6 +193,7 @@ class LoopExits(NamedTuple):
 
     breaks: list[Path]
     continues: list[Path]
+    is_rolled: bool  # whether the loop is one of blocks
 
 
 class Activation:

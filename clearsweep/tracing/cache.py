@@ -55,13 +55,15 @@ def _hash_of(path: Path) -> str:
         return ""
 
 
-def dependencies(traced: Iterable[str]) -> dict[str, str]:
+def dependencies(traced: Iterable[str], *, on_all: bool = False) -> dict[str, str]:
     """Return the hashes of the sources on which the trace of functions in these files depends, by their paths.
 
     They are those of the tracer, of these files, and of what they import of the package, from which their constants
-    and classes are.  A file elsewhere may depend on any of the package.
+    and classes are.  A file elsewhere may depend on any of the package.  on_all : whether the trace depends on all.
     """
     hashes, waiting = source_hashes(), list(traced)
+    if on_all:
+        return hashes | {path: _hash_of(Path(path)) for path in waiting if path not in hashes and os.path.isabs(path)}
     result = {path: found for path, found in hashes.items() if Path(path).is_relative_to(COMPILER)}
     while waiting:
         path = waiting.pop()
@@ -204,9 +206,9 @@ def _hash_now(path: str) -> str:
     return hashes[full_path] if full_path in hashes else _hash_of(Path(full_path))
 
 
-def record(name: str, object_name: str, traced: Iterable[str]) -> None:
-    """Record the object of a kind of code, traced from functions in these files, unless one changed since the start."""
-    sources = dependencies(traced)
+def record(name: str, object_name: str, traced: Iterable[str], *, on_all: bool = False) -> None:
+    """Record the object of a kind of code with its `dependencies`, unless one of these changed since the start."""
+    sources = dependencies(traced, on_all=on_all)
     if all(_hash_of(Path(path)) == expected for path, expected in sources.items()):
         relative = {path.removeprefix(f"{PACKAGE}{os.sep}"): found for path, found in sources.items()}
         store(name, json.dumps({"object": object_name, "sources": relative}, sort_keys=True).encode())

@@ -36,7 +36,7 @@ class _Attempt:
         self.preceding_block, self.begin = trace().builder.block, trace().block()
         self.comprehensions = activation.comprehensions
         self.paths = [
-            (paths, len(paths)) for paths in (activation.returns, *(x for loop in activation.loops for x in loop))
+            (paths, len(paths)) for paths in (activation.returns, *(x for loop in activation.loops for x in loop[:2]))
         ]
         self.depth = len(activation.loops)
         trace().builder.position_at_end(self.begin)
@@ -208,7 +208,7 @@ class Loops(Statements):
 
     def unroll(self, node: Any, iterations: list[Any]) -> bool:
         """Unroll a loop."""
-        exits = LoopExits([], [])
+        exits = LoopExits([], [], is_rolled=False)
         loop_mask = self.begin_loop(node)
         for item in iterations:
             self.assign(node.target, item)
@@ -291,7 +291,7 @@ class Loops(Statements):
         self.enter_iteration(self.has_next_iteration(node, bounds, position), loop_exits)
         if position is not None:
             self.assign(node.target, position if bounds.source is None else bounds.source[position])
-        iteration_exits = LoopExits([], [])
+        iteration_exits = LoopExits([], [], is_rolled=True)
         if not self.run_iteration(node, iteration_exits):
             too_narrow = loop_variables.close()
             if too_narrow:

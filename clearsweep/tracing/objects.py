@@ -212,7 +212,7 @@ def _compile_unless_stored(function: Callable, record: str, trace: Trace) -> byt
     if content is None:
         content = compile_object(code)
         cache.store(name, content)
-    cache.record(record, name, trace.sources if not trace.chooses else cache.source_hashes().keys() | trace.sources)
+    cache.record(record, name, trace.sources, on_all=trace.chooses)
     return content
 
 

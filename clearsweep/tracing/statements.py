@@ -63,7 +63,7 @@ class Statements(Expressions):
             self.activation.mask is None and LANES not in self.activation.names and not self.activation.loops
         ):
             self.leave(value)
-        elif self.activation.loops and RETURNED not in self.activation.names:
+        elif RETURNED not in self.activation.names and any(loop.is_rolled for loop in self.activation.loops):
             raise ReturnInLanes(value)
         else:
             self.activation.names[RETURNED] = select_values(lanes, value, self.activation.names.get(RETURNED, value))
