@@ -80,7 +80,7 @@ def test_the_imports_of_the_package_point_one_way(copy):
         ("mechanics/laws/loss.py", "from ..joints.contract import Contact"),
         ("mechanics/laws/film.py", "from .reynolds import Short"),
         ("mechanics/laws/friction.py", "from ..wear import wear_rate"),
-        ("tracing/memory.py", "from ..compiled import family"),
+        ("tracing/memory.py", "from .compiled import family"),
     ],
 )
 def test_a_planted_import_the_wrong_way_is_found(copy, file, planted):
