@@ -94,10 +94,13 @@ def test_a_short_film_has_its_checked_values(ratio, squeeze_rate, spin, force):
     assert film_result(SHORT, ratio, squeeze_rate, spin) == pytest.approx(force, rel=1e-7, abs=6e-8)
 
 
-@pytest.mark.parametrize(("law", "lead"), [(reynolds, 1.0), (reynolds, 0.0)], ids=["long", "short"])
-def test_a_film_in_closed_form_is_the_integral_of_its_pressure(law, lead):
+@pytest.mark.parametrize(
+    ("form", "pressure_at", "share", "lead"),
+    [(LONG, reynolds._long_pressure, 1.0, 1.0), (SHORT, reynolds._short_pressure, 1.0 / 3.0, 0.0)],
+    ids=["long", "short"],
+)
+def test_a_film_in_closed_form_is_the_integral_of_its_pressure(form, pressure_at, share, lead):
     """Over the half circle, with Gauss's rule; along the pin, a short film's pressure is a parabola."""
-    form, share = (LONG, 1.0) if law is reynolds else (SHORT, 1.0 / 3.0)
     x, weight = np.polynomial.legendre.leggauss(300)
     for ratio, squeeze_rate, spin in MOTIONS:
         if squeeze_rate == spin == 0.0:
@@ -105,12 +108,12 @@ def test_a_film_in_closed_form_is_the_integral_of_its_pressure(law, lead):
         squeeze = squeeze_rate * (2.0 + ratio * ratio) if lead else 2.0 * squeeze_rate
         angle = math.atan2(squeeze, spin * ratio) + 0.5 * math.pi * (x + 1.0)
         motion = FilmMotion(ratio, squeeze_rate, spin)
-        pressure = np.array([law._pressure(form, motion, math.cos(a), math.sin(a)) for a in angle])
+        pressure = np.array([pressure_at(form, motion, math.cos(a), math.sin(a)) for a in angle])
         result = [share * 0.5 * math.pi * float((weight * pressure * f(angle)).sum()) for f in (np.cos, np.sin)]
         assert film_result(form, ratio, squeeze_rate, spin) == pytest.approx(result, rel=1e-9, abs=1e-10)
         fine = math.atan2(squeeze, spin * ratio) + np.linspace(0.0, math.pi, 2001)
         assert film_pressure(form, motion) == pytest.approx(
-            law._pressure(form, motion, np.cos(fine), np.sin(fine)).max(), rel=1e-4
+            pressure_at(form, motion, np.cos(fine), np.sin(fine)).max(), rel=1e-4
         )
 
 

@@ -376,8 +376,10 @@ def test_an_alias_costs_no_more_than_what_it_represents(problems_in):
 
 
 def test_yaml_is_read_as_version_1_2(at):
-    case = at(TEXT.replace("0.14 kg", "1e-1").replace("revolutions: 10,", "revolutions: 012,")).written_case(0)
-    assert case["mechanism"]["slider"]["mass"] == 0.1
+    case = at(
+        TEXT.replace("restitution: 0.9", "restitution: 1e-1").replace("revolutions: 10,", "revolutions: 012,")
+    ).written_case(0)
+    assert case["joints"]["rod-slider"]["contact"]["restitution"] == 0.1
     assert case["simulate"]["revolutions"] == 12.0
 
 

@@ -312,7 +312,8 @@ def report_mixed_numbers(reader: Reader, root: WrittenValue) -> None:
             others_have_unit |= any(quantity.has_unit(leaf) for leaf in _leaf_values(written))
             if _contains_bare_number(written):
                 bare.append((path, written))
-    if not bare or not others_have_unit or root.origin.endswith(".json"):  # which a program wrote
+    is_of_program = root.origin.endswith(".json")
+    if not bare or not others_have_unit or is_of_program or reader.problems:  # another mistake may have cut a unit off
         return
     texts = [f"{path} {_first_number(written)}" for path, written in bare]
     more = f" and {len(bare) - _MAX_BARE_NAMED} more" if len(bare) > _MAX_BARE_NAMED else ""
