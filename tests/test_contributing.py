@@ -78,5 +78,5 @@ SAID = {
     "figure": {"pair_force_crest", "float64"},
     "section": {"case_id", "steps"},
     "search": {"Within", "speed", "Index"},
-    "option": {"polite", "8"},
+    "option": {"polite", "2"},
 }
