@@ -111,6 +111,79 @@ torture: $(READY)
 $(READY): pyproject.toml constraints.txt
 	@$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11))" || \
 		{ echo "clearsweep needs Python 3.11 or newer: make PYTHON=python3.12" >&2; exit 2; }
+	$(PYTHON) -m venv $(TRACER)
+	$(TRACER)/bin/python -m pip install --quiet --editable . pytest pytest-timeout hypothesis psutil
+	$(TRACER)/bin/python -m pip install --quiet --upgrade --no-deps llvmlite$(if $(LLVMLITE),==$(LLVMLITE).*)
+	$(TRACER)/bin/python -m pytest -m "not slow and not plain and not heavy" \
+	  $(addprefix tests/test_,trace_bodies.py trace_functions.py trace_random.py trace_refusals.py llvm.py)
+
+# All that `make test` leaves out
+test-rest: docs test-plain test-slow
+
+test-all: test test-rest
+
+# ARGS: words that choose among the mutations of tests/mutate.py
+mutate: $(READY)
+	$(BIN)/python tests/mutate.py $(ARGS)
+
+lint: $(READY)
+	$(BIN)/ruff check clearsweep tests
+	$(BIN)/ruff format --check --quiet clearsweep tests
+	$(BIN)/mypy
+	$(BIN)/lint-imports
+
+verify: $(READY)
+	$(BIN)/clearsweep verify
+
+# ARGS: --json, --write (results/speed.md); AGAINST: a checkout of another commit, with which sweeps take turns
+RUN_BENCH := PYTHONPATH=tests $(BENCH)/bin/python
+WRITE = $(filter --write,$(ARGS))
+bench: $(BENCH)/.ready
+	@for rival in numbalsoda heyoka diffrax; do \
+	  $(BENCH)/bin/python -m pip install --quiet --constraint constraints.txt --constraint tests/bench/requirements.txt \
+	    $$rival >$(BENCH)/$$rival.log 2>&1 \
+	  || echo "bench: $$rival does not install and is left out; $(BENCH)/$$rival.log says why" >&2; \
+	done
+ifdef AGAINST
+	@$(RUN_BENCH) -m bench.against $(AGAINST) $(WRITE)
+else
+	@$(RUN_BENCH) -m bench.speed $(ARGS)
+	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.ensemble $(WRITE) ;; esac
+	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.taken_away $(WRITE) ;; esac
+	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.machines $(WRITE) ;; esac
+	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.efficiency $(WRITE) ;; esac
+	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) tests/bench/laws.py $(WRITE) ;; esac
+	@case "$(ARGS)" in *--json*) ;; *) $(RUN_BENCH) -m bench.cold $(WRITE) ;; esac
+endif
+
+# ARGS: --made-up N,N, --real N,N, --write (N: 10000, 100000 or 1000000; results/speed.md)
+scale: $(READY)
+	$(BIN)/python tests/scale.py $(ARGS)
+
+$(BENCH)/.ready: pyproject.toml constraints.txt
+	$(PYTHON) -m venv $(BENCH)
+	$(BENCH)/bin/python -m pip install --quiet --constraint constraints.txt --editable .
+	touch $@
+
+# what is made of the code is made anew, then the site of all pages; any warning is an error
+docs: $(READY)
+	$(BIN)/clearsweep schema --markdown >docs/grid.md
+	$(BIN)/python docs/tools/columns.py
+	$(BIN)/python docs/tools/rooms.py
+	$(BIN)/python docs/tools/onset.py
+	$(BIN)/python -m mkdocs build --quiet --strict
+
+# the sdist and the wheel of this platform, in dist/; CLEARSWEEP_PLATFORM=linux-aarch64: of that one
+release: $(READY)
+	$(BIN)/python -m build --no-isolation .
+
+# ARGS: --kills N, --lives N, --grids N, --flips N, --exits N, --attempts no, --seed N, --write (docs/reliability.md)
+torture: $(READY)
+	$(BIN)/python tests/reliability.py $(ARGS)
+
+$(READY): pyproject.toml constraints.txt
+	@$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11))" || { echo "clearsweep needs Python 3.11 or newer, and \
+	$(PYTHON) is `$(PYTHON) --version 2>&1`; give a newer one with make PYTHON=python3.12" >&2; exit 2; }
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[test]"
 	$(BIN)/python -m clearsweep.simulation.analyses.prebuild

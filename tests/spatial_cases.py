@@ -3,7 +3,7 @@
 import copy
 
 from clearsweep.mechanics.machines.programs import kinds_of
-from clearsweep.mechanics.machines.spatial.machine_type import MachineType
+from clearsweep.mechanics.machines.spatial.form import MachineType
 
 ROD = {"length": 0.12, "mass": 0.21, "inertia": [2e-5, 2.5e-4, 2.5e-4], "center": [0.06, 0.0, 0.0]}
 CONTACT = {

@@ -14,7 +14,7 @@ import clearsweep
 from clearsweep import simulation
 from clearsweep.contracts.machine import Elastic
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.machines.planar.segments import axial_rate, with_segments
+from clearsweep.mechanics.machines.planar.build import axial_rate, with_segments
 from clearsweep.simulation.machine.ideal import ElasticLink, segments_to_resolve
 
 STIFFNESS = 3.9e8  # N/m: a steel rod of 190 mm^2 and 0.12 m between its pins has 3.3e8

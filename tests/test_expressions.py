@@ -6,9 +6,9 @@ import random
 import numpy as np
 import pytest
 
-from clearsweep.mechanics.machines.planar.expressions import PlaneVector
-from clearsweep.mechanics.machines.planar.ldl import LDL
-from clearsweep.mechanics.machines.spatial.expressions import NO_VECTOR, SpatialVector
+from clearsweep.mechanics.machines.planar.kinematics import PlaneVector
+from clearsweep.mechanics.machines.programs import LDL
+from clearsweep.mechanics.machines.spatial.kinematics import NO_VECTOR, SpatialVector
 from clearsweep.tracing import objects
 from clearsweep.tracing.compiled.dual import Dual
 from clearsweep.tracing.compiled.formulas import ONE, ZERO, Program, sum_of

@@ -67,7 +67,7 @@ def test_the_imports_of_the_package_point_one_way(copy):
         ("store/state.py", "from .results import gather"),
         ("contracts/results.py", "from ..store import StoredRun"),
         ("mechanics/joints/dry.py", "from ..machines.contract import gaps"),
-        ("mechanics/machines/drives.py", "from ..solver import integration"),
+        ("mechanics/machines/described.py", "from ..solver import integration"),
         ("mechanics/solver/step.py", "from ..machines import contract"),
         ("mechanics/solver/step.py", "from ..coupling import rates"),
         ("mechanics/observe.py", "from .joints.contract import parts"),

@@ -8,7 +8,7 @@ import pytest
 from mechanism_cases import JOINT
 
 import clearsweep
-from clearsweep.mechanics.coupling import rates, trial_step
+from clearsweep.mechanics.coupling import entries, rates
 from clearsweep.tracing import objects
 
 ROD = {"mass": 0.21, "inertia": 2.5e-4, "center": [0.06, 0], "points": {"big": [0, 0], "small": [0.12, 0]}}
@@ -21,9 +21,9 @@ LOADS = {
     "a constant force": {"force": [3.0, 1.0]},
 }
 ENTRIES = {  # of a run: function and kinds of its arrays
-    "sweep": (trial_step.sweep_entry, "fifffff"),
-    "rates": (trial_step.rates_entry, "fifff"),
-    "observables": (trial_step.observe_entry, "fiff"),
+    "sweep": (entries.sweep_entry, "fifffff"),
+    "rates": (entries.rates_entry, "fifff"),
+    "observables": (entries.observe_entry, "fiff"),
     "time histories": (rates.sample_entry, "fifff"),
 }
 

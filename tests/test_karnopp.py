@@ -7,8 +7,8 @@ import pytest
 from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
+from clearsweep.mechanics.coupling.inertia import every_grip, slip_rates, with_sticking_forces
 from clearsweep.mechanics.coupling.rates import loads_of
-from clearsweep.mechanics.coupling.sticking import every_grip, slip_rates, with_sticking_forces
 from clearsweep.mechanics.joints.contract import JointState, every_latched
 from clearsweep.mechanics.joints.dry import surface_speed
 from clearsweep.mechanics.laws.contract import AT_LIMIT_DOWN, AT_LIMIT_UP, PRESSED, STUCK

@@ -25,7 +25,7 @@ from scipy.special import lambertw
 import clearsweep
 from clearsweep import InputError, simulation
 from clearsweep.mechanics import describe
-from clearsweep.mechanics.coupling import trial_step
+from clearsweep.mechanics.coupling import entries
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.joints.contract import with_internal_state
 from clearsweep.mechanics.laws.elastic import elastic_force
@@ -393,7 +393,7 @@ def code_of(**contact):
     """Return the compiled code of the right-hand side of a slider-crank with this contact, as text."""
     case = slider_crank("rod-slider", changes={"joints.rod-slider.contact": contact})
     made = clearsweep.load_case(case)
-    return str(objects.trace_scene(trial_step.rates_entry, made.value, "fifff").module)
+    return str(objects.trace_scene(entries.rates_entry, made.value, "fifff").module)
 
 
 @pytest.mark.heavy

@@ -7,7 +7,7 @@ import pytest
 from mechanism_cases import slider_crank, told_both_ways
 
 import clearsweep
-from clearsweep.mechanics.coupling import trial_step
+from clearsweep.mechanics.coupling import entries
 from clearsweep.simulation import solve
 from clearsweep.simulation.running.run import integration_of
 from clearsweep.tracing import objects
@@ -27,7 +27,7 @@ def scene(**changes):
 
 def code_of(made):
     """Return the compiled code of the right-hand side of a scene, as text."""
-    return str(objects.trace_scene(trial_step.rates_entry, made.value, "fifff").module)
+    return str(objects.trace_scene(entries.rates_entry, made.value, "fifff").module)
 
 
 def test_a_frictionless_scene_compiles_no_friction():

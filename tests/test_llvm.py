@@ -13,7 +13,7 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
-from clearsweep.mechanics.coupling import trial_step
+from clearsweep.mechanics.coupling import entries
 from clearsweep.tracing import cache, objects
 from clearsweep.tracing.compiled.family import inlined, kernel
 from clearsweep.tracing.memory import View
@@ -80,7 +80,7 @@ def test_an_object_for_another_kind_of_processor_asks_for_nothing_more_and_links
     """A step of a slider-crank with friction; linking needs that processor's linker.  Nobody has run it."""
     case = clearsweep.load_case(slider_crank("rod-slider", changes={"joints.rod-slider.friction": TANH}))
     monkeypatch.setattr(objects, "_LEVELS_FOR_PACKAGE", ["aarch64"])
-    made = objects.trace_scene(trial_step.sweep_entry, case.value, "fifffff")
+    made = objects.trace_scene(entries.sweep_entry, case.value, "fifffff")
     content = objects.compile_object(str(made.module))
     assert int.from_bytes(content[0x12:0x14], "little") == 183  # of AArch64, in ELF
     assert undefined(content) <= SYMBOLS

@@ -8,9 +8,9 @@ from planar_machines import slider_crank
 
 from clearsweep.contracts.machine import Constant
 from clearsweep.mechanics.machines import planar
-from clearsweep.mechanics.machines.planar import cycle
+from clearsweep.mechanics.machines.planar import form
 from clearsweep.mechanics.machines.planar.closure import STATIONS
-from clearsweep.mechanics.machines.planar.stations import Stations, stations_of
+from clearsweep.mechanics.machines.planar.ideal import Stations, stations_of
 from clearsweep.tracing.compiled.pinned import ArrayHandle
 from clearsweep.tracing.objects import machine_code
 
@@ -58,19 +58,19 @@ def test_machines_that_differ_in_masses_and_speed_share_their_stations():
 
 
 def value_at(quantities, angle):
-    return cycle.evaluate_cycle(quantities, 1, angle)[0]
+    return form.evaluate_cycle(quantities, 1, angle)[0]
 
 
 @pytest.mark.compiled
 def test_a_cycle_is_read_within_its_table_whatever_the_angle_of_a_trial_step():
     """Beside the table, whose quantities are constant, memory is nan; integers of compiled code have 64 bits."""
-    table, memory = np.zeros((STATIONS + 1, 2, cycle.WIDTH)), np.full(3_000_000, math.nan)
+    table, memory = np.zeros((STATIONS + 1, 2, form.WIDTH)), np.full(3_000_000, math.nan)
     table[..., 0] = 1.0
     begin = memory.size // 2
     memory[begin : begin + table.size] = table.ravel()
     address = ArrayHandle(memory[begin:].ctypes.data)
     address.array = memory[begin:]
-    quantities, read = cycle.Cycle(address, float(STATIONS), 2.0, 0.0), machine_code(value_at)
+    quantities, read = form.Cycle(address, float(STATIONS), 2.0, 0.0), machine_code(value_at)
     sizes = np.concatenate([np.logspace(0, 80, 4001), 2.0 * math.pi * 2.0**63 * (1.0 + np.arange(-40, 41) * 2.0**-52)])
     for angle in (*sizes, *-sizes):
         assert read(quantities, float(angle)) == 1.0

@@ -10,8 +10,8 @@ from scipy.integrate import solve_ivp
 from test_slot import GRID as SLOT
 
 import clearsweep
+from clearsweep.mechanics.coupling.inertia import every_grip, flatten_once, slip_rates, with_sticking_forces
 from clearsweep.mechanics.coupling.rates import loads_of
-from clearsweep.mechanics.coupling.sticking import every_grip, flatten_once, slip_rates, with_sticking_forces
 from clearsweep.mechanics.joints.contract import JointState, every_contact, every_latched
 from clearsweep.mechanics.laws.contract import FREE, STUCK
 from clearsweep.mechanics.machines.contract import accelerate, gaps, pose_at

@@ -8,7 +8,7 @@ from traced_states import observed, rates_of, states
 
 from clearsweep import simulation
 from clearsweep.grid import load
-from clearsweep.mechanics.coupling import trial_step
+from clearsweep.mechanics.coupling import entries
 from clearsweep.mechanics.observe import END, ERROR, ERROR_RATE, STAGES
 from clearsweep.tracing.compiled.family import form_number
 
@@ -44,7 +44,7 @@ def test_machine_code_does_what_the_body_does(name):
         result = rates_of(scene, state)
         for row in range(STAGES):
             y = np.ascontiguousarray(state.nodes[:-1, row])
-            trial_step.rates_entry((scene.value,), y, state.mode, state.latched, state.k, state.o, row)
+            entries.rates_entry((scene.value,), y, state.mode, state.latched, state.k, state.o, row)
             for ours, theirs in ((result.k, state.k), (result.o, state.o)):
                 size = np.maximum(np.abs(theirs[:, row]), 1e-6 * np.abs(theirs[:, row]).max())
                 np.testing.assert_array_less(np.abs(ours[:, row] - theirs[:, row]), 1e-9 * size + 1e-300)

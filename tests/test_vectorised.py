@@ -9,7 +9,7 @@ from test_roughness import rough
 
 import clearsweep
 from clearsweep import simulation
-from clearsweep.mechanics.coupling import trial_step
+from clearsweep.mechanics.coupling import entries
 from clearsweep.tracing import objects
 
 pytestmark = pytest.mark.heavy
@@ -30,7 +30,7 @@ def vectorised(joint):
     """Trace the stages of a step of a slider-crank with this joint; NotTraceableError says why not."""
     case = clearsweep.load_case(slider_crank("rod-slider")).case
     scene = simulation.build(case._replace(joints=(joint,)))
-    objects.trace_scene(trial_step.sweep_entry, scene.value, "fifffff")
+    objects.trace_scene(entries.sweep_entry, scene.value, "fifffff")
 
 
 @pytest.mark.parametrize(("family", "name"), [key for key in RECIPES if key[0] not in ("pressure", "wear")])

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from clearsweep.mechanics.coupling import rates, trial_step
+from clearsweep.mechanics.coupling import entries, rates
 from clearsweep.mechanics.observe import ROW_COUNT, STAGES
 from clearsweep.tracing import objects
 from clearsweep.tracing.compiled.family import form_number, kinds, numbers_of
@@ -65,7 +65,7 @@ _CODE = {}
 def rates_of(scene, state):
     """Return the State with rates and observables of its stages by machine code, one after another."""
     result = State(*map(aligned, state))
-    call = objects.function_at(code_of(scene, trial_step.rates_entry, "fifff").address, 5)
+    call = objects.function_at(code_of(scene, entries.rates_entry, "fifff").address, 5)
     for row in range(STAGES):
         y = np.ascontiguousarray(result.nodes[:-1, row])
         given = result.parameters, y, result.mode, result.latched, result.k, result.o
@@ -76,7 +76,7 @@ def rates_of(scene, state):
 def observed(scene, state):
     """Return the State with observables of its stages by machine code, all at once."""
     result = State(*map(aligned, state))
-    call = objects.function_at(code_of(scene, trial_step.observe_entry, "fiff").address, 4)
+    call = objects.function_at(code_of(scene, entries.observe_entry, "fiff").address, 4)
     given = result.parameters, result.nodes, result.mode, result.latched, result.o
     call(*(array.ctypes.data for array in given), 0)
     return result

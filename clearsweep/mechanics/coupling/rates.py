@@ -73,10 +73,8 @@ from ..observe import (
     film_column,
     write_contact_observables,
 )
-from .impact_mass import joints_with_mass
-from .state import put_friction_rates, size_of, with_friction_states
-from .sticking import with_sticking_forces
-from .time_scale import kappa_over_root, time_scale
+from .inertia import joints_with_mass, with_sticking_forces
+from .state import kappa_over_root, put_friction_rates, size_of, time_scale, with_friction_states
 
 
 class Scene(NamedTuple):

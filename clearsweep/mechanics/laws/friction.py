@@ -459,7 +459,7 @@ RELEASE_FACTOR = 1.001  # times the sticking speed: sliding speed at which surfa
 
 
 class Karnopp(NamedTuple):
-    """Slides by Stribeck's law down to the sliding speed `band`; below it sticks, see `coupling.sticking`."""
+    """Slides by Stribeck's law down to the sliding speed `band`; below it sticks, see `coupling.inertia`."""
 
     coefficient: float  # kinetic, 1
     static_coefficient: float  # 1

@@ -73,7 +73,7 @@ def sign_past_separation(law, elastic):
 def with_mass(law, mass):
     """Return the law with the present effective mass (kg) of an impact at its contact.
 
-    Only laws that are members use it; see `coupling.impact_mass`.
+    Only laws that are members use it; see `coupling.inertia`.
     """
     return law
 

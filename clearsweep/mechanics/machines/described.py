@@ -1,12 +1,209 @@
-"""Shared parts of mechanisms that are built as planar machines: keys and channels from the names in a grid."""
+"""Keys and records that mechanisms share: their bodies, named joints and outputs, drives and loads."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 
+import numpy as np
+
+from ...contracts import case, machine
 from ...contracts.case import Case
-from ...contracts.catalogue import CHOICE, GROUND, NUMERICS, Channel, Choice, Field, Keys, Mechanism, Outline, Output
-from ...contracts.machine import Constant, Elastic, Machine
-from . import drives, loads, planar
+from ...contracts.catalogue import (
+    ANY,
+    CHOICE,
+    CONDITION,
+    GROUND,
+    NUMERICS,
+    SIZES,
+    Channel,
+    Choice,
+    Columns,
+    Field,
+    JointOutline,
+    Keys,
+    Law,
+    LoadOutline,
+    Mechanism,
+    Outline,
+    Output,
+)
+from ...contracts.machine import BodyPoint, Constant, Elastic, Guide, Machine, Pin, Slot
+from ..laws.contract import compile_law
+from . import planar
+
+# ---------------------------------------------------------------------------------------------- drives
+
+
+_START_ANGLE = Field("start_angle", "rad", "crank angle at t = 0; default: 0", -math.inf, optional=True)
+_FREE = (
+    Field("initial_speed", "rad/s", "crank speed at t = 0", low_open=False, default=0.0),
+    Field(
+        "inertia",
+        "kg*m^2",
+        "inertia of a flywheel, added to that of the crank",
+        low_open=False,
+        default=0.0,
+        role=CHOICE,
+    ),
+)
+_SPEED_TABLE = Columns(
+    "table",
+    "crank speed as a function of time, linear between the rows and constant outside the table",
+    (Field("time", "s", "time", -math.inf),),
+    (Field("speed", "rad/s", "crank speed", low_open=False),),
+    above_zero=("speed",),
+)
+DRIVES = {
+    law.name: law
+    for law in (
+        Law(
+            "drive",
+            "speed",
+            "a crank at constant speed",
+            "angle = start_angle + speed t",
+            "",
+            (Field("speed", "rad/s", "constant crank speed"), _START_ANGLE),
+        ),
+        Law(
+            "drive",
+            "speed-table",
+            "a crank whose speed follows a table over time",
+            "angle = start_angle + integral of speed, exactly; speed straight between rows, constant beyond them",
+            "",
+            (_START_ANGLE,),
+            notes="Written speed: {table: runup.csv}, a file with the columns `time [s]` and `speed [rpm]`.",
+        ),
+        Law(
+            "drive",
+            "torque",
+            "a free crank under a constant torque",
+            "torque = constant; the crank's angle is a coordinate",
+            "",
+            (Field("torque", "N*m", "torque on the crank", -math.inf), *_FREE, _START_ANGLE),
+        ),
+        Law(
+            "drive",
+            "motor",
+            "a free crank under a motor's characteristic",
+            "torque = stall_torque (1 - speed / no_load_speed); the crank's angle is a coordinate",
+            "",
+            (
+                Field("motor.stall_torque", "N*m", "motor torque at standstill"),
+                Field("motor.no_load_speed", "rad/s", "crank speed at which the motor torque is zero"),
+                *_FREE,
+                _START_ANGLE,
+            ),
+        ),
+    )
+}
+
+
+def drive_keys(outline: Outline) -> tuple[Keys, ...]:
+    """Return the section `drive` for the grid's form of drive, or the sections of all forms for ANY."""
+    fields: dict[str, Field] = {}
+    for law in DRIVES.values() if outline.drive == ANY else (DRIVES[outline.drive],):
+        fields |= {field.name: field for field in law.fields}
+    motor_fields = {name.partition(".")[2]: field for name, field in fields.items() if "." in name}
+    sections = [
+        Keys("drive", "the drive", tuple(fields[name] for name in fields if "." not in name), "implied", role=CONDITION)
+    ]
+    if motor_fields:
+        motor = tuple(field._replace(name=name) for name, field in motor_fields.items())
+        sections.append(
+            Keys("drive.motor", "a motor", motor, "optional" if outline.drive == ANY else "required", role=CONDITION)
+        )
+    if outline.drive in ("speed-table", ANY):
+        sections.append(Keys("drive.speed", "the speed over time", tables=(_SPEED_TABLE,)))
+    return tuple(sections)
+
+
+def make_drive(drive: case.Drive, outline: Outline) -> tuple:
+    """Return the drive as described in a machine."""
+    if outline.free:
+        return machine.Motor(drive.torque, drive.no_load_speed, drive.initial_speed, drive.inertia, drive.start_angle)
+    if drive.table is None:
+        return machine.Constant(drive.speed, drive.start_angle)
+    return machine.Schedule(np.array(drive.table["time"]), np.array(drive.table["speed"]), drive.start_angle)
+
+
+# ---------------------------------------------------------------------------------------------- names of a grid
+
+
+_AXIS = Field(
+    "axis",
+    "rad",
+    "angle of the line of a guide or slot, through the proximal point, in the frame of the proximal body; not for a "
+    "pin",
+    -math.inf,
+    default=0.0,
+)
+_ALONG = Field("along", "rad", "direction in which the motion of the point is measured", -math.inf, default=0.0)
+
+
+def joint_keys(joint: JointOutline, endpoints: tuple[str, ...]) -> Iterable[Keys]:
+    """Yield the sections of a joint that can connect the points `endpoints`."""
+    path = f"mechanism.joints.{joint.name}"
+    type_choice = Choice(
+        "type",
+        ("revolute", "prismatic", "slot"),
+        "kind of the joint; revolute: a pin; prismatic: a guide; slot: a pin in a slot of the proximal body",
+    )
+    bodies = tuple(filter(None, joint.bodies))
+    journal = (Choice("journal", bodies, "body that carries the journal", bodies[-1] if bodies else ANY),)
+    choices = (type_choice,) if joint.type in ("prismatic", "slot") else (type_choice, *journal)
+    yield Keys(
+        path, "a joint of the mechanism", () if joint.type == "revolute" else (_AXIS,), words=choices, role=CHOICE
+    )
+    texts = ("the proximal point, body.point", "the distal point")
+    between = tuple(Choice(str(k), endpoints, text) for k, text in enumerate(texts))
+    yield Keys(f"{path}.between", "the two points that the joint connects, the proximal point first", words=between)
+
+
+def output_keys(outline: Outline) -> Iterable[Keys]:
+    """Yield the sections of the start and the output."""
+    moving_bodies = tuple(body.name for body in outline.bodies if body.name != GROUND)
+    start = tuple(
+        Field(body, "rad", "initial guess of the angle of this body; default: 0", -math.inf, optional=True)
+        for body in moving_bodies
+    )
+    yield Keys(
+        "mechanism.start",
+        "initial guesses of body angles, which select one of the two positions in which a loop closes",
+        start,
+        "implied",
+        role=CHOICE,
+    )
+    body = Choice("body", moving_bodies, "body whose motion is the output")
+    all_points = tuple(dict.fromkeys(point for body in outline.bodies for point in body.points))
+    point = Choice(
+        "point",
+        all_points,
+        "point of this body whose motion is the output; default: the output is the angle of the body",
+    )
+    is_point_output = not outline.rotary
+    yield Keys(
+        "mechanism.output",
+        "the output",
+        (_ALONG,) if is_point_output else (),
+        words=(body, point) if is_point_output else (body,),
+        role=CHOICE,
+    )
+
+
+def pair_at(values, path: str) -> tuple[float, float]:
+    """Return the first two numbers of a list."""
+    return values[f"{path}.0"], values[f"{path}.1"]
+
+
+def joint_of(values, joint: JointOutline) -> Pin | Guide | Slot:
+    """Return a joint of a case."""
+    endpoints = [BodyPoint(*endpoint.split(".", 1)) for endpoint in (joint.proximal, joint.distal)]
+    if joint.type == "revolute":
+        return Pin(joint.name, *endpoints)
+    joint_type = Slot if joint.type == "slot" else Guide
+    return joint_type(joint.name, *endpoints, values[f"joints.{joint.name}.axis"])
+
+
+# ---------------------------------------------------------------------------------------------- bodies and outputs
 
 
 def column_name(name: str) -> str:
@@ -19,10 +216,10 @@ def keys_of(outline: Outline, points: Mapping[str, tuple[str, ...]], joints: tup
 
     points : points of each body, or () if none can be chosen; joints : their names
     """
-    sections = [*drives.drive_keys(outline)]
+    sections = [*drive_keys(outline)]
     sections.append(Keys("loads", "what acts on the mechanism from outside", need="optional"))
     for load in outline.loads:
-        sections += loads.load_keys(load, points, joints)
+        sections += load_keys(load, points, joints)
     return tuple(sections)
 
 
@@ -147,3 +344,266 @@ BODY = (
     ("angle", "rad", "angle of the {}, counter-clockwise"),
     ("rate", "rad/s", "its rate"),
 )
+
+
+# ---------------------------------------------------------------------------------------------- loads
+
+
+CENTER = "center"  # the name of a body's centre of mass as a point
+CENTER_TEXT = "centre of mass"
+_FORCE = (
+    Field("0", "N", "force along x of the fixed frame", -math.inf),
+    Field("1", "N", "force along y of the fixed frame", -math.inf),
+)
+_TORQUE = Field("torque", "N*m", "torque on the body, counter-clockwise", -math.inf, optional=True, role=CONDITION)
+_SCALE = Field("scale", "1", "factor on all forces and torques of the table", -math.inf, default=1.0, role=CONDITION)
+_TABLE = Columns(
+    "table",
+    "force and torque as functions of the crank angle or of time; a table over the crank angle repeats with the period "
+    "of its span; a table over time is constant outside its span; monotone cubics (PCHIP) interpolate between the rows",
+    (
+        Field("crank_angle", "rad", "crank angle", -math.inf),
+        Field("time", "s", "time", -math.inf),
+    ),
+    (
+        Field("fx", "N", "force along x", -math.inf),
+        Field("fy", "N", "force along y", -math.inf),
+        Field("torque", "N*m", "torque on the body", -math.inf),
+        Field("pressure", "Pa", "pressure on a piston of diameter `bore`", -math.inf),
+    ),
+)
+_PISTON = (
+    Field("bore", "m", "diameter of the piston on which the `pressure` of the table acts", optional=True, role=CHOICE),
+    Field(
+        "ambient",
+        "Pa",
+        "pressure behind the piston; left out: the table has the difference of both",
+        low_open=False,
+        optional=True,
+        role=CONDITION,
+    ),
+    Field(
+        "direction",
+        "rad",
+        "direction of the force of a pressure above `ambient`; left out: along -x, towards a crank at the origin",
+        -math.inf,
+        optional=True,
+        role=CHOICE,
+    ),
+)
+_ANCHOR = (
+    Field("0", "m", "x coordinate of the anchor in the frame of the first body", -math.inf),
+    Field("1", "m", "y coordinate of the anchor in the frame of the first body", -math.inf),
+)
+_SPRING = (
+    Field("stiffness", "N/m", "stiffness of the spring", low_open=False),
+    Field("free_length", "m", "length of the spring without force", low_open=False, default=0.0),
+    Field("damping", "N*s/m", "coefficient of the damper parallel to the spring", low_open=False, default=0.0),
+)
+_RADIUS = Field("radius", "m", "radius of the pin; a guide does not use it", optional=True)
+LOADS = {
+    law.name: law
+    for law in (
+        Law(
+            "load",
+            "force",
+            "a force of fixed direction and a torque, constant",
+            "force: [fx, fy], torque",
+            "",
+            (*(field._replace(name=f"force.{field.name}", optional=True) for field in _FORCE), _TORQUE),
+            notes="Written on: BODY; `point` says where (planar), by default a slider's pin, else the centre of mass.",
+        ),
+        Law(
+            "load",
+            "table",
+            "forces and a torque that depend on the crank angle or on time, such as an indicator diagram",
+            "scale x table, PCHIP between rows; over the angle periodic in the table's span",
+            "Fritsch & Butland 1984, SIAM J. Sci. Stat. Comput. 5:300",
+            (_SCALE, *_PISTON),
+            notes="Written on: BODY, table: gas.csv with the columns `crank_angle [deg]` or `time [s]`, and any of "
+            "`fx [N]`, `fy [N]`, `torque [N*m]`; or `pressure [bar]` with `bore: 60 mm` and `ambient: 1 bar`.",
+        ),
+        Law(
+            "load",
+            "spring",
+            "a spring and damper from a point of one body to a point of another",
+            "force = stiffness (l - free_length) + damping dl/dt along the line from anchor to point",
+            "",
+            (*(field._replace(name=f"anchor.{field.name}") for field in _ANCHOR), *_SPRING),
+            notes="Written between: [BODY, BODY], anchor: [x, y] on the first.  It acts on the second body at `point` "
+            "(planar), by default at a slider's pin, of any other body at the centre of mass.",
+        ),
+        Law(
+            "load",
+            "friction",
+            "friction in a joint without clearance",
+            "in a pin the torque |reaction| x radius x sin(atan(coefficient)), in a guide the force "
+            "coefficient x |reaction|; or a given `torque` or `force`",
+            "",
+            (_RADIUS,),
+            notes="Written on: JOINT, friction: {law, ..., radius}; any friction law.  A blade, a "
+            "seal or a brake has friction of a given size.  In a pin write {law, torque: 3 N*m, ...}, speeds in "
+            "rad/s; in a guide {law, force: 20 N, ...}.  A law with two coefficients also takes static_torque or "
+            "static_force.",
+        ),
+    )
+}
+
+
+def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: tuple[str, ...]) -> tuple[Keys, ...]:
+    """Return the sections of a load.
+
+    points : points of each body by name, or () if none can be chosen; joints : their names
+    """
+    path, bodies = f"loads.{load.name}", tuple(name for name in points if name != GROUND)
+    body_points = tuple(points.get(load.on, ()))
+    point_key = (
+        Choice(
+            "point",
+            tuple(dict.fromkeys((*body_points, CENTER))),
+            f"point of the body at which the load acts; {CENTER}: the {CENTER_TEXT}",
+            CENTER,
+        ),
+    )
+    body_key = Choice("on", bodies, "body on which the load acts; with `friction`: the joint")
+    target_keys = (body_key, *(point_key if body_points else ()))
+    force = Keys(f"{path}.force", "force along x and y of the fixed frame", _FORCE, "optional", role=CONDITION)
+    table = Keys(path, LOADS["table"].summary, (_SCALE, *_PISTON), "optional", target_keys, (_TABLE,), role=CONDITION)
+    body_keys = tuple(Choice(str(k), tuple(points), f"the {label} body") for k, label in enumerate(("first", "second")))
+    second_point_text = (
+        f"at `point`, by default the {CENTER_TEXT}"
+        if body_points
+        else f"at its pin if that body is a slider, otherwise at its {CENTER_TEXT}"
+    )
+    between = Keys(
+        f"{path}.between",
+        f"the two bodies that the spring connects; it acts on the first at `anchor`, on the second {second_point_text}",
+        words=body_keys,
+    )
+    anchor = Keys(
+        f"{path}.anchor",
+        "point of the first body at which the spring acts, in the frame of that body",
+        _ANCHOR,
+        role=CHOICE,
+    )
+    friction_keys = Keys(
+        f"{path}.friction",
+        "friction in the joint on which the load acts",
+        (_RADIUS,),
+        family="friction",
+        role=CONDITION,
+    )
+    given_friction_keys = {
+        size: Keys(
+            f"{path}.friction", f"friction of a given {size}", family="friction", given_size_key=size, role=CONDITION
+        )
+        for size in SIZES
+    }
+    joint_load_keys = Keys(path, LOADS["friction"].summary, (), "optional", (body_key._replace(options=joints),))
+    by_form = {
+        "force": (Keys(path, LOADS["force"].summary, (_TORQUE,), "optional", target_keys, role=CONDITION), force),
+        "table": (table,),
+        "spring": (
+            Keys(path, LOADS["spring"].summary, _SPRING, "optional", point_key if body_points else (), role=CHOICE),
+            between,
+            anchor,
+        ),
+        "friction": (joint_load_keys, given_friction_keys.get(load.given, friction_keys)),
+    }
+    if load.form != ANY:
+        return by_form[load.form]
+    any_form_keys = Keys(
+        path,
+        "a load on the mechanism",
+        (_TORQUE, _SCALE, *_PISTON, *_SPRING),
+        "optional",
+        target_keys,
+        (_TABLE,),
+        role=CHOICE,
+    )
+    all_friction_keys = (friction_keys, *given_friction_keys.values())
+    return any_form_keys, force, *(key._replace(need="optional") for key in (between, anchor, *all_friction_keys))
+
+
+class LoadPoints:
+    """Points at which loads act on the bodies of a machine; loads add points as needed."""
+
+    def __init__(self, bodies: dict[str, machine.Body], pins: Mapping[str, str]):
+        """Prepare for `bodies`; pins : body -> its default point for loads, otherwise the centre of mass."""
+        self.bodies, self.pins = bodies, pins
+
+    def point_of_load(self, body: str, values: Mapping) -> machine.BodyPoint:
+        """Return the point of a body at which a load with these values acts."""
+        name = values.get("point", self.pins.get(body, CENTER))
+        if name not in self.bodies[body].points:
+            return self.add_point(body, name, self.bodies[body].center)
+        return machine.BodyPoint(body, name)
+
+    def add_point(self, body: str, name: str, position: tuple[float, float]) -> machine.BodyPoint:
+        """Return a further point of a body, at `position` (m) in its frame."""
+        old_body = self.bodies[body]
+        self.bodies[body] = old_body._replace(points={**old_body.points, name: position})
+        return machine.BodyPoint(body, name)
+
+
+def make_loads(loads: tuple[case.Load, ...], load_points: LoadPoints) -> tuple:
+    """Return the loads as described in a machine."""
+    return tuple(_MAKERS[load.form](load, load_points) for load in loads)
+
+
+def _make_push(load: case.Load, load_points: LoadPoints) -> machine.Push:
+    values = load.values
+    force = (values.get("force.0", 0.0), values.get("force.1", 0.0))
+    return machine.Push(load.name, load_points.point_of_load(values["on"], values), *force, values.get("torque", 0.0))
+
+
+def _make_tabled_push(load: case.Load, load_points: LoadPoints) -> machine.TabledPush:
+    table = {name: np.array(column) for name, column in load.table.items()}
+    table_variable = "angle" if "crank_angle" in table else "time"
+    knots = table["crank_angle" if table_variable == "angle" else "time"]
+    columns = [table.get(name, np.zeros(knots.size)) for name in ("fx", "fy", "torque")]
+    if "pressure" in table:
+        force = 0.25 * math.pi * load.values["bore"] ** 2 * (table["pressure"] - load.values.get("ambient", 0.0))
+        direction = load.values.get("direction")
+        cosine, sine = (-1.0, 0.0) if direction is None else (math.cos(direction), math.sin(direction))
+        columns[:2] = [cosine * force, sine * force]
+    endpoint = load_points.point_of_load(load.values["on"], load.values)
+    return machine.TabledPush(load.name, endpoint, table_variable, knots, *columns, load.values["scale"])
+
+
+def _make_spring(load: case.Load, load_points: LoadPoints) -> machine.Spring:
+    values = load.values
+    anchor_point = load_points.add_point(
+        values["between.0"], f"anchor of {load.name}", (values["anchor.0"], values["anchor.1"])
+    )
+    second = load_points.point_of_load(values["between.1"], values)
+    return machine.Spring(
+        load.name, anchor_point, second, values["stiffness"], values["free_length"], values["damping"]
+    )
+
+
+def _make_rubbing(load: case.Load, load_points: LoadPoints) -> machine.Rubbing | machine.Braking:
+    given_size = next((size for size in SIZES if size in load.friction.values), "")
+    if given_size:
+        names = {given_size: "coefficient", f"static_{given_size}": "static_coefficient"}
+        values = {names.get(key, key): value for key, value in load.friction.values.items()}
+        friction_law = compile_law(
+            "friction", load.friction.law, load._replace(friction=load.friction._replace(values=values))
+        )
+        return machine.Braking(load.name, load.values["on"], friction_law)
+    friction_law = compile_law("friction", load.friction.law, load)
+    return machine.Rubbing(load.name, load.values["on"], friction_law, load.friction.values.get("radius", 0.0))
+
+
+def _make_preload(load: case.Load, load_points: LoadPoints) -> machine.Braking:
+    friction_law = compile_law("friction", load.friction.law, load)
+    return machine.Braking(load.name, load.values["on"], friction_law, load.values["radius"], load.values["preload"])
+
+
+_MAKERS = {
+    "preload": _make_preload,
+    "force": _make_push,
+    "table": _make_tabled_push,
+    "spring": _make_spring,
+    "friction": _make_rubbing,
+}

@@ -198,7 +198,7 @@ class Work(NamedTuple):
     onset_rates: np.ndarray  # (2^(1+b),) m/s, largest onset rate of these contacts
     control: ControlNumbers
     log: np.ndarray  # (LOG_ROWS, 5) events since the latest pause, see step.Event
-    guards: tuple  # coupling.guards.Guards
+    guards: tuple  # coupling.entries.Guards
     implicit: Implicit
     preconditioner: Preconditioner
     totals: tuple  # totals.Totals

@@ -52,9 +52,9 @@ def driver_sections(study: Study) -> list[Section]:
 
 
 def _deciding_column(study: Study) -> str:
-    """Return the column of the limit that decides; '' if that is the leading figure, or if no limit is the question."""
+    """Return the column of the limit that decides the designs; '' if that is the leading figure, or without limits."""
     answer = answer_of_study(study)
-    if answer["question"] not in ("limits", "seek") or not answer.get("designs"):
+    if not answer.get("designs"):
         return ""
     column = next((name for name in deciding_figures(answer) if study.has(name)), "")
     is_lead = any(column == joint.column(study.lead.figure) for joint in study.joints)

@@ -12,11 +12,9 @@ import numpy as np
 
 from ...language import phases
 from ...mechanics import observe
-from ...mechanics.coupling.guards import guards_of
+from ...mechanics.coupling.entries import guards_of, rates_of, stage_observables_of, sweep_of, wear_of, workspace_size
 from ...mechanics.coupling.rates import rates, samples_of, slopes_of
 from ...mechanics.coupling.state import every_state
-from ...mechanics.coupling.trial_step import rates_of, stage_observables_of, sweep_of
-from ...mechanics.coupling.wear import wear_of, workspace_size
 from ...mechanics.joints.contract import (
     Offsets,
     after_joint,

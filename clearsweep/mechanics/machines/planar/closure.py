@@ -12,10 +12,102 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import GROUND, BodyPoint, Guide, Machine, Slot, Stretch
+from ....contracts.machine import GROUND, BodyPoint, Braking, Guide, Initial, Machine, Rubbing, Slot, Spring, Stretch
+from ....tracing.compiled.choosing import rolled_range
 from ....tracing.compiled.direction import directions
+from ....tracing.compiled.family import Routine, shaped
 from . import constraints
-from .machine_states import Inverses, MachineStates, interpolate
+from .structure import ANGLE, SHIFT_X, SHIFT_Y
+
+# ---------------------------------------------------------------------------------------------- states
+
+
+class Inverses(NamedTuple):
+    """The inverses of the derivatives of the constraints by the coordinates; states may share them."""
+
+    matrices: np.ndarray  # (M, 3 bodies, rows)
+    index: np.ndarray  # (N,) int64, matrix of each state
+
+    def chosen(self, states: np.ndarray) -> "Inverses":
+        """Return the inverses of some states (N,)."""
+        return Inverses(self.matrices, self.index[states])
+
+    def replaced(self, where: np.ndarray, others: "Inverses") -> "Inverses":
+        """Return inverses of which those at a mask (N,) are `others`."""
+        index = self.index.copy()
+        index[where] = len(self.matrices) + others.index
+        return Inverses(np.concatenate([self.matrices, others.matrices]), index)
+
+    def multipliers(self, forces: np.ndarray) -> np.ndarray:
+        """Return the multipliers (N, rows) of the constraints for forces (N, 3 bodies) on the bodies."""
+        forces, out = np.require(forces, float, "CW"), np.empty_like(forces, order="C")
+        _write_multipliers((np.array(self.matrices.shape[:2]), self.matrices, self.index, forces, out), len(forces))
+        return out
+
+
+def _multipliers(settings, matrices, index, forces, multipliers, count):
+    """Multiply forces (count, n) by the transposed matrices (M, n, n) of an `index`; arrays are bare pointers.
+
+    settings : (2,) int64, M and n
+    """
+    settings = shaped(settings, (2,))
+    n = settings[1]
+    matrices, index = shaped(matrices, (settings[0], n, n)), shaped(index, (count,))
+    forces, multipliers = shaped(forces, (count, n)), shaped(multipliers, (count, n))
+    for k in rolled_range(count):
+        for row in rolled_range(n):
+            multipliers[k, row] = 0.0
+        for i in rolled_range(n):
+            force = forces[k, i]
+            for row in rolled_range(n):
+                multipliers[k, row] += matrices[index[k], i, row] * force
+
+
+_write_multipliers = Routine(_multipliers, "ififf")
+
+
+class MachineStates(NamedTuple):
+    """The ideal machine at N crank angles; q : x, y (m), angle (rad) of moving bodies."""
+
+    angles: np.ndarray  # (N,) rad
+    q: np.ndarray  # (N, 3 bodies)
+    derivative: np.ndarray  # of q by the crank's angle
+    second_derivative: np.ndarray
+    inverse: Inverses | None = None  # of states that were closed
+
+
+def interpolate(stations: MachineStates, angles: np.ndarray) -> MachineStates:
+    """Return the states at crank angles (N,) rad by quintic interpolation between those at stations."""
+    step = 2.0 * math.pi / (len(stations.angles) - 1)
+    revolutions = np.floor((angles - stations.angles[0]) / (2.0 * math.pi))
+    position = (angles - stations.angles[0] - 2.0 * math.pi * revolutions) / step
+    index = np.minimum(position.astype(int), len(stations.angles) - 2)
+    t = (position - index)[:, None]
+    f0, d0, s0, f1, d1, s1 = (
+        array[index + i] for i in (0, 1) for array in (stations.q, stations.derivative, stations.second_derivative)
+    )
+    d0, d1, s0, s1 = step * d0, step * d1, step * step * s0, step * step * s1
+    value_defect, slope_defect, curvature_defect = f1 - f0 - d0 - 0.5 * s0, d1 - d0 - s0, s1 - s0
+    a, b, c = (
+        10 * value_defect - 4 * slope_defect + 0.5 * curvature_defect,
+        -15 * value_defect + 7 * slope_defect - curvature_defect,
+        6 * value_defect - 3 * slope_defect + 0.5 * curvature_defect,
+    )
+    growth = growth_per_revolution(stations)
+    q = f0 + t * (d0 + t * (0.5 * s0 + t * (a + t * (b + t * c)))) + revolutions[:, None] * growth
+    slope = (d0 + t * (s0 + t * (3 * a + t * (4 * b + t * 5 * c)))) / step
+    return MachineStates(angles, q, slope, (s0 + t * (6 * a + t * (12 * b + t * 20 * c))) / step**2)
+
+
+def growth_per_revolution(stations: MachineStates) -> np.ndarray:
+    """Return the growth of the coordinates in each revolution; only angles of rotating bodies grow."""
+    growth: np.ndarray = stations.q[-1] - stations.q[0]
+    growth[0::3] = growth[1::3] = 0.0
+    return growth
+
+
+# ---------------------------------------------------------------------------------------------- closed loops
+
 
 STATIONS = 720  # of a revolution, at which the machine is closed
 FIRST_STATIONS = 24  # of them, closed in sequence; interpolation between these gives guesses for the others
@@ -390,3 +482,49 @@ def extent(body) -> float:
     """Return the largest distance (m) between two points of a body, its centre of mass among them."""
     points = np.array([body.center, *body.points.values()])
     return float(np.max(np.hypot(*(points[:, None] - points[None]).T)))
+
+
+# ---------------------------------------------------------------------------------------------- free bodies
+
+
+def without_free_bodies(machine: Machine) -> Machine:
+    """Return a machine without the free bodies that its joints do not determine; raise MobilityError.
+
+    A free body has a given initial state.  Its joints and the loads on it are also removed.
+    """
+    free = {name for name, body in machine.bodies.items() if body.initial is not None}
+    if not free or _constraints(machine) == 3 * (len(machine.bodies) - 1):
+        return machine
+    if machine.aim.body in free:
+        raise MobilityError(
+            f"the output cannot be the free body {machine.aim.body!r}: without clearance its motion is undetermined; "
+            "choose a body whose motion ideal joints determine, such as the driven body"
+        )
+    joints = tuple(j for j in machine.joints if not free & {j.proximal.body, j.distal.body})
+    names = {joint.name for joint in joints}
+    loads = tuple(load for load in machine.loads if not free & _bodies_of(load) and names >= _joints_of(load))
+    bodies = {name: body for name, body in machine.bodies.items() if name not in free}
+    return machine._replace(bodies=bodies, joints=joints, loads=loads)
+
+
+def _constraints(machine: Machine) -> int:
+    """Return the number of equations of joints and drive, with springs at rest."""
+    return 1 + sum({Slot: 1, Stretch: 3}.get(type(joint), 2) for joint in machine.joints)
+
+
+def _bodies_of(load: Any) -> set[str]:
+    """Return the bodies that a load acts on; for friction in a joint, those of the joint."""
+    if isinstance(load, Rubbing | Braking):
+        return set()
+    return {load.first.body, load.second.body} if isinstance(load, Spring) else {load.at.body}
+
+
+def _joints_of(load: Any) -> set[str]:
+    return {load.joint} if isinstance(load, Rubbing | Braking) else set()
+
+
+def initial_coordinate(initial: Initial, kind: int) -> tuple[float, float]:
+    """Return the initial coordinate of a free body and its rate."""
+    return {ANGLE: (initial.angle, initial.rate), SHIFT_X: (initial.x, initial.vx), SHIFT_Y: (initial.y, initial.vy)}[
+        kind
+    ]

@@ -1,15 +1,35 @@
-"""Formulas for the observables of a planar machine: gaps, energy, output and time histories."""
+"""The equations of a planar machine: its observables, and members of the families of `contract`."""
 
 import operator
 
+from ....tracing.compiled.family import known
 from ....tracing.compiled.formulas import Expr, Program, sum_of
 from ...joints.dry import Gap
 from ...joints.guide import GuideGap
+from ..contract import (
+    accelerate,
+    body_angles,
+    crank_rate,
+    describe,
+    energy,
+    friction_laws,
+    friction_powers,
+    friction_slips,
+    gaps,
+    impact_masses,
+    load_power,
+    output_error,
+    pose_at,
+    with_friction_laws,
+)
 from ..programs import generated
-from .expressions import PlaneVector, vector_of
-from .kinematics import Bodies
-from .machine_type import MachineType, machine_type
-from .spanning_tree import TRAVEL, Coordinate
+from .dynamics import accelerate_with_friction, friction_powers_of, friction_slips_of, impact_masses_of, motion_of
+from .form import FRICTION_LOADS, Planar, evaluate_cycle
+from .kinematics import Bodies, PlaneVector, vector_of
+from .pose import pose_of
+from .structure import TRAVEL, Coordinate, MachineType, machine_type
+
+# ---------------------------------------------------------------------------------------------- observables
 
 
 @generated(machine_type)
@@ -125,3 +145,102 @@ def _output_motion(bodies: Bodies) -> tuple[Expr, Expr]:
     path, axis = bodies.path_to(body, vector_of(point, aim.point)), vector_of(direction, aim.direction)
     velocity = bodies.velocity(path)
     return bodies.position(path).dot(axis), velocity.dot(axis)
+
+
+# ---------------------------------------------------------------------------------------------- members of families
+
+
+@pose_at.member(Planar)
+def _pose_at_planar(mechanism, y):
+    return pose_of(mechanism, y)
+
+
+@gaps.member(Planar)
+def _gaps_planar(mechanism, pose):
+    return gaps_of(mechanism, pose)
+
+
+@accelerate.member(Planar)
+def _accelerate_planar(mechanism, pose, loads):
+    if friction_laws(mechanism):
+        return accelerate_with_friction(mechanism, pose, loads)
+    return motion_of(mechanism, pose, loads)
+
+
+@impact_masses.member(Planar)
+def _impact_masses_planar(mechanism, pose, joint_gaps):
+    return impact_masses_of(mechanism, pose, joint_gaps)
+
+
+@energy.member(Planar)
+def _energy_planar(mechanism, pose):
+    return energy_of(mechanism, pose)
+
+
+@crank_rate.member(Planar)
+def _crank_rate_planar(mechanism, pose, nominal):
+    return crank_rate_of(mechanism, pose)
+
+
+@load_power.member(Planar)
+def _load_power_planar(mechanism, motion):
+    powers = friction_powers_of(motion)
+    total = powers[0] if powers else 0.0
+    for i in range(1, len(powers)):
+        total = total + powers[i]
+    return total
+
+
+@friction_laws.member(Planar)
+def _friction_laws_planar(mechanism):
+    return _friction_laws_of(mechanism)
+
+
+@known
+def _friction_laws_of(mechanism):
+    return tuple(load.friction for load in mechanism.loads if isinstance(load, FRICTION_LOADS))
+
+
+@with_friction_laws.member(Planar)
+def _with_friction_laws_planar(mechanism, laws):
+    return _with_friction_laws(mechanism, laws)
+
+
+@known
+def _with_friction_laws(mechanism, laws):
+    remaining = iter(laws)
+    loads = (
+        load._replace(friction=next(remaining)) if isinstance(load, FRICTION_LOADS) else load
+        for load in mechanism.loads
+    )
+    return mechanism._replace(loads=tuple(loads))
+
+
+@friction_slips.member(Planar)
+def _friction_slips_planar(mechanism, motion):
+    return friction_slips_of(motion)
+
+
+@friction_powers.member(Planar)
+def _friction_powers_planar(mechanism, motion):
+    return friction_powers_of(motion)
+
+
+@body_angles.member(Planar)
+def _body_angles_planar(mechanism, y):
+    return body_angles_of(mechanism, pose_of(mechanism, y))
+
+
+@output_error.member(Planar)
+def _output_error_planar(mechanism, pose):
+    output, output_rate, angle, rate = output_and_crank_of(mechanism, pose)
+    ideal_output, slope = evaluate_cycle(mechanism.cycle, 0, angle)
+    return output - ideal_output, output_rate - slope * rate
+
+
+@describe.member(Planar)
+def _describe_planar(mechanism, y, pose, motion, out):
+    values = histories_of(mechanism, pose, motion)
+    for i in range(len(values)):
+        out[i] = values[i]
+    return len(values)

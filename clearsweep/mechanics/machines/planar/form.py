@@ -5,7 +5,18 @@ measured from the centre of mass of their body in its own frame, and those on it
 their own, which avoids multiplications by zero.
 """
 
+import math
+from collections.abc import Callable
 from typing import NamedTuple
+
+import numpy as np
+
+from ....contracts.machine import Braking, Constant, Motor, Push, Rubbing, Schedule, Spring, TabledPush
+from ....tracing.compiled.dual import plain
+from ....tracing.compiled.family import family, kernel
+from ....tracing.compiled.pinned import ArrayHandle, array_handle, load_item, row_of
+
+# -------------------------------------------------------------------------------------------- bodies, joints and output
 
 
 class Mass(NamedTuple):
@@ -121,3 +132,361 @@ def compile_point(x: float, y: float) -> tuple:
 def compile_direction(x: float, y: float) -> tuple:
     """Return a unit vector in the form without zeros."""
     return AlongX() if (x, y) == (1.0, 0.0) else Along(x, y)
+
+
+# ---------------------------------------------------------------------------------------------- the pose
+
+
+class Orientation(NamedTuple):
+    """Orientation of the bodies in a group."""
+
+    c: float  # cosine of their angle
+    s: float
+    angle: float  # rad
+    rate: float  # rad/s
+
+
+class Pose(NamedTuple):
+    """Positions and velocities of the bodies."""
+
+    orientations: tuple  # an Orientation for each group except the ground's
+    travels: tuple  # (m, m/s) along each guide of the tree
+    roots: tuple  # (x m, y m, vx m/s, vy m/s) of each floating body's centre of mass
+    time: float  # s
+
+
+# ---------------------------------------------------------------------------------------------- the ideal machine
+
+# Compiled tables of the ideal machine's motion over a revolution of its crank.
+#
+# Between stations a polynomial of degree five matches values and two derivatives at both ends; with 720
+# stations this is as accurate as the stations themselves.
+
+
+WIDTH = 3  # numbers at a station: value and its first two derivatives by the crank's angle
+
+
+class Cycle(NamedTuple):
+    """Quantities over a revolution: columns of (value, derivative, second derivative) at equidistant stations."""
+
+    table: float  # address of (stations + 1, columns, WIDTH) numbers
+    stations: float
+    columns: float
+    start: float  # rad, crank's angle at the first station
+
+
+class BranchingCycle(NamedTuple):
+    """The Cycle of a machine whose loops pass change points; further columns are derivatives of those of its loops."""
+
+    table: float
+    stations: float
+    columns: float
+    start: float
+
+
+def make_cycle(
+    columns: list[tuple[np.ndarray, np.ndarray, np.ndarray]], start: float, form: type = Cycle
+) -> Cycle | BranchingCycle:
+    """Return the Cycle of quantities, each given with its derivatives at all stations."""
+    table = np.array([list(column) for column in columns]).transpose(2, 0, 1)  # (stations + 1, columns, WIDTH)
+    return form(array_handle(table), float(table.shape[0] - 1), float(table.shape[1]), start)
+
+
+@kernel
+def evaluate_cycle(cycle, column, angle):
+    """Return value and derivative of a column of a Cycle at a crank angle (rad), continuous over revolutions."""
+    stations, columns = int(cycle.stations), int(cycle.columns)
+    revolutions = (angle - cycle.start) * (0.5 / math.pi)
+    turns = math.floor(revolutions)
+    position = (revolutions - turns) * stations
+    station = min(max(int(position), 0), stations - 1)  # the angle of a trial step may be enormous
+    t, h = position - station, 2.0 * math.pi / stations
+    start_offset = WIDTH * (columns * station + column)
+    end_offset = start_offset + WIDTH * columns
+    f0, d0, s0 = (
+        load_item(cycle.table, start_offset),
+        h * load_item(cycle.table, start_offset + 1),
+        h * h * load_item(cycle.table, start_offset + 2),
+    )
+    f1, d1, s1 = (
+        load_item(cycle.table, end_offset),
+        h * load_item(cycle.table, end_offset + 1),
+        h * h * load_item(cycle.table, end_offset + 2),
+    )
+    value_defect = f1 - f0 - d0 - 0.5 * s0
+    slope_defect, slope_change = d1 - d0 - s0, s1 - s0
+    a3, a4 = (
+        10.0 * value_defect - 4.0 * slope_defect + 0.5 * slope_change,
+        -15.0 * value_defect + 7.0 * slope_defect - slope_change,
+    )
+    a5 = 6.0 * value_defect - 3.0 * slope_defect + 0.5 * slope_change
+    value = f0 + t * (d0 + t * (0.5 * s0 + t * (a3 + t * (a4 + t * a5))))
+    slope = d0 + t * (s0 + t * (3.0 * a3 + t * (4.0 * a4 + t * 5.0 * a5)))
+    first_offset, last_offset = WIDTH * column, WIDTH * (columns * stations + column)
+    growth = load_item(cycle.table, last_offset) - load_item(cycle.table, first_offset)
+    return value + growth * turns, slope / h
+
+
+# ---------------------------------------------------------------------------------------------- drives
+
+
+_SPEED_WIDTH = 4  # numbers in a row of a speed table: time, angle, speed, acceleration
+
+
+class Steady(NamedTuple):
+    """A constant speed."""
+
+    speed: float  # rad/s
+    start: float  # rad
+
+
+class Scheduled(NamedTuple):
+    """A speed from a table, linear between its rows, so that the angle is quadratic."""
+
+    table: float  # address of (rows, 4): s, rad, rad/s, rad/s^2
+    row_count: float
+
+
+class Free(NamedTuple):
+    """A torque that decreases linearly with speed; the crank's angle is a coordinate."""
+
+    torque: float  # N m, at rest
+    slope: float  # N m s, decrease of torque per rad/s
+
+
+@family
+def drive_motion(drive, time):
+    """Return angle (rad), rate (rad/s) and angular acceleration (rad/s^2) of a driven crank at `time` (s)."""
+
+
+@drive_motion.member(Steady)
+def _drive_motion_steady(drive, time):
+    return drive.speed * time + drive.start, drive.speed, 0.0
+
+
+@drive_motion.member(Scheduled)
+def _drive_motion_scheduled(drive, time):
+    row = row_of(drive.table, _SPEED_WIDTH, int(drive.row_count), plain(time))
+    elapsed, speed = time - load_item(drive.table, row), load_item(drive.table, row + 2)
+    acceleration = load_item(drive.table, row + 3)
+    angle = load_item(drive.table, row + 1) + elapsed * (speed + 0.5 * acceleration * elapsed)
+    return angle, speed + acceleration * elapsed, acceleration
+
+
+@family
+def torque_at(drive, rate):
+    """Return the torque (N m) on a free crank that turns at `rate` (rad/s)."""
+
+
+@torque_at.member(Free)
+def _torque_at_free(drive, rate):
+    return drive.torque - drive.slope * rate
+
+
+def compile_drive(drive: Constant | Schedule | Motor) -> tuple:
+    """Return the compiled form of a drive."""
+    if isinstance(drive, Constant):
+        return Steady(drive.speed, drive.start_angle)
+    if isinstance(drive, Schedule):
+        table = schedule_table(drive)
+        return Scheduled(array_handle(table), float(len(table)))
+    return Free(
+        drive.stall_torque, 0.0 if math.isinf(drive.no_load_speed) else drive.stall_torque / drive.no_load_speed
+    )
+
+
+def schedule_table(drive: Schedule) -> np.ndarray:
+    """Return a speed table as (rows, 4): time (s), angle (rad), speed (rad/s), acceleration (rad/s^2) after the row.
+
+    The speed is constant before the first row and after the last; the angle is `start_angle` at time 0.
+    """
+    times, speeds = np.asarray(drive.times, dtype=float), np.asarray(drive.speeds, dtype=float)
+    if times[0] > 0.0:
+        times, speeds = np.append(0.0, times), np.append(speeds[0], speeds)
+    steps = np.diff(times)
+    angles = np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * steps))
+    accelerations = np.append(np.diff(speeds) / steps, 0.0)
+    table = np.stack([times, angles, speeds, accelerations], -1)
+    row_time, angle, speed, acceleration = table[max(int(np.searchsorted(times, 0.0, side="right")) - 1, 0)]
+    table[:, 1] += drive.start_angle - (angle - row_time * (speed - 0.5 * acceleration * row_time))
+    return table
+
+
+def scheduled_passage(drive: Schedule, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return time (s), speed (rad/s) and acceleration (rad/s^2) when the crank reaches `angles` (rad)."""
+    table = schedule_table(drive)
+    row = table[np.clip(np.searchsorted(table[:, 1], angles, side="right") - 1, 0, len(table) - 1)]
+    travel, speed, acceleration = angles - row[:, 1], row[:, 2], row[:, 3]
+    end_speed = np.sqrt(np.maximum(speed**2 + 2.0 * acceleration * travel, 0.0))
+    elapsed = np.where(travel == 0.0, 0.0, 2.0 * travel / np.where(speed + end_speed == 0.0, 1.0, speed + end_speed))
+    return row[:, 0] + elapsed, end_speed, acceleration
+
+
+# ---------------------------------------------------------------------------------------------- loads
+
+
+_QUANTITIES = 3  # quantities in a table: force x, y, torque
+_POWERS = 4  # coefficients of the polynomials between its rows
+_LOAD_WIDTH = 1 + _QUANTITIES * _POWERS  # numbers in a row: knot, then the polynomials after it
+
+
+class PushLoad(NamedTuple):
+    """A constant force and torque on a body."""
+
+    body: tuple  # number
+    point: tuple  # point
+    fx: float  # N
+    fy: float
+    torque: float  # N m
+
+
+class Table(NamedTuple):
+    """Table of force and torque."""
+
+    table: ArrayHandle  # address of (rows, _LOAD_WIDTH) numbers
+    row_count: float
+    span: float  # rad, period; 0: constant beyond its ends
+
+
+class AngleTableLoad(NamedTuple):
+    """A force and torque on a body that depend on the angle of the crank."""
+
+    body: tuple
+    point: tuple
+    table: Table
+
+
+class TimeTableLoad(NamedTuple):
+    """A force and torque on a body that depend on time."""
+
+    body: tuple
+    point: tuple
+    table: Table
+
+
+class SpringLoad(NamedTuple):
+    """A spring and damper between two points."""
+
+    first: tuple  # number of the body
+    near: tuple  # point
+    second: tuple
+    far: tuple
+    stiffness: float  # N/m
+    free_length: float  # m
+    damping: float  # N s/m
+
+
+class JointFriction(NamedTuple):
+    """Friction in a joint without clearance."""
+
+    joint: tuple  # number
+    friction: tuple  # of a friction law
+    radius: float  # m, of a pin
+
+
+class GivenFriction(NamedTuple):
+    """Friction of a given size in a joint."""
+
+    joint: tuple  # number
+    friction: tuple  # of a friction law
+    radius: float  # m
+    normal: float  # N
+
+
+FRICTION_LOADS = (JointFriction, GivenFriction)
+
+
+@kernel
+def table_values(table, argument):
+    """Return force x, y (N) and torque (N m) of a Table at an angle (rad) or time (s)."""
+    row_count = int(table.row_count)
+    first_knot, last_knot = load_item(table.table, 0), load_item(table.table, _LOAD_WIDTH * (row_count - 1))
+    plain_argument = plain(argument)
+    shift = table.span * math.floor((plain_argument - first_knot) / table.span) if table.span > 0.0 else 0.0
+    plain_argument = min(max(plain_argument - shift, first_knot), last_knot)
+    row = row_of(table.table, _LOAD_WIDTH, row_count - 1, plain_argument)
+    remaining = argument - (shift + load_item(table.table, row))
+    if table.span == 0.0 and (plain(argument) < first_knot or plain(argument) > last_knot):
+        remaining = 0.0 * remaining + (plain_argument - load_item(table.table, row))
+    return (
+        _polynomial(table.table, row + 1, remaining),
+        _polynomial(table.table, row + 1 + _POWERS, remaining),
+        _polynomial(table.table, row + 1 + 2 * _POWERS, remaining),
+    )
+
+
+@kernel
+def _polynomial(table, index, x):
+    """Return the value of the cubic whose coefficients, highest power first, begin at `index`."""
+    value = load_item(table, index) * x + load_item(table, index + 1)
+    return (value * x + load_item(table, index + 2)) * x + load_item(table, index + 3)
+
+
+def compile_table(load: TabledPush) -> Table:
+    """Return a table in compiled form: monotone cubics (PCHIP, Fritsch & Carlson 1980) between its rows."""
+    from scipy.interpolate import PchipInterpolator
+
+    knots = np.asarray(load.knots, dtype=float)
+    columns = load.scale * np.stack([load.fx, load.fy, load.torque], -1)
+    is_periodic = load.over == "angle"
+    coefficients = _periodic(knots, columns) if is_periodic else PchipInterpolator(knots, columns).c
+    rows = np.zeros((len(knots), _LOAD_WIDTH))
+    rows[:, 0] = knots
+    rows[:-1, 1:] = coefficients.transpose(1, 2, 0).reshape(len(knots) - 1, -1)
+    rows[-1, _POWERS::_POWERS] = columns[-1]
+    return Table(array_handle(rows), float(len(knots)), float(knots[-1] - knots[0]) if is_periodic else 0.0)
+
+
+def _periodic(knots: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return the coefficients (4, rows - 1, 3) of monotone cubics whose slopes agree at both ends."""
+    from scipy.interpolate import PchipInterpolator
+
+    span, overlap = knots[-1] - knots[0], min(2, len(knots) - 1)
+    extended = np.concatenate([knots[-1 - overlap : -1] - span, knots, knots[1 : 1 + overlap] + span])
+    values = np.concatenate([columns[-1 - overlap : -1], columns, columns[1 : 1 + overlap]])
+    return PchipInterpolator(extended, values).c[:, overlap : overlap + len(knots) - 1]
+
+
+def evaluate_table(table: Table, argument: np.ndarray) -> np.ndarray:
+    """Return force x, y (N) and torque (N m) of a Table at angles (N,) rad or times (N,) s."""
+    rows = table.table.array.reshape(-1, _LOAD_WIDTH)
+    first_knot, last_knot = rows[0, 0], rows[-1, 0]
+    within_span = (
+        first_knot + np.remainder(argument - first_knot, table.span)
+        if table.span > 0.0
+        else np.clip(argument, first_knot, last_knot)
+    )
+    row = rows[np.clip(np.searchsorted(rows[:, 0], within_span, side="right") - 1, 0, len(rows) - 2)]
+    remaining, coefficients = (within_span - row[:, 0])[:, None], row[:, 1:].reshape(-1, _QUANTITIES, _POWERS)
+    return (
+        (coefficients[..., 0] * remaining + coefficients[..., 1]) * remaining + coefficients[..., 2]
+    ) * remaining + coefficients[..., 3]
+
+
+def compile_loads(loads: tuple, locate_point: Callable, joint_number: Callable) -> tuple:
+    """Return the compiled forms of loads.
+
+    locate_point : At -> number of the body and compiled point; joint_number : name of a joint -> its number.
+    """
+    compiled_loads: list = []
+    for load in loads:
+        if isinstance(load, Push):
+            compiled_loads.append(PushLoad(*locate_point(load.at), load.fx, load.fy, load.torque))
+        elif isinstance(load, TabledPush):
+            table_type = AngleTableLoad if load.over == "angle" else TimeTableLoad
+            compiled_loads.append(table_type(*locate_point(load.at), compile_table(load)))
+        elif isinstance(load, Spring):
+            endpoints = (*locate_point(load.first), *locate_point(load.second))
+            compiled_loads.append(SpringLoad(*endpoints, load.stiffness, load.free_length, load.damping))
+        elif isinstance(load, Rubbing):
+            compiled_loads.append(JointFriction(joint_number(load.joint), load.friction, load.radius))
+        elif isinstance(load, Braking):
+            compiled_loads.append(GivenFriction(joint_number(load.joint), load.friction, load.radius, load.normal))
+    return tuple(compiled_loads)
+
+
+def discontinuity_times_of(load: Push | TabledPush | Spring) -> list[float]:
+    """Return the times (s) at which the slope of a load jumps: both ends of a table over time."""
+    if isinstance(load, TabledPush) and load.over == "time":
+        return [float(load.knots[0]), float(load.knots[-1])]
+    return []

@@ -4,7 +4,7 @@ import functools
 import math
 import pickle
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -29,15 +29,94 @@ from ....tracing.compiled.direction import directions
 from ....tracing.compiled.family import Identity
 from ...laws.friction import friction_force, friction_in_pin, without_history
 from ..contract import IdealMotion
-from .closure import STATIONS, Closure
-from .drive import compile_drive, scheduled_passage, torque_at
-from .form import Mass, Segment
-from .free_bodies import initial_coordinate, without_free_bodies
+from .closure import (
+    STATIONS,
+    Closure,
+    MachineStates,
+    growth_per_revolution,
+    initial_coordinate,
+    interpolate,
+    without_free_bodies,
+)
+from .form import Mass, Segment, compile_drive, compile_table, evaluate_table, scheduled_passage, torque_at
 from .free_crank import CrankPassage
-from .loads import compile_table, evaluate_table
-from .machine_states import MachineStates, interpolate
-from .spanning_tree import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
-from .stations import AlwaysEqual, geometry_of, stations_of
+from .structure import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
+
+# ---------------------------------------------------------------------------------------------- stations
+
+# Stations of a revolution at which an ideal machine is closed; quantities of its geometry alone are stored for them.
+#
+# A position repeats with every revolution of the crank, so angles at stations of later revolutions need no new closure.
+
+
+ROUNDINGS = 4.0  # roundings of an angle, by which it may differ from that of a station
+
+
+class AlwaysEqual:
+    """A value that equals any other, so a cache finds results by the other parts of a key."""
+
+    def __init__(self, value: Any):
+        self.value = value
+
+    def __eq__(self, other_value: object) -> bool:
+        return isinstance(other_value, AlwaysEqual)
+
+    def __hash__(self) -> int:
+        return 0
+
+
+class Stations:
+    """The states of a machine over a revolution."""
+
+    def __init__(self, closure: Closure, start: float):
+        self.states = closure.close_revolution(start)
+
+    def states_at(self, angles: np.ndarray, close: Callable[[np.ndarray], MachineStates]) -> MachineStates:
+        """Return the machine at crank angles (N,) rad; `close` computes those that are not stations."""
+        station, revolutions, off_station = self._nearest_stations(angles)
+        q = self.states.q[station] + revolutions[:, None] * growth_per_revolution(self.states)
+        inverses = self.states.inverse
+        assert inverses is not None  # of stations
+        states = MachineStates(
+            angles, q, self.states.derivative[station], self.states.second_derivative[station], inverses.chosen(station)
+        )
+        if not off_station.any():
+            return states
+        closed = close(angles[off_station])
+        for values, computed in zip(states[1:4], closed[1:4], strict=True):
+            values[off_station] = computed
+        return states._replace(inverse=states.inverse.replaced(off_station, closed.inverse))
+
+    def _nearest_stations(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return the stations (N,) nearest to angles (N,) rad, revolutions before them, and a mask of other angles."""
+        start, step = self.states.angles[0], 2.0 * math.pi / STATIONS
+        nearest_station = np.rint((angles - start) / step)
+        off_station = np.abs(start + nearest_station * step - angles) > ROUNDINGS * np.spacing(np.max(np.abs(angles)))
+        revolutions = np.floor(nearest_station / STATIONS)
+        return (nearest_station - STATIONS * revolutions).astype(int), revolutions, off_station
+
+
+def stations_of(machine: Machine) -> Stations:
+    """Return the Stations of a machine; cases that differ in masses and loads share them."""
+    return _shared_stations(geometry_of(machine), AlwaysEqual(machine))
+
+
+def geometry_of(machine: Machine) -> bytes:
+    """Return the key of everything that determines the positions of a machine, without masses, loads and speeds."""
+    bodies = {name: (tuple(body.center), dict(body.points), body.initial) for name, body in machine.bodies.items()}
+    joints = [
+        joint._replace(stiffness=0.0, damping=0.0) if isinstance(joint, Stretch) else joint for joint in machine.joints
+    ]
+    return pickle.dumps((bodies, joints, machine.driven, dict(machine.start), machine.drive.start_angle))
+
+
+@functools.lru_cache(maxsize=64)
+def _shared_stations(key: bytes, machine: AlwaysEqual) -> Stations:
+    return Stations(Closure(machine.value), machine.value.drive.start_angle)
+
+
+# ---------------------------------------------------------------------------------------------- motion and forces
+
 
 LARGEST_BLOCK = 2 * STATIONS  # angles evaluated together: larger arrays would be new memory each time
 SWEEPS = 200  # iterations over reactions and the friction that they cause
@@ -401,3 +480,74 @@ def machine_key(machine: Machine) -> bytes:
 @functools.lru_cache(maxsize=256)
 def _pickled(machine: Identity) -> bytes:
     return pickle.dumps(machine.value)
+
+
+# ------------------------------------------------------------------------------------- reactions of a machine in motion
+
+# Forces in the joints without clearance of a planar machine in motion, from the accelerations of its bodies.
+#
+# The joints with clearance act as loads of known size.  The forces in the other joints are the multipliers of their
+# constraints (Haug 1989, "Computer Aided Kinematics and Dynamics", chapter 6): J^T f = applied - M a.
+
+
+class JointForce(NamedTuple):
+    """Force and moment on the distal body of a joint with clearance; the proximal body has the opposite force."""
+
+    force: np.ndarray  # (N, 2) N, at the joint's point
+    couple_distal: np.ndarray  # (N,) N m, besides
+    couple_proximal: np.ndarray
+
+
+class Motion(NamedTuple):
+    """The moving bodies of a machine at N times, in the order of the machine: x, y (m) and angle (rad) of each."""
+
+    time: np.ndarray  # (N,) s
+    crank_angle: np.ndarray  # (N,) rad, from the start angle on
+    q: np.ndarray  # (N, 3 bodies)
+    rates: np.ndarray
+    accelerations: np.ndarray
+
+
+class Reactions(NamedTuple):
+    """Forces and couples in the joints without clearance."""
+
+    forces: dict[str, np.ndarray]  # joint -> (N, 2) N, on its distal body
+    couples: dict[str, np.ndarray]  # guide -> (N,) N m, on its distal body about the joint's point
+    torque: np.ndarray  # (N,) N m, of the drive on the crank
+
+
+def reactions(machine: Machine, motion: Motion, open_joint_forces: Mapping[str, JointForce]) -> Reactions:
+    """Return forces and couples of the joints without clearance, and the torque of the drive."""
+    ideal_machine = ideal_of(machine)
+    closure, joints = ideal_machine.closure, ideal_machine.machine.joints
+    states = MachineStates(motion.crank_angle, motion.q, motion.rates, motion.accelerations)
+    ones = np.ones(len(motion.time))  # derivatives by time instead of those by the crank's angle
+    applied = ideal_machine.applied_forces(states, ones, motion.time) - ideal_machine.inertia * motion.accelerations
+    given_forces = {name: joint_force.force for name, joint_force in open_joint_forces.items()}
+    for joint in joints:
+        if joint.name in open_joint_forces:
+            force, on_distal, on_proximal = open_joint_forces[joint.name]
+            ideal_machine.add_force(applied, states, joint.distal, force, on_distal)
+            ideal_machine.add_force(applied, states, joint.proximal, -force, on_proximal)
+    row_ranges = list(zip(joints, closure.first_rows, closure.first_rows[1:], strict=False))
+    is_closed_row = np.ones(closure.rows, bool)
+    for joint, begin, end in row_ranges:
+        is_closed_row[begin:end] = joint.name not in open_joint_forces
+    jacobian = closure.evaluate(states.q, states.angles)[1][:, is_closed_row]
+    inverse = np.linalg.pinv(np.swapaxes(jacobian, 1, 2))
+
+    def solve(friction_forces):
+        multipliers = np.zeros((len(ones), closure.rows))
+        multipliers[:, is_closed_row] = np.einsum("nij,nj->ni", inverse, applied + friction_forces)
+        forces = {
+            joint.name: ideal_machine.reaction_of(joint, states, multipliers[:, begin:end])
+            for joint, begin, end in row_ranges
+            if joint.name not in open_joint_forces
+        }
+        return forces | given_forces, forces, multipliers
+
+    _, forces, multipliers = ideal_machine.with_friction(states, ones, solve)
+    couples = {joint.name: -multipliers[:, begin] for joint, begin, _ in row_ranges if isinstance(joint, Guide)}
+    return Reactions(
+        forces, {name: joint_force for name, joint_force in couples.items() if name in forces}, -multipliers[:, -1]
+    )

@@ -8,19 +8,88 @@ so its derivative by the angle of g is R_g p_g turned by 90 degrees, and its acc
 is -omega_g^2 R_g p_g + 2 omega_g x (velocity of the runs).
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
+from dataclasses import dataclass
 from typing import NamedTuple
 
 from ....tracing.compiled import calculus as math
 from ....tracing.compiled.choosing import where
 from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import inlined
-from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program
-from .cycle import evaluate_cycle
-from .expressions import NO_VECTOR, PlaneVector, vector_of, vector_sum
-from .loads import AngleTableLoad, PushLoad, SpringLoad, table_values
-from .machine_type import LoadKind, MachineType
-from .spanning_tree import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
+from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program, sum_of
+from .form import AlongX, AngleTableLoad, Centre, OnAxis, PushLoad, SpringLoad, evaluate_cycle, table_values
+from .structure import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate, LoadKind, MachineType
+
+# ---------------------------------------------------------------------------------------------- vectors
+
+
+@dataclass(frozen=True)
+class PlaneVector:
+    """A vector in the plane, of the numbers of a program."""
+
+    x: Expr
+    y: Expr
+
+    def __iter__(self) -> Iterator[Expr]:
+        return iter((self.x, self.y))
+
+    def __neg__(self) -> "PlaneVector":
+        return PlaneVector(-self.x, -self.y)
+
+    def __add__(self, other: "PlaneVector") -> "PlaneVector":
+        return vector_sum((self, other))
+
+    def __sub__(self, other: "PlaneVector") -> "PlaneVector":
+        return vector_sum((self, -other))
+
+    def __rmul__(self, factor: Expr) -> "PlaneVector":
+        return PlaneVector(factor * self.x, factor * self.y)
+
+    def dot(self, other: "PlaneVector") -> Expr:
+        """Return the scalar product."""
+        return sum_of(self.products(other))
+
+    def products(self, other: "PlaneVector") -> tuple[Expr, Expr]:
+        """Return the two terms of the scalar product."""
+        return self.x * other.x, self.y * other.y
+
+    def cross(self, other: "PlaneVector") -> Expr:
+        """Return the component of the vector product normal to the plane."""
+        return self.x * other.y - self.y * other.x
+
+    def left(self) -> "PlaneVector":
+        """Return the vector rotated by 90 degrees, counter-clockwise."""
+        return PlaneVector(-self.y, self.x)
+
+    def rotated(self, cosine: Expr, sine: Expr) -> "PlaneVector":
+        """Return the vector rotated by the angle of this cosine and sine."""
+        return PlaneVector(cosine * self.x - sine * self.y, sine * self.x + cosine * self.y)
+
+    def assigned(self) -> "PlaneVector":
+        """Return the vector with its components in variables."""
+        return PlaneVector(self.x.assigned(), self.y.assigned())
+
+
+NO_VECTOR = PlaneVector(ZERO, ZERO)
+
+
+def vector_sum(vectors: Iterable[PlaneVector]) -> PlaneVector:
+    """Return the sum of vectors, its components in variables."""
+    present_vectors = list(vectors)
+    return PlaneVector(sum_of(v.x for v in present_vectors), sum_of(v.y for v in present_vectors))
+
+
+def vector_of(form: type | None, value: Expr) -> PlaneVector:
+    """Return a point or direction of the compiled form; form : its type, None without one."""
+    if form in (None, Centre):
+        return NO_VECTOR
+    if form is AlongX:
+        return PlaneVector(ONE, ZERO)
+    return PlaneVector(value.x, ZERO if form is OnAxis else value.y)
+
+
+# ---------------------------------------------------------------------------------------------- bodies
+
 
 Row = dict[Coordinate, Expr]
 Columns = dict[Coordinate, PlaneVector]  # derivatives of a position by coordinates

@@ -5,7 +5,6 @@ all loops are opened by clearances there are no constraints, so there are as man
 except for the length of quaternions.
 """
 
-from .build import build, initial_seats
-from .spanning_tree import SpanningTreeError, spanning_tree
+from .build import SpanningTreeError, build, initial_seats, spanning_tree
 
 __all__ = ["SpanningTreeError", "build", "initial_seats", "spanning_tree"]

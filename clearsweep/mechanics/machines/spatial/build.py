@@ -1,22 +1,109 @@
 """Builds the tree of a spatial machine and its initial state from the planar machine, its solids and clearances."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Collection, Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import GROUND, BodyPoint, Guide, Machine
+from ....contracts.case import Case
+from ....contracts.catalogue import ANY, CONDITION, Channel, Field, JointOutline, JointSite, Keys, Mechanism, Outline
+from ....contracts.machine import GROUND, Body, BodyPoint, Guide, Machine, Push
 from ....tracing.compiled.vector import Vector
 from ...joints.spatial import SpatialLoad, deepest_of, overlap_of
+from .. import described
 from ..contract import Built, accelerate, gaps, pose_at
 from ..planar.closure import MobilityError, extent
-from ..planar.cycle import make_cycle
-from ..planar.form import as_empty_tuples
+from ..planar.form import as_empty_tuples, make_cycle
 from ..planar.ideal import ideal_of
-from . import members  # noqa: F401 - registers the equations of motion
+from . import dynamics  # noqa: F401 - registers the equations of motion
 from .form import AngleAim, Ball, Driven, Hinge, Loose, Opening, PointAim, RigidBody, Sleeve, Slide, Tree
-from .spanning_tree import CYLINDRICAL, SPHERICAL, Attachment, spanning_tree
+
+# ---------------------------------------------------------------------------------------------- the spanning tree
+
+
+REVOLUTE, SPHERICAL, CYLINDRICAL = "revolute", "spherical", "cylindrical"
+TILTING = (SPHERICAL, CYLINDRICAL)
+
+
+class Attachment(NamedTuple):
+    """Attachment of a body: joint and parent."""
+
+    body: str
+    joint: str  # '': loose
+    parent: str = GROUND
+
+
+class SpanningTreeError(ValueError):
+    """A machine that is not a tree, or that cannot leave the plane; `joint` is at fault."""
+
+    def __init__(self, joint: str, text: str):
+        super().__init__(text)
+        self.joint = joint
+
+
+def spanning_tree(machine: Machine, open_joints: Collection[str], ideal: Mapping[str, str]) -> list[Attachment]:
+    """Return the attachments of the moving bodies, parents first, beginning with the crank.
+
+    with_clearance : joints with clearance; ideal : freedom of each other pin.  Raises UntiedError.
+    """
+    ideal_joints = [joint for joint in machine.joints if joint.name not in open_joints]
+    crank = next(joint for joint in ideal_joints if joint.name == machine.driven)
+    attachments = [Attachment(crank.distal.body, crank.name)]
+    used_joints, placed = {crank.name}, {GROUND, crank.distal.body}
+    while len(placed) < len(machine.bodies):
+        for joint in ideal_joints:
+            bodies = [endpoint.body for endpoint in (joint.proximal, joint.distal)]
+            unplaced = [body for body in bodies if body not in placed]
+            if len(unplaced) == 1:
+                (parent,) = [body for body in bodies if body in placed]
+                attachments.append(Attachment(unplaced[0], joint.name, parent))
+                used_joints.add(joint.name)
+                placed.add(unplaced[0])
+                break
+        else:
+            body = next(body for body in machine.bodies if body not in placed)
+            attachments.append(Attachment(body, ""))
+            placed.add(body)
+    for joint in ideal_joints:
+        if joint.name not in used_joints:
+            raise SpanningTreeError(
+                joint.name,
+                "closes a loop of joints without clearance, which is not known in space: give clearance to "
+                f"{joint.name} or to another joint of that loop",
+            )
+    _check_mobility(machine, open_joints, ideal, attachments)
+    return attachments
+
+
+def _check_mobility(
+    machine: Machine, open_joints: Collection[str], ideal: Mapping[str, str], attachments: list[Attachment]
+) -> None:
+    """Raise UntiedError if pins keep both bodies of an open joint in the plane."""
+    flat = {GROUND}
+    for attachment in attachments:
+        if attachment.parent in flat and attachment.joint and ideal.get(attachment.joint, REVOLUTE) not in TILTING:
+            flat.add(attachment.body)
+    for joint in machine.joints:
+        if joint.name in open_joints and {joint.proximal.body, joint.distal.body} <= flat:
+            pins = [
+                attachment.joint
+                for attachment in attachments[1:]
+                if attachment.body in flat and not isinstance(_joint_named(machine, attachment.joint), Guide)
+            ]
+            raise SpanningTreeError(
+                joint.name,
+                f"cannot tilt or shift: {' and '.join([machine.driven, *pins])} are revolute joints, which keep its "
+                "bodies in the plane" + (f"; write ideal: {{{pins[-1]}: spherical}} or cylindrical" if pins else ""),
+            )
+
+
+def _joint_named(machine: Machine, name: str):
+    return next(joint for joint in machine.joints if joint.name == name)
+
+
+# ---------------------------------------------------------------------------------------------- the compiled form
+
 
 ZERO_VECTOR = Vector(0.0, 0.0, 0.0)
 
@@ -286,3 +373,117 @@ def _check_masses(value: Tree, start: np.ndarray) -> None:
         is_finite = False
     if not is_finite:
         raise MobilityError("with these joints open, something turns that has no moment of inertia")
+
+
+# ---------------------------------------------------------------------------------------------- keys and channels
+
+
+AXES = ("x", "y", "z")
+_CENTRE = "its centre of mass"  # a point of every body, besides user-defined points
+
+#: The key that makes a mechanism spatial.
+SPATIAL_FLAG = ("spatial", "whether the bodies move in space, connected by spatial joints")
+#: The time histories of every moving body.
+BODY = (
+    *((axis, "m", f"{{}}'s centre of mass, {axis}") for axis in AXES),
+    *((f"v{axis}", "m/s", f"velocity of the {{}}'s centre of mass, {axis}") for axis in AXES),
+    *((f"q{k}", "1", f"quaternion from the {{}}'s frame to the fixed one, {k}") for k in "wxyz"),
+    *((f"w{axis}", "rad/s", f"angular velocity of the {{}} in the fixed frame, {axis}") for axis in AXES),
+)
+
+
+def along_axes(unit: str, text: str, low: float = -math.inf, default: float | None = 0.0) -> tuple[Field, ...]:
+    """Return the items of a list along the axes of a frame."""
+    return tuple(
+        Field(str(k), unit, f"{text}, {axis}", low, low_open=low < 0.0, default=default) for k, axis in enumerate(AXES)
+    )
+
+
+def gravity_keys() -> Keys:
+    """Return the section of gravity."""
+    text = "acceleration of gravity; a single quantity acts along -y"
+    return Keys(
+        "mechanism.gravity", text, along_axes("m/s^2", "gravity"), "implied", scalar_factors=(0, -1, 0), role=CONDITION
+    )
+
+
+def speed_keys() -> Keys:
+    """Return the section of the drive."""
+    return Keys("drive", "the drive", (Field("speed", "rad/s", "constant crank speed"),), "implied", role=CONDITION)
+
+
+def site_kind_of(outline: Outline, joint: str) -> str:
+    """Return the kind of a joint's site."""
+    return "spatial" if {joint, ANY} & outline.axial else "through"
+
+
+def site_of(outline: Outline, joint: JointOutline) -> JointSite:
+    """Return the site of a joint that a grid describes."""
+    return JointSite(joint.name, *joint.bodies, site_kind_of(outline, joint.name), joint.journal)
+
+
+def body_channels(bodies: tuple[str, ...]) -> tuple[Channel, ...]:
+    """Return the time histories of moving bodies, by their names in channels."""
+    return tuple(Channel(f"{body}/{name}", unit, text.format(body)) for body in bodies for name, unit, text in BODY)
+
+
+def planar_bodies_and_loads(
+    solids: Mapping[str, Solid], gravity: tuple[float, ...]
+) -> tuple[dict[str, Body], tuple[Push, ...]]:
+    """Return the planar bodies, and the loads from gravity along x."""
+    bodies, loads = {}, []
+    for name, solid in solids.items():
+        center = solid.center[:2]
+        points = {point: position[:2] for point, position in solid.points.items()} | {_CENTRE: center}
+        bodies[name] = Body(solid.mass, solid.inertia[2], center, points)
+        if name != GROUND and gravity[0] != 0.0:
+            loads.append(Push(name, BodyPoint(name, _CENTRE), solid.mass * gravity[0], 0.0, 0.0))
+    return bodies, tuple(loads)
+
+
+def vector_at(values: Mapping, path: str) -> tuple[float, ...]:
+    """Return the numbers of a list."""
+    return tuple(values[f"{path}.{k}"] for k in range(3))
+
+
+class MechanismBuilder(NamedTuple):
+    """Builds a case's mechanism from its Assembly."""
+
+    assembly: Callable[[Outline, Mapping, float], Assembly]  # of the numbers and words by key, drive : rad/s
+    outline: Outline
+
+    def __call__(self, bodies: Mapping, drive: float, joints: Mapping, offsets: Mapping) -> Built:
+        """Return the mechanism at crank angle 0; joints : compiled; offsets : unused, spatial joints start centred."""
+        return build(self.assembly(self.outline, bodies, drive), joints)
+
+
+def planar_machine_of(assembly: Callable[[Outline, Mapping, float], Assembly]) -> Callable:
+    """Return a function that gives the planar machine of a case, for pictures and comparisons."""
+
+    def machine(case: Case):
+        speed = case.drive.speed if case.drive else 0.0
+        return assembly(case.outline, case.mechanism.values, speed).machine
+
+    return machine
+
+
+def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
+    """Return the path below `mechanism` at fault, and a sentence, if bodies are impossible or cannot be attached."""
+    assert isinstance(mechanism.build, MechanismBuilder)  # spatial mechanisms are built in this way
+    assembly = mechanism.build.assembly(case.outline, case.mechanism.values, case.drive.speed if case.drive else 0.0)
+    for body, solid in assembly.solids.items():
+        largest, sum_of_others = max(solid.inertia), sum(solid.inertia) - max(solid.inertia)
+        if largest > sum_of_others * (1.0 + 1e-12):
+            path = f"bodies.{body}.inertia" if case.outline.bodies else f"{body}.inertia"
+            return path, (
+                f"found {', '.join(f'{moment:.6g}' for moment in solid.inertia)} kg*m^2; no body has a principal "
+                f"moment ({largest:.6g}) above the sum of the two others ({sum_of_others:.6g}): correct the largest one"
+            )
+    unsound = described.refusal(mechanism, case)
+    if unsound:
+        return unsound
+    try:
+        spanning_tree(assembly.machine, [joint.name for joint in case.joints], assembly.ideal)
+    except SpanningTreeError as error:
+        return f"joints.{error.joint}", str(error)
+    return None

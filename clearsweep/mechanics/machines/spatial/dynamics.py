@@ -10,14 +10,40 @@ from typing import NamedTuple
 
 from ....tracing.compiled.formulas import ZERO, Expr, Program, sum_of
 from ....tracing.compiled.vector import Vector, quaternion_accelerations, to_fixed_frame
-from ..contract import Motion
-from ..planar.ldl import LDL
-from ..programs import generated
-from .expressions import NO_VECTOR, SpatialVector, vector_sum
-from .form import AngleAim, Ball, Driven, Hinge, Loose, Sleeve, Slide
-from .machine_type import SPEEDS, MachineType
-from .pose import axis_x, axis_y, axis_z, transported
-from .tree_code import PosedBodies
+from ..contract import Motion, accelerate, body_angles, describe, energy, gaps, output_error, pose_at
+from ..planar.form import evaluate_cycle
+from ..programs import LDL, generated
+from .form import (
+    SPEEDS,
+    AngleAim,
+    Ball,
+    Driven,
+    Hinge,
+    Loose,
+    MachineType,
+    Sleeve,
+    Slide,
+    Tree,
+    axis_x,
+    axis_y,
+    axis_z,
+    transported,
+)
+from .kinematics import (
+    NO_VECTOR,
+    PosedBodies,
+    SpatialVector,
+    bearing_axes_of,
+    energy_of,
+    gaps_of,
+    histories_of,
+    output_of,
+    pose_of,
+    vector_sum,
+)
+
+# ---------------------------------------------------------------------------------------------- equations of motion
+
 
 Vectors = dict[int, SpatialVector]  # by the number of a speed
 AXES_OF_FRAME = (axis_x, axis_y, axis_z)
@@ -237,3 +263,46 @@ def motion_of(tree: MachineType) -> Program:
     inertia_terms = [dynamics.entry(dynamics.known, u) * solution[u] for u in speeds]
     torque = sum_of([*inertia_terms, -dynamics.generalised(dynamics.known)])
     return dynamics.program.returns(Motion(tuple(dynamics.coordinates(solution)), dynamics.output(solution), torque))
+
+
+# ---------------------------------------------------------------------------------------------- members of families
+
+
+@pose_at.member(Tree)
+def _pose_at_tree(mechanism, y):
+    return pose_of(mechanism, y)
+
+
+@gaps.member(Tree)
+def _gaps_tree(mechanism, pose):
+    return gaps_of(mechanism, pose)
+
+
+@accelerate.member(Tree)
+def _accelerate_tree(mechanism, pose, loads):
+    return motion_of(mechanism, pose, loads)
+
+
+@energy.member(Tree)
+def _energy_tree(mechanism, pose):
+    return energy_of(mechanism, pose)
+
+
+@body_angles.member(Tree)
+def _body_angles_tree(mechanism, y):
+    return bearing_axes_of(mechanism, pose_of(mechanism, y))
+
+
+@output_error.member(Tree)
+def _output_error_tree(mechanism, pose):
+    output, output_rate = output_of(mechanism, pose)
+    ideal_output, slope = evaluate_cycle(mechanism.cycle, 0, pose.angle)
+    return output - ideal_output, output_rate - slope * mechanism.speed
+
+
+@describe.member(Tree)
+def _describe_tree(mechanism, y, pose, motion, out):
+    values = histories_of(mechanism, pose, y, motion)
+    for i in range(len(values)):
+        out[i] = values[i]
+    return len(values)

@@ -6,7 +6,11 @@ points are in the frame of their body, which is the planar machine's, z along th
 
 from typing import NamedTuple
 
-from ....tracing.compiled.vector import Vector
+from ....tracing.compiled import calculus as math
+from ....tracing.compiled.family import inlined
+from ....tracing.compiled.vector import Frame, Vector
+
+# ---------------------------------------------------------------------------------------------- the compiled form
 
 
 class RigidBody(NamedTuple):
@@ -97,3 +101,140 @@ class Tree(NamedTuple):
     speed: float  # rad/s, of the crank
     gravity: Vector  # m/s^2
     cycle: tuple  # planar.cycle.Cycle of the output of the machine without clearance
+
+
+# ---------------------------------------------------------------------------------------------- its structure
+
+
+COORDINATES = {Driven: 0, Hinge: 1, Slide: 1, Sleeve: 2, Ball: 4, Loose: 7}
+SPEEDS = {Driven: 0, Hinge: 1, Slide: 1, Sleeve: 2, Ball: 3, Loose: 6}
+
+
+class BodyNode:
+    """A body in the type of a tree: attachment, parent, first coordinate and first speed."""
+
+    def __init__(self, form: type, parent: int, coordinate: int, speed: int):
+        self.form, self.parent, self.coordinate, self.speed = form, parent, coordinate, speed
+
+    @property
+    def turns_freely(self) -> bool:
+        """Return whether the body has a quaternion."""
+        return self.form in (Ball, Loose)
+
+
+class MachineType:
+    """The structure of a Tree."""
+
+    def __init__(self, kinds: tuple):
+        assert kinds[0] is Tree
+        field = {name: kinds[1 + index] for index, name in enumerate(Tree._fields)}
+        self.parts: list[BodyNode] = []
+        coordinate = speed = 0
+        for kind in field["attachments"][1:]:
+            parent = _number(kind, "parent") if "parent" in kind[0]._fields else 0
+            self.parts.append(BodyNode(kind[0], parent, coordinate, speed))
+            coordinate, speed = coordinate + COORDINATES[kind[0]], speed + SPEEDS[kind[0]]
+        self.coordinates, self.speeds = coordinate, speed
+        self.openings = [(_number(kind, "bearing"), _number(kind, "journal")) for kind in field["openings"][1:]]
+        self.reported = [len(kind) - 1 for kind in field["reported"][1:]]
+        self.aim, self.aimed = field["aim"][0], _number(field["aim"], "body")
+        self.crank = 1 + next(i for i, part in enumerate(self.parts) if part.form is Driven)
+
+    def part(self, body: int) -> BodyNode:
+        """Return a body that moves by its number."""
+        return self.parts[body - 1]
+
+    def is_vertical(self, body: int) -> bool:
+        """Return whether the z axis of a body is that of the fixed frame."""
+        while body and self.part(body).form in (Driven, Hinge, Slide, Sleeve):
+            body = self.part(body).parent
+        return body == 0
+
+
+def _number(kind: tuple, name: str) -> int:
+    return len(kind[1 + kind[0]._fields.index(name)]) - 1
+
+
+# ---------------------------------------------------------------------------------------------- the pose
+
+
+class Pose(NamedTuple):
+    """Positions and velocities of the bodies; index: number of the body minus one."""
+
+    angle: float  # rad, of the crank
+    q: tuple  # coordinates
+    rates: tuple  # their rates
+    frames: tuple  # Frame of each body
+    spins: tuple  # rad/s, Vector in the fixed frame
+    centres_of_mass: tuple  # m, Vector in the fixed frame
+    velocities: tuple  # m/s
+    quaternion_motions: tuple  # QuaternionMotion of each body with a quaternion, () for the others
+
+
+@inlined
+def on_ground(c, s):
+    """Return the Frame of a body rotated about z by the angle of this cosine and sine."""
+    zero, unit = 0.0 * c, 0.0 * c + 1.0  # of the type of c: a number, with or without slopes
+    return Frame(Vector(c, -s, zero), Vector(s, c, zero), Vector(zero, zero, unit))
+
+
+@inlined
+def turned_about_z(frame, c, s):
+    """Return a Frame rotated about its own z axis."""
+    return Frame(_row(frame.x, c, s), _row(frame.y, c, s), _row(frame.z, c, s))
+
+
+@inlined
+def _row(row, c, s):
+    return Vector(row.x * c + row.y * s, row.y * c - row.x * s, row.z)
+
+
+@inlined
+def axis_x(frame):
+    """Return the x axis of a body in the fixed frame."""
+    return Vector(frame.x.x, frame.y.x, frame.z.x)
+
+
+@inlined
+def axis_y(frame):
+    """Return the y axis of a body in the fixed frame."""
+    return Vector(frame.x.y, frame.y.y, frame.z.y)
+
+
+@inlined
+def axis_z(frame):
+    """Return the z axis of a body in the fixed frame."""
+    return Vector(frame.x.z, frame.y.z, frame.z.z)
+
+
+@inlined
+def elementwise_product(a, b):
+    """Return the element-wise product of two vectors."""
+    return Vector(a.x * b.x, a.y * b.y, a.z * b.z)
+
+
+@inlined
+def transported(acceleration, alpha, spin, arm):
+    """Return the acceleration of a point at `arm` (m) from a point with `acceleration`, on a rotating body."""
+    wx, wy, wz = spin.y * arm.z - spin.z * arm.y, spin.z * arm.x - spin.x * arm.z, spin.x * arm.y - spin.y * arm.x
+    return Vector(
+        acceleration.x + alpha.y * arm.z - alpha.z * arm.y + spin.y * wz - spin.z * wy,
+        acceleration.y + alpha.z * arm.x - alpha.x * arm.z + spin.z * wx - spin.x * wz,
+        acceleration.z + alpha.x * arm.y - alpha.y * arm.x + spin.x * wy - spin.y * wx,
+    )
+
+
+@inlined
+def quaternion_of(orientation):
+    """Return the quaternion of a QuaternionMotion, w x y z, of length 1."""
+    w, x, y, z = orientation.w, orientation.x, orientation.y, orientation.z
+    inverse = 1.0 / math.sqrt(w * w + x * x + y * y + z * z)
+    return w * inverse, x * inverse, y * inverse, z * inverse
+
+
+@inlined
+def turned_quaternion(quaternion, angle):
+    """Return a quaternion rotated by an angle (rad) about the z axis of its body."""
+    w, x, y, z = quaternion
+    c, s = math.cos(0.5 * angle), math.sin(0.5 * angle)
+    return w * c - z * s, x * c + y * s, y * c - x * s, w * s + z * c

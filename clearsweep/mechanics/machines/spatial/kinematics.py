@@ -1,15 +1,189 @@
 """Formulas for positions, velocities and observables of a tree's bodies."""
 
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+from ....tracing.compiled import vector as vectors
 from ....tracing.compiled.calculus import direction as direction_of
-from ....tracing.compiled.formulas import Expr, Program, sum_of
-from ....tracing.compiled.vector import QuaternionMotion, Vector, frame_of, spin_of, to_fixed_frame
+from ....tracing.compiled.formulas import Expr, Program, constant, sum_of
+from ....tracing.compiled.vector import QuaternionMotion, Vector, frame_of, spin_of, to_body_frame, to_fixed_frame
 from ...joints.spatial import SpatialGap
 from ..programs import generated
-from .expressions import NO_VECTOR, SpatialVector
-from .form import AngleAim, Driven, Loose, Sleeve, Slide
-from .machine_type import MachineType
-from .pose import Pose, on_ground, quaternion_of, turned_about_z, turned_quaternion
-from .tree_code import Bodies, PosedBodies
+from .form import (
+    AngleAim,
+    Driven,
+    Loose,
+    MachineType,
+    Pose,
+    Sleeve,
+    Slide,
+    axis_z,
+    elementwise_product,
+    on_ground,
+    quaternion_of,
+    turned_about_z,
+    turned_quaternion,
+)
+
+# ---------------------------------------------------------------------------------------------- vectors
+
+
+AXES = "xyz"
+
+
+@dataclass(frozen=True)
+class SpatialVector:
+    """A vector of a program."""
+
+    value: Expr
+
+    def __add__(self, other: "SpatialVector") -> "SpatialVector":
+        if NO_VECTOR in (self, other):
+            return other if self == NO_VECTOR else self
+        return self._call(vectors.plus, self, other)
+
+    def __sub__(self, other: "SpatialVector") -> "SpatialVector":
+        return self if other == NO_VECTOR else other._call(vectors.minus, self, other)
+
+    def __neg__(self) -> "SpatialVector":
+        return -1.0 * self
+
+    def __rmul__(self, factor: Expr | float) -> "SpatialVector":
+        return NO_VECTOR if self == NO_VECTOR else self._call(vectors.times, factor, self)
+
+    def __getitem__(self, axis: int) -> Expr:
+        """Return the component number `axis`."""
+        component: Expr = getattr(self.value, AXES[axis])
+        return component
+
+    def cross(self, other: "SpatialVector") -> "SpatialVector":
+        """Return the vector product."""
+        return NO_VECTOR if NO_VECTOR in (self, other) else self._call(vectors.cross, self, other)
+
+    def dot(self, other: "SpatialVector") -> Expr:
+        """Return the scalar product."""
+        return self._call(vectors.dot, self, other).value
+
+    def componentwise(self, other: "SpatialVector") -> "SpatialVector":
+        """Return the vector of the products of the components."""
+        return self._call(elementwise_product, self, other)
+
+    def _call(self, function: Any, *arguments: Any) -> "SpatialVector":
+        program = next(x.value.program for x in arguments if isinstance(x, SpatialVector) and x.value.program)
+        values = (x.value if isinstance(x, SpatialVector) else x for x in arguments)
+        return SpatialVector(program.call(function, *values))
+
+
+NO_VECTOR = SpatialVector(constant(Vector(0.0, 0.0, 0.0)))
+
+
+def vector_sum(addends: Iterable[SpatialVector]) -> SpatialVector:
+    """Return the sum of vectors, added from left to right."""
+    total = NO_VECTOR
+    for vector in addends:
+        total += vector
+    return total
+
+
+# ---------------------------------------------------------------------------------------------- bodies
+
+
+class Bodies:
+    """The bodies of a tree in a program whose first parameter is the Tree; subclasses define their frames."""
+
+    def __init__(self, tree: MachineType, parameters: int):
+        self.tree, self.program = tree, Program(parameters)
+        self.mechanism = self.program.parameters[0]
+        self.vertical = SpatialVector(self.program.known(Vector(0.0, 0.0, 1.0)))
+
+    def call(self, function: Callable, *arguments: Any) -> SpatialVector:
+        """Return the vector that a function returns; arguments : SpatialVectors, Exprs, or nested tuples of Exprs."""
+        values = (x.value if isinstance(x, SpatialVector) else x for x in arguments)
+        return SpatialVector(self.program.call(function, *values))
+
+    def frame(self, body: int) -> Expr:
+        """Return the Frame of a body."""
+        raise NotImplementedError
+
+    def to_fixed_frame(self, body: int, vector: SpatialVector) -> SpatialVector:
+        """Return a vector of a body's frame, or of the ground's, in the fixed frame."""
+        return self.call(to_fixed_frame, self.frame(body), vector) if body else vector
+
+    def to_body_frame(self, body: int, vector: SpatialVector) -> SpatialVector:
+        """Return a vector of the fixed frame in that of a body."""
+        return self.call(to_body_frame, self.frame(body), vector)
+
+    def z_axis(self, body: int) -> SpatialVector:
+        """Return the z axis of a body or the ground."""
+        return self.vertical if self.tree.is_vertical(body) else self.call(axis_z, self.frame(body))
+
+    def arm(self, body: int, point: Expr) -> SpatialVector:
+        """Return a point, given in the frame of its body, from the centre of mass."""
+        vector = SpatialVector(point)
+        return self.to_fixed_frame(body, vector - self._center(body)) if body else vector
+
+    def near_arm(self, body: int) -> SpatialVector:
+        """Return the attachment point of a body from the centre of mass of its parent."""
+        return self.arm(self.tree.part(body).parent, self.mechanism.attachments[body - 1].near)
+
+    def own_arm(self, body: int) -> SpatialVector:
+        """Return the centre of mass of a body from its attachment point."""
+        far_end = SpatialVector(self.mechanism.attachments[body - 1].far)
+        return self.to_fixed_frame(body, self._center(body) - far_end)
+
+    def _center(self, body: int) -> SpatialVector:
+        return SpatialVector(self.mechanism.parts[body - 1].center)
+
+    def slides(self, body: int) -> bool:
+        """Return whether a body slides along an axis."""
+        return self.tree.part(body).form in (Slide, Sleeve)
+
+    def along_axis(self, body: int, amounts: Expr) -> SpatialVector:
+        """Return the vector of an amount along the axis on which a body slides; zero for one that does not.
+
+        amounts : of all coordinates
+        """
+        return amounts[self.tree.part(body).coordinate] * self.axis(body) if self.slides(body) else NO_VECTOR
+
+    def axis(self, body: int) -> SpatialVector:
+        """Return the axis along which a body slides."""
+        part = self.tree.part(body)
+        if part.form is Sleeve:
+            return self.z_axis(part.parent)
+        return self.to_fixed_frame(part.parent, SpatialVector(self.mechanism.attachments[body - 1].axis))
+
+
+class PosedBodies(Bodies):
+    """The bodies of a tree in a program whose second parameter is their Pose."""
+
+    def __init__(self, tree: MachineType, parameters: int = 2):
+        super().__init__(tree, parameters)
+        self.pose = self.program.parameters[1]
+
+    def frame(self, body: int) -> Expr:
+        """Return the Frame of a body or the ground."""
+        frame: Expr = self.pose.frames[body - 1] if body else self.program.call(on_ground, 1.0, 0.0)
+        return frame
+
+    def spin(self, body: int) -> SpatialVector:
+        """Return the angular velocity of a body."""
+        return self._quantity(self.pose.spins, body)
+
+    def centre(self, body: int) -> SpatialVector:
+        """Return the position of a body's centre of mass."""
+        return self._quantity(self.pose.centres_of_mass, body)
+
+    def velocity(self, body: int) -> SpatialVector:
+        """Return the velocity of a body's centre of mass."""
+        return self._quantity(self.pose.velocities, body)
+
+    def _quantity(self, vectors: Expr, body: int) -> SpatialVector:
+        """Return a vector of a body from the pose; it is zero for the ground."""
+        return SpatialVector(vectors[body - 1]) if body else NO_VECTOR
+
+
+# ---------------------------------------------------------------------------------------------- pose and observables
 
 
 class _MovedBodies(Bodies):

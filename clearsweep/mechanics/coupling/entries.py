@@ -1,0 +1,473 @@
+"""The compiled functions of a scene that the loop calls by address: sweeps, observables, guards and wear."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from ...tracing.compiled.choosing import lane_range, rolled_range, total_of
+from ...tracing.compiled.family import NO_ENTRY, Entry, entry, form_number, inlined, kernel, map_joints, shaped
+from ..joints.contract import (
+    JointState,
+    Offsets,
+    after_joint,
+    after_number,
+    after_part,
+    every_guard,
+    every_part,
+    first_offsets,
+    internal_state_location,
+    parts,
+    total_counts,
+    with_current_state,
+)
+from ..joints.worn import with_body_angles
+from ..laws.contract import StepStart, guard_values, latched, touches
+from ..machines.contract import body_angles, gaps, pose_at
+from ..observe import (
+    END,
+    FIRST_IMPLICIT_ROW,
+    PARTS,
+    ROW_COUNT,
+    STAGES,
+    START,
+    STATE_POINTS,
+    STEP_VALUE_ROWS,
+    column_of,
+    contact_observables_in,
+)
+from ..solver.collocation import POSITIONS, VELOCITIES, WHOLE_SWEEP, A, sum_over_stages
+from ..solver.event_search import SINGLE_STATE
+from ..solver.totals import Step
+from ..wear import ACCOUNT_SIZE, Account
+from ..wear.arc import WORKSPACE_SIZE, workspace_of
+from ..wear.bins import POSITIONS as POSITION_ROWS
+from ..wear.bins import RECORDED_SIZE, SLOPES, AxialRows, Instant, StripRows, WearTotals, record, update_joint_wear
+from ..wear.bins import Step as WearStep
+from .inertia import joints_at_event
+from .rates import gaps_with_angles, observed_width, put_error, put_root_rates, rates
+from .state import size_of, time_scale
+
+# ---------------------------------------------------------------------------------------------- rates and stages
+
+# Compiled evaluation of the right-hand side, for one state or for all stages of a step in one sweep of the iteration.
+#
+# A sweep processes one stage in each lane of a register.  On processors with narrower registers it processes the lanes
+# in groups, with the same bits.
+
+
+def rates_entry(scene, y, mode, latched, k, o, row):
+    """Write rates and observables of a state to a `row`; arrays are bare pointers, `scene` points to the Scene."""
+    parameters = scene[0]
+    contacts, n, latched_count = size_of(parameters)
+    y, o = shaped(y, (n,)), shaped(o, (observed_width(parameters), ROW_COUNT))
+    mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
+    rates(parameters, y, mode, latched, shaped(k, (n, ROW_COUNT)), o, row, row < FIRST_IMPLICIT_ROW)
+    put_error(parameters, pose_at(parameters.mechanism, y), o, row)
+
+
+class _Sweep(NamedTuple):
+    """Arrays of a sweep, see `integration.Work`, and the length of the step."""
+
+    y: np.ndarray
+    weight: np.ndarray
+    mode: np.ndarray
+    latched: np.ndarray
+    k: np.ndarray
+    nodes: np.ndarray
+    length: float
+
+
+@inlined
+def _update_components(sweep, begin, end):
+    """Update components `begin` to `end` of all stages from their rates; sum squared relative changes."""
+    k, nodes, h = sweep.k, sweep.nodes, sweep.length
+    n = nodes.shape[0] - 1
+    for c in range(begin, end):
+        initial, inverse_scale = sweep.y[c], sweep.weight[c]
+        for i in lane_range(STAGES):
+            predicted = initial + h * sum_over_stages(A, k[c], i)
+            scaled_change = (predicted - nodes[c, i]) * inverse_scale
+            nodes[c, i] = predicted
+            nodes[n, i] = nodes[n, i] + scaled_change * scaled_change
+
+
+@inlined
+def _evaluate_rates(scene, sweep):
+    """Evaluate the rates of all stages."""
+    for i in lane_range(STAGES):
+        rates(scene, sweep.nodes[:, i], sweep.mode, sweep.latched, sweep.k, None, i, False)
+        sweep.nodes[sweep.nodes.shape[0] - 1, i] = 0.0
+
+
+@inlined
+def _update_velocities(scene, sweep):
+    """Update the velocities and internal states of all stages."""
+    count, n = len(scene.coordinates), sweep.nodes.shape[0] - 1
+    _update_components(sweep, count, 2 * count)
+    _update_components(sweep, 2 * count + 1 + total_counts(scene.joints).contact, n)
+
+
+@inlined
+def _update_positions(scene, sweep):
+    """Update the roots of penetration of all stages from the new velocities, then coordinates and time."""
+    mode, latched, k, nodes = sweep.mode, sweep.latched, sweep.k, sweep.nodes
+    count, contacts, touching = len(scene.coordinates), total_counts(scene.joints).contact, False
+    first_root = 2 * count + 1
+    for c in range(contacts):
+        touching = touching | touches(mode[c])
+    if touching:
+        for i in lane_range(STAGES):
+            state = nodes[:, i]
+            joint_gaps = gaps_with_angles(scene, state, gaps(scene.mechanism, pose_at(scene.mechanism, state)))
+            kappa = time_scale(scene, state, mode)
+            put_root_rates(scene, joint_gaps, JointState(state, mode, latched, first_root), kappa, k, i)
+        _update_components(sweep, first_root, first_root + contacts)
+    for i in lane_range(STAGES):
+        kappa = time_scale(scene, nodes[:, i], mode)
+        for c in range(count):
+            k[c, i] = kappa * nodes[count + c, i]
+        k[2 * count, i] = kappa
+    _update_components(sweep, 0, count)
+    _update_components(sweep, 2 * count, first_root)
+
+
+def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
+    """Evaluate and update all stages of a step, or do the part of it in `step.part`, see `solver.collocation`."""
+    parameters = scene[0]
+    contacts, n, latched_count = size_of(parameters)
+    y, weight, step = shaped(y, (n,)), shaped(weight, (n,)), Step(shaped(step, (Step.SIZE,)))
+    mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
+    k, nodes = shaped(k, (n, ROW_COUNT)), shaped(nodes, (n + 1, STAGES))
+    sweep = _Sweep(y, weight, mode, latched, k, nodes, step.length)
+    if step.part == WHOLE_SWEEP:  # in one piece, so that the compiler evaluates the pose once
+        _evaluate_rates(parameters, sweep)
+        _update_velocities(parameters, sweep)
+        _update_positions(parameters, sweep)
+    elif step.part == POSITIONS:
+        _update_positions(parameters, sweep)
+    else:
+        _evaluate_rates(parameters, sweep)
+        if step.part == VELOCITIES:
+            _update_velocities(parameters, sweep)
+    step.change = total_of(nodes[n]) * (1.0 / n)
+
+
+def observe_entry(scene, nodes, mode, latched, o, _):
+    """Write the observables of all stages of a step."""
+    parameters = scene[0]
+    contacts, n, latched_count = size_of(parameters)
+    nodes, mode, latched = shaped(nodes, (n + 1, STAGES)), shaped(mode, (contacts,)), shaped(latched, (latched_count,))
+    o = shaped(o, (observed_width(parameters), ROW_COUNT))
+    for i in lane_range(STAGES):
+        rates(parameters, nodes[:, i], mode, latched, None, o, i)
+    put_error(parameters, pose_at(parameters.mechanism, nodes[:, END]), o, END)
+
+
+def rates_of(scene, parameters) -> Entry:
+    """Return the Entry of the right-hand side of `scene` at one state."""
+    return entry(rates_entry, scene, "fifff", parameters)
+
+
+def sweep_of(scene, parameters) -> Entry:
+    """Return the Entry of one sweep of the iteration for `scene`."""
+    return entry(sweep_entry, scene, "fifffff", parameters)
+
+
+def stage_observables_of(scene, parameters) -> Entry:
+    """Return the Entry of the observables of all stages of a step of `scene`."""
+    return entry(observe_entry, scene, "fiff", parameters)
+
+
+# ---------------------------------------------------------------------------------------------- guards
+
+# The compiled guards and latched quantities of the laws of a scene, which the loop calls by address.
+#
+# Code is compiled only for scenes whose laws evaluate guards themselves, and only for laws that latch a quantity.
+
+
+class Guards(NamedTuple):
+    """The guards of all joints of a scene, g of them, in the order of their parts; see `contract.Guard`."""
+
+    evaluate: Entry  # computes the guards that laws evaluate and writes them to `value`; NO_ENTRY without such guards
+    latch: Entry  # latches the internal states of laws at an event; NO_ENTRY if no law has a latched state
+    contact: np.ndarray  # (g,) int64, index of the contact of each guard
+    modes: np.ndarray  # (g,) int64, bit m is set if the guard is active in mode m
+    next_mode: np.ndarray  # (g,) int64, mode after the passage
+    at_start: np.ndarray  # (g,) bool, as the next two; see `contract.Guard`
+    counted: np.ndarray
+    ends_run: np.ndarray
+    column: np.ndarray  # (g,) int64, column of the observable used as guard; -1 if the law evaluates the guard
+    sign: np.ndarray  # (g,) factor on that observable, 1 or -1
+    value: np.ndarray  # (g, SINGLE_STATE + 1) guards at the nodes of the current step; last at any other state
+    event: np.ndarray  # (2,) int64, arguments of `latch`: the contact, and ENTERED, LEFT or the guard's number
+
+
+# ---------------------------------------------------------------------------------------------- values of guards
+
+
+class _GuardContext(NamedTuple):
+    """Inputs and results of the evaluation of guards."""
+
+    start: np.ndarray  # (n,) state at the start of the step
+    y: np.ndarray  # (n,) state
+    latched: np.ndarray  # (contacts + l,)
+    o: np.ndarray  # (columns, ROW_COUNT) observables
+    row: int  # row of `o` with the observables of this state
+    roots: int  # index of the first root of penetration in `y`
+    value: np.ndarray  # (g,) results
+
+
+@kernel
+def _write_value(value, _, offsets, out):
+    out[offsets] = value
+
+
+_write_values = map_joints(_write_value, after_number)
+
+
+@kernel
+def _evaluate_part(part, _, offsets, context):
+    if type(part.law) not in guard_values.members:
+        return
+    start_state, y, latched, o, row, roots, value = context
+    contact = offsets.contact + part.contact
+    law, root = with_current_state(part.law, y, latched, offsets), y[roots + contact]
+    law_at_start = with_current_state(part.law, start_state, latched, offsets)
+    start = StepStart(law_at_start, contact_observables_in(o, START, contact))
+    values = guard_values(law, start, contact_observables_in(o, row, contact), root)
+    _write_values(values, values, offsets.guard, value)
+
+
+_evaluate_parts = map_joints(_evaluate_part, after_part)
+
+
+@kernel
+def _evaluate_joint(joint, _, offsets, context):
+    joint_parts = parts(joint)
+    _evaluate_parts(joint_parts, joint_parts, offsets, context)
+
+
+_evaluate_joints = map_joints(_evaluate_joint, after_joint)
+
+
+def guards_entry(scene, start, y, nodes, latched, o, value, row):
+    """Write the guards that laws evaluate to `value`, see `solver.event_search.evaluate_guards`.
+
+    Arrays are bare pointers; `scene` is a pointer to the Scene.
+    """
+    parameters = scene[0]
+    roots, counts = 2 * len(parameters.coordinates) + 1, total_counts(parameters.joints)
+    _, n, _ = size_of(parameters)
+    start, y, nodes = shaped(start, (n,)), shaped(y, (n,)), shaped(nodes, (n + 1, STAGES))
+    latched, o = shaped(latched, (counts.contact + counts.latched,)), shaped(o, (observed_width(parameters), ROW_COUNT))
+    value, offsets = shaped(value, (counts.guard, SINGLE_STATE + 1)), first_offsets(parameters.joints, roots)
+    if row != END:
+        _evaluate_joints(
+            parameters.joints,
+            parameters.joints,
+            offsets,
+            _GuardContext(start, y, latched, o, row, roots, value[:, SINGLE_STATE]),
+        )
+        return
+    _evaluate_joints(
+        parameters.joints, parameters.joints, offsets, _GuardContext(start, y, latched, o, START, roots, value[:, 0])
+    )
+    for i in rolled_range(STAGES):
+        at_stage = _GuardContext(start, nodes[:, i], latched, o, i, roots, value[:, 1 + i])
+        _evaluate_joints(parameters.joints, parameters.joints, offsets, at_stage)
+
+
+# ---------------------------------------------------------------------------------------------- latching
+
+
+class _LatchContext(NamedTuple):
+    """The state at an event and the arrays that latching changes."""
+
+    y: np.ndarray  # (n,) state, changed
+    latched: np.ndarray  # (contacts + l,) changed
+    o: np.ndarray  # (columns, ROW_COUNT) observables
+    row: int  # row of `o` with the observables of this state
+    roots: int
+    contact: int
+    guard: int  # ENTERED, LEFT or the guard's number
+
+
+@kernel
+def _store_value(value, _, offsets, latched_values):
+    latched_values[offsets] = value
+
+
+_store_values = map_joints(_store_value, after_number)
+
+
+@kernel
+def _latch_part(part, _, offsets, context):
+    if type(part.law) not in latched.members:
+        return
+    y, latched_values, o, row, roots, contact, guard = context
+    is_guard_of_part = 0 <= guard - offsets.guard < after_part(offsets, part).guard - offsets.guard
+    if offsets.contact + part.contact == contact and (guard < 0 or is_guard_of_part):
+        law = with_current_state(part.law, y, latched_values, offsets)
+        event = guard - offsets.guard if is_guard_of_part else guard
+        values = latched(law, event, contact_observables_in(o, row, contact), y[roots + contact])
+        destination, start = internal_state_location(part.law, y, latched_values, offsets)
+        _store_values(values, values, start, destination)
+
+
+_latch_parts = map_joints(_latch_part, after_part)
+
+
+@kernel
+def _latch_joint(joint, _, offsets, context):
+    joint_parts = parts(joint)
+    _latch_parts(joint_parts, joint_parts, offsets, context)
+
+
+_latch_joints = map_joints(_latch_joint, after_joint)
+
+
+def latch_entry(scene, y, latched, o, event, row):
+    """Latch the laws' internal states at an event: change `y` and `latched`; observables are in row `row` of `o`.
+
+    event : (2,) int64, the contact, and ENTERED, LEFT or the guard's number.
+    """
+    parameters = scene[0]
+    roots, counts = 2 * len(parameters.coordinates) + 1, total_counts(parameters.joints)
+    event_values = shaped(event, (2,))
+    context = _LatchContext(
+        shaped(y, (size_of(parameters)[1],)),
+        shaped(latched, (counts.contact + counts.latched,)),
+        shaped(o, (observed_width(parameters), ROW_COUNT)),
+        row,
+        roots,
+        event_values[0],
+        event_values[1],
+    )
+    joints = joints_at_event(parameters, context.y)
+    _latch_joints(joints, joints, first_offsets(joints, roots), context)
+
+
+# ---------------------------------------------------------------------------------------------- for a scene
+
+
+def guards_of(scene, parameters, zeros=np.zeros) -> Guards:
+    """Return the Guards of the compiled `scene`; `parameters` : of `flatten(scene)`; `zeros` allocates arrays."""
+    key = form_number(scene)
+    if key not in _GUARD_TABLES:
+        _GUARD_TABLES[key] = _guard_table(scene.joints)
+    table, has_latching_law = _GUARD_TABLES[key]
+    count = table["contact"].size
+    return Guards(
+        evaluate=entry(guards_entry, scene, "ffffff", parameters) if -1 in table["column"] else NO_ENTRY,
+        latch=entry(latch_entry, scene, "fffi", parameters) if has_latching_law else NO_ENTRY,
+        value=zeros((count, SINGLE_STATE + 1)),
+        event=zeros(2, dtype=np.int64),
+        **table,
+    )
+
+
+_GUARD_TABLES: dict[int, tuple[dict[str, np.ndarray], bool]] = {}  # key: id of the form of a scene
+
+
+def _guard_table(joints) -> tuple[dict[str, np.ndarray], bool]:
+    """Return the fields of Guards, and whether any law latches a quantity; both depend on the types of laws only."""
+    contact_guards = every_guard(joints)
+    guards_of_laws = [guard for _, guard in contact_guards]
+    flags = ("at_start", "counted", "ends_run")
+    arrays = {
+        "contact": np.array([contact for contact, _ in contact_guards], dtype=np.int64),
+        "modes": np.array([sum(1 << mode for mode in guard.modes) for guard in guards_of_laws], dtype=np.int64),
+        "next_mode": np.array([guard.next_mode for guard in guards_of_laws], dtype=np.int64),
+    }
+    arrays["column"] = np.array(
+        [column_of(contact, guard.observable) if guard.observable >= 0 else -1 for contact, guard in contact_guards],
+        np.int64,
+    )
+    arrays["sign"] = np.array([guard.sign for guard in guards_of_laws], dtype=np.float64)
+    arrays |= {name: np.array([getattr(guard, name) for guard in guards_of_laws], dtype=np.int64) for name in flags}
+    return arrays, any(type(law) in latched.members for _, law in every_part(joints))
+
+
+# ---------------------------------------------------------------------------------------------- wear
+
+
+class JointCursor(NamedTuple):
+    """Number of a joint, and its Offsets."""
+
+    number: int
+    offsets: Offsets
+
+
+@kernel
+def _cursor_after(cursor, joint):
+    return JointCursor(cursor.number + 1, after_joint(cursor.offsets, joint))
+
+
+@kernel
+def _record_joint(joint, gap, cursor, instant):
+    record(joint, gap, instant.body_angles[cursor.number], cursor.offsets.contact, instant)
+
+
+record_positions = map_joints(_record_joint, _cursor_after)
+
+
+@kernel
+def _update_wear(joint, _, offsets, step_and_totals):
+    update_joint_wear(joint, offsets.contact, step_and_totals)
+
+
+update_wear_of_joints = map_joints(_update_wear, after_joint)
+
+
+@kernel
+def _record_step_positions(scene, dense_states, step):
+    """Record the contact positions of all joints on their bodies at the STATE_POINTS points of a step."""
+    for i in lane_range(STATE_POINTS):
+        y = dense_states[:, i]
+        pose = pose_at(scene.mechanism, y)
+        angles = body_angles(scene.mechanism, y)
+        joint_gaps = with_body_angles(scene.joints, gaps(scene.mechanism, pose), angles)
+        instant = Instant(joint_gaps, angles, i, step)
+        record_positions(scene.joints, instant.gaps, JointCursor(0, first_offsets(scene.joints, 0)), instant)
+
+
+def wear_entry(scene, dense_states, mode, step_values, length, workspace, depths, account, stride):
+    """Add the wear of a step; arrays are bare pointers; `scene` is a pointer to the Scene.
+
+    dense_states : (2 coordinates + 1, STATE_POINTS) the state within the step; length : of the step, in tau;
+    workspace : of the size that `workspace_size` returns.
+    """
+    parameters = scene[0]
+    contacts, state_size = total_counts(parameters.joints).contact, 2 * len(parameters.coordinates) + 1
+    workspace_array, axial_offset = (
+        shaped(workspace, (workspace_size(contacts, stride),)),
+        WORKSPACE_SIZE + contacts * (POSITION_ROWS + SLOPES) * STATE_POINTS,
+    )
+    strip_offset = axial_offset + contacts * AxialRows.SIZE * STATE_POINTS
+    buffer_offset = strip_offset + StripRows.SIZE * (PARTS + 1)
+    step = WearStep(
+        shaped(step_values, (contacts, STEP_VALUE_ROWS, PARTS + 1)),
+        shaped(length, (1,))[0],
+        shaped(mode, (contacts,)),
+        workspace_array[WORKSPACE_SIZE:axial_offset].reshape(contacts, POSITION_ROWS + SLOPES, STATE_POINTS),
+        AxialRows(workspace_array[axial_offset:strip_offset].reshape(contacts, AxialRows.SIZE, STATE_POINTS)),
+        StripRows(workspace_array[strip_offset:buffer_offset].reshape(StripRows.SIZE, PARTS + 1)),
+        workspace_of(workspace_array),
+        workspace_array[buffer_offset:],
+    )
+    _record_step_positions(parameters, shaped(dense_states, (state_size, STATE_POINTS)), step)
+    totals = WearTotals(
+        shaped(depths, (2 * contacts * stride,)), stride, Account(shaped(account, (contacts, ACCOUNT_SIZE)))
+    )
+    update_wear_of_joints(parameters.joints, parameters.joints, first_offsets(parameters.joints, 0), (step, totals))
+
+
+@kernel
+def workspace_size(contacts, stride):
+    """Return the size of the workspace for the wear of `contacts`; stride : largest number of bins of a body."""
+    return WORKSPACE_SIZE + contacts * RECORDED_SIZE + StripRows.SIZE * (PARTS + 1) + 3 * stride
+
+
+def wear_of(scene, parameters) -> Entry:
+    """Return the Entry that computes the wear of `scene`."""
+    return entry(wear_entry, scene, "fifffff", parameters)

@@ -1,0 +1,464 @@
+"""Builds planar machines: rigid bodies with revolute and prismatic joints in any topology, each joint ideal or open."""
+
+import functools
+import itertools
+import math
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from ....contracts.catalogue import Channel
+from ....contracts.machine import (
+    GROUND,
+    Aim,
+    Body,
+    BodyPoint,
+    Elastic,
+    Guide,
+    Machine,
+    Motor,
+    Schedule,
+    Slot,
+    Spring,
+    Stretch,
+)
+from ...joints.contract import Load
+from ..contract import Built, IdealMotion, Open, accelerate, pose_at
+from ..contract import Ideal as Closed
+from ..programs import kinds_of
+from . import equations  # noqa: F401 - registers the equations of motion
+from .closure import ClosureError, MobilityError, extent, initial_coordinate
+from .form import (
+    AngleAim,
+    BranchingCycle,
+    Cycle,
+    ElasticGuide,
+    Hinge,
+    Planar,
+    PointAim,
+    Slide,
+    SpringLoad,
+    Steady,
+    as_empty_tuples,
+    compile_direction,
+    compile_drive,
+    compile_loads,
+    compile_point,
+    discontinuity_times_of,
+    drive_motion,
+    make_cycle,
+)
+from .ideal import AlwaysEqual, IdealMachine, geometry_of, ideal_of, masses_of
+from .pose import loop_jacobian, pose_of
+from .structure import ANGLE, TRAVEL, Coordinate, MachineType, machine_type
+
+# ---------------------------------------------------------------------------------------------- elastic links
+
+# Elastic links as chains of masses: each segment of a uniform bar is a spring between two of them.
+#
+# The masses are at the ends of the segments (m / 2n at the ends of the bar, m / n between them), the springs have n
+# times the stiffness of the bar: the lumped bar of Craig & Kurdila 2006, "Fundamentals of Structural Dynamics", 2nd
+# ed., section 9.1.  All masses rotate together, so mass, centre of mass and moment of inertia of the link are as given
+# without stretch: the difference from the masses on the line is distributed evenly.
+
+
+def with_segments(machine: Machine) -> Machine:
+    """Return a machine with every elastic link replaced by a chain of masses."""
+    links = {name: body.elastic for name, body in machine.bodies.items() if body.elastic}
+    if not links:
+        return machine
+    bodies: dict[str, Body] = {}
+    stretches: list[Stretch] = []
+    for name, body in machine.bodies.items():
+        bodies |= _chain(name, body, body.elastic) if body.elastic else {name: body}
+        stretches += _springs(name, body, body.elastic) if body.elastic else []
+
+    def moved_endpoint(endpoint: BodyPoint) -> BodyPoint:
+        elastic = links.get(endpoint.body)
+        return (
+            BodyPoint(mass_name(endpoint.body, elastic.segments), endpoint.point)
+            if elastic and endpoint.point == elastic.far
+            else endpoint
+        )
+
+    joints = tuple(
+        joint._replace(proximal=moved_endpoint(joint.proximal), distal=moved_endpoint(joint.distal))
+        for joint in machine.joints
+    )
+    start = {
+        body_name: angle
+        for name, angle in machine.start.items()
+        for body_name in ([mass_name(name, i) for i in range(links[name].segments + 1)] if name in links else [name])
+    }
+    loads = tuple(
+        load._replace(
+            **{
+                field: moved_endpoint(getattr(load, field))
+                for field in ("at", "first", "second")
+                if hasattr(load, field)
+            }
+        )
+        for load in machine.loads
+    )
+    aim = machine.aim
+    if aim.point:
+        aim = aim._replace(body=moved_endpoint(BodyPoint(aim.body, aim.point)).body)
+    return machine._replace(bodies=bodies, joints=(*joints, *stretches), start=start, loads=loads, aim=aim)
+
+
+def mass_name(link: str, i: int) -> str:
+    """Return the name of mass number `i` of a link; the first one has the link's own."""
+    return f"{link}~{i}" if i else link
+
+
+def axial_rate(body: Body) -> float:
+    """Return the angular frequency (rad/s) of the first axial mode of a link with free ends."""
+    assert body.elastic is not None  # only elastic links
+    return math.pi * math.sqrt(body.elastic.stiffness / body.mass)
+
+
+def _line(body: Body, elastic: Elastic) -> tuple[np.ndarray, np.ndarray]:
+    """Return the first point of the line (m, in the frame of the link) and the vector to its second point."""
+    near_end, far_end = (np.array(body.points[point]) for point in (elastic.near, elastic.far))
+    return near_end, far_end - near_end
+
+
+def _chain(name: str, body: Body, elastic: Elastic) -> dict[str, Body]:
+    """Return the masses of a link by name."""
+    (near_end, direction), count = _line(body, elastic), elastic.segments
+    mass_fractions = np.full(count + 1, 1.0 / count)
+    mass_fractions[[0, -1]] *= 0.5
+    line_centre = near_end + 0.5 * direction
+    centre_offset = np.array(body.center) - line_centre  # of the centre of mass
+    positions = [near_end + direction * (i / count) + centre_offset for i in range(count + 1)]
+    moment = math.fsum(
+        mass_fraction * body.mass * float(np.sum((position - body.center) ** 2))
+        for mass_fraction, position in zip(mass_fractions, positions, strict=True)
+    )
+    inertia = float(body.inertia - moment) / (count + 1)  # may be negative: the masses rotate together
+    joints = {f"~{i}": tuple(map(float, near_end + direction * (i / count))) for i in range(1, count + 1)}
+    points = {**body.points, **joints}
+    return {
+        mass_name(name, i): Body(
+            float(mass_fraction) * body.mass, inertia, (float(position[0]), float(position[1])), points
+        )
+        for i, (mass_fraction, position) in enumerate(zip(mass_fractions, positions, strict=True))
+    }
+
+
+def _springs(name: str, body: Body, elastic: Elastic) -> list[Stretch]:
+    """Return the springs of a link."""
+    _, direction = _line(body, elastic)
+    stiffness = elastic.segments * elastic.stiffness
+    damping = stiffness * 2.0 * elastic.damping / axial_rate(body)
+    axis = math.atan2(direction[1], direction[0])
+    return [
+        Stretch(
+            f"{name}~{i}",
+            BodyPoint(mass_name(name, i - 1), f"~{i}"),
+            BodyPoint(mass_name(name, i), f"~{i}"),
+            axis,
+            stiffness,
+            damping,
+        )
+        for i in range(1, elastic.segments + 1)
+    ]
+
+
+# ---------------------------------------------------------------------------------------------- dependent coordinates
+
+
+NEAR_SINGULAR = 1e-7  # least singular value over the largest: a change point, where no choice is better
+EXAMINED_ANGLES = 36  # crank angles that are examined
+
+
+def choose_dependent(value: Planar, machine: MachineType, profiles: list) -> list[int]:
+    """Return the indices of the coordinates that, taken as dependent, keep the loops furthest from singular.
+
+    value : a machine without dependent coordinates; profiles : (values, slopes, ...) of each coordinate at
+    equidistant angles over a revolution of the ideal machine.
+    """
+    from scipy.linalg import qr
+
+    if not machine.free:
+        value = value._replace(drive=Steady(1.0, value.cycle.start))
+    jacobians_at_angles = []
+    angles = range(0, len(profiles[0][0]) - 1, max((len(profiles[0][0]) - 1) // EXAMINED_ANGLES, 1))
+    for k in angles:
+        time = 2.0 * np.pi * k / (len(profiles[0][0]) - 1)
+        y = np.array([*(profile[0][k] for profile in profiles), *(0.0 for _ in profiles), time])
+        jacobians_at_angles.append(np.array(loop_jacobian(value, pose_of(value, y))))
+    jacobians = np.array(jacobians_at_angles)
+    fixed_coordinates = {
+        Coordinate(ANGLE, machine.spanning_tree.crank),
+        *(Coordinate(TRAVEL, j) for j in machine.sprung),
+    }
+    candidates = [
+        i for i, coordinate in enumerate(machine.spanning_tree.coordinates) if coordinate not in fixed_coordinates
+    ]
+    scale = np.max(np.abs(jacobians), axis=(0, 2), keepdims=True)
+    jacobians = (jacobians / scale)[:, :, candidates]
+    singular_values = np.linalg.svd(jacobians, compute_uv=False)
+    jacobians = jacobians[singular_values[:, -1] > NEAR_SINGULAR * singular_values[:, 0]]  # not at change points
+    jacobians /= np.maximum(np.max(np.abs(jacobians), axis=(0, 1)), 1e-300)
+    count = jacobians.shape[1]
+    choices = {tuple(sorted(qr(angle_jacobian, mode="r", pivoting=True)[1][:count])) for angle_jacobian in jacobians}
+    if len(candidates) <= 8:
+        choices |= set(itertools.combinations(range(len(candidates)), count))
+
+    def smallest_singular_value(choice: tuple) -> float:
+        return float(np.min(np.linalg.svd(jacobians[:, :, list(choice)], compute_uv=False)[:, -1]))
+
+    return sorted(candidates[i] for i in max(sorted(choices), key=smallest_singular_value))
+
+
+# ---------------------------------------------------------------------------------------------- the compiled form
+
+
+def channels(machine: Machine) -> tuple[Channel, ...]:
+    """Return the time histories of a machine, in the order of `describe`."""
+    unit = "m" if machine.aim.point else "rad"
+    all_channels = [
+        Channel("crank_angle", "rad", "crank angle, unwrapped"),
+        Channel("crank/torque", "N*m", "drive torque on the crank"),
+        Channel("output/place", unit, "place of the output"),
+        Channel("output/rate", f"{unit}/s", "its rate"),
+        Channel("output/acceleration", f"{unit}/s^2", "its acceleration"),
+    ]
+    for body in machine.bodies:
+        name = body.replace("-", "_")
+        if body != GROUND:
+            all_channels += [
+                Channel(f"{name}/x", "m", f"centre of mass of {body}, x"),
+                Channel(f"{name}/y", "m", f"centre of mass of {body}, y"),
+                Channel(f"{name}/vx", "m/s", f"velocity of the centre of mass of {body}, x"),
+                Channel(f"{name}/vy", "m/s", f"velocity of the centre of mass of {body}, y"),
+                Channel(f"{name}/angle", "rad", f"angle of {body}, counter-clockwise"),
+                Channel(f"{name}/rate", "rad/s", "its rate"),
+            ]
+            if machine.bodies[body].elastic:
+                all_channels.append(Channel(f"{name}/extension", "m", f"elongation of {body}"))
+    return tuple(all_channels)
+
+
+def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
+    """Return the compiled form of a machine and its initial state.
+
+    joints : compiled form of each joint with clearance, by name; offsets : (2,) m, of the distal point of each from the
+    proximal one at the start, without relative velocity.  Raises ClosureError, MobilityError.
+    """
+    machine = with_segments(machine)
+    ideal_machine, names = ideal_of(machine), frozenset(joints)
+    if names not in ideal_machine.compiled_by_open_joints:
+        ideal_machine.compiled_by_open_joints[names] = _compile(machine, names)
+    compiled = ideal_machine.compiled_by_open_joints[names]
+    if compiled.massless:
+        names_text = ", ".join(compiled.massless)
+        raise MobilityError(
+            f"with these joints open, these bodies move without mass or moment of inertia: {names_text}"
+        )
+    displaced = any(map(any, offsets.values()))
+    start = _initial_state(ideal_machine, compiled.state, offsets) if displaced else compiled.start
+    return Built(compiled.form, start, compiled.lengths, ideal_machine.closure.size, ideal_machine.reference_rate())
+
+
+def ideal(machine: Machine, angles) -> IdealMotion:
+    """Return the motion of the output and the reactions without clearance at angles (rad, any shape) of the crank."""
+    shape, ideal_machine = np.shape(angles), ideal_of(machine)
+    motion = ideal_machine.motion(np.asarray(angles, dtype=float).ravel(), lambda: _ideal_form(ideal_machine))
+    reactions = {name: force.reshape((*shape, 2)) for name, force in motion.reactions.items()}
+    torque = np.reshape(motion.torque, shape)
+    return IdealMotion(*(np.reshape(array, shape) for array in motion[:3]), reactions, torque)
+
+
+def ideal_reactions(machine: Machine, angles: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the force (N, 2) N on each joint's distal body without clearance at angles (N,) rad of the crank."""
+    ideal_machine = ideal_of(machine)
+    return ideal_machine.reactions(angles, lambda: _ideal_form(ideal_machine))
+
+
+def _ideal_form(ideal_machine: IdealMachine) -> Planar:
+    return _compiled_form(ideal_machine.machine, frozenset())
+
+
+class _Compiled(NamedTuple):
+    """A compiled machine with some of its joints open, for any clearances and laws: cases of a sweep share it."""
+
+    form: Planar
+    state: list[Coordinate]
+    lengths: np.ndarray  # m, as in Built
+    start: np.ndarray  # as in Built, with zero offsets
+    massless: list[str]  # moving bodies without mass or inertia
+
+
+def _compile(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
+    """Return the compiled form of a machine with open joints of these names, and its coordinates."""
+    form = _compiled_form(machine, open_joints)
+    state = machine_type(kinds_of(form)).state
+    start = _initial_state(ideal_of(machine), state, {})
+    lengths = np.array([_length_per_unit(machine, coordinate) for coordinate in state])
+    return _Compiled(form, state, lengths, start, _massless_bodies(machine, form, start))
+
+
+def _compiled_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
+    """Return the compiled form of a machine with open joints of these names."""
+    ideal_machine, form = ideal_of(machine), _independent_form(machine, open_joints)
+    structure = machine_type(kinds_of(form))
+    coordinates = [
+        ideal_machine.coordinate_over_revolution(coordinate) for coordinate in structure.spanning_tree.coordinates
+    ]
+    output = ideal_machine.output_over_revolution()
+    form = form._replace(cycle=make_cycle([output], machine.drive.start_angle))
+    dependent = _dependent_indices(ideal_machine, form, coordinates) if structure.spanning_tree.loop_joints else ()
+    columns, kind = [output, *(coordinates[i] for i in dependent)], Cycle
+    if ideal_machine.change_points and dependent:
+        slopes = [coordinates[i][1:] for i in dependent]
+        columns += [(*slope, np.gradient(slope[1], ideal_machine.revolution.angles, edge_order=2)) for slope in slopes]
+        kind = BranchingCycle
+    cycle = make_cycle([*columns], machine.drive.start_angle, kind)
+    return form._replace(dependent=tuple(map(as_empty_tuples, dependent)), cycle=cycle)
+
+
+def _dependent_indices(ideal_machine: IdealMachine, form: Planar, coordinates: list) -> tuple[int, ...]:
+    """Return the indices of the dependent coordinates: machines that differ in masses and loads share them."""
+    kinds = kinds_of(form)
+    inputs = AlwaysEqual((form, machine_type(kinds), coordinates))
+    return _cached_dependent_indices(geometry_of(ideal_machine.full_machine), kinds, inputs)
+
+
+@functools.lru_cache(maxsize=64)
+def _cached_dependent_indices(key: bytes, kinds: tuple, inputs: AlwaysEqual) -> tuple[int, ...]:
+    return tuple(choose_dependent(*inputs.value))
+
+
+def _has_finite_accelerations(form: Planar, start: np.ndarray) -> bool:
+    """Return whether all accelerations at the initial state are finite."""
+    no_loads = tuple(Load(0.0, 0.0, 0.0, 0.0, ()) for joint in form.joints if isinstance(joint.site, Open))
+    try:
+        with np.errstate(all="ignore"):
+            accelerations = accelerate(form, pose_at(form, start), no_loads)
+    except ZeroDivisionError:
+        return False
+    return bool(np.all(np.isfinite([*accelerations.accelerations, accelerations.torque])))
+
+
+def _check_spring_directions(machine: Machine, form: Planar, start: np.ndarray) -> None:
+    """Raise MobilityError if a spring with a free length has no direction at the start: its ends coincide."""
+    without_free_lengths = tuple(
+        load._replace(free_length=0.0) if isinstance(load, SpringLoad) else load for load in form.loads
+    )
+    if not _has_finite_accelerations(form._replace(loads=without_free_lengths), start):
+        return
+    names = ", ".join(f"loads.{load.name}" for load in machine.loads if isinstance(load, Spring) and load.free_length)
+    raise MobilityError(
+        f"the ends of a spring coincide at the start, so the direction of its force is unknown: {names}; move its "
+        "anchor or its point, or write free_length: 0"
+    )
+
+
+def _massless_bodies(machine: Machine, form: Planar, start: np.ndarray) -> list[str]:
+    """Return the moving bodies without mass or moment of inertia, or [] if all accelerations are finite."""
+    if _has_finite_accelerations(form, start):
+        return []
+    _check_spring_directions(machine, form, start)
+    moving_bodies = _moving_names(machine)
+    return [
+        name for name in moving_bodies if 0.0 in (machine.bodies[name].mass, machine.bodies[name].inertia)
+    ] or moving_bodies
+
+
+def _initial_state(ideal_machine: IdealMachine, state: list[Coordinate], offsets: Mapping) -> np.ndarray:
+    """Return the initial state (2n+1,): n coordinates (m or rad), their rates, time (s).
+
+    offsets : as for `build`; if there are any, elastic links are extended by the forces of the ideal motion.  Raises
+    ClosureError if the joints cannot be displaced by them.
+    """
+    machine, angle = ideal_machine.full_machine, ideal_machine.machine.drive.start_angle
+    speed = crank_speed(machine)
+    extensions = ideal_machine.static_extensions(angle, speed) if offsets and ideal_machine.closure.springs else {}
+    displaced_state = ideal_machine.displaced_states({**offsets, **extensions}, angle)
+    if not np.all(np.isfinite(displaced_state.q)):
+        raise ClosureError("its joints cannot have the specified initial distances", _moving_names(machine)[0], angle)
+    values = [ideal_machine.coordinate(coordinate, displaced_state) for coordinate in state]
+    coordinates, rates = [float(value[0]) for value, _ in values], [speed * float(slope[0]) for _, slope in values]
+    for i, coordinate in enumerate(state):
+        initial = (
+            None if coordinate.kind == TRAVEL else machine.bodies[_moving_names(machine)[coordinate.owner - 1]].initial
+        )
+        if initial is not None:
+            coordinates[i], rates[i] = initial_coordinate(initial, coordinate.kind)
+    return np.array([*coordinates, *rates, 0.0])
+
+
+def crank_speed(machine: Machine) -> float:
+    """Return the initial speed (rad/s) of the crank."""
+    if isinstance(machine.drive, Motor):
+        return machine.drive.initial_speed
+    return drive_motion(compile_drive(machine.drive), 0.0)[1]
+
+
+def discontinuity_times(machine: Machine) -> list[float]:
+    """Return the times (s) at which an acceleration or the slope of a load jumps, where steps should end."""
+    times = {time for load in machine.loads for time in discontinuity_times_of(load)}
+    if isinstance(machine.drive, Schedule):
+        times |= set(map(float, machine.drive.times))
+    return sorted(time for time in times if time > 0.0)
+
+
+def _independent_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
+    """Return the compiled form with open joints of these names, without dependent coordinates."""
+    numbers = {name: as_empty_tuples(i) for i, name in enumerate([GROUND, *_moving_names(machine)])}
+    compiled_joints = []
+    for joint in machine.joints:
+        site: tuple = Open() if joint.name in open_joints else Closed()
+        bodies = (numbers[joint.proximal.body], numbers[joint.distal.body])
+        points = (_compile_point(machine, joint.proximal), _compile_point(machine, joint.distal))
+        if isinstance(joint, (Guide, Stretch, Slot)):
+            is_spring = isinstance(joint, Stretch)
+            site = ElasticGuide(joint.stiffness, joint.damping) if is_spring else site
+            axis = compile_direction(math.cos(joint.axis), math.sin(joint.axis))
+            compiled_joints.append(Slide(site, *bodies, *points, axis))
+        else:
+            compiled_joints.append(Hinge(site, *bodies, *points))
+    crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
+    return Planar(
+        bodies=tuple(masses_of(machine)),
+        joints=tuple(compiled_joints),
+        dependent=(),
+        crank=numbers[crank],
+        drive=compile_drive(machine.drive),
+        gravity=machine.gravity,
+        loads=compile_loads(
+            machine.loads,
+            lambda endpoint: (numbers[endpoint.body], _compile_point(machine, endpoint)),
+            lambda name: as_empty_tuples([joint.name for joint in machine.joints].index(name)),
+        ),
+        aim=_compile_aim(machine, machine.aim, numbers),
+        cycle=(),
+    )
+
+
+def _moving_names(machine: Machine) -> list[str]:
+    return [name for name in machine.bodies if name != GROUND]
+
+
+def _compile_point(machine: Machine, endpoint: BodyPoint) -> tuple:
+    body = machine.bodies[endpoint.body]
+    center = (0.0, 0.0) if endpoint.body == GROUND else body.center
+    x, y = np.subtract(body.points[endpoint.point], center)
+    return compile_point(float(x), float(y))
+
+
+def _compile_aim(machine: Machine, aim: Aim, numbers: Mapping) -> tuple:
+    if not aim.point:
+        return AngleAim(numbers[aim.body])
+    direction = compile_direction(math.cos(aim.direction), math.sin(aim.direction))
+    return PointAim(numbers[aim.body], _compile_point(machine, BodyPoint(aim.body, aim.point)), direction)
+
+
+def _length_per_unit(machine: Machine, coordinate: Coordinate) -> float:
+    """Return the displacement (m) of bodies for a unit of a coordinate."""
+    if coordinate.kind != ANGLE:
+        return 1.0
+    return extent(machine.bodies[_moving_names(machine)[coordinate.owner - 1]]) or 1.0

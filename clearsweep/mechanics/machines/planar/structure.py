@@ -1,0 +1,291 @@
+"""The structure of a planar machine, read from its compiled type, and its spanning tree.
+
+It decides which operations the programs of the machine have.
+"""
+
+import functools
+from typing import NamedTuple
+
+from ...laws.friction import Karnopp
+from ..contract import Open
+from .form import (
+    FRICTION_LOADS,
+    BranchingCycle,
+    ElasticGuide,
+    Free,
+    GivenFriction,
+    Planar,
+    PointAim,
+    Segment,
+    Slide,
+    SpringLoad,
+    Steady,
+)
+
+# ---------------------------------------------------------------------------------------------- the spanning tree
+
+# Spanning tree of a planar machine: angle groups, tree of joints, coordinates, loops.
+#
+# Bodies that a guide without clearance keeps parallel share one angle, measured in the fixed frame.  A tree of joints
+# without clearance leads from the ground to every body that such joints connect; each further joint closes a loop.
+# The other bodies float: one of each connected set has the position of its centre of mass as
+# coordinates, and the others are attached to it.  Joints with clearance constrain nothing.
+
+
+ANGLE, TRAVEL, SHIFT_X, SHIFT_Y = range(4)  # kinds of coordinates: of an angle group, along a guide, of a floating body
+
+
+class Link(NamedTuple):
+    """A joint as an edge of the graph."""
+
+    slides: bool
+    open: bool
+    proximal: int  # number of a body, 0 for the ground
+    distal: int
+    sprung: bool = False  # connects two masses of an elastic link
+
+
+class Coordinate(NamedTuple):
+    """A coordinate of the tree."""
+
+    kind: int
+    owner: int  # number of the group, of the joint, or of the body
+
+
+class SpanningTree(NamedTuple):
+    """Spanning tree of a machine."""
+
+    group: tuple  # group of each body, 0 for the ground; a group has the number of its first body
+    parents: tuple  # parent (body, joint) of each body; None for the ground and floating bodies
+    order: tuple  # bodies after their parents, without the ground
+    loop_joints: tuple  # joints that close loops
+    crank: int  # group that the drive rotates
+    coordinates: tuple  # in the order of the state; a free crank's angle first
+
+    def roots(self) -> tuple:
+        """Return the floating bodies."""
+        return tuple(body for body in self.order if self.parents[body] is None)
+
+
+def spanning_tree(count: int, links: tuple, crank: int, *, free: bool) -> SpanningTree:
+    """Return the spanning tree of `count` bodies, including the ground, connected by `links`.
+
+    free : the crank's angle is one of the coordinates.
+    """
+    group = _groups(count, links)
+    parents, order, tree_joints = _shortest_tree(count, links)
+    loop_joints = tuple(j for j, link in enumerate(links) if not link.open and j not in tree_joints)
+    angles = [g for g in dict.fromkeys(group) if g not in (0, group[crank])]
+    coordinates = [Coordinate(ANGLE, group[crank])] if free else []
+    coordinates += [Coordinate(ANGLE, g) for g in angles]
+    coordinates += [Coordinate(TRAVEL, j) for j, link in enumerate(links) if link.slides and j in tree_joints]
+    for body in order:
+        if parents[body] is None:
+            coordinates += [Coordinate(SHIFT_X, body), Coordinate(SHIFT_Y, body)]
+    return SpanningTree(group, parents, order, loop_joints, group[crank], tuple(coordinates))
+
+
+def _groups(count: int, links: tuple) -> tuple:
+    group = list(range(count))
+    for link in links:
+        if link.slides and not link.open:
+            lower, higher = sorted((group[link.proximal], group[link.distal]))
+            group = [lower if g == higher else g for g in group]
+    return tuple(group)
+
+
+def _shortest_tree(count: int, links: tuple) -> tuple:
+    """Return the parent of each body, the bodies in order, and the tree joints; paths to the ground are shortest."""
+    parents: list = [None] * count
+    order: list[int] = []
+    tree_joints: set[int] = set()
+    for root in range(count):
+        if root in order:
+            continue
+        order.append(root)
+        layer = [root, *_attach_link_masses(links, root, order, parents, tree_joints)]
+        order += layer[1:]
+        while layer:
+            layer = _attach_children(links, layer, order, parents, tree_joints)
+            order += layer
+    return tuple(parents), tuple(order[1:]), tree_joints
+
+
+def _attach_children(links: tuple, layer: list, placed: list, parents: list, tree_joints: set) -> list:
+    """Return the children of the bodies in `layer`; record them in `parents`, and their joints in `tree_joints`."""
+    order: list[int] = []
+    for j, link in enumerate(links):
+        for placed_body, new_body in ((link.proximal, link.distal), (link.distal, link.proximal)):
+            if not link.open and placed_body in layer and new_body not in placed and new_body not in order:
+                parents[new_body] = (placed_body, j)
+                tree_joints.add(j)
+                order.append(new_body)
+                order += _attach_link_masses(links, new_body, [*placed, *order], parents, tree_joints)
+    return order
+
+
+def _attach_link_masses(links: tuple, body: int, placed: list, parents: list, tree_joints: set) -> list:
+    """Return the masses of the elastic link of `body`, attached in a chain: no spring closes a loop."""
+    order: list[int] = []
+    pending = [body]
+    while pending:
+        placed_body = pending.pop()
+        for j, link in enumerate(links):
+            if not link.sprung or placed_body not in (link.proximal, link.distal):
+                continue
+            new_body = link.distal if placed_body == link.proximal else link.proximal
+            if new_body not in placed and new_body not in order:
+                parents[new_body] = (placed_body, j)
+                tree_joints.add(j)
+                order.append(new_body)
+                pending.append(new_body)
+    return order
+
+
+# ---------------------------------------------------------------------------------------------- the type of a machine
+
+
+class Site(NamedTuple):
+    """A joint, and the forms of its points, such as Centre."""
+
+    link: Link
+    near: type  # on the proximal body
+    far: type
+    axis: type | None  # of a guide
+
+
+class LoadKind(NamedTuple):
+    """A load and its points of action."""
+
+    form: type
+    points: tuple[tuple[int, type, str], ...]  # bodies, forms of points, and the fields that contain these
+
+
+class FrictionLoad(NamedTuple):
+    """Friction in a joint without clearance, or of a given size in any joint."""
+
+    load: int  # its number among the loads
+    joint: int
+    is_given: bool  # it does not depend on the reaction
+    sticks: bool = False  # its law sticks
+
+
+class MachineType(NamedTuple):
+    """The structure of a planar machine."""
+
+    sites: tuple[Site, ...]
+    spanning_tree: SpanningTree
+    crank: int  # number of the driven body
+    free: bool  # the crank is free
+    steady: bool  # the crank's speed is constant
+    dependent: tuple[Coordinate, ...]  # dependent coordinates
+    loads: tuple[LoadKind | None, ...]  # None where it is friction
+    friction_loads: tuple[FrictionLoad, ...]
+    aim: tuple  # (number of the body, form of the point or None, form of the direction)
+    segments: tuple[int, ...] = ()  # numbers of bodies that are further masses of elastic links
+    branches: bool = False  # its loops pass change points
+
+    @property
+    def bodies(self) -> int:
+        """Return the number of bodies, including the ground."""
+        return len(self.spanning_tree.group)
+
+    @property
+    def state(self) -> list[Coordinate]:
+        """Return the coordinates in the order of the state."""
+        return [coordinate for coordinate in self.spanning_tree.coordinates if coordinate not in self.dependent]
+
+    @property
+    def groups(self) -> list[int]:
+        """Return the rotating groups in the order of a pose."""
+        return [g for g in dict.fromkeys(self.spanning_tree.group) if g != 0]
+
+    @property
+    def open(self) -> list[int]:
+        """Return the joints with clearance."""
+        return [j for j, site in enumerate(self.sites) if site.link.open]
+
+    @property
+    def sprung(self) -> list[int]:
+        """Return the joints between masses of elastic links."""
+        return [j for j, site in enumerate(self.sites) if site.link.sprung]
+
+    @property
+    def whole_bodies(self) -> list[tuple[int, ...]]:
+        """Return the moving bodies, with the masses of an elastic link grouped."""
+        chains: list[tuple[int, ...]] = []
+        for body in range(1, self.bodies):
+            if body in self.segments:
+                chains[-1] = (*chains[-1], body)
+            else:
+                chains.append((body,))
+        return chains
+
+
+@functools.lru_cache(maxsize=1024)
+def machine_type(kinds: tuple) -> MachineType:
+    """Return the MachineType from the result of `kinds_of` for a Planar."""
+    sites = tuple(map(_site, _kind_of_field(kinds, "joints")[1:]))
+    crank, drive = _number(_kind_of_field(kinds, "crank")), _kind_of_field(kinds, "drive")[0]
+    tree = spanning_tree(
+        len(_kind_of_field(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free
+    )
+    friction_loads = tuple(
+        FrictionLoad(
+            i,
+            _number(_kind_of_field(kind, "joint")),
+            kind[0] is GivenFriction,
+            _kind_of_field(kind, "friction")[0] is Karnopp,
+        )
+        for i, kind in enumerate(_kind_of_field(kinds, "loads")[1:])
+        if kind[0] in FRICTION_LOADS
+    )
+    loads = tuple(map(_load, _kind_of_field(kinds, "loads")[1:]))
+    aim = _kind_of_field(kinds, "aim")
+    assert kinds[0] is Planar
+    point, direction = (
+        (_kind_of_field(aim, field)[0] for field in ("point", "direction")) if aim[0] is PointAim else (None, None)
+    )
+    dependent = tuple(tree.coordinates[_number(kind)] for kind in _kind_of_field(kinds, "dependent")[1:])
+    return MachineType(
+        sites,
+        tree,
+        crank,
+        drive is Free,
+        drive is Steady,
+        dependent,
+        loads,
+        friction_loads,
+        (_number(_kind_of_field(aim, "body")), point, direction),
+        tuple(i for i, kind in enumerate(_kind_of_field(kinds, "bodies")[1:], start=1) if kind[0] is Segment),
+        _kind_of_field(kinds, "cycle")[0] is BranchingCycle,
+    )
+
+
+def _kind_of_field(kinds: tuple, field: str) -> tuple:
+    return kinds[1 + kinds[0]._fields.index(field)]
+
+
+def _number(kinds: tuple) -> int:
+    return len(kinds) - 1
+
+
+def _site(kinds: tuple) -> Site:
+    slides = kinds[0] is Slide
+    site, bodies = (
+        _kind_of_field(kinds, "site")[0],
+        (_number(_kind_of_field(kinds, "proximal")), _number(_kind_of_field(kinds, "distal"))),
+    )
+    link = Link(slides, site is Open, *bodies, site is ElasticGuide)
+    near, far = (_kind_of_field(kinds, end)[0] for end in ("near", "far"))
+    return Site(link, near, far, _kind_of_field(kinds, "axis")[0] if slides else None)
+
+
+def _load(kinds: tuple) -> LoadKind | None:
+    if kinds[0] in FRICTION_LOADS:
+        return None
+    pairs = (("first", "near"), ("second", "far")) if kinds[0] is SpringLoad else (("body", "point"),)
+    endpoints = tuple(
+        (_number(_kind_of_field(kinds, body)), _kind_of_field(kinds, point)[0], point) for body, point in pairs
+    )
+    return LoadKind(kinds[0], endpoints)
