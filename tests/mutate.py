@@ -79,7 +79,7 @@ WEAR = "tests/test_plain.py -k archard"
 IMPACT = "tests/test_plain.py -k give"
 FLIGHT = "tests/test_plain.py -k flight"
 LIMIT = "tests/test_law_limit.py"
-JUDGE, VERDICT, CASES = "answers/judge.py", "answers/verdict.py", "answers/judged.py"
+JUDGE, VERDICT, JUDGED_CASES = "answers/judge.py", "answers/verdict.py", "answers/judged.py"
 JUDGED = "tests/test_judge.py"
 BLOCKS, MEANS = "simulation/figures/catalogue.py", "tests/test_batch_means.py"
 EVENTS, BERNSTEIN = (f"mechanics/solver/{name}.py" for name in ("event_search", "bernstein"))
@@ -637,20 +637,24 @@ MUTATIONS = (
     Mutation(VERDICT, "LimitsAndFigures.assess", "undecided |= ~is_finished", "pass", JUDGED),
     Mutation(VERDICT, "LimitsAndFigures.assess", "(is_beyond & ~(margin < 0.0))", "(is_beyond & False)", JUDGED),
     Mutation(
-        CASES, "Cases.verdicts", "np.where(exceeded, EXCEEDED,", "np.where(exceeded & ~undecided, EXCEEDED,", JUDGED
+        JUDGED_CASES,
+        "Cases.verdicts",
+        "np.where(exceeded, EXCEEDED,",
+        "np.where(exceeded & ~undecided, EXCEEDED,",
+        JUDGED,
     ),
     Mutation(JUDGE, "combined", "EXCEEDED if EXCEEDED in verdicts else", "", JUDGED),
     Mutation(JUDGE, "_design", "for condition in tuples", "for condition in rows_by_tuple", JUDGED),
     Mutation(JUDGE, "_design", "UNDECIDED if missing else MET", "MET", JUDGED),
     Mutation(JUDGE, "_designs", 'sample.get("method") == ONE_AT_A_TIME or', "", JUDGED),
-    Mutation(JUDGE, "_designs", "roles.CONDITION, roles.MODEL", "roles.CONDITION", JUDGED),
+    Mutation(JUDGE, "_designs", "catalogue.CONDITION, catalogue.MODEL", "catalogue.CONDITION", JUDGED),
     Mutation(JUDGE, "_worst", 'fact["margin"] or 0.0', '-(fact["margin"] or 0.0)', JUDGED),
     Mutation(JUDGE, "_rank", "-(margin or 0.0)", "(margin or 0.0)", JUDGED),
-    Mutation(CASES, "fineness_of", "-1 if", "1 if", JUDGED),
-    Mutation(CASES, "_finest", "order[is_last].tolist()", "order[::-1][is_last].tolist()", JUDGED),
+    Mutation(JUDGED_CASES, "fineness_of", "-1 if", "1 if", JUDGED),
+    Mutation(JUDGED_CASES, "_finest", "order[is_last].tolist()", "order[::-1][is_last].tolist()", JUDGED),
     Mutation(JUDGE, "_difference", "int(np.argmax(relative))", "int(np.argmin(relative))", JUDGED),
     Mutation(JUDGE, "_merged", "b if a < 0 else a", "a", JUDGED),
-    Mutation(CASES, "named_value", "if labelled == value", "if labelled != value", JUDGED),
+    Mutation(JUDGED_CASES, "named_value", "if labelled == value", "if labelled != value", JUDGED),
     Mutation(JUDGE, "_is_none", "max(abs(start), abs(end))", "min(abs(start), abs(end))", JUDGED),
     Mutation(JUDGE, "_direction", "sign_test(rising, falling) > SIGNIFICANCE", "False", JUDGED),
     Mutation(JUDGE, "_direction", "RISES if rising > falling", "RISES if rising < falling", JUDGED),

@@ -333,7 +333,7 @@ def test_the_section_shows_what_there_is_and_is_left_out_where_nothing_turns():
         (np.geomspace(50.0, 90.0, 12), False),
     ],
 )
-def test_an_axis_is_logarithmic_where_its_values_are_spaced_by_factors_over_a_wide_range(speeds, is_log):
+def test_an_axis_is_logarithmic_where_factors_space_its_values(speeds, is_log):
     run = Run(sweep={SPEED: speeds.tolist()})
     assert axes_of(pictures(run)["Force peak over crank speed"]).xaxis.is_log is is_log
     (shown,) = motion_type_sections(prepare(run))
