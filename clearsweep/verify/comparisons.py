@@ -27,7 +27,7 @@ from .problems import ImpactPair, ReferenceTrajectory, all_problems, scene_of
 #
 # After one or two revolutions two integrations of the same chaotic motion are two samples of it, whatever their
 # tolerance.  Only figures over many revolutions can converge.  With the length of the run they converge to a value with
-# an interval (blocks of revolutions, see `batch_means`), and these intervals must agree between tolerances.
+# an interval (blocks of revolutions, see `Blocks`), and these intervals must agree between tolerances.
 
 
 PROBLEM_NAME, DISCARDED_REVOLUTIONS = "b_base", 2  # before its statistics begin

@@ -281,7 +281,7 @@ MECHANISM = (
         tables=(Entry("output", "crank torque peak", 4), Entry("sample", "crank torque peak", 22)),
     ),
 )
-#: Figures of observed runs only, under these names: see `lyapunov` and `until`.
+#: Figures of observed runs only, under these names: see `Perturbed` and `ConvergenceObserver`.
 OBSERVED = (
     Figure(
         "lyapunov_exponent",
