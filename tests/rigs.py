@@ -74,7 +74,7 @@ def identify(folder, rig, seed, cases, law=None):
     whole["identify"] |= {"from": {str(folder / "rig.csv"): {"slider/a": "acceleration"}}, "cases": cases}
     begin = time.process_time()
     result = clearsweep.sweep(whole, folder / "run", show_progress=False)
-    computed = {parameter.path: parameter for parameter in result.found.parameters}
+    computed = {parameter.path: parameter for parameter in result.search_result.parameters}
     least = computed[CLEARANCE]
     return {
         "seed": seed,
@@ -86,7 +86,7 @@ def identify(folder, rig, seed, cases, law=None):
         "found": {path: [each.low, each.value, each.high, each.determined] for path, each in computed.items()},
         "inside": bool(least.low <= rig[CLEARANCE] <= least.high),
         "half_width": (least.high - least.low) / 2.0 / least.value,
-        "explained": result.found.explained,
+        "explained": result.search_result.explained,
         "processor_seconds_beside_the_cases": time.process_time() - begin,
         "case_seconds": result.case_seconds,
     }

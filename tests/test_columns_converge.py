@@ -62,11 +62,11 @@ def astray(first, second, units):
 
 def columns_astray(name):
     """Return the columns of a file that differ between two tolerances at which its motion is the same."""
-    found = {}
+    differences = {}
     for (slower, coarse, units), (finer, fine, _) in itertools.pairwise(runs_of(name)):
         if apart(slower, finer) < SAME_MOTION:
-            found |= astray(coarse, fine, units)
-    return found
+            differences |= astray(coarse, fine, units)
+    return differences
 
 
 @pytest.mark.slow

@@ -83,8 +83,8 @@ def test_the_loop_depends_on_the_contract_of_laws_and_on_none_of_them():
 def test_a_file_outside_the_package_may_depend_on_all_of_it(tmp_path):
     path = tmp_path / "law.py"
     path.write_text("K = 1.0\n")
-    found = cache.dependencies([str(path)])
-    assert found.keys() == cache.source_hashes().keys() | {str(path)}
+    dependencies = cache.dependencies([str(path)])
+    assert dependencies.keys() == cache.source_hashes().keys() | {str(path)}
 
 
 @pytest.fixture
@@ -141,5 +141,5 @@ def test_compiled_code_is_kept_under_a_stamp_of_its_compiler(tmp_path, monkeypat
 def test_a_trace_that_chose_a_body_by_type_depends_on_every_source(tmp_path):
     path = tmp_path / "law.py"
     path.write_text("K = 1.0\n")
-    found = cache.dependencies([str(path), "<machine>"], on_all=True)
-    assert found.keys() == cache.source_hashes().keys() | {str(path)}
+    dependencies = cache.dependencies([str(path), "<machine>"], on_all=True)
+    assert dependencies.keys() == cache.source_hashes().keys() | {str(path)}

@@ -86,11 +86,11 @@ def ran(tmp_path_factory):
 def test_the_true_value_is_within_a_narrow_interval(ran):
     result, out, _ = ran
     assert result.ran == 64
-    (computed,) = result.found.parameters
+    (computed,) = result.search_result.parameters
     assert computed.low < 0.4 < computed.high
     assert computed.high - computed.low < 0.1
     assert computed.determined == "well"
-    assert result.found.explained
+    assert result.search_result.explained
     sample = pq.read_table(out / "identify.parquet").to_pydict()
     assert set(sample) == {MASS, "weight"}
     assert sum(sample["weight"]) == pytest.approx(1.0)
@@ -99,7 +99,7 @@ def test_the_true_value_is_within_a_narrow_interval(ran):
 
 
 def test_gain_angle_and_noise_are_found_next_to_it(ran):
-    (read,) = ran[0].found.signals
+    (read,) = ran[0].search_result.signals
     assert read.angle == pytest.approx(2.0, abs=0.05)
     assert read.noise[1] < 0.02 < read.noise[2]
     assert read.revolutions == 11
@@ -142,10 +142,10 @@ def test_cases_store_the_signals_that_are_compared_and_no_others(ran):
 def test_a_key_that_the_signal_does_not_depend_on_is_said_to_be_undetermined(tmp_path):
     file = measure(tmp_path / "rig.csv")
     result = quiet(asked(file, 64, over={ROD: ["0.1 kg", "0.9 kg"]}), tmp_path / "run")  # 48: "weakly" for some seeds
-    mass, rod = result.found.parameters
+    mass, rod = result.search_result.parameters
     assert (mass.determined, rod.determined) == ("well", "not")
     assert result.failed > 0  # and failed cases are left out
-    assert result.found.finished + result.failed == 64
+    assert result.search_result.finished + result.failed == 64
     assert "the data do not determine it" in run_text(of_run(result))
 
 
@@ -173,7 +173,7 @@ def test_what_no_case_explains_is_called_a_misfit(tmp_path, monkeypatch):
     file = measure(tmp_path / "rig.csv")
     monkeypatch.setitem(globals(), "motion", true)
     result = quiet(asked(file, 48), tmp_path / "run")
-    assert not result.found.explained
+    assert not result.search_result.explained
     assert "Misfit: " in run_text(of_run(result))
     assert "orders 33 to 45" in run_text(of_run(result))
 
@@ -259,7 +259,7 @@ def test_too_few_finished_cases_end_with_a_summary(tmp_path):
     result = quiet(source, tmp_path / "run")
     finished = result.cases - result.failed
     assert 0 < finished < 12
-    assert "nothing is identified" in result.found.note
+    assert "nothing is identified" in result.search_result.note
     assert result.exit_code == 3
     text = run_text(of_run(result))
     assert f"{finished} of 32 cases finished and at least 12 are needed" in text

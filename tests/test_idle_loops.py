@@ -67,8 +67,8 @@ def instructions_of(code):
 
 @pytest.mark.parametrize("load", LOADS)
 def test_a_sweep_of_an_engine_contains_its_open_cylinder_alone(load):
-    one, three = (instructions_of(code_of(engine(cylinders, load), "sweep")) for cylinders in (1, 3))
-    assert Counter(three) == Counter(one)
+    single, three = (instructions_of(code_of(engine(cylinders, load), "sweep")) for cylinders in (1, 3))
+    assert Counter(three) == Counter(single)
 
 
 @pytest.mark.slow

@@ -83,7 +83,7 @@ def test_oils_differ_in_density_by_grade():
     ],
 )
 def test_values_from_memory_need_consent(section, value):
-    with pytest.raises(InputError, match=r"are from memory.*write `unchecked: true` beside the name"):
+    with pytest.raises(InputError, match=r"are from memory.*write `unchecked: true` next to the name"):
         with_joint(section, value)
     material = value.get("material")
     if isinstance(material, str):
@@ -99,7 +99,7 @@ def test_values_from_memory_need_consent(section, value):
 
 @pytest.mark.parametrize("flag", [{"unchecked": True}, {"unchecked": "yes", "pair": "steel/brass dry"}])
 def test_consent_without_a_name_or_in_another_word_is_a_mistake(flag):
-    with pytest.raises(InputError, match=r"wear.unchecked: (belongs beside a name|found 'yes')"):
+    with pytest.raises(InputError, match=r"wear.unchecked: (belongs next to a name|found 'yes')"):
         with_joint("wear", {"law": "archard", "coefficient": "1e-15 m^2/N"} | flag)
 
 

@@ -96,7 +96,7 @@ def test_the_case_that_is_written_is_looked_at_first(tmp_path):
     source = asked()
     result = quiet(source, tmp_path / "run")
     own = grids.load(source, Fake.catalogue())
-    assert result.found.start.point[MASS] == own.search.start[MASS]
+    assert result.search_result.start.point[MASS] == own.search.start[MASS]
     assert own.point(0)[MASS] == own.search.start[MASS]
 
 
@@ -148,12 +148,12 @@ def test_an_objective_with_an_interval_is_given_with_it(tmp_path):
     out = tmp_path / "run"
     source = asked(minimise="rod_slider_force_peak_p95") | {"limits": {"rod_slider_force_peak_p95": {"at_least": 0.2}}}
     result = quiet(source, out, simulator=Turns)
-    best, peaks = result.found.best[0], clearsweep.open(out).summary["rod_slider_force_peak_p95"]
+    best, peaks = result.search_result.best[0], clearsweep.open(out).summary["rod_slider_force_peak_p95"]
     (peak,) = best.values.values()
     assert best.intervals == {"rod_slider_force_peak_p95": (peak - 0.05, peak + 0.05)}
-    assert result.found.alike == ((peaks > peak) & (peaks <= peak + 0.1)).sum() > 1
+    assert result.search_result.alike == ((peaks > peak) & (peaks <= peak + 0.1)).sum() > 1
     (section,) = optimised_sections(prepare(clearsweep.open(out)))
-    said = f"{result.found.alike} other cases within the limits cannot be distinguished from it"
+    said = f"{result.search_result.alike} other cases within the limits cannot be distinguished from it"
     assert said in " ".join(section.blocks[0].texts)
 
 

@@ -116,8 +116,8 @@ def test_a_file_has_what_the_page_has_where_the_page_has_it():
     }
     for place, colour in expected.items():
         x, y = (float(side) for side in sheet.axes.to_points(*place, box))
-        found = pixels[int(2.0 * y), int(2.0 * x), :3] * 255.0
-        assert found == pytest.approx([int(colour[k : k + 2], 16) for k in (1, 3, 5)], abs=12.0), place
+        pixel = pixels[int(2.0 * y), int(2.0 * x), :3] * 255.0
+        assert pixel == pytest.approx([int(colour[k : k + 2], 16) for k in (1, 3, 5)], abs=12.0), place
 
 
 def test_unknown_forms_and_widths_are_refused(tmp_path):

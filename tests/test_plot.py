@@ -77,7 +77,7 @@ def ring(ax):
     ax.set_square(3.0)
 
 
-def beside(ax):
+def next_to(ax):
     ax.plot(X, X, color=BLUE)
     ax.leader((0.9, 5.0), (1.06, 7.0), color=BLUE, linewidth=0.5)
     ax.text(1.06, 7.0, "a name", spans_width=True, va="center", size=6.5)
@@ -101,7 +101,7 @@ PAINTS = {
         ax.set_ylim(None, 60.0),
     ),
     ring: lambda ax: ax.set(xlim=(-3.0, 3.0), ylim=(-3.0, 3.0)),
-    beside: lambda ax: ax.plot(X, X),
+    next_to: lambda ax: ax.plot(X, X),
 }
 
 

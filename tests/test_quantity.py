@@ -103,8 +103,8 @@ def test_what_is_printed_can_be_read(system, number, sign):
 @pytest.mark.parametrize("written", [number for number, *_ in READS if isinstance(number, str)])
 def test_a_written_unit_can_be_read_as_it_is_printed(written):
     unit = next(unit for text, unit, _ in READS if text == written)
-    if found := quantity.written_unit(written, unit):
-        shown = wording.recorded_scale(found._asdict()).exact_text(quantity.read(written, unit), 15)
+    if read_unit := quantity.written_unit(written, unit):
+        shown = wording.recorded_scale(read_unit._asdict()).exact_text(quantity.read(written, unit), 15)
         assert quantity.read(shown, unit) == pytest.approx(quantity.read(written, unit), rel=1e-14, abs=1e-14)
 
 

@@ -61,7 +61,7 @@ def test_cases_are_added_along_the_border_and_nowhere_else(tmp_path):
     summary = clearsweep.open(tmp_path / "run").summary
     added_distances, grid_distances = off_border(summary)
     assert (len(grid_distances), result.cases) == (20, len(summary))
-    assert 55 <= len(added_distances) == result.found.added <= 60
+    assert 55 <= len(added_distances) == result.search_result.added <= 60
     assert added_distances.max() < 1.0  # a box that is crossed has no corner further away than its diagonal
     assert np.median(added_distances) < 0.25  # of a step of the grid
     assert np.median(grid_distances) > 1.0
@@ -93,7 +93,7 @@ def test_a_border_across_one_axis_is_enclosed_to_a_thousandth_of_a_step(tmp_path
     bad = summary[summary["limits_exceeded"] != ""][MASS].min()
     assert good <= RADIUS < bad
     assert bad / good == pytest.approx(2.0 ** (1.0 / 1024), rel=1e-9)  # halved by ratios, as the axis is
-    assert result.found == RefineFound(500, 10, 1, whole=True)
+    assert result.search_result == RefineFound(500, 10, 1, whole=True)
     assert of_run(result)["answer"]["cases"]["added"] == 10
 
 
@@ -105,7 +105,7 @@ def test_steps_that_are_equal_are_halved_by_differences(tmp_path):
 @pytest.mark.parametrize("limit", [10.0, 0.01])
 def test_where_all_cases_agree_none_is_added(tmp_path, limit):
     result = quiet(refining_grid(limits={"rod_slider_force_peak": limit}), tmp_path / "run")
-    assert (result.cases, result.found.added) == (20, 0)
+    assert (result.cases, result.search_result.added) == (20, 0)
     assert of_run(result)["answer"]["cases"]["added"] == 0
 
 

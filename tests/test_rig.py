@@ -26,9 +26,9 @@ def test_the_clearance_is_found_from_the_acceleration(tmp_path):
     whole = YAML(typ="safe").load((ROOT / "configs/rig.yaml").read_text(encoding="utf-8"))
     whole["identify"] |= {"from": {str(ROOT / "configs/rig.csv"): {"slider/a": "acceleration"}}, "cases": 160}
     result = clearsweep.sweep(whole, tmp_path / "rig", show_progress=False)
-    computed = {parameter.path: parameter for parameter in result.found.parameters}[rigs.CLEARANCE]
+    computed = {parameter.path: parameter for parameter in result.search_result.parameters}[rigs.CLEARANCE]
     assert computed.low < rigs.TRUE[rigs.CLEARANCE] < computed.high
-    (read,) = result.found.signals
+    (read,) = result.search_result.signals
     assert read.angle == pytest.approx(0.698, abs=0.05)  # 40 deg
     (said,) = (
         parameter

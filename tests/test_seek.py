@@ -257,16 +257,18 @@ def test_none_in_the_range_says_how_near_each_case_comes_and_what_would_pass(tmp
 def test_none_in_the_range_says_which_other_keys_move_the_margin(tmp_path):
     source = searching(limit=0.05, largest="mechanism.rod.mass")  # the peak is the mass of the slider
     result = quiet(source, tmp_path / "run")
-    first = result.found.effects[0]
+    first = result.search_result.effects[0]
     assert (first.path, first.value) == (MASS, 0.14)
     assert first.margin == pytest.approx(-1.8)
     assert first.lower == pytest.approx(-1.52)
     assert first.upper == pytest.approx(-2.08)
-    assert all(effect.size == 0.0 for effect in result.found.effects[1:])
-    assert not any(effect.path.endswith(".exponent") for effect in result.found.effects)  # of which units depend
+    assert all(effect.size == 0.0 for effect in result.search_result.effects[1:])
+    assert not any(
+        effect.path.endswith(".exponent") for effect in result.search_result.effects
+    )  # of which units depend
     again = quiet(source, tmp_path / "run")
     assert again.ran == 0
-    assert again.found.effects == result.found.effects
+    assert again.search_result.effects == result.search_result.effects
 
 
 def test_where_all_cases_count_they_are_compared_at_one_value(tmp_path):

@@ -120,9 +120,9 @@ def test_the_best_design_has_the_least_clearance_where_that_decides_the_force(tm
     best = read("press_joint_best")
     result = sweep(best, tmp_path / "best", simulator=Quick, executor="serial", show_progress=False)
     assert result.ran == best.search.cases
-    points = [each.point for each in result.found.best]
+    points = [each.point for each in result.search_result.best]
     assert min(point[CLEARANCE] for point in points) < 20e-6
-    assert result.found.start.point == {"define.width": 0.08, CLEARANCE: 45e-6}
+    assert result.search_result.start.point == {"define.width": 0.08, CLEARANCE: 45e-6}
     assert best.case(0).joints[0].length == 0.08
 
 

@@ -59,7 +59,7 @@ class Found:
         return {}
 
     def further(self, grid: Any, record: Mapping[str, Any], runs: FurtherRuns) -> tuple["Found", dict[str, Any]]:
-        """Return the answer with what further runs tell about it, and entries to add to run.json, now `record`."""
+        """Return the answer with what further runs show about it, and entries to add to run.json, now `record`."""
         return self, {}
 
     def facts(self, catalogue: Any, record: Mapping[str, Any], judged: Any) -> dict[str, Any] | None:
@@ -71,15 +71,15 @@ class Found:
 
 
 class Rounds(Protocol):
-    """A search at work: it is told the results of a round, and asked for the cases of the next."""
+    """A search at work: it records the results of a round, and is asked for the cases of the next."""
 
-    def tell(self, grid: Any, first_index: int, results: CaseResults) -> None:
+    def record(self, grid: Any, first_index: int, results: CaseResults) -> None:
         """Record the results of the cases of a grid from the index `first_index` on."""
 
     def ask(self) -> Sequence[Point]:
         """Return the points of the next cases; none if no more are needed."""
 
-    def found(self) -> Found:
+    def result(self) -> Found:
         """Return the answer, once no more cases are needed."""
 
 
@@ -112,7 +112,7 @@ class Search:
     answer_key: ClassVar[str] = ""  # of `Found.facts` in `run --json`; '' without
     has_table: ClassVar[bool] = True  # it writes NAME.parquet
     rows_answer: ClassVar[bool] = True  # the rows of the table are answers
-    judges: ClassVar[bool] = True  # its answer tells whether limits are met
+    judges: ClassVar[bool] = True  # its answer says whether limits are met
     refusal_of_shards: ClassVar[str] = "the cases of `{name}` depend on one another; run it without shards"
 
     @property
@@ -171,15 +171,15 @@ class Search:
         return {}
 
     def resolved(self) -> dict[str, Any]:
-        """Return the section in the form of a grid file, in SI; {} stands for `true`."""
+        """Return the section in the form of a grid file, in SI; {} for `true`."""
         raise NotImplementedError
 
     def result_columns(self, grid: Any) -> Sequence[str]:
-        """Return the columns of the summary that `Rounds.tell` needs."""
+        """Return the columns of the summary that `Rounds.record` needs."""
         return ()
 
     def result_channels(self) -> Sequence[str]:
-        """Return the channels that `Rounds.tell` needs."""
+        """Return the channels that `Rounds.record` needs."""
         return ()
 
     def expected_cases(self, grid: Any) -> tuple[int, float]:

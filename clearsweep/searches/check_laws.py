@@ -100,7 +100,7 @@ class LawCheck:
         self.check, self.simulator, self.points, self.is_done = check, simulator, list[Point](), False
         self.ranking = ranking_of(grid.layout, grid.verdict.limits)
 
-    def tell(self, grid: Grid, first_index: int, results: CaseResults) -> None:
+    def record(self, grid: Grid, first_index: int, results: CaseResults) -> None:
         """Find the worst case of the grid, which decides, and the other laws that are suitable for its joints."""
         if self.is_done or not self.ranking.candidates or not len(results.status):
             self.points = []
@@ -121,7 +121,7 @@ class LawCheck:
         """Return the points of the deciding case under each other law; [] in every later round."""
         return self.points
 
-    def found(self) -> Found:
+    def result(self) -> Found:
         """Return the answer, which is in the rows of the summary."""
         return Found()
 

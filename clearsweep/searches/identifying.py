@@ -150,7 +150,7 @@ class Identification:
         self.narrowed_ranges = np.array([[0.0] * len(identify.over), [1.0] * len(identify.over)])  # narrowed ranges
         self.narrowed_at = 0  # cases at the last narrowing
 
-    def tell(self, grid: Grid, first_index: int, results: CaseResults) -> None:
+    def record(self, grid: Grid, first_index: int, results: CaseResults) -> None:
         """Record the results of a grid's cases from the index `first_index` on."""
         for index, status, history in zip(
             range(first_index, len(grid)), results.status, results.histories, strict=True
@@ -189,7 +189,7 @@ class Identification:
         likely = posterior.points[selected, : len(self.identify.over)]
         return [self.identify.point(fractions) for fractions in [*likely, *uniform[: count - len(likely)]]]
 
-    def found(self) -> IdentifyFound | NotIdentified:
+    def result(self) -> IdentifyFound | NotIdentified:
         """Return the final result; that of too few finished cases says so."""
         if len(self.points) < MIN_CASES:
             return NotIdentified(

@@ -114,7 +114,7 @@ class Optimisation:
         self.trials: list[_Trial] = []
         self.seen_points: set[tuple[Any, ...]] = set()
 
-    def tell(self, grid: Grid, first_index: int, results: CaseResults) -> None:
+    def record(self, grid: Grid, first_index: int, results: CaseResults) -> None:
         """Record the results of a grid's cases from the index `first_index` on."""
         names = [column for column, _ in self.optimise.objectives]
         for index in range(first_index, len(grid)):
@@ -155,7 +155,7 @@ class Optimisation:
                 break
         return list(points.values())
 
-    def found(self) -> OptimiseFound:
+    def result(self) -> OptimiseFound:
         """Return the final result."""
         feasible = [trial for trial in self.trials if trial.violation == 0.0]
         if feasible:

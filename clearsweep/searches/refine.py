@@ -194,7 +194,7 @@ class Refinement:
         self.halved: list[tuple[_Box, int]] = []  # boxes whose halves must be examined, and the axis of halving
         self.crossed, self.added_count, self.is_incomplete = 0, 0, False
 
-    def tell(self, grid: Grid, first_index: int, results: CaseResults) -> None:
+    def record(self, grid: Grid, first_index: int, results: CaseResults) -> None:
         """Record how the cases of a grid, from the index `first_index` on, compare to its limits."""
         keys = [self._key(grid.point(index)) for index in range(first_index, len(grid))]
         is_good = [status == "ok" and not names for status, names in zip(results.status, results.unmet, strict=True)]
@@ -222,7 +222,7 @@ class Refinement:
         self.added_count += len(requested)
         return [self._point(*key) for key in requested]
 
-    def found(self) -> RefineFound:
+    def result(self) -> RefineFound:
         """Return the results, at the end."""
         return RefineFound(self.refine.cases, self.added_count, self.crossed, whole=not self.is_incomplete)
 

@@ -135,8 +135,8 @@ class SeekFound(Found):
         """Return the answers with the effects of other keys, and what is nearest to the limits, if one is missing."""
         if not self.best:
             return self, {}
-        found = replace(self, effects=tuple(unanswered.effects(grid, self.best, runs)))
-        return found, {"nearest": found._remedies(runs.catalogue, record)}
+        with_effects = replace(self, effects=tuple(unanswered.effects(grid, self.best, runs)))
+        return with_effects, {"nearest": with_effects._remedies(runs.catalogue, record)}
 
     def facts(self, catalogue: Any, record: Mapping[str, Any], judged: Any) -> dict[str, Any]:
         """Return the answers, and the remedies where one is missing."""
@@ -416,7 +416,7 @@ class SeekRounds:
             tuple(range(self.seek.last_index + 1)) if self.seek.fits else bisection.scan_indices(self.seek.last_index)
         )
 
-    def tell(self, grid: Grid, first_index: int, results: CaseResults) -> None:
+    def record(self, grid: Grid, first_index: int, results: CaseResults) -> None:
         """Record how the cases of a grid, from the index `first_index` on, compare to its limits."""
         for index in range(first_index, len(grid)):
             point = grid.point(index)
@@ -427,7 +427,7 @@ class SeekRounds:
         """Return the points of the next cases."""
         return [self._point(*probe) for probe in dict.fromkeys(self._next_probes())]
 
-    def found(self) -> SeekFound:
+    def result(self) -> SeekFound:
         """Return the answers: one for each case of the other axes, or one for all."""
         return SeekFound(self.seek, tuple(self._answer(subject) for subject in self.subjects))
 

@@ -283,8 +283,8 @@ class BlockedRun(StoredRun):
         if condition.ids is not None:  # an identity is in the file of identities of its part, or in none
             valid = [text for text in condition.ids if len(text) == ID_LENGTH and HEXADECIMAL.issuperset(text)]
             numbers = [int(case_id, 16) for case_id in valid]
-            holds = [any(np.ptp(part.rows_between(value, value)) for value in numbers) for part in self.parts]
-            files = [file for file, is_possible in zip(files, holds, strict=True) if is_possible]
+            has_value = [any(np.ptp(part.rows_between(value, value)) for value in numbers) for part in self.parts]
+            files = [file for file, is_possible in zip(files, has_value, strict=True) if is_possible]
         elif condition.columns:
             guarantees = [_guarantee(self.schema, mark["ranges"], condition.columns) for mark in self._marks]
         options = pds.ParquetFragmentScanOptions(pre_buffer=False, page_checksum_verification=True)

@@ -96,7 +96,7 @@ class Part:
         """Return the range of rows (first, end) whose identities are from `low` to `high`.
 
         Identities are uniformly distributed hashes, so a few kilobytes around the expected row are read of their file.
-        Statistics of Parquet do not tell them apart: 10^8 cases in 763 parts take 40 times as long by these.
+        Statistics of Parquet do not distinguish them: 10^8 cases in 763 parts take 40 times as long by these.
         """
         if IDS_FILE not in self.files:
             first, end = np.searchsorted(self.ids, np.uint64(low)), np.searchsorted(self.ids, np.uint64(high), "right")

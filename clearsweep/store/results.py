@@ -97,17 +97,17 @@ def read_histories(
 
 
 def write_search_table(
-    run: RunDirectory, result_schema: ResultSchema, name: str, found: Found | None
+    run: RunDirectory, result_schema: ResultSchema, name: str, search_result: Found | None
 ) -> dict[str, str]:
     """Write the table of the search called `name`, and remove those of other searches.
 
-    found : its answer; None if it has none yet
+    search_result : its answer; None if it has none yet
     Return the checksum of the table by name, as run.json contains it.
     """
     units = {column.name: column.unit for column in result_schema.layout.columns}
     units |= {figure.name: figure.unit for figure in result_schema.verdict.figures}
     axes = [Column(axis.path, axis.unit, "", "text" if axis.text else "float") for axis in result_schema.axes]
-    table = found.table(axes, units) if found else None
+    table = search_result.table(axes, units) if search_result else None
     for file in (run.path / file for file in ANSWER_FILES):
         with durable.storing(file):
             if table is None or file.stem != name:

@@ -82,8 +82,8 @@ def _search_facts(result: RunResult, run: StoredRun, run_facts: RunFacts) -> dic
     if search is None:
         return {}
     facts = run_facts.own.facts(next(iter(run_facts.worst.entries), None))
-    if facts is None and result.found:
-        facts = result.found.facts(SIMULATION.catalogue(), run.grid, run_facts.limits.verdict)
+    if facts is None and result.search_result:
+        facts = result.search_result.facts(SIMULATION.catalogue(), run.grid, run_facts.limits.verdict)
     return {search.answer_key: facts}
 
 
@@ -222,7 +222,7 @@ def _range(value: dict[str, Any]) -> str:
 def estimate_text(facts: dict[str, Any]) -> str:
     """Return the facts of a dry run as text lines."""
     lines = [
-        f"{cases(facts['cases'])} to run; a run reuses those that its directory holds",
+        f"{cases(facts['cases'])} to run; a run reuses those that its directory has",
         *derived_lines(facts["derived"]),
         *(f"no unit given, SI assumed: {path} = {text}" for path, text in assumed_texts(facts["assumed"]).items()),
         *_defined_lines(facts["defined"]),

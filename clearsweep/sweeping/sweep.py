@@ -57,7 +57,9 @@ class RunResult:
     derived: dict[str, dict[str, Any]]  # name -> {"unit", "min", "max"}
     warnings: tuple[str, ...]
     joined: int = 0  # number of joined directories; 0 for a run
-    found: Any = None  # answer of the grid's search, a `contracts.search.Found`; None without a search or if stopped
+    search_result: Any = (
+        None  # answer of the grid's search, a `contracts.search.Found`; None without a search or if stopped
+    )
 
     @property
     def exit_code(self) -> int:
@@ -103,7 +105,7 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
     """Run a grid as `sweep` does, with the cases computed by `simulator`."""
     with phases.show_progress(options.show_progress):
         result = _run_sweep(source, out, options, simulator)
-        if result.found is None:
+        if result.search_result is None:
             return result
 
         def run_further(further: dict[str, Any], directory: Path) -> store.StoredRun:
@@ -111,11 +113,11 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
 
         grid = load(source, simulator)
         runs = FurtherRuns(simulator.catalogue(), result.directory, run_further)
-        found, entries = result.found.further(grid, result.open().grid, runs)
+        search_result, entries = result.search_result.further(grid, result.open().grid, runs)
         if entries:
             with directory_of(grid, result.directory).open_for(grid) as directory:
                 directory.add_to_record(**entries)
-        return replace(result, found=found)
+        return replace(result, search_result=search_result)
 
 
 def _run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator) -> RunResult:
@@ -142,7 +144,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         derived, warnings = facts(grid, simulator)
         warnings = [*assumed_sentences(grid), *warnings]
     record_entries: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
-    rounds = grid.search.begin(grid, simulator) if grid.search else None
+    active_search = grid.search.begin(grid, simulator) if grid.search else None
     begun = {"counts": {"cases": len(requested)}, **record_entries}
     with signals.catching(), _cleared_directory(grid, out, shard, options).open_for(grid, **begun) as directory:
         start = store.utc_now()
@@ -152,19 +154,21 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         for sentence in sentences:
             phases.print_line(sentence)
         with CaseRunner(directory, options, simulator) as case_runner:
-            found: Found | None = None
-            if rounds:
-                grid, is_complete = case_runner.search(grid, rounds)
+            search_result: Found | None = None
+            if active_search:
+                grid, is_complete = case_runner.search(grid, active_search)
                 requested = distinct(case_ids(grid))
-                found = rounds.found() if is_complete else None
+                search_result = active_search.result() if is_complete else None
             else:
                 case_runner.run(grid, ids, requested)
             del ids  # 8 MB for a million cases, which merging needs
-            if found and found.note:
-                record_entries["warnings"] = warnings = [*warnings, found.note]
+            if search_result and search_result.note:
+                record_entries["warnings"] = warnings = [*warnings, search_result.note]
             name = grid.search.name if grid.search else ""
-            record_entries |= found.entries() if found else {}
-            record_entries["answers"] = store.write_search_table(directory, store.ResultSchema.of(grid), name, found)
+            record_entries |= search_result.entries() if search_result else {}
+            record_entries["answers"] = store.write_search_table(
+                directory, store.ResultSchema.of(grid), name, search_result
+            )
             counts: dict[str, Any] = conclude(case_runner, grid, requested, start=start, **record_entries)
         store.commit_answer(directory, store.open(directory.path))
     return RunResult(
@@ -175,7 +179,7 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
         start_up=(case_runner.ready_time or begin) - begin,
         derived=derived,
         warnings=tuple(warnings),
-        found=found,
+        search_result=search_result,
     )
 
 
@@ -274,16 +278,16 @@ def _cleared_directory(
     That is a run of another grid in the default directory, and with `fresh` any run.
     """
     directory = directory_of(grid, out, shard)
-    held = ""
+    moved = ""
     try:
         directory.check(grid)
-        held = "an earlier run" if options.fresh and directory.record.exists() else ""
+        moved = "an earlier run" if options.fresh and directory.record.exists() else ""
     except store.OtherGridError as error:
         if out is not None and not options.fresh:
             raise
-        held = f"the run of another grid ({wording.sentence_list(error.differing[:MOST_NAMED])})"
-    if held:
-        phases.print_line(f"{directory.path} contained {held}, which is now in {directory.move_aside()}")
+        moved = f"the run of another grid ({wording.sentence_list(error.differing[:MOST_NAMED])})"
+    if moved:
+        phases.print_line(f"{directory.path} contained {moved}, which is now in {directory.move_aside()}")
         directory = directory_of(grid, out, shard)
     return directory
 

@@ -49,5 +49,5 @@ Relied on
 * llvmlite, which numba brings: `llvmlite.ir` with typed pointers, blocks, phi nodes and identified struct types; of
   `llvmlite.binding` the parser, the new pass manager, object code and JITLink.  No internals of either.
 * LLVM: neither fuses nor reorders without flags (tests/test_llvm.py).  The bits are those of one version of LLVM; other
-  versions pass the tests of the tracer (`make test-tracer LLVMLITE=...`).
+  versions pass the tests of the tracer (`make test-tracer`).
 """

@@ -22,7 +22,7 @@ from .symbols import NotTraceableError, trace
 
 SCOPES = (ast.FunctionDef, ast.AsyncFunctionDef, ast.Lambda, ast.ClassDef)
 COMPREHENSIONS = (ast.GeneratorExp, ast.ListComp, ast.SetComp, ast.DictComp)
-REFUSED = {  # what changes the meaning of a whole function, wherever it stands
+REFUSED = {  # what changes the meaning of a whole function, wherever it is
     ast.Global: "has a global statement",
     ast.Nonlocal: "has a nonlocal statement",
     ast.Yield: "is a generator",
@@ -58,8 +58,8 @@ def _statements(path: str, source_hash: int, line_count: int) -> list[ast.stmt]:
 
 def _functions_at(statement: ast.stmt, line: int, name: str) -> list[Any]:
     """Return the functions of this name that begin at a line, the innermost first."""
-    found = [tree for tree in _functions(statement) if _first_line(tree) == line]
-    return [tree for tree in reversed(found) if getattr(tree, "name", "<lambda>") == name]
+    trees = [tree for tree in _functions(statement) if _first_line(tree) == line]
+    return [tree for tree in reversed(trees) if getattr(tree, "name", "<lambda>") == name]
 
 
 @functools.cache
@@ -97,7 +97,7 @@ def _codes(code: types.CodeType) -> Iterator[types.CodeType]:
 
 
 def _fingerprint(code: types.CodeType) -> Any:
-    """Return what a function does, without the lines in which it stands."""
+    """Return what a function does, without the lines in which it is."""
     constants: list[Any] = []
     for x in code.co_consts:
         is_set = isinstance(x, frozenset)
@@ -108,7 +108,7 @@ def _fingerprint(code: types.CodeType) -> Any:
 
 
 def _check(tree: Any, code: types.CodeType, compiled: list[types.CodeType]) -> None:
-    """Raise an error if a function is not what stands in its source, or has what cannot be traced anywhere."""
+    """Raise an error if a function is not what its source contains, or has what cannot be traced anywhere."""
     same = (x for x in compiled if (x.co_name, x.co_firstlineno) == (code.co_name, code.co_firstlineno))
     expected = _fingerprint(code)
     if not any(_fingerprint(x) == expected for x in same):
@@ -143,7 +143,7 @@ def local_names(tree: Any) -> frozenset[str]:
 
 
 def _assigned(node: Any) -> set[str]:
-    """Return the names that a node assigns in the scope in which it stands."""
+    """Return the names that a node assigns in the scope in which it is."""
     if isinstance(node, (ast.FunctionDef, ast.AsyncFunctionDef, ast.ClassDef)):
         return {node.name}
     if isinstance(node, (ast.Lambda, *COMPREHENSIONS)):

@@ -64,7 +64,7 @@ def dependencies(traced: Iterable[str], *, on_all: bool = False) -> dict[str, st
     hashes, waiting = source_hashes(), list(traced)
     if on_all:
         return hashes | {path: _hash_of(Path(path)) for path in waiting if path not in hashes and os.path.isabs(path)}
-    result = {path: found for path, found in hashes.items() if Path(path).is_relative_to(COMPILER)}
+    result = {path: hash_of_source for path, hash_of_source in hashes.items() if Path(path).is_relative_to(COMPILER)}
     while waiting:
         path = waiting.pop()
         if path in hashes:
@@ -210,7 +210,7 @@ def record(name: str, object_name: str, traced: Iterable[str], *, on_all: bool =
     """Record the object of a kind of code with its `dependencies`, unless one of these changed since the start."""
     sources = dependencies(traced, on_all=on_all)
     if all(_hash_of(Path(path)) == expected for path, expected in sources.items()):
-        relative = {path.removeprefix(f"{PACKAGE}{os.sep}"): found for path, found in sources.items()}
+        relative = {path.removeprefix(f"{PACKAGE}{os.sep}"): hash_of_source for path, hash_of_source in sources.items()}
         store(name, json.dumps({"object": object_name, "sources": relative}, sort_keys=True).encode())
 
 

@@ -46,7 +46,6 @@ COMPARED: dict[type, tuple[str, str, Callable]] = {
 }
 
 
-NUMBER_TYPES = (bool, int, float)
 KNOWN_ITEMS = (tuple, list, str, dict, range)  # whose items Python takes while tracing
 #: What may have an effect, or differ where it is not needed: evaluated in its own block.
 EFFECTS = (ast.Call, ast.Subscript)

@@ -258,7 +258,7 @@ def machine_code(function: Callable) -> Callable:
     return call_machine_code
 
 
-_RESULT_KINDS = (Number, Integer, Boolean)  # stand for numbers of these kinds in a result
+_RESULT_KINDS = (Number, Integer, Boolean)  # in the place of numbers of these kinds in a result
 
 
 def _python_number(kind: type, number: float, bits: int) -> Any:

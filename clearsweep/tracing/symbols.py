@@ -18,7 +18,7 @@ WIDTH = 8
 DOUBLE, INT64, BOOL = ir.DoubleType(), ir.IntType(64), ir.IntType(1)
 ADDRESS = ir.IntType(8).as_pointer()
 DEEPEST_PLACE = 12  # calls that a message about an untraceable body names
-INTEGERS = range(-(2**63), 2**63)  # that an int64 holds
+INTEGERS = range(-(2**63), 2**63)  # of an int64
 
 
 class NotTraceableError(Exception):

@@ -12,7 +12,7 @@ from ..written.document import Problems, WrittenValue
 from .kinds import KeyTable, Name, Word
 
 MATERIAL, OIL, PAIR, HOUSING_MATERIAL = "name", "oil", "pair", "material"  # the keys that take a name
-UNCHECKED = "unchecked"  # the key beside a name with which the user answers for values from memory
+UNCHECKED = "unchecked"  # the key next to a name with which the user answers for values from memory
 BODIES = ("bearing", "journal")
 MATERIAL_KEYS = ("young", "poisson", "yield_strength")
 DEFAULT_WEAR_LAW = "archard"  # law of wear if a pair is named without a law
@@ -31,7 +31,7 @@ def unchecked_text(entry: Entry) -> str:
     """Return why the values of an entry are not used without the user's consent."""
     return (
         f"the values of {entry.name} are from memory, compared with no published text; compare them with a data sheet "
-        f"(`clearsweep list '{entry.name}'`), then write `{UNCHECKED}: true` beside the name, or numbers instead"
+        f"(`clearsweep list '{entry.name}'`), then write `{UNCHECKED}: true` next to the name, or numbers instead"
     )
 
 
@@ -171,7 +171,7 @@ class _NameReplacer:
         if not isinstance(flag.value, bool):
             self.problems.add(flag, f"{path}.{UNCHECKED}", f"found {quoted(flag.value)}; expected true or false")
         elif not any(name in section.value for name in names):
-            message = f"belongs beside a name of the library ({' or '.join(names)}); remove it"
+            message = f"belongs next to a name of the library ({' or '.join(names)}); remove it"
             self.problems.add(section.key_position(UNCHECKED), f"{path}.{UNCHECKED}", message)
         elif flag.value:
             self.unchecked_sections.append(path)

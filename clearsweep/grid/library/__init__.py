@@ -47,7 +47,7 @@ def entry_text(entry: Entry) -> str:
     lines += [f"  {key:{width}}  {value_text(value)}" for key, value in entry.values.items()]
     if not entry.hard_body_wears:
         lines.append("  of the softer body; the harder one does not wear")
-    checked = entry.checked or "no: written from memory of the source; beside the name write `unchecked: true`"
+    checked = entry.checked or "no: written from memory of the source; next to the name write `unchecked: true`"
     lines += [_wrapped("  ", f"source: {entry.source}"), _wrapped("  ", f"checked: {checked}")]
     return "\n".join(lines)
 

@@ -158,8 +158,8 @@ def extended(root: WrittenValue, problems: Problems) -> WrittenValue:
         return own
     base = read_document(file, problems)
     if not isinstance(base.value, dict) or EXTENDS in base.value:
-        found = "extends a file itself; one level is allowed" if isinstance(base.value, dict) else "is no grid"
-        problems.add(written, EXTENDS, f"{file} {found}; write its values there")
+        problem = "extends a file itself; one level is allowed" if isinstance(base.value, dict) else "is no grid"
+        problems.add(written, EXTENDS, f"{file} {problem}; write its values there")
         return own
     inherited = {key: value for key, value in base.value.items() if key != "name"}
     return _merged(WrittenValue(inherited, base.origin, base.line, base.column, base.keys), own)

@@ -37,7 +37,7 @@ class ColourScale(NamedTuple):
     high: float
     colours: tuple[str, ...] = VIRIDIS
     is_log: bool = False
-    is_stepped: bool = False  # each colour stands for one of as many equal parts of the range; none is blended
+    is_stepped: bool = False  # each colour is that of one of as many equal parts of the range; none is blended
 
     def fractions(self, values: Any) -> np.ndarray:
         """Return numbers relative to both ends, 0 to 1; NaN where there is none."""

@@ -189,13 +189,13 @@ class CaseRunner:
         histories = store.read_histories(self.directory, result_schema, new_rows, channels)
         return new_results._replace(histories=tuple(histories))
 
-    def search(self, grid: grids.Grid, rounds: Rounds) -> tuple[grids.Grid, bool]:
+    def search(self, grid: grids.Grid, active_search: Rounds) -> tuple[grids.Grid, bool]:
         """Run a grid and the cases that a search adds; return the extended grid, and whether it completed."""
         grid, begin = grid.without_added(), 0
         while results := self.results_from(grid, begin):
-            rounds.tell(grid, begin, results)
+            active_search.record(grid, begin, results)
             begin = len(grid)
-            points = rounds.ask()
+            points = active_search.ask()
             if not points:
                 return grid, True
             grid = grid.with_added(points)

@@ -211,7 +211,7 @@ def seek_threshold(source: dict[str, Any], between: tuple[float, float]) -> floa
         result = sweep(
             source | {"name": "whirl", "seek": seek}, directory + "/run", executor="serial", show_progress=False
         )
-    (answer,) = result.found.answers
+    (answer,) = result.search_result.answers
     if answer.low is None or answer.high is None or answer.low == answer.high:
         raise RuntimeError(f"no onset of whirl between {between[0]:g} and {between[1]:g} rad/s")
     return float(0.5 * (answer.low + answer.high))
