@@ -1,4 +1,4 @@
-"""Numbers without a unit in a grid file: refused next to numbers with one, otherwise said; sizes that no machine has."""
+"""Numbers without a unit in a grid file: refused next to others with one, else said; sizes that no machine has."""
 
 import pytest
 import yaml

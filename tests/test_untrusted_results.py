@@ -281,7 +281,7 @@ def test_another_form_of_directories_is_refused_by_every_verb_with_what_to_do(ru
 def test_a_record_of_an_older_version_is_refused_by_its_version(source, run, verb, capsys):
     def of_version_12(content):
         content["model_version"], content["versions"]["clearsweep"] = "12", "0.0.9"
-        content["layout"]["joints"][0]["telling"] = True  # an entry that this version had
+        content["layout"]["joints"][0]["naming"] = True  # an entry that this version had
 
     crafted(run, of_version_12)
     if verb == "run":
