@@ -16,6 +16,7 @@ from clearsweep.grid.pages.schema import whole_schema
 from clearsweep.language.errors import DirectoryError, InputError
 from clearsweep.simulation.figures import catalogue
 from clearsweep.simulation.figures.sums import Mean
+from clearsweep.simulation.setup import scene
 
 ROOT = Path(__file__).parent.parent
 TEXT = "mean square of the normal force over the window's time"
@@ -33,7 +34,9 @@ COLUMN = "rod_slider_force_mean_square"
 @pytest.fixture
 def further(monkeypatch):
     """Add a figure made up from a sum that exists: one block, after the other figures of joints."""
-    monkeypatch.setattr(catalogue, "FIGURES", (*catalogue.JOINT, FURTHER, *catalogue.FIGURES[len(catalogue.JOINT) :]))
+    figures = (*catalogue.JOINT, FURTHER, *catalogue.FIGURES[len(catalogue.JOINT) :])
+    for module in (catalogue, scene):
+        monkeypatch.setattr(module, "FIGURES", figures)
 
 
 def test_a_case_gives_the_same_bits_whatever_ran_before_in_its_process():

@@ -78,7 +78,14 @@ def length(sentence):
 
 
 def longer(text):
-    return [sentence for sentence in sentences(text) if length(sentence) > MOST and set(sentence.split()) - UNITS]
+    """Return the sentences of a text that are too long; a list of units, or a table of numbers, is none."""
+    return [
+        sentence
+        for sentence in sentences(text)
+        if length(sentence) > MOST
+        and set(sentence.split()) - UNITS
+        and not re.fullmatch(r"(\w\s)?[\da-f\s]+", sentence)
+    ]
 
 
 def test_sentences_of_messages_are_short():

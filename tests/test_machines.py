@@ -11,7 +11,7 @@ from clearsweep import grid, simulation
 from clearsweep.contracts.catalogue import LoadOutline
 from clearsweep.contracts.machine import Motor, Push, Schedule, Spring, TabledPush
 from clearsweep.language.errors import InputError
-from clearsweep.mechanics.machines.described import load_keys
+from clearsweep.mechanics.machines.loads import load_keys
 from clearsweep.mechanics.machines.planar.form import Planar
 from clearsweep.report.documents.page import draw_grid
 from clearsweep.simulation.machine.ideal import ideal_peaks, mechanism_of

@@ -115,7 +115,7 @@ def test_it_is_said_why_forces_in_ideal_joints_are_not_known(change, reason):
 def test_a_journal_to_the_right_is_pushed_to_the_left_and_rubbed_upwards():
     channels = {"t": [0.0, 1.0], "joints/pin/x": [1e-4, 0.0], "joints/pin/y": [0.0, 0.0]}
     channels |= {"joints/pin/force_normal": [5.0, 0.0], "joints/pin/force_tangential": [2.0, 0.0]}
-    forces = pin_forces(channels, (Joint("pin", "pin", wears=False),))
+    forces = pin_forces(channels, (Joint("pin", "pin", layout=None),))
     assert forces.to_numpy().tolist() == [[0.0, -5.0, 2.0], [1.0, 0.0, 0.0]]
 
 

@@ -413,8 +413,8 @@ def test_the_start_of_workers_is_estimated_without_compiling(monkeypatch, tmp_pa
     starts, started = iter([(2.0, 1.5), (0.5, 0.0)]), estimate._start_workers
     monkeypatch.setattr(estimate, "_start_workers", lambda *arguments: (started(*arguments)[0], *next(starts)))
     loaded = clearsweep.grid.load(grid(2), Fake.catalogue())
-    left = estimate._remaining(loaded, store.RunDirectory(tmp_path / "none"), None, Fake)
-    assert estimate._pilot(loaded, left, 1, Fake).start_up == 0.5
+    requested = estimate._requested(loaded, store.RunDirectory(tmp_path / "none"), None, Fake)
+    assert estimate._pilot(loaded, requested, 1, Fake).start_up == 0.5
     assert next(starts, None) is None
 
 

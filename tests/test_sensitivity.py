@@ -57,7 +57,7 @@ def run(tmp_path):
 
     def make(figure, method="sobol", n=64, seed=7, more="", **options):
         head = f"method: {method}" + ("" if method == "one-at-a-time" else f", n: {n}, seed: {seed}")
-        over = f"{CLEARANCE}: {{uniform: [1 mm, 2 mm]}}, {SPEED}: {{uniform: [10, 20]}}, {YOUNG}: {{uniform: [1, 2]}}"
+        over = f"{CLEARANCE}: {{uniform: [1 mm, 2 mm]}}, {SPEED}: {{uniform: [10 rad/s, 20 rad/s]}}, {YOUNG}: {{uniform: [1, 2]}}"
         text = tmp_path / "text.yaml"
         text.write_text(f"{MATERIAL}sample: {{{head}, over: {{{over}}}}}\n{more}", encoding="utf-8")
         return Run(text, figure, **options)

@@ -8,7 +8,8 @@ from ..contracts.catalogue import Columns, Field, Law
 from .laws.contract import RECIPES, Recipe
 from .laws.elastic import elastic_force
 from .machines import MECHANISMS
-from .machines.described import DRIVES, LOADS
+from .machines.described import DRIVES
+from .machines.loads import LOADS
 
 WIDTH = 100  # characters of a line
 RESTITUTIONS = (0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8, 0.9, 0.95, 0.99)

@@ -431,8 +431,8 @@ def _of_another_version(directory: Path, record: dict[str, Any], problem: str) -
     written = versions.get("clearsweep") if isinstance(versions, dict) else None
     return DirectoryError(
         f"{directory}: its run.json is of model version {quoted(record['model_version'])}, written by clearsweep "
-        f"{quoted(written)}, and not as this version writes it, which has model version {clearsweep.MODEL_VERSION} "
-        f"({problem}): run the grid again into another directory, or read it with that version"
+        f"{quoted(written)}; this version has model version {clearsweep.MODEL_VERSION} and reads other entries "
+        f"({problem}). Run the grid again into another directory, or read it with that version"
     )
 
 

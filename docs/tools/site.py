@@ -52,7 +52,7 @@ def public() -> str:
 
 def defined(home: Path, name: str) -> docstrings.Definition:
     """Return the definition of a public name, in a module or in one of the package that hands it on."""
-    files = sorted(home.glob("*.py")) if home.is_dir() else [home.with_suffix(".py")]
+    files = sorted(home.rglob("*.py")) if home.is_dir() else [home.with_suffix(".py")]
     for path in files:
         for node in ast.parse(path.read_text(encoding="utf-8")).body:
             if isinstance(node, docstrings.Definition) and node.name == name:

@@ -6,7 +6,8 @@ from ...contracts.case import Case
 from ...contracts.catalogue import CHOICE, CONDITION, Choice, Field, JointSite, Keys, Mechanism, Outline, Output
 from ...contracts.machine import Aim, Body, BodyPoint, Machine, Pin
 from . import described
-from .described import LoadPoints, make_drive, make_loads
+from .described import make_drive
+from .loads import LoadPoints, make_loads
 
 _LENGTH = Field("length", "m", "distance between the two pins of the body")
 _LINK = (

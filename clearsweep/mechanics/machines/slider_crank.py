@@ -7,7 +7,8 @@ from ...contracts.case import Case
 from ...contracts.catalogue import CHOICE, CONDITION, Choice, Field, JointSite, Keys, Mechanism, Order, Outline, Output
 from ...contracts.machine import Aim, Body, BodyPoint, Constant, Guide, Machine, Pin
 from . import described
-from .described import LoadPoints, make_drive, make_loads
+from .described import make_drive
+from .loads import LoadPoints, make_loads
 from .spatial.build import (
     CYLINDRICAL,
     REVOLUTE,

@@ -21,7 +21,8 @@ from ...contracts.catalogue import (
 )
 from ...contracts.machine import Aim, Body, Constant, Initial, Machine
 from . import described
-from .described import LoadPoints, joint_keys, joint_of, make_drive, make_loads, output_keys, pair_at
+from .described import joint_keys, joint_of, make_drive, output_keys, pair_at
+from .loads import LoadPoints, make_loads
 from .spatial.build import (
     CYLINDRICAL,
     REVOLUTE,
