@@ -57,7 +57,8 @@ def run(tmp_path):
 
     def make(figure, method="sobol", n=64, seed=7, more="", **options):
         head = f"method: {method}" + ("" if method == "one-at-a-time" else f", n: {n}, seed: {seed}")
-        over = f"{CLEARANCE}: {{uniform: [1 mm, 2 mm]}}, {SPEED}: {{uniform: [10 rad/s, 20 rad/s]}}, {YOUNG}: {{uniform: [1, 2]}}"
+        over = f"{CLEARANCE}: {{uniform: [1 mm, 2 mm]}}, {SPEED}: {{uniform: [10 rad/s, 20 rad/s]}}"
+        over += f", {YOUNG}: {{uniform: [1, 2]}}"
         text = tmp_path / "text.yaml"
         text.write_text(f"{MATERIAL}sample: {{{head}, over: {{{over}}}}}\n{more}", encoding="utf-8")
         return Run(text, figure, **options)
@@ -360,6 +361,6 @@ def test_the_report_shows_what_drives_the_spread(run, method, title, tmp_path):
 
 
 def test_a_report_without_a_sample_has_no_such_section(tmp_path):
-    (text := tmp_path / "text.yaml").write_text(f"{TEXT}zip: {{{SPEED}: [10, 20], {CLEARANCE}: [1 mm, 2 mm]}}\n")
+    (text := tmp_path / "text.yaml").write_text(f"{TEXT}zip: {{{SPEED}: [10 rad/s, 20 rad/s], {CLEARANCE}: [1 mm, 2 mm]}}\n")
     page = report.write(Run(text, linear), tmp_path / "page.html").read_text(encoding="utf-8")
     assert "Probabilistic study" not in page
