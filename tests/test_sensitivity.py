@@ -361,6 +361,7 @@ def test_the_report_shows_what_drives_the_spread(run, method, title, tmp_path):
 
 
 def test_a_report_without_a_sample_has_no_such_section(tmp_path):
-    (text := tmp_path / "text.yaml").write_text(f"{TEXT}zip: {{{SPEED}: [10 rad/s, 20 rad/s], {CLEARANCE}: [1 mm, 2 mm]}}\n")
+    text = tmp_path / "text.yaml"
+    text.write_text(f"{TEXT}zip: {{{SPEED}: [10 rad/s, 20 rad/s], {CLEARANCE}: [1 mm, 2 mm]}}\n")
     page = report.write(Run(text, linear), tmp_path / "page.html").read_text(encoding="utf-8")
     assert "Probabilistic study" not in page
