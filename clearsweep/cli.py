@@ -422,13 +422,13 @@ def wear(series: Path, coefficient: str, hardness: str | None, area: str | None,
     help="Mechanism in the starter grid.",
 )
 def init(file: Path | None, kind: str) -> None:
-    """Write a commented starter grid to FILE; without FILE, print it."""
-    from . import grid
+    """Write a commented starter grid to FILE, and its schema for editors beside it; without FILE, print the grid."""
+    from . import grid, simulation
 
     if file is None:
         click.echo(grid.starter(kind), nl=False)
         return
-    grid.write_starter(file, kind)
+    grid.write_starter(file, kind, simulation.catalogue())
     click.echo(f"{file}\nNext: clearsweep run {file} --dry-run")
 
 

@@ -277,6 +277,9 @@ def test_init_writes_a_grid_that_loads_and_never_overwrites(run_cli, tmp_path):
     assert "new.yaml" in out
     text = (tmp_path / "new.yaml").read_text()
     assert run_cli("init")[1] == text
+    mark, schema_name = text.splitlines()[0].split("$schema=")
+    assert mark == "# yaml-language-server: "
+    assert (tmp_path / schema_name).read_text() + "\n" == run_cli("schema")[1]
     (tmp_path / "new.yaml").write_text("mine")
     code, _, err = run_cli("init", "new.yaml")
     assert code == 2

@@ -25,7 +25,12 @@ from clearsweep.sweeping.sweep import sweep
 
 ROOT = Path(__file__).parents[1]
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
-MARKED = ("README.md", "docs/tutorial.md", "docs/rig.md")  # whose blocks that have a mark tests of their own look at
+MARKED = (
+    "README.md",
+    "docs/python.md",
+    "docs/tutorial.md",
+    "docs/rig.md",
+)  # whose blocks that have a mark tests of their own look at
 TEXTS = {path.relative_to(ROOT).as_posix(): path.read_text(encoding="utf-8") for path in PAGES}
 
 

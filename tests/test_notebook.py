@@ -1,6 +1,8 @@
 """What an interactive session shows of a case and of a run: short, with units, and no flood."""
 
+import re
 import sys
+from pathlib import Path
 from xml.etree import ElementTree
 
 import numpy as np
@@ -10,6 +12,8 @@ from fake_physics import grid, sweep
 import clearsweep
 from clearsweep import simulation
 from clearsweep.contracts import results
+from clearsweep.language import wording
+from clearsweep.language.errors import InputError
 
 PAIR = {
     "mechanism": {"type": "impact-pair", "masses": ["0.2 kg", "0.2 kg"], "speed": "1 m/s"},
@@ -54,10 +58,13 @@ def test_every_channel_and_figure_of_a_simulated_case_has_its_unit():
     assert scene.layout.units.keys() >= {column.name for column in (*scene.layout.columns, *scene.layout.channels)}
 
 
-def test_without_xarray_its_lack_is_named(monkeypatch):
+def test_without_xarray_its_lack_is_named(monkeypatch, tmp_path):
     monkeypatch.setitem(sys.modules, "xarray", None)
     with pytest.raises(ImportError, match=r"clearsweep\[xarray\]"):
         made_up().to_xarray()
+    sweep(grid(1), tmp_path / "run", executor="serial", show_progress=False)
+    with pytest.raises(ImportError, match=r"clearsweep\[xarray\]"):
+        clearsweep.open(tmp_path / "run").to_xarray()
 
 
 def test_histories_go_to_xarray_with_their_units():
@@ -75,3 +82,46 @@ def test_an_opened_run_writes_its_report(tmp_path, monkeypatch):
     assert run.report() == tmp_path / "run" / "report.html"
     assert run.report("x.html") == "x.html"
     assert written[0][0] is run
+
+
+def test_the_page_on_python_runs_from_top_to_bottom(tmp_path, monkeypatch):
+    pytest.importorskip("xarray")
+    monkeypatch.chdir(tmp_path)
+    page = (Path(__file__).parents[1] / "docs/python.md").read_text(encoding="utf-8")
+    names = {"__name__": "__main__"}
+    for block in re.findall(r"^```python\n(.*?)^```$", page, re.MULTILINE | re.DOTALL):
+        exec(compile(block, "docs/python.md", "exec"), names)
+    assert names["points"].shape == (400, 2)  # the last two revolutions of 200 speeds
+    run, data = names["run"], names["data"]
+    for case_id in run.summary["case_id"]:
+        orbit, case = run.orbit(case_id), data.sel(case_id=case_id)
+        assert np.array_equal(case["t"].to_numpy(), orbit["t"])
+        assert np.array_equal(case["slider/x"].to_numpy(), orbit["slider/x"])
+        peak = run.summary.set_index("case_id").loc[case_id, "rod_slider_force_peak"]
+        assert case["rod_slider_force_peak"].item() == peak
+    assert data["slider/x"].attrs["units"] == "m"
+
+
+def test_shorter_histories_end_with_nan_and_unknown_channels_are_named(tmp_path):
+    pytest.importorskip("xarray")
+    changed = {"sweep": {"mechanism.gravity": [0.0, 800.0]}, "save": {"orbits": "all"}}  # the second case fails
+    sweep(grid(2) | changed, tmp_path / "run", executor="serial", show_progress=False)
+    run = clearsweep.open(tmp_path / "run")
+    data = run.to_xarray()
+    lengths = [len(run.orbit(case_id)) for case_id in run.summary["case_id"]]
+    assert np.isfinite(data["t"]).sum("sample").to_numpy().tolist() == lengths
+    assert 0 in lengths
+    assert "sample" not in run.to_xarray(()).dims
+    with pytest.raises(InputError, match=r"no channel 'rod/tilt' is stored; there are t, "):
+        run.to_xarray(["rod/tilt"])
+
+
+def test_a_notebook_shows_the_range_of_every_column_of_a_run(tmp_path):
+    sweep(grid(3), tmp_path / "run", executor="serial", show_progress=False)
+    run = clearsweep.open(tmp_path / "run")
+    rows = [[cell.text for cell in row] for row in ElementTree.fromstring(f"<div>{run._repr_html_()}</div>").iter("tr")]
+    assert rows[0] == ["column", "smallest", "median", "largest"]
+    shown = {name: values for name, *values in rows[1:]}
+    assert shown.keys() == {*run.summary.select_dtypes("number").columns}
+    forces = run.summary["rod_slider_force_peak"]
+    assert shown["rod_slider_force_peak"][2] == wording.quantity_text(forces.max(), "N")

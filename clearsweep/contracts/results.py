@@ -77,17 +77,13 @@ class Trajectory:
 
         Needs xarray, which `pip install "clearsweep[xarray]"` installs; an ImportError says so.
         """
-        try:
-            import xarray
-        except ImportError as error:
-            raise ImportError('to_xarray needs xarray: pip install "clearsweep[xarray]"') from error
         histories = {
             name: ("t", values, {"units": self.units.get(name, "")})
             for name, values in self.channels.items()
             if name != "t"
         }
         figures = {name: value for name, value in self.summary.items() if value is not None}
-        return xarray.Dataset(
+        return dataset(
             histories, {"t": ("t", self.t, {"units": "s"})}, {"status": self.status, "message": self.message} | figures
         )
 
@@ -107,6 +103,17 @@ class Trajectory:
                 f"no channel {name!r}; there are {', '.join(self.channels) or 'none (no history was asked for)'}"
             )
         return self.channels[name]
+
+
+def dataset(
+    variables: Mapping[str, Any], coordinates: Mapping[str, Any], attributes: Mapping[str, Any]
+) -> "xarray.Dataset":
+    """Return an xarray.Dataset; where xarray is missing, an ImportError says how to install it."""
+    try:
+        import xarray
+    except ImportError as error:
+        raise ImportError('to_xarray needs xarray: pip install "clearsweep[xarray]"') from error
+    return xarray.Dataset(variables, coordinates, attributes)
 
 
 # HTML preview of a trajectory in a notebook: figures and two small drawings of each joint, without a library.

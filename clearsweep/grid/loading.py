@@ -1,5 +1,6 @@
 """Loads grids, and refuses those that cannot be run or whose results do not fit memory or disk."""
 
+import json
 import os
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,6 +13,7 @@ from ..contracts.catalogue import Catalogue
 from ..contracts.layout import MAX_REVOLUTIONS, Column, Layout
 from ..language.errors import InputError, quoted
 from .grid import Grid
+from .pages.schema import schema
 from .reading.joint_checks import check_values
 from .reading.read_keys import check_channels, read_keys
 from .reading.values import assumed_units, written_units
@@ -27,6 +29,7 @@ from .written.document import (
     read_document,
 )
 
+SCHEMA_FILE = "clearsweep.schema.json"  # beside a grid that `init` writes
 MAX_CASES = 200_000_000  # their summaries take about 100 GB
 MAX_IDENTITIES = 20_000_000  # identities in memory where cases may repeat or are added: 160 MB and 100 s
 
@@ -105,14 +108,21 @@ def load(
 
 def starter(kind: str = "slider-crank") -> str:
     """Return the text of a commented example grid: 'slider-crank', 'four-bar', 'planar' or 'press'."""
-    return (Path(__file__).with_name("starters") / f"{kind}.yaml").read_text(encoding="utf-8")
+    text = (Path(__file__).with_name("starters") / f"{kind}.yaml").read_text(encoding="utf-8")
+    return f"# yaml-language-server: $schema={SCHEMA_FILE}\n{text}"
 
 
-def write_starter(file: Path, kind: str) -> None:
-    """Write the text of a commented example grid to a new file; raise InputError if it exists or cannot be written."""
+def write_starter(file: Path, kind: str, catalogue: Catalogue) -> None:
+    """Write a commented example grid to a new file, and beside it the schema that its first line names to editors.
+
+    A schema that is there stays.  Raises InputError if the grid exists or a file cannot be written.
+    """
+    schema_file = file.with_name(SCHEMA_FILE)
     try:
         with open(file, "x", encoding="utf-8") as target:
             target.write(starter(kind))
+        if not schema_file.exists():
+            schema_file.write_text(json.dumps(schema(catalogue), indent=1), encoding="utf-8")
     except FileExistsError:
         raise InputError(f"{file}: already exists and was not changed; choose a new file name") from None
     except OSError as error:

@@ -1,5 +1,6 @@
 """Reads the results of a run: summary, orbits, events and wear; damaged files are reported by name."""
 
+import html
 import os
 from collections.abc import Iterable, Iterator
 from functools import cached_property
@@ -12,6 +13,7 @@ import pyarrow as pa
 from ..answers.verdict import limits_and_figures_of
 from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Column, Layout
+from ..language import wording
 from ..language.errors import DirectoryError, InputError
 from ..searches import SEARCHES, search_of
 from . import durable
@@ -38,6 +40,7 @@ from .record import RECORD_FILE, check_format, damaged_error, declared_values, k
 
 if TYPE_CHECKING:
     import pandas as pd  # imported only for frames
+    import xarray  # optional; imported only on demand
 
 EVENT_COLUMNS = ("t", "joint", "kind")  # of `event_blocks`
 COLUMN_TYPES = {pa.float64(), pa.int64(), pa.string()}  # of columns
@@ -164,6 +167,55 @@ class StoredRun:
 
     def __repr__(self) -> str:
         return f"<clearsweep run {str(self.directory)!r}: {len(self)} cases>"
+
+    def _repr_html_(self) -> str:
+        """Return the preview for a notebook: smallest, median and largest value of every axis and figure."""
+        numbers = [name for name in self.units if self.schema.field(name).type != pa.string()]
+        blocks = [*self.sample_and_extremes(numbers)]
+        rows = ""
+        for name in numbers:
+            values = np.concatenate([np.empty(0), *(block[name] for block in blocks)])
+            known = values[~np.isnan(values)]
+            quantiles = np.quantile(known, [0.0, 0.5, 1.0], method="nearest") if known.size else [None] * 3
+            cells = (wording.quantity_text(value, self.units[name]) for value in quantiles)
+            rows += f"<tr><td>{html.escape(name)}</td>{''.join(f'<td>{cell}</td>' for cell in cells)}</tr>"
+        heads = "".join(f"<th>{head}</th>" for head in ("column", "smallest", "median", "largest"))
+        return f"<p><code>{html.escape(repr(self))}</code></p><table><tr>{heads}</tr>{rows}</table>"
+
+    def to_xarray(self, channels: Iterable[str] | None = None) -> "xarray.Dataset":
+        """Return figures over `case_id`, and time histories over `case_id` and `sample`, as an xarray.Dataset.
+
+        channels : names of the time histories; default all that are stored, () for none.  The coordinate `t` (s) has
+        the time of each sample.  Shorter histories end with NaN.  Every variable has `units` in its attributes.
+
+        Needs xarray, which `pip install "clearsweep[xarray]"` installs; an ImportError says so.  Raises InputError for
+        a channel that is not stored.
+        """
+        stored = {channel.name: channel.unit for channel in self.layout.stored if self.histories}
+        names = [*stored] if channels is None else list(channels)
+        if unknown := [name for name in names if name not in stored]:
+            raise InputError(f"no channel {unknown[0]!r} is stored; there are {', '.join(stored) or 'none'}")
+        ids = self.column("case_id").to_numpy(object)
+        data: dict[str, Any] = {
+            name: ("case_id", self.column(name).to_numpy(), {"units": unit})
+            for name, unit in self.units.items()
+            if name != "case_id"
+        }
+        sizes, histories = [], {name: [np.empty(0)] for name in dict.fromkeys(["t", *names]) if name in stored}
+        for part in self.parts if names else ():
+            with part.orbits() as file:
+                sizes += np.diff(file["offsets"][:]).tolist()
+                for name, pieces in histories.items():
+                    pieces.append(read_values(file, name, slice(None)))
+        lengths = np.array(sizes or [0], int)
+        is_sample = np.arange(lengths.max()) < lengths[:, np.newaxis]
+        for name, pieces in histories.items() if names else ():
+            table = np.full(is_sample.shape, np.nan)
+            table[is_sample] = np.concatenate(pieces)
+            data[name] = (("case_id", "sample"), table, {"units": stored[name]})
+        coordinates = {"case_id": ids} | ({"t": data.pop("t"), "sample": np.arange(lengths.max())} if names else {})
+        attributes = {"name": str(self.grid.get("name") or ""), "model_version": self.grid["model_version"]}
+        return results.dataset(data, coordinates, attributes)
 
     @cached_property
     def summary(self) -> "pd.DataFrame":
