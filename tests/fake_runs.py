@@ -369,6 +369,7 @@ def _record(name, mechanism, joints, sweep, bodies=None):
         | ({"revolutions": 10, "discard": 2, "start": "centred"} if kind.turns else {"impacts": 10}),
         "save": {"orbits": "last", "samples": 720} | ({"revolutions": 2} if kind.turns else {}),
         **({"sweep": sweep} if sweep else {}),
+        "keys": ["mechanism", "joints", "simulate", "save"],
         "source": "grid.yaml",
         "model_version": "1",
         "versions": {"clearsweep": "0.1.0", "llvmlite": "0.50.0"},

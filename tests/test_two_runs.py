@@ -60,9 +60,19 @@ def test_runs_without_a_case_in_common_are_refused():
 def test_the_page_says_what_differs_in_the_setup():
     heavier = harder(made(sweep=SHORT))
     heavier.grid["mechanism"]["slider"]["mass"] = 0.28
-    text = two_runs.comparison_page(made(sweep=SHORT), heavier).text()
-    assert "mechanism.slider.mass" in text
-    assert "B: 0.28" in text
+    plain = made(sweep=SHORT)
+    for run, bound in ((plain, 4e3), (heavier, 5e3)):
+        run.grid |= {"limits": {"rod_slider_force_peak": bound}}
+        run.grid["keys"] = ["mechanism", "limits"]
+    text = two_runs.comparison_page(plain, heavier).text()
+    mass, limit = (
+        "mechanism.slider.mass from 0.14\u00a0kg to 0.28\u00a0kg",
+        "limits.rod_slider_force_peak from 4\u00a0kN to 5\u00a0kN",
+    )
+    changed = text.index(f"Changed from A to B: {mass}; {limit}.")
+    verdict = text.index("A: None of 2 designs")
+    largest = text.index("Largest change of a figure with a unit: the force peak of B is 2.00 times that of A")
+    assert changed < verdict < largest < text.index("4 cases finished in both runs")
     assert "4 cases finished in both runs" in text
     assert "The force peak of B is 2.00 times that of A in the median case" in text
     assert "Equal in every case: force rms, force p99" in text

@@ -1,24 +1,28 @@
 """Two runs compared case by case: differences of setup, shared cases, differences of figures."""
 
+import math
 from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
 
+from ... import simulation
 from ...contracts.results import TIMINGS
 from ...language import wording
 from ...language.errors import InputError
-from ...store import StoredRun
+from ...store import StoredRun, grid_changes
 from ..axis import leaves, value_at
 from ..blocks.picture import Picture, capitalise
 from ..blocks.section import Block, Facts, Gallery, Points, Section, without_empty
 from ..blocks.table import Column, Quantity, Table, axis_columns, column_label
 from ..draw import GREY, comparison
 from ..plot import Axes
-from ..study import Study, answer_of_study, prepare
+from ..sections.setup import value_text
+from ..study import CASE_SECTIONS, VARYING_SECTIONS, Study, answer_of_study, prepare
 from .page import Page
 
 RUN_NAMES = ("A", "B")
+MOST_CHANGES = 5  # values that the first sentence lists
 
 
 class Pairs(NamedTuple):
@@ -86,8 +90,12 @@ def _values_at(study: Study, path: str) -> np.ndarray:
 
 def sections(pairs: Pairs) -> list[Section]:
     """Return the sections of the page: differences of setup and figures, and the most different cases."""
-    setup: list[Block] = [Facts("Differences in setup", "Differences in setup", _differing_settings(pairs))]
-    blocks: list[Block] = [Points([*_verdict_sentences(pairs), *_comparison_sentences(pairs)])]
+    settings = _differing_settings(pairs)
+    setup: list[Block] = [
+        Facts("Differences in setup", "Differences in setup", [(path, f"A: {a}; B: {b}") for path, a, b in settings])
+    ]
+    changes = [_changed_values_sentence(settings), *_verdict_sentences(pairs), *_largest_change_sentences(pairs)]
+    blocks: list[Block] = [Points([*changes, *_comparison_sentences(pairs)])]
     return [
         Section(
             "comparison",
@@ -100,6 +108,31 @@ def sections(pairs: Pairs) -> list[Section]:
             without_empty(setup) or [Points(["Both runs have the same setup and differ only in their swept values."])],
         ),
     ]
+
+
+def _changed_values_sentence(settings: list[tuple[str, str, str]]) -> str:
+    """Return what differs in the setup, from A to B; of many values the first are listed."""
+    if not settings:
+        return "Both runs have the same setup."
+    more = f"; and {len(settings) - MOST_CHANGES} more" if len(settings) > MOST_CHANGES else ""
+    changes = (f"{path} from {first} to {second}" for path, first, second in settings[:MOST_CHANGES])
+    return f"Changed from A to B: {'; '.join(changes)}{more}."
+
+
+def _largest_change_sentences(pairs: Pairs) -> list[str]:
+    """Return the figure with a unit whose median factor between the runs is the largest, or [] if none changes."""
+    compared = {figure.name for figure in simulation.catalogue().figures if figure.differs}
+    medians = {}
+    for column in pairs.first.run.layout.columns:
+        if column.figure in compared and column.unit != "1" and column.name in _columns(pairs):
+            ratios = _ratios(pairs, column.name)
+            positive = ratios[np.isfinite(ratios) & (ratios > 0.0)]
+            medians[column.name] = float(np.median(positive)) if positive.size else 1.0
+    name = max(medians, key=lambda name: abs(math.log(medians[name])), default="")
+    if not name or medians[name] == 1.0:
+        return []
+    label, factor = column_label(pairs.first, name), wording.number_text(medians[name])
+    return [f"Largest change of a figure with a unit: the {label} of B is {factor} times that of A in the median case."]
 
 
 def _verdict_sentences(pairs: Pairs) -> list[str]:
@@ -222,22 +255,23 @@ def _case_table(pairs: Pairs) -> Table:
     return Table("compared_cases", "Comparison of the cases", note, heads, rows)
 
 
-def _differing_settings(pairs: Pairs) -> list[tuple[str, str]]:
-    """Return the fixed values that differ: dotted path, value in A, value in B."""
-    values = []
+def _differing_settings(pairs: Pairs) -> list[tuple[str, str, str]]:
+    """Return the values that differ: dotted path, value in A, value in B, with units."""
+    runs = []
     for study in (pairs.first, pairs.second):
         swept = {axis.path for axis in study.axes}
-        record = study.run.grid
-        setting = {path: str(value) for path, value in leaves(study.base) if path not in swept}
+        setting = {path: value_text(study, path, value) for path, value in leaves(study.base) if path not in swept}
         setting |= {axis.path: f"swept, {axis.values_text()}" for axis in study.axes}
-        values.append(setting | {"model version": str(record.get("model_version"))})
-    paths = list(dict.fromkeys([*values[0], *values[1]]))
-    settings = [(path, *(value.get(path, "nothing") for value in values)) for path in paths]
-    return [
-        (path, f"A: {setting}; B: {second_setting}")
-        for path, setting, second_setting in settings
-        if setting != second_setting
-    ]
+        runs.append(setting | {"model version": str(study.run.grid.get("model_version"))})
+    changes = {path: tuple(run.get(path, "nothing") for run in runs) for path in {**runs[0], **runs[1]}}
+    for path, values in grid_changes(pairs.first.run.grid, pairs.second.run.grid).items():
+        section, _, name = path.partition(".")
+        if section not in (*CASE_SECTIONS, *VARYING_SECTIONS):
+            changes[path] = tuple(
+                "nothing" if value is None else value_text(study, name.partition(".")[0], value)
+                for study, value in zip((pairs.first, pairs.second), values, strict=True)
+            )
+    return [(path, first, second) for path, (first, second) in changes.items() if first != second]
 
 
 def _columns(pairs: Pairs) -> list[str]:

@@ -70,13 +70,13 @@ def _fixed_values(study: Study) -> list[tuple[str, str]]:
     swept = {axis.path for axis in study.axes}
     fits = {path: f" ({entries[0].name})" for path, entries in grid.recorded_fits(study.run.grid).items()}
     return [
-        (path, _value_text(study, path, value) + fits.get(path, ""))
+        (path, value_text(study, path, value) + fits.get(path, ""))
         for path, value in leaves(study.base)
         if path not in swept
     ]
 
 
-def _value_text(study: Study, path: str, value: object) -> str:
+def value_text(study: Study, path: str, value: object) -> str:
     """Return a fixed value, or each of a list, with its unit."""
     if isinstance(value, list) and len(value) > MAX_LISTED_VALUES:
         unit, extremes = study.unit(path), (min(value), max(value))
@@ -85,7 +85,7 @@ def _value_text(study: Study, path: str, value: object) -> str:
             f"{' to '.join(wording.scale(unit, extremes).exact_text(extreme, 4) for extreme in extremes)}"
         )
     if isinstance(value, list):
-        return ", ".join(_value_text(study, f"{path}.{index}", item) for index, item in enumerate(value))
+        return ", ".join(value_text(study, f"{path}.{index}", item) for index, item in enumerate(value))
     if isinstance(value, bool) or not isinstance(value, int | float):
         return str(value)
     written_scale = wording.written_scale(study.run.grid.get("written_units", {}).get(path), study.unit(path))
