@@ -62,3 +62,9 @@ def hang_up_heeded():
     before = signal.signal(signal.SIGHUP, signal.SIG_DFL)
     yield
     signal.signal(signal.SIGHUP, before)
+
+
+@pytest.fixture
+def too_short(monkeypatch):
+    """Let a slot be shorter than its stroke, which presses the pin on its ends."""
+    monkeypatch.setattr("clearsweep.simulation.setup.scene.SLOT_ROUNDING", 10.0)

@@ -2,6 +2,7 @@
 
 import math
 
+import numpy as np
 import pytest
 from ruamel.yaml import YAML
 from scipy.special import lambertw
@@ -98,3 +99,23 @@ def test_a_swept_key_without_its_path_is_told_with_its_laws(tmp_path):
         YAML(typ="safe").dump(impact_grid(1.0, damping=1e9) | {"sweep": {"damping": [1e9, 2e9]}}, stream)
     with pytest.raises(InputError, match=r"joints\.pair\.contact\.damping \(law .*hunt-crossley"):
         clearsweep.sweep(grid, out=tmp_path / "run")
+
+
+@pytest.mark.parametrize("tolerance", [1e-10, 1e-6, 1e-3])
+def test_an_overdamped_contact_that_pulls_ends_with_restitution_0(tolerance):
+    # x = v / (a - b) (exp(-b t) - exp(-a t)), a and b > 0 the roots of m s^2 - c s + k: never 0 again
+    contact = {"law": "kelvin-voigt-unclipped", "stiffness": 1e6, "damping": 1500.0}
+    path = clearsweep.simulate(
+        clearsweep.load_case(
+            {
+                "mechanism": {"type": "impact-pair", "masses": [1.0, 1.0], "speed": 1.0},
+                "joints": {"pair": {"clearance": 1e-3, "contact": contact}},
+                "simulate": {"impacts": 1, "tolerance": tolerance},
+            }
+        )
+    )
+    assert path.status == "ok", path.message
+    assert path.summary["pair_restitution"] == 0.0
+    a, b = np.roots([0.5, -1500.0, 1e6]).real
+    depth = 1.0 / (a - b) * ((b / a) ** (b / (a - b)) - (b / a) ** (a / (a - b)))
+    assert path.summary["pair_penetration_max"] == pytest.approx(depth, rel=10.0 * tolerance + 1e-9)

@@ -177,7 +177,7 @@ def test_a_machine_with_a_slot_runs_and_its_energies_add_up():
     assert path.summary["slot_friction_power"] > 0.0
 
 
-def test_a_slot_that_is_too_short_meets_its_ends():
+def test_a_slot_that_is_too_short_meets_its_ends(too_short):
     long, short = (
         clearsweep.simulate(clearsweep.load_case(grid(joints__slot__slot_length=size))) for size in (0.12, 0.0998)
     )
@@ -215,6 +215,8 @@ def test_open_and_ideal_machines_agree_under_the_ideal_force():
         ({"joints__slot__slot_length": "-1 mm"}, "out of range"),
         ({"mechanism__driven": "slot"}, "slot"),
         ({"simulate__start": "seated"}, "cannot be seated"),
+        ({"joints__slot__slot_length": "60 mm"}, r"slot_length: found 60.00.mm, but the pin's stroke is 100.0.mm"),
+        ({"joints__slot__slot_length": "99.89 mm"}, "write at least 100.0.mm"),  # both sides have 0.05 mm clearance
     ],
 )
 def test_what_is_not_known_is_refused(changes, sentence):

@@ -17,7 +17,7 @@ from clearsweep.mechanics.laws.contract import FREE, STUCK
 from clearsweep.mechanics.machines.contract import accelerate, gaps, pose_at
 from clearsweep.verify.measured import machines
 
-pytestmark = pytest.mark.heavy
+pytestmark = [pytest.mark.heavy, pytest.mark.usefixtures("too_short")]
 
 STILL = [0.0, 0.0]
 LAW = {"law": "karnopp", "coefficient": 1.0, "static_coefficient": 1.5, "stribeck_velocity": 1e-3, "band": 1e-6}

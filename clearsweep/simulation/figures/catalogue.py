@@ -12,6 +12,7 @@ import numpy as np
 
 from ...contracts.catalogue import NOTHING, Entry, Figure
 from ...contracts.layout import Layout
+from ...mechanics.laws.contract import ONSET_FLOOR
 from ...mechanics.solver.integration import Work
 from . import peaks, wear
 from .peaks import CRANK_SPEED_AFTER, FORCE_PEAK_START, PEAKS, PERIOD, SPATIAL, START_UP_TIME, ideal_peak
@@ -33,9 +34,15 @@ def depth(window: Window, index: int) -> float:
 
 
 def restitution(window: Window, index: int) -> float | None:
-    """Return the mean ratio of rebound to approach speed, or None if there was no rebound."""
+    """Return the mean ratio of rebound to approach speed, 0 if a contact holds the bodies; None without contact.
+
+    A contact that holds the bodies leaves a ratio below the tolerance, or never ends.
+    """
     joint = window.totals.joint[index]
-    return joint.restitution / joint.rebounds if joint.rebounds else None
+    if not joint.rebounds:
+        return 0.0 if joint.onset_max > ONSET_FLOOR else None
+    ratio = joint.restitution / joint.rebounds
+    return ratio if ratio > window.case.simulate.tolerance else 0.0
 
 
 def crank_speed(name: str, text: str) -> Figure:
@@ -229,7 +236,7 @@ JOINT = (
     Figure(
         "restitution",
         "1",
-        "mean ratio of rebound speed to approach speed; null: no rebound",
+        "mean ratio of rebound speed to approach speed; 0: the surfaces never part; null: no rebound",
         of="joint",
         needs=("rests",),
         value=restitution,

@@ -51,6 +51,7 @@ from ..setup.start import (
 )
 from .observed_run import Branches, Observer, Perturbed, Revolutions, run_observed
 
+REST = 1e-9  # of the onset rate and of the largest depth: less is rest, in a contact
 TIME_BUDGET, ROUNDING = -1, -2  # further statuses besides those of the loop
 MIN_STEPS = 1 << 15  # steps after which the budget that a run will need is estimated
 #: Change of a rate over a step by rounding of a position, over the allowed error, from which rounding limits the step.
@@ -229,10 +230,22 @@ class Run:
         if status == integration.PAUSED and time.process_time() >= self.deadline:
             self.status = TIME_BUDGET
             return True
+        if self.is_held_at_rest():
+            self.status = integration.OK
+            return True
         if self.exceeds_step_budget() and rounding_of_rates(self) > LARGEST_ROUNDING:
             self.status = ROUNDING
             return True
         return status != integration.PAUSED or bool(work.y[work.independent] >= work.control.pause)
+
+    def is_held_at_rest(self) -> bool:
+        """Return whether two bodies that should part hold together at rest, as an overdamped contact that pulls does."""
+        work: Any = self.work  # mypy takes its parts for tuples of anything
+        if not work.control.separations or (work.mode == work.apart).any():
+            return False
+        speed, depth_root = np.abs(work.y[work.time // 2 : work.time]).max(), work.y[work.time + 1]
+        is_slow = speed <= REST * work.latched.max()
+        return bool(is_slow and depth_root**2 <= REST * np.asarray(work.totals.joint[0].depth_max).max())
 
     def expected_steps(self) -> float:
         """Return the number of steps that the whole run needs at the present rate."""

@@ -18,6 +18,7 @@ from ...contracts.catalogue import Catalogue, Figure, Mechanism
 from ...contracts.layout import CaseFeatures, Layout, features_of
 from ...contracts.machine import STARTED_FRACTION, Machine, Motor, Schedule
 from ...language.errors import InputError
+from ...language.wording import quantity_text
 from ...mechanics.coupling import rates
 from ...mechanics.coupling.state import every_state
 from ...mechanics.joints import registry
@@ -270,6 +271,7 @@ def _weights(case: Case, built: Built, value: rates.Scene, contacts: int, intern
 
 
 _LAYOUTS: dict[CaseFeatures, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with their sources
+SLOT_ROUNDING = 1e-9  # of its length: rounding of a stroke that just fits
 TOUCHING = 1e-14  # of the mechanism's size: rounding of the penetration of bodies that touch at the start
 SEAT_ITERATIONS = 3  # iterations on worn shapes: body angles depend slightly on the seats
 _MAX_WEAR_COEFFICIENT = 2e-11  # m^2/N: dry mild steel reaches 1.5e-11
@@ -398,6 +400,8 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
         _check_spatial_start(built, joints)
     if machine is not None and any(body.initial for body in machine.bodies.values()):
         _check_planar_start(built, joints)
+    if machine is not None:
+        _check_slot_lengths(case, machine)
     sigma = math.sqrt(min([term.clearance for term in terms]))
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
     start = np.array(
@@ -468,6 +472,25 @@ def _check_planar_start(built: Built, joints: Mapping[str, Any]) -> None:
             )
 
 
+def _check_slot_lengths(case: Case, machine: Machine) -> None:
+    """Raise InputError if a drive of prescribed speed takes a pin beyond the ends of its slot; a free crank stops."""
+    if case.outline.free:
+        return
+    turn = min(2.0 * math.pi * case.simulate.revolutions, 2.0 * math.pi)
+    for joint in case.joints:
+        if joint.slot_length is None:
+            continue
+        travel = planar.slot_travel(machine, joint.name, turn)
+        reach = float(np.max(np.abs(travel), initial=0.0))
+        if 2.0 * reach > (joint.slot_length + 2.0 * joint.clearance) * (1.0 + SLOT_ROUNDING):
+            lengths = float(np.ptp(travel)), reach, 2.0 * reach, joint.slot_length
+            stroke, reach_text, needed, given = (quantity_text(length, "m", 4) for length in lengths)
+            raise InputError(
+                f"joints.{joint.name}.slot_length: found {given}, but the pin's stroke is {stroke}, up to {reach_text} "
+                f"from the slot's middle; write at least {needed}, or shorten the stroke"
+            )
+
+
 def _seated_offsets(reactions: Mapping[str, np.ndarray], joints: Mapping[str, Any]) -> tuple[dict, np.ndarray]:
     """Return the initial offset (m) of each joint's distal pin and the roots of the penetrations.
 
@@ -518,7 +541,7 @@ def derived(case: Case) -> dict[str, tuple[float, str]]:
 
 def warnings(case: Case) -> list[str]:
     """Return warnings about values of a case that may be unintended."""
-    sentences = [*sizes.size_warnings(case), *links.link_warnings(case), *_change_points(case)]
+    sentences = [*sizes.size_warnings(case), *links.link_warnings(case), *_change_points(case), *_tied_start(case)]
     for joint in case.joints:
         if registry.can_pull(joint):
             sentences.append(
@@ -556,6 +579,21 @@ def _change_points(case: Case) -> list[str]:
         "mechanism: without clearance it passes a change point, where its loops may branch, at a crank angle of about "
         f"{' and '.join(map(str, sorted(degrees)))} deg; the ideal machine, with which the case is compared, goes "
         "straight on there, and its forces have no limit"
+    ]
+
+
+def _tied_start(case: Case) -> list[str]:
+    """Return a note if the loops of a case close in two ways at the start and nothing in the grid decides."""
+    machine = machine_of(mechanism_of(case), case) if case.outline.bodies and not case.outline.spatial else None
+    angles = planar.rival_assembly(machine) if machine else {}
+    if not angles:
+        return []
+    taken, other = (
+        ", ".join(f"{body}: {math.degrees(pair[k]):.4g} deg" for body, pair in angles.items()) for k in (0, 1)
+    )
+    return [
+        f"mechanism.start: the loops close in two ways at the start, and nothing decides: {{{taken}}} is taken, "
+        f"{{{other}}} is possible; write `start` with the angles you mean, and see `clearsweep draw`"
     ]
 
 

@@ -2,7 +2,7 @@
 
 from .build import build, channels, crank_speed, discontinuity_times, ideal, ideal_reactions
 from .closure import ClosureError, MobilityError
-from .ideal import AlwaysEqual, ideal_of, machine_key
+from .ideal import AlwaysEqual, ideal_of, machine_key, rival_assembly, slot_travel
 
 __all__ = [
     "AlwaysEqual",
@@ -16,4 +16,6 @@ __all__ = [
     "ideal_of",
     "ideal_reactions",
     "machine_key",
+    "rival_assembly",
+    "slot_travel",
 ]

@@ -7,7 +7,7 @@ Dynamics", chapters 3 and 6).  Derivatives are with respect to the crank's angle
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -116,6 +116,8 @@ LARGEST_JUMP = 0.1  # rad, by which an angle may differ from the parabola throug
 NEAR_SINGULAR = 1e-7  # least singular value of the constraints over the largest, lengths measured by the machine's size
 CHANGE_POINT = 1e-3  # the same, below which a machine that passes a change point is interpolated
 ATTEMPTS = 40
+SAME_ANGLE = 1e-3  # rad, by which the angles of one assembly may differ between two attempts
+RULED_OUT = 2.0  # times the distance from the given angles: an assembly so far away is no tie
 ROUNDING = 2.0**-30  # rad, and of the machine's size: to which the start is rounded before it is closed once more
 _SINGULAR = "it is in a singular position, in which it has more than one degree of freedom"
 
@@ -259,10 +261,29 @@ class Closure:
 
     def close_at_start(self, angle: float) -> np.ndarray:
         """Return the machine closed at an angle of its crank, near the angles given for that.  Raises ClosureError."""
-        rng = np.random.default_rng(0)
         solutions: list[tuple[float, np.ndarray]] = []
-        given_angles = np.array([self.machine.start.get(name, 0.0) for name in self.names])
-        is_given = np.array([name in self.machine.start for name in self.names])
+        given_angles, is_given = self._given_angles()
+        for attempt, deviations, q in self._assemblies(angle):
+            if attempt == 0 and np.max(np.abs(deviations)) < 0.5 * math.pi:
+                return self._wrap_angles(q, given_angles)
+            solutions.append((float(np.sum(deviations**2 * np.where(is_given, 100.0, 1.0))), q))
+        if not solutions:
+            raise ClosureError(
+                "its loops cannot be closed at the initial crank angle with these lengths",
+                self._most_open_body(given_angles, angle),
+                angle,
+            )
+        return self._wrap_angles(min(solutions, key=lambda item: item[0])[1], given_angles)
+
+    def _given_angles(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the angle (rad) of each body near which the loops are closed, and whether `start` gives it."""
+        start = self.machine.start
+        return np.array([start.get(name, 0.0) for name in self.names]), np.array([name in start for name in self.names])
+
+    def _assemblies(self, angle: float) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
+        """Yield the attempts that close the machine, the deviations (rad) from the given angles, and the bodies."""
+        rng = np.random.default_rng(0)
+        given_angles, is_given = self._given_angles()
         for attempt in range(ATTEMPTS):
             spread = 0.0 if attempt == 0 else 0.1 + 3.0 * attempt / ATTEMPTS
             angles = given_angles + np.where(is_given, 0.2 * spread, spread) * rng.uniform(-1.0, 1.0, given_angles.size)
@@ -271,16 +292,30 @@ class Closure:
             if np.all(np.isfinite(q)):
                 deviations = np.remainder(q[2::3] - given_angles + math.pi, 2.0 * math.pi) - math.pi
                 deviations[self.crank] = 0.0
-                if attempt == 0 and np.max(np.abs(deviations)) < 0.5 * math.pi:
-                    return self._wrap_angles(q, given_angles)
-                solutions.append((float(np.sum(deviations**2 * np.where(is_given, 100.0, 1.0))), q))
-        if not solutions:
-            raise ClosureError(
-                "its loops cannot be closed at the initial crank angle with these lengths",
-                self._most_open_body(given_angles, angle),
-                angle,
-            )
-        return self._wrap_angles(min(solutions, key=lambda item: item[0])[1], given_angles)
+                yield attempt, deviations, q
+
+    def rival_of(self, q: np.ndarray, angle: float) -> dict[str, tuple[float, float]]:
+        """Return the angles (rad) in an assembly `q` and in one that nothing rules out, of bodies where they differ.
+
+        `start` rules an assembly out, and so does an angle that is RULED_OUT times as far from the given ones.
+        """
+        given_angles, is_given = self._given_angles()
+        chosen = np.remainder(q[2::3] - given_angles + math.pi, 2.0 * math.pi) - math.pi
+        chosen[self.crank] = 0.0
+        rivals = []
+        for _, deviations, _ in self._assemblies(angle):
+            differs = np.abs(np.remainder(deviations - chosen + math.pi, 2.0 * math.pi) - math.pi) > SAME_ANGLE
+            if differs.any() and not (differs & is_given).any():
+                rivals.append((float(np.linalg.norm(deviations)), deviations, differs))
+        distance, deviations, differs = min(rivals, key=lambda rival: rival[0], default=(math.inf, chosen, is_given))
+        if distance > RULED_OUT * np.linalg.norm(chosen):
+            return {}
+        pairs = zip(chosen + given_angles, deviations + given_angles, strict=True)
+        return {
+            name: (float(taken), float(other))
+            for name, (taken, other), is_other in zip(self.names, pairs, differs, strict=True)
+            if is_other
+        }
 
     def _wrap_angles(self, q, given_angles):
         """Return `q` with all angles, except the crank's, within half a revolution of the given ones."""

@@ -472,6 +472,30 @@ def ideal_of(machine: Machine) -> IdealMachine:
     return _cached_ideal(machine_key(machine), AlwaysEqual(machine))
 
 
+def slot_travel(machine: Machine, slot: str, turn: float) -> np.ndarray:
+    """Return the places (N,) m of a pin along its slot, from the slot's middle, as the crank turns by `turn` (rad).
+
+    Empty if the joint moves with free bodies, which the ideal machine does not have.
+    """
+    ideal_machine = ideal_of(machine)
+    if all(joint.name != slot for joint in ideal_machine.machine.joints):
+        return np.empty(0)
+    number = next(k for k, joint in enumerate(machine.joints) if joint.name == slot)
+    travel = ideal_machine.coordinate_over_revolution(Coordinate(TRAVEL, number))[0]
+    return travel[: math.ceil(turn / (2.0 * math.pi) * STATIONS) + 1]
+
+
+def rival_assembly(machine: Machine) -> dict[str, tuple[float, float]]:
+    """Return the angles (rad) at the start, as taken and of another assembly, of bodies whose angle is a tie; or {}."""
+    return _rival_assembly(geometry_of(machine), AlwaysEqual(machine))
+
+
+@functools.lru_cache(maxsize=64)
+def _rival_assembly(key: bytes, machine: AlwaysEqual) -> dict[str, tuple[float, float]]:
+    ideal_machine = ideal_of(machine.value)
+    return ideal_machine.closure.rival_of(ideal_machine.revolution.q[0], float(ideal_machine.revolution.angles[0]))
+
+
 def machine_key(machine: Machine) -> bytes:
     """Return a key that equal machines share; a machine is pickled only once."""
     return _pickled(Identity(machine))
