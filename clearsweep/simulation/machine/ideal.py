@@ -460,3 +460,18 @@ def _machine_warnings(machine: Machine, section: str) -> Iterator[str]:
     if lengths.get(driven, 0.0) * speed > LARGEST_PIN_SPEED:
         end_speed = f"{lengths[driven] * speed:,.4g} m/s"
         yield f"drive turns at {speed * 30.0 / math.pi:,.5g} rpm, so that the end of {driven} moves at {end_speed}"
+
+
+def start_warnings(case: Case) -> list[str]:
+    """Return a note if the loops of a case close in two ways at the start and nothing in the grid decides."""
+    machine = machine_of(mechanism_of(case), case) if case.outline.bodies and not case.outline.spatial else None
+    angles = planar.rival_assembly(machine) if machine else {}
+    if not angles:
+        return []
+    taken, other = (
+        ", ".join(f"{body}: {math.degrees(pair[k]):.4g} deg" for body, pair in angles.items()) for k in (0, 1)
+    )
+    return [
+        f"mechanism.start: the loops close in two ways at the start, and nothing decides: {{{taken}}} is taken, "
+        f"{{{other}}} is possible; write `start` with the angles you mean, and see `clearsweep draw`"
+    ]

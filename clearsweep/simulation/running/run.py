@@ -239,7 +239,7 @@ class Run:
         return status != integration.PAUSED or bool(work.y[work.independent] >= work.control.pause)
 
     def is_held_at_rest(self) -> bool:
-        """Return whether two bodies that should part hold together at rest, as an overdamped contact that pulls does."""
+        """Return whether two bodies that should part rest in contact: overdamped, and pulled together."""
         work: Any = self.work  # mypy takes its parts for tuples of anything
         if not work.control.separations or (work.mode == work.apart).any():
             return False

@@ -541,7 +541,12 @@ def derived(case: Case) -> dict[str, tuple[float, str]]:
 
 def warnings(case: Case) -> list[str]:
     """Return warnings about values of a case that may be unintended."""
-    sentences = [*sizes.size_warnings(case), *links.link_warnings(case), *_change_points(case), *_tied_start(case)]
+    sentences = [
+        *sizes.size_warnings(case),
+        *links.link_warnings(case),
+        *_change_points(case),
+        *sizes.start_warnings(case),
+    ]
     for joint in case.joints:
         if registry.can_pull(joint):
             sentences.append(
@@ -579,21 +584,6 @@ def _change_points(case: Case) -> list[str]:
         "mechanism: without clearance it passes a change point, where its loops may branch, at a crank angle of about "
         f"{' and '.join(map(str, sorted(degrees)))} deg; the ideal machine, with which the case is compared, goes "
         "straight on there, and its forces have no limit"
-    ]
-
-
-def _tied_start(case: Case) -> list[str]:
-    """Return a note if the loops of a case close in two ways at the start and nothing in the grid decides."""
-    machine = machine_of(mechanism_of(case), case) if case.outline.bodies and not case.outline.spatial else None
-    angles = planar.rival_assembly(machine) if machine else {}
-    if not angles:
-        return []
-    taken, other = (
-        ", ".join(f"{body}: {math.degrees(pair[k]):.4g} deg" for body, pair in angles.items()) for k in (0, 1)
-    )
-    return [
-        f"mechanism.start: the loops close in two ways at the start, and nothing decides: {{{taken}}} is taken, "
-        f"{{{other}}} is possible; write `start` with the angles you mean, and see `clearsweep draw`"
     ]
 
 
