@@ -46,6 +46,9 @@ EXTREMES = (
     "start_up_time",
 )
 
+NOTED_INDENTATION = 0.1  # of an output error: less is not mentioned
+UNLIKE_SHARES = 0.1  # difference of the shares of penetration of two joints, beyond which no share is given
+
 Reader = Callable[[str], np.ndarray]
 
 
@@ -329,6 +332,8 @@ def _more(source: Source, cases: Cases, column: Any, row: int, end: str) -> dict
         clearance = _length(source, cases, f"joints.{wording.joint_name(column.joint)}.clearance", row)
         depth = 3.6e6 * float(cases.numbers(column.name)[row])
         return {"clearance_hours": 1000.0 * clearance / depth} if clearance and depth > clearance else {}
+    if column.figure == "error_max" and end == "largest":
+        return _indentation_of(source, cases, float(cases.numbers(column.name)[row]), row)
     if column.figure == "life_hours":
         fields = {name: f"{column.joint}_{name}" for name in FIELD_BY_COLUMN}
         life = read_lifetime(
@@ -338,6 +343,24 @@ def _more(source: Source, cases: Cases, column: Any, row: int, end: str) -> dict
         body = source.worn_body(case_id)
         return {"interval": interval_text(life), "spread": spread_text(life), "body": body}
     return {}
+
+
+def _indentation_of(source: Source, cases: Cases, error: float, row: int) -> dict[str, float]:
+    """Return how much of an output error is indentation of the contacts, at most, or {} if little or unknown.
+
+    The error is linear in the eccentricities of the joints, clearance plus penetration: where the penetration has the
+    same share in all of them, it has that share of the error.  Joints that differ by UNLIKE_SHARES leave it unknown.
+    """
+    shares: list[float] = []
+    for column in source.layout.columns:
+        if column.figure == "penetration_max":
+            clearance = _length(source, cases, f"joints.{wording.joint_name(column.joint)}.clearance", row)
+            depth = float(cases.numbers(column.name)[row])
+            if clearance is None or not np.isfinite(depth):
+                return {}
+            shares.append(max(depth, 0.0) / max(clearance + depth, np.finfo(float).tiny))
+    is_known = bool(shares) and max(shares) - min(shares) <= UNLIKE_SHARES
+    return {"indentation": max(shares) * error} if is_known and max(shares) >= NOTED_INDENTATION else {}
 
 
 def _length(source: Source, cases: Cases, path: str, row: int) -> float | None:

@@ -86,6 +86,13 @@ def error_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         where = place_text(answer, words, entry["largest"])
         values = {"figure": words.figure(entry["figure"]), "value": text, "where": where}
         yield Sentence("Largest {figure}: {value}{where}.", values)
+        if indentation := entry["largest"].get("indentation"):
+            parts = words.figures(entry["figure"], [entry["largest"]["value"] - indentation, indentation])
+            split = dict(zip(("clearance", "indentation"), parts, strict=True))
+            yield Sentence(
+                "Of this, {clearance} or more is clearance, {indentation} or less indentation at the stiffness given.",
+                split,
+            )
 
 
 def touch(answer: Answer, words: Words) -> Iterator[Sentence]:
