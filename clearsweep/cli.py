@@ -155,7 +155,7 @@ def run(  # noqa: PLR0913 - one argument per option
         from .sweeping.estimate import estimate
 
         check(options := Options(**arguments))
-        facts = estimate(source, out, jobs=options.jobs, shard=options.shard)._asdict()
+        facts = estimate(source, out, jobs=options.jobs, shard=options.shard, no_effects=options.no_effects)._asdict()
         click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(summary.estimate_text(facts)))
         return 0
     result = sweep(source, out, **arguments)

@@ -1,5 +1,7 @@
 """The largest value that meets the limits: found among ordinary cases, the same after every interruption."""
 
+import re
+
 import numpy as np
 import pyarrow.parquet as pq
 import pytest
@@ -19,6 +21,7 @@ from clearsweep.report.sections.searches import seek_sections
 from clearsweep.report.study import prepare
 from clearsweep.searches.bisection import border_of_all
 from clearsweep.searches.unanswered import loosened_limits
+from clearsweep.sweeping.estimate import estimate
 from clearsweep.sweeping.summary import of_run, run_text
 
 MASS, GRAVITY = "mechanism.slider.mass", "mechanism.gravity"
@@ -269,6 +272,26 @@ def test_none_in_the_range_says_which_other_keys_move_the_margin(tmp_path):
     again = quiet(source, tmp_path / "run")
     assert again.ran == 0
     assert again.search_result.effects == result.search_result.effects
+
+
+def test_cases_beyond_the_search_are_announced_estimated_and_optional(tmp_path, capsys):
+    source = searching(limit=0.05, largest="mechanism.rod.mass")
+    slow = searching(limit=0.05, gravities=(0.1,), largest="mechanism.rod.mass")  # s a case
+    forecasts = [estimate(slow, jobs=1, no_effects=no, simulator=Fake) for no in (False, True)]
+    (line,) = [text for text in forecasts[0].warnings if "--no-effects" in text]
+    most = int(re.search(r"up to (\d+) cases", line)[1])
+    assert forecasts[0].seconds > forecasts[1].seconds + 0.05 * most
+    assert not [text for text in forecasts[1].warnings if "--no-effects" in text]
+    without = quiet(source, tmp_path / "without", no_effects=True)
+    assert without.search_result.effects == ()
+    assert not [*(tmp_path / "without").glob("sensitivity-*")]
+    capsys.readouterr()
+    found = sweep(source, tmp_path / "with", executor="serial").search_result
+    (folder,) = (tmp_path / "with").glob("sensitivity-*")
+    count = len(clearsweep.open(folder).summary)
+    assert f"{count} more cases show which other keys help" in capsys.readouterr().err
+    assert count <= most
+    assert {loaded(source).role(effect.path) for effect in found.effects} == {"choice"}
 
 
 def test_where_all_cases_count_they_are_compared_at_one_value(tmp_path):

@@ -39,7 +39,8 @@ class FurtherRuns(NamedTuple):
 
     catalogue: Any  # `contracts.catalogue.Catalogue`
     directory: Path  # of the run
-    run: Callable[[dict[str, Any], Path], Any]  # runs a grid in a directory; returns the `store.StoredRun`
+    #: Runs a grid in a directory, and returns the `store.StoredRun`; None: no further cases are wanted.
+    run: Callable[[dict[str, Any], Path], Any] | None
 
 
 class Found:
@@ -189,6 +190,10 @@ class Search:
     def expectation(self, added: int) -> str:
         """Return a sentence for `--dry-run` on the cases that it will add; '' for none."""
         return f"time and storage include {added:,} cases that `{self.name}` adds to these" if added else ""
+
+    def further_cases(self, grid: Any) -> int:
+        """Return how many cases it runs at most beyond the search, where this finds no answer."""
+        return 0
 
     def begin(self, grid: Any, simulator: Any) -> Rounds:
         """Return the search at work, before its first round."""

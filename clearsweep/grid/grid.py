@@ -93,9 +93,10 @@ class Grid:
     @cached_property
     def roles(self) -> dict[str, str]:
         """Return the role of every varied path, one of contracts.roles; a defined quantity has that of its uses."""
-        return {path: self._role(path) for path in self.axes}
+        return {path: self.role(path) for path in self.axes}
 
-    def _role(self, path: str) -> str:
+    def role(self, path: str) -> str:
+        """Return the role of a key that can be varied, one of contracts.roles."""
         drawn = (*self._sample.get("over", {}), *self.uncertain)
         if path in self.given_roles:
             return self.given_roles[path]

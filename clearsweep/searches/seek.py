@@ -268,6 +268,10 @@ class Seek(Search):
         """Return a sentence on the cases that it will add."""
         return f"time and storage include about {added:,} cases that `seek` adds to these" if added else ""
 
+    def further_cases(self, grid: Any) -> int:
+        """Return how many cases show which other keys help, at most."""
+        return unanswered.most_cases(grid)
+
     def begin(self, grid: Any, simulator: Any) -> "SeekRounds":
         """Return the search at work."""
         return SeekRounds(grid, self)

@@ -12,14 +12,15 @@ from typing import Any, NamedTuple
 
 from .. import grid as grids
 from ..answers.verdict import KINDS, MARGIN_COLUMN, Limit, limits_and_figures_of, units_of
+from ..contracts.catalogue import CHOICE
 from ..contracts.search import FurtherRuns
+from ..language import phases
 from ..language.errors import InputError
 
 STEP = 0.1  # relative step: larger than the scatter of chaotic motion, small enough for a slope
 FOLDER = "sensitivity"  # prefix of its name; a hash of the keys follows
 DIGITS = 4  # digits of a limit that would pass
 _AXIS_SECTIONS = ("sweep", "zip", "cases", "sample", "seek")  # sections of a resolved grid that choose cases
-_METHOD_PREFIXES = ("simulate.", "save.", "uncertain.")  # keys that are not properties of the machine
 _EXPONENT = ".exponent"  # the units of other keys depend on this key
 
 
@@ -39,12 +40,12 @@ class Effect(NamedTuple):
 
 
 def effects(grid: grids.Grid, best: Sequence[Mapping[str, Any]], runs: FurtherRuns) -> list[Effect]:
-    """Return the effects of other keys on the margin, the largest first, or [] if no margin is known.
+    """Return the effects of the other choices on the margin, the largest first; [] without a margin or `runs.run`.
 
     They apply to the case furthest from its limits, at its best value.  best : how near each case comes to its limits
     """
     worst = furthest_from_limits(best)
-    if grid.search is None or worst is None:
+    if grid.search is None or worst is None or runs.run is None:
         return []
     point = worst["point"] | dict.fromkeys(grid.search.varied_paths, worst["value"])
     fixed = {key: section for key, section in grid.resolved().items() if key not in _AXIS_SECTIONS}
@@ -56,6 +57,9 @@ def effects(grid: grids.Grid, best: Sequence[Mapping[str, Any]], runs: FurtherRu
     points = [point_values, *(point_values | {path: value} for path, values in perturbed.items() for value in values)]
     columns = {path: [value] * len(points) for path, value in point.items()}
     columns |= {path: [row[path] for row in points] for path in paths}
+    phases.print_line(
+        f"no value meets the limits; {len(points)} more cases show which other keys help (--no-effects leaves them out)"
+    )
     name = hashlib.sha256(" ".join(sorted(columns)).encode()).hexdigest()[:8]
     margins = _margins(runs.run(fixed | {"cases": columns}, runs.directory / f"{FOLDER}-{name}"), paths)
     start = margins.get(tuple(point_values.values()))
@@ -71,6 +75,11 @@ def effects(grid: grids.Grid, best: Sequence[Mapping[str, Any]], runs: FurtherRu
     return sorted(effects, key=lambda effect: (-effect.size, effect.path))
 
 
+def most_cases(grid: grids.Grid) -> int:
+    """Return the largest number of cases that `effects` runs."""
+    return 1 + 2 * len(_numbers(grid, grid.point(0)))
+
+
 def furthest_from_limits(best: Iterable[Mapping[str, Any]]) -> Mapping[str, Any] | None:
     """Return the case furthest from its limits at its best value, or None if no margin is known."""
     finite = [case for case in best if case["margin"] is not None]
@@ -78,7 +87,7 @@ def furthest_from_limits(best: Iterable[Mapping[str, Any]]) -> Mapping[str, Any]
 
 
 def _numbers(grid: grids.Grid, point: Mapping[str, Any]) -> dict[str, float]:
-    """Return path -> value (SI) of the numbers of a case that could be changed."""
+    """Return path -> value (SI) of the numbers of a case that the designer chooses."""
     tree = grid.case_tree(point)
     return {
         path: value
@@ -86,8 +95,8 @@ def _numbers(grid: grids.Grid, point: Mapping[str, Any]) -> dict[str, float]:
         if isinstance(value, float)
         and value
         and path not in point
-        and not path.startswith(_METHOD_PREFIXES)
         and not path.endswith(_EXPONENT)
+        and grid.role(path) == CHOICE
     }
 
 

@@ -60,6 +60,7 @@ def estimate(
     *,
     jobs: int | None = None,
     shard: str | None = None,
+    no_effects: bool = False,
     simulator: Simulator = SIMULATION,
 ) -> Estimate:
     """Return the cost of running all cases of a grid; nothing is written, and no results are read.
@@ -77,6 +78,12 @@ def estimate(
         requested = _requested(grid, directory, parsed_shard, simulator)
     added, choosing_seconds = grid.search.expected_cases(grid) if grid.search else (0, 0.0)
     warnings += [sentence] if grid.search and (sentence := grid.search.expectation(added)) else []
+    further = grid.search.further_cases(grid) if grid.search and not no_effects else 0
+    if further and grid.search:
+        warnings.append(
+            f"time includes up to {further:,} cases that show which other keys help; they run only if "
+            f"`{grid.search.name}` finds no answer, and --no-effects leaves them out"
+        )
     reading_seconds = time.monotonic() - begin
     slowdown = max(
         (reading_seconds + FINISH_SECONDS) / (time.process_time() - import_seconds + FINISH_SECONDS), 1.0
@@ -91,7 +98,7 @@ def estimate(
     mean = float(np.mean(times)) if times else None
     warnings += _warnings_of(timed)
     overhead = slowdown * (min(import_seconds, MAX_IMPORT_SECONDS) + FINISH_SECONDS) + reading_seconds + start_up
-    case_count = requested.cases + added
+    case_count = requested.cases + added + further
     search_time = slowdown * choosing_seconds * added
     seconds = (
         0.0

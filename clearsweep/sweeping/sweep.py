@@ -112,7 +112,7 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
             return _run_sweep(further, directory, options._replace(fresh=False), simulator).open()
 
         grid = load(source, simulator)
-        runs = FurtherRuns(simulator.catalogue(), result.directory, run_further)
+        runs = FurtherRuns(simulator.catalogue(), result.directory, None if options.no_effects else run_further)
         search_result, entries = result.search_result.further(grid, result.open().grid, runs)
         if entries:
             with directory_of(grid, result.directory).open_for(grid) as directory:

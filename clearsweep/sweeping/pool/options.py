@@ -90,6 +90,14 @@ class Options(NamedTuple):
             "move an earlier run in the directory aside, also one of an equal grid.",
         ),
     ] = False
+    no_effects: Annotated[
+        bool,
+        Flag(
+            ("--no-effects",),
+            "Where `seek` finds no value, do not run the cases that show which other keys help.",
+            "where `seek` finds no value, do not run the cases that show which other keys help.",
+        ),
+    ] = False
     show_progress: Annotated[bool, Flag((), "", "show progress on stderr.")] = True
 
 
