@@ -43,3 +43,13 @@ def test_the_answer_splits_an_error_into_clearance_and_indentation(stiffness, tm
         return
     assert largest["indentation"] == pytest.approx(static, rel=0.03)
     assert largest["value"] - largest["indentation"] == pytest.approx(CLEARANCE, rel=0.03)
+
+
+@pytest.mark.parametrize(("limit", "is_hopeless"), [(0.2e-3, True), (0.29e-3, False)])
+def test_it_says_where_no_clearance_can_meet(limit, is_hopeless, tmp_path):
+    contact = {"law": "flores", "stiffness": 1e7, "exponent": 1.5, "restitution": 0.5}
+    grid = YOKE | {"joints": {"slot": YOKE["joints"]["slot"] | {"contact": contact}}}
+    clearsweep.sweep(grid | {"limits": {"output_error_max": limit}}, out=tmp_path / "run")
+    text = (tmp_path / "run" / "answer.json").read_text()
+    assert "is indentation at the stiffness given" in text
+    assert ("No clearance can meet" in text) == is_hopeless

@@ -1,5 +1,6 @@
 """Sentences on single figures with the cases of their extremes, and on the results of searches."""
 
+import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
@@ -79,6 +80,9 @@ def force_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence("The surfaces do not touch in every case, such as{where}.", {"where": where})
 
 
+STEADY_RATIO = 1.1  # of load peak to ideal, up to which the indentation is that of the ideal loads, without impacts
+
+
 def error_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Give the largest error of the output."""
     for entry in [entry for entry in extremes_of(answer, "error_max", words) if entry["largest"]["value"]][:1]:
@@ -86,13 +90,28 @@ def error_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         where = place_text(answer, words, entry["largest"])
         values = {"figure": words.figure(entry["figure"]), "value": text, "where": where}
         yield Sentence("Largest {figure}: {value}{where}.", values)
-        if indentation := entry["largest"].get("indentation"):
-            parts = words.figures(entry["figure"], [entry["largest"]["value"] - indentation, indentation])
-            split = dict(zip(("clearance", "indentation"), parts, strict=True))
-            yield Sentence(
-                "Of this, {clearance} or more is clearance, {indentation} or less indentation at the stiffness given.",
-                split,
-            )
+    yield from indentation_sentences(answer, words)
+
+
+def indentation_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+    """Split the largest error into clearance and indentation, and say where no clearance can meet its limit."""
+    is_steady = all(
+        entry["largest"].get("ratio", math.inf) <= STEADY_RATIO for entry in extremes_of(answer, "force_peak", words)
+    )
+    for entry in extremes_of(answer, "error_max", words)[:1]:
+        error, indentation = entry["largest"]["value"], entry["largest"].get("indentation")
+        if not indentation:
+            continue
+        total, clearance, depth = words.figures(entry["figure"], [error, error - indentation, indentation])
+        values = {"figure": words.figure(entry["figure"]), "value": total, "clearance": clearance, "depth": depth}
+        yield Sentence(
+            "Of {figure} {value}, {clearance} or more is clearance, {depth} or less is indentation "
+            "at the stiffness given.",
+            values,
+        )
+        for limit in words.limits if is_steady else ():
+            if limit.column == entry["figure"] and limit.kind == "at_most" and limit.value < indentation:
+                yield Sentence("No clearance can meet {limit} there.", {"limit": words.limit(limit)})
 
 
 def touch(answer: Answer, words: Words) -> Iterator[Sentence]:

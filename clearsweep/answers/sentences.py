@@ -11,6 +11,7 @@ from .figure_sentences import (
     force_sentences,
     found_sentences,
     identify_sentences,
+    indentation_sentences,
     life_sentences,
     loss_sentences,
     optimise_sentences,
@@ -386,7 +387,17 @@ def suggestion(answer: Answer, words: Words) -> Iterator[Sentence]:
 
 JUDGED = (state, verdict, share, missing, boundary, fits)
 RULES: dict[str, tuple[Rule, ...]] = {
-    "limits": (*JUDGED, convergence, touch, laws, effect_lines, own_figure_sentences, loss_sentences, wear_sentences),
+    "limits": (
+        *JUDGED,
+        convergence,
+        touch,
+        indentation_sentences,
+        laws,
+        effect_lines,
+        own_figure_sentences,
+        loss_sentences,
+        wear_sentences,
+    ),
     "sample": (state, share, irregular, missing, effect_lines, own_figure_sentences, wear_sentences),
     "refine": (*JUDGED, added_sentences, convergence, effect_lines),
     "seek": (state, seek_sentences),
