@@ -292,7 +292,7 @@ def test_a_record_of_an_older_version_is_refused_by_its_version(source, run, ver
         assert _exit_code([verb, str(run)]) == 2
         message = capsys.readouterr().err
     assert "is of model version '12', written by clearsweep '0.0.9'" in message
-    assert "run the grid again into another directory, or read it with that version" in message
+    assert "Run the grid again into another directory, or read it with that version" in message
     assert "damaged" not in message
 
 

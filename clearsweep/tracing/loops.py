@@ -196,6 +196,8 @@ class Loops(Statements):
         start, stop, step = (0, range_arguments[0], 1) if len(range_arguments) == 1 else (*range_arguments, 1)[:3]
         if is_symbol(step) or not step:
             raise NotTraceableError("has a step of 0, or one that is known only at run time")
+        if any(getattr(bound, "width", 1) > 1 for bound in (start, stop)):
+            raise NotTraceableError("has a range that differs from lane to lane; use a while loop")
         return Bounds(start, stop, int(step))
 
     def execute_While(self, node: Any) -> bool:  # noqa: N802
