@@ -108,7 +108,7 @@ def blocks(draw, depth=2, is_loop=False):
             header = f"for y in {values}:" if kind == "for" else f"for {name} in range({bounds}):"
             lines += [header, *indented(draw(blocks(depth - 1, True)))]
         elif kind == "while":
-            name = f"n{draw(st.integers(0, 9))}"
+            name = f"n{depth}"  # a loop within must not begin the count anew
             body = draw(blocks(depth - 1, True))
             lines += [f"{name} = 0", f"while {name} < 4 and {draw(CONDITIONS)}:", f"    {name} += 1", *indented(body)]
         else:
