@@ -5,6 +5,7 @@ plain Python (marker `plain`, `make test-plain`).  Compiled code is kept between
 CLEARSWEEP_CACHE_DIR unless it tests the cache.
 """
 
+import os
 import signal
 from pathlib import Path
 
@@ -15,8 +16,10 @@ from hypothesis import HealthCheck, settings
 from clearsweep.language.errors import InputError
 from clearsweep.tracing.compiled.family import is_plain
 
-# How long an example takes depends on the machine and on what else it does.
-settings.register_profile("untimed", deadline=None, suppress_health_check=[HealthCheck.too_slow])
+# How long an example takes depends on the machine and on what else it does. CI repeats its examples; others are new.
+settings.register_profile(
+    "untimed", deadline=None, derandomize="CI" in os.environ, suppress_health_check=[HealthCheck.too_slow]
+)
 settings.load_profile("untimed")
 
 SLOW_LIMIT = 3600.0  # s, time limit of a test marked slow; `timeout` in pyproject.toml is that of the others

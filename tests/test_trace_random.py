@@ -158,7 +158,12 @@ def test_a_random_body_is_machine_code_that_does_what_python_does(lines, a, b):
         expected = body(a, b)
     except ZeroDivisionError:
         assume(False)
-    assert same(machine_code(body)(a, b), expected), "\n".join(lines)
+    try:
+        result = machine_code(body)(a, b)
+    except NotTraceableError as error:
+        assume("a loop without iterations" not in str(error))  # is refused; everything else has to be machine code
+        raise
+    assert same(result, expected), "\n".join(lines)
 
 
 EIGHT = st.lists(NUMBERS, min_size=WIDTH, max_size=WIDTH)
