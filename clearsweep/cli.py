@@ -422,7 +422,7 @@ def wear(series: Path, coefficient: str, hardness: str | None, area: str | None,
     help="Mechanism in the starter grid.",
 )
 def init(file: Path | None, kind: str) -> None:
-    """Write a commented starter grid to FILE, and its schema for editors beside it; without FILE, print the grid."""
+    """Write a commented starter grid to FILE, and its schema for editors next to it; without FILE, print the grid."""
     from . import grid, simulation
 
     if file is None:

@@ -46,8 +46,8 @@ class Answered:
 
     def submit(self, function, *given, **_):
         """Return the report of a block."""
-        future, report = SimpleNamespace(done=lambda: True, status="finished"), nodes.node.NodeReport("node")
-        if function is nodes.node.run_block:
+        future, report = SimpleNamespace(done=lambda: True, status="finished"), nodes.NodeReport("node")
+        if function is nodes.run_block:
             *_, number, allowed = given
             self.allowed.append(allowed)
             report = report if number in self.answered else report._replace(ran=100, failed=4)

@@ -614,7 +614,7 @@ def test_values_beside_the_joints_are_shown_in_their_units(shared_values):
     expected = {
         "mechanism.crank.length": "50 mm",
         "mechanism.crank.mass": "0.3 kg",
-        "mechanism.crank.inertia": "1 \u00d7 10⁻⁴ kg m²",
+        "mechanism.crank.inertia": "0.0001 kg m²",
         "mechanism.rod.center": "60 mm",
         "drive.speed": "5000 rpm",
         "simulate.tolerance": "1 \u00d7 10⁻⁸",

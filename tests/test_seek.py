@@ -286,12 +286,12 @@ def test_cases_beyond_the_search_are_announced_estimated_and_optional(tmp_path, 
     assert without.search_result.effects == ()
     assert not [*(tmp_path / "without").glob("sensitivity-*")]
     capsys.readouterr()
-    found = sweep(source, tmp_path / "with", executor="serial").search_result
+    with_effects = sweep(source, tmp_path / "with", executor="serial").search_result
     (folder,) = (tmp_path / "with").glob("sensitivity-*")
     count = len(clearsweep.open(folder).summary)
     assert f"{count} more cases show which other keys help" in capsys.readouterr().err
     assert count <= most
-    assert {loaded(source).role(effect.path) for effect in found.effects} == {"choice"}
+    assert {loaded(source).role(effect.path) for effect in with_effects.effects} == {"choice"}
 
 
 def test_where_all_cases_count_they_are_compared_at_one_value(tmp_path):

@@ -91,7 +91,6 @@ def error_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         where = place_text(answer, words, entry["largest"])
         values = {"figure": words.figure(entry["figure"]), "value": text, "where": where}
         yield Sentence("Largest {figure}: {value}{where}.", values)
-    yield from indentation_sentences(answer, words)
 
 
 def indentation_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:

@@ -29,7 +29,7 @@ from .written.document import (
     read_document,
 )
 
-SCHEMA_FILE = "clearsweep.schema.json"  # beside a grid that `init` writes
+SCHEMA_FILE = "clearsweep.schema.json"  # next to a grid that `init` writes
 MAX_CASES = 200_000_000  # their summaries take about 100 GB
 MAX_IDENTITIES = 20_000_000  # identities in memory where cases may repeat or are added: 160 MB and 100 s
 
@@ -113,7 +113,7 @@ def starter(kind: str = "slider-crank") -> str:
 
 
 def write_starter(file: Path, kind: str, catalogue: Catalogue) -> None:
-    """Write a commented example grid to a new file, and beside it the schema that its first line names to editors.
+    """Write a commented example grid to a new file, and next to it the schema that its first line names to editors.
 
     A schema that is there stays.  Raises InputError if the grid exists or a file cannot be written.
     """

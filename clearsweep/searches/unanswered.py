@@ -93,6 +93,7 @@ def _numbers(grid: grids.Grid, point: Mapping[str, Any]) -> dict[str, float]:
         path: value
         for path, value in grids.leaves(tree)
         if isinstance(value, float)
+        and ".table." not in path
         and value
         and path not in point
         and not path.endswith(_EXPONENT)

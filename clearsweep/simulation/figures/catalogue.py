@@ -34,9 +34,9 @@ def depth(window: Window, index: int) -> float:
 
 
 def restitution(window: Window, index: int) -> float | None:
-    """Return the mean ratio of rebound to approach speed, 0 if a contact holds the bodies; None without contact.
+    """Return the mean ratio of rebound to approach speed, 0 if a contact keeps the bodies; None without contact.
 
-    A contact that holds the bodies leaves a ratio below the tolerance, or never ends.
+    A contact that keeps the bodies leaves a ratio below the tolerance, or never ends.
     """
     joint = window.totals.joint[index]
     if not joint.rebounds:
