@@ -64,7 +64,7 @@ addEventListener("load", async () => {
     await frame();
     found = await (async () => { %s })();
   } catch (error) { errors.push(String(error)); }
-  found = {...search_result, errors, page: document.documentElement.scrollWidth, window: innerWidth,
+  found = {...found, errors, page: document.documentElement.scrollWidth, window: innerWidth,
            fetched: performance.getEntriesByType("resource").map(e => e.name)};
   document.body.setAttribute("data-probe", JSON.stringify(found));
 });
