@@ -360,21 +360,45 @@ def _check_function(law: Law, function: Any) -> None:
         ["stiffness", "exponent", "elastic_force"] if law.kind == "contact" else []
     )
     for name, line in _parameters_used(body, positional[-1].name):
-        if name not in known and law.kind not in ("wear", "film"):
+        if name and name not in known and law.kind not in ("wear", "film"):
             hint = did_you_mean(name, known) or f" (known: {', '.join(known) or 'none'})"
             text = linecache.getline(body.__code__.co_filename, line).strip()
             raise InputError(f"line {line} uses p.{name}, which is no key of this law{hint}: {text}")
 
 
 def _parameters_used(function: Callable, argument: str) -> Iterator[tuple[str, int]]:
-    """Yield each part of the last argument that a function reads, and the line where it does."""
-    previous, line = None, function.__code__.co_firstlineno
+    """Yield each part of an argument that a function reads, '' for all of it, and the line where it does."""
+    if argument in function.__code__.co_cellvars:
+        yield "", function.__code__.co_firstlineno
+    loaded, line = (), function.__code__.co_firstlineno
     for instruction in dis.get_instructions(function):
         line = (instruction.positions.lineno if instruction.positions else None) or line
-        is_argument = previous is not None and previous.opname.startswith("LOAD_FAST") and previous.argval == argument
-        if is_argument and instruction.opname in ("LOAD_ATTR", "LOAD_METHOD"):
+        if argument in loaded[:-1] or (argument in loaded and instruction.opname not in ("LOAD_ATTR", "LOAD_METHOD")):
+            yield "", line
+        elif argument in loaded:
             yield instruction.argval, line
-        previous = instruction
+        is_load = instruction.opname.startswith("LOAD_FAST")
+        loaded = (
+            (instruction.argval if isinstance(instruction.argval, tuple) else (instruction.argval,)) if is_load else ()
+        )
+
+
+def uses_elastic(law: Law) -> bool:
+    """Return whether the force of a contact law depends on the elastic law of the joint."""
+    body = law.body
+    if body is None or law.kind != "contact":
+        return all(field.name != "stiffness" for field in law.keys)
+    used = {name for name, _ in _parameters_used(body, body.__code__.co_varnames[body.__code__.co_argcount - 1])}
+    return not used.isdisjoint({"stiffness", "exponent", "elastic_force", ""} - {field.name for field in law.keys})
+
+
+def reads(law: Law, argument: str) -> bool:
+    """Return whether a law may read one of its arguments, named as in KINDS."""
+    body = law.body
+    if body is None:
+        return True
+    name = body.__code__.co_varnames[arguments_of(law).index(argument)]
+    return any(True for _ in _parameters_used(body, name))
 
 
 def address_of(function: Any) -> int | None:

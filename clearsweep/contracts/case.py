@@ -41,6 +41,7 @@ class Load(NamedTuple):
     values: Mapping[str, Any]  # numbers and words by key
     table: Table | None = None
     friction: "Friction | None" = None
+    laws: str = ""  # hash of the laws of the grid's own
 
 
 class Material(NamedTuple):
@@ -211,6 +212,7 @@ class Joint(NamedTuple):
     thermal: Thermal | None = None  # of a dry joint
     temperature: float | None = None  # K, of both bodies, once the heat balance is solved
     walls: str | None = None  # 'spread'; otherwise a spatial joint carries load at the journal's ends
+    laws: str = ""  # hash of the laws of the grid's own
 
     @property
     def elastic_name(self) -> str:

@@ -1,7 +1,7 @@
 """Descriptions of everything that a user names or reads: laws, mechanisms, figures of merit, time histories."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from math import inf
 from typing import Any, NamedTuple
 
@@ -69,6 +69,7 @@ class Outline(NamedTuple):
     spatial: bool = False  # its bodies move in space
     axial: frozenset[str] = frozenset()  # joints with clearance between flanges, of a mechanism in space
     elastic: frozenset[str] = frozenset()  # bodies with elastic links
+    laws: str = ""  # hash of the laws of the grid's own
 
     @property
     def free(self) -> bool:
@@ -208,6 +209,7 @@ class Law(NamedTuple):
     sticks: bool = False  # family 'friction': surfaces can stick
     tables: tuple["Columns", ...] = ()  # optional parameters, each instead of optional `fields`
     one_of: tuple[str, ...] = ()  # names of optional fields of which exactly one is given
+    origin: str = ""  # file and line of a law of one's own
 
     def unit_of(self, name: str) -> str:
         """Return the SI unit of one of its fields."""
@@ -411,10 +413,17 @@ class Catalogue(NamedTuple):
     #: Returns the path at fault and a sentence if a Case cannot start.
     start_problem: Callable[[Any], tuple[str, str] | None] = lambda _: None
     searches: tuple[Any, ...] = ()  # kinds of search: subclasses of `contracts.search.Search`
+    #: Takes recorded laws (clearsweep.laws.Law) and their hash into mechanics; returns what their names mean in grids.
+    enter_laws: Callable[[Sequence[Any], str], tuple[Law, ...]] = lambda records, digest: ()
+    own_laws: str = ""  # hash of the laws of one's own among `laws`
 
     def mechanism(self, name: str) -> Mechanism | None:
         """Return the mechanism called `name`, or None."""
         return next((mechanism for mechanism in self.mechanisms if mechanism.name == name), None)
+
+    def with_laws(self, records: Sequence[Any], digest: str) -> "Catalogue":
+        """Return the catalogue with recorded laws; digest : hash of all that they depend on.  Raises InputError."""
+        return self._replace(laws=(*self.laws, *self.enter_laws(records, digest)), own_laws=digest)
 
     def with_outline(self, name: str, outline: Outline) -> Mechanism | None:
         """Return the mechanism called `name` with the parts in this outline, or None."""

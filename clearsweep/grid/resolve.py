@@ -52,14 +52,17 @@ def _typed(build: Callable[..., Any], section: Tree, *arguments: Any) -> Any:
 
 def case_of(tree: Tree, outline: Outline) -> Case:
     """Return the typed form of a case given as nested sections in SI with defaults and only keys in use."""
-    joints = tuple([_typed(_joint, section, name) for name, section in tree["joints"].items()])
+    joints = tuple([_typed(_joint, section, name, outline.laws) for name, section in tree["joints"].items()])
     return Case(
         mechanism=_typed(_mechanism, tree["mechanism"]),
         joints=joints,
         simulate=_typed(_simulate, tree["simulate"]),
         save=_typed(_save, tree["save"]),
         drive=_typed(_drive, tree["drive"]) if "drive" in tree else None,
-        loads=(*[_typed(_load, tree["loads"][load.name], load) for load in outline.loads], *_preloads(joints)),
+        loads=(
+            *[_typed(_load, tree["loads"][load.name], load, outline.laws) for load in outline.loads],
+            *_preloads(joints),
+        ),
         outline=outline,
         life=_typed(_life, tree["life"]) if "life" in tree else None,
         uncertain=_typed(uncertain_of, tree[UNCERTAIN]) if UNCERTAIN in tree else (),
@@ -72,7 +75,7 @@ def _preloads(joints: tuple[Joint, ...]) -> Iterator[Load]:
         if joint.friction and PRELOAD in joint.friction.values:
             radius = joint.bearing_radius or 1.0  # of a pin; the friction in a guide is a force
             values = {"on": joint.name, "radius": radius, PRELOAD: joint.friction.values[PRELOAD]}
-            yield Load(f"{PRELOAD} of {joint.name}", PRELOAD, values, friction=joint.friction)
+            yield Load(f"{PRELOAD} of {joint.name}", PRELOAD, values, friction=joint.friction, laws=joint.laws)
 
 
 def _mechanism(section: Tree) -> Mechanism:
@@ -103,23 +106,23 @@ def _drive(section: Tree) -> Drive:
     return Drive(**values) if speed is None else Drive(speed=speed, **values)
 
 
-def _load(section: Tree, load: LoadOutline) -> Load:
+def _load(section: Tree, load: LoadOutline, laws: str) -> Load:
     table, friction, remainder = _split_keys(section, "table", "friction")
     friction_law = _friction(friction) if friction else None
-    return Load(load.name, load.form, dict(leaves(remainder)), _table(table) if table else None, friction_law)
+    return Load(load.name, load.form, dict(leaves(remainder)), _table(table) if table else None, friction_law, laws)
 
 
 def _table(columns: Tree) -> Table:
     return {name: tuple(values) for name, values in columns.items()}
 
 
-def _joint(section: Tree, name: str) -> Joint:
+def _joint(section: Tree, name: str, laws: str) -> Joint:
     values: dict[str, Any] = {"contact": NO_CONTACT, **section}
     values.pop("type", None)
     for key, build in _JOINT_SECTIONS:
         if key in section:
             values[key] = _typed(build, section[key])
-    return Joint(name=name, **values)
+    return Joint(name=name, laws=laws, **values)
 
 
 def _friction(section: Tree) -> Friction:

@@ -154,6 +154,8 @@ def call(function: Any, *operands: Any, **keywords: Any) -> Any:
         return call(function.__func__, function.__self__, *operands, **keywords)
     if mode or is_foreign(function):
         return run(function, *operands, **keywords)
+    if isinstance(body := getattr(function, "py_func", None), types.FunctionType):  # a function of numba
+        return call(body, *operands, **keywords)
     return _call_known(function, operands, keywords)
 
 

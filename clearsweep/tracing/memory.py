@@ -12,6 +12,7 @@ from .symbols import (
     ADDRESS,
     DOUBLE,
     INT64,
+    Boolean,
     Integer,
     LaneIndices,
     NotTraceableError,
@@ -20,6 +21,7 @@ from .symbols import (
     as_number,
     compare,
     is_symbol,
+    llvm_constant,
     llvm_type,
     minus,
     plus,
@@ -297,6 +299,44 @@ def load_at_address(address: Number, position: Any) -> Number:
     for lane in range(width):
         arguments = (builder.extract_element(x, INT64(lane)) for x in (addresses, positions))
         vector = builder.insert_element(vector, load(*arguments), INT64(lane))
+    return Number(vector, width)
+
+
+def call_number_at(function: Number, parameters: Number, *operands: Any) -> Number:
+    """Emit the call of a C function double(double ..., const double *) at an address that is passed as a number.
+
+    It is called once for each active lane, as C knows no lanes.
+    """
+    builder, width, lanes = trace().builder, width_of(function, parameters, *operands), trace().lanes()
+    kind = ir.FunctionType(DOUBLE, [DOUBLE] * len(operands) + [DOUBLE.as_pointer()])
+
+    def call(function: Any, parameters: Any, *numbers: Any) -> Any:
+        code, pointer = (builder.fptoui(address, INT64) for address in (function, parameters))
+        return builder.call(
+            builder.inttoptr(code, kind.as_pointer()), [*numbers, builder.inttoptr(pointer, DOUBLE.as_pointer())]
+        )
+
+    values = [as_kind(x, Number, width) for x in (function, parameters, *operands)]
+    if width == 1:
+        return Number(call(*values))
+    active = None if lanes is None else as_kind(lanes, Boolean, width)
+    vector = llvm_constant(DOUBLE, 0.0, width)
+    for lane in range(width):
+        before, after = builder.block, trace().block()
+        called = before if active is None else trace().block()
+        if active is not None:
+            builder.cbranch(builder.extract_element(active, INT64(lane)), called, after)
+            builder.position_at_end(called)
+        result = builder.insert_element(
+            vector, call(*(builder.extract_element(x, INT64(lane)) for x in values)), INT64(lane)
+        )
+        builder.branch(after)
+        builder.position_at_end(after)
+        merged = builder.phi(vector.type)
+        merged.add_incoming(result, called)
+        if active is not None:
+            merged.add_incoming(vector, before)
+        vector = merged
     return Number(vector, width)
 
 

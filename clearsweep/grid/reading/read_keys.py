@@ -54,7 +54,7 @@ def read_keys(
     """Return the values in the document `root`; mistakes go to `problems`.  Paths in `fixed_paths` do not vary."""
     defined_section = root.value.get(DEFINE)
     root, definitions = resolve_definitions(root, problems, fixed_paths)
-    outline = outline_of_document(root)
+    outline = outline_of_document(root)._replace(laws=catalogue.own_laws)
     mechanism = _find_mechanism(root, catalogue.mechanisms)
     mechanism = mechanism.with_outline(outline) if mechanism.with_outline else mechanism
     root, library_numbers, unchecked_sections = replace_library_names(root, problems)

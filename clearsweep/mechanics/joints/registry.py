@@ -20,7 +20,7 @@ from ...contracts.case import Joint
 from ...contracts.catalogue import Law
 from ...tracing.compiled.vector import Vector
 from ..laws.conformal import Foundation
-from ..laws.contract import RECIPES, Recipe, compile_law
+from ..laws.contract import RECIPES, Recipe, compile_law, recipe_of
 from ..laws.cylinders import END_DEPTH, END_FORCE, END_Q
 from ..laws.elastic import (
     Linear,
@@ -79,8 +79,8 @@ def all_laws() -> tuple[Law, ...]:
 
 def _elastic_recipe(joint: Joint) -> Recipe | None:
     """Return the elastic law of a joint, or None if the contact law brings its own spring."""
-    uses_elastic = joint.is_dry and RECIPES["law", joint.contact.law].law.uses_elastic
-    return RECIPES["elastic", joint.contact.elastic] if uses_elastic else None
+    uses_elastic = joint.is_dry and recipe_of("law", joint.contact.law, joint).law.uses_elastic
+    return recipe_of("elastic", joint.contact.elastic, joint) if uses_elastic else None
 
 
 def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -> tuple:
@@ -275,7 +275,8 @@ def compile_contact(joint: Joint) -> tuple:
 def _compile_bulk_elastic(joint: Joint) -> tuple:
     """Return the compiled elastic law of a joint's bodies, without roughness."""
     if not _elastic_recipe(joint):
-        return Linear(joint.contact.values["stiffness"])
+        spring = recipe_of("law", joint.contact.law, joint).spring
+        return spring(joint) if spring else Linear(joint.contact.values["stiffness"])
     return compile_law("elastic", joint.contact.elastic, joint)
 
 
@@ -360,14 +361,14 @@ def elastic_candidates(joint: Joint) -> dict[str, tuple[Joint, str]]:
 
 def restitution(joint: Joint) -> float | None:
     """Return the restitution of a free impact in a joint, or None if it depends on mass and speed or does not exist."""
-    formula = joint.is_dry and RECIPES["law", joint.contact.law].free_restitution
+    formula = joint.is_dry and recipe_of("law", joint.contact.law, joint).free_restitution
     value = formula(joint.contact.values.get("restitution")) if formula else None
     return None if value is None else float(value)
 
 
 def departs_from_hertz(joint: Joint) -> bool:
     """Return whether the contact law of a joint assumes Hertz's force, which rough surfaces change."""
-    return "hertz" in RECIPES["law", joint.contact.law].law.needs and _rough_series(joint) is not None
+    return "hertz" in recipe_of("law", joint.contact.law, joint).law.needs and _rough_series(joint) is not None
 
 
 def uses_ball_stiffness(joint: Joint) -> bool:
@@ -375,7 +376,7 @@ def uses_ball_stiffness(joint: Joint) -> bool:
     contact = joint.contact
     if contact.elastic != "power" or contact.material is None or "stiffness" in contact.values or joint.is_guide:
         return False
-    return _elastic_recipe(joint) is not None and "hertz" not in RECIPES["law", contact.law].law.needs
+    return _elastic_recipe(joint) is not None and "hertz" not in recipe_of("law", contact.law, joint).law.needs
 
 
 def can_pull(joint: Joint) -> bool:
@@ -386,11 +387,11 @@ def can_pull(joint: Joint) -> bool:
 def derived_values(joint: Joint) -> dict[str, tuple[float, str]]:
     """Return the derived values of a joint's contact: path within the joint -> (value, unit)."""
     elastic_law, limit = _elastic_recipe(joint), penetration_limit(joint)
-    values = RECIPES["law", joint.contact.law].derived(joint) if joint.is_dry else {}
+    values = recipe_of("law", joint.contact.law, joint).derived(joint) if joint.is_dry else {}
     if elastic_law:
         values = elastic_law.derived(joint) | values
     if joint.roughness:
-        values = values | RECIPES["roughness", joint.roughness.law].derived(joint)
+        values = values | recipe_of("roughness", joint.roughness.law, joint).derived(joint)
     return values | ({"contact.penetration_limit": (limit, "m")} if math.isfinite(limit) else {})
 
 
@@ -422,10 +423,10 @@ END_PRESSURE = (1.0 + END_DEPTH) * math.sqrt(END_Q)  # p0 R_b / (E* c) at the en
 
 def contact_kind(joint: Joint) -> str:
     """Return the kind of a joint's contact, line or ball, or '' if its laws are neither or plastic."""
-    law = RECIPES["law", joint.contact.law].law if joint.is_dry else None
+    law = recipe_of("law", joint.contact.law, joint).law if joint.is_dry else None
     if law is None or law.yields or not law.uses_elastic or joint.is_guide or joint.is_spatial:
         return ""
-    return RECIPES["elastic", joint.contact.elastic].law.contact if joint.contact.elastic else ""
+    return recipe_of("elastic", joint.contact.elastic, joint).law.contact if joint.contact.elastic else ""
 
 
 def load_at_pressure(kind: str, pressure: float, joint: Joint, modulus: float) -> float:

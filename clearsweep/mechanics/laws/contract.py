@@ -349,9 +349,20 @@ class Recipe(NamedTuple):
     free_restitution: Callable | None = None  # requested restitution -> restitution of a free impact, in closed form
     limit: Callable = no_limit  # joint -> largest valid penetration, m
     derived: Callable = no_derived_values  # joint -> derived values: path within the joint -> (value, unit)
+    spring: Callable | None = None  # joint -> elastic law of a law of the normal force that uses none of the joint
 
 
 RECIPES: dict[tuple[str, str], Recipe] = {}
+#: Hash of the laws of a grid's own -> their recipes.  One hash is one text, so nothing here ever changes.
+OWN_RECIPES: dict[str, dict[tuple[str, str], Recipe]] = {}
+
+
+def recipe_of(family: str, name: str, owner) -> Recipe:
+    """Return the recipe of the law called `name`, of the package or of those of its `owner`, a joint or a load."""
+    recipe = RECIPES.get((family, name))
+    if recipe is None and owner.laws not in OWN_RECIPES:
+        raise LookupError(f"{family} '{name}' is of laws that are not loaded: load the grid that names their file")
+    return recipe or OWN_RECIPES[owner.laws][family, name]
 
 
 def register(law: Law, types: tuple[type, ...], make: Callable, **options) -> None:
@@ -385,7 +396,7 @@ def _describe_faults(law: Law, types: tuple[type, ...], free_restitution: Callab
 
 def compile_law(family: str, name: str, joint: Joint):
     """Return the compiled form of the law called `name` for a joint."""
-    recipe = RECIPES[family, name]
+    recipe = recipe_of(family, name, joint)
     compiled = recipe.make(joint)
     if type(compiled) not in recipe.types:
         types = ", ".join(law_type.__name__ for law_type in recipe.types)

@@ -4,6 +4,7 @@ In memory it is a sequence of eight-byte words: a number or integer is one word,
 and its shape, a Fields that of its array, a tuple the words of its items.
 """
 
+import ctypes
 import struct
 from typing import Any
 
@@ -11,8 +12,10 @@ import numpy as np
 
 from .. import symbols
 from ..fields import Fields
-from ..memory import Pointer, load_at_address, load_word, view_at
-from ..protocols import Composite, register_emitter
+from ..memory import Pointer, call_number_at, load_at_address, load_word, view_at
+from ..protocols import Composite, register_emitter, register_slope_rule
+from . import dual
+from .dual import Dual
 from .family import is_plain, kernel
 
 _PLAIN: dict[int, Any] = {}  # address -> value, if nothing is compiled
@@ -195,3 +198,35 @@ def row_of(address, width, row_count, time):
 
 
 register_emitter(load_item)(load_at_address)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# C functions among the parameters of a scene: compiled code calls them at an address that is passed as a number.
+
+
+RELATIVE_STEP, LEAST_STEP = 1e-6, 1e-12  # of the differences that give the slopes of a C function
+
+
+def call_number(function, parameters, *operands):
+    """Return the result of a C function double(double ..., const double *), from its address and that of parameters."""
+    if any(isinstance(x, Dual) for x in operands):
+        return _call_with_slopes(function, parameters, *operands)
+    kind = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_double] * len(operands), ctypes.c_void_p)
+    return kind(int(function))(*operands, int(parameters))
+
+
+def _call_with_slopes(function, parameters, *operands):
+    """Return the result of a C function with its slope, from central differences over each operand that has one."""
+    numbers = tuple(dual.value(x) for x in operands)
+    total = 0.0
+    for i in range(len(operands)):
+        if isinstance(operands[i], Dual):
+            step = RELATIVE_STEP * abs(numbers[i]) + LEAST_STEP
+            above = call_number(function, parameters, *numbers[:i], numbers[i] + step, *numbers[i + 1 :])
+            below = call_number(function, parameters, *numbers[:i], numbers[i] - step, *numbers[i + 1 :])
+            total = total + (above - below) / (2.0 * step) * dual.slope(operands[i])
+    return Dual(call_number(function, parameters, *numbers), total)
+
+
+register_emitter(call_number)(call_number_at)
+register_slope_rule(call_number, _call_with_slopes)

@@ -1,0 +1,350 @@
+"""Laws of one's own: compiled types and recipes of the functions that `clearsweep.laws` records.
+
+Each recorded law gets a type of its own, a NamedTuple whose field `p` has the values of its keys; the members of the
+families call the recorded function, which the tracer reads like any body of the package.  A law that is called by its
+address has the address, and that of its parameters, among its numbers: its machine code does not depend on them.
+
+A type is created once for each text of a file (its hash is in the name of the type, and so in that of its code).
+"""
+
+import math
+from collections import namedtuple
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import numpy as np
+
+from ... import laws as recorded
+from ...contracts.catalogue import Law
+from ...language.errors import InputError
+from ...tracing.compiled.pinned import array_handle, call_number
+from .contract import (
+    OWN_RECIPES,
+    RECIPES,
+    TOUCHING,
+    Guard,
+    InternalState,
+    Recipe,
+    compile_law,
+    depth_variable,
+    distances_past_kinks,
+    guard_values,
+    guards,
+    internal_rates,
+    internal_state,
+    rate_variable,
+    slip_variable,
+)
+from .elastic import elastic_force, root_parity
+from .friction import friction_force
+from .loss import always_needs_onset_rate, contact_force, lowest_force, needs_onset_rate, sign_past_separation
+
+FAMILIES = {"contact": "law", "elastic": "elastic", "friction": "friction", "wear": "wear", "film": "film"}
+VARIABLES = {"penetration": depth_variable, "rate": rate_variable, "slip": slip_variable}
+MAKERS: dict[str, Callable[..., Recipe]] = {}  # kind -> (recorded law, its description, hash) -> recipe
+
+
+def maker(kind: str) -> Callable[[Callable[..., Recipe]], Callable[..., Recipe]]:
+    """Return the decorator that registers the function which makes the recipe of a recorded law of a kind."""
+
+    def register(make: Callable[..., Recipe]) -> Callable[..., Recipe]:
+        MAKERS[kind] = make
+        return make
+
+    return register
+
+
+def enter(records: Sequence[recorded.Law], digest: str) -> tuple[Law, ...]:
+    """Make the recipes of recorded laws, and return the laws as grids name them.
+
+    digest : hash of all that they depend on; the same hash gives the same recipes.  Raises InputError.
+    """
+    for law in records:
+        if (FAMILIES.get(law.kind), law.name) in RECIPES:
+            raise InputError(f"{law.place}: is the name of a law of the package; choose another one")
+    if digest not in OWN_RECIPES:
+        recipes = {}
+        for law in (law for law in records if law.kind in MAKERS):
+            recipes[FAMILIES[law.kind], law.name] = MAKERS[law.kind](law, description_of(law), digest)
+        OWN_RECIPES[digest] = recipes
+    return tuple(recipe.law for recipe in OWN_RECIPES[digest].values())
+
+
+def description_of(law: recorded.Law) -> Law:
+    """Return the description of a recorded law."""
+    return Law(
+        FAMILIES[law.kind],
+        law.name,
+        law.doc.partition(" (")[0] or "a law of one's own",
+        law.doc or f"the function {getattr(law.body, '__name__', 'at an address')}",
+        f"{law.file}:{law.line}",
+        law.keys,
+        uses_elastic=recorded.uses_elastic(law),
+        has_state=law.states > 0,
+        origin=f"{law.file}:{law.line}",
+    )
+
+
+# ---------------------------------------------------------------------------------------------- types and functions
+
+
+def type_of(law: recorded.Law, digest: str, role: str, fields: Sequence[str], states: int = 0) -> type:
+    """Return a new type for a law; role : what the type is for; the last `states` fields are internal, 0 at first."""
+    name = f"{law.kind}_{law.name.replace('-', '_')}_{role}_{digest}"
+    state_names = [f"state_{i}" for i in range(states)]
+    return namedtuple(name, [*fields, *state_names], defaults=[0.0] * states, module=__name__)
+
+
+def function_of(law: recorded.Law) -> Callable:
+    """Return the function (p, *arguments) that evaluates a law."""
+    body = law.body
+    if body is None:
+
+        def call_address(p, *arguments):
+            return call_number(p.address, p.parameters, *arguments)
+
+        return call_address
+
+    def call_body(p, *arguments):
+        return body(*arguments, p)
+
+    return call_body
+
+
+def parameters_of(law: recorded.Law, kind: type, numbers: Sequence[float]) -> Any:
+    """Return the field `p` of a law: its numbers or, of a law with an address, this and that of its numbers."""
+    if law.body is not None:
+        return kind(*map(float, numbers))
+    return kind(float(recorded.address_of(law.function)), array_handle(np.array([*map(float, numbers), 0.0])))
+
+
+def names_of(law: recorded.Law, *further: str) -> tuple[str, ...]:
+    """Return the names of the numbers in the field `p` of a law."""
+    return (*(field.name for field in law.keys), *further) if law.body is not None else ("address", "parameters")
+
+
+def kink_values(law: recorded.Law, values: Any) -> tuple[tuple[float, ...], ...]:
+    """Return the kinks of a law over each variable that has any; values : of its keys."""
+    found = [
+        tuple(sorted(kink.value * (values[kink.key] if kink.key else 1.0) for kink in law.kinks if kink.variable == x))
+        for x in VARIABLES
+    ]
+    return tuple(kinks for kinks in found if kinks)
+
+
+def register_kinks_of(law: recorded.Law, law_type: type) -> None:
+    """Let contacts end their steps at the kinks of a law, whose field `kinks` has those over each variable."""
+    variables = tuple(
+        variable for name, variable in VARIABLES.items() if any(kink.variable == name for kink in law.kinks)
+    )
+    if not variables:
+        return
+
+    @guards.member(law_type)
+    def guards_of_kinks(law):
+        return (Guard(TOUCHING),) * (2 * len(variables))
+
+    @guard_values.member(law_type)
+    def guard_values_of_kinks(law, start, contact, root):
+        values = ()
+        for i in range(len(variables)):
+            before = variables[i](start.law, start.contact, root)
+            values = values + distances_past_kinks(law.kinks[i], before, variables[i](law, contact, root))
+        return values
+
+
+# ---------------------------------------------------------------------------------------------- elastic
+
+
+SMALL_DEPTHS = (1e-12, 1e-11)  # m: between these, the power of a force at small penetration is found
+
+
+def power_at_zero(force: Callable[[float], float]) -> float:
+    """Return the power of the penetration with which a force (N) begins, 0 if it jumps, is 0 or is not a number."""
+    low, high = (float(force(depth)) for depth in SMALL_DEPTHS)
+    if not (low > 0.0 and high > 0.0 and math.isfinite(high)):
+        return 0.0
+    return math.log(high / low) / math.log(SMALL_DEPTHS[1] / SMALL_DEPTHS[0])
+
+
+def parity_of(power: float) -> float:
+    """Return -1 if a power of the penetration is an odd power of its root, else 1."""
+    return -1.0 if abs(2.0 * power - round(2.0 * power)) < 1e-3 and round(2.0 * power) % 2 else 1.0
+
+
+@maker("elastic")
+def _elastic_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+    kind, values = type_of(law, digest, "law", ("p", "parity")), type_of(law, digest, "values", names_of(law))
+    evaluate = function_of(law)
+
+    @elastic_force.member(kind)
+    def force(elastic, pen):
+        return evaluate(elastic.p, pen)
+
+    @root_parity.member(kind)
+    def parity(elastic):
+        return elastic.parity
+
+    def make(joint):
+        p = parameters_of(law, values, [joint.contact.values[field.name] for field in law.keys])
+        return kind(p, parity_of(power_at_zero(lambda depth: evaluate(p, depth))))
+
+    return Recipe(description, (kind,), make)
+
+
+# ---------------------------------------------------------------------------------------------- normal force
+
+
+def _values_type(law: recorded.Law, digest: str, further: tuple[str, ...]) -> type:
+    """Return the type of the field `p` of a contact law with further numbers, and with the elastic law of the joint."""
+    role, names = "_".join(("values", *further)), names_of(law, *further)
+    if law.body is None:
+        return type_of(law, digest, role, names)
+
+    class Values(type_of(law, digest, role, (*names, "elastic"))):
+        __slots__ = ()
+
+        def elastic_force(self, penetration):
+            return elastic_force(self.elastic, penetration)
+
+    Values.__name__ = Values.__qualname__ = Values.__mro__[1].__name__
+    return Values
+
+
+NO_ELASTIC = 0.0  # the field `elastic` among the numbers of a scene: the joint has its elastic law
+SPEED_AT_ZERO = 0.1  # m/s, at which the power of a normal force at small penetration is found
+
+
+@maker("contact")
+def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+    kind = type_of(law, digest, "law", ("p", "sign_past", "kinks"))
+    at_rest = type_of(law, digest, "at_rest", ("p", "parity"))
+    powers = ("stiffness", "exponent") if description.uses_elastic else ()
+    types = {names: _values_type(law, digest, names) for names in {powers, ()}}
+    evaluate, is_python = function_of(law), law.body is not None
+
+    @contact_force.member(kind)
+    def force(law, elastic, pen, rate, onset_rate):
+        p = law.p._replace(elastic=elastic) if is_python else law.p
+        return evaluate(p, pen, rate, onset_rate), elastic_force(elastic, pen)
+
+    @lowest_force.member(kind)
+    def lowest(law):
+        return 0.0
+
+    @sign_past_separation.member(kind)
+    def sign(law, elastic):
+        return law.sign_past
+
+    @elastic_force.member(at_rest)
+    def force_at_rest(elastic, pen):
+        return evaluate(elastic.p, pen, 0.0, 1.0)
+
+    @root_parity.member(at_rest)
+    def parity_at_rest(elastic):
+        return elastic.parity
+
+    if recorded.reads(law, "onset_rate"):
+        needs_onset_rate.member(kind)(always_needs_onset_rate)
+    register_kinks_of(law, kind)
+
+    def parameters(joint):
+        values = joint.contact.values
+        numbers, names = [values[field.name] for field in law.keys], ()
+        if powers and joint.contact.elastic == "power":
+            numbers, names = [*numbers, compile_law("elastic", "power", joint).stiffness, values["exponent"]], powers
+        return parameters_of(law, types[names], [*numbers, NO_ELASTIC] if is_python else numbers)
+
+    def spring(joint):
+        p = parameters(joint)
+        return at_rest(p, parity_of(power_at_zero(lambda depth: evaluate(p, depth, 0.0, 1.0))))
+
+    def make(joint):
+        elastic = compile_law("elastic", joint.contact.elastic, joint) if description.uses_elastic else spring(joint)
+        draft = kind(parameters(joint), 1.0, kink_values(law, joint.contact.values))
+        power = power_at_zero(lambda depth: force(draft, elastic, depth, SPEED_AT_ZERO, SPEED_AT_ZERO)[0])
+        is_times_elastic = abs(power - power_at_zero(lambda depth: elastic_force(elastic, depth))) < 1e-6
+        return draft._replace(sign_past=float(root_parity(elastic)) if is_times_elastic else parity_of(power))
+
+    return Recipe(description, (kind,), make, spring=None if description.uses_elastic else spring)
+
+
+# ---------------------------------------------------------------------------------------------- friction
+
+
+SLIPS = (1e-4, 1e-3, 1e-2, 0.1, 1.0, 10.0)  # m/s, at which friction laws are sampled, in both directions
+SETTLED_SLIP = 1.0  # m/s, at which the internal state that long sliding gives is the scale of its error
+
+
+@maker("friction")
+def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+    fields = "p", "sign", "kinks", "scales"
+    kind = type_of(law, digest, "law", fields, law.states)
+    values, evaluate, count = type_of(law, digest, "values", names_of(law)), function_of(law), law.states
+
+    def state_of(friction):
+        return friction[len(fields)] if count == 1 else friction[len(fields) :]
+
+    @friction_force.member(kind)
+    def force(friction, normal, slip):
+        if count == 0:
+            return friction.sign * evaluate(friction.p, normal, slip)
+        return friction.sign * evaluate(friction.p, normal, slip, state_of(friction))[0]
+
+    if count:
+
+        @internal_state.member(kind)
+        def declared(friction):
+            return tuple([InternalState(scale, False) for scale in friction.scales])
+
+        @internal_rates.member(kind)
+        def rates(friction, contact):
+            rate = evaluate(friction.p, contact.normal, contact.slip, state_of(friction))[1]
+            return (rate,) if count == 1 else rate
+
+    register_kinks_of(law, kind)
+
+    def make(joint):
+        given = joint.friction.values
+        p = parameters_of(law, values, [given[field.name] for field in law.keys])
+        draft = kind(p, 1.0, kink_values(law, given), (1.0,) * count)
+        if count:
+            keys = [given[field.name] for field in law.keys]
+            scales = [_as_quotient(_settled(draft, rates, i), keys) for i in range(count)]
+            draft = draft._replace(scales=tuple(scales))
+        power = sum(force(_after_sliding(draft, slip), 1.0, slip) * slip for size in SLIPS for slip in (size, -size))
+        return draft._replace(sign=-1.0 if power > 0.0 else 1.0)
+
+    def _after_sliding(draft, slip):
+        return draft._replace(**{f"state_{i}": math.copysign(draft.scales[i], slip) for i in range(count)})
+
+    return Recipe(description, (kind,), make)
+
+
+class _Sliding:
+    """The contact of a law of friction, as far as its internal rates need it."""
+
+    normal, slip = 1.0, SETTLED_SLIP  # N, m/s
+
+
+def _settled(friction, rates: Callable, index: int) -> float:
+    """Return the size of an internal state at which its rate vanishes in sliding, or 1 if it does not settle."""
+    name = f"state_{index}"
+
+    def rate(state: float) -> float:
+        return float(rates(friction._replace(**{name: state}), _Sliding)[index])
+
+    direction = math.copysign(1.0, rate(0.0))
+    low, high = 0.0, 1e-15
+    while rate(direction * high) * direction > 0.0 and high < 1e15:
+        low, high = high, 2.0 * high
+    for _ in range(100 if high < 1e15 else 0):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if rate(direction * middle) * direction > 0.0 else (low, middle)
+    return high if high < 1e15 else 1.0
+
+
+def _as_quotient(number: float, keys: Sequence[float]) -> float:
+    """Return a positive number as a key or as the quotient of two, if it is one but for rounding."""
+    candidates = [*keys, *(a / b for a in keys for b in keys if b)]
+    return next((float(x) for x in candidates if abs(x - number) < 1e-6 * number), number)
