@@ -9,7 +9,8 @@ A decorator states the name by which a grid chooses the law, its keys with their
         return p.stiffness * penetration**p.exponent + p.damper * penetration**p.exponent * rate
 
 It returns the function unchanged and only records it, for the grid that names its file; elsewhere it has no effect.
-All numbers are in SI.  KINDS says which arguments each kind has and what it returns.
+All numbers are in SI.  The names doc, kinks, states and may_gain are no keys.  KINDS says which arguments each kind has
+and what it returns.
 """
 
 import contextlib
@@ -45,8 +46,6 @@ __all__ = [
     "wear",
 ]
 
-#: Names that a decorator itself takes: no key of a law can have them.
-RESERVED = ("doc", "kinks", "states", "may_gain")
 NAME_PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 
 

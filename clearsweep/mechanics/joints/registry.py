@@ -34,6 +34,7 @@ from ..laws.elastic import (
 from ..laws.film import DEFAULT_SHEAR_LAW, transition_depths
 from ..laws.friction import Frictionless, as_contact_friction
 from ..laws.loss import lowest_force, renewed_law
+from ..laws.own import enter as enter_laws
 from ..laws.roughness import Surface
 from ..laws.series import ArcParameters, Series, combine_in_series
 from ..wear import NoWear, Worn
@@ -64,6 +65,7 @@ __all__ = [
     "elastic_candidates",
     "elastic_choices",
     "elastic_forces",
+    "enter_laws",
     "jam_angle",
     "penetration_limit",
     "restitution",

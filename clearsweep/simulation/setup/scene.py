@@ -29,7 +29,6 @@ from ...mechanics.joints.lubricated import film_depths
 from ...mechanics.joints.slot import SlotJoint, WornSlot
 from ...mechanics.joints.slot import normal_of as slot_normal_of
 from ...mechanics.joints.worn import has_worn_shape, seated_position
-from ...mechanics.laws import own
 from ...mechanics.laws.contract import ONSET_FLOOR
 from ...mechanics.laws.elastic import static_penetration
 from ...mechanics.machines import MECHANISMS, planar
@@ -325,7 +324,7 @@ def catalogue() -> Catalogue:
         *rates.CHANNELS,
         start_problem=_start_problem,
         searches=SEARCHES,
-        enter_laws=own.enter,
+        enter_laws=registry.enter_laws,
     )
 
 
