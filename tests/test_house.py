@@ -9,7 +9,9 @@ import shutil
 import subprocess
 import sys
 from pathlib import Path
+from types import SimpleNamespace
 
+import conftest
 import pytest
 from mutate import MUTATIONS, Mutation
 
@@ -19,7 +21,9 @@ ROOT = Path(__file__).parents[1]
 def lint(place: Path) -> subprocess.CompletedProcess:
     """Return what import-linter says of the copy of the package in `place`."""
     command = [sys.executable, "-c", "import sys; from importlinter.cli import lint_imports_command as run; run()"]
-    return subprocess.run([*command, "--no-cache"], cwd=place, capture_output=True, text=True, check=False, timeout=120)
+    wide = os.environ | {"COLUMNS": "1000"}  # no line is broken
+    options = {"capture_output": True, "text": True, "timeout": 120}
+    return subprocess.run([*command, "--no-cache"], cwd=place, env=wide, check=False, **options)
 
 
 @pytest.fixture(scope="module")
@@ -35,64 +39,68 @@ def test_the_imports_of_the_package_point_one_way(copy):
     assert message.returncode == 0, message.stdout
 
 
-@pytest.mark.parametrize(
-    ("file", "planted"),
-    [
-        ("mechanics/joints/dry.py", "from ...grid import load"),
-        ("grid/grid.py", "from ..mechanics.coupling import rates"),
-        ("grid/keys/run_keys.py", "from ..sections.reader import Reader"),
-        ("report/study.py", "import llvmlite"),
-        ("report/axis.py", "from .blocks import table"),
-        ("grid/sections/section.py", "from ..reading import values"),
-        ("grid/sections/reader.py", "from ...searches import SEARCHES"),
-        ("searches/seek.py", "from ..sweeping.pool import worker"),
-        ("searches/seek.py", "from ..store import StoredRun"),
-        ("searches/optimising.py", "from .optimise import Optimise"),
-        ("searches/refine.py", "from .seek import Seek"),
-        ("sweeping/pool/worker.py", "from ..cluster import blockwise"),
-        ("sweeping/facts.py", "from .pool import worker"),
-        ("sweeping/sweep.py", "from .summary import run_text"),
-        ("simulation/setup/scene.py", "from ..running import run"),
-        ("simulation/running/run.py", "from ..analyses import repeated"),
-        ("simulation/figures/window.py", "from ..machine import ideal"),
-        ("simulation/running/observed_run.py", "from ..advice import remarks"),
-        ("report/draw/__init__.py", "from ..sections import maps"),
-        ("report/one_case/motion.py", "from ..laws import compare_verdicts"),
-        ("report/draw/maps.py", "from matplotlib import ticker"),
-        ("answers/verdict.py", "from .judge import judge"),
-        ("mechanics/joints/dry.py", "from llvmlite import ir"),
-        ("store/batch.py", "from ..sweeping import sweep"),
-        ("store/batch.py", "from .directory import RunDirectory"),
-        ("store/read.py", "from .dataset import BlockedRun"),
-        ("store/state.py", "from .results import gather"),
-        ("contracts/results.py", "from ..store import StoredRun"),
-        ("mechanics/joints/dry.py", "from ..machines.contract import gaps"),
-        ("mechanics/machines/described.py", "from ..solver import integration"),
-        ("mechanics/solver/step.py", "from ..machines import contract"),
-        ("mechanics/solver/step.py", "from ..coupling import rates"),
-        ("mechanics/observe.py", "from .joints.contract import parts"),
-        ("mechanics/joints/dry.py", "from .registry import compile_joint"),
-        ("mechanics/joints/slot.py", "from .guide import Guide"),
-        ("mechanics/joints/spatial/strips.py", "from .spread import spread_walls"),
-        ("mechanics/wear/bins.py", "from ..joints.dry import Joint"),
-        ("mechanics/wear/laws.py", "from .bins import Step"),
-        ("mechanics/laws/contract.py", "from .elastic import elastic_force"),
-        ("mechanics/laws/loss.py", "from ..joints.contract import Contact"),
-        ("mechanics/laws/film.py", "from .reynolds import Short"),
-        ("mechanics/laws/friction.py", "from ..wear import wear_rate"),
-        ("tracing/memory.py", "from .compiled import family"),
-    ],
+#: Files of the package, and what none of them may import
+PLANTED = (
+    ("mechanics/joints/dry.py", "from ...grid import load"),
+    ("grid/grid.py", "from ..mechanics.coupling import rates"),
+    ("grid/keys/run_keys.py", "from ..sections.reader import Reader"),
+    ("report/study.py", "import llvmlite"),
+    ("report/axis.py", "from .blocks import table"),
+    ("grid/sections/section.py", "from ..reading import values"),
+    ("grid/sections/reader.py", "from ...searches import SEARCHES"),
+    ("searches/seek.py", "from ..sweeping.pool import worker"),
+    ("searches/seek.py", "from ..store import StoredRun"),
+    ("searches/optimising.py", "from .optimise import Optimise"),
+    ("searches/refine.py", "from .seek import Seek"),
+    ("sweeping/pool/worker.py", "from ..cluster import blockwise"),
+    ("sweeping/facts.py", "from .pool import worker"),
+    ("sweeping/sweep.py", "from .summary import run_text"),
+    ("simulation/setup/scene.py", "from ..running import run"),
+    ("simulation/running/run.py", "from ..analyses import repeated"),
+    ("simulation/figures/window.py", "from ..machine import ideal"),
+    ("simulation/running/observed_run.py", "from ..advice import remarks"),
+    ("report/draw/__init__.py", "from ..sections import maps"),
+    ("report/one_case/motion.py", "from ..laws import compare_verdicts"),
+    ("report/draw/maps.py", "from matplotlib import ticker"),
+    ("answers/verdict.py", "from .judge import judge"),
+    ("mechanics/joints/dry.py", "from llvmlite import ir"),
+    ("store/batch.py", "from ..sweeping import sweep"),
+    ("store/batch.py", "from .directory import RunDirectory"),
+    ("store/read.py", "from .dataset import BlockedRun"),
+    ("store/state.py", "from .results import gather"),
+    ("contracts/results.py", "from ..store import StoredRun"),
+    ("mechanics/joints/dry.py", "from ..machines.contract import gaps"),
+    ("mechanics/machines/described.py", "from ..solver import integration"),
+    ("mechanics/solver/step.py", "from ..machines import contract"),
+    ("mechanics/solver/step.py", "from ..coupling import rates"),
+    ("mechanics/observe.py", "from .joints.contract import parts"),
+    ("mechanics/joints/dry.py", "from .registry import compile_joint"),
+    ("mechanics/joints/slot.py", "from .guide import Guide"),
+    ("mechanics/joints/spatial/strips.py", "from .spread import spread_walls"),
+    ("mechanics/wear/bins.py", "from ..joints.dry import Joint"),
+    ("mechanics/wear/laws.py", "from .bins import Step"),
+    ("mechanics/laws/contract.py", "from .elastic import elastic_force"),
+    ("mechanics/laws/loss.py", "from ..joints.contract import Contact"),
+    ("mechanics/laws/film.py", "from .reynolds import Short"),
+    ("mechanics/laws/friction.py", "from ..wear import wear_rate"),
+    ("tracing/memory.py", "from .compiled import family"),
 )
-def test_a_planted_import_the_wrong_way_is_found(copy, file, planted):
-    source = copy / "clearsweep" / file
-    before = source.read_text()
-    source.write_text(f"{before}\n{planted}\n")
-    try:
-        message = lint(copy)
-    finally:
-        source.write_text(before)
+
+
+def test_planted_imports_the_wrong_way_are_found(copy):
+    """Each of them by itself, with its line, and not as a part of a longer way."""
+    lines = {}
+    for file, planted in PLANTED:
+        source = copy / "clearsweep" / file
+        text = f"{source.read_text()}\n{planted}\n"
+        source.write_text(text)
+        module = ".".join(source.relative_to(copy).with_suffix("").parts).removesuffix(".__init__")
+        lines[module, str(text.count("\n"))] = planted
+    message = lint(copy)
     assert message.returncode != 0
-    assert "BROKEN" in message.stdout
+    found = re.findall(r"^[-&] (\S+) -> \S+ \(l\.(\d+)\)\n(?!  )", message.stdout, re.MULTILINE)
+    assert [planted for place, planted in lines.items() if place not in found] == []
+    assert len(lines) == len(PLANTED)
 
 
 def test_no_module_imports_another_by_its_name_in_a_string():
@@ -104,10 +112,17 @@ def test_no_module_imports_another_by_its_name_in_a_string():
     assert result == ["clearsweep/__init__.py"]  # public names are resolved when they are first used
 
 
+@functools.cache
+def sources():
+    """Return path -> syntax tree of every module of the package."""
+    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted((ROOT / "clearsweep").rglob("*.py"))}
+
+
+@functools.cache
 def graph_of_imports() -> dict[str, set[str]]:
     """Return module -> the modules of the package that it imports, lazily or for types alone, too."""
     names = {}
-    for path in (ROOT / "clearsweep").rglob("*.py"):
+    for path in sources():
         parts = path.relative_to(ROOT).with_suffix("").parts
         names[".".join(parts[:-1] if parts[-1] == "__init__" else parts)] = path
     return {module: set(imports(module, path, names)) for module, path in names.items()}
@@ -116,7 +131,7 @@ def graph_of_imports() -> dict[str, set[str]]:
 def imports(module, path, names):
     """Yield the modules among `names` that one module imports."""
     package = module if path.name == "__init__.py" else module.rpartition(".")[0]
-    for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+    for node in ast.walk(sources()[path]):
         if isinstance(node, ast.Import):
             yield from (alias.name for alias in node.names if alias.name in names)
         elif isinstance(node, ast.ImportFrom):
@@ -157,9 +172,9 @@ def test_a_planted_circle_is_found():
 
 
 @functools.cache
-def sources():
-    """Return path -> syntax tree of every module of the package."""
-    return {path: ast.parse(path.read_text(encoding="utf-8")) for path in sorted((ROOT / "clearsweep").rglob("*.py"))}
+def program(path):
+    """Return what a module is to Python, whatever its layout and its comments."""
+    return ast.dump(sources()[path])
 
 
 def public(tree: ast.Module):
@@ -257,12 +272,9 @@ def test_no_file_exceeds_600_lines():
 
 
 def test_the_name_of_a_test_has_less_than_80_characters():
-    names = {
-        node.name
-        for path in sorted((ROOT / "tests").rglob("*.py"))
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
-        if isinstance(node, ast.FunctionDef)
-    }
+    texts = (path.read_text(encoding="utf-8") for path in (ROOT / "tests").rglob("*.py"))
+    names = re.findall(r"^ *def (\w+)\(", "\n".join(texts), re.MULTILINE)
+    assert len(names) > 2000
     assert not [name for name in names if len(name) >= 80]
 
 
@@ -292,8 +304,9 @@ def test_mechanisms_are_distinguished_by_what_they_are_and_not_by_their_name():
 @pytest.mark.parametrize("mutation", MUTATIONS, ids=lambda first: f"{first.file}-{first.where}")
 def test_every_mutation_still_applies(mutation):
     """So that `make mutate`, which takes long, does not rot: another program results, and it can be compiled."""
-    source = (ROOT / "clearsweep" / mutation.file).read_text(encoding="utf-8")
-    assert ast.dump(ast.parse(mutation.applied(source))) != ast.dump(ast.parse(source))
+    path = ROOT / "clearsweep" / mutation.file
+    applied = mutation.applied(path.read_text(encoding="utf-8"))
+    assert ast.dump(ast.parse(applied)) != program(path)
 
 
 SOURCE = """def force(
@@ -334,22 +347,27 @@ def test_a_mutation_that_no_longer_applies_says_why(where, old, message):
         Mutation("law.py", where, old, "0.0", "").applied(SOURCE)
 
 
-def test_plain_tests_run_only_as_plain_python_and_all_of_them_do():
+def test_all_plain_tests_are_run_by_make_test_plain():
     marked = {path.stem for path in (ROOT / "tests").glob("test_*.py") if "mark.plain" in path.read_text("utf-8")}
     made = (ROOT / "Makefile").read_text("utf-8").partition("PLAIN :=")[2].partition("test-plain:")[0]
     assert {name for name in marked if name.removeprefix("test_") not in re.findall(r"\w+", made)} == {"test_house"}
 
-    def collected(off):
-        command = [sys.executable, "-m", "pytest", "-n", "0", "--collect-only", "-m", "plain", "tests/test_plain.py"]
-        result = subprocess.run(
-            command,
-            cwd=ROOT,
-            env={**os.environ, "CLEARSWEEP_DISABLE_JIT": off},
-            capture_output=True,
-            text=True,
-            check=False,
-        )
-        return result.returncode
 
-    assert collected("1") == 0
-    assert collected("0") == pytest.ExitCode.NO_TESTS_COLLECTED
+@pytest.mark.parametrize("plain", [True, False])
+def test_plain_tests_run_only_as_plain_python(monkeypatch, plain):
+    class Item(set):
+        """A test with these marks."""
+
+        def get_closest_marker(self, name):
+            return name in self or None
+
+    monkeypatch.setattr(conftest, "is_plain", lambda: plain)
+    items, deselected = [Item({"plain"}), Item({"compiled"}), Item()], []
+
+    def pytest_deselected(items):
+        deselected.extend(items)
+
+    hook = SimpleNamespace(pytest_deselected=pytest_deselected)
+    conftest.pytest_collection_modifyitems(SimpleNamespace(hook=hook), items)
+    assert deselected == ([] if plain else [{"plain"}])
+    assert items == [*([{"plain"}] if plain else []), {"compiled"}, set()]
