@@ -14,13 +14,17 @@ from clearsweep.tracing import cache
 ROOT = Path(__file__).parents[1]
 PROGRAM = """
 import sys; sys.path.insert(0, {tests!r})
+from pathlib import Path
 import clearsweep
 from mechanism_cases import slider_crank
+objects = set(Path({cache!r}).rglob('*.o'))
 for law in {laws}:
     friction = {{'law': law, 'coefficient': 0.1, 'velocity_scale': 1e-2}}
     changes = {{'joints.rod-slider.friction': friction, 'simulate.revolutions': 0.1, 'simulate.discard': 0}}
     run = clearsweep.simulate(clearsweep.load_case(slider_crank('rod-slider', changes=changes)))
     print(run.status, repr(run.summary['rod_slider_force_peak']), run.summary['steps'])
+    before, objects = objects, set(Path({cache!r}).rglob('*.o'))
+    print(*sorted(path.name for path in objects - before))
 """
 SLIDING, LOOP = "mechanics/laws/friction.py", "mechanics/solver/loop.py"
 
@@ -39,37 +43,35 @@ class Copy:
         path.write_text(text.replace(old, new))
 
     def run(self, *laws):
-        """Return what runs with these laws of friction print, and the names of the objects compiled for them."""
-        before = self.objects()
-        program = PROGRAM.format(tests=str(ROOT / "tests"), laws=laws)
-        environment = os.environ | {"PYTHONPATH": str(self.place), cache.PLACE: str(self.place / "cache")}
+        """Return for each law of friction what its run prints, and the names of the objects compiled for it."""
+        kept = str(self.place / "cache")
+        program = PROGRAM.format(tests=str(ROOT / "tests"), laws=laws, cache=kept)
+        environment = os.environ | {"PYTHONPATH": str(self.place), cache.PLACE: kept}
         command = [sys.executable, "-c", program]
         done = subprocess.run(command, env=environment, cwd=self.place, capture_output=True, text=True, check=False)
         assert done.returncode == 0, done.stderr
-        return done.stdout.splitlines(), self.objects() - before
-
-    def objects(self):
-        return {path.name for path in self.place.rglob("*.o")}
+        lines = done.stdout.splitlines()
+        return list(zip(lines[::2], [line.split() for line in lines[1::2]], strict=True))
 
 
 @pytest.mark.heavy
 @pytest.mark.compiled
 def test_an_edit_of_a_law_compiles_its_scenes_alone(tmp_path):
     copy = Copy(tmp_path)
-    (smooth, _), compiled = copy.run("tanh", "threlfall")
+    (smooth, compiled), (other, also) = copy.run("tanh", "threlfall")
     assert compiled
-    assert copy.run("tanh", "threlfall")[1] == set()
+    assert also
 
     copy.edit(LOOP, '"""Integrate one case; ', '"""Integrate a single case; ')
     copy.edit(SLIDING, "class Tanh(NamedTuple):", "# A comment.\nclass Tanh(NamedTuple):")
-    assert copy.run("tanh", "threlfall")[1] == set()
+    assert copy.run("tanh", "threlfall") == [(smooth, []), (other, [])]
 
     copy.edit(SLIDING, "normal * math.tanh(slip", "0.5 * normal * math.tanh(slip")
-    (edited,), compiled = copy.run("tanh")
+    (edited, compiled), unedited = copy.run("tanh", "threlfall")
     assert compiled
     assert not [name for name in compiled if name.startswith("integrate_at")]
     assert edited != smooth
-    assert copy.run("threlfall")[1] == set()
+    assert unedited == (other, [])
 
 
 def test_the_loop_depends_on_the_contract_of_laws_and_on_none_of_them():
