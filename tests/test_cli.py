@@ -26,6 +26,7 @@ pytestmark = pytest.mark.heavy
 
 ROOT = Path(__file__).parent.parent
 MODULES = 160  # that `--help` loads at most: those of the interpreter, of click, and few of its own
+SERIAL = ("--executor", "serial")  # without processes, where these are not the claim
 HEAVY = ("llvmlite", "pandas", "h5py", "pyarrow", "numpy", "matplotlib", "pydantic", "ruamel")
 
 
@@ -117,13 +118,13 @@ def test_version_says_what_a_report_of_an_error_needs(run_cli):
 @pytest.mark.parametrize("verb", ["run", "status", "report", "show", "merge"])
 def test_every_verb_refuses_a_directory_of_an_older_format_and_leaves_it_as_it_was(run_cli, tmp_path, verb):
     path = written(tmp_path / "g.yaml", grid(3))
-    assert run_cli("run", path, "--out", "old", "-j", 1)[0] == 0
+    assert run_cli("run", path, "--out", "old", *SERIAL)[0] == 0
     file = tmp_path / "old" / "run.json"
     content = json.loads(file.read_text(encoding="utf-8"))
     content["frame"]["schema"] = SCHEMA_VERSION - 1
     file.write_text(json.dumps(content | {"checksum": record_checksum(content)}), encoding="utf-8")
     before = {p: p.read_bytes() for p in (tmp_path / "old").rglob("*") if p.is_file() and p.name != "lock"}
-    rest = {"run": (path, "--out", "old"), "show": ("old", "a"), "merge": ("old", "--out", "all")}
+    rest = {"run": (path, "--out", "old", *SERIAL), "show": ("old", "a"), "merge": ("old", "--out", "all")}
     code, _, err = run_cli(verb, *rest.get(verb, ("old",)))
     assert code == 2
     assert "another directory" in err  # what to do
@@ -132,7 +133,7 @@ def test_every_verb_refuses_a_directory_of_an_older_format_and_leaves_it_as_it_w
 
 
 def test_run_prints_a_short_table_of_the_worst_cases_in_units_for_people(run_cli, tmp_path):
-    code, out, _err = run_cli("run", written(tmp_path / "g.yaml", grid(9)))
+    code, out, _err = run_cli("run", written(tmp_path / "g.yaml", grid(9)), *SERIAL)
     assert code == 0
     lines = out.splitlines()
     assert lines[0].startswith("9 cases ran in")
@@ -148,15 +149,15 @@ def test_run_prints_a_short_table_of_the_worst_cases_in_units_for_people(run_cli
 
 def test_run_again_says_that_nothing_was_left(run_cli, tmp_path):
     path = written(tmp_path / "g.yaml", grid(3))
-    run_cli("run", path, "--out", "x", "-j", 1)
-    code, out, _ = run_cli("run", path, "--out", "x")
+    run_cli("run", path, "--out", "x", *SERIAL)
+    code, out, _ = run_cli("run", path, "--out", "x", *SERIAL)
     assert code == 0
     assert out.startswith("0 cases ran")
     assert "(3 reused)" in out
 
 
 def test_failed_cases_are_listed_with_their_reason_and_give_exit_code_3(run_cli, tmp_path):
-    code, out, _ = run_cli("run", written(tmp_path / "g.yaml", grid(5, (GOOD, FAILS))))
+    code, out, _ = run_cli("run", written(tmp_path / "g.yaml", grid(5, (GOOD, FAILS))), *SERIAL)
     assert code == 3
     assert "Failed cases: 5 step-budget" in out
     assert "the step budget was used up" in out
@@ -164,7 +165,7 @@ def test_failed_cases_are_listed_with_their_reason_and_give_exit_code_3(run_cli,
 
 
 def test_json_contains_the_same_in_si(run_cli, tmp_path):
-    code, out, _ = run_cli("run", written(tmp_path / "g.yaml", grid(3, (GOOD, FAILS))), "--json")
+    code, out, _ = run_cli("run", written(tmp_path / "g.yaml", grid(3, (GOOD, FAILS))), "--json", *SERIAL)
     facts = json.loads(out)
     assert code == 3
     assert (facts["cases"], facts["ok"], facts["failed"], facts["statuses"]) == (6, 3, 3, {"ok": 3, "step-budget": 3})
@@ -188,12 +189,12 @@ def test_options_replace_values_of_the_file(run_cli, tmp_path):
     path = written(tmp_path / "g.yaml", grid(3))
     options = ("--set", "drive.speed=3000rpm", "--sweep", "mechanism.slider.mass=0.2,0.3")
     assert run_cli("run", path, *options, "--dry-run")[1].startswith("2 cases to run")
-    code, out, _ = run_cli("run", path, *options, "--out", "changed", "--executor", "serial")
+    code, out, _ = run_cli("run", path, *options, "--out", "changed", *SERIAL)
     assert code == 0
     assert out.startswith("2 cases ran in")
     changed = grid(3, drive={"speed": "3000 rpm"})
     changed["sweep"]["mechanism.slider.mass"] = ["0.2 kg", "0.3 kg"]
-    assert "(2 reused)" in run_cli("run", written(tmp_path / "h.yaml", changed), "--out", "changed")[1]
+    assert "(2 reused)" in run_cli("run", written(tmp_path / "h.yaml", changed), "--out", "changed", *SERIAL)[1]
     code, _, err = run_cli("run", path, "--set", "drive.sped=1")
     assert code == 2
     assert err.startswith("--set drive.sped: unknown key 'sped'; did you mean 'speed'?")
@@ -223,7 +224,7 @@ def test_directories_that_do_not_fit_are_exit_code_2(run_cli, tmp_path):
     (tmp_path / "file").write_text("")
     (tmp_path / "thesis").mkdir()
     (tmp_path / "thesis" / "chapter.tex").write_text("")
-    run_cli("run", path, "--out", "x")
+    run_cli("run", path, "--out", "x", *SERIAL)
     other = written(tmp_path / "h.yaml", grid(1, drive={"speed": "3000 rpm"}))
     refused = [
         ((path, "--out", "file"), "not a directory"),
@@ -330,20 +331,20 @@ def test_a_grid_runs_resumes_and_reports_from_the_command_line(tmp_path):
 
 def test_exceeded_limits_end_with_code_5_when_asked(run_cli, tmp_path):
     judged = written(tmp_path / "g.yaml", grid(2) | {"limits": {"rod_slider_force_peak": "1e-12 N"}})
-    assert run_cli("run", judged, "--executor", "serial")[0] == 0
-    code, _, errors = run_cli("run", judged, "--executor", "serial", "--fail-on-limits")
+    assert run_cli("run", judged, *SERIAL)[0] == 0
+    code, _, errors = run_cli("run", judged, *SERIAL, "--fail-on-limits")
     assert code == 5
     assert "exceed a limit" in errors
     met = written(tmp_path / "met.yaml", grid(2) | {"name": "met", "limits": {"rod_slider_force_peak": "1e12 N"}})
-    assert run_cli("run", met, "--executor", "serial", "--fail-on-limits")[0] == 0
+    assert run_cli("run", met, *SERIAL, "--fail-on-limits")[0] == 0
 
 
 def test_failed_cases_come_before_limits_and_unjudged_grids_are_refused(run_cli, tmp_path):
     failing = written(tmp_path / "g.yaml", grid(2, (GOOD, FAILS)) | {"limits": {"rod_slider_force_peak": "1e-12 N"}})
-    code, _, errors = run_cli("run", failing, "--executor", "serial", "--fail-on-limits")
+    code, _, errors = run_cli("run", failing, *SERIAL, "--fail-on-limits")
     assert code == 3
     assert "2 cases undecided" in errors
     unjudged = written(tmp_path / "none.yaml", grid(2))
-    code, _, errors = run_cli("run", unjudged, "--executor", "serial", "--fail-on-limits")
+    code, _, errors = run_cli("run", unjudged, *SERIAL, "--fail-on-limits")
     assert code == 2
     assert "no `limits`" in errors
