@@ -11,13 +11,18 @@ run: $(READY)
 	$(BIN)/clearsweep run configs/slider_crank.yaml
 	$(BIN)/clearsweep report results/slider-crank-clearance
 
-# In two processes, a file of tests in one of them, so that what a file compiles is compiled once.
-SPREAD := --numprocesses 2 --dist loadfile
-test: $(READY) lint
+# In two processes, a file of tests in one of them, so that what a file compiles is compiled once; tests/conftest.py
+# has the files that take long begin first, so that both processes end at about the same time.
+SPREAD := --numprocesses 2 --dist loadfile --no-loadscope-reorder
+# The loop is compiled while the files are checked.
+CHECK := $(MAKE) --no-print-directory --jobs 2 $(READY) lint
+test:
+	@$(CHECK)
 	$(BIN)/python -m pytest $(SPREAD)
 
 # Leaves out what starts processes or a browser, compiles or integrates for long: `make test` before a commit.
-test-quick: $(READY) lint
+test-quick:
+	@$(CHECK)
 	$(BIN)/python -m pytest $(SPREAD) -m "not slow and not plain and not heavy"
 
 # The kernels as plain Python, and how much of them that reaches. Missing are lines that only the compiler runs.
@@ -53,10 +58,10 @@ test-all: test test-rest
 mutate: $(READY)
 	$(BIN)/python tests/mutate.py $(ARGS)
 
-lint: $(READY)
+lint: $(VENV)/.installed
 	$(BIN)/ruff check clearsweep tests
 	$(BIN)/ruff format --check --quiet clearsweep tests
-	$(BIN)/mypy
+	$(BIN)/mypy --num-workers 2
 	$(BIN)/lint-imports
 
 verify: $(READY)
@@ -108,12 +113,16 @@ release: $(READY)
 torture: $(READY)
 	$(BIN)/python tests/reliability.py $(ARGS)
 
-$(READY): pyproject.toml constraints.txt
+$(READY): $(VENV)/.installed
+	$(BIN)/python -m clearsweep.simulation.analyses.prebuild
+	touch $@
+
+# Packages are compiled to bytecode as they are first imported: most of them never are.
+$(VENV)/.installed: pyproject.toml constraints.txt
 	@$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11))" || { echo "clearsweep needs Python 3.11 or newer, and \
 	$(PYTHON) is `$(PYTHON) --version 2>&1`; give a newer one with make PYTHON=python3.12" >&2; exit 2; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[test]"
-	$(BIN)/python -m clearsweep.simulation.analyses.prebuild
+	$(BIN)/python -m pip install --quiet --no-compile --constraint constraints.txt --editable ".[test]"
 	touch $@
 
 clean:

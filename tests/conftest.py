@@ -7,6 +7,7 @@ CLEARSWEEP_CACHE_DIR unless it tests the cache.
 
 import os
 import signal
+from collections import Counter
 from pathlib import Path
 
 import pytest
@@ -26,13 +27,18 @@ SLOW_LIMIT = 3600.0  # s, time limit of a test marked slow; `timeout` in pyproje
 
 
 def pytest_collection_modifyitems(config, items):
-    """Leave out tests marked plain unless kernels run as plain Python, and give slow tests more time."""
+    """Leave out tests marked plain unless kernels run as plain Python, and give slow tests more time.
+
+    Files with many heavy tests come first, so that what runs last in several processes is short.
+    """
     if not is_plain():
         config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("plain")])
         items[:] = [item for item in items if not item.get_closest_marker("plain")]
     for item in items:
         if item.get_closest_marker("slow") and not item.get_closest_marker("timeout"):
             item.add_marker(pytest.mark.timeout(SLOW_LIMIT))
+    heavy = Counter(item.path for item in items if item.get_closest_marker("heavy"))
+    items.sort(key=lambda item: -heavy[item.path])
 
 
 @pytest.fixture

@@ -358,6 +358,8 @@ def test_plain_tests_run_only_as_plain_python(monkeypatch, plain):
     class Item(set):
         """A test with these marks."""
 
+        path = Path(__file__)
+
         def get_closest_marker(self, name):
             return name in self or None
 
