@@ -333,6 +333,7 @@ def test_a_step_over_a_kink_is_repeated_until_it_ends_there(tolerance):
     assert trajectory.summary["energy_residual"] < 0.05 * tolerance
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_scene_whose_laws_remember_runs_uncompiled():
     program = (

@@ -13,6 +13,8 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
+from clearsweep import simulation
+from clearsweep.grid import load
 from clearsweep.mechanics.coupling import entries
 from clearsweep.tracing import cache, objects
 from clearsweep.tracing.compiled.family import inlined, kernel
@@ -115,16 +117,9 @@ def test_no_page_of_ours_is_writable_and_executable():
 @pytest.mark.heavy
 def test_an_object_asks_the_system_to_move_memory_alone():
     """Read from the symbols of all objects: shipped, of scenes with wear, film and memory, and in the cache."""
-    program = (
-        "import sys; sys.path.insert(0, 'tests')\n"
-        "from clearsweep import simulation\n"
-        "from clearsweep.grid import load\n"
-        "for name in ('lubricated', 'worn_slider_crank', 'spatial_slider_crank', 'ptfe_bushing'):\n"
-        "    case = load(f'configs/{name}.yaml', simulation.catalogue()).case(0)\n"
-        "    simulation.compile_for(case)\n"
-    )
-    place = Path(__file__).parents[1]
-    subprocess.run([sys.executable, "-c", program], check=True, cwd=place)
+    for name in ("lubricated", "worn_slider_crank", "spatial_slider_crank", "ptfe_bushing"):
+        grid = Path(__file__).parents[1] / "configs" / f"{name}.yaml"
+        simulation.compile_for(load(str(grid), simulation.catalogue()).case(0))
     compiled = Path(os.environ["CLEARSWEEP_CACHE_DIR"])
     in_cache = list(compiled.rglob("*.o"))
     assert len(in_cache) >= 4

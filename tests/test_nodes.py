@@ -111,7 +111,17 @@ class Machines:
 
 @pytest.fixture
 def machines():
+    """Return a scheduler, to which a test adds the nodes that it needs."""
     started = Machines()
+    yield started
+    started.end()
+
+
+@pytest.fixture(scope="module")
+def pair():
+    """Return a scheduler and two nodes, to which nothing happens."""
+    started = Machines()
+    started.add(2)
     yield started
     started.end()
 
@@ -148,16 +158,23 @@ def complete(directory, cases=48):
     return there == ("finished", 0, cases, cases)
 
 
-def test_nodes_run_and_finish_all_blocks(tmp_path, machines):
-    machines.add(2)
-    result = on_nodes(MIXED, tmp_path / "run", machines)
+def test_nodes_run_and_finish_all_blocks(tmp_path, pair):
+    result = on_nodes(MIXED, tmp_path / "run", pair)
     assert (result.cases, result.ok, result.failed, result.missing) == (48, 32, 16, 0)
     assert result.ran >= 48  # on a busy machine a node helps another and runs some of its cases, too
     assert complete(tmp_path / "run")
-    again = on_nodes(MIXED, tmp_path / "run", machines)
+    again = on_nodes(MIXED, tmp_path / "run", pair)
     assert (again.ran, again.reused) == (0, 48)
 
 
+def test_nodes_are_for_grids_that_are_cut(tmp_path, pair):
+    with pytest.raises(InputError, match=r"executor: nodes assigns whole blocks .* write --executor dask"):
+        on_nodes(grid(4), tmp_path / "run", pair)
+    with pytest.raises(InputError, match=r"nodes needs the address of a scheduler"):
+        quiet(MIXED, tmp_path / "run", executor="nodes")
+
+
+@pytest.mark.slow
 def test_the_work_of_a_node_that_dies_goes_to_another(tmp_path, machines):
     machines.add(2)
     source = grid(48, (GOOD + 0.05,))
@@ -168,6 +185,7 @@ def test_the_work_of_a_node_that_dies_goes_to_another(tmp_path, machines):
     assert complete(tmp_path / "run")
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_restarts_costs_no_case(tmp_path, machines):
     machines.add(1)
 
@@ -185,6 +203,7 @@ def test_a_scheduler_that_restarts_costs_no_case(tmp_path, machines):
     assert complete(tmp_path / "run")
 
 
+@pytest.mark.slow
 def test_a_node_that_stops_is_helped_and_replaced(tmp_path, machines):
     machines.add(2)
 
@@ -200,6 +219,7 @@ def test_a_node_that_stops_is_helped_and_replaced(tmp_path, machines):
     assert time.monotonic() - begin < 60.0
 
 
+@pytest.mark.slow
 def test_the_block_of_a_slow_node_is_shared_and_no_case_exists_twice(tmp_path, machines):
     log = tmp_path / "slow"
     machines.add(1, CLEARSWEEP_TEST_SLOW=str(log))
@@ -213,6 +233,7 @@ def test_the_block_of_a_slow_node_is_shared_and_no_case_exists_twice(tmp_path, m
     assert len(ran) < 8, "the slow node ran all of its block"
 
 
+@pytest.mark.slow
 def test_a_node_whose_disk_is_full_is_left_out(tmp_path, machines, capfd):
     machines.add(1, CLEARSWEEP_TEST_FULL="yes")
     machines.add(1)
@@ -222,17 +243,10 @@ def test_a_node_whose_disk_is_full_is_left_out(tmp_path, machines, capfd):
     assert "its work goes to other nodes" in capfd.readouterr().err
 
 
+@pytest.mark.slow
 def test_clocks_that_differ_change_nothing(tmp_path, machines):
     machines.add(1, CLEARSWEEP_TEST_CLOCK="-86400")
     machines.add(1, CLEARSWEEP_TEST_CLOCK="86400")
     result = on_nodes(MIXED, tmp_path / "run", machines, simulator=OtherClock)
     assert (result.ok, result.failed, result.missing) == (32, 16, 0)
     assert complete(tmp_path / "run")
-
-
-def test_nodes_are_for_grids_that_are_cut(tmp_path, machines):
-    machines.add(1)
-    with pytest.raises(InputError, match=r"executor: nodes assigns whole blocks .* write --executor dask"):
-        on_nodes(grid(4), tmp_path / "run", machines)
-    with pytest.raises(InputError, match=r"nodes needs the address of a scheduler"):
-        quiet(MIXED, tmp_path / "run", executor="nodes")

@@ -197,6 +197,7 @@ def test_a_contact_that_yields_and_remembering_friction_keep_to_their_places():
     assert trajectory_of(scene, run, 1.0).summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_contact_that_yields_runs_uncompiled():
     program = (
