@@ -3,7 +3,7 @@
 import contextlib
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -120,6 +120,9 @@ def verbs() -> None:
     is_flag=True,
     help="Exit with code 5 if a case exceeds a limit or is undecided, or a search has no answer.",
 )
+@click.option(
+    "--watch", is_flag=True, help="Rewrite the report while cases finish; a browser with the page reloads it."
+)
 @_units
 @_summary_json
 def run(  # noqa: PLR0913 - one argument per option
@@ -129,6 +132,7 @@ def run(  # noqa: PLR0913 - one argument per option
     swept: tuple[str, ...],
     dry_run: bool,
     fail_on_limits: bool,
+    watch: bool,
     units: str,
     as_json: bool,
     **arguments: Any,
@@ -158,7 +162,8 @@ def run(  # noqa: PLR0913 - one argument per option
         facts = estimate(source, out, jobs=options.jobs, shard=options.shard, no_effects=options.no_effects)._asdict()
         click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(summary.estimate_text(facts)))
         return 0
-    result = sweep(source, out, **arguments)
+    with _watching(source, out, arguments["shard"], units) if watch else contextlib.nullcontext():
+        result = sweep(source, out, **arguments)
     with shown_in(units):
         facts = summary.of_run(result)
         click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(summary.run_text(facts)))
@@ -166,6 +171,21 @@ def run(  # noqa: PLR0913 - one argument per option
         click.echo(escape_control_characters(f"--fail-on-limits: {reason}"), err=True)
         return result.exit_code or exit_codes.LIMITS
     return result.exit_code
+
+
+@contextlib.contextmanager
+def _watching(source: Any, out: Path | None, shard: str | None, units: str) -> Iterator[None]:
+    """Keep the report of a run up to date while the run lasts, and write the final one at its end."""
+    from . import report as reports
+    from .sweeping.sweep import Shard, directory_of, load
+
+    directory = directory_of(load(source), out, Shard.read(shard) if shard else None).path
+    page = directory / "report.html"
+    click.echo(escape_control_characters(f"watch {page}: a browser with this page reloads it"), err=True)
+    with reports.live_page(directory, page, units):
+        yield
+    with convert_write_errors(), shown_in(units):
+        reports.write(reports.open(directory), page)
 
 
 @verbs.command()

@@ -5,6 +5,9 @@ import runpy
 from pathlib import Path
 
 import pytest
+from ruamel.yaml import YAML
+
+from clearsweep import cli
 
 ROOT = Path(__file__).parents[1]
 PRINTED = runpy.run_path(str(ROOT / "docs/tools/printed.py"))
@@ -27,6 +30,18 @@ def test_every_output_follows_a_grid():
 def test_a_grid_of_a_how_to_prints_what_the_page_shows(page):
     for example in PRINTED["examples"](page):
         assert PRINTED["missing"](example.shown, PRINTED["printed"](example)) == []
+
+
+@pytest.mark.slow
+def test_limits_decide_the_exit_code_as_the_how_to_shows(tmp_path, monkeypatch, capsys):
+    page = ROOT / "docs/howto/ci.md"
+    (example,) = PRINTED["examples"](page)
+    YAML(typ="safe").dump(example.grid, tmp_path / "grid.yaml")
+    monkeypatch.chdir(tmp_path)
+    with pytest.raises(SystemExit) as ended:
+        cli.main(["run", "grid.yaml", "-j", "1", "--fail-on-limits"])
+    assert ended.value.code == 5
+    assert f"```text\n{capsys.readouterr().err.splitlines()[-1]}\n```" in page.read_text(encoding="utf-8")
 
 
 def test_a_line_that_is_no_longer_printed_is_replaced_by_the_one_most_like_it():

@@ -243,11 +243,11 @@ def test_progress_of_cases_in_a_log_is_a_line_now_and_then(manual_time, capsys):
     with phases.phase(cases):
         for _ in range(1000):
             manual_time.now += 0.5
-            cases.advance(1, 2)
+            cases.advance(1, 0)
             display.refresh()
     printed = capsys.readouterr().err.splitlines()
     assert 5 < len(printed) < 25
-    assert printed[0] == "10 of 1,000 cases, 2 failed, 5 s spent, about 8 min 15 s left"
+    assert printed[0] == "10 of 1,000 cases, 0 failed, 5 s spent, about 8 min 15 s left"
 
 
 def test_every_part_of_a_sweep_is_a_phase(tmp_path, phases_seen):
@@ -330,6 +330,39 @@ def test_a_run_and_its_status_report_compiling_and_a_life_at_work(tmp_path, monk
     assert "\ncase 1 of 2 (" in text
     assert not store.status(tmp_path / "run")["at_work"]
     assert not (tmp_path / "run" / "tmp").exists()
+
+
+def test_a_resumed_run_counts_all_cases_of_the_grid_as_its_status_does(tmp_path, monkeypatch, phases_seen):
+    monkeypatch.setattr(phases, "MIN_ELAPSED", 0.0)
+    directory, states = tmp_path / "run", []
+    sweep(grid(3), directory, executor="serial", show_progress=False)
+
+    class Asking(Fake):
+        @staticmethod
+        def solve(case, log=None):
+            """Ask for the status of the run in which this case is."""
+            states.append(store.status(directory))
+            return fake_physics.trajectory(case)
+
+    sweep(grid(12), directory, executor="serial", show_progress=False, simulator=Asking)
+    assert [words for words in phases_seen if words.endswith("cases, 0 failed")][-1] == "12 of 12 cases, 0 failed"
+    assert states[0]["ok"] == 3
+    assert states[-1]["ok"] > 3
+    for state in states:
+        assert state["cases"] == state["ok"] + state["missing"] == 12
+        assert f"at present: {state['ok']} of 12 cases, 0 failed" in store.status_text(state)
+    assert store.status(directory)["doing"] is None
+
+
+def test_the_time_left_of_a_run_in_blocks_counts_later_blocks(manual_time):
+    cases = driver.CaseProgress(100, "block 2 of 3: ", done=40, later=100)
+    with phases.phase(cases):
+        for _ in range(21):
+            manual_time.now += 1.0
+            cases.advance(2, 0)  # two cases a second
+            phases.progress()
+        assert phases.progress().what == "block 2 of 3: 82 of 100 cases, 0 failed"
+        assert phases.progress().left == pytest.approx(0.5 * (18 + 100))
 
 
 @heavy

@@ -1,5 +1,6 @@
 """Reports: one offline HTML page of a run, its tables and figures, and one case simulated again and drawn."""
 
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -56,6 +57,16 @@ def page_of(run: "StoredRun", *, typical: bool = False, measured: str | Path | N
     from .study import prepare
 
     return page.page_of(prepare(run, shows_median=typical), measured)
+
+
+def live_page(directory: Path, out: Path, system: str) -> AbstractContextManager[None]:
+    """Return a context in which a process rewrites the page `out` of the run in `directory`, a few times a minute.
+
+    system : unit system of the quantities on the page
+    """
+    from .documents import live_page as live
+
+    return live.live_page(directory, out, system)
 
 
 def compared(first: "StoredRun", second: "StoredRun") -> "Page":

@@ -26,7 +26,7 @@ from .results import (
     read_results,
     write_search_table,
 )
-from .state import Unfinished, Working, case_text, clean, clean_text, status, status_text
+from .state import Unfinished, Working, case_text, clean, clean_text, progress_file, status, status_text
 
 __all__ = [
     "ANSWER_FILE",
@@ -74,6 +74,7 @@ __all__ = [
     "numbers_of_blocks",
     "open",
     "open_table",
+    "progress_file",
     "read_histories",
     "read_mark",
     "read_record",

@@ -60,7 +60,7 @@ def _log_checksum(content: bytes) -> bytes:
 
 
 class Working:
-    """The file in which a worker keeps its progress; `name` is that of its batch or of its preparation."""
+    """The file in which a process keeps its progress; `name` is that of its batch, its preparation, or `run`."""
 
     def __init__(self, directory: Path, name: str):
         """Prepare for a batch or preparation called `name` of the run in a directory."""
@@ -80,6 +80,11 @@ class Working:
             return phases.stored_progress(durable.read(self.path))
         except OSError:
             return None
+
+
+def progress_file(directory: Path) -> Working:
+    """Return the file with the progress of a whole run, as it prints it itself."""
+    return Working(directory, "run")
 
 
 def read_workers(directory: Path) -> list[phases.Progress]:
@@ -256,8 +261,9 @@ FINISHED, UNDER_WAY, INTERRUPTED, DAMAGED = "finished", "under way", "interrupte
 def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
     """Return the state of a run, ready for JSON; `every_file`: read every file and compare checksums.
 
-    `cases` are those of the grid, `missing` those without a result; None while a run computes other values of the
-    axes than the last one.  `ok` and `failed` count committed cases.  `at_work` has the progress of every
+    `cases` are those of the grid, `missing` those without a result; None while a run prepares other values of the
+    axes than the last one.  `ok` and `failed` count finished cases.  `doing` is what a run does at present, `left` the
+    time (s) until its cases are finished; None if unknown.  `at_work` has the progress of every
     worker with a long case: its activity, elapsed time, time left (s; None if unknown), for a life also the block and
     the wear (m).  `disk` has sizes in bytes.  `damage` has a sentence for each changed file.
 
@@ -284,13 +290,16 @@ def status(directory: Path, *, every_file: bool = False) -> dict[str, Any]:
         except DirectoryError as error:
             damage.append(str(error))
     state = DAMAGED if damage else UNDER_WAY if holder else FINISHED if is_finished(record) else INTERRUPTED
+    progress = progress_file(directory).read() if holder else None
     return {
         "directory": str(directory),
         "name": record.get("name"),
         "state": state,
         "holder": holder,
         "at_work": [_worker_facts(progress) for progress in read_workers(directory)] if holder else [],
-        **(blocks[0] if blocks else _count_cases(record, run, working=holder is not None)),
+        **(blocks[0] if blocks else _count_cases(record, run, progress, working=holder is not None)),
+        "doing": progress and progress.text,
+        "left": progress and progress.left,
         "start": record.get("start"),
         "end": record.get("end"),
         "files": {
@@ -319,6 +328,11 @@ def blocks_state(
                 damage.append(
                     f"{block.path}: its block.json or another file is damaged or missing; the next run restores it"
                 )
+            running = RunDirectory(block.path)
+            running.result_schema = ResultSchema.of_record(record)
+            running.load_batches(histories=False)
+            counts = _count_rows(running)
+            ok, failed = ok + counts["ok"], failed + counts["failed"]
             continue
         ok, failed = ok + mark["ok"], failed + mark["failed"]
         if every_file:
@@ -332,20 +346,26 @@ def blocks_state(
     return {"cases": cases, "ok": ok, "failed": failed, "missing": missing}, damage
 
 
-def _count_cases(record: dict[str, Any], run: RunDirectory, *, working: bool) -> dict[str, int | None]:
+def _count_cases(
+    record: dict[str, Any], run: RunDirectory, progress: phases.Progress | None, *, working: bool
+) -> dict[str, int | None]:
     """Return numbers of cases: of the grid, with and without a good result, and without any."""
+    if progress and (of_run := progress.facts.get("run")):
+        return {**of_run, "missing": of_run["cases"] - of_run["ok"] - of_run["failed"]}
     counts: dict[str, int | None] = record.get("counts", {})
     names = ("cases", "ok", "failed", "missing")
     if not working and counts.keys() >= set(names):
         return {name: counts[name] for name in names}
-    failed = run.rows()["failed"]
+    rows = _count_rows(run)
     cases = None if "merged" in record else counts.get("cases")
-    return {
-        "cases": cases,
-        "ok": int(np.count_nonzero(~failed)),
-        "failed": int(np.count_nonzero(failed)),
-        "missing": None if cases is None else max(cases - len(failed), 0),
-    }
+    missing = None if cases is None else max(cases - sum(rows.values()), 0)
+    return {"cases": cases, **rows, "missing": missing}
+
+
+def _count_rows(run: RunDirectory) -> dict[str, int]:
+    """Return numbers of committed cases, with and without a good result."""
+    failed = run.rows()["failed"]
+    return {"ok": int(np.count_nonzero(~failed)), "failed": int(np.count_nonzero(failed))}
 
 
 def _worker_facts(progress: phases.Progress) -> dict[str, Any]:
@@ -369,12 +389,14 @@ def status_text(facts: dict[str, Any]) -> str:
     }
     total = "" if facts["cases"] is None else f" of {facts['cases']:,}"
     missing = f", {facts['missing']:,} left" if facts["missing"] else ""
+    doing = [f"at present: {facts['doing']}"] if facts["doing"] else []
     checked = "all checksums agree" if facts["every_file"] else "--verify reads every file and checks it"
     return "\n".join(
         [
             f"{facts['directory']}: {labels[facts['state']]}",
             f"{facts['ok'] + facts['failed']:,}{total} cases are there: "
             f"{facts['ok']:,} ok, {facts['failed']:,} failed{missing}",
+            *doing,
             *(fact["text"] for fact in facts["at_work"]),
             f"Files: {', '.join(facts['files'])}",
             f"Disk: {disk_use_text(facts['disk'])}",

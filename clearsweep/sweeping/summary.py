@@ -102,7 +102,8 @@ def limits_failure(facts: Mapping[str, Any]) -> str:
     if counts.get("exceeded"):
         exceeding = [design for design in answer["designs"] if design["verdict"] == "exceeds"]
         worst = f" (worst: {wording.short_id(exceeding[-1]['worst'])})" if exceeding else ""
-        reasons.append(f"{wording.count_text(counts['exceeded'], 'case')} exceed a limit{worst}")
+        verb = "exceeds" if counts["exceeded"] == 1 else "exceed"
+        reasons.append(f"{wording.count_text(counts['exceeded'], 'case')} {verb} a limit{worst}")
     if counts.get("undecided"):
         reasons.append(
             f"{wording.count_text(counts['undecided'], 'case')} undecided: failed, not run, or without figure"

@@ -146,7 +146,11 @@ def _run_sweep(source: Source, out: str | Path | None, options: Options, simulat
     record_entries: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
     active_search = grid.search.begin(grid, simulator) if grid.search else None
     begun = {"counts": {"cases": len(requested)}, **record_entries}
-    with signals.catching(), _cleared_directory(grid, out, shard, options).open_for(grid, **begun) as directory:
+    with (
+        signals.catching(),
+        _cleared_directory(grid, out, shard, options).open_for(grid, **begun) as directory,
+        phases.store_progress(store.progress_file(directory.path).replace_progress),
+    ):
         start = store.utc_now()
         directory.discard_answer()
         with phases.phase("reading the directory"):
@@ -201,7 +205,11 @@ def _run_cut(
     job = blockwise.BlockJob(directory.path.absolute(), grid, simulator, options, division, shard, duplicates)
     requested = blockwise.count_requested(job)
     blocks = {"size": division.size, "count": division.count, "numbers": []}
-    with signals.catching(), directory.open_for(grid, counts={"cases": requested}, blocks=blocks, **record_entries):
+    with (
+        signals.catching(),
+        directory.open_for(grid, counts={"cases": requested}, blocks=blocks, **record_entries),
+        phases.store_progress(store.progress_file(directory.path).replace_progress),
+    ):
         start = store.utc_now()
         directory.discard_answer()
         with phases.phase("reading the directory"):

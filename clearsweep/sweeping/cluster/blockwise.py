@@ -23,6 +23,7 @@ from ..pool.case_runner import (
     Pending,
     Shard,
     failure_limit,
+    finished_counts,
     is_common,
     missing_indices,
     peak_column,
@@ -126,10 +127,11 @@ class BlockRunner:
         self.shared: set[int] = set()  # blocks on which other drivers may work
         self._earlier_ids = earlier.rows() if earlier and earlier.batches else None
 
-    def run(self, number: int, read_finished_ids: Callable[[], np.ndarray] | None = None) -> bool:
+    def run(self, number: int, read_finished_ids: Callable[[], np.ndarray] | None = None, *, later: int = 0) -> bool:
         """Run the missing cases of a block and let a worker finish it; return False if too many cases failed.
 
         read_finished_ids : as in `Pending`, if other drivers may also work on the block; their files are then kept.
+        later : cases of later blocks
         """
         job = self.job
         block = store.Block(job.directory, number)
@@ -152,7 +154,15 @@ class BlockRunner:
         if len(pending):
             title = f"block {number + 1:,} of {job.division.count:,}: "
             allowed = None if self.allowed_failures is None else max(self.allowed_failures - self.case_runner.failed, 0)
-            cases = Pending(indices[pending], ids[pending], title, read_finished_ids, has_similar_times=True)
+            cases = Pending(
+                indices[pending],
+                ids[pending],
+                title,
+                read_finished_ids=read_finished_ids,
+                has_similar_times=True,
+                later=later,
+                **finished_counts(directory.rows(), requested, ids[pending]),
+            )
             is_complete = self.case_runner.run_cases(job.grid, cases, allowed)
         if self.case_runner.workers is None:  # the driver has ended them
             self.case_runner.start_workers(1)
@@ -236,8 +246,10 @@ def run_blocks(job: BlockJob, case_runner: CaseRunner, directory: store.RunDirec
     runner.allowed_failures = allowed_failures(job, numbers)
     is_complete = True
     with phases.phase("running blocks"):
+        later = sum(len(job.division.part(number)) for number in numbers)
         for number in numbers:
-            is_complete = runner.run(number)
+            later -= len(job.division.part(number))
+            is_complete = runner.run(number, later=later)
             if not is_complete:
                 break
     with phases.phase("finishing blocks"):

@@ -399,7 +399,7 @@ class NodesDriver:
             )
         self.ran, self.failed = self.ran + report.ran, self.failed + report.failed
         self.case_seconds += report.case_seconds
-        self.display.advance(report.ran, self.failed)
+        self.display.advance(report.ran, report.failed)
         if report.refused:
             self.cluster.excluded.add(report.node)
             self.refusal = report.refused
@@ -458,7 +458,9 @@ def run_on_nodes(job: BlockJob) -> BlocksOutcome:
     for number in numbers:
         durable.remove_temporaries(store.Block(job.directory, number).path / store.SCRATCH)
     cases = sum(len(job.division.part(number)) for number in numbers)
-    with phases.phase(display := CaseProgress(cases)):
+    ok, failed = (sum(mark[name] for mark in marks.values()) for name in ("ok", "failed"))
+    display = CaseProgress(ok + failed + cases, done=ok + failed, failed=failed)
+    with phases.phase(display):
         driver = NodesDriver(job, Cluster(job.options.scheduler), display)
         complete = driver.run()
     for number in numbers:

@@ -91,6 +91,9 @@ class Pending(NamedTuple):
     indices: np.ndarray  # (cases,)
     ids: np.ndarray  # (cases,), their identities, uint64
     title: str = ""  # title of their progress
+    finished: int = 0  # cases of the same grid or block that need not run
+    failed: int = 0  # how many of these failed
+    later: int = 0  # cases of later blocks
     read_finished_ids: Callable[[], np.ndarray] | None = (
         None  # returns identities, ascending, that need not be run any more
     )
@@ -127,12 +130,15 @@ class CaseRunner:
         ids : identities of all cases, by index
         requested : identities of the required cases, ascending
         """
-        pending = missing_indices(ids, requested, self.directory.rows(), retry_failed=self.options.retry_failed)
+        rows = self.directory.rows()
+        pending = missing_indices(ids, requested, rows, retry_failed=self.options.retry_failed)
         for candidates in self.attempted:
             pending = pending[~is_common(ids[pending], candidates)]
         if not len(pending):
             return True
-        is_complete = self.run_cases(grid, Pending(pending, ids[pending]))
+        is_complete = self.run_cases(
+            grid, Pending(pending, ids[pending], **finished_counts(rows, requested, ids[pending]))
+        )
         self.attempted.append(np.sort(ids[pending]))
         return is_complete
 
@@ -158,7 +164,9 @@ class CaseRunner:
         if pending.has_similar_times and self.batches:
             batches.copy_times(self.batches)
         self.batches = batches
-        with phases.phase(display := CaseProgress(count, pending.title)):
+        total = pending.finished + count
+        earlier = {"done": pending.finished, "failed": pending.failed, "later": pending.later}
+        with phases.phase(display := CaseProgress(total, pending.title, **earlier)):
             if allowed_failures is None:
                 allowed_failures = failure_limit(self.options.max_failures, count)
             run = Driver(workers, self.directory, context, batches, allowed_failures, display)
@@ -290,6 +298,12 @@ def missing_indices(ids: np.ndarray, requested: np.ndarray, rows: np.ndarray, *,
     is_missing &= is_common(sorted_ids, requested)
     is_missing &= ~is_common(sorted_ids, rows["id"])
     return np.sort(order[is_missing])
+
+
+def finished_counts(rows: np.ndarray, requested: np.ndarray, pending: np.ndarray) -> dict[str, int]:
+    """Return how many requested cases are not pending, and how many of these failed; both arrays are identities."""
+    kept = rows[is_common(rows["id"], requested) & ~is_common(rows["id"], np.sort(pending))]
+    return {"finished": len(requested) - len(pending), "failed": int(np.count_nonzero(kept["failed"]))}
 
 
 def is_common(values: np.ndarray, sorted_values: np.ndarray) -> np.ndarray:

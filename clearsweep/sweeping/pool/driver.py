@@ -60,15 +60,23 @@ class CompletionRate:
 class CaseProgress(phases.Phase):
     """The phase in which cases run: how many are finished, how long the others take, and which take long."""
 
-    def __init__(self, total: int, title: str = ""):
-        """Prepare for a number of cases, with a title."""
+    def __init__(self, total: int, title: str = "", *, done: int = 0, failed: int = 0, later: int = 0):
+        """Prepare for a number of cases, with a title.
+
+        done, failed : cases of `total` that an earlier run finished, and that failed in it; later : further cases
+        """
         super().__init__(self._status_text)
-        self.title = title
-        self.total, self.done, self.failed, self.worker_count = total, 0, 0, 1
+        self.title, self.earlier, self.later = title, done, later
+        self.total, self.done, self.failed, self.worker_count = total, done, failed, 1
+        self.facts = {"run": self._counts()}
         self.rate = CompletionRate()
         #: Returns the number of finished cases in running batches, and the current cases of the workers.
         self.read_progress: Callable[[], tuple[int, Sequence[phases.Progress]]] = lambda: (0, ())
         self._last_read: tuple[float, tuple[int, Sequence[phases.Progress]]] = (-math.inf, (0, ()))
+
+    def _counts(self) -> dict[str, int]:
+        """Return the numbers of cases for `status`."""
+        return {"cases": self.total, "ok": self.done - self.failed, "failed": self.failed}
 
     def running_cases(self) -> tuple[int, Sequence[phases.Progress]]:
         """Return the number of finished cases and the progress of the running ones; files are read once in a while."""
@@ -77,10 +85,11 @@ class CaseProgress(phases.Phase):
             self._last_read = now, self.read_progress()
         return self._last_read[1]
 
-    def advance(self, new_done: int, total_failed: int) -> None:
-        """Record more finished cases, and the total of failed ones."""
-        self.done, self.failed = self.done + new_done, total_failed
-        self.rate.record(self.done)
+    def advance(self, new_done: int, new_failed: int) -> None:
+        """Record more finished cases, and how many of them failed."""
+        self.done, self.failed = self.done + new_done, self.failed + new_failed
+        self.rate.record(self.done - self.earlier)
+        self.note(run=self._counts())
 
     def _status_text(self) -> str:
         done_count = min(self.done + self.running_cases()[0], self.total)
@@ -91,7 +100,9 @@ class CaseProgress(phases.Phase):
         """Return the time (s) left: from the mean pace of cases, or from the progress of running ones."""
         done_in_batches, running = self.running_cases()
         with_estimate = [case for case in running if case.left is not None]
-        remaining_by_rate = self.rate.remaining_time(self.done + done_in_batches, self.total)
+        total = self.total + self.later
+        done = self.done + done_in_batches
+        remaining_by_rate = self.rate.remaining_time(done - self.earlier, total - self.earlier)
         if not with_estimate:
             return remaining_by_rate
         remaining_time = max(case.left or 0.0 for case in with_estimate)
@@ -100,7 +111,7 @@ class CaseProgress(phases.Phase):
         durations = [case.seconds + (case.left or 0.0) for case in with_estimate if not case.once]
         if not durations:
             return None
-        waiting = max(self.total - self.done - done_in_batches - len(running), 0)
+        waiting = max(total - done - len(running), 0)
         return max(
             remaining_time,
             sum(durations) / len(durations) * (1.0 + waiting / max(self.worker_count, 1)) - with_estimate[0].seconds,
@@ -262,14 +273,15 @@ class Driver:
                 self._hand_out()
                 if not self.running:
                     return True
+                self.progress.note()  # of long cases
                 completed_futures, _ = wait(self.running, timeout=CHECK_INTERVAL, return_when=FIRST_COMPLETED)
                 for future in completed_futures or self._futures_of_dead_workers():
                     self._handle_completion(future)
             self._drain()
             raise signals.Stopped(
                 signals.requested(),
-                f"stopped: {self.ran:,} of {self.progress.total:,} "
-                "cases were finished and are kept; run the same command again to continue",
+                f"stopped: {self.progress.done:,} of {self.progress.total:,} "
+                "cases are finished and kept; run the same command again to continue",
             )
 
     def _has_too_many_failures(self) -> bool:
@@ -330,7 +342,7 @@ class Driver:
         self.ran += outcome.finished_count
         self.failed += outcome.failed_count
         self.case_seconds += outcome.seconds
-        self.progress.advance(outcome.finished_count, self.failed)
+        self.progress.advance(outcome.finished_count, outcome.failed_count)
         if remaining_cases := batch.cases.part(outcome.finished_count):  # its worker was asked to stop
             attempts = 0 if outcome.finished_count else batch.attempts + 1
             if attempts > MAX_RESTARTS:
