@@ -161,7 +161,7 @@ class BlockRunner:
                 read_finished_ids=read_finished_ids,
                 has_similar_times=True,
                 later=later,
-                **finished_counts(directory.rows(), requested, ids[pending]),
+                earlier=finished_counts(directory.rows(), requested, ids[pending]),
             )
             is_complete = self.case_runner.run_cases(job.grid, cases, allowed)
         if self.case_runner.workers is None:  # the driver has ended them

@@ -91,8 +91,7 @@ class Pending(NamedTuple):
     indices: np.ndarray  # (cases,)
     ids: np.ndarray  # (cases,), their identities, uint64
     title: str = ""  # title of their progress
-    finished: int = 0  # cases of the same grid or block that need not run
-    failed: int = 0  # how many of these failed
+    earlier: tuple[int, int] = (0, 0)  # cases of the same grid or block that need not run, and how many of them failed
     later: int = 0  # cases of later blocks
     read_finished_ids: Callable[[], np.ndarray] | None = (
         None  # returns identities, ascending, that need not be run any more
@@ -137,7 +136,7 @@ class CaseRunner:
         if not len(pending):
             return True
         is_complete = self.run_cases(
-            grid, Pending(pending, ids[pending], **finished_counts(rows, requested, ids[pending]))
+            grid, Pending(pending, ids[pending], earlier=finished_counts(rows, requested, ids[pending]))
         )
         self.attempted.append(np.sort(ids[pending]))
         return is_complete
@@ -164,9 +163,9 @@ class CaseRunner:
         if pending.has_similar_times and self.batches:
             batches.copy_times(self.batches)
         self.batches = batches
-        total = pending.finished + count
-        earlier = {"done": pending.finished, "failed": pending.failed, "later": pending.later}
-        with phases.phase(display := CaseProgress(total, pending.title, **earlier)):
+        done, failed = pending.earlier
+        display = CaseProgress(done + count, pending.title, done=done, failed=failed, later=pending.later)
+        with phases.phase(display):
             if allowed_failures is None:
                 allowed_failures = failure_limit(self.options.max_failures, count)
             run = Driver(workers, self.directory, context, batches, allowed_failures, display)
@@ -300,10 +299,10 @@ def missing_indices(ids: np.ndarray, requested: np.ndarray, rows: np.ndarray, *,
     return np.sort(order[is_missing])
 
 
-def finished_counts(rows: np.ndarray, requested: np.ndarray, pending: np.ndarray) -> dict[str, int]:
+def finished_counts(rows: np.ndarray, requested: np.ndarray, pending: np.ndarray) -> tuple[int, int]:
     """Return how many requested cases are not pending, and how many of these failed; both arrays are identities."""
     kept = rows[is_common(rows["id"], requested) & ~is_common(rows["id"], np.sort(pending))]
-    return {"finished": len(requested) - len(pending), "failed": int(np.count_nonzero(kept["failed"]))}
+    return len(requested) - len(pending), int(np.count_nonzero(kept["failed"]))
 
 
 def is_common(values: np.ndarray, sorted_values: np.ndarray) -> np.ndarray:
