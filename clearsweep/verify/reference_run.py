@@ -1,7 +1,7 @@
 """The reference motion of a case, and the error and the time of other methods.
 
-The reference is the case at REFERENCE_TOLERANCES, explicit; its own error is its distance from a second run whose
-rounding differs.  A run is compared over half a revolution, or over the predictable horizon of the run at the grid's
+The reference is the case at REFERENCE_TOLERANCES, explicit; its own error is its largest distance from two further
+runs, whose rounding differs.  A run is compared over half a revolution, or over the predictable horizon of the run at the grid's
 tolerance if this is shorter.  Beyond it two integrations of a chaotic motion are two samples of it.
 """
 
@@ -94,7 +94,7 @@ def leaves(tree: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
 
 
 REFERENCE_TOLERANCES = (1e-13, 1e-12, 1e-11)  # the first that a case can reach
-SECOND_REFERENCE = 2.0  # tolerances of the reference: another sequence of steps, so other rounding errors
+FURTHER_REFERENCES = (2.0, 3.0)  # tolerances of the reference: other sequences of steps, so other rounding errors
 HALF = 0.5  # revolutions over which errors are compared
 LONGEST_RUN = 3.0  # revolutions in which the predictable horizon is determined
 SAMPLES = 360  # per revolution, at which positions are compared
@@ -150,13 +150,15 @@ class Truth:
                 path = self._long_run("explicit", tolerance, None)
                 if path.status == "ok":
                     path = _before_end(path)
-                second = self._long_run("explicit", SECOND_REFERENCE * tolerance, path.channels.get("t"))
+                times = path.channels.get("t")
+                further = [self._long_run("explicit", ratio * tolerance, times) for ratio in FURTHER_REFERENCES]
             except InputError as error:
                 why = str(error)
                 continue
-            if path.status == second.status == "ok":
+            messages = [run.message for run in (path, *further) if run.status != "ok"]
+            if not messages:
                 break
-            why = path.message or second.message
+            why = messages[0]
         else:
             missing = {"tolerance": None, "error": None, "why": why}
             self._summary = {"horizon_revolutions": None, "compared_revolutions": None, "reference": missing}
@@ -170,7 +172,8 @@ class Truth:
             horizon = float(revolutions[beyond[0]]) if beyond.size else None
         length = min(HALF, math.inf if horizon is None else horizon)
         self._limit = self._between_events(float(np.interp(length, revolutions, path["t"])))
-        own_error = float(np.max(distances(self.tree, second, path)[self._compared()], initial=0.0))
+        own_errors = (distances(self.tree, run, path)[self._compared()] for run in further)
+        own_error = float(max(np.max(errors, initial=0.0) for errors in own_errors))
         self._summary = {
             "horizon_revolutions": horizon,
             "compared_revolutions": length,

@@ -19,15 +19,15 @@ m : the largest reduced mass of the mechanism in which only that joint is open, 
     (closing the other joints can only increase it);
 E : sum over all open joints, each with its largest onset rate of this run, because an impact in one joint acts on the
     others through the bodies between them;
-F : the largest load of the joint in the ideal mechanism, times LOAD_FACTOR because clearance displaces the bodies, and
-    times 1 + mu because friction adds to it.
+F : the largest load of the joint in the ideal mechanism, times LOAD_FACTOR because clearance displaces the bodies, plus
+    m u^2 / c of the journal that follows the circle of its bearing at the rate u, the largest along the surface in the
+    samples in contact, at the clearance c; times 1 + mu because friction adds to it.
 
 A film in a joint only adds resistance.  The dry contact behind it carries the full load from the end of the transition
 on, so the bound is larger by that depth.  A joint with only a film has no bound; the table shows its deepest position.
 
-The bound excludes effects that last longer than an impact: sliding friction, which turns work of the drive into an
-oscillation normal to the surface, and motion along the surface, which loads a contact without an onset.  A case beyond
-the bound fails nevertheless.  Two numbers then show the cause: the energy residual over the elastic energy of the
+The bound excludes sliding friction, which turns work of the drive into an oscillation normal to the surface.  A case
+beyond the bound fails nevertheless.  Two numbers then show the cause: the energy residual over the elastic energy of the
 deepest contact (work of the drive), and the difference from the depth at a tenth of the tolerance (error of the step).
 For cases in space no bound is known, and samples are not checked.
 """
@@ -50,6 +50,7 @@ from ..mechanics.joints.guide import CORNERS
 from ..mechanics.joints.lubricated import Film, Lubricated
 from ..mechanics.laws.contract import ONSET_FLOOR
 from ..mechanics.laws.elastic import POWERS, elastic_energy
+from ..mechanics.laws.hysteresis import RateFactor
 from ..mechanics.machines import contract, planar
 from ..simulation.analyses.trajectory import simulate
 from ..simulation.machine.ideal import ideal_peaks
@@ -141,7 +142,7 @@ def run_scene(case_scene: scene.Scene) -> dict[str, Any]:
     tolerance = ENERGY_TOLERANCES * case_scene.case.simulate.tolerance * turns
     row["share_of_energy"] = summary["energy_residual"] / tolerance
     if not case_scene.mechanism.spatial:
-        row["share_of_bound"] = share_of_bound(case_scene, summary)
+        row["share_of_bound"] = share_of_bound(case_scene, trajectory)
     return row | {"failure": _failure_text(case_scene, trajectory, row)}
 
 
@@ -241,29 +242,41 @@ def _largest_gap(case_scene: scene.Scene, trajectory: Trajectory, index: int, na
 # ---------------------------------------------------------------------------------------------- bound
 
 
-def share_of_bound(case_scene: scene.Scene, summary: dict[str, Any]) -> float:
+def share_of_bound(case_scene: scene.Scene, trajectory: Trajectory) -> float:
     """Return the largest penetration of a run over its bound, the largest of its joints."""
-    energies, loads = [], []
+    energies, loads, summary = [], [], trajectory.summary
     joints = zip(case_scene.layout.joints, case_scene.case.joints, case_scene.value.joints, strict=True)
     dry_joints = [joint_terms for joint_terms in joints if not isinstance(joint_terms[2], Film)]
     for joint_layout, case_joint, joint in dry_joints:
         rate = summary[f"{joint_layout.name}_onset_rate_max"]
         impact = getattr(joint.law, "impact", joint.law)
-        factor = getattr(impact, "factor", 0.0) * min(1.0, rate / ONSET_FLOOR)  # laws do not divide by less
+        factor = getattr(impact, "factor", 0.0)
+        factor *= rate if type(impact) is RateFactor else min(1.0, rate / ONSET_FLOOR)  # laws do not divide by less
         mass = (
             _reduced_machine_mass(case_scene, joint_layout)
             if case_scene.machine
             else _reduced_mass(case_scene.case, joint_layout.name)
         )
         energies.append(_damped_energy(mass, rate, factor))
-        ideal_load = LOAD_FACTOR * ideal_peaks(case_scene.case).get(case_joint.name, 0.0)  # N
-        loads.append(ideal_load * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
+        load = LOAD_FACTOR * ideal_peaks(case_scene.case).get(case_joint.name, 0.0)  # N
+        load += mass * _largest_curvature(trajectory, joint_layout, joint.clearance)
+        loads.append(load * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
     for (joint_layout, _, joint), load in zip(dry_joints, loads, strict=True):
         max_depth = _penetration_bound(joint.elastic, sum(energies), load)
         max_depth += joint.corners.end if type(joint) in (Lubricated,) else 0.0
         shares.append(summary[f"{joint_layout.name}_penetration_max"] / max_depth if max_depth > 0.0 else 0.0)
     return max(shares, default=0.0)
+
+
+def _largest_curvature(trajectory: Trajectory, joint_layout: JointLayout, clearance: float) -> float:
+    """Return the largest u^2 / c (m/s^2) of a journal in the samples in contact; 0 for a guide, whose walls are flat."""
+    if joint_layout.corners or not trajectory.channels:
+        return 0.0
+    x, y, vx, vy = (trajectory[f"joints/{joint_layout.name}/{channel}"] for channel in ("x", "y", "vx", "vy"))
+    radius = np.maximum(np.hypot(x, y), clearance)
+    along = np.where(radius > clearance, (x * vy - y * vx) / radius, 0.0)
+    return float(np.max(np.square(along), initial=0.0)) / clearance
 
 
 def _penetration_bound(elastic: Any, energy: float, load: float) -> float:
