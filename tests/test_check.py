@@ -37,7 +37,7 @@ def pair(tmp_path_factory):
 
 
 def quadruple_precision(name):
-    """Return the grid, the times (n,) s and the journals' positions (m) by channel of a motion in quadruple precision."""
+    """Return the grid, times (n,) s and positions (m) by channel of the journals in quadruple precision."""
     for problem in problems.all_problems():
         if problem.name == name:
             tree = reference_run.base_tree(grid.load(problem.grid, scene.catalogue()).written_case(0))

@@ -104,9 +104,9 @@ def all_methods(*, quick: bool) -> list[Method]:
 def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
     """Return every figure of every method on every problem, as `results["problems"][i]["rows"]`, and `headline`.
 
-    `report_progress` : called with messages.  Times are the least of several rounds, in each of which every method has
-    one turn, after compilation.  Our time is that of the whole call of `simulate` with every figure of the summary and
-    no history; `integration_ms_per_revolution` is the part that the summary calls `run_time`.
+    `report_progress` : called with messages.  Times are processor times, the least of several rounds, in each of which
+    every method has one turn, after compilation.  Our time is that of the whole call of `simulate` with every figure of
+    the summary and no history; `integration_ms_per_revolution` is the part that the summary calls `run_time`.
     """
     results = describe_measurement("clearsweep verify" + (" --quick" if quick else "")) | {
         "quick": quick,
@@ -126,7 +126,6 @@ def measure_problem(
     methods: list[Method],
     repetitions: int,
     single_round_time: float = SINGLE_ROUND_TIME,
-    timer=time.perf_counter,
 ) -> dict:
     """Return the figures of all methods on one problem; runs that take `single_round_time` s or more have one round."""
     rows, runs = [], []
@@ -137,7 +136,7 @@ def measure_problem(
             solution = method.solve(problem, setting)
             rows.append(_result_row(method, setting, problem.assess(solution), solution))
             runs.append(method.repeat(problem, setting))
-    least_times, integrations = _least_times(runs, repetitions, single_round_time, timer)
+    least_times, integrations = _least_times(runs, repetitions, single_round_time)
     for row, total, integration in zip(rows, least_times, integrations, strict=True):
         row["ms_per_revolution"] = 1e3 * total / problem.revolutions
         row["integration_ms_per_revolution"] = 1e3 * integration / problem.revolutions if integration else None
@@ -174,7 +173,7 @@ def _json_number(value):
     return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
-def _least_times(runs: list, repetitions: int, single_round_time: float, timer) -> tuple[np.ndarray, list]:
+def _least_times(runs: list, repetitions: int, single_round_time: float) -> tuple[np.ndarray, list]:
     """Return the least time (s) of each of `runs`, and the least time reported by the run itself, if any."""
     least_times, integrations = np.full(len(runs), math.inf), [None] * len(runs)
     for _ in range(repetitions):
@@ -183,9 +182,9 @@ def _least_times(runs: list, repetitions: int, single_round_time: float, timer) 
                 continue
             elapsed = 0.0
             while elapsed < MIN_ROUND_TIME:
-                start = timer()
+                start = time.process_time()
                 result = run()
-                duration = timer() - start
+                duration = time.process_time() - start
                 elapsed += duration
                 least_times[i] = min(least_times[i], duration)
                 if isinstance(result, float):

@@ -1,8 +1,8 @@
 """The reference motion of a case, and the error and the time of other methods.
 
 The reference is the case at REFERENCE_TOLERANCES, explicit; its own error is its largest distance from two further
-runs, whose rounding differs.  A run is compared over half a revolution, or over the predictable horizon of the run at the grid's
-tolerance if this is shorter.  Beyond it two integrations of a chaotic motion are two samples of it.
+runs, whose rounding differs.  A run is compared over half a revolution, or over the predictable horizon of the run at
+the grid's tolerance if this is shorter.  Beyond it two integrations of a chaotic motion are two samples of it.
 """
 
 import copy

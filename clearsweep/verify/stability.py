@@ -27,8 +27,9 @@ A film in a joint only adds resistance.  The dry contact behind it carries the f
 on, so the bound is larger by that depth.  A joint with only a film has no bound; the table shows its deepest position.
 
 The bound excludes sliding friction, which turns work of the drive into an oscillation normal to the surface.  A case
-beyond the bound fails nevertheless.  Two numbers then show the cause: the energy residual over the elastic energy of the
-deepest contact (work of the drive), and the difference from the depth at a tenth of the tolerance (error of the step).
+beyond the bound fails nevertheless.  Two numbers then show the cause: the energy residual over the elastic energy of
+the deepest contact (work of the drive), and the difference from the depth at a tenth of the tolerance (error of the
+step).
 For cases in space no bound is known, and samples are not checked.
 """
 
@@ -270,7 +271,7 @@ def share_of_bound(case_scene: scene.Scene, trajectory: Trajectory) -> float:
 
 
 def _largest_curvature(trajectory: Trajectory, joint_layout: JointLayout, clearance: float) -> float:
-    """Return the largest u^2 / c (m/s^2) of a journal in the samples in contact; 0 for a guide, whose walls are flat."""
+    """Return the largest u^2 / c (m/s^2) of a journal in its samples in contact; 0 for a guide's flat walls."""
     if joint_layout.corners or not trajectory.channels:
         return 0.0
     x, y, vx, vy = (trajectory[f"joints/{joint_layout.name}/{channel}"] for channel in ("x", "y", "vx", "vy"))

@@ -108,7 +108,7 @@ class Cost(NamedTuple):
 
     processor: float  # s
     wall: float  # s
-    integrating: float | None  # s, by the clock
+    integrating: float | None  # s, of the processor
 
 
 def costs(ways: list[Route], repetitions: int) -> list[Cost]:
@@ -193,7 +193,7 @@ def page(cases: int | None, repetitions: int) -> str:
         f"vector registers of {bits()} bit; {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} before.",
         f"Error: median over {JUDGED} cases, at half a revolution, from the motion at {TIGHT:g}. Times a case: least",
         f"of {repetitions} interleaved rounds, compilation excluded; clearsweep in one process with all figures of the",
-        "summary, integrating by the clock.",
+        "summary.  All but the column of the wall are processor times.",
     ]
     if batched:
         lines += ["", batched.LACKS]

@@ -10,7 +10,6 @@ import json
 import math
 import os
 import sys
-import time
 from functools import partial
 from importlib import import_module
 from importlib.metadata import version
@@ -89,7 +88,7 @@ def measure(repetitions: int, note) -> dict:
         if problem.name in NAMES:
             note(f"{problem.name}: {problem.title}")
             able = [method for method in chosen if method.name != "heyoka" or problem.name == FLAGSHIP]
-            result["problems"].append(accuracy.measure_problem(problem, able, repetitions, math.inf, time.process_time))
+            result["problems"].append(accuracy.measure_problem(problem, able, repetitions, math.inf))
             if problem.name == FLAGSHIP:
                 result["work"] = work_counts(scene_of(problem, HEADLINE_TOLERANCE))
     result["parts"] = parts.measure(repetitions, note)
@@ -144,7 +143,7 @@ EXPLANATION = (
     "rhs: right-hand sides, those for events included; heyoka has none, its steps are series.",
     "ms/rev: processor time, which other programs disturb least; least of {rounds} interleaved rounds, compilation",
     "    excluded; ours: the whole call of clearsweep.simulate with every figure of the summary, no orbits;",
-    "    integrating: the part of it within the integrator, by the clock.",
+    "    integrating: the part of it within the integrator.",
     "over ours: over the least time in which clearsweep, at any of its tolerances, errs by no more than the row.",
 )
 

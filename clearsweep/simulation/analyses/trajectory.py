@@ -60,12 +60,12 @@ def simulate(
             f"simulate: found {quoted(scene)}; expected the result of load_case, as in "
             "clearsweep.simulate(clearsweep.load_case('grid.yaml'))"
         )
-    begin = time.perf_counter()
+    begin = time.thread_time()
     with phases.show_progress(progress):
         deadline = time.process_time() + scene.case.simulate.time_budget
         scene = scene.for_run(deadline, keep_events=scene.keep_events or events or times is not None)
         trajectory = _all_integrations(scene, times, observers, log)
-    summary, elapsed = trajectory.summary, scene.build_time + time.perf_counter() - begin
+    summary, elapsed = trajectory.summary, scene.build_time + time.thread_time() - begin
     summary[SETUP.name] = max(elapsed - (summary.get("run_time") or 0.0), 0.0)
     summary.update(scene.verdict.evaluate_case(summary, failed=trajectory.status != "ok"))
     return trajectory

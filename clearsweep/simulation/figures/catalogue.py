@@ -364,10 +364,18 @@ WORK_COUNTS = (
         kind="int",
         differs=False,
     ),
-    Figure("run_time", "s", "time spent integrating", value=lambda window, _: window.integration_time, differs=False),
+    Figure(
+        "run_time",
+        "s",
+        "processor time of the integration",
+        value=lambda window, _: window.integration_time,
+        differs=False,
+    ),
 )
 #: Known last; the caller that solves a case sets it.
-SETUP = Figure("setup_time", "s", "time of the ideal mechanism and the figures; not part of run_time", differs=False)
+SETUP = Figure(
+    "setup_time", "s", "processor time of the ideal mechanism and the figures; not part of run_time", differs=False
+)
 FIGURES = (*JOINT, *MECHANISM, *PERIOD, *OBSERVED, RESIDUAL, *WORK_COUNTS, SETUP)
 
 

@@ -294,7 +294,7 @@ class Scene:
     deadline: float = math.inf  # s, processor time at which the case is abandoned
     keep_events: bool = False  # whether its runs return their events
     verdict: LimitsAndFigures = NO_LIMITS  # user-defined figures and limits, which are not part of the case
-    build_time: float = 0.0  # s, time to build it
+    build_time: float = 0.0  # s, processor time to build it
 
     @cached_property
     def inputs(self) -> SceneInputs:
@@ -374,7 +374,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
 
     `worn` maps names of joints to their earlier wear; the run adds to it.
     """
-    begin, worn = time.perf_counter(), dict(worn or {})
+    begin, worn = time.thread_time(), dict(worn or {})
     mechanism = mechanism_of(case)
     machine = None if mechanism.build else machine_of(mechanism, case)
     joints = {
@@ -409,7 +409,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
         [*built.start.tolist(), *depth_roots.tolist(), *[initial_value for _, _, initial_value in every_state(value)]]
     )
     layout, angle_clock = layout_of(case), clock_of(machine, 2.0 * math.pi / built.rate)
-    elapsed = time.perf_counter() - begin
+    elapsed = time.thread_time() - begin
     parts = case, mechanism, built, value, layout, start, in_contact, machine, angle_clock, worn
     return Scene(*parts, keep_events=case.save.orbits != "none", build_time=elapsed)
 
