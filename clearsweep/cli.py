@@ -334,7 +334,13 @@ def verify(quick: bool, as_json: bool, write: bool, measured: bool) -> None:
     help="Case to check; may be repeated. Default: the worst, the median and the first.",
 )
 @click.option("--cases", "count", type=click.IntRange(1, 3), default=3, help="Check only the first N of these three.")
-@click.option("--seconds", type=float, default=60.0, show_default=True, help="Stop measuring after this time.")
+@click.option(
+    "--seconds",
+    type=click.FloatRange(min=0.0, min_open=True),
+    default=60.0,
+    show_default=True,
+    help="Stop measuring after this time.",
+)
 @click.option("--rivals", is_flag=True, help="Compare with scipy's DOP853 and LSODA on the same equations.")
 @click.option("--out", type=_PATH, metavar="DIR", help="Directory of the page; default: results/NAME-check.")
 @_json
@@ -350,10 +356,10 @@ def check_(  # noqa: PLR0913 - one argument per option
       clearsweep check machine.yaml
       clearsweep check machine.yaml --case worst --rivals
     """
-    from .verify import check_page
+    from .verify import check
 
     with convert_write_errors():
-        text = check_page.check(grid, selection or count, RESULTS, out, seconds=seconds, rivals=rivals, as_json=as_json)
+        text = check.check_grid(grid, selection or count, RESULTS, out, seconds=seconds, rivals=rivals, as_json=as_json)
     click.echo(text)
 
 

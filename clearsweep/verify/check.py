@@ -18,7 +18,7 @@ import numpy as np
 import clearsweep
 
 from .. import grid, store
-from ..language import wording
+from ..language import phases, wording
 from ..language.errors import InputError, quoted
 from ..simulation.analyses.trajectory import simulate
 from ..simulation.setup import scene
@@ -26,6 +26,7 @@ from ..store import durable
 from . import stability
 from .reference_run import (
     HALF,
+    STEP_BUDGET,
     Tree,
     Truth,
     base_tree,
@@ -149,14 +150,15 @@ def _onset_difference(case_scene: scene.Scene, first_onset: float | None) -> str
     if first_onset is None:
         return ""
     period, onsets = 2.0 * math.pi / case_scene.value.reference_rate, []
-    settings: dict[str, Any] = {}
+    settings: dict[str, Any] = {"step_budget": STEP_BUDGET}
     if case_scene.mechanism.turns:
         settings["revolutions"] = min(BEYOND_ONSET * first_onset / period + 0.01, STABILITY_REVOLUTIONS)
     for method in ("explicit", "implicit"):
         path = simulate(case_scene.with_settings(method=method, **settings), times=np.zeros(1))
         events = path.events[path.events["kind"] == "on"]
         if not len(events):
-            return f"first onset: none by the {method} method, at {first_onset:.9g} s by auto"
+            end = "none" if path.status == "ok" else path.status
+            return f"first onset: {end} by the {method} method, at {first_onset:.9g} s by auto"
         onsets.append((str(events["joint"][0]), float(events["t"][0])))
     (joint, moment), (other_joint, other_moment) = onsets
     allowed = max(ONSET_TOLERANCES * case_scene.case.simulate.tolerance, LEAST_ONSET_DIFFERENCE)
@@ -268,6 +270,46 @@ class Options(NamedTuple):
     results: Path | None = None  # a run of the grid, from which the worst and the median case are taken
 
 
+def check_grid(  # noqa: PLR0913 - one per option of the command
+    source: Path,
+    selection: Sequence[str] | int,
+    results: Path,
+    out: Path | None,
+    *,
+    seconds: float,
+    rivals: bool,
+    as_json: bool,
+) -> str:
+    """Check cases of a grid; write check.json and check.html into `out`, default NAME-check below `results`.
+
+    selection : words and ids, or how many of CHOICES.  Return the text, or JSON, for the terminal.
+    """
+    latest_line = ["check: reading the grid"]
+
+    def report_progress(sentence: str) -> None:
+        latest_line[0] = f"check: {sentence}"
+
+    with phases.phase(lambda: latest_line[0]):
+        loaded = grid.load(source, scene.catalogue())
+        phases.print_line(f"check: {wording.count_text(len(loaded), 'case')} in the grid {loaded.name}")
+        directory = out or results / f"{loaded.name}-check"
+        directory.mkdir(parents=True, exist_ok=True)
+        words = CHOICES[:selection] if isinstance(selection, int) else selection
+        options = Options(words, seconds, rivals, directory, results / loaded.name)
+        try:
+            result = measure(loaded, options, report_progress)
+        except KeyboardInterrupt:
+            raise KeyboardInterrupt("stopped; run the same command again to continue") from None
+    from . import check_page  # with the report, pandas and 0.5 s, when the first lines are printed
+
+    trees = [base_tree(loaded.written_case(index)) for index in result.pop("indices")]
+    units = grid.key_units(loaded.resolved(), scene.catalogue())
+    content = json.dumps(result, indent=2, allow_nan=False)
+    durable.replace(directory / "check.json", content.encode())
+    page = check_page.write_page(result, trees, units, directory / "check.html")
+    return content if as_json else f"{check_page.result_text(result, units)}\n{page}"
+
+
 def measure(loaded: grid.Grid, options: Options, report_progress: Report = lambda sentence: None) -> dict[str, Any]:
     """Return the check of some cases of a grid, as a dict for JSON: `cases`, their `indices`, `advice`, `complete`.
 
@@ -306,9 +348,10 @@ def select_cases(
         else:
             matching = [i for i in range(len(loaded)) if loaded.case_id(i).startswith(word)]
             if len(matching) != 1:
+                count = f"{len(matching)} cases of the grid match" if matching else "no case of the grid matches"
                 raise InputError(
-                    f"--case {quoted(word)}: {'no case' if not matching else f'{len(matching)} cases'} of the grid "
-                    f"match; write {', '.join(CHOICES)}, or more of a case_id, as `clearsweep run` prints them"
+                    f"--case {quoted(word)}: {count}; write {', '.join(CHOICES)}, or more of a case_id, as `clearsweep "
+                    "run` prints them"
                 )
             index = matching[0]
         selected.setdefault(index, []).append(word)
@@ -400,7 +443,9 @@ def check_case(
     result |= {"ladder": ladder, "rivals": obstacle}
     yours = next((row for row in ladder if row["method"] == "auto" and row["tolerance"] == tolerance), None)
     yours = yours or {"error": None, "milliseconds": None}
+    missing = (reference or {}).get("reference", {}).get("why") or yours.get("why", "the time ran out")
     result["yours"] = {"tolerance": tolerance, "error": yours["error"], "milliseconds": yours["milliseconds"]}
+    result["yours"] |= {"why": missing} if yours["error"] is None else {}
     result["order"] = fitted_order(ladder, (reference or {}).get("reference"))
     return result
 
@@ -427,7 +472,7 @@ def check_stability(tree: Tree, case_id: str, book: Notebook, report_progress: R
 WORTHWHILE = 0.1  # share of the run time below which a looser tolerance is not proposed
 ENOUGH = 1e-6  # clearances: error of a journal that no figure of a report shows
 TOO_LARGE = 1e-3  # clearances: error of a journal above which single peaks are doubtful
-MAX_NAMED = 2  # failed variants that the advice names
+CLOSE_JOURNAL = "the journal within {:g} of its clearance, with its contacts in order"
 
 
 def advice(cases: Sequence[Mapping[str, Any]], *, complete: bool) -> list[str]:
@@ -441,39 +486,49 @@ def advice(cases: Sequence[Mapping[str, Any]], *, complete: bool) -> list[str]:
 def _accuracy_sentences(cases: Sequence[Mapping[str, Any]]) -> list[str]:
     """Return what the grid's tolerance achieves, and which tolerance to use, for the worst of the cases."""
     known = [case for case in cases if case["yours"]["error"] is not None]
+    unknown = [
+        f"The error at your tolerance is unknown{_in_case(case, cases)}: {case['yours']['why'].rstrip('.')}."
+        for case in cases
+        if case not in known
+    ]
     if not known:
-        causes = [(case.get("reference") or {}).get("why") for case in cases]
-        cause = next(filter(None, causes), "the time ran out")
-        return [f"The error at your tolerance is unknown: {cause}."]
+        return unknown[:1]
     worst = max(known, key=lambda case: case["yours"]["error"])
     yours, error = worst["yours"], worst["yours"]["error"]
     length = worst["compared_revolutions"]
     period = "half a revolution" if length == HALF else f"{length:.2g} revolutions, its predictable horizon"
-    in_case = f" (case {worst['case_id'][:8]})" if len(cases) > 1 else ""
     first = (
         f"At your tolerance {yours['tolerance']:g} the journal is within {error:.1g} of its clearance for {period}"
-        f"{in_case}, in {yours['milliseconds']:.2g} ms a revolution."
+        f"{_in_case(worst, cases)}, in {yours['milliseconds']:.2g} ms a revolution."
     )
-    return [first, _tolerance_sentence(known, worst)]
+    return [" ".join([first, *unknown[:1]]), _tolerance_sentence(known, worst)]
+
+
+def _in_case(case: Mapping[str, Any], cases: Sequence[Mapping[str, Any]]) -> str:
+    return f" (case {case['case_id'][:8]})" if len(cases) > 1 else ""
 
 
 def _tolerance_sentence(cases: Sequence[Mapping[str, Any]], worst: Mapping[str, Any]) -> str:
     """Return which tolerance to use: tighter if the error is too large, else the loosest that would do."""
     tolerance, error = worst["yours"]["tolerance"], worst["yours"]["error"]
+    wanted = TOO_LARGE if error > TOO_LARGE else ENOUGH
+    loosest = _loosest_with(cases, wanted)
+    if loosest is None and error > TOO_LARGE:
+        return f"No tolerance keeps {CLOSE_JOURNAL.format(TOO_LARGE)}; trust statistics only."
+    if loosest is None:
+        return f"Keep yours: no tolerance keeps {CLOSE_JOURNAL.format(ENOUGH)}."
+    achieved, ratio = _errors_at(cases, loosest), _time_at(cases, loosest) / _time_at(cases, tolerance)
     if error > TOO_LARGE:
-        tighter = _loosest_with(cases, TOO_LARGE)
-        if tighter is None:
-            return f"No tolerance keeps the journal within {TOO_LARGE:g} of its clearance; trust statistics only."
-        return f"Use {tighter:g}: it keeps the journal within {_errors_at(cases, tighter):.1g} of its clearance."
-    loosest = _loosest_with(cases, ENOUGH)
-    if loosest is None or loosest <= tolerance:
+        return f"Use {loosest:g}: it keeps the journal within {achieved:.1g} of its clearance."
+    if error > ENOUGH:
+        more = 100.0 * max(ratio - 1.0, 0.0)
+        return f"Keep yours, or use {loosest:g}: within {achieved:.1g} of the clearance for {more:.0f} % more time."
+    if loosest <= tolerance:
         return f"A looser tolerance would err by more than {ENOUGH:g} of the clearance; keep yours."
-    saved = 1.0 - _time_at(cases, loosest) / _time_at(cases, tolerance)
-    if saved < WORTHWHILE:
-        return (
-            f"A looser tolerance saves no time worth having ({loosest:g}: {100.0 * max(saved, 0.0):.0f} %); keep yours."
-        )
-    return f"{loosest:g} would do with {_errors_at(cases, loosest):.1g}, {100.0 * saved:.0f} % faster."
+    saved = 100.0 * (1.0 - ratio)
+    if ratio > 1.0 - WORTHWHILE:
+        return f"A looser tolerance saves no time worth having ({loosest:g}: {max(saved, 0.0):.0f} %); keep yours."
+    return f"{loosest:g} would do with {achieved:.1g}, {saved:.0f} % faster."
 
 
 def _rows_at(cases: Sequence[Mapping[str, Any]], tolerance: float) -> list[Mapping[str, Any]]:
@@ -500,13 +555,16 @@ def _loosest_with(cases: Sequence[Mapping[str, Any]], error: float) -> float | N
 
 
 def _stability_sentence(cases: Sequence[Mapping[str, Any]]) -> str:
-    """Return how many variants pass, and the first that fail."""
+    """Return how many variants pass, and why the others fail."""
     tried, passed = (sum(case["stability"][name] for case in cases) for name in ("tried", "passed"))
     failed = [entry for case in cases for entry in case["stability"]["failed"]]
     if not tried:
         return "No variant was tried."
     if not failed:
         return f"All {tried} variants pass."
-    named = [f"{entry['text']}: {entry['why'].partition(';')[0]}" for entry in failed[:MAX_NAMED]]
-    rest = f", and {len(failed) - MAX_NAMED} more" if len(failed) > MAX_NAMED else ""
-    return f"{passed} of {tried} variants pass; {'; '.join(named)}{rest}."
+    kinds: dict[str, list[str]] = {}
+    for entry in failed:
+        kind, _, detail = entry["why"].partition(":")
+        kinds.setdefault(kind, []).append(f"{entry['text']}:{detail.partition(';')[0].partition(' (')[0]}")
+    named = [f"{len(texts)} by {kind}, the first is {texts[0]}" for kind, texts in kinds.items()]
+    return f"{passed} of {tried} variants pass; {'; '.join(named)}."

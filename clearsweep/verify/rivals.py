@@ -10,7 +10,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-from scipy.integrate import solve_ivp
 
 from ..contracts.results import EVENT_DTYPE, EVENT_KINDS, Trajectory
 from ..mechanics.coupling.state import every_state
@@ -240,6 +239,8 @@ def scipy_ivp(scene, times, end, tolerance, separations=0, method="DOP853") -> S
     as ours are, in clearances: the error of a step is at most `tolerance` times clearance, of rates times crank speed,
     regardless of the size of the coordinates.  There is no search for force peaks.
     """
+    from scipy.integrate import solve_ivp
+
     compiled_scene, evaluate = scene.value, CountedRates(scene.value)
     coordinate_count, joints = len(compiled_scene.coordinates), len(compiled_scene.joints)
     period = 2.0 * math.pi / compiled_scene.reference_rate
