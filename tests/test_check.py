@@ -70,7 +70,7 @@ def test_errors_are_those_against_quadruple_precision(name, tmp_path):
         return float(np.max(reference_run.distances(tree, path, other)))
 
     own_error = case["reference"]["error"]
-    reference = moved("explicit", case["reference"]["tolerance"])
+    reference = moved("auto", case["reference"]["tolerance"])
     assert distance(reference, truth) < 2.0 * own_error
     rows = [row for row in case["ladder"] if row["error"] and row["error"] > 10.0 * own_error]
     assert len({row["tolerance"] for row in rows}) >= 5
