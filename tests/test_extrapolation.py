@@ -215,6 +215,20 @@ def test_a_pit_that_wanders_is_followed():
     assert np.allclose(depth, finest.nodes[-1].state, atol=0.02)
 
 
+def test_the_edge_of_a_scar_that_widens_is_as_deep_as_it_has_been_worn():
+    """An edge moves with the depth, and all behind it wears alike: a bin is as deep as the scar since the edge came."""
+    places = (np.arange(200) + 0.5) / 200
+
+    def rates(state):
+        return RATE * (places < 0.2 + 0.6 * state.max())
+
+    for tolerance in (0.1, 0.05, 0.02):
+        result = life(rates, bins=200, tolerance=tolerance)
+        exact = np.clip(1.0 - (places - 0.2) / 0.6, 0.0, 1.0)
+        assert np.max(np.abs(result.nodes[-1].state - exact)) < 0.3 * tolerance
+        assert result.blocks < 5.0 / tolerance
+
+
 def test_a_rate_that_moves_elsewhere_is_seen_though_its_sum_stays():
     here, there = BlockRecord([1.0, 0.0]), BlockRecord([0.0, 1.0])
     here.block = here

@@ -330,6 +330,21 @@ def test_springs_wear_every_bin_by_how_deep_they_are_pressed_there():
     assert pressure_integral_over_load(worn, arc) == pytest.approx(np.trapezoid(f, fine) / resultant, rel=1e-7)
 
 
+@pytest.mark.parametrize("depth", [1e-6, 1e-5, 1e-4, 1e-2, 0.3])
+def test_the_resultant_in_a_scar_is_the_integral_over_all_knots_of_it(depth):
+    """Conforming surfaces are pressed by less than their splines vary from knot to knot."""
+    edges, journal = np.arange(BINS) * 2.0 * math.pi / BINS, JOURNAL.bins()
+    bearing = C * np.maximum(1.7 * np.cos(edges - 1.0) - 1.0, 0.0) * (1.0 - 0.01 * (np.arange(BINS) % 3 == 0))
+    worn = joint(bearing, journal, BEDDED, elastic="winkler")
+    arc = arc_at(worn, room_at(1.1, 6.0 * math.pi - 0.4, depth * C), 0.5)
+    psi = np.linspace(arc.start_angle, arc.stop_angle, 100001)
+    f = arc.cos_coefficient * np.cos(psi) + arc.sin_coefficient * np.sin(psi) - C
+    for profile, turn in zip(conformal_profiles(bearing, journal, C), arc.body_angles, strict=True):
+        f -= spline_through(profile)(psi - turn)
+    resultant = np.hypot(np.trapezoid(f * np.cos(psi), psi), np.trapezoid(f * np.sin(psi), psi))
+    assert pressure_integral_over_load(worn, arc) == pytest.approx(np.trapezoid(f, psi) / resultant, rel=1e-7)
+
+
 def run_in(bins, cycles, step=0.035):
     """Return the bearing's depths after cycles of steady sliding under a load that presses new circles half C deep.
 
@@ -365,14 +380,15 @@ def test_a_bearing_run_in_under_springs_continues_as_a_shifted_circle():
 
 
 @pytest.mark.slow
-def test_finer_bins_converge_at_first_order_or_better():
-    finest = run_in(720, 8)
-    errors = []
-    for bins in (45, 90, 180):
-        coarse = run_in(bins, 8)
-        errors.append(np.max(np.abs(coarse - finest.reshape(bins, -1).mean(axis=1))))
-    assert errors[1] < 0.6 * errors[0]
-    assert errors[2] < 0.6 * errors[1]
+def test_finer_bins_converge_at_second_order_or_better():
+    finest = run_in(2880, 8)
+
+    def error(bins):
+        return np.max(np.abs(run_in(bins, 8) - finest.reshape(bins, -1).mean(axis=1)))
+
+    coarsest = error(45)
+    for bins in (90, 180, 360):  # of two successive ones the finer may be as good by chance
+        assert error(bins) < (45 / bins) ** 2 * coarsest
 
 
 # ---------------------------------------------------------------------------------------------- whole motions
@@ -595,6 +611,7 @@ def scar(pressure, limit, *, springs=False, radius=SCAR_RADIUS, clearance=SCAR_C
         {"springs": True, "load": 40.0},
         {"springs": True, "clearance": 2e-4, "limit": 1e-4},
         {},
+        {"limit": 1e-4},
         {"bins": 180},
     ],
 )
@@ -605,7 +622,7 @@ def test_a_scar_is_a_circle_of_the_journal_and_takes_the_turns_of_the_closed_for
     figures = result.summary
     exact = scar_revolutions(limit, clearance=clearance, load=joint.get("load", SCAR_LOAD))
     assert figures["dry_life_revolutions"] == pytest.approx(exact, rel=0.02)
-    assert figures["dry_life_low"] * 0.99 < exact < figures["dry_life_high"] * 1.01
+    assert figures["dry_life_low"] < exact < figures["dry_life_high"]
     assert 0.0 < figures["dry_life_shape_error"] < 0.02
     profile = result.history["dry/profile_bearing"][-1]
     angles = (np.arange(profile.size) + 0.5) * 2.0 * math.pi / profile.size - 0.5 * math.pi

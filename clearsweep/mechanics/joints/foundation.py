@@ -48,7 +48,7 @@ from ..wear.arc import (
     write_pressure,
 )
 from ..wear.bins import update_wear_over_arc
-from ..wear.shape import KNOT_SPACING, Shape, wear_depth_at, wear_integral_at
+from ..wear.shape import KNOT_SPACING, Shape, wear_depth_at, wear_integral_at, wear_moments_at
 from .worn import (
     GapWithAngles,
     GeneralisedDepth,
@@ -311,20 +311,44 @@ def arc_at(joint, workspace, fraction):
     return arc._replace(overlap_integral=overlap_integral)
 
 
+@inlined
+def overlap_moments(joint, arc, psi):
+    """Return the antiderivatives of f cos psi and f sin psi (m rad), but for constants; psi : angle (rad)."""
+    c, s = direction(psi)
+    bearing = wear_moments_at(joint.wear.pressure.bearing, psi, arc.body_angles[0])
+    journal = wear_moments_at(joint.wear.pressure.journal, psi, arc.body_angles[1])
+    a, b = arc.cos_coefficient, arc.sin_coefficient
+    return (
+        0.5 * (a * (psi + c * s) + b * s * s) - joint.clearance * s - (bearing[0] + journal[0]),
+        0.5 * (a * s * s + b * (psi - c * s)) + joint.clearance * c - (bearing[1] + journal[1]),
+    )
+
+
+@kernel
+def resultant(joint, arc):
+    """Return the magnitude of the integral of f (cos psi, sin psi) over an OverlapArc, m rad.
+
+    Exact, as the worn surfaces differ in curvature from knot to knot; over less than an interval by Lobatto's rule, as
+    there the exact one loses its digits.
+    """
+    half_angle = 0.5 * (arc.stop_angle - arc.start_angle)
+    if 2.0 * half_angle > KNOT_SPACING:
+        before, behind = overlap_moments(joint, arc, arc.start_angle), overlap_moments(joint, arc, arc.stop_angle)
+        normal_sum, tangential_sum = behind[0] - before[0], behind[1] - before[1]
+    else:
+        normal_sum, tangential_sum = 0.0, 0.0
+        for i in rolled_range(POINTS):
+            psi = arc.start_angle + half_angle * (1.0 + NODES[i])
+            f, _, _ = overlap(conformal_surfaces(joint), arc.cos_coefficient, arc.sin_coefficient, psi, arc.body_angles)
+            normal_sum += half_angle * WEIGHTS[i] * f * math.cos(psi)
+            tangential_sum += half_angle * WEIGHTS[i] * f * math.sin(psi)
+    return math.sqrt(normal_sum * normal_sum + tangential_sum * tangential_sum)
+
+
 @kernel
 def pressure_integral_over_load(joint, arc):
-    """Return the integral of the pressure over an OverlapArc over the magnitude of its resultant (Lobatto's rule)."""
-    normal_sum, tangential_sum, half_angle = 0.0, 0.0, 0.5 * (arc.stop_angle - arc.start_angle)
-    for i in rolled_range(POINTS):
-        psi = arc.start_angle + half_angle * (1.0 + NODES[i])
-        f, _, _ = overlap(conformal_surfaces(joint), arc.cos_coefficient, arc.sin_coefficient, psi, arc.body_angles)
-        normal_sum += WEIGHTS[i] * f * math.cos(psi)
-        tangential_sum += WEIGHTS[i] * f * math.sin(psi)
-    return (
-        arc.overlap_integral / (half_angle * math.sqrt(normal_sum * normal_sum + tangential_sum * tangential_sum))
-        if arc.overlap_integral > 0.0
-        else 0.0
-    )
+    """Return the integral of the pressure over an OverlapArc over the magnitude of its resultant."""
+    return arc.overlap_integral / resultant(joint, arc) if arc.overlap_integral > 0.0 else 0.0
 
 
 @kernel

@@ -29,7 +29,7 @@ import numpy as np
 
 from ...tracing import portable
 from ...tracing.compiled.choosing import bits_of
-from ...tracing.compiled.direction import SHIFT
+from ...tracing.compiled.direction import SHIFT, direction
 from ...tracing.compiled.dual import chain_rule, plain
 from ...tracing.compiled.family import inlined
 from ...tracing.compiled.pinned import array_handle, load_item
@@ -40,9 +40,9 @@ if TYPE_CHECKING:
 KNOTS = 256  # knots, and intervals of a Shape's table; a power of 2
 KNOT_SPACING = 2.0 * math.pi / KNOTS  # rad
 KNOTS_PER_RADIAN = 1.0 / KNOT_SPACING
-#: Columns of an interval of the table: coefficients of h (m) by powers of the fraction of the interval, and the
-#: integral of h (m rad) over all previous intervals.
-CONSTANT, LINEAR, QUADRATIC, CUBIC, INTEGRAL_BEFORE, ROW_LENGTH = range(6)
+#: Columns of an interval of the table: coefficients of h (m) by powers of the fraction of the interval; the integral of h
+#: (m rad) over all previous intervals; the constants of the antiderivatives of h cos and h sin, see `wear_moments_at`.
+CONSTANT, LINEAR, QUADRATIC, CUBIC, INTEGRAL_BEFORE, COSINE_CONSTANT, SINE_CONSTANT, ROW_LENGTH = range(8)
 MAX_FIT_STEPS = 20 * KNOTS  # of the active set; it takes about as many as there are knots in conformal contact
 
 
@@ -64,6 +64,8 @@ class Shape(NamedTuple):
     max_curvature: float  # m/rad^2, largest -h''
     min_radius_change: float  # m, least h + h''
     integral: float  # m rad, integral of h over the circumference
+    cosine_integral: float  # m rad, integral of h cos over the circumference
+    sine_integral: float  # m rad
 
 
 def smooth_depths(depths: np.ndarray, width: float) -> np.ndarray:
@@ -170,6 +172,11 @@ def shape_of(values: np.ndarray) -> Shape:
         table[:, power] = spline.c[3 - power] * KNOT_SPACING**power
     interval_integrals = KNOT_SPACING * sum(table[:, power] / (power + 1.0) for power in range(INTEGRAL_BEFORE))
     table[:, INTEGRAL_BEFORE] = np.concatenate([[0.0], np.cumsum(interval_integrals)[:-1]])
+    third_derivative = 6.0 * spline.c[0]
+    jumps, knots = third_derivative - np.roll(third_derivative, 1), np.arange(KNOTS) * KNOT_SPACING
+    cosine_jumps, sine_jumps = jumps * portable.cos(knots), jumps * portable.sin(knots)
+    table[1:, COSINE_CONSTANT], table[1:, SINE_CONSTANT] = np.cumsum(cosine_jumps[1:]), np.cumsum(sine_jumps[1:])
+    table[0, COSINE_CONSTANT:] = 0.0
     angles = np.linspace(0.0, 2.0 * math.pi, 16 * KNOTS, endpoint=False)
     values = spline(angles)
     return Shape(
@@ -180,6 +187,8 @@ def shape_of(values: np.ndarray) -> Shape:
         float(np.max(-spline(angles, 2))),
         float(np.min(values + spline(angles, 2))),
         float(interval_integrals.sum()),
+        float(cosine_jumps.sum()),
+        float(sine_jumps.sum()),
     )
 
 
@@ -217,3 +226,27 @@ def wear_integral_at(shape, angle):
     turns = math.floor(position * (1.0 / KNOTS))
     integral_in_interval = x * (a + x * (0.5 * b + x * (c * (1.0 / 3.0) + x * (0.25 * d)))) * KNOT_SPACING
     return load_item(shape.table, offset + INTEGRAL_BEFORE) + integral_in_interval + turns * shape.integral
+
+
+@inlined
+def wear_moments_at(shape, angle, body_angle):
+    """Return antiderivatives (m rad) of h cos and h sin of the angle in space; angles : rad, in space, of the body.
+
+    On an interval h is a cubic, whose antiderivatives are, at the angle t in the frame of the body,
+
+        h sin t + h' cos t - h'' sin t - h''' cos t,   -h cos t + h' sin t + h'' cos t - h''' sin t .
+
+    They jump with h''' at every knot; the constants of the table cancel these jumps.
+    """
+    in_body = angle - body_angle
+    h, slope, second_derivative, third_derivative = wear_depth_at(shape.table, in_body)
+    position = in_body * KNOTS_PER_RADIAN
+    _, offset = locate_interval(position)
+    turns = math.floor(position * (1.0 / KNOTS))
+    along, across = h - second_derivative, slope - third_derivative
+    c, s = direction(in_body)
+    cosine_part = along * s + across * c + load_item(shape.table, offset + COSINE_CONSTANT)
+    sine_part = across * s - along * c + load_item(shape.table, offset + SINE_CONSTANT)
+    cosine_part, sine_part = cosine_part + turns * shape.cosine_integral, sine_part + turns * shape.sine_integral
+    c, s = direction(body_angle)
+    return c * cosine_part - s * sine_part, s * cosine_part + c * sine_part

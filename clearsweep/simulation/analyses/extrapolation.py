@@ -7,8 +7,10 @@ taken as linear in the limited quantity. The trapezoidal rule then gives x + M (
 sliding distance acts. The next jump starts with r', so each jump costs one block.
 
 The length M follows from the share of a jump's wear that the rates before and after it distribute differently,
-sum |r* - r| / sum (r* + r). Beyond the tolerance the jump is repeated at half the length. Differences that the 95 %
-intervals of the rates explain do not count. (Jumps of adaptive length: Mukras, Kim, Sawyer, Jackson & Bergquist 2009,
+sum |r* - r| / sum (r* + r). Beyond the tolerance the jump is repeated at half the length. So it is if the corrector
+moves a bin, against the others, by more than a quarter of the tolerance times the depth at the end of the life: at an edge
+of a scar that widens, the trapezoidal rule errs by as much. Differences that the 95 % intervals of the rates explain do
+not count. (Jumps of adaptive length: Mukras, Kim, Sawyer, Jackson & Bergquist 2009,
 Wear 266:822; predictor and corrector: Heun's method, of order two.)
 """
 
@@ -24,6 +26,7 @@ MAX_JUMP_RATIO, MIN_JUMP_RATIO = 2.0, 0.5  # largest and smallest ratio of succe
 MIN_RELATIVE_GROWTH = 0.1  # of the mean rate of the limited quantity: slower rates are compared with this
 OVERSHOOT = 1.1  # of the distance to the limit: the last jump must pass it
 MAX_RATE_CORRECTION = 0.5  # largest correction of half the relative change of a rate
+PROFILE_FACTOR = 4.0  # on the share of the depth at the end by which the corrector moves a bin, before it is compared
 MAX_LIFE_FACTOR = 2.0**60  # times the first guess of the life: beyond it, the limit counts as never reached
 
 
@@ -122,7 +125,10 @@ def extrapolate_life(
         blocks += 1
         if next_block is None:
             return None
-        redistributed = redistributed_fraction(node, next_block, settings.groups)
+        redistributed = max(
+            redistributed_fraction(node, next_block, settings.groups),
+            PROFILE_FACTOR * moved_fraction(node, next_block, settings.groups, jump, remaining),
+        )
         if redistributed > settings.tolerance and jump > settings.min_jump:
             jump *= MIN_JUMP_RATIO
             continue
@@ -184,13 +190,34 @@ def _node_at_limit(limit: float, criterion: LimitedQuantity, start: Node, end: N
 
 def redistributed_fraction(node: Node, next_block: Block, groups: tuple[slice, ...]) -> float:
     """Return the share of the wear that two rates distribute differently, in the worst group."""
-    explained = np.hypot(*(np.where(np.isfinite(block.width), block.width, 0.0) for block in (node.block, next_block)))
-    shifted = np.maximum(np.abs(next_block.rate - node.rate) - explained, 0.0)
+    shifted = _unexplained(next_block.rate - node.rate, node.block, next_block)
     fractions = [0.0]
     for group in groups:
         total = float((node.rate + next_block.rate)[group].sum())
         fractions.append(float(shifted[group].sum()) / total if total else 0.0)
     return max(fractions)
+
+
+def moved_fraction(node: Node, next_block: Block, groups: tuple[slice, ...], jump: float, remaining: float) -> float:
+    """Return by which share of the depth at the end the corrector moves a bin against the others, in the worst group.
+
+    jump, remaining : revolutions to the next block, and to the end at the present rates
+    """
+    fractions = [0.0]
+    for group in groups:
+        rate, next_rate = node.rate[group], next_block.rate[group]
+        last_depth = float((node.state[group] + remaining * rate).max(initial=0.0))
+        if last_depth and next_rate.any():
+            moved = next_rate * (rate.sum() / next_rate.sum()) - rate
+            fractions.append(0.5 * jump * float(_unexplained(moved, node.block, next_block, group).max()) / last_depth)
+    return max(fractions)
+
+
+def _unexplained(difference: np.ndarray, block: Block, next_block: Block, group: slice = slice(None)) -> np.ndarray:
+    """Return by how much a difference of the rates of two blocks exceeds that which their intervals explain."""
+    widths = (np.where(np.isfinite(each.width[group]), each.width[group], 0.0) for each in (block, next_block))
+    excess: np.ndarray = np.maximum(np.abs(difference) - np.hypot(*widths), 0.0)
+    return excess
 
 
 def revolutions_to(limit: float, criterion: LimitedQuantity, node: Node, largest_rate: float) -> float:
