@@ -40,8 +40,8 @@ if TYPE_CHECKING:
 KNOTS = 256  # knots, and intervals of a Shape's table; a power of 2
 KNOT_SPACING = 2.0 * math.pi / KNOTS  # rad
 KNOTS_PER_RADIAN = 1.0 / KNOT_SPACING
-#: Columns of an interval of the table: coefficients of h (m) by powers of the fraction of the interval; the integral of h
-#: (m rad) over all previous intervals; the constants of the antiderivatives of h cos and h sin, see `wear_moments_at`.
+#: Columns of an interval of the table: coefficients of h (m) by powers of the fraction of the interval; the integral of
+#: h (m rad) over all previous intervals; constants of the antiderivatives of h cos and h sin, see `wear_moments_at`.
 CONSTANT, LINEAR, QUADRATIC, CUBIC, INTEGRAL_BEFORE, COSINE_CONSTANT, SINE_CONSTANT, ROW_LENGTH = range(8)
 MAX_FIT_STEPS = 20 * KNOTS  # of the active set; it takes about as many as there are knots in conformal contact
 

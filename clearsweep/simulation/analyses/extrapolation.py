@@ -8,10 +8,10 @@ sliding distance acts. The next jump starts with r', so each jump costs one bloc
 
 The length M follows from the share of a jump's wear that the rates before and after it distribute differently,
 sum |r* - r| / sum (r* + r). Beyond the tolerance the jump is repeated at half the length. So it is if the corrector
-moves a bin, against the others, by more than a quarter of the tolerance times the depth at the end of the life: at an edge
-of a scar that widens, the trapezoidal rule errs by as much. Differences that the 95 % intervals of the rates explain do
-not count. (Jumps of adaptive length: Mukras, Kim, Sawyer, Jackson & Bergquist 2009,
-Wear 266:822; predictor and corrector: Heun's method, of order two.)
+moves a bin, against the others, by more than a quarter of the tolerance times the depth at the end of the life: at an
+edge of a scar that widens, the trapezoidal rule errs by as much. Differences that the 95 % intervals of the rates
+explain do not count. (Jumps of adaptive length: Mukras, Kim, Sawyer, Jackson & Bergquist 2009, Wear 266:822; predictor
+and corrector: Heun's method, of order two.)
 """
 
 import itertools
