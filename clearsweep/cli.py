@@ -90,6 +90,7 @@ def _run_options(command: Callable) -> Callable:
         elif flag.names:
             value = click.IntRange(min=flag.least) if flag.least is not None else kind
             texts: dict[str, Any] = {"metavar": flag.metavar, "help": flag.help, "show_default": flag.show_default}
+            texts |= {"is_flag": False, "flag_value": flag.bare} if flag.bare else {}
             default = sweep_options.Options._field_defaults[name]
             command = click.option(*flag.names, name, type=value, default=default, **texts)(command)
     return command
@@ -154,12 +155,15 @@ def run(  # noqa: PLR0913 - one argument per option
     overrides = grids.read_options(grids.SET_OPTION, fixed), grids.read_options(grids.SWEEP_OPTION, swept)
     source = grids.OverriddenGrid(grid, *overrides)
     if fail_on_limits:
-        summary.require_judgement(load(source))
+        with grids.allowing(arguments["trust_laws"]):
+            summary.require_judgement(load(source))
     if dry_run:
         from .sweeping.estimate import estimate
 
         check(options := Options(**arguments))
-        facts = estimate(source, out, jobs=options.jobs, shard=options.shard, no_effects=options.no_effects)._asdict()
+        with grids.allowing(options.trust_laws):
+            estimated = estimate(source, out, jobs=options.jobs, shard=options.shard, no_effects=options.no_effects)
+        facts = estimated._asdict()
         click.echo(json.dumps(facts, indent=2) if as_json else escape_control_characters(summary.estimate_text(facts)))
         return 0
     with _watching(source, out, arguments["shard"], units) if watch else contextlib.nullcontext():
@@ -456,6 +460,28 @@ def init(file: Path | None, kind: str) -> None:
         return
     grid.write_starter(file, kind, simulation.catalogue())
     click.echo(f"{file}\nNext: clearsweep run {file} --dry-run")
+
+
+@verbs.command()
+@click.argument("file", required=False, type=_PATH)
+@click.option("--list", "lists", is_flag=True, help="Print the files that are trusted.")
+@click.option("--revoke", is_flag=True, help="Stop trusting FILE.")
+def trust(file: Path | None, lists: bool, revoke: bool) -> None:
+    """Let grids run a law file of yours. Read it first: its text can do whatever you can.
+
+    Prints what FILE contains, and remembers its path, its content, and the content of the libraries and tables that it
+    names. A change of any of these needs trust again.
+    """
+    from . import grid as grids
+
+    if lists == (file is not None) or (revoke and file is None):
+        raise InputError("trust: expected FILE, --revoke FILE or --list")
+    if file is None:
+        click.echo(escape_control_characters(grids.list_text()))
+    elif revoke:
+        click.echo(f"{grids.revoke(file)} contents of {escape_control_characters(str(file))} are no longer trusted")
+    else:
+        click.echo(escape_control_characters(grids.trust(file)))
 
 
 @verbs.command()

@@ -4,11 +4,43 @@ The numbers of a mechanism or a law are stored by the name of their key, since e
 declares a key reads it.  Everything else has a field.
 """
 
+import hashlib
 import math
 from collections.abc import Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
 from typing import Any, NamedTuple
 
-from .catalogue import Outline
+from .catalogue import Law, Outline
+
+
+@dataclass(frozen=True)
+class LawFile:
+    """A file of laws of one's own.  A process runs its text only where the user trusts it: grid.written.trust."""
+
+    name: str  # as in the grid, and in messages
+    path: str  # where it was read, absolute
+    text: str
+    named: tuple[tuple[str, str], ...] = ()  # paths of the libraries and tables that its text names, and their SHA-256
+    package: str = ""  # of an installed library, for its relative imports
+    laws: tuple[Law, ...] = ()  # as grids name them
+    is_allowed: bool = field(default=False, compare=False)  # the process that began the run may run it
+
+    @cached_property
+    def sha256(self) -> str:
+        """Return the SHA-256 of the content of the file, as `sha256sum` prints it."""
+        return hashlib.sha256(self.text.encode()).hexdigest()
+
+    @cached_property
+    def key(self) -> str:
+        """Return 16 hexadecimal digits of all on which its laws depend: the place, the text, and what this names."""
+        content = repr((self.path, self.sha256, self.named, self.package))
+        return hashlib.sha256(content.encode()).hexdigest()[:16]
+
+    @cached_property
+    def source(self) -> str:
+        """Return the text as Python reads it: without a byte order mark, with one kind of line ends."""
+        return self.text.removeprefix("\ufeff").replace("\r\n", "\n")
 
 
 class Mechanism(NamedTuple):
@@ -355,3 +387,4 @@ class Case(NamedTuple):
     outline: Outline = Outline()
     life: Life | None = None
     uncertain: tuple[Uncertain, ...] = ()
+    law_files: tuple[LawFile, ...] = ()  # with laws of one's own

@@ -24,6 +24,8 @@ from .sections.section import ADDED
 from .sections.variations import recorded_labels
 from .written.definitions import NO_DEFINITIONS, Definitions, definitions_of_resolved
 from .written.document import SET_OPTION, SWEEP_OPTION, OverriddenGrid, leaves, read_options
+from .written.law_execution import run_all
+from .written.trust import allowing, list_text, revoke, trust
 
 __all__ = [
     "ADDED",
@@ -40,6 +42,7 @@ __all__ = [
     "Law",
     "LawAssignment",
     "OverriddenGrid",
+    "allowing",
     "as_written",
     "check_disk",
     "check_memory",
@@ -52,13 +55,17 @@ __all__ = [
     "key_units",
     "largest_history",
     "leaves",
+    "list_text",
     "load",
     "markdown",
     "read_options",
     "recorded_fits",
     "recorded_history",
     "recorded_labels",
+    "revoke",
+    "run_all",
     "schema",
     "starter",
+    "trust",
     "write_starter",
 ]

@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 from .. import MODEL_VERSION
 from .keys.kinds import KeyTable, Word, value_key
 from .resolve import SharedSection
+from .written.document import leaves
+from .written.law_files import LAWS, digests_in_use
 
 MAX_CACHED_ROWS = 4096  # rows of a factor kept in memory while all cases are enumerated
 
@@ -238,6 +240,8 @@ def identity_text(case: Mapping[str, Any]) -> str:
     """Return the text that determines the identity of a resolved case: all keys but `save` and time_budget."""
     content = {key: case[key] for key in _IDENTITY_SECTIONS if key in case}
     content["simulate"] = {key: value for key, value in case["simulate"].items() if key != TIME_BUDGET}
+    if digests := digests_in_use(case.get(LAWS, ()), (value for _, value in leaves(content))):
+        content[LAWS] = digests
     return json.dumps(
         content | {"model_version": MODEL_VERSION}, sort_keys=True, separators=(",", ":"), allow_nan=False
     )

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 from .. import MODEL_VERSION
 from ..answers.verdict import LimitsAndFigures, figures_of, limits_of
-from ..contracts.case import Case
+from ..contracts.case import Case, LawFile
 from ..contracts.catalogue import PRECEDENCE, UNCERTAINTY, Outline
 from ..contracts.layout import Layout
 from ..contracts.search import Search
@@ -39,6 +39,7 @@ from .resolve import case_of
 from .sections.named_sections import UNCERTAIN, uncertain_leaves
 from .sections.section import ADDED
 from .written.definitions import DEFINE_PREFIX, NO_DEFINITIONS, Definitions
+from .written.law_files import LAWS, digests_in_use, recorded
 
 #: Changes whenever the format of grid files or of results changes.
 SCHEMA_VERSION = 4
@@ -82,6 +83,7 @@ class Grid:
     materials: Mapping[str, VariedMaterial] = field(default_factory=dict)  # path of a name -> material
     given_roles: Mapping[str, str] = field(default_factory=dict)  # varied path -> role that the grid sets
     case_labels: Mapping[str, Sequence[str]] = field(default_factory=dict)  # header of `cases` -> texts of its rows
+    law_files: tuple[LawFile, ...] = ()  # with laws of one's own
     _layout: Layout | None = None
 
     @cached_property
@@ -233,6 +235,9 @@ class Grid:
             for path, value in self._fixed_values.items()
             if path not in (f"simulate.{TIME_BUDGET}", _WORST_PATH)
         }
+        if self.law_files:
+            words = [*fixed.values(), *(value for values in self.axes.values() for value in values)]
+            fixed[LAWS] = digests_in_use(self.law_files, words)
         return fixed | {"swept": sorted(self.axes), "model_version": MODEL_VERSION, "schema": SCHEMA_VERSION}
 
     def resolved(self) -> dict[str, Any]:
@@ -251,7 +256,8 @@ class Grid:
             swept = variations.get("sweep", {})
             variations["sweep"] = {path: values for path, values in swept.items() if path not in searched_paths}
         variations = {section_name: part for section_name, part in variations.items() if part}
-        other_sections: dict[str, Any] = {"figures": self.figures, "limits": self.limits}
+        other_sections: dict[str, Any] = {LAWS: [*map(recorded, self.law_files)]}
+        other_sections |= {"figures": self.figures, "limits": self.limits}
         other_sections |= {"roles": dict(self.given_roles)}
         other_sections |= {UNCERTAIN: dict(self.uncertain)}
         other_sections |= {search.name: search.resolved() | added_values or True} if search else {}
@@ -304,6 +310,7 @@ class Grid:
                 values_in_use[path] = self._values.get(path, fields[0].default)
             elif isinstance(key, (Flag, NameList)) or (isinstance(key, Table) and key.is_used(names)):
                 values_in_use[path] = self._values.get(path)
+        values_in_use |= {LAWS: self.law_files} if self.law_files else {}
         return put_material_numbers(values_in_use, self.materials) | dict(uncertain_leaves(self.uncertain))
 
     @cached_property

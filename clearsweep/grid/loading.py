@@ -28,6 +28,7 @@ from .written.document import (
     override,
     read_document,
 )
+from .written.law_execution import enter_law_files, has_run
 
 SCHEMA_FILE = "clearsweep.schema.json"  # next to a grid that `init` writes
 MAX_CASES = 200_000_000  # their summaries take about 100 GB
@@ -53,6 +54,7 @@ def load(
     root = apply_overrides(extended(root, problems), overridden, problems)
     for path, value in (overrides or {}).items():
         root = override(root, path, value, problems)
+    root, catalogue, law_files = enter_law_files(root, catalogue, problems)
     file = fspath(source) if isinstance(source, (str, PathLike)) else None
     name = name_of_run(root, file, problems)
     reader = read_keys(root, catalogue, problems, frozenset({*(overrides or ()), *overridden.fixed}))
@@ -87,6 +89,7 @@ def load(
         reader.materials,
         reader.roles,
         reader.case_labels,
+        law_files,
     )
     max_cases = MAX_IDENTITIES if search or grid.may_repeat else MAX_CASES
     if grid.size > max_cases:
@@ -97,7 +100,8 @@ def load(
     for index in {0, grid.size - 1} if reader.mechanism.refusal else ():
         _report_refusal(reader, grid.case(index))
     problems.check()
-    _report_start(reader, catalogue, grid)
+    if all(map(has_run, law_files)):
+        _report_start(reader, catalogue, grid)
     problems.check()
     layout = Layout.of(grid.case(0), catalogue)
     check_channels(reader, layout)

@@ -31,6 +31,7 @@ from .keys.joint_keys import PRELOAD
 from .keys.key_table import DIMENSIONLESS
 from .sections.named_sections import UNCERTAIN, uncertain_of
 from .written.document import leaves
+from .written.law_files import LAWS
 
 Tree = Mapping[str, Any]  # section of a grid file in SI: key -> number, word, list or section
 
@@ -66,6 +67,7 @@ def case_of(tree: Tree, outline: Outline) -> Case:
         outline=outline,
         life=_typed(_life, tree["life"]) if "life" in tree else None,
         uncertain=_typed(uncertain_of, tree[UNCERTAIN]) if UNCERTAIN in tree else (),
+        law_files=tree.get(LAWS, ()),
     )
 
 

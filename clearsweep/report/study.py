@@ -51,6 +51,7 @@ from .axis import (
 # A run prepared for reading: its axes in units for people, its finished and failed cases, its joints.
 
 CASE_SECTIONS = (
+    "laws",
     "define",
     "mechanism",
     "drive",

@@ -301,6 +301,15 @@ _BATCH_FACTS = _section_check(
     },
     {},
 )
+_LAW_FILE = _section_check(
+    {
+        **dict.fromkeys(_names("name", "path", "package"), _TEXT),
+        "text": _list_check(_TEXT),
+        "sha256": _CHECKSUM,
+        "laws": _list_check(_SECTION),
+    },
+    {"named": _mapping_check(_TEXT, _CHECKSUM)},
+)
 _REQUIRED: dict[str, Check] = {
     "frame": _SECTION,
     "keys": _list_check(_WORD),
@@ -312,6 +321,7 @@ _OPTIONAL: dict[str, Check] = {
     "mechanism": _section_check({"type": _WORD}, {"ideal": _mapping_check(_WORD, _WORD)}),
     **dict.fromkeys(_names("drive", "loads", "simulate", "save"), _SECTION),
     **dict.fromkeys((search.name for search in SEARCHES), _SECTION),
+    "laws": _list_check(_LAW_FILE),
     "life": _section_check({}, {"limit": _NUMBER, "of": _WORD, "joint": _WORD}),
     "joints": _mapping_check(
         _WORD, _section_check({}, dict.fromkeys(("contact", "friction", "wear", "film", "roughness"), _LAW_SECTION))

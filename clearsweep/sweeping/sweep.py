@@ -103,15 +103,21 @@ _document(sweep)
 
 def run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator = SIMULATION) -> RunResult:
     """Run a grid as `sweep` does, with the cases computed by `simulator`."""
-    with phases.show_progress(options.show_progress):
-        result = _run_sweep(source, out, options, simulator)
+    begin = time.monotonic()
+    check(options)
+    failure_limit(options.max_failures, 0)
+    with phases.show_progress(options.show_progress), grids.allowing(options.trust_laws):
+        with phases.phase("reading the grid"):
+            grid = load(source, simulator)
+        result = _run_sweep(grid, out, options, simulator, begin)
         if result.search_result is None:
             return result
 
         def run_further(further: dict[str, Any], directory: Path) -> store.StoredRun:
-            return _run_sweep(further, directory, options._replace(fresh=False), simulator).open()
+            further_grid = load(further, simulator)
+            begin = time.monotonic()
+            return _run_sweep(further_grid, directory, options._replace(fresh=False), simulator, begin).open()
 
-        grid = load(source, simulator)
         runs = FurtherRuns(simulator.catalogue(), result.directory, None if options.no_effects else run_further)
         search_result, entries = result.search_result.further(grid, result.open().grid, runs)
         if entries:
@@ -120,13 +126,10 @@ def run_sweep(source: Source, out: str | Path | None, options: Options, simulato
         return replace(result, search_result=search_result)
 
 
-def _run_sweep(source: Source, out: str | Path | None, options: Options, simulator: Simulator) -> RunResult:
-    """Run a grid; phases show the progress."""
-    begin = time.monotonic()
-    check(options)
-    failure_limit(options.max_failures, 0)
-    with phases.phase("reading the grid"):
-        grid = load(source, simulator)
+def _run_sweep(
+    grid: grids.Grid, out: str | Path | None, options: Options, simulator: Simulator, begin: float
+) -> RunResult:
+    """Run a grid; phases show the progress.  begin : s, monotonic time at which reading it began"""
     grids.check_memory(grids.recorded_history(grid))
     shard = None if options.shard is None else Shard.read(options.shard)
     if shard and grid.search:

@@ -32,6 +32,7 @@ COMPILER = PACKAGE / "tracing"
 SOURCES = (PACKAGE / "mechanics", COMPILER)  # of all code that the package compiles
 SHIPPED = PACKAGE / "mechanics" / "objects"  # machine code, below a directory with the stamp of its compiler
 CHECKSUM = hashlib.sha256().digest_size  # bytes at the end of every file
+texts: dict[str, str] = {}  # name of a source that is not on disk, such as a law file -> its hash
 _IMPORT = re.compile(r"^[ \t]*from[ \t]+(\.*)([\w.]*)[ \t]+import[ \t]+(\([^)]*\)|[^\n]*)", re.MULTILINE)
 
 
@@ -63,7 +64,7 @@ def dependencies(traced: Iterable[str], *, on_all: bool = False) -> dict[str, st
     """
     hashes, waiting = source_hashes(), list(traced)
     if on_all:
-        return hashes | {path: _hash_of(Path(path)) for path in waiting if path not in hashes and os.path.isabs(path)}
+        return hashes | {path: _hash_now(path) for path in waiting if path not in hashes and _is_other_source(path)}
     result = {path: hash_of_source for path, hash_of_source in hashes.items() if Path(path).is_relative_to(COMPILER)}
     while waiting:
         path = waiting.pop()
@@ -71,9 +72,14 @@ def dependencies(traced: Iterable[str], *, on_all: bool = False) -> dict[str, st
             if path not in result or Path(path).is_relative_to(COMPILER):
                 waiting += [x for x in _imported(path) if x in hashes and x not in result]
             result[path] = hashes[path]
-        elif os.path.isabs(path):
-            result |= hashes | {path: _hash_of(Path(path))}
+        elif _is_other_source(path):
+            result |= hashes | {path: _hash_now(path)}
     return result
+
+
+def _is_other_source(path: str) -> bool:
+    """Return whether a name is that of a source outside of the package, and not '<string>' or the like."""
+    return path in texts or os.path.isabs(path)
 
 
 def _imported(path: str) -> list[str]:
@@ -203,13 +209,13 @@ def _hash_now(path: str) -> str:
     """Return the hash of a source as it is in this process; path : relative to the package, or absolute."""
     full_path = str(PACKAGE / path)
     hashes = source_hashes()
-    return hashes[full_path] if full_path in hashes else _hash_of(Path(full_path))
+    return texts.get(path) or hashes.get(full_path) or _hash_of(Path(full_path))
 
 
 def record(name: str, object_name: str, traced: Iterable[str], *, on_all: bool = False) -> None:
     """Record the object of a kind of code with its `dependencies`, unless one of these changed since the start."""
     sources = dependencies(traced, on_all=on_all)
-    if all(_hash_of(Path(path)) == expected for path, expected in sources.items()):
+    if all(texts.get(path) or _hash_of(Path(path)) == expected for path, expected in sources.items()):
         relative = {path.removeprefix(f"{PACKAGE}{os.sep}"): hash_of_source for path, hash_of_source in sources.items()}
         store(name, json.dumps({"object": object_name, "sources": relative}, sort_keys=True).encode())
 

@@ -18,6 +18,7 @@ from ...contracts.catalogue import (
 )
 from ...language import quantity
 from ..written.document import WrittenValue, leaves
+from ..written.law_files import with_recorded_laws
 from .key_table import table_of_keys
 from .kinds import KeyTable, Number, Word
 
@@ -221,6 +222,7 @@ def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
 
     Numbers of a law that is missing from the catalogue have no unit.
     """
+    catalogue = with_recorded_laws(catalogue, resolved)
     mechanism = catalogue.with_outline(resolved["mechanism"]["type"], outline_of(resolved, _axis_values(resolved)))
     keys = table_of_keys(mechanism, catalogue) if mechanism else {}
     axes = _axis_values(resolved)

@@ -14,7 +14,7 @@ from ..sections.fits import DISTRIBUTION_FORM
 from .reference import IN_SPACE_TEXT, PageSection, Row, page_sections, quoted
 from .schema import NAME_SECTIONS, whole_schema
 
-_FIRST_SECTIONS = ("name", "extends", "define", "sweep", "zip", "cases", "sample")
+_FIRST_SECTIONS = ("name", "extends", "laws", "define", "sweep", "zip", "cases", "sample")
 _CASES_TEXT = (
     "table (.csv, .xlsx or .parquet) in the directory of the grid, with a column for each path and a row for each "
     "case, or {table: FILE, sheet: 1, columns: {HEADER: 'PATH [UNIT]'}, label: HEADER}. Columns of texts ride along"
@@ -30,6 +30,7 @@ SAMPLE_FORMS = {**parameter_forms(), "fit": f"{DISTRIBUTION_FORM}: a radial clea
 _EXAMPLES = {
     "name": "name: press-joint",
     "extends": "extends: base.yaml   # sections are merged key by key, other values replace those of base.yaml",
+    "laws": "laws: my_laws.py   # in the folder of the grid; it runs after `clearsweep trust my_laws.py`",
     "define": "define: {play: 50 um}   # used as `clearance: = play`",
     "sweep": "sweep: {drive.speed: [1000 rpm, 3000 rpm], joints.rod-slider.clearance: {linspace: [20 um, 80 um, 4]}}",
     "zip": "zip: {mechanism.rod.length: [120 mm, 140 mm], mechanism.rod.mass: [0.21 kg, 0.24 kg]}",

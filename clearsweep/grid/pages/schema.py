@@ -17,6 +17,7 @@ from ..sections.section import FIT_SCHEMA, FITS_SCHEMA
 from ..sections.variations import MAX_LABEL_LENGTH, RESERVED_LABELS
 from ..written.definitions import DEFINE, DEFINE_TEXT
 from ..written.document import EXTENDS
+from ..written.law_files import LAWS, LAWS_TEXT
 
 NAME_SECTIONS = (FIGURES_SECTION, LIMITS_SECTION, ROLES_SECTION, UNCERTAIN_SECTION)
 
@@ -129,7 +130,7 @@ def whole_schema(catalogue: Catalogue) -> dict[str, Any]:
             "additionalProperties": {"$ref": "#/$defs/axis"},
         }
 
-    schemas = []
+    schemas, text = [], {"type": "string"}
     for key_tree in key_trees(catalogue):
         mechanism_schema = _object_schema(key_tree.keys, "")
         mechanism_schema["properties"] |= {
@@ -141,6 +142,7 @@ def whole_schema(catalogue: Catalogue) -> dict[str, Any]:
             },
             "name": {"type": "string", "description": "name of the run; results/<name> by default"},
             EXTENDS: {"type": "string", "description": "grid file in the same folder whose values this one overrides"},
+            LAWS: {"anyOf": [text, {"type": "array", "items": text, "minItems": 1}], "description": LAWS_TEXT},
             "sweep": axes("axes in all combinations"),
             "zip": axes("axes that vary together: each case takes the next value of each"),
             "cases": {"anyOf": [{"type": "string", "description": CASES_FILES}, _cases_schema(), axes("in step")]},

@@ -33,6 +33,7 @@ from ..sections.variations import (
 )
 from ..written.definitions import DEFINE, resolve_definitions, varied_paths
 from ..written.document import Problems, WrittenValue
+from ..written.law_files import LAWS
 from .values import (
     list_items,
     read_flag,
@@ -45,7 +46,7 @@ from .values import (
 )
 
 #: Sections that belong to no law, mechanism or search: those before the searches and those after them.
-_FIRST_TOP_SECTIONS = ("name", DEFINE, FIGURES_SECTION.name, LIMITS_SECTION.name, ROLES_SECTION.name, UNCERTAIN)
+_FIRST_TOP_SECTIONS = ("name", LAWS, DEFINE, FIGURES_SECTION.name, LIMITS_SECTION.name, ROLES_SECTION.name, UNCERTAIN)
 
 
 def read_keys(

@@ -29,7 +29,7 @@ from ...mechanics.joints.lubricated import film_depths
 from ...mechanics.joints.slot import SlotJoint, WornSlot
 from ...mechanics.joints.slot import normal_of as slot_normal_of
 from ...mechanics.joints.worn import has_worn_shape, seated_position
-from ...mechanics.laws.contract import ONSET_FLOOR
+from ...mechanics.laws.contract import ONSET_FLOOR, OWN_RECIPES
 from ...mechanics.laws.elastic import static_penetration
 from ...mechanics.machines import MECHANISMS, planar
 from ...mechanics.machines.contract import Built, body_angles, gaps, pose_at
@@ -369,12 +369,19 @@ def layout_of(case: Case) -> Layout:
     return stored[1]
 
 
+def enter_laws(case: Case) -> None:
+    """Run the law files of a case whose laws this process does not have yet.  Raises InputError if one may not run."""
+    if case.law_files and case.outline.laws not in OWN_RECIPES:
+        registry.enter_laws(grid.run_all(case.law_files), case.outline.laws)
+
+
 def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     """Return the scene of a resolved case.  Raises InputError if its initial state is impossible.
 
     `worn` maps names of joints to their earlier wear; the run adds to it.
     """
     begin, worn = time.thread_time(), dict(worn or {})
+    enter_laws(case)
     mechanism = mechanism_of(case)
     machine = None if mechanism.build else machine_of(mechanism, case)
     joints = {

@@ -12,6 +12,7 @@ class Flag(NamedTuple):
     metavar: str | None = None
     least: int | None = None  # smallest value of a whole number
     show_default: bool = False
+    bare: str | None = None  # value of an option that is written without one
 
 
 class Options(NamedTuple):
@@ -98,6 +99,17 @@ class Options(NamedTuple):
             "where `seek` finds no value, do not run the cases that show which other keys help.",
         ),
     ] = False
+    trust_laws: Annotated[
+        str | None,
+        Flag(
+            ("--trust-laws",),
+            "Run law files for this command: without a value those in the folder of the grid, else FILE=SHA256,... "
+            "`clearsweep trust` allows them for good.",
+            "'own-folder': run the law files in the folder of the grid; or 'FILE=SHA256,...': run these texts.",
+            metavar="[FILE=SHA256]",
+            bare="own-folder",
+        ),
+    ] = None
     show_progress: Annotated[bool, Flag((), "", "show progress on stderr.")] = True
 
 

@@ -1,0 +1,408 @@
+"""Law files: the key `laws`, and the content of a file by its text and its syntax tree.  Nothing here runs it."""
+
+import ast
+import hashlib
+import importlib.util
+import os
+import stat
+import unicodedata
+import warnings
+from collections.abc import Iterable, Iterator, Mapping
+from functools import lru_cache
+from importlib import metadata
+from io import BufferedReader
+from pathlib import Path
+from typing import Any
+
+from ...contracts.case import LawFile
+from ...contracts.catalogue import Catalogue, Field, Law
+from ...language import quantity
+from ...language.errors import InputError, did_you_mean, quoted
+from ...language.wording import sentence_list
+from ...laws import KINDS, NAME_PATTERN
+from .document import Problems, WrittenValue
+
+LAWS = "laws"  # the key of a grid
+LAWS_TEXT = "file of laws of one's own, such as my_laws.py, the name of an installed library, or a list of these"
+GROUP = "clearsweep.laws"  # entry points of libraries
+MAX_BYTES = 2**18  # of a law file
+MAX_LINE = 1000  # characters
+MAX_NAMED_BYTES = 2**28  # of a library or a table
+_SCRIPTS = ("LATIN", "GREEK", "DIGIT", "LOW", "SUBSCRIPT", "SUPERSCRIPT")  # first words of characters of names
+
+
+def read_law_files(root: WrittenValue, problems: Problems) -> tuple[WrittenValue, dict[LawFile, WrittenValue]]:
+    """Return the document without its key `laws`, and the files that this names, with their places; none has run."""
+    written = root.value.get(LAWS)
+    if written is None:
+        return root, {}
+    files: dict[LawFile, WrittenValue] = {}
+    for entry in written.value if isinstance(written.value, list) else [written]:
+        try:
+            file = _read_entry(entry)
+        except InputError as error:
+            problems.add(entry, LAWS, str(error))
+            continue
+        if any(file.path == earlier.path for earlier in files):
+            problems.add(entry, LAWS, f"{file.name} is named twice; remove one")
+        files[file] = entry
+    if written.value == []:
+        problems.add(written, LAWS, f"names no file; expected a {LAWS_TEXT}")
+    content = {key: value for key, value in root.value.items() if key != LAWS}
+    return WrittenValue(content, root.origin, root.line, root.column, root.keys), files
+
+
+def _read_entry(written: WrittenValue) -> LawFile:
+    """Return the file that an entry of `laws` names, or contains as run.json does."""
+    name = written.value
+    if isinstance(name, LawFile):
+        return name
+    if isinstance(name, dict):
+        return _recorded_file(plain_value(written))
+    if not isinstance(name, str) or not name:
+        raise InputError(f"found {quoted(name)}; expected a {LAWS_TEXT}")
+    if not name.endswith(".py"):
+        return installed_file(name)
+    path = Path(name)
+    if written.line and (path.is_absolute() or ".." in path.parts):
+        raise InputError(f"found {quoted(name)}; expected a file in the folder of the grid or below it")
+    return read_law_file(Path(written.origin).parent / path if written.line else path, name)
+
+
+def plain_value(written: WrittenValue) -> Any:
+    """Return a value without its positions."""
+    if isinstance(written.value, dict):
+        return {key: plain_value(value) for key, value in written.value.items()}
+    return list(map(plain_value, written.value)) if isinstance(written.value, list) else written.value
+
+
+def installed_file(name: str) -> LawFile:
+    """Return the file of an installed library of laws; raise InputError if there is none."""
+    points = [point for point in metadata.entry_points(group=GROUP) if not is_neighbour(_folder_of(point), ())]
+    point = next((point for point in points if point.name == name), None)
+    if point is None:
+        names = sorted({point.name for point in points})
+        hint = did_you_mean(name, names) or f" (installed: {', '.join(names) or 'none'}; a file ends in .py)"
+        raise InputError(f"no installed package has laws of the name {quoted(name)}{hint}")
+    found = importlib.util.find_spec(point.module)  # runs the packages around the module, which the user installed
+    if found is None or not found.origin or not found.origin.endswith(".py"):
+        raise InputError(f"the laws of {quoted(name)} are in {point.module}, which is no file of Python")
+    package = point.module if found.submodule_search_locations else point.module.rpartition(".")[0]
+    return read_law_file(Path(found.origin), name, package or point.module)
+
+
+def _folder_of(point: metadata.EntryPoint) -> str:
+    return str(point.dist.locate_file("")) if point.dist else ""
+
+
+def is_neighbour(place: str, folders: Iterable[str]) -> bool:
+    """Return whether a file or folder is in one of these folders or in the current one, but not where packages are."""
+    real = os.path.realpath(place)
+    installed = [os.path.realpath(path) for path in _package_folders()]
+    near = [os.path.realpath(folder) for folder in (os.getcwd(), *folders)]
+    return not any(_is_in(real, folder) for folder in installed) and any(_is_in(real, folder) for folder in near)
+
+
+@lru_cache(maxsize=1)
+def _package_folders() -> tuple[str, ...]:
+    import site
+    import sysconfig
+
+    clearsweep_itself = Path(__file__).parents[2]
+    paths = sysconfig.get_paths()
+    kinds = ("stdlib", "platstdlib", "purelib", "platlib")
+    return (
+        *(paths[kind] for kind in kinds),
+        *site.getsitepackages(),
+        site.getusersitepackages(),
+        str(clearsweep_itself),
+    )
+
+
+def _is_in(path: str, folder: str) -> bool:
+    return path == folder or path.startswith(folder.rstrip(os.sep) + os.sep)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+
+
+def read_law_file(path: Path, name: str, package: str = "") -> LawFile:
+    """Return a law file, read once; raise InputError if it is none."""
+    try:
+        with open_regular(path) as stream:
+            content = stream.read(MAX_BYTES + 1)
+    except OSError as error:
+        raise InputError(f"{name}: cannot be read: {error.strerror}; expected a file of Python") from None
+    if len(content) > MAX_BYTES:
+        size = f"has more than the {MAX_BYTES:,} bytes that are read"
+        raise InputError(f"{name}: {size}; put its numbers into a table, or its code into an installed package")
+    try:
+        text = content.decode()
+    except UnicodeDecodeError as error:
+        raise InputError(f"{name}: not UTF-8 text (byte {error.start}); save the file as UTF-8") from None
+    path = Path(os.path.realpath(path.parent), path.name)
+    file = LawFile(name, str(path), text, package=package)
+    return LawFile(name, str(path), text, tuple(_named_files(file)), package)
+
+
+def open_regular(path: Path) -> BufferedReader:
+    """Return a regular file opened for reading; raise OSError for a link, a folder, a pipe or a device."""
+    if not stat.S_ISREG(os.lstat(path).st_mode):  # before opening, since opening a device may have effects
+        raise OSError(0, "it is a link" if path.is_symlink() else "it is not a regular file")
+    handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK | os.O_CLOEXEC)
+    file = os.fdopen(handle, "rb")
+    if not stat.S_ISREG(os.fstat(handle).st_mode):
+        file.close()
+        raise OSError(0, "it is not a regular file")
+    return file
+
+
+def hash_of(path: str) -> str:
+    """Return the SHA-256 of a library or a table; raise OSError."""
+    with open_regular(Path(path)) as file:
+        if os.fstat(file.fileno()).st_size > MAX_NAMED_BYTES:
+            raise OSError(0, f"it has more than {MAX_NAMED_BYTES:,} bytes")
+        return hashlib.file_digest(file, "sha256").hexdigest()
+
+
+def _named_files(file: LawFile) -> Iterator[tuple[str, str]]:
+    """Yield the paths and hashes of the files whose names are texts in a law file: libraries and tables."""
+    folder, found = Path(file.path).parent, set()
+    for node in ast.walk(syntax_tree(file)):
+        text = node.value if isinstance(node, ast.Constant) else None
+        text = text.decode(errors="replace") if isinstance(text, bytes) else text
+        if isinstance(text, str) and 0 < len(text) <= 255 and os.path.isfile(folder / text):
+            found.add(os.path.realpath(folder / text))
+    for path in sorted(found - {file.path}):
+        try:
+            yield path, hash_of(path)
+        except OSError as error:
+            raise InputError(f"{file.name}: names {path}, which cannot be read: {error.strerror or error}") from None
+
+
+@lru_cache(maxsize=16)
+def syntax_tree(file: LawFile) -> ast.Module:
+    """Return the syntax tree of a law file; raise InputError if it is no Python, or hides part of its text."""
+    for number, line in enumerate(file.source.split("\n"), start=1):
+        hidden = next((x for x in line if unicodedata.category(x) in ("Cc", "Cf", "Zl", "Zp") and x != "\t"), "")
+        if hidden:
+            raise InputError(f"{file.name}:{number}: has the invisible character U+{ord(hidden):04X}; remove it")
+        if len(line) > MAX_LINE:
+            raise InputError(f"{file.name}:{number}: has {len(line):,} characters, more than {MAX_LINE:,}; divide it")
+    try:
+        with warnings.catch_warnings(action="ignore"):
+            tree = ast.parse(file.source, file.name)
+    except SyntaxError as error:
+        place = f"{file.name}:{error.lineno or 1}:{error.offset or 1}"
+        raise InputError(f"{place}: not valid Python: {error.msg}") from None
+    except (ValueError, RecursionError, MemoryError):
+        raise InputError(f"{file.name}: not valid Python, or nested too deeply") from None
+    for node in ast.walk(tree):
+        names = [getattr(node, part, None) for part in ("id", "attr", "arg", "name", "asname")]
+        for name in names:
+            if isinstance(name, str) and any(_is_foreign(x) for x in name):
+                message = f"{name!a} has letters that look like others; use those of Latin and Greek"
+                raise InputError(f"{file.name}:{getattr(node, 'lineno', 1)}: {message}")
+    return tree
+
+
+def _is_foreign(character: str) -> bool:
+    return not character.isascii() and unicodedata.name(character, "?").split()[0] not in _SCRIPTS
+
+
+def imports(file: LawFile) -> dict[str, int]:
+    """Return the modules of the highest level that a law file imports, and their first lines."""
+    modules: dict[str, int] = {}
+    for node in ast.walk(syntax_tree(file)):
+        if isinstance(node, ast.ImportFrom) and node.level and not file.package:
+            raise InputError(f"{file.name}:{node.lineno}: imports a neighbouring file; {NO_NEIGHBOURS}")
+        names = [alias.name for alias in node.names] if isinstance(node, ast.Import) else []
+        names += [node.module] if isinstance(node, ast.ImportFrom) and node.module and not node.level else []
+        for name in names:
+            modules.setdefault(name.partition(".")[0], getattr(node, "lineno", 1))
+    return modules
+
+
+NO_NEIGHBOURS = "trust covers one text: write its code into the law file, or install it as a package"
+
+
+def declared(file: LawFile) -> list[str]:
+    """Return the laws that a file declares with literal names, such as 'contact my-law (damper)'."""
+    texts = []
+    for node in ast.walk(syntax_tree(file)):
+        for call in getattr(node, "decorator_list", ()):
+            kind = _kind_of(call, *KINDS)
+            if kind and call.args and isinstance(call.args[0], ast.Constant):
+                keys = [
+                    part.arg for part in call.keywords if part.arg not in (None, "doc", "kinks", "states", "may_gain")
+                ]
+                texts.append(f"{kind} {call.args[0].value!s}" + (f" ({', '.join(keys)})" if keys else ""))
+    return texts
+
+
+def _kind_of(call: Any, *known: str) -> str:
+    """Return which of these names of `laws` a call has, as `laws.contact(...)` or `contact(...)`, or ''."""
+    function = call.func if isinstance(call, ast.Call) else None
+    name = getattr(function, "attr", None) or getattr(function, "id", "")
+    return name if name in known else ""
+
+
+def contents_text(file: LawFile) -> str:
+    """Return lines on a law file: size, hash, laws, imports, and the files that it names."""
+    lines = [f"{file.path}: {len(file.text.encode()):,} bytes, sha256 {file.sha256}"]
+    lines += [f"  declares {sentence_list(texts)}" for texts in [declared(file)] if texts]
+    lines += [f"  imports {sentence_list(list(modules))}" for modules in [imports(file)] if modules]
+    lines += [f"  names {path}: {os.path.getsize(path):,} bytes, sha256 {digest}" for path, digest in file.named]
+    return "\n".join(lines)
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# What decides the identity of a case: the syntax tree of the laws that it uses, with what they call.
+
+
+def digests_in_use(files: Iterable[LawFile], words: Iterable[Any]) -> dict[str, str]:
+    """Return law -> hash, of the laws of one's own among these words, and of all figures."""
+    words = {word for word in words if isinstance(word, str)}
+    return {
+        f"{law.family} {law.name}": digest_of_law(file, law.name)
+        for file in files
+        for law in file.laws
+        if law.name in words or law.family == "figure"
+    }
+
+
+@lru_cache(maxsize=256)
+def digest_of_law(file: LawFile, name: str) -> str:
+    """Return the hash of the laws of a name in a file, 16 hexadecimal digits; name : '' for all laws.
+
+    It covers the syntax tree of their functions, of the functions and classes that these reach by name, and of all
+    other statements of the file, without comments and documentation; further the files that the text names and the
+    versions of the packages that it imports.
+    """
+    body = syntax_tree(file).body
+    statements = [x for x in body if not (isinstance(x, ast.Expr) and isinstance(x.value, ast.Constant))]
+    definitions = [x for x in statements if isinstance(x, (ast.FunctionDef, ast.ClassDef))]
+    own = [x for x in definitions if any(_declares(decorator, name) for decorator in x.decorator_list)]
+    reached = [x for x in statements if x not in definitions] + (own or definitions)
+    for statement in reached:  # grows
+        used = {node.id for node in ast.walk(statement) if isinstance(node, ast.Name)}
+        reached += [x for x in definitions if x.name in used and x not in reached]
+    parts = [_canonical(x) for x in sorted(reached, key=lambda x: x.lineno)]
+    text = "\n".join([*parts, *(digest for _, digest in file.named), *_versions(file)])
+    return hashlib.sha256(text.encode()).hexdigest()[:16]
+
+
+def _declares(decorator: Any, name: str) -> bool:
+    """Return whether a decorator is that of the law called `name`."""
+    first = decorator.args[0] if _kind_of(decorator, *KINDS) and decorator.args else None
+    return isinstance(first, ast.Constant) and first.value == name
+
+
+def _canonical(node: ast.AST) -> str:
+    """Return the text of a syntax tree: the same for every version of Python, without documentation."""
+    texts: list[str] = []
+    waiting: list[Any] = [node]
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, bytes):
+            texts.append(part.decode())
+        elif isinstance(part, list):
+            waiting += [b"]", *reversed(part), b"["]
+        elif isinstance(part, ast.Constant) or not isinstance(part, ast.AST):
+            texts.append(f"{getattr(part, 'value', part)!r},")
+        else:
+            fields = [(key, value) for key, value in _undocumented(part).items() if value is not None and value != []]
+            waiting += [b")"]
+            for key, value in reversed(fields):
+                waiting += [value, f"{key}=".encode()]
+            texts.append(f"{type(part).__name__}(")
+    return "".join(texts)
+
+
+def _undocumented(node: ast.AST) -> dict[str, Any]:
+    """Return the fields of a node without documentation."""
+    fields = dict(ast.iter_fields(node))
+    if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and ast.get_docstring(node, clean=False) is not None:
+        fields["body"] = node.body[1:]
+    if _kind_of(node, *KINDS, "key", "Key"):
+        fields["keywords"] = [part for part in fields["keywords"] if part.arg != "doc"]
+    return fields
+
+
+def _versions(file: LawFile) -> list[str]:
+    """Return the versions of the packages that a file imports, but not of Python, numpy and clearsweep."""
+    import sys
+
+    known = {"numpy", "clearsweep", *sys.stdlib_module_names}
+    versions = []
+    for module in sorted(imports(file).keys() - known):
+        try:
+            versions.append(f"{module} {metadata.version(module)}")
+        except metadata.PackageNotFoundError:
+            versions.append(module)  # its package has another name
+    return versions
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Law files in run.json.
+
+_PLAIN = (str, bool)  # types of the parts of a description that laws of one's own have, besides their keys
+
+
+def recorded(file: LawFile) -> dict[str, Any]:
+    """Return a law file as run.json contains it."""
+    laws = [
+        {name: part for name, part in law._asdict().items() if isinstance(part, _PLAIN)}
+        | {"fields": [{name: _text_of(part) for name, part in field._asdict().items()} for field in law.fields]}
+        for law in file.laws
+    ]
+    lines = [line.encode("unicode_escape").decode() for line in file.text.split("\n")]  # texts there have one line
+    parts = {"name": file.name, "path": file.path, "sha256": file.sha256, "named": dict(file.named)}
+    return parts | {"package": file.package, "laws": laws, "text": lines}
+
+
+def _text_of(part: Any) -> Any:
+    return repr(part) if isinstance(part, float) else part  # JSON has no infinities
+
+
+def with_recorded_laws(catalogue: Catalogue, resolved: Mapping[str, Any]) -> Catalogue:
+    """Return the catalogue with the laws that a resolved grid, or run.json, contains."""
+    laws = [law for content in resolved.get(LAWS, ()) for law in _recorded_file(content).laws]
+    return catalogue._replace(laws=(*catalogue.laws, *laws))
+
+
+def _recorded_file(content: Mapping[str, Any]) -> LawFile:
+    """Return the law file of an entry of run.json; raise InputError if it has another form."""
+    try:
+        name, path, package = (content[key] for key in ("name", "path", "package"))
+        text = "\n".join(line.encode("ascii").decode("unicode_escape") for line in content["text"])
+        laws = tuple(map(_recorded_law, content["laws"]))
+        named = tuple((str(path), str(digest)) for path, digest in content["named"].items())
+        if not laws or not all(isinstance(part, str) for part in (name, path, package)):
+            raise TypeError
+    except (AttributeError, KeyError, TypeError, ValueError):
+        raise InputError("is a section that `clearsweep run` did not write; name a file") from None
+    file = LawFile(name, path, text, named, package, laws)
+    syntax_tree(file)
+    return file
+
+
+def _recorded_law(content: Mapping[str, Any]) -> Law:
+    """Return the description of a law; raise InputError or another error if a part is not valid."""
+    fields = tuple(map(_recorded_field, content["fields"]))
+    law = Law(**{name: part for name, part in content.items() if name != "fields"}, fields=fields)
+    names = [law.name, *(field.name for field in fields)]
+    is_plain = all(isinstance(part, _PLAIN) for name, part in content.items() if name != "fields")
+    if not is_plain or not all(NAME_PATTERN.fullmatch(name) for name in names):
+        raise ValueError
+    return law
+
+
+def _recorded_field(content: Mapping[str, Any]) -> Field:
+    """Return a key of a law; its numbers are texts."""
+    if not all(isinstance(part, (*_PLAIN, type(None))) for part in content.values()):
+        raise TypeError
+    numbers = {name: float(content[name]) for name in ("low", "high", "default") if content[name] is not None}
+    field = Field(**{**content, **numbers})
+    quantity.read(f"1 {quantity.replace_exponent(field.unit, 1.5)}", quantity.replace_exponent(field.unit, 1.5))
+    return field
