@@ -12,12 +12,14 @@ the elastic energy W there equals that of the approach, v = sqrt(2 W / m).
 """
 
 import math
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 
 from ...contracts.case import Joint
 from ...contracts.catalogue import Law
+from ...language.errors import InputError
 from ...tracing.compiled.vector import Vector
 from ..laws.conformal import Foundation
 from ..laws.contract import RECIPES, Recipe, compile_law, recipe_of
@@ -67,6 +69,7 @@ __all__ = [
     "elastic_forces",
     "enter_laws",
     "jam_angle",
+    "own_law_remarks",
     "penetration_limit",
     "restitution",
     "smoothing_width",
@@ -395,6 +398,23 @@ def derived_values(joint: Joint) -> dict[str, tuple[float, str]]:
     if joint.roughness:
         values = values | recipe_of("roughness", joint.roughness.law, joint).derived(joint)
     return values | ({"contact.penetration_limit": (limit, "m")} if math.isfinite(limit) else {})
+
+
+def own_law_remarks(joint: Joint) -> Iterator[str]:
+    """Yield remarks on the laws of one's own of a joint; raise InputError if one cannot be used."""
+    chosen = {"friction.law": joint.friction, "wear.law": joint.wear, "film.law": joint.film}
+    named = [("law", "contact.law", joint.contact.law), ("elastic", "contact.elastic", joint.contact.elastic)]
+    if joint.axial:
+        named += [("law", "axial.law", joint.axial.law), ("elastic", "axial.elastic", joint.axial.elastic)]
+    named += [(key.partition(".")[0], key, section.law) for key, section in chosen.items() if section]
+    for family, key, name in named:
+        if name and (family, name) not in RECIPES:
+            owner = joint._replace(contact=joint.axial) if key.startswith("axial") else joint
+            path = f"joints.{joint.name}.{key}"
+            try:
+                yield from (f"{path}: {remark}" for remark in recipe_of(family, name, joint).check(owner))
+            except InputError as error:
+                raise InputError(f"{path}: {error}") from None
 
 
 def compile_friction(joint: Joint):

@@ -340,6 +340,11 @@ def no_derived_values(joint: Joint) -> dict:
     return {}
 
 
+def no_remarks(joint: Joint) -> tuple[str, ...]:
+    """Return the default for remarks on the law of a joint: none."""
+    return ()
+
+
 class Recipe(NamedTuple):
     """A law as described to users, and the constructor of its compiled form."""
 
@@ -350,6 +355,7 @@ class Recipe(NamedTuple):
     limit: Callable = no_limit  # joint -> largest valid penetration, m
     derived: Callable = no_derived_values  # joint -> derived values: path within the joint -> (value, unit)
     spring: Callable | None = None  # joint -> elastic law of a law of the normal force that uses none of the joint
+    check: Callable = no_remarks  # of a law of one's own: joint -> remarks; raises InputError if it cannot be used
 
 
 RECIPES: dict[tuple[str, str], Recipe] = {}

@@ -7,18 +7,24 @@ address has the address, and that of its parameters, among its numbers: its mach
 A type is created once for each text of a file (its hash is in the name of the type, and so in that of its code).
 """
 
+import itertools
 import math
 from collections import namedtuple
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from ... import laws as recorded
+from ...contracts.case import Joint
 from ...contracts.catalogue import Law
 from ...language.errors import InputError
+from ...tracing.compiled.family import is_plain
 from ...tracing.compiled.pinned import array_handle, call_number
+from ...tracing.objects import trace_scene
+from ...tracing.symbols import NotTraceableError
 from .contract import (
+    ONSET_FLOOR,
     OWN_RECIPES,
     RECIPES,
     TOUCHING,
@@ -38,6 +44,7 @@ from .contract import (
 from .elastic import elastic_force, root_parity
 from .friction import friction_force
 from .loss import always_needs_onset_rate, contact_force, lowest_force, needs_onset_rate, sign_past_separation
+from .sampled import GAIN, MASSES, SPEEDS, Range, checked, rebound, undeclared_kinks
 
 FAMILIES = {"contact": "law", "elastic": "elastic", "friction": "friction", "wear": "wear", "film": "film"}
 VARIABLES = {"penetration": depth_variable, "rate": rate_variable, "slip": slip_variable}
@@ -123,13 +130,15 @@ def names_of(law: recorded.Law, *further: str) -> tuple[str, ...]:
     return (*(field.name for field in law.keys), *further) if law.body is not None else ("address", "parameters")
 
 
+def declared_kinks(law: recorded.Law, variable: str, values: Any) -> tuple[float, ...]:
+    """Return the declared kinks of a law over a variable, in order; values : of its keys."""
+    kinks = (kink for kink in law.kinks if kink.variable == variable)
+    return tuple(sorted(kink.value * (values[kink.key] if kink.key else 1.0) for kink in kinks))
+
+
 def kink_values(law: recorded.Law, values: Any) -> tuple[tuple[float, ...], ...]:
     """Return the kinks of a law over each variable that has any; values : of its keys."""
-    found = [
-        tuple(sorted(kink.value * (values[kink.key] if kink.key else 1.0) for kink in law.kinks if kink.variable == x))
-        for x in VARIABLES
-    ]
-    return tuple(kinks for kinks in found if kinks)
+    return tuple(kinks for x in VARIABLES if (kinks := declared_kinks(law, x, values)))
 
 
 def register_kinks_of(law: recorded.Law, law_type: type) -> None:
@@ -161,7 +170,10 @@ SMALL_DEPTHS = (1e-12, 1e-11)  # m: between these, the power of a force at small
 
 def power_at_zero(force: Callable[[float], float]) -> float:
     """Return the power of the penetration with which a force (N) begins, 0 if it jumps, is 0 or is not a number."""
-    low, high = (float(force(depth)) for depth in SMALL_DEPTHS)
+    try:
+        low, high = (float(force(depth)) for depth in SMALL_DEPTHS)
+    except (ArithmeticError, ValueError):  # as the check of the law reports
+        return 0.0
     if not (low > 0.0 and high > 0.0 and math.isfinite(high)):
         return 0.0
     return math.log(high / low) / math.log(SMALL_DEPTHS[1] / SMALL_DEPTHS[0])
@@ -189,7 +201,50 @@ def _elastic_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
         p = parameters_of(law, values, [joint.contact.values[field.name] for field in law.keys])
         return kind(p, parity_of(power_at_zero(lambda depth: evaluate(p, depth))))
 
-    return Recipe(description, (kind,), make)
+    def check(joint):
+        elastic = make(joint)
+        check_traced(law, elastic.p, joint.clearance)
+        sampled_force = checked(lambda depth: force(elastic, depth), ("penetration",), law.place)
+        remarks = _check_at_zero(sampled_force, joint, law)
+        depths = _depths(joint.clearance)
+        for shallow, deep in itertools.pairwise(depths):
+            if sampled_force(deep) <= sampled_force(shallow):
+                raise InputError(f"{law.place}: does not grow from penetration {shallow:.4g} to {deep:.4g} m; it must")
+        return remarks
+
+    return Recipe(description, (kind,), make, check=check)
+
+
+def _depths(clearance: float) -> list[float]:
+    """Return the penetrations (m) at which a law is sampled."""
+    return [clearance * 10.0 ** (0.25 * i - 6.0) for i in range(25)]
+
+
+def _check_at_zero(force: Callable, joint: Joint, law: recorded.Law) -> tuple[str, ...]:
+    """Return remarks on a force (N) over the penetration (m); raise InputError if it is not 0 at 0, or jumps."""
+    clearance, values = joint.clearance, joint.contact.values
+    at_zero, largest = force(0.0), max(abs(force(depth)) for depth in _depths(clearance))
+    if abs(at_zero) > 1e-9 * largest:
+        raise InputError(
+            f"{law.place}: gives {at_zero:.4g} N at rest at penetration 0; surfaces that just touch have none"
+        )
+    kinks = declared_kinks(law, "penetration", values)
+    return tuple(undeclared_kinks(force, Range("penetration", "m", 1e-6 * clearance, clearance), kinks, law.place))
+
+
+def check_traced(law: recorded.Law, p: Any, *arguments: Any) -> None:
+    """Raise InputError, with the statement, if a law cannot be compiled; arguments : any of their form."""
+    body = law.body
+    if body is None or is_plain():
+        return
+
+    def entry(scene, _):
+        return body(*scene[0][1:], scene[0][0])
+
+    try:
+        trace_scene(entry, (p, *arguments), "")
+    except NotTraceableError as error:
+        raise InputError(f"{law.place}: {(error.places or [str(error)])[0]}") from None
 
 
 # ---------------------------------------------------------------------------------------------- normal force
@@ -266,7 +321,50 @@ def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
         is_times_elastic = abs(power - power_at_zero(lambda depth: elastic_force(elastic, depth))) < 1e-6
         return draft._replace(sign_past=float(root_parity(elastic)) if is_times_elastic else parity_of(power))
 
-    return Recipe(description, (kind,), make, spring=None if description.uses_elastic else spring)
+    def elastic_of(joint):
+        return compile_law("elastic", joint.contact.elastic, joint) if description.uses_elastic else spring(joint)
+
+    def restitutions(joint):
+        compiled, elastic = make(joint), elastic_of(joint)
+        found = {}
+        for speed in SPEEDS:
+            light, heavy = (
+                rebound(lambda depth, rate: force(compiled, elastic, depth, rate, speed)[0], mass, speed)  # noqa: B023
+                for mass in MASSES
+            )
+            mass_text = "" if abs(heavy - light) < 1e-5 else f" and {MASSES[0]:g} kg"
+            found[f"contact.restitution at {speed:g} m/s{mass_text}"] = light, "1"
+        return found
+
+    def check(joint):
+        compiled, elastic = make(joint), elastic_of(joint)
+        check_traced(law, compiled.p._replace(elastic=elastic) if is_python else compiled.p, joint.clearance, 0.1, 0.1)
+        names = "penetration", "rate", "onset rate"
+        sampled_force = checked(lambda *numbers: force(compiled, elastic, *numbers)[0], names, law.place)
+        for depth in [0.0, *_depths(joint.clearance)]:
+            for onset_rate in (ONSET_FLOOR, 0.1, 10.0):
+                for share in (-1.0, -0.3, 0.0, 0.3, 1.0):
+                    sampled_force(depth, share * onset_rate, onset_rate)
+        remarks = _check_at_zero(lambda depth: sampled_force(depth, 0.0, 0.1), joint, law)
+        for key, (value, _) in restitutions(joint).items():
+            if value > 1.0 + GAIN and not law.may_gain:
+                raise InputError(
+                    f"{law.place}: gives energy: its {key.partition('.')[2]} is {value:.6g}; allow it by may_gain=True"
+                )
+        kinks = declared_kinks(law, "rate", joint.contact.values)
+        for depth in (1e-2 * joint.clearance, 0.1 * joint.clearance):
+            over = Range("rate", "m/s", -0.1, 0.1)
+            remarks += tuple(undeclared_kinks(lambda rate: sampled_force(depth, rate, 0.1), over, kinks, law.place))  # noqa: B023
+        return tuple(dict.fromkeys(remarks))
+
+    return Recipe(
+        description,
+        (kind,),
+        make,
+        derived=restitutions,
+        spring=None if description.uses_elastic else spring,
+        check=check,
+    )
 
 
 # ---------------------------------------------------------------------------------------------- friction
@@ -318,13 +416,33 @@ def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe
     def _after_sliding(draft, slip):
         return draft._replace(**{f"state_{i}": math.copysign(draft.scales[i], slip) for i in range(count)})
 
-    return Recipe(description, (kind,), make)
+    def check(joint):
+        friction = make(joint)
+        state = () if count == 0 else (state_of(friction),)
+        check_traced(law, friction.p, 1.0, 0.1, *state)
+        sampled_force = checked(lambda normal, slip: force(friction, normal, slip), ("normal", "slip"), law.place)
+        sampled_rates = checked(lambda slip: sum(rates(friction, _Sliding(slip=slip))), ("slip",), law.place)
+        for slip in (0.0, *SLIPS, *(-size for size in SLIPS)):
+            for normal in (0.0, 1.0, 1e4):
+                power = sampled_force(normal, slip) * slip
+                if power > GAIN * normal and not law.may_gain and count == 0:
+                    raise InputError(
+                        f"{law.place}: drives the sliding at slip {slip:g} m/s and opposes it elsewhere; allow it by "
+                        "may_gain=True"
+                    )
+            if count:
+                sampled_rates(slip)
+        over, kinks = Range("slip", "m/s", -1.0, 1.0), declared_kinks(law, "slip", joint.friction.values)
+        return tuple(undeclared_kinks(lambda slip: sampled_force(1.0, slip), over, kinks, law.place))
+
+    return Recipe(description, (kind,), make, check=check)
 
 
-class _Sliding:
+class _Sliding(NamedTuple):
     """The contact of a law of friction, as far as its internal rates need it."""
 
-    normal, slip = 1.0, SETTLED_SLIP  # N, m/s
+    normal: float = 1.0  # N
+    slip: float = SETTLED_SLIP  # m/s
 
 
 def _settled(friction, rates: Callable, index: int) -> float:
@@ -332,7 +450,7 @@ def _settled(friction, rates: Callable, index: int) -> float:
     name = f"state_{index}"
 
     def rate(state: float) -> float:
-        return float(rates(friction._replace(**{name: state}), _Sliding)[index])
+        return float(rates(friction._replace(**{name: state}), _Sliding())[index])
 
     direction = math.copysign(1.0, rate(0.0))
     low, high = 0.0, 1e-15

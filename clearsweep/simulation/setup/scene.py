@@ -38,8 +38,7 @@ from ...mechanics.wear import Worn
 from ...searches import SEARCHES
 from ...tracing.compiled.family import flatten, numbers_of
 from ..figures.catalogue import FIGURES
-from ..machine import ideal as links
-from ..machine import ideal as sizes
+from ..machine import ideal as ideal_machine
 from ..machine.ideal import ideal_motion, machine_of, mechanism_of
 
 # The independent variable of a run and the ends of its revolutions: time, or the angle of a free crank.
@@ -331,12 +330,13 @@ def catalogue() -> Catalogue:
 def _start_problem(case: Case) -> tuple[str, str] | None:
     """Return the path at fault and a sentence if a case cannot start, else None.
 
-    Only a start that the grid describes, or bodies that it defines, can be impossible.
+    Only a start that the grid describes, or bodies or laws that it defines, can be impossible.
     """
-    mechanism = mechanism_of(case)
-    if not (case.outline.bodies or mechanism.spatial or case.simulate.start == "seated"):
+    outline, is_seated = case.outline, case.simulate.start == "seated"
+    if not (outline.bodies or outline.laws or is_seated or mechanism_of(case).spatial):
         return None
     try:
+        list(chain.from_iterable(map(registry.own_law_remarks, case.joints)))
         build(case)
     except InputError as error:
         path, _, sentence = str(error).partition(": ")
@@ -550,12 +550,13 @@ def derived(case: Case) -> dict[str, tuple[float, str]]:
 def warnings(case: Case) -> list[str]:
     """Return warnings about values of a case that may be unintended."""
     sentences = [
-        *sizes.size_warnings(case),
-        *links.link_warnings(case),
+        *ideal_machine.size_warnings(case),
+        *ideal_machine.link_warnings(case),
         *_change_points(case),
-        *sizes.start_warnings(case),
+        *ideal_machine.start_warnings(case),
     ]
     for joint in case.joints:
+        sentences += registry.own_law_remarks(joint)
         if registry.can_pull(joint):
             sentences.append(
                 f"joints.{joint.name}.contact.law: {joint.contact.law} pulls before the surfaces part, as published; "

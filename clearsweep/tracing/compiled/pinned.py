@@ -204,7 +204,7 @@ register_emitter(load_item)(load_at_address)
 # C functions among the parameters of a scene: compiled code calls them at an address that is passed as a number.
 
 
-RELATIVE_STEP, LEAST_STEP = 1e-6, 1e-12  # of the differences that give the slopes of a C function
+RELATIVE_STEP, LEAST_STEP = 1e-7, 1e-13  # of the differences that give the slopes of a C function
 
 
 def call_number(function, parameters, *operands):
@@ -216,16 +216,18 @@ def call_number(function, parameters, *operands):
 
 
 def _call_with_slopes(function, parameters, *operands):
-    """Return the result of a C function with its slope, from central differences over each operand that has one."""
-    numbers = tuple(dual.value(x) for x in operands)
-    total = 0.0
+    """Return the result of a C function with its slope, from differences over each operand that has one.
+
+    They look ahead only: a law need not exist below a penetration of 0.
+    """
+    numbers = tuple([dual.value(x) for x in operands])
+    result, total = call_number(function, parameters, *numbers), 0.0
     for i in range(len(operands)):
         if isinstance(operands[i], Dual):
             step = RELATIVE_STEP * abs(numbers[i]) + LEAST_STEP
             above = call_number(function, parameters, *numbers[:i], numbers[i] + step, *numbers[i + 1 :])
-            below = call_number(function, parameters, *numbers[:i], numbers[i] - step, *numbers[i + 1 :])
-            total = total + (above - below) / (2.0 * step) * dual.slope(operands[i])
-    return Dual(call_number(function, parameters, *numbers), total)
+            total = total + (above - result) / step * dual.slope(operands[i])
+    return Dual(result, total)
 
 
 register_emitter(call_number)(call_number_at)
