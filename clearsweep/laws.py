@@ -56,7 +56,7 @@ class Kind(NamedTuple):
     returns: str
     taken: tuple[str, ...] = ()  # keys that its section of a grid has already
     variables: tuple[str, ...] = ()  # those over which it may have kinks, the default first
-    may_gain: bool = False  # whether it may give energy by its nature
+    given: tuple[str, ...] = ()  # further parts of `p`, which the joint gives
 
 
 KINDS: Mapping[str, Kind] = {
@@ -71,6 +71,7 @@ KINDS: Mapping[str, Kind] = {
         "the total normal force, N",
         ("law", "elastic", "material", "onset", "fit", "exponent"),
         ("penetration", "rate"),
+        ("stiffness", "exponent", "elastic_force"),
     ),
     "friction": Kind(
         ("normal", "slip", "p"),
@@ -87,16 +88,15 @@ KINDS: Mapping[str, Kind] = {
     "film": Kind(
         ("e_x", "e_y", "v_x", "v_y", "speed", "p"),
         "the pair (fx, fy), N, on the journal",
-        ("law", "friction", "oil", "unchecked", "limit", "temperature", "thermal", "transition"),
-        may_gain=True,
+        ("law", "friction", "oil", "unchecked", "viscosity", "limit", "temperature", "thermal", "transition"),
+        given=("viscosity", "clearance", "bearing_radius", "length"),
     ),
     "load": Kind(
         ("t", "angle", "position", "velocity", "p"),
         "(fx, fy, torque), N and N m, on the body",
         ("on", "point", "law", "table", "between", "friction", "reacted"),
-        may_gain=True,
     ),
-    "motor": Kind(("speed", "t", "p"), "the torque, N m", ("law", "table"), may_gain=True),
+    "motor": Kind(("speed", "t", "p"), "the torque, N m", ("law", "table")),
     "profile": Kind(("angle", "p"), "the deviation of the bearing's radius, m", ("law",)),
     "figure": Kind(("t", "channels", "p"), "a number", ("of",)),
 }
@@ -355,11 +355,9 @@ def _check_function(law: Law, function: Any) -> None:
     if len(positional) != len(expected) or len(parameters) != len(expected):
         found = ", ".join(map(str, parameters))
         raise InputError(f"{body.__name__} takes ({found}); expected ({', '.join(expected)})")
-    known = [field.name for field in law.keys] + (
-        ["stiffness", "exponent", "elastic_force"] if law.kind == "contact" else []
-    )
+    known = [*(field.name for field in law.keys), *KINDS[law.kind].given]
     for name, line in _parameters_used(body, positional[-1].name):
-        if name and name not in known and law.kind not in ("wear", "film"):
+        if name and name not in known:
             hint = did_you_mean(name, known) or f" (known: {', '.join(known) or 'none'})"
             text = linecache.getline(body.__code__.co_filename, line).strip()
             raise InputError(f"line {line} uses p.{name}, which is no key of this law{hint}: {text}")

@@ -1,12 +1,76 @@
-"""Laws of one's own: what a decorator records, and what it refuses."""
+"""Laws of one's own: what a decorator records, how a grid names them, what they give, and what is refused."""
 
 import ctypes
 import linecache
+import math
+import runpy
+from pathlib import Path
 
 import pytest
 
-from clearsweep import laws
+from clearsweep import grid, laws
 from clearsweep.language.errors import InputError
+from clearsweep.mechanics.joints import registry
+from clearsweep.mechanics.laws.friction import friction_force
+from clearsweep.mechanics.laws.loss import hysteresis_rebound
+from clearsweep.mechanics.laws.sampled import SPEEDS
+from clearsweep.simulation import simulate
+from clearsweep.simulation.setup import scene
+
+COPIES = Path(__file__).with_name("copied_laws.py")
+STIFFNESS = "1e9 N/m^1.5"
+PAIR = {
+    "mechanism": {"type": "impact-pair", "masses": ["1 kg", "2 kg"], "speed": "0.2 m/s"},
+    "joints": {"pair": {"clearance": "1 mm"}},
+    "simulate": {"impacts": 3, "tolerance": "1e-8"},
+}
+CRANK = {
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": "50 mm", "mass": "0.30 kg", "inertia": "1e-4 kg*m^2"},
+        "rod": {"length": "120 mm", "mass": "0.21 kg", "inertia": "2.5e-4 kg*m^2"},
+        "slider": {"mass": "0.14 kg"},
+    },
+    "drive": {"speed": "1000 rpm"},
+    "joints": {"rod-slider": {"clearance": "0.1 mm", "bearing_radius": "10 mm", "length": "20 mm"}},
+    "simulate": {"revolutions": 0.3, "discard": 0, "tolerance": "1e-6"},
+}
+FLORES = {"law": "flores", "restitution": 0.7, "stiffness": STIFFNESS, "onset": "first"}
+TANH = {"law": "tanh", "coefficient": 0.1, "velocity_scale": "1 mm/s"}
+BRISTLES = ("coefficient", "static_coefficient", "stribeck_velocity", "bristle_stiffness", "bristle_damping")
+LUGRE = dict(zip(BRISTLES, (0.1, 0.15, "10 mm/s", "1e5 1/m", "100 s/m"), strict=True))
+LUGRE |= {"law": "lugre", "damping_velocity": "5 mm/s"}
+MY_LUGRE = dict(zip(("mu", "mus", "vs", "s0", "s1"), (LUGRE[key] for key in BRISTLES), strict=True))
+MY_LUGRE |= {"law": "my-lugre", "vd": "5 mm/s"}
+TIMES = ("time", "compiling")
+
+
+def catalogue_of(*decorators):
+    """Return the catalogue with the laws that functions record; each call has laws of its own."""
+    with laws.collecting() as records:
+        for decorate in decorators:
+            decorate()
+    catalogue_of.count = getattr(catalogue_of, "count", 0) + 1
+    return scene.catalogue().with_laws(records, f"test{catalogue_of.count}")
+
+
+def copies():
+    return catalogue_of(lambda: runpy.run_path(str(COPIES)))
+
+
+def with_joint(machine, **sections):
+    (name, joint), *_ = machine["joints"].items()
+    return machine | {"joints": {name: joint | sections}}
+
+
+def figures_of(source, catalogue):
+    """Return the figures of the only case of a grid, without times."""
+    summary = simulate(scene.build(grid.load(source, catalogue).case(0))).summary
+    return {name: value for name, value in summary.items() if not any(word in name for word in TIMES)}
+
+
+def joint_of(source, catalogue):
+    return grid.load(source, catalogue).case(0).joints[0]
 
 
 def hunt_crossley(penetration, rate, onset_rate, p):
@@ -62,3 +126,219 @@ def test_a_function_of_c_has_an_address_and_no_body():
         laws.elastic("sine")(ctypes.CDLL(None).sin)
     assert records[0].body is None
     assert laws.address_of(records[0].function) > 0
+
+
+# ---------------------------------------------------------------------------------------------- what they give
+
+
+def assert_same_bits(machine, original, copy):
+    """Assert that two choices of laws give all figures alike, where the copy has a figure."""
+    catalogue = copies()
+    expected, found = (figures_of(with_joint(machine, **sections), catalogue) for sections in (original, copy))
+    assert expected["steps"] > 5
+    assert {name: found[name] for name in expected} == expected
+
+
+def test_copies_of_flores_and_lugre_give_the_bits_of_the_package():
+    copy = {"contact": {"law": "my-flores", "e": 0.7, "stiffness": STIFFNESS}, "friction": MY_LUGRE}
+    assert_same_bits(CRANK, {"contact": FLORES, "friction": LUGRE}, copy)
+
+
+@pytest.mark.slow
+def test_copies_of_tanh_and_archard_give_the_bits_of_the_package():
+    original = {"contact": FLORES, "friction": TANH, "wear": {"law": "archard", "coefficient": "2e-15 m^2/N"}}
+    copy = {
+        "contact": FLORES,
+        "friction": {"law": "my-tanh", "mu": 0.1, "v": "1 mm/s"},
+        "wear": {"law": "my-archard", "k": "2e-15 m^2/N"},
+    }
+    assert_same_bits(CRANK, original, copy)
+
+
+@pytest.mark.slow
+def test_a_copy_of_the_short_bearing_gives_the_bits_of_the_package():
+    catalogue = copies()
+    films = ({"law": name, "viscosity": "0.05 Pa*s"} for name in ("short", "my-short"))
+    expected, found = (figures_of(with_joint(CRANK, length="8 mm", film=film), catalogue) for film in films)
+    unknown = "rod_slider_film_pressure_max", "rhs_evaluations"  # a force of one's own has no pressure
+    assert found.pop(unknown[0]) is None
+    assert {name: value for name, value in expected.items() if name not in unknown} == {
+        name: value for name, value in found.items() if name not in unknown
+    }
+
+
+SPRING = ctypes.CFUNCTYPE(ctypes.c_double, *[ctypes.c_double] * 3, ctypes.POINTER(ctypes.c_double))
+
+
+@SPRING
+def spring_of_c(penetration, rate, onset_rate, parameters):
+    return parameters[0] * penetration + parameters[1] * rate
+
+
+def test_a_function_of_c_in_the_loop_gives_the_motion_of_the_same_formula():
+    keys = {"k": "N/m", "c": "N*s/m"}
+    catalogue = catalogue_of(
+        lambda: laws.contact("c", stiffness="N/m", c="N*s/m")(spring_of_c),
+        lambda: laws.contact("python", **keys)(lambda penetration, rate, onset_rate, p: p.k * penetration + p.c * rate),
+    )
+    numbers = {"c": "1e3 N*s/m"}
+    by_address = figures_of(with_joint(PAIR, contact={"law": "c", "stiffness": "1e8 N/m"} | numbers), catalogue)
+    traced = figures_of(with_joint(PAIR, contact={"law": "python", "k": "1e8 N/m"} | numbers), catalogue)
+    assert by_address["pair_force_peak"] == pytest.approx(traced["pair_force_peak"], rel=1e-12)
+    assert by_address["steps"] == traced["steps"]
+
+
+@pytest.mark.slow
+def test_a_function_of_numba_is_read_and_one_with_an_address_is_called():
+    numba = pytest.importorskip("numba")
+
+    @numba.njit
+    def helper(e):
+        return 1.6 * (1.0 - e) / e
+
+    @numba.njit
+    def traced(penetration, rate, onset_rate, p):
+        force = p.elastic_force(penetration)
+        return force + force * (helper(p.e) / onset_rate) * rate
+
+    number = numba.types.float64
+
+    @numba.cfunc(number(number, number, number, numba.types.CPointer(number)))
+    def called(penetration, rate, onset_rate, p):
+        force = p[1] * penetration * math.sqrt(penetration)
+        return force + force * ((1.6 * (1.0 - p[0]) / p[0]) / onset_rate) * rate
+
+    catalogue = catalogue_of(
+        lambda: laws.contact("traced", e="1")(traced), lambda: laws.contact("called", e="1")(called)
+    )
+    expected = figures_of(with_joint(CRANK, contact=FLORES), catalogue)
+    for name, bound in (("traced", 0.0), ("called", 1e-9)):
+        found = figures_of(with_joint(CRANK, contact={"law": name, "e": 0.7, "stiffness": STIFFNESS}), catalogue)
+        assert found["rod_slider_force_peak"] == pytest.approx(expected["rod_slider_force_peak"], rel=bound, abs=0.0)
+
+
+def test_kinks_of_a_law_end_steps_where_it_declares_them():
+    def law(penetration, rate, onset_rate, p):
+        return p.k * penetration + (p.k * (penetration - p.d) if penetration > p.d else 0.0)
+
+    keys = {"k": "N/m", "d": "m"}
+    catalogue = catalogue_of(
+        lambda: laws.contact("declared", kinks=["d"], **keys)(law), lambda: laws.contact("silent", **keys)(law)
+    )
+    numbers = {"k": "1e8 N/m", "d": "5 um"}
+    declared, silent = (with_joint(PAIR, contact={"law": name} | numbers) for name in ("declared", "silent"))
+    assert list(registry.own_law_remarks(joint_of(declared, catalogue))) == []
+    (remark,) = registry.own_law_remarks(joint_of(silent, catalogue))
+    assert "has a kink at penetration 5e-06 m" in remark
+    residuals = [abs(figures_of(source, catalogue)["energy_residual"]) for source in (declared, silent)]
+    assert residuals[0] <= residuals[1]
+
+
+def test_the_restitution_of_a_law_is_that_of_its_closed_form():
+    def viscous(penetration, rate, onset_rate, p):
+        return p.k * penetration + p.c * rate
+
+    catalogue = catalogue_of(
+        lambda: laws.contact("factor", chi="1")(
+            lambda penetration, rate, onset_rate, p: p.elastic_force(penetration) * (1.0 + p.chi * rate / onset_rate)
+        ),
+        lambda: laws.contact("viscous", k="N/m", c="N*s/m")(viscous),
+    )
+    contact = {"law": "factor", "chi": 0.8, "stiffness": STIFFNESS}
+    found = registry.derived_values(joint_of(with_joint(PAIR, contact=contact), catalogue))
+    for speed in SPEEDS:
+        assert found[f"contact.restitution at {speed:g} m/s"][0] == pytest.approx(hysteresis_rebound(0.8), rel=1e-8)
+    contact = {"law": "viscous", "k": "1e8 N/m", "c": "1e3 N*s/m"}
+    found = registry.derived_values(joint_of(with_joint(PAIR, contact=contact), catalogue))
+    zeta = 1e3 / (2.0 * math.sqrt(1e8))  # of 1 kg
+    w = math.sqrt(1.0 - zeta * zeta)
+    expected = math.exp(-zeta / w * math.atan2(2.0 * zeta * w, 2.0 * zeta * zeta - 1.0))
+    assert found["contact.restitution at 0.1 m/s and 1 kg"][0] == pytest.approx(expected, rel=1e-7)
+
+
+# ---------------------------------------------------------------------------------------------- what is refused
+
+
+def power(p, penetration):
+    return p.stiffness * penetration**1.5
+
+
+@pytest.mark.parametrize(
+    ("law", "options", "message"),
+    [
+        (lambda d, v, v0, p: power(p, d) * math.log(d), {}, "fails with ValueError"),
+        (lambda d, v, v0, p: power(p, d) / d, {}, "fails with ZeroDivisionError"),
+        (lambda d, v, v0, p: power(p, d) + 1.0, {}, "gives 1 N at rest at penetration 0"),
+        (
+            lambda d, v, v0, p: power(p, d) * (1.0 - 0.1 * v / v0),
+            {},
+            "gives energy: its restitution at 0.01 m/s is 1.07",
+        ),
+        (lambda d, v, v0, p: power(p, d) + (9.0 if d > 1e-5 else 0.0), {}, "jumps at penetration 1e-05 m"),
+        (lambda d, v, v0, p: power(p, d) * math.gamma(1.0 + d), {}, "cannot be traced: it calls math.gamma"),
+        (lambda d, v, v0, p: power(p, d) * (1.0 - 0.1 * v / v0), {"may_gain": True}, ""),
+        (lambda d, v, v0, p: power(p, d) + (9.0 if d > 1e-5 else 0.0), {"kinks": [1e-5]}, ""),
+    ],
+)
+def test_a_law_that_no_run_could_use_is_refused_before_it(law, options, message):
+    catalogue = catalogue_of(lambda: laws.contact("mine", **options)(law))
+    source = with_joint(PAIR, contact={"law": "mine", "stiffness": STIFFNESS})
+    if not message:
+        assert len(grid.load(source, catalogue)) == 1
+        return
+    with pytest.raises(InputError) as caught:
+        grid.load(source, catalogue)
+    assert "joints.pair.contact.law" in str(caught.value)
+    assert "test_own_laws.py" in str(caught.value)
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("law", "message"),
+    [
+        (lambda normal, slip, p: p.mu * normal * math.copysign(1.0, slip), "jumps at slip 0 m/s"),
+        (lambda normal, slip, p: p.mu * normal * abs(slip), "drives the sliding"),
+    ],
+)
+def test_friction_that_jumps_or_drives_is_refused(law, message):
+    catalogue = catalogue_of(lambda: laws.friction("mine", mu="1")(law))
+    with pytest.raises(InputError, match=message):
+        grid.load(with_joint(CRANK, contact=FLORES, friction={"law": "mine", "mu": 0.1}), catalogue)
+
+
+def test_the_sign_of_friction_does_not_matter():
+    catalogue = catalogue_of(
+        lambda: laws.friction("up", mu="1")(lambda normal, slip, p: p.mu * normal * math.tanh(slip)),
+        lambda: laws.friction("down", mu="1")(lambda normal, slip, p: -p.mu * normal * math.tanh(slip)),
+    )
+    for name in ("up", "down"):
+        joint = joint_of(with_joint(CRANK, contact=FLORES, friction={"law": name, "mu": 0.1}), catalogue)
+        assert friction_force(registry.compile_friction(joint), 10.0, 0.5) == -0.1 * 10.0 * math.tanh(0.5)
+
+
+# ---------------------------------------------------------------------------------------------- in a grid
+
+
+def test_keys_of_a_law_have_units_ranges_defaults_and_suggestions():
+    key = laws.key("N*s/m", at_least=0.0, default="5 N*s/m", doc="of the damper")
+    catalogue = catalogue_of(
+        lambda: laws.contact("mine", c=key)(lambda d, v, v0, p: p.elastic_force(d) + p.c * v * d / (d + 1e-6))
+    )
+    contact = {"law": "mine", "stiffness": STIFFNESS}
+    assert joint_of(with_joint(PAIR, contact=contact), catalogue).contact.values["c"] == 5.0
+    swept = with_joint(PAIR, contact=contact) | {"sweep": {"joints.pair.contact.c": ["1 N*s/mm", "2 kN*s/m"]}}
+    assert grid.load(swept, catalogue).axes == {"joints.pair.contact.c": (1000.0, 2000.0)}
+    for wrong, message in (
+        ({"c": "1 N/m"}, "N*s/m"),
+        ({"c": "-1 N*s/m"}, "out of range; allowed: at least 0 (N*s/m)"),
+        ({"law": "mien"}, "did you mean 'mine'?"),
+        ({"restitution": 0.5}, "is not used by law 'mine'"),
+    ):
+        with pytest.raises(InputError) as caught:
+            grid.load(with_joint(PAIR, contact=contact | wrong), catalogue)
+        assert message in str(caught.value)
+
+
+def test_the_name_of_a_law_of_the_package_is_refused():
+    with pytest.raises(InputError, match=r"laws\.contact 'flores': is the name of a law of the package"):
+        catalogue_of(lambda: laws.contact("flores")(lambda d, v, v0, p: p.elastic_force(d)))

@@ -202,6 +202,7 @@ class Film(NamedTuple):
     oil: Oil | None = None  # determines the viscosity at the temperature
     temperature: float | None = None  # K
     thermal: Thermal | None = None
+    own: Mapping[str, float] = {}  # parameters of a law of one's own, by key
 
 
 #: The contact of a joint with a film but no dry contact.

@@ -148,6 +148,7 @@ def _film(section: Tree) -> Film:
     if transition:
         law, start, width, remainder = _split_keys(transition, "law", "from", "width")
         values |= {"transition": law, "begin": start, "width": width, "asperities": remainder}
+    values["own"] = {key: values.pop(key) for key in [*values] if key not in Film._fields}
     if not isinstance(viscosity, dict):
         return Film(viscosity=viscosity, **values)
     oil = Oil(viscosity["at_40C"], viscosity["at_100C"], viscosity["density"])

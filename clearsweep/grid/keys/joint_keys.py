@@ -278,6 +278,7 @@ def add_film(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     add_numbers(keys, f"{film}.viscosity", OIL_FIELDS, CHOICE)
     add_numbers(keys, film, (TEMPERATURE_FIELD,), CONDITION)
     add_numbers(keys, film, FILM_LIMIT_FIELDS, MODEL)
+    add_laws(keys, film, "law", catalogue.of("film"))
     keys[f"{film}.thermal"] = Section(
         "heat balance of the film: temperature = ambient + mean loss / conductance", "optional"
     )

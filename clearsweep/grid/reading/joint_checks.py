@@ -260,6 +260,8 @@ def _check_wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         message = "is missing; wear needs the joint's length along the pin, such as 20 mm"
         reader.problems.add(reader.position_of(wear), f"{joint}.length", message)
     is_dimensionless = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
+    if all(law.origin for law in catalogue.of("wear") if law.name in reader.names[f"{wear}.law"]):
+        return  # laws of one's own have only their own keys
     work_laws = [
         law for law in catalogue.of("wear") if "friction" in law.needs and law.name in reader.names[f"{wear}.law"]
     ]

@@ -369,6 +369,7 @@ def sliding_contact_on(joint, workspace, arc, load_sum, fraction):
         sliding_distance=sliding_distance,
         pressure_integral=line_load * load_sum,
         clearance=joint.clearance,
+        half_angle=0.5 * (arc.stop_angle - arc.start_angle),
     )
 
 

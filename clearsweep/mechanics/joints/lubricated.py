@@ -121,7 +121,7 @@ def film_load(joint, gap):
     if square == 0.0:
         zero = as_type_of(0.0, square)
         journal_couple, bearing_couple = film_couples(
-            joint.shear, FilmMotion(zero, zero, zero), journal_spin - bearing_spin, zero
+            joint.shear, FilmMotion(zero, zero, zero, zero, zero), journal_spin - bearing_spin, zero
         )
         return FilmLoad(
             radial=zero,
@@ -130,7 +130,7 @@ def film_load(joint, gap):
             bearing_couple=bearing_couple,
             lost_power=-journal_couple * journal_spin - bearing_couple * bearing_spin,
             pressure_power=zero,
-            motion=FilmMotion(zero, zero, zero),
+            motion=FilmMotion(zero, zero, zero, zero, zero),
             nx=as_type_of(1.0, square),
             ny=zero,
             rate=as_type_of(math.sqrt(vx * vx + vy * vy), square),
@@ -144,6 +144,8 @@ def film_load(joint, gap):
         ratio=min(eccentricity / joint.clearance, as_type_of(joint.limit, eccentricity)),
         squeeze_rate=rate / joint.clearance,
         spin=journal_spin + bearing_spin - 2.0 * tangential_rate / eccentricity,
+        eccentricity=min(eccentricity, as_type_of(joint.limit * joint.clearance, eccentricity)),
+        rate=rate,
     )
     radial, tangential = film_force(joint.film, motion)
     journal_couple, bearing_couple = film_couples(

@@ -34,6 +34,8 @@ class FilmMotion(NamedTuple):
     ratio: float  # eccentricity over clearance, below 1
     squeeze_rate: float  # 1/s, its rate
     spin: float  # rad/s, effective: of journal and bearing minus twice that of the line of centres
+    eccentricity: float = 0.0  # m, ratio times clearance
+    rate: float = 0.0  # m/s, squeeze rate times clearance
 
 
 class FilmArc(NamedTuple):

@@ -19,6 +19,7 @@ from ... import laws as recorded
 from ...contracts.case import Joint
 from ...contracts.catalogue import Law
 from ...language.errors import InputError
+from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import is_plain
 from ...tracing.compiled.pinned import array_handle, call_number
 from ...tracing.objects import trace_scene
@@ -42,6 +43,7 @@ from .contract import (
     slip_variable,
 )
 from .elastic import elastic_force, root_parity
+from .film import FilmMotion, film_force
 from .friction import friction_force
 from .loss import always_needs_onset_rate, contact_force, lowest_force, needs_onset_rate, sign_past_separation
 from .sampled import GAIN, MASSES, SPEEDS, Range, checked, rebound, undeclared_kinks
@@ -466,3 +468,44 @@ def _as_quotient(number: float, keys: Sequence[float]) -> float:
     """Return a positive number as a key or as the quotient of two, if it is one but for rounding."""
     candidates = [*keys, *(a / b for a in keys for b in keys if b)]
     return next((float(x) for x in candidates if abs(x - number) < 1e-6 * number), number)
+
+
+# ---------------------------------------------------------------------------------------------- film
+
+
+@maker("film")
+def _film_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+    given = recorded.KINDS["film"].given
+    kind, values = type_of(law, digest, "law", ("p",)), type_of(law, digest, "values", names_of(law, *given))
+    evaluate = function_of(law)
+    if law.body is None:
+        raise InputError(f"{law.place}: returns two numbers, which no function of C can; write it in Python")
+
+    @film_force.member(kind)
+    def force(film, motion):
+        zero = as_type_of(0.0, motion.eccentricity)
+        return evaluate(film.p, motion.eccentricity, zero, motion.rate, zero, motion.spin)
+
+    def make(joint):
+        film = joint.film
+        keys = [film.own[field.name] for field in law.keys]
+        return kind(
+            parameters_of(law, values, [*keys, film.viscosity, joint.clearance, joint.bearing_radius, joint.length])
+        )
+
+    def check(joint):
+        film, zero = make(joint), 0.0
+        check_traced(law, film.p, 0.5 * joint.clearance, zero, 0.1, zero, 10.0)
+
+        def total(ratio, rate, speed):
+            fx, fy = force(film, FilmMotion(ratio, 0.0, speed, ratio * joint.clearance, rate))
+            return fx + fy
+
+        sampled_force = checked(total, ("ratio", "rate", "speed"), law.place)
+        for ratio in (0.01, 0.1, 0.5, 0.9, joint.film.limit):
+            for rate in (-0.1, -1e-3, 0.0, 1e-3, 0.1):
+                for speed in (-100.0, 0.0, 100.0):
+                    sampled_force(ratio, rate, speed)
+        return ()
+
+    return Recipe(description._replace(needs=("length",)), (kind,), make, check=check)

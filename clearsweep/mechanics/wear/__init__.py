@@ -73,6 +73,7 @@ class SlidingContact(NamedTuple):
     sliding_distance: float  # m, sliding distance in contact so far
     pressure_integral: float  # N/m, integral of the scalar pressure over the arc
     clearance: float  # m, difference of the radii of curvature of both surfaces where they touch
+    half_angle: float  # rad, half the contact arc on the bearing
 
 
 @family_with_default

@@ -188,9 +188,10 @@ def sliding_contact_of(joint, values, sliding_distance, clearance):
     """Return the SlidingContact of a joint from its profiles' values at one time, in the order of the profiles."""
     (load, _, sliding_speed, depth, friction_power), pressure = values, joint.wear.pressure
     load, sliding_speed, friction_power = max(load, 0.0), abs(sliding_speed), max(friction_power, 0.0)
-    sliding = SlidingContact(load, depth, sliding_speed, friction_power, sliding_distance, 0.0, clearance)
-    load_sum = pressure_integral_over_load(pressure, half_arc(pressure, joint, joint.bearing_radius, sliding))
-    return sliding._replace(pressure_integral=load * load_sum)
+    sliding = SlidingContact(load, depth, sliding_speed, friction_power, sliding_distance, 0.0, clearance, 0.0)
+    half_angle = half_arc(pressure, joint, joint.bearing_radius, sliding)
+    load_sum = pressure_integral_over_load(pressure, half_angle)
+    return sliding._replace(pressure_integral=load * load_sum, half_angle=half_angle)
 
 
 @inlined

@@ -13,14 +13,18 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ... import laws as recorded
 from ...contracts.case import Joint
 from ...contracts.catalogue import Field, Law
+from ...language.errors import InputError
 from ...tracing import portable
 from ...tracing.compiled.family import inlined
 from ...tracing.portable import coefficients_through, exact, polynomial_through
 from ..laws.conformal import MAX_B2, angle_minus_sine, half_angle_at_load
-from ..laws.contract import compile_law, register
+from ..laws.contract import Recipe, compile_law, register
 from ..laws.elastic import SMALL_ARC, plane_strain_modulus, relative_radius
+from ..laws.own import check_traced, function_of, maker, names_of, parameters_of, type_of
+from ..laws.sampled import checked
 from . import (
     MAX_BINS,
     cumulative_pressure,
@@ -130,6 +134,65 @@ register(
     (Energy, RunningIn),
     lambda joint: _make_wear_law(Energy, joint),
 )
+
+
+class OwnWear(NamedTuple):
+    """Fields that every type of a wear law of one's own has after those of the law."""
+
+    bins: float  # of each body
+    length: float  # m, of the joint along its pin
+    pressure: tuple  # half_arc, cumulative_pressure
+    pv_limit: float  # W/m^2, inf: none
+    radius: float  # m, of the bearing
+
+
+@maker("wear")
+def _own_wear_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+    """Return the recipe of a recorded wear law, for both bodies alike.
+
+    A law that is proportional to the pressure is exact for any pressure over the arc; any other is evaluated at the
+    mean pressure on the bearing.
+    """
+    kinds = [type_of(law, digest, role, ("p", *OwnWear._fields)) for role in ("linear", "law")]
+    values, evaluate = type_of(law, digest, "values", names_of(law)), function_of(law)
+
+    @wear_rate.member(kinds[0])
+    def rate_of_sum(wear, sliding):
+        rate = evaluate(wear.p, sliding.pressure_integral, sliding.sliding_speed)
+        return rate, rate
+
+    @wear_rate.member(kinds[1])
+    def rate_of_mean(wear, sliding):
+        width = 2.0 * wear.radius * max(sliding.half_angle, LEAST_HALF_ANGLE)
+        rate = width * evaluate(wear.p, sliding.pressure_integral / width, sliding.sliding_speed)
+        return rate, rate
+
+    def parameters(joint):
+        return parameters_of(law, values, [joint.wear.values[field.name] for field in law.keys])
+
+    def make(joint):
+        wear, p = joint.wear, parameters(joint)
+        pairs = [(evaluate(p, 3.0 * x, v), 3.0 * evaluate(p, x, v)) for x in PRESSURES for v in SPEEDS]
+        is_linear = all(abs(a - b) <= 1e-12 * abs(b) for a, b in pairs)
+        pressure, bins = compile_law("pressure", wear.pressure, joint), float(min(wear.bins, MAX_BINS))
+        fields = bins, joint.length, pressure, wear.values.get("pv_limit", math.inf), joint.bearing_radius
+        return kinds[0 if is_linear else 1](p, *fields)
+
+    def check(joint):
+        p = parameters(joint)
+        check_traced(law, p, 1e6, 0.1)
+        sampled_rate = checked(lambda pressure, slip: evaluate(p, pressure, slip), ("pressure", "slip"), law.place)
+        for pressure in (0.0, *PRESSURES):
+            for slip in (0.0, *SPEEDS):
+                if sampled_rate(pressure, slip) < 0.0:
+                    raise InputError(f"{law.place}: is below 0 at {pressure:g} Pa and {slip:g} m/s; wear adds nothing")
+        return ()
+
+    return Recipe(description, tuple(kinds), make, check=check)
+
+
+PRESSURES, SPEEDS = (1e3, 1e5, 1e7, 1e9), (1e-4, 1e-2, 1.0, 10.0)  # Pa, m/s, at which wear laws are sampled
+LEAST_HALF_ANGLE = 1e-9  # rad
 
 
 # ---------------------------------------------------------------------------------------------- pressures

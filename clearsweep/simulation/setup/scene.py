@@ -567,7 +567,7 @@ def warnings(case: Case) -> list[str]:
                 f"joints.{joint.name}.contact.law: {joint.contact.law} is made for Hertz's force; with rough surfaces "
                 "in series the restitution of a free impact differs from the specified one"
             )
-        if joint.wear is None:
+        if joint.wear is None or not any(joint.wear.coefficients().values()):
             continue
         if "hardness" not in joint.wear.values:
             sentences += _unchecked_wear(joint)
