@@ -12,6 +12,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 from .catalogue import Law, Outline
+from .vibration import Vibration
 
 
 @dataclass(frozen=True)
@@ -389,3 +390,4 @@ class Case(NamedTuple):
     life: Life | None = None
     uncertain: tuple[Uncertain, ...] = ()
     law_files: tuple[LawFile, ...] = ()  # with laws of one's own
+    vibration: Vibration | None = None

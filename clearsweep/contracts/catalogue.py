@@ -5,6 +5,8 @@ from collections.abc import Callable, Sequence
 from math import inf
 from typing import Any, NamedTuple
 
+from .vibration import FRAME, PlaceOutline, VibrationOutline
+
 # Roles of varied values: what the designer chooses, what must hold at every value, and what is uncertain.
 
 CHOICE = "choice"  # the designer decides
@@ -54,6 +56,7 @@ class LoadOutline(NamedTuple):
     form: str  # the name of a law of the family 'load'
     on: str = ""  # the body or joint that it acts on
     given: str = ""  # for friction of a given size: 'torque' or 'force'
+    reacted: bool = True  # whether the frame of the machine reacts it
 
 
 class Outline(NamedTuple):
@@ -70,6 +73,7 @@ class Outline(NamedTuple):
     axial: frozenset[str] = frozenset()  # joints with clearance between flanges, of a mechanism in space
     elastic: frozenset[str] = frozenset()  # bodies with elastic links
     laws: str = ""  # hash of the laws of the grid's own
+    vibration: VibrationOutline | None = None
 
     @property
     def free(self) -> bool:
@@ -86,6 +90,7 @@ IN_SPACE = Outline(
     joints=(JointOutline(ANY, ANY, "", ""),),
     spatial=True,
     axial=frozenset((ANY,)),
+    vibration=VibrationOutline((PlaceOutline(FRAME), PlaceOutline(ANY))),
 )
 
 #: An outline with everything that a grid may define, for lists of keys.
@@ -94,6 +99,7 @@ FULL_OUTLINE = Outline(
     loads=(LoadOutline(ANY, ANY, ANY),),
     bodies=(BodyOutline(GROUND, (ANY,)), BodyOutline(ANY, (ANY,))),
     joints=(JointOutline(ANY, ANY, "", ""),),
+    vibration=VibrationOutline((PlaceOutline(FRAME), PlaceOutline(ANY))),
 )
 
 
@@ -291,7 +297,7 @@ class Keys(NamedTuple):
     words: tuple[Choice, ...] = ()  # named '0', '1' for a list of words
     tables: tuple[Columns, ...] = ()
     family: str = ""  # family of the laws that the key `law` chooses from
-    flags: tuple[tuple[str, str], ...] = ()  # name and description of keys that are true or left out
+    flags: tuple[tuple, ...] = ()  # name and description of keys that are true or left out; a default, if always stored
     scalar_factors: tuple[int, ...] = ()  # of a list: factors that turn a single quantity into the items
     given_size_key: str = ""  # of friction laws: 'torque' or 'force' instead of a coefficient, see `with_given_size`
     role: str = ""  # one of contracts.roles: the role of its numbers; required where it has any
@@ -379,13 +385,14 @@ class Figure(NamedTuple):
     name: str  # 'force_peak' of a joint: the column is 'rod_slider_force_peak'
     unit: str  # SI
     text: str
-    of: str = "case"  # 'joint': one for each joint with clearance; 'output': of a mechanism's output; 'case'
+    of: str = "case"  # 'joint': one for each joint with clearance; 'output': of a mechanism's output; 'place': one for
+    # each place of `vibration.at`; 'order': one for each of `vibration.orders`; 'case'
     #: 'turns', 'free', 'rests' (mechanism); 'wear', 'film', 'friction', 'limited' (joint); 'horizon', 'until',
     #: 'life'
     needs: tuple[str, ...] = ()
     value: Callable | None = None  # (simulation.window.Window, index of the joint) -> value; None: see `sums`
     sums: Any = None  # its sums, such as simulation.sums.Mean: it converges, so `simulate.until` accepts it
-    kind: str = "float"  # or 'int'
+    kind: str = "float"  # or 'int', 'text'
     differs: bool = True  # `simulate.error_check` compares it with a run at a tenth of the tolerance
     tables: tuple[Entry, ...] = ()
     null: str = ""  # what a missing value of a finished case means to a limit: NOTHING, ENDLESS; '': unknown

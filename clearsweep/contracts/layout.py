@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from .case import Case, Joint, column_name
 from .catalogue import Catalogue, Channel, Figure, Mechanism, Outline
+from .vibration import VibrationOutline
 
 PRELOAD = "preload"  # the form of load that presses on a joint with clearance
 FRICTION_POWER = "friction_power"  # the figure that a joint without clearance may also have
@@ -159,7 +160,12 @@ class Layout(NamedTuple):
             mechanism.turns,
             mechanism.output.name if mechanism.output else "",
             features.joints,
-            columns_of(catalogue, mechanism, joint_features, requested, features.until, frictions),
+            columns_of(
+                catalogue,
+                mechanism,
+                joint_features,
+                Requested(frozenset(requested), features.until, frictions, features.outline.vibration),
+            ),
             _channels(catalogue, mechanism, features.joints),
             features.horizon,
             features.error_check,
@@ -223,21 +229,25 @@ _LISTED = {"joints": JointLayout, "columns": Column, "channels": Column}
 REQUESTED_COLUMNS = ("horizon", "error_check", "until", "life", "uncertain")
 
 
+class Requested(NamedTuple):
+    """What a grid requests of the figures of merit, besides those of its joints."""
+
+    names: frozenset[str] = frozenset()  # those of REQUESTED_COLUMNS
+    until: str = ""  # the figure in `simulate.until`
+    frictions: tuple[str, ...] = ()  # the joints of friction loads
+    vibration: VibrationOutline | None = None
+
+
 def columns_of(
-    catalogue: Catalogue,
-    mechanism: Mechanism,
-    features_by_joint: Mapping[str, set],
-    requested: set,
-    until: str = "",
-    frictions: Iterable[str] = (),
+    catalogue: Catalogue, mechanism: Mechanism, features_by_joint: Mapping[str, set], requested: Requested
 ) -> tuple[Column, ...]:
     """Return the figures of merit of a case, in the order of the summary's columns.
 
-    features_by_joint : clearance joint ('rod_slider') -> its features ('wear', 'film'); requested : those of
-    REQUESTED_COLUMNS that the grid requests; until : the figure in `simulate.until`; frictions : the joints of
-    friction loads. Joints without clearance among these have a friction power.
+    features_by_joint : clearance joint ('rod_slider') -> its features ('wear', 'film').  Joints without clearance among
+    those of friction loads have a friction power.
     """
-    features = {*requested, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
+    features = {*requested.names, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
+    features |= {"vibration"} if requested.vibration else set()
     columns: list[Column] = []
     for joint, joint_features in features_by_joint.items():
         joint_figures = (figure for figure in catalogue.figures if figure.of == "joint")
@@ -246,17 +256,22 @@ def columns_of(
             for figure in joint_figures
             if features | joint_features >= {*figure.needs}
         ]
-    for joint in dict.fromkeys(frictions):
+    for joint in dict.fromkeys(requested.frictions):
         joint_figures = (
             figure for figure in catalogue.figures if figure.name == FRICTION_POWER and joint not in features_by_joint
         )
         columns += [_column(figure, joint, mechanism) for figure in joint_figures]
     for figure in catalogue.figures:
-        if figure.of == "joint" or not features >= {*figure.needs} or (figure.of == "output" and not mechanism.output):
+        if figure.of == "joint" or not features >= {*figure.needs} - {"zones", "across"}:
             continue
-        until_unit = {column.name: column.unit for column in columns}.get(until, "1")
-        columns.append(_column(figure, "", mechanism, until, until_unit))
-    if "error_check" not in requested:
+        if figure.of == "output" and not mechanism.output:
+            continue
+        if figure.of in ("place", "order"):
+            columns += _vibration_columns(figure, mechanism, requested.vibration or VibrationOutline())
+            continue
+        until_unit = {column.name: column.unit for column in columns}.get(requested.until, "1")
+        columns.append(_column(figure, "", mechanism, {"until": requested.until, "until_unit": until_unit}))
+    if "error_check" not in requested.names:
         return tuple(columns)
     differing = {figure.name for figure in catalogue.figures if figure.differs}
     return tuple(
@@ -266,18 +281,30 @@ def columns_of(
     )
 
 
+def _vibration_columns(figure: Figure, mechanism: Mechanism, vibration: VibrationOutline) -> list[Column]:
+    """Return the columns of a figure that each place, or each order of the force on the frame, has."""
+    numbers = [str(k) for k in range(1, vibration.orders + 1)] if "{order}" in figure.name else [""]
+    least_axes = 2 if "across" in figure.needs else 1
+    places = [place.column for place in vibration.places if place.moves and place.axes >= least_axes]
+    owners = places if figure.of == "place" else [""]
+    if "zones" in figure.needs and not vibration.has_zones:
+        return []
+    words = [{"order": number, "place": owner} for owner in owners for number in numbers]
+    return [_column(figure, each["place"], mechanism, each) for each in words]
+
+
 def rubbing_joints(outline: Outline) -> tuple[str, ...]:
     """Return the column name of the joint of each friction load."""
     return tuple(column_name(load.on) for load in outline.loads if load.form == "friction")
 
 
-def _column(figure: Figure, joint: str, mechanism: Mechanism, until: str = "", until_unit: str = "") -> Column:
-    """Return the column of a figure; `until_unit` is the unit of the figure in `until`."""
-    output = mechanism.output
-    name = figure.column(output.name if output and figure.of == "output" else joint)
-    text = figure.text.format(output=output.name if output else "", until=until)
-    unit = figure.unit.format(output=output.unit if output else "", until=until_unit)
-    return Column(name, unit, text, figure.kind, figure.name, joint, figure.null)
+def _column(figure: Figure, joint: str, mechanism: Mechanism, words: Mapping[str, str] | None = None) -> Column:
+    """Return the column of a figure; words : `until` and the unit of that figure, `order`, `place`."""
+    output, words = mechanism.output, {"until": "", "until_unit": "", "order": "", "place": "", **(words or {})}
+    name = figure.column(output.name if output and figure.of == "output" else joint).format(**words)
+    text = figure.text.format(output=output.name if output else "", **words)
+    unit = figure.unit.format(output=output.unit if output else "", until=words["until_unit"])
+    return Column(name, unit, text, figure.kind, figure.name, "" if words["place"] else joint, figure.null)
 
 
 def _difference_column(column: Column) -> Column:
@@ -321,7 +348,7 @@ def converging_columns(catalogue: Catalogue, mechanism: Mechanism, *, settles: b
     figure_names = {figure.name for figure in catalogue.figures if figure.settles is settles}
     return tuple(
         column.name
-        for column in columns_of(catalogue, mechanism, features_by_joint, set())
+        for column in columns_of(catalogue, mechanism, features_by_joint, Requested())
         if column.figure in figure_names
     )
 
@@ -331,10 +358,11 @@ def columns_markdown(catalogue: Catalogue) -> str:
     outputs = [mechanism.output for mechanism in catalogue.mechanisms if mechanism.output]
     rows = ["| column | unit | what it is | where |", "| --- | --- | --- | --- |"]
     for figure in catalogue.figures:
-        owners = {"joint": ("J",), "output": tuple(output.name for output in outputs)}.get(figure.of, ("",))
-        names = ", ".join(f"`{figure.column(owner)}`" for owner in owners)
+        owners = {"joint": ("J",), "place": ("AT",), "output": tuple(output.name for output in outputs)}
+        names = ", ".join(f"`{figure.column(owner)}`" for owner in owners.get(figure.of, ("",))).format(order="N")
         units = {figure.unit.format(output=output.unit, until="that of the figure") for output in outputs}
-        text = figure.text.format(output=" or ".join(output.name for output in outputs), until="the figure of `until`")
+        output_text, until_text = " or ".join(output.name for output in outputs), "the figure of `until`"
+        text = figure.text.format(output=output_text, until=until_text, order="N", place="the place AT")
         requirements_text = ", ".join(_REQUIREMENT_TEXTS[need] for need in figure.needs)
         rows.append(
             f"| {names}{' *' if figure.settles else ''} | {', '.join(sorted(units))} | {text} | {requirements_text} |"
@@ -360,4 +388,7 @@ _REQUIREMENT_TEXTS = {
     "error_check": "`simulate.error_check`",
     "uncertain": "`uncertain`",
     "limited": "the joint that `life` names",
+    "vibration": "`vibration`",
+    "zones": "zones or a severity are given",
+    "across": "the place is observed along x and y",
 }

@@ -27,6 +27,7 @@ from ..contracts.case import (
     Wear,
 )
 from ..contracts.catalogue import LoadOutline, Outline
+from ..contracts.vibration import FRAME, SEVERITIES, Frame, Mount, Place, Vibration
 from .keys.joint_keys import PRELOAD
 from .keys.key_table import DIMENSIONLESS
 from .sections.named_sections import UNCERTAIN, uncertain_of
@@ -68,6 +69,7 @@ def case_of(tree: Tree, outline: Outline) -> Case:
         life=_typed(_life, tree["life"]) if "life" in tree else None,
         uncertain=_typed(uncertain_of, tree[UNCERTAIN]) if UNCERTAIN in tree else (),
         law_files=tree.get(LAWS, ()),
+        vibration=_typed(_vibration, tree["vibration"]) if "vibration" in tree else None,
     )
 
 
@@ -97,6 +99,28 @@ def _save(section: Tree) -> Save:
 
 def _life(section: Tree) -> Life:
     return Life(**section)
+
+
+def _vibration(section: Tree) -> Vibration:
+    frame, others = _split_keys(section.get("at", {}), FRAME)
+    bounds = tuple(section.get("zones", ())) or SEVERITIES[section["severity"]]
+    return Vibration(
+        tuple(section["band"]),
+        bounds,
+        _frame(frame or {}),
+        tuple(_place(name, place) for name, place in others.items()),
+    )
+
+
+def _frame(section: Tree) -> Frame:
+    about, mount, values = _split_keys(section, "about", "mount")
+    mount = Mount(tuple(mount["stiffness"]), mount["damping"]) if mount else None
+    return Frame(tuple(about) if about else None, mount=mount, **values)
+
+
+def _place(name: str, section: Tree) -> Place:
+    point = section.get("point")
+    return Place(name, section["body"], tuple(point) if point else None)
 
 
 def _drive(section: Tree) -> Drive:

@@ -48,6 +48,12 @@ NORMAL, STORED, LOST, TANGENTIAL, SLIP, RAW, DEPTH, RATE, GUARD_QUANTITY, LOAD, 
 DRY_FORCE, FILM_POWER, DRY_FRICTION_POWER, PEAK_PRESSURE, SHEAR_SPEED, PRESSURE_POWER, FILM_WIDTH = range(7)
 
 
+#: Signals of a scene: time (s), first coordinate (the angle of a free crank), force x, y (N), square of the force
+#: (N^2), moment about the origin (N m); then of each place velocity x, y (m/s) and acceleration x, y (m/s^2).
+TIME, ANGLE, FORCE_X, FORCE_Y, FORCE_SQUARE, MOMENT, PLACES = range(7)
+VX, VY, AX, AY, PLACE_WIDTH = range(5)
+
+
 class Largest(float):
     """A number of a contact; of several contacts of a joint the largest counts, instead of their sum."""
 

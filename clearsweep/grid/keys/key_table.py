@@ -221,8 +221,8 @@ def _add_section_keys(keys: KeyTable, section: Keys, catalogue: Catalogue) -> No
     """Add the keys of a section of a mechanism."""
     if section.path not in keys:
         keys[section.path] = Section(section.text, section.need, section.items, section.scalar_factors)
-    for name, text in section.flags:
-        keys[f"{section.path}.{name}"] = Flag(text)
+    for name, *text_and_default in section.flags:
+        keys[f"{section.path}.{name}"] = Flag(*text_and_default)
     for choice in section.words:
         keys[f"{section.path}.{choice.name}"] = Word(choice.options, choice.text, choice.default)
     if section.family:

@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 from ...contracts.catalogue import (
@@ -16,7 +17,9 @@ from ...contracts.catalogue import (
     Mechanism,
     Outline,
 )
+from ...contracts.vibration import FRAME, MAX_ORDERS, NO_SEVERITY, SEVERITIES, PlaceOutline, VibrationOutline
 from ...language import quantity
+from ...language.errors import InputError
 from ..written.document import WrittenValue, leaves
 from ..written.law_files import with_recorded_laws
 from .key_table import table_of_keys
@@ -26,8 +29,8 @@ NAME_PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 MAX_NAMES = 100  # bodies, points of a body, joints or loads; compiled code grows with their number
 INVALID_NAME_TEXT = "is not a valid name; expected a letter, then letters, digits, - or _, at most 40 characters"
 DRIVES = ("speed", "torque", "motor")  # keys of `drive`, of which a grid has exactly one
-_SECTIONS = ("mechanism", "drive", "loads", "joints")
-_USER_NAMED_SECTIONS = re.compile(r"loads|mechanism\.(bodies|joints|bodies\.[^.]+\.points)")
+_SECTIONS = ("mechanism", "drive", "loads", "joints", "vibration")
+_USER_NAMED_SECTIONS = re.compile(r"loads|vibration\.at|mechanism\.(bodies|joints|bodies\.[^.]+\.points)")
 _RESERVED = frozenset(  # names that orbits.h5 already uses
     [
         "case_id",
@@ -77,6 +80,9 @@ def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Out
         elastic=frozenset(
             name for name, content in _named_entries(bodies or mechanism) if "elastic" in _section(content)
         ),
+        vibration=_vibration_outline(tree["vibration"], str(mechanism.get("type", "")), path_set)
+        if "vibration" in tree
+        else None,
     )
 
 
@@ -157,7 +163,25 @@ def _load_outline(name: str, content: Any, paths: set[str]) -> LoadOutline:
     size_key = (
         next((size for size in SIZES if {size, f"static_{size}"} & friction_keys), "") if form == "friction" else ""
     )
-    return LoadOutline(name, form, loaded_body if isinstance(loaded_body, str) else "", size_key)
+    body = loaded_body if isinstance(loaded_body, str) else ""
+    return LoadOutline(name, form, body, size_key, section.get("reacted") is not False)
+
+
+def _vibration_outline(content: Any, mechanism: str, paths: set[str]) -> VibrationOutline:
+    """Return the outline of the section `vibration` for a type of mechanism."""
+    section, places = _section(content), list[PlaceOutline]()
+    for name, written in _named_entries(_section(section.get("at"))):
+        place, path = _section(written), f"vibration.at.{name}"
+        moves = name != FRAME or "mass" in place or f"{path}.mass" in paths
+        is_slider = mechanism == "slider-crank" and place.get("body", name) == "slider" and "point" not in place
+        places.append(PlaceOutline(name, moves, 1 if is_slider else 2))
+    orders = 0
+    with suppress(InputError):
+        number = quantity.exact(section.get("orders", 0), "1")
+        orders = int(number) if number.denominator == 1 and 0 < number <= MAX_ORDERS else 0
+    severity = section.get("severity", NO_SEVERITY)
+    has_zones = "zones" in section or (severity != NO_SEVERITY and severity in SEVERITIES)
+    return VibrationOutline(tuple(places), orders, has_zones)
 
 
 def _joint_outline(name: str, section: Mapping[str, Any]) -> JointOutline:

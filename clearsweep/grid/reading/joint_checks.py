@@ -1,9 +1,11 @@
 """Checks that need several values of a grid at once, over all values of its axes."""
 
+import itertools
 import math
 
 from ...contracts.case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
 from ...contracts.catalogue import Catalogue, Law, with_given_size
+from ...contracts.vibration import FRAME, MAX_BAND_ORDERS, MIN_TURNS
 from ...language.errors import did_you_mean
 from ..keys.joint_keys import modulus_paths
 from ..keys.key_table import DIMENSIONLESS
@@ -14,6 +16,7 @@ from .machine_checks import check_film_joints, check_machine
 from .values import COEFFICIENTS, exponent_values
 
 MAX_RELATIVE_DEPTH = 0.1  # of the bearing radius; deeper wear is no longer a small change of shape
+VIBRATION = "vibration"
 WHOLE_TOLERANCE = 1e-9  # revolutions; tolerance on a whole number of them
 
 
@@ -33,6 +36,8 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
     )
     _check_until(reader)
     _check_life(reader)
+    if VIBRATION in reader.keys_in_use:
+        _check_vibration(reader)
     check_machine(reader, catalogue)
     check_film_joints(reader, catalogue)
     _check_friction(reader, catalogue)
@@ -80,6 +85,64 @@ def _check_friction(reader: Reader, catalogue: Catalogue) -> None:
         for law in catalogue.of("friction"):
             if law.name in reader.names.get(f"{path}.law", ()):
                 _check_order(reader, path, with_given_size(law, given_by_path[path]) if path in given_by_path else law)
+
+
+def _check_vibration(reader: Reader) -> None:
+    """Check the band, the zones, the mount and the length of the window of `vibration`."""
+    at_frame = f"{VIBRATION}.at.{FRAME}"
+    for pair in itertools.pairwise(f"{VIBRATION}.zones.{k}" for k in range(3)):
+        _check_below(reader, *pair, "each zone ends at a higher velocity than the one before")
+    if f"{VIBRATION}.zones" in reader.keys_in_use and reader.is_given(f"{VIBRATION}.severity"):
+        message = "conflicts with severity, which has zones of its own; remove one of the two"
+        reader.problems.add(reader.position_of(f"{VIBRATION}.zones"), f"{VIBRATION}.zones", message)
+    if f"{at_frame}.mount" in reader.keys_in_use and not reader.is_given(f"{at_frame}.mass"):
+        message = "needs the mass of the frame that it carries; write vibration.at.frame.mass, or remove the mount"
+        reader.problems.add(reader.position_of(f"{at_frame}.mount"), f"{at_frame}.mount", message)
+    discards = reader.values_of("simulate.discard") or (2.0,)
+    lengths = [
+        revolutions - (discard if revolutions > 2.0 or reader.is_given("simulate.discard") else 0.0)
+        for revolutions in reader.values_of("simulate.revolutions")
+        for discard in discards
+    ]
+    if lengths and min(lengths) < MIN_TURNS - WHOLE_TOLERANCE:
+        message = (
+            f"found {min(lengths):.6g} revolutions after simulate.discard; with vibration at least {MIN_TURNS} are "
+            "needed, so that its spectrum separates the orders of the crank; simulate more revolutions"
+        )
+        reader.problems.add(reader.position_of("simulate.revolutions"), "simulate.revolutions", message)
+    elif lengths:
+        _check_band(reader, min(lengths))
+
+
+def _check_band(reader: Reader, turns: float) -> None:
+    """Check that the band of `vibration` rises, is resolved by a turn, and contains a line of the window's spectrum."""
+    path = f"{VIBRATION}.band"
+    _check_below(reader, f"{path}.0", f"{path}.1", "the band needs a width")
+    lows, highs = reader.values_of(f"{path}.0"), reader.values_of(f"{path}.1")
+    speeds = [
+        speed
+        for key in ("drive.speed", "drive.motor.no_load_speed")
+        for speed in reader.values_of(key)
+        if isinstance(speed, float) and speed > 0.0
+    ]
+    if not (lows and highs and speeds):
+        return
+    limit = MAX_BAND_ORDERS * min(speeds)
+    if max(highs) > limit:
+        message = (
+            f"found {reader.text(f'{path}.1', max(highs))}; a turn resolves at most {MAX_BAND_ORDERS:,} times the "
+            f"crank speed, {limit / (2.0 * math.pi):,.6g} Hz; end the band there"
+        )
+        reader.problems.add(reader.position_of(f"{path}.1"), path, message)
+    resolution = max(speeds) / math.floor(turns + WHOLE_TOLERANCE)
+    if min(lows) < min(highs) and math.floor(min(highs) / resolution) * resolution < max(lows) * (
+        1.0 - WHOLE_TOLERANCE
+    ):
+        message = (
+            f"contains no line of the spectrum over {math.floor(turns + WHOLE_TOLERANCE)} turns, whose lines are "
+            f"{resolution / (2.0 * math.pi):.4g} Hz apart; widen the band, or simulate more revolutions"
+        )
+        reader.problems.add(reader.position_of(path), path, message)
 
 
 def _check_until(reader: Reader) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 from ...answers.verdict import EXCEEDED_COLUMN, KINDS, MARGIN_COLUMN, UNDECIDED_COLUMN
 from ...contracts.case import Uncertain, column_name
 from ...contracts.catalogue import ROLES, Catalogue, Field, Mechanism
-from ...contracts.layout import columns_of, rubbing_joints
+from ...contracts.layout import Requested, columns_of, rubbing_joints
 from ...language import expression
 from ...language.errors import InputError, did_you_mean, quoted
 from ...language.quantity import is_bare
@@ -204,7 +204,10 @@ def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue)
             parts_by_joint[column_name(joint.name)].add("strength")
     if life and column_name(life) in parts_by_joint:
         parts_by_joint[column_name(life)].add("limited")
-    columns = columns_of(catalogue, mechanism, parts_by_joint, requested, until, rubbing_joints(reader.outline))
+    frictions, vibration = rubbing_joints(reader.outline), reader.outline.vibration
+    columns = columns_of(
+        catalogue, mechanism, parts_by_joint, Requested(frozenset(requested), until, frictions, vibration)
+    )
     return {column.name: column.unit for column in columns}
 
 

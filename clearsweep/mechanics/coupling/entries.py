@@ -28,6 +28,7 @@ from ..observe import (
     FIRST_IMPLICIT_ROW,
     PARTS,
     ROW_COUNT,
+    SCRATCH,
     STAGES,
     START,
     STATE_POINTS,
@@ -44,7 +45,8 @@ from ..wear.bins import POSITIONS as POSITION_ROWS
 from ..wear.bins import RECORDED_SIZE, SLOPES, AxialRows, Instant, StripRows, WearTotals, record, update_joint_wear
 from ..wear.bins import Step as WearStep
 from .inertia import joints_at_event
-from .rates import gaps_with_angles, observed_width, put_error, put_root_rates, rates
+from .rates import first_signal, gaps_with_angles, observed_width, put_error, put_root_rates, rates
+from .shaking import put_signals
 from .state import size_of, time_scale
 
 # ---------------------------------------------------------------------------------------------- rates and stages
@@ -61,7 +63,9 @@ def rates_entry(scene, y, mode, latched, k, o, row):
     contacts, n, latched_count = size_of(parameters)
     y, o = shaped(y, (n,)), shaped(o, (observed_width(parameters), ROW_COUNT))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
-    rates(parameters, y, mode, latched, shaped(k, (n, ROW_COUNT)), o, row, row < FIRST_IMPLICIT_ROW)
+    pose, motion = rates(parameters, y, mode, latched, shaped(k, (n, ROW_COUNT)), o, row, row < FIRST_IMPLICIT_ROW)
+    if parameters.shaking:
+        put_signals_of_node(parameters, y, pose, motion, o, row)
     put_error(parameters, pose_at(parameters.mechanism, y), o, row)
 
 
@@ -159,8 +163,17 @@ def observe_entry(scene, nodes, mode, latched, o, _):
     nodes, mode, latched = shaped(nodes, (n + 1, STAGES)), shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     o = shaped(o, (observed_width(parameters), ROW_COUNT))
     for i in lane_range(STAGES):
-        rates(parameters, nodes[:, i], mode, latched, None, o, i)
+        pose, motion = rates(parameters, nodes[:, i], mode, latched, None, o, i)
+        if parameters.shaking:
+            put_signals(parameters, nodes[:, i], pose, motion, o, i, first_signal(parameters))
     put_error(parameters, pose_at(parameters.mechanism, nodes[:, END]), o, END)
+
+
+@inlined
+def put_signals_of_node(scene, y, pose, motion, o, row):
+    """Write the signals of vibration to a row of `o`, unless the state is one that only the search for a peak needs."""
+    if row != SCRATCH:
+        put_signals(scene, y, pose, motion, o, row, first_signal(scene))
 
 
 def rates_of(scene, parameters) -> Entry:

@@ -74,6 +74,7 @@ from ..observe import (
     write_contact_observables,
 )
 from .inertia import joints_with_mass, with_sticking_forces
+from .shaking import signal_count
 from .state import kappa_over_root, put_friction_rates, size_of, time_scale, with_friction_states
 
 
@@ -85,6 +86,7 @@ class Scene(NamedTuple):
     coordinates: tuple  # as many zeros as there are coordinates; the number is part of the type
     reference_rate: float  # rad/s, crank speed, or approach speed over clearance
     sigma: float  # m^0.5, sets the unit of tau; any positive number
+    shaking: tuple = ()  # shaking.Shaking, or () without vibration
 
 
 @inlined
@@ -209,6 +211,8 @@ _put_all_roots = map_joints(_put_roots, after_joint)
 def rates(scene, y, mode, latched, k, o, row, is_converged=True):
     """Write the rates of `y` with respect to tau to row `row` of `k`, and the observables to row `row` of `o`.
 
+    Return the pose and the Motion.
+
     y : (n,) state; k : (n, 16) and o : (columns, 16), None to omit either; a row is one value of the last index;
     mode : (contacts,) mode of each contact; latched : see JointState; is_converged : whether the state is on the
     solution, not an iterate.
@@ -239,6 +243,7 @@ def rates(scene, y, mode, latched, k, o, row, is_converged=True):
         _put_all_contacts(
             scene.joints, loads, offsets, _ObservableRows(total_counts(scene.joints).contact, o, row, is_converged)
         )
+    return pose, motion
 
 
 @inlined
@@ -258,7 +263,13 @@ def put_root_rates(scene, joint_gaps, state, kappa, k, row):
 
 @inlined
 def observed_width(scene):
-    """Return the number of observables of a scene: those of its joints, then the power (W) of each friction load."""
+    """Return the number of observables: of joints, then the power (W) of each friction load, then the signals."""
+    return first_signal(scene) + signal_count(scene.shaking)
+
+
+@inlined
+def first_signal(scene):
+    """Return the column of the first signal of vibration among the observables."""
     return observable_count(scene.joints) + len(friction_laws(scene.mechanism))
 
 

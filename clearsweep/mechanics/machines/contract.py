@@ -69,6 +69,21 @@ class GapAcceleration(NamedTuple):
     distal: float
 
 
+class BodyMotion(NamedTuple):
+    """Inertia and motion of a body in the plane of the mechanism."""
+
+    mass: float  # kg
+    spin: float  # N m s, angular momentum about its centre of mass, counter-clockwise
+    x: float  # m, centre of mass
+    y: float
+    vx: float  # m/s
+    vy: float
+    turn_xx: float  # 1/s, velocity of a point relative to the centre of mass for a unit of its x in the body's frame
+    turn_xy: float
+    turn_yx: float  # 1/s, likewise for a unit of its y
+    turn_yy: float
+
+
 @family
 def pose_at(mechanism, y):
     """Return the pose, a NamedTuple specific to the mechanism, at the state `y`: coordinates, rates, time."""
@@ -166,6 +181,29 @@ def friction_powers(mechanism, motion):
 
 @friction_powers.member(None)
 def _default_friction_powers(mechanism, motion):
+    return ()
+
+
+@family
+def body_motions(mechanism, pose):
+    """Return the BodyMotion of every body that moves, in the order of their numbers."""
+
+
+@family
+def gravity_of(mechanism):
+    """Return the acceleration of gravity (m/s^2) along x and y."""
+
+
+@family
+def load_resultants(mechanism, pose):
+    """Return force x, y (N) and moment about the origin (N m) of each load on all moving bodies together.
+
+    Friction, whose reaction acts on another body, has none.
+    """
+
+
+@load_resultants.member(None)
+def _default_load_resultants(mechanism, pose):
     return ()
 
 

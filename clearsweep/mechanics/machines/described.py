@@ -27,6 +27,7 @@ from ...contracts.catalogue import (
 from ...contracts.machine import BodyPoint, Constant, Elastic, Guide, Machine, Pin, Slot
 from . import planar
 from .loads import load_keys
+from .observed import vibration_keys
 
 # ---------------------------------------------------------------------------------------------- drives
 
@@ -210,7 +211,7 @@ def column_name(name: str) -> str:
 
 
 def keys_of(outline: Outline, points: Mapping[str, tuple[str, ...]], joints: tuple[str, ...]) -> tuple[Keys, ...]:
-    """Return the sections of drive and loads.
+    """Return the sections of drive, loads and vibration.
 
     points : points of each body, or () if none can be chosen; joints : their names
     """
@@ -218,7 +219,7 @@ def keys_of(outline: Outline, points: Mapping[str, tuple[str, ...]], joints: tup
     sections.append(Keys("loads", "what acts on the mechanism from outside", need="optional"))
     for load in outline.loads:
         sections += load_keys(load, points, joints)
-    return tuple(sections)
+    return (*sections, *vibration_keys(outline, points))
 
 
 def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:

@@ -63,6 +63,11 @@ _PISTON = (
         role=CHOICE,
     ),
 )
+_REACTED = (
+    "reacted",
+    "whether the frame reacts the load, as a cylinder does the pressure of its gas; false adds it to the force on the "
+    "frame, see `vibration`",
+)
 _ANCHOR = (
     Field("0", "m", "x coordinate of the anchor in the frame of the first body", -math.inf),
     Field("1", "m", "y coordinate of the anchor in the frame of the first body", -math.inf),
@@ -172,11 +177,17 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
         for size in SIZES
     }
     joint_load_keys = Keys(path, LOADS["friction"].summary, (), "optional", (body_key._replace(options=joints),))
+    reacted = ((*_REACTED, *(() if load.reacted else (False,))),)  # what is written false is part of the case
+    table = table._replace(flags=reacted)
+    spring_point = point_key if body_points else ()
     by_form = {
-        "force": (Keys(path, LOADS["force"].summary, (_TORQUE,), "optional", target_keys, role=CONDITION), force),
+        "force": (
+            Keys(path, LOADS["force"].summary, (_TORQUE,), "optional", target_keys, flags=reacted, role=CONDITION),
+            force,
+        ),
         "table": (table,),
         "spring": (
-            Keys(path, LOADS["spring"].summary, _SPRING, "optional", point_key if body_points else (), role=CHOICE),
+            Keys(path, LOADS["spring"].summary, _SPRING, "optional", spring_point, flags=reacted, role=CHOICE),
             between,
             anchor,
         ),
@@ -191,6 +202,7 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
         "optional",
         target_keys,
         (_TABLE,),
+        flags=reacted,
         role=CHOICE,
     )
     all_friction_keys = (friction_keys, *given_friction_keys.values())

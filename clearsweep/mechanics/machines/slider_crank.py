@@ -9,6 +9,7 @@ from ...contracts.machine import Aim, Body, BodyPoint, Constant, Guide, Machine,
 from . import described
 from .described import make_drive
 from .loads import LoadPoints, make_loads
+from .observed import vibration_keys
 from .spatial.build import (
     CYLINDRICAL,
     REVOLUTE,
@@ -73,6 +74,7 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
         gravity_keys(),
         Keys("mechanism.ideal", _IDEAL, words=pin_choices, need="implied"),
         speed_keys(),
+        *vibration_keys(outline, _BODIES),
     )
 
 

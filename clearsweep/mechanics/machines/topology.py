@@ -23,6 +23,7 @@ from ...contracts.machine import Aim, Body, Constant, Initial, Machine
 from . import described
 from .described import joint_keys, joint_of, make_drive, output_keys, pair_at
 from .loads import LoadPoints, make_loads
+from .observed import vibration_keys
 from .spatial.build import (
     CYLINDRICAL,
     REVOLUTE,
@@ -102,7 +103,7 @@ def _keys_in_space(outline: Outline) -> tuple[Keys, ...]:
     keys.append(Keys("mechanism.ideal", text, words=pin_choices, need="implied"))
     keys += output_keys(outline)
     keys.append(speed_keys())
-    return tuple(keys)
+    return (*keys, *vibration_keys(outline, (body.name for body in outline.bodies)))
 
 
 def mechanism(outline: Outline, planar_mechanism: Mechanism) -> Mechanism:

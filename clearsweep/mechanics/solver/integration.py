@@ -64,6 +64,7 @@ class Stepper(Fields):
     progress_time: float  # s, when it was there
     status: float  # how the latest call of the loop ended
     contact: float  # contact of the latest event
+    recorded: float  # steps whose signals are in `Work.recording`
 
 
 class Counts(Fields):
@@ -204,6 +205,8 @@ class Work(NamedTuple):
     totals: tuple  # totals.Totals
     record: tuple  # slow_sums.Record
     revolutions: tuple  # slow_sums.RevolutionMarks
+    recording: np.ndarray  # (steps, slow_sums.SIGNALS + s, NODES) signals of steps in the window; no steps: none
+    signals: int  # the first of the s columns with signals in `o`
 
 
 @inlined

@@ -157,6 +157,7 @@ def status_before_step(pointer):
     stepper, control = work.stepper, work.control
     time, angle = work.y[work.time], work.y[work.independent]
     is_full = stepper.logged + work.mode.size >= work.log.shape[0]  # all contacts may part at once
+    is_full = is_full or (work.recording.shape[0] > 0 and stepper.recorded >= work.recording.shape[0])
     if angle >= control.pause or work.counts.steps >= stepper.pause_step or is_full:
         return PAUSED
     if work.method.current == IMPLICIT and work.slopes.code == 0:

@@ -12,6 +12,7 @@ from ..observe import (
     ACCELERATION,
     DEPTH,
     DEPTH_ROW,
+    DRIVE,
     DRY_FORCE,
     DRY_FRICTION_POWER,
     END,
@@ -24,6 +25,7 @@ from ..observe import (
     KAPPA,
     KAPPA_ROW,
     LOAD,
+    LOST,
     NODE_FRACTIONS,
     NODES,
     NORMAL,
@@ -489,6 +491,29 @@ def add_wear(pointer, h):
     )
 
 
+#: Columns of `Work.recording` before the signals of the scene: dt/dx (s) for the fraction x of the step, a free column,
+#: torque (N m) and power (W) of the drive, and the power (W) that the normal forces of all contacts dissipate.
+DURATION, FREE, DRIVE_TORQUE, DRIVE_POWER, DISSIPATED, SIGNALS = range(6)
+
+
+@kernel
+def record_signals(pointer, h):
+    """Record the observables of a step of length `h` from which the figures of vibration follow, at all its nodes."""
+    work = pointer[0]
+    o, values = work.o, work.recording[int(work.stepper.recorded)]
+    for row in range(NODES.size):
+        values[DURATION, row] = h * o[KAPPA, row]
+        values[DRIVE_TORQUE, row], values[DRIVE_POWER, row] = o[TORQUE, row], o[DRIVE, row]
+        dissipated = 0.0
+        for j in range(work.mode.size):
+            dissipated += o[column_of(j, LOST), row]
+        values[DISSIPATED, row] = dissipated
+    for column in range(values.shape[0] - SIGNALS):
+        for row in range(NODES.size):
+            values[SIGNALS + column, row] = o[work.signals + column, row]
+    work.stepper.recorded += 1.0
+
+
 @kernel
 def add_slow_sums(pointer, h):
     """Add the slow sums of an accepted step of length `h` along tau."""
@@ -509,6 +534,8 @@ def add_slow_sums(pointer, h):
             add_crank_speed(pointer, h)
         if work.wear.code != 0 and touching:
             add_wear(pointer, h)
+        if work.recording.shape[0]:
+            record_signals(pointer, h)
     if work.independent != time:
         record_target_speed(pointer)
     record_marks(pointer)

@@ -20,6 +20,7 @@ from ..machine.ideal import ideal_peaks
 from ..running.run import ROUNDING, TIME_BUDGET, Run, onset_rates
 from ..setup.scene import Scene
 from ..setup.start import control_of, marks_reached, peak_spreads, repetition_of, start_turns
+from .vibration import vibration_figures
 
 LEFT_BEARING = "left-bearing"
 NO_EVENT_RECORDS = np.empty(0, EVENT_DTYPE)
@@ -110,6 +111,7 @@ def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
         return Trajectory(status, message, summary, channels, events, units=units)
     summary |= run.figures
     summary |= yield_speeds(scene)
+    summary |= vibration_figures(scene, run.signals) if run.signals else {}
     message = join_remarks(*remarks(scene, window, summary))
     channels, sections = _histories_of(scene.layout, run.record, len(run.record.times)), sections_of(scene, run)
     return Trajectory("ok", message, summary, channels, log, window.wear, sections, units)

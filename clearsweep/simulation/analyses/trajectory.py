@@ -214,7 +214,7 @@ def _converged_trajectory(scene: Scene, run: Run, observer: WindowLength, times:
         check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, observer.revolutions))
         end_time = math.inf if scene.crank_clock.free else end
         sample_times = sampling_times(final_scene) if times is None else checked_times(times, end_time)
-        second_run = Run(start_of(scene, sample_times), in_angles=times is None)
+        second_run = Run(start_of(scene, sample_times), in_angles=times is None, records_signals=False)
         _record_samples(final_scene, run, second_run, end, observer.snapshots)
     return trajectory_of(final_scene, run, end)
 

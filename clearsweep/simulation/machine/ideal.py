@@ -202,8 +202,8 @@ def ideal_peaks(case: Case, machine: Machine | None = None) -> Mapping[str, floa
     if machine is None:
         return {}
     tables = [load.table for load in case.loads if load.table]
-    turn_range = _turn_range(case, tables)
-    knots = _knots(case, tables, turn_range)
+    turn_range = turn_range_of(case, tables)
+    knots = knots_of_loads(case, tables, turn_range)
     return _peaks(planar.machine_key(machine), turn_range, knots, planar.AlwaysEqual(machine))
 
 
@@ -216,7 +216,7 @@ def _peaks(
     return peaks(lambda angles: planar.ideal_reactions(machine.value, start + angles), turn_range, knots)
 
 
-def _turn_range(case: Case, tables: list[Mapping[str, Any]]) -> tuple[float, float]:
+def turn_range_of(case: Case, tables: list[Mapping[str, Any]]) -> tuple[float, float]:
     """Return the revolutions over which the ideal mechanism is evaluated: one period, or else the window.
 
     tables : load tables of the case
@@ -229,7 +229,7 @@ def _turn_range(case: Case, tables: list[Mapping[str, Any]]) -> tuple[float, flo
     return 0.0, float(max([1, *[round(span / (2.0 * math.pi)) for span in spans]]))
 
 
-def _knots(case: Case, tables: list[Mapping[str, Any]], turn_range: tuple[float, float]) -> tuple[float, ...]:
+def knots_of_loads(case: Case, tables: list[Mapping[str, Any]], turn_range: tuple[float, float]) -> tuple[float, ...]:
     """Return the crank angles (rad from the start) of rows in load tables."""
     assert case.drive is not None  # a machine has an ideal motion
     begin, end = 2.0 * math.pi * turn_range[0], 2.0 * math.pi * turn_range[1]

@@ -109,6 +109,7 @@ _NOT_OF_MOTION = (
     "step",
     "contact_steps",
     "profiles",
+    "recording",
 )  # of a run, not of its motion
 Snapshot = dict[str, np.ndarray]  # copies by name of all arrays that determine the further motion
 

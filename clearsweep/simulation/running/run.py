@@ -13,7 +13,7 @@ import numpy as np
 from ...language import phases
 from ...mechanics import observe
 from ...mechanics.coupling.entries import guards_of, rates_of, stage_observables_of, sweep_of, wear_of, workspace_size
-from ...mechanics.coupling.rates import rates, samples_of, slopes_of
+from ...mechanics.coupling.rates import first_signal, rates, samples_of, slopes_of
 from ...mechanics.coupling.state import every_state
 from ...mechanics.joints.contract import (
     Offsets,
@@ -50,6 +50,7 @@ from ..setup.start import (
     start_of,
 )
 from .observed_run import Branches, Observer, Perturbed, Revolutions, run_observed
+from .vibration import Signals
 
 REST = 1e-9  # of the onset rate and of the largest depth: less is rest, in a contact
 TIME_BUDGET, ROUNDING = -1, -2  # further statuses besides those of the loop
@@ -85,8 +86,11 @@ def _accumulators_of(
 class Run:
     """The buffers of one integration and its results."""
 
-    def __init__(self, start: Start, *, in_angles: bool = False):
-        """Initialise at `start`; its times are in s or, `in_angles`, in rad of a free crank."""
+    def __init__(self, start: Start, *, in_angles: bool = False, records_signals: bool = True):
+        """Initialise at `start`; its times are in s or, `in_angles`, in rad of a free crank.
+
+        records_signals : whether the run gives the figures of a grid's `vibration`
+        """
         scene, value, contacts = start.scene, start.scene.value, every_contact(start.scene.value.joints)
         internal, self.memory = every_state(value), Memory()
         n, contact_count, zeros = scene.start.size, len(contacts), self.memory.zeros
@@ -98,6 +102,7 @@ class Run:
         self.inputs = start.inputs.copy()
         inputs = inputs_of(self.inputs, start.batch_key, contact_count, len(internal))
         self.totals = _accumulators_of(scene, contact_count, fields_from(totals.Totals, arrays), zeros)
+        self.signals = Signals(scene) if scene.case.vibration and records_signals else None
         samples = zeros((inputs.times.size, len(scene.layout.channels)))
         self.record = Record(inputs.times, samples, independent if in_angles else time_index)
         revolutions = buffers_for(inputs.marks, n, contact_count, zeros)
@@ -133,6 +138,8 @@ class Run:
             preconditioner=preconditioner_of(n - 1 - contact_count - len(value.coordinates), zeros),
             totals=self.totals,
             record=self.record,
+            recording=self.signals.recording if self.signals else np.zeros((0, 0, 0)),
+            signals=first_signal(value),
             revolutions=revolutions._replace(**fields_from(RevolutionMarks, arrays)),
             **fields_from(integration.Work, arrays),
         )
@@ -160,6 +167,8 @@ class Run:
         self.totals.wear.fill(0.0)
         self.totals.account.fill(0.0)
         Account(self.totals.account).column("sliding_distance")[:] = self.earlier_sliding
+        if self.signals:
+            self.signals.reset()
 
     def _begin(self, start: Start) -> None:
         """Initialise; the run's own arrays are zero already."""
@@ -187,6 +196,8 @@ class Run:
         self.counts = work.counts.copy()  # work counts, including perturbed runs
         self.figures: dict[str, float | None] = {}  # those that were found on the way
         self.phase: phases.Phase | None = None  # progress of the run
+        if self.signals:
+            self.signals.begin(scene)
 
     @functools.cached_property
     def offsets(self) -> list[Offsets]:
@@ -222,6 +233,8 @@ class Run:
         if logged := int(work.stepper.logged):
             self.logs.append(work.log[:logged].copy())
         self.status, work.stepper.begun = status, 0.0
+        if self.signals:
+            self.signals.drain(work)
         if status == integration.TURNS_STIFF:
             work.slopes.numbers[:] = slopes_of(self.value, self.parameters)
             return False
@@ -375,7 +388,7 @@ def integrate(scene: Scene, run: Run, end: float, observers: Sequence[Observer] 
     if not scene.layout.horizon:
         run_integration(run, control, scene, observers)
         return
-    perturbed_run = Run(start_of(scene, NO_TIMES))
+    perturbed_run = Run(start_of(scene, NO_TIMES), records_signals=False)
     perturbed = Perturbed(control, perturbed_run, state_units(scene), scene.case.simulate.tolerance, _branches(scene))
     run_integration(run, control, scene, (*observers, perturbed))
     run.figures = perturbed.figures(period(scene))

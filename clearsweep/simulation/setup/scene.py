@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
 from os import PathLike
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -16,10 +16,11 @@ from ...answers.verdict import NO_LIMITS, LimitsAndFigures
 from ...contracts.case import DOUBTFUL_WEAR_NUMBER, Case, Joint
 from ...contracts.catalogue import Catalogue, Figure, Mechanism
 from ...contracts.layout import CaseFeatures, Layout, features_of
-from ...contracts.machine import STARTED_FRACTION, Machine, Motor, Schedule
+from ...contracts.machine import GROUND, STARTED_FRACTION, Machine, Motor, Schedule
 from ...language.errors import InputError
 from ...language.wording import quantity_text
 from ...mechanics.coupling import rates
+from ...mechanics.coupling.shaking import Place, Shaking
 from ...mechanics.coupling.state import every_state
 from ...mechanics.joints import registry
 from ...mechanics.joints.contract import contact_modes, every_contact, every_latched, state_kinds_of
@@ -33,6 +34,7 @@ from ...mechanics.laws.contract import ONSET_FLOOR, OWN_RECIPES
 from ...mechanics.laws.elastic import static_penetration
 from ...mechanics.machines import MECHANISMS, planar
 from ...mechanics.machines.contract import Built, body_angles, gaps, pose_at
+from ...mechanics.machines.observed import point_of, unreacted_loads
 from ...mechanics.machines.spatial import initial_seats
 from ...mechanics.wear import Worn
 from ...searches import SEARCHES
@@ -411,7 +413,8 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     if machine is not None:
         _check_slot_lengths(case, machine)
     sigma = math.sqrt(min([term.clearance for term in terms]))
-    value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma)
+    shaking = shaking_of(case, mechanism, built) if case.vibration else ()
+    value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma, shaking)
     start = np.array(
         [*built.start.tolist(), *depth_roots.tolist(), *[initial_value for _, _, initial_value in every_state(value)]]
     )
@@ -419,6 +422,24 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     elapsed = time.thread_time() - begin
     parts = case, mechanism, built, value, layout, start, in_contact, machine, angle_clock, worn
     return Scene(*parts, keep_events=case.save.orbits != "none", build_time=elapsed)
+
+
+def shaking_of(case: Case, mechanism: Mechanism, built: Built) -> Shaking:
+    """Return the signals of vibration of a case, in compiled form.  Raises InputError for a place that has none."""
+    assert case.vibration is not None
+    machine, places, form = machine_of(mechanism, case), list[Place](), cast(Any, built.value)
+    assert machine is not None  # all mechanisms that turn have one
+    names = [name for name in planar.with_segments(machine).bodies if name != GROUND]
+    for place in case.vibration.places:
+        body, number = machine.bodies[place.body], names.index(place.body)
+        if body.elastic:
+            raise InputError(f"vibration.at.{place.name}: {place.body} is elastic; choose a place on a rigid body")
+        if mechanism.spatial and place.point:
+            path = f"vibration.at.{place.name}.point"
+            raise InputError(f"{path}: in space the centre of mass of a body is observed; leave `point` out")
+        arm = np.subtract(point_of(place, body), body.center).tolist()
+        places.append(Place(form.reported[number] if mechanism.spatial else planar.as_empty_tuples(1 + number), *arm))
+    return Shaking(tuple(places), tuple(map(planar.as_empty_tuples, unreacted_loads(case))))
 
 
 def state_units(scene: Scene) -> np.ndarray:

@@ -1,21 +1,26 @@
 """Planar machines: rigid bodies with revolute and prismatic joints in any topology, each joint ideal or open."""
 
-from .build import build, channels, crank_speed, discontinuity_times, ideal, ideal_reactions
-from .closure import ClosureError, MobilityError
+from .build import build, channels, crank_speed, discontinuity_times, ideal, ideal_form, ideal_reactions, with_segments
+from .closure import ClosureError, MachineStates, MobilityError
+from .form import as_empty_tuples
 from .ideal import AlwaysEqual, ideal_of, machine_key, rival_assembly, slot_travel
 
 __all__ = [
     "AlwaysEqual",
     "ClosureError",
+    "MachineStates",
     "MobilityError",
+    "as_empty_tuples",
     "build",
     "channels",
     "crank_speed",
     "discontinuity_times",
     "ideal",
+    "ideal_form",
     "ideal_of",
     "ideal_reactions",
     "machine_key",
     "rival_assembly",
     "slot_travel",
+    "with_segments",
 ]

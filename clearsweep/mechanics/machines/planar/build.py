@@ -266,7 +266,7 @@ def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
 def ideal(machine: Machine, angles) -> IdealMotion:
     """Return the motion of the output and the reactions without clearance at angles (rad, any shape) of the crank."""
     shape, ideal_machine = np.shape(angles), ideal_of(machine)
-    motion = ideal_machine.motion(np.asarray(angles, dtype=float).ravel(), lambda: _ideal_form(ideal_machine))
+    motion = ideal_machine.motion(np.asarray(angles, dtype=float).ravel(), lambda: ideal_form(ideal_machine))
     reactions = {name: force.reshape((*shape, 2)) for name, force in motion.reactions.items()}
     torque = np.reshape(motion.torque, shape)
     return IdealMotion(*(np.reshape(array, shape) for array in motion[:3]), reactions, torque)
@@ -275,10 +275,11 @@ def ideal(machine: Machine, angles) -> IdealMotion:
 def ideal_reactions(machine: Machine, angles: np.ndarray) -> dict[str, np.ndarray]:
     """Return the force (N, 2) N on each joint's distal body without clearance at angles (N,) rad of the crank."""
     ideal_machine = ideal_of(machine)
-    return ideal_machine.reactions(angles, lambda: _ideal_form(ideal_machine))
+    return ideal_machine.reactions(angles, lambda: ideal_form(ideal_machine))
 
 
-def _ideal_form(ideal_machine: IdealMachine) -> Planar:
+def ideal_form(ideal_machine: IdealMachine) -> Planar:
+    """Return the compiled form of a machine without clearance."""
     return _compiled_form(ideal_machine.machine, frozenset())
 
 

@@ -7,8 +7,10 @@ from ....tracing.compiled.formulas import Expr, Program, sum_of
 from ...joints.dry import Gap
 from ...joints.guide import GuideGap
 from ..contract import (
+    BodyMotion,
     accelerate,
     body_angles,
+    body_motions,
     crank_rate,
     describe,
     energy,
@@ -16,8 +18,10 @@ from ..contract import (
     friction_powers,
     friction_slips,
     gaps,
+    gravity_of,
     impact_masses,
     load_power,
+    load_resultants,
     output_error,
     pose_at,
     with_friction_laws,
@@ -25,7 +29,7 @@ from ..contract import (
 from ..programs import generated
 from .dynamics import accelerate_with_friction, friction_powers_of, friction_slips_of, impact_masses_of, motion_of
 from .form import FRICTION_LOADS, Planar, evaluate_cycle
-from .kinematics import Bodies, PlaneVector, vector_of
+from .kinematics import Bodies, PlaneVector, vector_of, vector_sum
 from .pose import pose_of
 from .structure import TRAVEL, Coordinate, MachineType, machine_type
 
@@ -77,6 +81,33 @@ def energy_of(machine: MachineType) -> Program:
     for j in machine.sprung:
         power.append(-(bodies.tension(j) * bodies.rate[Coordinate(TRAVEL, j)]))
     return bodies.program.returns((kinetic, sum_of(power)))
+
+
+@generated(machine_type)
+def body_motions_of(machine: MachineType) -> Program:
+    """Return the program of `contract.body_motions`."""
+    bodies, motions = Bodies(machine), []
+    for body in range(1, machine.bodies):
+        path, (mass, inertia) = bodies.path_to(body), bodies.inertia_of(body)
+        spin, axis = bodies.spin(body), bodies.direction(body)
+        place = (*bodies.position(path), *bodies.velocity(path))
+        motions.append(BodyMotion(mass, inertia * spin, *place, *(spin * axis.left()), *(-(spin * axis))))
+    return bodies.program.returns(tuple(motions))
+
+
+@generated(machine_type)
+def load_resultants_of(machine: MachineType) -> Program:
+    """Return the program of `contract.load_resultants`."""
+    bodies, resultants = Bodies(machine), []
+    for i in range(len(machine.loads)):
+        loads = [load for load in bodies.loads_of(i) if load.body]
+        moments = [load.torque for load in loads]
+        for load in loads:
+            point = bodies.position(bodies.path_to(load.body, load.point))
+            moments += [point.x * load.force.y, -(point.y * load.force.x)]
+        force = vector_sum(load.force for load in loads)
+        resultants.append((force.x, force.y, sum_of(moments)))
+    return bodies.program.returns(tuple(resultants))
 
 
 @generated(machine_type)
@@ -224,6 +255,21 @@ def _friction_slips_planar(mechanism, motion):
 @friction_powers.member(Planar)
 def _friction_powers_planar(mechanism, motion):
     return friction_powers_of(motion)
+
+
+@body_motions.member(Planar)
+def _body_motions_planar(mechanism, pose):
+    return body_motions_of(mechanism, pose)
+
+
+@gravity_of.member(Planar)
+def _gravity_of_planar(mechanism):
+    return 0.0, -mechanism.gravity
+
+
+@load_resultants.member(Planar)
+def _load_resultants_planar(mechanism, pose):
+    return load_resultants_of(mechanism, pose)
 
 
 @body_angles.member(Planar)

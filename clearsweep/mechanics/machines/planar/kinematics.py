@@ -289,11 +289,14 @@ class Bodies(Kinematics):
 
     def applied_loads(self) -> list[Load]:
         """Return every external load except gravity."""
-        loads: list[Load] = []
-        for i, load in enumerate(self.machine.loads):
-            if load is not None:
-                loads += self._spring(i, load) if load.form is SpringLoad else [self._push(i, load)]
-        return loads
+        return [load for i in range(len(self.machine.loads)) for load in self.loads_of(i)]
+
+    def loads_of(self, i: int) -> list[Load]:
+        """Return load number `i` of the grid: the forces of a spring at both ends, or none of friction."""
+        load = self.machine.loads[i]
+        if load is None:
+            return []
+        return self._spring(i, load) if load.form is SpringLoad else [self._push(i, load)]
 
     def _push(self, i: int, load: LoadKind) -> Load:
         """Return load `i`: a force and a torque on one body, constant or from a table."""

@@ -10,7 +10,18 @@ from typing import NamedTuple
 
 from ....tracing.compiled.formulas import ZERO, Expr, Program, sum_of
 from ....tracing.compiled.vector import Vector, quaternion_accelerations, to_fixed_frame
-from ..contract import Motion, accelerate, body_angles, describe, energy, gaps, output_error, pose_at
+from ..contract import (
+    Motion,
+    accelerate,
+    body_angles,
+    body_motions,
+    describe,
+    energy,
+    gaps,
+    gravity_of,
+    output_error,
+    pose_at,
+)
 from ..planar.form import evaluate_cycle
 from ..programs import LDL, generated
 from .form import (
@@ -34,6 +45,7 @@ from .kinematics import (
     PosedBodies,
     SpatialVector,
     bearing_axes_of,
+    body_motions_of,
     energy_of,
     gaps_of,
     histories_of,
@@ -286,6 +298,16 @@ def _accelerate_tree(mechanism, pose, loads):
 @energy.member(Tree)
 def _energy_tree(mechanism, pose):
     return energy_of(mechanism, pose)
+
+
+@body_motions.member(Tree)
+def _body_motions_tree(mechanism, pose):
+    return body_motions_of(mechanism, pose)
+
+
+@gravity_of.member(Tree)
+def _gravity_of_tree(mechanism):
+    return mechanism.gravity.x, mechanism.gravity.y
 
 
 @body_angles.member(Tree)

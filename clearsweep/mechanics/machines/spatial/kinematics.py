@@ -9,6 +9,7 @@ from ....tracing.compiled.calculus import direction as direction_of
 from ....tracing.compiled.formulas import Expr, Program, constant, sum_of
 from ....tracing.compiled.vector import QuaternionMotion, Vector, frame_of, spin_of, to_body_frame, to_fixed_frame
 from ...joints.spatial import SpatialGap
+from ..contract import BodyMotion
 from ..programs import generated
 from .form import (
     AngleAim,
@@ -18,6 +19,8 @@ from .form import (
     Pose,
     Sleeve,
     Slide,
+    axis_x,
+    axis_y,
     axis_z,
     elementwise_product,
     on_ground,
@@ -317,6 +320,20 @@ def energy_of(tree: MachineType) -> Program:
         twice_kinetic += [part.mass * velocity.dot(velocity), spin.dot(momentum)]
         gravity_powers.append(part.mass * velocity.dot(SpatialVector(bodies.mechanism.gravity)))
     return bodies.program.returns((0.5 * sum_of(twice_kinetic), sum_of(gravity_powers)))
+
+
+@generated(MachineType)
+def body_motions_of(tree: MachineType) -> Program:
+    """Return the program of `contract.body_motions`: the motion in the plane x, y."""
+    bodies, motions = PosedBodies(tree), []
+    for body in range(1, len(tree.parts) + 1):
+        part, frame, spin = bodies.mechanism.parts[body - 1], bodies.frame(body), bodies.spin(body)
+        principal = SpatialVector(part.inertia).componentwise(bodies.to_body_frame(body, spin))
+        vectors_in_plane = (bodies.centre(body), bodies.velocity(body))
+        vectors_in_plane += tuple(spin.cross(bodies.call(axis, frame)) for axis in (axis_x, axis_y))
+        components = [vector[k] for vector in vectors_in_plane for k in range(2)]
+        motions.append(BodyMotion(part.mass, bodies.to_fixed_frame(body, principal)[2], *components))
+    return bodies.program.returns(tuple(motions))
 
 
 @generated(MachineType)

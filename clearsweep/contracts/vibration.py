@@ -1,0 +1,88 @@
+"""What a grid says about the vibration of its machine: places, band of frequencies and zones of severity."""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+FRAME = "frame"  # the place in `vibration.at` that is the frame of the machine
+MAX_ORDERS = 100  # that may be columns
+MAX_BAND_ORDERS = 2500  # upper end of the band over the crank speed
+MIN_TURNS = 3  # whole revolutions in the window
+NO_SEVERITY = "none"
+
+#: Name of a standard, with its group and support -> upper bounds (m/s, rms) of zones A, B and C.  ISO 20816-3 has the
+#: machine's group (1: above 300 kW, 2: up to 300 kW) and its support; ISO 20816-8 the part of a reciprocating
+#: compressor.
+SEVERITIES: Mapping[str, tuple[float, ...]] = {NO_SEVERITY: ()} | {
+    f"ISO 20816-{name}": tuple(1e-3 * bound for bound in bounds)
+    for name, bounds in {
+        "3 group 1 rigid": (2.3, 4.5, 7.1),
+        "3 group 1 flexible": (3.5, 7.1, 11.0),
+        "3 group 2 rigid": (1.4, 2.8, 4.5),
+        "3 group 2 flexible": (2.3, 4.5, 7.1),
+        "8 foundation": (2.0, 3.0, 4.5),
+        "8 frame": (5.3, 8.0, 12.0),
+        "8 cylinder lateral": (8.7, 13.0, 19.5),
+        "8 cylinder rod": (10.7, 16.0, 24.0),
+        "8 damper": (12.7, 19.0, 28.5),
+        "8 piping": (12.7, 19.0, 28.5),
+    }.items()
+}
+ZONES = "ABCD"
+
+
+def zone_of(velocity: float, bounds: tuple[float, ...]) -> str:
+    """Return the zone of a velocity (m/s, rms); a velocity at a bound (m/s) belongs to the better zone."""
+    return ZONES[sum(velocity > bound for bound in bounds)]
+
+
+class PlaceOutline(NamedTuple):
+    """A place whose vibration is observed."""
+
+    name: str
+    moves: bool = True  # it has a velocity; a frame without mass has none
+    axes: int = 2  # directions in which it is observed: x and y, or only x
+
+    @property
+    def column(self) -> str:
+        """Return the prefix of its columns."""
+        return self.name.replace("-", "_")
+
+
+class VibrationOutline(NamedTuple):
+    """The parts of `vibration` that determine keys and columns."""
+
+    places: tuple[PlaceOutline, ...] = ()
+    orders: int = 0  # orders of the force on the frame that are columns
+    has_zones: bool = False
+
+
+class Mount(NamedTuple):
+    """The mount of a frame, along x and y."""
+
+    stiffness: tuple[float, float]  # N/m
+    damping: float  # 1, ratio
+
+
+class Frame(NamedTuple):
+    """The frame of a machine, as one mass on its mount."""
+
+    about: tuple[float, float] | None = None  # m, point of its moment; None: the crank's pivot
+    mass: float | None = None  # kg; None: it does not move
+    mount: Mount | None = None  # None: it is free
+
+
+class Place(NamedTuple):
+    """A point of a body whose vibration is observed."""
+
+    name: str
+    body: str
+    point: tuple[float, float] | None  # m, in the frame of the body; None: the pin of a slider, else the centre of mass
+
+
+class Vibration(NamedTuple):
+    """What is observed of the vibration of a machine."""
+
+    band: tuple[float, float]  # rad/s
+    zones: tuple[float, ...] = ()  # m/s, upper bounds of zones A, B and C
+    frame: Frame = Frame()
+    places: tuple[Place, ...] = ()

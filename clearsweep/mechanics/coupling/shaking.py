@@ -1,0 +1,60 @@
+"""The signals of vibration: force and moment of a mechanism on its frame, and the motion of places on its bodies."""
+
+from typing import NamedTuple
+
+from ...tracing.compiled.dual import Moving, slope, value
+from ...tracing.compiled.family import inlined
+from ..machines.contract import body_motions, gravity_of, load_resultants, pose_at
+from ..observe import ANGLE, AX, AY, FORCE_SQUARE, FORCE_X, FORCE_Y, MOMENT, PLACE_WIDTH, PLACES, TIME, VX, VY
+
+
+class Place(NamedTuple):
+    """A point of a body whose motion is observed."""
+
+    body: tuple  # its number, as empty tuples
+    x: float  # m, from the centre of mass, in the frame of the body
+    y: float
+
+
+class Shaking(NamedTuple):
+    """The signals of a scene with vibration, besides force and moment on the frame."""
+
+    places: tuple  # of Place
+    unreacted: tuple  # numbers of the loads that the frame does not react, as empty tuples
+
+
+def signal_count(shaking):
+    """Return the number of signals; `shaking` is a Shaking, or () without vibration."""
+    return PLACES + PLACE_WIDTH * len(shaking.places) if shaking else 0
+
+
+@inlined
+def put_signals(scene, y, pose, motion, o, row, column):
+    """Write the signals at the state `y` to row `row` of `o`, from `column` on.
+
+    The force on the frame is minus the sum of m (a - g) of all bodies, the moment is minus the rate of their angular
+    momentum plus that of their weights: every other force acts between the bodies and the frame, the drive's included.
+    """
+    mechanism, shaking = scene.mechanism, scene.shaking
+    bodies = body_motions(mechanism, pose_at(mechanism, Moving(y, motion.accelerations)))
+    gravity_x, gravity_y = gravity_of(mechanism)
+    fx = fy = moment = 0.0
+    for i in range(len(bodies)):
+        body = bodies[i]
+        force_x, force_y = body.mass * (gravity_x - slope(body.vx)), body.mass * (gravity_y - slope(body.vy))
+        fx, fy = fx + force_x, fy + force_y
+        moment = moment + (value(body.x) * force_y - value(body.y) * force_x - slope(body.spin))
+    resultants = load_resultants(mechanism, pose)
+    for i in range(len(shaking.unreacted)):
+        load_x, load_y, load_moment = resultants[len(shaking.unreacted[i])]
+        fx, fy, moment = fx + load_x, fy + load_y, moment + load_moment
+    o[column + TIME, row], o[column + ANGLE, row] = y[2 * len(scene.coordinates)], y[0]
+    o[column + FORCE_X, row], o[column + FORCE_Y, row] = fx, fy
+    o[column + FORCE_SQUARE, row], o[column + MOMENT, row] = fx * fx + fy * fy, moment
+    for i in range(len(shaking.places)):
+        place, first = shaking.places[i], column + PLACES + PLACE_WIDTH * i
+        body = bodies[len(place.body) - 1]
+        vx = body.vx + place.x * body.turn_xx + place.y * body.turn_yx
+        vy = body.vy + place.x * body.turn_xy + place.y * body.turn_yy
+        o[first + VX, row], o[first + VY, row] = value(vx), value(vy)
+        o[first + AX, row], o[first + AY, row] = slope(vx), slope(vy)

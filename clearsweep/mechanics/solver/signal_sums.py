@@ -1,0 +1,146 @@
+"""Sums, extremes and spectra of recorded signals, from the polynomials over the steps.
+
+Time integrals of the signals, with powers up to the fourth and with e^(i w t), are quadratures at the stages, which are
+exact for polynomials of degree 14.  For the spectra the quadrature terms are collected in bins, with the moments of
+their places in the bin: with p moments, and w times half the width of a bin at most 1/2, the relative error is below
+(1/2)^p / p!, 1e-7 for the p here.
+"""
+
+import math
+
+import numpy as np
+
+from ...tracing.compiled.choosing import lane_range, rolled_range, total_of
+from ...tracing.compiled.family import Routine, kernel, shaped
+from ...tracing.fields import Fields
+from ..observe import ANGLE, END, STAGES, START, TIME
+from .collocation import WEIGHTS
+from .slow_sums import DURATION, FREE, SIGNALS
+
+POWERS = 4  # of the signals
+BIN_MOMENTS = 8
+BINS_PER_LINE = 2.0 * math.pi  # so that w times half the width of a bin is at most 1/2
+NODE_COUNT = START + 1  # of a recorded step: stages, then its start
+EXCESS = 0.25  # of the range of a signal at the nodes of a step, by which it may be larger between them
+FORCES_AT = 2  # place of the forces on the frame among the columns with sums
+
+
+class Sizes(Fields):
+    """Sizes of the arrays of `_add`, and the units of the bins."""
+
+    width: float
+    summed: float  # signals with sums and extremes
+    spectral: float  # signals with a spectrum over time
+    time_bins: float
+    angle_bins: float
+    start_time: float  # s
+    time_scale: float  # bins per s
+    angle_scale: float  # bins per rad
+    candidates: float  # extremes that may be larger between the nodes
+
+
+def _add(rows, settings, choices, sums, bounds, candidates, scratch, time_bins, angle_bins, count):
+    """Add recorded steps to sums, bounds and bins; arrays are bare pointers.
+
+    rows : (count, width, NODE_COUNT); choices : columns with sums, then those with spectra; sums : (width, POWERS,
+    STAGES), of each stage; bounds : (width, 2) largest value of a signal and of its negative; candidates : (2 count
+    summed,) numbers of steps, columns and signs; scratch : (BIN_MOMENTS, STAGES); time_bins, angle_bins : (signals,
+    bins, BIN_MOMENTS)
+    """
+    settings = Sizes(shaped(settings, (Sizes.SIZE,)))
+    width, summed_count, spectral_count = int(settings.width), int(settings.summed), int(settings.spectral)
+    rows, sums = shaped(rows, (count, width, NODE_COUNT)), shaped(sums, (width, POWERS, STAGES))
+    choices, bounds = shaped(choices, (summed_count + spectral_count,)), shaped(bounds, (width, 2))
+    candidates, scratch = shaped(candidates, (2 * count * summed_count,)), shaped(scratch, (BIN_MOMENTS, STAGES))
+    for i in rolled_range(count):
+        for k in rolled_range(summed_count):
+            c = choices[k]
+            for m in lane_range(STAGES):
+                value = rows[i, c, m]
+                term = WEIGHTS[m] * rows[i, DURATION, m] * value
+                square = term * value
+                cube = square * value
+                sums[c, 0, m] += term
+                sums[c, 1, m] += square
+                sums[c, 2, m] += cube
+                sums[c, 3, m] += cube * value
+            low = high = rows[i, c, START]
+            for m in range(STAGES):
+                low, high = min(low, rows[i, c, m]), max(high, rows[i, c, m])
+            excess = EXCESS * (high - low)
+            if high + excess > bounds[c, 0]:
+                candidates[int(settings.candidates)] = float((i * width + c) * 2)
+                settings.candidates += 1.0
+                bounds[c, 0] = max(bounds[c, 0], high)
+            if excess - low > bounds[c, 1]:
+                candidates[int(settings.candidates)] = float((i * width + c) * 2 + 1)
+                settings.candidates += 1.0
+                bounds[c, 1] = max(bounds[c, 1], -low)
+        if spectral_count > 0:
+            _collect(
+                (rows[i], SIGNALS + TIME, DURATION, scratch),
+                (settings.start_time, settings.time_scale),
+                (choices, summed_count, spectral_count),
+                shaped(time_bins, (spectral_count, int(settings.time_bins), BIN_MOMENTS)),
+            )
+        if settings.angle_bins > 0.0:
+            _collect(
+                (rows[i], SIGNALS + ANGLE, FREE, scratch),
+                (0.0, settings.angle_scale),
+                (choices, FORCES_AT, 2),
+                shaped(angle_bins, (2, int(settings.angle_bins), BIN_MOMENTS)),
+            )
+
+
+@kernel
+def _collect(step, scale, chosen, bins):
+    """Add the quadrature terms of a step to bins over time or angle.
+
+    step : recorded values, column of time or angle, column of its derivative, scratch; scale : origin, bins per unit;
+    chosen : columns, the first of them and their number; bins : (signals, bins, BIN_MOMENTS)
+    """
+    row, column, derivative, scratch = step
+    columns, first, count = chosen
+    bin_count = bins.shape[1]
+    start_place = (row[column, START] - scale[0]) * scale[1]
+    end_place = (row[column, END] - scale[0]) * scale[1]
+    cell = math.floor(start_place)
+    if end_place <= cell + 1.0 and end_place >= cell:  # all stages in one bin
+        index = int(cell - bin_count * math.floor(cell / bin_count))
+        for k in rolled_range(count):
+            for m in lane_range(STAGES):
+                offset = (row[column, m] - scale[0]) * scale[1] - cell - 0.5
+                term = WEIGHTS[m] * row[derivative, m] * row[columns[first + k], m]
+                for p in range(BIN_MOMENTS):
+                    scratch[p, m] = term
+                    term = term * offset
+            for p in range(BIN_MOMENTS):
+                bins[k, index, p] += total_of(scratch[p])
+    else:
+        for m in rolled_range(STAGES):
+            place = (row[column, m] - scale[0]) * scale[1]
+            cell = math.floor(place)
+            index = int(cell - bin_count * math.floor(cell / bin_count))
+            for k in rolled_range(count):
+                term = WEIGHTS[m] * row[derivative, m] * row[columns[first + k], m]
+                for p in range(BIN_MOMENTS):
+                    bins[k, index, p] += term
+                    term = term * (place - cell - 0.5)
+
+
+add_steps = Routine(_add, "ffiffffff")
+
+
+def spectrum(bins: np.ndarray, lines: int) -> np.ndarray:
+    """Return the integrals of signals times e^(-i w t) at w = 2 pi j over the span of all bins, j from 0 to `lines`.
+
+    bins : (signals, bins, BIN_MOMENTS); the phase is that of a time half a bin earlier.  Shape (signals, lines + 1).
+    """
+    count = bins.shape[1]
+    transforms = np.fft.rfft(bins, axis=1)[:, : lines + 1]
+    rotation = -2j * math.pi / count * np.arange(transforms.shape[1])
+    total, factor = transforms[..., 0].copy(), np.ones(rotation.size, dtype=complex)
+    for p in range(1, BIN_MOMENTS):
+        factor = factor * rotation / p
+        total += factor * transforms[..., p]
+    return total

@@ -1,0 +1,180 @@
+"""Force and moment of the ideal machine on its frame, and the motion of places, over its crank angle."""
+
+import copy
+import functools
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from ...contracts.case import Case
+from ...contracts.machine import Constant, Machine
+from ...contracts.vibration import Frame, Vibration
+from ...mechanics.machines import planar
+from ...mechanics.machines.observed import axes_of, point_of, unreacted_loads
+from .ideal import SAMPLES_PER_TURN, knots_of_loads, largest, machine_of, mechanism_of, turn_range_of
+
+FX, FY, SQUARE, MOMENT = range(4)
+_FIGURES = ("frame_force_x_peak", "frame_force_y_peak", "frame_force_peak", "frame_moment_peak")
+
+
+def transfer(frame: Frame, axis: int, rates: np.ndarray) -> np.ndarray:
+    """Return velocity over force (m/(N s)) of a frame on its mount along x (0) or y (1) at `rates` (rad/s)."""
+    assert frame.mass is not None
+    stiffness = frame.mount.stiffness[axis] if frame.mount else 0.0
+    damping = 2.0 * frame.mount.damping * math.sqrt(stiffness * frame.mass) if frame.mount else 0.0
+    impedance = 1j * (frame.mass * rates**2 - stiffness) + rates * damping
+    response: np.ndarray = np.divide(rates, impedance, out=np.zeros(rates.size, dtype=complex), where=rates > 0.0)
+    return response
+
+
+class _Spot(NamedTuple):
+    """A point of a body, or the frame."""
+
+    name: str
+    body: str
+    arm: tuple[float, float]  # m, from the centre of mass, in the frame of the body
+    axes: int  # 1: only x counts
+
+
+class IdealShaking(NamedTuple):
+    """The ideal machine: figures of the frame, amplitudes of its orders, and of the velocities of places."""
+
+    figures: dict[str, float]  # by column, without its suffix
+    orders: np.ndarray  # (2, orders + 1) N, amplitude of the force along x and y
+    rate: float  # rad/s, between the lines of the following; 0 if the motion has no period
+    forces: np.ndarray  # (2, lines) N
+    places: dict[str, np.ndarray]  # name -> (1 or 2, lines) m/s
+
+    def velocities(self, vibration: Vibration) -> dict[str, float | None]:
+        """Return the largest velocity (m/s, rms) of each place along x or y in the band, None if there is no period."""
+        spectra = dict(self.places)
+        rates = self.rate * np.arange(self.forces.shape[1])
+        if vibration.frame.mass is not None:
+            responses = [np.abs(transfer(vibration.frame, axis, rates)) for axis in range(2)]
+            spectra["frame"] = self.forces * np.array(responses)
+        low, high = vibration.band
+        in_band = (rates >= low * (1.0 - 1e-9)) & (rates <= high * (1.0 + 1e-9))
+        return {
+            name: math.sqrt(0.5 * float((amplitudes[:, in_band] ** 2).sum(axis=1).max())) if self.rate else None
+            for name, amplitudes in spectra.items()
+        }
+
+
+def ideal_shaking(case: Case, machine: Machine | None) -> IdealShaking:
+    """Return the shaking of the machine of a case without clearance; machine : that of the case, if already built."""
+    machine = machine or machine_of(mechanism_of(case), case)
+    vibration, outline = case.vibration, case.outline.vibration
+    assert machine is not None
+    assert vibration is not None
+    tables = [load.table for load in case.loads if load.table]
+    turn_range = turn_range_of(case, tables)
+    spots = []
+    for place in vibration.places:
+        body, axes = machine.bodies[place.body], axes_of(place, case)
+        arm = tuple(np.subtract(point_of(place, body), body.center).tolist())
+        spots.append(_Spot(place.name.replace("-", "_"), place.body, arm, axes))
+    unreacted = tuple(case.loads[i].name for i in unreacted_loads(case))
+    return _ideal_shaking(
+        planar.machine_key(machine),
+        turn_range,
+        knots_of_loads(case, tables, turn_range),
+        point_of_moment(vibration.frame, machine),
+        (tuple(spots), unreacted, outline.orders if outline else 0),
+        planar.AlwaysEqual(machine),
+    )
+
+
+def point_of_moment(frame: Frame, machine: Machine) -> tuple[float, float]:
+    """Return the point (m) about which the moment on the frame is taken."""
+    if frame.about is not None:
+        return frame.about
+    pivot = next(joint.proximal for joint in machine.joints if joint.name == machine.driven)
+    x, y = machine.bodies[pivot.body].points[pivot.point]
+    return x, y
+
+
+@functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
+def _ideal_shaking(
+    key: bytes,
+    turn_range: tuple[float, float],
+    knots: tuple[float, ...],
+    about: tuple[float, float],
+    observed: tuple[tuple[_Spot, ...], tuple[str, ...], int],
+    machine: planar.AlwaysEqual,
+) -> IdealShaking:
+    """Return the shaking of a machine with this key over a range of revolutions."""
+    spots, unreacted, orders = observed
+    shaking, start = _Shaking(machine.value, about, unreacted), machine.value.drive.start_angle
+    begin, turns = turn_range[0], max(math.floor(turn_range[1] - turn_range[0] + 1e-9), 1)
+    angles: np.ndarray = 2.0 * math.pi * (begin + np.arange(SAMPLES_PER_TURN * turns) / SAMPLES_PER_TURN)
+    frame, velocities = shaking.at(start + angles, spots)
+
+    def sizes(angles: np.ndarray) -> np.ndarray:
+        return np.abs(shaking.at(start + angles, ())[0])  # type: ignore[no-any-return]
+
+    peaks = largest(sizes, np.union1d(np.append(angles, 2.0 * math.pi * turn_range[1]), knots))
+    figures = dict(zip(_FIGURES, [*peaks[:2], math.sqrt(peaks[2]), peaks[3]], strict=True))
+    figures |= {
+        "frame_force_rms": math.sqrt(float(frame[SQUARE].mean())),
+        "frame_moment_rms": math.sqrt(float((frame[MOMENT] ** 2).mean())),
+    }
+    forces = _amplitudes(frame[:2])
+    in_orders = forces[:, : orders * turns + 1 : turns]
+    is_steady = turn_range[1] == turns and isinstance(machine.value.drive, Constant)
+    rate = machine.value.drive.speed / turns if is_steady else 0.0
+    by_name = {spot.name: _amplitudes(velocities[i][: spot.axes]) for i, spot in enumerate(spots)}
+    return IdealShaking({name: float(value) for name, value in figures.items()}, in_orders, rate, forces, by_name)
+
+
+def _amplitudes(values: np.ndarray) -> np.ndarray:
+    """Return the amplitudes (signals, lines) of signals (signals, n) over their span."""
+    amplitudes: np.ndarray = 2.0 / values.shape[1] * np.abs(np.fft.rfft(values, axis=1))
+    return amplitudes
+
+
+class _Shaking:
+    """The signals of an ideal machine at crank angles."""
+
+    def __init__(self, machine: Machine, about: tuple[float, float], unreacted: tuple[str, ...]):
+        """Prepare for a machine whose frame does not react the loads of these names."""
+        self.ideal, self.about = planar.ideal_of(planar.with_segments(machine)), about
+        loads = tuple(load for load in self.ideal.machine.loads if load.name in unreacted)
+        self.loaded = copy.copy(self.ideal) if loads else None
+        if self.loaded:
+            self.loaded.machine = self.ideal.machine._replace(loads=loads, gravity=0.0)
+
+    def at(self, angles: np.ndarray, spots: tuple[_Spot, ...]) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Return force x, y, its square and moment (4, N), and velocities (2, N) m/s of spots, at angles (N,) rad."""
+        times, rates = self.ideal.crank_passage(angles, lambda: planar.ideal_form(self.ideal))
+        parts = np.array_split(np.stack([angles, times, rates]), max(len(angles) // SAMPLES_PER_TURN, 1), axis=1)
+        results = [self._part(part, spots) for part in parts]
+        frame = np.concatenate([result[0] for result in results], axis=1)
+        return frame, [np.concatenate([result[1][i] for result in results], axis=1) for i in range(len(spots))]
+
+    def _part(self, passage: np.ndarray, spots: tuple[_Spot, ...]) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Return the results of `at`; passage : (3, N) angles (rad), times (s) and rates (rad/s)."""
+        angles, times, rates = passage
+        states, inertia = self.ideal.states_at(angles), self.ideal.inertia
+        acceleration = self.ideal.balance(states, rates, times)[0]
+        motion = states.second_derivative * (rates**2)[:, None] + states.derivative * acceleration[:, None]
+        forces = -inertia * motion
+        forces[:, 1::3] -= inertia[1::3] * self.ideal.machine.gravity
+        if self.loaded:
+            forces += self.loaded.applied_forces(states, rates, times)
+        x, y = states.q[:, 0::3] - self.about[0], states.q[:, 1::3] - self.about[1]
+        fx, fy = forces[:, 0::3].sum(axis=1), forces[:, 1::3].sum(axis=1)
+        moment = (x * forces[:, 1::3] - y * forces[:, 0::3] + forces[:, 2::3]).sum(axis=1)
+        velocities = [self._velocity(states, rates, spot) for spot in spots]
+        return np.stack([fx, fy, fx * fx + fy * fy, moment]), velocities
+
+    def _velocity(self, states: planar.MachineStates, rates: np.ndarray, spot: _Spot) -> np.ndarray:
+        """Return the velocity (2, N) m/s of a spot."""
+        i = 3 * self.ideal.closure.index[spot.body]
+        angle, turn, (arm_x, arm_y) = states.q[:, i + 2], states.derivative[:, i + 2], spot.arm
+        x = np.cos(angle) * arm_x - np.sin(angle) * arm_y
+        y = np.sin(angle) * arm_x + np.cos(angle) * arm_y
+        velocity: np.ndarray = rates * np.stack(
+            [states.derivative[:, i] - turn * y, states.derivative[:, i + 1] + turn * x]
+        )
+        return velocity
