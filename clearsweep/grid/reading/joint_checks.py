@@ -135,9 +135,8 @@ def _check_band(reader: Reader, turns: float) -> None:
         )
         reader.problems.add(reader.position_of(f"{path}.1"), path, message)
     resolution = max(speeds) / math.floor(turns + WHOLE_TOLERANCE)
-    if min(lows) < min(highs) and math.floor(min(highs) / resolution) * resolution < max(lows) * (
-        1.0 - WHOLE_TOLERANCE
-    ):
+    highest_line = resolution * math.floor(min(highs) / resolution * (1.0 + WHOLE_TOLERANCE))
+    if min(lows) < min(highs) and highest_line < max(lows) * (1.0 - WHOLE_TOLERANCE):
         message = (
             f"contains no line of the spectrum over {math.floor(turns + WHOLE_TOLERANCE)} turns, whose lines are "
             f"{resolution / (2.0 * math.pi):.4g} Hz apart; widen the band, or simulate more revolutions"

@@ -263,10 +263,13 @@ def _expected_list(key_table: KeyTable, path: str, section: Section) -> str:
     first_key, count = key_table.get(f"{path}.0"), COUNT_WORDS[section.items]
     if isinstance(first_key, Word):
         return f"a list of {count} names, such as [ground, crank]"
-    if section.items == 2:
-        return "a list of two quantities, such as [0.2 kg, 0.2 kg]"
     assert isinstance(first_key, Number)
     unit = first_key.uses[0].field.unit
+    if section.items == 2:
+        return f"a list of two quantities, such as [{', '.join([quantity.example_text(unit)] * 2)}]"
+    if not first_key.uses[0].field.text.endswith(("x", "y", "z")) and not section.scalar_factors:
+        examples = ", ".join([quantity.example_text(unit)] * section.items)
+        return f"a list of {count} quantities ({unit}), such as [{examples}]"
     prefix = "one quantity, or " if section.scalar_factors else ""
     return f"{prefix}a list of {count} quantities ({unit}), along x, y and z"
 

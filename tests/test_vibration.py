@@ -1,0 +1,359 @@
+"""Vibration: force and moment on the frame, velocities in a band, orders, zones and signatures.
+
+The slider-crank is checked against its closed form without clearance, and with clearance against a dense trajectory,
+from whose momenta the forces follow by differences and by parts.
+"""
+
+import copy
+import math
+
+import numpy as np
+import pytest
+from fake_runs import load
+from scipy.integrate import simpson
+
+import clearsweep
+from clearsweep.contracts.vibration import SEVERITIES, zone_of
+from clearsweep.language.errors import InputError
+from clearsweep.mechanics.observe import POINTS
+from clearsweep.mechanics.solver.signal_sums import BIN_MOMENTS, spectrum
+from clearsweep.simulation.analyses.vibration import motion_of, signature
+from clearsweep.simulation.setup.scene import build
+
+MASSES = {"crank": 0.3, "rod": 0.21, "slider": 0.14}
+INERTIAS = {"crank": 1e-4, "rod": 2.5e-4, "slider": 0.0}
+PUSH = -40.0  # N, on the slider along x, which the frame does not react
+ABOUT = 0.01, -0.02
+STIFFNESS = 2e6, 4e6
+SPEED = 2.0 * math.pi * 20.0
+JOINT_CHANNELS = "x", "y", "vx", "vy", "force_normal"
+GRID = {
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": "50 mm", "mass": "0.3 kg", "inertia": "1e-4 kg*m^2", "center": "20 mm"},
+        "rod": {"length": "130 mm", "mass": "0.21 kg", "inertia": "2.5e-4 kg*m^2", "center": "50 mm"},
+        "slider": {"mass": "0.14 kg", "offset": "12 mm"},
+        "gravity": "9.81 m/s^2",
+    },
+    "drive": {"speed": "1200 rpm"},
+    "joints": {
+        "rod-slider": {
+            "clearance": "0.05 mm",
+            "bearing_radius": "10 mm",
+            "contact": {"law": "lankarani-nikravesh", "stiffness": "6.61e10 N/m^1.5", "restitution": 0.7},
+        }
+    },
+    "simulate": {"revolutions": 5, "discard": 2},
+    "save": {"orbits": "none"},
+    "loads": {
+        "push": {"on": "slider", "force": [f"{PUSH} N", "0 N"], "reacted": False},
+        "lift": {"on": "rod", "force": ["3 N", "5 N"]},
+    },
+    "vibration": {
+        "at": {
+            "frame": {
+                "about": ["10 mm", "-20 mm"],
+                "mass": "40 kg",
+                "mount": {"stiffness": ["2 kN/mm", "4 kN/mm"], "damping": "3 %"},
+            },
+            "slider": {},
+            "tip": {"body": "rod", "point": ["30 mm", "10 mm"]},
+        },
+        "orders": 6,
+        "zones": ["1.4 mm/s", "2.8 mm/s", "4500 mm/s"],
+    },
+}
+
+
+class Signals:
+    """Force and moment of a slider-crank on its frame, from the momenta of its bodies at equidistant times."""
+
+    def __init__(self, scene, turns, samples):
+        self.period = turns * 2.0 * math.pi / SPEED
+        begin = scene.case.simulate.discard * 2.0 * math.pi / SPEED
+        self.times = begin + self.period * np.arange(samples + 1) / samples
+        self.channels = c = clearsweep.simulate(scene, times=self.times).channels
+        x, y = ({body: c[f"{body}/{axis}"] - ABOUT[k] for body in MASSES} for k, axis in enumerate("xy"))
+        self.momentum = [sum(m * c[f"{body}/v{axis}"] for body, m in MASSES.items()) for axis in "xy"]
+        self.weight = 0.0, -9.81 * sum(MASSES.values())
+        self.load = PUSH, 0.0
+        spin = sum(
+            m * (x[body] * c[f"{body}/vy"] - y[body] * c[f"{body}/vx"]) + INERTIAS[body] * c[f"{body}/rate"]
+            for body, m in MASSES.items()
+        )
+        weight_moment = -9.81 * sum(m * x[body] for body, m in MASSES.items())
+        self.moment = -np.gradient(spin, self.times) + weight_moment - PUSH * y["slider"]
+        self.force = [-np.gradient(self.momentum[k], self.times) + self.weight[k] + self.load[k] for k in range(2)]
+
+    def force_order(self, axis, order):
+        """Return the amplitude of an order of the force, by parts: only the momentum is integrated."""
+        wave = np.exp(-1j * order * SPEED * (self.times - self.times[0]))
+        momentum = self.momentum[axis]
+        integral = simpson(momentum * wave, x=self.times)
+        return abs(2.0 / self.period * (momentum[0] - momentum[-1] - 1j * order * SPEED * integral))
+
+    def amplitudes(self, values):
+        """Return the rates (rad/s) of the lines in the band and the amplitudes of a signal there."""
+        amplitudes = 2.0 / (len(values) - 1) * np.abs(np.fft.rfft(values[:-1]))
+        frequencies = np.arange(len(amplitudes)) / self.period
+        band = (frequencies >= 10.0 * (1 - 1e-9)) & (frequencies <= 1000.0 * (1 + 1e-9))
+        return 2.0 * math.pi * frequencies[band], amplitudes[band]
+
+
+@pytest.fixture(scope="module")
+def scene():
+    return clearsweep.load_case(GRID)
+
+
+@pytest.fixture(scope="module")
+def figures(scene):
+    return clearsweep.simulate(scene).summary
+
+
+@pytest.fixture(scope="module")
+def signals(scene):
+    return Signals(scene, 3, 3 * 2**15)
+
+
+def closed_form(samples=4096):
+    """Return force x, y, moment (3, n) and slider velocity of the machine without clearance over a turn."""
+    r, length, offset, g = 0.05, 0.13, 0.012, 9.81
+    angle = 2.0 * math.pi * np.arange(samples) / samples
+    sine = (offset - r * np.sin(angle)) / length
+    cosine = np.sqrt(1.0 - sine**2)
+    rate = -r * np.cos(angle) * SPEED / (length * cosine)
+    acceleration = (r * np.sin(angle) * SPEED**2 + length * sine * rate**2) / (length * cosine)
+
+    def rod_point(a):
+        pin = r * np.exp(1j * angle)
+        rod = cosine + 1j * sine
+        return pin + a * rod, -(SPEED**2) * pin + a * rod * (1j * acceleration - rate**2)
+
+    crank = 0.02 * np.exp(1j * angle)
+    places = {"crank": (crank, -(SPEED**2) * crank), "rod": rod_point(0.05), "slider": rod_point(length)}
+    force, moment = np.zeros(samples, complex), np.zeros(samples)
+    for body, (place, a) in places.items():
+        own = -MASSES[body] * (a + 1j * g)
+        own = own.real + 1j * (-MASSES[body] * g) if body == "slider" else own
+        arm = place - complex(*ABOUT)
+        force, moment = force + own, moment + (np.conj(arm) * own).imag
+    moment -= INERTIAS["rod"] * acceleration + PUSH * (places["slider"][0].imag - ABOUT[1])
+    velocity = -r * SPEED * np.sin(angle) - length * sine * rate
+    return np.array([force.real + PUSH, force.imag, moment]), velocity
+
+
+def response(rates, axis):
+    """Return velocity over force of a mass of 40 kg on its mount."""
+    stiffness = STIFFNESS[axis]
+    damping = 2.0 * 0.03 * math.sqrt(stiffness * 40.0)
+    return np.abs(1j * rates / (stiffness - 40.0 * rates**2 + 1j * rates * damping))
+
+
+def test_the_ideal_machine_shakes_its_frame_as_the_closed_form_does(figures):
+    (fx, fy, moment), velocity = closed_form()
+    orders = 2.0 / len(fx) * np.abs(np.fft.rfft([fx, fy]))
+    expected = {
+        "frame_force_peak": np.hypot(fx, fy).max(),
+        "frame_force_x_peak": np.abs(fx).max(),
+        "frame_force_y_peak": np.abs(fy).max(),
+        "frame_moment_peak": np.abs(moment).max(),
+    }
+    for name, value in expected.items():
+        assert value * (1 - 1e-12) <= figures[f"{name}_ideal"] <= value * (1 + 1e-6), name
+    assert figures["frame_force_rms_ideal"] == pytest.approx(math.sqrt(np.mean(fx**2 + fy**2)), rel=1e-11)
+    assert figures["frame_moment_rms_ideal"] == pytest.approx(math.sqrt(np.mean(moment**2)), rel=1e-11)
+    for k in range(1, 7):
+        assert figures[f"frame_force_x_order_{k}_ideal"] == pytest.approx(orders[0, k], rel=1e-10)
+    rates = SPEED * np.arange(1, 51)  # 20 Hz to 1 kHz
+    slider = 2.0 / len(velocity) * np.abs(np.fft.rfft(velocity))[1:51]
+    assert figures["slider_velocity_rms_ideal"] == pytest.approx(math.sqrt(0.5 * np.sum(slider**2)), rel=1e-10)
+    frame = [math.sqrt(0.5 * np.sum((orders[k, 1:51] * response(rates, k)) ** 2)) for k in range(2)]
+    assert figures["frame_velocity_rms_ideal"] == pytest.approx(max(frame), rel=1e-10)
+
+
+def test_orders_of_the_force_with_clearance_are_those_of_the_momentum(figures, signals):
+    for axis in range(2):
+        for order in range(1, 7):
+            exact = signals.force_order(axis, order)
+            assert figures[f"frame_force_{'xy'[axis]}_order_{order}"] == pytest.approx(exact, rel=1e-6, abs=1e-7)
+
+
+def test_peaks_and_means_with_clearance_are_those_of_a_dense_trajectory(figures, signals):
+    fx, fy = signals.force
+    expected = {
+        "frame_force_x_peak": np.abs(fx).max(),
+        "frame_force_y_peak": np.abs(fy).max(),
+        "frame_force_peak": np.hypot(fx, fy).max(),
+        "frame_force_rms": math.sqrt(np.mean(fx**2 + fy**2)),
+        "frame_moment_peak": np.abs(signals.moment).max(),
+        "frame_moment_rms": math.sqrt(np.mean(signals.moment**2)),
+        "crank_torque_rms": math.sqrt(np.mean(signals.channels["crank/torque"] ** 2)),
+        "crank_torque_ripple": np.ptp(signals.channels["crank/torque"]),
+        "drive_power_peak": np.abs(SPEED * signals.channels["crank/torque"]).max(),
+        "drive_power_reactive": np.std(SPEED * signals.channels["crank/torque"]),
+    }
+    for name, value in expected.items():
+        assert figures[name] == pytest.approx(value, rel=5e-4), name
+    assert max(fx) > 1.1 * figures["frame_force_x_peak_ideal"]  # so that the clearance counts
+
+
+def test_velocities_in_the_band_are_those_of_a_dense_trajectory(figures, signals):
+    c, (arm_x, arm_y) = signals.channels, (0.03 - 0.05, 0.01)
+    cosine, sine, rate = np.cos(c["rod/angle"]), np.sin(c["rod/angle"]), c["rod/rate"]
+    velocities = {
+        "slider": c["slider/vx"],
+        "tip_x": c["rod/vx"] - rate * (sine * arm_x + cosine * arm_y),
+        "tip_y": c["rod/vy"] + rate * (cosine * arm_x - sine * arm_y),
+    }
+    rms = {}
+    for name, velocity in velocities.items():
+        _, amplitudes = signals.amplitudes(velocity)
+        rms[name] = math.sqrt(0.5 * np.sum(amplitudes**2))
+    for k in range(2):
+        rates, amplitudes = signals.amplitudes(signals.force[k])
+        rms[f"frame_{'xy'[k]}"] = math.sqrt(0.5 * np.sum((amplitudes * response(rates, k)) ** 2))
+    assert figures["slider_velocity_rms"] == pytest.approx(rms["slider"], rel=1e-7)
+    for place in ("tip", "frame"):
+        for axis in "xy":
+            found = figures[f"{place}_velocity_{axis}_rms"]
+            assert found == pytest.approx(rms[f"{place}_{axis}"], rel=1e-7 if place == "tip" else 1e-4)
+        assert figures[f"{place}_velocity_rms"] == max(figures[f"{place}_velocity_{axis}_rms"] for axis in "xy")
+    rates, amplitudes = signals.amplitudes(velocities["slider"])
+    assert figures["slider_band_energy"] == pytest.approx(0.5 * np.sum((rates * amplitudes) ** 2), rel=1e-5)
+    assert (figures["frame_zone"], figures["slider_zone"]) == ("C", "D")
+
+
+def test_signatures_are_those_of_the_acceleration(figures, signals):
+    acceleration = signals.channels["slider/a"]
+    deviation = acceleration - acceleration.mean()
+    assert figures["slider_kurtosis"] == pytest.approx(np.mean(deviation**4) / np.mean(deviation**2) ** 2, rel=1e-3)
+    assert figures["slider_skewness"] == pytest.approx(np.mean(deviation**3) / np.mean(deviation**2) ** 1.5, rel=1e-3)
+    crest = np.abs(acceleration).max() / math.sqrt(np.mean(acceleration**2))
+    assert figures["slider_crest"] == pytest.approx(crest, rel=1e-4)
+
+
+def test_the_envelope_is_the_magnitude_of_the_analytic_signal(figures, signals):
+    velocity = signals.channels["slider/vx"][:-1]
+    frequencies = np.fft.fftfreq(len(velocity), signals.period / len(velocity))
+    in_band = (frequencies >= 10.0 * (1 - 1e-9)) & (frequencies <= 1000.0 * (1 + 1e-9))
+    lines = np.where(in_band, 4j * math.pi * frequencies * np.fft.fft(velocity), 0.0)
+    amplitudes = 2.0 / len(velocity) * np.abs(np.fft.rfft(np.abs(np.fft.ifft(lines))))
+    for order in (1, 2, 3):
+        assert figures[f"slider_envelope_order_{order}"] == pytest.approx(amplitudes[3 * order], rel=1e-3)
+
+
+def test_the_power_of_impacts_is_the_work_of_the_normal_force_on_the_contact(figures, signals):
+    x, y, vx, vy, force = (signals.channels[f"joints/rod_slider/{name}"] for name in JOINT_CHANNELS)
+    work = simpson(force * (x * vx + y * vy) / np.hypot(x, y), x=signals.times)
+    elastic = 6.61e10 * np.maximum(np.hypot(x, y) - 0.05e-3, 0.0) ** 2.5 / 2.5
+    lost = work - (elastic[-1] - elastic[0])
+    assert figures["impact_power"] == pytest.approx(lost / signals.period, rel=2e-3)
+
+
+@pytest.mark.slow  # compiles the scene without vibration
+def test_other_figures_do_not_depend_on_vibration(scene, figures):
+    alone = copy.deepcopy(GRID)
+    del alone["vibration"]
+    without = clearsweep.simulate(clearsweep.load_case(alone)).summary
+    times = {"run_time", "setup_time"}
+    assert {name: figures[name] for name in without.keys() - times} == {
+        name: value for name, value in without.items() if name not in times
+    }
+    assert not any("frame" in name or "vibration" in name for name in without)
+
+
+def test_the_columns_of_a_machine_without_a_place_are_those_of_its_frame():
+    grid = copy.deepcopy(GRID) | {"vibration": {}}
+    columns = load(grid).layout.units
+    assert columns["frame_force_peak"] == "N"
+    assert not any("velocity" in name or "order" in name or "zone" in name for name in columns)
+
+
+# ---------------------------------------------------------------------------------------------- pieces
+
+
+def test_a_sine_has_its_known_signature_and_velocity():
+    angles = 2.0 * math.pi * (np.arange(64) + 0.3) / 64
+    powers = np.array([np.mean(np.sin(angles) ** power) for power in range(1, 5)])
+    found = signature(powers, 1.0)
+    assert found["kurtosis"] == pytest.approx(1.5, rel=1e-12)
+    assert found["crest"] == pytest.approx(math.sqrt(2.0), rel=1e-12)
+    assert found["skewness"] == pytest.approx(0.0, abs=1e-12)
+    rates = np.array([2.0 * math.pi * 100.0])
+    motion = motion_of((10.0 / rates) ** 2, rates)
+    assert motion.velocity_rms == pytest.approx(11.254e-3, rel=1e-4)
+    assert motion.band_energy == pytest.approx(50.0, rel=1e-12)
+
+
+def test_a_signal_that_rests_has_no_signature():
+    assert set(signature(np.array([3.0, 9.0, 27.0, 81.0]), 3.0).values()) == {None}
+
+
+def test_the_spectrum_of_bins_is_that_of_the_terms_in_them():
+    generator = np.random.default_rng(1)
+    places, terms, lines = generator.uniform(0.0, 1.0, 200), generator.normal(size=200), 20
+    count = math.ceil(2.0 * math.pi * lines)
+    bins = np.zeros((1, count, BIN_MOMENTS))
+    cells = np.floor(places * count).astype(int)
+    for power in range(BIN_MOMENTS):
+        np.add.at(bins[0, :, power], cells, terms * (places * count - cells - 0.5) ** power)
+    exact = [abs(np.sum(terms * np.exp(-2j * math.pi * j * places))) for j in range(lines + 1)]
+    assert np.abs(spectrum(bins, lines)[0]) == pytest.approx(exact, rel=1e-6, abs=1e-6 * max(exact))
+
+
+@pytest.mark.parametrize(("velocity", "zone"), [(0.0014, "A"), (0.00141, "B"), (0.0029, "C"), (0.0046, "D")])
+def test_a_velocity_at_a_bound_belongs_to_the_better_zone(velocity, zone):
+    assert zone_of(velocity, SEVERITIES["ISO 20816-3 group 2 rigid"]) == zone
+
+
+def test_the_bounds_of_all_zones_rise():
+    for bounds in SEVERITIES.values():
+        assert list(bounds) == sorted(set(bounds))
+    assert len(POINTS) == 8  # the quadrature at the stages is exact up to degree 14
+
+
+# ---------------------------------------------------------------------------------------------- mistakes
+
+
+@pytest.mark.parametrize(
+    ("vibration", "part", "sentence"),
+    [
+        ({"band": ["10 kHz", "1 MHz"]}, "vibration.band", "2,500 times the crank speed, 50,000 Hz"),
+        ({"band": ["1 kHz", "10 Hz"]}, "vibration.band.0", "allowed: below 10 Hz"),
+        ({"band": ["21 Hz", "22 Hz"]}, "vibration.band", "contains no line of the spectrum over 3 turns"),
+        ({"severity": "ISO 20816-3 group 5 rigid"}, "vibration.severity", "ISO 20816-8 piping"),
+        ({"at": {"frame": {"mount": {"stiffness": ["1 N/m", "1 N/m"]}}}}, "vibration.at.frame.mount", "needs the mass"),
+        ({"zones": ["2 mm/s", "1 mm/s", "3 mm/s"]}, "vibration.zones.0", "allowed: below 1 mm/s"),
+        ({"zones": ["2 mm/s", "3 mm/s"]}, "vibration.zones", "a list of three quantities (m/s)"),
+        (
+            {"zones": ["1 mm/s", "2 mm/s", "3 mm/s"], "severity": "ISO 20816-8 frame"},
+            "vibration.zones",
+            "conflicts with severity",
+        ),
+        ({"at": {"frame": {"body": "rod"}}}, "vibration.at.frame.body", "allowed: mass, about, mount"),
+        ({"at": {"here": {"body": "rodd"}}}, "vibration.at.here.body", "did you mean 'rod'?"),
+        ({"at": {"here": {}}}, "vibration.at.here.body", "write one of crank, rod, slider"),
+        ({"at": {"rod": {"point": "tip"}}}, "vibration.at.rod.point", "such as [0.5 mm, 0.5 mm]"),
+        ({"at": {"a-b": {"body": "rod"}, "a_b": {"body": "rod"}}}, "vibration.at.a_b", "has the same column"),
+        ({"orders": 0}, "vibration.orders", "a whole number at least 1 and at most 100"),
+        ({"zones": ["1 mm", "2 mm/s", "3 mm/s"]}, "vibration.zones.0", "another dimension"),
+    ],
+)
+def test_a_mistake_is_named_with_its_remedy(vibration, part, sentence):
+    with pytest.raises(InputError) as caught:
+        load(GRID | {"vibration": vibration})
+    assert str(caught.value).startswith(f"{part}: ")
+    assert sentence in str(caught.value)
+
+
+def test_fewer_than_three_turns_are_refused():
+    with pytest.raises(InputError, match=r"at least 3 are needed.*simulate more revolutions"):
+        load(GRID | {"simulate": {"revolutions": 4, "discard": 2}})
+
+
+def test_a_place_on_an_elastic_link_is_refused():
+    grid = copy.deepcopy(GRID)
+    grid["mechanism"]["rod"]["elastic"] = {"axial_stiffness": "1e8 N/m"}
+    del grid["loads"]["lift"]
+    with pytest.raises(InputError, match=r"vibration.at.tip: rod is elastic; choose a place on a rigid body"):
+        build(load(grid).case(0))
