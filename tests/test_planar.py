@@ -1,6 +1,7 @@
 """Planar machines: their equations of motion against absolute coordinates, closed forms and virtual powers."""
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -356,6 +357,33 @@ def test_a_singular_position_is_refused_where_it_is():
     assert refused.value.angle == pytest.approx(math.pi, abs=0.02)
 
 
+def four_bar_of(lengths, start):
+    """Return a four-bar of ground, crank, coupler and rocker with these lengths (m), and a start angle (rad)."""
+    machine = lengthened(four_bar(drive=Constant(10.0, start)), "ground", "foot", (lengths[0], 0.0))
+    for (body, point), length in zip(
+        (("crank", "pin"), ("coupler", "small"), ("rocker", "pin")), lengths[1:], strict=True
+    ):
+        machine = lengthened(machine, body, point, (length, 0.0))
+        machine.bodies[body] = machine.bodies[body]._replace(center=(0.5 * length, 0.0))
+    return machine
+
+
+def test_a_kite_whose_loops_close_after_two_turns_says_so():
+    """Galloway's linkage: the rocker turns once while the crank, as long as the ground, turns twice."""
+    with pytest.raises(ClosureError, match="close only after two revolutions of the crank") as refused:
+        planar.build(four_bar_of((0.1, 0.1, 0.2, 0.2), 1.0), {}, {})
+    assert refused.value.body in ("coupler", "rocker")
+    assert refused.value.angle == pytest.approx(2.0 * math.pi, abs=0.02)  # crank and ground are one there
+
+
+def test_a_start_at_a_change_point_names_a_start_that_runs():
+    lengths = (0.4, 0.1, 0.4, 0.1)
+    with pytest.raises(ClosureError, match="start in a singular position") as refused:
+        planar.build(four_bar_of(lengths, 0.0), {}, {})
+    (degrees,) = re.findall(r"drive.start_angle (\S+) deg", refused.value.remedy)
+    planar.build(four_bar_of(lengths, math.radians(float(degrees))), {}, {})
+
+
 def test_loops_that_may_branch_go_straight_on():
     """A rod as long as its crank: x = 2 r cos(angle) of the slider; a parallelogram: its rocker turns on."""
     start, speed = 0.3, 100.0
@@ -385,13 +413,8 @@ def test_loops_that_may_branch_go_straight_on():
 @pytest.mark.parametrize("scale", [1e-3, 1.0, 30.0])
 def test_a_start_in_which_all_links_are_in_line_is_refused_there(lengths, scale):
     """Newton's method would leave it in any direction."""
-    frame, *links = (scale * length for length in lengths)
-    machine = lengthened(four_bar(drive=Constant(10.0)), "ground", "foot", (frame, 0.0))
-    for (body, point), length in zip((("crank", "pin"), ("coupler", "small"), ("rocker", "pin")), links, strict=True):
-        machine = lengthened(machine, body, point, (length, 0.0))
-        machine.bodies[body] = machine.bodies[body]._replace(center=(0.5 * length, 0.0))
     with pytest.raises(ClosureError, match="singular") as refused:
-        planar.build(machine, {}, {})
+        planar.build(four_bar_of([scale * length for length in lengths], 0.0), {}, {})
     assert refused.value.angle == 0.0
 
 

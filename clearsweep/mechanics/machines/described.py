@@ -233,13 +233,17 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     try:
         planar.ideal_of(steady_machine)
     except planar.ClosureError as error:
-        path = f"bodies.{error.body}" if case.outline.bodies else error.body
-        start_angles = ", or the start angles near which its loops are closed" if case.outline.bodies else ""
-        advice = f"change lengths{start_angles}"
-        return path, f"{error}, at crank angle {math.degrees(error.angle):.6g} deg; {advice}"
+        return unclosed(error, case)
     except planar.MobilityError as error:
         return "", str(error)
     return None
+
+
+def unclosed(error: planar.ClosureError, case: Case) -> tuple[str, str]:
+    """Return the path below `mechanism` at fault, and a sentence with the remedy, for a machine that is not closed."""
+    path = f"bodies.{error.body}" if case.outline.bodies else error.body
+    start_angles = ", or the start angles near which its loops are closed" if case.outline.bodies else ""
+    return path, f"{error}, at crank angle {math.degrees(error.angle):.6g} deg; {error.remedy}{start_angles}"
 
 
 def elastic_keys(path: str, points: tuple[str, ...] = ()) -> tuple[Keys, ...]:

@@ -34,7 +34,7 @@ from ..study import (
 
 _FORCE_FIGURES = ((PEAK.figure, "peak"), ("force_rms", "rms"))
 MAX_UNFOLDED_AXES = 4  # axes that are drawn at once, the strongest; the rest is folded
-MIN_SHARE = 0.01  # of the variation: an axis with less is folded, unless it is the only one
+MIN_SHARE = 0.05  # of the variation: an axis with less is folded, unless it is the only one
 MAX_LISTED_MEDIANS = 9  # values of an axis up to which the text of a picture gives each median
 
 

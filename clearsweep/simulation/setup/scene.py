@@ -34,6 +34,7 @@ from ...mechanics.laws.contract import ONSET_FLOOR, OWN_RECIPES
 from ...mechanics.laws.elastic import static_penetration
 from ...mechanics.machines import MECHANISMS, planar
 from ...mechanics.machines.contract import Built, body_angles, gaps, pose_at
+from ...mechanics.machines.described import unclosed
 from ...mechanics.machines.observed import point_of, unreacted_loads
 from ...mechanics.machines.spatial import initial_seats
 from ...mechanics.wear import Worn
@@ -459,11 +460,8 @@ def _build_mechanism(case: Case, mechanism: Mechanism, machine: Machine | None, 
             speed = case.drive.speed if case.drive else None
             built = mechanism.build(case.mechanism.values, speed, joints, offsets)
     except planar.ClosureError as error:
-        body = f"bodies.{error.body}" if case.outline.bodies else error.body
-        raise InputError(
-            f"mechanism.{body}: {error} at crank angle {math.degrees(error.angle):.6g} deg; change lengths"
-            + (", or the start angles near which its loops are closed" if case.outline.bodies else "")
-        ) from error
+        path, sentence = unclosed(error, case)
+        raise InputError(f"mechanism.{path}: {sentence}") from error
     except planar.MobilityError as error:
         raise InputError(f"mechanism: {error}") from error
     return built

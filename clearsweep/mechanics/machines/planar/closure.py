@@ -125,9 +125,9 @@ _SINGULAR = "it is in a singular position, in which it has more than one degree 
 class ClosureError(ValueError):
     """The machine without clearance cannot be closed, or is singular, at an angle of its crank."""
 
-    def __init__(self, text: str, body: str, angle: float):
+    def __init__(self, text: str, body: str, angle: float, remedy: str = "change lengths"):
         super().__init__(text)
-        self.body, self.angle = body, angle  # the angle in rad
+        self.body, self.angle, self.remedy = body, angle, remedy  # the angle in rad
 
 
 class MobilityError(ValueError):
@@ -396,7 +396,7 @@ class Closure:
         coarse_angles, first_position = angles[:: STATIONS // FIRST_STATIONS], self.close_at_start(start)
         ratio, body = self._singularity(first_position, start)
         if ratio < NEAR_SINGULAR:
-            raise ClosureError(f"{_SINGULAR} (drive.start_angle may start it elsewhere)", body, start)
+            raise self._refused_start(body, start)
         # rounded, because the bits of linear algebra depend on the processor
         unit = ROUNDING * self._units()[0]
         states = [self.close((np.round(first_position / unit) * unit)[None], angles[:1])[0]]
@@ -415,30 +415,69 @@ class Closure:
             return passed
         return closed
 
+    def _refused_start(self, body: str, start: float) -> ClosureError:
+        """Return why a machine cannot start in a singular position, and where it can start."""
+        for part in (1, 2, 3):
+            elsewhere = start + 2.0 * math.pi * part / FIRST_STATIONS
+            try:
+                if self._singularity(self.close_at_start(elsewhere), elsewhere)[0] < NEAR_SINGULAR:
+                    continue
+                self.close_revolution(elsewhere)
+            except ClosureError:
+                continue
+            return ClosureError(
+                "it would start in a singular position, where its loops may go on in more than one way",
+                body,
+                start,
+                f"start elsewhere, such as with drive.start_angle {math.degrees(elsewhere):.6g} deg",
+            )
+        return ClosureError(_SINGULAR, body, start)
+
     def _pass_change_points(self, first: MachineStates, angles: np.ndarray) -> MachineStates | None:
         """Return a revolution that goes straight on where loops may branch; None if the machine cannot do this.
 
         A folded parallelogram may open as an antiparallelogram.  There the derivatives of the constraints are singular,
         so states near it are interpolated between both sides.  Their inverses are nan: the forces grow without limit.
         """
+        known, stations = self._straight_on(first, angles)
+        if stations[-1] < STATIONS or len(known) < STATIONS // 2:
+            return None
+        if self._moves(first, known[-1]).max() <= LARGEST_JUMP:
+            return _filled(known, np.array(stations), angles)
+        again, stations_again = self._straight_on(known[-1], angles + 2.0 * math.pi)
+        if stations_again[-1] < STATIONS or self._moves(first, again[-1]).max() > LARGEST_JUMP:
+            return None
+        behind = next((k for k, station in enumerate(stations) if k != station), STATIONS)  # the first change point
+        raise ClosureError(
+            "its loops close only after two revolutions of the crank, as they pass into another assembly",
+            self.names[int(np.argmax(self._moves(first, known[-1])))],
+            float(0.5 * (angles[behind - 1] + angles[stations[behind]])),
+            "the ideal machine is computed over one revolution; change lengths",
+        )
+
+    def _straight_on(self, first: MachineStates, angles: np.ndarray) -> tuple[list[MachineStates], list[int]]:
+        """Return states at those of a revolution's stations that are far from change points, and their numbers.
+
+        The last of `angles` (rad) is missing if the machine is near a change point there, or does not turn on.
+        """
         known, stations = [first], [0]
         for station, angle in enumerate(angles[1:], 1):
             guess = _extrapolated(known[-1], angle)
             state = self.close(guess, np.array([angle]))[0]
-            is_last = station == len(angles) - 1
             if not np.all(np.isfinite(state.q)) or self._singularity(state.q[0], angle)[0] < CHANGE_POINT:
-                if is_last:
-                    return None
                 continue
             if np.max(np.abs((state.q - guess)[0, 2::3])) > LARGEST_JUMP / FIRST_STATIONS:
-                return None
+                break
             known.append(state)
             stations.append(station)
-        turns = (known[-1].q - known[0].q)[0]
+        return known, stations
+
+    def _moves(self, first: MachineStates, last: MachineStates) -> np.ndarray:
+        """Return how far each body is from where it was (bodies,): rad without whole turns, or machine sizes."""
+        turns = (last.q - first.q)[0]
         turns[2::3] -= 2.0 * math.pi * np.round(turns[2::3] / (2.0 * math.pi))
-        if np.max(np.abs(turns / self._units()[0])) > LARGEST_JUMP or len(known) < STATIONS // 2:
-            return None
-        return _filled(known, np.array(stations), angles)
+        moves: np.ndarray = np.abs(turns / self._units()[0]).reshape(-1, 3).max(axis=1)
+        return moves
 
     def _continue_to(self, state: MachineStates, end_angle: float) -> MachineStates:
         """Return the machine at another angle of its crank, in as many steps as necessary."""
