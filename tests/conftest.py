@@ -41,6 +41,14 @@ def pytest_collection_modifyitems(config, items):
     items.sort(key=lambda item: -heavy[item.path])
 
 
+@pytest.fixture(scope="session", autouse=True)
+def powered():
+    """Let this process not wait until the disk has what is written: no test takes the power away."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(os, "fsync", lambda handle: None)
+        yield
+
+
 @pytest.fixture
 def at(tmp_path, monkeypatch):
     """Return a function that writes a text as grid.yaml and loads it from there."""

@@ -104,6 +104,7 @@ def test_the_restitution_at_its_extremes_is_among_the_variants(pair):
     assert stable["passed"] == stable["tried"] - len(stable["failed"])
 
 
+@pytest.mark.slow
 def test_verdicts_are_those_of_the_stability_table():
     """A case of the table fails or passes in both."""
     from clearsweep.verify import extremes

@@ -83,15 +83,15 @@ def test_batches_go_where_they_are_requested_and_the_results_remain_readable(run
 
 
 def test_the_next_run_after_that_computes_its_cases_again(tmp_path):
-    result = sweep(grid(3), tmp_path / "run", jobs=1)
+    result = sweep(grid(3), tmp_path / "run", executor="serial")
     store.clean(tmp_path / "run", batches=True)
-    assert sweep(grid(3), tmp_path / "run", jobs=1).ran == result.ran == 3
+    assert sweep(grid(3), tmp_path / "run", executor="serial").ran == result.ran == 3
     assert store.open(tmp_path / "run").summary["status"].tolist() == ["ok"] * 3
 
 
 def test_cases_that_only_batches_hold_are_counted(tmp_path):
-    sweep(grid(5), tmp_path / "run", jobs=1)
-    sweep(grid(3), tmp_path / "run", jobs=1)
+    sweep(grid(5), tmp_path / "run", executor="serial")
+    sweep(grid(3), tmp_path / "run", executor="serial")
     facts = store.clean(tmp_path / "run", batches=True, dry_run=True)
     assert facts["other_cases"] == 2
     assert "2 cases that the last grid does not contain" in store.clean_text(facts)

@@ -1,6 +1,5 @@
 """Figures of merit, mechanisms and layouts are described once; all that shows them follows from the description."""
 
-import ast
 import json
 from pathlib import Path
 
@@ -185,14 +184,3 @@ def test_a_directory_of_another_form_is_refused_in_a_sentence(tmp_path, form):
     (tmp_path / "run.json").write_text(json.dumps(record), encoding="utf-8")
     with pytest.raises(DirectoryError, match=f"has format {form} of .*reads format {grid.SCHEMA_VERSION}"):
         clearsweep.open(tmp_path)
-
-
-def test_nothing_but_its_own_file_compares_with_the_name_of_a_mechanism():
-    names = {mechanism.name for mechanism in simulation.catalogue().mechanisms}
-    package = ROOT / "clearsweep"
-    for path in package.rglob("*.py"):
-        if package / "mechanics/machines" in path.parents:
-            continue
-        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
-            words = {inner.value for inner in ast.walk(node) if isinstance(inner, ast.Constant)}
-            assert not (isinstance(node, ast.Compare) and words & names), f"{path}:{node.lineno}"

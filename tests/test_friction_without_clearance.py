@@ -190,6 +190,7 @@ def test_bristles_take_the_energy_that_their_force_over_the_way_says():
     np.testing.assert_allclose(0.5 * v**2, 1.0 * x - friction, rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_an_implicit_run_of_bristles_agrees_with_an_explicit_one():
     times = np.array([1.0, 5.0, 7.6, 8.0])
     runs = [
@@ -270,6 +271,7 @@ def test_a_machine_without_history_has_bristles_bent_as_after_long_sliding():
     assert without_history(Tanh(0.1, 1e-3)) == Tanh(0.1, 1e-3)
 
 
+@pytest.mark.slow
 def test_a_free_crank_has_an_ideal_machine_with_bristles():
     grid = four_bar("rocker-ground", {"law": "lugre", "coefficient": 0.1, "radius": 0.01} | BRUSH)
     grid["drive"] = {"motor": {"stall_torque": 20, "no_load_speed": "600 rpm"}, "initial_speed": "300 rpm"}
@@ -309,6 +311,7 @@ def test_a_block_stays_until_its_static_friction_is_reached_and_then_slides(pull
     assert summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.slow
 def test_loads_that_stick_together_are_found_one_after_the_other():
     friction = KARNOPP | {"radius": 0.02, "band": "1 mm/s"}
     grid = four_bar("rocker-ground", friction)

@@ -66,7 +66,7 @@ def test_the_damper_can_be_swept_in_its_unit(tmp_path):
     grid = impact_grid(1.0, damping=1e9) | {
         "sweep": {"joints.pair.contact.damping": ["1e9 N*s/m^2.5", "1e10 N*s/m^2.5", "1e11 N*s/m^2.5"]}
     }
-    clearsweep.sweep(grid, out=tmp_path / "run")
+    clearsweep.sweep(grid, out=tmp_path / "run", executor="serial")
     summary = clearsweep.open(tmp_path / "run").summary.sort_values("joints.pair.contact.damping")
     restitutions = summary["pair_restitution"].tolist()
     expected = [closed_form(damping / STIFFNESS) for damping in (1e9, 1e10, 1e11)]
@@ -98,7 +98,7 @@ def test_a_swept_key_without_its_path_is_told_with_its_laws(tmp_path):
     with grid.open("w", encoding="utf-8") as stream:
         YAML(typ="safe").dump(impact_grid(1.0, damping=1e9) | {"sweep": {"damping": [1e9, 2e9]}}, stream)
     with pytest.raises(InputError, match=r"joints\.pair\.contact\.damping \(law .*hunt-crossley"):
-        clearsweep.sweep(grid, out=tmp_path / "run")
+        clearsweep.sweep(grid, out=tmp_path / "run", executor="serial")
 
 
 @pytest.mark.parametrize("tolerance", [1e-10, 1e-6, 1e-3])

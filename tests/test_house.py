@@ -15,6 +15,8 @@ import conftest
 import pytest
 from mutate import MUTATIONS, Mutation
 
+from clearsweep import simulation
+
 ROOT = Path(__file__).parents[1]
 
 
@@ -289,11 +291,11 @@ def test_no_function_exceeds_80_lines():
 
 
 def test_mechanisms_are_distinguished_by_what_they_are_and_not_by_their_name():
-    names = {"impact-pair", "slider-crank"}
+    names = {mechanism.name for mechanism in simulation.catalogue().mechanisms}
     compared = [
         f"{place(path, node)}: {ast.unparse(node)}"
         for path, tree in sources().items()
-        if not path.is_relative_to(ROOT / "clearsweep" / "mechanics" / "mechanism")
+        if not path.is_relative_to(ROOT / "clearsweep" / "mechanics" / "machines")
         for node in ast.walk(tree)
         if isinstance(node, ast.Compare)
         and any(isinstance(part, ast.Constant) and part.value in names for part in ast.walk(node))

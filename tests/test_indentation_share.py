@@ -34,7 +34,7 @@ YOKE = {
 def test_the_answer_splits_an_error_into_clearance_and_indentation(stiffness, tmp_path):
     contact = {"law": "flores", "stiffness": stiffness, "exponent": 1.5, "restitution": 0.5}
     grid = YOKE | {"joints": {"slot": YOKE["joints"]["slot"] | {"contact": contact}}}
-    clearsweep.sweep(grid, out=tmp_path / "run")
+    clearsweep.sweep(grid, out=tmp_path / "run", executor="serial")
     answer = json.loads((tmp_path / "run" / "answer.json").read_text())
     largest = next(entry["largest"] for entry in answer["extremes"] if entry["figure"] == "output_error_max")
     static = (MASS * CRANK * SPEED**2 / stiffness) ** (2.0 / 3.0)  # m, Hertz under the force at the dead centres
@@ -49,7 +49,7 @@ def test_the_answer_splits_an_error_into_clearance_and_indentation(stiffness, tm
 def test_it_says_where_no_clearance_can_meet(limit, is_hopeless, tmp_path):
     contact = {"law": "flores", "stiffness": 1e7, "exponent": 1.5, "restitution": 0.5}
     grid = YOKE | {"joints": {"slot": YOKE["joints"]["slot"] | {"contact": contact}}}
-    clearsweep.sweep(grid | {"limits": {"output_error_max": limit}}, out=tmp_path / "run")
+    clearsweep.sweep(grid | {"limits": {"output_error_max": limit}}, out=tmp_path / "run", executor="serial")
     text = (tmp_path / "run" / "answer.json").read_text()
     assert "is indentation at the stiffness given" in text
     assert ("No clearance can meet" in text) == is_hopeless

@@ -220,6 +220,7 @@ def test_surfaces_that_let_go_are_not_caught_at_once():
     assert steps[0] < 1.4 * steps[1] < 1.4 * 2000  # with plain sweeps 3,335 and 3,266
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_fast_mechanism_whose_joints_all_stick_goes_through():
     made = crank(*JOINTS, drive__speed="3000 rpm", simulate__start="centred", simulate__revolutions=0.5)
@@ -236,6 +237,7 @@ def test_a_peak_in_a_step_with_several_extrema_is_found():
     assert 0.0 < sampled == pytest.approx(run.summary["crank_torque_peak"], rel=1e-7)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_only_joints_with_the_law_stick():
     written = {

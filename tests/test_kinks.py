@@ -215,6 +215,7 @@ def test_the_end_of_an_elastic_law_costs_no_accuracy():
     check_accuracy(elastic="persson", soft=True)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_film_that_turns_within_the_reach_of_its_dry_joint_costs_no_accuracy():
     """A trajectory in quadruple precision; where the journal turns in thin oil, the squeeze is stiff.

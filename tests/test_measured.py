@@ -39,6 +39,7 @@ def test_an_impact_on_a_chain_of_six_springs_is_that_on_the_continuous_bar():
         assert row.computed == pytest.approx(row.reference, rel=0.01), row
 
 
+@pytest.mark.slow
 def test_a_housing_settles_where_the_table_of_its_film_says():
     rows = films.measure_at_rest(quick=True)
     assert largest(rows, "eccentricity ratio", "reynolds") < 0.003
@@ -106,6 +107,7 @@ def test_a_block_drawn_along_a_guide_sticks_and_slips_as_in_the_paper():
     assert largest(rows, "peak speed", "lugre") < 1e-5
 
 
+@pytest.mark.slow
 def test_a_rig_has_the_torque_of_its_source_while_the_film_bears_alone():
     rows = journals.measure_crank_pin(quick=True)
     result = {row.point: row for row in rows if row.quantity == "shaft torque"}

@@ -84,6 +84,7 @@ LOADED = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.heavy
 def test_forces_in_ideal_joints_bear_gravity_a_spring_and_friction():
     times = np.linspace(0.01, 0.09, 60)

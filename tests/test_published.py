@@ -40,6 +40,10 @@ SLOW = {
     "ball on a vibrating table",
     "block in its guide",
     "squeeze film of finite length",
+    "N-four-bar",
+    "chain of tapered balls",
+    "block on a belt",
+    "bouncing ball",
 }
 PAGE = (Path(__file__).parents[1] / "docs/published.md").read_text(encoding="utf-8")
 

@@ -31,6 +31,7 @@ SAMPLES = 4  # of an array that are recorded, rounded, besides its bits
 ROUNDING = 1e-4  # of these, relative to the largest
 SHOWN = 40  # columns of a case in a message
 GRIDS = sorted(path.name for path in portable_bits.CONFIGS.glob("*.yaml"))
+LONG = ("press_joint_life.yaml",)  # takes as long as all others together
 CASES = ("first", "last")
 
 RECORDED = json.loads(FILE.read_text()) if FILE.exists() else {"scenes": {}, "runs": {}}
@@ -142,7 +143,9 @@ on_the_recorded_system = pytest.mark.skipif(
 @on_the_recorded_system
 @pytest.mark.heavy
 @pytest.mark.compiled
-@pytest.mark.parametrize("name", GRIDS)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name in LONG else []) for name in GRIDS]
+)
 def test_the_bits_of_a_run_are_those_that_were_recorded(name):
     text = report(name, run(name))
     assert not text, f"{text}\nIf this is meant: python tests/test_recorded_bits.py --write, and say so in CHANGELOG.md"

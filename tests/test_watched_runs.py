@@ -579,7 +579,7 @@ def test_columns_are_stored_with_their_units_and_can_be_limited(tmp_path):
         | {"simulate.horizon": True, "simulate.error_check": True, "limits": {"lyapunov_exponent": 100.0}},
     )
     source |= {"sweep": {"joints.rod-slider.clearance": [1e-5, 5e-4]}}
-    clearsweep.sweep(source, out=tmp_path / "run", jobs=1)
+    clearsweep.sweep(source, out=tmp_path / "run", executor="serial")
     result = clearsweep.open(tmp_path / "run")
     assert {
         "lyapunov_exponent": "1/s",
