@@ -5,14 +5,13 @@ import functools
 import itertools
 import math
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
 
 from ...language import phases
-from ...mechanics import observe
-from ...mechanics.coupling.entries import guards_of, rates_of, stage_observables_of, sweep_of, wear_of, workspace_size
+from ...mechanics.coupling.entries import guards_of, rates_of, stage_observables_of, sweep_of, wear_of
 from ...mechanics.coupling.rates import first_signal, rates, samples_of, slopes_of
 from ...mechanics.coupling.state import every_state
 from ...mechanics.joints.contract import (
@@ -25,13 +24,11 @@ from ...mechanics.joints.contract import (
 )
 from ...mechanics.laws.contract import touches
 from ...mechanics.laws.loss import needs_mass, needs_onset_rate
-from ...mechanics.machines.contract import friction_laws
-from ...mechanics.observe import ROW_COUNT, STATE_POINTS
+from ...mechanics.observe import ROW_COUNT
 from ...mechanics.solver import integration, loop, radau, totals
 from ...mechanics.solver.preconditioner import preconditioner_of
 from ...mechanics.solver.slow_sums import Record, RevolutionMarks
-from ...mechanics.solver.step_control import MAX_CONTACT_BITS
-from ...mechanics.wear import ACCOUNT_SIZE, MAX_BINS, Account
+from ...mechanics.wear import Account
 from ...tracing.compiled.family import NO_ENTRY, form_number, put_numbers
 from ...tracing.compiled.pinned import Pinned
 from ..setup.scene import Scene, start_up, state_units
@@ -42,7 +39,6 @@ from ..setup.start import (
     Memory,
     Start,
     arrays_of,
-    buffers_for,
     control_of,
     fields_from,
     inputs_of,
@@ -62,27 +58,6 @@ NO_EVENTS = np.empty((0, 5))
 MAX_RETAINED_BYTES = 2**23  # bytes of time histories of a run that waits for the next case
 
 
-def _accumulators_of(
-    scene: Scene, contacts: int, arrays: Mapping[str, Any], zeros: Callable[..., np.ndarray]
-) -> totals.Totals:
-    """Return the accumulators of `contacts` with some arrays; `zeros` creates the others."""
-    joint_layouts = scene.layout.joints
-    has_wear = any(joint_layout.wear_bins for joint_layout in joint_layouts)
-    bins = max(min(joint_layout.wear_bins, MAX_BINS) * joint_layout.wear_rows for joint_layout in joint_layouts)
-    return totals.Totals(
-        **arrays,
-        histogram=np.zeros((contacts, observe.BINS, 2)),
-        dry=np.zeros((contacts if any(joint_layout.film for joint_layout in joint_layouts) else 0, observe.BINS, 2)),
-        step_values=zeros((contacts, observe.STEP_VALUE_ROWS, observe.PARTS + 1)),
-        length=zeros(1),
-        dense_states=zeros((2 * len(scene.value.coordinates) + 1, STATE_POINTS)),
-        workspace=zeros(workspace_size(contacts, bins) if has_wear else 0),
-        wear=zeros(2 * contacts * bins),
-        account=zeros((contacts, ACCOUNT_SIZE)),
-        friction=zeros(len(friction_laws(scene.value.mechanism))),
-    )
-
-
 class Run:
     """The buffers of one integration and its results."""
 
@@ -95,17 +70,16 @@ class Run:
         internal, self.memory = every_state(value), Memory()
         n, contact_count, zeros = scene.start.size, len(contacts), self.memory.zeros
         self.form_number, self.batch_key, self.in_angles = form_number(value), start.batch_key, in_angles
-        self.arrays = arrays = arrays_of(scene)
+        self.arrays = arrays = arrays_of(scene, start.batch_key.marks, zeros)
         self.parameters = arrays["parameters"]  # compiled code keeps its address
         time_index = 2 * len(value.coordinates)
         independent = 0 if scene.crank_clock.free else time_index
         self.inputs = start.inputs.copy()
         inputs = inputs_of(self.inputs, start.batch_key, contact_count, len(internal))
-        self.totals = _accumulators_of(scene, contact_count, fields_from(totals.Totals, arrays), zeros)
+        self.totals = totals.Totals(**fields_from(totals.Totals, arrays))
         self.signals = Signals(scene) if scene.case.vibration and records_signals else None
         samples = zeros((inputs.times.size, len(scene.layout.channels)))
         self.record = Record(inputs.times, samples, independent if in_angles else time_index)
-        revolutions = buffers_for(inputs.marks, n, contact_count, zeros)
         self.work = integration.Work(
             rates=rates_of(value, self.parameters),
             sweep=sweep_of(value, self.parameters),
@@ -127,20 +101,13 @@ class Run:
             initial_internal=inputs.initial_values,
             guards=guards_of(value, self.parameters, zeros),
             limit_depth=inputs.limit_depth,
-            counts=integration.Counts.zeros(zeros=zeros),
-            method=integration.Method.zeros(zeros=zeros),
-            proposals=zeros(2 << min(contact_count, MAX_CONTACT_BITS)),
-            onset_rates=zeros(2 << min(contact_count, MAX_CONTACT_BITS)),
-            control=integration.ControlNumbers.zeros(),
-            log=np.empty((loop.LOG_ROWS, 5)),
-            slopes=integration.Slopes.zeros(zeros=zeros),
             implicit=radau.implicit_of(n, zeros),
             preconditioner=preconditioner_of(n - 1 - contact_count - len(value.coordinates), zeros),
             totals=self.totals,
             record=self.record,
             recording=self.signals.recording if self.signals else np.zeros((0, 0, 0)),
             signals=first_signal(value),
-            revolutions=revolutions._replace(**fields_from(RevolutionMarks, arrays)),
+            revolutions=RevolutionMarks(marks=inputs.marks, **fields_from(RevolutionMarks, arrays)),
             **fields_from(integration.Work, arrays),
         )
         self.pinned = Pinned(self.work)

@@ -12,13 +12,17 @@ import numpy as np
 
 from ...contracts.layout import MAX_REVOLUTIONS, Layout
 from ...mechanics import observe
+from ...mechanics.coupling.entries import workspace_size
 from ...mechanics.coupling.rates import observed_width
 from ...mechanics.joints.contract import every_contact
+from ...mechanics.machines.contract import friction_laws
 from ...mechanics.observe import ROW_COUNT, STAGES
-from ...mechanics.solver import integration, totals
+from ...mechanics.solver import integration, loop, totals
 from ...mechanics.solver.collocation import COEFFICIENTS, ROWS
-from ...mechanics.solver.slow_sums import RevolutionMarks
+from ...mechanics.solver.step_control import MAX_CONTACT_BITS
 from ...mechanics.solver.totals import ContactStep, Step
+from ...mechanics.wear import ACCOUNT_SIZE, MAX_BINS
+from ...tracing.compiled.family import Entry
 from ...tracing.fields import Fields
 from ...tracing.symbols import WIDTH
 from ..figures.window import Quantile, Repetition, Spread, expected_largest, force_contacts, quantiles
@@ -86,22 +90,6 @@ def start_turns(scene: Scene) -> float:
 
 def _nearest(turns: np.ndarray, requested: np.ndarray) -> np.ndarray:
     return np.searchsorted(turns, requested - MARK_TOLERANCE)
-
-
-def buffers_for(marks: np.ndarray, state_size: int, contacts: int, zeros: Callable[..., np.ndarray]) -> RevolutionMarks:
-    """Return the buffers for values at the `marks` of a run with `state_size` state numbers, except those in lanes.
-
-    `zeros` creates the arrays.
-    """
-    count = len(marks)
-    return RevolutionMarks(
-        marks=marks,
-        states=zeros((count, state_size)),
-        peaks=zeros((count, contacts)),
-        step_peak=np.zeros(0),
-        peak_since_mark=np.zeros(0),
-        passed=zeros(1, dtype=np.int64),
-    )
 
 
 def peak_spreads(scene: Scene, marks: Marks, revolutions: Any, repetition: Repetition | None) -> tuple[Spread, ...]:
@@ -205,11 +193,18 @@ BLOCK_BYTES = 16384  # bytes: need of a short motion without histograms
 Arrays = dict[str, np.ndarray]  # name of a field of Work, Totals or RevolutionMarks -> array
 
 
-def arrays_of(scene: Scene) -> Arrays:
-    """Return the arrays that a step of `scene` uses, as zeros, and `initial_values`, all initial ones in one array."""
-    contacts, n = len(every_contact(scene.value.joints)), scene.start.size
+def arrays_of(scene: Scene, marks: int, zeros: Callable[..., np.ndarray]) -> Arrays:
+    """Return the arrays of an integration of `scene` with a number of `marks`, as zeros; events in the log are unset.
+
+    `initial_values` contains all arrays that do not start as zeros, one behind the other.  `zeros` creates those that
+    are cleared for another run.
+    """
+    contacts, n, value = len(every_contact(scene.value.joints)), scene.start.size, scene.value
+    joints, patterns = scene.layout.joints, 2 << min(contacts, MAX_CONTACT_BITS)
+    bins = max(min(joint.wear_bins, MAX_BINS) * joint.wear_rows for joint in joints)
+    has_film, has_wear = any(joint.film for joint in joints), any(joint.wear_bins for joint in joints)
     initial_array_shapes: dict[str, tuple[int, ...]] = {
-        **initial_shapes(scene.value, scene.start),
+        **initial_shapes(value, scene.start),
         "stepper": (integration.Stepper.SIZE,),
         **dict.fromkeys(("step_peak", "peak_since_mark"), (contacts,)),
         "mechanism": (totals.MechanismTotals.SIZE,),
@@ -217,7 +212,7 @@ def arrays_of(scene: Scene) -> Arrays:
     }
     step_array_shapes = {
         "k": (n, ROW_COUNT),
-        "o": (observed_width(scene.value), ROW_COUNT),
+        "o": (observed_width(value), ROW_COUNT),
         "nodes": (n + 1, STAGES),
         "f": (n, STAGES),
         "polynomials": (ROWS, COEFFICIENTS),
@@ -228,21 +223,45 @@ def arrays_of(scene: Scene) -> Arrays:
         "end": (n,),
         "z": (n,),
     }
-    numbers, arrays = np.zeros(sum(map(math.prod, initial_array_shapes.values()))), dict[str, np.ndarray]()
-    ends = itertools.accumulate(map(math.prod, initial_array_shapes.values()))
-    for (name, shape), end in zip(initial_array_shapes.items(), ends, strict=True):
-        arrays[name] = numbers[end - math.prod(shape) : end].reshape(shape)
-    arrays |= {name: _aligned(shape) for name, shape in step_array_shapes.items()}
+    cleared_array_shapes = {
+        "states": (marks, n),
+        "peaks": (marks, contacts),
+        "step_values": (contacts, observe.STEP_VALUE_ROWS, observe.PARTS + 1),
+        "length": (1,),
+        "dense_states": (2 * len(value.coordinates) + 1, observe.STATE_POINTS),
+        "workspace": (workspace_size(contacts, bins) if has_wear else 0,),
+        "wear": (2 * contacts * bins,),
+        "account": (contacts, ACCOUNT_SIZE),
+        "friction": (len(friction_laws(value.mechanism)),),
+        **dict.fromkeys(("proposals", "onset_rates"), (patterns,)),
+    }
+    cleared_integer_shapes = {
+        "passed": (1,),
+        "counts": (integration.Counts.SIZE,),
+        "method": (integration.Method.SIZE,),
+        "slopes": (integration.Slopes.SIZE,),
+    }
     integer_array_shapes = {
         "mode": (contacts,),
         "has_friction": (contacts,),
         "bins": (contacts, totals.BIN_COLUMNS),
     }
-    return (
-        arrays
-        | {name: np.zeros(shape, np.int64) for name, shape in integer_array_shapes.items()}
-        | {"initial_values": numbers}
-    )
+    numbers, arrays = np.zeros(sum(map(math.prod, initial_array_shapes.values()))), dict[str, np.ndarray]()
+    ends = itertools.accumulate(map(math.prod, initial_array_shapes.values()))
+    for (name, shape), end in zip(initial_array_shapes.items(), ends, strict=True):
+        arrays[name] = numbers[end - math.prod(shape) : end].reshape(shape)
+    return {
+        **arrays,
+        **{name: _aligned(shape) for name, shape in step_array_shapes.items()},
+        **{name: zeros(shape) for name, shape in cleared_array_shapes.items()},
+        **{name: zeros(shape, dtype=np.int64) for name, shape in cleared_integer_shapes.items()},
+        **{name: np.zeros(shape, np.int64) for name, shape in integer_array_shapes.items()},
+        "control": np.zeros(integration.ControlNumbers.SIZE),
+        "histogram": np.zeros((contacts, observe.BINS, 2)),
+        "dry": np.zeros((contacts if has_film else 0, observe.BINS, 2)),
+        "log": np.empty((loop.LOG_ROWS, 5)),
+        "initial_values": numbers,
+    }
 
 
 def _aligned(shape: tuple[int, ...]) -> np.ndarray:
@@ -258,7 +277,7 @@ def fields_from(record_type: type, arrays: Arrays) -> dict[str, Any]:
     return {
         name: types[name](arrays[name]) if issubclass(types[name], Fields) else arrays[name]
         for name in types
-        if name in arrays
+        if name in arrays and types[name] is not Entry
     }
 
 
