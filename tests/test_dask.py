@@ -77,7 +77,7 @@ def test_a_worker_that_is_killed_costs_no_case(cluster, tmp_path):
     assert same_results(tmp_path / "run", tmp_path / "alone")
 
 
-@pytest.mark.parametrize("folder", ["parts", "shards"])
+@pytest.mark.parametrize("folder", ["parts", pytest.param("shards", marks=pytest.mark.slow)])
 def test_what_a_node_damages_while_a_run_works_is_said_and_computed_again(cluster, tmp_path, folder):
     source = grid(60, (GOOD + 0.03,), wear=True)
 

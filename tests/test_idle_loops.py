@@ -65,7 +65,10 @@ def instructions_of(code):
     return [str(each.opcode) for function in functions for block in function.blocks for each in block.instructions]
 
 
-@pytest.mark.parametrize("load", LOADS)
+@pytest.mark.parametrize(
+    "load",
+    ["nothing", "gas", *(pytest.param(load, marks=pytest.mark.slow) for load in ("a spring", "a constant force"))],
+)
 def test_a_sweep_of_an_engine_contains_its_open_cylinder_alone(load):
     single, three = (instructions_of(code_of(engine(cylinders, load), "sweep")) for cylinders in (1, 3))
     assert Counter(three) == Counter(single)

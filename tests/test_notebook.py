@@ -84,6 +84,7 @@ def test_an_opened_run_writes_its_report(tmp_path, monkeypatch):
     assert written[0][0] is run
 
 
+@pytest.mark.slow
 def test_the_page_on_python_runs_from_top_to_bottom(tmp_path, monkeypatch):
     pytest.importorskip("xarray")
     monkeypatch.chdir(tmp_path)

@@ -605,6 +605,7 @@ def test_the_time_of_a_long_case_is_extrapolated_from_its_first_revolutions():
     assert 4.0 < long.seconds / short.seconds < 25.0
 
 
+@pytest.mark.slow
 @heavy
 @pytest.mark.compiled
 def test_the_time_of_a_life_is_extrapolated_from_its_first_block():

@@ -560,6 +560,7 @@ def test_compiled_and_plain_code_move_spread_walls_alike():
     assert compiled == pytest.approx(plain, rel=1e-6, abs=1e-6)
 
 
+@pytest.mark.slow
 @pytest.mark.heavy
 @pytest.mark.compiled
 def test_nothing_is_lost_where_spread_walls_give_all_back():
