@@ -470,14 +470,17 @@ def trust(file: Path | None, lists: bool, revoke: bool) -> None:
     """Let grids run a law file of yours. Read it first: its text can do whatever you can.
 
     Prints what FILE contains, and remembers its path, its content, and the content of the libraries and tables that it
-    names. A change of any of these needs trust again.
+    names. A change of any of these needs trust again. If FILE is the directory of a run, `show` may run its laws.
     """
     from . import grid as grids
+    from . import store
 
     if lists == (file is not None) or (revoke and file is None):
         raise InputError("trust: expected FILE, --revoke FILE or --list")
     if file is None:
         click.echo(escape_control_characters(grids.list_text()))
+    elif file.is_dir():
+        click.echo(escape_control_characters(grids.trust_recorded(store.read_record(file).get("laws", ()))))
     elif revoke:
         click.echo(f"{grids.revoke(file)} contents of {escape_control_characters(str(file))} are no longer trusted")
     else:

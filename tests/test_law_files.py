@@ -13,9 +13,11 @@ from click.testing import CliRunner
 
 import clearsweep
 from clearsweep import grid as grids
+from clearsweep import simulation
 from clearsweep.cli import verbs
 from clearsweep.grid.written import law_execution, law_files, trust
 from clearsweep.language.errors import InputError
+from clearsweep.mechanics.laws import contract
 from clearsweep.simulation import catalogue
 
 HEAD = "from clearsweep import laws\n"
@@ -487,3 +489,92 @@ def test_a_file_that_does_not_end_is_ended(content, limit, code, message):
             process.send_signal(signal.SIGINT)
         assert message in process.communicate(timeout=30.0)[1]
     assert process.returncode == code
+
+
+@pytest.mark.slow
+def test_a_results_directory_runs_nothing_and_show_asks_again(has_run, place, monkeypatch):
+    run = clearsweep.sweep(grid_of(MARKS), "results", executor="serial").open()
+    assert has_run()
+    (place / "my_laws.py").unlink()
+    grids.revoke(place / "my_laws.py")
+    monkeypatch.setattr(trust, "_ALLOWED", set())
+    monkeypatch.setattr(law_execution, "_RECORDS", {})
+    contract.OWN_RECIPES.clear()
+    case_id = run.summary.case_id[0]
+    for verb in (["report", "results"], ["report", "--all", "results"], ["merge", "results", "--out", "merged"]):
+        assert invoke(*verb).exception is None
+    assert clearsweep.open("merged").grid["derived"] == run.grid["derived"]
+    error = invoke("show", "results", case_id).exception
+    assert "my_laws.py is not trusted, and nothing of it has run" in str(error)
+    assert "`clearsweep trust DIR`" in str(error)
+    assert not has_run()
+    assert "declares elastic spring (k)" in invoke("trust", "results").output
+    assert not has_run()
+    assert invoke("show", "results", case_id).output == f"results/{case_id}.html\n"
+    assert has_run()
+    (again,) = (place / "results").glob("run.json")
+    again.write_text(again.read_text(encoding="utf-8").replace("return p.k", "return 2 * p.k"), encoding="utf-8")
+    assert "run.json: damaged" in str(invoke("show", "results", case_id).exception)
+
+
+@pytest.fixture
+def library(tmp_path, monkeypatch):
+    """A folder with an installed library of laws, which is on the path of Python."""
+    folder = tmp_path / "site"
+    (folder / "my_library").mkdir(parents=True)
+    (folder / "my_library" / "__init__.py").write_text("", encoding="utf-8")
+    (folder / "my_library" / "numbers.py").write_text("FACTOR = 2.0\n", encoding="utf-8")
+    springs = MARKS.replace("from clearsweep", "from .numbers import FACTOR\nfrom clearsweep")
+    (folder / "my_library" / "springs.py").write_text(springs, encoding="utf-8")
+    metadata = folder / "my_library-1.0.dist-info"
+    metadata.mkdir()
+    (metadata / "METADATA").write_text("Metadata-Version: 2.1\nName: my-library\nVersion: 1.0\n", encoding="utf-8")
+    (metadata / "entry_points.txt").write_text("[clearsweep.laws]\nmine = my_library.springs\n", encoding="utf-8")
+    monkeypatch.syspath_prepend(folder)
+    yield folder
+    for name in [name for name in sys.modules if name.startswith("my_library")]:
+        del sys.modules[name]
+
+
+def test_an_installed_library_runs_where_a_grid_names_it(library, has_run):
+    load({key: part for key, part in GRID.items() if key != "laws"} | {"laws": "mine"})
+    assert has_run()
+    load(GRID | {"laws": "mine"} | {"joints": GRID["joints"]})
+    (file,) = load(GRID | {"laws": "mine"}).law_files
+    assert (file.name, file.package, file.path) == ("mine", "my_library", str(library / "my_library" / "springs.py"))
+
+
+def test_a_library_in_the_current_folder_does_not_count(library, has_run, monkeypatch):
+    monkeypatch.chdir(library)
+    with pytest.raises(InputError, match="no installed package has laws of the name 'mine'"):
+        load(GRID | {"laws": "mine"})
+    assert not has_run()
+
+
+def test_a_text_that_claims_to_be_of_a_library_does_not_run(library, has_run, monkeypatch):
+    resolved = load(GRID | {"laws": "mine"}).resolved()
+    assert has_run()
+    resolved["laws"][0]["text"].append("raise SystemExit")
+    case = load(resolved).case(0)
+    with pytest.raises(InputError, match="mine is not trusted"):
+        law_execution.run_all(case.law_files)
+
+
+def test_laws_of_a_base_and_of_an_option_are_beside_these(place, monkeypatch):
+    grid_of(GOOD)
+    (place / "base.json").write_text(json.dumps(GRID | {"laws": "my_laws.py"}), encoding="utf-8")
+    (place / "own.json").write_text(json.dumps({"extends": "base.json"}), encoding="utf-8")
+    (place / "elsewhere").mkdir()
+    monkeypatch.chdir(place / "elsewhere")
+    assert load(place / "own.json").law_files[0].path == str(place / "my_laws.py")
+    (place / "bare.json").write_text(json.dumps(GRID), encoding="utf-8")
+    option = grids.OverriddenGrid(place / "bare.json", {"laws": "../my_laws.py"})
+    assert load(option).case_id(0) == load(place / "own.json").case_id(0)
+    assert load(grids.OverriddenGrid(place / "own.json", {"joints.pair.contact.k": "2e8 N/m"})).law_files
+
+
+def test_two_texts_of_one_name_do_not_mix():
+    first = load(grid_of(GOOD)).case(0)
+    second = load(grid_of(GOOD.replace("p.k *", "2.0 * p.k *"))).case(0)
+    for case, force in ((first, 3e2), (second, 6e2), (first, 3e2)):
+        assert simulation.elastic_forces(case.joints[0], (3e-6,))[0] == pytest.approx(force)

@@ -24,8 +24,8 @@ from .sections.section import ADDED
 from .sections.variations import recorded_labels
 from .written.definitions import NO_DEFINITIONS, Definitions, definitions_of_resolved
 from .written.document import SET_OPTION, SWEEP_OPTION, OverriddenGrid, leaves, read_options
-from .written.law_execution import run_all
-from .written.trust import allowing, list_text, revoke, trust
+from .written.law_execution import has_run, run_all
+from .written.trust import allowing, list_text, revoke, trust, trust_recorded
 
 __all__ = [
     "ADDED",
@@ -48,6 +48,7 @@ __all__ = [
     "check_memory",
     "definitions_of_resolved",
     "first_case_history",
+    "has_run",
     "history_bytes",
     "identity",
     "key_names",
@@ -67,5 +68,6 @@ __all__ = [
     "schema",
     "starter",
     "trust",
+    "trust_recorded",
     "write_starter",
 ]

@@ -16,11 +16,11 @@ from .blocks.section import Part
 from .blocks.table import Column, Quantity, Table, count_cell
 from .draw import comparison
 from .statistics.effects import MatchedCases, axis_key
-from .study import Joint, Study, joint_of, resolve_cases
+from .study import Joint, Study, joint_with_laws, resolve_cases
 
 # Compares the elastic laws in one joint: force over penetration, and the ratios of these forces.
 
-UNKNOWN_LAW_TEXT = "This version does not know every law of this run, so it does not compare their forces."
+UNKNOWN_LAW_TEXT = "Some laws of this run are of another version or of a law file, so their forces are not compared."
 DEPTHS = (0.1e-6, 1e-6, 5e-6, 10e-6, 20e-6)  # m, at which forces are tabulated
 REFERENCE_DEPTH = 1  # index in DEPTHS of the depth by which laws are ordered
 VALID_VERDICT = (simulation.SUITABLE, "")  # verdict on a law without objection
@@ -40,7 +40,7 @@ def compare_swept_laws(study: Study, axis: Axis, joint: Joint) -> Part:
     laws_with_cases = [law for law in axis.values if (study.cases[axis.path] == law).any()]
     closest_case_ids = [shared_axis_values[study.cases[axis.path] == law].idxmax() for law in laws_with_cases]
     try:
-        sections = [joint_of(resolved_case, joint) for resolved_case in resolve_cases(study, closest_case_ids)]
+        sections = [joint_with_laws(resolved_case, joint) for resolved_case in resolve_cases(study, closest_case_ids)]
     except InputError:
         return Part([UNKNOWN_LAW_TEXT], [], [])
     section_by_law = dict(zip(laws_with_cases, sections, strict=True))
@@ -61,8 +61,8 @@ def compare_allowed_laws(study: Study, joint: Joint) -> Part | None:
         return None
     hardest_case_id = study.cases[joint.column(PEAK.figure)].idxmax()
     try:
-        section = joint_of(resolve_cases(study, [hardest_case_id])[0], joint)
-    except InputError:  # laws of another version
+        section = joint_with_laws(resolve_cases(study, [hardest_case_id])[0], joint)
+    except InputError:  # laws of another version, or of a law file
         return None
     sections = simulation.elastic_choices(section)
     verdicts = _verdicts(study, joint, hardest_case_id, section)
@@ -237,7 +237,7 @@ def compare_restitutions(study: Study, axis: Axis, joint: Joint) -> Part:
         representatives["specified"].isna() | representatives["specified"].isin(displayed)
     ]
     try:
-        sections = [joint_of(case, joint) for case in resolve_cases(study, representatives.index)]
+        sections = [joint_with_laws(case, joint) for case in resolve_cases(study, representatives.index)]
     except InputError:
         return Part([UNKNOWN_LAW_TEXT], [], [])
     rows = []

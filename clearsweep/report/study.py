@@ -33,7 +33,7 @@ from ..contracts.case import Joint as CaseJoint
 from ..contracts.catalogue import Catalogue
 from ..contracts.layout import JointLayout
 from ..language import phases, wording
-from ..language.errors import DirectoryError
+from ..language.errors import DirectoryError, InputError
 from ..searches import base_laws
 from ..store import BlockedRun, SampledRun, StoredRun, answer_of
 from .axis import (
@@ -331,6 +331,14 @@ def recorded_revolutions(cases: Rows, base: Mapping) -> tuple[pd.Series, pd.Seri
 def joint_of(case: Case, joint: Joint) -> CaseJoint:
     """Return the joint of a case that corresponds to a joint of the columns."""
     return next(section for section in case.joints if section.column == joint.name)
+
+
+def joint_with_laws(case: Case, joint: Joint) -> CaseJoint:
+    """Return `joint_of` if its laws are known here; raise InputError if they are of one's own and have not run."""
+    section = joint_of(case, joint)
+    if not simulation.has_laws(section):
+        raise InputError(f"the laws of joint {joint.title} are of a file that a report does not run")
+    return section
 
 
 def resolve_cases(study: Study, case_ids: Iterable[str]) -> list[Case]:

@@ -5,7 +5,14 @@ Sweeps and reports reach the mechanics through these functions only.
 
 from ..contracts.case import Case
 from ..contracts.results import Trajectory
-from ..mechanics.joints.registry import elastic_choices, elastic_forces, jam_angle, penetration_limit, restitution
+from ..mechanics.joints.registry import (
+    elastic_choices,
+    elastic_forces,
+    has_laws,
+    jam_angle,
+    penetration_limit,
+    restitution,
+)
 from ..mechanics.machines.contract import IdealMotion
 from ..mechanics.wear import MAX_BINS
 from .advice.advice import (
@@ -48,6 +55,7 @@ __all__ = [
     "elastic_forces",
     "elastic_links",
     "elastic_ratings",
+    "has_laws",
     "ideal_motion",
     "ideal_peaks",
     "jam_angle",

@@ -62,7 +62,7 @@ def run_merge(
     if not partial:
         _check_complete(ids, rows, [record.get("shard") for record in records])
     _check_agreement(store.ResultSchema.of(grid), sources, rows)
-    derived, warnings = facts(grid, simulator)
+    derived, warnings = _facts(grid, simulator, records[0])
     with signals.catching(), target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
         target.discard_answer()
         start = min(record["start"] for record in records)
@@ -91,6 +91,15 @@ def run_merge(
         warnings=tuple(warnings),
         joined=len(paths),
     )
+
+
+def _facts(
+    grid: grids.Grid, simulator: Simulator, record: dict[str, Any]
+) -> tuple[dict[str, dict[str, Any]], list[str]]:
+    """Return the `facts` of a grid, or those in run.json if they need laws of one's own, which do not run for this."""
+    if all(map(grids.has_run, grid.law_files)):
+        return facts(grid, simulator)
+    return record.get("derived", {}), record.get("warnings", [])
 
 
 class _MergeInputs(NamedTuple):
@@ -124,7 +133,7 @@ def _merge_blocks(paths: list[Path], target: store.RunDirectory, inputs: _MergeI
             _check_complete(ids, rows, shards)
         missing += len(np.setdiff1d(ids, np.concatenate([np.empty(0, "u8"), *(row["id"] for row in rows)])))
         _check_agreement(result_schema, sources, rows)
-    derived, warnings = facts(grid, inputs.simulator)
+    derived, warnings = _facts(grid, inputs.simulator, inputs.records[0])
     requested = blockwise.count_requested(job)
     record_entries = {
         "counts": {"cases": requested},
@@ -301,7 +310,7 @@ def complete_run(directory: str | Path, simulator: Simulator = SIMULATION) -> It
         target = store.RunDirectory(Path(folder) / "run")
         with target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
             target.link_batches(source)
-            derived, warnings = facts(grid, simulator)
+            derived, warnings = _facts(grid, simulator, record)
             outcome_facts = {"source": record.get("source"), "derived": derived, "warnings": warnings}
             conclude(case_runner, grid, target.rows()["id"], start=record.get("start"), **outcome_facts)
         yield store.open(target.path)

@@ -58,7 +58,7 @@ def _read_entry(written: WrittenValue) -> LawFile:
     if isinstance(name, LawFile):
         return name
     if isinstance(name, dict):
-        return _recorded_file(plain_value(written))
+        return recorded_file(plain_value(written))
     if not isinstance(name, str) or not name:
         raise InputError(f"found {quoted(name)}; expected a {LAWS_TEXT}")
     if not name.endswith(".py"):
@@ -252,7 +252,7 @@ def contents_text(file: LawFile) -> str:
     lines = [f"{file.path}: {len(file.text.encode()):,} bytes, sha256 {file.sha256}"]
     lines += [f"  declares {sentence_list(texts)}" for texts in [declared(file)] if texts]
     lines += [f"  imports {sentence_list(list(modules))}" for modules in [imports(file)] if modules]
-    lines += [f"  names {path}: {os.path.getsize(path):,} bytes, sha256 {digest}" for path, digest in file.named]
+    lines += [f"  names {path}, sha256 {digest}" for path, digest in file.named]
     return "\n".join(lines)
 
 
@@ -367,11 +367,11 @@ def _text_of(part: Any) -> Any:
 
 def with_recorded_laws(catalogue: Catalogue, resolved: Mapping[str, Any]) -> Catalogue:
     """Return the catalogue with the laws that a resolved grid, or run.json, contains."""
-    laws = [law for content in resolved.get(LAWS, ()) for law in _recorded_file(content).laws]
+    laws = [law for content in resolved.get(LAWS, ()) for law in recorded_file(content).laws]
     return catalogue._replace(laws=(*catalogue.laws, *laws))
 
 
-def _recorded_file(content: Mapping[str, Any]) -> LawFile:
+def recorded_file(content: Mapping[str, Any]) -> LawFile:
     """Return the law file of an entry of run.json; raise InputError if it has another form."""
     try:
         name, path, package = (content[key] for key in ("name", "path", "package"))

@@ -11,14 +11,14 @@ import json
 import os
 import secrets
 import shlex
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
 from ...contracts.case import LawFile
 from ...language.errors import InputError
 from ...tracing.cache import privacy_problem
-from .law_files import contents_text, imports, installed_file, open_regular, syntax_tree
+from .law_files import contents_text, imports, installed_file, open_regular, read_law_file, recorded_file, syntax_tree
 
 STORE = "trusted-laws.json"
 MAX_STORE_BYTES = 2**24
@@ -108,11 +108,15 @@ def _change(change: Any) -> None:
 
 def trust(path: Path) -> str:
     """Trust a law file, and return what it contains and where that is remembered.  None of it runs."""
-    from .law_files import read_law_file
-
     file = read_law_file(path, str(path))
     syntax_tree(file), imports(file)
     return f"{contents_text(file)}\ntrusted: remembered in {remember(file)}"
+
+
+def trust_recorded(contents: Iterable[Mapping[str, Any]]) -> str:
+    """Trust the law files that run.json contains, for `show`; return what they contain.  None of it runs."""
+    texts = [f"{contents_text(file)}\ntrusted: remembered in {remember(file)}" for file in map(recorded_file, contents)]
+    return "\n".join(texts) or "the run has no law files"
 
 
 def list_text() -> str:
@@ -158,6 +162,9 @@ def refusal_text(file: LawFile) -> str:
     except InputError as error:
         reason = f"is not trusted ({error})"
     pairs = ",".join(f"{os.path.relpath(path)}={digest}" for path, digest in ((file.path, file.sha256), *file.named))
+    if file.laws:  # of a run
+        remedy = "Read it, `laws` in run.json; then allow it with `clearsweep trust DIR`, the directory of the run"
+        return f"{file.name} {reason}, and nothing of it has run\n{contents_text(file)}\n{remedy}"
     return (
         f"{file.name} {reason}, and nothing of it has run\n{contents_text(file)}\nRead it; then allow it with "
         f"`clearsweep trust {shlex.quote(os.path.relpath(file.path))}`, or for one run with "

@@ -22,7 +22,7 @@ from ...contracts.catalogue import Law
 from ...language.errors import InputError
 from ...tracing.compiled.vector import Vector
 from ..laws.conformal import Foundation
-from ..laws.contract import RECIPES, Recipe, compile_law, recipe_of
+from ..laws.contract import OWN_RECIPES, RECIPES, Recipe, compile_law, recipe_of
 from ..laws.cylinders import END_DEPTH, END_FORCE, END_Q
 from ..laws.elastic import (
     Linear,
@@ -68,6 +68,7 @@ __all__ = [
     "elastic_choices",
     "elastic_forces",
     "enter_laws",
+    "has_laws",
     "jam_angle",
     "own_law_remarks",
     "penetration_limit",
@@ -80,6 +81,11 @@ __all__ = [
 def all_laws() -> tuple[Law, ...]:
     """Return the descriptions of all laws that a grid can name."""
     return tuple(recipe.law for recipe in RECIPES.values())
+
+
+def has_laws(joint: Joint) -> bool:
+    """Return whether this process has the laws of a joint: those of one's own in a results directory do not run."""
+    return not joint.laws or joint.laws in OWN_RECIPES
 
 
 def _elastic_recipe(joint: Joint) -> Recipe | None:

@@ -35,7 +35,7 @@ from ..draw.machine import (
 )
 from ..plot import Axes
 from ..statistics import effects
-from ..study import Joint, Study, resolve_cases
+from ..study import Joint, Study, joint_with_laws, resolve_cases
 
 # Pictures of one case: its joints, its output with the ideal mechanism, its drive, its contact onsets.
 #
@@ -316,9 +316,9 @@ def _spatial_pictures(study: Study, case_id: str, joint: Joint, history: History
         return []
     try:
         case = resolve_cases(study, [case_id])[0]
-    except InputError:  # mechanism or laws of another version
+        spatial_joint = joint_with_laws(case, joint)
+    except InputError:  # mechanism or laws of another version, or laws of a law file
         return []
-    spatial_joint = next(case_joint for case_joint in case.joints if case_joint.name == joint.title)
     return spatial_pictures(case, spatial_joint, history.values, history.angle)
 
 

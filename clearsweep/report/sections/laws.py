@@ -19,7 +19,7 @@ from ..blocks.table import Column, Quantity, Table, count_cell
 from ..draw import comparison
 from ..laws import compare_allowed_laws, compare_restitutions, compare_swept_laws, compare_verdicts, ideal_load
 from ..statistics.effects import MatchedCases, axis_key, main_effects_of, match_cases
-from ..study import Joint, Study, answer_of_study, joint_of, resolve_cases, worst_case
+from ..study import Joint, Study, answer_of_study, joint_with_laws, resolve_cases, worst_case
 
 # Effect of the choice of a swept law: forces under each law, and the spread between laws at otherwise equal values.
 
@@ -292,8 +292,8 @@ def _joint_recommendations(study: Study, joint: Joint) -> list[simulation.Recomm
         return []
     hardest = study.cases[joint.column(PEAK.figure)].idxmax()
     try:
-        section = joint_of(resolve_cases(study, [hardest])[0], joint)
-    except InputError:  # laws of another version
+        section = joint_with_laws(resolve_cases(study, [hardest])[0], joint)
+    except InputError:  # laws of another version, or of a law file
         return []
     load = ideal_load(study, joint, hardest)
     return simulation.recommendations_for(section, load) if section.is_dry else []
@@ -328,7 +328,11 @@ def elastic_links_sections(study: Study) -> list[Section]:
 
 def _stiffness_sentences(study: Study, joint: Joint, worst: str, case: Case, links: Links) -> tuple[str, str]:
     """Return the stiffness of a contact and of its links, and the effect of rigid links on an impact there."""
-    links_at_joint, contact = [link for link in links if joint.title in link.joints], joint_of(case, joint)
+    links_at_joint = [link for link in links if joint.title in link.joints]
+    try:
+        contact = joint_with_laws(case, joint)
+    except InputError:  # laws of a law file
+        return "", ""
     depth = float(study.cases.at[worst, joint.column("penetration_max")])
     if not links_at_joint or not contact.is_dry or contact.is_guide or not depth > 0.0:
         return "", ""
