@@ -227,8 +227,8 @@ def test_kinks_of_a_law_end_steps_where_it_declares_them():
     )
     numbers = {"k": "1e8 N/m", "d": "5 um"}
     declared, silent = (with_joint(PAIR, contact={"law": name} | numbers) for name in ("declared", "silent"))
-    assert list(registry.own_law_remarks(joint_of(declared, catalogue))) == []
-    (remark,) = registry.own_law_remarks(joint_of(silent, catalogue))
+    assert list(registry.own_law_remarks(grid.load(declared, catalogue).case(0))) == []
+    (remark,) = registry.own_law_remarks(grid.load(silent, catalogue).case(0))
     assert "has a kink at penetration 5e-06 m" in remark
     residuals = [abs(figures_of(source, catalogue)["energy_residual"]) for source in (declared, silent)]
     assert residuals[0] <= residuals[1]

@@ -64,6 +64,9 @@ class Drive(NamedTuple):
     initial_speed: float = 0.0  # rad/s, of a free crank
     inertia: float = 0.0  # kg m^2, of a flywheel
     start_angle: float = 0.0  # rad
+    law: str = ""  # of a motor of one's own
+    values: Mapping[str, float] = {}  # its parameters, by key
+    laws: str = ""  # hash of the laws of the grid's own
 
 
 class Load(NamedTuple):

@@ -78,7 +78,7 @@ class Outline(NamedTuple):
     @property
     def free(self) -> bool:
         """Return whether the crank is free, its motion not prescribed."""
-        return self.drive in ("torque", "motor")
+        return self.drive in ("torque", "motor", "motor-law")
 
 
 #: Keys that set the size of friction directly: a couple in a pin, a force in a guide.

@@ -113,6 +113,7 @@ class Motor(NamedTuple):
     initial_speed: float = 0.0  # rad/s
     inertia: float = 0.0  # kg m^2, of a flywheel, added to the crank's about its centre of mass
     start_angle: float = 0.0  # rad
+    law: tuple | None = None  # compiled, of `torque_at`: a law of one's own; the numbers above are those of its start
 
 
 class Push(NamedTuple):
@@ -136,6 +137,14 @@ class TabledPush(NamedTuple):
     fy: np.ndarray
     torque: np.ndarray  # (rows,) N m
     scale: float = 1.0
+
+
+class OwnPush(NamedTuple):
+    """A force and a torque at a point of a body by a law of one's own."""
+
+    name: str
+    at: BodyPoint
+    law: tuple  # compiled, of `applied_load`
 
 
 class Spring(NamedTuple):

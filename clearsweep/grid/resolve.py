@@ -60,7 +60,7 @@ def case_of(tree: Tree, outline: Outline) -> Case:
         joints=joints,
         simulate=_typed(_simulate, tree["simulate"]),
         save=_typed(_save, tree["save"]),
-        drive=_typed(_drive, tree["drive"]) if "drive" in tree else None,
+        drive=_typed(_drive, tree["drive"], outline.laws) if "drive" in tree else None,
         loads=(
             *[_typed(_load, tree["loads"][load.name], load, outline.laws) for load in outline.loads],
             *_preloads(joints),
@@ -123,10 +123,13 @@ def _place(name: str, section: Tree) -> Place:
     return Place(name, section["body"], tuple(point) if point else None)
 
 
-def _drive(section: Tree) -> Drive:
+def _drive(section: Tree, laws: str) -> Drive:
     speed, motor, values = _split_keys(section, "speed", "motor")
     if isinstance(speed, dict):
         return Drive(table=_table(speed["table"]), **values)
+    if motor and "law" in motor:
+        law, own_values = _split_keys(motor, "law")
+        return Drive(law=law, values=own_values, laws=laws, **values)
     if motor:
         return Drive(torque=motor["stall_torque"], no_load_speed=motor["no_load_speed"], **values)
     return Drive(**values) if speed is None else Drive(speed=speed, **values)

@@ -29,6 +29,8 @@ NAME_PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 MAX_NAMES = 100  # bodies, points of a body, joints or loads; compiled code grows with their number
 INVALID_NAME_TEXT = "is not a valid name; expected a letter, then letters, digits, - or _, at most 40 characters"
 DRIVES = ("speed", "torque", "motor")  # keys of `drive`, of which a grid has exactly one
+#: Keys of a load that tell its form, the first that is written.
+FORMS = (("friction", "friction"), ("between", "spring"), ("table", "table"), ("law", "own"))
 _SECTIONS = ("mechanism", "drive", "loads", "joints", "vibration")
 _USER_NAMED_SECTIONS = re.compile(r"loads|vibration\.at|mechanism\.(bodies|joints|bodies\.[^.]+\.points)")
 _RESERVED = frozenset(  # names that orbits.h5 already uses
@@ -142,7 +144,7 @@ def _without_positions(written: WrittenValue) -> Any:
 def _drive_form(drive: Mapping[str, Any], keys: set[str]) -> str:
     """Return the form of a drive with these keys, or the most likely form."""
     if "motor" in keys:
-        return "motor"
+        return "motor-law" if "law" in _section(drive.get("motor")) else "motor"
     if "torque" in keys or ("speed" not in keys and not keys.isdisjoint(("initial_speed", "inertia"))):
         return "torque"
     return "speed-table" if isinstance(drive.get("speed"), Mapping) else "speed"
@@ -153,7 +155,7 @@ def _load_outline(name: str, content: Any, paths: set[str]) -> LoadOutline:
     section, prefix = _section(content), f"loads.{name}."
     keys = set(section) | {path.removeprefix(prefix).split(".")[0] for path in paths if path.startswith(prefix)}
     form = next(
-        (form for key, form in (("friction", "friction"), ("between", "spring"), ("table", "table")) if key in keys),
+        (form for key, form in FORMS if key in keys),
         "force",
     )
     loaded_body = _word_pair(section.get("between"))[1] if form == "spring" else section.get("on")

@@ -122,7 +122,7 @@ def enter_law_files(
     problems.check()
     if not places or all(file.laws for file in places):
         laws = [law for file in places for law in file.laws]
-        digest = digest_of(places) if places else ""
+        digest = digest_of(places) if places else catalogue.own_laws
         return root, catalogue._replace(laws=(*catalogue.laws, *laws), own_laws=digest), tuple(places)
     extended = catalogue.with_laws(run_all(places), digest_of(places))
     files = []

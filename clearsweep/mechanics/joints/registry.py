@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ...contracts.case import Joint
+from ...contracts.case import Case, Joint
 from ...contracts.catalogue import Law
 from ...language.errors import InputError
 from ...tracing.compiled.vector import Vector
@@ -406,21 +406,34 @@ def derived_values(joint: Joint) -> dict[str, tuple[float, str]]:
     return values | ({"contact.penetration_limit": (limit, "m")} if math.isfinite(limit) else {})
 
 
-def own_law_remarks(joint: Joint) -> Iterator[str]:
-    """Yield remarks on the laws of one's own of a joint; raise InputError if one cannot be used."""
-    chosen = {"friction.law": joint.friction, "wear.law": joint.wear, "film.law": joint.film}
-    named = [("law", "contact.law", joint.contact.law), ("elastic", "contact.elastic", joint.contact.elastic)]
-    if joint.axial:
-        named += [("law", "axial.law", joint.axial.law), ("elastic", "axial.elastic", joint.axial.elastic)]
-    named += [(key.partition(".")[0], key, section.law) for key, section in chosen.items() if section]
-    for family, key, name in named:
+def own_law_remarks(case: Case) -> Iterator[str]:
+    """Yield remarks on the laws of one's own of a case; raise InputError if one cannot be used."""
+    for path, family, name, owner in _chosen_laws(case):
         if name and (family, name) not in RECIPES:
-            owner = joint._replace(contact=joint.axial) if key.startswith("axial") else joint
-            path = f"joints.{joint.name}.{key}"
             try:
-                yield from (f"{path}: {remark}" for remark in recipe_of(family, name, joint).check(owner))
+                yield from (f"{path}: {remark}" for remark in recipe_of(family, name, owner).check(owner))
             except InputError as error:
                 raise InputError(f"{path}: {error}") from None
+
+
+def _chosen_laws(case: Case) -> Iterator[tuple[str, str, str | None, Any]]:
+    """Yield path, family, name and owner of every law of a case that may be one of one's own."""
+    for joint in case.joints:
+        for key, contact in (("contact", joint.contact), ("axial", joint.axial)):
+            if contact:
+                owner, path = joint._replace(contact=contact), f"joints.{joint.name}.{key}"
+                yield from (
+                    (f"{path}.law", "law", contact.law, owner),
+                    (f"{path}.elastic", "elastic", contact.elastic, owner),
+                )
+        for key, section in (("friction", joint.friction), ("wear", joint.wear), ("film", joint.film)):
+            if section:
+                yield f"joints.{joint.name}.{key}.law", key, section.law, joint
+    for load in case.loads:
+        if load.form == "own":
+            yield f"loads.{load.name}.law", "load", load.values["law"], load
+    if case.drive and case.drive.law:
+        yield "drive.motor.law", "motor", case.drive.law, case.drive
 
 
 def compile_friction(joint: Joint):

@@ -48,7 +48,7 @@ from .friction import friction_force
 from .loss import always_needs_onset_rate, contact_force, lowest_force, needs_onset_rate, sign_past_separation
 from .sampled import GAIN, MASSES, SPEEDS, Range, checked, rebound, undeclared_kinks
 
-FAMILIES = {"contact": "law", "elastic": "elastic", "friction": "friction", "wear": "wear", "film": "film"}
+FAMILIES = {"contact": "law"} | {kind: kind for kind in ("elastic", "friction", "wear", "film", "load", "motor")}
 VARIABLES = {"penetration": depth_variable, "rate": rate_variable, "slip": slip_variable}
 MAKERS: dict[str, Callable[..., Recipe]] = {}  # kind -> (recorded law, its description, hash) -> recipe
 
@@ -101,7 +101,9 @@ def type_of(law: recorded.Law, digest: str, role: str, fields: Sequence[str], st
     """Return a new type for a law; role : what the type is for; the last `states` fields are internal, 0 at first."""
     name = f"{law.kind}_{law.name.replace('-', '_')}_{role}_{digest}"
     state_names = [f"state_{i}" for i in range(states)]
-    return namedtuple(name, [*fields, *state_names], defaults=[0.0] * states, module=__name__)
+    made = namedtuple(name, [*fields, *state_names], defaults=[0.0] * states, module=__name__)
+    globals()[name] = made  # where pickle looks for it
+    return made
 
 
 def function_of(law: recorded.Law) -> Callable:
@@ -118,6 +120,12 @@ def function_of(law: recorded.Law) -> Callable:
         return body(*arguments, p)
 
     return call_body
+
+
+def refuse_address(law: recorded.Law) -> None:
+    """Raise InputError for a law that is called by its address but returns several numbers."""
+    if law.body is None:
+        raise InputError(f"{law.place}: returns several numbers, which no function of C can; write it in Python")
 
 
 def parameters_of(law: recorded.Law, kind: type, numbers: Sequence[float]) -> Any:
@@ -265,6 +273,7 @@ def _values_type(law: recorded.Law, digest: str, further: tuple[str, ...]) -> ty
             return elastic_force(self.elastic, penetration)
 
     Values.__name__ = Values.__qualname__ = Values.__mro__[1].__name__
+    globals()[Values.__name__] = Values
     return Values
 
 
@@ -478,8 +487,7 @@ def _film_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
     given = recorded.KINDS["film"].given
     kind, values = type_of(law, digest, "law", ("p",)), type_of(law, digest, "values", names_of(law, *given))
     evaluate = function_of(law)
-    if law.body is None:
-        raise InputError(f"{law.place}: returns two numbers, which no function of C can; write it in Python")
+    refuse_address(law)
 
     @film_force.member(kind)
     def force(film, motion):

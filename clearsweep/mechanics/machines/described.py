@@ -25,9 +25,11 @@ from ...contracts.catalogue import (
     Output,
 )
 from ...contracts.machine import BodyPoint, Constant, Elastic, Guide, Machine, Pin, Slot
+from ..laws.contract import compile_law
 from . import planar
 from .loads import load_keys
 from .observed import vibration_keys
+from .planar.form import motor_torque, no_load_speed
 
 # ---------------------------------------------------------------------------------------------- drives
 
@@ -99,12 +101,17 @@ DRIVES = {
 def drive_keys(outline: Outline) -> tuple[Keys, ...]:
     """Return the section `drive` for the grid's form of drive, or the sections of all forms for ANY."""
     fields: dict[str, Field] = {}
-    for law in DRIVES.values() if outline.drive == ANY else (DRIVES[outline.drive],):
+    form = "torque" if outline.drive == "motor-law" else outline.drive
+    for law in DRIVES.values() if form == ANY else (DRIVES[form],):
         fields |= {field.name: field for field in law.fields}
+    if outline.drive == "motor-law":
+        del fields["torque"]
     motor_fields = {name.partition(".")[2]: field for name, field in fields.items() if "." in name}
     sections = [
         Keys("drive", "the drive", tuple(fields[name] for name in fields if "." not in name), "implied", role=CONDITION)
     ]
+    if outline.drive == "motor-law":
+        sections.append(Keys("drive.motor", "a motor of one's own", family="motor", role=CONDITION))
     if motor_fields:
         motor = tuple(field._replace(name=name) for name, field in motor_fields.items())
         sections.append(
@@ -117,6 +124,10 @@ def drive_keys(outline: Outline) -> tuple[Keys, ...]:
 
 def make_drive(drive: case.Drive, outline: Outline) -> tuple:
     """Return the drive as described in a machine."""
+    if drive.law:
+        law = compile_law("motor", drive.law, drive)
+        free = drive.initial_speed, drive.inertia, drive.start_angle
+        return machine.Motor(float(motor_torque(law, 0.0, 0.0)), no_load_speed(law), *free, law)
     if outline.free:
         return machine.Motor(drive.torque, drive.no_load_speed, drive.initial_speed, drive.inertia, drive.start_angle)
     if drive.table is None:

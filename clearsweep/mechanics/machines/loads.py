@@ -192,6 +192,7 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
             anchor,
         ),
         "friction": (joint_load_keys, given_friction_keys.get(load.given, friction_keys)),
+        "own": (Keys(path, "a load of one's own", (), "optional", target_keys, family="load", role=CONDITION),),
     }
     if load.form != ANY:
         return by_form[load.form]
@@ -255,6 +256,11 @@ def _make_tabled_push(load: case.Load, load_points: LoadPoints) -> machine.Table
     return machine.TabledPush(load.name, endpoint, table_variable, knots, *columns, load.values["scale"])
 
 
+def _make_own(load: case.Load, load_points: LoadPoints) -> machine.OwnPush:
+    endpoint = load_points.point_of_load(load.values["on"], load.values)
+    return machine.OwnPush(load.name, endpoint, compile_law("load", load.values["law"], load))
+
+
 def _make_spring(load: case.Load, load_points: LoadPoints) -> machine.Spring:
     values = load.values
     anchor_point = load_points.add_point(
@@ -287,6 +293,7 @@ def _make_preload(load: case.Load, load_points: LoadPoints) -> machine.Braking:
 _MAKERS = {
     "preload": _make_preload,
     "force": _make_push,
+    "own": _make_own,
     "table": _make_tabled_push,
     "spring": _make_spring,
     "friction": _make_rubbing,

@@ -339,7 +339,7 @@ def _start_problem(case: Case) -> tuple[str, str] | None:
     if not (outline.bodies or outline.laws or is_seated or mechanism_of(case).spatial):
         return None
     try:
-        list(chain.from_iterable(map(registry.own_law_remarks, case.joints)))
+        list(registry.own_law_remarks(case))
         build(case)
     except InputError as error:
         path, _, sentence = str(error).partition(": ")
@@ -574,8 +574,8 @@ def warnings(case: Case) -> list[str]:
         *_change_points(case),
         *ideal_machine.start_warnings(case),
     ]
+    sentences += registry.own_law_remarks(case)
     for joint in case.joints:
-        sentences += registry.own_law_remarks(joint)
         if registry.can_pull(joint):
             sentences.append(
                 f"joints.{joint.name}.contact.law: {joint.contact.law} pulls before the surfaces part, as published; "

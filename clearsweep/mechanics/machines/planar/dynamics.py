@@ -162,7 +162,7 @@ class Dynamics(Bodies):
             alpha = self.program.call(drive_motion, self.mechanism.drive, self.pose.time)[2]
         right_side = self.generalised_forces(alpha)
         if machine.free:
-            torque = self.program.call(torque_at, self.mechanism.drive, self.rate[crank])
+            torque = self.program.call(torque_at, self.mechanism.drive, self.rate[crank], self.pose.time)
             solution = LDL(self.unknown, self.entry).solve(right_side | {crank: right_side[crank] + torque})
         else:
             solution = LDL(self.unknown, self.entry).solve(right_side)

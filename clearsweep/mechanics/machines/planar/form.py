@@ -5,16 +5,22 @@ measured from the centre of mass of their body in its own frame, and those on it
 their own, which avoids multiplications by zero.
 """
 
+import itertools
 import math
 from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import Braking, Constant, Motor, Push, Rubbing, Schedule, Spring, TabledPush
+from .... import laws as recorded
+from ....contracts.catalogue import Law
+from ....contracts.machine import Braking, Constant, Motor, OwnPush, Push, Rubbing, Schedule, Spring, TabledPush
 from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import family, kernel
 from ....tracing.compiled.pinned import ArrayHandle, array_handle, load_item, row_of
+from ...laws.contract import Recipe
+from ...laws.own import check_traced, function_of, maker, names_of, parameters_of, refuse_address, type_of
+from ...laws.sampled import checked
 
 # -------------------------------------------------------------------------------------------- bodies, joints and output
 
@@ -274,12 +280,61 @@ def _drive_motion_scheduled(drive, time):
 
 
 @family
-def torque_at(drive, rate):
-    """Return the torque (N m) on a free crank that turns at `rate` (rad/s)."""
+def torque_at(drive, rate, time):
+    """Return the torque (N m) on a free crank that turns at `rate` (rad/s) at `time` (s)."""
+
+
+class FreeByLaw(NamedTuple):
+    """A torque by a law of one's own; the crank's angle is a coordinate."""
+
+    law: tuple  # of `motor_torque`
+
+
+@family
+def motor_torque(law, rate, time):
+    """Return the torque (N m) of a motor of one's own at `rate` (rad/s) and `time` (s)."""
+
+
+@torque_at.member(FreeByLaw)
+def _torque_at_free_by_law(drive, rate, time):
+    return motor_torque(drive.law, rate, time)
+
+
+@maker("motor")
+def _motor_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+    kind, values = type_of(law, digest, "law", ("p",)), type_of(law, digest, "values", names_of(law))
+    evaluate = function_of(law)
+
+    @motor_torque.member(kind)
+    def torque(motor, rate, time):
+        return evaluate(motor.p, rate, time)
+
+    def make(drive):
+        return kind(parameters_of(law, values, [drive.values[field.name] for field in law.keys]))
+
+    def check(drive):
+        motor = make(drive)
+        check_traced(law, motor.p, 10.0, 0.1)
+        sampled_torque = checked(lambda rate, time: torque(motor, rate, time), ("speed", "t"), law.place)
+        for time in (0.0, 0.1, 10.0):
+            for rate in (-1e4, -10.0, 0.0, 10.0, 1e4):
+                sampled_torque(rate, time)
+        return ()
+
+    return Recipe(description, (kind,), make, check=check)
+
+
+def no_load_speed(law: tuple) -> float:
+    """Return the lowest speed (rad/s) of 1 to 1e5 at which a motor of one's own gives no torque at first, or inf."""
+    speeds = [10.0 ** (0.02 * i) for i in range(251)]
+    for low, high in itertools.pairwise(speeds):
+        if motor_torque(law, low, 0.0) > 0.0 >= motor_torque(law, high, 0.0):
+            return high
+    return math.inf
 
 
 @torque_at.member(Free)
-def _torque_at_free(drive, rate):
+def _torque_at_free(drive, rate, time):
     return drive.torque - drive.slope * rate
 
 
@@ -290,6 +345,8 @@ def compile_drive(drive: Constant | Schedule | Motor) -> tuple:
     if isinstance(drive, Schedule):
         table = schedule_table(drive)
         return Scheduled(array_handle(table), float(len(table)))
+    if drive.law is not None:
+        return FreeByLaw(drive.law)
     return Free(
         drive.stall_torque, 0.0 if math.isinf(drive.no_load_speed) else drive.stall_torque / drive.no_load_speed
     )
@@ -362,6 +419,53 @@ class TimeTableLoad(NamedTuple):
     body: tuple
     point: tuple
     table: Table
+
+
+class OwnLoad(NamedTuple):
+    """A force and torque on a body by a law of one's own."""
+
+    body: tuple
+    point: tuple
+    law: tuple  # of `applied_load`
+
+
+@family
+def applied_load(law, time, angle, position, velocity):
+    """Return force x, y (N) and torque (N m) of a load of one's own.
+
+    time : s; angle : rad, of the crank; position, velocity : (x, y) m and m/s, of its point in the fixed frame.
+    """
+
+
+@maker("load")
+def _load_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+    kind, values = type_of(law, digest, "law", ("p",)), type_of(law, digest, "values", names_of(law))
+    evaluate = function_of(law)
+    refuse_address(law)
+
+    @applied_load.member(kind)
+    def load(law, time, angle, position, velocity):
+        return evaluate(law.p, time, angle, position, velocity)
+
+    def make(owner):
+        return kind(parameters_of(law, values, [owner.values[field.name] for field in law.keys]))
+
+    def check(owner):
+        p, at_rest = make(owner).p, (0.0, 0.0)
+        check_traced(law, p, 0.1, 1.0, (0.1, 0.1), at_rest)
+
+        def total(time, angle, x, speed):
+            fx, fy, torque = evaluate(p, time, angle, (x, 0.5 * x), (speed, -speed))
+            return fx + fy + torque
+
+        sampled_load = checked(total, ("t", "angle", "x", "speed"), law.place)
+        for time in (0.0, 0.01, 1.0):
+            for angle in (0.0, 1.0, 3.0, 5.0):
+                for x in (0.0, 0.1):
+                    sampled_load(time, angle, x, 0.0), sampled_load(time, angle, x, 1.0)
+        return ()
+
+    return Recipe(description, (kind,), make, check=check)
 
 
 class SpringLoad(NamedTuple):
@@ -475,6 +579,8 @@ def compile_loads(loads: tuple, locate_point: Callable, joint_number: Callable) 
         elif isinstance(load, TabledPush):
             table_type = AngleTableLoad if load.over == "angle" else TimeTableLoad
             compiled_loads.append(table_type(*locate_point(load.at), compile_table(load)))
+        elif isinstance(load, OwnPush):
+            compiled_loads.append(OwnLoad(*locate_point(load.at), load.law))
         elif isinstance(load, Spring):
             endpoints = (*locate_point(load.first), *locate_point(load.second))
             compiled_loads.append(SpringLoad(*endpoints, load.stiffness, load.free_length, load.damping))

@@ -17,6 +17,7 @@ from ....contracts.machine import (
     Guide,
     Machine,
     Motor,
+    OwnPush,
     Push,
     Rubbing,
     Schedule,
@@ -38,7 +39,17 @@ from .closure import (
     interpolate,
     without_free_bodies,
 )
-from .form import Mass, Segment, compile_drive, compile_table, evaluate_table, scheduled_passage, torque_at
+from .form import (
+    FreeByLaw,
+    Mass,
+    Segment,
+    applied_load,
+    compile_drive,
+    compile_table,
+    evaluate_table,
+    scheduled_passage,
+    torque_at,
+)
 from .free_crank import CrankPassage
 from .structure import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
 
@@ -332,10 +343,20 @@ class IdealMachine:
             elif isinstance(load, TabledPush):
                 load_values = evaluate_table(self.tables[load.name], states.angles if load.over == "angle" else time)
                 self.add_force(force, states, load.at, load_values[:, :2], load_values[:, 2])
+            elif isinstance(load, OwnPush):
+                values = self._own_load(load, states, rate, time)
+                self.add_force(force, states, load.at, values[:, :2], values[:, 2])
             elif isinstance(load, Push):
                 load_force = np.tile([load.fx, load.fy], (len(states.q), 1))
                 self.add_force(force, states, load.at, load_force, np.full(len(states.q), load.torque))
         return force
+
+    def _own_load(self, load: OwnPush, states: MachineStates, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
+        """Return force x, y (N) and torque (N m) of a load of one's own, (N, 3)."""
+        motion = self.closure.point_motion(load.at, states.q, states.derivative)
+        columns = time, states.angles, motion.x, motion.y, rate * motion.dx, rate * motion.dy
+        rows = np.stack(np.broadcast_arrays(*columns, np.zeros(len(states.q)))[:-1], -1).tolist()
+        return np.array([applied_load(load.law, t, angle, (x, y), (vx, vy)) for t, angle, x, y, vx, vy in rows])
 
     def crank_acceleration(self, states: MachineStates, rate, time, force: np.ndarray) -> np.ndarray:
         """Return the crank's angular acceleration (rad/s^2): generalised force over generalised inertia."""
@@ -348,7 +369,7 @@ class IdealMachine:
         generalised_inertia = np.einsum("ni,ni->n", momentum, states.derivative)
         centripetal = np.einsum("ni,ni->n", momentum, states.second_derivative) * rate**2
         load_torque = np.einsum("ni,ni->n", states.derivative, force) - centripetal
-        return (torque_at(compile_drive(drive), rate) + load_torque) / generalised_inertia
+        return (_torques(compile_drive(drive), rate, time) + load_torque) / generalised_inertia
 
     def add_force(self, force, states: MachineStates, endpoint: BodyPoint, applied: np.ndarray, torque) -> None:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
@@ -425,6 +446,13 @@ class IdealMachine:
             return given_speed
         generalised_inertia = float(np.mean(np.sum(self.inertia * states.derivative**2, -1)))
         return math.sqrt(4.0 * math.pi * abs(drive.stall_torque) / generalised_inertia) or 1.0
+
+
+def _torques(drive: tuple, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
+    """Return the torque (N m) of a free crank's drive at rates (N,) rad/s and times (N,) s."""
+    if isinstance(drive, FreeByLaw):
+        return np.array([torque_at(drive, x, t) for x, t in zip(*np.broadcast_arrays(rate, time), strict=True)])
+    return torque_at(drive, rate, time)
 
 
 def _without_history(machine: Machine) -> Machine:

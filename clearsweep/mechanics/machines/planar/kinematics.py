@@ -17,7 +17,18 @@ from ....tracing.compiled.choosing import where
 from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import inlined
 from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program, sum_of
-from .form import AlongX, AngleTableLoad, Centre, OnAxis, PushLoad, SpringLoad, evaluate_cycle, table_values
+from .form import (
+    AlongX,
+    AngleTableLoad,
+    Centre,
+    OnAxis,
+    OwnLoad,
+    PushLoad,
+    SpringLoad,
+    applied_load,
+    evaluate_cycle,
+    table_values,
+)
 from .structure import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate, LoadKind, MachineType
 
 # ---------------------------------------------------------------------------------------------- vectors
@@ -302,6 +313,13 @@ class Bodies(Kinematics):
         """Return load `i`: a force and a torque on one body, constant or from a table."""
         values = self.mechanism.loads[i]
         ((body, point, _),) = load.points
+        if load.form is OwnLoad:
+            path = self.path_to(body, vector_of(point, values.point))
+            motion = tuple(self.position(path)), tuple(self.velocity(path))
+            row = self.program.call(
+                applied_load, values.law, self.pose.time, self.angle(self.spanning_tree.crank), *motion
+            )
+            return Load(body, vector_of(point, values.point), PlaneVector(row[0], row[1]), row[2])
         if load.form is PushLoad:
             force, torque = PlaneVector(values.fx, values.fy), values.torque
         else:

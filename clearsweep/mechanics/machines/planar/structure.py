@@ -13,6 +13,7 @@ from .form import (
     BranchingCycle,
     ElasticGuide,
     Free,
+    FreeByLaw,
     GivenFriction,
     Planar,
     PointAim,
@@ -30,6 +31,8 @@ from .form import (
 # without clearance leads from the ground to every body that such joints connect; each further joint closes a loop.
 # The other bodies float: one of each connected set has the position of its centre of mass as
 # coordinates, and the others are attached to it.  Joints with clearance constrain nothing.
+
+FREE = Free, FreeByLaw  # drives whose crank is free
 
 
 ANGLE, TRAVEL, SHIFT_X, SHIFT_Y = range(4)  # kinds of coordinates: of an angle group, along a guide, of a floating body
@@ -228,7 +231,7 @@ def machine_type(kinds: tuple) -> MachineType:
     sites = tuple(map(_site, _kind_of_field(kinds, "joints")[1:]))
     crank, drive = _number(_kind_of_field(kinds, "crank")), _kind_of_field(kinds, "drive")[0]
     tree = spanning_tree(
-        len(_kind_of_field(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive is Free
+        len(_kind_of_field(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive in FREE
     )
     friction_loads = tuple(
         FrictionLoad(
@@ -251,7 +254,7 @@ def machine_type(kinds: tuple) -> MachineType:
         sites,
         tree,
         crank,
-        drive is Free,
+        drive in FREE,
         drive is Steady,
         dependent,
         loads,
