@@ -5,6 +5,7 @@ import pytest
 from mechanism_cases import slider_crank
 
 import clearsweep
+from clearsweep import simulation
 from clearsweep.answers.validity import (
     LIMIT_SHARE,
     ONSET_RATE,
@@ -14,7 +15,6 @@ from clearsweep.answers.validity import (
     required_columns,
 )
 from clearsweep.mechanics.joints import registry
-from clearsweep.simulation.setup import scene
 
 pytestmark = pytest.mark.heavy
 
@@ -96,7 +96,7 @@ def test_a_run_within_what_its_laws_are_made_for_has_nothing_to_tell():
 def test_a_law_that_pulls_is_named_before_the_run(law, pulls):
     contact = {"law": law, "stiffness": 1e9, "restitution": 0.7, **({"mass": 0.1} if pulls else {})}
     case = clearsweep.load_case(slider_crank("rod-slider", changes={"joints.rod-slider.contact": contact})).case
-    assert any("tsuji pulls before the surfaces part" in sentence for sentence in scene.warnings(case)) == pulls
+    assert any("tsuji pulls before the surfaces part" in sentence for sentence in simulation.warnings(case)) == pulls
 
 
 @pytest.mark.filterwarnings("ignore:overflow")

@@ -9,6 +9,7 @@ from fake_physics import Fake, grid
 from mechanism_cases import slider_crank
 
 import clearsweep
+from clearsweep import simulation
 from clearsweep.answers.validity import (
     PenetrationAndWear,
     Remarks,
@@ -22,7 +23,6 @@ from clearsweep.answers.validity import (
 )
 from clearsweep.grid import check_memory, largest_history, load
 from clearsweep.simulation import catalogue
-from clearsweep.simulation.setup import scene
 from clearsweep.sweeping import sweep
 
 CONTACT = "joints.rod-slider.contact"
@@ -139,7 +139,7 @@ def test_a_run_counts_the_cases_whose_figures_cannot_be_meant_and_names_one():
 @pytest.mark.parametrize(("wear", "text"), [({}, True), ({"coefficient": 2e-14}, False), ({"hardness": 1e5}, False)])
 def test_a_wear_coefficient_that_no_hardness_checks_is_warned_of(wear, text):
     case = load(slider_crank("rod-slider", changes={"joints.rod-slider.wear": WEAR | wear}), catalogue()).case(0)
-    assert any("is it in mm^2/N?" in sentence for sentence in scene.warnings(case)) == text
+    assert any("is it in mm^2/N?" in sentence for sentence in simulation.warnings(case)) == text
 
 
 @pytest.mark.parametrize(

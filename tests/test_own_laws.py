@@ -6,6 +6,7 @@ import math
 import runpy
 from pathlib import Path
 
+import numpy as np
 import pytest
 
 from clearsweep import grid, laws
@@ -15,6 +16,7 @@ from clearsweep.mechanics.laws.friction import friction_force
 from clearsweep.mechanics.laws.loss import hysteresis_rebound
 from clearsweep.mechanics.laws.sampled import SPEEDS
 from clearsweep.simulation import simulate
+from clearsweep.simulation.machine.ideal import ideal_motion
 from clearsweep.simulation.setup import scene
 
 COPIES = Path(__file__).with_name("copied_laws.py")
@@ -254,6 +256,56 @@ def test_the_restitution_of_a_law_is_that_of_its_closed_form():
     w = math.sqrt(1.0 - zeta * zeta)
     expected = math.exp(-zeta / w * math.atan2(2.0 * zeta * w, 2.0 * zeta * zeta - 1.0))
     assert found["contact.restitution at 0.1 m/s and 1 kg"][0] == pytest.approx(expected, rel=1e-7)
+
+
+def drivers():
+    """Return the catalogue with a load and motors of one's own."""
+
+    def kloss(speed, t, p):
+        slip = 1.0 - speed / p.synchronous
+        return 2.0 * p.breakdown * slip * p.slip / (slip * slip + p.slip * p.slip)
+
+    return catalogue_of(
+        lambda: laws.load("mine", f="N", k="N/m")(
+            lambda t, angle, position, velocity, p: (p.f - p.k * (position[0] - 0.12), 0.0, 0.0)
+        ),
+        lambda: laws.motor("line", stall="N*m", no_load="rad/s")(
+            lambda speed, t, p: p.stall - p.stall / p.no_load * speed
+        ),
+        lambda: laws.motor("kloss", breakdown="N*m", slip="1", synchronous="rad/s")(kloss),
+    )
+
+
+def test_a_load_of_ones_own_acts_on_the_ideal_machine_like_a_spring_and_a_force():
+    catalogue, angles = drivers(), np.linspace(0.0, 6.0, 13)
+    own = {"on": "slider", "law": "mine", "f": "50 N", "k": "0.1 N/mm"}
+    spring = {"between": ["ground", "slider"], "anchor": ["-10 m", "0 m"], "stiffness": "100 N/m"}
+    spring |= {"free_length": "10.62 m"}  # 10 m + 0.12 m + 50 N / 100 N/m
+    reactions = [
+        ideal_motion(grid.load(with_joint(CRANK, contact=FLORES) | {"loads": {"l": load}}, catalogue).case(0), angles)
+        for load in (own, spring)
+    ]
+    found, expected = (motion.reactions["rod-slider"] for motion in reactions)
+    assert np.ptp(found) > 10.0
+    np.testing.assert_allclose(found, expected, atol=1e-9)
+
+
+@pytest.mark.slow
+def test_loads_and_motors_of_ones_own_move_a_machine_like_those_of_the_package():
+    catalogue, crank = drivers(), with_joint(CRANK, contact=FLORES)
+    loads = ({"on": "slider", "force": ["50 N", "0 N"]}, {"on": "slider", "law": "mine", "f": "50 N", "k": "0 N/m"})
+    expected, found = (figures_of(crank | {"loads": {"l": load}}, catalogue) for load in loads)
+    assert found == expected
+    free = {"initial_speed": "500 rpm", "inertia": "1e-3 kg*m^2"}
+    motors = (
+        {"stall_torque": "5 N*m", "no_load_speed": "1000 rpm"},
+        {"law": "line", "stall": "5 N*m", "no_load": "1000 rpm"},
+    )
+    expected, found = (figures_of(crank | {"drive": free | {"motor": motor}}, catalogue) for motor in motors)
+    assert found["rod_slider_force_peak"] == pytest.approx(expected["rod_slider_force_peak"], rel=1e-6)
+    induction = {"law": "kloss", "breakdown": "5 N*m", "slip": 0.1, "synchronous": "1000 rpm"}
+    found = figures_of(crank | {"drive": free | {"motor": induction}}, catalogue)
+    assert abs(found["energy_residual"]) < 1e-6
 
 
 # ---------------------------------------------------------------------------------------------- what is refused

@@ -7,7 +7,7 @@ import re
 import pytest
 
 import clearsweep
-from clearsweep.simulation.setup.scene import warnings
+from clearsweep.simulation import warnings
 
 GROUND, CRANK, COUPLER, ROCKER = 0.13, 0.05, 0.12, 0.1  # m
 FOUR_BAR = {

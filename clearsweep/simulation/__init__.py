@@ -26,12 +26,13 @@ from .advice.advice import (
     recommendations_for,
     recommended_texts,
 )
+from .advice.remarks import warnings
 from .analyses.life import Log
 from .analyses.reruns import PinReactions, peak_revolution, pin_reactions, reactions_unknown
 from .analyses.trajectory import compile_for, compile_loop, simulate
 from .machine.ideal import ElasticLink, elastic_links, ideal_motion, ideal_peaks, mechanism_of
 from .machine.sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
-from .setup.scene import build, catalogue, derived, load_case, signature, warnings
+from .setup.scene import build, catalogue, derived, load_case, signature
 
 __all__ = [
     "MAX_BINS",

@@ -7,6 +7,7 @@ address has the address, and that of its parameters, among its numbers: its mach
 A type is created once for each text of a file (its hash is in the name of the type, and so in that of its code).
 """
 
+import functools
 import itertools
 import math
 from collections import namedtuple
@@ -326,7 +327,7 @@ def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
         return at_rest(p, parity_of(power_at_zero(lambda depth: evaluate(p, depth, 0.0, 1.0))))
 
     def make(joint):
-        elastic = compile_law("elastic", joint.contact.elastic, joint) if description.uses_elastic else spring(joint)
+        elastic = elastic_of(joint)
         draft = kind(parameters(joint), 1.0, kink_values(law, joint.contact.values))
         power = power_at_zero(lambda depth: force(draft, elastic, depth, SPEED_AT_ZERO, SPEED_AT_ZERO)[0])
         is_times_elastic = abs(power - power_at_zero(lambda depth: elastic_force(elastic, depth))) < 1e-6
@@ -335,47 +336,51 @@ def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
     def elastic_of(joint):
         return compile_law("elastic", joint.contact.elastic, joint) if description.uses_elastic else spring(joint)
 
-    def restitutions(joint):
+    def bound(joint):
         compiled, elastic = make(joint), elastic_of(joint)
-        found = {}
-        for speed in SPEEDS:
-            light, heavy = (
-                rebound(lambda depth, rate: force(compiled, elastic, depth, rate, speed)[0], mass, speed)  # noqa: B023
-                for mass in MASSES
-            )
-            mass_text = "" if abs(heavy - light) < 1e-5 else f" and {MASSES[0]:g} kg"
-            found[f"contact.restitution at {speed:g} m/s{mass_text}"] = light, "1"
-        return found
+        return lambda depth, rate, onset_rate: force(compiled, elastic, depth, rate, onset_rate)[0]
 
     def check(joint):
-        compiled, elastic = make(joint), elastic_of(joint)
-        check_traced(law, compiled.p._replace(elastic=elastic) if is_python else compiled.p, joint.clearance, 0.1, 0.1)
-        names = "penetration", "rate", "onset rate"
-        sampled_force = checked(lambda *numbers: force(compiled, elastic, *numbers)[0], names, law.place)
-        for depth in [0.0, *_depths(joint.clearance)]:
-            for onset_rate in (ONSET_FLOOR, 0.1, 10.0):
-                for share in (-1.0, -0.3, 0.0, 0.3, 1.0):
-                    sampled_force(depth, share * onset_rate, onset_rate)
-        remarks = _check_at_zero(lambda depth: sampled_force(depth, 0.0, 0.1), joint, law)
-        for key, (value, _) in restitutions(joint).items():
-            if value > 1.0 + GAIN and not law.may_gain:
-                raise InputError(
-                    f"{law.place}: gives energy: its {key.partition('.')[2]} is {value:.6g}; allow it by may_gain=True"
-                )
-        kinks = declared_kinks(law, "rate", joint.contact.values)
-        for depth in (1e-2 * joint.clearance, 0.1 * joint.clearance):
-            over = Range("rate", "m/s", -0.1, 0.1)
-            remarks += tuple(undeclared_kinks(lambda rate: sampled_force(depth, rate, 0.1), over, kinks, law.place))  # noqa: B023
-        return tuple(dict.fromkeys(remarks))
+        p, elastic = parameters(joint), elastic_of(joint)
+        check_traced(law, p._replace(elastic=elastic) if is_python else p, joint.clearance, 0.1, 0.1)
+        return _check_contact(law, joint, bound(joint))
 
-    return Recipe(
-        description,
-        (kind,),
-        make,
-        derived=restitutions,
-        spring=None if description.uses_elastic else spring,
-        check=check,
-    )
+    own_spring = None if description.uses_elastic else spring
+    derived = functools.partial(_restitutions, bound)
+    return Recipe(description, (kind,), make, derived=derived, spring=own_spring, check=check)
+
+
+def _restitutions(bound: Callable, joint: Joint) -> dict[str, tuple[float, str]]:
+    """Return the restitution at SPEEDS; bound : joint -> its force (N) over penetration, rate and onset rate."""
+    force, found = bound(joint), {}
+    for speed in SPEEDS:
+        light, heavy = (
+            rebound(lambda depth, rate: force(depth, rate, speed), mass, speed)  # noqa: B023 - called in this pass
+            for mass in MASSES
+        )
+        mass_text = "" if abs(heavy - light) < 1e-5 else f" and {MASSES[0]:g} kg"
+        found[f"contact.restitution at {speed:g} m/s{mass_text}"] = light, "1"
+    return found
+
+
+def _check_contact(law: recorded.Law, joint: Joint, force: Callable) -> tuple[str, ...]:
+    """Return remarks on a contact law; raise InputError if its force (N) cannot be used, see `_restitutions`."""
+    sampled_force = checked(force, ("penetration", "rate", "onset rate"), law.place)
+    for depth in [0.0, *_depths(joint.clearance)]:
+        for onset_rate in (ONSET_FLOOR, 0.1, 10.0):
+            for share in (-1.0, -0.3, 0.0, 0.3, 1.0):
+                sampled_force(depth, share * onset_rate, onset_rate)
+    remarks = _check_at_zero(lambda depth: sampled_force(depth, 0.0, 0.1), joint, law)
+    for key, (value, _) in _restitutions(lambda _: force, joint).items():
+        if value > 1.0 + GAIN and not law.may_gain:
+            raise InputError(
+                f"{law.place}: gives energy: its {key.partition('.')[2]} is {value:.6g}; allow it by may_gain=True"
+            )
+    kinks, over = declared_kinks(law, "rate", joint.contact.values), Range("rate", "m/s", -0.1, 0.1)
+    for depth in (1e-2 * joint.clearance, 0.1 * joint.clearance):
+        by_rate = functools.partial(lambda depth, rate: sampled_force(depth, rate, 0.1), depth)
+        remarks += tuple(undeclared_kinks(by_rate, over, kinks, law.place))
+    return tuple(dict.fromkeys(remarks))
 
 
 # ---------------------------------------------------------------------------------------------- friction

@@ -1,4 +1,7 @@
-"""Remarks on a finished case: laws beyond their range, films beyond their limit, implausible figures."""
+"""Remarks on a finished case: laws beyond their range, films beyond their limit, implausible figures.
+
+And warnings about values of a case before it runs.
+"""
 
 import functools
 import math
@@ -27,17 +30,19 @@ from ...answers.validity import (
     wear_depth_remark,
     wear_rate_remark,
 )
-from ...contracts.case import REFERENCE_TEMPERATURE, Joint, column_name
+from ...contracts.case import DOUBTFUL_WEAR_NUMBER, REFERENCE_TEMPERATURE, Case, Joint, column_name
 from ...contracts.layout import FRICTION_POWER
 from ...mechanics.joints import registry
 from ...mechanics.joints.dry import Gap
 from ...mechanics.joints.registry import largest_mass, yield_energy
 from ...mechanics.laws import reynolds
+from ...mechanics.machines import planar
 from ...mechanics.machines.contract import impact_masses, pose_at
 from ...mechanics.machines.described import MAX_SEGMENTS
 from ...tracing.compiled.family import Identity
 from ..figures.window import Window
-from ..machine.ideal import elastic_links, segments_to_resolve
+from ..machine import ideal as ideal_machine
+from ..machine.ideal import elastic_links, machine_of, mechanism_of, segments_to_resolve
 from ..setup.scene import Scene
 
 # The approach speed at which the contacts of a scene first yield.
@@ -210,3 +215,68 @@ def passive_film(joint: Joint) -> str:
     if slenderness < reynolds.SHORTEST:
         return "short"
     return "reynolds" if slenderness <= reynolds.LONGEST else "long"
+
+
+# Warnings about values of a case, before it runs.
+_MAX_WEAR_COEFFICIENT = 2e-11  # m^2/N: dry mild steel reaches 1.5e-11
+
+
+def warnings(case: Case) -> list[str]:
+    """Return warnings about values of a case that may be unintended."""
+    sentences = [
+        *ideal_machine.size_warnings(case),
+        *ideal_machine.link_warnings(case),
+        *_change_points(case),
+        *ideal_machine.start_warnings(case),
+    ]
+    sentences += registry.own_law_remarks(case)
+    for joint in case.joints:
+        if registry.can_pull(joint):
+            sentences.append(
+                f"joints.{joint.name}.contact.law: {joint.contact.law} pulls before the surfaces part, as published; "
+                "its normal force can be negative and is not clipped"
+            )
+        if joint.contact.law and registry.departs_from_hertz(joint):  # a film may have no dry contact
+            sentences.append(
+                f"joints.{joint.name}.contact.law: {joint.contact.law} is made for Hertz's force; with rough surfaces "
+                "in series the restitution of a free impact differs from the specified one"
+            )
+        if joint.wear is None or not any(joint.wear.coefficients().values()):
+            continue
+        if "hardness" not in joint.wear.values:
+            sentences += _unchecked_wear(joint)
+            continue
+        hardness = joint.wear.values["hardness"]
+        for body, coefficients in joint.wear.coefficients().items():
+            ratio = max(coefficients) * hardness
+            if ratio > DOUBTFUL_WEAR_NUMBER:
+                sentences.append(
+                    f"joints.{joint.name}.wear: {body} coefficient times hardness is {ratio:.2g}; it is the share of "
+                    f"contacts that shed a particle and should be far below 1"
+                )
+    return sentences
+
+
+def _change_points(case: Case) -> list[str]:
+    """Return a warning if the machine of a case passes change points without clearance."""
+    machine = machine_of(mechanism_of(case), case)
+    if machine is None or not planar.ideal_of(machine).change_points:
+        return []
+    degrees = {round(math.degrees(angle)) % 360 for angle in planar.ideal_of(machine).change_points}
+    return [
+        "mechanism: without clearance it passes a change point, where its loops may branch, at a crank angle of about "
+        f"{' and '.join(map(str, sorted(degrees)))} deg; the ideal machine, with which the case is compared, goes "
+        "straight on there, and its forces have no limit"
+    ]
+
+
+def _unchecked_wear(joint: Joint) -> list[str]:
+    """Return a warning if a joint's wear coefficient, unchecked by a hardness, exceeds those of all metals."""
+    assert joint.wear is not None  # only joints with wear
+    largest = max(map(max, joint.wear.coefficients().values()))
+    if largest <= _MAX_WEAR_COEFFICIENT:
+        return []
+    return [
+        f"joints.{joint.name}.wear: the coefficient {largest:.2g} m^2/N is above {_MAX_WEAR_COEFFICIENT:g}, which "
+        "metals do not reach; is it in mm^2/N? (1 mm^2/N is 1e-6 m^2/N); add `hardness` to check it"
+    ]

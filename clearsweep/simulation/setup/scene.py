@@ -13,7 +13,7 @@ import numpy as np
 
 from ... import grid
 from ...answers.verdict import NO_LIMITS, LimitsAndFigures
-from ...contracts.case import DOUBTFUL_WEAR_NUMBER, Case, Joint
+from ...contracts.case import Case
 from ...contracts.catalogue import Catalogue, Figure, Mechanism
 from ...contracts.layout import CaseFeatures, Layout, features_of
 from ...contracts.machine import GROUND, STARTED_FRACTION, Machine, Motor, Schedule
@@ -41,7 +41,6 @@ from ...mechanics.wear import Worn
 from ...searches import SEARCHES
 from ...tracing.compiled.family import flatten, numbers_of
 from ..figures.catalogue import FIGURES
-from ..machine import ideal as ideal_machine
 from ..machine.ideal import ideal_motion, machine_of, mechanism_of
 
 # The independent variable of a run and the ends of its revolutions: time, or the angle of a free crank.
@@ -276,7 +275,6 @@ _LAYOUTS: dict[CaseFeatures, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]
 SLOT_ROUNDING = 1e-9  # of its length: rounding of a stroke that just fits
 TOUCHING = 1e-14  # of the mechanism's size: rounding of the penetration of bodies that touch at the start
 SEAT_ITERATIONS = 3  # iterations on worn shapes: body angles depend slightly on the seats
-_MAX_WEAR_COEFFICIENT = 2e-11  # m^2/N: dry mild steel reaches 1.5e-11
 
 
 @dataclass(frozen=True)
@@ -564,64 +562,3 @@ def derived(case: Case) -> dict[str, tuple[float, str]]:
         for joint in case.joints
         for key, value in registry.derived_values(joint).items()
     }
-
-
-def warnings(case: Case) -> list[str]:
-    """Return warnings about values of a case that may be unintended."""
-    sentences = [
-        *ideal_machine.size_warnings(case),
-        *ideal_machine.link_warnings(case),
-        *_change_points(case),
-        *ideal_machine.start_warnings(case),
-    ]
-    sentences += registry.own_law_remarks(case)
-    for joint in case.joints:
-        if registry.can_pull(joint):
-            sentences.append(
-                f"joints.{joint.name}.contact.law: {joint.contact.law} pulls before the surfaces part, as published; "
-                "its normal force can be negative and is not clipped"
-            )
-        if joint.contact.law and registry.departs_from_hertz(joint):  # a film may have no dry contact
-            sentences.append(
-                f"joints.{joint.name}.contact.law: {joint.contact.law} is made for Hertz's force; with rough surfaces "
-                "in series the restitution of a free impact differs from the specified one"
-            )
-        if joint.wear is None or not any(joint.wear.coefficients().values()):
-            continue
-        if "hardness" not in joint.wear.values:
-            sentences += _unchecked_wear(joint)
-            continue
-        hardness = joint.wear.values["hardness"]
-        for body, coefficients in joint.wear.coefficients().items():
-            ratio = max(coefficients) * hardness
-            if ratio > DOUBTFUL_WEAR_NUMBER:
-                sentences.append(
-                    f"joints.{joint.name}.wear: {body} coefficient times hardness is {ratio:.2g}; it is the share of "
-                    f"contacts that shed a particle and should be far below 1"
-                )
-    return sentences
-
-
-def _change_points(case: Case) -> list[str]:
-    """Return a warning if the machine of a case passes change points without clearance."""
-    machine = machine_of(mechanism_of(case), case)
-    if machine is None or not planar.ideal_of(machine).change_points:
-        return []
-    degrees = {round(math.degrees(angle)) % 360 for angle in planar.ideal_of(machine).change_points}
-    return [
-        "mechanism: without clearance it passes a change point, where its loops may branch, at a crank angle of about "
-        f"{' and '.join(map(str, sorted(degrees)))} deg; the ideal machine, with which the case is compared, goes "
-        "straight on there, and its forces have no limit"
-    ]
-
-
-def _unchecked_wear(joint: Joint) -> list[str]:
-    """Return a warning if a joint's wear coefficient, unchecked by a hardness, exceeds those of all metals."""
-    assert joint.wear is not None  # only joints with wear
-    largest = max(map(max, joint.wear.coefficients().values()))
-    if largest <= _MAX_WEAR_COEFFICIENT:
-        return []
-    return [
-        f"joints.{joint.name}.wear: the coefficient {largest:.2g} m^2/N is above {_MAX_WEAR_COEFFICIENT:g}, which "
-        "metals do not reach; is it in mm^2/N? (1 mm^2/N is 1e-6 m^2/N); add `hardness` to check it"
-    ]

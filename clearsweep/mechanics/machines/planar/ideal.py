@@ -40,7 +40,6 @@ from .closure import (
     without_free_bodies,
 )
 from .form import (
-    FreeByLaw,
     Mass,
     Segment,
     applied_load,
@@ -369,7 +368,8 @@ class IdealMachine:
         generalised_inertia = np.einsum("ni,ni->n", momentum, states.derivative)
         centripetal = np.einsum("ni,ni->n", momentum, states.second_derivative) * rate**2
         load_torque = np.einsum("ni,ni->n", states.derivative, force) - centripetal
-        return (_torques(compile_drive(drive), rate, time) + load_torque) / generalised_inertia
+        torques = np.vectorize(functools.partial(torque_at, compile_drive(drive)), otypes=[float])(rate, time)
+        return (torques + load_torque) / generalised_inertia
 
     def add_force(self, force, states: MachineStates, endpoint: BodyPoint, applied: np.ndarray, torque) -> None:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
@@ -446,13 +446,6 @@ class IdealMachine:
             return given_speed
         generalised_inertia = float(np.mean(np.sum(self.inertia * states.derivative**2, -1)))
         return math.sqrt(4.0 * math.pi * abs(drive.stall_torque) / generalised_inertia) or 1.0
-
-
-def _torques(drive: tuple, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
-    """Return the torque (N m) of a free crank's drive at rates (N,) rad/s and times (N,) s."""
-    if isinstance(drive, FreeByLaw):
-        return np.array([torque_at(drive, x, t) for x, t in zip(*np.broadcast_arrays(rate, time), strict=True)])
-    return torque_at(drive, rate, time)
 
 
 def _without_history(machine: Machine) -> Machine:
