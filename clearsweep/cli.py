@@ -405,7 +405,8 @@ def draw(grid: Path, out: Path | None) -> None:
     "--out",
     type=_PATH,
     metavar="FILE",
-    help="Output file: a page (.html), the drawings (.svg, .png) or the forces (.csv). Default: DIR/CASE_ID.html.",
+    help="Output file: a page (.html), the drawings (.svg, .png), the motion (.gif, .webp) or the forces (.csv). "
+    "Default: DIR/CASE_ID.html.",
 )
 def show(directory: Path, case_id: str, out: Path | None) -> None:
     """Simulate one case again and draw its orbit, force and events. A unique prefix of CASE_ID is enough."""

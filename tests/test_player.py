@@ -2,15 +2,23 @@
 
 import base64
 import copy
+import io
+import sys
+from pathlib import Path
 
 import numpy as np
 import pytest
+from PIL import Image
+from ruamel.yaml import YAML
 from test_slot import GRID as SLOT
 
 import clearsweep
-from clearsweep.report.one_case.motion import motion_pictures, saved_channels
-from clearsweep.report.sections.cases import DRAWN_PENETRATION, player_data
+from clearsweep.language.errors import InputError
+from clearsweep.report.documents import animation
+from clearsweep.report.one_case.motion import crank_speed, history_of, motion_pictures, saved_channels
+from clearsweep.report.sections.cases import DRAWN_PENETRATION, load_sketch, player_data
 from clearsweep.report.study import prepare
+from clearsweep.store import durable
 
 CLEARANCE, LENGTH = 1e-4, 0.05
 GUIDE = {
@@ -67,6 +75,49 @@ def test_a_pin_in_a_slot_is_shown_between_walls_without_ends(tmp_path):
     assert joint["walls"]["half_length"] == 0.0
     assert not unpacked(joint["walls"]["tilt"]).any()
     assert not any("orbit" in picture.title for picture in motion_pictures(study, case_id, path))
+
+
+def area(outline):
+    """Return the area within a closed outline (n, 2)."""
+    x, y = np.asarray(outline).T
+    return 0.5 * abs(np.sum(x[:-1] * y[1:] - x[1:] * y[:-1]))
+
+
+def test_a_slot_is_drawn_as_a_slot_on_its_body_and_the_animation_has_frames(tmp_path, monkeypatch):
+    study, case_id, path, _ = moving(copy.deepcopy(SLOT) | {"name": "slot"}, tmp_path)
+    (slot,) = [joint for joint in load_sketch(study, case_id).joints if joint.slot is not None]
+    length, radius = (study.value(case_id, f"joints.{slot.name}.{key}") for key in ("slot_length", "bearing_radius"))
+    assert area(slot.slot) == pytest.approx(2.0 * radius * length + np.pi * radius**2, rel=0.01)
+    walls = [wall for body in player_data(study, case_id, path).data["bodies"] for wall in body["walls"]]
+    assert [area(wall) for wall in walls] == pytest.approx([area(slot.slot)])
+    monkeypatch.setattr(animation, "FRAMES", 3)
+    for ending in animation.FORMS:
+        content = animation.animation_bytes(study, case_id, path, ending)
+        with Image.open(io.BytesIO(content)) as image:
+            assert image.n_frames == 3
+        (tmp_path / f"case{ending}").write_bytes(content)
+        durable.check_output(tmp_path / f"case{ending}")  # which may be replaced
+    monkeypatch.setitem(sys.modules, "PIL", None)
+    with pytest.raises(InputError, match="needs Pillow"):
+        animation.animation_bytes(study, case_id, path, ".gif")
+
+
+@pytest.mark.slow
+def test_a_start_up_is_over_time_from_its_beginning(tmp_path):
+    source = YAML(typ="safe").load(Path(__file__).parents[1] / "configs/start_up.yaml")
+    del source["sweep"]
+    source["simulate"]["revolutions"] = 3
+    study, case_id, path, _ = moving(source, tmp_path)
+    time, turned = path["t"], np.ptp(path["crank_angle"])
+    speed = crank_speed(history_of(study, case_id, path))
+    assert (time[0], speed[0]) == (0.0, 0.0)
+    assert np.trapezoid(speed, time) == pytest.approx(turned, rel=1e-3)
+    data = player_data(study, case_id, path).data
+    np.testing.assert_allclose(unpacked(data["time"]), time, rtol=1e-6)
+    assert [chart["name"] for chart in data["charts"]][:2] == ["crank speed", "normal force"]
+    assert data["charts"][0]["unit"] == "rpm"
+    titles = [picture.title for picture in motion_pictures(study, case_id, path)]
+    assert {"Crank speed", "Crank torque", "Normal force"} <= set(titles)
 
 
 def test_a_journal_has_an_orbit_and_no_straight_walls(tmp_path):

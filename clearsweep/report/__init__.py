@@ -99,7 +99,8 @@ def figures(run: "StoredRun", directory: str | Path, form: str = "svg", width: s
 def show(run: "StoredRun", case_id: str, out: str | Path) -> Path:
     """Simulate one case of a run again and draw it, as HTML, SVG or PNG by the ending of `out`; return its path.
 
-    As CSV the file has the forces in the joints over time, in the fixed frame.
+    As GIF or WebP it shows the mechanism in motion.  As CSV it has the forces in the joints over time, in the fixed
+    frame.
     """
     from .documents import page
 

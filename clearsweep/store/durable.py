@@ -30,7 +30,7 @@ _KINDS = {
 _TEMPORARY = re.compile(r"\.clearsweep-([0-9a-f]{16}\.(part|note|work|stop)|stop|run\.work)")
 _LIFE_LOG = re.compile(r"\.clearsweep-([0-9a-f]{16})\.life")  # file from which the next run of the case resumes
 _OWN_MARK = b"clearsweep"  # in the first or last MARKED bytes of a page or picture, after one of _OWN_STARTS
-_OWN_STARTS = (b"<!doctype html", b"<?xml", b"<svg", b"<!-- drawn by", b"\x89PNG", b"%PDF")
+_OWN_STARTS = (b"<!doctype html", b"<?xml", b"<svg", b"<!-- drawn by", b"\x89PNG", b"%PDF", b"GIF8", b"RIFF")
 _MARKED = 4096  # bytes
 _SET_ASIDE = re.compile(r"[0-9a-f]{16}-[0-9a-f]{16}\.(h5|parquet)\.damaged")
 

@@ -17,15 +17,15 @@ from ...language import phases, wording
 from ...language.errors import InputError
 from ...store import StoredRun, durable
 from .. import sections
-from ..blocks.picture import Picture, draw_svg, painted
+from ..blocks.picture import Picture, draw_svg
 from ..blocks.section import Section, page_script, safe_json, style_sheets
 from ..one_case import joints
 from ..one_case.joints import joint_forces, mechanism_picture
 from ..one_case.motion import motion_pictures, onset_pictures
-from ..plot.items import PAPER, text_svg
 from ..sections.identified import compare_signals, overlay_section
 from ..study import Study, prepare, resolve_cases
-from .paper import FigureOptions, drawing_bytes, write_figures
+from . import animation
+from .paper import FigureOptions, drawing_bytes, panels_svg, write_figures
 
 # The report: one self-contained HTML file; its tables and pictures as files.
 
@@ -151,17 +151,16 @@ def write_page(text: str, out: Path) -> Path:
 # One case, simulated again and drawn: orbit, force, output, drive, contact onsets and wear; its pin forces as CSV.
 
 MIN_SAMPLES = 1440  # per revolution at least, so that single contacts show
-PANEL_COLUMNS, PANEL_SIZE, PANEL_DOTS = 2, (5.2, 3.2), 150  # of a PNG or SVG; inches; dots per inch
-TITLE_HEIGHT = 20.0  # points
+PANEL_SIZE, PANEL_DOTS = (5.2, 3.2), 150  # of a PNG or SVG; inches; dots per inch
 MECHANISM_ENDINGS = (".svg", ".png")
 MARK = "<!-- drawn by clearsweep -->"  # recognised by `durable.check_output`
-ENDINGS = (".html", ".png", ".svg", ".csv")
+ENDINGS = (".html", ".png", ".svg", ".csv", ".gif", ".webp")
 
 
 def show(run: StoredRun, case_id: str, out: Path) -> Path:
     """Simulate a case of a run again and draw it, as HTML, PNG or SVG by the ending of `out`; return `out`.
 
-    As CSV the file has the forces in the joints over time.
+    As GIF or WebP the file shows the mechanism in motion.  As CSV the file has the forces in the joints over time.
     """
     if out.suffix.lower() not in ENDINGS:
         raise InputError(f"{out}: cannot write a file that ends in {out.suffix!r}; use one of {', '.join(ENDINGS)}")
@@ -183,6 +182,10 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
         content = forces.to_csv(index=False, lineterminator="\n").encode()
         durable.replace_output(out, content, content.partition(b"\n")[0])
         return out
+    if out.suffix.lower() in animation.FORMS:
+        with phases.phase("drawing the motion"):
+            durable.replace_output(out, animation.animation_bytes(study, case_id, result.channels, out.suffix.lower()))
+        return out
     pictures = case_pictures(study, case_id, result)
     with phases.phase("drawing"):
         if out.suffix.lower() == ".html":
@@ -194,6 +197,8 @@ def case_to_draw(study: Study, case_id: str) -> Case:
     """Return a case of a run in SI, set to save its history with a fine sampling."""
     case = resolve_cases(study, [case_id])[0]
     orbits = "last" if case.save.orbits == "none" else case.save.orbits
+    if study.is_start_up:
+        orbits = "all"
     return case._replace(save=case.save._replace(orbits=orbits, samples=max(case.save.samples, MIN_SAMPLES)))
 
 
@@ -233,30 +238,6 @@ def _write_panels(pictures: list[Picture], title: str, out: Path) -> Path:
     svg = panels_svg([picture._replace(size=PANEL_SIZE) for picture in pictures], title)
     durable.replace_output(out, drawing_bytes(svg, out.suffix[1:].lower(), dots_per_inch=PANEL_DOTS))
     return out
-
-
-def panels_svg(pictures: list[Picture], title: str = "") -> str:
-    """Return pictures of one size below each other, in two columns if they are several, each under its title."""
-    columns = min(PANEL_COLUMNS, len(pictures))
-    picture_width, picture_height = (72.0 * side for side in pictures[0].size)
-    title_lines, row_height = title.split("\n") if title else [], picture_height + TITLE_HEIGHT
-    top = TITLE_HEIGHT * len(title_lines)
-    width, height = columns * picture_width, top + -(-len(pictures) // columns) * row_height
-    parts = [
-        f'<svg width="{width:g}pt" height="{height:g}pt" viewBox="0 0 {width:g} {height:g}" '
-        f'xmlns="http://www.w3.org/2000/svg"><rect width="{width:g}" height="{height:g}" style="fill: {PAPER}"/>'
-    ]
-    parts += [
-        text_svg(line, 0.5 * width, TITLE_HEIGHT * (k + 0.7), 10.0, "middle") for k, line in enumerate(title_lines)
-    ]
-    for number, picture in enumerate(pictures):
-        row, column = divmod(number, columns)
-        sheet, box = painted(picture)
-        heading = text_svg(picture.title, 0.5 * picture_width, 0.7 * TITLE_HEIGHT, 9.0, "middle")
-        drawing = f'<g transform="translate(0 {TITLE_HEIGHT:g})">{sheet.svg(f"panel{number}", box)}</g>'
-        place = f"translate({column * picture_width:g} {top + row * row_height:g})"
-        parts.append(f'<g transform="{place}">{heading}{drawing}</g>')
-    return "".join([*parts, "</svg>"])
 
 
 def draw_grid(source: Path, out: Path) -> Path:

@@ -14,6 +14,7 @@ from ...store import durable
 from ..blocks.picture import Picture, painted
 from ..blocks.section import Section
 from ..blocks.table import escape_markdown
+from ..plot.items import PAPER, text_svg
 
 FORMS = ("svg", "pdf", "png")
 DOTS_PER_INCH = 600  # in PNG files and in images inside the other formats
@@ -86,6 +87,33 @@ def drawing_bytes(svg: str, form: str, scale: float = 1.0, *, dots_per_inch: int
     from .figure_file import file_bytes  # loads all of matplotlib, which a page does without
 
     return file_bytes(svg, form, scale, dots_per_inch)
+
+
+PANEL_COLUMNS, TITLE_HEIGHT = 2, 20.0  # of pictures in one drawing; points
+
+
+def panels_svg(pictures: list[Picture], title: str = "") -> str:
+    """Return pictures of one size below each other, in two columns if they are several, each under its title."""
+    columns = min(PANEL_COLUMNS, len(pictures))
+    picture_width, picture_height = (72.0 * side for side in pictures[0].size)
+    title_lines, row_height = title.split("\n") if title else [], picture_height + TITLE_HEIGHT
+    top = TITLE_HEIGHT * len(title_lines)
+    width, height = columns * picture_width, top + -(-len(pictures) // columns) * row_height
+    parts = [
+        f'<svg width="{width:g}pt" height="{height:g}pt" viewBox="0 0 {width:g} {height:g}" '
+        f'xmlns="http://www.w3.org/2000/svg"><rect width="{width:g}" height="{height:g}" style="fill: {PAPER}"/>'
+    ]
+    parts += [
+        text_svg(line, 0.5 * width, TITLE_HEIGHT * (k + 0.7), 10.0, "middle") for k, line in enumerate(title_lines)
+    ]
+    for number, picture in enumerate(pictures):
+        row, column = divmod(number, columns)
+        sheet, box = painted(picture)
+        heading = text_svg(picture.title, 0.5 * picture_width, 0.7 * TITLE_HEIGHT, 9.0, "middle")
+        drawing = f'<g transform="translate(0 {TITLE_HEIGHT:g})">{sheet.svg(f"panel{number}", box)}</g>'
+        place = f"translate({column * picture_width:g} {top + row * row_height:g})"
+        parts.append(f'<g transform="{place}">{heading}{drawing}</g>')
+    return "".join([*parts, "</svg>"])
 
 
 def _import_matplotlib() -> None:

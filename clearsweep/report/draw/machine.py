@@ -28,7 +28,7 @@ from . import (
 
 # Drawing of a mechanism: its bodies, joints and loads at the start, each with its name.
 
-_COLOURS = (BLUE, GREEN, ORANGE, PURPLE, "#56B4E9", "#8C6D31")
+BODY_COLOURS = (BLUE, GREEN, ORANGE, PURPLE, "#56B4E9", "#8C6D31")
 _DRIVE_ARROW = np.stack(
     [np.cos(np.arange(0.4, 5.2, 0.1)), np.sin(np.arange(0.4, 5.2, 0.1))], -1
 )  # the arrow of a drive
@@ -47,8 +47,10 @@ _DISTANCE_COST = np.repeat([0.0, 2.0, 5.0, 9.0], len(_DIRECTIONS))
 
 def drawing_extent(sketch: simulation.Sketch) -> tuple[np.ndarray, np.ndarray]:
     """Return the lower left and the upper right corner (m) of the drawing."""
-    point_arrays = [body.points for body in sketch.bodies] + [
-        load.anchor[None] for load in sketch.loads if load.anchor is not None
+    point_arrays = [
+        *(body.points for body in sketch.bodies),
+        *(load.anchor[None] for load in sketch.loads if load.anchor is not None),
+        *(joint.slot for joint in sketch.joints if joint.slot is not None),
     ]
     points = np.concatenate(point_arrays)
     return points.min(axis=0), points.max(axis=0)
@@ -80,9 +82,12 @@ def draw_mechanism(ax: Axes, sketch: simulation.Sketch) -> None:
     for joint in sketch.joints:
         if joint.guide is not None:
             labels.avoid(_draw_guide(ax, joint, joint.guide, size))
+        if joint.slot is not None:
+            ax.fill(*joint.slot.T, facecolor=PALE, edgecolor=RED, linewidth=1.2)
+            labels.avoid(joint.slot)
     moving_bodies = [body for body in sketch.bodies if body.name != GROUND]
     for number, body in enumerate(moving_bodies):
-        colour = _COLOURS[number % len(_COLOURS)]
+        colour = BODY_COLOURS[number % len(BODY_COLOURS)]
         labels.avoid(_draw_body(ax, body, colour))
         labels.add(body.name, body.points.mean(axis=0), colour, weight="bold")
     for joint in sketch.joints:
@@ -358,12 +363,24 @@ def draw_against_ideal(
     set_crank_angle_axis(ax, angle, has_legend=ideal is not None)
 
 
-def draw_over_time(ax: Axes, t: np.ndarray, values: np.ndarray, unit: str, name: str) -> None:
-    """Draw a quantity (SI) over time (s)."""
-    scale, time_scale = wording.scale(unit, values), wording.scale("s", t)
-    ax.plot(t / time_scale.factor, values / scale.factor, color=BLUE, linewidth=0.8)
+def draw_over_time(
+    ax: Axes, t: np.ndarray, values: np.ndarray, unit: str, name: str, ideal: np.ndarray | None = None
+) -> None:
+    """Draw a quantity (SI) over time (s) and, if available, the same in the ideal mechanism at equal crank angles."""
+    scale, time_scale = wording.scale(unit, values, speed="speed" in name), wording.scale("s", t)
+    ax.plot(
+        t / time_scale.factor,
+        values / scale.factor,
+        color=BLUE,
+        linewidth=0.8,
+        label="with clearance" if ideal is not None else "",
+    )
+    if ideal is not None:
+        ax.plot(t / time_scale.factor, ideal / scale.factor, color=RED, linewidth=1.2, linestyle="--", label="ideal")
     ax.set_labels(f"time [{time_scale.unit}]", f"{name} [{scale.unit}]")
     set_plain_axes(ax)
+    if ideal is not None:
+        ax.set_legend("above", columns=2)
 
 
 def draw_phase_portrait(ax: Axes, quantity: tuple[np.ndarray, str, str], rate: tuple[np.ndarray, str, str]) -> None:

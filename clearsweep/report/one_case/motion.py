@@ -42,7 +42,9 @@ from ..study import Joint, Study, joint_with_laws, resolve_cases
 # Pictures are chosen from the layout, channel by channel, so no mechanism is known by name.
 
 FULL_TURN = 2.0 * np.pi
+SPEED = "crank speed"
 FLAT_SIZE, SQUARE_SIZE = (4.2, 3.3), (4.2, 3.05)  # inches; a square next to a colour bar is as wide as it is high
+SAME_ANGLE = 1e-9  # rad, largest change of the difference of two angles that are those of one body
 ORBIT_CHANNELS = ("x", "y", "force_normal")  # channels of a joint needed for its orbit
 REFERENCE_FORCES = (
     ("force_p99", "p99"),
@@ -57,6 +59,7 @@ class History(NamedTuple):
     time: np.ndarray  # s
     angle: np.ndarray | None  # rad, of the drive, from 0 to 2 pi at first; None without a rotating drive
     first_angle: float = 0.0  # rad, full turns before that
+    is_over_time: bool = False  # whether pictures are over time: of a start-up
 
     def values(self, name: str) -> np.ndarray:
         """Return the values (SI) of one channel."""
@@ -65,10 +68,13 @@ class History(NamedTuple):
     def painter(
         self, values: np.ndarray, unit: str, name: str, ideal: np.ndarray | None = None
     ) -> Callable[[Axes], None]:
-        """Return a function that draws a quantity (SI) over the angle of the drive, or over time without rotation."""
+        """Return a function that draws a quantity (SI) over the angle of the drive, or over time.
+
+        That is without rotation, and for a start-up.
+        """
         angle = self.angle
-        if angle is None:
-            return lambda ax: draw_over_time(ax, self.time, values, unit, name)
+        if angle is None or self.is_over_time:
+            return lambda ax: draw_over_time(ax, self.time, values, unit, name, ideal)
         return lambda ax: draw_against_ideal(ax, angle, values, ideal, unit, name)
 
 
@@ -99,12 +105,26 @@ def history_of(study: Study, case_id: str, channels: Mapping) -> History:
     """Return the History of a case from its channels."""
     time, angle = np.asarray(channels[TIME], float), drive_angle(study, case_id, channels)
     first_angle = 0.0 if angle is None else FULL_TURN * np.floor(angle[0] / FULL_TURN + 1e-9)
-    return History(channels, time, None if angle is None else angle - first_angle, first_angle)
+    return History(channels, time, None if angle is None else angle - first_angle, first_angle, study.is_start_up)
+
+
+def crank_speed(history: History) -> np.ndarray:
+    """Return the speed (rad/s) of the crank at every sample of a rotating drive."""
+    assert history.angle is not None
+    for name in history.channels:
+        body, _, quantity = name.rpartition("/")
+        if quantity == "angle" and f"{body}/rate" in history.channels:
+            difference = history.values(name) - history.angle
+            if np.ptp(difference) < SAME_ANGLE:
+                return history.values(f"{body}/rate")
+    return np.gradient(history.angle, history.time, edge_order=2)
 
 
 def joint_histories(study: Study, case_id: str, history: History) -> list[JointHistory]:
     """Return the histories of joint forces, output acceleration and torque, each with its ideal."""
     ideal, histories = _ideal_motion(study, case_id, history), []
+    if history.is_over_time and history.angle is not None:
+        histories.append(JointHistory(SPEED, "rad/s", crank_speed(history)))
     for joint in study.joints:
         if f"joints/{joint.name}/force_normal" not in history.channels:
             continue
@@ -127,13 +147,23 @@ def joint_histories(study: Study, case_id: str, history: History) -> list[JointH
 def motion_pictures(study: Study, case_id: str, channels: Mapping) -> list[Picture]:
     """Return the pictures of one case from its channels, as far as available."""
     history = history_of(study, case_id, channels)
+    speed = _speed_pictures(history)
     joints = [picture for joint in study.joints for picture in _joint_pictures(study, case_id, joint, history)]
     output = _output_pictures(study, case_id, history)
     return (
-        [*joints, *output, *_torque_pictures(study, case_id, history)]
+        [*speed, *joints, *output, *_torque_pictures(study, case_id, history)]
         if output
-        else _channel_pictures(study, history) + joints
+        else [*speed, *_channel_pictures(study, history), *joints]
     )
+
+
+def _speed_pictures(history: History) -> list[Picture]:
+    """Return the crank speed over time of a start-up, [] for another motion."""
+    if not history.is_over_time or history.angle is None:
+        return []
+    speed = crank_speed(history)
+    alt = f"Crank speed over time, at most {wording.scale('rad/s', speed, speed=True).text(float(speed.max()), 4)}."
+    return [Picture("Crank speed", "", alt, history.painter(speed, "rad/s", SPEED), FLAT_SIZE, shown_in_player=True)]
 
 
 def onset_pictures(study: Study, case_id: str, events: Mapping, channels: Mapping) -> list[Picture]:
@@ -286,7 +316,7 @@ def _force_pictures(study: Study, case_id: str, joint: Joint, history: History) 
     force, joint_text = history.values(channel), study.joint_text(joint, ", joint {}")
     angle, levels = history.angle, _reference_levels(study, case_id, joint)
     abscissa, paint = "time", history.painter(force, "N", "normal force")
-    if angle is not None:
+    if angle is not None and not history.is_over_time:
         abscissa, paint = "crank angle", partial(draw_force, angle=angle, normal=force, levels=levels)
     alt = f"Normal force over {abscissa}, at most {_largest_text(force, 'N')} among the samples."
     return [Picture(f"Normal force{joint_text}", "", alt, paint, FLAT_SIZE, shown_in_player=True)]

@@ -18,6 +18,7 @@ from ..blocks.section import Block, Detail, Interactive, Note, Section, encode_f
 from ..blocks.table import columns_in_table
 from ..one_case.motion import (
     ORBIT_CHANNELS,
+    SPEED,
     History,
     has_straight_walls,
     history_of,
@@ -42,31 +43,47 @@ def player_data(study: Study, case_id: str, channels: Mapping) -> Interactive | 
     """Return the data of a case for the player, or None without rotation, picture or complete channels."""
     if not all(f"joints/{joint.name}/{name}" in channels for joint in study.joints for name in ORBIT_CHANNELS):
         return None
-    history, sketch = history_of(study, case_id, channels), _load_sketch(study, case_id)
-    bodies = _bodies(sketch, channels) if sketch else []
+    history, sketch = history_of(study, case_id, channels), load_sketch(study, case_id)
+    bodies = moving_bodies(sketch, channels) if sketch else []
     if history.angle is None or sketch is None or not bodies:
         return None
     samples = _shown_samples(study, channels)
     data = {
+        "time": encode_floats(history.time[samples]) if study.is_start_up else None,
         "angle": encode_floats(np.degrees(history.angle[samples])),
-        "bodies": [body | {key: encode_floats(body[key][samples]) for key in ("x", "y", "angle")} for body in bodies],
-        "ground": [joint.position.tolist() for joint in sketch.joints if joint.grounded and joint.guide is None],
+        "bodies": [_shown_body(body, samples) for body in bodies],
+        "ground": [
+            joint.position.tolist()
+            for joint in sketch.joints
+            if joint.grounded and joint.guide is None and joint.slot is None
+        ],
+        "walls": [
+            joint.slot.tolist() for joint in sketch.joints if joint.slot is not None and joint.guiding_body == GROUND
+        ],
         "joints": _joints(study, case_id, channels, samples, sketch),
         "charts": _charts(study, case_id, history, samples),
     }
     return Interactive("player", f"motion-of-{case_id}", f"Case {case_id} in motion", data, NO_SCRIPTS)
 
 
+def _shown_body(body: dict, samples: slice) -> dict:
+    """Return a body for the player: the shown samples of its motion."""
+    moving = {key: encode_floats(body[key][samples]) for key in ("x", "y", "angle")}
+    return {key: body[key] for key in ("began", "points", "walls")} | moving
+
+
 def _shown_samples(study: Study, channels: Mapping) -> slice:
-    """Return the slice of displayed samples."""
+    """Return the slice of displayed samples: those around the largest force, or every n-th of a whole start-up."""
     force = np.asarray(channels[f"joints/{study.most_loaded_joint().name}/force_normal"], float)
     if len(force) <= MAX_SAMPLES:
         return slice(None)
+    if study.is_start_up:
+        return slice(0, None, -(-len(force) // MAX_SAMPLES))
     start = min(max(int(force.argmax()) - MAX_SAMPLES // 2, 0), len(force) - MAX_SAMPLES)
     return slice(start, start + MAX_SAMPLES)
 
 
-def _load_sketch(study: Study, case_id: str) -> simulation.Sketch | None:
+def load_sketch(study: Study, case_id: str) -> simulation.Sketch | None:
     """Return the mechanism of a case at its start, or None if it has no picture or is from another version."""
     try:
         return simulation.sketch(resolve_cases(study, [case_id])[0])
@@ -74,10 +91,11 @@ def _load_sketch(study: Study, case_id: str) -> simulation.Sketch | None:
         return None
 
 
-def _bodies(sketch: simulation.Sketch, channels: Mapping) -> list[dict]:
+def moving_bodies(sketch: simulation.Sketch, channels: Mapping) -> list[dict]:
     """Return the moving bodies over time, or [] if a body has no channels.
 
-    Each has its points relative to the centre of mass at the start, and its position and angle over time.
+    Each has its points and the walls of its slots, relative to the centre of mass at the start, and its position and
+    angle over time.
     """
     bodies = []
     for body in sketch.bodies:
@@ -86,10 +104,23 @@ def _bodies(sketch: simulation.Sketch, channels: Mapping) -> list[dict]:
             continue
         if not {f"{name}/x", f"{name}/y"} <= set(channels):
             return []
+        walls = [
+            (joint.slot - body.center).tolist()
+            for joint in sketch.joints
+            if joint.slot is not None and joint.guiding_body == body.name
+        ]
         x, y = (np.asarray(channels[f"{name}/{key}"], float) for key in ("x", "y"))
         angle = np.asarray(channels.get(f"{name}/angle", np.full(len(x), body.angle)), float)
         bodies.append(
-            {"began": body.angle, "points": (body.points - body.center).tolist(), "x": x, "y": y, "angle": angle}
+            {
+                "began": body.angle,
+                "center": body.center,
+                "points": (body.points - body.center).tolist(),
+                "walls": walls,
+                "x": x,
+                "y": y,
+                "angle": angle,
+            }
         )
     return bodies
 
@@ -157,7 +188,7 @@ def _zero_rounding_errors(values: np.ndarray) -> np.ndarray:
 def _charts(study: Study, case_id: str, history: History, samples: slice) -> list[dict]:
     charts = []
     for curve in joint_histories(study, case_id, history):
-        scale = wording.scale(curve.unit, curve.actual[samples])
+        scale = wording.scale(curve.unit, curve.actual[samples], speed=curve.name == SPEED)
         lines = [("with clearance", _zero_rounding_errors(curve.actual), "accent", False)]
         if curve.ideal is not None:
             lines.append(("ideal", _zero_rounding_errors(curve.ideal), "mark", True))

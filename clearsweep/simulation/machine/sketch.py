@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...contracts.case import Case
-from ...contracts.machine import GROUND, Braking, Constant, Guide, Machine, Push, Rubbing, Spring
+from ...contracts.machine import GROUND, Braking, Constant, Guide, Machine, Push, Rubbing, Slot, Spring
 from ...language.errors import InputError
 from ...mechanics.machines import planar
 from ...mechanics.machines.planar.ideal import ideal_of
@@ -33,8 +33,9 @@ class SketchedJoint(NamedTuple):
     has_clearance: bool  # it has clearance
     driven: bool
     grounded: bool  # one of its bodies is the ground
-    guiding_body: str = ""  # the body with the walls of a guide
-    sliding_body: str = ""  # the body in a guide
+    guiding_body: str = ""  # the body with the walls of a guide or a slot
+    sliding_body: str = ""  # the body in a guide or a slot
+    slot: np.ndarray | None = None  # (n, 2) m, the wall of a slot; None for another joint
 
 
 class SketchedLoad(NamedTuple):
@@ -73,7 +74,7 @@ def sketch(case: Case) -> Sketch | None:
         position: np.ndarray = origin + np.array([c * x - s * y, s * x + c * y])
         return position
 
-    clearance_joints = {joint.name for joint in case.joints}
+    clearance_joints = {joint.name: joint for joint in case.joints}
     joints: list[SketchedJoint] = []
     carried_points: dict[str, list[np.ndarray]] = {name: [] for name in machine.bodies}
     for joint in machine.joints:
@@ -81,7 +82,13 @@ def sketch(case: Case) -> Sketch | None:
         guide = joint.axis + frames[joint.proximal.body][1] if isinstance(joint, Guide) else None
         position = position_of(*joint.distal)
         grounded = GROUND in (joint.proximal.body, joint.distal.body)
-        guide_bodies = (joint.proximal.body, joint.distal.body) if guide is not None else ()
+        slot = None
+        if isinstance(joint, Slot):
+            open_joint = clearance_joints[joint.name]
+            direction = joint.axis + frames[joint.proximal.body][1]
+            slot = _slot_wall(
+                position_of(*joint.proximal), direction, open_joint.slot_length, open_joint.bearing_radius
+            )
         joints.append(
             SketchedJoint(
                 joint.name,
@@ -90,7 +97,9 @@ def sketch(case: Case) -> Sketch | None:
                 joint.name in clearance_joints,
                 joint.name == machine.driven,
                 grounded,
-                *guide_bodies,
+                joint.proximal.body if isinstance(joint, Guide | Slot) else "",
+                joint.distal.body if isinstance(joint, Guide | Slot) else "",
+                slot,
             )
         )
         for endpoint in endpoints:
@@ -125,6 +134,15 @@ def _frames(machine: Machine) -> dict[str, tuple[np.ndarray, float]]:
         cx, cy = machine.bodies[name].center
         frames[name] = (np.array([x - (c * cx - s * cy), y - (s * cx + c * cy)]), angle)
     return frames
+
+
+def _slot_wall(middle: np.ndarray, direction: float, length: float, radius: float) -> np.ndarray:
+    """Return the wall (n, 2) m of a slot: two half circles of a radius, their centres a length apart, joined."""
+    turn = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 13)
+    end = np.stack([0.5 * length + radius * np.cos(turn), radius * np.sin(turn)], -1)
+    x, y = np.concatenate([end, -end, end[:1]]).T
+    c, s = math.cos(direction), math.sin(direction)
+    return middle + np.stack([c * x - s * y, s * x + c * y], -1)
 
 
 def _center(machine: Machine, frames: dict, name: str) -> np.ndarray:

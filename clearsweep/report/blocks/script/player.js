@@ -5,6 +5,9 @@ class Player {
     const data = dataOf(root.dataset.source);
     this.root = root;
     this.angle = unpacked(data.angle);
+    this.time = data.time && unpacked(data.time);  // of a start-up, whose histories are over time
+    this.along = this.time || this.angle;
+    this.walls = data.walls;
     this.ground = data.ground;
     this.bodies = data.bodies.map(body => ({...body, x: unpacked(body.x), y: unpacked(body.y), angle: unpacked(body.angle)}));
     this.joints = data.joints.map(joint => ({...joint, x: unpacked(joint.x), y: unpacked(joint.y), force: unpacked(joint.force),
@@ -18,11 +21,11 @@ class Player {
   build() {
     this.play = element("button", {type: "button", click: () => this.toggle()}, "Play");
     this.slider = element("input", {type: "range", min: 0, max: this.angle.length - 1, value: 0, step: 1,
-      "aria-label": "crank angle", input: () => this.go(Number(this.slider.value))});
+      "aria-label": this.time ? "time" : "crank angle", input: () => this.go(Number(this.slider.value))});
     const step = by => element("button", {type: "button", "aria-label": by < 0 ? "one sample back" : "one sample on",
       click: () => this.go(this.now + by)}, by < 0 ? "◀" : "▶");
     this.pace = element("select", {"aria-label": "pace"},
-      ...[["4 s a turn", 4], ["10 s a turn", 10], ["30 s a turn", 30]].map(([text, seconds]) => new Option(text, seconds)));
+      ...[4, 10, 30].map(seconds => new Option(this.time ? `${seconds} s in all` : `${seconds} s a turn`, seconds)));
     this.where = element("output");
     this.picture = element("canvas", {role: "img", "aria-label": "The mechanism in motion"});
     this.stage = element("div", {class: "stage"}, this.picture);
@@ -41,14 +44,16 @@ class Player {
     this.playing = !this.playing;
     this.play.textContent = this.playing ? "Pause" : "Play";
     if (!this.playing) return;
-    let before = null, place = this.now;
-    const perTurn = this.angle.length / Math.max((this.angle.at(-1) - this.angle[0]) / 360, 1e-9);
+    let before = null, place = this.along[this.now];
+    const pace = this.time ? this.along.at(-1) - this.along[0] : 360;
     const next = moment => {
       if (!this.playing) return;
-      if (before !== null) place += ((moment - before) / 1000 / Number(this.pace.value)) * perTurn;
+      if (before !== null) place += ((moment - before) / 1000 / Number(this.pace.value)) * pace;
       before = moment;
-      if (place >= this.angle.length - 1) place = 0;
-      this.go(Math.floor(place));
+      if (place >= this.along.at(-1)) place = this.along[0];
+      let shown = place < this.along[this.now] ? 0 : this.now;
+      while (this.along[shown + 1] <= place) shown++;
+      this.go(shown);
       requestAnimationFrame(next);
     };
     requestAnimationFrame(next);
@@ -58,7 +63,8 @@ class Player {
   go(place) {
     this.now = Math.min(Math.max(Math.round(place), 0), this.angle.length - 1);
     this.slider.value = this.now;
-    this.where.textContent = `${numberText(Math.round(this.angle[this.now] * 1e6) / 1e6)}°`;
+    const angle = `${numberText(Math.round(this.angle[this.now] * 1e6) / 1e6)}°`;
+    this.where.textContent = this.time ? `${numberText(this.time[this.now])} s, ${angle}` : angle;
     this.slider.setAttribute("aria-valuetext", this.where.textContent);
     this.drawMechanism();
     this.joints.forEach((joint, j) => {
@@ -92,13 +98,14 @@ class Player {
         scales: {x: {time: false}},
         legend: {show: false},
         cursor: {y: false, drag: {x: true, y: false}, sync: {key: this.root.dataset.source}},
-        axes: [{...axis, size: 34, incrs: [15, 30, 45, 90, 180, 360, 720, 1440], values: (_, ticks) => ticks.map(tick => `${tick}°`)},
+        axes: [this.time ? {...axis, size: 34, values: (_, ticks) => ticks.map(tick => `${numberText(tick)} s`)}
+          : {...axis, size: 34, incrs: [15, 30, 45, 90, 180, 360, 720, 1440], values: (_, ticks) => ticks.map(tick => `${tick}°`)},
           {...axis, size: 56, space: 20, values: (_, ticks) => ticks.map(numberText)}],
         series: [{}, ...chart.lines.map(each => ({width: 1.25, stroke: colour(each.colour), dash: each.dashed ? [6, 4] : undefined}))],
         hooks: {setCursor: [plot => {
           if (plot.cursor.event && plot.cursor.idx != null && plot.cursor.left >= 0) this.go(plot.cursor.idx);
         }], setScale: [() => this.mark()]},
-      }, [this.angle, ...chart.lines.map(each => each.values)], this.curves);
+      }, [this.along, ...chart.lines.map(each => each.values)], this.curves);
       plot.over.append(marker);
       return {plot, marker};
     });
@@ -107,24 +114,25 @@ class Player {
 
   /** Put the markers of the curves where the shown sample is. */
   mark() {
-    const first = this.angle[0], share = (this.angle[this.now] - first) / (this.angle.at(-1) - first || 1);
+    const first = this.along[0], share = (this.along[this.now] - first) / (this.along.at(-1) - first || 1);
     for (const {plot, marker} of this.plots || []) {
       const {min, max} = plot.scales.x, zoomed = min != null && max > min;
-      const place = zoomed ? (this.angle[this.now] - min) / (max - min) : share;
+      const place = zoomed ? (this.along[this.now] - min) / (max - min) : share;
       marker.hidden = place < 0 || place > 1;
       marker.style.left = `${100 * place}%`;
     }
   }
 
-  /** Return the points of a body at a sample, in m. */
-  points(body, k) {
+  /** Return points of a body at a sample, in m: those of its joints, or others of its drawing at the start. */
+  points(body, k, those = body.points) {
     const turn = body.angle[k] - body.began, c = Math.cos(turn), s = Math.sin(turn);
-    return body.points.map(([x, y]) => [body.x[k] + c * x - s * y, body.y[k] + s * x + c * y]);
+    return those.map(([x, y]) => [body.x[k] + c * x - s * y, body.y[k] + s * x + c * y]);
   }
 
   drawMechanism() {
     if (!this.limits) {
-      const all = this.bodies.flatMap(body => Array.from(this.angle, (_, k) => this.points(body, k)).flat());
+      const all = this.bodies.flatMap(body => Array.from(this.angle, (_, k) =>
+        this.points(body, k, [...body.points, ...body.walls.flat()])).flat()).concat(this.walls.flat());
       const xs = all.map(point => point[0]), ys = all.map(point => point[1]);
       const least = values => values.reduce((a, b) => Math.min(a, b)), most = values => values.reduce((a, b) => Math.max(a, b));
       this.limits = [least(xs), most(xs), least(ys), most(ys)];
@@ -142,7 +150,16 @@ class Player {
       context.lineTo(x + 10, y + 16);
       context.fill();
     }
+    const outline = (wall, stroke) => {
+      context.strokeStyle = stroke;
+      context.lineWidth = 1.5;
+      context.beginPath();
+      wall.map(at).forEach(point => context.lineTo(...point));
+      context.stroke();
+    };
+    this.walls.forEach(wall => outline(wall, colour("ink")));
     this.bodies.forEach((body, number) => {
+      body.walls.forEach(wall => outline(this.points(body, this.now, wall), BODY_COLOURS[number % BODY_COLOURS.length]));
       const points = this.points(body, this.now).map(at);
       context.strokeStyle = context.fillStyle = BODY_COLOURS[number % BODY_COLOURS.length];
       context.lineWidth = 5;
