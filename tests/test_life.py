@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from fake_physics import sweep
 from mechanism_cases import slider_crank
+from ruamel.yaml import YAML
 
 import clearsweep
 from clearsweep import grid, simulation, store
@@ -20,6 +21,7 @@ from clearsweep.simulation.analyses.life import BlockRecord, decoded, encoded
 from clearsweep.simulation.running.observed_run import restore, snapshot_of
 from clearsweep.simulation.running.run import Run
 from clearsweep.simulation.setup.start import control_of, start_of
+from clearsweep.sweeping import estimate
 
 LIFE = {"limit": "20 um", "joint": "rod-slider", "max_revolutions": 12, "tolerance": 0.2}
 WORN = {
@@ -55,6 +57,27 @@ def test_a_life_is_part_of_a_case_and_left_out_it_is_none():
     again = grid.load(loaded().resolved(), simulation.catalogue())
     assert again.case(0) == loaded().case(0)
     assert again.case_id(0) == loaded().case_id(0)
+
+
+def test_a_long_life_with_evolve_proposes_settings_that_take_less_time():
+    slow = {"simulate.tolerance": 1e-9, "simulate.revolutions": 40, "joints.rod-slider.wear.evolve": True}
+    case = loaded(slow, tolerance=0.05, max_revolutions=60).case(0)
+    lives = estimate.cheaper_lives(case)
+    short, coarse, rough, constant = lives
+    assert short == "simulate.revolutions: 5"
+    assert rough == "simulate.revolutions: 5, simulate.tolerance: 1e-6, life.tolerance: 0.2"
+    assert constant == "joints.rod-slider.wear.evolve: false"
+    for settings, cheaper in lives.items():  # each is the case of a grid with these lines
+        keys = dict(entry.split(": ") for entry in settings.split(", "))
+        written = {path: YAML(typ="safe").load(value) for path, value in keys.items()}
+        tolerance = written.pop("life.tolerance", 0.05)
+        assert loaded(slow | written, tolerance=tolerance, max_revolutions=60).case(0) == cheaper
+    assert estimate.cheaper_lives(loaded().case(0)) == {}  # without evolve the motion does not change
+    (text,) = estimate.cheaper_lives_texts(7200.0, {short: 5000.0, coarse: 1200.0, constant: 30.0}, 2.0)
+    assert "about 4 h" in text
+    assert f"`{coarse}` about 40 min" in text
+    assert f"`{short}`" not in text  # hardly faster
+    assert estimate.cheaper_lives_texts(7200.0, {short: 5000.0}, 1.0) == []
 
 
 def test_a_limit_can_be_swept():

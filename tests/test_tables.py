@@ -13,6 +13,8 @@ from mechanism_cases import slider_crank
 import clearsweep
 from clearsweep import grid, simulation
 from clearsweep.language.errors import InputError
+from clearsweep.report.blocks.table import case_table
+from clearsweep.report.study import prepare
 from clearsweep.simulation.machine.ideal import machine_of, mechanism_of
 
 GAP, SPEED = f"{JOINT}.clearance", "drive.speed"
@@ -117,7 +119,9 @@ def test_labels_are_in_the_summary_and_in_the_last_lines(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     Path("cases.csv").write_text("variant,mechanism.speed [m/s]\nslow,0.5\nfast,1.5\n", encoding="utf-8")
     source = (Path(__file__).parent.parent / "configs/impact_pair.yaml").read_text(encoding="utf-8")
-    Path("g.yaml").write_text(f"{source.partition('sweep:')[0]}cases: cases.csv\n", encoding="utf-8")
+    Path("g.yaml").write_text(
+        f"{source.partition('sweep:')[0]}cases: cases.csv\nlimits: {{pair_force_peak: 1 MN}}\n", encoding="utf-8"
+    )
     result = clearsweep.sweep("g.yaml", executor="serial", show_progress=False)
     summary = result.open().summary
     assert dict(zip(summary["mechanism.speed"], summary["variant"], strict=True)) == {0.5: "slow", 1.5: "fast"}
@@ -126,6 +130,13 @@ def test_labels_are_in_the_summary_and_in_the_last_lines(tmp_path, monkeypatch):
     facts = run_summary.of_run(result)
     assert {entry["swept"]["variant"] for entry in facts["worst"]} == {"slow", "fast"}
     assert "slow" in run_summary.run_text(facts)
+    (design,) = facts["answer"]["designs"]
+    assert set(design["labels"]["variant"]) == {"slow", "fast"}
+    study = prepare(result.open())
+    table = case_table(study, "peaks", "Peaks", [("pair_force_peak", "peak")], "pair_force_peak")
+    assert [column.name for column in table.columns][:2] == ["case_id", "variant"]
+    assert {row[1] for row in table.rows} == {"slow", "fast"}
+    assert study.setting(table.rows[0][0]).startswith(f"variant {table.rows[0][1]}")
 
 
 PRESSURES = {"crank_angle [deg]": [0, 90, 180, 270, 360], "pressure [bar]": [10.5, 3.25, 1.0, 2.0, 10.5]}

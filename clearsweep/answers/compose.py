@@ -83,7 +83,12 @@ class _Columns:
 def compose(source: Source) -> dict[str, Any]:
     """Return the answer of a run, with its sentences."""
     record, layout = source.record, source.layout
-    names = {column.name for column in layout.columns} | {*record["units"], "case_id", "status"}
+    names = {column.name for column in layout.columns} | {
+        *record["units"],
+        "case_id",
+        "status",
+        *record.get("case_labels", []),
+    }
     columns: Any = _Columns(source.read, names | {*(record.get("figures") or {})})
     own = own_cases(record, columns, source.base_laws)
     counts = source.counts

@@ -313,7 +313,8 @@ def _designs(cases: Cases) -> list[dict[str, Any]]:
         entry = _design(cases, rows_by_tuple, (conditions, tuples))
         if drawn:
             entry["share"] = _share(cases, rows_by_tuple, drawn, tuples)
-        designs.append({"values": cases.values_at(choices, design), **entry})
+        labels = cases.labels_of(np.concatenate([*rows_by_tuple.values()]))
+        designs.append({"values": cases.values_at(choices, design), **labels, **entry})
     return designs
 
 

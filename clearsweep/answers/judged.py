@@ -57,6 +57,12 @@ class Cases:
         """Return the varied paths with one of these roles."""
         return [path for path in self.paths if self.role_by_path[path] in names]
 
+    def labels_of(self, rows: np.ndarray) -> dict[str, dict[str, list[str]]]:
+        """Return under `labels` the texts that ride along with some judged cases, by header; {} without such texts."""
+        names = [name for name in self.record.get("case_labels") or [] if name in self._columns]
+        texts = {name: [str(text) for text in self.values(name)[rows].tolist()] for name in names}
+        return {"labels": {name: list(dict.fromkeys(each)) for name, each in texts.items()}} if names else {}
+
     def values(self, name: str) -> np.ndarray:
         """Return a column of the judged cases."""
         return _array(self._columns[name])[self._rows]

@@ -143,6 +143,11 @@ class Study(NamedTuple):
         """Return the axes whose values are few and shared by many cases, so that cases can be compared."""
         return tuple(axis for axis in self.swept() if not axis.is_scattered)
 
+    @property
+    def label_columns(self) -> list[str]:
+        """Return the columns of texts that ride along with the table of cases."""
+        return [name for name in self.run.grid.get("case_labels", []) if name in self.cases]
+
     def setting(self, case_id: str, omitted_axis: Axis | None = None) -> str:
         """Return the swept values of a case in words, except those of `omitted_axis`; '' if nothing is swept.
 
@@ -156,6 +161,8 @@ class Study(NamedTuple):
             if len(used_values) <= MAX_NAMED_AXES or axis_value[1] != self._most_common_value(axis_value[0])
         ]
         value_texts = [f"{axis.name} {axis.text(value)}" for axis, value in distinctive]
+        rows = self.cases if case_id in self.cases.index else self.failed
+        value_texts = [*(f"{name} {rows.at[case_id, name]}" for name in self.label_columns), *value_texts]
         return ", ".join(
             [*value_texts, "all other values as in most cases"] if len(distinctive) < len(used_values) else value_texts
         )
@@ -248,6 +255,7 @@ def prepare(run: StoredRun, *, shows_median: bool = False) -> Study:
     is_finished = np.concatenate([np.array(block["status"] == "ok", bool) for block in run.blocks(["status"])])
     is_grid_case = _is_grid_case(run)
     text_columns = {
+        *record.get("case_labels", []),
         "status",
         "message",
         EXCEEDED_COLUMN,

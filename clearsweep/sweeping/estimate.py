@@ -14,7 +14,7 @@ from .. import store
 from ..contracts.case import Case
 from ..grid import Grid, check_memory, first_case_history, key_units, leaves, recorded_history
 from ..language import phases
-from ..language.wording import count_text
+from ..language.wording import count_text, duration_text
 from . import sweep
 from .cluster import blockwise
 from .facts import first_and_last_value
@@ -30,6 +30,10 @@ MIN_COMPILE_SECONDS = 0.05  # s of compiling from which the start of the workers
 MAX_IMPORT_SECONDS = 2.0  # s of processor time before the estimate, at most, that a run takes, too
 FINISH_SECONDS = 0.5  # s of processor time of a run after its last case: merging, last lines
 SECONDS_PER_CASE = 1e-3  # s per case besides its motion: creating, committing and merging it
+LONG_LIFE = 3600.0  # s of a run of lives from which cheaper settings are timed
+CHEAPER_SHARE = 0.5  # of the time of a life that a cheaper setting may take
+SHORT_BLOCK = 4.0  # revolutions of a cheaper block
+COARSE_LIFE, COARSE_MOTION = 0.2, 1e-6  # cheaper `life.tolerance` and `simulate.tolerance`
 EVENT_BYTES = 26  # bytes of one event in orbits.h5
 
 
@@ -90,13 +94,14 @@ def estimate(
     )  # 1: nothing else runs here
     jobs = jobs or executors.cores()
     jobs = min(jobs, max(requested.cases, 1))
-    timed, start_up = _pilot(grid, requested, jobs, simulator)
+    timed, start_up, cheaper = _pilot(grid, requested, jobs, simulator)
     times, events = (
         [timed_case.seconds for timed_case in timed if timed_case.seconds is not None],
         [timed_case.events for timed_case in timed],
     )
     mean = float(np.mean(times)) if times else None
     warnings += _warnings_of(timed)
+    warnings += cheaper_lives_texts(mean, cheaper, requested.cases / jobs) if mean else []
     overhead = slowdown * (min(import_seconds, MAX_IMPORT_SECONDS) + FINISH_SECONDS) + reading_seconds + start_up
     case_count = requested.cases + added + further
     search_time = slowdown * choosing_seconds * added
@@ -213,6 +218,7 @@ class _Pilot(NamedTuple):
 
     timed: list[CaseTime]  # [] if the first case does not answer
     start_up: float = 0.0  # s until workers are started and have loaded their code from the cache
+    cheaper: dict[str, float] = {}  # noqa: RUF012 - never changed; settings that a life takes less with -> s of a case
 
 
 def _pilot(grid: Grid, requested: _Requested, worker_count: int, simulator: Simulator) -> _Pilot:
@@ -224,12 +230,71 @@ def _pilot(grid: Grid, requested: _Requested, worker_count: int, simulator: Simu
         try:
             working = store.Working(directory, "0" * 16)
             timed = _time_cases(workers, simulator, [grid.case(k) for k in requested.timed.tolist()], working)
+            run_seconds = _mean(timed) * requested.cases / worker_count
+            lives = cheaper_lives(grid.case(int(requested.timed[0]))) if run_seconds > LONG_LIFE else {}
+            cheaper = {
+                settings: seconds
+                for settings, case in lives.items()
+                if (seconds := _mean(_time_cases(workers, simulator, [case], working)))
+            }
         finally:
             workers.close()
         if compiled > MIN_COMPILE_SECONDS:  # what a run has to load is in the cache now
             workers, start_up, _ = _start_workers(worker_count, requested.kinds, simulator, directory)
             workers.close()
-        return _Pilot(timed, start_up)
+        return _Pilot(timed, start_up, cheaper)
+
+
+def _mean(timed: list[CaseTime]) -> float:
+    """Return the mean time (s) of the timed cases whose time is known, 0 if there are none."""
+    times = [timed_case.seconds for timed_case in timed if timed_case.seconds is not None]
+    return float(np.mean(times)) if times else 0.0
+
+
+def cheaper_lives(case: Case) -> dict[str, Case]:
+    """Return settings, as in a grid file, with which a life whose wear changes the motion takes less time.
+
+    Each with the case that has them; {} for another case.
+    """
+    worn = [joint for joint in case.joints if joint.wear and joint.wear.evolve]
+    if case.life is None or not worn:
+        return {}
+    lives: dict[str, Case] = {}
+    life, simulate, settings = case.life, case.simulate, []
+    if simulate.revolutions > simulate.discard + SHORT_BLOCK:
+        simulate = simulate._replace(revolutions=simulate.discard + SHORT_BLOCK)
+        settings.append(f"simulate.revolutions: {simulate.revolutions:g}")
+        lives[", ".join(settings)] = case._replace(simulate=simulate)
+    if simulate.tolerance < COARSE_MOTION:
+        simulate = simulate._replace(tolerance=COARSE_MOTION)
+        settings.append("simulate.tolerance: 1e-6")
+        lives[", ".join(settings)] = case._replace(simulate=simulate)
+    if life.tolerance < COARSE_LIFE:
+        settings.append(f"life.tolerance: {COARSE_LIFE:g}")
+        lives[", ".join(settings)] = case._replace(simulate=simulate, life=life._replace(tolerance=COARSE_LIFE))
+    lives[", ".join(f"joints.{joint.name}.wear.evolve: false" for joint in worn)] = case._replace(
+        joints=tuple(joint._replace(wear=joint.wear and joint.wear._replace(evolve=False)) for joint in case.joints)
+    )
+    return lives
+
+
+def cheaper_lives_texts(mean: float, cheaper: dict[str, float], cases_per_worker: float) -> list[str]:
+    """Return the settings with which lives take clearly less time, and these times; [] if there are none.
+
+    mean, cheaper : s of a case as written, and with other settings; cases_per_worker : cases one after another
+    """
+    found = {settings: seconds for settings, seconds in cheaper.items() if seconds < CHEAPER_SHARE * mean}
+    if not found:
+        return []
+    texts = [
+        f"`{settings}` about {duration_text(seconds * cases_per_worker)}"
+        for settings, seconds in sorted(found.items(), key=lambda item: -item[1])
+    ]
+    kept = " Without `evolve` a life keeps the wear rate of the new joint." if "evolve" in "".join(found) else ""
+    return [
+        f"the lives take about {duration_text(mean * cases_per_worker)}, because their wear changes the motion; "
+        f"cheaper settings, timed in the same way: {'; '.join(texts)}.{kept}"
+    ]
 
 
 def _start_workers(

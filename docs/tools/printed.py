@@ -8,6 +8,7 @@ sentences that quote the numbers are not changed.
 import contextlib
 import difflib
 import re
+import shutil
 import sys
 import tempfile
 from collections.abc import Iterator
@@ -47,19 +48,25 @@ def examples(page: Path) -> Iterator[Example]:
 
 
 def completed(block: str) -> dict:
-    """Return the grid of configs/slider_crank_restitution.yaml with the sections of `block`, without its sweep."""
+    """Return the grid of configs/slider_crank_restitution.yaml with the sections of `block`, without its sweep.
+
+    A block that extends another file is a whole grid.
+    """
+    if "extends" in (sections := YAML(typ="safe").load(block)):
+        return dict(sections)
     whole = YAML(typ="safe").load((CONFIGS / "slider_crank_restitution.yaml").read_text(encoding="utf-8"))
     del whole["sweep"]
-    for key, value in YAML(typ="safe").load(block).items():
+    for key, value in sections.items():
         whole[key] = {**whole[key], **value} if key in whole else value
     return whole
 
 
 def printed(example: Example) -> list[str]:
     """Return the lines that `clearsweep run` prints for the grid of an example."""
-    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(CONFIGS):  # where the tables are that grids name
+    with tempfile.TemporaryDirectory() as folder, contextlib.chdir(CONFIGS):
         grid = example.grid
         if isinstance(grid, dict):
+            shutil.copytree(CONFIGS, folder, dirs_exist_ok=True)  # files that grids name
             grid = Path(folder) / "grid.yaml"
             YAML(typ="safe").dump(example.grid, grid)
         result = CliRunner().invoke(verbs, ["run", str(grid), "--out", str(Path(folder) / "run"), "-j", "1"])

@@ -228,12 +228,13 @@ def case_table(
     available = [(column, heading) for column, heading in columns if column in study.cases]
     table_columns = (
         Column("case_id"),
+        *map(Column, study.label_columns),
         *axis_columns(study, study.swept()),
         *(Column(heading, study.unit(column)) for column, heading in available),
     )
     if sort_column not in dict(available) or study.cases.empty:
         return Table(key, title, "", table_columns, [])
-    column_names = [*(axis.path for axis in study.swept()), *(column for column, _ in available)]
+    column_names = [*study.label_columns, *(axis.path for axis in study.swept()), *(column for column, _ in available)]
     note = f"Sorted by {dict(available)[sort_column]}, {'smallest' if smallest else 'largest'} first."
     return Table(key, title, note, table_columns, CaseRows(study.cases, column_names, sort_column, smallest=smallest))
 

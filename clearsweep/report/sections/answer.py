@@ -517,6 +517,13 @@ def _reasons_sentence(study: Study) -> str:
 
 
 def _failure_table(study: Study) -> Table:
-    columns = (Column("case_id"), *axis_columns(study, study.swept()), Column("status"), Column("reason"))
-    shown_columns = [*(axis.path for axis in study.swept()), "status", "message"]
+    labels = study.label_columns
+    columns = (
+        Column("case_id"),
+        *map(Column, labels),
+        *axis_columns(study, study.swept()),
+        Column("status"),
+        Column("reason"),
+    )
+    shown_columns = [*labels, *(axis.path for axis in study.swept()), "status", "message"]
     return Table("failed", "Failed cases", "", columns, CaseRows(study.failed, shown_columns))
