@@ -30,6 +30,7 @@ MARK = b"drawn by clearsweep"  # recognised by `durable.check_output`
 class _Gap(NamedTuple):
     """A journal in its bearing; n samples."""
 
+    clearance: float  # m
     place: np.ndarray  # (n, 2) m, of the bearing in the fixed frame
     offset: np.ndarray  # (n, 2), of the journal centre, in clearances
     force: np.ndarray  # (n,) N
@@ -56,12 +57,12 @@ def animation_bytes(study: Study, case_id: str, channels: Mapping, ending: str) 
         raise InputError(f"show: a file that ends in {ending} needs Pillow; run `pip install pillow`") from None
     history = history_of(study, case_id, channels)
     scene = _scene(study, case_id, history)
-    magnification = _gap_radius(scene) / max(study.value(case_id, f"joints.{study.joints[0].title}.clearance"), 1e-30)
+    note = f"gap magnified {_gap_radius(scene) / scene.gaps[0].clearance:.2g} times" if scene.gaps else ""
     frames = []
     for k in _frame_indices(study, history):
         turn = "" if history.angle is None else f"{np.degrees(history.angle[k]):.0f}°"
         time = wording.quantity_text(float(history.time[k]), "s") if study.is_start_up else ""
-        title = ", ".join(filter(None, [time, turn, f"gaps magnified {magnification:.2g} times" if scene.gaps else ""]))
+        title = ", ".join(filter(None, [time, turn, note]))
         png = drawing_bytes(
             panels_svg([Picture(title, "", "", partial(_draw, scene=scene, k=k), SIZE)]), "png", dots_per_inch=DOTS
         )
@@ -86,7 +87,8 @@ def _scene(study: Study, case_id: str, history: History) -> _Scene:
         if clearance is None or has_straight_walls(study, joint):
             continue
         x, y, force = (history.values(f"joints/{joint.name}/{key}") for key in ("x", "y", "force_normal"))
-        gaps.append(_Gap(_place(sketched.position, bodies, len(x)), np.stack([x, y], -1) / float(clearance), force))
+        clearance, place = float(clearance), _place(sketched.position, bodies, len(x))
+        gaps.append(_Gap(clearance, place, np.stack([x, y], -1) / clearance, force))
     pinned = [joint for joint in sketch.joints if joint.grounded and joint.guide is None and joint.slot is None]
     return _Scene(
         [_moved(body, body["points"]) for body in bodies],

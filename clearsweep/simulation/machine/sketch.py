@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...contracts.case import Case
+from ...contracts.case import Case, Joint
 from ...contracts.machine import GROUND, Braking, Constant, Guide, Machine, Push, Rubbing, Slot, Spring
 from ...language.errors import InputError
 from ...mechanics.machines import planar
@@ -84,11 +84,8 @@ def sketch(case: Case) -> Sketch | None:
         grounded = GROUND in (joint.proximal.body, joint.distal.body)
         slot = None
         if isinstance(joint, Slot):
-            open_joint = clearance_joints[joint.name]
             direction = joint.axis + frames[joint.proximal.body][1]
-            slot = _slot_wall(
-                position_of(*joint.proximal), direction, open_joint.slot_length, open_joint.bearing_radius
-            )
+            slot = _slot_wall(position_of(*joint.proximal), direction, clearance_joints[joint.name])
         joints.append(
             SketchedJoint(
                 joint.name,
@@ -136,13 +133,15 @@ def _frames(machine: Machine) -> dict[str, tuple[np.ndarray, float]]:
     return frames
 
 
-def _slot_wall(middle: np.ndarray, direction: float, length: float, radius: float) -> np.ndarray:
-    """Return the wall (n, 2) m of a slot: two half circles of a radius, their centres a length apart, joined."""
+def _slot_wall(middle: np.ndarray, direction: float, joint: Joint) -> np.ndarray:
+    """Return the wall (n, 2) m of a slot: two half circles, their centres the length of the slot apart, joined."""
+    length, radius = joint.slot_length or 0.0, joint.bearing_radius or 0.0
     turn = np.linspace(-0.5 * math.pi, 0.5 * math.pi, 13)
     end = np.stack([0.5 * length + radius * np.cos(turn), radius * np.sin(turn)], -1)
     x, y = np.concatenate([end, -end, end[:1]]).T
     c, s = math.cos(direction), math.sin(direction)
-    return middle + np.stack([c * x - s * y, s * x + c * y], -1)
+    wall: np.ndarray = middle + np.stack([c * x - s * y, s * x + c * y], -1)
+    return wall
 
 
 def _center(machine: Machine, frames: dict, name: str) -> np.ndarray:
