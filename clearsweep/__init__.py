@@ -13,6 +13,7 @@ if os.name == "nt":
         "use the Windows Subsystem for Linux (WSL 2)"
     )
 os.environ.setdefault("ARROW_DEFAULT_MEMORY_POOL", "system")  # gives memory back; Arrow's own allocators keep 40 MB
+os.environ.setdefault("JE_ARROW_MALLOC_CONF", "background_thread:false")  # of an allocator that is not used
 
 __version__ = "0.1.0"
 

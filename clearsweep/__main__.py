@@ -7,7 +7,7 @@ import signal
 import sys
 
 from . import cli, exit_codes
-from .sweeping.pool import signals
+from .sweeping.pool import resources, signals
 
 
 def main() -> None:
@@ -18,6 +18,7 @@ def main() -> None:
     atexit.register(_leave, codes)
     signals.end_with_run()
     os.environ.pop("SOURCE_DATE_EPOCH", None)  # no result has a date, and scipy cannot be imported if it is no number
+    resources.make_start_cheap()
     try:
         cli.main()
     except SystemExit as outcome:

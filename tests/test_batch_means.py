@@ -156,6 +156,14 @@ def test_blocks_become_longer_as_a_run_grows_and_all_of_them_count():
     assert result.half_width == pytest.approx(student(whole))
 
 
+def test_quantiles_of_student_are_those_of_his_distribution():
+    freedoms = range(1, len(sums.STUDENT_QUANTILES) + 3)
+    quantiles = np.array(list(map(sums.student_quantile, freedoms)))
+    assert quantiles == pytest.approx(stats.t.ppf(0.975, freedoms), rel=1e-12)
+    assert quantiles[0] == pytest.approx(math.tan(0.475 * math.pi), rel=1e-12)
+    assert quantiles[1] == pytest.approx(0.95 * math.sqrt(2.0 / (1.0 - 0.95**2)), rel=1e-12)
+
+
 def test_neighbours_that_are_alike_widen_the_interval_up_to_a_limit():
     values = np.repeat([1.0, 2.0, 1.0, 2.0, 1.0, 2.0], 4)
     assert sums.half_width(values) == pytest.approx(student(values))

@@ -178,3 +178,9 @@ def test_too_few_revolutions_have_no_interval():
     changing = np.arange(72.0) * (-1.0) ** np.arange(72)  # neighbours are far apart
     assert window.quantiles(changing, (0.95,))[0].high == 70.0
     assert window.quantiles(changing[:71], (0.95,))[0].high is None
+
+
+@pytest.mark.parametrize(("count", "probability"), [(1, 0.5), (19, 0.95), (300, 0.5), (20_000, 0.975)])
+def test_numbers_of_successes_are_distributed_as_by_the_binomial_formula(count, probability):
+    expected = stats.binom.cdf(np.arange(count + 1), count, probability)
+    assert window.binomial_distribution(count, probability) == pytest.approx(expected, abs=1e-9)

@@ -1,9 +1,12 @@
 """Signals one upon the other: the first one decides the exit code and the way out, later ones change nothing."""
 
+import fcntl
+import os
 import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 from fake_physics import GOOD, grid
@@ -115,3 +118,48 @@ def test_a_killed_resource_tracker_leaves_no_word_on_stderr(tmp_path):
         [sys.executable, "tracked.py"], cwd=tmp_path, capture_output=True, text=True, check=False, timeout=120
     )
     assert (ended.returncode, ended.stderr) == (0, "")
+
+
+HOLDING = """
+import fcntl, os, threading, time
+from clearsweep.sweeping.pool import executors
+lock = open("lock", "w")
+fcntl.flock(lock, fcntl.LOCK_EX)
+threads = [threading.Thread(target=time.sleep, args=(600,), daemon=True)] if {threads} else []
+for thread in threads:
+    thread.start()
+pool = executors.Local(2)
+worker, server = pool.submit(os.getpid).result(60), pool.submit(os.getppid).result(60)
+print(worker, server, flush=True)
+time.sleep(600)
+"""
+
+
+def is_running(pid):
+    """Return whether a process runs."""
+    try:
+        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] != "Z"
+    except OSError:
+        return False
+
+
+@pytest.mark.skipif(sys.platform != "linux", reason="only Linux ends a process with its parent")
+@pytest.mark.parametrize("threads", [False, True])
+def test_workers_are_forks_of_a_process_with_one_thread_and_end_with_the_run(tmp_path, threads):
+    environment = os.environ | {"OPENBLAS_NUM_THREADS": "1"}
+    command = [sys.executable, "-c", HOLDING.format(threads=threads)]
+    process = subprocess.Popen(command, cwd=tmp_path, env=environment, stdout=subprocess.PIPE, text=True)
+    try:
+        worker, server = map(int, process.stdout.readline().split())
+        lines = [Path(f"/proc/{pid}/cmdline").read_bytes() for pid in (process.pid, server, worker)]
+        assert (lines[0] == lines[1]) is not threads  # a process with further threads is not forked
+        assert lines[1] == lines[2]
+        assert len(os.listdir(f"/proc/{server}/task")) == 1
+        files = {os.readlink(path) for pid in (server, worker) for path in Path(f"/proc/{pid}/fd").iterdir()}
+        assert str(tmp_path / "lock") not in files  # it would stay locked for as long as they last
+    finally:
+        process.kill()
+        process.communicate()
+    with (tmp_path / "lock").open() as lock:
+        fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    wait_for(lambda: not is_running(server) and not is_running(worker), seconds=30.0)

@@ -22,7 +22,7 @@ from clearsweep import store
 from clearsweep.contracts import results
 from clearsweep.language.errors import DirectoryError, InputError, StorageError
 from clearsweep.store import batch as batches
-from clearsweep.store import durable, merged
+from clearsweep.store import datasets, durable, merged
 from clearsweep.store.record import record_checksum
 
 
@@ -449,3 +449,14 @@ def test_numbers_of_a_column_are_nan_where_it_is_null():
     np.testing.assert_array_equal(batches.values_of(column), [1.5, np.nan, 3.0, np.nan, 5.0])
     np.testing.assert_array_equal(batches.values_of(column.slice(2, 2)), [3.0, np.nan])
     np.testing.assert_array_equal(batches.values_of(column.slice(4)), [5.0])
+
+
+@pytest.mark.parametrize("kind", [pa.float64(), pa.int64(), pa.string()])
+def test_few_rows_are_selected_and_read_as_arrow_does(kind, monkeypatch):
+    values = ["ab", None, "", "c", "ab"] if kind == pa.string() else [3, None, 2**60, -1, 0]
+    column, positions = datasets.column_of(values, kind).slice(1), np.array([3, 0, 2, 2])
+    few = datasets.rows_at(column, positions), datasets.values_of(column)
+    monkeypatch.setattr(datasets, "FEW_ROWS", 0)
+    assert few[0].equals(datasets.rows_at(column, positions))
+    assert few[0].to_pylist() == [values[1 + position] for position in positions]
+    np.testing.assert_array_equal(few[1], datasets.values_of(column))

@@ -189,6 +189,25 @@ class Display:
         self.bar: Any = None  # progress bar on a terminal
         self.last_printed, self.interval = time.monotonic(), FIRST_LINE_DELAY
         self.printed_phase: Phase | None = None  # phase printed last
+        self.stopped = threading.Event()
+        self.thread: threading.Thread | None = None
+
+    def start(self) -> None:
+        """Refresh the display now and then, in a thread."""
+        self.stopped.clear()
+        self.thread = threading.Thread(target=self._watch, name="clearsweep progress", daemon=True)
+        self.thread.start()
+
+    def stop(self) -> None:
+        """End the thread."""
+        self.stopped.set()
+        if self.thread is not None:
+            self.thread.join()
+
+    def _watch(self) -> None:
+        while not self.stopped.wait(REFRESH_INTERVAL):
+            with contextlib.suppress(Exception):  # stderr may be closed; an error in one line must not end the others
+                self.refresh()
 
     def refresh(self) -> None:
         """Print a line if one is due."""
@@ -244,24 +263,34 @@ def show_progress(enabled: bool = True) -> Iterator[None]:  # noqa: FBT001, FBT0
     if not enabled or _active_displays or sys.stderr is None:
         yield
         return
-    display, stopped = Display(), threading.Event()
-
-    def watch() -> None:
-        while not stopped.wait(REFRESH_INTERVAL):
-            with contextlib.suppress(Exception):  # stderr may be closed; an error in one line must not end the others
-                display.refresh()
-
+    display = Display()
     _active_displays.append(display)
-    thread = threading.Thread(target=watch, name="clearsweep progress", daemon=True)
-    thread.start()
+    display.start()
     try:
         yield
     finally:
-        stopped.set()
-        thread.join()
+        display.stop()
         _active_displays.remove(display)
         with contextlib.suppress(Exception):
             display.close()
+
+
+@contextlib.contextmanager
+def without_thread() -> Iterator[None]:
+    """Show no progress in this context, which needs a thread: a process with several threads must not be forked."""
+    for display in _active_displays:
+        display.stop()
+    try:
+        yield
+    finally:
+        for display in _active_displays:
+            display.start()
+
+
+def forget() -> None:
+    """Forget the work of the process of which this one is a fork."""
+    for known in (_open_phases, _listeners, _active_displays):
+        known.clear()
 
 
 def print_line(sentence: str) -> None:

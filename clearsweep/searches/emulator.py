@@ -210,7 +210,9 @@ class Posterior(NamedTuple):
         return [float(value) for value in np.interp(probabilities, cumulated, self.points[order, column])]
 
 
-def sample(likelihood: LikelihoodModel, inputs: int, rng: np.random.Generator, size: int, iterations: int) -> Posterior:
+def sample(
+    likelihood: LikelihoodModel, inputs: int, rng: "np.random.Generator", size: int, iterations: int
+) -> Posterior:
     """Return a weighted sample of the posterior on the unit cube, with a uniform prior.
 
     Each round draws near the likely points of the previous round (adaptive importance sampling,
@@ -238,7 +240,7 @@ def sample(likelihood: LikelihoodModel, inputs: int, rng: np.random.Generator, s
     return Posterior(points, weights / weights.sum(), squares, volumes)
 
 
-def _proposed_points(centres: np.ndarray, root: np.ndarray, rng: np.random.Generator, size: int) -> np.ndarray:
+def _proposed_points(centres: np.ndarray, root: np.ndarray, rng: "np.random.Generator", size: int) -> np.ndarray:
     """Return points of the unit cube: some uniform, the others around the centres; points outside are drawn again."""
     points = np.empty((0, centres.shape[1]))
     while len(points) < size:

@@ -223,7 +223,7 @@ class Identification:
         )
 
     def _posterior(
-        self, rng: np.random.Generator, *, is_last: bool
+        self, rng: "np.random.Generator", *, is_last: bool
     ) -> tuple[emulator.LikelihoodModel, emulator.Posterior, np.ndarray]:
         """Return the likelihood on the narrowed ranges, a sample of the posterior, and its most likely point.
 

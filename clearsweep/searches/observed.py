@@ -109,7 +109,7 @@ class ObservedSignal(NamedTuple):
         return phase_shift - features.TURN * (phase_shift > features.TURN / 2.0)
 
     def statistics(
-        self, history: Mapping[str, np.ndarray], noise_ratio: float, rng: np.random.Generator
+        self, history: Mapping[str, np.ndarray], noise_ratio: float, rng: "np.random.Generator"
     ) -> features.RevolutionStatistics:
         """Return the statistics of a case at the measured crank angle.
 
@@ -134,7 +134,7 @@ class Observation(NamedTuple):
     values: np.ndarray  # (features,)
     covariance: np.ndarray  # (features, features): scatter of the measurement, gain error and model error
 
-    def of_case(self, history: Mapping[str, np.ndarray], noise: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+    def of_case(self, history: Mapping[str, np.ndarray], noise: np.ndarray, rng: "np.random.Generator") -> np.ndarray:
         """Return the feature vector (features,) of a case; noise : (signals,) shares of the signals' rms."""
         vectors = []
         for observed, noise_ratio in zip(self.signals, noise.tolist(), strict=True):

@@ -215,7 +215,7 @@ class Optimisation:
             yield {path: proposal.params[path] for path in self.optimise.over}
         yield from points
 
-    def _surrogate_points(self, count: int, rng: np.random.Generator) -> list[Point]:
+    def _surrogate_points(self, count: int, rng: "np.random.Generator") -> list[Point]:
         """Return points where a surrogate model of the objective predicts better cases; a sampler stops too early.
 
         They have the categories of the best case; the model uses only cases with the same categories.
@@ -241,7 +241,7 @@ class Optimisation:
         ]
         return [{path: (fixed | point)[path] for path in self.optimise.over} for point in proposals]
 
-    def _evolved_points(self, count: int, rng: np.random.Generator) -> list[Point]:
+    def _evolved_points(self, count: int, rng: "np.random.Generator") -> list[Point]:
         """Return points near the front, or [] if it has few cases; a sampler by itself leaves gaps.
 
         They come from differential evolution (Storn and Price 1997, J. Global Optim. 11, 341).  Cases next to wide
@@ -364,7 +364,7 @@ def _distribution(choice: Choice) -> "optuna.distributions.BaseDistribution":
 
 
 def better_points(
-    known_points: np.ndarray, objective: np.ndarray, margins: np.ndarray, count: int, rng: np.random.Generator
+    known_points: np.ndarray, objective: np.ndarray, margins: np.ndarray, count: int, rng: "np.random.Generator"
 ) -> np.ndarray:
     """Return points of the unit cube at which a surrogate model predicts better results; none with too few cases.
 
@@ -411,7 +411,7 @@ def better_points(
     return existing[len(known_points) :]
 
 
-def _candidates_near(known_points: np.ndarray, rng: np.random.Generator) -> np.ndarray:
+def _candidates_near(known_points: np.ndarray, rng: "np.random.Generator") -> np.ndarray:
     """Return candidates around cases in order of merit: half around the first, a quarter around the next."""
     centres = known_points[np.minimum(rng.geometric(0.5, CANDIDATE_COUNT), len(known_points)) - 1]
     steps = LARGEST_STEP * 0.5 ** rng.integers(HALVINGS, size=(CANDIDATE_COUNT, 1))

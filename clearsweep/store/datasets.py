@@ -22,6 +22,7 @@ from .record import MisshapenError
 # Columns of Arrow tables: their fields, and their values as arrays of numpy and back, without loading pandas.
 
 
+FEW_ROWS = 1024  # rows of a column up to which Arrow's own functions would take less time than their loading, 65 ms
 LARGEST = 1e100  # size of a number in results, far above that of a grid; beyond, and if it is not finite, it is null
 
 
@@ -69,15 +70,23 @@ def values_of(column: pa.Array) -> np.ndarray:
 
 
 def words_of(column: pa.Array) -> np.ndarray:
-    """Return a column of texts as objects, None for null; equal texts are one object."""
-    if not len(column):
-        return np.empty(0, object)
+    """Return a column of texts as objects, None for null; equal texts of many are one object."""
+    if len(column) <= FEW_ROWS:
+        return np.array([*column.to_pylist(), None], object)[:-1]
     encoded = column.dictionary_encode()
     codes = np.frombuffer(encoded.indices.buffers()[1], "i4")[: len(column)].copy()
     codes[_nulls(encoded.indices)] = len(encoded.dictionary)
     vocabulary = np.array([*encoded.dictionary.to_pylist(), None], object)
     values: np.ndarray = vocabulary[codes]
     return values
+
+
+def rows_at(column: pa.Array, positions: np.ndarray) -> pa.Array:
+    """Return the rows of a column at some positions."""
+    if len(column) > FEW_ROWS:
+        return column.take(array_of([None, np.ascontiguousarray(positions, "i8")], pa.int64(), len(positions)))
+    values = column.to_pylist()
+    return column_of([values[position] for position in positions.tolist()], column.type)
 
 
 def _nulls(column: pa.Array) -> np.ndarray:

@@ -43,12 +43,12 @@ from .datasets import (
     TURNS,
     Contents,
     Dataset,
-    array_of,
     check_values,
     datasets,
     field_of,
     offset_datasets,
     peak_datasets,
+    rows_at,
     values_of,
 )
 from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE, RunDirectory, check_histories
@@ -114,12 +114,8 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
             with pa.ipc.new_stream(file, schema) as writer:
                 in_memory = list(columns)
                 for first, last in itertools.pairwise(bounds.tolist()):
-                    positions_in_batches = _index_array(order[first:last])
-                    writer.write_batch(
-                        pa.RecordBatch.from_arrays(
-                            [column.take(positions_in_batches) for column in in_memory], schema=schema
-                        )
-                    )
+                    selected = [rows_at(column, order[first:last]) for column in in_memory]
+                    writer.write_batch(pa.RecordBatch.from_arrays(selected, schema=schema))
             file.seek(0)
             sorted_rows.append((positions, bounds, pa.ipc.open_stream(file)))
         for k in range(len(group_bounds) - 1):
@@ -127,14 +123,13 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
             order = np.argsort(
                 np.concatenate([positions[bounds[k] : bounds[k + 1]] for positions, bounds, _ in sorted_rows])
             )
-            yield group.take(_index_array(order)).combine_chunks()
+            yield pa.Table.from_arrays([rows_at(column.combine_chunks(), order) for column in group.columns], schema)
 
 
 def _groups(columns: Iterable[pa.Array], order: np.ndarray, schema: pa.Schema) -> Iterator[pa.Table]:
     """Yield rows in an order, GROUP_ROWS at a time."""
-    positions = _index_array(order)
     # column by column: one of them fits into the processor's cache, all of them do not
-    ordered = pa.Table.from_arrays([column.take(positions) for column in columns], schema=schema)
+    ordered = pa.Table.from_arrays([rows_at(column, order) for column in columns], schema=schema)
     for first in range(0, len(order), GROUP_ROWS):
         yield ordered.slice(first, GROUP_ROWS)
 
@@ -170,10 +165,6 @@ def _join_columns(tables: list[list[pa.ChunkedArray]], schema: pa.Schema) -> Ite
         yield pa.chunked_array(chunks, field.type).combine_chunks()
         if number % 4 == 0:  # now and then, as it takes 1 ms
             pa.default_memory_pool().release_unused()  # the parts are small: malloc would keep the gaps they leave
-
-
-def _index_array(values: np.ndarray) -> pa.Array:
-    return array_of([None, np.ascontiguousarray(values, "i8")], pa.int64(), len(values))
 
 
 # ----------------------------------------------------------------------------------------------------------------------

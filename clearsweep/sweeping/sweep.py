@@ -352,7 +352,7 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
         unit, best_value, low, high = figure_assumed.value
         ranges[f"{figure_assumed.path} ({figure_assumed.name})"] = {"unit": unit, "min": best_value, "max": best_value}
         ranges[f"{figure_assumed.path} ({figure_assumed.name}, range)"] = {"unit": unit, "min": low, "max": high}
-    for index in np.unique(np.linspace(0, len(grid) - 1, SAMPLED_CASES).round().astype(int)).tolist():
+    for index in dict.fromkeys(np.linspace(0, len(grid) - 1, SAMPLED_CASES).round().astype(int).tolist()):
         case = grid.case(index)
         for name, (value, unit) in simulator.derived(case).items():
             has_same_unit = (

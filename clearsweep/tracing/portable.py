@@ -119,6 +119,13 @@ def coefficients_through(points: Any) -> Exact:
     return Exact(columns, denominator).transposed
 
 
+def integrals_through(points: Any) -> Exact:
+    """Return the integrals from 0 to x, divided by x, of the Lagrange polynomials of points: a row of powers each."""
+    rows, denominator = coefficients_through(points).transposed
+    multiple = math.lcm(*range(1, len(rows) + 1))
+    return Exact([[c * (multiple // (k + 1)) for k, c in enumerate(row)] for row in rows], denominator * multiple)
+
+
 def polynomial_through(function: Callable, degree: int) -> np.ndarray:
     """Return the coefficients, by powers, of the polynomial through a function at `chebyshev_points`."""
     points = chebyshev_points(degree + 1)

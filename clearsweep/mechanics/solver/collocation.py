@@ -17,50 +17,29 @@ All constants follow from the points by exact rational arithmetic.
 """
 
 import math
-from collections.abc import Iterable, Sequence
-from fractions import Fraction
 from math import comb
 
 import numpy as np
 
 from ...tracing.compiled.choosing import lane_range
 from ...tracing.compiled.family import inlined, kernel
+from ...tracing.portable import Exact, coefficients_through, integrals_through, powers
 from ..observe import NODE_FRACTIONS, POINTS, STAGES, START
 
 
-def lagrange_polynomials(points: Iterable[float]) -> list[list[Fraction]]:
-    """Return the Lagrange polynomials of points, as coefficients with the constant first."""
-    nodes, polynomials = [Fraction(x) for x in points], []
-    for j, node in enumerate(nodes):
-        coefficients, value_at_node = [Fraction(1)], Fraction(1)
-        for other_node in nodes[:j] + nodes[j + 1 :]:
-            lower, upper = [-other_node * c for c in coefficients] + [Fraction(0)], [Fraction(0), *coefficients]
-            coefficients = [a + b for a, b in zip(lower, upper, strict=True)]
-            value_at_node *= node - other_node
-        polynomials.append([c / value_at_node for c in coefficients])
-    return polynomials
+def centred_powers(count: int) -> Exact:
+    """Return the first `count` powers of x, from 0 on, as coefficients in u = 2 x - 1."""
+    rows = [[comb(k, m) * 2 ** (count - 1 - k) for m in range(count)] for k in range(count)]  # x = (1 + u) / 2
+    return Exact(rows, 2 ** (count - 1))
 
 
-def _centred_coefficients(coefficients: list[Fraction]) -> list[Fraction]:
-    """Return the coefficients in u = 2 x - 1 of a polynomial in x."""
-    polynomials = [Fraction(0)] * len(coefficients)
-    for c in reversed(coefficients):  # Horner's scheme with x = (1 + u) / 2
-        halves = [a / 2 for a in polynomials]
-        polynomials = [a + b for a, b in zip(halves, [Fraction(0), *halves[:-1]], strict=True)]
-        polynomials[0] += c
-    return polynomials
-
-
-_INTEGRALS = [
-    [c / (k + 1) for k, c in enumerate(part)] for part in lagrange_polynomials(POINTS)
-]  # over x, divided by x
 C = np.array(POINTS)
+_INTEGRALS = integrals_through(POINTS)
+_POWERS = powers(POINTS, STAGES + 1)
 #: (stage of the rate, stage of the state): the integral up to each stage.
-A = np.array(
-    [[float(sum(c * Fraction(x) ** (k + 1) for k, c in enumerate(part))) for x in POINTS] for part in _INTEGRALS]
-)
+A = (_INTEGRALS @ Exact([row[1:] for row in _POWERS.rows], _POWERS.denominator).transposed).rounded()
 #: (stage, power): from h times the rates at the stages to the coefficients of the interpolant, see `dense_component`.
-DENSE = np.array([[float(c) for c in _centred_coefficients(part)] for part in _INTEGRALS])
+DENSE = (_INTEGRALS @ centred_powers(STAGES)).rounded()
 WEIGHTS = np.ascontiguousarray(A[:, -1])
 HUGE = 1e300
 #: Parts of a sweep: all, only the rates, up to the velocities and internal states, the roots and coordinates.
@@ -190,36 +169,33 @@ CROSSING_TOLERANCE = 1e-12  # of a step: accuracy of the location of a crossing
 VALUES, WHOLE, PART, ROWS = range(4)
 
 
-def _of_powers(coefficients: Sequence[Fraction | int]) -> list[Fraction]:
-    """Return the Bernstein coefficients of a polynomial from those of its powers, the constant first."""
-    return [
-        sum((Fraction(comb(i, k) * c) / comb(DEGREE, k) for k, c in enumerate(coefficients[: i + 1])), Fraction(0))
-        for i in range(COEFFICIENTS)
-    ]
+def _of_powers() -> Exact:
+    """Return the Bernstein coefficients, except the first, of the powers from 0 on, a row for each."""
+    multiple = math.lcm(*(comb(DEGREE, k) for k in range(COEFFICIENTS)))
+    rows = [[comb(i, k) * multiple // comb(DEGREE, k) for i in range(1, COEFFICIENTS)] for k in range(COEFFICIENTS)]
+    return Exact(rows, multiple)
 
 
 def _tail_weights() -> list[list[float]]:
     """Return the weights of the coefficients that give the last two coefficients of the Legendre series."""
     n = DEGREE
     next_to_last_power, last_power = (
-        [Fraction(comb(n, k) * comb(k, i) * (-1) ** (k - i)) for i in range(COEFFICIENTS)] for k in (n - 1, n)
+        [comb(n, k) * comb(k, i) * (-1) ** (k - i) for i in range(COEFFICIENTS)] for k in (n - 1, n)
     )  # of x^(n - 1) and x^n; x^k leads P_k, shifted to (0, 1), with C(2 k, k), and P_n has -n / 2 as much of x^(n - 1)
-    next_to_last_weights = [a + b * Fraction(n, 2) for a, b in zip(next_to_last_power, last_power, strict=True)]
     return [
-        [float(x / comb(2 * k, k)) for x in weights] for k, weights in ((n - 1, next_to_last_weights), (n, last_power))
+        [(2 * a + b * n) / (2 * comb(2 * n - 2, n - 1)) for a, b in zip(next_to_last_power, last_power, strict=True)],
+        [b / comb(2 * n, n) for b in last_power],
     ]
 
 
+_FROM_POWERS = _of_powers()
 #: (node, coefficient except the first): from values at the nodes.
-FROM_VALUES = np.array([list(map(float, _of_powers(part)[1:])) for part in lagrange_polynomials(NODE_FRACTIONS)])
+FROM_VALUES = (coefficients_through(NODE_FRACTIONS).transposed @ _FROM_POWERS).rounded()
 #: (power, coefficient except the first): from the interpolant, see `collocation.dense_component`, minus the state at
 #: START; its power m is x (2 x - 1)^m.
-FROM_INTERPOLANT = np.array(
-    [
-        list(map(float, _of_powers([0, *[comb(m, k) * 2**k * (-1) ** (m - k) for k in range(m + 1)]])[1:]))
-        for m in range(STAGES)
-    ]
-)
+FROM_INTERPOLANT = (
+    Exact([[0, *(comb(m, k) * 2**k * (-1) ** (m + k) for k in range(STAGES))] for m in range(STAGES)], 1) @ _FROM_POWERS
+).rounded()
 TAIL_WEIGHTS = np.array(_tail_weights())
 
 

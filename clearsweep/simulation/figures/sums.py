@@ -18,6 +18,17 @@ from ...mechanics import observe
 from ...mechanics.solver.totals import Totals
 from .window import CONFIDENCE, DRY_FORCE_THRESHOLD, RARE_SHARE, Summed, Window, inflation_of, lag_correlation
 
+#: `student_quantile` of 1, 2, 3... degrees of freedom by scipy, which takes longer to load than a case to run.
+STUDENT_QUANTILES = (
+    12.706204736174694, 4.302652729749462, 3.1824463052837078, 2.7764451051977934, 2.5705818356363146,
+    2.4469118511449786, 2.364624251592784, 2.306004135204166, 2.262157162798205, 2.228138851986274,
+    2.200985160091639, 2.1788128296672284, 2.1603686564627913, 2.144786687917804, 2.131449545559776,
+    2.1199052992212546, 2.1098155778333156, 2.1009220402410382, 2.0930240544083087, 2.085963447265864,
+    2.0796138447276795, 2.0738730679040254, 2.0686576104190486, 2.0638985616280245, 2.0595385527532972,
+    2.0555294386428735, 2.0518305164802846, 2.0484071417952454, 2.045229642132703, 2.0422724563012378,
+    2.039513446396408, 2.0369333434601016, 2.0345152974493383, 2.0322445093177186, 2.030107928250343,
+    2.0280940009804502, 2.0261924630291093, 2.0243941639119694, 2.022690920036761, 2.021075390306273,
+)  # fmt: skip
 MIN_SKEWNESS = 1e-6  # of a mean: below, the correction for skewness is less than rounding
 
 
@@ -31,8 +42,6 @@ def half_width(values: np.ndarray) -> float:
     * The mean of skewed values is skewed as well. Its interval extends further to one side (Hall 1992, J. R. Stat. Soc.
       B 54:221, the cubic transformation); this side is returned.
     """
-    from scipy.special import stdtrit
-
     count = len(values)
     if count < 2:
         return math.inf
@@ -44,8 +53,16 @@ def half_width(values: np.ndarray) -> float:
     inflation = inflation_of(correlation + (1.0 + 3.0 * correlation) / count)
     standard_error = math.sqrt(sum_of_squares / (count * (count - 1)) * inflation)
     skewness = abs(float(np.sum(deviations**3))) * math.sqrt(count) / sum_of_squares**1.5
-    quantile = float(stdtrit(count - 1, 0.5 + 0.5 * CONFIDENCE))
-    return _longer_side(quantile, skewness * math.sqrt(inflation / count)) * standard_error
+    return _longer_side(student_quantile(count - 1), skewness * math.sqrt(inflation / count)) * standard_error
+
+
+def student_quantile(freedom: int) -> float:
+    """Return the end of the central 95 % of Student's distribution with `freedom` degrees of freedom."""
+    if freedom <= len(STUDENT_QUANTILES):
+        return STUDENT_QUANTILES[freedom - 1]
+    from scipy.special import stdtrit
+
+    return float(stdtrit(freedom, 0.5 + 0.5 * CONFIDENCE))
 
 
 def _longer_side(quantile: float, skewness: float) -> float:

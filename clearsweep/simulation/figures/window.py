@@ -96,14 +96,19 @@ def inflation_of(correlation: float) -> float:
 @lru_cache(1024)
 def _enclosing_ranks(count: int, probability: float) -> tuple[int | None, int | None]:
     """Return the ranks, from 0, that enclose a quantile, or None for too few values."""
-    from scipy.special import bdtr
-
-    cumulative = np.asarray(
-        bdtr(np.arange(count, dtype=float), count, probability)
-    )  # of at most 0, 1, ... values below
+    cumulative = binomial_distribution(count, probability)[:-1]  # of at most 0, 1, ... values below
     low = int(np.searchsorted(cumulative, TAIL_PROBABILITY, side="right")) - 1
     high = int(np.searchsorted(cumulative, 1.0 - TAIL_PROBABILITY))
     return (low if low >= 0 else None), (high if high < count else None)
+
+
+def binomial_distribution(count: int, probability: float) -> np.ndarray:
+    """Return the probabilities (count + 1,) of at most 0, 1, ... successes in `count` trials."""
+    successes = np.arange(1, count + 1)
+    ratios = (count + 1 - successes) / successes * (probability / (1.0 - probability))  # of each to one fewer
+    logarithms = np.concatenate([[0.0], np.cumsum(np.log(ratios))])
+    sums: np.ndarray = np.cumsum(np.exp(logarithms - logarithms.max()))
+    return sums / sums[-1]
 
 
 # Largest value to expect in many revolutions, from the values of some: extreme-value statistics of peaks.

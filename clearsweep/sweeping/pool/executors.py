@@ -8,29 +8,18 @@ import multiprocessing
 import os
 import pickle
 import signal
-import sys
 import threading
 import time
 from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Future
-from multiprocessing.context import SpawnContext, SpawnProcess
-from multiprocessing.process import BaseProcess
-from types import ModuleType
 from typing import Any, Protocol, TypeVar
 
 from pebble import CONSTS, ProcessExpired, ProcessPool
 
 from ...language.errors import InputError, SchedulerLostError, error_line
-from . import resources, signals, worker
+from . import forks, resources, signals, worker
+from .resources import THREAD_VARIABLES
 
-THREAD_VARIABLES = (
-    "OPENBLAS_NUM_THREADS",
-    "OMP_NUM_THREADS",
-    "MKL_NUM_THREADS",
-    "NUMEXPR_NUM_THREADS",
-    "VECLIB_MAXIMUM_THREADS",
-    "NUMBA_NUM_THREADS",
-)
 CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
 NODES = "nodes"  # not an executor: a driver on each node of a cluster, see `nodes`
 RECOUNT_INTERVAL = 2.0  # s between counts of a cluster's workers
@@ -82,34 +71,6 @@ class Executor(Protocol):
         """End all workers."""
 
 
-class _Process(SpawnProcess):
-    """A worker process that does not re-import the user's script, which may lack a `__main__` guard."""
-
-    @staticmethod
-    def _Popen(process_obj: BaseProcess) -> Any:  # noqa: N802 - the name that multiprocessing calls
-        main = sys.modules["__main__"]
-        sys.modules["__main__"] = ModuleType("__main__")
-        try:
-            return SpawnProcess._Popen(process_obj)
-        finally:
-            sys.modules["__main__"] = main
-
-
-class _Context(SpawnContext):
-    """The context of a pool, which knows the names of its locks."""
-
-    Process = _Process
-
-    def __init__(self) -> None:
-        self.lock_names: list[str] = []
-
-    def RLock(self) -> Any:  # noqa: N802 - the name that pebble calls
-        """Return a lock that processes share."""
-        lock: Any = super().RLock()
-        self.lock_names.append(lock._semlock.name)
-        return lock
-
-
 class Local:
     """Processes on this machine, one thread each; a process that dies loses only its own batch."""
 
@@ -123,11 +84,15 @@ class Local:
         self._pool = self._started()
 
     def _started(self) -> ProcessPool:
-        self._context = _Context()
-        with signals.shielded():
+        with signals.shielded(), contextlib.ExitStack() as undo:
             try:
-                pool = ProcessPool(self.worker_count, 0, worker.start_worker, (os.getpid(), self._load), self._context)
+                self._context = forks.Context(self._load)
+                undo.callback(self._context.close)
+                server = self._context.server
+                parent, load = (server.pid, no_preparation) if server else (os.getpid(), self._load)
+                pool = ProcessPool(self.worker_count, 0, worker.start_worker, (parent, load), self._context)
                 if pool.active:  # this call starts the workers
+                    undo.pop_all()
                     return pool
                 reason = ""
             except (OSError, BrokenExecutor) as error:
@@ -154,9 +119,10 @@ class Local:
         finally:
             self._pool.stop()
         for process in multiprocessing.active_children():
-            if isinstance(process, _Process):
+            if isinstance(process, forks.ForkedProcess | forks.SpawnedProcess):
                 process.kill()
         self._pool.join()
+        self._context.close()
         for name, value in self._environment.items():
             if value is None:
                 os.environ.pop(name, None)

@@ -1,6 +1,8 @@
 """Limits of the operating system: too low ones are refused at once, with the limit and the remedy."""
 
 import errno
+import gc
+import os
 import resource
 
 from ...language.errors import InputError
@@ -8,6 +10,34 @@ from ...language.errors import InputError
 MIN_ADDRESS_SPACE = 1_000_000_000  # bytes of address space for loading the modules of a run and compiling a scene
 ADVISED_ADDRESS_SPACE = 4_000_000  # kB, as for `ulimit -v`; the advised limit
 ADVISED_FILES = 256  # least advised number of open files
+THREAD_VARIABLES = (
+    "OPENBLAS_NUM_THREADS",
+    "OMP_NUM_THREADS",
+    "MKL_NUM_THREADS",
+    "NUMEXPR_NUM_THREADS",
+    "VECLIB_MAXIMUM_THREADS",
+    "NUMBA_NUM_THREADS",
+)  # environment variables with the number of threads of libraries, which read them when they are loaded
+
+
+_USUAL_THRESHOLDS = gc.get_threshold()
+_OBJECTS_OF_IMPORTS = 50_000  # that stay: the garbage collector would look through them again and again
+
+
+def make_start_cheap() -> None:
+    """Prepare this process, which ends with its command, for loading libraries.
+
+    They use one thread, unless the user set their number: a process with several cannot be forked, see `forks`.
+    """
+    gc.set_threshold(_OBJECTS_OF_IMPORTS, *_USUAL_THRESHOLDS[1:])
+    for name in THREAD_VARIABLES:
+        os.environ.setdefault(name, "1")
+
+
+def collect_as_usual() -> None:
+    """Collect garbage as Python does by default, but for the objects that there are now."""
+    gc.freeze()
+    gc.set_threshold(*_USUAL_THRESHOLDS)
 
 
 def check_space() -> None:

@@ -81,6 +81,7 @@ def catching() -> Iterator[None]:
 def in_worker() -> None:
     """Make this process ignore SIGINT and SIGHUP, which a terminal sends to all, and finish its case on
     SIGTERM; without a case it ends at once."""
+    _Request.signum, _Request.patient, _Request.leaving = 0, False, False  # as the process may be a fork of the parent
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     signal.signal(signal.SIGHUP, signal.SIG_IGN)
     signal.signal(signal.SIGTERM, _in_worker)

@@ -1,15 +1,11 @@
 """A worker process: computes the cases of a batch, commits them and returns its outcome."""
 
 import contextlib
-import ctypes
 import faulthandler
 import functools
-import gc
 import os
 import pickle
 import platform
-import signal
-import sys
 import time
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass
@@ -28,7 +24,7 @@ from ...grid import Grid
 from ...language import phases
 from ...language.errors import ClearsweepError, DirectoryError, InputError, StorageError, error_line
 from ...store import durable
-from . import resources, signals
+from . import forks, resources, signals
 from .options import NO_OPTIONS, Options
 
 # Cases that a driver sends to a worker.
@@ -80,7 +76,6 @@ CHUNK_SIZE = 64  # cases created at a time, in a third of the time of one by one
 CHECK_INTERVAL = 0.01  # s between checks for a request to stop
 ERROR_CHECK_COST = 10.0**0.125  # run time of an error check over that of the case, at a tenth of the tolerance
 OUT_OF_TIME = "time-budget"  # status of a case that exceeded its time
-_PR_SET_PDEATHSIG = 1
 STATUS_LENGTH = 22  # bytes for worker and case; after them a watchdog writes the position of a case that timed out
 
 
@@ -188,15 +183,13 @@ class BatchOutcome(NamedTuple):
 
 def start_worker(parent: int, load: Callable[[], None]) -> None:
     """Prepare a worker process: it ends with its parent, obeys signals between cases, and has its modules loaded."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:
-        os._exit(1)  # the parent ended before this call
+    forks.end_with(parent)
+    phases.forget()
     signals.in_worker()
     store.use_one_thread()
     with contextlib.suppress(Exception):  # an error comes up again in a case, where it is recorded
         load()
-    gc.freeze()  # loaded objects stay, so the garbage collector need not scan them
+    resources.collect_as_usual()
 
 
 class CaseTime(NamedTuple):

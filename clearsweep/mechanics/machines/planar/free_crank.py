@@ -13,7 +13,7 @@ from numpy.polynomial import legendre
 from ....contracts.machine import Motor
 from ....tracing.compiled.choosing import lane_range, rolled_range
 from ....tracing.compiled.family import Routine, entry, flatten, invoke, kernel, shaped
-from ....tracing.portable import Exact, coefficients_through, exact, inverse, powers
+from ....tracing.portable import exact, integrals_through, inverse, powers
 from ...observe import POINTS, STAGES
 from ..contract import accelerate, pose_at
 
@@ -28,11 +28,7 @@ MAX_ITERATIONS = 60  # most iterations; Newton's method needs three
 FRACTION_TOLERANCE = 1e-13  # of a step, of the time at which an angle is passed
 
 C = np.array(POINTS)
-_FROM_RATES, _LCM = coefficients_through(C).transposed, math.lcm(*range(1, STAGES + 1))
-_RISE = Exact(
-    [[number * (_LCM // (power + 1)) for power, number in enumerate(row)] for row in _FROM_RATES.rows],
-    _FROM_RATES.denominator * _LCM,
-)
+_RISE = integrals_through(C)
 _WITHOUT_FIRST = exact(np.eye(STAGES + 1)[:, 1:])
 #: (stage that gives, power): the rise over a share x of the step is h x times the sum of rates and powers of x.
 RISE = _RISE.rounded()
