@@ -107,8 +107,9 @@ def binomial_distribution(count: int, probability: float) -> np.ndarray:
     successes = np.arange(1, count + 1)
     ratios = (count + 1 - successes) / successes * (probability / (1.0 - probability))  # of each to one fewer
     logarithms = np.concatenate([[0.0], np.cumsum(np.log(ratios))])
-    sums: np.ndarray = np.cumsum(np.exp(logarithms - logarithms.max()))
-    return sums / sums[-1]
+    sums = np.cumsum(np.exp(logarithms - logarithms.max()))
+    cumulative: np.ndarray = sums / sums[-1]
+    return cumulative
 
 
 # Largest value to expect in many revolutions, from the values of some: extreme-value statistics of peaks.

@@ -21,7 +21,7 @@ from multiprocessing import connection, popen_fork, reduction
 from multiprocessing.context import SpawnContext, SpawnProcess, set_spawning_popen
 from multiprocessing.process import BaseProcess
 from types import ModuleType
-from typing import Any, ClassVar
+from typing import Any, ClassVar, cast
 
 from ...language import phases
 
@@ -63,7 +63,7 @@ class Context(SpawnContext):
         if self.server:
             self.server.close()
 
-    def Process(self, **arguments: Any) -> BaseProcess:  # noqa: N802 - the name that pebble calls
+    def Process(self, **arguments: Any) -> BaseProcess:  # type: ignore[override]  # noqa: N802 - as pebble calls it
         """Return a process that is not started yet."""
         return ForkedProcess(self.server, **arguments) if self.server else SpawnedProcess(**arguments)
 
@@ -120,8 +120,8 @@ class _Started(popen_fork.Popen):
         return len(self._files) - 1
 
     def _launch(self, process: BaseProcess) -> None:
-        content = BytesIO()
-        set_spawning_popen(self)
+        content, popen = BytesIO(), cast("Any", self)
+        set_spawning_popen(popen)
         try:
             reduction.dump(process, content)
         finally:
