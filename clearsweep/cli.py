@@ -152,6 +152,7 @@ def run(  # noqa: PLR0913 - one argument per option
     from .sweeping import summary
     from .sweeping.sweep import Options, check, load, sweep
 
+    resources.collect_as_usual()
     overrides = grids.read_options(grids.SET_OPTION, fixed), grids.read_options(grids.SWEEP_OPTION, swept)
     source = grids.OverriddenGrid(grid, *overrides)
     if fail_on_limits:
@@ -247,7 +248,6 @@ def report(  # noqa: PLR0913 - one argument per option
     """
     from . import report as reports
     from . import store
-    from .sweeping.merge import complete_run
 
     if len(directories) > 2 or (len(directories) == 2 and (all_cases or overlay)):
         raise InputError(
@@ -260,7 +260,12 @@ def report(  # noqa: PLR0913 - one argument per option
             _write(reports.compared(first, second), out or second.directory / "compared.html", **arguments)
         return
     directory = directories[0] if directories else store.newest_run(RESULTS)
-    opened = complete_run(directory) if all_cases else contextlib.nullcontext(reports.open(directory, partial=partial))
+    if all_cases:
+        from .sweeping.merge import complete_run
+
+        opened = complete_run(directory)
+    else:
+        opened = contextlib.nullcontext(reports.open(directory, partial=partial))
     with opened as stored, convert_write_errors(), shown_in(units):
         page = reports.page_of(stored, typical=median, measured=overlay)
         _write(page, out or directory / "report.html", **arguments)

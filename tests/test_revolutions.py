@@ -6,6 +6,7 @@ from mechanism_cases import slider_crank
 from scipy import stats
 
 import clearsweep
+from clearsweep.answers.statistics import binomial_distribution
 from clearsweep.simulation.analyses import reruns
 from clearsweep.simulation.figures import window
 from clearsweep.simulation.setup import start
@@ -183,4 +184,4 @@ def test_too_few_revolutions_have_no_interval():
 @pytest.mark.parametrize(("count", "probability"), [(1, 0.5), (19, 0.95), (300, 0.5), (20_000, 0.975)])
 def test_numbers_of_successes_are_distributed_as_by_the_binomial_formula(count, probability):
     expected = stats.binom.cdf(np.arange(count + 1), count, probability)
-    assert window.binomial_distribution(count, probability) == pytest.approx(expected, abs=1e-9)
+    assert binomial_distribution(count, probability) == pytest.approx(expected, abs=1e-9)

@@ -30,6 +30,16 @@ def binomial_interval(count: int, cases: int) -> tuple[float, float, float]:
     return float(test.statistic), float(interval.low), float(interval.high)
 
 
+def binomial_distribution(count: int, probability: float) -> np.ndarray:
+    """Return the probabilities (count + 1,) of at most 0, 1, ... successes in `count` trials."""
+    successes = np.arange(1, count + 1)
+    ratios = (count + 1 - successes) / successes * (probability / (1.0 - probability))  # of each to one fewer
+    logarithms = np.concatenate([[0.0], np.cumsum(np.log(ratios))])
+    sums = np.cumsum(np.exp(logarithms - logarithms.max()))
+    cumulative: np.ndarray = sums / sums[-1]
+    return cumulative
+
+
 def is_one_sample(record: Mapping[str, Any]) -> bool:
     """Return whether the cases of a run are one random sample, by its run.json."""
     sample = record.get("sample") or {}

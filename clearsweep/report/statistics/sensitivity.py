@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...answers.statistics import CONFIDENCE, QUANTILES, Estimate, binomial_interval
+from ...answers.statistics import CONFIDENCE, QUANTILES, Estimate, binomial_distribution, binomial_interval
 from ...answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN
 from ...contracts.layout import DIFFERENCE
 from ...language.errors import InputError
@@ -188,13 +188,11 @@ def estimate_quantile(ordered: np.ndarray, share: float) -> Estimate:
 
     The number of values below the quantile is binomial, whatever the distribution: David and Nagaraja 2003, 7.1.
     """
-    from scipy.special import bdtr  # loads in a fraction of the time of scipy.stats
-
     count, tail = len(ordered), (1.0 - CONFIDENCE) / 2.0
     value = float(np.quantile(ordered, share))
     if ordered[0] == ordered[-1]:
         return Estimate(value, value, value)
-    at_most = bdtr(np.arange(count + 1), count, share)  # P(below <= place)
+    at_most = binomial_distribution(count, share)  # P(below <= place)
     low = int(np.searchsorted(at_most, tail)) - 1  # P(below <= low) < tail
     high = int(np.searchsorted(at_most, 1.0 - tail))  # P(below > high) <= tail
     interval_ends = (float(ordered[index]) if 0 <= index < count else np.nan for index in (low, high))

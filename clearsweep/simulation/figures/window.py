@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from ...answers.statistics import binomial_distribution
 from ...contracts.case import Case
 from ...contracts.catalogue import Mechanism
 from ...contracts.layout import WALLS, JointLayout, Layout
@@ -100,16 +101,6 @@ def _enclosing_ranks(count: int, probability: float) -> tuple[int | None, int | 
     low = int(np.searchsorted(cumulative, TAIL_PROBABILITY, side="right")) - 1
     high = int(np.searchsorted(cumulative, 1.0 - TAIL_PROBABILITY))
     return (low if low >= 0 else None), (high if high < count else None)
-
-
-def binomial_distribution(count: int, probability: float) -> np.ndarray:
-    """Return the probabilities (count + 1,) of at most 0, 1, ... successes in `count` trials."""
-    successes = np.arange(1, count + 1)
-    ratios = (count + 1 - successes) / successes * (probability / (1.0 - probability))  # of each to one fewer
-    logarithms = np.concatenate([[0.0], np.cumsum(np.log(ratios))])
-    sums = np.cumsum(np.exp(logarithms - logarithms.max()))
-    cumulative: np.ndarray = sums / sums[-1]
-    return cumulative
 
 
 # Largest value to expect in many revolutions, from the values of some: extreme-value statistics of peaks.

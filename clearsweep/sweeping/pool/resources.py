@@ -21,7 +21,7 @@ THREAD_VARIABLES = (
 
 
 _USUAL_THRESHOLDS = gc.get_threshold()
-_OBJECTS_OF_IMPORTS = 50_000  # that stay: the garbage collector would look through them again and again
+_OBJECTS_OF_IMPORTS = 500_000  # that stay: the garbage collector would look through them again and again
 
 
 def make_start_cheap() -> None:
