@@ -260,6 +260,7 @@ def report(  # noqa: PLR0913 - one argument per option
             _write(reports.compared(first, second), out or second.directory / "compared.html", **arguments)
         return
     directory = directories[0] if directories else store.newest_run(RESULTS)
+    opened: contextlib.AbstractContextManager[Any]
     if all_cases:
         from .sweeping.merge import complete_run
 

@@ -123,8 +123,8 @@ def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> It
             order = np.argsort(
                 np.concatenate([positions[bounds[k] : bounds[k + 1]] for positions, bounds, _ in sorted_rows])
             )
-            columns = [rows_at(column.combine_chunks(), order) for column in group.columns]
-            yield pa.Table.from_arrays(columns, schema=schema)
+            in_order = [rows_at(column.combine_chunks(), order) for column in group.columns]
+            yield pa.Table.from_arrays(in_order, schema=schema)
 
 
 def _groups(columns: Iterable[pa.Array], order: np.ndarray, schema: pa.Schema) -> Iterator[pa.Table]:
