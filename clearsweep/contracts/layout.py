@@ -9,6 +9,7 @@ from .vibration import VibrationOutline
 
 PRELOAD = "preload"  # the form of load that presses on a joint with clearance
 FRICTION_POWER = "friction_power"  # the figure that a joint without clearance may also have
+ORDER = "_order"  # in the name of a figure that each order of the crank speed has; its number follows
 DIFFERENCE = "_difference"  # suffix of the column of an error check
 CORNERS = 4  # of a guide's block
 MAX_REVOLUTIONS = 1 << 17  # number of last revolutions whose peaks and sections are kept
@@ -283,7 +284,7 @@ def columns_of(
 
 def _vibration_columns(figure: Figure, mechanism: Mechanism, vibration: VibrationOutline) -> list[Column]:
     """Return the columns of a figure that each place, or each order of the force on the frame, has."""
-    numbers = [str(k) for k in range(1, vibration.orders + 1)] if "{order}" in figure.name else [""]
+    numbers = [str(k) for k in range(1, vibration.orders + 1)] if ORDER in figure.name else [""]
     least_axes = 2 if "across" in figure.needs else 1
     places = [place.column for place in vibration.places if place.moves and place.axes >= least_axes]
     owners = places if figure.of == "place" else [""]
@@ -301,7 +302,8 @@ def rubbing_joints(outline: Outline) -> tuple[str, ...]:
 def _column(figure: Figure, joint: str, mechanism: Mechanism, words: Mapping[str, str] | None = None) -> Column:
     """Return the column of a figure; words : `until` and the unit of that figure, `order`, `place`."""
     output, words = mechanism.output, {"until": "", "until_unit": "", "order": "", "place": "", **(words or {})}
-    name = figure.column(output.name if output and figure.of == "output" else joint).format(**words)
+    name = figure.column(output.name if output and figure.of == "output" else joint)
+    name = name.replace(ORDER, f"{ORDER}_{words['order']}") if words["order"] else name
     text = figure.text.format(output=output.name if output else "", **words)
     unit = figure.unit.format(output=output.unit if output else "", until=words["until_unit"])
     return Column(name, unit, text, figure.kind, figure.name, "" if words["place"] else joint, figure.null)
@@ -359,7 +361,8 @@ def columns_markdown(catalogue: Catalogue) -> str:
     rows = ["| column | unit | what it is | where |", "| --- | --- | --- | --- |"]
     for figure in catalogue.figures:
         owners = {"joint": ("J",), "place": ("AT",), "output": tuple(output.name for output in outputs)}
-        names = ", ".join(f"`{figure.column(owner)}`" for owner in owners.get(figure.of, ("",))).format(order="N")
+        names = ", ".join(f"`{figure.column(owner)}`" for owner in owners.get(figure.of, ("",)))
+        names = names.replace(ORDER, f"{ORDER}_N") if figure.of in ("place", "order") else names
         units = {figure.unit.format(output=output.unit, until="that of the figure") for output in outputs}
         output_text, until_text = " or ".join(output.name for output in outputs), "the figure of `until`"
         text = figure.text.format(output=output_text, until=until_text, order="N", place="the place AT")

@@ -60,6 +60,7 @@ CASE_SECTIONS = (
     "joints",
     "simulate",
     "save",
+    "vibration",
 )  # sections of run.json that define a case
 MAX_NAMED_AXES = 4  # swept axes above which a sentence on a case leaves out the values that most cases share
 VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them

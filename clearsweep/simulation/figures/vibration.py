@@ -41,7 +41,7 @@ FIGURES = (
         figure
         for axis in "xy"
         for figure in _with_ideal(
-            f"frame_force_{axis}_order_{{order}}",
+            f"frame_force_{axis}_order",
             "N",
             f"amplitude of the force on the frame along {axis} at {{order}} times the crank speed, over whole turns",
             of="order",
@@ -101,7 +101,7 @@ FIGURES = (
     _place_figure("skewness", "1", "third moment over the variance to 3/2 of this signal", null=NOTHING),
     _place_figure("band_energy", "m^2/s^4", "mean square of the acceleration of {place} in the band"),
     _place_figure(
-        "envelope_order_{order}",
+        "envelope_order",
         "m/s^2",
         "amplitude of the envelope of this acceleration in the band at {order} times the crank speed",
     ),
