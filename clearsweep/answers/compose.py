@@ -9,6 +9,7 @@ import numpy as np
 
 from ..contracts import catalogue
 from ..contracts.layout import Layout
+from ..contracts.vibration import IDEAL, NO_SEVERITY, SEVERITIES, zone_of
 from ..language import wording
 from .judge import NOT_RUN, answer_on, judge
 from .judged import EXCEEDED, MET, UNDECIDED, Cases, is_null, named_value
@@ -44,6 +45,7 @@ EXTREMES = (
     "life_hours",
     "wear_rate_max",
     "start_up_time",
+    "velocity_rms",
 )
 
 NOTED_INDENTATION = 0.1  # of an output error: less is not mentioned
@@ -327,6 +329,18 @@ def _extremes(source: Source, cases: Cases, column: Any) -> dict[str, Any] | Non
     return entry
 
 
+def _zones_of(source: Source, cases: Cases, column: str, row: int) -> dict[str, Any]:
+    """Return the velocity of a place without clearance, if known, and the zones of both."""
+    section = source.record.get("vibration") or {}
+    bounds = tuple(section.get("zones") or SEVERITIES.get(section.get("severity", NO_SEVERITY), ()))
+    ideal = float(cases.numbers(f"{column}{IDEAL}")[row])
+    values: dict[str, Any] = {"ideal": ideal} if math.isfinite(ideal) else {}
+    if bounds:
+        values["zone"] = zone_of(float(cases.numbers(column)[row]), bounds)
+        values |= {"ideal_zone": zone_of(ideal, bounds)} if "ideal" in values else {}
+    return values
+
+
 def _more(source: Source, cases: Cases, column: Any, row: int, end: str) -> dict[str, Any]:
     """Return what belongs to one end of the extremes of a figure: ratio, intervals, hours."""
     names = {known.name for known in source.layout.columns}
@@ -337,6 +351,8 @@ def _more(source: Source, cases: Cases, column: Any, row: int, end: str) -> dict
         clearance = _length(source, cases, f"joints.{wording.joint_name(column.joint)}.clearance", row)
         depth = 3.6e6 * float(cases.numbers(column.name)[row])
         return {"clearance_hours": 1000.0 * clearance / depth} if clearance and depth > clearance else {}
+    if column.figure == "velocity_rms" and end == "largest":
+        return _zones_of(source, cases, column.name, row)
     if column.figure == "error_max" and end == "largest":
         return _indentation_of(source, cases, float(cases.numbers(column.name)[row]), row)
     if column.figure == "life_hours":

@@ -93,6 +93,22 @@ def error_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence("Largest {figure}: {value}{where}.", values)
 
 
+def vibration_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
+    """Give the largest velocity of each place with its zone, and that without clearance."""
+    for entry in extremes_of(answer, "velocity_rms", words):
+        end = entry["largest"]
+        ideal = end.get("ideal")
+        texts = words.figures(entry["figure"], [end["value"], *([] if ideal is None else [ideal])])
+        zones = [in_brackets(f"zone {end[name]}") if name in end else "" for name in ("zone", "ideal_zone")]
+        values = {
+            "place": entry["figure"].removesuffix("_velocity_rms").replace("_", " "),
+            "value": f"{texts[0]}{zones[0]}",
+            "where": place_text(answer, words, end),
+            "ideal": f"; without clearance {texts[1]}{zones[1]}" if texts[1:] else "",
+        }
+        yield Sentence("Velocity of {place}: {value}{where}{ideal}.", values)
+
+
 def indentation_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Split the largest error into clearance and indentation, and say where no clearance can meet its limit."""
     is_steady = all(

@@ -5,7 +5,8 @@ from collections.abc import Iterable, Mapping
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..contracts.catalogue import ENDLESS
-from ..contracts.layout import Column, Layout
+from ..contracts.layout import ORDER, Column, Layout
+from ..contracts.vibration import PLACE_FIGURES
 from ..language import expression, wording
 
 if TYPE_CHECKING:
@@ -279,7 +280,7 @@ _LABELS = {
 def column_label(layout: Layout, name: str) -> str:
     """Return the label of a column, with its joint if there are several; for a user-defined figure, its name."""
     column = next((column for column in layout.columns if column.name == name), None)
-    if column is None or not column.figure:
+    if column is None or not column.figure or column.figure in PLACE_FIGURES or ORDER in column.figure:
         return re.sub(r"\bum\b", "\u00b5m", name.replace("_", " "))
     label_text = _LABELS.get(column.figure, column.figure.replace("_", " ")).format(output=layout.output)
     is_joint_named = column.joint and len(layout.joints) > 1

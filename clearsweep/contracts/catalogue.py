@@ -417,6 +417,7 @@ class Catalogue(NamedTuple):
     film_channels: tuple[Channel, ...] = ()  # further channels of joints with a film
     spatial_channels: tuple[Channel, ...] = ()  # channels of a spatial joint, before those of its contact points
     point_channels: tuple[Channel, ...] = ()  # channels of each contact point; '{}' is its number
+    frame_channels: tuple[Channel, ...] = ()  # channels of the frame, with `vibration`
     #: Returns the path at fault and a sentence if a Case cannot start.
     start_problem: Callable[[Any], tuple[str, str] | None] = lambda _: None
     searches: tuple[Any, ...] = ()  # kinds of search: subclasses of `contracts.search.Search`

@@ -1,11 +1,11 @@
 """Columns and time histories of the cases of a grid, with names, units and descriptions."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from .case import Case, Joint, column_name
 from .catalogue import Catalogue, Channel, Figure, Mechanism, Outline
-from .vibration import VibrationOutline
+from .vibration import PlaceOutline, VibrationOutline
 
 PRELOAD = "preload"  # the form of load that presses on a joint with clearance
 FRICTION_POWER = "friction_power"  # the figure that a joint without clearance may also have
@@ -167,7 +167,7 @@ class Layout(NamedTuple):
                 joint_features,
                 Requested(frozenset(requested), features.until, frictions, features.outline.vibration),
             ),
-            _channels(catalogue, mechanism, features.joints),
+            _channels(catalogue, mechanism, features),
             features.horizon,
             features.error_check,
             features.until,
@@ -285,13 +285,23 @@ def columns_of(
 def _vibration_columns(figure: Figure, mechanism: Mechanism, vibration: VibrationOutline) -> list[Column]:
     """Return the columns of a figure that each place, or each order of the force on the frame, has."""
     numbers = [str(k) for k in range(1, vibration.orders + 1)] if ORDER in figure.name else [""]
-    least_axes = 2 if "across" in figure.needs else 1
-    places = [place.column for place in vibration.places if place.moves and place.axes >= least_axes]
+    places = [
+        place.column
+        for place in vibration.places
+        if place.moves and not ("across" in figure.needs and is_along_output(mechanism, place))
+    ]
     owners = places if figure.of == "place" else [""]
     if "zones" in figure.needs and not vibration.has_zones:
         return []
     words = [{"order": number, "place": owner} for owner in owners for number in numbers]
     return [_column(figure, each["place"], mechanism, each) for each in words]
+
+
+def is_along_output(mechanism: Mechanism, place: PlaceOutline) -> bool:
+    """Return whether a place is the output of a mechanism, as is a slider, which is observed along its slide only."""
+    output = mechanism.output
+    is_output = output is not None and output.unit == "m" and (place.body or place.name) == output.name
+    return is_output and place.is_whole
 
 
 def rubbing_joints(outline: Outline) -> tuple[str, ...]:
@@ -318,14 +328,16 @@ def _difference_column(column: Column) -> Column:
     return Column(f"{column.name}{DIFFERENCE}", column.unit, text)
 
 
-def _channels(catalogue: Catalogue, mechanism: Mechanism, joints: Iterable[JointLayout]) -> tuple[Column, ...]:
+def _channels(catalogue: Catalogue, mechanism: Mechanism, features: CaseFeatures) -> tuple[Column, ...]:
     """Return the time histories of a case in the order of its compiled form."""
     joint_channels = (
         channel._replace(name=f"joints/{joint.name}/{channel.name}")
-        for joint in joints
+        for joint in features.joints
         for channel in _joint_channels(catalogue, joint)
     )
-    return (Column(TIME, "s", "time"), *(Column(*channel) for channel in (*mechanism.channels, *joint_channels)))
+    frame_channels = catalogue.frame_channels if features.outline.vibration else ()
+    all_channels = (*mechanism.channels, *joint_channels, *frame_channels)
+    return (Column(TIME, "s", "time"), *(Column(*channel) for channel in all_channels))
 
 
 def _joint_channels(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channel]:

@@ -8,6 +8,19 @@ MAX_ORDERS = 100  # that may be columns
 MAX_BAND_ORDERS = 2500  # upper end of the band over the crank speed
 MIN_TURNS = 3  # whole revolutions in the window
 NO_SEVERITY = "none"
+IDEAL = "_ideal"  # suffix of the columns of the ideal machine
+#: Figures of a place, whose columns begin with its name.
+PLACE_FIGURES = (
+    "velocity_rms",
+    f"velocity_rms{IDEAL}",
+    "velocity_x_rms",
+    "velocity_y_rms",
+    "zone",
+    "kurtosis",
+    "crest",
+    "skewness",
+    "band_energy",
+)
 
 #: Name of a standard, with its group and support -> upper bounds (m/s, rms) of zones A, B and C.  ISO 20816-3 has the
 #: machine's group (1: above 300 kW, 2: up to 300 kW) and its support; ISO 20816-8 the part of a reciprocating
@@ -40,7 +53,8 @@ class PlaceOutline(NamedTuple):
 
     name: str
     moves: bool = True  # it has a velocity; a frame without mass has none
-    axes: int = 2  # directions in which it is observed: x and y, or only x
+    body: str = ""  # '': that of its name
+    is_whole: bool = True  # no point of the body is given
 
     @property
     def column(self) -> str:

@@ -49,7 +49,7 @@ DRY_FORCE, FILM_POWER, DRY_FRICTION_POWER, PEAK_PRESSURE, SHEAR_SPEED, PRESSURE_
 
 
 #: Signals of a scene: time (s), first coordinate (the angle of a free crank), force x, y (N), square of the force
-#: (N^2), moment about the origin (N m); then of each place velocity x, y (m/s) and acceleration x, y (m/s^2).
+#: (N^2), moment (N m); then of each place velocity x, y (m/s) and acceleration x, y (m/s^2).
 TIME, ANGLE, FORCE_X, FORCE_Y, FORCE_SQUARE, MOMENT, PLACES = range(7)
 VX, VY, AX, AY, PLACE_WIDTH = range(5)
 

@@ -262,6 +262,7 @@ def prepare(run: StoredRun, *, shows_median: bool = False) -> Study:
         EXCEEDED_COLUMN,
         UNDECIDED_COLUMN,
         *(axis.path for axis in axes if not axis.is_numeric),
+        *(column.name for column in run.layout.columns if column.kind == "text"),
     }
     derived = {
         joint.column(figure): (unit, functools.partial(compute, joint))

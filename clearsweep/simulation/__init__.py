@@ -31,6 +31,7 @@ from .analyses.life import Log
 from .analyses.reruns import PinReactions, peak_revolution, pin_reactions, reactions_unknown
 from .analyses.trajectory import compile_for, compile_loop, simulate
 from .machine.ideal import ElasticLink, elastic_links, ideal_motion, ideal_peaks, mechanism_of
+from .machine.shaking import ideal_frame_force
 from .machine.sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
 from .setup.scene import build, catalogue, derived, load_case, signature
 
@@ -57,6 +58,7 @@ __all__ = [
     "elastic_links",
     "elastic_ratings",
     "has_laws",
+    "ideal_frame_force",
     "ideal_motion",
     "ideal_peaks",
     "jam_angle",

@@ -82,9 +82,7 @@ def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Out
         elastic=frozenset(
             name for name, content in _named_entries(bodies or mechanism) if "elastic" in _section(content)
         ),
-        vibration=_vibration_outline(tree["vibration"], str(mechanism.get("type", "")), path_set)
-        if "vibration" in tree
-        else None,
+        vibration=_vibration_outline(tree["vibration"], path_set) if "vibration" in tree else None,
     )
 
 
@@ -169,14 +167,14 @@ def _load_outline(name: str, content: Any, paths: set[str]) -> LoadOutline:
     return LoadOutline(name, form, body, size_key, section.get("reacted") is not False)
 
 
-def _vibration_outline(content: Any, mechanism: str, paths: set[str]) -> VibrationOutline:
-    """Return the outline of the section `vibration` for a type of mechanism."""
+def _vibration_outline(content: Any, paths: set[str]) -> VibrationOutline:
+    """Return the outline of the section `vibration`."""
     section, places = _section(content), list[PlaceOutline]()
     for name, written in _named_entries(_section(section.get("at"))):
         place, path = _section(written), f"vibration.at.{name}"
         moves = name != FRAME or "mass" in place or f"{path}.mass" in paths
-        is_slider = mechanism == "slider-crank" and place.get("body", name) == "slider" and "point" not in place
-        places.append(PlaceOutline(name, moves, 1 if is_slider else 2))
+        body = place.get("body", "")
+        places.append(PlaceOutline(name, moves, body if isinstance(body, str) else "", "point" not in place))
     orders = 0
     with suppress(InputError):
         number = quantity.exact(section.get("orders", 0), "1")

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from ...contracts.catalogue import Channel
 from ...tracing.compiled.dual import Moving, slope, value
 from ...tracing.compiled.family import inlined
 from ..machines.contract import body_motions, gravity_of, load_resultants, pose_at
@@ -21,6 +22,16 @@ class Shaking(NamedTuple):
 
     places: tuple  # of Place
     unreacted: tuple  # numbers of the loads that the frame does not react, as empty tuples
+    x: float  # m, point of the moment
+    y: float
+
+
+#: Time histories of the frame, after those of the joints.
+FRAME_CHANNELS = (
+    Channel("frame/force_x", "N", "force of the mechanism on its frame, x"),
+    Channel("frame/force_y", "N", "force of the mechanism on its frame, y"),
+    Channel("frame/moment", "N*m", "moment of the mechanism on its frame"),
+)
 
 
 def signal_count(shaking):
@@ -29,11 +40,11 @@ def signal_count(shaking):
 
 
 @inlined
-def put_signals(scene, y, pose, motion, o, row, column):
-    """Write the signals at the state `y` to row `row` of `o`, from `column` on.
+def frame_forces(scene, y, pose, motion):
+    """Return force x, y (N) and moment (N m) on the frame at the state `y`, and the BodyMotions with slopes.
 
-    The force on the frame is minus the sum of m (a - g) of all bodies, the moment is minus the rate of their angular
-    momentum plus that of their weights: every other force acts between the bodies and the frame, the drive's included.
+    The force is minus the sum of m (a - g) of all bodies, the moment is minus the rate of their angular momentum plus
+    that of their weights: every other force acts between the bodies and the frame, the drive's included.
     """
     mechanism, shaking = scene.mechanism, scene.shaking
     bodies = body_motions(mechanism, pose_at(mechanism, Moving(y, motion.accelerations)))
@@ -48,6 +59,14 @@ def put_signals(scene, y, pose, motion, o, row, column):
     for i in range(len(shaking.unreacted)):
         load_x, load_y, load_moment = resultants[len(shaking.unreacted[i])]
         fx, fy, moment = fx + load_x, fy + load_y, moment + load_moment
+    return fx, fy, moment - (shaking.x * fy - shaking.y * fx), bodies
+
+
+@inlined
+def put_signals(scene, y, pose, motion, o, row, column):
+    """Write the signals at the state `y` to row `row` of `o`, from `column` on."""
+    shaking = scene.shaking
+    fx, fy, moment, bodies = frame_forces(scene, y, pose, motion)
     o[column + TIME, row], o[column + ANGLE, row] = y[2 * len(scene.coordinates)], y[0]
     o[column + FORCE_X, row], o[column + FORCE_Y, row] = fx, fy
     o[column + FORCE_SQUARE, row], o[column + MOMENT, row] = fx * fx + fy * fy, moment

@@ -4,7 +4,8 @@ import math
 from collections.abc import Iterable
 
 from ...contracts.case import Case
-from ...contracts.catalogue import CHOICE, CONDITION, GROUND, NUMERICS, Choice, Field, Keys, Outline
+from ...contracts.catalogue import CHOICE, CONDITION, GROUND, NUMERICS, Choice, Field, Keys, Mechanism, Outline
+from ...contracts.layout import is_along_output
 from ...contracts.machine import Body
 from ...contracts.vibration import FRAME, MAX_ORDERS, NO_SEVERITY, SEVERITIES, Place, PlaceOutline
 from .loads import CENTER_TEXT
@@ -92,9 +93,9 @@ def point_of(place: Place, body: Body) -> tuple[float, float]:
     return place.point or body.center
 
 
-def axes_of(place: Place, case: Case) -> int:
-    """Return in how many directions a place is observed: along x and y, of a slider-crank's slider only along x."""
-    return 1 if case.mechanism.type == "slider-crank" and place.body == "slider" and place.point is None else 2
+def axes_of(place: Place, mechanism: Mechanism) -> int:
+    """Return in how many directions a place of a mechanism is observed: along x and y, of its output only along x."""
+    return 1 if is_along_output(mechanism, PlaceOutline(place.name, body=place.body, is_whole=not place.point)) else 2
 
 
 def unreacted_loads(case: Case) -> tuple[int, ...]:

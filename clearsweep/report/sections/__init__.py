@@ -23,6 +23,7 @@ from .motion import motion_type_sections, peak_revolution_sections, peak_section
 from .sample import folded_sample_sections, leading_sample_sections, sample_sections
 from .searches import folded_optimised_sections, optimised_sections, seek_sections
 from .setup import budget_sections, mechanism_sections, setup_sections, tolerance_sections
+from .vibration import vibration_sections
 from .wear import film_sections, life_sections, wear_sections
 
 SectionBuilder = Callable[[Study], list[Section]]
@@ -56,7 +57,10 @@ FOLDED: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (  # folded below t
             tradeoff_sections,
         ),
     ),
-    ("Motion", (peak_revolution_sections, other_cases_sections, motion_type_sections, film_sections)),
+    (
+        "Motion",
+        (vibration_sections, peak_revolution_sections, other_cases_sections, motion_type_sections, film_sections),
+    ),
     ("Wear and life", (life_sections, wear_sections, trend_sections)),
     (
         "Laws and errors",

@@ -6,11 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...contracts.vibration import zone_of
+from ...contracts.vibration import IDEAL, zone_of
 from ...mechanics.machines.observed import axes_of
 from ...mechanics.observe import AX, FORCE_SQUARE, FORCE_X, FORCE_Y, MOMENT, PLACE_WIDTH, PLACES
 from ...mechanics.solver.slow_sums import DISSIPATED, DRIVE_POWER, DRIVE_TORQUE, SIGNALS
-from ..figures.vibration import IDEAL
 from ..machine.shaking import IdealShaking, ideal_shaking
 from ..running.vibration import Signals
 from ..setup.scene import Scene
@@ -40,7 +39,7 @@ def vibration_figures(scene: Scene, signals: Signals) -> dict[str, Any]:
         spectrum += 2
     for i, place in enumerate(vibration.places):
         first = SIGNALS + PLACES + PLACE_WIDTH * i + AX
-        columns = tuple(range(first, first + axes_of(place, scene.case)))
+        columns = tuple(range(first, first + axes_of(place, scene.mechanism)))
         values |= _place_figures(scene, signals, place.name.replace("-", "_"), spectrum, columns)
         spectrum += len(columns)
     return {name: value for name, value in values.items() if name in scene.layout.units}

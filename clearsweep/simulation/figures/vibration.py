@@ -4,8 +4,8 @@ from functools import partial
 from typing import Any
 
 from ...contracts.catalogue import NOTHING, Entry, Figure
+from ...contracts.vibration import IDEAL
 
-IDEAL = "_ideal"
 _figure = partial(Figure, needs=("vibration",))
 _place_figure = partial(_figure, of="place")
 

@@ -3,14 +3,19 @@
 import copy
 import functools
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
 from ...contracts.case import Case
-from ...contracts.machine import Constant, Machine
+from ...contracts.catalogue import Mechanism
+from ...contracts.machine import GROUND, Constant, Machine
 from ...contracts.vibration import Frame, Vibration
+from ...language.errors import InputError
+from ...mechanics.coupling.shaking import Place as CompiledPlace
+from ...mechanics.coupling.shaking import Shaking
 from ...mechanics.machines import planar
+from ...mechanics.machines.contract import Built
 from ...mechanics.machines.observed import axes_of, point_of, unreacted_loads
 from .ideal import SAMPLES_PER_TURN, knots_of_loads, largest, machine_of, mechanism_of, turn_range_of
 
@@ -63,7 +68,8 @@ class IdealShaking(NamedTuple):
 
 def ideal_shaking(case: Case, machine: Machine | None) -> IdealShaking:
     """Return the shaking of the machine of a case without clearance; machine : that of the case, if already built."""
-    machine = machine or machine_of(mechanism_of(case), case)
+    mechanism = mechanism_of(case)
+    machine = machine or machine_of(mechanism, case)
     vibration, outline = case.vibration, case.outline.vibration
     assert machine is not None
     assert vibration is not None
@@ -71,7 +77,7 @@ def ideal_shaking(case: Case, machine: Machine | None) -> IdealShaking:
     turn_range = turn_range_of(case, tables)
     spots = []
     for place in vibration.places:
-        body, axes = machine.bodies[place.body], axes_of(place, case)
+        body, axes = machine.bodies[place.body], axes_of(place, mechanism)
         arm = tuple(np.subtract(point_of(place, body), body.center).tolist())
         spots.append(_Spot(place.name.replace("-", "_"), place.body, arm, axes))
     unreacted = tuple(case.loads[i].name for i in unreacted_loads(case))
@@ -83,6 +89,35 @@ def ideal_shaking(case: Case, machine: Machine | None) -> IdealShaking:
         (tuple(spots), unreacted, outline.orders if outline else 0),
         planar.AlwaysEqual(machine),
     )
+
+
+def shaking_of(case: Case, mechanism: Mechanism, built: Built) -> Shaking:
+    """Return the signals of vibration of a case, in compiled form.  Raises InputError for a place that has none."""
+    assert case.vibration is not None
+    machine, places, form = machine_of(mechanism, case), list[CompiledPlace](), cast(Any, built.value)
+    assert machine is not None  # all mechanisms that turn have one
+    names = [name for name in planar.with_segments(machine).bodies if name != GROUND]
+    for place in case.vibration.places:
+        body, number = machine.bodies[place.body], names.index(place.body)
+        if body.elastic:
+            raise InputError(f"vibration.at.{place.name}: {place.body} is elastic; choose a place on a rigid body")
+        if mechanism.spatial and place.point:
+            path = f"vibration.at.{place.name}.point"
+            raise InputError(f"{path}: in space the centre of mass of a body is observed; leave `point` out")
+        arm = np.subtract(point_of(place, body), body.center).tolist()
+        compiled_number = form.reported[number] if mechanism.spatial else planar.as_empty_tuples(1 + number)
+        places.append(CompiledPlace(compiled_number, *arm))
+    unreacted = tuple(map(planar.as_empty_tuples, unreacted_loads(case)))
+    return Shaking(tuple(places), unreacted, *point_of_moment(case.vibration.frame, machine))
+
+
+def ideal_frame_force(case: Case, angles: np.ndarray) -> np.ndarray:
+    """Return the force x, y (2, N) N on the frame without clearance at crank angles (N,) rad from the start on."""
+    machine = machine_of(mechanism_of(case), case)
+    assert machine is not None
+    unreacted = tuple(case.loads[i].name for i in unreacted_loads(case))
+    force: np.ndarray = _Shaking(machine, (0.0, 0.0), unreacted).at(angles, ())[0][:2]
+    return force
 
 
 def point_of_moment(frame: Frame, machine: Machine) -> tuple[float, float]:

@@ -37,8 +37,7 @@ from ...mechanics.solver.signal_sums import (
     spectrum,
 )
 from ...mechanics.solver.slow_sums import DISSIPATED, DRIVE_POWER, DRIVE_TORQUE, DURATION, FREE, SIGNALS
-from ..machine.ideal import machine_of
-from ..machine.shaking import point_of_moment, transfer
+from ..machine.shaking import transfer
 from ..setup.scene import Scene, ScheduledClock
 
 CAPACITY = 1024  # steps that are recorded before the loop pauses
@@ -82,7 +81,7 @@ def _layout_of(scene: Scene) -> _Layout:
     summed += [first + AX + axis for first in first_places for axis in range(2)]
     spectral = forces if vibration.frame.mass is not None else []
     for first, place in zip(first_places, vibration.places, strict=True):
-        spectral = [*spectral, *[first + VX + axis for axis in range(axes_of(place, scene.case))]]
+        spectral = [*spectral, *[first + VX + axis for axis in range(axes_of(place, scene.mechanism))]]
     return _Layout(SIGNALS + signal_count(shaking), np.array(summed), np.array(spectral, dtype=np.int64))
 
 
@@ -116,9 +115,6 @@ class Signals:
         self.scene, vibration = scene, scene.case.vibration
         assert vibration is not None
         self.rate = scene.value.reference_rate
-        machine = scene.machine or machine_of(scene.mechanism, scene.case)
-        assert machine is not None  # all mechanisms that turn have one
-        self.about = point_of_moment(vibration.frame, machine)
         highest_order = vibration.band[1] / self.rate
         settings = scene.case.simulate
         window_turns = math.floor(settings.revolutions - settings.discard + SAME_TIME)
@@ -158,8 +154,6 @@ class Signals:
             return
         rows, clock = self.recording[:count], self.scene.crank_clock
         self._put_angles(rows)
-        x, y = self.about
-        rows[:, SIGNALS + MOMENT] -= x * rows[:, SIGNALS + FORCE_Y] - y * rows[:, SIGNALS + FORCE_X]
         column = SIGNALS + (ANGLE if clock.free else TIME)
         if math.isnan(self.begin_turns):
             self.begin_turns, self.start_time = self._turns_at(rows[0, column, START]), rows[0, SIGNALS + TIME, START]

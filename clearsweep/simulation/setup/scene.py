@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
 from os import PathLike
-from typing import Any, NamedTuple, cast
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -16,11 +16,10 @@ from ...answers.verdict import NO_LIMITS, LimitsAndFigures
 from ...contracts.case import Case
 from ...contracts.catalogue import Catalogue, Figure, Mechanism
 from ...contracts.layout import CaseFeatures, Layout, features_of
-from ...contracts.machine import GROUND, STARTED_FRACTION, Machine, Motor, Schedule
+from ...contracts.machine import STARTED_FRACTION, Machine, Motor, Schedule
 from ...language.errors import InputError
 from ...language.wording import quantity_text
 from ...mechanics.coupling import rates
-from ...mechanics.coupling.shaking import Place, Shaking
 from ...mechanics.coupling.state import every_state
 from ...mechanics.joints import registry
 from ...mechanics.joints.contract import contact_modes, every_contact, every_latched, state_kinds_of
@@ -35,13 +34,13 @@ from ...mechanics.laws.elastic import static_penetration
 from ...mechanics.machines import MECHANISMS, planar
 from ...mechanics.machines.contract import Built, body_angles, gaps, pose_at
 from ...mechanics.machines.described import unclosed
-from ...mechanics.machines.observed import point_of, unreacted_loads
 from ...mechanics.machines.spatial import initial_seats
 from ...mechanics.wear import Worn
 from ...searches import SEARCHES
 from ...tracing.compiled.family import flatten, numbers_of
 from ..figures.catalogue import FIGURES
 from ..machine.ideal import ideal_motion, machine_of, mechanism_of
+from ..machine.shaking import shaking_of
 
 # The independent variable of a run and the ends of its revolutions: time, or the angle of a free crank.
 
@@ -421,24 +420,6 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     elapsed = time.thread_time() - begin
     parts = case, mechanism, built, value, layout, start, in_contact, machine, angle_clock, worn
     return Scene(*parts, keep_events=case.save.orbits != "none", build_time=elapsed)
-
-
-def shaking_of(case: Case, mechanism: Mechanism, built: Built) -> Shaking:
-    """Return the signals of vibration of a case, in compiled form.  Raises InputError for a place that has none."""
-    assert case.vibration is not None
-    machine, places, form = machine_of(mechanism, case), list[Place](), cast(Any, built.value)
-    assert machine is not None  # all mechanisms that turn have one
-    names = [name for name in planar.with_segments(machine).bodies if name != GROUND]
-    for place in case.vibration.places:
-        body, number = machine.bodies[place.body], names.index(place.body)
-        if body.elastic:
-            raise InputError(f"vibration.at.{place.name}: {place.body} is elastic; choose a place on a rigid body")
-        if mechanism.spatial and place.point:
-            path = f"vibration.at.{place.name}.point"
-            raise InputError(f"{path}: in space the centre of mass of a body is observed; leave `point` out")
-        arm = np.subtract(point_of(place, body), body.center).tolist()
-        places.append(Place(form.reported[number] if mechanism.spatial else planar.as_empty_tuples(1 + number), *arm))
-    return Shaking(tuple(places), tuple(map(planar.as_empty_tuples, unreacted_loads(case))))
 
 
 def state_units(scene: Scene) -> np.ndarray:
