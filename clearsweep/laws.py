@@ -200,32 +200,32 @@ def figure(name: str, unit: str = "1", /, *, doc: str = "", **keys: str | Key) -
     """
     frame = sys._getframe(1)
     place = frame.f_code.co_filename, frame.f_lineno
-    draft = Law("figure", name, (), doc, None, (), states=0, may_gain=True, file=place[0], line=place[1], unit=unit)
-    return _recorder(draft, keys, ())
+    law = Law("figure", name, (), doc, None, (), states=0, may_gain=True, file=place[0], line=place[1], unit=unit)
+    return _recorder(law, keys, ())
 
 
 elastic, contact, friction, wear = (_decorator(kind) for kind in ("elastic", "contact", "friction", "wear"))
 film, load, motor, profile = (_decorator(kind) for kind in ("film", "load", "motor", "profile"))
 
 
-def _recorder(draft: Law, keys: Mapping[str, Any], kinks: Sequence[float | str]) -> Callable[[Any], Any]:
+def _recorder(law: Law, keys: Mapping[str, Any], kinks: Sequence[float | str]) -> Callable[[Any], Any]:
     """Return the decorator of a law whose arguments are checked."""
-    with _reported_at(draft):
-        _check_names(draft, keys)
-        fields = tuple(_field(draft, name, described) for name, described in keys.items())
-        draft = draft._replace(
-            keys=fields, kinks=_kinks(draft, kinks, tuple(keys)), unit=_si_unit(draft.unit) if draft.unit else ""
+    with _reported_at(law):
+        _check_names(law, keys)
+        fields = tuple(_field(law, name, described) for name, described in keys.items())
+        law = law._replace(
+            keys=fields, kinks=_kinks(law, kinks, tuple(keys)), unit=_si_unit(law.unit) if law.unit else ""
         )
 
     def record(function: Any) -> Any:
-        with _reported_at(draft):
-            _check_function(draft, function)
+        with _reported_at(law):
+            _check_function(law, function)
         records = _RECORDS.get()
         if records is not None:
-            earlier = next((law for law in records if (law.kind, law.name) == (draft.kind, draft.name)), None)
+            earlier = next((other for other in records if (other.kind, other.name) == (law.kind, law.name)), None)
             if earlier:
-                raise InputError(f"{draft.place}: is recorded already in line {earlier.line}; give it another name")
-            records.append(draft._replace(function=function))
+                raise InputError(f"{law.place}: is recorded already in line {earlier.line}; give it another name")
+            records.append(law._replace(function=function))
         return function
 
     return record
@@ -353,8 +353,8 @@ def _check_function(law: Law, function: Any) -> None:
     parameters = list(inspect.signature(body).parameters.values())
     positional = [x for x in parameters if x.kind in (x.POSITIONAL_ONLY, x.POSITIONAL_OR_KEYWORD)]
     if len(positional) != len(expected) or len(parameters) != len(expected):
-        found = ", ".join(map(str, parameters))
-        raise InputError(f"{body.__name__} takes ({found}); expected ({', '.join(expected)})")
+        signature = ", ".join(map(str, parameters))
+        raise InputError(f"{body.__name__} takes ({signature}); expected ({', '.join(expected)})")
     known = [*(field.name for field in law.keys), *KINDS[law.kind].given]
     for name, line in _parameters_used(body, positional[-1].name):
         if name and name not in known:

@@ -136,9 +136,9 @@ def test_a_function_of_c_has_an_address_and_no_body():
 def assert_same_bits(machine, original, copy):
     """Assert that two choices of laws give all figures alike, where the copy has a figure."""
     catalogue = copies()
-    expected, found = (figures_of(with_joint(machine, **sections), catalogue) for sections in (original, copy))
+    expected, result = (figures_of(with_joint(machine, **sections), catalogue) for sections in (original, copy))
     assert expected["steps"] > 5
-    assert {name: found[name] for name in expected} == expected
+    assert {name: result[name] for name in expected} == expected
 
 
 def test_copies_of_flores_and_lugre_give_the_bits_of_the_package():
@@ -161,11 +161,11 @@ def test_copies_of_tanh_and_archard_give_the_bits_of_the_package():
 def test_a_copy_of_the_short_bearing_gives_the_bits_of_the_package():
     catalogue = copies()
     films = ({"law": name, "viscosity": "0.05 Pa*s"} for name in ("short", "my-short"))
-    expected, found = (figures_of(with_joint(CRANK, length="8 mm", film=film), catalogue) for film in films)
+    expected, result = (figures_of(with_joint(CRANK, length="8 mm", film=film), catalogue) for film in films)
     unknown = "rod_slider_film_pressure_max", "rhs_evaluations"  # a force of one's own has no pressure
-    assert found.pop(unknown[0]) is None
+    assert result.pop(unknown[0]) is None
     assert {name: value for name, value in expected.items() if name not in unknown} == {
-        name: value for name, value in found.items() if name not in unknown
+        name: value for name, value in result.items() if name not in unknown
     }
 
 
@@ -215,8 +215,8 @@ def test_a_function_of_numba_is_read_and_one_with_an_address_is_called():
     )
     expected = figures_of(with_joint(CRANK, contact=FLORES), catalogue)
     for name, bound in (("traced", 0.0), ("called", 1e-9)):
-        found = figures_of(with_joint(CRANK, contact={"law": name, "e": 0.7, "stiffness": STIFFNESS}), catalogue)
-        assert found["rod_slider_force_peak"] == pytest.approx(expected["rod_slider_force_peak"], rel=bound, abs=0.0)
+        result = figures_of(with_joint(CRANK, contact={"law": name, "e": 0.7, "stiffness": STIFFNESS}), catalogue)
+        assert result["rod_slider_force_peak"] == pytest.approx(expected["rod_slider_force_peak"], rel=bound, abs=0.0)
 
 
 def test_kinks_of_a_law_end_steps_where_it_declares_them():
@@ -247,15 +247,15 @@ def test_the_restitution_of_a_law_is_that_of_its_closed_form():
         lambda: laws.contact("viscous", k="N/m", c="N*s/m")(viscous),
     )
     contact = {"law": "factor", "chi": 0.8, "stiffness": STIFFNESS}
-    found = registry.derived_values(joint_of(with_joint(PAIR, contact=contact), catalogue))
+    result = registry.derived_values(joint_of(with_joint(PAIR, contact=contact), catalogue))
     for speed in SPEEDS:
-        assert found[f"contact.restitution at {speed:g} m/s"][0] == pytest.approx(hysteresis_rebound(0.8), rel=1e-8)
+        assert result[f"contact.restitution at {speed:g} m/s"][0] == pytest.approx(hysteresis_rebound(0.8), rel=1e-8)
     contact = {"law": "viscous", "k": "1e8 N/m", "c": "1e3 N*s/m"}
-    found = registry.derived_values(joint_of(with_joint(PAIR, contact=contact), catalogue))
+    result = registry.derived_values(joint_of(with_joint(PAIR, contact=contact), catalogue))
     zeta = 1e3 / (2.0 * math.sqrt(1e8))  # of 1 kg
     w = math.sqrt(1.0 - zeta * zeta)
     expected = math.exp(-zeta / w * math.atan2(2.0 * zeta * w, 2.0 * zeta * zeta - 1.0))
-    assert found["contact.restitution at 0.1 m/s and 1 kg"][0] == pytest.approx(expected, rel=1e-7)
+    assert result["contact.restitution at 0.1 m/s and 1 kg"][0] == pytest.approx(expected, rel=1e-7)
 
 
 def drivers():
@@ -285,27 +285,27 @@ def test_a_load_of_ones_own_acts_on_the_ideal_machine_like_a_spring_and_a_force(
         ideal_motion(grid.load(with_joint(CRANK, contact=FLORES) | {"loads": {"l": load}}, catalogue).case(0), angles)
         for load in (own, spring)
     ]
-    found, expected = (motion.reactions["rod-slider"] for motion in reactions)
-    assert np.ptp(found) > 10.0
-    np.testing.assert_allclose(found, expected, atol=1e-9)
+    result, expected = (motion.reactions["rod-slider"] for motion in reactions)
+    assert np.ptp(result) > 10.0
+    np.testing.assert_allclose(result, expected, atol=1e-9)
 
 
 @pytest.mark.slow
 def test_loads_and_motors_of_ones_own_move_a_machine_like_those_of_the_package():
     catalogue, crank = drivers(), with_joint(CRANK, contact=FLORES)
     loads = ({"on": "slider", "force": ["50 N", "0 N"]}, {"on": "slider", "law": "mine", "f": "50 N", "k": "0 N/m"})
-    expected, found = (figures_of(crank | {"loads": {"l": load}}, catalogue) for load in loads)
-    assert found == expected
+    expected, result = (figures_of(crank | {"loads": {"l": load}}, catalogue) for load in loads)
+    assert result == expected
     free = {"initial_speed": "500 rpm", "inertia": "1e-3 kg*m^2"}
     motors = (
         {"stall_torque": "5 N*m", "no_load_speed": "1000 rpm"},
         {"law": "line", "stall": "5 N*m", "no_load": "1000 rpm"},
     )
-    expected, found = (figures_of(crank | {"drive": free | {"motor": motor}}, catalogue) for motor in motors)
-    assert found["rod_slider_force_peak"] == pytest.approx(expected["rod_slider_force_peak"], rel=1e-6)
+    expected, result = (figures_of(crank | {"drive": free | {"motor": motor}}, catalogue) for motor in motors)
+    assert result["rod_slider_force_peak"] == pytest.approx(expected["rod_slider_force_peak"], rel=1e-6)
     induction = {"law": "kloss", "breakdown": "5 N*m", "slip": 0.1, "synchronous": "1000 rpm"}
-    found = figures_of(crank | {"drive": free | {"motor": induction}}, catalogue)
-    assert abs(found["energy_residual"]) < 1e-6
+    result = figures_of(crank | {"drive": free | {"motor": induction}}, catalogue)
+    assert abs(result["energy_residual"]) < 1e-6
 
 
 # ---------------------------------------------------------------------------------------------- what is refused

@@ -36,7 +36,7 @@ from ..laws.elastic import (
 from ..laws.film import DEFAULT_SHEAR_LAW, transition_depths
 from ..laws.friction import Frictionless, as_contact_friction
 from ..laws.loss import lowest_force, renewed_law
-from ..laws.own import enter as enter_laws
+from ..laws.own import enter_laws
 from ..laws.roughness import Surface
 from ..laws.series import ArcParameters, Series, combine_in_series
 from ..wear import NoWear, Worn

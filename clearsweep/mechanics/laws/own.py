@@ -64,7 +64,7 @@ def maker(kind: str) -> Callable[[Callable[..., Recipe]], Callable[..., Recipe]]
     return register
 
 
-def enter(records: Sequence[recorded.Law], digest: str) -> tuple[Law, ...]:
+def enter_laws(records: Sequence[recorded.Law], digest: str) -> tuple[Law, ...]:
     """Make the recipes of recorded laws, and return the laws as grids name them.
 
     digest : hash of all that they depend on; the same hash gives the same recipes.  Raises InputError.
@@ -176,7 +176,7 @@ def register_kinks_of(law: recorded.Law, law_type: type) -> None:
 # ---------------------------------------------------------------------------------------------- elastic
 
 
-SMALL_DEPTHS = (1e-12, 1e-11)  # m: between these, the power of a force at small penetration is found
+SMALL_DEPTHS = (1e-12, 1e-11)  # m: between these, the power of a force at small penetration is sought
 
 
 def power_at_zero(force: Callable[[float], float]) -> float:
@@ -279,7 +279,7 @@ def _values_type(law: recorded.Law, digest: str, further: tuple[str, ...]) -> ty
 
 
 NO_ELASTIC = 0.0  # the field `elastic` among the numbers of a scene: the joint has its elastic law
-SPEED_AT_ZERO = 0.1  # m/s, at which the power of a normal force at small penetration is found
+SPEED_AT_ZERO = 0.1  # m/s, at which the power of a normal force at small penetration is sought
 
 
 @maker("contact")
@@ -328,10 +328,10 @@ def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
 
     def make(joint):
         elastic = elastic_of(joint)
-        draft = kind(parameters(joint), 1.0, kink_values(law, joint.contact.values))
-        power = power_at_zero(lambda depth: force(draft, elastic, depth, SPEED_AT_ZERO, SPEED_AT_ZERO)[0])
+        trial = kind(parameters(joint), 1.0, kink_values(law, joint.contact.values))
+        power = power_at_zero(lambda depth: force(trial, elastic, depth, SPEED_AT_ZERO, SPEED_AT_ZERO)[0])
         is_times_elastic = abs(power - power_at_zero(lambda depth: elastic_force(elastic, depth))) < 1e-6
-        return draft._replace(sign_past=float(root_parity(elastic)) if is_times_elastic else parity_of(power))
+        return trial._replace(sign_past=float(root_parity(elastic)) if is_times_elastic else parity_of(power))
 
     def elastic_of(joint):
         return compile_law("elastic", joint.contact.elastic, joint) if description.uses_elastic else spring(joint)
@@ -352,15 +352,15 @@ def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
 
 def _restitutions(bound: Callable, joint: Joint) -> dict[str, tuple[float, str]]:
     """Return the restitution at SPEEDS; bound : joint -> its force (N) over penetration, rate and onset rate."""
-    force, found = bound(joint), {}
+    force, restitutions = bound(joint), {}
     for speed in SPEEDS:
         light, heavy = (
             rebound(lambda depth, rate: force(depth, rate, speed), mass, speed)  # noqa: B023 - called in this pass
             for mass in MASSES
         )
         mass_text = "" if abs(heavy - light) < 1e-5 else f" and {MASSES[0]:g} kg"
-        found[f"contact.restitution at {speed:g} m/s{mass_text}"] = light, "1"
-    return found
+        restitutions[f"contact.restitution at {speed:g} m/s{mass_text}"] = light, "1"
+    return restitutions
 
 
 def _check_contact(law: recorded.Law, joint: Joint, force: Callable) -> tuple[str, ...]:
@@ -421,16 +421,16 @@ def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe
     def make(joint):
         given = joint.friction.values
         p = parameters_of(law, values, [given[field.name] for field in law.keys])
-        draft = kind(p, 1.0, kink_values(law, given), (1.0,) * count)
+        trial = kind(p, 1.0, kink_values(law, given), (1.0,) * count)
         if count:
             keys = [given[field.name] for field in law.keys]
-            scales = [_as_quotient(_settled(draft, rates, i), keys) for i in range(count)]
-            draft = draft._replace(scales=tuple(scales))
-        power = sum(force(_after_sliding(draft, slip), 1.0, slip) * slip for size in SLIPS for slip in (size, -size))
-        return draft._replace(sign=-1.0 if power > 0.0 else 1.0)
+            scales = [_as_quotient(_settled(trial, rates, i), keys) for i in range(count)]
+            trial = trial._replace(scales=tuple(scales))
+        power = sum(force(_after_sliding(trial, slip), 1.0, slip) * slip for size in SLIPS for slip in (size, -size))
+        return trial._replace(sign=-1.0 if power > 0.0 else 1.0)
 
-    def _after_sliding(draft, slip):
-        return draft._replace(**{f"state_{i}": math.copysign(draft.scales[i], slip) for i in range(count)})
+    def _after_sliding(trial, slip):
+        return trial._replace(**{f"state_{i}": math.copysign(trial.scales[i], slip) for i in range(count)})
 
     def check(joint):
         friction = make(joint)

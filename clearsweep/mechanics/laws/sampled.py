@@ -68,8 +68,8 @@ def checked(function: Callable[..., float], names: Sequence[str], place: str) ->
             if math.isfinite(value):
                 return value
             reason = f"gives {value}"
-        found = ", ".join(f"{name} {number:.4g}" for name, number in zip(names, arguments, strict=True))
-        raise InputError(f"{place}: {reason}, at {found} (SI); return its limit there")
+        sample = ", ".join(f"{name} {number:.4g}" for name, number in zip(names, arguments, strict=True))
+        raise InputError(f"{place}: {reason}, at {sample} (SI); return its limit there")
 
     return check
 
@@ -100,7 +100,7 @@ def _sharpest_bend(function: Callable, interval: tuple[float, float], rounding: 
         values = [function(low + i * step) for i in range(POINTS + 1)]
         bends = [abs(values[i - 1] - 2.0 * values[i] + values[i + 1]) for i in range(1, POINTS)]
         sharpest = max(range(POINTS - 1), key=bends.__getitem__)
-        if bends[sharpest] < rounding or step < 1e-12 * abs(low):
+        if bends[sharpest] <= rounding or step < 1e-12 * abs(low):
             break
         history.append(bends[sharpest])
         low, high = low + sharpest * step, low + (sharpest + 2) * step
@@ -113,13 +113,13 @@ def undeclared_kinks(
     function: Callable[[float], float], over: Range, declared: Sequence[float], place: str
 ) -> list[str]:
     """Return remarks on kinks that a law does not declare; raise InputError where it jumps without declaring it."""
-    found = list(breaks(function, over, declared))
-    for jump in (x for x in found if x.is_jump):
+    places = list(breaks(function, over, declared))
+    for jump in (x for x in places if x.is_jump):
         raise InputError(
             f"{place}: {jump.text()}, which no integration follows; make it continuous, or declare the place in kinks"
         )
     return [
-        f"{place}: {kink.text()} that it does not declare: steps do not end there, which costs steps" for kink in found
+        f"{place}: {kink.text()} that it does not declare: steps do not end there, which costs steps" for kink in places
     ]
 
 

@@ -218,7 +218,7 @@ def call_number(function, parameters, *operands):
 def _call_with_slopes(function, parameters, *operands):
     """Return the result of a C function with its slope, from differences over each operand that has one.
 
-    They look ahead only: a law need not exist below a penetration of 0.
+    They are one-sided: a law need not exist below a penetration of 0.
     """
     numbers = tuple([dual.value(x) for x in operands])
     result, total = call_number(function, parameters, *numbers), 0.0
