@@ -486,12 +486,11 @@ def trust(file: Path | None, lists: bool, revoke: bool) -> None:
         raise InputError("trust: expected FILE, --revoke FILE or --list")
     if file is None:
         click.echo(escape_control_characters(grids.list_text()))
-    elif file.is_dir():
-        click.echo(escape_control_characters(grids.trust_recorded(store.read_record(file).get("laws", ()))))
     elif revoke:
         click.echo(f"{grids.revoke(file)} contents of {escape_control_characters(str(file))} are no longer trusted")
     else:
-        click.echo(escape_control_characters(grids.trust(file)))
+        recorded = store.read_record(file).get("laws", ()) if file.is_dir() else None
+        click.echo(escape_control_characters(grids.trust(file, recorded)))
 
 
 @verbs.command()

@@ -81,7 +81,7 @@ HOSTILE = {
     "unknown attribute": (HEAD + "laws.contakt\n" + SPRING, ":2: AttributeError: module 'clearsweep.laws' has no"),
     "writes a file": (HEAD + "open('out.txt', 'w')\n" + SPRING, ":2: writes out.txt"),
     "writes elsewhere": (HEAD + "import os\nos.open('/tmp/x', os.O_CREAT)\n" + SPRING, ":3: writes /tmp/x"),
-    "removes a file": (HEAD + "import os\nos.remove('helper.py')\n" + SPRING, ":3: changes a file"),
+    "removes a file": (HEAD + "import os\nos.remove('helper.py')\n" + SPRING, ":3: changes a file or the directory"),
     "swallows the refusal": (HEAD + "try:\n open('a', 'w')\nexcept BaseException:\n pass\n" + SPRING, ":3: writes a"),
     "network": (
         HEAD + "import urllib.request as r\nr.urlopen('http://127.0.0.1:9')\n" + SPRING,
@@ -92,7 +92,7 @@ HOSTILE = {
     "fork": (HEAD + "import os\nos.fork()\n" + SPRING, ":3: starts a process"),
     "thread": (HEAD + "import threading as t\nt.Thread(target=print).start()\n" + SPRING, ":3: starts a thread"),
     "kill": (HEAD + "import os\nos.kill(os.getppid(), 9)\n" + SPRING, ":3: sends a signal"),
-    "directory": (HEAD + "import os\nos.chdir('/')\n" + SPRING, ":3: changes the directory"),
+    "directory": (HEAD + "import os\nos.chdir('/')\n" + SPRING, ":3: changes a file or the directory"),
     "endless": (HEAD + "while True:\n    pass\n", ": does not end within 0.2 s: "),
     "sleeps": (HEAD + "import time\ntime.sleep(1e6)\n", ":3: does not end within 0.2 s"),
     "recursion": (HEAD + "def f(): return f()\nf()\n" + SPRING, "RecursionError: maximum recursion depth exceeded"),
@@ -109,7 +109,7 @@ HOSTILE = {
     "many lines": ("x = 1\n" * 10**6, "has more than the 262,144 bytes"),
     "long line": (GOOD + "x = 1" + " " * 2000 + "; import os\n", ":5: has 2,016 characters"),
     "deep brackets": (HEAD + DEEP, "too many nested parentheses"),
-    "deep sum": (HEAD + SUM + SPRING, None),
+    "deep sum": (HEAD + SUM + SPRING, "my_laws.py: is nested too deeply; divide its longest expressions"),
     "empty": ("", "declares no law"),
     "no law": (HEAD + "def spring(penetration, p): return p.k\n", "declares no law"),
     "syntax": (HEAD + "def spring(:\n", ":2:12: not valid Python: invalid syntax"),
@@ -143,9 +143,6 @@ def test_a_hostile_law_file_ends_with_a_message(kind, monkeypatch, place):
     (place / "helper.py").write_text("x = 1\nraise SystemExit('the neighbour ran')\n", encoding="utf-8")
     monkeypatch.setattr(law_execution, "TIME_LIMIT", 0.2)
     before = len, os.getcwd(), list(sys.path), signal.getsignal(signal.SIGALRM), os._exit
-    if expected is None:
-        load(grid_of(content))
-        return
     with pytest.raises(InputError) as caught:
         load(grid_of(content))
     assert expected in str(caught.value)

@@ -25,7 +25,7 @@ from .sections.variations import recorded_labels
 from .written.definitions import NO_DEFINITIONS, Definitions, definitions_of_resolved
 from .written.document import SET_OPTION, SWEEP_OPTION, OverriddenGrid, leaves, read_options
 from .written.law_execution import has_run, run_all
-from .written.trust import allowing, list_text, revoke, trust, trust_recorded
+from .written.trust import allowing, list_text, revoke, trust
 
 __all__ = [
     "ADDED",
@@ -68,6 +68,5 @@ __all__ = [
     "schema",
     "starter",
     "trust",
-    "trust_recorded",
     "write_starter",
 ]

@@ -35,22 +35,26 @@ from .trust import is_allowed, refusal_text
 ONLY_LAWS = "a law file may only declare laws while it is read"
 TIME_LIMIT = 30.0  # s, after which a text that does not end is stopped
 PATIENCE = 2.0  # s, after which the process ends if the text catches that
-_REFUSED = {  # audit event, or the beginning of its name -> what happens
-    **dict.fromkeys(
-        ("subprocess.", "pty.spawn", "os.fork", "os.exec", "os.posix_spawn", "os.spawn"), "starts a process"
+_REFUSED = {  # what happens -> beginnings of the names of its audit events
+    "starts a process": ("subprocess.", "pty.spawn", "os.fork", "os.exec", "os.posix_spawn", "os.spawn", "os.system"),
+    "starts a thread": ("_thread.start",),
+    "opens a connection": ("socket.connect", "socket.send", "socket.getaddrinfo", "socket.gethost"),
+    "changes a file or the directory": (
+        "os.remove",
+        "os.rename",
+        "os.rmdir",
+        "os.truncate",
+        "shutil.",
+        "os.link",
+        "os.symlink",
+        "os.ch",
     ),
-    **dict.fromkeys(("os.system", "os.startfile"), "starts a process"),
-    "_thread.start": "starts a thread",
-    **dict.fromkeys(("socket.connect", "socket.send", "socket.getaddrinfo", "socket.gethost"), "opens a connection"),
-    **dict.fromkeys(("os.remove", "os.rename", "os.rmdir", "os.truncate", "shutil."), "changes a file"),
-    **dict.fromkeys(("os.link", "os.symlink", "os.chmod", "os.chown"), "changes a file"),
-    **dict.fromkeys(("os.kill", "signal."), "sends a signal"),
-    "os.chdir": "changes the directory",
-    **dict.fromkeys(("sys.addaudithook", "sys.settrace", "sys.setprofile"), "watches the process"),
+    "sends a signal": ("os.kill", "signal."),
+    "watches the process": ("sys.addaudithook", "sys.settrace", "sys.setprofile"),
 }
 _UNAUDITED = (  # functions without an event, at least in some versions of Python
     *((module, name, "ends the process") for module in (os, posix) for name in ("_exit", "abort")),
-    *((module, name, "starts a thread") for module in (_thread, threading) for name in ("start_new_thread",)),
+    (_thread, "start_new_thread", "starts a thread"),
     *((threading, name, "starts a thread") for name in ("_start_new_thread", "_start_joinable_thread")),
 )
 _WATCHED = ("builtins", "clearsweep", "cmath", "json", "math", "numpy", "os", "posix", "sys")  # may not be changed
@@ -81,7 +85,10 @@ def run(file: LawFile, folder: Path | None = None) -> tuple[Law, ...]:
     with _LOCK:
         if file.key not in _RECORDS:
             _check_named(file)
-            _check_imports(file)
+            for module, line in imports(file).items():
+                if place := _neighbouring(module, file):
+                    reason = f"imports {module}, a neighbouring file ({place}); {NO_NEIGHBOURS}"
+                    raise InputError(f"{file.name}:{line}: {reason}")
             records = _executed(file)
             _check_named(file)
             _RECORDS[file.key] = records
@@ -136,18 +143,8 @@ def enter_law_files(
 def _check_named(file: LawFile) -> None:
     """Raise InputError if a library or table that a text names is not what was trusted."""
     for path, digest in file.named:
-        try:
-            is_same = hash_of(path) == digest
-        except OSError:
-            is_same = False
-        if not is_same:
+        if hash_of(path) != digest:
             raise InputError(f"{file.name}: {path} is not what was trusted; see `clearsweep trust`")
-
-
-def _check_imports(file: LawFile) -> None:
-    for module, line in imports(file).items():
-        if place := _neighbouring(module, file):
-            raise InputError(f"{file.name}:{line}: imports {module}, a neighbouring file ({place}); {NO_NEIGHBOURS}")
 
 
 def _neighbouring(module: str, file: LawFile) -> str:
@@ -159,7 +156,7 @@ def _neighbouring(module: str, file: LawFile) -> str:
         found = PathFinder.find_spec(module)
         places = [found.origin, *(found.submodule_search_locations or ())] if found else []
         place = next((x for x in [*places, os.path.join(folder, f"{module}.py")] if x and os.path.exists(x)), None)
-    return str(place) if place and is_neighbour(place, (folder,)) else ""
+    return str(place) if place and is_neighbour(place, folder) else ""
 
 
 def _executed(file: LawFile) -> tuple[Law, ...]:
@@ -229,7 +226,7 @@ def _audit(event: str, arguments: tuple[Any, ...]) -> None:
         return
     _Running.file = None  # what follows may cause events, too
     try:
-        reason = next((text for start, text in _REFUSED.items() if event.startswith(start)), "")
+        reason = next((text for text, starts in _REFUSED.items() if event.startswith(starts)), "")
         if event == "import" and "." not in arguments[0] and (place := _neighbouring(arguments[0], file)):
             reason = f"imports {arguments[0]}, a neighbouring file ({place}); {NO_NEIGHBOURS}"
         elif event == "open" and isinstance(arguments[0], (str, bytes, os.PathLike)):
@@ -272,13 +269,11 @@ def _replaced() -> Iterator[None]:
 
 def _reason_against_opening(path: str, mode: str | None, flags: int, file: LawFile) -> str:
     """Return why a text may not open a file, or ''."""
-    is_written = bool(flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC)) or any(
-        x in "wax+" for x in mode or ""
-    )
+    is_written = flags & (os.O_WRONLY | os.O_RDWR | os.O_CREAT | os.O_TRUNC) or set("wax+").intersection(mode or "")
     if is_written and path != os.devnull:
         return f"writes {path}"
     is_covered = os.path.realpath(path) in (file.path, *(named for named, _ in file.named))
-    if not is_covered and not file.package and is_neighbour(path, (os.path.dirname(file.path),)):
+    if not is_covered and not file.package and is_neighbour(path, os.path.dirname(file.path)):
         return f"opens {path}, which trust does not cover (write the name of a table or library as one text)"
     return ""
 

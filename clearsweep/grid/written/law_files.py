@@ -1,10 +1,14 @@
 """Law files: the key `laws`, and the content of a file by its text and its syntax tree.  Nothing here runs it."""
 
 import ast
+import contextlib
 import hashlib
 import importlib.util
 import os
+import site
 import stat
+import sys
+import sysconfig
 import unicodedata
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
@@ -78,7 +82,7 @@ def plain_value(written: WrittenValue) -> Any:
 
 def installed_file(name: str) -> LawFile:
     """Return the file of an installed library of laws; raise InputError if there is none."""
-    points = [point for point in metadata.entry_points(group=GROUP) if not is_neighbour(_folder_of(point), ())]
+    points = [x for x in metadata.entry_points(group=GROUP) if x.dist and not is_neighbour(str(x.dist.locate_file("")))]
     point = next((point for point in points if point.name == name), None)
     if point is None:
         names = sorted({point.name for point in points})
@@ -91,36 +95,17 @@ def installed_file(name: str) -> LawFile:
     return read_law_file(Path(found.origin), name, package or point.module)
 
 
-def _folder_of(point: metadata.EntryPoint) -> str:
-    return str(point.dist.locate_file("")) if point.dist else ""
+def is_neighbour(place: str | Path, folder: str | Path = ".") -> bool:
+    """Return whether a file or folder is in a folder or in the current one, but not where packages are installed."""
+    near = (Path(folder).resolve(), Path.cwd())
+    return any(Path(place).resolve().is_relative_to(x) and not _is_installed(place) for x in near)
 
 
-def is_neighbour(place: str, folders: Iterable[str]) -> bool:
-    """Return whether a file or folder is in one of these folders or in the current one, but not where packages are."""
-    real = os.path.realpath(place)
-    installed = [os.path.realpath(path) for path in _package_folders()]
-    near = [os.path.realpath(folder) for folder in (os.getcwd(), *folders)]
-    return not any(_is_in(real, folder) for folder in installed) and any(_is_in(real, folder) for folder in near)
-
-
-@lru_cache(maxsize=1)
-def _package_folders() -> tuple[str, ...]:
-    import site
-    import sysconfig
-
-    clearsweep_itself = Path(__file__).parents[2]
-    paths = sysconfig.get_paths()
-    kinds = ("stdlib", "platstdlib", "purelib", "platlib")
-    return (
-        *(paths[kind] for kind in kinds),
-        *site.getsitepackages(),
-        site.getusersitepackages(),
-        str(clearsweep_itself),
-    )
-
-
-def _is_in(path: str, folder: str) -> bool:
-    return path == folder or path.startswith(folder.rstrip(os.sep) + os.sep)
+def _is_installed(place: str | Path) -> bool:
+    """Return whether a file or folder is of Python, of clearsweep, or where packages are installed."""
+    kinds = map(sysconfig.get_path, ("stdlib", "platstdlib", "purelib", "platlib"))
+    folders = (*map(str, kinds), *site.getsitepackages(), site.getusersitepackages(), str(Path(__file__).parents[2]))
+    return any(Path(place).resolve().is_relative_to(os.path.realpath(folder)) for folder in folders)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -158,11 +143,11 @@ def open_regular(path: Path) -> BufferedReader:
 
 
 def hash_of(path: str) -> str:
-    """Return the SHA-256 of a library or a table; raise OSError."""
-    with open_regular(Path(path)) as file:
-        if os.fstat(file.fileno()).st_size > MAX_NAMED_BYTES:
-            raise OSError(0, f"it has more than {MAX_NAMED_BYTES:,} bytes")
-        return hashlib.file_digest(file, "sha256").hexdigest()
+    """Return the SHA-256 of a library or a table, or '' if it is too large or cannot be read."""
+    with contextlib.suppress(OSError), open_regular(Path(path)) as file:
+        if os.fstat(file.fileno()).st_size <= MAX_NAMED_BYTES:
+            return hashlib.file_digest(file, "sha256").hexdigest()
+    return ""
 
 
 def _named_files(file: LawFile) -> Iterator[tuple[str, str]]:
@@ -174,15 +159,15 @@ def _named_files(file: LawFile) -> Iterator[tuple[str, str]]:
         if isinstance(text, str) and 0 < len(text) <= 255 and os.path.isfile(folder / text):
             found.add(os.path.realpath(folder / text))
     for path in sorted(found - {file.path}):
-        try:
-            yield path, hash_of(path)
-        except OSError as error:
-            raise InputError(f"{file.name}: names {path}, which cannot be read: {error.strerror or error}") from None
+        digest = hash_of(path)
+        if not digest:
+            raise InputError(f"{file.name}: names {path}, which cannot be read or has over {MAX_NAMED_BYTES:,} bytes")
+        yield path, digest
 
 
 @lru_cache(maxsize=16)
 def syntax_tree(file: LawFile) -> ast.Module:
-    """Return the syntax tree of a law file; raise InputError if it is no Python, or hides part of its text."""
+    """Return the syntax tree of a law file without documentation; raise InputError if its text hides anything."""
     for number, line in enumerate(file.source.split("\n"), start=1):
         hidden = next((x for x in line if unicodedata.category(x) in ("Cc", "Cf", "Zl", "Zp") and x != "\t"), "")
         if hidden:
@@ -192,22 +177,23 @@ def syntax_tree(file: LawFile) -> ast.Module:
     try:
         with warnings.catch_warnings(action="ignore"):
             tree = ast.parse(file.source, file.name)
+        ast.unparse(tree)  # raises RecursionError where `digest_of_law` would
     except SyntaxError as error:
         place = f"{file.name}:{error.lineno or 1}:{error.offset or 1}"
         raise InputError(f"{place}: not valid Python: {error.msg}") from None
     except (ValueError, RecursionError, MemoryError):
-        raise InputError(f"{file.name}: not valid Python, or nested too deeply") from None
+        raise InputError(f"{file.name}: is nested too deeply; divide its longest expressions") from None
     for node in ast.walk(tree):
-        names = [getattr(node, part, None) for part in ("id", "attr", "arg", "name", "asname")]
-        for name in names:
-            if isinstance(name, str) and any(_is_foreign(x) for x in name):
+        for name in (getattr(node, part, None) for part in ("id", "attr", "arg", "name", "asname")):
+            letters = (x for x in name if not x.isascii()) if isinstance(name, str) else ()
+            if any(unicodedata.name(x, "?").split()[0] not in _SCRIPTS for x in letters):
                 message = f"{name!a} has letters that look like others; use those of Latin and Greek"
                 raise InputError(f"{file.name}:{getattr(node, 'lineno', 1)}: {message}")
+        if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and ast.get_docstring(node, clean=False) is not None:
+            node.body = node.body[1:] or [ast.Pass()]
+        if isinstance(node, ast.Call) and _kind_of(node, *KINDS, "key", "Key"):
+            node.keywords = [part for part in node.keywords if part.arg != "doc"]
     return tree
-
-
-def _is_foreign(character: str) -> bool:
-    return not character.isascii() and unicodedata.name(character, "?").split()[0] not in _SCRIPTS
 
 
 def imports(file: LawFile) -> dict[str, int]:
@@ -287,7 +273,7 @@ def digest_of_law(file: LawFile, name: str) -> str:
     for statement in reached:  # grows
         used = {node.id for node in ast.walk(statement) if isinstance(node, ast.Name)}
         reached += [x for x in definitions if x.name in used and x not in reached]
-    parts = [_canonical(x) for x in sorted(reached, key=lambda x: x.lineno)]
+    parts = [ast.unparse(x) for x in sorted(reached, key=lambda x: x.lineno)]
     text = "\n".join([*parts, *(digest for _, digest in file.named), *_versions(file)])
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
@@ -298,41 +284,8 @@ def _declares(decorator: Any, name: str) -> bool:
     return isinstance(first, ast.Constant) and first.value == name
 
 
-def _canonical(node: ast.AST) -> str:
-    """Return the text of a syntax tree: the same for every version of Python, without documentation."""
-    texts: list[str] = []
-    waiting: list[Any] = [node]
-    while waiting:
-        part = waiting.pop()
-        if isinstance(part, bytes):
-            texts.append(part.decode())
-        elif isinstance(part, list):
-            waiting += [b"]", *reversed(part), b"["]
-        elif isinstance(part, ast.Constant) or not isinstance(part, ast.AST):
-            texts.append(f"{getattr(part, 'value', part)!r},")
-        else:
-            fields = [(key, value) for key, value in _undocumented(part).items() if value is not None and value != []]
-            waiting += [b")"]
-            for key, value in reversed(fields):
-                waiting += [value, f"{key}=".encode()]
-            texts.append(f"{type(part).__name__}(")
-    return "".join(texts)
-
-
-def _undocumented(node: ast.AST) -> dict[str, Any]:
-    """Return the fields of a node without documentation."""
-    fields = dict(ast.iter_fields(node))
-    if isinstance(node, (ast.FunctionDef, ast.ClassDef)) and ast.get_docstring(node, clean=False) is not None:
-        fields["body"] = node.body[1:]
-    if _kind_of(node, *KINDS, "key", "Key"):
-        fields["keywords"] = [part for part in fields["keywords"] if part.arg != "doc"]
-    return fields
-
-
 def _versions(file: LawFile) -> list[str]:
     """Return the versions of the packages that a file imports, but not of Python, numpy and clearsweep."""
-    import sys
-
     known = {"numpy", "clearsweep", *sys.stdlib_module_names}
     versions = []
     for module in sorted(imports(file).keys() - known):

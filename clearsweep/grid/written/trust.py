@@ -18,7 +18,7 @@ from typing import Any
 from ...contracts.case import LawFile
 from ...language.errors import InputError
 from ...tracing.cache import privacy_problem
-from .law_files import contents_text, imports, installed_file, open_regular, read_law_file, recorded_file, syntax_tree
+from .law_files import contents_text, installed_file, open_regular, read_law_file, recorded_file
 
 STORE = "trusted-laws.json"
 MAX_STORE_BYTES = 2**24
@@ -106,16 +106,10 @@ def _change(change: Any) -> None:
         raise InputError(f"{path}: cannot be written ({error.strerror}); nothing was changed") from None
 
 
-def trust(path: Path) -> str:
-    """Trust a law file, and return what it contains and where that is remembered.  None of it runs."""
-    file = read_law_file(path, str(path))
-    syntax_tree(file), imports(file)
-    return f"{contents_text(file)}\ntrusted: remembered in {remember(file)}"
-
-
-def trust_recorded(contents: Iterable[Mapping[str, Any]]) -> str:
-    """Trust the law files that run.json contains, for `show`; return what they contain.  None of it runs."""
-    texts = [f"{contents_text(file)}\ntrusted: remembered in {remember(file)}" for file in map(recorded_file, contents)]
+def trust(path: Path, recorded: Iterable[Mapping[str, Any]] | None = None) -> str:
+    """Trust a law file, or those in the run.json of a directory; return what they contain.  None of it runs."""
+    files = [read_law_file(path, str(path))] if recorded is None else [*map(recorded_file, recorded)]
+    texts = [f"{contents_text(file)}\ntrusted: remembered in {remember(file)}" for file in files]
     return "\n".join(texts) or "the run has no law files"
 
 
