@@ -187,7 +187,7 @@ def _first_case(grid: Grid, units: dict[str, str]) -> dict[str, Any]:
     values = dict(leaves(grid.written_case(0)))
     return {
         "case_id": grid.case_id(0),
-        "values": {path: value for path, value in values.items() if not isinstance(value, dict | list)},
+        "values": {path: value for path, value in values.items() if not isinstance(value, dict | list | tuple)},
         "units": {path: units[path] for path in values if path in units},
         "written_units": {
             path: written_unit._asdict() for path, written_unit in grid.written_units.items() if path in values

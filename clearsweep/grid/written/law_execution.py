@@ -33,8 +33,8 @@ from .law_files import LAWS, NO_NEIGHBOURS, digest_of_law, hash_of, imports, is_
 from .trust import is_allowed, refusal_text
 
 ONLY_LAWS = "a law file may only declare laws while it is read"
-TIME_LIMIT = 30.0  # s, after which a text that does not end is stopped
-PATIENCE = 2.0  # s, after which the process ends if the text catches that
+TIME_LIMITS = {signal.SIGPROF: 30.0, signal.SIGALRM: 120.0}  # s of processor time, and of the clock
+PATIENCE = 2.0  # s, after which the process ends if a text catches that its time is over
 _REFUSED = {  # what happens -> beginnings of the names of its audit events
     "starts a process": ("subprocess.", "pty.spawn", "os.fork", "os.exec", "os.posix_spawn", "os.spawn", "os.system"),
     "starts a thread": ("_thread.start",),
@@ -196,7 +196,7 @@ def _failure_text(error: BaseException, file: LawFile, name: str) -> str:
         return str(error)
     line = getattr(error, "lineno", None) or (lines[-1] if lines else None)
     statement = f": {linecache.getline(name, line).strip()[:80]}" if line else ""
-    reason = f"does not end within {TIME_LIMIT:g} s" if isinstance(error, _OutOfTimeError) else error_line(error)
+    reason = str(error) if isinstance(error, _OutOfTimeError) else error_line(error)
     return f"{file.name}:{line or 1}: {str(error) if isinstance(error, InputError) else reason}{statement}"
 
 
@@ -208,7 +208,7 @@ def _guarded(file: LawFile) -> Iterator[None]:
         _Running.has_hook = True
     before, path, bytecode = _attributes(), list(sys.path), sys.dont_write_bytecode
     try:
-        with _time_limit(), _prints_to_stderr(), _replaced():
+        with contextlib.nullcontext() if file.is_allowed else _time_limits(), _prints_to_stderr(), _replaced():
             _Running.file, _Running.thread, _Running.refused = file, threading.get_ident(), ""
             sys.dont_write_bytecode = True  # of packages, which would be written files
             yield
@@ -279,28 +279,34 @@ def _reason_against_opening(path: str, mode: str | None, flags: int, file: LawFi
 
 
 @contextlib.contextmanager
-def _time_limit() -> Iterator[None]:
-    """In this context, a text that does not end is stopped; only the main thread can do that."""
+def _time_limits() -> Iterator[None]:
+    """In this context, a text that does not end is stopped; only the main thread can do that.
+
+    Workers need no limits: they run what has ended in the process that began the run.
+    """
     if threading.current_thread() is not threading.main_thread():
         yield
         return
     end, expired = os._exit, list[bool]()
 
-    def stop(_signum: int, _frame: FrameType | None) -> None:
+    def stop(signum: int, _frame: FrameType | None) -> None:
         if expired:  # the text catches every error
             print("a law file does not end, and catches what would end it", file=sys.__stderr__, flush=True)
             end(2)
         expired.append(True)
-        raise _OutOfTimeError
+        raise _OutOfTimeError(f"does not end within {TIME_LIMITS[signal.Signals(signum)]:g} s")
 
-    old_handlers = signal.signal(signal.SIGALRM, stop), signal.getsignal(signal.SIGINT)
-    old_timer = signal.setitimer(signal.ITIMER_REAL, TIME_LIMIT, PATIENCE)
+    timers = {signal.SIGPROF: signal.ITIMER_PROF, signal.SIGALRM: signal.ITIMER_REAL}
+    old_handlers = {signum: signal.signal(signum, stop) for signum in timers}
+    old_handlers[signal.SIGINT] = signal.getsignal(signal.SIGINT)
+    old_times = {signum: signal.setitimer(timers[signum], TIME_LIMITS[signum], PATIENCE) for signum in timers}
     try:
         yield
     finally:
-        signal.setitimer(signal.ITIMER_REAL, *old_timer)
-        signal.signal(signal.SIGALRM, old_handlers[0])
-        signal.signal(signal.SIGINT, old_handlers[1])
+        for signum, times in old_times.items():
+            signal.setitimer(timers[signum], *times)
+        for signum, handler in old_handlers.items():
+            signal.signal(signum, handler)
 
 
 @contextlib.contextmanager
