@@ -50,10 +50,29 @@ class _Verb(click.Command):
             return super().invoke(context)
 
 
+#: Names of other programs for what a verb does, which an error suggests.
+SYNONYMS = {
+    **dict.fromkeys(("sweep", "simulate", "start", "resume", "solve"), "run"),
+    **dict.fromkeys(("compare", "diff", "plot", "html", "export"), "report"),
+    **dict.fromkeys(("animate", "case"), "show"),
+    **dict.fromkeys(("validate", "lint"), "run GRID --dry-run"),
+    **dict.fromkeys(("help", "explain", "info"), "list"),
+    **dict.fromkeys(("new", "create"), "init"),
+}
+
+
 class _Verbs(click.Group):
     """All verbs."""
 
     command_class = _Verb
+
+    def resolve_command(
+        self, ctx: click.Context, args: list[str]
+    ) -> tuple[str | None, click.Command | None, list[str]]:
+        """Return a verb and its arguments; an error suggests the verb for a name of other programs."""
+        if args[0] in SYNONYMS:
+            ctx.fail(f"No such command '{args[0]}'. Did you mean '{SYNONYMS[args[0]]}'?")
+        return super().resolve_command(ctx, args)
 
     def get_command(self, ctx: click.Context, cmd_name: str) -> click.Command | None:
         """Return a verb; `laws` is the former name of `list`."""

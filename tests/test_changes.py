@@ -61,7 +61,7 @@ def test_sections_are_set_whole_and_nothing_takes_a_key_away(changed):
         (["drive.speed.x=3"], [], "--set drive.speed.x: continues below '5000 rpm'"),
         ([], ["drive.speed=200rpm,500"], "--sweep drive.speed: found 500 without a unit next to"),
         ([], ["drive.speed=1 rpm,1 rpm"], "--sweep drive.speed: duplicate value '1 rpm'"),
-        ([], ["drive.sped=1,2"], "--sweep drive.sped: names nothing; did you mean 'drive.speed'?"),
+        ([], ["drive.sped=1,2"], "--sweep drive.sped: is no key of this grid; did you mean 'drive.speed'?"),
         (["drive.speed=1 rpm"], ["drive.speed=2 rpm"], "--set: drive.speed: is given with --sweep, too"),
         (["drive.speed"], [], "--set drive.speed: expected PATH=VALUE, such as --set drive.speed=3000rpm"),
         ([], ["drive.speed="], "--sweep drive.speed=: expected PATH=VALUE"),

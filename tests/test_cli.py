@@ -100,6 +100,17 @@ def test_unknown_verbs_and_options_name_the_nearest(run_cli, arguments, nearest)
     assert nearest in err
 
 
+def test_a_verb_of_other_programs_and_a_grid_without_its_ending_are_suggested(run_cli, tmp_path):
+    for typed, verb in (("sweep", "run"), ("compare", "report"), ("validate", "run GRID --dry-run")):
+        code, _, errors = run_cli(typed, "x")
+        assert code == 2
+        assert f"Did you mean '{verb}'?" in errors
+    written(tmp_path / "yoke.yaml", grid(1))
+    code, _, errors = run_cli("run", "yoke")
+    assert code == 2
+    assert "did you mean yoke.yaml?" in errors
+
+
 def test_no_arguments_print_the_help(run_cli):
     code, _, err = run_cli()
     assert code == 0

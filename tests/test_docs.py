@@ -58,6 +58,23 @@ def place(tmp_path, monkeypatch):
     return tmp_path
 
 
+def test_the_page_of_commands_has_every_option_of_every_verb():
+    rows = dict(re.findall(r"^\| `clearsweep (\w+)[^`]*` \|(.*)$", page_of_commands(), re.MULTILINE))
+    assert rows.keys() == verbs.commands.keys()
+    for name, command in verbs.commands.items():
+        texts = "\n".join(re.findall(rf"^\| `clearsweep {name}\b.*$", page_of_commands(), re.MULTILINE))
+        options = {option for parameter in command.params for option in parameter.opts if option.startswith("--")}
+        missing = {option for option in options - {"--json"} if f"`{option}" not in texts and f" {option}" not in texts}
+        assert not missing, name
+        own = re.sub(r"`\w+ --[a-z-]+`", "", texts)  # without `run --option` in the row of another verb
+        mentioned = set(re.findall(r"(?<![\w-])--[a-z][a-z-]*", own))
+        assert mentioned <= options, name
+
+
+def page_of_commands():
+    return (ROOT / "docs/commands.md").read_text(encoding="utf-8")
+
+
 @pytest.mark.parametrize("block", blocks("console", "bash"))
 def test_commands_exist_and_take_these_options(block, monkeypatch):
     targets = re.findall(r"^([\w-]+):", (ROOT / "Makefile").read_text(encoding="utf-8"), re.MULTILINE)

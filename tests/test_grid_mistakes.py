@@ -459,7 +459,8 @@ AXES = {
     ),
     "names nothing": (
         f"{JOINT}.clearanse: [1 mm]",
-        f"22:3: sweep.{JOINT}.clearanse: names nothing; did you mean '{JOINT}.clearance'? (allowed next to it: ",
+        f"22:3: sweep.{JOINT}.clearanse: is no key of this grid; did you mean '{JOINT}.clearance'? (allowed next to "
+        "it: ",
     ),
     "section": ("drive: [1]", "22:3: sweep.drive: is a section, not a value; write a key in it, such as drive.speed"),
     "absent section": (

@@ -211,7 +211,7 @@ MISTAKES = {
     "unknown path": (
         "cases: cases.csv\n",
         ROWS.replace("clearance", "clearanse"),
-        f"cases.csv:1:1: cases.{JOINT}.clearanse: names nothing; did you mean '{CLEARANCE}'?",
+        f"cases.csv:1:1: cases.{JOINT}.clearanse: is no key of this grid; did you mean '{CLEARANCE}'?",
     ),
     "wrong unit in the head": (
         "cases: cases.csv\n",
@@ -271,7 +271,7 @@ MISTAKES = {
     "unknown variable": (
         sample({"drive.sped": "{uniform: [1, 2]}"}),
         "",
-        "grid.yaml:22:3: sample.over.drive.sped: names nothing; did you mean 'drive.speed'?",
+        "grid.yaml:22:3: sample.over.drive.sped: is no key of this grid; did you mean 'drive.speed'?",
     ),
     "drawn law": (
         sample({f"{CONTACT}.law": "{uniform: [1, 2]}"}),

@@ -170,7 +170,7 @@ def test_killed_at_any_round_it_continues_to_the_same_answers(tmp_path, after):
 @pytest.mark.parametrize(
     ("changes", "message"),
     [
-        ({"largest": "mechanism.slider.mas"}, "seek.between: names nothing; did you mean"),
+        ({"largest": "mechanism.slider.mas"}, "seek.between: is no key of this grid; did you mean"),
         ({"largest": None}, "seek.largest: is missing"),
         ({"smallest": MASS}, "seek.largest: has both largest and smallest"),
         ({"largest": GRAVITY}, "is under 'sweep' already"),

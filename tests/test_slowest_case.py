@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from clearsweep.contracts.layout import Column, Layout
-from clearsweep.sweeping.facts import SlowestCase, slowest_case_lines
+from clearsweep.sweeping.facts import SlowestCase
 
 
 def layout_with(*columns, life=""):
@@ -26,11 +26,6 @@ def test_the_slowest_case_is_the_one_with_the_least_motion_for_its_time():
     slowest = told_of(record, layout_with("run_time"), block)
     assert slowest["case_id"] == "case1"
     assert slowest["factor"] == pytest.approx(10.0 * 2.0 / 400.0 / 0.05, rel=1e-12)
-    (line,) = slowest_case_lines(slowest | {"case_id": "0123456789"})
-    assert (
-        line.replace("\xa0", " ")
-        == "Slowest case relative to its motion: 01234567, 50.0 ms of motion in 50.0 ms (1.0 times real time)"
-    )
 
 
 def test_a_run_with_until_counts_the_revolutions_that_were_run():
@@ -45,4 +40,3 @@ def test_a_run_with_until_counts_the_revolutions_that_were_run():
 def test_nothing_is_reported_of_lives_and_of_cranks_without_a_speed(life):
     record = {"drive": {"speed": 10.0} if life else {"torque": 3.0}, "simulate": {"revolutions": 10.0}, "units": {}}
     assert told_of(record, layout_with("run_time", life=life), {"run_time": [1.0]}) is None
-    assert slowest_case_lines(None) == []

@@ -432,15 +432,18 @@ def law_range_remark(contacts: Iterable[tuple[str, str, float, float]]) -> str:
     return LAW_LIMIT + "; ".join(descriptions) if descriptions else ""
 
 
-def onset_remark(joints: Iterable[tuple[str, float]]) -> str:
-    """Return the remark on contacts that never end and keep their onset rate: (joint, onset rate in m/s)."""
+def onset_remark(joints: Iterable[tuple[str, float, bool]]) -> str:
+    """Return the remark on contacts that never end and keep their onset rate.
+
+    joints : name, onset rate in m/s, whether `contact.onset: renewed` is allowed
+    """
+    lasting = list(joints)
     descriptions = [
-        f"{joint} never loses contact in the window, and its law uses the onset rate of its first touch, {rate:.3g} m/s"
-        for joint, rate in joints
+        f"{joint} stays in contact; its damping still depends on how the run started (first touch at {rate:.3g} m/s)"
+        for joint, rate, _ in lasting
     ]
-    return (
-        f"{ONSET_KEPT}{', '.join(descriptions)}; contact.onset: renewed removes this influence" if descriptions else ""
-    )
+    remedy = "; `contact.onset: renewed` removes this" if any(allowed for *_, allowed in lasting) else ""
+    return f"{ONSET_KEPT}{', '.join(descriptions)}{remedy}" if descriptions else ""
 
 
 def run_in_remark(periodic_from: float, discard: float, joints: Iterable[tuple[str, float, float]]) -> str:

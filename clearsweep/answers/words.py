@@ -357,7 +357,7 @@ def interval_text(life: Lifetime) -> str:
     """Return the 95 % interval of a life that the numerics leave, or '' if it is unknown."""
     if math.isnan(life.revolutions_low):
         return ""
-    return f"95{wording.BLANK}% of the numerics alone: {_numerical_interval_text(life)}"
+    return f"Computing error (95{wording.BLANK}%): {_numerical_interval_text(life)}"
 
 
 def spread_text(life: Lifetime) -> str:

@@ -224,18 +224,6 @@ class SlowestCase:
                 self.slowest = describe(index) | times
 
 
-def slowest_case_lines(slowest: dict[str, Any] | None) -> list[str]:
-    """Return the line on the case with the longest run time relative to the duration of its motion."""
-    if not slowest:
-        return []
-    factor = wording.quantity_text(slowest["factor"], "1", 2)
-    motion, spent = wording.texts_in_common_unit([slowest["motion"], slowest["spent"]], "s")
-    return [
-        f"Slowest case relative to its motion: {wording.short_id(slowest['case_id'])}, {motion} of motion in {spent} "
-        f"({factor} times real time)"
-    ]
-
-
 def _recorded_number(record: Mapping[str, Any], path: str) -> float | None:
     """Return a number of a grid, or None if there is none at this path."""
     section, key = path.split(".")

@@ -22,7 +22,6 @@ from .facts import (
     grid_texts,
     setting_name,
     setting_text,
-    slowest_case_lines,
     value_text,
 )
 from .pool.case_runner import SIMULATION
@@ -152,7 +151,6 @@ def run_text(facts: dict[str, Any]) -> str:
         first_line = f"{cases(facts['reused'])} of {facts['joined']} directories merged in {duration}"
     lines = [
         f"{first_line}: {facts['ok']:,} ok, {facts['failed']:,} failed{remaining}",
-        *slowest_case_lines(facts["slowest"]),
     ]
     if facts["others"]:
         lines.append(

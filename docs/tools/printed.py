@@ -28,7 +28,7 @@ OF_A_FILE = re.compile(r"<!-- output: (?:clearsweep run configs/)?(\w+)(?:\.yaml
 OF_A_BLOCK = re.compile(
     rf"^```yaml\n((?:(?!^```).*\n)*)```\n(?:(?!^```).*\n)*{MARK}```text\n((?:(?!^```).*\n)*)```", re.MULTILINE
 )
-TIMES = re.compile(r" ran in |^Slowest case relative|^Results in |^Next: ")  # lines that differ from run to run
+TIMES = re.compile(r" ran in |^Results in |^Next: ")  # lines that differ from run to run
 
 
 class Example(NamedTuple):

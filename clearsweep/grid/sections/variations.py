@@ -132,7 +132,7 @@ def _record_axis(
                 "; headers are paths such as joints.rod-slider.clearance [um]. Give this header a path with "
                 f"{{table: FILE, columns: {{{path}: PATH}}}}, or name texts of the rows with `label: {path}`"
             )
-        reader.problems.add(position, key_path, f"names nothing{suggestion}{hint_text}{remedy}")
+        reader.problems.add(position, key_path, f"is no key of this grid{suggestion}{hint_text}{remedy}")
 
 
 def _axis_key_path(reader: Reader, section_name: str, path: str) -> str:

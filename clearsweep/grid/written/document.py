@@ -119,7 +119,9 @@ def read_document(source: str | PathLike | Mapping, problems: Problems) -> Writt
         raise InputError(f"{name}: not UTF-8 text (byte {error.start}); save the file as UTF-8") from error
     except (OSError, ValueError) as error:
         reason = getattr(error, "strerror", None) or error
-        raise InputError(f"{name}: cannot be read: {reason}; give the path of a grid file") from error
+        similar = next((each for each in (f"{name}.yaml", f"{name}.yml") if Path(each).is_file()), "")
+        remedy = f"did you mean {similar}?" if similar else "give the path of a grid file"
+        raise InputError(f"{name}: cannot be read: {reason}; {remedy}") from error
     try:
         node = YAML(typ="safe", pure=True).compose(text)
     except MarkedYAMLError as error:

@@ -338,8 +338,8 @@ def periodicity_sentences(study: Study) -> list[str]:
         motions, suffix = wording.count_text(count, "motion"), _ratio_to_median_text(study, study.most_loaded_joint())
         subject = f"{count - len(known_periods)} of {motions}" if count > 1 else "The motion"
         points.append(
-            f"{subject} did not become periodic within the run, so the largest peak is "
-            f"partly random{suffix}. Compare the median peak, rms or p99, the force exceeded during 1 % of the time."
+            f"{subject} did not become periodic. The largest peak is partly chance{suffix}. Compare designs by the "
+            "median peak, the rms or the p99."
         )
         points += _expected_peak_sentences(study)
     return points

@@ -215,7 +215,9 @@ def _nearest_blocks(study: Study, answers: _Answers) -> list[Block]:
     ]
     blocks: list[Block] = [Table("nearest", "How close the cases come to their limits", "", columns, rows)]
     if nearest["needed"] and len(best) > 1:
-        blocks.append(Sentences([f"All of these {len(best)} would pass with {_needed_text(nearest['needed'])}."]))
+        blocks.append(
+            Sentences([f"All {len(best)} cases would pass with the limit {_needed_text(nearest['needed'])}."])
+        )
     return [*blocks, *_key_effect_blocks(answers, nearest, study.limits)]
 
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from ... import grid
 from ...contracts.case import Case, Joint
-from ...contracts.catalogue import Law, Merit
+from ...contracts.catalogue import Catalogue, Law, Merit
 from ...grid import library
 from ...language import wording
 from ...language.errors import InputError, did_you_mean, similar_words
@@ -76,6 +76,8 @@ def laws_text(name: str | None = None) -> str:
     ]:
         return "\n\n".join(texts)
     last_part = name.rpartition(".")[2]
+    if text := _column_text(name, laws):
+        return text
     similar = similar_words(last_part, (*describe.law_names(), *library.library_names())) or similar_words(
         last_part, grid.key_names(laws)
     )
@@ -90,6 +92,22 @@ def laws_text(name: str | None = None) -> str:
         f"list: unknown name '{name}'{suggestion} (`clearsweep list` prints laws and libraries; a key of a grid has a "
         "path such as simulate.tolerance)"
     )
+
+
+def _column_text(name: str, laws: Catalogue) -> str:
+    """Return the description of a column of the summary, such as `rod_slider_force_peak` or `J_force_peak`, or ''."""
+    for figure in laws.figures:
+        subject = name.removesuffix(figure.name).rstrip("_")
+        if not name.endswith(figure.name) or bool(subject) == (figure.of == "case"):
+            continue
+        lines = {
+            "meaning": figure.text,
+            "unit": figure.unit.replace("{output}", "m or rad"),
+            "of": f"the {figure.of}; `limits` accept it",
+        }
+        texts = (f"  {key:10}{text.replace('{output}', subject)}" for key, text in lines.items())
+        return "\n".join([name, *texts])
+    return ""
 
 
 def advice_for_joint(joint: Joint, load: float | None) -> Advice:
@@ -263,7 +281,8 @@ class Recommendation(NamedTuple):
     def _used_law_text(self) -> str:
         """Return the assessment of the law in use as a sentence."""
         description = f"is {self.rating}" + ("" if self.rating == SUITABLE else f": {self.objection}")
-        return f"The {self._law_kind()} in use, {self.law_used}, {description}."
+        remedy = f" Write `{self.key}: {self.law}`." if self.law and self.rating != SUITABLE else ""
+        return f"The {self._law_kind()} in use, {self.law_used}, {description}.{remedy}"
 
 
 def _recommended_text(laws: Sequence[Recommendation]) -> str:
@@ -405,9 +424,9 @@ def _force_ratio_text(joint: Joint, names: list[str]) -> str:
     softest, stiffest = min(forces, key=forces.__getitem__), max(forces, key=forces.__getitem__)
     depth_text = wording.quantity_text(COMPARED_DEPTH, "m", 1)
     return (
-        f"The {len(forces)} valid elastic laws differ by a factor of "
-        f"{wording.number_text(forces[stiffest] / forces[softest])} in force at {depth_text}, from {softest} to "
-        f"{stiffest}."
+        f"The choice among the {len(forces)} valid elastic laws changes the force up to "
+        f"{wording.number_text(forces[stiffest] / forces[softest])} times at {depth_text}, from {softest} "
+        f"to {stiffest}."
     )
 
 

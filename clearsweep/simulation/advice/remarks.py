@@ -165,12 +165,12 @@ def _impacts_on_links(scene: Scene, summary: Mapping[str, Any]) -> Iterator[tupl
                 yield link.name, joint.name, link.segments, segments_to_resolve(link, peak, depth, rate)
 
 
-def _lasting_contacts(scene: Scene, window: Window) -> Iterator[tuple[str, float]]:
-    """Yield joint and onset rate (m/s) of every contact that lasts for the whole window."""
+def _lasting_contacts(scene: Scene, window: Window) -> Iterator[tuple[str, float, bool]]:
+    """Yield joint, onset rate (m/s), and whether that may be renewed, of contacts that last for the whole window."""
     for index, joint in enumerate(scene.case.joints):
         rate = float(window.onset_rate[index])
         if joint.contact.onset == "first" and not math.isnan(rate) and window.totals.joint[index].onsets == 0.0:
-            yield joint.name, rate
+            yield joint.name, rate, joint.slot_length is None
 
 
 def _run_in(window: Window) -> str:
