@@ -232,6 +232,21 @@ def test_signatures_are_those_of_the_acceleration(figures, signals):
     assert figures["slider_crest"] == pytest.approx(crest, rel=1e-4)
 
 
+def test_the_histories_of_frame_and_places_are_those_of_the_bodies(figures, signals):
+    c, inner = signals.channels, slice(1, -1)  # differences are less exact at the ends
+    velocity = c["rod/vx"] - c["rod/rate"] * (np.sin(c["rod/angle"]) * -0.02 + np.cos(c["rod/angle"]) * 0.01)
+    expected = {
+        "frame/force_x": signals.force[0],
+        "frame/force_y": signals.force[1],
+        "frame/moment": signals.moment,
+        "tip/ax": np.gradient(velocity, signals.times),
+    }
+    for name, exact in expected.items():
+        assert c[name][inner] == pytest.approx(exact[inner], abs=2e-3 * np.abs(exact).max()), name
+    assert c["slider/ax"] == pytest.approx(c["slider/a"], abs=1e-9 * np.abs(c["slider/a"]).max())
+    assert np.abs(c["frame/moment"]).max() == pytest.approx(figures["frame_moment_peak"], rel=1e-3)
+
+
 def test_the_envelope_is_the_magnitude_of_the_analytic_signal(figures, signals):
     velocity = signals.channels["slider/vx"][:-1]
     frequencies = np.fft.fftfreq(len(velocity), signals.period / len(velocity))

@@ -418,6 +418,7 @@ class Catalogue(NamedTuple):
     spatial_channels: tuple[Channel, ...] = ()  # channels of a spatial joint, before those of its contact points
     point_channels: tuple[Channel, ...] = ()  # channels of each contact point; '{}' is its number
     frame_channels: tuple[Channel, ...] = ()  # channels of the frame, with `vibration`
+    place_channels: tuple[Channel, ...] = ()  # channels of each place of `vibration`; '{}' is its name
     #: Returns the path at fault and a sentence if a Case cannot start.
     start_problem: Callable[[Any], tuple[str, str] | None] = lambda _: None
     searches: tuple[Any, ...] = ()  # kinds of search: subclasses of `contracts.search.Search`

@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 from .case import Case, Joint, column_name
 from .catalogue import Catalogue, Channel, Figure, Mechanism, Outline
-from .vibration import PlaceOutline, VibrationOutline
+from .vibration import FRAME, PlaceOutline, VibrationOutline
 
 PRELOAD = "preload"  # the form of load that presses on a joint with clearance
 FRICTION_POWER = "friction_power"  # the figure that a joint without clearance may also have
@@ -335,9 +335,18 @@ def _channels(catalogue: Catalogue, mechanism: Mechanism, features: CaseFeatures
         for joint in features.joints
         for channel in _joint_channels(catalogue, joint)
     )
-    frame_channels = catalogue.frame_channels if features.outline.vibration else ()
-    all_channels = (*mechanism.channels, *joint_channels, *frame_channels)
+    all_channels = (*mechanism.channels, *joint_channels, *_vibration_channels(catalogue, features.outline.vibration))
     return (Column(TIME, "s", "time"), *(Column(*channel) for channel in all_channels))
+
+
+def _vibration_channels(catalogue: Catalogue, vibration: VibrationOutline | None) -> Iterator[Channel]:
+    """Yield the time histories of the frame and of the places."""
+    if vibration is None:
+        return
+    yield from catalogue.frame_channels
+    for place in vibration.places:
+        for name, unit, text in catalogue.place_channels if place.name != FRAME else ():
+            yield Channel(name.format(place.column), unit, text.format(place.name))
 
 
 def _joint_channels(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channel]:

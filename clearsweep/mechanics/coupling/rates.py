@@ -74,7 +74,7 @@ from ..observe import (
     write_contact_observables,
 )
 from .inertia import joints_with_mass, with_sticking_forces
-from .shaking import FRAME_CHANNELS, frame_forces, signal_count
+from .shaking import FRAME_CHANNELS, PLACE_CHANNELS, signal_count, vibration_histories
 from .state import kappa_over_root, put_friction_rates, size_of, time_scale, with_friction_states
 
 
@@ -347,8 +347,8 @@ JOINT_CHANNELS = (
 #: Time histories of a film, after those of its joint.
 FILM_CHANNELS = (Channel("force_dry", "N", "dry share of the normal force"),)
 #: Time histories of a joint, of a spatial joint, and of each contact point of a spatial joint, the same for all joints;
-#: and of the frame.
-CHANNELS = (JOINT_CHANNELS, FILM_CHANNELS, SPATIAL_CHANNELS, POINT_CHANNELS, FRAME_CHANNELS)
+#: of the frame, and of a place.
+CHANNELS = (JOINT_CHANNELS, FILM_CHANNELS, SPATIAL_CHANNELS, POINT_CHANNELS, FRAME_CHANNELS, PLACE_CHANNELS)
 
 
 class _SampleCursor(NamedTuple):
@@ -406,7 +406,9 @@ def sample_entry(scene, y, mode, latched, journal_sides, out, channels):
     _put_gaps(parameters.joints, joint_gaps, cursor, (values, journal_sides))
     _put_forces(parameters.joints, loads, cursor, (values, journal_sides))
     if parameters.shaking:
-        values[channels - 3], values[channels - 2], values[channels - 1], _ = frame_forces(parameters, y, pose, motion)
+        histories = vibration_histories(parameters, y, pose, motion)
+        for i in range(len(histories)):
+            values[channels - len(histories) + i] = histories[i]
 
 
 def slopes_of(scene, parameters) -> Entry:

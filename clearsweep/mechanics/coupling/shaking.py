@@ -32,6 +32,11 @@ FRAME_CHANNELS = (
     Channel("frame/force_y", "N", "force of the mechanism on its frame, y"),
     Channel("frame/moment", "N*m", "moment of the mechanism on its frame"),
 )
+#: Time histories of a place, whose name takes the place of {}.
+PLACE_CHANNELS = (
+    Channel("{}/ax", "m/s^2", "acceleration of the place {}, x"),
+    Channel("{}/ay", "m/s^2", "acceleration of the place {}, y"),
+)
 
 
 def signal_count(shaking):
@@ -71,9 +76,26 @@ def put_signals(scene, y, pose, motion, o, row, column):
     o[column + FORCE_X, row], o[column + FORCE_Y, row] = fx, fy
     o[column + FORCE_SQUARE, row], o[column + MOMENT, row] = fx * fx + fy * fy, moment
     for i in range(len(shaking.places)):
-        place, first = shaking.places[i], column + PLACES + PLACE_WIDTH * i
-        body = bodies[len(place.body) - 1]
-        vx = body.vx + place.x * body.turn_xx + place.y * body.turn_yx
-        vy = body.vy + place.x * body.turn_xy + place.y * body.turn_yy
+        vx, vy = place_velocity(shaking.places[i], bodies)
+        first = column + PLACES + PLACE_WIDTH * i
         o[first + VX, row], o[first + VY, row] = value(vx), value(vy)
         o[first + AX, row], o[first + AY, row] = slope(vx), slope(vy)
+
+
+@inlined
+def place_velocity(place, bodies):
+    """Return the velocity (m/s) of a Place along x and y, with the accelerations as slopes, from BodyMotions."""
+    body = bodies[len(place.body) - 1]
+    vx = body.vx + place.x * body.turn_xx + place.y * body.turn_yx
+    return vx, body.vy + place.x * body.turn_xy + place.y * body.turn_yy
+
+
+@inlined
+def vibration_histories(scene, y, pose, motion):
+    """Return the time histories of vibration: of FRAME_CHANNELS, then PLACE_CHANNELS of each place."""
+    fx, fy, moment, bodies = frame_forces(scene, y, pose, motion)
+    histories = (fx, fy, moment)
+    for i in range(len(scene.shaking.places)):
+        vx, vy = place_velocity(scene.shaking.places[i], bodies)
+        histories = (*histories, slope(vx), slope(vy))
+    return histories
