@@ -21,7 +21,7 @@ POWERS = 4  # of the signals
 BIN_MOMENTS = 8
 BINS_PER_LINE = 2.0 * math.pi  # so that w times half the width of a bin is at most 1/2
 NODE_COUNT = START + 1  # of a recorded step: stages, then its start
-EXCESS = 0.25  # of the range of a signal at the nodes of a step, by which it may be larger between them
+EXCESS = 0.12  # of the range of a signal at the nodes of a step, by which it may be larger between them
 FORCES_AT = 2  # place of the forces on the frame among the columns with sums
 
 
@@ -44,14 +44,14 @@ def _add(rows, settings, choices, sums, bounds, candidates, scratch, time_bins, 
 
     rows : (count, width, NODE_COUNT); choices : columns with sums, then those with spectra; sums : (width, POWERS,
     STAGES), of each stage; bounds : (width, 2) largest value of a signal and of its negative; candidates : (2 count
-    summed,) numbers of steps, columns and signs; scratch : (BIN_MOMENTS, STAGES); time_bins, angle_bins : (signals,
-    bins, BIN_MOMENTS)
+    summed, 2) number of step, column and sign, and how large the signal may be there; scratch : (BIN_MOMENTS, STAGES);
+    time_bins, angle_bins : (signals, bins, BIN_MOMENTS)
     """
     settings = Sizes(shaped(settings, (Sizes.SIZE,)))
     width, summed_count, spectral_count = int(settings.width), int(settings.summed), int(settings.spectral)
     rows, sums = shaped(rows, (count, width, NODE_COUNT)), shaped(sums, (width, POWERS, STAGES))
     choices, bounds = shaped(choices, (summed_count + spectral_count,)), shaped(bounds, (width, 2))
-    candidates, scratch = shaped(candidates, (2 * count * summed_count,)), shaped(scratch, (BIN_MOMENTS, STAGES))
+    candidates, scratch = shaped(candidates, (2 * count * summed_count, 2)), shaped(scratch, (BIN_MOMENTS, STAGES))
     for i in rolled_range(count):
         for k in rolled_range(summed_count):
             c = choices[k]
@@ -69,11 +69,13 @@ def _add(rows, settings, choices, sums, bounds, candidates, scratch, time_bins, 
                 low, high = min(low, rows[i, c, m]), max(high, rows[i, c, m])
             excess = EXCESS * (high - low)
             if high + excess > bounds[c, 0]:
-                candidates[int(settings.candidates)] = float((i * width + c) * 2)
+                candidates[int(settings.candidates), 0] = float((i * width + c) * 2)
+                candidates[int(settings.candidates), 1] = high + excess
                 settings.candidates += 1.0
                 bounds[c, 0] = max(bounds[c, 0], high)
             if excess - low > bounds[c, 1]:
-                candidates[int(settings.candidates)] = float((i * width + c) * 2 + 1)
+                candidates[int(settings.candidates), 0] = float((i * width + c) * 2 + 1)
+                candidates[int(settings.candidates), 1] = excess - low
                 settings.candidates += 1.0
                 bounds[c, 1] = max(bounds[c, 1], -low)
         if spectral_count > 0:

@@ -29,7 +29,6 @@ from ...mechanics.observe import (
 from ...mechanics.solver.signal_sums import (
     BIN_MOMENTS,
     BINS_PER_LINE,
-    EXCESS,
     NODE_COUNT,
     POWERS,
     Sizes,
@@ -40,7 +39,7 @@ from ...mechanics.solver.slow_sums import DISSIPATED, DRIVE_POWER, DRIVE_TORQUE,
 from ..machine.shaking import transfer
 from ..setup.scene import Scene, ScheduledClock
 
-CAPACITY = 1024  # steps that are recorded before the loop pauses
+CAPACITY = 2048  # steps that are recorded before the loop pauses
 MAX_TURNS = 64  # of a stretch of the window with a spectrum of its own
 BIN_BLOCK = 128  # the number of bins is a multiple of it, for fast transforms
 MAX_LINES = 1 << 14  # of such a spectrum
@@ -153,7 +152,8 @@ class Signals:
         if not count:
             return
         rows, clock = self.recording[:count], self.scene.crank_clock
-        self._put_angles(rows)
+        if self.orders:
+            self._put_angles(rows)
         column = SIGNALS + (ANGLE if clock.free else TIME)
         if math.isnan(self.begin_turns):
             self.begin_turns, self.start_time = self._turns_at(rows[0, column, START]), rows[0, SIGNALS + TIME, START]
@@ -211,23 +211,24 @@ class Signals:
                 ]
             )
         )
-        rows, candidates = np.ascontiguousarray(rows), np.empty(2 * count * len(summed))
+        rows, candidates = np.ascontiguousarray(rows), np.empty((2 * count * len(summed), 2))
         arrays = (rows, settings.numbers, self.choices, self.sums, self.bounds, candidates, self.scratch)
         add_steps((*arrays, self.time_bins, self.angle_bins), count)
         duration = float(rows[-1, SIGNALS + TIME, END] - rows[0, SIGNALS + TIME, START])
         self.time, self.stretch_time = self.time + duration, self.stretch_time + duration
-        self._search_extremes(rows, candidates[: int(settings.candidates)].astype(np.int64))
+        self._search_extremes(rows, candidates[: int(settings.candidates)])
 
     def _search_extremes(self, rows: np.ndarray, candidates: np.ndarray) -> None:
-        """Update the extremes of the signals between the nodes of `candidates`: steps, columns and signs."""
-        places, negative = np.divmod(candidates, 2)
+        """Update the extremes of the signals between the nodes of `candidates`, see `signal_sums`."""
+        places, negative = np.divmod(candidates[:, 0].astype(np.int64), 2)
         steps, columns = np.divmod(places, self.layout.width)
+        possible = np.flatnonzero(candidates[:, 1] > self.bounds[columns, negative])
+        steps, columns, negative = steps[possible], columns[possible], negative[possible]
         values = np.where(negative == 1, -1.0, 1.0)[:, None] * rows[steps, columns]
-        highest = values.max(axis=1)
-        possible = highest + EXCESS * (highest - values.min(axis=1)) > self.bounds[columns, negative]
-        values, columns, negative = values[possible], columns[possible], negative[possible]
         found = (values @ TO_FINE_POINTS).max(axis=1, initial=-math.inf)
-        for k in np.argsort(found):
+        order = np.lexsort((found, negative, columns))
+        is_last = np.append(np.diff(2 * columns[order] + negative[order]) != 0, True)[: len(order)]
+        for k in order[is_last]:  # the highest of each signal and sign
             signal = columns[k], negative[k]
             if found[k] > self.bounds[signal] or not self.peaks[signal].any():
                 self.bounds[signal], self.peaks[signal] = max(found[k], self.bounds[signal]), values[k]
