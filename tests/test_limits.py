@@ -258,6 +258,16 @@ def test_the_closing_lines_count_cases_that_exceed_limits(ran):
     assert of_run(ran()[0])["limits"] is None
 
 
+def test_the_worst_case_beyond_a_limit_of_zero_exceeds_it_by_most(ran):
+    """Its margin is null, so the largest excess decides, as in the table of cases."""
+    result, summary = ran(limits={PEAK: 0, "steps": {"at_most": 1e9}})
+    facts = of_run(result)
+    worst = summary.loc[summary[PEAK].idxmax(), "case_id"]
+    assert facts["limits"]["worst"]["case_id"] == worst == facts["worst"][0]["case_id"]
+    assert facts["limits"]["worst"]["margin"] is None
+    assert facts["limits"]["worst"]["margin_words"] == "exceeded"
+
+
 @pytest.mark.parametrize("text", [f"{PEAK} / (0 * steps)", f"0 * {PEAK} / (0 * steps)"])
 def test_an_infinite_or_undefined_figure_decides_nothing(ran, text):
     limits = {"ratio": "5 N", PEAK: "1 kN"}

@@ -85,6 +85,16 @@ def test_a_penetration_bound_is_reached_by_a_free_impact_and_by_nothing_less():
             assert stability.run_case(case)["share_of_bound"] == pytest.approx(1.0, abs=1e-6)
 
 
+@pytest.mark.parametrize("speed", [0.01, 1.0])
+def test_a_free_impact_reaches_the_bound_of_a_given_damper_at_any_speed(speed):
+    """chi = D v / K is that of its own speed."""
+    grid = extremes.impact_pair_grid(1e9, 0.5, speed=speed)
+    contact = {"law": "hunt-crossley", "stiffness": 1e9, "damping": 2e9}
+    (joint,) = grid["joints"].values()
+    case_scene = clearsweep.load_case(grid | {"joints": {"pair": joint | {"contact": contact}}})
+    assert stability.run_scene(case_scene)["share_of_bound"] == pytest.approx(1.0, abs=1e-6)
+
+
 @pytest.mark.slow
 def test_what_is_beyond_the_bound_fails_and_is_compared_with_a_tighter_tolerance():
     row = stability.run_case(next(case for case in TABLE if case.name == "mixed/10 AB"))

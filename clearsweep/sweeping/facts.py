@@ -11,7 +11,7 @@ import numpy as np
 
 from ..answers import validity
 from ..answers.questions import largest_expected_peak, required_columns
-from ..answers.ranking import CaseRanking, ranking_of
+from ..answers.ranking import Candidate, CaseRanking, ranking_of
 from ..answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN, UNDECIDED_COLUMN, Limit, limits_and_figures_of, units_of
 from ..answers.words import (
     FIELD_BY_COLUMN,
@@ -389,7 +389,12 @@ class _LimitCounts:
         self.fails: Counter[str] = Counter()  # index of a limit -> number of cases beyond it
         self.unjudged: Counter[str] = Counter()  # index of a limit -> number of cases that leave it undecided
         self.any = self.any_unknown = 0
-        self.worst: dict[str, Any] | None = None  # the case with the smallest margin
+        candidate = Candidate("", (MARGIN_COLUMN,))
+        self.ranking = CaseRanking(
+            "limits", "", (), is_smallest_worst=True, candidates=(candidate,), limits=self.verdict.limits
+        )
+        self.worst: dict[str, Any] | None = None  # exceeding without a margin by most, else with the smallest margin
+        self._worst_key = -np.inf, ""  # severity and identity
 
     def add(self, block: dict[str, np.ndarray], swept: list[str]) -> None:
         """Add some finished cases."""
@@ -406,13 +411,14 @@ class _LimitCounts:
         for index, limit in enumerate(self.verdict.limits):
             self.fails[str(index)] += int(np.count_nonzero(limit.is_exceeded(block)))
             self.unjudged[str(index)] += int(np.count_nonzero(limit.is_undecided(block)))
-        margins = block[MARGIN_COLUMN]
-        if np.isfinite(margins).any():
-            index = int(np.nanargmin(margins))
-            margin = float(margins[index])
-            if self.worst is None or (margin, block["case_id"][index]) < (self.worst["margin"], self.worst["case_id"]):
-                words = case_margin_text(margin, self.verdict.limits, block[EXCEEDED_COLUMN][index] or "")
-                self.worst = _case_description(block, index, swept) | {"margin": margin, "margin_words": words}
+        severity = self.ranking.severity(self.ranking.worst_values(block)[0], block)
+        index = int(np.lexsort((block["case_id"], severity))[-1])
+        key = float(severity[index]), str(block["case_id"][index])
+        if severity[index] > -np.inf and key > self._worst_key:
+            margin, exceeded = float(block[MARGIN_COLUMN][index]), block[EXCEEDED_COLUMN][index] or ""
+            words = case_margin_text(margin, self.verdict.limits, exceeded)
+            figures = {"margin": margin if np.isfinite(margin) else None, "margin_words": words}
+            self.worst, self._worst_key = _case_description(block, index, swept) | figures, key
 
     def facts(self) -> dict[str, Any] | None:
         """Return the counts for JSON, or None if there are no limits."""

@@ -93,7 +93,7 @@ def leaves(tree: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
 # ----------------------------------------------------------------------------------------------------------------------
 
 
-REFERENCE_TOLERANCES = (1e-13, 1e-12, 1e-11)  # the first that a case can reach
+REFERENCE_TOLERANCES = (1e-13, 1e-12, 1e-11, 1e-10, 1e-9)  # the first that a case can reach
 FURTHER_REFERENCES = (2.0, 3.0)  # tolerances of the reference: other sequences of steps, so other rounding errors
 HALF = 0.5  # revolutions over which errors are compared
 LONGEST_RUN = 3.0  # revolutions in which the predictable horizon is determined
@@ -145,7 +145,8 @@ class Truth:
     def _compute(self) -> None:
         """Compute the reference, its own error and the horizon."""
         why = ""
-        for tolerance in REFERENCE_TOLERANCES:
+        finer = [tolerance for tolerance in REFERENCE_TOLERANCES if tolerance < self.tolerance]
+        for tolerance in finer or REFERENCE_TOLERANCES[:1]:
             try:
                 path = self._long_run(tolerance, None)
                 if path.status != "ok":
