@@ -5,7 +5,7 @@ import json
 
 import numpy as np
 import pytest
-from bench import against, efficiency, ensemble, mechanics, parts, speed, stepwise
+from bench import against, compiled, efficiency, ensemble, mechanics, parts, speed, stepwise
 
 from clearsweep import grid
 from clearsweep.mechanics.laws.contract import FREE, PRESSED
@@ -121,3 +121,12 @@ def test_two_workers_share_cases_of_every_length_requested():
     for length, count in efficiency.LENGTHS.items():
         assert len(grid.load(efficiency.grid(2, count), catalogue())) == count
         assert 0.0 < efficiency.ASKED[length] < 1.0
+
+
+@pytest.mark.slow  # numba compiles both models
+@pytest.mark.parametrize("name", speed.NAMES)
+def test_a_solver_by_hand_has_the_events_of_quadruple_precision(name):
+    errors = [PROBLEMS[name].assess(compiled.solve(PROBLEMS[name], tolerance)) for tolerance in (1e-8, 1e-11)]
+    assert all(error.events_exact for error in errors)
+    assert errors[0].first_half < 1e-4
+    assert errors[1].first_half < 1e-2 * errors[0].first_half + 1e-9

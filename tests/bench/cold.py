@@ -1,8 +1,8 @@
 """What a first run costs: `PYTHONPATH=tests python -m bench.cold [--write] [GRID ...]`; `--write`: results/speed.md.
 
-Processor time of all processes of `clearsweep run GRID`, once with an empty cache but for what set-up builds, once more
-with what that kept.  The difference is what compiling costs a user.  A further law: a second scene in a process that
-has run one.
+Processor time of all processes of `clearsweep run GRID` of an installed wheel, once with an empty cache, once more with
+what that kept.  The difference is what compiling costs a user.  A further law: a second scene in a process that has run
+one.
 """
 
 import argparse
@@ -29,7 +29,7 @@ GRIDS = (
 )
 FURTHER = """
 import sys, time
-sys.path.insert(0, "tests")
+sys.path.append(sys.argv[1])
 import clearsweep
 from clearsweep import simulation
 from mechanism_cases import slider_crank
@@ -44,39 +44,53 @@ print(seconds)
 """
 
 
-def spent(command: list[str], cache: str) -> float:
+def install(place: str) -> None:
+    """Build a wheel of this checkout and unpack it as pip does, for this Python with all that it has."""
+    pip = [sys.executable, "-m", "pip", "--quiet"]
+    subprocess.run([*pip, "wheel", "--no-deps", "--wheel-dir", place, str(ROOT)], check=True)
+    (wheel,) = Path(place).glob("*.whl")
+    subprocess.run([*pip, "install", "--no-deps", "--target", f"{place}/site", str(wheel)], check=True)
+
+
+def used(place: str, cache: str) -> dict[str, str]:
+    """Return the environment in which the wheel in `place` runs with a cache."""
+    return {**os.environ, "CLEARSWEEP_CACHE_DIR": cache, "PYTHONPATH": f"{place}/site"}
+
+
+def spent(command: list[str], place: str, cache: str) -> float:
     """Return the processor time (s) of a command and all its processes."""
     before = resource.getrusage(resource.RUSAGE_CHILDREN)
-    environment = {**os.environ, "CLEARSWEEP_CACHE_DIR": cache}
-    subprocess.run(command, env=environment, check=True, cwd=ROOT, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+    quiet = {"stdout": subprocess.DEVNULL, "stderr": subprocess.DEVNULL}
+    subprocess.run(command, env=used(place, cache), check=True, cwd=place, **quiet)
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     return after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
 
 
-def first_and_second(grid: str) -> tuple[float, float]:
+def first_and_second(grid: str, place: str) -> tuple[float, float]:
     """Return the processor time (s) of a first run and of one with what that kept."""
-    with tempfile.TemporaryDirectory() as place:
-        command = [sys.executable, "-m", "clearsweep", "run", f"configs/{grid}.yaml", "--out"]
-        return tuple(spent([*command, f"{place}/{run}"], f"{place}/cache") for run in ("first", "second"))
+    with tempfile.TemporaryDirectory() as runs:
+        command = [sys.executable, "-m", "clearsweep", "run", f"{ROOT}/configs/{grid}.yaml", "--out"]
+        return tuple(spent([*command, f"{runs}/{run}"], place, f"{runs}/cache") for run in ("first", "second"))
 
 
-def further_law() -> float:
+def further_law(place: str) -> float:
     """Return the processor time (s) of a scene with a further law in a process that has run another."""
     with tempfile.TemporaryDirectory() as cache:
-        environment = {**os.environ, "CLEARSWEEP_CACHE_DIR": cache}
-        command = [sys.executable, "-c", FURTHER]
-        done = subprocess.run(command, env=environment, check=True, cwd=ROOT, capture_output=True, text=True)
+        command = [sys.executable, "-c", FURTHER, str(ROOT / "tests")]
+        done = subprocess.run(command, env=used(place, cache), check=True, cwd=place, capture_output=True, text=True)
         return float(done.stdout)
 
 
 def table(grids: tuple[str, ...]) -> list[str]:
     """Return the lines of the table."""
     lines = ["| grid | first run, s | again, s | compiling, s |", "| --- | --- | --- | --- |"]
-    for grid in grids:
-        print(grid, file=sys.stderr, flush=True)
-        first, second = first_and_second(grid)
-        lines.append(f"| `{grid}` | {first:.1f} | {second:.1f} | {first - second:.1f} |")
-    return [*lines, "", f"A further law in a process that runs: {further_law():.2f} s."]
+    with tempfile.TemporaryDirectory() as place:
+        install(place)
+        for grid in grids:
+            print(grid, file=sys.stderr, flush=True)
+            first, second = first_and_second(grid, place)
+            lines.append(f"| `{grid}` | {first:.2f} | {second:.2f} | {first - second:.2f} |")
+        return [*lines, "", f"A further law in a process that runs: {further_law(place):.2f} s."]
 
 
 def main() -> None:
@@ -89,8 +103,8 @@ def main() -> None:
     print("\n".join(lines))
     if given.write:
         said = (
-            f"`python -m bench.cold`, {time.strftime('%Y-%m-%d')}: processor time of all processes of a run with "
-            "an empty cache, but for the loop that set-up builds, and of the same run again."
+            f"`python -m bench.cold`, {time.strftime('%Y-%m-%d')}: processor time of all processes of a run of an "
+            "installed wheel with an empty cache, and of the same run again."
         )
         speed_page.write("first run", "\n".join(["## A first run", "", said, "", *lines]))
 

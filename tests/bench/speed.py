@@ -24,7 +24,7 @@ from clearsweep.verify import accuracy
 from clearsweep.verify.accuracy import FLAGSHIP, HEADLINE_TOLERANCE, Method
 from clearsweep.verify.problems import all_problems, scene_of
 
-from . import parts, stepwise
+from . import compiled, parts, stepwise
 
 NAMES = (FLAGSHIP, "b_grav_fric", "ab_base")
 ERRORS = tuple(10.0 ** (-6.0 - 0.5 * k) for k in range(9))  # at which times are compared
@@ -46,6 +46,7 @@ def methods() -> tuple[list[Method], dict[str, str]]:
     result = [
         ours._replace(name=OURS, settings=HALVES),
         Method(SCIPY, "tolerance", TIGHT, stepwise.solve, stepwise.repeat),
+        Method("numba DOP853", "tolerance", HALVES, compiled.solve, compiled.repeat),
     ]
     missing = {}
     for rival, remedy in RIVALS.items():
