@@ -389,6 +389,14 @@ def uses_elastic(law: Law) -> bool:
     return not used.isdisjoint({"stiffness", "exponent", "elastic_force", ""} - {field.name for field in law.keys})
 
 
+def reads_part(law: Law, name: str) -> bool:
+    """Return whether the function of a law itself reads a part of `p`."""
+    body = law.body
+    return body is not None and name in dict(
+        _parameters_used(body, body.__code__.co_varnames[len(arguments_of(law)) - 1])
+    )
+
+
 def reads(law: Law, argument: str) -> bool:
     """Return whether a law may read one of its arguments, named as in KINDS."""
     body = law.body

@@ -323,7 +323,12 @@ def _check_wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         reader.problems.add(reader.position_of(wear), f"{joint}.length", message)
     is_dimensionless = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
     if all(law.origin for law in catalogue.of("wear") if law.name in reader.names[f"{wear}.law"]):
-        return  # laws of one's own have only their own keys
+        for key in ("coefficient", "bearing_coefficient", "journal_coefficient", "running_in"):
+            path = f"{wear}.{key}"
+            if reader.is_given(path) or path in reader.sections:
+                message = "is not used by a wear law of one's own, which has only its own keys; leave it out"
+                reader.problems.add(reader.position_of(path), path, message)
+        return
     work_laws = [
         law for law in catalogue.of("wear") if "friction" in law.needs and law.name in reader.names[f"{wear}.law"]
     ]

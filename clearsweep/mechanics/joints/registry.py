@@ -430,6 +430,8 @@ def _chosen_laws(case: Case) -> Iterator[tuple[str, str, str | None, Any]]:
             if section:
                 yield f"joints.{joint.name}.{key}.law", key, section.law, joint
     for load in case.loads:
+        if load.friction:
+            yield f"loads.{load.name}.friction.law", "friction", load.friction.law, load
         if load.form == "own":
             yield f"loads.{load.name}.law", "load", load.values["law"], load
     if case.drive and case.drive.law:

@@ -341,6 +341,11 @@ def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
         return lambda depth, rate, onset_rate: force(compiled, elastic, depth, rate, onset_rate)[0]
 
     def check(joint):
+        missing = [name for name in powers if recorded.reads_part(law, name) and joint.contact.elastic != "power"]
+        if missing:
+            raise InputError(
+                f"{law.place}: uses p.{missing[0]}, which only elastic: power has; use p.elastic_force(penetration)"
+            )
         p, elastic = parameters(joint), elastic_of(joint)
         check_traced(law, p._replace(elastic=elastic) if is_python else p, joint.clearance, 0.1, 0.1)
         return _check_contact(law, joint, bound(joint))
@@ -433,6 +438,8 @@ def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe
         return trial._replace(**{f"state_{i}": math.copysign(trial.scales[i], slip) for i in range(count)})
 
     def check(joint):
+        if count and not isinstance(joint, Joint):
+            raise InputError(f"{law.place}: has states, which only joints with clearance keep")
         friction = make(joint)
         state = () if count == 0 else (state_of(friction),)
         check_traced(law, friction.p, 1.0, 0.1, *state)
