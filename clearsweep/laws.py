@@ -1,4 +1,4 @@
-"""Laws of one's own: decorators that record a function as a law, a load, a motor or a figure.
+"""Laws of one's own: decorators that record a function as a law, a load or a motor.
 
 A decorator states the name by which a grid chooses the law, its keys with their SI units, and what the function needs:
 
@@ -36,13 +36,11 @@ __all__ = [
     "collecting",
     "contact",
     "elastic",
-    "figure",
     "film",
     "friction",
     "key",
     "load",
     "motor",
-    "profile",
     "wear",
 ]
 
@@ -97,8 +95,6 @@ KINDS: Mapping[str, Kind] = {
         ("on", "point", "law", "table", "between", "friction", "reacted"),
     ),
     "motor": Kind(("speed", "t", "p"), "the torque, N m", ("law", "table")),
-    "profile": Kind(("angle", "p"), "the deviation of the bearing's radius, m", ("law",)),
-    "figure": Kind(("t", "channels", "p"), "a number", ("of",)),
 }
 
 
@@ -138,7 +134,6 @@ class Law(NamedTuple):
     may_gain: bool  # whether it may give energy
     file: str  # of the decorator
     line: int
-    unit: str = ""  # of a figure
 
     @property
     def place(self) -> str:
@@ -193,19 +188,8 @@ def _decorator(kind: str) -> Callable[..., Any]:
     return decorate
 
 
-def figure(name: str, unit: str = "1", /, *, doc: str = "", **keys: str | Key) -> Callable[[Any], Any]:
-    """Record a function (t, channels, p) of the stored time histories that returns a number, the figure of a case.
-
-    name : of the figure; unit : its SI unit; doc : what it is, one line; keys : as of a law.  Raises InputError.
-    """
-    frame = sys._getframe(1)
-    place = frame.f_code.co_filename, frame.f_lineno
-    law = Law("figure", name, (), doc, None, (), states=0, may_gain=True, file=place[0], line=place[1], unit=unit)
-    return _recorder(law, keys, ())
-
-
 elastic, contact, friction, wear = (_decorator(kind) for kind in ("elastic", "contact", "friction", "wear"))
-film, load, motor, profile = (_decorator(kind) for kind in ("film", "load", "motor", "profile"))
+film, load, motor = (_decorator(kind) for kind in ("film", "load", "motor"))
 
 
 def _recorder(law: Law, keys: Mapping[str, Any], kinks: Sequence[float | str]) -> Callable[[Any], Any]:
@@ -213,9 +197,7 @@ def _recorder(law: Law, keys: Mapping[str, Any], kinks: Sequence[float | str]) -
     with _reported_at(law):
         _check_names(law, keys)
         fields = tuple(_field(law, name, described) for name, described in keys.items())
-        law = law._replace(
-            keys=fields, kinks=_kinks(law, kinks, tuple(keys)), unit=_si_unit(law.unit) if law.unit else ""
-        )
+        law = law._replace(keys=fields, kinks=_kinks(law, kinks, tuple(keys)))
 
     def record(function: Any) -> Any:
         with _reported_at(law):

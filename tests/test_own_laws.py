@@ -12,6 +12,7 @@ import pytest
 from clearsweep import grid, laws
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints import registry
+from clearsweep.mechanics.joints.contract import every_guard
 from clearsweep.mechanics.laws.friction import friction_force
 from clearsweep.mechanics.laws.loss import hysteresis_rebound
 from clearsweep.mechanics.laws.sampled import SPEEDS
@@ -234,6 +235,24 @@ def test_kinks_of_a_law_end_steps_where_it_declares_them():
     assert "has a kink at penetration 5e-06 m" in remark
     residuals = [abs(figures_of(source, catalogue)["energy_residual"]) for source in (declared, silent)]
     assert residuals[0] <= residuals[1]
+
+
+def test_kinks_of_an_elastic_law_end_steps_too():
+    def law(penetration, p):
+        return p.k * penetration + (p.k * (penetration - p.d) if penetration > p.d else 0.0)
+
+    catalogue = catalogue_of(lambda: laws.elastic("kinked", k="N/m", d="m", kinks=["d"])(law))
+    contact = {"law": "hertz", "elastic": "kinked", "k": "1e8 N/m", "d": "5 um"}
+    built = scene.build(grid.load(with_joint(PAIR, contact=contact), catalogue).case(0))
+    smooth = scene.build(
+        grid.load(with_joint(PAIR, contact={"law": "hertz", "stiffness": STIFFNESS}), catalogue).case(0)
+    )
+    assert len(every_guard(built.value.joints)) == len(every_guard(smooth.value.joints)) + 2
+    summary = simulate(built).summary
+    assert abs(summary["energy_residual"]) < 1e-9
+    energy = 0.5 * (2.0 / 3.0) * 0.2**2  # J, of 1 kg and 2 kg at 0.2 m/s
+    depth = 2.5e-6 + math.sqrt(energy / 1e8 - 0.25 * 5e-6**2)  # m: k x^2 / 2 + k (x - d)^2 / 2 = energy
+    assert summary["pair_penetration_max"] == pytest.approx(depth, rel=1e-6)
 
 
 def test_the_restitution_of_a_law_is_that_of_its_closed_form():

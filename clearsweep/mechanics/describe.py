@@ -2,6 +2,7 @@
 
 import math
 import textwrap
+from collections.abc import Iterable
 
 from ..contracts.case import Contact, Joint, Material, Materials
 from ..contracts.catalogue import Columns, Field, Law
@@ -32,6 +33,7 @@ _KEYS = {
     "mechanism": "mechanism.type",
     "drive": "drive",
     "load": "loads",
+    "motor": "drive.motor.law",
     "law": "contact.law",
     "elastic": "contact.elastic",
     "roughness": "roughness.law",
@@ -51,7 +53,7 @@ def law_text(name: str | None = None) -> str:
     """
     if name is None:
         return _overview_text()
-    return "\n\n".join(_law_text(law) for law in _all_descriptions() if law.name == name)
+    return "\n\n".join(text_of(law) for law in _all_descriptions() if law.name == name)
 
 
 def law_names() -> tuple[str, ...]:
@@ -74,8 +76,15 @@ def _overview_text() -> str:
     return "\n\n".join(blocks)
 
 
-def _law_text(law: Law) -> str:
-    recipe = RECIPES.get((law.family, law.name))  # None of a mechanism, a drive or a load
+def own_laws_text(laws: Iterable[Law]) -> str:
+    """Return a line for each law of one's own, with its place, or '' if there are none."""
+    rows = [f"  {_KEYS[law.family]}: {law.name}  {law.summary} ({law.origin})" for law in laws]
+    return "\n".join(["laws of one's own", *rows]) if rows else ""
+
+
+def text_of(law: Law) -> str:
+    """Return the description of a law, of the package or of one's own."""
+    recipe = RECIPES.get((law.family, law.name))  # None of a mechanism, a drive or a load, and of a law of one's own
     blocks = [f"{_KEYS[law.family]}: {law.name}\n{_wrapped('  ', law.summary)}", _wrapped("  ", law.formula)]
     if law.fields or law.needs or law.tables:
         onset = [_wrapped("  ", ONSET)] if law.uses_onset else []
@@ -95,16 +104,16 @@ def _law_text(law: Law) -> str:
     for heading, lines in (("valid for", ranges), ("against it", objections)):
         if lines:
             blocks.append("\n".join([heading, *(_wrapped("  ", line) for line in lines)]))
-    if law.family == "elastic":
+    if law.family == "elastic" and recipe:
         kind = f"of a {law.contact}" if law.contact else "not assessed"
         blocks.append(f"first yield: {kind}")
     if law.source:
         blocks.append(_wrapped("", f"source: {law.source}"))
     if law.notes:
         blocks.append(_wrapped("", f"notes: {law.notes}"))
-    if any(field.name == "restitution" for field in law.fields):
+    if recipe and any(field.name == "restitution" for field in law.fields):
         blocks.append(_restitution_table(recipe))
-    if law.family == "elastic":
+    if law.family == "elastic" and recipe:
         blocks.append(_force_table(law, recipe))
     return "\n\n".join(blocks)
 

@@ -13,7 +13,7 @@ from typing import NamedTuple
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import cond, where
 from ...tracing.compiled.dual import as_type_of, plain
-from ...tracing.compiled.family import inlined, kernel
+from ...tracing.compiled.family import inlined, kernel, known
 from ..laws.contract import CLIPPED, FREE, PRESSED, STICKING, Guard, guards
 from ..laws.friction import friction_force, static_limit
 from ..laws.loss import contact_force, lowest_force, sign_past_separation
@@ -28,6 +28,7 @@ from .contract import (
     load,
     parts,
     slip_rate,
+    type_of,
     with_current_laws,
     with_tangential,
 )
@@ -72,6 +73,13 @@ def dry_parts(contact, law, friction):
     return Part(Clip(), contact), Part(law, contact), Part(friction, contact)
 
 
+@known
+def elastic_parts(joint):
+    """Return the Part of a joint's elastic law if it has guards, as one of one's own with kinks has."""
+    elastic = getattr(joint, "elastic", ())
+    return (Part(elastic, 0),) if type_of(elastic) in guards.members else ()
+
+
 def register_single_contact(joint_type):
     """Register a type of joint that has one dry contact, with its `law` and `friction`."""
     contact_modes.member(joint_type)(_modes_of_single_contact)
@@ -83,7 +91,7 @@ def _modes_of_single_contact(joint):
 
 
 def _parts_of_single_contact(joint):
-    return dry_parts(0, joint.law, joint.friction)
+    return *dry_parts(0, joint.law, joint.friction), *elastic_parts(joint)
 
 
 register_single_contact(Joint)

@@ -313,7 +313,7 @@ def _contact_modes_lubricated(joint):
 
 @parts.member(Lubricated)
 def _parts_lubricated(joint):
-    return *dry.dry_parts(0, joint.law, joint.friction), *_parts_film(joint)
+    return *dry.dry_parts(0, joint.law, joint.friction), *dry.elastic_parts(joint), *_parts_film(joint)
 
 
 @load.member(Lubricated)

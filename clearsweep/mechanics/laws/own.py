@@ -74,7 +74,7 @@ def enter_laws(records: Sequence[recorded.Law], digest: str) -> tuple[Law, ...]:
             raise InputError(f"{law.place}: is the name of a law of the package; choose another one")
     if digest not in OWN_RECIPES:
         recipes = {}
-        for law in (law for law in records if law.kind in MAKERS):
+        for law in records:
             recipes[FAMILIES[law.kind], law.name] = MAKERS[law.kind](law, description_of(law), digest)
         OWN_RECIPES[digest] = recipes
     return tuple(recipe.law for recipe in OWN_RECIPES[digest].values())
@@ -197,7 +197,7 @@ def parity_of(power: float) -> float:
 
 @maker("elastic")
 def _elastic_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
-    kind, values = type_of(law, digest, "law", ("p", "parity")), type_of(law, digest, "values", names_of(law))
+    kind, values = type_of(law, digest, "law", ("p", "parity", "kinks")), type_of(law, digest, "values", names_of(law))
     evaluate = function_of(law)
 
     @elastic_force.member(kind)
@@ -205,12 +205,15 @@ def _elastic_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
         return evaluate(elastic.p, pen)
 
     @root_parity.member(kind)
-    def parity(elastic):
+    def parity_of_law(elastic):
         return elastic.parity
+
+    register_kinks_of(law, kind)
 
     def make(joint):
         p = parameters_of(law, values, [joint.contact.values[field.name] for field in law.keys])
-        return kind(p, parity_of(power_at_zero(lambda depth: evaluate(p, depth))))
+        parity = parity_of(power_at_zero(lambda depth: evaluate(p, depth)))
+        return kind(p, parity, kink_values(law, joint.contact.values))
 
     def check(joint):
         elastic = make(joint)

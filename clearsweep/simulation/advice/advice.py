@@ -354,6 +354,9 @@ def advice_text(source: str | PathLike, name: str | None = None) -> str:
     Only some of many cases are assessed; a law gets its worst assessment over these.  Raises InputError.
     """
     cases = grid.load(source, catalogue())
+    own_laws = [law for file in cases.law_files for law in file.laws]
+    if texts := [describe.text_of(law) for law in own_laws if law.name == name]:
+        return "\n\n".join(texts)
     sample_indices = np.unique(np.linspace(0, len(cases) - 1, MAX_CASES).round().astype(int)).tolist()
     sampled = [cases.case(index) for index in sample_indices]
     by_case = [advice(case) for case in sampled]
@@ -370,7 +373,8 @@ def advice_text(source: str | PathLike, name: str | None = None) -> str:
             lines.append(
                 paragraph if first_joint == joints[0] else f"{paragraph.splitlines()[0]}: as for {first_joint}"
             )
-    return "\n\n".join([*lines, _CAVEAT])
+    own_text = "" if name else describe.own_laws_text(own_laws)
+    return "\n\n".join([*lines, *([own_text] if own_text else []), _CAVEAT])
 
 
 def _paragraphs(joint: Joint, sampled: Sequence[Advice], name: str | None) -> tuple[str, ...]:
