@@ -94,6 +94,15 @@ def test_the_golden_page():
     assert said == GOLDEN
 
 
+def test_equal_values_of_several_joints_are_said_once():
+    record = record_of({FORCE: 1.0}, units={f"joints.{name}.clearance": "m" for name in "abc"})
+    known_words = Words(record, Layout.read(record["layout"]), lambda name: np.zeros(0))
+    paths = [f"joints.{name}.clearance" for name in "abc"]
+    assert known_words.setting(dict.fromkeys(paths, "H7/e8")) == "clearance H7/e8 in 3 joints"
+    mixed = known_words.setting(dict(zip(paths, ("H7/e8", "H7/e8", "H7/g6"), strict=True)))
+    assert mixed == "clearance H7/e8 in 2 joints, clearance (c) H7/g6"
+
+
 def test_no_line_is_long_and_no_answer_has_many():
     limits = {FORCE: 500.0, IMPACTS: 1.0}
     names = {CLEARANCE: 0, SPEED: 1, FORCE: 2, IMPACTS: 3}

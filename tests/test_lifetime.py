@@ -23,7 +23,7 @@ def plainly(text):
 @pytest.mark.parametrize("share", [0.3, 0.02, 2e-3, 1.3e-4, 2.5e-5, 1e-7, 0.0])
 def test_the_ends_of_an_interval_differ_or_it_is_reported_by_its_width(share):
     text = plainly(interval_text(life(share)))
-    assert text.startswith("Computing error (95 %): ")
+    assert text.startswith("computing error alone, 95 %: ")
     text = text.removeprefix("95 %")
     numbers = [float(number) for number in re.findall(r"([\d.]+) h", text)]
     if numbers:

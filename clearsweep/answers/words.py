@@ -71,7 +71,14 @@ class Words:
         """Return 'crank speed 60 rpm, clearance 0.1 mm', or the case if there are many values."""
         if len(values) > MAX_NAMED_AXES and case_id:
             return f"case {wording.short_id(case_id)}"
-        return ", ".join(f"{self.axis_name(path)} {self.value(path, value)}" for path, value in values.items())
+        names_by_text: dict[tuple[str, str], list[str]] = {}
+        for path, value in values.items():
+            name = self.axis_name(path)
+            names_by_text.setdefault((name.partition(" (")[0], self.value(path, value)), []).append(name)
+        return ", ".join(
+            f"{names[0]} {text}" if len(names) == 1 else f"{quantity} {text} in {len(names)} joints"
+            for (quantity, text), names in names_by_text.items()
+        )
 
     def figure(self, column: str) -> str:
         """Return the label of a column."""
@@ -357,7 +364,7 @@ def interval_text(life: Lifetime) -> str:
     """Return the 95 % interval of a life that the numerics leave, or '' if it is unknown."""
     if math.isnan(life.revolutions_low):
         return ""
-    return f"Computing error (95{wording.BLANK}%): {_numerical_interval_text(life)}"
+    return f"computing error alone, 95{wording.BLANK}%: {_numerical_interval_text(life)}"
 
 
 def spread_text(life: Lifetime) -> str:
