@@ -368,6 +368,7 @@ _OPTIONAL: dict[str, Check] = {
 
 
 RECORD_FILE = "run.json"
+_checked: set[str] = set()  # checksums of contents that this process has checked: a run reads its own several times
 
 
 def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:
@@ -424,9 +425,10 @@ def read_record(directory: Path) -> dict[str, Any]:
         return dict(record)  # written by a version without checksums
     if record.get("checksum") != checksum:
         raise damaged_error(path, "its checksum differs")
-    if record["frame"].get("schema") == SCHEMA_VERSION:
+    if record["frame"].get("schema") == SCHEMA_VERSION and checksum not in _checked:
         try:
             check_record(record)
+            _checked.add(checksum)
         except MisshapenError as problem:
             version = record.get("model_version")
             if isinstance(version, str) and version != clearsweep.MODEL_VERSION:
