@@ -282,16 +282,11 @@ class Closure:
 
     def _assemblies(self, angle: float) -> Iterator[tuple[int, np.ndarray, np.ndarray]]:
         """Yield the attempts that close the machine, the deviations (rad) from the given angles, and the bodies."""
+        rng = np.random.default_rng(0)
         given_angles, is_given = self._given_angles()
-        angles = given_angles.copy()
         for attempt in range(ATTEMPTS):
-            if attempt > 0:
-                if attempt == 1:  # most machines close at once, and numpy.random takes 10 ms to load
-                    rng = np.random.default_rng(0)
-                    rng.uniform(size=given_angles.size)
-                spread = 0.1 + 3.0 * attempt / ATTEMPTS
-                share = rng.uniform(-1.0, 1.0, given_angles.size)
-                angles = given_angles + np.where(is_given, 0.2 * spread, spread) * share
+            spread = 0.0 if attempt == 0 else 0.1 + 3.0 * attempt / ATTEMPTS
+            angles = given_angles + np.where(is_given, 0.2 * spread, spread) * rng.uniform(-1.0, 1.0, given_angles.size)
             angles[self.crank] = angle
             q = self._close_roughly(self._assemble(angles), angle)
             if np.all(np.isfinite(q)):
