@@ -1,12 +1,14 @@
-"""Values that a search may choose: the section `over` of `optimise` and `identify`."""
+"""Values that a search may choose, and searches that choose all cases themselves: `optimise` and `identify`."""
 
 import math
-from collections.abc import Collection, Mapping
-from typing import Any, NamedTuple
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any, ClassVar, NamedTuple, Self
 
+from ..contracts.search import Search
 from ..grid.keys.kinds import Number
-from ..grid.sections.reader import Reader
-from ..grid.sections.section import CountKey, KeySection
+from ..grid.sections.reader import Reader, check_always_used
+from ..grid.sections.section import CountKey, section_in
 from ..grid.written.document import WrittenValue
 from ..language import quantity
 
@@ -53,19 +55,79 @@ class Choice(NamedTuple):
         return list(self.values) if self.kind in LOG_SCALE_RATIOS else {self.kind: list(self.values)}
 
 
-def find_over(
-    reader: Reader, root: WrittenValue, section: WrittenValue, key_section: KeySection, conflicts: Collection[str]
-) -> WrittenValue | None:
-    """Return `over` of a section that chooses all cases, or None if it is missing or conflicts with another section."""
-    for conflict in conflicts:
-        if conflict in root.value:
-            message = (
-                f"conflicts with `{conflict}`; `{key_section.name}` chooses all cases itself; remove one of the two"
-            )
-            reader.problems.add(section, key_section.name, message)
+@dataclass(frozen=True)
+class SearchOver(Search):
+    """A search that chooses all cases itself: its section has `over`, a number of cases and a seed."""
+
+    conflicts: ClassVar[tuple[str, ...]]  # sections that also choose cases
+    seconds_per_choice: ClassVar[float]  # s for choosing a case; one process chooses
+    over: dict[str, Choice]
+    cases: int
+    seed: int
+    start: dict[str, Any]  # the values that the grid has written, or {} if some are missing or outside
+
+    @property
+    def varied_paths(self) -> tuple[str, ...]:
+        """Return the paths to vary."""
+        return tuple(self.over)
+
+    @property
+    def start_values(self) -> dict[str, Any]:
+        """Return the values that the grid has written."""
+        return self.start
+
+    def expected_cases(self, grid: Any) -> tuple[int, float]:
+        """Return the remaining cases."""
+        return max(self.cases - len(grid), 0), self.seconds_per_choice
+
+    @classmethod
+    def axes(cls, reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
+        """Return path -> (position, values in the form of an axis) of the keys to vary; record the kinds of choices."""
+        section = cls.keys.find(reader.problems, root)
+        if section is None:
+            return {}
+        for conflict in cls.conflicts:
+            if conflict in root.value:
+                message = f"conflicts with `{conflict}`; `{cls.name}` chooses all cases itself; remove one of the two"
+                reader.problems.add(section, cls.name, message)
+                return {}
+        over = cls.keys.value(reader.problems, section, "over")
+        axes = {}
+        for key, written in over.value.items() if over else ():
+            if choice := cls.read_choice(reader, key, written):
+                path, values = choice
+                axes[path] = (over.key_position(key), values)
+        return axes
+
+    @classmethod
+    def read_choice(cls, reader: Reader, key: str, written: WrittenValue) -> tuple[str, WrittenValue] | None:
+        """Return path and values of an entry of `over`, and record the kind of its choice; report mistakes."""
+        raise NotImplementedError
+
+    @classmethod
+    def read(cls, reader: Reader, root: WrittenValue) -> Self | None:
+        """Return the section, or None if it is missing or wrong; the axes must have been read."""
+        section = section_in(root, cls.name)
+        paths = [path for path, section_name in reader.varied_by.items() if section_name == cls.name]
+        if section is None or not isinstance(section.value, dict):
             return None
-    over: WrittenValue | None = key_section.value(reader.problems, section, "over")
-    return over
+        problems_before = len(reader.problems)
+        for path in reader.axes.keys() & {*paths}:
+            check_range(reader, path, cls.name)
+            check_always_used(reader, reader.written_axes[path], cls.name, path)
+        own_fields = cls.read_own(reader, section)
+        cases, seed = (cls.keys.value(reader.problems, section, key) for key in ("cases", "seed"))
+        if cases is None or seed is None or not own_fields or len(reader.problems) > problems_before:
+            return None
+        if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
+            return None
+        over = {path: Choice(reader.choices[path], reader.axes[path]) for path in paths}
+        return cls(over, cases, seed, start_values(reader, over), **own_fields)
+
+    @classmethod
+    def read_own(cls, reader: Reader, section: WrittenValue) -> dict[str, Any]:
+        """Return the further fields of the search, or {} if one is missing; report mistakes."""
+        raise NotImplementedError
 
 
 def check_range(reader: Reader, path: str, section: str) -> None:

@@ -12,15 +12,14 @@ from ..answers import features
 from ..answers.questions import difference_text, identification_sentences
 from ..answers.words import grid_text, number_of_joints
 from ..contracts.layout import Layout
-from ..contracts.search import Search
 from ..grid.keys.kinds import Number
 from ..grid.keys.run_keys import CHANNELS
-from ..grid.sections.reader import Reader, check_always_used
-from ..grid.sections.section import PAIR_SCHEMA, EntriesKey, KeySection, WordListKey, cases_key, section_in
+from ..grid.sections.reader import Reader
+from ..grid.sections.section import PAIR_SCHEMA, EntriesKey, KeySection, WordListKey, cases_key
 from ..grid.written.document import WrittenValue
 from ..grid.written.tables import read_signals
 from ..language.errors import InputError, did_you_mean, quoted
-from .choices import MISSING_OVER_TEXT, ROUND_SIZE, SEED_KEY, Choice, check_range, find_over, start_values
+from .choices import MISSING_OVER_TEXT, ROUND_SIZE, SEED_KEY, SearchOver
 from .identifying import Identification
 from .observed import MIN_REVOLUTIONS, Signal, angular_signals
 
@@ -28,7 +27,6 @@ IDENTIFY = "identify"
 _PRIOR = "prior"  # the kind of a `Choice`
 FEATURES = ("rms", "peaks", "spectrum", "impacts")
 MAX_CASES = 20_000  # the time of an emulator grows with their third power
-SECONDS_PER_CHOICE = 0.045  # s for choosing a case; one process chooses
 MAX_SAVED_SAMPLES = 12_000  # samples of a signal that every case keeps where the grid does not say how many
 MAX_SAMPLES_PER_REVOLUTION = 2880  # samples of a revolution that are kept then
 _SIGNALS_SCHEMA = {"type": "object", "minProperties": 1, "additionalProperties": {"type": "string"}}
@@ -66,7 +64,7 @@ IDENTIFY_SECTION = KeySection(
 
 
 @dataclass(frozen=True)
-class Identify(Search):
+class Identify(SearchOver):
     """The section `identify`, in SI."""
 
     name: ClassVar[str] = IDENTIFY
@@ -77,22 +75,10 @@ class Identify(Search):
     )
     answer_key: ClassVar[str] = "identified"
     rows_answer: ClassVar[bool] = False
-    over: dict[str, Choice]
+    conflicts: ClassVar[tuple[str, ...]] = ("sweep", "zip", "cases", "sample", "seek", "refine", "optimise", "life")
+    seconds_per_choice: ClassVar[float] = 0.045
     signals: tuple[Signal, ...]
     features: tuple[str, ...]  # some of FEATURES
-    cases: int
-    seed: int
-    start: dict[str, Any]  # the values that the grid has written, or {} if some are missing or outside
-
-    @property
-    def varied_paths(self) -> tuple[str, ...]:
-        """Return the paths with unknown values."""
-        return tuple(self.over)
-
-    @property
-    def start_values(self) -> dict[str, Any]:
-        """Return the values that the grid has written."""
-        return self.start
 
     def sobol_points(self, skipped: int, count: int) -> np.ndarray:
         """Return points (count, paths) of a Sobol sequence in the unit cube, without the first `skipped` points."""
@@ -127,10 +113,6 @@ class Identify(Search):
         """Return the channels of the signals, over time and crank angle."""
         return ["t", "crank_angle", *(signal.channel for signal in self.signals)]
 
-    def expected_cases(self, grid: Any) -> tuple[int, float]:
-        """Return the remaining cases."""
-        return max(self.cases - len(grid), 0), SECONDS_PER_CHOICE
-
     def begin(self, grid: Any, simulator: Any) -> Identification:
         """Return the search at work; raise InputError without scikit-learn."""
         if util.find_spec("sklearn") is None:
@@ -162,29 +144,20 @@ class Identify(Search):
         return [*lines, *(f"  {sentence}" for sentence in identification_sentences(facts, joints))]
 
     @classmethod
-    def axes(cls, reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
-        """Return path -> (position, ends in the form of an axis) for every key to identify."""
-        section = IDENTIFY_SECTION.find(reader.problems, root)
-        conflicts = ("sweep", "zip", "cases", "sample", "seek", "refine", "optimise", "life")
-        over = find_over(reader, root, section, IDENTIFY_SECTION, conflicts) if section else None
-        if over is None:
-            return {}
-        axes = {}
-        for path, written in over.value.items():
-            key = reader.keys_in_use.get(path)
-            is_whole = isinstance(key, Number) and any(key_use.field.integer for key_use in key.uses)
-            if not isinstance(written.value, list) or len(written.value) != 2 or is_whole:
-                expected = (
-                    ("a path of a quantity that may have a fraction")
-                    if is_whole
-                    else "[low, high], the range of its prior"
-                )
-                message = f"found {quoted(written.value)}; expected {expected}"
-                reader.problems.add(written, f"{IDENTIFY}.over.{path}", message)
-            else:
-                reader.choices[path] = "range"
-                axes[path] = (over.key_position(path), written)
-        return axes
+    def read_choice(cls, reader: Reader, key: str, written: WrittenValue) -> tuple[str, WrittenValue] | None:
+        """Return path and ends of an entry of `over`."""
+        used_key = reader.keys_in_use.get(key)
+        is_whole = isinstance(used_key, Number) and any(key_use.field.integer for key_use in used_key.uses)
+        if not isinstance(written.value, list) or len(written.value) != 2 or is_whole:
+            fraction_text, range_text = (
+                "a path of a quantity that may have a fraction",
+                "[low, high], the range of its prior",
+            )
+            message = f"found {quoted(written.value)}; expected {fraction_text if is_whole else range_text}"
+            reader.problems.add(written, f"{IDENTIFY}.over.{key}", message)
+            return None
+        reader.choices[key] = _PRIOR
+        return key, written
 
     @classmethod
     def read(cls, reader: Reader, root: WrittenValue) -> "Identify | None":
@@ -193,29 +166,21 @@ class Identify(Search):
         The signals have no units yet; `check` adds them once the channels are known.  Keys of `save` that the grid
         omits are set to what the signals need.
         """
-        section = section_in(root, IDENTIFY)
-        paths = [path for path, section_name in reader.varied_by.items() if section_name == IDENTIFY]
-        if section is None or not isinstance(section.value, dict):
-            return None
-        problems_before = len(reader.problems)
-        for path in reader.axes.keys() & {*paths}:
-            check_range(reader, path, IDENTIFY)
-            check_always_used(reader, reader.written_axes[path], IDENTIFY, path)
+        section = super().read(reader, root)
+        if section:
+            _set_saved_signals(reader, section.signals)
+        return section
+
+    @classmethod
+    def read_own(cls, reader: Reader, section: WrittenValue) -> dict[str, Any]:
+        """Return the signals and features; `save` must keep time histories."""
         signals = _read_signals_section(reader, section)
-        features, cases, seed = (
-            IDENTIFY_SECTION.value(reader.problems, section, key) for key in ("features", "cases", "seed")
-        )
+        features = IDENTIFY_SECTION.value(reader.problems, section, "features")
         if reader.values.get("save.orbits") != "last":
             position = reader.position_of("save.orbits")
             message = f"found {reader.values.get('save.orbits')}; `identify` needs last: it compares time histories"
             reader.problems.add(position, "save.orbits", message)
-        if cases is None or seed is None or not signals or len(reader.problems) > problems_before:
-            return None
-        if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
-            return None
-        over = {path: Choice(_PRIOR, reader.axes[path]) for path in paths}
-        _set_saved_signals(reader, signals)
-        return Identify(over, signals, features, cases, seed, start_values(reader, over))
+        return {"signals": signals, "features": features} if signals else {}
 
     def check(self, reader: Reader, root: WrittenValue, layout: Layout) -> "Identify":
         """Return the section with the units of its signals; report mistakes in the files and in the saved channels."""

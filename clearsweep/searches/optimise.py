@@ -5,10 +5,9 @@ from dataclasses import dataclass
 from importlib import util
 from typing import Any, ClassVar
 
-from ..contracts.search import Search
 from ..grid.keys.kinds import Number, Word
 from ..grid.keys.library_names import name_path
-from ..grid.sections.reader import Reader, check_always_used
+from ..grid.sections.reader import Reader
 from ..grid.sections.section import (
     FITS_SCHEMA,
     PAIR_SCHEMA,
@@ -16,18 +15,16 @@ from ..grid.sections.section import (
     KeySection,
     NamesKey,
     cases_key,
-    section_in,
     single_key_schemas,
 )
 from ..grid.written.document import WrittenValue
 from ..language.errors import InputError, did_you_mean, quoted
-from .choices import AMONG, MISSING_OVER_TEXT, ROUND_SIZE, SEED_KEY, WHOLE, Choice, check_range, find_over, start_values
+from .choices import AMONG, MISSING_OVER_TEXT, ROUND_SIZE, SEED_KEY, WHOLE, SearchOver
 from .optimising import Optimisation, interval_columns
 
 OPTIMISE = "optimise"
 SENSES = ("minimise", "maximise")
 MAX_CASES = 100_000
-SECONDS_PER_CHOICE = 6e-3  # s for choosing a case; one process chooses
 _AMONG_FORM = {"anyOf": [{"type": "array", "minItems": 1}, FITS_SCHEMA]}
 OPTIMISE_SECTION = KeySection(
     OPTIMISE,
@@ -50,7 +47,7 @@ OPTIMISE_SECTION = KeySection(
 
 
 @dataclass(frozen=True)
-class Optimise(Search):
+class Optimise(SearchOver):
     """Objectives, and the values to choose from, in SI."""
 
     name: ClassVar[str] = OPTIMISE
@@ -59,21 +56,9 @@ class Optimise(Search):
         "optimise: {over: {drive.speed: [500 rpm, 3000 rpm]}, minimise: rod_slider_load_peak, cases: 60}"
     )
     answer_key: ClassVar[str] = "optimised"
-    over: dict[str, Choice]
+    conflicts: ClassVar[tuple[str, ...]] = ("sweep", "zip", "cases", "sample", "seek", "refine")
+    seconds_per_choice: ClassVar[float] = 6e-3
     objectives: tuple[tuple[str, bool], ...]  # column, and whether it is to be large
-    cases: int
-    seed: int
-    start: dict[str, Any]  # the values that the grid has written, or {} if some are missing or outside
-
-    @property
-    def varied_paths(self) -> tuple[str, ...]:
-        """Return the paths to vary."""
-        return tuple(self.over)
-
-    @property
-    def start_values(self) -> dict[str, Any]:
-        """Return the values that the grid has written."""
-        return self.start
 
     def first(self) -> dict[str, tuple[Any, ...]]:
         """Return the values of the first round: those written in the grid, and evenly spread points."""
@@ -94,10 +79,6 @@ class Optimise(Search):
         available = {column.name for column in grid.layout.columns}
         objectives = [name for name, _ in self.objectives]
         return [*objectives, *(end for name in objectives for end in interval_columns(name) if end in available)]
-
-    def expected_cases(self, grid: Any) -> tuple[int, float]:
-        """Return the remaining cases."""
-        return max(self.cases - len(grid), 0), SECONDS_PER_CHOICE
 
     def begin(self, grid: Any, simulator: Any) -> Optimisation:
         """Return the search at work; raise InputError without Optuna."""
@@ -132,64 +113,36 @@ class Optimise(Search):
         )
 
     @classmethod
-    def axes(cls, reader: Reader, root: WrittenValue) -> dict[str, tuple[WrittenValue, WrittenValue]]:
-        """Return path -> (position, values in the form of an axis) of the keys to vary; record the kinds of choices."""
-        section = OPTIMISE_SECTION.find(reader.problems, root)
-        conflicts = ("sweep", "zip", "cases", "sample", "seek", "refine")
-        over = find_over(reader, root, section, OPTIMISE_SECTION, conflicts) if section else None
-        if over is None:
-            return {}
-        axes = {}
-        for key, written in over.value.items():
-            path = name_path(key, reader.keys_in_use)
-            values = _read_choice(reader, path, written)
-            if values is not None:
-                axes[path] = (over.key_position(key), values)
-        return axes
+    def read_choice(cls, reader: Reader, key: str, written: WrittenValue) -> tuple[str, WrittenValue] | None:
+        """Return path and values of an entry of `over`, and record the kind of its choice."""
+        path = name_path(key, reader.keys_in_use)
+        key_path, used_key = f"{OPTIMISE}.over.{path}", reader.keys_in_use.get(path)
+        is_whole = isinstance(used_key, Number) and any(use.field.integer for use in used_key.uses)
+        content, kind = written.value, "range"
+        if isinstance(content, dict) and len(content) == 1 and {*content} <= {AMONG, WHOLE}:
+            ((kind, written),) = content.items()
+            content = written.value
+            if kind == AMONG and isinstance(content, dict) and [*content] == ["fits"]:
+                reader.choices[path] = AMONG
+                return path, written
+        is_pair = isinstance(content, list) and len(content) == 2
+        if not isinstance(content, list) or not content or (kind != AMONG and not is_pair):
+            message = f"found {quoted(content)}; expected [low, high], {{among: [...]}} or {{whole: [low, high]}}"
+            reader.problems.add(written, key_path, message)
+            return None
+        is_word = isinstance(used_key, Word)
+        if kind != AMONG and (is_word or is_whole != (kind == WHOLE)):
+            expected = "{among: [...]}" if is_word else "{whole: [low, high]}" if is_whole else "[low, high]"
+            reader.problems.add(written, key_path, f"found {quoted(content)}; this key takes {expected}")
+            return None
+        reader.choices[path] = kind
+        return path, written
 
     @classmethod
-    def read(cls, reader: Reader, root: WrittenValue) -> "Optimise | None":
-        """Return the section `optimise`, or None if it is missing or wrong; the axes must have been read."""
-        section = section_in(root, OPTIMISE)
-        paths = [path for path, section_name in reader.varied_by.items() if section_name == OPTIMISE]
-        if section is None or not isinstance(section.value, dict):
-            return None
-        problems_before = len(reader.problems)
-        for path in reader.axes.keys() & {*paths}:
-            check_range(reader, path, OPTIMISE)
-            check_always_used(reader, reader.written_axes[path], OPTIMISE, path)
+    def read_own(cls, reader: Reader, section: WrittenValue) -> dict[str, Any]:
+        """Return the objectives."""
         objectives = _read_objectives(reader, section)
-        cases, seed = (OPTIMISE_SECTION.value(reader.problems, section, key) for key in ("cases", "seed"))
-        if cases is None or seed is None or not objectives or len(reader.problems) > problems_before:
-            return None
-        if not paths or not reader.axes.keys() >= {*paths}:  # what is wrong with them is said
-            return None
-        over = {path: Choice(reader.choices[path], reader.axes[path]) for path in paths}
-        return Optimise(over, objectives, cases, seed, start_values(reader, over))
-
-
-def _read_choice(reader: Reader, path: str, written: WrittenValue) -> WrittenValue | None:
-    """Return the values of one path in the form of an axis."""
-    key_path, key = f"{OPTIMISE}.over.{path}", reader.keys_in_use.get(path)
-    is_whole = isinstance(key, Number) and any(use.field.integer for use in key.uses)
-    content, kind = written.value, "range"
-    if isinstance(content, dict) and len(content) == 1 and {*content} <= {AMONG, WHOLE}:
-        ((kind, written),) = content.items()
-        content = written.value
-        if kind == AMONG and isinstance(content, dict) and [*content] == ["fits"]:
-            reader.choices[path] = AMONG
-            return written
-    is_pair = isinstance(content, list) and len(content) == 2
-    if not isinstance(content, list) or not content or (kind != AMONG and not is_pair):
-        message = f"found {quoted(content)}; expected [low, high], {{among: [...]}} or {{whole: [low, high]}}"
-        reader.problems.add(written, key_path, message)
-        return None
-    if kind != AMONG and (isinstance(key, Word) or is_whole != (kind == WHOLE)):
-        expected = "{among: [...]}" if isinstance(key, Word) else "{whole: [low, high]}" if is_whole else "[low, high]"
-        reader.problems.add(written, key_path, f"found {quoted(content)}; this key takes {expected}")
-        return None
-    reader.choices[path] = kind
-    return written
+        return {"objectives": objectives} if objectives else {}
 
 
 def _read_objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool], ...]:
