@@ -55,14 +55,25 @@ def _link(name: str, levels: Levels) -> Section:
     return {"length": length, "mass": mass * levels["mass"], "inertia": inertia * levels["mass"]}
 
 
+def _load(levels: Levels) -> float:
+    """Return the load (N) of weight and inertia on a joint, to an order."""
+    return 0.65 * levels["mass"] * (9.81 + 0.05 * (levels["speed"] * math.pi / 30.0) ** 2)
+
+
+def _contact(levels: Levels, load: float, deepest: float = 5e-4) -> Section:
+    """Return the contact at the `softness` of its range of stiffness.
+
+    In the range the penetration under the `load` (N) is at most `deepest` (m), and there are at most MAX_OSCILLATIONS.
+    """
+    rate, min_stiffness = levels["speed"] * math.pi / 30.0, max(1e5, load / deepest**1.5)
+    max_stiffness = ((MAX_OSCILLATIONS * rate) ** 2 * SLIDER_MASS * levels["mass"] / (1.5 * load ** (1.0 / 3.0))) ** 1.5
+    stiffness = min_stiffness * (min(max(max_stiffness, min_stiffness), 1e14) / min_stiffness) ** levels["softness"]
+    return contact_section(stiffness, levels["restitution"])
+
+
 def _machine_joint(levels: Levels) -> Section:
     """Return the joint with clearance."""
-    rate = levels["speed"] * math.pi / 30.0
-    load = 0.65 * levels["mass"] * (9.81 + 0.05 * rate**2) + levels["load"]
-    min_stiffness = max(1e5, load / 5e-4**1.5)
-    max_stiffness = ((MAX_OSCILLATIONS * rate) ** 2 * 0.14 * levels["mass"] / (1.5 * load ** (1.0 / 3.0))) ** 1.5
-    stiffness = min_stiffness * (min(max(max_stiffness, min_stiffness), 1e14) / min_stiffness) ** levels["softness"]
-    joint: Section = {"clearance": levels["clearance"], "contact": contact_section(stiffness, levels["restitution"])}
+    joint: Section = {"clearance": levels["clearance"], "contact": _contact(levels, _load(levels) + levels["load"])}
     return joint | ({"friction": tanh_section(levels["friction"], 1e-2)} if levels["friction"] else {})
 
 
@@ -171,12 +182,7 @@ def spatial_cases() -> list[ExtremeCase]:
     """Return all cases."""
     generator, cases = np.random.default_rng(SPATIAL_SEED), []
     for name, (clearance_joint, freedoms, flange) in FORMS.items():
-        columns = {
-            key: generator.permutation(np.tile(values, CASES_PER_FORM // len(values)))
-            for key, values in SPATIAL_FACTORS.items()
-        }
-        for number in range(CASES_PER_FORM):
-            levels = {key: float(column[number]) for key, column in columns.items()}
+        for number, levels in enumerate(balanced_levels(generator, SPATIAL_FACTORS, CASES_PER_FORM)):
             grid = _spatial_grid(levels, clearance_joint, freedoms)
             grid["joints"][clearance_joint] |= _axial_sections(levels, flange=flange)
             cases.append(ExtremeCase(f"in space/{name} {number} {_spatial_levels_text(levels)}", grid))
@@ -201,17 +207,14 @@ def _axial_sections(levels: Levels, *, flange: bool) -> Section:
 def _spatial_grid(levels: Levels, clearance_joint: str, freedoms: str) -> Section:
     """Return the grid of a spatial slider-crank; `freedoms` : of its ideal joint."""
     rate, mass = levels["speed"] * math.pi / 30.0, levels["mass"]
-    load = 0.65 * mass * (9.81 + 0.05 * rate**2)
-    min_stiffness = max(1e5, load / min(5e-4, levels["clearance"] * 10.0) ** 1.5)
-    max_stiffness = ((MAX_OSCILLATIONS * rate) ** 2 * 0.14 * mass / (1.5 * load ** (1.0 / 3.0))) ** 1.5
-    stiffness = min_stiffness * (min(max(max_stiffness, min_stiffness), 1e14) / min_stiffness) ** levels["softness"]
+    contact = _contact(levels, _load(levels), min(5e-4, levels["clearance"] * 10.0))
     (ideal_joint,) = {"crank-rod", "rod-slider"} - {clearance_joint}
     joint = {
         "type": "spatial",
         "clearance": levels["clearance"],
         "bearing_radius": SPATIAL_RADIUS,
         "length": SPATIAL_LENGTH,
-        "contact": contact_section(stiffness, levels["restitution"]) | {"onset": "first"},
+        "contact": contact | {"onset": "first"},
         "friction": tanh_section(levels["friction"], 1e-2),
     }
     return {
@@ -280,8 +283,7 @@ def _film_levels_text(levels: Levels) -> str:
 def _film_grid(levels: Levels, *, dry: bool) -> Section:
     """Return the grid of a slider-crank with films, and with dry contact behind them if `dry`."""
     mass, rate = levels["mass"], levels["speed"] * math.pi / 30.0
-    load = 0.65 * mass * (9.81 + 0.05 * rate**2)
-    joint = _film_joint(levels, load, dry=dry)
+    joint = _film_joint(levels, _load(levels), dry=dry)
     return {
         "mechanism": {
             "type": "slider-crank",
@@ -308,8 +310,5 @@ def _film_joint(levels: Levels, load: float, *, dry: bool) -> Section:
     if not dry:
         return joint
     film["transition"] = {"width": levels["width"]}
-    min_stiffness = max(1e5, load / 5e-4**1.5)
-    max_stiffness = ((MAX_OSCILLATIONS * rate) ** 2 * SLIDER_MASS * levels["mass"] / (1.5 * load ** (1.0 / 3.0))) ** 1.5
-    stiffness = min_stiffness * (min(max(max_stiffness, min_stiffness), 1e14) / min_stiffness) ** levels["softness"]
-    joint["contact"] = contact_section(stiffness, levels["restitution"])
+    joint["contact"] = _contact(levels, load)
     return joint | ({"friction": tanh_section(levels["friction"], 1e-2)} if levels["friction"] else {})
