@@ -40,11 +40,11 @@ def grid(tmp_path):
 
 def test_the_arc_is_that_of_hertz():
     """1 kN on the reference joint: half-width 3.2611245e-4 m on a radius of 10 mm (Johnson 1985, section 4.2)."""
-    assert advice._half_contact_arc(REFERENCE, 1000.0) == pytest.approx(math.asin(3.2611245e-2), rel=1e-7)
+    assert advice.half_contact_arc(REFERENCE, 1000.0) == pytest.approx(math.asin(3.2611245e-2), rel=1e-7)
 
 
 def verdict(joint, load, law):
-    return next(each for each in advice._elastic_assessments(joint, load) if each.law == law)
+    return next(each for each in advice.elastic_assessments(joint, load) if each.law == law)
 
 
 def test_a_law_of_half_spaces_is_doubted_over_a_wide_arc_alone():

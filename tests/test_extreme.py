@@ -83,7 +83,7 @@ def test_the_sentence_names_interval_window_and_place():
     assert largest_expected_peak({"case_id": block["case_id"], "period": np.ones(2)}, ["j"]) is None
     facts = worst._asdict() | {"swept": {}, "case_id": "a" * 16}
     assert {"value", "high", "seen"} <= facts.keys()  # of run --json
-    assert summary._expected_lines({"expected": facts})[1] == text.replace("in joint j", "in j")
+    assert summary.expected_lines({"expected": facts})[1] == text.replace("in joint j", "in j")
 
 
 GRID = {

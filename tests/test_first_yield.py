@@ -12,7 +12,7 @@ import clearsweep
 from clearsweep.contracts.case import Contact, Joint, Material, Materials, Wear
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.laws.elastic import elastic_force, plane_strain_modulus, relative_radius, static_penetration
-from clearsweep.simulation.advice.remarks import _largest_masses, yield_speeds
+from clearsweep.simulation.advice.remarks import largest_masses, yield_speeds
 from clearsweep.simulation.setup.scene import build, catalogue
 
 STEEL = Material(207e9, 0.3, 600e6)
@@ -164,7 +164,7 @@ def test_cases_with_one_mechanism_and_start_share_the_effective_masses():
     source = slider_crank("rod-slider", changes={"joints.rod-slider.contact": contact, "simulate.start": "centred"})
     source["sweep"] = {"joints.rod-slider.clearance": {"linspace": ["0.05 mm", "0.5 mm", 10]}}
     cases = clearsweep.grid.load(source, catalogue())
-    _largest_masses.cache_clear()
+    largest_masses.cache_clear()
     for index in range(len(cases)):
         yield_speeds(build(cases.case(index)))
-    assert _largest_masses.cache_info().misses == 1
+    assert largest_masses.cache_info().misses == 1

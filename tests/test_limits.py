@@ -281,7 +281,7 @@ def test_an_infinite_or_undefined_figure_decides_nothing(ran, text):
     assert facts["limits"]["each"]["ratio"] == {"limit": "at most 5\u00a0N", "cases": 0, "unknown": 3}
     assert {entry["why"] for design in facts["answer"]["designs"] for entry in design["missing"]} >= {"ratio is null"}
     study = prepare(clearsweep.open(result.directory))
-    rows = {row[0]: row for row in section_of_verdict._limit_table(study).rows}
+    rows = {row[0]: row for row in section_of_verdict.limit_table(study).rows}
     assert [cell.value for cell in rows["ratio"][2:5]] == [0, 3, 3]
     assert [cell.value for cell in rows[PEAK][2:5]] == [0, 0, 3]
 

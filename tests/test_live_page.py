@@ -23,8 +23,8 @@ def test_the_page_of_a_run_without_finished_cases_reloads_itself(tmp_path):
         @staticmethod
         def solve(case, log=None):
             """Draw the page of the run in which this case is."""
-            drawn.append(live_page._draw_page(directory, out, None))
-            drawn.append(live_page._draw_page(directory, out, drawn[-1]))
+            drawn.append(live_page.draw_page(directory, out, None))
+            drawn.append(live_page.draw_page(directory, out, drawn[-1]))
             return fake_physics.trajectory(case)
 
     sweep(grid(1), directory, executor="serial", show_progress=False, simulator=Drawing)
@@ -33,7 +33,7 @@ def test_the_page_of_a_run_without_finished_cases_reloads_itself(tmp_path):
     assert '<meta http-equiv="refresh" content="5">' in text.partition("</head>")[0]
     assert "under way" in text.partition("<h1>")[0]
     modified = out.stat().st_mtime_ns
-    assert live_page._draw_page(directory, out, None) is None  # the run has ended
+    assert live_page.draw_page(directory, out, None) is None  # the run has ended
     assert out.stat().st_mtime_ns == modified
 
 

@@ -50,13 +50,13 @@ def same(first, other):
 
 def alone(case):
     """Return the result of a case in arrays that no case has used."""
-    run._released_runs.clear()
+    run.released_runs.clear()
     return simulation.solve(case)
 
 
 def in_turn(listed):
     """Return the results of cases one after the other, which use the same arrays."""
-    run._released_runs.clear()
+    run.released_runs.clear()
     return [simulation.solve(case) for case in listed]
 
 
@@ -88,9 +88,9 @@ def test_a_case_leaves_nothing_to_the_next_one_that_uses_its_arrays():
     result = []
     for case in (first, failing, first, implicit, first, fourth, first):
         result.append(simulation.solve(case))
-        assert len(run._released_runs) == 1
+        assert len(run.released_runs) == 1
     assert [path.status for path in result] == ["ok", "step-budget", *["ok"] * 5]
-    run._released_runs.clear()
+    run.released_runs.clear()
     anew = simulation.solve(first)
     assert all(same(path, anew) for path in result[::2])
 

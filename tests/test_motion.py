@@ -66,7 +66,7 @@ def plain(scene):
 
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(family, "_IS_PLAIN", [True])
-        patch.setattr(run, "_released_runs", [])
+        patch.setattr(run, "released_runs", [])
         return clearsweep.simulate(scene).summary["energy_residual"]
 
 

@@ -64,6 +64,6 @@ def test_rows_with_gaps_count_what_they_have_and_without_pairs_nothing_is_known(
 
 def test_many_pairs_are_taken_as_normal_to_within_one_of_the_count(monkeypatch):
     sizes = np.full(300, 4)
-    counted = effects._slopes_beyond(sizes, 0.025)
+    counted = effects.slopes_beyond(sizes, 0.025)
     monkeypatch.setattr(effects, "MAX_EXACT_PAIRS", 0)
-    assert abs(effects._slopes_beyond(sizes, 0.025) - counted) <= 1
+    assert abs(effects.slopes_beyond(sizes, 0.025) - counted) <= 1

@@ -4,6 +4,7 @@ import dataclasses
 import html
 import io
 import itertools
+import os
 import re
 import threading
 import time
@@ -61,9 +62,9 @@ def phases_seen():
             self.words += [result.what] if (result := phases.progress()) else []
 
     listener = Listener()
-    phases._listeners.append(listener)
+    phases.listeners.append(listener)
     yield listener.words
-    phases._listeners.remove(listener)
+    phases.listeners.remove(listener)
 
 
 def lines_over(manual_time, seconds, display):
@@ -335,6 +336,7 @@ def test_a_run_and_its_status_report_compiling_and_a_life_at_work(tmp_path, monk
 
 def test_a_resumed_run_counts_all_cases_of_the_grid_as_its_status_does(tmp_path, monkeypatch, phases_seen):
     monkeypatch.setattr(phases, "MIN_ELAPSED", 0.0)
+    monkeypatch.setattr(os, "fsync", lambda handle: time.sleep(0.01))  # meanwhile the state is written, as by a disk
     directory, states = tmp_path / "run", []
     sweep(grid(3), directory, executor="serial", show_progress=False)
 
@@ -444,11 +446,11 @@ def test_a_further_life_that_is_cut_off_is_extrapolated_like_one_before(monkeypa
 
 def test_the_start_of_workers_is_estimated_without_compiling(monkeypatch, tmp_path):
     """A run after the dry run finds the code in the cache."""
-    starts, started = iter([(2.0, 1.5), (0.5, 0.0)]), estimate._start_workers
-    monkeypatch.setattr(estimate, "_start_workers", lambda *arguments: (started(*arguments)[0], *next(starts)))
+    starts, started = iter([(2.0, 1.5), (0.5, 0.0)]), estimate.start_workers
+    monkeypatch.setattr(estimate, "start_workers", lambda *arguments: (started(*arguments)[0], *next(starts)))
     loaded = clearsweep.grid.load(grid(2), Fake.catalogue())
-    requested = estimate._requested(loaded, store.RunDirectory(tmp_path / "none"), None, Fake)
-    assert estimate._pilot(loaded, requested, 1, Fake).start_up == 0.5
+    requested = estimate.requested_cases(loaded, store.RunDirectory(tmp_path / "none"), None, Fake)
+    assert estimate.pilot(loaded, requested, 1, Fake).start_up == 0.5
     assert next(starts, None) is None
 
 

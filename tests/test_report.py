@@ -375,9 +375,9 @@ def test_curves_without_the_force_peak_say_so():
     peak = made.cases.at[case_id, "rod_slider_force_peak"]
     for share, remark in ((0.5, True), (0.95, False)):
         channels = {"joints/rod_slider/force_normal": np.array([0.0, share * peak])}
-        text = cases._peak_note(made, case_id, channels)
+        text = cases.peak_note(made, case_id, channels)
         assert text.startswith("The curves do not contain the force peak") == remark
-    assert cases._peak_note(made, case_id, {}) == ""
+    assert cases.peak_note(made, case_id, {}) == ""
 
 
 def test_show_refuses_what_it_cannot_draw(tmp_path):

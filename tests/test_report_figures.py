@@ -493,12 +493,12 @@ def test_three_claims_are_rarely_wrong_together_where_nothing_acts():
         (claim, axis)
         for claim in sections.drivers.CLAIMS
         for axis in prepared.levels()
-        if sections.drivers._concerns(claim, axis, joint)
+        if sections.drivers.concerns(claim, axis, joint)
     ]
     assert len(concerned) == 3
     for _ in range(120):
         trial = prepare(with_depths(lambda c, k, v: 1e-9 * chance.lognormal(0.0, 0.2, len(c))))
-        verdicts = {answer.verdict for answer in sections.drivers._judged(trial, joint, concerned)}
+        verdicts = {answer.verdict for answer in sections.drivers.judged(trial, joint, concerned)}
         wrong += verdicts != {"not decided"}
     assert wrong <= 12
 

@@ -625,7 +625,7 @@ def test_the_map_shows_cases_between_its_cells(tmp_path):
     assert f"The {len(added_distances)} dots between cells are cases that refine added" in picture.caption
     assert len(draw_svg(picture, "map")) > 1000
     across, up = prepared.axes
-    dots = verdict_section._added_cases(prepared, (prepared.cases[EXCEEDED_COLUMN] != "").to_numpy(float), across, up)
+    dots = verdict_section.added_points(prepared, (prepared.cases[EXCEEDED_COLUMN] != "").to_numpy(float), across, up)
     assert len(own) == 20
     mass, speed = 0.1 + 0.2 * dots.x, 100.0 + 200.0 * dots.y  # both axes have equal steps
     assert np.array_equal(np.hypot(mass, speed / 1000.0) > 0.6137, dots.failing)

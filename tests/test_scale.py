@@ -140,5 +140,5 @@ def test_rows_of_a_table_are_the_same_one_by_one_and_at_once(chance):
 def test_a_cloud_leaves_out_points_that_others_cover_and_no_others():
     x, y = (each.ravel().astype(float) for each in np.meshgrid(np.arange(50), np.arange(60)))
     x[5] = np.nan
-    seen = comparison._visible_points(np.repeat(x, 3), np.repeat(y, 3))
+    seen = comparison.visible_points(np.repeat(x, 3), np.repeat(y, 3))
     np.testing.assert_array_equal(seen, 3 * np.delete(np.arange(3000), 5) + 2)

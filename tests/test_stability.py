@@ -36,11 +36,11 @@ def run(source, **overrides):
 def test_the_bound_of_a_force_that_is_no_power_is_within_that_of_its_like():
     shallow = Liu(1e9, 1e6)  # K pen sqrt(pen / 2 c) as long as pen is far below c
     power = PowerThreeHalves(1e9 / math.sqrt(2e6))
-    impact, load = (stability._penetration_bound(power, *given) for given in ((1e-3, 0.0), (0.0, 50.0)))
-    assert stability._penetration_bound(shallow, 1e-3, 0.0) == pytest.approx(impact, rel=1e-6)
-    assert stability._penetration_bound(shallow, 0.0, 50.0) == pytest.approx(load, rel=1e-6)
-    together = stability._penetration_bound(shallow, 1e-3, 50.0)
-    assert max(impact, load) < together < stability._penetration_bound(power, 1e-3, 50.0)
+    impact, load = (stability.penetration_bound(power, *given) for given in ((1e-3, 0.0), (0.0, 50.0)))
+    assert stability.penetration_bound(shallow, 1e-3, 0.0) == pytest.approx(impact, rel=1e-6)
+    assert stability.penetration_bound(shallow, 0.0, 50.0) == pytest.approx(load, rel=1e-6)
+    together = stability.penetration_bound(shallow, 1e-3, 50.0)
+    assert max(impact, load) < together < stability.penetration_bound(power, 1e-3, 50.0)
 
 
 def test_the_table_spans_what_it_should():
@@ -107,9 +107,9 @@ def test_what_is_beyond_the_bound_fails_and_is_compared_with_a_tighter_tolerance
 def test_a_contact_that_the_log_lacks_is_seen():
     made, _ = stability.scene_of(next(case for case in TABLE if case.name == "stiffness/C 1e+10"))
     result = clearsweep.simulate(made, times=np.linspace(0.0, 0.02, 4001))
-    assert stability._largest_escape(made, result, 0, "rod_slider") < stability.BOUND_TOLERANCE
+    assert stability.largest_escape(made, result, 0, "rod_slider") < stability.BOUND_TOLERANCE
     lost = clearsweep.Trajectory("ok", "", result.summary, result.channels, result.events[1:])
-    assert stability._largest_escape(made, lost, 0, "rod_slider") > stability.BOUND_TOLERANCE
+    assert stability.largest_escape(made, lost, 0, "rod_slider") > stability.BOUND_TOLERANCE
 
 
 def test_a_joint_that_has_just_left_its_bearing_is_not_met_again_at_once():

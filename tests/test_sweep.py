@@ -381,14 +381,14 @@ def test_batches_with_large_histories_stay_small():
 
 
 def test_a_dry_run_counts_times_and_writes_nothing(tmp_path, monkeypatch):
-    starts, started = [], estimate._start_workers
+    starts, started = [], estimate.start_workers
 
     def timed(*given):
         workers, start_up, compiled = started(*given)
         starts.append(start_up)
         return workers, start_up, compiled
 
-    monkeypatch.setattr(estimate, "_start_workers", timed)
+    monkeypatch.setattr(estimate, "start_workers", timed)
     result = estimate.estimate(grid(50, (GOOD + 0.02,), wear=True), tmp_path / "run", jobs=2, simulator=Fake)
     assert (result.cases, result.pending) == (50, 50)
     assert result.derived["joints.rod-slider.contact.stiffness"]["max"] == 6.61e10

@@ -163,11 +163,11 @@ def test_further_lives_are_phases_of_their_own_whose_time_is_foretold():
     assert aged.progress.limits.further_lives == 2
     assert life_run(loaded(FACTOR).case(0)).progress.limits.further_lives == 0  # one block gives all
     listener = Listener()
-    phases._listeners.append(listener)
+    phases.listeners.append(listener)
     try:
         further_lives(aged, block)
     finally:
-        phases._listeners.remove(listener)
+        phases.listeners.remove(listener)
     for end in (LOW, HIGH):
         of_end = [words for words in seen if words.startswith(f"life with the wear coefficients at their {end} ends, ")]
         assert any("block 2, " in words for words in of_end)

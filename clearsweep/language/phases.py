@@ -100,13 +100,13 @@ class _Listener(Protocol):
 
 
 _open_phases: list[Phase] = []  # the outermost first
-_listeners: list[_Listener] = []
+listeners: list[_Listener] = []
 _compile_seconds = [0.0]  # s of finished phases of the kind `once`
 
 
 def _notify_listeners() -> None:
     """Tell all listeners that the open phases changed."""
-    for listener in _listeners:
+    for listener in listeners:
         listener.changed()
 
 
@@ -344,11 +344,11 @@ class ProgressWriter:
 def store_progress(replace_content: Callable[[bytes | None], None]) -> Iterator[None]:
     """Write the progress of the work in this context by `replace_content`; `stored_progress` reads it."""
     listener = ProgressWriter(replace_content)
-    _listeners.append(listener)
+    listeners.append(listener)
     try:
         yield
     finally:
-        _listeners.remove(listener)
+        listeners.remove(listener)
         listener.discard()
 
 
@@ -383,8 +383,8 @@ class EstimateListener:
 def track_estimate() -> Iterator[EstimateListener]:
     """Yield an EstimateListener, which keeps the latest estimate of the time of the work in this context."""
     listener = EstimateListener()
-    _listeners.append(listener)
+    listeners.append(listener)
     try:
         yield listener
     finally:
-        _listeners.remove(listener)
+        listeners.remove(listener)

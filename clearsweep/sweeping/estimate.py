@@ -79,7 +79,7 @@ def estimate(
         derived, warnings = sweep.facts(grid, simulator)
     directory = sweep.directory_of(grid, out, parsed_shard)
     with phases.phase("checking the cases"):
-        requested = _requested(grid, directory, parsed_shard, simulator)
+        requested = requested_cases(grid, directory, parsed_shard, simulator)
     added, choosing_seconds = grid.search.expected_cases(grid) if grid.search else (0, 0.0)
     warnings += [sentence] if grid.search and (sentence := grid.search.expectation(added)) else []
     further = grid.search.further_cases(grid) if grid.search and not no_effects else 0
@@ -94,7 +94,7 @@ def estimate(
     )  # 1: nothing else runs here
     jobs = jobs or executors.cores()
     jobs = min(jobs, max(requested.cases, 1))
-    timed, start_up, cheaper = _pilot(grid, requested, jobs, simulator)
+    timed, start_up, cheaper = pilot(grid, requested, jobs, simulator)
     times, events = (
         [timed_case.seconds for timed_case in timed if timed_case.seconds is not None],
         [timed_case.events for timed_case in timed],
@@ -161,7 +161,7 @@ class _Requested(NamedTuple):
     kinds: list[Case]  # one case for each kind of scene
 
 
-def _requested(grid: Grid, directory: store.RunDirectory, shard: Shard | None, simulator: Simulator) -> _Requested:
+def requested_cases(grid: Grid, directory: store.RunDirectory, shard: Shard | None, simulator: Simulator) -> _Requested:
     """Return the cases that a run computes."""
     if division := store.Division.of(grid, str(shard or "")):
         duplicates, path = blockwise.duplicate_indices(grid), directory.path.absolute()
@@ -221,12 +221,12 @@ class _Pilot(NamedTuple):
     cheaper: dict[str, float] = {}  # noqa: RUF012 - never changed; settings that a life takes less with -> s of a case
 
 
-def _pilot(grid: Grid, requested: _Requested, worker_count: int, simulator: Simulator) -> _Pilot:
+def pilot(grid: Grid, requested: _Requested, worker_count: int, simulator: Simulator) -> _Pilot:
     """Return the times of a few cases spread over the grid, and of the start of `worker_count` workers."""
     with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         directory = Path(folder)
         (directory / store.SCRATCH).mkdir()
-        workers, start_up, compiled = _start_workers(worker_count, requested.kinds, simulator, directory)
+        workers, start_up, compiled = start_workers(worker_count, requested.kinds, simulator, directory)
         try:
             working = store.Working(directory, "0" * 16)
             timed = _time_cases(workers, simulator, [grid.case(k) for k in requested.timed.tolist()], working)
@@ -240,7 +240,7 @@ def _pilot(grid: Grid, requested: _Requested, worker_count: int, simulator: Simu
         finally:
             workers.close()
         if compiled > MIN_COMPILE_SECONDS:  # what a run has to load is in the cache now
-            workers, start_up, _ = _start_workers(worker_count, requested.kinds, simulator, directory)
+            workers, start_up, _ = start_workers(worker_count, requested.kinds, simulator, directory)
             workers.close()
         return _Pilot(timed, start_up, cheaper)
 
@@ -297,7 +297,7 @@ def cheaper_lives_texts(mean: float, cheaper: dict[str, float], cases_per_worker
     ]
 
 
-def _start_workers(
+def start_workers(
     worker_count: int, kinds: list[Case], simulator: Simulator, directory: Path
 ) -> tuple[executors.Executor, float, float]:
     """Return started workers with compiled code, the elapsed time (s), and the sum of their compile times (s)."""

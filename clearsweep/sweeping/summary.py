@@ -128,7 +128,7 @@ def _limit_labels(layout: Layout, limits: Iterable[Limit], units: Mapping[str, s
     return {column: " and ".join(limit_texts) for column, limit_texts in texts.items()}
 
 
-def _expected_lines(facts: dict[str, Any]) -> list[str]:
+def expected_lines(facts: dict[str, Any]) -> list[str]:
     """Return the line on the largest force peak to expect in many revolutions."""
     peak = facts["expected"]
     if not peak:
@@ -172,7 +172,7 @@ def run_text(facts: dict[str, Any]) -> str:
         lines += ["  --retry-failed runs them again"]
     if facts["worst"]:
         lines += ["", facts["ranked"]["title"] + _shared(facts), *_aligned(_worst_rows(facts))]
-    lines += _expected_lines(facts)
+    lines += expected_lines(facts)
     lines += [
         line for search in SEARCHES if facts.get(search.answer_key) for line in search.lines(facts[search.answer_key])
     ]

@@ -176,7 +176,7 @@ def _failure_text(case_scene: scene.Scene, trajectory: Trajectory, row: dict[str
     for index, joint_layout in enumerate(case_scene.layout.joints):
         if (
             trajectory.channels
-            and (escape := _largest_escape(case_scene, trajectory, index, joint_layout.name)) > allowed
+            and (escape := largest_escape(case_scene, trajectory, index, joint_layout.name)) > allowed
         ):
             return (
                 f"contact lost: {joint_layout.name} is {escape:.1e} clearances beyond its bearing, and no contact is "
@@ -211,7 +211,7 @@ def _accuracy_note(case_scene: scene.Scene) -> str:
     )
 
 
-def _largest_escape(case_scene: scene.Scene, trajectory: Trajectory, index: int, name: str) -> float:
+def largest_escape(case_scene: scene.Scene, trajectory: Trajectory, index: int, name: str) -> float:
     """Return the largest penetration (clearances) of a joint in samples outside of its logged contacts."""
     clearance = float(case_scene.value.joints[index].clearance)
     if isinstance(case_scene.value.joints[index], Film):
@@ -264,7 +264,7 @@ def share_of_bound(case_scene: scene.Scene, trajectory: Trajectory) -> float:
         loads.append(load * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
     for (joint_layout, _, joint), load in zip(dry_joints, loads, strict=True):
-        max_depth = _penetration_bound(joint.elastic, sum(energies), load)
+        max_depth = penetration_bound(joint.elastic, sum(energies), load)
         max_depth += joint.corners.end if type(joint) in (Lubricated,) else 0.0
         shares.append(summary[f"{joint_layout.name}_penetration_max"] / max_depth if max_depth > 0.0 else 0.0)
     return max(shares, default=0.0)
@@ -280,7 +280,7 @@ def _largest_curvature(trajectory: Trajectory, joint_layout: JointLayout, cleara
     return float(np.max(np.square(along), initial=0.0)) / clearance
 
 
-def _penetration_bound(elastic: Any, energy: float, load: float) -> float:
+def penetration_bound(elastic: Any, energy: float, load: float) -> float:
     """Return the bound (m) of a penetration under an energy (J) and a load (N)."""
     if type(elastic) in POWERS:
         default = 1.0 if type(elastic).__name__ == "Linear" else 1.5

@@ -53,11 +53,11 @@ def _draw_pages(directory: Path, out: Path, system: str, parent: int) -> None:
     while os.getppid() == parent:
         begin = time.process_time()
         with contextlib.suppress(Exception), wording.unit_system(system):  # the run continues without its page
-            drawn = _draw_page(directory, out, drawn)
+            drawn = draw_page(directory, out, drawn)
         time.sleep(max(INTERVAL, (time.process_time() - begin) * (1.0 / COST_SHARE - 1.0)))
 
 
-def _draw_page(directory: Path, out: Path, drawn: list[int] | None) -> list[int] | None:
+def draw_page(directory: Path, out: Path, drawn: list[int] | None) -> list[int] | None:
     """Write the page of the finished cases, if there are others than those `drawn`; return their numbers."""
     state = store.status(directory)
     finished = [state["ok"], state["failed"]]

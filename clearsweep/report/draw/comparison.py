@@ -246,7 +246,7 @@ def without_covered_points(
     """Return the points of `draw_cloud` without covered ones, if they are many."""
     if len(x) <= MAX_POINTS:
         return x, y, colour
-    visible = _visible_points(*(np.log(values) if _needs_log_scale(values) else values for values in (x, y)))
+    visible = visible_points(*(np.log(values) if _needs_log_scale(values) else values for values in (x, y)))
     return x[visible], y[visible], colour and (colour[0][visible], colour[1])
 
 
@@ -256,7 +256,7 @@ def _needs_log_scale(values: np.ndarray) -> bool:
     return bool(known.size and known.min() > 0.0 and known.max() > LOG_SCALE_RATIO * known.min())
 
 
-def _visible_points(x: np.ndarray, y: np.ndarray) -> np.ndarray:
+def visible_points(x: np.ndarray, y: np.ndarray) -> np.ndarray:
     """Return the indices of points not covered by later ones: the last one in every small cell of the plane."""
     finite = np.flatnonzero(np.isfinite(x) & np.isfinite(y))
     cells = np.zeros(len(finite), np.int32)

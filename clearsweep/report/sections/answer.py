@@ -173,12 +173,10 @@ def folded_verdict_sections(study: Study) -> list[Section]:
     """Return a section with the table of limits and the maps of further pairs of axes."""
     if study.cases.empty:
         return []
-    return [
-        Section("limits-kept", "Limits", without_empty([_limit_table(study), Gallery("", _margin_maps(study)[1:])]))
-    ]
+    return [Section("limits-kept", "Limits", without_empty([limit_table(study), Gallery("", _margin_maps(study)[1:])]))]
 
 
-def _limit_table(study: Study) -> Table:
+def limit_table(study: Study) -> Table:
     """Return, for each limit, the number of cases that exceed it, and the case with the smallest margin."""
     columns = (
         Column("column", file_only=True),
@@ -243,7 +241,7 @@ def _margin_map(study: Study, x_axis: Axis, y_axis: Axis) -> Picture:
     exceeded = is_unmet.to_numpy(float)
     smallest = -reduce_over_other_axes(study, -margins, (x_axis, y_axis), largest)
     failing = reduce_over_other_axes(study, exceeded, (x_axis, y_axis), largest)
-    added_cases = _added_cases(study, exceeded, x_axis, y_axis)
+    added_cases = added_points(study, exceeded, x_axis, y_axis)
     passing_cells, cells = int((failing == 0.0).sum()), int(np.isfinite(failing).sum())
     others = [axis.name for axis in study.swept() if axis not in (x_axis, y_axis)]
     reservations, remark = _reservations(study, (x_axis, y_axis))
@@ -282,7 +280,7 @@ def _reservations(study: Study, pair: tuple[Axis, Axis]) -> tuple[np.ndarray, st
     return reduce_over_other_axes(study, codes, pair, largest), remark
 
 
-def _added_cases(study: Study, exceeded: np.ndarray, x_axis: Axis, y_axis: Axis) -> Dots:
+def added_points(study: Study, exceeded: np.ndarray, x_axis: Axis, y_axis: Axis) -> Dots:
     """Return the finished cases between the values of two axes, added by `refine`."""
     is_between = (study.indices_on(x_axis) < 0) | (study.indices_on(y_axis) < 0)
     if not is_between.any():

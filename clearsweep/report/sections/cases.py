@@ -289,7 +289,7 @@ def _details(study: Study, case_ids: Iterable[str], labels: dict[str, str], defa
             static_pictures = [picture for picture in case_pictures if not (picture.shown_in_player and animation)]
             setting, figures = study.setting(case_id), _summary_values(study, case_id)
             label = labels.get(case_id, default_label)
-            note = _peak_note(study, case_id, channels)
+            note = peak_note(study, case_id, channels)
             details.append(
                 Detail(
                     label,
@@ -305,7 +305,7 @@ def _details(study: Study, case_ids: Iterable[str], labels: dict[str, str], defa
     return details
 
 
-def _peak_note(study: Study, case_id: str, channels: Mapping) -> str:
+def peak_note(study: Study, case_id: str, channels: Mapping) -> str:
     """Return a remark if the curves of a case do not contain the force peak of a joint, or ''."""
     for joint in study.joints:
         column, force = joint.column("force_peak"), channels.get(f"joints/{joint.name}/force_normal", ())

@@ -292,19 +292,19 @@ def trend_sections(study: Study) -> list[Section]:
 def _answers(study: Study, joint: Joint) -> list[Answer]:
     if not study.has(joint.column(WEAR_PER_MILLION_STROKES)):
         return []
-    concerned = [(claim, axis) for claim in CLAIMS for axis in study.levels() if _concerns(claim, axis, joint)]
+    concerned = [(claim, axis) for claim in CLAIMS for axis in study.levels() if concerns(claim, axis, joint)]
     reasons = [answer for claim, axis in concerned for answer in _reasons(study, joint, claim, axis)]
-    return _judged(study, joint, concerned) + _unevenness(study, joint) + reasons
+    return judged(study, joint, concerned) + _unevenness(study, joint) + reasons
 
 
-def _concerns(claim: Claim, axis: Axis, joint: Joint) -> bool:
+def concerns(claim: Claim, axis: Axis, joint: Joint) -> bool:
     """Return whether a claim is about this axis, in this joint or in the drive."""
     in_scope = axis.path.startswith(f"joints.{joint.title}.") or axis.path == "drive.speed"
     is_positive = axis.is_numeric and min(axis.values) > 0.0
     return in_scope and is_positive and axis.path.endswith(claim.path_endings)
 
 
-def _judged(study: Study, joint: Joint, concerned: list[tuple[Claim, Axis]]) -> list[Answer]:
+def judged(study: Study, joint: Joint, concerned: list[tuple[Claim, Axis]]) -> list[Answer]:
     """Return the answers to claims, each at the level that Holm's procedure gives it.
 
     All claims share the probability of error; those that are decided leave it to the others (Holm 1979, Scand. J.

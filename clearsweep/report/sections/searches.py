@@ -106,7 +106,7 @@ def answer_cards(study: Study) -> list[tuple[str, str, str]]:
     ]
 
 
-def _not_monotone_sentences(answers: _Answers) -> list[str]:
+def not_monotone_sentences(answers: _Answers) -> list[str]:
     """Return a sentence for each search in which fits beyond the first failing one meet the limits."""
     sentences = []
     for row in answers.rows:

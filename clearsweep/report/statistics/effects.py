@@ -145,12 +145,12 @@ def trend_exponent(x: np.ndarray, table: np.ndarray, claims: int = 1) -> tuple[E
     if not len(slopes):
         return Estimate(math.nan, math.nan, math.nan), 0
     sizes = np.isfinite(log_values).sum(axis=1)
-    beyond = _slopes_beyond(sizes[sizes > 1], 0.5 * (1.0 - CONFIDENCE) / claims)
+    beyond = slopes_beyond(sizes[sizes > 1], 0.5 * (1.0 - CONFIDENCE) / claims)
     interval = (float(slopes[beyond]), float(slopes[-1 - beyond])) if beyond >= 0 else (math.nan, math.nan)
     return Estimate(float(np.median(slopes)), *interval), len(slopes)
 
 
-def _slopes_beyond(sizes: np.ndarray, tail: float) -> int:
+def slopes_beyond(sizes: np.ndarray, tail: float) -> int:
     """Return the number of ordered slopes beyond each end of the interval, -1 without ends.
 
     The number of descending pairs of n values without a trend is distributed like the inversions of a permutation.

@@ -113,7 +113,7 @@ def _column_text(name: str, laws: Catalogue) -> str:
 def advice_for_joint(joint: Joint, load: float | None) -> Advice:
     """Return the laws that suit a joint under a load (N), which is None if unknown."""
     dry = (
-        (*_elastic_assessments(joint, load), *_roughness_assessments(joint, load), *_loss_assessments(joint))
+        (*elastic_assessments(joint, load), *_roughness_assessments(joint, load), *_loss_assessments(joint))
         if joint.is_dry
         else ()
     )
@@ -134,11 +134,11 @@ def _conditions(joint: Joint, load: float | None) -> str:
     else:
         phrases.append("no material")
     phrases.append("load unknown before the run" if load is None else f"load {wording.quantity_text(load, 'N', 4)}")
-    arc = _half_contact_arc(joint, load)
+    arc = half_contact_arc(joint, load)
     return ", ".join(phrases) + (f", half the contact arc {math.degrees(arc):.3g} deg" if arc is not None else "")
 
 
-def _half_contact_arc(joint: Joint, load: float | None) -> float | None:
+def half_contact_arc(joint: Joint, load: float | None) -> float | None:
     """Return half the contact arc (rad) of a bearing under `load` (N), by Hertz's line contact."""
     if load is None or not joint.contact.material or not joint.bearing_radius or not joint.length:
         return None
@@ -149,7 +149,7 @@ def _half_contact_arc(joint: Joint, load: float | None) -> float | None:
 def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
     """Return in words the trusted ranges of a law that a joint leaves."""
     slenderness = joint.length / (2.0 * joint.bearing_radius) if joint.length and joint.bearing_radius else None
-    case_values = {"arc": _half_contact_arc(joint, load), "length": joint.length, "length / diameter": slenderness}
+    case_values = {"arc": half_contact_arc(joint, load), "length": joint.length, "length / diameter": slenderness}
     limits_and_values = [(limit, case_values[limit.path]) for limit in law.trusted]
     violated_limits = [limit for limit, value in limits_and_values if value is not None and not limit.contains(value)]
     ranges = [f" (trusted for {limit.path} {limit.allowed()})" if limit.high else "" for limit in violated_limits]
@@ -157,7 +157,7 @@ def _doubts(law: Law, joint: Joint, load: float | None) -> list[str]:
     return ([law.unsound] if law.unsound else []) + doubts
 
 
-def _elastic_assessments(joint: Joint, load: float | None) -> Iterator[LawAssessment]:
+def elastic_assessments(joint: Joint, load: float | None) -> Iterator[LawAssessment]:
     """Yield the assessments of the elastic laws."""
     laws = {law.name: law for law in registry.all_laws() if law.family == "elastic"}
     for name, (candidate, objection) in registry.elastic_candidates(joint).items():

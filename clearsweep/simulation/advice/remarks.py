@@ -62,7 +62,7 @@ def yield_speeds(scene: Scene) -> dict[str, float | None]:
     ]
     if not elastic_joints:
         return {}
-    masses = _largest_masses(Identity(scene.value.mechanism), scene.start.tobytes(), len(scene.case.joints))
+    masses = largest_masses(Identity(scene.value.mechanism), scene.start.tobytes(), len(scene.case.joints))
     return {
         f"{case_joint.column}_yield_speed": _speed(case_joint, masses[index]) for index, case_joint in elastic_joints
     }
@@ -77,7 +77,7 @@ def _speed(joint: Joint, mass: float | None) -> float | None:
 
 
 @functools.lru_cache(maxsize=256)  # the cases of a sweep share mechanisms and starts
-def _largest_masses(mechanism: Identity, start: bytes, joint_count: int) -> list[float | None]:
+def largest_masses(mechanism: Identity, start: bytes, joint_count: int) -> list[float | None]:
     """Return the largest effective mass (kg) of each joint over all directions at a start, or None if unknown.
 
     mechanism : compiled; start : the initial state of the scene, as bytes of float64.

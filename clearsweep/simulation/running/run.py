@@ -257,13 +257,13 @@ class Run:
         self.duration += other_run.duration
 
 
-_released_runs: list[Run] = []  # the last released run: creating one takes four times as long as restarting one
+released_runs: list[Run] = []  # the last released run: creating one takes four times as long as restarting one
 
 
 def initial_run(scene: Scene, times: np.ndarray, *, in_angles: bool, marks: Marks) -> Run:
     """Return a run at the start of a scene: the released run if it has the same type and BatchKey."""
     try:
-        run = _released_runs.pop()
+        run = released_runs.pop()
     except IndexError:
         run = None
     start = start_of(scene, times, marks)
@@ -280,7 +280,7 @@ def initial_run(scene: Scene, times: np.ndarray, *, in_angles: bool, marks: Mark
 def release(run: Run) -> None:
     """Release a run for reuse, except one with large time histories."""
     if run.record.samples.nbytes <= MAX_RETAINED_BYTES:
-        _released_runs[:] = [run]
+        released_runs[:] = [run]
 
 
 def rounding_of_rates(run: Run) -> float:
