@@ -289,7 +289,7 @@ def without_thread() -> Iterator[None]:
 
 def forget() -> None:
     """Forget the work of the process of which this one is a fork."""
-    for known in (_open_phases, _listeners, _active_displays):
+    for known in (_open_phases, listeners, _active_displays):
         known.clear()
 
 
