@@ -511,7 +511,7 @@ def test_a_results_directory_runs_nothing_and_show_asks_again(has_run, place, mo
     assert not has_run()
     assert "declares elastic spring (k)" in invoke("trust", "results").output
     assert not has_run()
-    assert invoke("show", "results", case_id).output == f"results/{case_id}.html\n"
+    assert invoke("show", "results", case_id).stdout == f"results/{case_id}.html\n"
     assert has_run()
     (again,) = (place / "results").glob("run.json")
     again.write_text(again.read_text(encoding="utf-8").replace("return p.k", "return 2 * p.k"), encoding="utf-8")
