@@ -579,3 +579,25 @@ def test_two_texts_of_one_name_do_not_mix():
     second = load(grid_of(GOOD.replace("p.k *", "2.0 * p.k *"))).case(0)
     for case, force in ((first, 3e2), (second, 6e2), (first, 3e2)):
         assert simulation.elastic_forces(case.joints[0], (3e-6,))[0] == pytest.approx(force)
+
+
+@pytest.mark.parametrize(
+    ("body", "expected"),
+    [
+        ("while True:\n        x = 1.0", "does not end within 0."),
+        ("open('a', 'w')", ":4: writes a; a law file"),
+        ("raise SystemExit(0)", ":4: SystemExit: 0: raise SystemExit(0)"),
+        ("return spring(penetration, p)", ":4: RecursionError: maximum recursion depth exceeded"),
+        ("print('a')", "spring cannot be traced: it calls print"),
+        ("pass  # ", "my_laws.py: TypeError: float() argument must be"),
+    ],
+)
+def test_a_hostile_function_ends_with_a_message(body, expected, capfd, monkeypatch, place):
+    limits = {signal.SIGPROF: 0.2, signal.SIGALRM: 0.9}
+    source = grid_of(GOOD.replace("return p.k", body if body == "pass  # " else f"{body}\n    return p.k"))
+    monkeypatch.setattr(law_execution, "TIME_LIMITS", limits if "while" in body else law_execution.TIME_LIMITS)
+    with pytest.raises(InputError) as caught:
+        load(source)
+    assert expected in str(caught.value)
+    assert capfd.readouterr().out == ""
+    assert not (place / "a").exists()

@@ -16,7 +16,7 @@ import signal
 import sys
 import threading
 import traceback
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import replace
 from importlib.machinery import PathFinder
 from pathlib import Path
@@ -32,8 +32,8 @@ from .document import Problems, WrittenValue
 from .law_files import LAWS, NO_NEIGHBOURS, digest_of_law, hash_of, imports, is_neighbour, read_law_files
 from .trust import is_allowed, refusal_text
 
-ONLY_LAWS = "a law file may only declare laws while it is read"
-TIME_LIMITS = {signal.SIGPROF: 30.0, signal.SIGALRM: 120.0}  # s of processor time, and of the clock
+ONLY_LAWS = "a law file may only declare laws"
+TIME_LIMITS = {signal.SIGPROF: 20.0, signal.SIGALRM: 60.0}  # s of processor time, and of the clock
 PATIENCE = 2.0  # s, after which the process ends if a text catches that its time is over
 _REFUSED = {  # what happens -> beginnings of the names of its audit events
     "starts a process": ("subprocess.", "pty.spawn", "os.fork", "os.exec", "os.posix_spawn", "os.spawn", "os.system"),
@@ -169,15 +169,11 @@ def _executed(file: LawFile) -> tuple[Law, ...]:
     module.__dict__.update(__file__=file.path, __package__=file.package)
     sys.modules[module.__name__] = module
     try:
-        with collecting() as records, _guarded(file):
+        with collecting() as records, guarded([file], has_limits=not file.is_allowed):
             exec(compile(file.source, name, "exec", dont_inherit=True), module.__dict__)
-        if _Running.refused:
-            raise InputError(_Running.refused)
-    except KeyboardInterrupt:
-        raise
-    except BaseException as error:
+    except InputError:
         del sys.modules[module.__name__]
-        raise InputError(_failure_text(error, file, name)) from None
+        raise
     if not records:
         raise InputError(f"{file.name}: declares no law; write one below a decorator such as `@laws.contact(...)`")
     return tuple(records)
@@ -189,26 +185,47 @@ def _source_name(file: LawFile) -> str:
     return file.name if is_new else f"{file.name} ({file.key[:8]})"
 
 
-def _failure_text(error: BaseException, file: LawFile, name: str) -> str:
+@contextlib.contextmanager
+def guarded(files: Sequence[LawFile], *, has_limits: bool = True) -> Iterator[None]:
+    """In this context, Python runs texts or functions of files.  Raises InputError if these fail, or do anything else.
+
+    What they print goes to stderr, and they have a time limit: but not in workers, which run what has ended before.
+    """
+    if not files:
+        yield
+        return
+    try:
+        with _watched(files[0], has_limits=has_limits):
+            yield
+        if _Running.refused:
+            raise InputError(_Running.refused)
+    except KeyboardInterrupt:
+        raise
+    except BaseException as error:
+        raise InputError(_failure_text(error, files[0])) from None
+
+
+def _failure_text(error: BaseException, file: LawFile) -> str:
     """Return where a text failed and why."""
-    lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == name]
-    if isinstance(error, InputError) and str(error).startswith(file.name):
+    frames = [frame for frame in traceback.extract_tb(error.__traceback__) if frame.filename in cache.texts]
+    if isinstance(error, InputError) and (str(error).startswith(file.name) or not frames):
         return str(error)
-    line = getattr(error, "lineno", None) or (lines[-1] if lines else None)
-    statement = f": {linecache.getline(name, line).strip()[:80]}" if line else ""
-    reason = str(error) if isinstance(error, _OutOfTimeError) else error_line(error)
-    return f"{file.name}:{line or 1}: {str(error) if isinstance(error, InputError) else reason}{statement}"
+    reason = str(error) if isinstance(error, (InputError, _OutOfTimeError)) else error_line(error)
+    if not frames:
+        return f"{file.name}: {reason}"
+    name, line = frames[-1].filename, frames[-1].lineno or 1
+    return f"{name}:{line}: {reason}: {linecache.getline(name, line).strip()[:80]}"
 
 
 @contextlib.contextmanager
-def _guarded(file: LawFile) -> Iterator[None]:
-    """In this context, a text runs: with a time limit, its prints go to stderr, and it changes nothing but itself."""
+def _watched(file: LawFile, *, has_limits: bool) -> Iterator[None]:
+    """In this context, the audit hook watches, and what changes in other modules is restored and refused."""
     if not _Running.has_hook:
         sys.addaudithook(_audit)
         _Running.has_hook = True
     before, path, bytecode = _attributes(), list(sys.path), sys.dont_write_bytecode
     try:
-        with contextlib.nullcontext() if file.is_allowed else _time_limits(), _prints_to_stderr(), _replaced():
+        with _time_limits() if has_limits else contextlib.nullcontext(), _prints_to_stderr(), _replaced():
             _Running.file, _Running.thread, _Running.refused = file, threading.get_ident(), ""
             sys.dont_write_bytecode = True  # of packages, which would be written files
             yield
@@ -242,9 +259,10 @@ def _audit(event: str, arguments: tuple[Any, ...]) -> None:
 def _refuse(reason: str, file: LawFile) -> None:
     """Raise InputError with the line of the text that leads here; it counts even if the text catches it."""
     frame: FrameType | None = sys._getframe(1)
-    while frame is not None and cache.texts.get(frame.f_code.co_filename) != file.key:
+    while frame is not None and frame.f_code.co_filename not in cache.texts:
         frame = frame.f_back
-    _Running.refused = _Running.refused or f"{file.name}:{frame.f_lineno if frame else 1}: {reason}; {ONLY_LAWS}"
+    place = f"{frame.f_code.co_filename}:{frame.f_lineno}" if frame else file.name
+    _Running.refused = _Running.refused or f"{place}: {reason}; {ONLY_LAWS}"
     raise InputError(_Running.refused)
 
 
@@ -280,10 +298,7 @@ def _reason_against_opening(path: str, mode: str | None, flags: int, file: LawFi
 
 @contextlib.contextmanager
 def _time_limits() -> Iterator[None]:
-    """In this context, a text that does not end is stopped; only the main thread can do that.
-
-    Workers need no limits: they run what has ended in the process that began the run.
-    """
+    """In this context, what does not end is stopped; only the main thread can do that."""
     if threading.current_thread() is not threading.main_thread():
         yield
         return

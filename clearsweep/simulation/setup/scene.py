@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
@@ -335,9 +335,15 @@ def _start_problem(case: Case) -> tuple[str, str] | None:
     outline, is_seated = case.outline, case.simulate.start == "seated"
     if not (outline.bodies or outline.laws or is_seated or mechanism_of(case).spatial):
         return None
+    with grid.guarded(case.law_files):  # what these laws do as Python is known only after this
+        problem = _problem_of(lambda: list(registry.own_law_remarks(case)))
+    return problem or _problem_of(lambda: build(case))
+
+
+def _problem_of(act: Callable[[], Any]) -> tuple[str, str] | None:
+    """Return the path and the sentence of the InputError that an action raises, else None."""
     try:
-        list(registry.own_law_remarks(case))
-        build(case)
+        act()
     except InputError as error:
         path, _, sentence = str(error).partition(": ")
         return path, sentence
