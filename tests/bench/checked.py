@@ -1,10 +1,10 @@
 """Checks a case of every file of configs/: `PYTHONPATH=tests python -m bench.checked [--write] [NAME ...]`.
 
-It runs `clearsweep check --case first` in turn and prints a row per file; --write puts the table into
-results/checked.md.
+It runs `clearsweep check --case first` in turn and prints a row per file; --write puts them into results/checked.md.
 """
 
 import argparse
+import re
 import time
 from pathlib import Path
 
@@ -15,6 +15,7 @@ from clearsweep.verify import check
 from clearsweep.verify.accuracy import describe_measurement
 
 ROOT = Path(__file__).parents[2]
+PAGE = ROOT / "results" / "checked.md"
 SECONDS = 1800.0  # of one file
 HEAD = (
     "| file | tolerance | error | ms a revolution | compared revolutions | reference good to | order | variants passed "
@@ -53,30 +54,44 @@ def number(value: float | None, form: str) -> str:
     return "unknown" if value is None else format(value, form)
 
 
+def files() -> list[Path]:
+    """Return the files of configs/."""
+    return sorted((ROOT / "configs").glob("*.yaml"))
+
+
+def write(rows: dict[str, str]) -> None:
+    """Put rows by file into the page, in place of those that it has of these files."""
+    text = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
+    known = {line.split()[1]: line for line in text.splitlines() if re.match(r"\| \S+\.yaml ", line)} | rows
+    missing = [path.stem for path in files() if path.name not in known]
+    facts = describe_measurement("PYTHONPATH=tests python -m bench.checked --write")
+    lines = [
+        "# The first case of every file of configs/, checked",
+        "",
+        f"`{facts['command']}`, {facts['date'][:10]}, model version {facts['model_version']}, "
+        f"{facts['machine']['processor']}. Errors are in clearances; see [the how-to](../docs/howto/accuracy.md).",
+        "",
+        *HEAD,
+        *(known[name] for name in sorted(known)),
+        "",
+        *([f"Not measured yet: {', '.join(missing)}.", ""] if missing else []),
+    ]
+    PAGE.write_text("\n".join(lines), encoding="utf-8")
+
+
 def main() -> None:
-    """Print the table, or write the page."""
+    """Print the table; write each row as soon as it is known."""
     reader = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     reader.add_argument("names", nargs="*", help="files of configs/ without their ending; default: all")
-    reader.add_argument("--write", action="store_true", help="write results/checked.md")
+    reader.add_argument("--write", action="store_true", help="put the rows into results/checked.md")
     given = reader.parse_args()
-    paths = [ROOT / "configs" / f"{name}.yaml" for name in given.names] or sorted((ROOT / "configs").glob("*.yaml"))
-    lines = list(HEAD)
-    print("\n".join(lines), flush=True)
+    paths = [ROOT / "configs" / f"{name}.yaml" for name in given.names] or files()
+    print("\n".join(HEAD), flush=True)
     for path in paths:
-        lines.append(row_of(path))
-        print(lines[-1], flush=True)
-    if given.write:
-        facts = describe_measurement("PYTHONPATH=tests python -m bench.checked --write")
-        text = [
-            "# The first case of every file of configs/, checked",
-            "",
-            f"`{facts['command']}`, {facts['date'][:10]}, model version {facts['model_version']}, "
-            f"{facts['machine']['processor']}. Errors are in clearances; see [the how-to](../docs/howto/accuracy.md).",
-            "",
-            *lines,
-            "",
-        ]
-        (ROOT / "results" / "checked.md").write_text("\n".join(text), encoding="utf-8")
+        row = row_of(path)
+        print(row, flush=True)
+        if given.write:
+            write({path.name: row})
 
 
 if __name__ == "__main__":
