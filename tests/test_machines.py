@@ -329,7 +329,7 @@ def test_the_picture_names_every_body_joint_and_load(tmp_path):
     file = tmp_path / "grid.json"
     file.write_text(json.dumps(changed(FOUR_BAR, loads={"brake": {"on": "rocker", "torque": -3}})))
     text = draw_grid(file, tmp_path / "mechanism.svg").read_text()
-    for name in ("crank", "coupler", "rocker", "ground-crank", "coupler-rocker (open)", "brake"):
+    for name in ("crank", "coupler", "rocker", "ground-crank", "coupler-rocker (clearance)", "brake"):
         assert f">{name}<" in text
     assert draw_grid(file, tmp_path / "mechanism.png").stat().st_size > 5_000
 

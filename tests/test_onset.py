@@ -268,7 +268,7 @@ def test_the_implicit_method_agrees_with_the_explicit_one():
 def test_the_rate_in_force_is_reported():
     first = simulate(crank("first", "seated"))
     assert first.summary["rod_slider_onset_rate"] == ONSET_FLOOR
-    assert "onset-kept: rod-slider never loses contact" in first.message
+    assert "onset-kept: rod-slider stays in contact" in first.message
     assert "contact.onset: renewed" in first.message
     now = simulate(crank("renewed", "seated"))
     assert now.summary["rod_slider_onset_rate"] is None

@@ -93,7 +93,7 @@ def draw_mechanism(ax: Axes, sketch: simulation.Sketch) -> None:
     for joint in sketch.joints:
         labels.avoid(_draw_joint(ax, joint, size))
     for position, is_open, names in _joints_by_position(sketch.joints):
-        labels.add(f"{names} (open)" if is_open else names, position, RED if is_open else GREY)
+        labels.add(f"{names} (clearance)" if is_open else names, position, RED if is_open else GREY)
     for load in sketch.loads:
         labels.add(load.name, _draw_load(ax, load, size), INK)
     ax.equal_aspect = True
