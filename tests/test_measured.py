@@ -188,14 +188,15 @@ def test_ten_micrometres_in_a_pin_move_the_squeezer_by_less_than_0_1_rad():
 def test_pressure_laws_agree_on_volume_and_joints_in_space_wear_at_edges():
     rows = contact.measure_wear()
     ratios = {row.point: row.computed for row in rows if row.quantity == "ratio of worn volumes"}
-    assert ratios.pop("line contact over foundation, worn in") == pytest.approx(0.91, abs=0.02)
+    # arcs of up to 30 degrees: the pressure all round is up to 0.7 % more than its resultant
+    assert ratios.pop("line contact over foundation, worn in") == pytest.approx(0.993, abs=0.02)
     assert list(ratios.values()) == pytest.approx([1.0, 1.0, 1.0], abs=0.05)
     assert largest(rows, "place of the deepest wear") == 0.0
     profiles = contact.new_profiles()
     apart = [np.sqrt(np.mean((depth - profiles["persson"]) ** 2)) for depth in profiles.values()]
     assert max(apart) < 0.1 * profiles["persson"].mean()  # the page says that they hardly differ
     springs, line = (depths for _, depths in contact.worn_in_profiles().values())
-    for node, rms, most in ((1, 0.07, 0.23), (-1, 0.09, 0.26)):  # new and worn in
+    for node, rms, most in ((1, 0.05, 0.11), (-1, 0.07, 0.27)):  # new and worn in
         assert contact.profile_difference(springs[node], line[node]) == pytest.approx((rms, most), abs=0.03)
 
 
