@@ -61,7 +61,7 @@ mutate: $(READY)
 lint: $(VENV)/.installed
 	$(BIN)/ruff check clearsweep tests
 	$(BIN)/ruff format --check --quiet clearsweep tests
-	$(BIN)/mypy --num-workers 2
+	$(BIN)/mypy
 	$(BIN)/lint-imports
 
 verify: $(READY)
