@@ -1,6 +1,7 @@
 """Wear: what the bins hold, in which frame, and how much in all."""
 
 import math
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ from clearsweep.mechanics.wear import (
 from clearsweep.mechanics.wear.arc import POINTS, WORKSPACE_SIZE, StepRows, workspace_of
 from clearsweep.mechanics.wear.bins import update_worn_profile
 from clearsweep.mechanics.wear.laws import Archard, HertzLine, Persson, UniformPressure, Winkler
+from clearsweep.simulation.figures.wear import sufficient_bins
 from clearsweep.simulation.figures.window import interpolated_depths
 from clearsweep.simulation.running.run import Run
 from clearsweep.simulation.setup.start import start_of
@@ -435,3 +437,13 @@ def test_an_even_arc_that_opens_at_an_onset_and_travels_leaves_the_exact_means(a
     naive[(first + np.arange(len(edges) - 1)) % BINS] = np.diff(before) / width
     assert bearing == pytest.approx(naive, rel=0.0, abs=2e-5 * naive.max())
     assert bearing.sum() * width == pytest.approx(worn.sum(), rel=1e-7, abs=0.0)
+
+
+def test_the_number_of_sufficient_bins_is_unknown_where_a_volume_is_not_finite():
+    account = np.zeros((1, ACCOUNT_SIZE))
+    window = SimpleNamespace(totals=SimpleNamespace(account=account))
+    assert sufficient_bins(window, 0) == 0
+    account[0, Account.SIZE + 4] = 1e-12
+    assert sufficient_bins(window, 0) > 0
+    account[0, Account.SIZE + 2] = math.nan
+    assert sufficient_bins(window, 0) is None
