@@ -369,6 +369,8 @@ def test_a_law_that_no_run_could_use_is_refused_before_it(law, options, message)
     [
         (lambda normal, slip, p: p.mu * normal * math.copysign(1.0, slip), "jumps at slip 0 m/s"),
         (lambda normal, slip, p: p.mu * normal * abs(slip), "drives the sliding"),
+        (lambda normal, slip, p: p.mu * normal / slip, "fails with ZeroDivisionError"),
+        (lambda normal, slip, p: None, "fails with TypeError"),
     ],
 )
 def test_friction_that_jumps_or_drives_is_refused(law, message):

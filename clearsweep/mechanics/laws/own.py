@@ -47,7 +47,7 @@ from .elastic import elastic_force, root_parity
 from .film import FilmMotion, film_force
 from .friction import friction_force
 from .loss import always_needs_onset_rate, contact_force, lowest_force, needs_onset_rate, sign_past_separation
-from .sampled import GAIN, MASSES, SPEEDS, Range, checked, rebound, undeclared_kinks
+from .sampled import GAIN, MASSES, SPEEDS, Range, attempted, checked, rebound, undeclared_kinks
 
 FAMILIES = {"contact": "law"} | {kind: kind for kind in ("elastic", "friction", "wear", "film", "load", "motor")}
 VARIABLES = {"penetration": depth_variable, "rate": rate_variable, "slip": slip_variable}
@@ -181,10 +181,7 @@ SMALL_DEPTHS = (1e-12, 1e-11)  # m: between these, the power of a force at small
 
 def power_at_zero(force: Callable[[float], float]) -> float:
     """Return the power of the penetration with which a force (N) begins, 0 if it jumps, is 0 or is not a number."""
-    try:
-        low, high = (float(force(depth)) for depth in SMALL_DEPTHS)
-    except (ArithmeticError, ValueError):  # as the check of the law reports
-        return 0.0
+    low, high = (attempted(functools.partial(force, depth), 0.0) for depth in SMALL_DEPTHS)
     if not (low > 0.0 and high > 0.0 and math.isfinite(high)):
         return 0.0
     return math.log(high / low) / math.log(SMALL_DEPTHS[1] / SMALL_DEPTHS[0])
@@ -432,9 +429,12 @@ def _friction_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe
         trial = kind(p, 1.0, kink_values(law, given), (1.0,) * count)
         if count:
             keys = [given[field.name] for field in law.keys]
-            scales = [_as_quotient(_settled(trial, rates, i), keys) for i in range(count)]
+            scales = [
+                _as_quotient(attempted(functools.partial(_settled, trial, rates, i), 1.0), keys) for i in range(count)
+            ]
             trial = trial._replace(scales=tuple(scales))
-        power = sum(force(_after_sliding(trial, slip), 1.0, slip) * slip for size in SLIPS for slip in (size, -size))
+        slips = [slip for size in SLIPS for slip in (size, -size)]
+        power = attempted(lambda: sum(force(_after_sliding(trial, slip), 1.0, slip) * slip for slip in slips), 0.0)
         return trial._replace(sign=-1.0 if power > 0.0 else 1.0)
 
     def _after_sliding(trial, slip):

@@ -50,6 +50,14 @@ class Break(NamedTuple):
         return f"{kind} at {self.over.name} {self.place:.4g} {self.over.unit}"
 
 
+def attempted(function: Callable[[], float], otherwise: float) -> float:
+    """Return what a function returns, or `otherwise` if it fails: the check of the law then says why."""
+    try:
+        return float(function())
+    except Exception:
+        return otherwise
+
+
 def checked(function: Callable[..., float], names: Sequence[str], place: str) -> Callable[..., float]:
     """Return a function that raises InputError where `function` raises or returns what is no finite number.
 

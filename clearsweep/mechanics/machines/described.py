@@ -26,6 +26,7 @@ from ...contracts.catalogue import (
 )
 from ...contracts.machine import BodyPoint, Constant, Elastic, Guide, Machine, Pin, Slot
 from ..laws.contract import compile_law
+from ..laws.sampled import attempted
 from . import planar
 from .loads import load_keys
 from .observed import vibration_keys
@@ -127,7 +128,7 @@ def make_drive(drive: case.Drive, outline: Outline) -> tuple:
     if drive.law:
         law = compile_law("motor", drive.law, drive)
         free = drive.initial_speed, drive.inertia, drive.start_angle
-        return machine.Motor(float(motor_torque(law, 0.0, 0.0)), no_load_speed(law), *free, law)
+        return machine.Motor(attempted(lambda: motor_torque(law, 0.0, 0.0), 0.0), no_load_speed(law), *free, law)
     if outline.free:
         return machine.Motor(drive.torque, drive.no_load_speed, drive.initial_speed, drive.inertia, drive.start_angle)
     if drive.table is None:

@@ -24,7 +24,7 @@ from ..laws.conformal import MAX_B2, angle_minus_sine, half_angle_at_load
 from ..laws.contract import Recipe, compile_law, register
 from ..laws.elastic import SMALL_ARC, plane_strain_modulus, relative_radius
 from ..laws.own import check_traced, function_of, maker, names_of, parameters_of, type_of
-from ..laws.sampled import checked
+from ..laws.sampled import attempted, checked
 from . import (
     MAX_BINS,
     cumulative_pressure,
@@ -172,8 +172,12 @@ def _own_wear_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe
 
     def make(joint):
         wear, p = joint.wear, parameters(joint)
-        pairs = [(evaluate(p, 3.0 * x, v), 3.0 * evaluate(p, x, v)) for x in PRESSURES for v in SPEEDS]
-        is_linear = all(abs(a - b) <= 1e-12 * abs(b) for a, b in pairs)
+
+        def largest_deviation():
+            pairs = [(evaluate(p, 3.0 * x, v), 3.0 * evaluate(p, x, v)) for x in PRESSURES for v in SPEEDS]
+            return max(abs(a - b) / (abs(b) or 1.0) for a, b in pairs)
+
+        is_linear = attempted(largest_deviation, 1.0) <= 1e-12
         pressure, bins = compile_law("pressure", wear.pressure, joint), float(min(wear.bins, MAX_BINS))
         fields = bins, joint.length, pressure, wear.values.get("pv_limit", math.inf), joint.bearing_radius
         return kinds[0 if is_linear else 1](p, *fields)

@@ -5,6 +5,7 @@ measured from the centre of mass of their body in its own frame, and those on it
 their own, which avoids multiplications by zero.
 """
 
+import functools
 import itertools
 import math
 from collections.abc import Callable
@@ -20,7 +21,7 @@ from ....tracing.compiled.family import family, kernel
 from ....tracing.compiled.pinned import ArrayHandle, array_handle, load_item, row_of
 from ...laws.contract import Recipe
 from ...laws.own import check_traced, function_of, maker, names_of, parameters_of, refuse_address, type_of
-from ...laws.sampled import checked
+from ...laws.sampled import attempted, checked
 
 # -------------------------------------------------------------------------------------------- bodies, joints and output
 
@@ -328,7 +329,8 @@ def no_load_speed(law: tuple) -> float:
     """Return the lowest speed (rad/s) of 1 to 1e5 at which a motor of one's own gives no torque at first, or inf."""
     speeds = [10.0 ** (0.02 * i) for i in range(251)]
     for low, high in itertools.pairwise(speeds):
-        if motor_torque(law, low, 0.0) > 0.0 >= motor_torque(law, high, 0.0):
+        torques = [attempted(functools.partial(motor_torque, law, speed, 0.0), math.nan) for speed in (low, high)]
+        if torques[0] > 0.0 >= torques[1]:
             return high
     return math.inf
 
