@@ -284,6 +284,14 @@ def test_the_columns_of_a_machine_without_a_place_are_those_of_its_frame():
     assert not any("velocity" in name or "order" in name or "zone" in name for name in columns)
 
 
+def test_a_grid_is_read_again_from_what_a_run_records():
+    grid = load(GRID)
+    again = load(grid.resolved())
+    assert [again.case_id(0), again.layout] == [grid.case_id(0), grid.layout]
+    assert again.case(0).vibration == grid.case(0).vibration
+    assert again.case(0).loads[0].values["reacted"] is False
+
+
 # ---------------------------------------------------------------------------------------------- pieces
 
 

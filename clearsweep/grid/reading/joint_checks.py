@@ -5,7 +5,7 @@ import math
 
 from ...contracts.case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
 from ...contracts.catalogue import Catalogue, Law, with_given_size
-from ...contracts.vibration import FRAME, MAX_BAND_ORDERS, MIN_TURNS
+from ...contracts.vibration import FRAME, MAX_BAND_ORDERS, MIN_TURNS, NO_SEVERITY
 from ...language.errors import did_you_mean
 from ..keys.joint_keys import modulus_paths
 from ..keys.key_table import DIMENSIONLESS
@@ -92,7 +92,8 @@ def _check_vibration(reader: Reader) -> None:
     at_frame = f"{VIBRATION}.at.{FRAME}"
     for pair in itertools.pairwise(f"{VIBRATION}.zones.{k}" for k in range(3)):
         _check_below(reader, *pair, "each zone ends at a higher velocity than the one before")
-    if f"{VIBRATION}.zones" in reader.keys_in_use and reader.is_given(f"{VIBRATION}.severity"):
+    severity = reader.values.get(f"{VIBRATION}.severity", NO_SEVERITY)
+    if f"{VIBRATION}.zones" in reader.keys_in_use and severity != NO_SEVERITY:
         message = "conflicts with severity, which has zones of its own; remove one of the two"
         reader.problems.add(reader.position_of(f"{VIBRATION}.zones"), f"{VIBRATION}.zones", message)
     if f"{at_frame}.mount" in reader.keys_in_use and not reader.is_given(f"{at_frame}.mass"):
