@@ -17,8 +17,12 @@ from clearsweep.contracts.vibration import SEVERITIES, zone_of
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.observe import POINTS
 from clearsweep.mechanics.solver.signal_sums import BIN_MOMENTS, spectrum
+from clearsweep.report.blocks.picture import draw_svg
+from clearsweep.report.sections.vibration import vibration_sections
+from clearsweep.report.study import prepare
 from clearsweep.simulation.analyses.vibration import motion_of, signature
 from clearsweep.simulation.setup.scene import build
+from clearsweep.store.results import answer_of
 
 MASSES = {"crank": 0.3, "rod": 0.21, "slider": 0.14}
 INERTIAS = {"crank": 1e-4, "rod": 2.5e-4, "slider": 0.0}
@@ -380,3 +384,31 @@ def test_a_place_on_an_elastic_link_is_refused():
     del grid["loads"]["lift"]
     with pytest.raises(InputError, match=r"vibration.at.tip: rod is elastic; choose a place on a rigid body"):
         build(load(grid).case(0))
+
+
+# ---------------------------------------------------------------------------------------------- report and answer
+
+
+@pytest.mark.slow  # runs a sweep
+def test_the_report_draws_the_shaking_force_and_the_answer_names_the_zone(tmp_path):
+    grid = copy.deepcopy(GRID) | {"save": {"orbits": "last", "revolutions": 1}}
+    grid["sweep"] = {"drive.speed": ["600 rpm", "900 rpm", "1200 rpm"]}
+    grid["vibration"]["at"] = {"frame": {"mass": "400 kg"}, "slider": {}}
+    run = clearsweep.sweep(grid, tmp_path / "run", executor="serial", show_progress=False).open()
+    (section,) = vibration_sections(prepare(run))
+    titles = [picture.title for _, picture in section.pictures]
+    for title in (
+        "Shaking force over the last turn",
+        "Orders of the force along x",
+        "Envelope of the acceleration of slider",
+        "Waterfall of the force along x",
+        "Velocity of frame in zones",
+    ):
+        assert title in titles
+    assert all(draw_svg(picture, "p").startswith("<svg") for _, picture in section.pictures)
+    rows = {row[0]: row for row in section.tables[0].rows}
+    assert len(rows) == 3
+    velocities = run.column("frame_velocity_rms").to_numpy(float)
+    zone = zone_of(velocities.max(), (1.4e-3, 2.8e-3, 4.5))
+    texts = answer_of(run)["sentences"]
+    assert any(f"(zone {zone}) at crank speed 1200 rpm" in text for text in texts), texts
