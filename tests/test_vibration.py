@@ -246,8 +246,8 @@ def test_the_histories_of_frame_and_places_are_those_of_the_bodies(figures, sign
         "tip/ax": np.gradient(velocity, signals.times),
     }
     for name, exact in expected.items():
-        assert c[name][inner] == pytest.approx(exact[inner], abs=2e-3 * np.abs(exact).max()), name
-    assert c["slider/ax"] == pytest.approx(c["slider/a"], abs=1e-9 * np.abs(c["slider/a"]).max())
+        assert np.abs(c[name] - exact)[inner].max() < 2e-3 * np.abs(exact).max(), name
+    assert np.abs(c["slider/ax"] - c["slider/a"]).max() < 1e-9 * np.abs(c["slider/a"]).max()
     assert np.abs(c["frame/moment"]).max() == pytest.approx(figures["frame_moment_peak"], rel=1e-3)
 
 

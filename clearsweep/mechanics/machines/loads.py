@@ -163,21 +163,8 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
         _ANCHOR,
         role=CHOICE,
     )
-    friction_keys = Keys(
-        f"{path}.friction",
-        "friction in the joint on which the load acts",
-        (_RADIUS,),
-        family="friction",
-        role=CONDITION,
-    )
-    given_friction_keys = {
-        size: Keys(
-            f"{path}.friction", f"friction of a given {size}", family="friction", given_size_key=size, role=CONDITION
-        )
-        for size in SIZES
-    }
     joint_load_keys = Keys(path, LOADS["friction"].summary, (), "optional", (body_key._replace(options=joints),))
-    reacted = ((*_REACTED, *(() if load.reacted else (False,))),)  # what is written false is part of the case
+    reacted = (_REACTED if load.reacted else (*_REACTED, False),)  # what is written false is part of the case
     table = table._replace(flags=reacted)
     spring_point = point_key if body_points else ()
     by_form = {
@@ -191,8 +178,12 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
             between,
             anchor,
         ),
-        "friction": (joint_load_keys, given_friction_keys.get(load.given, friction_keys)),
-        "own": (Keys(path, "a load of one's own", (), "optional", target_keys, family="load", role=CONDITION),),
+        "friction": (joint_load_keys, _friction_keys(path)[load.given]),
+        "own": (
+            Keys(
+                path, "a load of one's own", (), "optional", target_keys, family="load", flags=reacted, role=CONDITION
+            ),
+        ),
     }
     if load.form != ANY:
         return by_form[load.form]
@@ -206,8 +197,20 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
         flags=reacted,
         role=CHOICE,
     )
-    all_friction_keys = (friction_keys, *given_friction_keys.values())
-    return any_form_keys, force, *(key._replace(need="optional") for key in (between, anchor, *all_friction_keys))
+    optional_keys = (between, anchor, *_friction_keys(path).values())
+    return any_form_keys, force, *(key._replace(need="optional") for key in optional_keys)
+
+
+def _friction_keys(path: str) -> dict[str, Keys]:
+    """Return the section `friction` of the load at `path`: '' for a coefficient, or the size that is given."""
+    text = "friction in the joint on which the load acts"
+    keys = {"": Keys(f"{path}.friction", text, (_RADIUS,), family="friction", role=CONDITION)}
+    return keys | {
+        size: Keys(
+            f"{path}.friction", f"friction of a given {size}", family="friction", given_size_key=size, role=CONDITION
+        )
+        for size in SIZES
+    }
 
 
 class LoadPoints:
