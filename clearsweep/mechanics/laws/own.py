@@ -176,7 +176,7 @@ def register_kinks_of(law: recorded.Law, law_type: type) -> None:
 # ---------------------------------------------------------------------------------------------- elastic
 
 
-SMALL_DEPTHS = (1e-12, 1e-11)  # m: between these, the power of a force at small penetration is sought
+SMALL_DEPTHS = (1e-12, 1e-11)  # m: between these, the power of a force at small penetration is taken
 
 
 def power_at_zero(force: Callable[[float], float]) -> float:
@@ -279,7 +279,7 @@ def _values_type(law: recorded.Law, digest: str, further: tuple[str, ...]) -> ty
 
 
 NO_ELASTIC = 0.0  # the field `elastic` among the numbers of a scene: the joint has its elastic law
-SPEED_AT_ZERO = 0.1  # m/s, at which the power of a normal force at small penetration is sought
+SPEED_AT_ZERO = 0.1  # m/s, at which the power of a normal force at small penetration is taken
 
 
 @maker("contact")
