@@ -425,12 +425,9 @@ class Closure:
                 self.close_revolution(elsewhere)
             except ClosureError:
                 continue
-            return ClosureError(
-                "it would start in a singular position, where its loops may go on in more than one way",
-                body,
-                start,
-                f"start elsewhere, such as with drive.start_angle {math.degrees(elsewhere):.6g} deg",
-            )
+            text = "it would start in a singular position, where its loops may go on in more than one way"
+            remedy = f"start elsewhere, such as with drive.start_angle {math.degrees(elsewhere):.6g} deg"
+            return ClosureError(text, body, start, remedy)
         return ClosureError(_SINGULAR, body, start)
 
     def _pass_change_points(self, first: MachineStates, angles: np.ndarray) -> MachineStates | None:
@@ -448,12 +445,11 @@ class Closure:
         if stations_again[-1] < STATIONS or self._moves(first, again[-1]).max() > LARGEST_JUMP:
             return None
         behind = next((k for k, station in enumerate(stations) if k != station), STATIONS)  # the first change point
-        raise ClosureError(
-            "its loops close only after two revolutions of the crank, as they pass into another assembly",
-            self.names[int(np.argmax(self._moves(first, known[-1])))],
-            float(0.5 * (angles[behind - 1] + angles[stations[behind]])),
-            "the ideal machine is computed over one revolution; change lengths",
-        )
+        text = "its loops close only after two revolutions of the crank, as they pass into another assembly"
+        body = self.names[int(np.argmax(self._moves(first, known[-1])))]
+        change_point = float(0.5 * (angles[behind - 1] + angles[stations[behind]]))
+        remedy = "the ideal machine is computed over one revolution; change lengths"
+        raise ClosureError(text, body, change_point, remedy)
 
     def _straight_on(self, first: MachineStates, angles: np.ndarray) -> tuple[list[MachineStates], list[int]]:
         """Return states at those of a revolution's stations that are far from change points, and their numbers.
