@@ -21,6 +21,7 @@ from clearsweep.report.blocks.picture import draw_svg
 from clearsweep.report.sections.vibration import vibration_sections
 from clearsweep.report.study import prepare
 from clearsweep.simulation.analyses.vibration import motion_of, signature
+from clearsweep.simulation.machine.shaking import ideal_shaking
 from clearsweep.simulation.setup.scene import build
 from clearsweep.store.results import answer_of
 
@@ -294,6 +295,19 @@ def test_a_grid_is_read_again_from_what_a_run_records():
     assert [again.case_id(0), again.layout] == [grid.case_id(0), grid.layout]
     assert again.case(0).vibration == grid.case(0).vibration
     assert again.case(0).loads[0].values["reacted"] is False
+
+
+def test_the_counterweight_of_least_force_is_that_of_the_closed_form():
+    """Without offset and loads only the first order depends on it: half of the reciprocating mass is balanced."""
+    grid = {key: value for key, value in copy.deepcopy(GRID).items() if key != "loads"} | {"vibration": {}}
+    grid["mechanism"]["slider"], grid["mechanism"]["gravity"] = {"mass": "0.14 kg"}, "0 m/s^2"
+    places, squares = (-0.05, -0.02, 0.01), []
+    for place in places:
+        grid["mechanism"]["crank"]["center"] = f"{1e3 * place} mm"
+        squares.append(ideal_shaking(load(grid).case(0), None).figures["frame_force_rms"] ** 2)
+    curvature, slope, _ = np.polyfit(places, squares, 2)
+    rotating, reciprocating = 0.21 * 80 / 130, 0.14 + 0.21 * 50 / 130
+    assert -slope / (2 * curvature) == pytest.approx(-0.05 * (rotating + reciprocating / 2) / 0.3, rel=1e-9)
 
 
 # ---------------------------------------------------------------------------------------------- pieces
