@@ -39,7 +39,7 @@ def test_the_page_has_the_law_of_its_beginning_and_six_of_papers(catalogue):
     assert len([law for law in catalogue.laws if law.origin]) == 7
 
 
-def test_mahmoud_and_jankowski_give_the_restitution_of_a_spring_damped_during_approach(catalogue):
+def test_mahmoud_and_jankowski_give_the_restitution_of_damping_in_approach(catalogue):
     result = registry.derived_values(joint_of(with_joint(PAIR, contact=MAHMOUD), catalogue))
     zeta = (1.0 - 0.65**2) / (0.65 * (0.65 * (math.pi - 2.0) + 2.0))
     w = math.sqrt(1.0 - zeta * zeta)

@@ -29,7 +29,7 @@ class LawFile:
 
     @cached_property
     def sha256(self) -> str:
-        """Return the SHA-256 of the content of the file, as `sha256sum` prints it."""
+        """Return the SHA-256 of the content of the file, in lower-case hexadecimal digits."""
         return hashlib.sha256(self.text.encode()).hexdigest()
 
     @cached_property

@@ -13,7 +13,6 @@ from ..report.blocks.section import Block, Gallery, Points, Section
 from ..report.blocks.table import Column, Table
 from ..report.documents.page import Page
 from ..report.plot import Axes, ColourScale
-from .check import Level, levels_of
 from .reference_run import HALF
 
 COLOURS = {  # method -> colour (Okabe and Ito 2008), marker
@@ -101,13 +100,16 @@ def _cell_text(row: Mapping[str, Any] | None) -> str:
 # ---------------------------------------------------------------------------------------------- page
 
 
-def write_page(result: Mapping[str, Any], trees: Sequence[dict[str, Any]], units: Mapping[str, str], out: Path) -> Path:
-    """Write the check as a page; trees : the case of each check in the form of a grid file."""
+Levels = Mapping[str, Sequence[str]]  # factor -> its levels in words
+
+
+def write_page(result: Mapping[str, Any], levels: Sequence[Levels], units: Mapping[str, str], out: Path) -> Path:
+    """Write the check as a page; levels : the factors of each case."""
     sections = [Section("advice", "What to do", [Points(list(result["advice"]))])]
-    for case, tree in zip(result["cases"], trees, strict=True):
+    for case, factors in zip(result["cases"], levels, strict=True):
         pictures = [_error_picture(case)] if any(row["error"] is not None for row in case["ladder"]) else []
         if case["stability"]["tried"]:
-            pictures.append(_stability_picture(case, levels_of(tree)))
+            pictures.append(_stability_picture(case, factors))
         blocks: list[Block] = [Points([reference_sentence(case)]), Gallery("", pictures), *_tables(case)]
         sections.append(Section(f"case-{case['case_id']}", wording_title(case_title(case, units)), blocks))
     page = Page(
@@ -175,9 +177,9 @@ def _error_picture(case: Mapping[str, Any]) -> Picture:
     return Picture("Error against run time", "", "Error of the journal against run time by method.", paint, (5.4, 3.4))
 
 
-def _stability_picture(case: Mapping[str, Any], factors: Mapping[str, list[Level]]) -> Picture:
+def _stability_picture(case: Mapping[str, Any], factors: Levels) -> Picture:
     """Return the map of the variants: a cell for each pair of levels, singles on the diagonal."""
-    levels = [level.text for levels in factors.values() for level in levels]
+    levels = list(itertools.chain.from_iterable(factors.values()))
     failed = {entry["text"] for entry in case["stability"]["failed"]}
     refused = {entry["text"] for entry in case["stability"]["refused"]}
     cells = np.full((len(levels), len(levels)), NOT_TRIED)

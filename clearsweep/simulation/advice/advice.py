@@ -95,7 +95,7 @@ def laws_text(name: str | None = None) -> str:
 
 
 def _column_text(name: str, laws: Catalogue) -> str:
-    """Return the description of a column of the summary, such as `rod_slider_force_peak` or `J_force_peak`, or ''."""
+    """Return the description of a column of the summary, such as rod_slider_force_peak or J_force_peak, or ''."""
     for figure in laws.figures:
         subject = name.removesuffix(figure.name).rstrip("_")
         if not name.endswith(figure.name) or bool(subject) == (figure.of == "case"):
