@@ -518,6 +518,52 @@ def test_a_results_directory_runs_nothing_and_show_asks_again(has_run, place, mo
     assert "run.json: damaged" in str(invoke("show", "results", case_id).exception)
 
 
+FORCES = """
+@laws.load("drag", c="N*s/m")
+def drag(t, angle, position, velocity, p):
+    return -p.c * velocity[0], 0.0, 0.0
+
+@laws.motor("falling", stall="N*m")
+def falling(speed, t, p):
+    return p.stall * (1.0 - speed / 100.0)
+"""
+
+
+@pytest.mark.slow
+def test_a_run_with_a_load_and_a_motor_of_a_law_file_is_reported_without_running_it(place, monkeypatch):
+    (place / "my_laws.py").write_text(HEAD + FORCES, encoding="utf-8")
+    machine = {
+        "mechanism": {
+            "type": "slider-crank",
+            "crank": {"length": "50 mm", "mass": "0.3 kg", "inertia": "1e-4 kg*m^2"},
+            "rod": {"length": "120 mm", "mass": "0.21 kg", "inertia": "2.5e-4 kg*m^2"},
+            "slider": {"mass": "0.14 kg"},
+        },
+        "drive": {"motor": {"law": "falling", "stall": "2 N*m"}, "initial_speed": "60 rad/s", "inertia": "1e-3 kg*m^2"},
+        "loads": {"drag": {"on": "slider", "law": "drag", "c": "3 N*s/m"}},
+        "joints": {
+            "rod-slider": {
+                "clearance": "0.1 mm",
+                "bearing_radius": "10 mm",
+                "contact": {"law": "flores", "stiffness": "1e9 N/m^1.5", "restitution": 0.5},
+            }
+        },
+        "simulate": {"revolutions": 4, "discard": 0, "tolerance": 1e-6},
+        "vibration": {},
+        "laws": "my_laws.py",
+    }
+    (place / "grid.json").write_text(json.dumps(machine), encoding="utf-8")
+    grids.trust(place / "my_laws.py")
+    clearsweep.sweep("grid.json", "results", executor="serial")
+    monkeypatch.setattr(law_execution, "_RECORDS", {})
+    monkeypatch.setattr(contract, "OWN_RECIPES", {})
+    assert invoke("report", "results").exception is None
+    case_id = clearsweep.open("results").summary.case_id[0]
+    assert contract.OWN_RECIPES == {}
+    assert invoke("trust", "results").exception is None
+    assert invoke("show", "results", case_id).stdout == f"results/{case_id}.html\n"
+
+
 @pytest.fixture
 def library(tmp_path, monkeypatch):
     """A folder with an installed library of laws, which is on the path of Python."""

@@ -9,13 +9,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from clearsweep import grid, laws
+from clearsweep import grid, laws, simulation
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.joints.contract import every_guard
+from clearsweep.mechanics.laws import contract
 from clearsweep.mechanics.laws.friction import friction_force
 from clearsweep.mechanics.laws.loss import hysteresis_rebound
 from clearsweep.mechanics.laws.sampled import SPEEDS
+from clearsweep.mechanics.machines.described import refusal
 from clearsweep.simulation import simulate
 from clearsweep.simulation.machine.ideal import ideal_motion
 from clearsweep.simulation.setup import scene
@@ -307,6 +309,21 @@ def test_a_load_of_ones_own_acts_on_the_ideal_machine_like_a_spring_and_a_force(
     result, expected = (motion.reactions["rod-slider"] for motion in reactions)
     assert np.ptp(result) > 10.0
     np.testing.assert_allclose(result, expected, atol=1e-9)
+
+
+def test_a_machine_is_drawn_alike_before_its_load_and_motor_have_run(monkeypatch):
+    free = {"initial_speed": "500 rpm", "start_angle": "30 deg"}
+    drive = free | {"motor": {"law": "line", "stall": "5 N*m", "no_load": "1000 rpm"}}
+    loads = {"l": {"on": "slider", "law": "mine", "f": "50 N", "k": "0 N/m"}}
+    case = grid.load(with_joint(CRANK, contact=FLORES) | {"drive": drive, "loads": loads}, drivers()).case(0)
+    known = simulation.sketch(case)
+    monkeypatch.setattr(contract, "OWN_RECIPES", {})
+    unknown = simulation.sketch(case)
+    assert [joint.position.tolist() for joint in unknown.joints] == [joint.position.tolist() for joint in known.joints]
+    assert [load.name for load in unknown.loads] == ["l"]
+    assert refusal(simulation.mechanism_of(case), case) is None
+    with pytest.raises(InputError, match="is of a law file that has not run here"):
+        ideal_motion(case, np.zeros(1))
 
 
 @pytest.mark.slow

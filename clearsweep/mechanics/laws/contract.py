@@ -25,6 +25,7 @@ from typing import NamedTuple
 
 from ...contracts.case import Joint
 from ...contracts.catalogue import Law
+from ...language.errors import InputError
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import plain
 from ...tracing.compiled.family import family, family_with_default, kernel, known
@@ -364,10 +365,13 @@ OWN_RECIPES: dict[str, dict[tuple[str, str], Recipe]] = {}
 
 
 def recipe_of(family: str, name: str, owner) -> Recipe:
-    """Return the recipe of the law called `name`, of the package or of those of its `owner`, a joint or a load."""
+    """Return the recipe of the law called `name`, of the package or of those of its `owner`, a joint, load or drive.
+
+    Raises InputError if it is of a law file that this process has not run.
+    """
     recipe = RECIPES.get((family, name))
     if recipe is None and owner.laws not in OWN_RECIPES:
-        raise LookupError(f"{family} '{name}' is of laws that are not loaded: load the grid that names their file")
+        raise InputError(f"{family} '{name}' is of a law file that has not run here: load the grid that names the file")
     return recipe or OWN_RECIPES[owner.laws][family, name]
 
 

@@ -240,7 +240,7 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     Return None if it can be closed over the whole revolution of its crank.
     """
     assert mechanism.machine is not None  # only mechanisms with a machine
-    machine: Machine = mechanism.machine(case)
+    machine: Machine = mechanism.machine(without_own_forces(case))
     steady_machine = machine._replace(drive=Constant(1.0, machine.drive.start_angle), loads=())
     try:
         planar.ideal_of(steady_machine)
@@ -249,6 +249,12 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     except planar.MobilityError as error:
         return "", str(error)
     return None
+
+
+def without_own_forces(case: Case) -> Case:
+    """Return a case whose geometry is known without its law files: a motor and loads of one's own exert nothing."""
+    loads = tuple(load._replace(form="force") if load.form == "own" else load for load in case.loads)
+    return case._replace(drive=case.drive and case.drive._replace(law=""), loads=loads)
 
 
 def unclosed(error: planar.ClosureError, case: Case) -> tuple[str, str]:

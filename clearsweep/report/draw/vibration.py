@@ -16,13 +16,14 @@ MIN_AMPLITUDE = 1e-4  # of the largest: smaller amplitudes of a waterfall look a
 MAX_LABELLED_ROWS = 12
 
 
-def draw_hodograph(ax: Axes, force: np.ndarray, ideal: np.ndarray) -> None:
-    """Draw the path of the end of the force (2, n) N on the frame, and that without clearance."""
+def draw_hodograph(ax: Axes, force: np.ndarray, ideal: np.ndarray | None) -> None:
+    """Draw the path of the end of the force (2, n) N on the frame, and that without clearance where it is known."""
     scale = wording.scale("N", float(np.abs(force).max()))
     ax.plot(*(force / scale.factor), color=BLUE, linewidth=1.1, label="with clearance")
-    ax.plot(*(ideal / scale.factor), color=RED, linewidth=1.4, linestyle="--", label="ideal")
+    if ideal is not None:
+        ax.plot(*(ideal / scale.factor), color=RED, linewidth=1.4, linestyle="--", label="ideal")
     ax.plot([0.0], [0.0], "+", color=GREY, markersize=6)
-    ax.set_square(1.08 * float(max(np.abs(force).max(), np.abs(ideal).max())) / scale.factor)
+    ax.set_square(1.08 * max(float(np.abs(path).max()) for path in (force, ideal) if path is not None) / scale.factor)
     ax.set_labels(f"force along x [{scale.unit}]", f"force along y [{scale.unit}]")
     set_plain_axes(ax)
     ax.set_legend("above", columns=2)

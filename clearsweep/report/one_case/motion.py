@@ -381,9 +381,9 @@ def _ideal_motion(study: Study, case_id: str, history: History) -> simulation.Id
         return None
     try:
         case = resolve_cases(study, [case_id])[0]
-    except InputError:  # mechanism or laws of another version
+        return simulation.ideal_motion(case, history.angle + history.first_angle)
+    except InputError:  # mechanism or laws of another version, or a load or motor of a law file
         return None
-    return simulation.ideal_motion(case, history.angle + history.first_angle)
 
 
 def _mechanism_channels(study: Study, history: History) -> list[Column]:

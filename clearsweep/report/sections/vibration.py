@@ -8,6 +8,7 @@ import numpy as np
 from ... import simulation
 from ...contracts.vibration import NO_SEVERITY, SEVERITIES, ZONES, zone_of
 from ...language import wording
+from ...language.errors import InputError
 from ..axis import Axis
 from ..blocks.picture import Picture
 from ..blocks.section import Gallery, Section, without_empty
@@ -77,12 +78,15 @@ def _force_pictures(study: Study, worst: str) -> Iterator[Picture]:
         angle = np.asarray(channels["crank_angle"], float)
         in_turn = angle > angle[-1] - 2.0 * np.pi
         force = np.array([np.asarray(channels[f"frame/force_{axis}"], float)[in_turn] for axis in "xy"])
-        ideal = simulation.ideal_frame_force(resolve_cases(study, [worst])[0], angle[in_turn])
+        try:
+            ideal = simulation.ideal_frame_force(resolve_cases(study, [worst])[0], angle[in_turn])
+        except InputError:  # mechanism or laws of another version, or a load or motor of a law file
+            ideal = None
         peak = wording.quantity_text(float(np.hypot(*force).max()), "N")
         yield Picture(
             "Shaking force over the last turn",
             f"Worst case: {setting}.",
-            f"Path of the end of the force on the frame over a turn, with and without clearance; largest {peak}.",
+            f"Path of the end of the force on the frame over a turn; largest {peak}.",
             partial(draw_hodograph, force=force, ideal=ideal),
             SQUARE_SIZE,
         )

@@ -10,6 +10,7 @@ from ...contracts.case import Case, Joint
 from ...contracts.machine import GROUND, Braking, Constant, Guide, Machine, Push, Rubbing, Slot, Spring
 from ...language.errors import InputError
 from ...mechanics.machines import planar
+from ...mechanics.machines.described import without_own_forces
 from ...mechanics.machines.planar.ideal import ideal_of
 from .ideal import mechanism_of
 
@@ -64,7 +65,7 @@ def sketch(case: Case) -> Sketch | None:
     mechanism = mechanism_of(case)
     if mechanism.machine is None:
         return None
-    machine = mechanism.machine(case)
+    machine = mechanism.machine(without_own_forces(case))
     frames = _frames(machine)
 
     def position_of(body: str, point: str) -> np.ndarray:
