@@ -1,4 +1,4 @@
-"""Laws of one's own: decorators that record a function as a law, a load or a motor.
+"""Laws of one's own: decorators that record a function as a law, a load, a motor or a figure.
 
 A decorator states the name by which a grid chooses the law, its keys with their SI units, and what the function needs:
 
@@ -23,7 +23,7 @@ import math
 import re
 import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, NoReturn
 
 from .contracts.catalogue import Field
 from .language import quantity
@@ -36,6 +36,7 @@ __all__ = [
     "collecting",
     "contact",
     "elastic",
+    "figure",
     "film",
     "friction",
     "key",
@@ -95,6 +96,7 @@ KINDS: Mapping[str, Kind] = {
         ("on", "point", "law", "table", "between", "friction", "reacted"),
     ),
     "motor": Kind(("speed", "t", "p"), "the torque, N m", ("law", "table")),
+    "figure": Kind(("t", "channels", "p"), "a number", ("law",)),
 }
 
 
@@ -134,6 +136,7 @@ class Law(NamedTuple):
     may_gain: bool  # whether it may give energy
     file: str  # of the decorator
     line: int
+    unit: str = ""  # of a figure
 
     @property
     def place(self) -> str:
@@ -145,6 +148,11 @@ class Law(NamedTuple):
         """Return its function as Python, which the tracer reads, or None if it is called by its address."""
         body = getattr(self.function, "py_func", self.function)
         return body if inspect.isfunction(body) and not hasattr(self.function, "address") else None
+
+
+def __getattr__(name: str) -> NoReturn:
+    """Raise AttributeError for a kind of laws that does not exist."""
+    raise AttributeError(f"clearsweep.laws has no '{name}'{did_you_mean(name, KINDS)}; kinds: {', '.join(KINDS)}")
 
 
 _RECORDS: contextvars.ContextVar[list[Law] | None] = contextvars.ContextVar("_RECORDS", default=None)
@@ -188,6 +196,21 @@ def _decorator(kind: str) -> Callable[..., Any]:
     return decorate
 
 
+def figure(name: str, unit: str = "1", /, *, doc: str = "", **keys: str | Key) -> Callable[[Any], Any]:
+    """Record a function (t, channels, p) of the time histories of a case that returns a number.
+
+    t : (n,) s; channels : name of a time history -> its samples (n,), SI; both are read-only and lie in the window of
+    the figures, after `simulate.discard`; p : the values of its keys.
+    name : by which a grid chooses it; unit : its SI unit; doc : what it is, one line; keys : as of a law.  Raises
+    InputError.
+    """
+    frame = sys._getframe(1)
+    place = frame.f_code.co_filename, frame.f_lineno
+    return _recorder(
+        Law("figure", name, (), doc, None, (), 0, may_gain=True, file=place[0], line=place[1], unit=unit), keys, ()
+    )
+
+
 elastic, contact, friction, wear = (_decorator(kind) for kind in ("elastic", "contact", "friction", "wear"))
 film, load, motor = (_decorator(kind) for kind in ("film", "load", "motor"))
 
@@ -197,7 +220,8 @@ def _recorder(law: Law, keys: Mapping[str, Any], kinks: Sequence[float | str]) -
     with _reported_at(law):
         _check_names(law, keys)
         fields = tuple(_field(law, name, described) for name, described in keys.items())
-        law = law._replace(keys=fields, kinks=_kinks(law, kinks, tuple(keys)))
+        unit = _si_unit(law.unit) if law.kind == "figure" else ""
+        law = law._replace(keys=fields, kinks=_kinks(law, kinks, tuple(keys)), unit=unit)
 
     def record(function: Any) -> Any:
         with _reported_at(law):

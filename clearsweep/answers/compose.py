@@ -229,7 +229,9 @@ def _details(source: Source, cases: Cases, columns: Any, answer: Mapping[str, An
             details["ends"][path] = [named[0], named[-1]]
             if isinstance(named[0], str):
                 details["order"][path] = named
-    own_figures: list[Any] = [_Own(name) for name in record.get("figures") or {}]
+    own_figures: list[Any] = [
+        _Own(name) for name, text in (record.get("figures") or {}).items() if isinstance(text, str)
+    ]
     details["extremes"] = [
         entry
         for column in [*source.layout.columns, *own_figures]

@@ -31,6 +31,7 @@ FREE_BUSH, MIN_EXPANSION = "free-bush: ", 0.05  # share of the clearance
 COARSE_LINK = "coarse-link: "  # an elastic link has too few segments for an impact at its pin
 BALL_STIFFNESS = "ball-stiffness: "  # a stiffness from the material, for a ball in a socket
 ERROR_CHECK_FAILED = "unchecked: "  # its error check failed
+OWN_FIGURE = "own-figure: "  # a figure of one's own that failed
 LIFE_UNREACHED = "unreached: "  # its life did not reach the limit
 LIFE_FAILED = "life-failed: "  # a life at one end of the wear coefficients' intervals
 CONFORMAL = "conformal: "  # its worn surfaces fit each other too closely for contact at one point
@@ -173,6 +174,7 @@ _REMARK_TEXTS = {
     FILM_UNCERTAIN: "The temperature of a film or a warm joint is uncertain by over a tenth of its rise above ambient",
     IMBALANCE: "The energy residual is larger than the tolerance explains",
     ERROR_CHECK_FAILED: "The error check failed",
+    OWN_FIGURE: "A figure of one's own has no value",
     LIFE_UNREACHED: "A life does not reach its limit",
     LIFE_FAILED: "A further life, at an end of the uncertain wear coefficients, failed",
     CONFORMAL: "Worn surfaces fit each other too closely for a pressure from the curvatures at one point",

@@ -244,13 +244,15 @@ def limits_and_figures_of(record: Mapping[str, Any]) -> LimitsAndFigures:
     return LimitsAndFigures(figures_of(record.get("figures") or {}, units), limits)
 
 
-def figures_of(section: Mapping[str, str], units: Mapping[str, str]) -> tuple[UserFigure, ...]:
-    """Return the user-defined figures of a grid, functions of columns and earlier figures.
+def figures_of(section: Mapping[str, Any], units: Mapping[str, str]) -> tuple[UserFigure, ...]:
+    """Return the user-defined figures of a grid that are expressions of columns and earlier figures.
 
-    Raise InputError for mistakes.
+    A section is a figure of one's own, which is a column already.  Raise InputError for mistakes.
     """
     known_units, figures = dict(units), []
     for name, text in section.items():
+        if not isinstance(text, str):
+            continue
         known_units[name] = expression.unit_of(text, known_units)
         figures.append(UserFigure(name, text, known_units[name]))
     return tuple(figures)

@@ -380,6 +380,15 @@ class Save(NamedTuple):
     channels: tuple[str, ...] = ()  # time histories that are stored; (): all of them
 
 
+class OwnFigure(NamedTuple):
+    """A figure of one's own."""
+
+    name: str  # of its column
+    law: str  # the name by which its law file declares it
+    values: Mapping[str, float]  # its parameters, by key
+    laws: str  # hash of the laws of the grid's own
+
+
 class Case(NamedTuple):
     """One case."""
 
@@ -394,3 +403,4 @@ class Case(NamedTuple):
     uncertain: tuple[Uncertain, ...] = ()
     law_files: tuple[LawFile, ...] = ()  # with laws of one's own
     vibration: Vibration | None = None
+    figures: tuple[OwnFigure, ...] = ()

@@ -59,6 +59,15 @@ class LoadOutline(NamedTuple):
     reacted: bool = True  # whether the frame of the machine reacts it
 
 
+class FigureOutline(NamedTuple):
+    """A figure of one's own: a column of the summary."""
+
+    name: str
+    law: str  # the name by which its law file declares it
+    unit: str = "1"  # SI
+    text: str = ""
+
+
 class Outline(NamedTuple):
     """The user-defined names of a grid."""
 
@@ -74,6 +83,7 @@ class Outline(NamedTuple):
     elastic: frozenset[str] = frozenset()  # bodies with elastic links
     laws: str = ""  # hash of the laws of the grid's own
     vibration: VibrationOutline | None = None
+    figures: tuple[FigureOutline, ...] = ()  # of one's own
 
     @property
     def free(self) -> bool:
@@ -194,7 +204,7 @@ class Law(NamedTuple):
     """One law of a family, as a user names it."""
 
     family: str  # 'law' (contact.law), 'elastic', 'roughness', 'friction' (friction.law), 'wear', 'pressure', 'film',
-    # 'film-friction', 'transition', or 'mechanism', 'drive', 'load', which have no `law` to choose by
+    # 'film-friction', 'transition', 'figure', or 'mechanism', 'drive', 'load', which have no `law` to choose by
     name: str
     summary: str
     formula: str
@@ -216,6 +226,7 @@ class Law(NamedTuple):
     tables: tuple["Columns", ...] = ()  # optional parameters, each instead of optional `fields`
     one_of: tuple[str, ...] = ()  # names of optional fields of which exactly one is given
     origin: str = ""  # file and line of a law of one's own
+    unit: str = ""  # SI, of a figure of one's own
 
     def unit_of(self, name: str) -> str:
         """Return the SI unit of one of its fields."""

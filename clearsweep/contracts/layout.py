@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from .case import Case, Joint, column_name
-from .catalogue import Catalogue, Channel, Figure, Mechanism, Outline
+from .catalogue import Catalogue, Channel, Figure, FigureOutline, Mechanism, Outline
 from .vibration import FRAME, PlaceOutline, VibrationOutline
 
 PRELOAD = "preload"  # the form of load that presses on a joint with clearance
@@ -165,7 +165,13 @@ class Layout(NamedTuple):
                 catalogue,
                 mechanism,
                 joint_features,
-                Requested(frozenset(requested), features.until, frictions, features.outline.vibration),
+                Requested(
+                    frozenset(requested),
+                    features.until,
+                    frictions,
+                    features.outline.vibration,
+                    features.outline.figures,
+                ),
             ),
             _channels(catalogue, mechanism, features),
             features.horizon,
@@ -237,6 +243,7 @@ class Requested(NamedTuple):
     until: str = ""  # the figure in `simulate.until`
     frictions: tuple[str, ...] = ()  # the joints of friction loads
     vibration: VibrationOutline | None = None
+    figures: tuple[FigureOutline, ...] = ()  # of one's own
 
 
 def columns_of(
@@ -272,6 +279,7 @@ def columns_of(
             continue
         until_unit = {column.name: column.unit for column in columns}.get(requested.until, "1")
         columns.append(_column(figure, "", mechanism, {"until": requested.until, "until_unit": until_unit}))
+    columns += [Column(figure.name, figure.unit, figure.text) for figure in requested.figures]
     if "error_check" not in requested.names:
         return tuple(columns)
     differing = {figure.name for figure in catalogue.figures if figure.differs}

@@ -144,7 +144,7 @@ def product_cases(
 KeyValue = Any  # value of a key: a number in SI, a word, True for a flag
 
 #: The sections that, with `simulate`, decide the identity of a case.
-_IDENTITY_SECTIONS = ("mechanism", "drive", "loads", "life", "uncertain", "joints")
+_IDENTITY_SECTIONS = ("mechanism", "drive", "loads", "life", "uncertain", "joints", "figures")
 TIME_BUDGET = "time_budget"  # key of `simulate` that is not part of the identity
 #: Key of both bodies below `wear`, as users write it -> the keys of each body that follow from it.
 _COEFFICIENTS_PER_BODY = {
@@ -237,8 +237,12 @@ def _convert_lists(tree: dict[str, Any], list_paths: Collection[str]) -> dict[st
 
 
 def identity_text(case: Mapping[str, Any]) -> str:
-    """Return the text that determines the identity of a resolved case: all keys but `save` and time_budget."""
+    """Return the text that determines the identity of a resolved case: all keys but `save` and time_budget.
+
+    Figures of one's own also depend on the number of samples.
+    """
     content = {key: case[key] for key in _IDENTITY_SECTIONS if key in case}
+    content |= {"samples": case["save"]["samples"]} if "figures" in case else {}
     content["simulate"] = {key: value for key, value in case["simulate"].items() if key != TIME_BUDGET}
     if digests := digests_in_use(case.get(LAWS, ()), (value for _, value in leaves(content))):
         content[LAWS] = digests

@@ -257,7 +257,7 @@ class Grid:
             variations["sweep"] = {path: values for path, values in swept.items() if path not in searched_paths}
         variations = {section_name: part for section_name, part in variations.items() if part}
         other_sections: dict[str, Any] = {LAWS: [*map(recorded, self.law_files)]}
-        other_sections |= {"figures": self.figures, "limits": self.limits}
+        other_sections |= {"limits": self.limits}
         other_sections |= {"roles": dict(self.given_roles)}
         other_sections |= {UNCERTAIN: dict(self.uncertain)}
         other_sections |= {search.name: search.resolved() | added_values or True} if search else {}
@@ -275,7 +275,10 @@ class Grid:
         }
         base = {path: value for path, value in self._fixed_values.items() if not path.startswith(f"{UNCERTAIN}.")}
         base = with_material_names(base, self.materials)
-        return {"name": self.name} | nest(sections | base | fillers, self._list_paths) | variations | other_sections
+        case_sections = nest(sections | base | fillers, self._list_paths)
+        figures = {"figures": {**case_sections.get("figures", {}), **self.figures}}
+        case_sections |= figures if figures["figures"] else {}
+        return {"name": self.name} | case_sections | variations | other_sections
 
     def unit(self, path: str) -> str:
         """Return the SI unit of a swept path, '' for the name of a law."""

@@ -18,6 +18,7 @@ from ..contracts.case import (
     Materials,
     Mechanism,
     Oil,
+    OwnFigure,
     Roughness,
     Save,
     Simulate,
@@ -70,6 +71,7 @@ def case_of(tree: Tree, outline: Outline) -> Case:
         uncertain=_typed(uncertain_of, tree[UNCERTAIN]) if UNCERTAIN in tree else (),
         law_files=tree.get(LAWS, ()),
         vibration=_typed(_vibration, tree["vibration"]) if "vibration" in tree else None,
+        figures=_typed(_figures, tree["figures"], outline.laws) if "figures" in tree else (),
     )
 
 
@@ -110,6 +112,11 @@ def _vibration(section: Tree) -> Vibration:
         _frame(frame or {}),
         tuple(_place(name, place) for name, place in others.items()),
     )
+
+
+def _figures(section: Tree, laws: str) -> tuple[OwnFigure, ...]:
+    figures = ((name, *_split_keys(figure, "law")) for name, figure in section.items())
+    return tuple(OwnFigure(name, law, values, laws) for name, law, values in figures)
 
 
 def _frame(section: Tree) -> Frame:

@@ -43,6 +43,7 @@ _KEYS = {
     "film": "film.law",
     "film-friction": "film.friction",
     "transition": "film.transition.law",
+    "figure": "figures.NAME.law",
 }
 
 
@@ -72,7 +73,7 @@ def _overview_text() -> str:
     width = max(len(law.name) for law in keys)
     for family, key in _KEYS.items():
         lines = [f"  {law.name:{width}}  {law.summary}" for law in keys if law.family == family]
-        blocks.append("\n".join([key, *lines]))
+        blocks += ["\n".join([key, *lines])] if lines else []  # of motors and figures there are only own ones
     return "\n\n".join(blocks)
 
 
@@ -86,6 +87,7 @@ def text_of(law: Law) -> str:
     """Return the description of a law, of the package or of one's own."""
     recipe = RECIPES.get((law.family, law.name))  # None of a mechanism, a drive or a load, and of a law of one's own
     blocks = [f"{_KEYS[law.family]}: {law.name}\n{_wrapped('  ', law.summary)}", _wrapped("  ", law.formula)]
+    blocks += [f"unit: {law.unit}"] if law.unit else []
     if law.fields or law.needs or law.tables:
         onset = [_wrapped("  ", ONSET)] if law.uses_onset else []
         blocks.append(

@@ -330,7 +330,7 @@ _OPTIONAL: dict[str, Check] = {
     "sample": _section_check({"method": _WORD, "drawn": _VALUES_BY_PATH}, {"seed": _COUNT}),
     "check_laws": _any_check(_FLAG, _SECTION),
     "limits": _mapping_check(_COLUMN_NAME, _LIMIT),
-    "figures": _mapping_check(_COLUMN_NAME, _TEXT),
+    "figures": _mapping_check(_COLUMN_NAME, _any_check(_TEXT, _SECTION)),
     "seek": _section_check(
         {}, {**dict.fromkeys(_names("largest", "smallest"), _any_check(_PATH, _list_check(_PATH))), "for": _WORD}
     ),

@@ -1,5 +1,7 @@
 """The key table of grid files: every key with its unit, range, default and meaning."""
 
+from collections.abc import Sequence
+
 from ...contracts.catalogue import (
     ANY,
     CHOICE,
@@ -174,8 +176,11 @@ _METHOD = Word(
 )
 
 
-def table_of_keys(mechanism: Mechanism, catalogue: Catalogue) -> KeyTable:
-    """Return every dotted path that a grid of this mechanism may contain, sections before their keys."""
+def table_of_keys(mechanism: Mechanism, catalogue: Catalogue, figures: Sequence[str] = ()) -> KeyTable:
+    """Return every dotted path that a grid of this mechanism may contain, sections before their keys.
+
+    figures : names of the columns of figures of one's own
+    """
     mechanism_names = tuple(mechanism.name for mechanism in catalogue.mechanisms)
     keys: KeyTable = {
         "mechanism": Section("type, bodies and dimensions of the mechanism"),
@@ -206,6 +211,7 @@ def table_of_keys(mechanism: Mechanism, catalogue: Catalogue) -> KeyTable:
     if mechanism.free:
         add_numbers(keys, "simulate", (_TIME_LIMIT,), NUMERICS, sweep=False)
         del keys["simulate.horizon"]  # a disturbed free crank turns at another speed, so two motions cannot be compared
+    _add_own_figures(keys, figures, catalogue)
     for path, key in keys.items():
         if key_can_vary(key) and getattr(key, "role", "") not in ROLES:
             raise LookupError(f"{path}: its entry in the key table has no role; give it one of {', '.join(ROLES)}")
@@ -215,6 +221,16 @@ def table_of_keys(mechanism: Mechanism, catalogue: Catalogue) -> KeyTable:
 def key_can_vary(key: object) -> bool:
     """Return whether a key can be swept."""
     return isinstance(key, Number | Word) and key.sweep
+
+
+def _add_own_figures(keys: KeyTable, names: Sequence[str], catalogue: Catalogue) -> None:
+    """Add the keys of the figures of one's own that a grid names."""
+    if names:
+        keys["figures"] = Section("figures of one's own")
+    for path in [f"figures.{name}" for name in names]:
+        keys[path] = Section("a figure of one's own")
+        keys[f"{path}.law"] = Word(catalogue.names("figure"), "the figure, as a law file declares it", noun="figure")
+        add_laws(keys, path, "law", catalogue.of("figure"))
 
 
 def _add_section_keys(keys: KeyTable, section: Keys, catalogue: Catalogue) -> None:

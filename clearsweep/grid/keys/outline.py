@@ -248,7 +248,8 @@ def key_units(resolved: Mapping, catalogue: Catalogue) -> dict[str, str]:
     """
     catalogue = with_recorded_laws(catalogue, resolved)
     mechanism = catalogue.with_outline(resolved["mechanism"]["type"], outline_of(resolved, _axis_values(resolved)))
-    keys = table_of_keys(mechanism, catalogue) if mechanism else {}
+    figures = [name for name, figure in resolved.get("figures", {}).items() if isinstance(figure, dict)]
+    keys = table_of_keys(mechanism, catalogue, figures) if mechanism else {}
     axes = _axis_values(resolved)
     values = dict(leaves(resolved))
     words_by_path = {

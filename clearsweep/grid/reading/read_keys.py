@@ -1,6 +1,8 @@
 """Reads a document in the order in which its parts depend on each other."""
 
-from ...contracts.catalogue import NUMERICS, Catalogue, Mechanism
+from dataclasses import replace
+
+from ...contracts.catalogue import NUMERICS, Catalogue, FigureOutline, Mechanism
 from ...contracts.layout import ALWAYS_STORED, Layout
 from ...language.errors import did_you_mean, nearest_words, quoted
 from ..keys.key_table import table_of_keys
@@ -55,17 +57,21 @@ def read_keys(
     """Return the values in the document `root`; mistakes go to `problems`.  Paths in `fixed_paths` do not vary."""
     defined_section = root.value.get(DEFINE)
     root, definitions = resolve_definitions(root, problems, fixed_paths)
-    outline = outline_of_document(root)._replace(laws=catalogue.own_laws)
+    own_figures = _own_figures(root, catalogue)
+    outline = outline_of_document(root)._replace(
+        laws=catalogue.own_laws,
+        figures=tuple(_figure_outline(name, entry, catalogue) for name, entry in own_figures.value.items()),
+    )
     mechanism = _find_mechanism(root, catalogue.mechanisms)
     mechanism = mechanism.with_outline(outline) if mechanism.with_outline else mechanism
     root, library_numbers, unchecked_sections = replace_library_names(root, problems)
-    all_keys = keys_of_definitions(definitions) | table_of_keys(mechanism, catalogue)
+    all_keys = keys_of_definitions(definitions) | table_of_keys(mechanism, catalogue, [*own_figures.value])
     varied = [path for path, _ in varied_paths(root.value)]
     materials = find_varied_materials(varied, library_numbers, all_keys, unchecked_sections)
     searches = {search.name: search for search in catalogue.searches}
     reader = Reader(problems, mechanism, outline, searches=searches, defined=definitions, materials=materials)
     all_keys |= keys_of_materials(materials)
-    _read_section(reader, root, "", all_keys)
+    _read_section(reader, _with_figures(root, own_figures), "", all_keys)
     reader.written |= written_material_names(materials, root)
     _select_keys_in_use(reader, all_keys)
     record_variations(reader, root, all_keys, fixed_paths)
@@ -99,6 +105,31 @@ def read_keys(
     sections = [search.read(reader, root) for search in searches.values()]
     reader.search = next((section for section in sections if section is not None), None)
     return reader
+
+
+def _own_figures(root: WrittenValue, catalogue: Catalogue) -> WrittenValue:
+    """Return the part of the section `figures` that names figures of one's own, each as a section."""
+    written: WrittenValue = root.value.get(FIGURES_SECTION.name, WrittenValue({}))
+    names, entries = catalogue.names("figure"), written.value if isinstance(written.value, dict) else {}
+    own = {
+        name: replace(entry, value={"law": entry}) if entry.value in names else entry
+        for name, entry in entries.items()
+        if isinstance(entry.value, dict) or (isinstance(entry.value, str) and entry.value in names)
+    }
+    return WrittenValue(own, written.origin, written.line, written.column, written.keys)
+
+
+def _figure_outline(name: str, written: WrittenValue, catalogue: Catalogue) -> FigureOutline:
+    """Return the outline of a figure of one's own; of an unknown one, which the reader reports, without a unit."""
+    law_name = written.value["law"].value if "law" in written.value else ""
+    law = catalogue.find("figure", law_name)
+    return FigureOutline(name, law.name, law.unit, law.formula) if law else FigureOutline(name, "")
+
+
+def _with_figures(root: WrittenValue, figures: WrittenValue) -> WrittenValue:
+    """Return a document whose section `figures` has these entries, or no such section if there are none."""
+    others = {name: entry for name, entry in root.value.items() if name != FIGURES_SECTION.name}
+    return replace(root, value=others | ({FIGURES_SECTION.name: figures} if figures.value else {}))
 
 
 def _find_mechanism(root: WrittenValue, mechanisms: tuple[Mechanism, ...]) -> Mechanism:

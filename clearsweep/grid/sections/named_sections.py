@@ -30,10 +30,21 @@ _TIMES_KEY = "times"
 _FIGURE_EXAMPLE = 'headroom: "1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)"'
 FIGURES_SECTION = NameSection(
     "figures",
-    "name of a new figure -> expression of columns of summary.parquet",
+    "name of a new figure -> expression of columns of summary.parquet, or {law: NAME, KEY: ...}: a figure of one's "
+    "own, which a file of `laws` declares",
     "figure",
     _FIGURE_EXAMPLE,
-    {"type": "string"},
+    {
+        "anyOf": [
+            {"type": "string"},
+            {
+                "type": "object",
+                "properties": {"law": {"type": "string"}},
+                "additionalProperties": QUANTITY_SCHEMA,
+                "required": ["law"],
+            },
+        ]
+    },
 )
 _BOUNDS_SCHEMA = dict.fromkeys(KINDS, QUANTITY_SCHEMA) | {_TIMES_KEY: {"type": "string"}}
 LIMITS_SECTION = NameSection(
@@ -77,16 +88,18 @@ def read_roles(reader: Reader, root: WrittenValue) -> None:
 
 
 def read_limits(reader: Reader, root: WrittenValue) -> None:
-    """Read both sections into the reader; its columns must be known."""
-    units = dict(reader.figures)
-    for name, written in FIGURES_SECTION.entries(reader.problems, root).items():
+    """Read both sections into the reader; its columns must be known, but for figures of one's own."""
+    own_units = {figure.name: figure.unit for figure in reader.outline.figures}
+    figures, units = FIGURES_SECTION.entries(reader.problems, root), reader.figures | own_units
+    for name, written in figures.items():
         name_mistake = _name_mistake(reader, name)
-        if problem := name_mistake or _expression_mistake(written.value, units):
+        if problem := name_mistake or ("" if name in own_units else _expression_mistake(written.value, units)):
             position = root.value["figures"].key_position(name) if name_mistake else written
             reader.problems.add(position, f"figures.{name}", problem)
-            continue
-        units[name] = expression.unit_of(written.value, units)
-        reader.user_figures[name] = written.value
+        elif name not in own_units:
+            units[name] = expression.unit_of(written.value, units)
+            reader.user_figures[name] = written.value
+    reader.figures |= own_units
     for column, written in LIMITS_SECTION.entries(reader.problems, root).items():
         if column not in units:
             position = root.value["limits"].key_position(column)

@@ -247,13 +247,13 @@ def contents_text(file: LawFile) -> str:
 
 
 def digests_in_use(files: Iterable[LawFile], words: Iterable[Any]) -> dict[str, str]:
-    """Return law -> hash, of the laws of one's own among these words, and of all figures."""
+    """Return law -> hash, of the laws of one's own among these words."""
     words = {word for word in words if isinstance(word, str)}
     return {
         f"{law.family} {law.name}": digest_of_law(file, law.name)
         for file in files
         for law in file.laws
-        if law.name in words or law.family == "figure"
+        if law.name in words
     }
 
 

@@ -49,7 +49,9 @@ from .friction import friction_force
 from .loss import always_needs_onset_rate, contact_force, lowest_force, needs_onset_rate, sign_past_separation
 from .sampled import GAIN, MASSES, SPEEDS, Range, attempted, checked, rebound, undeclared_kinks
 
-FAMILIES = {"contact": "law"} | {kind: kind for kind in ("elastic", "friction", "wear", "film", "load", "motor")}
+FAMILIES = {"contact": "law"} | {
+    kind: kind for kind in ("elastic", "friction", "wear", "film", "load", "motor", "figure")
+}
 VARIABLES = {"penetration": depth_variable, "rate": rate_variable, "slip": slip_variable}
 MAKERS: dict[str, Callable[..., Recipe]] = {}  # kind -> (recorded law, its description, hash) -> recipe
 
@@ -92,6 +94,7 @@ def description_of(law: recorded.Law) -> Law:
         uses_elastic=recorded.uses_elastic(law),
         has_state=law.states > 0,
         origin=f"{law.file}:{law.line}",
+        unit=law.unit,
     )
 
 
@@ -532,3 +535,20 @@ def _film_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
         return ()
 
     return Recipe(description._replace(needs=("length",)), (kind,), make, check=check)
+
+
+# ---------------------------------------------------------------------------------------------- figures
+
+
+@maker("figure")
+def _figure_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+    """Return the recipe of a figure; it makes a function (t, channels), which runs as Python."""
+    values, evaluate = type_of(law, digest, "values", names_of(law)), function_of(law)
+    if law.body is None:
+        raise InputError(f"{law.place}: takes time histories, which no function of C can; write it in Python")
+
+    def make(figure):
+        p = parameters_of(law, values, [figure.values[field.name] for field in law.keys])
+        return functools.partial(evaluate, p)
+
+    return Recipe(description, (functools.partial,), make)

@@ -20,6 +20,7 @@ from ...mechanics.solver import integration, loop
 from ...mechanics.solver.slow_sums import Record
 from ...tracing.compiled.family import Routine, empty_entries
 from ..figures.catalogue import SETUP, WORK_COUNTS
+from ..figures.own import first_sample, recorded_part, records_samples, with_own_figures
 from ..running.observed_run import Observer, Snapshot, restore
 from ..running.run import Run, integrate, integration_of, release, run_integration
 from ..setup.scene import Scene, build
@@ -150,13 +151,13 @@ def _simulate(scene: Scene, times: ArrayLike | None, observers: Sequence[Observe
     end, free, full_run = end_of(scene), scene.crank_clock.free, None
     if times is not None:
         sample_times = checked_times(times, math.inf if free else end)
-    elif scene.case.save.orbits == "none":
+    elif not records_samples(scene.case):
         sample_times = NO_TIMES
     elif not scene.mechanism.turns:  # its duration is unknown before the run
         full_run = integration_of(scene, NO_TIMES, end)
         sample_times = np.linspace(0.0, full_run.work.end[full_run.work.time], scene.case.save.samples + 1)
     else:
-        check_memory(history_bytes(scene.layout, scene.case.save, scene.case.simulate.revolutions))
+        check_memory(history_bytes(scene.layout, recorded_part(scene.case), scene.case.simulate.revolutions))
         sample_times = sampling_times(scene)
     marks, in_angles = marks_of(scene, scene.case.simulate.revolutions), free and times is None
     run = integration_of(scene, sample_times, end, observers, in_angles=in_angles, marks=marks)
@@ -166,7 +167,7 @@ def _simulate(scene: Scene, times: ArrayLike | None, observers: Sequence[Observe
         run.add_cost(full_run)
     trajectory = trajectory_of(scene, run, end)
     release(run)
-    return trajectory
+    return trajectory if times is not None else with_own_figures(scene.case, trajectory)
 
 
 def finish_samples(scene: Scene, run: Run) -> None:
@@ -206,17 +207,19 @@ def _run_until_converged(scene: Scene, times: ArrayLike | None, observers: Seque
 
 def _converged_trajectory(scene: Scene, run: Run, observer: WindowLength, times: ArrayLike | None) -> Trajectory:
     """Return the trajectory of a run that has determined its length."""
-    value_after, orbits = scene.crank_clock.value_after, scene.case.save.orbits
+    value_after = scene.crank_clock.value_after
     final_scene = scene.with_settings(revolutions=observer.revolutions, discard=observer.discard)
     end = value_after(observer.revolutions)
     run.marks = run.marks.after(observer.discard)
-    if times is not None or orbits != "none":
-        check_memory(0.0 if times is not None else history_bytes(scene.layout, scene.case.save, observer.revolutions))
+    if times is not None or records_samples(scene.case):
+        saved = recorded_part(scene.case)
+        check_memory(0.0 if times is not None else history_bytes(scene.layout, saved, observer.revolutions))
         end_time = math.inf if scene.crank_clock.free else end
         sample_times = sampling_times(final_scene) if times is None else checked_times(times, end_time)
         second_run = Run(start_of(scene, sample_times), in_angles=times is None, records_signals=False)
         _record_samples(final_scene, run, second_run, end, observer.snapshots)
-    return trajectory_of(final_scene, run, end)
+    trajectory = trajectory_of(final_scene, run, end)
+    return trajectory if times is not None else with_own_figures(final_scene.case, trajectory)
 
 
 def _run_life(scene: Scene, times: ArrayLike | None, observers: Sequence[Observer], life_run: LifeRun) -> Trajectory:
@@ -319,7 +322,7 @@ def _add_differences(summary: dict, tighter: dict) -> None:
 def compile_for(case: Case) -> None:
     """Compile the code of a case's scene, or load it from the cache; stiff motion may need further code."""
     scene = build(case)
-    without_samples = case.save.orbits == "none" and not scene.layout.until
+    without_samples = not records_samples(case) and not scene.layout.until
     Run(start_of(scene, NO_TIMES if without_samples else np.array([0.0])))
 
 
@@ -348,7 +351,6 @@ def checked_times(times: ArrayLike, end: float) -> np.ndarray:
 def sampling_times(scene: Scene) -> np.ndarray:
     """Return the sampling times of a scene: at k / samples of a revolution, both ends of the range included."""
     save, revolutions, crank_clock = scene.case.save, scene.case.simulate.revolutions, scene.crank_clock
-    first_sample = 0 if save.orbits == "all" else round((revolutions - save.revolutions) * save.samples)
-    sample_numbers = np.arange(first_sample, math.floor(revolutions * save.samples + 1e-9) + 1)
+    sample_numbers = np.arange(first_sample(scene.case), math.floor(revolutions * save.samples + 1e-9) + 1)
     times, end = crank_clock.values_after(sample_numbers / save.samples), crank_clock.value_after(revolutions)
     return np.minimum(times, end)  # type: ignore[no-any-return]

@@ -39,6 +39,7 @@ from ...mechanics.wear import Worn
 from ...searches import SEARCHES
 from ...tracing.compiled.family import flatten, numbers_of
 from ..figures.catalogue import FIGURES
+from ..figures.own import check_channels
 from ..machine.ideal import ideal_motion, machine_of, mechanism_of
 from ..machine.shaking import shaking_of
 
@@ -337,7 +338,8 @@ def _start_problem(case: Case) -> tuple[str, str] | None:
         return None
     with grid.guarded(case.law_files):  # what these laws do as Python is known only after this
         problem = _problem_of(lambda: list(registry.own_law_remarks(case)))
-    return problem or _problem_of(lambda: build(case))
+    problem = problem or _problem_of(lambda: build(case))
+    return problem or _problem_of(lambda: check_channels(case, [channel.name for channel in layout_of(case).channels]))
 
 
 def _problem_of(act: Callable[[], Any]) -> tuple[str, str] | None:
