@@ -10,6 +10,7 @@ import pytest
 from test_own_laws import CRANK, FLORES, PAIR, catalogue_of, figures_of, joint_of, with_joint
 
 from clearsweep import grid
+from clearsweep.contracts.case import OwnFigure
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.laws.contract import compile_law, internal_rates
 from clearsweep.mechanics.laws.elastic import elastic_force
@@ -35,8 +36,18 @@ def catalogue(tmp_path_factory):
     return catalogue_of(lambda: runpy.run_path(str(file)))
 
 
-def test_the_page_has_the_law_of_its_beginning_and_six_of_papers(catalogue):
-    assert len([law for law in catalogue.laws if law.origin]) == 7
+def test_the_page_has_the_law_of_its_beginning_six_of_papers_and_a_figure(catalogue):
+    assert len([law for law in catalogue.laws if law.origin]) == 8
+
+
+@pytest.mark.parametrize(("power", "mean"), [(2.0, 0.5), (3.0, 4.0 / (3.0 * math.pi)), (4.0, 0.375)])
+def test_the_equivalent_load_of_a_sine_is_its_mean_power(catalogue, power, mean):
+    t = np.linspace(0.0, 1.0, 1000, endpoint=False)
+    normal, tangential = 800.0 * np.sin(2.0 * math.pi * t), 600.0 * np.sin(2.0 * math.pi * t)
+    channels = {"joints/rod_slider/force_normal": normal, "joints/rod_slider/force_tangential": tangential}
+    figure = OwnFigure("load", "equivalent-load", {"power": power}, catalogue.own_laws)
+    load = compile_law("figure", "equivalent-load", figure)(t, channels)
+    assert load == pytest.approx(1000.0 * mean ** (1.0 / power), rel=1e-5)
 
 
 def test_mahmoud_and_jankowski_give_the_restitution_of_damping_in_approach(catalogue):

@@ -23,17 +23,8 @@ DEFINE_TEXT = "name -> quantity, or `= expression` of other names; numbers in th
 MAX_VALUES = 20_000  # of a number that varies with names; beyond, only the ends of the axes are checked
 MAX_EVALUATIONS = 200_000  # of names for these values
 MAX_LISTED = 6  # names of a circle in a message
-_CASE_SECTIONS = (
-    "mechanism",
-    "drive",
-    "loads",
-    "joints",
-    "figures",
-    "simulate",
-    "save",
-    "life",
-    DEFINE,
-)  # numbers here may vary
+#: Sections whose numbers may vary.
+_CASE_SECTIONS = ("mechanism", "drive", "loads", "joints", "figures", "simulate", "save", "life", DEFINE)
 _TEXT_SECTIONS = ("name", "figures")  # texts in these sections are not expressions of defined quantities
 _AXIS_SECTIONS = ("sweep", "zip", "cases")
 _NAMED_SECTIONS = ("figures", "limits", "roles", "uncertain")  # their keys are names or paths of the grid
@@ -176,13 +167,10 @@ def resolve_definitions(
         if key not in (DEFINE, *_TEXT_SECTIONS)
     }
     content |= {key: sections[key] for key in _TEXT_SECTIONS if key in sections}
-    if "figures" in content and isinstance(content["figures"].value, dict):
-        entries = content["figures"].value.items()
-        own = {
-            name: evaluator.evaluate_tree(entry, f"figures.{name}") if isinstance(entry.value, dict) else entry
-            for name, entry in entries
-        }
-        content["figures"] = replace(content["figures"], value=own)
+    if "figures" in content and isinstance(figures := content["figures"].value, dict):
+        own = {name: entry for name, entry in figures.items() if isinstance(entry.value, dict)}
+        evaluated = {name: evaluator.evaluate_tree(entry, f"figures.{name}") for name, entry in own.items()}
+        content["figures"] = replace(content["figures"], value=figures | evaluated)
     for name, entry in named.items():
         if definitions.expression_by_name.get(name) and DEFINE_PREFIX + name in position_by_varied_path:
             evaluator.refuse_axis(DEFINE_PREFIX + name, entry)
@@ -265,8 +253,8 @@ class _ExpressionEvaluator:
                 self.dependents[path] = text
             else:
                 message = (
-                    f"depends on {DEFINE_PREFIX}{min(names)}, which varies; only mechanism, drive, loads and "
-                    "joints may depend on it"
+                    f"depends on {DEFINE_PREFIX}{min(names)}, which varies; only mechanism, drive, loads, joints "
+                    "and figures may depend on it"
                 )
                 self.problems.add(written, path, message)
         return self.replace_expression(written, _quantity_text(value, unit))
