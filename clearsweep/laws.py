@@ -152,7 +152,9 @@ class Law(NamedTuple):
 
 def __getattr__(name: str) -> NoReturn:
     """Raise AttributeError for a kind of laws that does not exist."""
-    raise AttributeError(f"clearsweep.laws has no '{name}'{did_you_mean(name, KINDS)}; kinds: {', '.join(KINDS)}")
+    raise AttributeError(
+        f"module '{__name__}' has no kind '{name}'{did_you_mean(name, KINDS)}; kinds: {', '.join(KINDS)}"
+    )
 
 
 _RECORDS: contextvars.ContextVar[list[Law] | None] = contextvars.ContextVar("_RECORDS", default=None)

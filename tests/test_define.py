@@ -149,7 +149,8 @@ def test_what_cannot_vary_with_a_name_is_refused(problems_in):
     )
     problems = problems_in(text + "limits: {rod_slider_force_peak: = n * '1 kN'}\n")
     assert any(
-        ("depends on define.n, which varies; only mechanism, drive, loads and joints may depend on it") in problem
+        ("depends on define.n, which varies; only mechanism, drive, loads, joints and figures may depend on it")
+        in problem
         for problem in problems
     )
     text = text.replace("restitution: 0.9", "restitution: 0.9, exponent: = n / 4")

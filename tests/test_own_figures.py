@@ -172,7 +172,7 @@ def test_a_decorated_figure_is_recorded_with_its_unit_and_has_no_function_of_c()
 
 
 def test_a_kind_that_does_not_exist_is_named_with_the_kinds_that_do():
-    with pytest.raises(AttributeError, match=r"has no 'profile'; kinds: elastic, contact, .*figure"):
+    with pytest.raises(AttributeError, match=r"has no kind 'profile'; kinds: elastic, contact, .*figure"):
         laws.profile  # noqa: B018
 
 
