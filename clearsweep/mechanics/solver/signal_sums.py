@@ -2,10 +2,11 @@
 
 Time integrals of the signals, with powers up to the fourth and with e^(i w t), are quadratures at the stages, which are
 exact for polynomials of degree 14.  For the spectra the quadrature terms are collected in bins, with the moments of
-their places in the bin: with p moments, and w times half the width of a bin at most 1/2, the relative error is below
-(1/2)^p / p!, 1e-7 for the p here.
+their places in the bin.  In a bin, e^(i w t) is its interpolant at Chebyshev points: with p moments, and w times half
+the width of a bin at most 1, the relative error is about 2 (1/2)^p / p!, 2e-7 for the p here.
 """
 
+import functools
 import math
 
 import numpy as np
@@ -13,16 +14,30 @@ import numpy as np
 from ...tracing.compiled.choosing import lane_range, rolled_range, total_of
 from ...tracing.compiled.family import Routine, kernel, shaped
 from ...tracing.fields import Fields
-from ..observe import ANGLE, END, STAGES, START, TIME
+from ..observe import ANGLE, END, NODE_FRACTIONS, STAGES, START, TIME
 from .collocation import WEIGHTS
 from .slow_sums import DURATION, FREE, SIGNALS
 
 POWERS = 4  # of the signals
 BIN_MOMENTS = 8
-BINS_PER_LINE = 2.0 * math.pi  # so that w times half the width of a bin is at most 1/2
+BINS_PER_LINE = math.pi  # so that w times half the width of a bin is at most 1
 NODE_COUNT = START + 1  # of a recorded step: stages, then its start
+FRACTIONS = np.append(NODE_FRACTIONS[1:], 0.0)  # of the step, of these nodes
+FINE_POINTS = np.arange(1, 4 * STAGES + 1) / (4 * STAGES)  # of the step, where extremes are searched
 EXCESS = 0.12  # of the range of a signal at the nodes of a step, by which it may be larger between them
 FORCES_AT = 2  # place of the forces on the frame among the columns with sums
+
+#: From values at the nodes to the coefficients, highest first, of their polynomial over -1 to 1 in the step.
+COEFFICIENTS = np.linalg.inv(np.vander(2.0 * FRACTIONS - 1.0, NODE_COUNT)).T
+
+
+def values_at(points: np.ndarray) -> np.ndarray:
+    """Return the matrix (nodes, points) from values at the nodes to those of their polynomial at fractions `points`."""
+    matrix: np.ndarray = COEFFICIENTS @ np.vander(2.0 * points - 1.0, NODE_COUNT).T
+    return matrix
+
+
+TO_FINE_POINTS = np.ascontiguousarray(values_at(FINE_POINTS))
 
 
 class Sizes(Fields):
@@ -36,22 +51,21 @@ class Sizes(Fields):
     start_time: float  # s
     time_scale: float  # bins per s
     angle_scale: float  # bins per rad
-    candidates: float  # extremes that may be larger between the nodes
 
 
-def _add(rows, settings, choices, sums, bounds, candidates, scratch, time_bins, angle_bins, count):
+def _add(rows, settings, choices, sums, bounds, peaks, scratch, time_bins, angle_bins, count):
     """Add recorded steps to sums, bounds and bins; arrays are bare pointers.
 
     rows : (count, width, NODE_COUNT); choices : columns with sums, then those with spectra; sums : (width, POWERS,
-    STAGES), of each stage; bounds : (width, 2) largest value of a signal and of its negative; candidates : (2 count
-    summed, 2) number of step, column and sign, and how large the signal may be there; scratch : (BIN_MOMENTS, STAGES);
-    time_bins, angle_bins : (signals, bins, BIN_MOMENTS)
+    STAGES), of each stage; bounds : (width, 2) largest value of a signal and of its negative at FINE_POINTS; peaks :
+    (width, 2, NODE_COUNT) the steps that contain them; scratch : (BIN_MOMENTS, STAGES); time_bins, angle_bins :
+    (signals, bins, BIN_MOMENTS)
     """
     settings = Sizes(shaped(settings, (Sizes.SIZE,)))
     width, summed_count, spectral_count = int(settings.width), int(settings.summed), int(settings.spectral)
     rows, sums = shaped(rows, (count, width, NODE_COUNT)), shaped(sums, (width, POWERS, STAGES))
     choices, bounds = shaped(choices, (summed_count + spectral_count,)), shaped(bounds, (width, 2))
-    candidates, scratch = shaped(candidates, (2 * count * summed_count, 2)), shaped(scratch, (BIN_MOMENTS, STAGES))
+    peaks, scratch = shaped(peaks, (width, 2, NODE_COUNT)), shaped(scratch, (BIN_MOMENTS, STAGES))
     for i in rolled_range(count):
         for k in rolled_range(summed_count):
             c = choices[k]
@@ -64,20 +78,7 @@ def _add(rows, settings, choices, sums, bounds, candidates, scratch, time_bins, 
                 sums[c, 1, m] += square
                 sums[c, 2, m] += cube
                 sums[c, 3, m] += cube * value
-            low = high = rows[i, c, START]
-            for m in range(STAGES):
-                low, high = min(low, rows[i, c, m]), max(high, rows[i, c, m])
-            excess = EXCESS * (high - low)
-            if high + excess > bounds[c, 0]:
-                candidates[int(settings.candidates), 0] = float((i * width + c) * 2)
-                candidates[int(settings.candidates), 1] = high + excess
-                settings.candidates += 1.0
-                bounds[c, 0] = max(bounds[c, 0], high)
-            if excess - low > bounds[c, 1]:
-                candidates[int(settings.candidates), 0] = float((i * width + c) * 2 + 1)
-                candidates[int(settings.candidates), 1] = excess - low
-                settings.candidates += 1.0
-                bounds[c, 1] = max(bounds[c, 1], -low)
+            _update_extremes(rows[i, c], bounds[c], peaks[c], scratch)
         if spectral_count > 0:
             _collect(
                 (rows[i], SIGNALS + TIME, DURATION, scratch),
@@ -92,6 +93,36 @@ def _add(rows, settings, choices, sums, bounds, candidates, scratch, time_bins, 
                 (choices, FORCES_AT, 2),
                 shaped(angle_bins, (2, int(settings.angle_bins), BIN_MOMENTS)),
             )
+
+
+@kernel
+def _update_extremes(values, bounds, peaks, scratch):
+    """Update the extremes of a signal by its `values` at the nodes of a step, and between them if they may be larger.
+
+    bounds : (2,); peaks : (2, NODE_COUNT); see `_add`
+    """
+    low = high = values[START]
+    for m in range(STAGES):
+        low, high = min(low, values[m]), max(high, values[m])
+    excess = EXCESS * (high - low)
+    if high + excess > bounds[0] or excess - low > bounds[1]:
+        for part in range(FINE_POINTS.size // STAGES):
+            for i in lane_range(STAGES):
+                total = 0.0
+                for m in range(NODE_COUNT):
+                    total += TO_FINE_POINTS[m, part * STAGES + i] * values[m]
+                scratch[part, i] = total
+        for part in range(FINE_POINTS.size // STAGES):
+            for i in rolled_range(STAGES):
+                low, high = min(low, scratch[part, i]), max(high, scratch[part, i])
+        if high > bounds[0]:
+            bounds[0] = high
+            for m in range(NODE_COUNT):
+                peaks[0, m] = values[m]
+        if -low > bounds[1]:
+            bounds[1] = -low
+            for m in range(NODE_COUNT):
+                peaks[1, m] = -values[m]
 
 
 @kernel
@@ -138,11 +169,18 @@ def spectrum(bins: np.ndarray, lines: int) -> np.ndarray:
 
     bins : (signals, bins, BIN_MOMENTS); the phase is that of a time half a bin earlier.  Shape (signals, lines + 1).
     """
-    count = bins.shape[1]
     transforms = np.fft.rfft(bins, axis=1)[:, : lines + 1]
-    rotation = -2j * math.pi / count * np.arange(transforms.shape[1])
-    total, factor = transforms[..., 0].copy(), np.ones(rotation.size, dtype=complex)
-    for p in range(1, BIN_MOMENTS):
-        factor = factor * rotation / p
-        total += factor * transforms[..., p]
+    total: np.ndarray = np.einsum("slp,lp->sl", transforms, _weights(bins.shape[1], lines))
     return total
+
+
+@functools.lru_cache(maxsize=16)  # the cases of a sweep share it
+def _weights(count: int, lines: int) -> np.ndarray:
+    """Return the weight (lines + 1, BIN_MOMENTS) of each moment of a bin in each line, for `count` bins.
+
+    They are the coefficients of the polynomial that is e^(-i w t) at Chebyshev points of the bin.
+    """
+    points = 0.5 * np.cos(math.pi * (np.arange(BIN_MOMENTS) + 0.5) / BIN_MOMENTS)  # of the width of the bin
+    waves = np.exp(-2j * math.pi / count * np.outer(np.arange(lines + 1), points))
+    weights: np.ndarray = np.linalg.solve(np.vander(points, increasing=True), waves.T).T
+    return weights

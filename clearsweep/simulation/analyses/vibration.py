@@ -42,7 +42,8 @@ def vibration_figures(scene: Scene, signals: Signals) -> dict[str, Any]:
         columns = tuple(range(first, first + axes_of(place, scene.mechanism)))
         values |= _place_figures(scene, signals, place.name.replace("-", "_"), spectrum, columns)
         spectrum += len(columns)
-    return {name: value for name, value in values.items() if name in scene.layout.units}
+    names = {column.name for column in scene.layout.columns}
+    return {name: value for name, value in values.items() if name in names}
 
 
 def _frame_figures(scene: Scene, signals: Signals) -> Iterator[tuple[str, float]]:

@@ -18,7 +18,6 @@ from ...mechanics.observe import (
     FORCE_X,
     FORCE_Y,
     MOMENT,
-    NODE_FRACTIONS,
     PLACE_WIDTH,
     PLACES,
     STAGES,
@@ -29,11 +28,16 @@ from ...mechanics.observe import (
 from ...mechanics.solver.signal_sums import (
     BIN_MOMENTS,
     BINS_PER_LINE,
+    COEFFICIENTS,
+    FINE_POINTS,
+    FRACTIONS,
     NODE_COUNT,
     POWERS,
+    TO_FINE_POINTS,
     Sizes,
     add_steps,
     spectrum,
+    values_at,
 )
 from ...mechanics.solver.slow_sums import DISSIPATED, DRIVE_POWER, DRIVE_TORQUE, DURATION, FREE, SIGNALS
 from ..machine.shaking import transfer
@@ -43,23 +47,11 @@ CAPACITY = 2048  # steps that are recorded before the loop pauses
 MAX_TURNS = 64  # of a stretch of the window with a spectrum of its own
 BIN_BLOCK = 128  # the number of bins is a multiple of it, for fast transforms
 MAX_LINES = 1 << 14  # of such a spectrum
-FRACTIONS = np.append(NODE_FRACTIONS[1:], 0.0)  # of the step, of these nodes
-FINE_POINTS = np.linspace(0.0, 1.0, 33)
 SAME_TIME = 1e-9  # of a revolution: closer ends of a step and of a stretch are the same
-
-
-def _values_at(points: np.ndarray) -> np.ndarray:
-    """Return the matrix (nodes, points) from values at the nodes to those of their polynomial at fractions `points`."""
-    matrix: np.ndarray = COEFFICIENTS @ np.vander(2.0 * points - 1.0, NODE_COUNT).T
-    return matrix
-
-
-COEFFICIENTS = np.linalg.inv(np.vander(2.0 * FRACTIONS - 1.0, NODE_COUNT)).T
 #: From values at the nodes to derivatives of their polynomial there by the fraction of the step.
 TO_SLOPES = COEFFICIENTS[:, :-1] @ (
     2.0 * np.arange(NODE_COUNT - 1, 0, -1)[:, None] * np.vander(2.0 * FRACTIONS - 1.0, NODE_COUNT - 1).T
 )
-TO_FINE_POINTS = _values_at(FINE_POINTS)
 
 
 class _Layout(NamedTuple):
@@ -164,10 +156,12 @@ class Signals:
             if index == len(rows):
                 self._add(rows)
                 return
-            first, second = _split(rows[index], column, end, tolerance)
-            self._add(np.concatenate([rows[:index], first]))
+            before, after = _split(rows[index], column, end, tolerance)
+            self._add(rows[:index])
+            self._add(before)
             self._finish_stretch()
-            rows = np.concatenate([second, rows[index + 1 :]])
+            rows = rows[index + 1 - len(after) :]
+            rows[: len(after)] = after
 
     def _turns_at(self, value: float) -> float:
         """Return the revolutions after which the clock shows a value, at which the window begins."""
@@ -207,41 +201,24 @@ class Signals:
                     self.start_time,
                     self.time_bins.shape[1] / self.period,
                     self.angle_bins.shape[1] / (2.0 * math.pi),
-                    0.0,
                 ]
             )
         )
-        rows, candidates = np.ascontiguousarray(rows), np.empty((2 * count * len(summed), 2))
-        arrays = (rows, settings.numbers, self.choices, self.sums, self.bounds, candidates, self.scratch)
+        rows = np.ascontiguousarray(rows)
+        arrays = (rows, settings.numbers, self.choices, self.sums, self.bounds, self.peaks, self.scratch)
         add_steps((*arrays, self.time_bins, self.angle_bins), count)
         duration = float(rows[-1, SIGNALS + TIME, END] - rows[0, SIGNALS + TIME, START])
         self.time, self.stretch_time = self.time + duration, self.stretch_time + duration
-        self._search_extremes(rows, candidates[: int(settings.candidates)])
-
-    def _search_extremes(self, rows: np.ndarray, candidates: np.ndarray) -> None:
-        """Update the extremes of the signals between the nodes of `candidates`, see `signal_sums`."""
-        places, negative = np.divmod(candidates[:, 0].astype(np.int64), 2)
-        steps, columns = np.divmod(places, self.layout.width)
-        possible = np.flatnonzero(candidates[:, 1] > self.bounds[columns, negative])
-        steps, columns, negative = steps[possible], columns[possible], negative[possible]
-        values = np.where(negative == 1, -1.0, 1.0)[:, None] * rows[steps, columns]
-        found = (values @ TO_FINE_POINTS).max(axis=1, initial=-math.inf)
-        order = np.lexsort((found, negative, columns))
-        is_last = np.append(np.diff(2 * columns[order] + negative[order]) != 0, True)[: len(order)]
-        for k in order[is_last]:  # the highest of each signal and sign
-            signal = columns[k], negative[k]
-            if found[k] > self.bounds[signal] or not self.peaks[signal].any():
-                self.bounds[signal], self.peaks[signal] = max(found[k], self.bounds[signal]), values[k]
 
     def refine_extremes(self) -> None:
         """Replace the extremes of the signals by those of the polynomials over the steps that contain them."""
-        coefficients = self.peaks @ COEFFICIENTS
-        centre = FINE_POINTS[np.argmax(self.peaks @ TO_FINE_POINTS, axis=-1)]
-        near = 2.0 * np.clip(centre[..., None] + FINE_POINTS[1] * np.linspace(-1.0, 1.0, 257), 0.0, 1.0) - 1.0
-        total = np.zeros(near.shape)
+        chosen, peaks = self.layout.summed, self.peaks[self.layout.summed]
+        centre = FINE_POINTS[np.argmax(peaks @ TO_FINE_POINTS, axis=-1)]
+        near = 2.0 * np.clip(centre[..., None] + FINE_POINTS[0] * np.linspace(-1.0, 1.0, 129), 0.0, 1.0) - 1.0
+        total, coefficients = np.zeros(near.shape), peaks @ COEFFICIENTS
         for power in range(NODE_COUNT):
             total = total * near + coefficients[..., power, None]
-        self.bounds = np.where(self.peaks.any(axis=-1), np.maximum(self.bounds, total.max(axis=-1)), self.bounds)
+        self.bounds[chosen] = np.maximum(self.bounds[chosen], total.max(axis=-1))
 
     def _finish_stretch(self) -> None:
         """Add the spectra of a finished stretch."""
@@ -311,11 +288,11 @@ def _split(row: np.ndarray, column: int, end: float, tolerance: float) -> tuple[
     low, high = 0.0, 1.0
     for _ in range(60):
         middle = 0.5 * (low + high)
-        is_before = float(row[column] @ _values_at(np.array([middle]))[:, 0]) < end
+        is_before = float(row[column] @ values_at(np.array([middle]))[:, 0]) < end
         low, high = (middle, high) if is_before else (low, middle)
     parts = []
     for begin, length in ((0.0, low), (low, 1.0 - low)):
-        part = row @ _values_at(begin + length * FRACTIONS)
+        part = row @ values_at(begin + length * FRACTIONS)
         part[[DURATION, FREE]] *= length
         parts.append(part[None])
     return parts[0], parts[1]
