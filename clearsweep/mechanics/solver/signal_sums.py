@@ -14,9 +14,9 @@ import numpy as np
 from ...tracing.compiled.choosing import lane_range, rolled_range, total_of
 from ...tracing.compiled.family import Routine, kernel, shaped
 from ...tracing.fields import Fields
-from ..observe import ANGLE, END, NODE_FRACTIONS, STAGES, START, TIME
+from ..observe import END, NODE_FRACTIONS, STAGES, START, TIME
 from .collocation import WEIGHTS
-from .slow_sums import DURATION, FREE, SIGNALS
+from .slow_sums import DURATION, SIGNALS
 
 POWERS = 4  # of the signals
 BIN_MOMENTS = 8
@@ -50,7 +50,9 @@ class Sizes(Fields):
     angle_bins: float
     start_time: float  # s
     time_scale: float  # bins per s
-    angle_scale: float  # bins per rad
+    angle: float  # column that is proportional to the crank angle
+    turning: float  # column of its derivative by the fraction of the step
+    angle_scale: float  # bins per unit of the former
 
 
 def _add(rows, settings, choices, sums, bounds, peaks, scratch, time_bins, angle_bins, count):
@@ -88,7 +90,7 @@ def _add(rows, settings, choices, sums, bounds, peaks, scratch, time_bins, angle
             )
         if settings.angle_bins > 0.0:
             _collect(
-                (rows[i], SIGNALS + ANGLE, FREE, scratch),
+                (rows[i], int(settings.angle), int(settings.turning), scratch),
                 (0.0, settings.angle_scale),
                 (choices, FORCES_AT, 2),
                 shaped(angle_bins, (2, int(settings.angle_bins), BIN_MOMENTS)),
@@ -180,7 +182,9 @@ def _weights(count: int, lines: int) -> np.ndarray:
 
     They are the coefficients of the polynomial that is e^(-i w t) at Chebyshev points of the bin.
     """
-    points = 0.5 * np.cos(math.pi * (np.arange(BIN_MOMENTS) + 0.5) / BIN_MOMENTS)  # of the width of the bin
-    waves = np.exp(-2j * math.pi / count * np.outer(np.arange(lines + 1), points))
-    weights: np.ndarray = np.linalg.solve(np.vander(points, increasing=True), waves.T).T
+    points = 0.5 * np.cos(math.pi * np.arange(1, BIN_MOMENTS, 2) / (2 * BIN_MOMENTS))  # of the width; or negative
+    phases = 2.0 * math.pi / count * np.outer(np.arange(lines + 1), points)
+    to_weights = np.linalg.inv(np.vander(points**2, increasing=True)).T
+    weights = np.empty((lines + 1, BIN_MOMENTS), dtype=complex)
+    weights[:, 0::2], weights[:, 1::2] = np.cos(phases) @ to_weights, -1j * (np.sin(phases) / points @ to_weights)
     return weights

@@ -20,17 +20,25 @@ from ...mechanics.machines.observed import axes_of, point_of, unreacted_loads
 from .ideal import SAMPLES_PER_TURN, knots_of_loads, largest, machine_of, mechanism_of, turn_range_of
 
 FX, FY, SQUARE, MOMENT = range(4)
+SAME = 1e-9  # relative difference of frequencies that are the same
 _FIGURES = ("frame_force_x_peak", "frame_force_y_peak", "frame_force_peak", "frame_moment_peak")
 
 
-def transfer(frame: Frame, axis: int, rates: np.ndarray) -> np.ndarray:
-    """Return velocity over force (m/(N s)) of a frame on its mount along x (0) or y (1) at `rates` (rad/s)."""
+@functools.lru_cache(maxsize=16)  # the cases of a sweep share it
+def responses(frame: Frame, spacing: float, count: int) -> np.ndarray:
+    """Return velocity over force (m/(N s)) of a frame on its mount, (2, count): along x and y at lines (rad/s)."""
     assert frame.mass is not None
-    stiffness = frame.mount.stiffness[axis] if frame.mount else 0.0
-    damping = 2.0 * frame.mount.damping * math.sqrt(stiffness * frame.mass) if frame.mount else 0.0
+    rates = spacing * np.arange(count)
+    stiffness = np.array(frame.mount.stiffness if frame.mount else (0.0, 0.0))[:, None]
+    damping = 2.0 * frame.mount.damping * np.sqrt(stiffness * frame.mass) if frame.mount else 0.0
     impedance = 1j * (frame.mass * rates**2 - stiffness) + rates * damping
-    response: np.ndarray = np.divide(rates, impedance, out=np.zeros(rates.size, dtype=complex), where=rates > 0.0)
+    response: np.ndarray = np.divide(rates, impedance, out=np.zeros((2, count), dtype=complex), where=rates > 0.0)
     return response
+
+
+def lines_in(band: tuple[float, float], spacing: float) -> slice:
+    """Return which lines, multiples of `spacing` (rad/s), are in a band (rad/s), its ends included."""
+    return slice(math.ceil(band[0] / spacing * (1.0 - SAME)), math.floor(band[1] / spacing * (1.0 + SAME)) + 1)
 
 
 class _Spot(NamedTuple):
@@ -53,15 +61,14 @@ class IdealShaking(NamedTuple):
 
     def velocities(self, vibration: Vibration) -> dict[str, float | None]:
         """Return the largest velocity (m/s, rms) of each place along x or y in the band, None if there is no period."""
+        if not self.rate:
+            return dict.fromkeys(self.places if vibration.frame.mass is None else ["frame", *self.places])
         spectra = dict(self.places)
-        rates = self.rate * np.arange(self.forces.shape[1])
         if vibration.frame.mass is not None:
-            responses = [np.abs(transfer(vibration.frame, axis, rates)) for axis in range(2)]
-            spectra["frame"] = self.forces * np.array(responses)
-        low, high = vibration.band
-        in_band = (rates >= low * (1.0 - 1e-9)) & (rates <= high * (1.0 + 1e-9))
+            spectra["frame"] = self.forces * np.abs(responses(vibration.frame, self.rate, self.forces.shape[1]))
+        band = lines_in(vibration.band, self.rate)
         return {
-            name: math.sqrt(0.5 * float((amplitudes[:, in_band] ** 2).sum(axis=1).max())) if self.rate else None
+            name: math.sqrt(0.5 * float((amplitudes[:, band] ** 2).sum(axis=1).max()))
             for name, amplitudes in spectra.items()
         }
 

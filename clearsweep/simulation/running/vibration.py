@@ -40,13 +40,14 @@ from ...mechanics.solver.signal_sums import (
     values_at,
 )
 from ...mechanics.solver.slow_sums import DISSIPATED, DRIVE_POWER, DRIVE_TORQUE, DURATION, FREE, SIGNALS
-from ..machine.shaking import transfer
+from ..machine.shaking import lines_in, responses
 from ..setup.scene import Scene, ScheduledClock
 
 CAPACITY = 2048  # steps that are recorded before the loop pauses
 MAX_TURNS = 64  # of a stretch of the window with a spectrum of its own
 BIN_BLOCK = 128  # the number of bins is a multiple of it, for fast transforms
 MAX_LINES = 1 << 14  # of such a spectrum
+ZOOM_POINTS = FINE_POINTS[0] * np.linspace(-1.0, 1.0, 129)  # about the largest of these
 SAME_TIME = 1e-9  # of a revolution: closer ends of a step and of a stretch are the same
 #: From values at the nodes to derivatives of their polynomial there by the fraction of the step.
 TO_SLOPES = COEFFICIENTS[:, :-1] @ (
@@ -76,16 +77,6 @@ def _layout_of(scene: Scene) -> _Layout:
     return _Layout(SIGNALS + signal_count(shaking), np.array(summed), np.array(spectral, dtype=np.int64))
 
 
-class Spectra(NamedTuple):
-    """Spectra of the signals over the window: means over its stretches of whole turns."""
-
-    turns: float  # whole revolutions in a stretch
-    resolution: float  # rad/s, between lines
-    squares: np.ndarray  # (signals, lines + 1) m^2/s^2, square of the amplitude of the velocity in each line
-    orders: np.ndarray  # (2, orders + 1) amplitude of the force along x and y over the crank angle, N
-    envelopes: np.ndarray  # (signals, orders + 1) amplitude of the envelope of the acceleration, m/s^2
-
-
 class Signals:
     """The recorded signals of a run, summed up."""
 
@@ -96,6 +87,7 @@ class Signals:
         self.choices = np.concatenate([self.layout.summed, self.layout.spectral])
         self.sums, self.scratch = np.zeros((self.layout.width, POWERS, STAGES)), np.zeros((BIN_MOMENTS, STAGES))
         self.bounds = np.zeros((self.layout.width, 2))  # largest value of each signal, and of its negative
+        self.means = np.zeros((self.layout.width, POWERS))  # of each signal and of its powers
         self.peaks = np.zeros((self.layout.width, 2, NODE_COUNT))  # the steps that contain them
         self.orders = scene.case.outline.vibration.orders if scene.case.outline.vibration else 0
         self.angle_bins = np.zeros((2, math.ceil(BINS_PER_LINE * self.orders), BIN_MOMENTS))
@@ -112,10 +104,11 @@ class Signals:
         self.turns = max(min(window_turns, MAX_TURNS, math.floor(MAX_LINES / highest_order)), 1)
         self.period = self.turns * 2.0 * math.pi / self.rate  # s, of the lines
         self.lines = math.ceil(self.turns * highest_order * (1.0 + SAME_TIME))
-        rates = 2.0 * math.pi / self.period * np.arange(self.lines + 1)
-        self.responses = np.ones((len(self.layout.spectral), self.lines + 1), dtype=complex)
-        if vibration.frame.mass is not None:
-            self.responses[:2] = [transfer(vibration.frame, axis, rates) for axis in range(2)]
+        self.resolution = 2.0 * math.pi / self.period
+        self.band = lines_in(vibration.band, self.resolution)
+        clock = scene.crank_clock
+        self.is_steady = not clock.free and not isinstance(clock, ScheduledClock)
+        self.angle_unit = self.rate if self.is_steady else 1.0  # rad, of the column that is proportional to the angle
         bin_count = BIN_BLOCK * math.ceil(BINS_PER_LINE * self.lines / BIN_BLOCK)
         if self.time_bins.shape[1] != bin_count:
             self.time_bins = np.zeros((len(self.layout.spectral), bin_count, BIN_MOMENTS))
@@ -128,9 +121,10 @@ class Signals:
         self.peaks.fill(0.0)
         self.time, self.stretches = 0.0, 0  # s of all recorded steps; finished stretches
         self.begin_turns = math.nan  # revolutions before the window
-        self.squares = np.zeros((len(self.layout.spectral), self.lines + 1))
-        self.order_sums = np.zeros((2, self.orders + 1), dtype=complex)
-        self.envelopes = np.zeros((len(self.layout.spectral), self.orders + 1))
+        spectra = len(self.layout.spectral)
+        self.squares = np.zeros((spectra, self.lines + 1))  # m^2/s^2, of the amplitude of the velocity in each line
+        self.order_sums = np.zeros((2, self.orders + 1), dtype=complex)  # N, of the force along x and y
+        self.envelopes = np.zeros((spectra, self.orders + 1))  # m/s^2, amplitude of that of the acceleration
         self._clear_stretch()
 
     def _clear_stretch(self) -> None:
@@ -144,7 +138,7 @@ class Signals:
         if not count:
             return
         rows, clock = self.recording[:count], self.scene.crank_clock
-        if self.orders:
+        if self.orders and not self.is_steady:
             self._put_angles(rows)
         column = SIGNALS + (ANGLE if clock.free else TIME)
         if math.isnan(self.begin_turns):
@@ -173,12 +167,9 @@ class Signals:
 
     def _put_angles(self, rows: np.ndarray) -> None:
         """Put the crank angle (rad) and its derivative by the fraction of the step into recorded rows."""
-        if self.scene.crank_clock.free:
-            rows[:, FREE] = rows[:, SIGNALS + ANGLE] @ TO_SLOPES
-            return
         clock, time = self.scene.crank_clock, rows[:, SIGNALS + TIME]
-        if not isinstance(clock, ScheduledClock):
-            rows[:, SIGNALS + ANGLE], rows[:, FREE] = self.rate * time, self.rate * rows[:, DURATION]
+        if clock.free:
+            rows[:, FREE] = rows[:, SIGNALS + ANGLE] @ TO_SLOPES
             return
         row = np.clip(np.searchsorted(clock.times, time, side="right") - 1, 0, len(clock.times) - 1)
         elapsed, speed = time - clock.times[row], np.interp(time, clock.times, clock.speeds)
@@ -189,7 +180,8 @@ class Signals:
         """Add steps of the present stretch."""
         if not len(rows):
             return
-        count, (width, summed, spectral) = len(rows), self.layout
+        width, summed, spectral = self.layout
+        angle, turning = (SIGNALS + TIME, DURATION) if self.is_steady else (SIGNALS + ANGLE, FREE)
         settings = Sizes(
             np.array(
                 [
@@ -200,33 +192,31 @@ class Signals:
                     self.angle_bins.shape[1],
                     self.start_time,
                     self.time_bins.shape[1] / self.period,
-                    self.angle_bins.shape[1] / (2.0 * math.pi),
+                    angle,
+                    turning,
+                    self.angle_unit * self.angle_bins.shape[1] / (2.0 * math.pi),
                 ]
             )
         )
         rows = np.ascontiguousarray(rows)
         arrays = (rows, settings.numbers, self.choices, self.sums, self.bounds, self.peaks, self.scratch)
-        add_steps((*arrays, self.time_bins, self.angle_bins), count)
+        add_steps((*arrays, self.time_bins, self.angle_bins), len(rows))
         duration = float(rows[-1, SIGNALS + TIME, END] - rows[0, SIGNALS + TIME, START])
         self.time, self.stretch_time = self.time + duration, self.stretch_time + duration
 
-    def refine_extremes(self) -> None:
-        """Replace the extremes of the signals by those of the polynomials over the steps that contain them."""
-        chosen, peaks = self.layout.summed, self.peaks[self.layout.summed]
-        centre = FINE_POINTS[np.argmax(peaks @ TO_FINE_POINTS, axis=-1)]
-        near = 2.0 * np.clip(centre[..., None] + FINE_POINTS[0] * np.linspace(-1.0, 1.0, 129), 0.0, 1.0) - 1.0
-        total, coefficients = np.zeros(near.shape), peaks @ COEFFICIENTS
-        for power in range(NODE_COUNT):
-            total = total * near + coefficients[..., power, None]
-        self.bounds[chosen] = np.maximum(self.bounds[chosen], total.max(axis=-1))
-
     def _finish_stretch(self) -> None:
         """Add the spectra of a finished stretch."""
-        transforms = 2.0 / self.stretch_time * self.responses * spectrum(self.time_bins, self.lines)
-        self.squares += np.abs(transforms) ** 2 * (self.stretch_time / self.period)
+        vibration = self.scene.case.vibration
+        assert vibration is not None
+        if len(self.time_bins):
+            transforms = 2.0 / self.stretch_time * spectrum(self.time_bins, self.lines)
+            if vibration.frame.mass is not None:
+                transforms[:2] *= responses(vibration.frame, self.resolution, self.lines + 1)
+            self.squares += np.abs(transforms) ** 2 * (self.stretch_time / self.period)
+            if self.orders:
+                self.envelopes += self._envelopes(transforms)
         if self.orders:
-            self.order_sums += spectrum(self.angle_bins, self.orders) / (math.pi * self.turns)
-            self.envelopes += self._envelopes(transforms)
+            self.order_sums += spectrum(self.angle_bins, self.orders) * (self.angle_unit / (math.pi * self.turns))
         self.stretches += 1
         self._clear_stretch()
 
@@ -236,47 +226,28 @@ class Signals:
         The envelope is the magnitude of the analytic signal; its lines are those of the crank's orders.
         """
         size = 1 << math.ceil(math.log2(4 * (max(self.lines, self.orders * self.turns) + 1)))
-        rates = 2.0 * math.pi / self.period * np.arange(self.lines + 1)
         analytic = np.zeros((len(transforms), size), dtype=complex)
-        analytic[:, : self.lines + 1] = np.where(self.in_band(), 1j * rates * transforms, 0.0)
+        analytic[:, self.band] = 1j * self.rates_in_band() * transforms[:, self.band]
         envelope = np.abs(np.fft.ifft(analytic, axis=1)) * size
         amplitudes = 2.0 / size * np.abs(np.fft.rfft(envelope, axis=1))
         return amplitudes[:, : self.orders * self.turns + 1 : self.turns]
 
-    def in_band(self) -> np.ndarray:
-        """Return which lines are in the band, its ends included."""
-        assert self.scene.case.vibration is not None
-        low, high = self.scene.case.vibration.band
-        rates = 2.0 * math.pi / self.period * np.arange(self.lines + 1)
-        return (rates >= low * (1.0 - SAME_TIME)) & (rates <= high * (1.0 + SAME_TIME))
+    def rates_in_band(self) -> np.ndarray:
+        """Return the lines (rad/s) in the band."""
+        return self.resolution * np.arange(self.band.start, self.band.stop)
 
-    def spectra(self) -> Spectra:
-        """Return the spectra over all finished stretches."""
-        count = max(self.stretches, 1)
-        return Spectra(
-            float(self.turns),
-            2.0 * math.pi / self.period,
-            self.squares / count,
-            np.abs(self.order_sums) / count,
-            self.envelopes / count,
-        )
-
-    def largest(self, column: int) -> float:
-        """Return the largest value of a signal."""
-        return float(self.bounds[column, 0])
-
-    def smallest(self, column: int) -> float:
-        """Return the smallest value of a signal."""
-        return -float(self.bounds[column, 1])
-
-    def size(self, column: int) -> float:
-        """Return the largest size of a signal."""
-        return float(self.bounds[column].max())
-
-    def moments(self, column: int) -> np.ndarray:
-        """Return the means (POWERS,) of a signal and of its powers over the window."""
-        means: np.ndarray = self.sums[column].sum(axis=1) / self.time
-        return means
+    def conclude(self) -> None:
+        """Take means over the window, and extremes of the polynomials over the steps that contain them."""
+        count, chosen, peaks = max(self.stretches, 1), self.layout.summed, self.peaks[self.layout.summed]
+        self.squares, self.envelopes = self.squares / count, self.envelopes / count
+        self.order_amplitudes = np.abs(self.order_sums) / count
+        self.means = self.sums.sum(axis=2) / self.time
+        centre = FINE_POINTS[np.argmax(peaks @ TO_FINE_POINTS, axis=-1)]
+        near = 2.0 * np.clip(centre[..., None] + ZOOM_POINTS, 0.0, 1.0) - 1.0
+        total, coefficients = np.zeros(near.shape), peaks @ COEFFICIENTS
+        for power in range(NODE_COUNT):
+            total = total * near + coefficients[..., power, None]
+        self.bounds[chosen] = np.maximum(self.bounds[chosen], total.max(axis=-1))
 
 
 def _split(row: np.ndarray, column: int, end: float, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
