@@ -270,6 +270,25 @@ def test_the_power_of_impacts_is_the_work_of_the_normal_force_on_the_contact(fig
     assert figures["impact_power"] == pytest.approx(lost / signals.period, rel=2e-3)
 
 
+def test_the_motion_of_the_frame_that_does_not_act_back_is_a_remark(scene, figures):
+    message = clearsweep.simulate(scene).message
+    assert f"frame-feedback: the frame moves at {1e3 * figures['frame_velocity_rms']:.3g} mm/s" in message
+
+
+def test_a_frame_without_mass_has_the_signature_of_its_force(figures, signals):
+    grid = copy.deepcopy(GRID)
+    grid["vibration"]["at"]["frame"] = {}
+    found = clearsweep.simulate(clearsweep.load_case(grid))
+    assert "frame-feedback" not in found.message
+    assert not {"frame_velocity_rms", "frame_zone", "frame_band_energy"} & found.summary.keys()
+    for name in ("frame_kurtosis", "frame_crest", "frame_skewness"):
+        assert found.summary[name] == figures[name]
+    force = max(signals.force, key=np.std)
+    deviation = force - force.mean()
+    assert figures["frame_kurtosis"] == pytest.approx(np.mean(deviation**4) / np.var(force) ** 2, rel=1e-3)
+    assert figures["frame_crest"] == pytest.approx(np.abs(force).max() / math.sqrt(np.mean(force**2)), rel=1e-3)
+
+
 @pytest.mark.slow  # compiles the scene without vibration
 def test_other_figures_do_not_depend_on_vibration(scene, figures):
     alone = copy.deepcopy(GRID)

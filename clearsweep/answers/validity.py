@@ -29,6 +29,7 @@ CRITICAL_TAYLOR = 41.3  # Taylor number above which vortices form at a rotating 
 FRICTION_HEAT, MAX_HEATING, DEFAULT_CONDUCTANCE = "friction-heat: ", 100.0, 1.0  # K, W/K
 FREE_BUSH, MIN_EXPANSION = "free-bush: ", 0.05  # share of the clearance
 COARSE_LINK = "coarse-link: "  # an elastic link has too few segments for an impact at its pin
+FEEDBACK = "frame-feedback: "  # of the motion of a frame on its mount, which is neglected
 BALL_STIFFNESS = "ball-stiffness: "  # a stiffness from the material, for a ball in a socket
 ERROR_CHECK_FAILED = "unchecked: "  # its error check failed
 OWN_FIGURE = "own-figure: "  # a figure of one's own that failed
@@ -171,6 +172,7 @@ _REMARK_TEXTS = {
     FREE_BUSH: "A warm bearing expands freely, as no bush in a housing does",
     COARSE_LINK: "An elastic link has too few segments for its impacts",
     BALL_STIFFNESS: "The stiffness from the material is that of a ball in a socket",
+    FEEDBACK: "The motion of the frame does not act back on the mechanism",
     FILM_UNCERTAIN: "The temperature of a film or a warm joint is uncertain by over a tenth of its rise above ambient",
     IMBALANCE: "The energy residual is larger than the tolerance explains",
     ERROR_CHECK_FAILED: "The error check failed",
@@ -407,6 +409,14 @@ def ball_stiffness_remark(joints: Iterable[str]) -> str:
         "a journal. Peaks of impacts are too low by a factor of 1.3 to 1.7. Use elastic: compatible for a journal"
     )
     return f"{BALL_STIFFNESS}{names} {hint}" if names else ""
+
+
+def feedback_remark(velocity: float | None) -> str:
+    """Return the remark on the velocity (m/s, rms) of a frame as one mass; None: no frame moves."""
+    if velocity is None:
+        return ""
+    motion = f"the frame moves at {1e3 * velocity:.3g} mm/s rms in the band"
+    return f"{FEEDBACK}{motion}; this does not act back on the mechanism"
 
 
 def imbalance_remark(residual: float, tolerance: float, count: float) -> str:

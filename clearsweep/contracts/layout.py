@@ -232,6 +232,7 @@ class Layout(NamedTuple):
 _LISTED = {"joints": JointLayout, "columns": Column, "channels": Column}
 
 
+OF_PLACES = {"moves", "zones", "across"}  # what figures of a place require
 #: Optional computations of a case that figures require.
 REQUESTED_COLUMNS = ("horizon", "error_check", "until", "life", "uncertain")
 
@@ -270,7 +271,7 @@ def columns_of(
         )
         columns += [_column(figure, joint, mechanism) for figure in joint_figures]
     for figure in catalogue.figures:
-        if figure.of == "joint" or not features >= {*figure.needs} - {"zones", "across"}:
+        if figure.of == "joint" or not features >= {*figure.needs} - OF_PLACES:
             continue
         if figure.of == "output" and not mechanism.output:
             continue
@@ -293,14 +294,16 @@ def columns_of(
 def _vibration_columns(figure: Figure, mechanism: Mechanism, vibration: VibrationOutline) -> list[Column]:
     """Return the columns of a figure that each place, or each order of the force on the frame, has."""
     numbers = [str(k) for k in range(1, vibration.orders + 1)] if ORDER in figure.name else [""]
-    places = [
-        place.column
+    features = {
+        place.column: {
+            "moves": place.moves,
+            "zones": vibration.has_zones,
+            "across": not is_along_output(mechanism, place),
+        }
         for place in vibration.places
-        if place.moves and not ("across" in figure.needs and is_along_output(mechanism, place))
-    ]
+    }
+    places = [name for name, known in features.items() if all(known.get(need, True) for need in figure.needs)]
     owners = places if figure.of == "place" else [""]
-    if "zones" in figure.needs and not vibration.has_zones:
-        return []
     words = [{"order": number, "place": owner} for owner in owners for number in numbers]
     return [_column(figure, each["place"], mechanism, each) for each in words]
 
@@ -421,6 +424,7 @@ _REQUIREMENT_TEXTS = {
     "uncertain": "`uncertain`",
     "limited": "the joint that `life` names",
     "vibration": "`vibration`",
+    "moves": "of `frame`: with `mass`",
     "zones": "zones or a severity are given",
     "across": "the place is observed along x and y",
 }

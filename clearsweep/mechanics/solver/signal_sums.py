@@ -172,19 +172,19 @@ def spectrum(bins: np.ndarray, lines: int) -> np.ndarray:
     bins : (signals, bins, BIN_MOMENTS); the phase is that of a time half a bin earlier.  Shape (signals, lines + 1).
     """
     transforms = np.fft.rfft(bins, axis=1)[:, : lines + 1]
-    total: np.ndarray = np.einsum("slp,lp->sl", transforms, _weights(bins.shape[1], lines))
+    total: np.ndarray = np.einsum("slp,lp->sl", transforms, _weights(bins.shape[1])[: lines + 1])
     return total
 
 
 @functools.lru_cache(maxsize=16)  # the cases of a sweep share it
-def _weights(count: int, lines: int) -> np.ndarray:
-    """Return the weight (lines + 1, BIN_MOMENTS) of each moment of a bin in each line, for `count` bins.
+def _weights(count: int) -> np.ndarray:
+    """Return the weight (lines, BIN_MOMENTS) of each moment of a bin in each line that `count` bins resolve.
 
     They are the coefficients of the polynomial that is e^(-i w t) at Chebyshev points of the bin.
     """
     points = 0.5 * np.cos(math.pi * np.arange(1, BIN_MOMENTS, 2) / (2 * BIN_MOMENTS))  # of the width; or negative
-    phases = 2.0 * math.pi / count * np.outer(np.arange(lines + 1), points)
+    phases = 2.0 * math.pi / count * np.outer(np.arange(count // BINS_PER_LINE + 1), points)
     to_weights = np.linalg.inv(np.vander(points**2, increasing=True)).T
-    weights = np.empty((lines + 1, BIN_MOMENTS), dtype=complex)
+    weights = np.empty((len(phases), BIN_MOMENTS), dtype=complex)
     weights[:, 0::2], weights[:, 1::2] = np.cos(phases) @ to_weights, -1j * (np.sin(phases) / points @ to_weights)
     return weights

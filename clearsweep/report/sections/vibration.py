@@ -23,8 +23,8 @@ PEAK = "frame_force_peak"
 VELOCITY = "_velocity_rms"
 NOTE = (
     "The force on the frame is minus the sum of m (a - g) of all bodies; the frame reacts every load unless `reacted: "
-    "false`. A frame with `mass` and `mount` moves as one mass, without feedback on the mechanism. Spectra are those "
-    "of the polynomials over the steps, over whole turns; a picture of a run-up is of its saved samples."
+    "false`. Spectra are those of the polynomials over the steps, over whole turns; a picture of a run-up is of its "
+    "saved samples."
 )
 MIN_ROWS = 3  # of a waterfall
 RUN_UP_ORDERS = 10  # of a waterfall of saved samples
@@ -41,17 +41,17 @@ def vibration_sections(study: Study) -> list[Section]:
     return [Section("vibration", "Vibration", [*blocks, _table(study)])]
 
 
-def _places(study: Study) -> list[str]:
-    """Return the places with a velocity, as in columns."""
-    names = [column.name for column in study.run.layout.columns if column.figure == "velocity_rms"]
-    return [name.removesuffix(VELOCITY) for name in names]
+def _places(study: Study, figure: str = "velocity_rms") -> list[str]:
+    """Return the places with a figure, as in columns."""
+    names = [column.name for column in study.run.layout.columns if column.figure == figure]
+    return [name.removesuffix(f"_{figure}") for name in names]
 
 
 def _table(study: Study) -> Table:
     """Return the figures of vibration of all cases, the largest force first."""
     columns = [*columns_in_table(study, "vibration")]
     columns = [each for each in columns if not each[0].endswith(tuple(_PLACE_COLUMNS))]
-    for place in _places(study):
+    for place in _places(study, "kurtosis"):
         columns += [(f"{place}_{name}", f"{place.replace('_', ' ')} {text}") for name, text in _PLACE_COLUMNS.items()]
     table = case_table(study, "vibration", "Vibration of all cases", columns, PEAK)
     turns, resolution = (float(study.cases[name].median()) for name in ("vibration_turns", "vibration_resolution"))

@@ -8,6 +8,7 @@ from ...contracts.vibration import IDEAL
 
 _figure = partial(Figure, needs=("vibration",))
 _place_figure = partial(_figure, of="place")
+_motion_figure = partial(Figure, needs=("vibration", "moves"), of="place")
 
 
 def _with_ideal(name: str, unit: str, text: str, **other: Any) -> tuple[Figure, Figure]:
@@ -59,19 +60,19 @@ FIGURES = (
     ),
     _figure("vibration_turns", "1", "whole revolutions in a stretch of the window with a spectrum", differs=False),
     _figure("vibration_resolution", "1/s", "distance of the lines of this spectrum (Hz)", differs=False),
-    _place_figure(
+    _motion_figure(
         "velocity_rms",
         "m/s",
         "root mean square of the velocity of {place} in the band, of x and y the larger",
         tables=(Entry("vibration", "velocity rms", 10),),
     ),
-    _place_figure("velocity_rms_ideal", "m/s", "velocity_rms of {place} without clearance", differs=False),
+    _motion_figure("velocity_rms_ideal", "m/s", "velocity_rms of {place} without clearance", differs=False),
     *(
         _place_figure(
             f"velocity_{axis}_rms",
             "m/s",
             f"root mean square of the velocity of {{place}} in the band, along {axis}",
-            needs=("vibration", "across"),
+            needs=("vibration", "moves", "across"),
         )
         for axis in "xy"
     ),
@@ -79,7 +80,7 @@ FIGURES = (
         "zone",
         "",
         "zone of this velocity, A to D",
-        needs=("vibration", "zones"),
+        needs=("vibration", "moves", "zones"),
         kind="text",
         differs=False,
     ),
@@ -99,8 +100,8 @@ FIGURES = (
         tables=(Entry("vibration", "crest", 12),),
     ),
     _place_figure("skewness", "1", "third moment over the variance to 3/2 of this signal", null=NOTHING),
-    _place_figure("band_energy", "m^2/s^4", "mean square of the acceleration of {place} in the band"),
-    _place_figure(
+    _motion_figure("band_energy", "m^2/s^4", "mean square of the acceleration of {place} in the band"),
+    _motion_figure(
         "envelope_order",
         "m/s^2",
         "amplitude of the envelope of this acceleration in the band at {order} times the crank speed",
