@@ -168,7 +168,7 @@ class Signals:
     def _put_angles(self, rows: np.ndarray) -> None:
         """Put the crank angle (rad) and its derivative by the fraction of the step into recorded rows."""
         clock, time = self.scene.crank_clock, rows[:, SIGNALS + TIME]
-        if clock.free:
+        if not isinstance(clock, ScheduledClock):
             rows[:, FREE] = rows[:, SIGNALS + ANGLE] @ TO_SLOPES
             return
         row = np.clip(np.searchsorted(clock.times, time, side="right") - 1, 0, len(clock.times) - 1)
