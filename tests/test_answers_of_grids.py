@@ -6,6 +6,8 @@ import json
 import pytest
 
 import clearsweep
+from clearsweep import grid as grids
+from clearsweep import simulation
 from clearsweep.language.errors import InputError
 
 CLEARANCE, SPEED, JOINT = "joints.rod-slider.clearance", "drive.speed", "joints.rod-slider"
@@ -347,3 +349,14 @@ def test_clearance_up_to_which_a_crank_meets(answer_of):
     )
     assert verdicts(answer) == {5e-5: "meets", 2e-4: "exceeds"}
     assert answer["complete"] is True
+
+
+def test_variants_with_conditions_of_their_own_are_judged_as_they_stand():
+    def role_of_speed(clearances, speeds, **sections):
+        zipped = {CLEARANCE: [f"{each} um" for each in clearances], SPEED: [f"{each} rpm" for each in speeds]}
+        return grids.load(grid(zip=zipped, **sections), simulation.catalogue()).roles[SPEED]
+
+    assert role_of_speed([10, 20, 30], [600, 900, 900]) == "choice"
+    assert role_of_speed([10, 20, 30], [600, 900, 900], roles={SPEED: "condition"}) == "condition"
+    assert role_of_speed([10, 10, 20, 20], [600, 900, 600, 900]) == "condition"  # each design runs at both speeds
+    assert role_of_speed([10, 10, 20], [600, 900, 600]) == "condition"  # one was not run: undecided

@@ -556,7 +556,7 @@ def test_a_run_with_a_load_and_a_motor_of_a_law_file_is_reported_without_running
     grids.trust(place / "my_laws.py")
     clearsweep.sweep("grid.json", "results", executor="serial")
     monkeypatch.setattr(law_execution, "_RECORDS", {})
-    monkeypatch.setattr(contract, "OWN_RECIPES", {})
+    contract.OWN_RECIPES.clear()
     assert invoke("report", "results").exception is None
     case_id = clearsweep.open("results").summary.case_id[0]
     assert contract.OWN_RECIPES == {}

@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 from .. import MODEL_VERSION
 from ..answers.verdict import LimitsAndFigures, figures_of, limits_of
 from ..contracts.case import Case, LawFile
-from ..contracts.catalogue import PRECEDENCE, UNCERTAINTY, Outline
+from ..contracts.catalogue import CHOICE, CONDITION, MODEL, PRECEDENCE, UNCERTAINTY, Outline
 from ..contracts.layout import Layout
 from ..contracts.search import Search
 from .cases import (
@@ -94,8 +94,20 @@ class Grid:
 
     @cached_property
     def roles(self) -> dict[str, str]:
-        """Return the role of every varied path, one of contracts.roles; a defined quantity has that of its uses."""
-        return {path: self.role(path) for path in self.axes}
+        """Return the role of every varied path, one of contracts.roles; a defined quantity has that of its uses.
+
+        In `zip` and `cases` a condition that the choices of its row determine is part of the design: no other row
+        runs the design under another one.
+        """
+        roles = {path: self.role(path) for path in self.axes}
+        for paths in (self._zipped_paths.get(section, ()) for section in ("zip", "cases")):
+            choices = [path for path in paths if roles[path] == CHOICE]
+            designs = list(zip(*(self.axes[path] for path in choices), strict=True))
+            for path in paths:
+                is_condition = roles[path] in (CONDITION, MODEL) and path not in self.given_roles
+                if designs and is_condition and len(set(zip(designs, self.axes[path], strict=True))) == len(set(designs)):
+                    roles[path] = CHOICE
+        return roles
 
     def role(self, path: str) -> str:
         """Return the role of a key that can be varied, one of contracts.roles."""
