@@ -1,6 +1,7 @@
 """The command line: each verb parses, calls one function and prints; slow imports are inside the verbs."""
 
 import contextlib
+import itertools
 import json
 import sys
 from collections.abc import Callable, Iterator
@@ -41,6 +42,19 @@ def _exit_code(arguments: list[str] | None) -> int:
 class _Verb(click.Command):
     """A verb that is refused at once if its modules cannot be loaded."""
 
+    def parse_args(self, context: click.Context, args: list[str]) -> list[str]:
+        """Parse the arguments; where one is missing, say if an option with an optional value took it."""
+        given = list(args)
+        try:
+            return super().parse_args(context, args)
+        except click.MissingParameter as error:
+            optional = {name for option in self.params if _takes_optional_value(option) for name in option.opts}
+            taken = [pair for pair in itertools.pairwise(given) if pair[0] in optional and pair[1][:1] != "-"]
+            for option, value in taken:
+                text = f"{option} took {value!r} as its value; write the option last, as in {value} {option}"
+                raise click.MissingParameter(text, error.ctx, error.param) from None
+            raise
+
     def invoke(self, context: click.Context) -> Any:
         """Run the verb with its parsed options."""
         from .language import phases
@@ -48,6 +62,11 @@ class _Verb(click.Command):
         resources.check_space()
         with phases.show_progress():
             return super().invoke(context)
+
+
+def _takes_optional_value(option: click.Parameter) -> bool:
+    """Return whether an option of a verb may be written with or without a value."""
+    return isinstance(option, click.Option) and not option.is_flag and isinstance(option.flag_value, str)
 
 
 #: Names of other programs for what a verb does, which an error suggests.

@@ -211,6 +211,13 @@ def test_options_replace_values_of_the_file(run_cli, tmp_path):
     assert err.startswith("--set drive.sped: unknown key 'sped'; did you mean 'speed'?")
 
 
+def test_an_option_that_took_the_grid_is_named(run_cli):
+    code, _, err = run_cli("run", "--trust-laws", "g.yaml")
+    assert code == 2
+    assert "--trust-laws took 'g.yaml' as its value; write the option last, as in g.yaml --trust-laws" in err
+    assert run_cli("run", "--dry-run")[2].endswith("Missing argument 'GRID'.\n")
+
+
 @pytest.mark.parametrize(
     ("change", "text"),
     [

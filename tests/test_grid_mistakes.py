@@ -224,6 +224,11 @@ MISTAKES = {
         "speed: 5,5 rpm",
         "7:18: drive.5 rpm: unknown key '5 rpm'; write numbers with a decimal point, not a comma",
     ),
+    "torque curve": (
+        "speed: 5000 rpm",
+        "motor: {stall_torque: 5 N*m, no_load_speed: 900 rpm, table: motor.csv}",
+        "7:62: drive.motor.table: a torque over the speed is a law of your own; name it by `law`",
+    ),
     "not a shaft speed": (
         "speed: 5000 rpm",
         "speed: 5000 1/s",

@@ -36,8 +36,8 @@ def catalogue(tmp_path_factory):
     return catalogue_of(lambda: runpy.run_path(str(file)))
 
 
-def test_the_page_has_the_law_of_its_beginning_six_of_papers_and_a_figure(catalogue):
-    assert len([law for law in catalogue.laws if law.origin]) == 8
+def test_the_page_has_the_law_of_its_beginning_a_curve_six_of_papers_and_a_figure(catalogue):
+    assert len([law for law in catalogue.laws if law.origin]) == 9
 
 
 @pytest.mark.parametrize(("power", "mean"), [(2.0, 0.5), (3.0, 4.0 / (3.0 * math.pi)), (4.0, 0.375)])
@@ -48,6 +48,16 @@ def test_the_equivalent_load_of_a_sine_is_its_mean_power(catalogue, power, mean)
     figure = OwnFigure("load", "equivalent-load", {"power": power}, catalogue.own_laws)
     load = compile_law("figure", "equivalent-load", figure)(t, channels)
     assert load == pytest.approx(1000.0 * mean ** (1.0 / power), rel=1e-5)
+
+
+def test_a_torque_curve_is_linear_between_its_points(catalogue):
+    motor = {"motor": {"law": "torque-curve", "scale": 2.0}}
+    case = grid.load(
+        with_joint(CRANK, contact=FLORES) | {"drive": motor | {"initial_speed": "10 rpm"}}, catalogue
+    ).case(0)
+    law, speeds = compile_law("motor", "torque-curve", case.drive), (0.0, 20.0, 50.0, 75.0, 115.0, 143.5, 157.0)
+    expected = np.interp(speeds, (0.0, 50.0, 100.0, 130.0, 157.0), (6.0, 4.8, 5.6, 4.0, 0.0))
+    assert [motor_torque(law, speed, 0.0) for speed in speeds] == pytest.approx(expected, abs=1e-12)
 
 
 def test_mahmoud_and_jankowski_give_the_restitution_of_damping_in_approach(catalogue):

@@ -104,8 +104,9 @@ class Grid:
             choices = [path for path in paths if roles[path] == CHOICE]
             designs = list(zip(*(self.axes[path] for path in choices), strict=True))
             for path in paths:
-                is_condition = roles[path] in (CONDITION, MODEL) and path not in self.given_roles
-                if designs and is_condition and len(set(zip(designs, self.axes[path], strict=True))) == len(set(designs)):
+                if not designs or roles[path] not in (CONDITION, MODEL) or path in self.given_roles:
+                    continue
+                if len(set(zip(designs, self.axes[path], strict=True))) == len(set(designs)):
                     roles[path] = CHOICE
         return roles
 

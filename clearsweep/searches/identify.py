@@ -117,7 +117,7 @@ class Identify(SearchOver):
         """Return the search at work; raise InputError without scikit-learn."""
         if util.find_spec("sklearn") is None:
             raise InputError(
-                "identify: needs scikit-learn, which is not installed; run `pip install clearsweep[identify]`"
+                "identify: needs scikit-learn, which is not installed; run `pip install 'clearsweep[identify]'`"
             )
         return Identification(self)
 

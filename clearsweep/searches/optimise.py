@@ -83,7 +83,7 @@ class Optimise(SearchOver):
     def begin(self, grid: Any, simulator: Any) -> Optimisation:
         """Return the search at work; raise InputError without Optuna."""
         if util.find_spec("optuna") is None:
-            raise InputError("optimise: needs Optuna, which is not installed; run `pip install clearsweep[optimise]`")
+            raise InputError("optimise: needs Optuna, which is not installed; run `pip install 'clearsweep[optimise]'`")
         return Optimisation(self)
 
     @classmethod

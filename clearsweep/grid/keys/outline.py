@@ -142,7 +142,8 @@ def _without_positions(written: WrittenValue) -> Any:
 def _drive_form(drive: Mapping[str, Any], keys: set[str]) -> str:
     """Return the form of a drive with these keys, or the most likely form."""
     if "motor" in keys:
-        return "motor-law" if "law" in _section(drive.get("motor")) else "motor"
+        motor = _section(drive.get("motor"))
+        return "motor-law" if "law" in motor or set(motor) == {"table"} else "motor"
     if "torque" in keys or ("speed" not in keys and not keys.isdisjoint(("initial_speed", "inertia"))):
         return "torque"
     return "speed-table" if isinstance(drive.get("speed"), Mapping) else "speed"

@@ -219,6 +219,9 @@ def _unknown_key_text(path: str, key_name: str, allowed: list[str]) -> str:
     if path == "drive" and key_name in DRIVES:
         other_drive = next((drive for drive in DRIVES if drive in allowed), DRIVES[0])
         return f"conflicts with {other_drive}; a drive can have only one of {', '.join(DRIVES)}; remove the others"
+    if path == "drive.motor" and key_name == "table":
+        page = "docs/howto/own-laws.md#a-torque-curve"
+        return f"a torque over the speed is a law of your own; name it by `law`, see {page}"
     if key_name == "elastic" and path.startswith("mechanism."):
         elastic_text = "only a link between two pins of a planar mechanism can be elastic"
         return f"{elastic_text}; this one is rigid: leave `elastic` out"

@@ -318,7 +318,7 @@ def _distributed() -> Any:
     try:
         import distributed
     except ImportError:
-        raise InputError("executor: dask is not installed; `pip install clearsweep[dask]` installs it") from None
+        raise InputError("executor: dask is not installed; `pip install 'clearsweep[dask]'` installs it") from None
     for name in {*QUIETED_LOGGERS, *logging.root.manager.loggerDict}:
         if name.partition(".")[0] in QUIETED_LOGGERS:
             logging.getLogger(name).setLevel(logging.CRITICAL)
