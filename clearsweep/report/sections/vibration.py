@@ -20,7 +20,6 @@ from ..statistics.effects import main_effects_of
 from ..study import Study, largest, reduce_over_other_axes, resolve_cases
 
 PEAK = "frame_force_peak"
-VELOCITY = "_velocity_rms"
 NOTE = (
     "The force on the frame is minus the sum of m (a - g) of all bodies; the frame reacts every load unless `reacted: "
     "false`. Spectra are those of the polynomials over the steps, over whole turns; a picture of a run-up is of its "
@@ -184,7 +183,7 @@ def _bounds(study: Study) -> tuple[float, ...]:
 
 def _zones(study: Study, place: str) -> Iterator[Picture]:
     """Yield the zones of the velocity of a place over the one or two axes with the largest effect."""
-    column, bounds = f"{place}{VELOCITY}", _bounds(study)
+    column, bounds = f"{place}_velocity_rms", _bounds(study)
     axes: list[Axis] = [effect.axis for effect in main_effects_of(study, column)][:2]
     if not bounds or not axes:
         return

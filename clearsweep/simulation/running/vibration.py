@@ -112,6 +112,11 @@ class Signals:
         bin_count = BIN_BLOCK * math.ceil(BINS_PER_LINE * self.lines / BIN_BLOCK)
         if self.time_bins.shape[1] != bin_count:
             self.time_bins = np.zeros((len(self.layout.spectral), bin_count, BIN_MOMENTS))
+        angle_count = self.angle_bins.shape[1]
+        counts = self.layout.width, len(self.layout.summed), len(self.layout.spectral), bin_count, angle_count
+        angle = (SIGNALS + TIME, DURATION) if self.is_steady else (SIGNALS + ANGLE, FREE)
+        scales = 0.0, bin_count / self.period, *angle, self.angle_unit * angle_count / (2.0 * math.pi)
+        self.sizes = Sizes(np.array([*counts, *scales]))
         self.reset()
 
     def reset(self) -> None:
@@ -142,7 +147,10 @@ class Signals:
             self._put_angles(rows)
         column = SIGNALS + (ANGLE if clock.free else TIME)
         if math.isnan(self.begin_turns):
-            self.begin_turns, self.start_time = self._turns_at(rows[0, column, START]), rows[0, SIGNALS + TIME, START]
+            self.begin_turns, self.sizes.start_time = (
+                self._turns_at(rows[0, column, START]),
+                rows[0, SIGNALS + TIME, START],
+            )
         while len(rows):
             end = clock.value_after(self.begin_turns + (self.stretches + 1) * self.turns)
             tolerance = SAME_TIME * (end - clock.value_after(self.begin_turns)) / self.turns
@@ -180,26 +188,8 @@ class Signals:
         """Add steps of the present stretch."""
         if not len(rows):
             return
-        width, summed, spectral = self.layout
-        angle, turning = (SIGNALS + TIME, DURATION) if self.is_steady else (SIGNALS + ANGLE, FREE)
-        settings = Sizes(
-            np.array(
-                [
-                    width,
-                    len(summed),
-                    len(spectral),
-                    self.time_bins.shape[1],
-                    self.angle_bins.shape[1],
-                    self.start_time,
-                    self.time_bins.shape[1] / self.period,
-                    angle,
-                    turning,
-                    self.angle_unit * self.angle_bins.shape[1] / (2.0 * math.pi),
-                ]
-            )
-        )
         rows = np.ascontiguousarray(rows)
-        arrays = (rows, settings.numbers, self.choices, self.sums, self.bounds, self.peaks, self.scratch)
+        arrays = (rows, self.sizes.numbers, self.choices, self.sums, self.bounds, self.peaks, self.scratch)
         add_steps((*arrays, self.time_bins, self.angle_bins), len(rows))
         duration = float(rows[-1, SIGNALS + TIME, END] - rows[0, SIGNALS + TIME, START])
         self.time, self.stretch_time = self.time + duration, self.stretch_time + duration
