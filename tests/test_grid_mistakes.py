@@ -314,6 +314,7 @@ UNREADABLE = {
     "syntax": ("a: [1, 2\nb: 3\n", "grid.yaml:2:"),
     "tab": ("a:\n\tb: 1\n", "grid.yaml:2:1: not valid YAML: a tab in the indentation; indent with spaces"),
     "one space less": ("a:\n  b: 1\n c: 2\n", "grid.yaml:3:2: not valid YAML: this line is indented differently"),
+    "unit in a key": ("a: {time [s]: [0, 1]}\n", "grid.yaml:1:10: not valid YAML: a bracket within a key; inside"),
     "two documents": ("a: 1\n---\nb: 2\n", "grid.yaml:2:1: not valid YAML"),
     "unknown alias": ("a: *b\n", "grid.yaml:1:4: not valid YAML"),
     "control": ("a: \x00\n", "grid.yaml: not valid YAML"),

@@ -97,6 +97,7 @@ _EXPLANATIONS = {
     "character '\\t'": "a tab in the indentation; indent with spaces",
     "but got '<scalar>'": "text after a value; inside {} or [] put a comma between values, and write an expression "
     "with a comma in quotes",
+    "',' or '}', but got '['": "a bracket within a key; inside {} write a header in quotes, such as 'time [s]'",
     "expected <block end>, but found '<block": "this line is indented differently from the lines above it",
 }
 
