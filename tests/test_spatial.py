@@ -385,6 +385,38 @@ def test_a_parallel_journal_moves_as_in_the_plane(walls):
         assert here == pytest.approx(np.tile(there[:, None], (1, 20)), rel=0.0, abs=1e-7 * there.max())
 
 
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("name", "joint", "changes"),
+    [
+        (
+            "spatial_four_bar",
+            "crank-coupler",
+            {"joints.crank-coupler.contact.restitution": 0, "simulate.revolutions": 2, "drive.speed": "300 rpm"},
+        ),
+        (
+            "spatial_slider_crank",
+            "crank-rod",
+            {
+                "simulate.tolerance": 1e-12,
+                "simulate.revolutions": 1,
+                "drive.speed": "500 rpm",
+                "joints.crank-rod.axial_clearance": "0.3 mm",
+            },
+        ),
+    ],
+)
+def test_walls_of_a_parallel_journal_that_part_at_one_moment_leave_finite_figures(name, joint, changes):
+    path = Path(__file__).parent.parent / "configs" / f"{name}.yaml"
+    changes = changes | {"simulate.discard": 0, f"joints.{joint}.tilt.0": 0}
+    result = clearsweep.simulate(clearsweep.load_case(path, changes))
+    assert result.status == "ok"
+    assert result.summary["energy_residual"] < 1e-7
+    assert all(math.isfinite(value) for value in result.summary.values() if isinstance(value, float))
+    for depths in result.wear.values():
+        assert np.isfinite(depths).all()
+
+
 @pytest.mark.heavy
 def test_nothing_is_lost_where_impacts_give_all_back():
     case = spatial(contact=JOINT["contact"] | {"restitution": 1.0}, tilt=[0.005, 0.003], offset=[0.0, 0.0, 5e-5])

@@ -17,6 +17,7 @@ from spatial_oracle import SlicedOracle, extreme
 import clearsweep
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.coupling import rates as rates_code
+from clearsweep.mechanics.coupling.state import kappa_over_root, time_scale
 from clearsweep.mechanics.joints import spatial as joints
 from clearsweep.mechanics.joints.contract import JointState, Offsets, contact_modes, load, power_lost, power_stored
 from clearsweep.mechanics.joints.spatial import strips
@@ -533,6 +534,35 @@ def test_a_journal_that_leaves_its_bearing_ends_the_run_and_says_so(walls):
     else:  # what is stored in the length that is still pressed goes into the motion outwards
         assert 0.9 * falling < time < falling
     assert result.events["t"].max() < time
+
+
+@pytest.mark.parametrize(
+    ("roots", "shares"), [((1e-9, 1e-9), (0.5, 0.5)), ((0.0, 0.0), (0.5, 0.5)), ((0.0, 1e-9), (1.0, 0.0))]
+)
+def test_walls_that_separate_at_one_moment_have_the_time_scale_of_those_that_nearly_do(roots, shares):
+    """1/kappa = sigma (1/s1 + 1/s2): of equal roots kappa is half of each over sigma, down to zero."""
+    scene = clearsweep.load_case(spatial(walls="spread", contact=HERTZ)).value
+    first_root, pairs = 2 * len(scene.coordinates) + 1, contact_modes(scene.joints[0])
+    mode = np.array([pairs[0].pressed, pairs[1].pressed, FREE, FREE, ACTS, ACTS])
+    y = np.zeros(first_root + 6)
+    y[first_root : first_root + 2] = roots
+    kappa = time_scale(scene, y, mode)
+    assert kappa == pytest.approx(roots[0] * shares[0] / scene.sigma, rel=1e-15)
+    over_roots = [kappa_over_root(scene, y, mode, kappa, c) * scene.sigma for c in range(2)]
+    assert over_roots == pytest.approx(shares, rel=1e-15)
+
+
+def test_a_jammed_journal_without_load_has_no_friction():
+    """Where the axes meet in the middle of its length, friction has no direction."""
+    joint = joint_of(friction={"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-3})
+    jam = joints.jam_angle(joint)
+    gap = gap_of([0.0, 0.0, 0.0], [math.sin(jam), 0.0, math.cos(jam)], velocity=Vector(1.0, 0.2, 0.0))
+    pairs = contact_modes(joint)
+    mode = np.array([pairs[0].pressed, pairs[1].pressed, FREE, FREE, ACTS, ACTS])
+    found = load(joint, gap, Offsets(0, 0, 0, 0), JointState(np.zeros(8), mode, np.full(6, 0.1), 0))
+    assert [*found.force, *found.journal_moment, *found.bearing_moment] == [0.0] * 9
+    touching = JointState(np.array([1e-9, 0.0, *[0.0] * 6]), mode, np.full(6, 0.1), 0)
+    assert np.isfinite([*load(joint, gap, Offsets(0, 0, 0, 0), touching).force]).all()
 
 
 def test_a_journal_that_would_start_beside_its_bearing_is_refused():

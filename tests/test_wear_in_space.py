@@ -167,6 +167,23 @@ def test_a_leaning_journal_wears_at_its_edge_and_a_parallel_one_evenly():
         assert bearing == pytest.approx(2e-13 * 1000.0 * 1e-5, rel=2e-2, abs=0.0)
 
 
+@pytest.mark.parametrize("walls", ["ends", "spread"])
+@pytest.mark.parametrize("depth", [0.0, -1e-12])
+def test_a_strip_that_is_about_to_touch_wears_by_its_load(walls, depth):
+    """Force and depth are two polynomials over a step: the force may be above 0 where the depth is not."""
+    joint = joint_of(walls=walls)
+    step, worn = empty(joint)
+    step.step_values[:2, FORCE_ROW], step.step_values[:2, SLIP_ROW] = 1e-7, 1.0
+    step.step_values[:2, KAPPA_ROW], step.step_values[:2, DEPTH_ROW] = 1.0, depth
+    update_joint_wear(joint, 0, (step, worn))
+    (bearing, journal), depths = volumes(joint, worn)
+    assert np.isfinite(depths).all()
+    assert np.isfinite(worn.account.numbers).all()
+    if walls == "spread" and depth == 0.0:  # over the whole strip, which is parallel
+        assert bearing == pytest.approx(2.0 * 2e-13 * 1e-7 * step.length, rel=1e-9, abs=0.0)
+        assert journal == pytest.approx(0.5 * bearing, rel=1e-9, abs=0.0)
+
+
 @pytest.mark.parametrize("keys", [{}, {"flange": False, "axial_clearance": None, "journal_length": 0.03}])
 def test_strips_begin_where_the_surfaces_are_deepest_and_lean_as_they_do(keys):
     """The slope of the depth along the body whose circle bears, by moving that circle along it."""

@@ -186,7 +186,22 @@ def _kappa_over_root_of_joints(scene, y, mode, kappa, contact):
 
 @kernel
 def _kappa_over_root_of_corners(scene, y, mode, kappa, contact):
-    return kappa / y[2 * len(scene.coordinates) + 1 + contact]
+    root = y[2 * len(scene.coordinates) + 1 + contact]
+    if root != 0.0:
+        return kappa / root
+    return _share_of_corner(scene, y, mode, contact) / scene.sigma
+
+
+@kernel
+def _share_of_corner(scene, y, mode, nearest_corner):
+    """Return kappa over the root nearest to zero, times sigma; corners whose roots are both zero separate together."""
+    first_root, root_ratios = 2 * len(scene.coordinates) + 1, 0.0
+    root = y[first_root + nearest_corner]
+    for c in range(total_counts(scene.joints).contact):
+        if touches(mode[c]) and c != nearest_corner:
+            other_root = y[first_root + c]
+            root_ratios += root / other_root if other_root != 0.0 else as_type_of(1.0, other_root)
+    return 1.0 / (1.0 + root_ratios) if root_ratios > -0.5 else -4.0 * root_ratios
 
 
 @kernel
@@ -202,12 +217,7 @@ def kappa_of_corners(scene, y, mode):
             nearest_corner = c
     if nearest_corner < 0:
         return 1.0
-    root, root_ratios = y[first_root + nearest_corner], 0.0
-    for c in range(contacts):
-        if touches(mode[c]) and c != nearest_corner:
-            root_ratios += root / y[first_root + c]
-    factor = 1.0 / (1.0 + root_ratios) if root_ratios > -0.5 else -4.0 * root_ratios
-    return root * factor / scene.sigma
+    return y[first_root + nearest_corner] * _share_of_corner(scene, y, mode, nearest_corner) / scene.sigma
 
 
 @kernel

@@ -43,18 +43,14 @@ def narrow_arcs(window: Window, index: int) -> float:
     return float(account.narrow_time / account.arc_time) if account.arc_time else 0.0
 
 
-def sufficient_bins(window: Window, index: int) -> int | None:
+def sufficient_bins(window: Window, index: int) -> int:
     """Return how many bins resolve 95 % of the worn volume by arcs of at least five bins; 0 without wear.
-
-    None if the volume of a class is not finite.
 
     Within a class the volume is taken as even over the logarithm of the width.
     """
     by_width = window.totals.account[index, Account.SIZE :]
     if not by_width.any():
         return 0
-    if not np.isfinite(by_width).all():
-        return None
     resolved = RESOLVED_SHARE * by_width.sum()
     narrowest = int(np.searchsorted(np.cumsum(by_width), resolved))
     fraction = (resolved - by_width[:narrowest].sum()) / by_width[narrowest]

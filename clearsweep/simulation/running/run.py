@@ -49,7 +49,7 @@ from .observed_run import Branches, Observer, Perturbed, Revolutions, run_observ
 from .vibration import Signals
 
 REST = 1e-9  # of the onset rate and of the largest depth: less is rest, in a contact
-TIME_BUDGET, ROUNDING = -1, -2  # further statuses besides those of the loop
+TIME_BUDGET, ROUNDING, SUMS_NOT_FINITE = -1, -2, -3  # further statuses besides those of the loop
 MIN_STEPS = 1 << 15  # steps after which the budget that a run will need is estimated
 #: Change of a rate over a step by rounding of a position, over the allowed error, from which rounding limits the step.
 #: Runs that it limits have 0.2 to 3, others below 1e-3.
@@ -247,9 +247,19 @@ class Run:
         return np.concatenate(self.logs) if self.logs else NO_EVENTS
 
     def conclude(self, log: np.ndarray) -> None:
-        """Record all events and the work counts of the integration."""
+        """Record all events and the work counts of the integration, and fail it if its sums are not finite."""
         self.events = log
         self.counts.numbers[:] += self.work.counts.numbers
+        if self.status == integration.OK and not self.has_finite_sums():
+            self.status = SUMS_NOT_FINITE
+
+    def has_finite_sums(self) -> bool:
+        """Return whether figures can follow from the sums; some maxima are infinite before their first value."""
+        sums: Any = self.totals  # mypy takes its parts for tuples of anything
+        arrays = sums.mechanism.numbers, sums.joint.numbers, sums.friction
+        has_nan = any(bool(np.isnan(array).any()) for array in arrays)
+        is_finite = all(bool(np.isfinite(array).all()) for array in (sums.account, sums.wear))
+        return is_finite and not has_nan and math.isfinite(sums.mechanism.residual)
 
     def add_cost(self, other_run: "Run") -> None:
         """Add the work counts of another run."""

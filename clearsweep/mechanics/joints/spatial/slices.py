@@ -125,8 +125,9 @@ def _strip_at(joint, history, i):
 def slice_of(joint, history, low, high):
     """Return the Slice between two distances (m) along the strip of a contact; beyond its reach there is no load.
 
-    Its depth is relative to the strip's largest one.  That is above 0 under load; the depth at the strip's
-    begin is 0 at every onset and separation of an end.
+    Its depth is relative to the strip's largest one; the depth at the strip's begin is 0 at every onset and separation
+    of an end.  Force and depth are two polynomials over the step: of a strip that is about to touch, the force may be
+    above 0 where the whole depth is not, and its depth is even.
     """
     step_values, work_sum, weight_sum = history.step_values, 0.0, 0.0
     load_fraction_sum = length_sum = depth_sum = begin_sum = 0.0
@@ -148,7 +149,7 @@ def slice_of(joint, history, low, high):
             length_sum += weight * fraction * (loaded_end - loaded_start)
             begin_sum += weight * fraction * (loaded_start - low)
             mean_depth = depth_along(joint.walls, joint, strip, start_depth, 0.5 * (loaded_start + loaded_end))
-            depth_sum += weight * fraction * mean_depth / largest_depth
+            depth_sum += weight * fraction * mean_depth / largest_depth if largest_depth > 0.0 else weight * fraction
             weight_sum += weight * fraction
     if weight_sum <= 0.0:
         return Slice(0.0, 0.0, 0.0, 0.0)

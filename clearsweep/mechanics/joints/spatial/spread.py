@@ -412,7 +412,9 @@ def _strip_friction(context, geometry, walls, load, end):
     first, second = 0.5 * (1.0 + z) * geometry.first_distance, 0.5 * (1.0 - z) * geometry.second_distance
     offset = plus_scaled(times(first, walls[0].point.normal), second, walls[1].point.normal)
     distance = norm(offset)
-    normal, depth = times(1.0 / distance, offset), distance - joint.clearance
+    # of a jammed journal without load the axes may meet there, in no direction
+    inverse = 1.0 / distance if distance > 0.0 else as_type_of(0.0, distance)
+    normal, depth = times(inverse, offset), distance - joint.clearance
     arm = Vector(radial * normal.x, radial * normal.y, geometry.overlap.middle + z * geometry.overlap.half_length)
     velocity = plus_scaled(
         plus(relative_motion.velocity, cross(relative_motion.spin, arm)), depth, cross(gap.bearing_spin, normal)
