@@ -24,7 +24,7 @@ from .sections.section import ADDED
 from .sections.variations import recorded_labels
 from .written.definitions import NO_DEFINITIONS, Definitions, definitions_of_resolved
 from .written.document import SET_OPTION, SWEEP_OPTION, OverriddenGrid, leaves, read_options
-from .written.law_execution import guarded, has_run, run_all
+from .written.law_execution import guarded, has_run, reported, run_all
 from .written.trust import allowing, list_text, revoke, trust
 
 __all__ = [
@@ -64,6 +64,7 @@ __all__ = [
     "recorded_fits",
     "recorded_history",
     "recorded_labels",
+    "reported",
     "revoke",
     "run_all",
     "schema",

@@ -194,11 +194,18 @@ def guarded(files: Sequence[LawFile], *, has_limits: bool = True) -> Iterator[No
     if not files:
         yield
         return
-    try:
+    with reported(files):
         with _watched(files[0], has_limits=has_limits):
             yield
         if _Running.refused:
             raise InputError(_Running.refused)
+
+
+@contextlib.contextmanager
+def reported(files: Sequence[LawFile]) -> Iterator[None]:
+    """In this context, failures of functions of files are InputErrors with their places; `guarded` also watches."""
+    try:
+        yield
     except KeyboardInterrupt:
         raise
     except BaseException as error:

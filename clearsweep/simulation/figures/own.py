@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 import math
+import sys
 from collections.abc import Callable, Iterable
 from typing import Any
 
@@ -84,7 +85,7 @@ def check_channels(case: Case, names: Iterable[str]) -> None:
     for figure in case.figures:
         channels, mistake = Channels({name: np.ones(2) for name in names}), ""
         try:
-            with np.errstate(all="ignore"), contextlib.redirect_stderr(None):
+            with np.errstate(all="ignore"), grid.guarded(case.law_files):
                 _evaluated(figure, case, channels)
         except InputError as error:
             mistake = str(error)
@@ -98,7 +99,7 @@ def _evaluated(figure: OwnFigure, case: Case, channels: Channels) -> Any:
         samples.flags.writeable = False
     owner: Any = figure  # of the law, as a joint is of others
     evaluate: Callable = compile_law("figure", figure.law, owner)
-    with grid.guarded(case.law_files):
+    with grid.reported(case.law_files), contextlib.redirect_stdout(sys.stderr):
         return evaluate(channels[TIME], channels)
 
 
