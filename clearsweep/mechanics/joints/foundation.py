@@ -7,11 +7,13 @@ f(phi) = e . u(phi) - c - h_b(phi - theta_b) - h_j(phi - theta_j), the layer pre
 
 whose derivatives by e and by the angles of the bodies are its force and its moments: K times the integrals of f u,
 f h_b' and f h_j'.  Laws of the normal force use one penetration: here that of the circular joint with equal energy,
-W_0(pen) = W.  Its derivative with respect to pen is F_0(pen), the closed form of the circular joint; so the
-measure grows by g = K integral(f u) / F_0 as the journal moves, and all forces are those of the circular joint times
+W_0(depth) = W.  Its derivative with respect to the depth is F_0(depth), the closed form of the circular joint; so the
+depth grows by g = K integral(f u) / F_0 as the journal moves, and all forces are those of the circular joint times
 |g|, in its direction.  An impact has the restitution of the law, whatever the shape.
 
-The arc over which f is above zero has two ends, found by Halley's method, and the integrals are Gauss's.
+The arc over which f is above zero has two ends, found by Halley's method, and the integrals are Gauss's.  The depth
+follows from the surfaces alone, by Newton's method.  With F_0 at the root of penetration instead, the root would keep
+W_0(pen) - W rather than pen - depth: an error far below the tolerance under load is a whole penetration without load.
 
 Wear is in proportion to the overlap with `pressure: winkler` and `evolve: true`, whatever the elastic law.  In the
 frame of the normal at the deepest point the surfaces overlap by
@@ -36,7 +38,7 @@ from ...tracing import portable
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import rolled_range
 from ...tracing.compiled.direction import direction
-from ...tracing.compiled.dual import as_type_of, plain
+from ...tracing.compiled.dual import plain
 from ...tracing.compiled.family import family_with_default, inlined, kernel
 from ..laws.elastic import elastic_force
 from ..wear import SlidingContact, update_wear_over_span, wear_rate
@@ -67,7 +69,8 @@ GAUSS_NODES, GAUSS_WEIGHTS = portable.gauss_rule(GAUSS_POINTS)
 END_TOLERANCE = 0.05  # of the distance to an end of the arc: after a smaller Halley step the next is 1e-4 of it
 MAX_LAST_STEP = 0.25 * KNOT_SPACING  # rad: over more, an edge of a groove is no parabola
 MAX_STEPS = 30  # the last bisections are of 1e-8 rad
-DEPTH_ITERATIONS = 6  # Newton steps for the generalised depth
+#: Newton steps for the generalised depth, and the relative step after which the next one is the last, to 1e-12.
+DEPTH_ITERATIONS, DEPTH_TOLERANCE = 8, 1e-3
 MAX_END_ANGLE = 1.7  # rad from the deepest point: there f is always negative
 MIN_RADIUS_DIFFERENCE = 0.05  # clearances: least difference of curvature radii in the first guess of an arc's end
 POINT_CONTACT_DEPTH = 1e-8  # clearances: a smaller penetration is treated as a point contact
@@ -161,13 +164,29 @@ def circle_energy_and_force(clearance, pen):
     return (clearance + pen) * scale * depth_ratio * energy, scale * force
 
 
+@kernel
+def circle_depth(clearance, energy):
+    """Return the penetration (m) of circles at W_0 / K = `energy` (m^2), and F_0 / K (m) there; both differentiable."""
+    target = plain(energy)
+    depth = (target * (5.656854249492381 / ENERGY_SERIES[0])) ** 0.4 * clearance**0.2  # of a shallow arc; 2^2.5
+    for _ in range(DEPTH_ITERATIONS):
+        circle_energy, circle_force = circle_energy_and_force(clearance, depth)
+        step = (target - circle_energy) / circle_force
+        depth = depth + step
+        if abs(step) < DEPTH_TOLERANCE * depth:
+            break
+    circle_energy, circle_force = circle_energy_and_force(clearance, depth)
+    depth = depth + (energy - circle_energy) / circle_force
+    return depth, circle_energy_and_force(clearance, depth)[1]
+
+
 @generalised_depth.member(WornOnFoundation)
-def _generalised_depth_worn_on_foundation(joint, nearest_point, gap, pen):
+def _generalised_depth_worn_on_foundation(joint, nearest_point, gap):
     x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
     bearing_angle, journal_angle, bearing_spin, journal_spin = bodies_of(joint, gap)
     c = joint.clearance
     radius_difference = max(plain(nearest_point.local_clearance), MIN_RADIUS_DIFFERENCE * c)
-    if pen <= POINT_CONTACT_DEPTH * c or nearest_point.depth <= POINT_CONTACT_DEPTH * c:
+    if nearest_point.depth <= POINT_CONTACT_DEPTH * c:
         point_factor = (c / radius_difference) ** 0.2  # f is a parabola
         return GeneralisedDepth(
             nx=nearest_point.nx,
@@ -196,13 +215,7 @@ def _generalised_depth_worn_on_foundation(joint, nearest_point, gap, pen):
             journal_sum + weighted_overlap * journal_slope,
         )
         energy_sum = energy_sum + weighted_overlap * f
-    circle_energy, circle_force = circle_energy_and_force(c, pen)
-    # just after an onset, a Newton step from a lagging root overshoots; the depth cannot be above max_depth
-    max_depth = 2.0 * max(point_depth, (point_depth * point_depth * half_width) ** 0.4 * c**0.2)
-    depth = min(
-        pen + (0.5 * half_width * energy_sum - circle_energy) / circle_force,
-        as_type_of(max_depth, nearest_point.depth),
-    )
+    depth, circle_force = circle_depth(c, 0.5 * half_width * energy_sum)
     scale = half_width / circle_force
     gx, gy, body_slopes = scale * x_sum, scale * y_sum, (scale * bearing_sum, scale * journal_sum)
     force_factor = math.sqrt(gx * gx + gy * gy)
@@ -218,12 +231,9 @@ def _seated_position_worn_on_foundation(joint, eccentricity, angles):
 
     def force_and_depth(pin):
         gap = GapWithAngles(joint.side * pin[0], joint.side * pin[1], 0.0, 0.0, 0.0, 0.0, *angles)
-        nearest_point, depth = nearest(joint, gap), pen
-        for _ in range(DEPTH_ITERATIONS):
-            generalised = generalised_depth(joint, nearest_point, gap, depth)
-            depth = max(generalised.depth, 1e-3 * pen)
-        magnitude = generalised.force_factor * elastic_force(joint.elastic, depth)
-        return np.array([magnitude * generalised.nx, magnitude * generalised.ny]) / load, depth
+        generalised = generalised_depth(joint, nearest(joint, gap), gap)
+        magnitude = generalised.force_factor * elastic_force(joint.elastic, max(generalised.depth, 0.0))
+        return np.array([magnitude * generalised.nx, magnitude * generalised.ny]) / load, generalised.depth
 
     pin, target = seated_position(WornJoint(*joint), eccentricity, angles)[0], eccentricity / distance
     for _ in range(MAX_STEPS):

@@ -324,12 +324,12 @@ class GeneralisedDepth(NamedTuple):
 
 
 @family
-def generalised_depth(joint, nearest_point, gap, pen):
-    """Return the GeneralisedDepth of a worn joint from its Nearest and GapWithAngles, at the penetration `pen` (m)."""
+def generalised_depth(joint, nearest_point, gap):
+    """Return the GeneralisedDepth of a worn joint from its Nearest and GapWithAngles."""
 
 
 @generalised_depth.member(WornJoint)
-def _generalised_depth_worn_joint(joint, nearest_point, gap, pen):
+def _generalised_depth_worn_joint(joint, nearest_point, gap):
     force_factor = as_type_of(1.0, nearest_point.depth)
     return GeneralisedDepth(
         nearest_point.nx, nearest_point.ny, nearest_point.depth, nearest_point.rate, force_factor, nearest_point.slopes
@@ -371,7 +371,7 @@ def separate_load(joint, gap):
 def worn_load(joint, gap, mode, pen, onset_rate):
     """Return the Load of a worn joint in a touching mode, like `dry.joint_load` for circles."""
     nearest_point = nearest(joint, gap)
-    generalised = generalised_depth(joint, nearest_point, gap, pen)
+    generalised = generalised_depth(joint, nearest_point, gap)
     nx, ny, force_factor = generalised.nx, generalised.ny, generalised.force_factor
     generalised_rate = generalised.rate / force_factor
     force, friction_load, elastic, unclipped = normal_forces(joint, mode, pen, generalised_rate, onset_rate)

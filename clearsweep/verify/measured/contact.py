@@ -375,8 +375,7 @@ def worn_in_grid(kind: str) -> dict[str, Any]:
     """Return the grid of a bushing worn by WORN_DEPTH whose worn shape acts back; `kind`: key of WORN_IN_CONTACTS."""
     source = bushing_grid("winkler" if kind == "foundation" else "hertz-line")
     joint = source["joints"]["crank-rod"]
-    # at rest on worn springs the sign of the rate is rounding, and every change of it would renew the onset
-    joint["contact"] |= WORN_IN_CONTACTS[kind] | {"onset": "first"}
+    joint["contact"] |= WORN_IN_CONTACTS[kind]
     joint["wear"] |= {"evolve": True, "bins": 180}
     return source | {"life": {"limit": WORN_DEPTH, "joint": "crank-rod"}}
 
