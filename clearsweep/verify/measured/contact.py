@@ -375,7 +375,8 @@ def worn_in_grid(kind: str) -> dict[str, Any]:
     """Return the grid of a bushing worn by WORN_DEPTH whose worn shape acts back; `kind`: key of WORN_IN_CONTACTS."""
     source = bushing_grid("winkler" if kind == "foundation" else "hertz-line")
     joint = source["joints"]["crank-rod"]
-    joint["contact"] |= WORN_IN_CONTACTS[kind]
+    # with its onset rate renewed the line contact rebounds more often and slides less: volumes would compare motions
+    joint["contact"] |= WORN_IN_CONTACTS[kind] | {"onset": "first"}
     joint["wear"] |= {"evolve": True, "bins": 180}
     return source | {"life": {"limit": WORN_DEPTH, "joint": "crank-rod"}}
 
