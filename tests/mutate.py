@@ -71,7 +71,7 @@ def pattern(text: str) -> re.Pattern[str]:
 def read_mutations(text: str) -> list[Mutation]:
     """Return the mutations of a table.
 
-    Below a file of the package stand its tests, indented, and below these a line `where: old => new` per mutation.
+    Below a file of the package are its tests, indented, and below these a line `where: old => new` per mutation.
     """
     mutations, file, tests = [], "", ""
     for line in text.splitlines():

@@ -64,7 +64,7 @@ def term_of(case):
 
 def sliding(load, depth, clearance=CLEARANCE, **changes):
     """Return the SlidingContact of a line load (N/m) at a penetration (m)."""
-    return SlidingContact(load, depth, 0.3, 0.0, 0.0, load, clearance)._replace(**changes)
+    return SlidingContact(load, depth, 0.3, 0.0, 0.0, load, clearance, 0.0)._replace(**changes)
 
 
 def arcs_of(name):

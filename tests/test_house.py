@@ -100,8 +100,8 @@ def test_planted_imports_the_wrong_way_are_found(copy):
         lines[module, str(text.count("\n"))] = planted
     message = lint(copy)
     assert message.returncode != 0
-    found = re.findall(r"^[-&] (\S+) -> \S+ \(l\.(\d+)\)\n(?!  )", message.stdout, re.MULTILINE)
-    assert [planted for place, planted in lines.items() if place not in found] == []
+    matched = re.findall(r"^[-&] (\S+) -> \S+ \(l\.(\d+)\)\n(?!  )", message.stdout, re.MULTILINE)
+    assert [planted for place, planted in lines.items() if place not in matched] == []
     assert len(lines) == len(PLANTED)
 
 

@@ -284,7 +284,7 @@ def test_a_worker_that_is_ended_and_the_server_that_forks_them_cost_no_case(tmp_
     process = program(tmp_path / "run", source, jobs=2, show_progress=False)
     wait_for(lambda: parts(tmp_path / "run") >= 2)
     family = psutil.Process(process.pid).children(recursive=True)
-    processes = [each for each in family if "spawn_main" in " ".join(each.cmdline())]
+    processes = [each for each in family if "resource_tracker" not in " ".join(each.cmdline())]
     victims = [each for each in processes if bool(each.children()) is is_server]
     if victims:  # only Linux has a server
         victims[0].send_signal(signum)

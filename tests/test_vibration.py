@@ -220,8 +220,8 @@ def test_velocities_in_the_band_are_those_of_a_dense_trajectory(figures, signals
     assert figures["slider_velocity_rms"] == pytest.approx(rms["slider"], rel=1e-7)
     for place in ("tip", "frame"):
         for axis in "xy":
-            found = figures[f"{place}_velocity_{axis}_rms"]
-            assert found == pytest.approx(rms[f"{place}_{axis}"], rel=1e-7 if place == "tip" else 1e-4)
+            value = figures[f"{place}_velocity_{axis}_rms"]
+            assert value == pytest.approx(rms[f"{place}_{axis}"], rel=1e-7 if place == "tip" else 1e-4)
         assert figures[f"{place}_velocity_rms"] == max(figures[f"{place}_velocity_{axis}_rms"] for axis in "xy")
     rates, amplitudes = signals.amplitudes(velocities["slider"])
     assert figures["slider_band_energy"] == pytest.approx(0.5 * np.sum((rates * amplitudes) ** 2), rel=1e-5)
@@ -278,11 +278,11 @@ def test_the_motion_of_the_frame_that_does_not_act_back_is_a_remark(scene, figur
 def test_a_frame_without_mass_has_the_signature_of_its_force(figures, signals):
     grid = copy.deepcopy(GRID)
     grid["vibration"]["at"]["frame"] = {}
-    found = clearsweep.simulate(clearsweep.load_case(grid))
-    assert "frame-feedback" not in found.message
-    assert not {"frame_velocity_rms", "frame_zone", "frame_band_energy"} & found.summary.keys()
+    run = clearsweep.simulate(clearsweep.load_case(grid))
+    assert "frame-feedback" not in run.message
+    assert not {"frame_velocity_rms", "frame_zone", "frame_band_energy"} & run.summary.keys()
     for name in ("frame_kurtosis", "frame_crest", "frame_skewness"):
-        assert found.summary[name] == figures[name]
+        assert run.summary[name] == figures[name]
     force = max(signals.force, key=np.std)
     deviation = force - force.mean()
     assert figures["frame_kurtosis"] == pytest.approx(np.mean(deviation**4) / np.var(force) ** 2, rel=1e-3)
@@ -345,10 +345,10 @@ def test_the_counterweight_of_least_force_is_that_of_the_closed_form():
 def test_a_sine_has_its_known_signature_and_velocity():
     angles = 2.0 * math.pi * (np.arange(64) + 0.3) / 64
     powers = np.array([np.mean(np.sin(angles) ** power) for power in range(1, 5)])
-    found = signature(powers, 1.0)
-    assert found["kurtosis"] == pytest.approx(1.5, rel=1e-12)
-    assert found["crest"] == pytest.approx(math.sqrt(2.0), rel=1e-12)
-    assert found["skewness"] == pytest.approx(0.0, abs=1e-12)
+    sums = signature(powers, 1.0)
+    assert sums["kurtosis"] == pytest.approx(1.5, rel=1e-12)
+    assert sums["crest"] == pytest.approx(math.sqrt(2.0), rel=1e-12)
+    assert sums["skewness"] == pytest.approx(0.0, abs=1e-12)
     rates = np.array([2.0 * math.pi * 100.0])
     motion = motion_of((10.0 / rates) ** 2, rates)
     assert motion.velocity_rms == pytest.approx(11.254e-3, rel=1e-4)

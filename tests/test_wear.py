@@ -108,7 +108,9 @@ def test_the_profile_is_that_of_the_pressure_on_an_arc_of_the_bodys_own_radius(b
 @pytest.mark.parametrize(("force", "pen"), [(1e-12, 1e-18), (10.0, 1e-8), (1e5, 1e-5), (1e9, 0.4)])
 def test_a_step_loses_nothing_wherever_the_arc_lies(pressure, angle, force, pen):
     joint = worn_joint(1e-14, 1e-14, pressure)
-    arc = half_arc(pressure, joint, joint.bearing_radius, SlidingContact(force / 0.02, pen, 0.0, 0.0, 0.0, 0.0, 0.5e-3))
+    arc = half_arc(
+        pressure, joint, joint.bearing_radius, SlidingContact(force / 0.02, pen, 0.0, 0.0, 0.0, 0.0, 0.5e-3, 0.0)
+    )
     pressed = force / 0.02 * pressure_integral_over_load(pressure, arc)
     for depths, radius in zip(slide(joint, force, turns=0.01, pen=pen, at=(angle, angle)), (0.01, 0.0095), strict=True):
         way = 2.0 * math.pi * 0.0095 * 0.01
@@ -176,7 +178,7 @@ def test_the_bins_of_an_arc_that_travels_sum_to_the_volume_of_the_step(pressure,
     force, deep, slip = (np.polyval(values[::-1], x) for values in (load, depth, sliding))
     pressed = []
     for f, d in zip(force, deep, strict=True):
-        half = half_arc(pressure, joint, joint.bearing_radius, SlidingContact(f, d, 0.0, 0.0, 0.0, 0.0, 0.5e-3))
+        half = half_arc(pressure, joint, joint.bearing_radius, SlidingContact(f, d, 0.0, 0.0, 0.0, 0.0, 0.5e-3, 0.0))
         pressed.append(f * pressure_integral_over_load(pressure, half))
     rubbed = np.sum(weights * pressed * np.abs(slip))
     for depths, radius, coefficient in zip(

@@ -85,7 +85,7 @@ class Frame(NamedTuple):
     mount: Mount | None = None  # None: it is free
 
 
-class Place(NamedTuple):
+class Location(NamedTuple):
     """A point of a body whose vibration is observed."""
 
     name: str
@@ -99,4 +99,4 @@ class Vibration(NamedTuple):
     band: tuple[float, float]  # rad/s
     zones: tuple[float, ...] = ()  # m/s, upper bounds of zones A, B and C
     frame: Frame = Frame()
-    places: tuple[Place, ...] = ()
+    places: tuple[Location, ...] = ()

@@ -28,7 +28,7 @@ from ..contracts.case import (
     Wear,
 )
 from ..contracts.catalogue import LoadOutline, Outline
-from ..contracts.vibration import FRAME, SEVERITIES, Frame, Mount, Place, Vibration
+from ..contracts.vibration import FRAME, SEVERITIES, Frame, Mount, Location, Vibration
 from .keys.joint_keys import PRELOAD
 from .keys.key_table import DIMENSIONLESS
 from .sections.named_sections import UNCERTAIN, uncertain_of
@@ -125,9 +125,9 @@ def _frame(section: Tree) -> Frame:
     return Frame(tuple(about) if about else None, mount=mount, **values)
 
 
-def _place(name: str, section: Tree) -> Place:
+def _place(name: str, section: Tree) -> Location:
     point = section.get("point")
-    return Place(name, section["body"], tuple(point) if point else None)
+    return Location(name, section["body"], tuple(point) if point else None)
 
 
 def _drive(section: Tree, laws: str) -> Drive:

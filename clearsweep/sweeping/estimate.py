@@ -283,14 +283,14 @@ def cheaper_lives_texts(mean: float, cheaper: dict[str, float], cases_per_worker
 
     mean, cheaper : s of a case as written, and with other settings; cases_per_worker : cases one after another
     """
-    found = {settings: seconds for settings, seconds in cheaper.items() if seconds < CHEAPER_SHARE * mean}
-    if not found:
+    affordable = {settings: seconds for settings, seconds in cheaper.items() if seconds < CHEAPER_SHARE * mean}
+    if not affordable:
         return []
     texts = [
         f"`{settings}` about {duration_text(seconds * cases_per_worker)}"
-        for settings, seconds in sorted(found.items(), key=lambda item: -item[1])
+        for settings, seconds in sorted(affordable.items(), key=lambda item: -item[1])
     ]
-    kept = " Without `evolve` a life keeps the wear rate of the new joint." if "evolve" in "".join(found) else ""
+    kept = " Without `evolve` a life keeps the wear rate of the new joint." if "evolve" in "".join(affordable) else ""
     return [
         f"the lives take about {duration_text(mean * cases_per_worker)}, because their wear changes the motion; "
         f"cheaper settings, timed in the same way: {'; '.join(texts)}.{kept}"

@@ -303,7 +303,7 @@ def check_grid(  # noqa: PLR0913 - one per option of the command
     from . import check_page  # with the report, pandas and 0.5 s, when the first lines are printed
 
     trees = [base_tree(loaded.written_case(index)) for index in result.pop("indices")]
-    levels = [{name: [level.text for level in found] for name, found in levels_of(tree).items()} for tree in trees]
+    levels = [{name: [level.text for level in group] for name, group in levels_of(tree).items()} for tree in trees]
     units = grid.key_units(loaded.resolved(), scene.catalogue())
     content = json.dumps(result, indent=2, allow_nan=False)
     durable.replace(directory / "check.json", content.encode())

@@ -276,8 +276,8 @@ def _largest_curvature(trajectory: Trajectory, joint_layout: JointLayout, cleara
         return 0.0
     x, y, vx, vy = (trajectory[f"joints/{joint_layout.name}/{channel}"] for channel in ("x", "y", "vx", "vy"))
     radius = np.maximum(np.hypot(x, y), clearance)
-    along = np.where(radius > clearance, (x * vy - y * vx) / radius, 0.0)
-    return float(np.max(np.square(along), initial=0.0)) / clearance
+    surface_rate = np.where(radius > clearance, (x * vy - y * vx) / radius, 0.0)
+    return float(np.max(np.square(surface_rate), initial=0.0)) / clearance
 
 
 def penetration_bound(elastic: Any, energy: float, load: float) -> float:

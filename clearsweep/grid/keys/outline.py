@@ -29,7 +29,7 @@ NAME_PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 MAX_NAMES = 100  # bodies, points of a body, joints or loads; compiled code grows with their number
 INVALID_NAME_TEXT = "is not a valid name; expected a letter, then letters, digits, - or _, at most 40 characters"
 DRIVES = ("speed", "torque", "motor")  # keys of `drive`, of which a grid has exactly one
-#: Keys of a load that tell its form, the first that is written.
+#: Keys of a load that show its form, the first that is written.
 FORMS = (("friction", "friction"), ("between", "spring"), ("table", "table"), ("law", "own"))
 _SECTIONS = ("mechanism", "drive", "loads", "joints", "vibration")
 _USER_NAMED_SECTIONS = re.compile(r"loads|vibration\.at|mechanism\.(bodies|joints|bodies\.[^.]+\.points)")

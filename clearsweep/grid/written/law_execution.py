@@ -153,8 +153,8 @@ def _neighbouring(module: str, file: LawFile) -> str:
     if file.package or module in (*sys.builtin_module_names, *sys.stdlib_module_names):
         return ""
     if place is None:
-        found = PathFinder.find_spec(module)
-        places = [found.origin, *(found.submodule_search_locations or ())] if found else []
+        located = PathFinder.find_spec(module)
+        places = [located.origin, *(located.submodule_search_locations or ())] if located else []
         place = next((x for x in [*places, os.path.join(folder, f"{module}.py")] if x and os.path.exists(x)), None)
     return str(place) if place and is_neighbour(place, folder) else ""
 
@@ -276,8 +276,8 @@ def _refuse(reason: str, file: LawFile) -> None:
 @contextlib.contextmanager
 def _replaced() -> Iterator[None]:
     """In this context, functions without an event are refused."""
-    found = [(module, name, reason, vars(module)[name]) for module, name, reason in _UNAUDITED if name in vars(module)]
-    for module, name, reason, original in found:
+    located = [(module, name, reason, vars(module)[name]) for module, name, reason in _UNAUDITED if name in vars(module)]
+    for module, name, reason, original in located:
 
         def refused(*arguments: Any, reason: str = reason, original: Any = original, **keywords: Any) -> Any:
             if _Running.file and threading.get_ident() == _Running.thread:
@@ -288,7 +288,7 @@ def _replaced() -> Iterator[None]:
     try:
         yield
     finally:
-        for module, name, _, original in found:
+        for module, name, _, original in located:
             setattr(module, name, original)
 
 

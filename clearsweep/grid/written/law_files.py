@@ -88,11 +88,11 @@ def installed_file(name: str) -> LawFile:
         names = sorted({point.name for point in points})
         hint = did_you_mean(name, names) or f" (installed: {', '.join(names) or 'none'}; a file ends in .py)"
         raise InputError(f"no installed package has laws of the name {quoted(name)}{hint}")
-    found = importlib.util.find_spec(point.module)  # runs the packages around the module, which the user installed
-    if found is None or not found.origin or not found.origin.endswith(".py"):
+    located = importlib.util.find_spec(point.module)  # runs the packages around the module, which the user installed
+    if located is None or not located.origin or not located.origin.endswith(".py"):
         raise InputError(f"the laws of {quoted(name)} are in {point.module}, which is no file of Python")
-    package = point.module if found.submodule_search_locations else point.module.rpartition(".")[0]
-    return read_law_file(Path(found.origin), name, package or point.module)
+    package = point.module if located.submodule_search_locations else point.module.rpartition(".")[0]
+    return read_law_file(Path(located.origin), name, package or point.module)
 
 
 def is_neighbour(place: str | Path, folder: str | Path = ".") -> bool:
@@ -152,13 +152,13 @@ def hash_of(path: str) -> str:
 
 def _named_files(file: LawFile) -> Iterator[tuple[str, str]]:
     """Yield the paths and hashes of the files whose names are texts in a law file: libraries and tables."""
-    folder, found = Path(file.path).parent, set()
+    folder, located = Path(file.path).parent, set()
     for node in ast.walk(syntax_tree(file)):
         text = node.value if isinstance(node, ast.Constant) else None
         text = text.decode(errors="replace") if isinstance(text, bytes) else text
         if isinstance(text, str) and 0 < len(text) <= 255 and os.path.isfile(folder / text):
-            found.add(os.path.realpath(folder / text))
-    for path in sorted(found - {file.path}):
+            located.add(os.path.realpath(folder / text))
+    for path in sorted(located - {file.path}):
         digest = hash_of(path)
         if not digest:
             raise InputError(f"{file.name}: names {path}, which cannot be read or has over {MAX_NAMED_BYTES:,} bytes")

@@ -9,7 +9,7 @@ from ..machines.contract import body_motions, gravity_of, load_resultants, pose_
 from ..observe import ANGLE, AX, AY, FORCE_SQUARE, FORCE_X, FORCE_Y, MOMENT, PLACE_WIDTH, PLACES, TIME, VX, VY
 
 
-class Place(NamedTuple):
+class CompiledPlace(NamedTuple):
     """A point of a body whose motion is observed."""
 
     body: tuple  # its number, as empty tuples
@@ -20,7 +20,7 @@ class Place(NamedTuple):
 class Shaking(NamedTuple):
     """The signals of a scene with vibration, besides force and moment on the frame."""
 
-    places: tuple  # of Place
+    places: tuple  # of CompiledPlace
     unreacted: tuple  # numbers of the loads that the frame does not react, as empty tuples
     x: float  # m, point of the moment
     y: float
@@ -84,7 +84,7 @@ def put_signals(scene, y, pose, motion, o, row, column):
 
 @inlined
 def place_velocity(place, bodies):
-    """Return the velocity (m/s) of a Place along x and y, with the accelerations as slopes, from BodyMotions."""
+    """Return the velocity (m/s) of a CompiledPlace along x and y, with the accelerations as slopes, from BodyMotions."""
     body = bodies[len(place.body) - 1]
     vx = body.vx + place.x * body.turn_xx + place.y * body.turn_yx
     return vx, body.vy + place.x * body.turn_xy + place.y * body.turn_yy

@@ -7,7 +7,7 @@ from ...contracts.case import Case
 from ...contracts.catalogue import CHOICE, CONDITION, GROUND, NUMERICS, Choice, Field, Keys, Mechanism, Outline
 from ...contracts.layout import is_along_output
 from ...contracts.machine import Body
-from ...contracts.vibration import FRAME, MAX_ORDERS, NO_SEVERITY, SEVERITIES, Place, PlaceOutline
+from ...contracts.vibration import FRAME, MAX_ORDERS, NO_SEVERITY, SEVERITIES, Location, PlaceOutline
 from .loads import CENTER_TEXT
 
 _PATH = "vibration"
@@ -88,12 +88,12 @@ def _place_keys(place: PlaceOutline, bodies: tuple[str, ...]) -> tuple[Keys, ...
     )
 
 
-def point_of(place: Place, body: Body) -> tuple[float, float]:
+def point_of(place: Location, body: Body) -> tuple[float, float]:
     """Return the point (m) of a place in the frame of its body; the pin of a slider is its centre of mass."""
     return place.point or body.center
 
 
-def axes_of(place: Place, mechanism: Mechanism) -> int:
+def axes_of(place: Location, mechanism: Mechanism) -> int:
     """Return in how many directions a place of a mechanism is observed: along x and y, of its output only along x."""
     return 1 if is_along_output(mechanism, PlaceOutline(place.name, body=place.body, is_whole=not place.point)) else 2
 

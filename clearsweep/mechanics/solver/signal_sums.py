@@ -51,7 +51,7 @@ class Sizes(Fields):
     start_time: float  # s
     time_scale: float  # bins per s
     angle: float  # column that is proportional to the crank angle
-    turning: float  # column of its derivative by the fraction of the step
+    stationary_point: float  # column of its derivative by the fraction of the step
     angle_scale: float  # bins per unit of the former
 
 
@@ -90,7 +90,7 @@ def _add(rows, settings, choices, sums, bounds, peaks, scratch, time_bins, angle
             )
         if settings.angle_bins > 0.0:
             _collect(
-                (rows[i], int(settings.angle), int(settings.turning), scratch),
+                (rows[i], int(settings.angle), int(settings.stationary_point), scratch),
                 (0.0, settings.angle_scale),
                 (choices, FORCES_AT, 2),
                 shaped(angle_bins, (2, int(settings.angle_bins), BIN_MOMENTS)),

@@ -243,10 +243,10 @@ def wear_moments_at(shape, angle, body_angle):
     position = in_body * KNOTS_PER_RADIAN
     _, offset = locate_interval(position)
     turns = math.floor(position * (1.0 / KNOTS))
-    along, across = h - second_derivative, slope - third_derivative
+    parallel, across = h - second_derivative, slope - third_derivative
     c, s = direction(in_body)
-    cosine_part = along * s + across * c + load_item(shape.table, offset + COSINE_CONSTANT)
-    sine_part = across * s - along * c + load_item(shape.table, offset + SINE_CONSTANT)
+    cosine_part = parallel * s + across * c + load_item(shape.table, offset + COSINE_CONSTANT)
+    sine_part = across * s - parallel * c + load_item(shape.table, offset + SINE_CONSTANT)
     cosine_part, sine_part = cosine_part + turns * shape.cosine_integral, sine_part + turns * shape.sine_integral
     c, s = direction(body_angle)
     return c * cosine_part - s * sine_part, s * cosine_part + c * sine_part

@@ -26,7 +26,7 @@ REFRESH = f'<meta http-equiv="refresh" content="{INTERVAL:g}">\n'
 def live_page(directory: Path, out: Path, system: str) -> Iterator[None]:
     """Rewrite the page of the finished cases of a run in `directory` for as long as this context lasts.
 
-    The page is `out`; each is written atomically and tells the browser to load the next one.  The last one no longer
+    The page is `out`; each is written atomically and makes the browser load the next one.  The last one no longer
     does.  system : unit system of its quantities
     """
     durable.check_output(out)

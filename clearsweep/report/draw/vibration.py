@@ -30,7 +30,7 @@ def draw_hodograph(ax: Axes, force: np.ndarray, ideal: np.ndarray | None) -> Non
 
 
 def draw_orders(ax: Axes, amplitudes: np.ndarray, ideal: np.ndarray | None, unit: str, name: str) -> None:
-    """Draw amplitudes (orders,) over the order of the crank as bars, beside those without clearance."""
+    """Draw amplitudes (orders,) over the order of the crank as bars, next to those without clearance."""
     values = [amplitudes] if ideal is None else [amplitudes, ideal]
     scale, width = wording.scale(unit, float(max(map(np.max, values)))), 0.8 / len(values)
     orders = np.arange(1, len(amplitudes) + 1, dtype=float)

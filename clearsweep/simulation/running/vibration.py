@@ -106,8 +106,8 @@ class Signals:
         self.lines = math.ceil(self.turns * highest_order * (1.0 + SAME_TIME))
         self.resolution = 2.0 * math.pi / self.period
         self.band = lines_in(vibration.band, self.resolution)
-        clock = scene.crank_clock
-        self.is_steady = not clock.free and not isinstance(clock, ScheduledClock)
+        crank_clock = scene.crank_clock
+        self.is_steady = not crank_clock.free and not isinstance(crank_clock, ScheduledClock)
         self.angle_unit = self.rate if self.is_steady else 1.0  # rad, of the column that is proportional to the angle
         bin_count = BIN_BLOCK * math.ceil(BINS_PER_LINE * self.lines / BIN_BLOCK)
         if self.time_bins.shape[1] != bin_count:
@@ -142,18 +142,18 @@ class Signals:
         count, work.stepper.recorded = int(work.stepper.recorded), 0.0
         if not count:
             return
-        rows, clock = self.recording[:count], self.scene.crank_clock
+        rows, crank_clock = self.recording[:count], self.scene.crank_clock
         if self.orders and not self.is_steady:
             self._put_angles(rows)
-        column = SIGNALS + (ANGLE if clock.free else TIME)
+        column = SIGNALS + (ANGLE if crank_clock.free else TIME)
         if math.isnan(self.begin_turns):
             self.begin_turns, self.sizes.start_time = (
                 self._turns_at(rows[0, column, START]),
                 rows[0, SIGNALS + TIME, START],
             )
         while len(rows):
-            end = clock.value_after(self.begin_turns + (self.stretches + 1) * self.turns)
-            tolerance = SAME_TIME * (end - clock.value_after(self.begin_turns)) / self.turns
+            end = crank_clock.value_after(self.begin_turns + (self.stretches + 1) * self.turns)
+            tolerance = SAME_TIME * (end - crank_clock.value_after(self.begin_turns)) / self.turns
             index = int(np.searchsorted(rows[:, column, END], end - tolerance))
             if index == len(rows):
                 self._add(rows)
@@ -167,21 +167,21 @@ class Signals:
 
     def _turns_at(self, value: float) -> float:
         """Return the revolutions after which the clock shows a value, at which the window begins."""
-        clock, turns = self.scene.crank_clock, self.scene.case.simulate.discard
-        turn = clock.value_after(turns + 1.0) - clock.value_after(turns)
-        while clock.value_after(turns) < value - SAME_TIME * turn:
+        crank_clock, turns = self.scene.crank_clock, self.scene.case.simulate.discard
+        turn = crank_clock.value_after(turns + 1.0) - crank_clock.value_after(turns)
+        while crank_clock.value_after(turns) < value - SAME_TIME * turn:
             turns += 1.0
         return turns
 
     def _put_angles(self, rows: np.ndarray) -> None:
         """Put the crank angle (rad) and its derivative by the fraction of the step into recorded rows."""
-        clock, time = self.scene.crank_clock, rows[:, SIGNALS + TIME]
-        if not isinstance(clock, ScheduledClock):
+        crank_clock, time = self.scene.crank_clock, rows[:, SIGNALS + TIME]
+        if not isinstance(crank_clock, ScheduledClock):
             rows[:, FREE] = rows[:, SIGNALS + ANGLE] @ TO_SLOPES
             return
-        row = np.clip(np.searchsorted(clock.times, time, side="right") - 1, 0, len(clock.times) - 1)
-        elapsed, speed = time - clock.times[row], np.interp(time, clock.times, clock.speeds)
-        rows[:, SIGNALS + ANGLE] = clock.angles[row] + 0.5 * elapsed * (clock.speeds[row] + speed)
+        row = np.clip(np.searchsorted(crank_clock.times, time, side="right") - 1, 0, len(crank_clock.times) - 1)
+        elapsed, speed = time - crank_clock.times[row], np.interp(time, crank_clock.times, crank_clock.speeds)
+        rows[:, SIGNALS + ANGLE] = crank_clock.angles[row] + 0.5 * elapsed * (crank_clock.speeds[row] + speed)
         rows[:, FREE] = speed * rows[:, DURATION]
 
     def _add(self, rows: np.ndarray) -> None:

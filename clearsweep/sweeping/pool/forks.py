@@ -1,7 +1,7 @@
 """A server that forks worker processes: each starts within milliseconds, with all modules of a case loaded.
 
 The server is a fork of this process, which has loaded the modules already, as long as this process has a single thread.
-Otherwise a lock that another thread holds would stay locked for ever in the fork, so the server is a new process that
+Otherwise a lock of another thread would stay locked for ever in the fork, so the server is a new process that
 loads them once for all workers.  Requests and answers go through a pair of sockets.  The server ends with this process,
 and the workers end with the server.
 """
