@@ -793,7 +793,7 @@ def test_laws_of_another_version_leave_the_rest_of_the_page(tmp_path):
     run.summary[LAW] = run.summary[LAW].replace("exact", "forgotten")
     message = text(run, tmp_path)
     assert "Spread between the contact laws" in message
-    assert "This version does not know every law of this run" in message
+    assert "Some laws of this run are of another version" in message
     assert "Specified and computed restitution" not in message
 
 

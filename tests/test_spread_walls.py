@@ -539,7 +539,7 @@ def test_a_journal_that_leaves_its_bearing_ends_the_run_and_says_so(walls):
 @pytest.mark.parametrize(
     ("roots", "shares"), [((1e-9, 1e-9), (0.5, 0.5)), ((0.0, 0.0), (0.5, 0.5)), ((0.0, 1e-9), (1.0, 0.0))]
 )
-def test_walls_that_separate_at_one_moment_have_the_time_scale_of_those_that_nearly_do(roots, shares):
+def test_walls_that_separate_together_have_the_time_scale_of_those_that_nearly_do(roots, shares):
     """1/kappa = sigma (1/s1 + 1/s2): of equal roots kappa is half of each over sigma, down to zero."""
     scene = clearsweep.load_case(spatial(walls="spread", contact=HERTZ)).value
     first_root, pairs = 2 * len(scene.coordinates) + 1, contact_modes(scene.joints[0])
@@ -559,8 +559,8 @@ def test_a_jammed_journal_without_load_has_no_friction():
     gap = gap_of([0.0, 0.0, 0.0], [math.sin(jam), 0.0, math.cos(jam)], velocity=Vector(1.0, 0.2, 0.0))
     pairs = contact_modes(joint)
     mode = np.array([pairs[0].pressed, pairs[1].pressed, FREE, FREE, ACTS, ACTS])
-    found = load(joint, gap, Offsets(0, 0, 0, 0), JointState(np.zeros(8), mode, np.full(6, 0.1), 0))
-    assert [*found.force, *found.journal_moment, *found.bearing_moment] == [0.0] * 9
+    loads = load(joint, gap, Offsets(0, 0, 0, 0), JointState(np.zeros(8), mode, np.full(6, 0.1), 0))
+    assert [*loads.force, *loads.journal_moment, *loads.bearing_moment] == [0.0] * 9
     touching = JointState(np.array([1e-9, 0.0, *[0.0] * 6]), mode, np.full(6, 0.1), 0)
     assert np.isfinite([*load(joint, gap, Offsets(0, 0, 0, 0), touching).force]).all()
 

@@ -293,10 +293,10 @@ def test_a_frame_without_mass_has_the_signature_of_its_force(figures, signals):
 def test_a_table_of_constant_speed_gives_the_orders_of_that_speed(figures):
     grid = copy.deepcopy(GRID)
     grid["drive"] = {"speed": {"table": {"time [s]": [0, 1], "speed [rpm]": [1200, 1200]}}}
-    found = clearsweep.simulate(clearsweep.load_case(grid)).summary
+    summary = clearsweep.simulate(clearsweep.load_case(grid)).summary
     for order in range(1, 7):
         for name in (f"frame_force_x_order_{order}", f"slider_envelope_order_{order}"):
-            assert found[name] == pytest.approx(figures[name], rel=1e-6), name
+            assert summary[name] == pytest.approx(figures[name], rel=1e-6), name
 
 
 @pytest.mark.slow  # compiles the scene without vibration

@@ -28,7 +28,7 @@ from ..contracts.case import (
     Wear,
 )
 from ..contracts.catalogue import LoadOutline, Outline
-from ..contracts.vibration import FRAME, SEVERITIES, Frame, Mount, Location, Vibration
+from ..contracts.vibration import FRAME, SEVERITIES, Frame, Location, Mount, Vibration
 from .keys.joint_keys import PRELOAD
 from .keys.key_table import DIMENSIONLESS
 from .sections.named_sections import UNCERTAIN, uncertain_of

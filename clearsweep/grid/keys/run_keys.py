@@ -74,8 +74,8 @@ _LIFE_FIELDS = (
         "tolerance",
         "1",
         "largest share of a jump's wear that may be in other bins at its end than at its start; four times the largest "
-        "error of a profile by a jump, over its final depth; also the required relative half-width of the 95 % interval "
-        "of a block's wear rate",
+        "error of a profile by a jump, over its final depth; also the required relative half-width of the 95 % "
+        "interval of a block's wear rate",
         1e-4,
         0.5,
         low_open=False,

@@ -276,7 +276,9 @@ def _refuse(reason: str, file: LawFile) -> None:
 @contextlib.contextmanager
 def _replaced() -> Iterator[None]:
     """In this context, functions without an event are refused."""
-    located = [(module, name, reason, vars(module)[name]) for module, name, reason in _UNAUDITED if name in vars(module)]
+    located = [
+        (module, name, reason, vars(module)[name]) for module, name, reason in _UNAUDITED if name in vars(module)
+    ]
     for module, name, reason, original in located:
 
         def refused(*arguments: Any, reason: str = reason, original: Any = original, **keywords: Any) -> Any:

@@ -9,7 +9,9 @@ import traceback
 from collections.abc import Callable, Iterator, Sequence
 from typing import NamedTuple
 
-from ...language.errors import InputError
+import numpy as np
+
+from ...language.errors import InputError, quoted
 
 SPEEDS = (0.01, 0.03, 0.1, 0.3, 1.0)  # m/s, at which the restitution of an impact is found
 MASSES = (1.0, 100.0)  # kg: with both masses, a restitution that does not depend on it is the same
@@ -66,16 +68,17 @@ def checked(function: Callable[..., float], names: Sequence[str], place: str) ->
 
     def check(*arguments: float) -> float:
         try:
-            value = float(function(*arguments))
+            returned = function(*arguments)
         except InputError:
             raise
         except Exception as error:
             frame = traceback.extract_tb(error.__traceback__)[-1]
             reason = f"fails with {type(error).__name__}: {error}, in {frame.filename}:{frame.lineno}: {frame.line}"
         else:
-            if math.isfinite(value):
-                return value
-            reason = f"gives {value}"
+            is_number = isinstance(returned, (int, float, np.number))
+            if is_number and math.isfinite(returned):
+                return float(returned)
+            reason = f"gives {returned}" if is_number else f"returns {quoted(returned)}; expected a number"
         sample = ", ".join(f"{name} {number:.4g}" for name, number in zip(names, arguments, strict=True))
         raise InputError(f"{place}: {reason}, at {sample} (SI); return its limit there")
 

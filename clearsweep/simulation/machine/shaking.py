@@ -12,8 +12,7 @@ from ...contracts.catalogue import Mechanism
 from ...contracts.machine import GROUND, Constant, Machine
 from ...contracts.vibration import Frame, Vibration
 from ...language.errors import InputError
-from ...mechanics.coupling.shaking import CompiledPlace
-from ...mechanics.coupling.shaking import Shaking
+from ...mechanics.coupling.shaking import CompiledPlace, Shaking
 from ...mechanics.machines import planar
 from ...mechanics.machines.contract import Built
 from ...mechanics.machines.observed import axes_of, point_of, unreacted_loads
