@@ -633,9 +633,9 @@ def test_two_texts_of_one_name_do_not_mix():
         ("while True:\n        x = 1.0", "does not end within 0."),
         ("open('a', 'w')", ":4: writes a; a law file"),
         ("raise SystemExit(0)", ":4: SystemExit: 0: raise SystemExit(0)"),
-        ("return spring(penetration, p)", ":4: RecursionError: maximum recursion depth exceeded"),
+        ("return spring(penetration, p)", "traced: it fails with RecursionError: maximum recursion depth"),
         ("print('a')", "spring cannot be traced: it calls print"),
-        ("pass  # ", "my_laws.py: TypeError: float() argument must be"),
+        ("pass  # ", "returns nothing; expected a number"),
     ],
 )
 def test_a_hostile_function_ends_with_a_message(body, expected, capfd, monkeypatch, place):

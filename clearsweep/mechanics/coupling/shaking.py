@@ -84,7 +84,7 @@ def put_signals(scene, y, pose, motion, o, row, column):
 
 @inlined
 def place_velocity(place, bodies):
-    """Return the velocity (m/s) of a CompiledPlace along x and y, with the accelerations as slopes, from BodyMotions."""
+    """Return the velocity (m/s) along x and y of a CompiledPlace, its slopes the accelerations, from BodyMotions."""
     body = bodies[len(place.body) - 1]
     vx = body.vx + place.x * body.turn_xx + place.y * body.turn_yx
     return vx, body.vy + place.x * body.turn_xy + place.y * body.turn_yy
