@@ -8,7 +8,7 @@ import numpy as np
 from ...contracts.case import Case, Joint, column_name
 from ...contracts.machine import GROUND, Machine, Pin, Stretch
 from ...contracts.results import Peak, Trajectory
-from ...mechanics.machines.planar.ideal import JointForce, Motion, Reactions, reactions
+from ...mechanics.machines.planar.reactions import JointForce, Motion, Reactions, reactions
 from ..machine.ideal import mechanism_of
 from ..running.observed_run import LaterWindow
 from ..running.run import Run, integration_of

@@ -28,7 +28,7 @@ from ..contract import Built, IdealMotion, Open, accelerate, pose_at
 from ..contract import Ideal as Closed
 from ..programs import kinds_of
 from . import equations  # noqa: F401 - registers the equations of motion
-from .closure import ClosureError, MobilityError, extent, initial_coordinate
+from .closure import ClosureError, MobilityError, extent
 from .form import (
     AngleAim,
     BranchingCycle,
@@ -38,18 +38,17 @@ from .form import (
     Planar,
     PointAim,
     Slide,
-    SpringLoad,
     Steady,
     as_empty_tuples,
     compile_direction,
     compile_drive,
-    compile_loads,
     compile_point,
-    discontinuity_times_of,
     drive_motion,
     make_cycle,
 )
+from .free_bodies import initial_coordinate
 from .ideal import AlwaysEqual, IdealMachine, geometry_of, ideal_of, masses_of
+from .load_forms import SpringLoad, compile_loads, discontinuity_times_of
 from .pose import loop_jacobian, pose_of
 from .structure import ANGLE, TRAVEL, Coordinate, MachineType, machine_type
 

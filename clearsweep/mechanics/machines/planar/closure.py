@@ -12,12 +12,11 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import GROUND, BodyPoint, Braking, Guide, Initial, Machine, Rubbing, Slot, Spring, Stretch
+from ....contracts.machine import GROUND, BodyPoint, Guide, Machine, Slot, Stretch
 from ....tracing.compiled.choosing import rolled_range
 from ....tracing.compiled.direction import directions
 from ....tracing.compiled.family import Routine, shaped
 from . import constraints
-from .structure import ANGLE, SHIFT_X, SHIFT_Y
 
 # ---------------------------------------------------------------------------------------------- states
 
@@ -552,49 +551,3 @@ def extent(body) -> float:
     """Return the largest distance (m) between two points of a body, its centre of mass among them."""
     points = np.array([body.center, *body.points.values()])
     return float(np.max(np.hypot(*(points[:, None] - points[None]).T)))
-
-
-# ---------------------------------------------------------------------------------------------- free bodies
-
-
-def without_free_bodies(machine: Machine) -> Machine:
-    """Return a machine without the free bodies that its joints do not determine; raise MobilityError.
-
-    A free body has a given initial state.  Its joints and the loads on it are also removed.
-    """
-    free = {name for name, body in machine.bodies.items() if body.initial is not None}
-    if not free or _constraints(machine) == 3 * (len(machine.bodies) - 1):
-        return machine
-    if machine.aim.body in free:
-        raise MobilityError(
-            f"the output cannot be the free body {machine.aim.body!r}: without clearance its motion is undetermined; "
-            "choose a body whose motion ideal joints determine, such as the driven body"
-        )
-    joints = tuple(j for j in machine.joints if not free & {j.proximal.body, j.distal.body})
-    names = {joint.name for joint in joints}
-    loads = tuple(load for load in machine.loads if not free & _bodies_of(load) and names >= _joints_of(load))
-    bodies = {name: body for name, body in machine.bodies.items() if name not in free}
-    return machine._replace(bodies=bodies, joints=joints, loads=loads)
-
-
-def _constraints(machine: Machine) -> int:
-    """Return the number of equations of joints and drive, with springs at rest."""
-    return 1 + sum({Slot: 1, Stretch: 3}.get(type(joint), 2) for joint in machine.joints)
-
-
-def _bodies_of(load: Any) -> set[str]:
-    """Return the bodies that a load acts on; for friction in a joint, those of the joint."""
-    if isinstance(load, Rubbing | Braking):
-        return set()
-    return {load.first.body, load.second.body} if isinstance(load, Spring) else {load.at.body}
-
-
-def _joints_of(load: Any) -> set[str]:
-    return {load.joint} if isinstance(load, Rubbing | Braking) else set()
-
-
-def initial_coordinate(initial: Initial, kind: int) -> tuple[float, float]:
-    """Return the initial coordinate of a free body and its rate."""
-    return {ANGLE: (initial.angle, initial.rate), SHIFT_X: (initial.x, initial.vx), SHIFT_Y: (initial.y, initial.vy)}[
-        kind
-    ]

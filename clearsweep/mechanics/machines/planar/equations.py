@@ -28,8 +28,9 @@ from ..contract import (
 )
 from ..programs import generated
 from .dynamics import accelerate_with_friction, friction_powers_of, friction_slips_of, impact_masses_of, motion_of
-from .form import FRICTION_LOADS, Planar, evaluate_cycle
+from .form import Planar, evaluate_cycle
 from .kinematics import Bodies, PlaneVector, vector_of, vector_sum
+from .load_forms import FRICTION_LOADS
 from .pose import pose_of
 from .structure import TRAVEL, Coordinate, MachineType, machine_type
 

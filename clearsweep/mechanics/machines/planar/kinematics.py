@@ -17,18 +17,8 @@ from ....tracing.compiled.choosing import where
 from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import inlined
 from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program, sum_of
-from .form import (
-    AlongX,
-    AngleTableLoad,
-    Centre,
-    OnAxis,
-    OwnLoad,
-    PushLoad,
-    SpringLoad,
-    applied_load,
-    evaluate_cycle,
-    table_values,
-)
+from .form import AlongX, Centre, OnAxis, evaluate_cycle
+from .load_forms import AngleTableLoad, OwnLoad, PushLoad, SpringLoad, applied_load, table_values
 from .structure import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate, LoadKind, MachineType
 
 # ---------------------------------------------------------------------------------------------- vectors

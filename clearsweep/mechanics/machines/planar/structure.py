@@ -9,19 +9,17 @@ from typing import NamedTuple
 from ...laws.friction import Karnopp
 from ..contract import Open
 from .form import (
-    FRICTION_LOADS,
     BranchingCycle,
     ElasticGuide,
     Free,
     FreeByLaw,
-    GivenFriction,
     Planar,
     PointAim,
     Segment,
     Slide,
-    SpringLoad,
     Steady,
 )
+from .load_forms import FRICTION_LOADS, GivenFriction, SpringLoad
 
 # ---------------------------------------------------------------------------------------------- the spanning tree
 

@@ -1,0 +1,232 @@
+"""The compiled forms of the loads on a planar machine: types define where they act, values how large they are."""
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from .... import laws as recorded
+from ....contracts.catalogue import Law
+from ....contracts.machine import Braking, OwnPush, Push, Rubbing, Spring, TabledPush
+from ....tracing.compiled.dual import plain
+from ....tracing.compiled.family import family, kernel
+from ....tracing.compiled.pinned import ArrayHandle, array_handle, load_item, row_of
+from ...laws.contract import Recipe
+from ...laws.own import check_traced, function_of, maker, names_of, parameters_of, refuse_address, type_of
+from ...laws.sampled import checked
+
+_QUANTITIES = 3  # quantities in a table: force x, y, torque
+_POWERS = 4  # coefficients of the polynomials between its rows
+_LOAD_WIDTH = 1 + _QUANTITIES * _POWERS  # numbers in a row: knot, then the polynomials after it
+
+
+class PushLoad(NamedTuple):
+    """A constant force and torque on a body."""
+
+    body: tuple  # number
+    point: tuple  # point
+    fx: float  # N
+    fy: float
+    torque: float  # N m
+
+
+class Table(NamedTuple):
+    """Table of force and torque."""
+
+    table: ArrayHandle  # address of (rows, _LOAD_WIDTH) numbers
+    row_count: float
+    span: float  # rad, period; 0: constant beyond its ends
+
+
+class AngleTableLoad(NamedTuple):
+    """A force and torque on a body that depend on the angle of the crank."""
+
+    body: tuple
+    point: tuple
+    table: Table
+
+
+class TimeTableLoad(NamedTuple):
+    """A force and torque on a body that depend on time."""
+
+    body: tuple
+    point: tuple
+    table: Table
+
+
+class OwnLoad(NamedTuple):
+    """A force and torque on a body by a law of one's own."""
+
+    body: tuple
+    point: tuple
+    law: tuple  # of `applied_load`
+
+
+@family
+def applied_load(law, time, angle, position, velocity):
+    """Return force x, y (N) and torque (N m) of a load of one's own.
+
+    time : s; angle : rad, of the crank; position, velocity : (x, y) m and m/s, of its point in the fixed frame.
+    """
+
+
+@maker("load")
+def _load_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+    kind, values = type_of(law, digest, "law", ("p",)), type_of(law, digest, "values", names_of(law))
+    evaluate = function_of(law)
+    refuse_address(law)
+
+    @applied_load.member(kind)
+    def load(law, time, angle, position, velocity):
+        return evaluate(law.p, time, angle, position, velocity)
+
+    def make(owner):
+        return kind(parameters_of(law, values, [owner.values[field.name] for field in law.keys]))
+
+    def check(owner):
+        p, at_rest = make(owner).p, (0.0, 0.0)
+        check_traced(law, p, 0.1, 1.0, (0.1, 0.1), at_rest)
+
+        def total(time, angle, x, speed):
+            fx, fy, torque = evaluate(p, time, angle, (x, 0.5 * x), (speed, -speed))
+            return fx + fy + torque
+
+        sampled_load = checked(total, ("t", "angle", "x", "speed"), law.place)
+        for time in (0.0, 0.01, 1.0):
+            for angle in (0.0, 1.0, 3.0, 5.0):
+                for x in (0.0, 0.1):
+                    sampled_load(time, angle, x, 0.0), sampled_load(time, angle, x, 1.0)
+        return ()
+
+    return Recipe(description, (kind,), make, check=check)
+
+
+class SpringLoad(NamedTuple):
+    """A spring and damper between two points."""
+
+    first: tuple  # number of the body
+    near: tuple  # point
+    second: tuple
+    far: tuple
+    stiffness: float  # N/m
+    free_length: float  # m
+    damping: float  # N s/m
+
+
+class JointFriction(NamedTuple):
+    """Friction in a joint without clearance."""
+
+    joint: tuple  # number
+    friction: tuple  # of a friction law
+    radius: float  # m, of a pin
+
+
+class GivenFriction(NamedTuple):
+    """Friction of a given size in a joint."""
+
+    joint: tuple  # number
+    friction: tuple  # of a friction law
+    radius: float  # m
+    normal: float  # N
+
+
+FRICTION_LOADS = (JointFriction, GivenFriction)
+
+
+@kernel
+def table_values(table, argument):
+    """Return force x, y (N) and torque (N m) of a Table at an angle (rad) or time (s)."""
+    row_count = int(table.row_count)
+    first_knot, last_knot = load_item(table.table, 0), load_item(table.table, _LOAD_WIDTH * (row_count - 1))
+    plain_argument = plain(argument)
+    shift = table.span * math.floor((plain_argument - first_knot) / table.span) if table.span > 0.0 else 0.0
+    plain_argument = min(max(plain_argument - shift, first_knot), last_knot)
+    row = row_of(table.table, _LOAD_WIDTH, row_count - 1, plain_argument)
+    remaining = argument - (shift + load_item(table.table, row))
+    if table.span == 0.0 and (plain(argument) < first_knot or plain(argument) > last_knot):
+        remaining = 0.0 * remaining + (plain_argument - load_item(table.table, row))
+    return (
+        _polynomial(table.table, row + 1, remaining),
+        _polynomial(table.table, row + 1 + _POWERS, remaining),
+        _polynomial(table.table, row + 1 + 2 * _POWERS, remaining),
+    )
+
+
+@kernel
+def _polynomial(table, index, x):
+    """Return the value of the cubic whose coefficients, highest power first, begin at `index`."""
+    value = load_item(table, index) * x + load_item(table, index + 1)
+    return (value * x + load_item(table, index + 2)) * x + load_item(table, index + 3)
+
+
+def compile_table(load: TabledPush) -> Table:
+    """Return a table in compiled form: monotone cubics (PCHIP, Fritsch & Carlson 1980) between its rows."""
+    from scipy.interpolate import PchipInterpolator
+
+    knots = np.asarray(load.knots, dtype=float)
+    columns = load.scale * np.stack([load.fx, load.fy, load.torque], -1)
+    is_periodic = load.over == "angle"
+    coefficients = _periodic(knots, columns) if is_periodic else PchipInterpolator(knots, columns).c
+    rows = np.zeros((len(knots), _LOAD_WIDTH))
+    rows[:, 0] = knots
+    rows[:-1, 1:] = coefficients.transpose(1, 2, 0).reshape(len(knots) - 1, -1)
+    rows[-1, _POWERS::_POWERS] = columns[-1]
+    return Table(array_handle(rows), float(len(knots)), float(knots[-1] - knots[0]) if is_periodic else 0.0)
+
+
+def _periodic(knots: np.ndarray, columns: np.ndarray) -> np.ndarray:
+    """Return the coefficients (4, rows - 1, 3) of monotone cubics whose slopes agree at both ends."""
+    from scipy.interpolate import PchipInterpolator
+
+    span, overlap = knots[-1] - knots[0], min(2, len(knots) - 1)
+    extended = np.concatenate([knots[-1 - overlap : -1] - span, knots, knots[1 : 1 + overlap] + span])
+    values = np.concatenate([columns[-1 - overlap : -1], columns, columns[1 : 1 + overlap]])
+    return PchipInterpolator(extended, values).c[:, overlap : overlap + len(knots) - 1]
+
+
+def evaluate_table(table: Table, argument: np.ndarray) -> np.ndarray:
+    """Return force x, y (N) and torque (N m) of a Table at angles (N,) rad or times (N,) s."""
+    rows = table.table.array.reshape(-1, _LOAD_WIDTH)
+    first_knot, last_knot = rows[0, 0], rows[-1, 0]
+    within_span = (
+        first_knot + np.remainder(argument - first_knot, table.span)
+        if table.span > 0.0
+        else np.clip(argument, first_knot, last_knot)
+    )
+    row = rows[np.clip(np.searchsorted(rows[:, 0], within_span, side="right") - 1, 0, len(rows) - 2)]
+    remaining, coefficients = (within_span - row[:, 0])[:, None], row[:, 1:].reshape(-1, _QUANTITIES, _POWERS)
+    return (
+        (coefficients[..., 0] * remaining + coefficients[..., 1]) * remaining + coefficients[..., 2]
+    ) * remaining + coefficients[..., 3]
+
+
+def compile_loads(loads: tuple, locate_point: Callable, joint_number: Callable) -> tuple:
+    """Return the compiled forms of loads.
+
+    locate_point : At -> number of the body and compiled point; joint_number : name of a joint -> its number.
+    """
+    compiled_loads: list = []
+    for load in loads:
+        if isinstance(load, Push):
+            compiled_loads.append(PushLoad(*locate_point(load.at), load.fx, load.fy, load.torque))
+        elif isinstance(load, TabledPush):
+            table_type = AngleTableLoad if load.over == "angle" else TimeTableLoad
+            compiled_loads.append(table_type(*locate_point(load.at), compile_table(load)))
+        elif isinstance(load, OwnPush):
+            compiled_loads.append(OwnLoad(*locate_point(load.at), load.law))
+        elif isinstance(load, Spring):
+            endpoints = (*locate_point(load.first), *locate_point(load.second))
+            compiled_loads.append(SpringLoad(*endpoints, load.stiffness, load.free_length, load.damping))
+        elif isinstance(load, Rubbing):
+            compiled_loads.append(JointFriction(joint_number(load.joint), load.friction, load.radius))
+        elif isinstance(load, Braking):
+            compiled_loads.append(GivenFriction(joint_number(load.joint), load.friction, load.radius, load.normal))
+    return tuple(compiled_loads)
+
+
+def discontinuity_times_of(load: Push | TabledPush | Spring) -> list[float]:
+    """Return the times (s) at which the slope of a load jumps: both ends of a table over time."""
+    if isinstance(load, TabledPush) and load.over == "time":
+        return [float(load.knots[0]), float(load.knots[-1])]
+    return []

@@ -1,0 +1,77 @@
+"""Forces in the joints without clearance of a planar machine in motion, from the accelerations of its bodies.
+
+The joints with clearance act as loads of known size.  The forces in the other joints are the multipliers of their
+constraints (Haug 1989, "Computer Aided Kinematics and Dynamics", chapter 6): J^T f = applied - M a.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+import numpy as np
+
+from ....contracts.machine import Guide, Machine
+from .closure import MachineStates
+from .ideal import ideal_of
+
+
+class JointForce(NamedTuple):
+    """Force and moment on the distal body of a joint with clearance; the proximal body has the opposite force."""
+
+    force: np.ndarray  # (N, 2) N, at the joint's point
+    couple_distal: np.ndarray  # (N,) N m, besides
+    couple_proximal: np.ndarray
+
+
+class Motion(NamedTuple):
+    """The moving bodies of a machine at N times, in the order of the machine: x, y (m) and angle (rad) of each."""
+
+    time: np.ndarray  # (N,) s
+    crank_angle: np.ndarray  # (N,) rad, from the start angle on
+    q: np.ndarray  # (N, 3 bodies)
+    rates: np.ndarray
+    accelerations: np.ndarray
+
+
+class Reactions(NamedTuple):
+    """Forces and couples in the joints without clearance."""
+
+    forces: dict[str, np.ndarray]  # joint -> (N, 2) N, on its distal body
+    couples: dict[str, np.ndarray]  # guide -> (N,) N m, on its distal body about the joint's point
+    torque: np.ndarray  # (N,) N m, of the drive on the crank
+
+
+def reactions(machine: Machine, motion: Motion, open_joint_forces: Mapping[str, JointForce]) -> Reactions:
+    """Return forces and couples of the joints without clearance, and the torque of the drive."""
+    ideal_machine = ideal_of(machine)
+    closure, joints = ideal_machine.closure, ideal_machine.machine.joints
+    states = MachineStates(motion.crank_angle, motion.q, motion.rates, motion.accelerations)
+    ones = np.ones(len(motion.time))  # derivatives by time instead of those by the crank's angle
+    applied = ideal_machine.applied_forces(states, ones, motion.time) - ideal_machine.inertia * motion.accelerations
+    given_forces = {name: joint_force.force for name, joint_force in open_joint_forces.items()}
+    for joint in joints:
+        if joint.name in open_joint_forces:
+            force, on_distal, on_proximal = open_joint_forces[joint.name]
+            ideal_machine.add_force(applied, states, joint.distal, force, on_distal)
+            ideal_machine.add_force(applied, states, joint.proximal, -force, on_proximal)
+    row_ranges = list(zip(joints, closure.first_rows, closure.first_rows[1:], strict=False))
+    is_closed_row = np.ones(closure.rows, bool)
+    for joint, begin, end in row_ranges:
+        is_closed_row[begin:end] = joint.name not in open_joint_forces
+    jacobian = closure.evaluate(states.q, states.angles)[1][:, is_closed_row]
+    inverse = np.linalg.pinv(np.swapaxes(jacobian, 1, 2))
+
+    def solve(friction_forces):
+        multipliers = np.zeros((len(ones), closure.rows))
+        multipliers[:, is_closed_row] = np.einsum("nij,nj->ni", inverse, applied + friction_forces)
+        forces = {
+            joint.name: ideal_machine.reaction_of(joint, states, multipliers[:, begin:end])
+            for joint, begin, end in row_ranges
+            if joint.name not in open_joint_forces
+        }
+        return forces | given_forces, forces, multipliers
+
+    _, forces, multipliers = ideal_machine.with_friction(states, ones, solve)
+    couples = {joint.name: -multipliers[:, begin] for joint, begin, _ in row_ranges if isinstance(joint, Guide)}
+    return Reactions(
+        forces, {name: joint_force for name, joint_force in couples.items() if name in forces}, -multipliers[:, -1]
+    )
