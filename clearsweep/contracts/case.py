@@ -225,11 +225,37 @@ def column_name(joint: str) -> str:
     return joint.replace("-", "_")
 
 
+class Capacity(NamedTuple):
+    """The load ratings of a rolling bearing, as its catalogue gives them."""
+
+    dynamic: float | None = None  # N, ISO 281
+    static: float | None = None  # N, ISO 76
+
+
+class Rolling(NamedTuple):
+    """The rolling elements between the rings of a bearing."""
+
+    kind: str  # 'ball', 'roller' or 'needle'
+    elements: int
+    element_diameter: float  # m
+    pitch_diameter: float  # m
+    groove: tuple[float, ...] = ()  # of balls: radii of inner and outer groove over the element's diameter
+    phase: float = 0.0  # rad, of the first element in the fixed frame at the start
+    material: Material = Material(210e9, 0.3)  # of balls and rings
+    capacity: Capacity = Capacity()
+    bore: float | None = None  # m, of the inner ring
+
+    @property
+    def has_balls(self) -> bool:
+        """Return whether the elements are balls; others touch along a line."""
+        return self.kind == "ball"
+
+
 class Joint(NamedTuple):
     """A joint with clearance."""
 
     name: str  # as in the grid: 'rod-slider'
-    clearance: float  # m, radial
+    clearance: float  # m, radial; of a rolling bearing half its internal clearance, negative with a preload
     contact: Contact
     bearing_radius: float | None = None  # m
     length: float | None = None  # m, along the pin
@@ -250,6 +276,7 @@ class Joint(NamedTuple):
     temperature: float | None = None  # K, of both bodies, once the heat balance is solved
     walls: str | None = None  # 'spread'; otherwise a spatial joint carries load at the journal's ends
     laws: str = ""  # hash of the laws of the grid's own
+    rolling: Rolling | None = None  # elements of a rolling bearing; None: the journal slides in the bearing
 
     @property
     def elastic_name(self) -> str:

@@ -80,6 +80,7 @@ class Outline(NamedTuple):
     clearances: frozenset[str] = frozenset()  # joints with clearance
     spatial: bool = False  # its bodies move in space
     axial: frozenset[str] = frozenset()  # joints with clearance between flanges, of a mechanism in space
+    rolling: frozenset[str] = frozenset()  # joints that are rolling bearings
     elastic: frozenset[str] = frozenset()  # bodies with elastic links
     laws: str = ""  # hash of the laws of the grid's own
     vibration: VibrationOutline | None = None
@@ -89,6 +90,13 @@ class Outline(NamedTuple):
     def free(self) -> bool:
         """Return whether the crank is free, its motion not prescribed."""
         return self.drive in ("torque", "motor", "motor-law")
+
+    def sites(self, joints: "tuple[JointSite, ...]") -> "tuple[JointSite, ...]":
+        """Return the sites of a mechanism, with the kind 'rolling' where a pin is a rolling bearing."""
+        return tuple(
+            site._replace(kind="rolling") if site.name in self.rolling and site.kind == "revolute" else site
+            for site in joints
+        )
 
 
 #: Keys that set the size of friction directly: a couple in a pin, a force in a guide.
@@ -239,8 +247,8 @@ class JointSite(NamedTuple):
     name: str  # as in the grid: 'rod-slider'
     proximal: str  # the body nearer the drive
     distal: str
-    kind: str = "revolute"  # 'guide': prismatic; 'slot': a pin in one; 'spatial', with flanges, or 'through', without;
-    # or 'line': a gap with two ends, which is always there
+    kind: str = "revolute"  # 'guide': prismatic; 'slot': a pin in one; 'rolling': a rolling bearing; 'spatial', with
+    # flanges, or 'through', without; or 'line': a gap with two ends, which is always there
     journal: str = ""  # default body of the journal; '': the distal one
 
     @property
@@ -428,6 +436,8 @@ class Catalogue(NamedTuple):
     film_channels: tuple[Channel, ...] = ()  # further channels of joints with a film
     spatial_channels: tuple[Channel, ...] = ()  # channels of a spatial joint, before those of its contact points
     point_channels: tuple[Channel, ...] = ()  # channels of each contact point; '{}' is its number
+    rolling_channels: tuple[Channel, ...] = ()  # channels of a rolling bearing, before those of its elements
+    element_channels: tuple[Channel, ...] = ()  # channels of each element; '{}' is its number
     frame_channels: tuple[Channel, ...] = ()  # channels of the frame, with `vibration`
     place_channels: tuple[Channel, ...] = ()  # channels of each place of `vibration`; '{}' is its name
     #: Returns the path at fault and a sentence if a Case cannot start.

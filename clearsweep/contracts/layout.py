@@ -16,7 +16,7 @@ MAX_REVOLUTIONS = 1 << 17  # number of last revolutions whose peaks and sections
 SECTION_COUNT = "poincare/revolution"  # turns of the crank between sections
 _SECTIONED = ("x", "y", "vx", "vy")  # channels of a joint stored at crank angle 0
 WALLS, FLANGES = 2, 2  # contacts of a spatial joint, in this order
-AUXILIARY_OF_GUIDE, AUXILIARY_OF_SPATIAL = 1, 2  # contacts after these, which only report; the first: the resultant
+AUXILIARY_OF_GUIDE, AUXILIARY_OF_SPATIAL, AUXILIARY_OF_ROLLING = 1, 2, 4  # which only report; first: the resultant
 TIME = "t"  # the abscissa of all other channels
 ALWAYS_STORED = (TIME, "crank_angle")  # channels that are stored whatever `save.channels` lists
 
@@ -39,12 +39,13 @@ class JointLayout(NamedTuple):
     name: str  # 'rod_slider': the name of the joint in columns and channels
     wear_bins: int = 0  # angular bins of each body; 0 where no wear is computed
     film: bool = False  # it has an oil film
-    corners: int = 0  # separate contact points of a guide or a spatial joint; 0: a single contact
+    corners: int = 0  # contacts of a guide, a spatial joint or a rolling bearing; 0: a single contact
     auxiliary: int = 0  # auxiliary contacts after these
     wear_rows: int = 1  # wear bins along each body's length
     friction: bool = False  # it has friction
     strength: bool = False  # yield strength of its weaker body is known
     thermal: bool = False  # a heat balance of dry friction gives its temperature
+    capacity: str = ""  # ratings of a rolling bearing that are known: 'dynamic', 'static' or 'both'
 
     @property
     def features(self) -> set[str]:
@@ -53,6 +54,7 @@ class JointLayout(NamedTuple):
         present = {"wear": self.wear_bins, "film": self.film, "friction": self.friction, "guide": self.is_guide}
         present |= {"spatial": self.is_spatial, "axial": has_flanges}
         present |= {"strength": self.strength, "thermal": self.thermal}
+        present |= {"rolling": self.is_rolling, "static capacity": self.capacity in ("static", "both")}
         return {name for name, features in present.items() if features}
 
     @property
@@ -64,6 +66,11 @@ class JointLayout(NamedTuple):
     def is_spatial(self) -> bool:
         """Return whether the journal may tilt and shift along its axis."""
         return self.auxiliary == AUXILIARY_OF_SPATIAL
+
+    @property
+    def is_rolling(self) -> bool:
+        """Return whether the joint is a rolling bearing."""
+        return self.auxiliary == AUXILIARY_OF_ROLLING
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -99,6 +106,7 @@ def features_of(case: Case) -> CaseFeatures:
             joint.friction is not None,
             joint.strength is not None and joint.is_dry and not joint.is_guide and not joint.is_spatial,
             joint.thermal is not None,
+            _known_capacity(joint),
         )
         for joint in case.joints
     )
@@ -118,8 +126,16 @@ def features_of(case: Case) -> CaseFeatures:
     )
 
 
+def _known_capacity(joint: Joint) -> str:
+    """Return which ratings of a rolling bearing are known, as in `JointLayout`."""
+    known = [name for name, rating in joint.rolling.capacity._asdict().items() if rating] if joint.rolling else []
+    return "both" if len(known) > 1 else "".join(known)
+
+
 def _contact_counts(joint: Joint) -> tuple[int, int]:
     """Return the numbers of separate contact points and of auxiliary contacts of a joint."""
+    if joint.rolling:
+        return joint.rolling.elements, AUXILIARY_OF_ROLLING
     if joint.is_spatial:
         return (WALLS + FLANGES if joint.flange else WALLS), AUXILIARY_OF_SPATIAL
     return (CORNERS, AUXILIARY_OF_GUIDE) if joint.is_guide else (0, 0)
@@ -362,6 +378,12 @@ def _vibration_channels(catalogue: Catalogue, vibration: VibrationOutline | None
 
 def _joint_channels(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channel]:
     """Yield the time histories of a joint."""
+    if joint.is_rolling:
+        yield from catalogue.rolling_channels
+        for k in range(joint.corners):
+            for name, unit, text in catalogue.element_channels:
+                yield Channel(name.format(k + 1), unit, text.format(k + 1))
+        return
     yield from catalogue.spatial_channels if joint.is_spatial else catalogue.joint_channels
     yield from catalogue.film_channels if joint.film else ()
     for k in range(joint.corners if joint.is_spatial else 0):
@@ -374,6 +396,7 @@ def converging_columns(catalogue: Catalogue, mechanism: Mechanism, *, settles: b
     features_by_kind: dict[str, set] = {
         "guide": {"friction", "guide"},
         "slot": {"friction"},
+        "rolling": {"friction", "rolling", "static capacity"},
         "spatial": {"wear", "spatial", "axial", "friction"},
         "through": {"wear", "spatial", "friction"},
     }
@@ -415,6 +438,8 @@ _REQUIREMENT_TEXTS = {
     "thermal": "the joint has `thermal`",
     "strength": "a yield strength or a hardness is known",
     "guide": "the joint is a guide",
+    "rolling": "the joint is a rolling bearing",
+    "static capacity": "with `capacity.static`",
     "spatial": "the joint is spatial",
     "axial": "it has flanges",
     "horizon": "`simulate.horizon`",

@@ -5,6 +5,7 @@ from typing import Any
 
 from ..contracts.case import (
     NO_CONTACT,
+    Capacity,
     Case,
     Contact,
     Drive,
@@ -19,6 +20,7 @@ from ..contracts.case import (
     Mechanism,
     Oil,
     OwnFigure,
+    Rolling,
     Roughness,
     Save,
     Simulate,
@@ -31,6 +33,7 @@ from ..contracts.catalogue import LoadOutline, Outline
 from ..contracts.vibration import FRAME, SEVERITIES, Frame, Location, Mount, Vibration
 from .keys.joint_keys import PRELOAD
 from .keys.key_table import DIMENSIONLESS
+from .keys.rolling_keys import ROLLING
 from .sections.named_sections import UNCERTAIN, uncertain_of
 from .written.document import leaves
 from .written.law_files import LAWS
@@ -154,11 +157,23 @@ def _table(columns: Tree) -> Table:
 
 def _joint(section: Tree, name: str, laws: str) -> Joint:
     values: dict[str, Any] = {"contact": NO_CONTACT, **section}
-    values.pop("type", None)
+    if values.pop("type", None) == ROLLING:
+        values = _rolling(values)
     for key, build in _JOINT_SECTIONS:
         if key in section:
             values[key] = _typed(build, section[key])
     return Joint(name=name, laws=laws, **values)
+
+
+def _rolling(section: Tree) -> dict[str, Any]:
+    """Return the values of a joint that is a rolling bearing, whose diametral clearance becomes a radial one."""
+    material, capacity = section.get("material"), section.get("capacity", {})
+    sections = {"groove": tuple(section.get("groove", ())), "capacity": Capacity(**capacity)}
+    sections |= {"material": Material(**material)} if material else {}
+    own = {key: value for key, value in section.items() if key in Rolling._fields}
+    others = {key: value for key, value in section.items() if key not in Rolling._fields}
+    elements = own | sections | {"elements": int(section["elements"])}
+    return others | {"clearance": 0.5 * section["clearance"], "rolling": Rolling(**elements)}
 
 
 def _friction(section: Tree) -> Friction:

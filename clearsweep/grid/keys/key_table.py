@@ -36,6 +36,7 @@ from .joint_keys import (
 )
 from .kinds import ConditionalDefault, Flag, KeyTable, Name, Number, Section, Table, Use, Word, word_key
 from .library_names import DEFAULT_WEAR_LAW, PAIR, UNCHECKED
+from .rolling_keys import ROLLING, add_rolling
 from .run_keys import TIME_BUDGET_FIELD, add_life_keys, add_save_keys
 
 DIMENSIONLESS = "dimensionless"
@@ -429,6 +430,7 @@ def _add_flanged_revolute(keys: KeyTable, path: str, site: JointSite, catalogue:
 _ADD_JOINT_KEYS = {
     "line": _add_line_gap,
     "revolute": _add_revolute,
+    ROLLING: add_rolling,
     "guide": _add_guide,
     "slot": _add_slot,
     "spatial": _add_flanged_revolute,

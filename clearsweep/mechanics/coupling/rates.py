@@ -346,9 +346,26 @@ JOINT_CHANNELS = (
 )
 #: Time histories of a film, after those of its joint.
 FILM_CHANNELS = (Channel("force_dry", "N", "dry share of the normal force"),)
+#: Time histories of a rolling bearing, and of each of its elements.
+ROLLING_CHANNELS = (
+    *JOINT_CHANNELS[:4],
+    Channel("cage_angle", "rad", "angle of the first element in the fixed frame"),
+    Channel("force_normal", "N", "resultant of the forces of the elements"),
+    Channel("force_tangential", "N", "friction of the bearing at half its bore, on the journal"),
+)
+ELEMENT_CHANNELS = (Channel("element_{}_force", "N", "force of element {}, from the angle of the first one on"),)
 #: Time histories of a joint, of a spatial joint, and of each contact point of a spatial joint, the same for all joints;
-#: of the frame, and of a place.
-CHANNELS = (JOINT_CHANNELS, FILM_CHANNELS, SPATIAL_CHANNELS, POINT_CHANNELS, FRAME_CHANNELS, PLACE_CHANNELS)
+#: of a rolling bearing; of the frame, and of a place.
+CHANNELS = (
+    JOINT_CHANNELS,
+    FILM_CHANNELS,
+    SPATIAL_CHANNELS,
+    POINT_CHANNELS,
+    ROLLING_CHANNELS,
+    ELEMENT_CHANNELS,
+    FRAME_CHANNELS,
+    PLACE_CHANNELS,
+)
 
 
 class _SampleCursor(NamedTuple):

@@ -287,8 +287,9 @@ def counts_of_joint(joint):
     kind = kinds(joint) if isinstance(joint, tuple) else joint
     if kind not in _COUNTS:
         joint_type = type_of(joint)
-        contacts = Offsets(len(contact_modes.body_for(joint_type)(None)), 0, 0, 0)
-        _COUNTS[kind] = _sum_counts([contacts, *map(counts_of_part, parts.body_for(joint_type)(_Fields(joint)))])
+        fields = _Fields(joint)
+        contacts = Offsets(len(contact_modes.body_for(joint_type)(fields)), 0, 0, 0)
+        _COUNTS[kind] = _sum_counts([contacts, *map(counts_of_part, parts.body_for(joint_type)(fields))])
     return _COUNTS[kind]
 
 
@@ -337,7 +338,7 @@ after_law, after_part, after_joint = (
 @known
 def history_count_of(joint):
     """Return the number of time histories of a joint or its compiler type."""
-    return history_count.body_for(type_of(joint))(None)
+    return history_count.body_for(type_of(joint))(_Fields(joint))
 
 
 @kernel

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ...contracts.case import Case, Joint
+from ...contracts.case import Case, Joint, Materials, Rolling
 from ...contracts.catalogue import Law
 from ...language.errors import InputError
 from ...tracing.compiled.vector import Vector
@@ -26,10 +26,12 @@ from ..laws.contract import OWN_RECIPES, RECIPES, Recipe, compile_law, recipe_of
 from ..laws.cylinders import END_DEPTH, END_FORCE, END_Q
 from ..laws.elastic import (
     Linear,
+    derived_stiffness,
     elastic_energy,
     elastic_force,
     line_modulus,
     plane_strain_modulus,
+    power_of,
     relative_radius,
     static_penetration,
 )
@@ -41,7 +43,7 @@ from ..laws.roughness import Surface
 from ..laws.series import ArcParameters, Series, combine_in_series
 from ..wear import NoWear, Worn
 from ..wear.shape import Shape, bin_means, conformal_profiles, point_profiles, shape_of
-from . import dry, guide, lubricated, slot, spatial, worn
+from . import dry, guide, lubricated, rolling, slot, spatial, worn
 from .foundation import Overlap
 from .spatial.strips import spread_over
 
@@ -90,7 +92,7 @@ def has_laws(joint: Joint) -> bool:
 
 def _elastic_recipe(joint: Joint) -> Recipe | None:
     """Return the elastic law of a joint, or None if the contact law brings its own spring."""
-    uses_elastic = joint.is_dry and recipe_of("law", joint.contact.law, joint).law.uses_elastic
+    uses_elastic = joint.is_dry and not joint.rolling and recipe_of("law", joint.contact.law, joint).law.uses_elastic
     return recipe_of("elastic", joint.contact.elastic, joint) if uses_elastic else None
 
 
@@ -114,6 +116,8 @@ def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -
             corners=lubricated.corners_of(joint.clearance, joint.film.limit),
         )
     law, elastic = compile_contact(joint)
+    if joint.rolling:
+        return _compile_rolling(joint, joint.rolling, side, (law, elastic))
     if joint.is_guide:
         return guide.Guide(
             joint.clearance, 1.0, joint.length, joint.height, law, elastic, _compile_contact_friction(joint)
@@ -153,6 +157,34 @@ def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -
     film_transition = compile_law("transition", joint.film.transition, joint)
     corners = lubricated.corners_of(joint.clearance, joint.film.limit, *transition_depths(film_transition))
     return lubricated.Lubricated(*dry_joint, film, film_shear, joint.film.limit, film_transition, corners)
+
+
+def _compile_rolling(joint: Joint, bearing: Rolling, side: float, contact: tuple) -> rolling.Rolling:
+    """Return the compiled form of a rolling bearing whose elements have the (law, elastic) `contact`."""
+    ratio = bearing.element_diameter / bearing.pitch_diameter
+    return rolling.Rolling(
+        clearance=max(abs(joint.clearance), rolling.LEAST_SCALE * bearing.element_diameter),
+        side=side,
+        radial_clearance=joint.clearance,
+        inner_share=0.5 * (1.0 - ratio),
+        outer_share=0.5 * (1.0 + ratio),
+        phase=bearing.phase,
+        friction_radius=0.5 * (bearing.bore or 0.0),
+        law=contact[0],
+        elastic=contact[1],
+        friction=compile_friction(joint),
+        elements=rolling.element_directions(bearing.elements),
+    )
+
+
+def _elastic_of_elements(joint: Joint, bearing: Rolling) -> tuple:
+    """Return the compiled elastic law of the elements of a rolling bearing, with both rings in series."""
+    if not bearing.has_balls:
+        assert joint.length is not None  # the grid requires it
+        return power_of(rolling.roller_stiffness(joint.length), rolling.ROLLER_EXPONENT)
+    modulus = plane_strain_modulus(Materials(bearing.material, bearing.material))
+    stiffness = rolling.ball_stiffness(bearing.element_diameter, bearing.pitch_diameter, bearing.groove, modulus)
+    return power_of(stiffness, 1.5)
 
 
 def _has_evolving_shape(joint: Joint) -> bool:
@@ -285,6 +317,8 @@ def compile_contact(joint: Joint) -> tuple:
 
 def _compile_bulk_elastic(joint: Joint) -> tuple:
     """Return the compiled elastic law of a joint's bodies, without roughness."""
+    if joint.rolling:
+        return _elastic_of_elements(joint, joint.rolling)
     if not _elastic_recipe(joint):
         spring = recipe_of("law", joint.contact.law, joint).spring
         return spring(joint) if spring else Linear(joint.contact.values["stiffness"])
@@ -399,6 +433,9 @@ def derived_values(joint: Joint) -> dict[str, tuple[float, str]]:
     """Return the derived values of a joint's contact: path within the joint -> (value, unit)."""
     elastic_law, limit = _elastic_recipe(joint), penetration_limit(joint)
     values = recipe_of("law", joint.contact.law, joint).derived(joint) if joint.is_dry else {}
+    if joint.rolling:
+        elastic = _elastic_of_elements(joint, joint.rolling)
+        values = derived_stiffness(elastic.stiffness, getattr(elastic, "exponent", 1.5)) | values
     if elastic_law:
         values = elastic_law.derived(joint) | values
     if joint.roughness:

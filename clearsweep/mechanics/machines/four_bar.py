@@ -66,7 +66,9 @@ def with_outline(outline: Outline) -> Mechanism:
     """Return the four-bar with the drive and the loads of a grid."""
     sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), tuple(site.name for site in _SITES))
     channels = described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS, outline.elastic)
-    return MECHANISM._replace(keys=(*_KEYS, *sections), free=outline.free, channels=channels)
+    return MECHANISM._replace(
+        joints=outline.sites(_SITES), keys=(*_KEYS, *sections), free=outline.free, channels=channels
+    )
 
 
 def closed_angles(values, angle: float) -> tuple[float, float]:

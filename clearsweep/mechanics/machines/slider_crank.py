@@ -201,7 +201,9 @@ def with_outline(outline: Outline) -> Mechanism:
     joints = tuple(site.name for site in MECHANISM.joints)
     sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), joints)
     channels = described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS, outline.elastic)
-    return MECHANISM._replace(keys=(*_KEYS, *sections), channels=channels, free=outline.free)
+    return MECHANISM._replace(
+        joints=outline.sites(MECHANISM.joints), keys=(*_KEYS, *sections), channels=channels, free=outline.free
+    )
 
 
 def machine(case: Case) -> Machine:

@@ -202,7 +202,7 @@ def with_outline(outline: Outline) -> Mechanism:
     sections = described.keys_of(outline, points, tuple(joint.name for joint in outline.joints))
     return MECHANISM._replace(
         bodies=bodies,
-        joints=tuple(map(_site, outline.joints)),
+        joints=outline.sites(tuple(map(_site, outline.joints))),
         keys=(*_keys(outline), *sections),
         channels=described.channels_of(bodies, output, ("place", "rate", "acceleration"), outline.elastic),
         output=output,

@@ -228,7 +228,7 @@ SEAM_BINS = 4  # bins repeated beyond the seam of the circle
 
 
 class JointTotals(ContactTotals):
-    """Figures of the window for a joint; the fields added here are those of a guide or a spatial joint."""
+    """Figures of the window for a joint; the fields added are those of a guide, a spatial joint or a rolling bearing."""
 
     corner_force_max: float  # N, at a guide's corner
     corner_force_square: float  # N^2 s, the largest of a guide's corners
@@ -236,6 +236,12 @@ class JointTotals(ContactTotals):
     axial_onsets: float  # number of onsets at the flanges
     uneven_time: float  # N s, of the difference between the walls
     tilt_max: float  # rad
+    element_force_max: float  # N, at an element of a rolling bearing
+    elements_loaded: float  # largest number of elements that carry load at a time
+    eccentricity_depth: float  # m, largest eccentricity of a rolling bearing minus its length of reference
+    turning: float  # rad, integral of the size of the relative speed of its rings
+    inner_fatigue: float  # rad, integral of that speed times the fatigue loads, see `joints.rolling.fatigue_loads`
+    outer_fatigue: float  # rad
 
 
 class Summed(NamedTuple):
@@ -301,7 +307,7 @@ class Window(NamedTuple):
 
 
 def by_joint(totals: Totals, layout: Layout) -> Totals:
-    """Return the sums by joint from those by contact: a guide combines its corners, a spatial joint its walls.
+    """Return the sums by joint from those by contact: of a guide's corners, a spatial joint's walls, a bearing's elements.
 
     The work of a preload counts as friction of its joint and as heat; `friction` is by joint without clearance.
 
@@ -365,6 +371,8 @@ def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals
     if joint.is_guide:
         combined.corner_force_max = points.column("force_max").max()
         combined.corner_force_square = points.column("force_square").max()
+    if joint.is_rolling:
+        _add_bearing_sums(combined, points, contacts[joint.corners :])
     if joint.is_spatial:
         flanges, wall_difference = contacts[WALLS : joint.corners], contacts[-1]
         combined.clips, combined.friction_energy = points.column("clips").sum(), points.column("friction_energy").sum()
@@ -375,6 +383,17 @@ def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals
             math.asin(min(wall_difference.depth_max, 1.0)),
         )
     return combined
+
+
+def _add_bearing_sums(combined: JointTotals, elements: ContactTotals, auxiliary: ContactTotals) -> None:
+    """Set the sums of a rolling bearing from those of its elements and its auxiliary contacts."""
+    resultant, turning, inner, outer = auxiliary
+    combined.friction_energy, combined.heat = resultant.friction_energy, resultant.heat
+    combined.element_force_max = elements.column("force_max").max()
+    combined.elements_loaded, combined.eccentricity_depth = turning.depth_max, resultant.depth_max
+    combined.turning, combined.inner_fatigue, combined.outer_fatigue = (
+        contact.force_time for contact in (turning, inner, outer)
+    )
 
 
 def combined_account(accounts: np.ndarray, contacts: ContactTotals) -> np.ndarray:

@@ -146,7 +146,7 @@ class Run:
         arrays["initial_values"][:initial_count], arrays["initial_values"][initial_count:] = inputs.initial_values, 0.0
         arrays["bins"][:] = 0
         arrays["mode"][:], arrays["has_friction"][:] = (
-            work.pressed if scene.in_contact else work.apart,
+            np.where(scene.start[work.time + 1 :][: work.mode.size] > 0.0, work.pressed, work.apart),
             inputs.has_friction,
         )
         put_numbers(value, inputs.initial_values[: self.parameters.size], self.parameters)

@@ -26,9 +26,10 @@ from ...mechanics.joints.contract import contact_modes, every_contact, every_lat
 from ...mechanics.joints.guide import Guide as GuideTerm
 from ...mechanics.joints.guide import deepest_corner
 from ...mechanics.joints.lubricated import film_depths
+from ...mechanics.joints.rolling import Rolling, cage_angle, element_closings, static_position
 from ...mechanics.joints.slot import SlotJoint, WornSlot
 from ...mechanics.joints.slot import normal_of as slot_normal_of
-from ...mechanics.joints.worn import has_worn_shape, seated_position
+from ...mechanics.joints.worn import has_worn_shape, seated_position, with_body_angles
 from ...mechanics.laws.contract import ONSET_FLOOR, OWN_RECIPES
 from ...mechanics.laws.elastic import static_penetration
 from ...mechanics.machines import MECHANISMS, planar
@@ -412,6 +413,8 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
                 position, depth = seated_position(terms[index], side * seated_offsets[name], angles)
                 offsets[name], depth_roots[index] = side * position, math.sqrt(depth)
         built = _build_mechanism(case, mechanism, machine, joints, offsets)
+    if any(joint.rolling for joint in case.joints):
+        terms, depth_roots = _with_elements_at_start(case, built, terms, depth_roots)
     if mechanism.spatial:
         _check_spatial_start(built, joints)
     if machine is not None and any(body.initial for body in machine.bodies.values()):
@@ -428,6 +431,29 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     elapsed = time.thread_time() - begin
     parts = case, mechanism, built, value, layout, start, in_contact, machine, angle_clock, worn
     return Scene(*parts, keep_events=case.save.orbits != "none", build_time=elapsed)
+
+
+def _with_elements_at_start(
+    case: Case, built: Built, terms: tuple, depth_roots: np.ndarray
+) -> tuple[tuple, np.ndarray]:
+    """Return the joints with the phases of rolling bearings, and the roots of penetrations with those of elements.
+
+    The first element of a bearing starts where the grid says.
+    """
+    phased, roots, first = list(terms), depth_roots.copy(), 0
+    relative = with_body_angles(
+        terms, gaps(built.value, pose_at(built.value, built.start)), body_angles(built.value, built.start)
+    )
+    for index, (term, joint, gap) in enumerate(zip(terms, case.joints, relative, strict=True)):
+        count = len(contact_modes(term))
+        if joint.rolling:
+            angle, side = joint.rolling.phase, term.side
+            phased[index] = term._replace(phase=angle - float(cage_angle(term, gap) - term.phase))
+            closings = element_closings(term, side * gap.x, side * gap.y, angle)
+            touching = np.where(closings > TOUCHING * built.size, closings, 0.0)
+            roots[first : first + joint.rolling.elements] = np.sqrt(touching)
+        first += count
+    return tuple(phased), roots
 
 
 def state_units(scene: Scene) -> np.ndarray:
@@ -475,6 +501,9 @@ def _check_planar_start(built: Built, joints: Mapping[str, Any]) -> None:
     for (name, joint), gap in zip(joints.items(), relative, strict=True):
         if isinstance(joint, GuideTerm):
             depth = deepest_corner(joint, gap)
+        elif isinstance(joint, Rolling):
+            closings = element_closings(joint, joint.side * gap.x, joint.side * gap.y, joint.phase)
+            depth = float(closings.max()) + min(joint.radial_clearance, 0.0)
         elif isinstance(joint, (SlotJoint, WornSlot)):
             depth = slot_normal_of(joint, gap).depth
         else:
@@ -508,17 +537,22 @@ def _check_slot_lengths(case: Case, machine: Machine) -> None:
 def _seated_offsets(reactions: Mapping[str, np.ndarray], joints: Mapping[str, Any]) -> tuple[dict, np.ndarray]:
     """Return the initial offset (m) of each joint's distal pin and the roots of the penetrations.
 
-    The pin is displaced along the load (N) of the ideal mechanism to static penetration.
+    The pin is displaced along the load (N) of the ideal mechanism to static penetration; the roots of the elements of
+    a rolling bearing are left 0.
     """
-    offsets, depth_roots = {}, np.zeros(len(joints))
-    for index, (name, joint) in enumerate(joints.items()):
+    offsets, depth_roots, first = {}, np.zeros(len(every_contact(joints.values()))), 0
+    for name, joint in joints.items():
         force = reactions[name]
         load = float(np.hypot(*force))
         if load == 0.0:
             raise InputError(f"simulate.start: seated needs a load, but {name} carries none at t = 0; use centred")
-        depth = static_penetration(joint.elastic, load)
-        depth_roots[index] = math.sqrt(depth)
-        offsets[name] = -(joint.clearance + depth) * force / load
+        if isinstance(joint, Rolling):
+            offsets[name] = joint.side * np.array(static_position(joint, tuple(-joint.side * force), joint.phase))
+        else:
+            depth = static_penetration(joint.elastic, load)
+            depth_roots[first] = math.sqrt(depth)
+            offsets[name] = -(joint.clearance + depth) * force / load
+        first += len(contact_modes(joint))
     return offsets, depth_roots
 
 

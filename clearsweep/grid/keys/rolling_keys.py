@@ -1,0 +1,151 @@
+"""Keys of rolling bearings, and what their values must fulfil together."""
+
+import itertools
+import math
+
+from ...contracts.catalogue import CHOICE, CONDITION, Catalogue, Field, JointSite
+from .joint_keys import add_friction, add_laws, add_numbers, onset_key_without_mass
+from .kinds import KeyTable, Number, Section, Use, Word
+
+ROLLING = "rolling"  # the word in `type` of a joint
+KINDS = ("ball", "roller", "needle")
+LARGEST_CLEARANCE = 0.1  # of an element's diameter, either way
+#: Sections that other joints may have, and why a rolling bearing has none.
+REFUSED_SECTIONS = {
+    "film": "a rolling bearing has no film here: grease and the film between elements and rings are not modelled, nor "
+    "is a film of oil around the bearing; leave it out",
+    "wear": "the wear of rolling elements and rings is not modelled; leave it out",
+    "roughness": "the elements of a rolling bearing are smooth here; leave it out",
+    "thermal": "the warmth of a rolling bearing is not modelled; write the clearance that it has when warm",
+    "bearing_radius": "a rolling bearing has no bearing radius; write element_diameter and pitch_diameter",
+    "axial_clearance": "a rolling bearing acts in the plane of its rings; axial loads, misaligned rings and crowned "
+    "rollers are not modelled; leave it out",
+}
+_IN_SPACE = "acts in the plane of its rings only, without axial load or misalignment; write the mechanism in the plane"
+REFUSED_IN_SPACE = {ROLLING: f"a rolling bearing {_IN_SPACE}"}
+_BALLS = frozenset(KINDS[:1])
+_ROLLERS = frozenset(KINDS[1:])
+_SIZES = (
+    Field(
+        "clearance",
+        "m",
+        "radial internal clearance as catalogues give it: how far the rings can move from one extreme to the other; "
+        "negative: a preload",
+        -math.inf,
+    ),
+    Field("element_diameter", "m", "diameter of an element"),
+    Field("pitch_diameter", "m", "diameter of the circle on which the centres of the elements lie"),
+    Field(
+        "bore",
+        "m",
+        "diameter of the hole of the inner ring; the friction of the bearing acts at half of it",
+        optional=True,
+    ),
+)
+_ELEMENTS = Field("elements", "1", "number of elements", 3, 60, low_open=False, high_open=False, integer=True)
+_GROOVES = tuple(
+    Field(str(k), "1", f"radius of the groove of the {ring} ring over the diameter of a ball", 0.5, 1.0)
+    for k, ring in enumerate(("inner", "outer"))
+)
+_LENGTH = Field("length", "m", "effective length of a roller along its axis")
+_PHASE = Field("phase", "rad", "angle of the first element in the fixed frame at the start", -math.inf, default=0.0)
+_MATERIAL = (
+    Field("young", "Pa", "Young's modulus of balls and rings", default=210e9),
+    Field("poisson", "1", "Poisson's ratio of balls and rings", -1.0, 0.5, high_open=False, default=0.3),
+)
+_CAPACITY = (
+    Field("dynamic", "N", "basic dynamic radial load rating C (ISO 281), as a catalogue gives it", optional=True),
+    Field("static", "N", "basic static radial load rating C0 (ISO 76), as a catalogue gives it", optional=True),
+)
+
+
+def add_rolling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Add the keys of a rolling bearing."""
+    kind = f"{path}.kind"
+    keys[path] = Section("a rolling bearing with internal clearance", "optional")
+    keys[f"{path}.type"] = Word((ROLLING,), "kind of the joint")
+    keys[kind] = Word(KINDS, "kind of the elements; needle: long rollers", noun="kind")
+    add_numbers(keys, path, _SIZES, CHOICE)
+    add_numbers(keys, path, (_ELEMENTS,), CHOICE, sweep=False)
+    add_numbers(keys, path, (_PHASE,), CONDITION)
+    keys[f"{path}.groove"] = Section("radii of the grooves of balls, inner ring first", "implied", len(_GROOVES))
+    for field in _GROOVES:
+        keys[f"{path}.groove.{field.name}"] = Number((Use(field, ((kind, _BALLS),)),), CHOICE)
+    keys[f"{path}.length"] = Number((Use(_LENGTH, ((kind, _ROLLERS),)),), CHOICE)
+    keys[f"{path}.journal"] = Word(site.journals, "body that carries the inner ring", site.journals[0])
+    _add_element_contact(keys, path, catalogue)
+    keys[f"{path}.material"] = Section("material of balls and rings; default: steel", "optional")
+    for field in _MATERIAL:
+        keys[f"{path}.material.{field.name}"] = Number((Use(field, ((kind, _BALLS),)),), CHOICE)
+    keys[f"{path}.capacity"] = Section("load ratings of the bearing", "optional")
+    add_numbers(keys, f"{path}.capacity", _CAPACITY, CHOICE)
+    laws = tuple(law for law in catalogue.laws if not (law.has_state or law.sticks))
+    add_friction(keys, path, catalogue._replace(laws=laws))
+    text = (
+        "friction of the whole bearing, the law's force under the resultant load at half of the bore: with a "
+        "constant coefficient the moment 0.5 x coefficient x load x bore of catalogues. Without this section, the "
+        "bearing turns freely"
+    )
+    keys[f"{path}.friction"] = Section(text, "optional")
+
+
+def _add_element_contact(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
+    """Add the keys of the normal force of each element, whose elastic part follows from the sizes."""
+    contact = f"{path}.contact"
+    laws = tuple(
+        law
+        for law in catalogue.of("law")
+        if law.uses_elastic and not law.yields and not law.origin and "mass" not in [field.name for field in law.fields]
+    )
+    names = tuple(law.name for law in laws)
+    keys[contact] = Section("law of the normal force of each element; its elastic part follows from the sizes")
+    text = "law of the normal force of each element"
+    keys[f"{contact}.law"] = Word(names, text, sweep=True, noun="law", role="model")
+    add_laws(keys, contact, "law", laws)
+    onset_laws = frozenset(law.name for law in laws if law.uses_onset)
+    keys[f"{contact}.onset"] = Word(("first",), "", "first", when=((f"{contact}.law", onset_laws),))
+    keys[f"{contact}.onset"] = onset_key_without_mass(keys, contact)
+
+
+def conflicts(values: dict[str, tuple[float, ...]], given: set[str]) -> list[tuple[str, str]]:
+    """Return (key of a rolling bearing, what is wrong) for values that do not fit together.
+
+    values : key -> all its values in SI.  given : the sections and keys that the grid writes.
+    """
+    found: list[tuple[str, str]] = []
+
+    def combinations(*names: str):
+        return itertools.product(*(values.get(name, ()) for name in names))
+
+    for diameter, pitch in combinations("element_diameter", "pitch_diameter"):
+        for count in values.get("elements", ()):
+            chord = pitch * math.sin(math.pi / count)
+            if diameter >= chord:
+                found.append(
+                    (
+                        "element_diameter",
+                        f"found {1e3 * diameter:.6g} mm, but {count:g} elements on a pitch diameter of "
+                        f"{1e3 * pitch:.6g} mm overlap from {1e3 * chord:.6g} mm on; write fewer or smaller elements",
+                    )
+                )
+        for bore in values.get("bore", ()):
+            if bore >= pitch - diameter:
+                found.append(
+                    (
+                        "bore",
+                        f"found {1e3 * bore:.6g} mm; allowed: below {1e3 * (pitch - diameter):.6g} mm, the pitch "
+                        "diameter minus an element's: the inner ring lies between",
+                    )
+                )
+    for clearance, diameter in combinations("clearance", "element_diameter"):
+        if abs(clearance) > LARGEST_CLEARANCE * diameter:
+            found.append(
+                (
+                    "clearance",
+                    f"found {1e3 * clearance:.6g} mm; allowed: up to {1e3 * LARGEST_CLEARANCE * diameter:.6g} mm either "
+                    f"way, {LARGEST_CLEARANCE:g} of the diameter of an element",
+                )
+            )
+    if "friction" in given and "bore" not in given:
+        found.append(("bore", "is missing; friction acts at half of the bore; for example: 20 mm"))
+    return found[:3]

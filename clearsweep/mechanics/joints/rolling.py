@@ -1,0 +1,439 @@
+"""A rolling bearing with internal clearance: a ring of balls or rollers between the journal and the bearing.
+
+Everything is in the plane of the rings.  Element i stands at the angle
+
+    phi_i = phi_0 + 2 pi i / Z + cage angle,   cage angle = (1 - g) / 2 x angle of the inner ring
+                                                           + (1 + g) / 2 x angle of the outer ring,
+
+with g the diameter of an element over the pitch diameter: pure rolling at a contact angle of 0 (Harris & Kotzalas 2006,
+Rolling Bearing Analysis, 5th ed., chapter 10).  The inner ring is on the body of the journal.  Its displacement (x, y)
+closes the gap at an element by x cos phi_i + y sin phi_i - s / 2, with s the radial internal clearance between the
+extreme positions, as catalogues give it.  A negative s is a preload.
+
+The elastic force of an element is that of its contacts at both rings in series.  Of a ball they are Hertz's elliptical
+contacts, of a roller the line contacts of ISO/TS 16281.  Each element is a contact of its own, whose onset and
+separation are located.  By virtual work the force Q_i also turns the rings, by the shares above of Q_i times the
+displacement across phi_i: so the forces on both bodies are in balance about any point, and their power is that of the
+closing.
+
+Auxiliary contacts follow, which only report (`AUXILIARY_OF_ROLLING`): the resultant of the elements; the relative speed
+of the rings, with the number of loaded elements as its depth; and the fatigue loads of both rings, see `fatigue_loads`.
+"""
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from ...tracing.compiled import calculus
+from ...tracing.compiled.choosing import where
+from ...tracing.compiled.direction import direction
+from ...tracing.compiled.dual import as_type_of
+from ...tracing.compiled.family import family, inlined, kernel, map_joints
+from ..laws.contract import ACTS, FREE, PRESSED, touches
+from ..laws.elastic import Power, PowerThreeHalves, elastic_force
+from ..laws.friction import Frictionless, friction_force
+from ..laws.loss import find_root
+from .contract import (
+    Contact,
+    ContactModes,
+    Load,
+    Offsets,
+    Part,
+    after_law,
+    after_number,
+    contact_modes,
+    gap_histories,
+    history_count,
+    load,
+    load_histories,
+    parts,
+    with_current_state,
+)
+from .dry import Clip, normal_forces, separate_contact
+from .worn import bodies_of, gap_with_angles, with_angles
+
+ROLLER_STIFFNESS, ROLLER_LENGTH_EXPONENT, ROLLER_EXPONENT = 35948.0, 8.0 / 9.0, 10.0 / 9.0  # N and mm, ISO/TS 16281
+FATIGUE_FORCE = 1e3  # N, unit of the forces whose powers are summed
+LEAST_SCALE = 1e-4  # of an element's diameter: least length in which displacements are measured
+SOLVER_STEPS, SOLVER_TOLERANCE = 500, 1e-14  # of the static position; relative to the load
+
+
+class Element(NamedTuple):
+    """The direction of an element at a cage angle of 0."""
+
+    cosine: float
+    sine: float
+
+
+class Rolling(NamedTuple):
+    """A rolling bearing between two bodies."""
+
+    clearance: float  # m, the length in which displacements are measured: half the internal clearance if large enough
+    side: float  # +1: the journal, and so the inner ring, sits on the distal body
+    radial_clearance: float  # m, half the radial internal clearance; negative with a preload
+    inner_share: float  # turns of the cage for a turn of the inner ring
+    outer_share: float  # and for a turn of the outer ring
+    phase: float  # rad, angle of the first element where the angles of both rings are 0
+    friction_radius: float  # m, at which the friction of the whole bearing acts
+    law: tuple  # contact_force, of each element
+    elastic: tuple  # elastic_force
+    friction: tuple  # friction_force, of the resultant
+    elements: tuple  # of Element; their number is part of the type
+
+
+class Cage(NamedTuple):
+    """Motion of the inner ring relative to the outer one, and of the cage."""
+
+    x: float  # m, displacement of the inner ring
+    y: float  # m
+    vx: float  # m/s
+    vy: float  # m/s
+    cosine: float  # of the angle of the cage
+    sine: float
+    rate: float  # rad/s, of the cage
+    speed: float  # rad/s, of the inner ring relative to the outer one
+    closing_bound: float  # m/s, that no closing exceeds
+
+
+class ElementLoad(NamedTuple):
+    """The force of an element."""
+
+    fx: float  # N, on the inner ring
+    fy: float
+    moment: float  # N m, of the closing by the angle of the cage: its shares turn the rings
+    contact: Contact
+
+
+class _ElementContext(NamedTuple):
+    joint: tuple
+    cage: Cage
+    offsets: tuple  # Offsets of the joint
+    state: tuple  # JointState
+
+
+with_angles.member(Rolling)(gap_with_angles)
+
+
+@contact_modes.member(Rolling)
+def _contact_modes_rolling(joint):
+    resultant = ContactModes(ACTS, ACTS)
+    return *(ContactModes(FREE, PRESSED),) * len(joint.elements), resultant, resultant, resultant, resultant
+
+
+@parts.member(Rolling)
+def _parts_rolling(joint):
+    every_part = ()
+    for i in range(len(joint.elements)):
+        every_part = (*every_part, Part(Clip(), i), Part(joint.law, i))
+    return *every_part, Part(joint.friction, len(joint.elements))
+
+
+# ---------------------------------------------------------------------------------------------- motion
+
+
+@inlined
+def cage_angle(joint, gap):
+    """Return the angle (rad) of the first element in the fixed frame, from the GapWithAngles of the bearing."""
+    outer, inner, _, _ = bodies_of(joint, gap)
+    return joint.phase + joint.inner_share * inner + joint.outer_share * outer
+
+
+@inlined
+def cage_motion(joint, gap):
+    """Return the Cage of a bearing from its GapWithAngles."""
+    _, _, outer_spin, inner_spin = bodies_of(joint, gap)
+    x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
+    cosine, sine = direction(cage_angle(joint, gap))
+    rate = joint.inner_share * inner_spin + joint.outer_share * outer_spin
+    return Cage(
+        x=x,
+        y=y,
+        vx=vx,
+        vy=vy,
+        cosine=cosine,
+        sine=sine,
+        rate=rate,
+        speed=inner_spin - outer_spin,
+        closing_bound=abs(vx) + abs(vy) + (abs(x) + abs(y)) * abs(rate),
+    )
+
+
+# ---------------------------------------------------------------------------------------------- forces
+
+
+@kernel
+def _element_load(element, _, number, context):
+    joint, cage, offsets, state = context
+    nx = cage.cosine * element.cosine - cage.sine * element.sine
+    ny = cage.sine * element.cosine + cage.cosine * element.sine
+    across = cage.y * nx - cage.x * ny
+    depth = cage.x * nx + cage.y * ny - joint.radial_clearance
+    rate = cage.vx * nx + cage.vy * ny + across * cage.rate
+    index = offsets.contact + number
+    zero = as_type_of(0.0, depth)
+    if state.mode[index] == FREE:
+        return ElementLoad(zero, zero, zero, separate_contact(depth, rate, cage.closing_bound))
+    after = after_law(offsets, joint.law)
+    internal_count, latched_count = after.internal - offsets.internal, after.latched - offsets.latched
+    law_offsets = Offsets(
+        index,
+        offsets.internal + number * internal_count,
+        offsets.latched + number * latched_count,
+        offsets.guard,
+    )
+    current = joint._replace(law=with_current_state(joint.law, state.y, state.latched, law_offsets))
+    root = state.y[state.roots + index]
+    normal, _, elastic, unclipped = normal_forces(
+        current, state.mode[index], root * abs(root), rate, state.latched[index]
+    )
+    contact = Contact(
+        normal=normal, tangential=zero, slip=zero, rate=rate, depth=depth, elastic=elastic, raw=unclipped
+    )
+    return ElementLoad(-normal * nx, -normal * ny, -normal * across, contact)
+
+
+_element_loads = map_joints(_element_load, after_number)
+
+
+@family
+def fatigue_loads(elastic, force):
+    """Return the force (in FATIGUE_FORCE) of an element to the powers by which its load counts for both rings.
+
+    Inner ring, then outer: 3 and 10/3 for a point contact, 4 and 9/2 for a line contact (ISO/TS 16281:2008, mean loads
+    of a ring that turns relative to the load and of one that stands).
+    """
+
+
+@fatigue_loads.member(PowerThreeHalves)
+def _fatigue_loads_of_ball(elastic, force):
+    cube = force * force * force
+    return cube, cube * where(force > 0.0, force, 1.0) ** (1.0 / 3.0)
+
+
+@fatigue_loads.member(Power)
+def _fatigue_loads_of_roller(elastic, force):
+    fourth = (force * force) * (force * force)
+    return fourth, fourth * calculus.sqrt(force)
+
+
+@inlined
+def _reported(normal, depth, zero):
+    """Return a Contact that only reports."""
+    return Contact(normal=normal, tangential=zero, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero)
+
+
+@inlined
+def _auxiliary_contacts(joint, cage, loads, resultant, state, offsets):
+    """Return the relative speed and the fatigue loads of a bearing as Contacts, after its `resultant`."""
+    speed, zero = abs(cage.speed), as_type_of(0.0, cage.x)
+    inner_fatigue, outer_fatigue, loaded = zero, zero, zero
+    for i in range(len(joint.elements)):
+        force = max(loads[i].contact.normal, 0.0) * (1.0 / FATIGUE_FORCE)
+        inner, outer = fatigue_loads(joint.elastic, force)
+        inner_fatigue, outer_fatigue = inner_fatigue + inner, outer_fatigue + outer
+        loaded += where(touches(state.mode[offsets.contact + i]), 1.0, 0.0)
+    return (
+        resultant,
+        _reported(speed, loaded, zero),
+        _reported(speed * inner_fatigue, zero, zero),
+        _reported(speed * outer_fatigue, zero, zero),
+    )
+
+
+@load.member(Rolling)
+def _load_rolling(joint, gap, offsets, state):
+    cage = cage_motion(joint, gap)
+    loads = _element_loads(joint.elements, joint.elements, 0, _ElementContext(joint, cage, offsets, state))
+    zero = as_type_of(0.0, cage.x)
+    fx, fy, moment, contacts = zero, zero, zero, ()
+    for i in range(len(joint.elements)):
+        fx, fy, moment = fx + loads[i].fx, fy + loads[i].fy, moment + loads[i].moment
+        contacts = (*contacts, loads[i].contact)
+    square = fx * fx + fy * fy
+    normal = where(square > 0.0, calculus.sqrt(where(square > 0.0, square, 1.0)), 0.0 * square)
+    slip = cage.speed * joint.friction_radius
+    tangential = as_type_of(friction_force(joint.friction, normal, slip), slip)
+    eccentricity = calculus.sqrt(cage.x * cage.x + cage.y * cage.y)
+    resultant = _reported(normal, eccentricity - joint.clearance, zero)
+    resultant = resultant._replace(tangential=tangential, slip=slip)
+    inner_moment = joint.inner_share * moment + joint.friction_radius * tangential
+    outer_moment = joint.outer_share * moment - joint.friction_radius * tangential
+    is_inner_proximal = joint.side < 0.0
+    return Load(
+        fx=joint.side * fx,
+        fy=joint.side * fy,
+        moment_proximal=where(is_inner_proximal, inner_moment, outer_moment),
+        moment_distal=where(is_inner_proximal, outer_moment, inner_moment),
+        contacts=(*contacts, *_auxiliary_contacts(joint, cage, loads, resultant, state, offsets)),
+    )
+
+
+# ---------------------------------------------------------------------------------------------- time histories
+
+
+@history_count.member(Rolling)
+def _history_count_rolling(joint):
+    return 7 + len(joint.elements)
+
+
+@gap_histories.member(Rolling)
+def _gap_histories_rolling(joint, gap, side):
+    return side * gap.x, side * gap.y, side * gap.vx, side * gap.vy, cage_angle(joint, gap)
+
+
+@load_histories.member(Rolling)
+def _load_histories_rolling(joint, load):
+    count = len(joint.elements)
+    values = load.contacts[count].normal, load.contacts[count].tangential
+    for i in range(count):
+        values = (*values, load.contacts[i].normal)
+    return values
+
+
+# ---------------------------------------------------------------------------------------------- elastic constants
+
+
+def complete_elliptic(parameter: float) -> tuple[float, float]:
+    """Return the complete elliptic integrals K and E of a parameter m = k^2 below 1.
+
+    By the arithmetic-geometric mean (Abramowitz & Stegun 1964, 17.6.3 and 17.6.4).
+    """
+    a, b, c, total, weight = 1.0, math.sqrt(1.0 - parameter), math.sqrt(parameter), 0.5 * parameter, 0.5
+    while abs(c) > 1e-17:
+        a, b, c, weight = 0.5 * (a + b), math.sqrt(a * b), 0.5 * (a - b), 2.0 * weight
+        total += weight * c * c
+    first = 0.5 * math.pi / a
+    return first, first * (1.0 - total)
+
+
+def point_stiffness(curvatures: tuple[float, float], modulus: float) -> float:
+    """Return K (N/m^1.5) of Hertz's elliptical contact F = K pen^1.5 (Johnson 1985, Contact Mechanics, 4.26 to 4.32).
+
+    curvatures : 1/m, sums of those of both bodies in the two principal planes, the larger first, above 0.
+    modulus : E*, Pa.
+
+    With A half the smaller sum, e^2 = 1 - k^2 and the axis ratio k, at which (E / k^2 - K) / (K - E) is the ratio of
+    the curvatures, pen^3 = 9 F^2 K^3 e^2 A / (4 pi^2 E*^2 (K - E)).
+    """
+    if math.isclose(*curvatures, rel_tol=1e-9):
+        return 4.0 / 3.0 * modulus / math.sqrt(0.5 * sum(curvatures))
+
+    def residual(log_axis_ratio: float) -> float:
+        square = math.exp(2.0 * log_axis_ratio)
+        first, second = complete_elliptic(1.0 - square)
+        return math.log((second / square - first) / (first - second)) - math.log(curvatures[0] / curvatures[1])
+
+    square = math.exp(2.0 * find_root(residual, math.log(1e-7), -1e-7, 1e-16, 1e-15))
+    first, second = complete_elliptic(1.0 - square)
+    pen_cubed = 9.0 * first**3 * (1.0 - square) * 0.5 * curvatures[1] / (4.0 * math.pi**2 * (first - second))
+    return modulus / math.sqrt(pen_cubed)
+
+
+def ball_stiffness(diameter: float, pitch_diameter: float, groove: tuple[float, ...], modulus: float) -> float:
+    """Return K (N/m^1.5) of a ball between both rings, whose contacts are in series: (K_i^-2/3 + K_e^-2/3)^-3/2.
+
+    diameter, pitch_diameter : m.  groove : radii of the grooves of inner and outer ring over the ball's diameter.
+    modulus : E*, Pa.
+    """
+    of_ball = 2.0 / diameter
+    rings = 2.0 / (pitch_diameter - diameter), -2.0 / (pitch_diameter + diameter)
+    compliance = 0.0
+    for along, radius in zip(rings, groove, strict=True):
+        across = of_ball - 1.0 / (radius * diameter)
+        sums = max(of_ball + along, across), min(of_ball + along, across)
+        compliance += point_stiffness(sums, modulus) ** (-2.0 / 3.0)
+    return float(compliance**-1.5)
+
+
+def roller_stiffness(length: float) -> float:
+    """Return K (N/m^(10/9)) of a steel roller of an effective length (m) between both rings (ISO/TS 16281:2008)."""
+    return float(ROLLER_STIFFNESS * (1e3 * length) ** ROLLER_LENGTH_EXPONENT * 1e3**ROLLER_EXPONENT)
+
+
+def element_directions(count: int) -> tuple[Element, ...]:
+    """Return the Elements of a bearing, evenly spaced from the angle 0."""
+    angles = [2.0 * math.pi * i / count for i in range(count)]
+    return tuple(Element(math.cos(angle), math.sin(angle)) for angle in angles)
+
+
+# ---------------------------------------------------------------------------------------------- statics
+
+
+def directions_at(joint: Rolling, angle: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Return cosines and sines (..., Z) of the elements of a bearing whose first stands at `angle` (...) rad."""
+    cosine, sine = np.cos(np.asarray(angle))[..., None], np.sin(np.asarray(angle))[..., None]
+    cosines, sines = np.array(joint.elements).T
+    return cosine * cosines - sine * sines, sine * cosines + cosine * sines
+
+
+def element_closings(joint: Rolling, x: Any, y: Any, angle: Any) -> np.ndarray:
+    """Return by how much the inner ring at (x, y) m closes the gap at each element, (..., Z) m; negative for a gap.
+
+    x, y : (...) m, displacement of the inner ring from the outer one.  angle : (...) rad, of the first element.
+    """
+    cosines, sines = directions_at(joint, angle)
+    closings: np.ndarray = np.asarray(x)[..., None] * cosines + np.asarray(y)[..., None] * sines
+    return closings - joint.radial_clearance
+
+
+def element_loads(joint: Rolling, x: Any, y: Any, angle: Any) -> np.ndarray:
+    """Return the elastic force (..., Z) N of each element; arguments as in `element_closings`."""
+    elastic: Any = joint.elastic  # mypy takes it for a tuple of anything
+    exponent = 1.5 if isinstance(elastic, PowerThreeHalves) else elastic.exponent
+    loads: np.ndarray = elastic.stiffness * np.maximum(element_closings(joint, x, y, angle), 0.0) ** exponent
+    return loads
+
+
+def static_position(joint: Rolling, load: tuple[float, float], angle: float) -> tuple[float, float]:
+    """Return the displacement (m) of the inner ring under a load (N) on it, with the first element at `angle` (rad).
+
+    It minimises the elastic energy minus the work of the load, a convex function, by the method of Levenberg (1944,
+    Quart. Appl. Math. 2:164).  Across the load it is 0 where no element determines it.
+    """
+    force = np.array(load)
+    size = float(np.hypot(*force))
+    unit = np.stack(directions_at(joint, angle), axis=-1)  # (Z, 2)
+    elastic: Any = joint.elastic
+    exponent = 1.5 if isinstance(elastic, PowerThreeHalves) else elastic.exponent
+
+    def energy(position: np.ndarray) -> float:
+        closings = np.maximum(unit @ position - joint.radial_clearance, 0.0)
+        stored = elastic.stiffness / (exponent + 1.0) * np.sum(closings ** (exponent + 1.0))
+        return float(stored - force @ position)
+
+    position = _position_along(joint, force, angle)
+    damping, least = 1e-3, energy(position)
+    for _ in range(SOLVER_STEPS):
+        closings = np.maximum(unit @ position - joint.radial_clearance, 0.0)
+        residual = force - elastic.stiffness * closings**exponent @ unit
+        if np.hypot(*residual) <= SOLVER_TOLERANCE * size:
+            break
+        rates = np.where(closings > 0.0, elastic.stiffness * exponent * closings ** (exponent - 1.0), 0.0)
+        stiffness = (unit * rates[:, None]).T @ unit
+        step = np.linalg.solve(stiffness + damping * np.trace(stiffness) * np.eye(2), residual)
+        reached = energy(position + step)
+        if reached <= least + 1e-15 * abs(least):
+            position, least, damping = position + step, reached, max(0.1 * damping, 1e-15)
+        else:
+            damping *= 10.0
+    return float(position[0]), float(position[1])
+
+
+def _position_along(joint: Rolling, force: np.ndarray, angle: float) -> np.ndarray:
+    """Return the position (2,) m along a load (N) at which the elements carry its size in its direction."""
+    size = float(np.hypot(*force))
+    toward = force / size
+
+    def carried(distance: float) -> float:
+        cosines, sines = directions_at(joint, angle)
+        loads = element_loads(joint, *(distance * toward), angle)
+        return float(loads @ (cosines * toward[0] + sines * toward[1]))
+
+    low, high = 0.0, joint.clearance
+    while carried(high) < size:
+        low, high = high, 2.0 * high
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if carried(middle) < size else (low, middle)
+    return high * toward
