@@ -19,7 +19,7 @@ _FIGURE_THRESHOLDS = {ONSET_RATE: 1.0, LIMIT_SHARE: 0.0}  # figure -> value abov
 #: a window that begins before the motion is periodic, chaos without impacts, implausible results.
 LAW_LIMIT, ONSET_KEPT, RUN_IN, SWING = "law-limit: ", "onset-kept: ", "run-in: ", "swing: "
 MIN_PEAK_EXCESS = 0.02  # of a peak of the periodic motion: a larger excess of the run-in is a remark
-WORN_AWAY, PV_HIGH = "worn-away: ", "pv-high: "
+WORN_AWAY, PV_HIGH, OVERLOADED = "worn-away: ", "pv-high: ", "overloaded: "
 TOO_DEEP, WORN_THROUGH, IMBALANCE = "too-deep: ", "worn-through: ", "imbalance: "
 FILM_LIMIT, FILM_BEYOND, FILM_FLOW, FILM_GAIN = "film-limit: ", "film-beyond: ", "film-flow: ", "film-fed: "
 MIN_ENERGY_GAIN = 1e-3  # of a film's loss; a smaller gain counts as rounding
@@ -159,6 +159,7 @@ _REMARK_TEXTS = {
     RUN_IN: "The window contains the run-in before a periodic motion, with larger force peaks,",
     SWING: "Disturbances grow without impacts",
     TOO_DEEP: "The penetration is implausibly large",
+    OVERLOADED: "A rolling bearing carries more than its static rating",
     WORN_THROUGH: "Wear is deeper than the clearance",
     WORN_AWAY: "At its wear rate a bearing is worn away within 1000 h",
     PV_HIGH: "Pressure times speed exceeds the limit of dry bushes",
@@ -222,6 +223,17 @@ def penetration_remark(joints: Iterable[PenetrationAndWear]) -> str:
             remarks.append(f"{joint.joint} is penetrated by {_mm_text(joint.penetration)} at {sizes}")
     hint = "; no contact law is valid there: check the units of stiffness, mass and speed"
     return TOO_DEEP + "; ".join(remarks) + hint if remarks else ""
+
+
+def static_load_remark(joints: Iterable[tuple[str, float, float | None]]) -> str:
+    """Return the remark on loads (N) of rolling bearings above their static rating (N), where it is known."""
+    remarks = [
+        f"{joint} carries {load:.4g} N, and its static rating is {rating:.4g} N"
+        for joint, load, rating in joints
+        if rating and load > rating
+    ]
+    hint = "; rings and elements keep dents from there on (ISO 76): choose a larger bearing, or reduce load or speed"
+    return OVERLOADED + "; ".join(remarks) + hint if remarks else ""
 
 
 def wear_depth_remark(joints: Iterable[PenetrationAndWear]) -> str:

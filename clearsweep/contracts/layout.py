@@ -45,17 +45,16 @@ class JointLayout(NamedTuple):
     friction: bool = False  # it has friction
     strength: bool = False  # yield strength of its weaker body is known
     thermal: bool = False  # a heat balance of dry friction gives its temperature
-    capacity: str = ""  # ratings of a rolling bearing that are known: 'dynamic', 'static' or 'both'
+    capacity: str = ""  # ratings of a rolling bearing that are known: 'dynamic', 'static', 'dynamic_static'
 
     @property
     def features(self) -> set[str]:
         """Return the features of the joint that figures require."""
         has_flanges = self.is_spatial and self.corners > WALLS
         present = {"wear": self.wear_bins, "film": self.film, "friction": self.friction, "guide": self.is_guide}
-        present |= {"spatial": self.is_spatial, "axial": has_flanges}
+        present |= {"spatial": self.is_spatial, "axial": has_flanges, "rolling": self.is_rolling}
         present |= {"strength": self.strength, "thermal": self.thermal}
-        present |= {"rolling": self.is_rolling, "static capacity": self.capacity in ("static", "both")}
-        return {name for name, features in present.items() if features}
+        return {name for name, features in present.items() if features} | set(filter(None, self.capacity.split("_")))
 
     @property
     def is_guide(self) -> bool:
@@ -128,8 +127,8 @@ def features_of(case: Case) -> CaseFeatures:
 
 def _known_capacity(joint: Joint) -> str:
     """Return which ratings of a rolling bearing are known, as in `JointLayout`."""
-    known = [name for name, rating in joint.rolling.capacity._asdict().items() if rating] if joint.rolling else []
-    return "both" if len(known) > 1 else "".join(known)
+    ratings = joint.rolling.capacity._asdict() if joint.rolling else {}
+    return "_".join(name for name, rating in ratings.items() if rating)
 
 
 def _contact_counts(joint: Joint) -> tuple[int, int]:
@@ -396,7 +395,7 @@ def converging_columns(catalogue: Catalogue, mechanism: Mechanism, *, settles: b
     features_by_kind: dict[str, set] = {
         "guide": {"friction", "guide"},
         "slot": {"friction"},
-        "rolling": {"friction", "rolling", "static capacity"},
+        "rolling": {"friction", "rolling", "dynamic", "static"},
         "spatial": {"wear", "spatial", "axial", "friction"},
         "through": {"wear", "spatial", "friction"},
     }
@@ -439,7 +438,8 @@ _REQUIREMENT_TEXTS = {
     "strength": "a yield strength or a hardness is known",
     "guide": "the joint is a guide",
     "rolling": "the joint is a rolling bearing",
-    "static capacity": "with `capacity.static`",
+    "dynamic": "with `capacity.dynamic`",
+    "static": "with `capacity.static`",
     "spatial": "the joint is spatial",
     "axial": "it has flanges",
     "horizon": "`simulate.horizon`",

@@ -36,7 +36,7 @@ _MATERIAL_FIELDS = (
     ),
 )
 
-_ONSET_KEY = Word(
+ONSET_KEY = Word(
     ("first", "renewed"),
     (
         "period for which the damping uses the onset rate of a contact; first: until the surfaces separate; "
@@ -88,7 +88,7 @@ def add_contact(keys: KeyTable, path: str, catalogue: Catalogue, contact: str = 
     keys[f"{contact}.law"] = Word(catalogue.names("law"), "law of the normal force", sweep=True, noun="law", role=MODEL)
     keys[f"{contact}.elastic"] = _elastic_law_key(path, catalogue, contact)._replace(when=elastic_in_use)
     onset_in_use = ((f"{contact}.law", frozenset(law.name for law in catalogue.of("law") if law.uses_onset)),)
-    keys[f"{contact}.onset"] = _ONSET_KEY._replace(when=onset_in_use)
+    keys[f"{contact}.onset"] = ONSET_KEY._replace(when=onset_in_use)
     add_laws(keys, contact, "elastic", catalogue.of("elastic"), elastic_in_use)
     add_laws(keys, contact, "law", catalogue.of("law"))
     material = f"{contact}.material"
@@ -337,7 +337,8 @@ def add_flanges(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
 def add_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a spatial revolute joint without flanges."""
     keys[path] = Section("a revolute joint with radial and axial clearance, in which the journal may tilt", "optional")
-    keys[f"{path}.type"] = Word(("spatial",), "kind of the joint")
+    refused = {"rolling": "a rolling bearing acts in the plane of its rings only; write the mechanism in the plane"}
+    keys[f"{path}.type"] = Word(("spatial",), "kind of the joint", refused=refused)
     add_numbers(keys, path, _SPATIAL_SIZES, CHOICE)
     keys[f"{path}.flange"] = Flag(
         "the bearing has flanges, `axial_clearance` away from the journal on each side", default=True

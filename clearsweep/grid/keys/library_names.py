@@ -47,6 +47,7 @@ class _NameReplacer:
         """Return a joint with its names replaced by numbers."""
         for contact in _CONTACTS:
             joint = _with_changed_entry(joint, f"{path}.{contact}", contact, self._contact)
+        joint = _with_changed_entry(joint, f"{path}.material", "material", self._bearing_material)
         joint = _with_changed_entry(joint, f"{path}.film", "film", self._film)
         joint = _with_changed_entry(joint, f"{path}.thermal", "thermal", self._thermal)
         return _with_changed_entry(joint, f"{path}.wear", "wear", self._wear)
@@ -91,7 +92,13 @@ class _NameReplacer:
 
         return _with_changed_entry(contact, f"{path}.material", "material", material)
 
-    def _material(self, path: str, written: WrittenValue, *, unchecked: bool) -> WrittenValue:
+    def _bearing_material(self, path: str, written: WrittenValue) -> WrittenValue:
+        """Return the material of balls and rings, whose strength is not used."""
+        return self._material(path, written, unchecked=False, used_keys=MATERIAL_KEYS[:2])
+
+    def _material(
+        self, path: str, written: WrittenValue, *, unchecked: bool, used_keys: tuple[str, ...] = MATERIAL_KEYS
+    ) -> WrittenValue:
         """Return a material as a section, from a name or from a section with a name."""
         written, consents = self._pop_unchecked(path, written, (MATERIAL,))
         if isinstance(written.value, str):
@@ -102,7 +109,7 @@ class _NameReplacer:
             return written
         entry = self.materials[path] = self._entry(library.MATERIALS, path, name)
         unchecked |= consents
-        return _at_position_of(written, self._filled(path, content, entry, MATERIAL_KEYS, name, unchecked))
+        return _at_position_of(written, self._filled(path, content, entry, used_keys, name, unchecked))
 
     def _film(self, path: str, film: WrittenValue) -> WrittenValue:
         film, unchecked = self._pop_unchecked(path, film, (OIL,))

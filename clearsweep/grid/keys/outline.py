@@ -79,7 +79,9 @@ def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Out
         axial=frozenset(_joints_with_flanges(_section(tree.get("joints"))))
         if mechanism.get("spatial") is True
         else frozenset(),
-        rolling=_rolling_joints(_section(tree.get("joints")), mechanism.get("spatial") is True),
+        rolling=frozenset(name for name, content in _section(tree.get("joints")).items() if "type" in _section(content))
+        if mechanism.get("spatial") is not True
+        else frozenset(),
         elastic=frozenset(
             name for name, content in _named_entries(bodies or mechanism) if "elastic" in _section(content)
         ),
@@ -198,11 +200,6 @@ def _joint_outline(name: str, section: Mapping[str, Any]) -> JointOutline:
 def _joints_with_flanges(joints: Mapping[str, Any]) -> Iterable[str]:
     """Yield the joints whose section does not declare that they have no flanges."""
     return (name for name, content in joints.items() if _section(content).get("flange") is not False)
-
-
-def _rolling_joints(joints: Mapping[str, Any], spatial: bool) -> frozenset[str]:
-    """Return the joints in the plane that declare a type, which only rolling bearings do."""
-    return frozenset(name for name, content in joints.items() if not spatial and "type" in _section(content))
 
 
 def _word_pair(value: Any) -> tuple[str, str]:

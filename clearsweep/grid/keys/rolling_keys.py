@@ -2,9 +2,10 @@
 
 import itertools
 import math
+from collections.abc import Mapping
 
-from ...contracts.catalogue import CHOICE, CONDITION, Catalogue, Field, JointSite
-from .joint_keys import add_friction, add_laws, add_numbers, onset_key_without_mass
+from ...contracts.catalogue import CHOICE, CONDITION, MODEL, Catalogue, Field, JointSite
+from .joint_keys import ONSET_KEY, add_friction, add_laws, add_material_name, add_numbers, onset_key_without_mass
 from .kinds import KeyTable, Number, Section, Use, Word
 
 ROLLING = "rolling"  # the word in `type` of a joint
@@ -21,8 +22,6 @@ REFUSED_SECTIONS = {
     "axial_clearance": "a rolling bearing acts in the plane of its rings; axial loads, misaligned rings and crowned "
     "rollers are not modelled; leave it out",
 }
-_IN_SPACE = "acts in the plane of its rings only, without axial load or misalignment; write the mechanism in the plane"
-REFUSED_IN_SPACE = {ROLLING: f"a rolling bearing {_IN_SPACE}"}
 _BALLS = frozenset(KINDS[:1])
 _ROLLERS = frozenset(KINDS[1:])
 _SIZES = (
@@ -75,6 +74,7 @@ def add_rolling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue
     keys[f"{path}.journal"] = Word(site.journals, "body that carries the inner ring", site.journals[0])
     _add_element_contact(keys, path, catalogue)
     keys[f"{path}.material"] = Section("material of balls and rings; default: steel", "optional")
+    add_material_name(keys, f"{path}.material", "of balls and rings")
     for field in _MATERIAL:
         keys[f"{path}.material.{field.name}"] = Number((Use(field, ((kind, _BALLS),)),), CHOICE)
     keys[f"{path}.capacity"] = Section("load ratings of the bearing", "optional")
@@ -92,60 +92,60 @@ def add_rolling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue
 def _add_element_contact(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of the normal force of each element, whose elastic part follows from the sizes."""
     contact = f"{path}.contact"
-    laws = tuple(
-        law
-        for law in catalogue.of("law")
-        if law.uses_elastic and not law.yields and not law.origin and "mass" not in [field.name for field in law.fields]
-    )
-    names = tuple(law.name for law in laws)
+    with_mass = {law.name for law in catalogue.laws for field in law.fields if field.name == "mass"}
+    laws = [law for law in catalogue.of("law") if law.uses_elastic and not law.yields and not law.origin]
+    laws = [law for law in laws if law.name not in with_mass]
     keys[contact] = Section("law of the normal force of each element; its elastic part follows from the sizes")
     text = "law of the normal force of each element"
-    keys[f"{contact}.law"] = Word(names, text, sweep=True, noun="law", role="model")
-    add_laws(keys, contact, "law", laws)
+    keys[f"{contact}.law"] = Word(tuple(law.name for law in laws), text, sweep=True, noun="law", role=MODEL)
+    add_laws(keys, contact, "law", tuple(laws))
     onset_laws = frozenset(law.name for law in laws if law.uses_onset)
-    keys[f"{contact}.onset"] = Word(("first",), "", "first", when=((f"{contact}.law", onset_laws),))
+    keys[f"{contact}.onset"] = ONSET_KEY._replace(when=((f"{contact}.law", onset_laws),))
     keys[f"{contact}.onset"] = onset_key_without_mass(keys, contact)
+    for name, key in keys.items():
+        if isinstance(key, Number) and name.startswith(f"{contact}."):
+            keys[name] = key._replace(uses=tuple(_of_balls(key_use, path) for key_use in key.uses))
 
 
-def conflicts(values: dict[str, tuple[float, ...]], given: set[str]) -> list[tuple[str, str]]:
+def _of_balls(key_use: Use, path: str) -> Use:
+    """Return a meaning of a key whose unit depends on the elastic exponent with that of balls, which alone have it."""
+    if not key_use.field.unit.endswith("^exponent+1"):
+        return key_use
+    unit = key_use.field.unit.replace("exponent+1", "2.5")
+    return Use(key_use.field._replace(unit=unit), (*key_use.when, (f"{path}.kind", _BALLS)))
+
+
+def conflicts(values: Mapping[str, tuple[float, ...]], given: set[str]) -> list[tuple[str, str]]:
     """Return (key of a rolling bearing, what is wrong) for values that do not fit together.
 
     values : key -> all its values in SI.  given : the sections and keys that the grid writes.
     """
-    found: list[tuple[str, str]] = []
-
-    def combinations(*names: str):
-        return itertools.product(*(values.get(name, ()) for name in names))
-
-    for diameter, pitch in combinations("element_diameter", "pitch_diameter"):
-        for count in values.get("elements", ()):
-            chord = pitch * math.sin(math.pi / count)
-            if diameter >= chord:
-                found.append(
-                    (
-                        "element_diameter",
-                        f"found {1e3 * diameter:.6g} mm, but {count:g} elements on a pitch diameter of "
-                        f"{1e3 * pitch:.6g} mm overlap from {1e3 * chord:.6g} mm on; write fewer or smaller elements",
-                    )
-                )
-        for bore in values.get("bore", ()):
-            if bore >= pitch - diameter:
-                found.append(
-                    (
-                        "bore",
-                        f"found {1e3 * bore:.6g} mm; allowed: below {1e3 * (pitch - diameter):.6g} mm, the pitch "
-                        "diameter minus an element's: the inner ring lies between",
-                    )
-                )
-    for clearance, diameter in combinations("clearance", "element_diameter"):
-        if abs(clearance) > LARGEST_CLEARANCE * diameter:
-            found.append(
-                (
-                    "clearance",
-                    f"found {1e3 * clearance:.6g} mm; allowed: up to {1e3 * LARGEST_CLEARANCE * diameter:.6g} mm either "
-                    f"way, {LARGEST_CLEARANCE:g} of the diameter of an element",
-                )
+    counts, clearances, bores = (values[name] for name in ("elements", "clearance", "bore"))
+    found = []
+    for diameter, pitch in itertools.product(values["element_diameter"], values["pitch_diameter"]):
+        chord = min((pitch * math.sin(math.pi / count) for count in counts), default=math.inf)
+        if diameter >= chord:
+            text = (
+                f"found {_mm(diameter)}, but {max(counts):g} elements on a pitch diameter of {_mm(pitch)} overlap from "
+                f"{_mm(chord)} on; write fewer or smaller elements"
             )
+            found.append(("element_diameter", text))
+        if max(bores, default=0.0) >= pitch - diameter:
+            text = (
+                f"found {_mm(max(bores))}; allowed: below {_mm(pitch - diameter)}, the pitch diameter minus an "
+                "element's, as the inner ring lies between"
+            )
+            found.append(("bore", text))
+        if max(map(abs, clearances), default=0.0) > LARGEST_CLEARANCE * diameter:
+            text = (
+                f"found {_mm(max(clearances, key=abs))}; allowed: up to {_mm(LARGEST_CLEARANCE * diameter)} "
+                f"either way, {LARGEST_CLEARANCE:g} of the diameter of an element"
+            )
+            found.append(("clearance", text))
     if "friction" in given and "bore" not in given:
         found.append(("bore", "is missing; friction acts at half of the bore; for example: 20 mm"))
-    return found[:3]
+    return list(dict(found).items())
+
+
+def _mm(length: float) -> str:
+    return f"{1e3 * length:.6g} mm"

@@ -10,6 +10,7 @@ from ...language.errors import did_you_mean
 from ..keys.joint_keys import modulus_paths
 from ..keys.key_table import DIMENSIONLESS
 from ..keys.kinds import Number, Section, value_key, word_key
+from ..keys.rolling_keys import conflicts
 from ..keys.run_keys import LIFE
 from ..sections.reader import Reader
 from .machine_checks import check_film_joints, check_machine
@@ -49,6 +50,8 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
         )
         reader.problems.add(reader.position_of("joints"), "joints", text)
     for path in joints:
+        if f"{path}.element_diameter" in reader.keys_in_use:
+            _check_rolling(reader, path, catalogue)
         _check_below(reader, f"{path}.clearance", f"{path}.bearing_radius", "the radius of the journal must be above 0")
         _check_material(reader, path)
         _check_elastic_law(reader, path, catalogue)
@@ -61,6 +64,19 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
             _check_heat_balance(reader, path)
         if f"{path}.wear.evolve" in reader.values:
             _check_evolving(reader, path, catalogue)
+
+
+def _check_rolling(reader: Reader, joint: str, catalogue: Catalogue) -> None:
+    """Check that the sizes of a rolling bearing fit together, and that the damping of its elements is given once."""
+    for law in catalogue.of("law"):
+        if law.name in reader.names.get(f"{joint}.contact.law", ()):
+            _check_one_of(reader, f"{joint}.contact", law)
+    names = ("elements", "element_diameter", "pitch_diameter", "bore", "clearance")
+    values = {name: reader.values_of(f"{joint}.{name}") for name in names}
+    given = {name for name in (*names, "friction") if reader.is_given(f"{joint}.{name}")}
+    given |= {"friction"} if f"{joint}.friction" in reader.keys_in_use else set()
+    for name, message in conflicts(values, given):
+        reader.problems.add(reader.position_of(f"{joint}.{name}"), f"{joint}.{name}", message)
 
 
 def _check_heat_balance(reader: Reader, joint: str) -> None:
@@ -266,7 +282,7 @@ def _check_one_of(reader: Reader, section: str, law: Law) -> None:
         reader.problems.add(reader.position_of(f"{section}.law"), path, message)
     elastic = f"{section}.elastic"
     powers_only = [name for name in given if law.unit_of(name).endswith("^exponent+1")]
-    if powers_only and reader.names[elastic] != {"power"}:
+    if powers_only and elastic in reader.names and reader.names[elastic] != {"power"}:
         elastic_laws = ", ".join(sorted(reader.names[elastic] - {"power"}))
         path = f"{section}.{powers_only[0]}"
         message = f"needs elastic: power, not {elastic_laws}; with another elastic law write damping_factor, in s/m"

@@ -9,6 +9,7 @@ from ..keys.key_table import table_of_keys
 from ..keys.kinds import Flag, KeyTable, Name, NameList, Number, Section, Table, Use, Word
 from ..keys.library_names import find_varied_materials, keys_of_materials, replace_library_names, written_material_names
 from ..keys.outline import DRIVES, has_user_names, outline_of_document, wrong_names
+from ..keys.rolling_keys import REFUSED_SECTIONS
 from ..keys.run_keys import CHANNELS, LIFE, TIME_BUDGET_FIELD, TIME_BUDGET_PATH
 from ..sections.fits import replace_fits_by_clearances
 from ..sections.named_sections import (
@@ -222,6 +223,8 @@ def _unknown_key_text(path: str, key_name: str, allowed: list[str]) -> str:
     if path == "drive.motor" and key_name == "table":
         page = "docs/howto/own-laws.md#a-torque-curve"
         return f"a torque over the speed is a law of your own; name it by `law`, see {page}"
+    if key_name in REFUSED_SECTIONS and "element_diameter" in allowed:
+        return REFUSED_SECTIONS[key_name]
     if key_name == "elastic" and path.startswith("mechanism."):
         elastic_text = "only a link between two pins of a planar mechanism can be elastic"
         return f"{elastic_text}; this one is rigid: leave `elastic` out"

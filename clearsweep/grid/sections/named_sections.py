@@ -201,6 +201,10 @@ def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue)
             parts_by_joint[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}
         if column_name(joint.name) in parts_by_joint and joint.kind == "guide":
             parts_by_joint[column_name(joint.name)].add("guide")
+        if column_name(joint.name) in parts_by_joint and joint.kind == "rolling":
+            path, ratings = f"joints.{joint.name}.capacity", ("dynamic", "static")
+            known = {rating for rating in ratings if reader.is_given(f"{path}.{rating}")}
+            parts_by_joint[column_name(joint.name)] |= {"rolling"} | known
     until, life = str(reader.values.get("simulate.until.figure", "")), reader.values.get(f"{LIFE}.joint")
     requested = {name for name in ("horizon", "error_check") if f"simulate.{name}" in reader.values}
     requested |= {

@@ -17,7 +17,7 @@ from typing import Any
 
 import numpy as np
 
-from ...contracts.case import Case, Joint, Materials, Rolling
+from ...contracts.case import Case, Joint, Rolling
 from ...contracts.catalogue import Law
 from ...language.errors import InputError
 from ...tracing.compiled.vector import Vector
@@ -31,10 +31,10 @@ from ..laws.elastic import (
     elastic_force,
     line_modulus,
     plane_strain_modulus,
-    power_of,
     relative_radius,
     static_penetration,
 )
+from ..laws.elements import elastic_of_elements
 from ..laws.film import DEFAULT_SHEAR_LAW, transition_depths
 from ..laws.friction import Frictionless, as_contact_friction
 from ..laws.loss import lowest_force, renewed_law
@@ -177,16 +177,6 @@ def _compile_rolling(joint: Joint, bearing: Rolling, side: float, contact: tuple
     )
 
 
-def _elastic_of_elements(joint: Joint, bearing: Rolling) -> tuple:
-    """Return the compiled elastic law of the elements of a rolling bearing, with both rings in series."""
-    if not bearing.has_balls:
-        assert joint.length is not None  # the grid requires it
-        return power_of(rolling.roller_stiffness(joint.length), rolling.ROLLER_EXPONENT)
-    modulus = plane_strain_modulus(Materials(bearing.material, bearing.material))
-    stiffness = rolling.ball_stiffness(bearing.element_diameter, bearing.pitch_diameter, bearing.groove, modulus)
-    return power_of(stiffness, 1.5)
-
-
 def _has_evolving_shape(joint: Joint) -> bool:
     """Return whether the worn shape of a joint acts."""
     return joint.wear is not None and joint.wear.evolve
@@ -318,7 +308,7 @@ def compile_contact(joint: Joint) -> tuple:
 def _compile_bulk_elastic(joint: Joint) -> tuple:
     """Return the compiled elastic law of a joint's bodies, without roughness."""
     if joint.rolling:
-        return _elastic_of_elements(joint, joint.rolling)
+        return elastic_of_elements(joint)
     if not _elastic_recipe(joint):
         spring = recipe_of("law", joint.contact.law, joint).spring
         return spring(joint) if spring else Linear(joint.contact.values["stiffness"])
@@ -434,7 +424,7 @@ def derived_values(joint: Joint) -> dict[str, tuple[float, str]]:
     elastic_law, limit = _elastic_recipe(joint), penetration_limit(joint)
     values = recipe_of("law", joint.contact.law, joint).derived(joint) if joint.is_dry else {}
     if joint.rolling:
-        elastic = _elastic_of_elements(joint, joint.rolling)
+        elastic = elastic_of_elements(joint)
         values = derived_stiffness(elastic.stiffness, getattr(elastic, "exponent", 1.5)) | values
     if elastic_law:
         values = elastic_law.derived(joint) | values

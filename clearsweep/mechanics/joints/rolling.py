@@ -31,9 +31,8 @@ from ...tracing.compiled.direction import direction
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import family, inlined, kernel, map_joints
 from ..laws.contract import ACTS, FREE, PRESSED, touches
-from ..laws.elastic import Power, PowerThreeHalves, elastic_force
-from ..laws.friction import Frictionless, friction_force
-from ..laws.loss import find_root
+from ..laws.elastic import Power, PowerThreeHalves
+from ..laws.friction import friction_force
 from .contract import (
     Contact,
     ContactModes,
@@ -53,7 +52,6 @@ from .contract import (
 from .dry import Clip, normal_forces, separate_contact
 from .worn import bodies_of, gap_with_angles, with_angles
 
-ROLLER_STIFFNESS, ROLLER_LENGTH_EXPONENT, ROLLER_EXPONENT = 35948.0, 8.0 / 9.0, 10.0 / 9.0  # N and mm, ISO/TS 16281
 FATIGUE_FORCE = 1e3  # N, unit of the forces whose powers are summed
 LEAST_SCALE = 1e-4  # of an element's diameter: least length in which displacements are measured
 SOLVER_STEPS, SOLVER_TOLERANCE = 500, 1e-14  # of the static position; relative to the load
@@ -187,9 +185,7 @@ def _element_load(element, _, number, context):
     normal, _, elastic, unclipped = normal_forces(
         current, state.mode[index], root * abs(root), rate, state.latched[index]
     )
-    contact = Contact(
-        normal=normal, tangential=zero, slip=zero, rate=rate, depth=depth, elastic=elastic, raw=unclipped
-    )
+    contact = Contact(normal=normal, tangential=zero, slip=zero, rate=rate, depth=depth, elastic=elastic, raw=unclipped)
     return ElementLoad(-normal * nx, -normal * ny, -normal * across, contact)
 
 
@@ -291,73 +287,13 @@ def _load_histories_rolling(joint, load):
     return values
 
 
-# ---------------------------------------------------------------------------------------------- elastic constants
-
-
-def complete_elliptic(parameter: float) -> tuple[float, float]:
-    """Return the complete elliptic integrals K and E of a parameter m = k^2 below 1.
-
-    By the arithmetic-geometric mean (Abramowitz & Stegun 1964, 17.6.3 and 17.6.4).
-    """
-    a, b, c, total, weight = 1.0, math.sqrt(1.0 - parameter), math.sqrt(parameter), 0.5 * parameter, 0.5
-    while abs(c) > 1e-17:
-        a, b, c, weight = 0.5 * (a + b), math.sqrt(a * b), 0.5 * (a - b), 2.0 * weight
-        total += weight * c * c
-    first = 0.5 * math.pi / a
-    return first, first * (1.0 - total)
-
-
-def point_stiffness(curvatures: tuple[float, float], modulus: float) -> float:
-    """Return K (N/m^1.5) of Hertz's elliptical contact F = K pen^1.5 (Johnson 1985, Contact Mechanics, 4.26 to 4.32).
-
-    curvatures : 1/m, sums of those of both bodies in the two principal planes, the larger first, above 0.
-    modulus : E*, Pa.
-
-    With A half the smaller sum, e^2 = 1 - k^2 and the axis ratio k, at which (E / k^2 - K) / (K - E) is the ratio of
-    the curvatures, pen^3 = 9 F^2 K^3 e^2 A / (4 pi^2 E*^2 (K - E)).
-    """
-    if math.isclose(*curvatures, rel_tol=1e-9):
-        return 4.0 / 3.0 * modulus / math.sqrt(0.5 * sum(curvatures))
-
-    def residual(log_axis_ratio: float) -> float:
-        square = math.exp(2.0 * log_axis_ratio)
-        first, second = complete_elliptic(1.0 - square)
-        return math.log((second / square - first) / (first - second)) - math.log(curvatures[0] / curvatures[1])
-
-    square = math.exp(2.0 * find_root(residual, math.log(1e-7), -1e-7, 1e-16, 1e-15))
-    first, second = complete_elliptic(1.0 - square)
-    pen_cubed = 9.0 * first**3 * (1.0 - square) * 0.5 * curvatures[1] / (4.0 * math.pi**2 * (first - second))
-    return modulus / math.sqrt(pen_cubed)
-
-
-def ball_stiffness(diameter: float, pitch_diameter: float, groove: tuple[float, ...], modulus: float) -> float:
-    """Return K (N/m^1.5) of a ball between both rings, whose contacts are in series: (K_i^-2/3 + K_e^-2/3)^-3/2.
-
-    diameter, pitch_diameter : m.  groove : radii of the grooves of inner and outer ring over the ball's diameter.
-    modulus : E*, Pa.
-    """
-    of_ball = 2.0 / diameter
-    rings = 2.0 / (pitch_diameter - diameter), -2.0 / (pitch_diameter + diameter)
-    compliance = 0.0
-    for along, radius in zip(rings, groove, strict=True):
-        across = of_ball - 1.0 / (radius * diameter)
-        sums = max(of_ball + along, across), min(of_ball + along, across)
-        compliance += point_stiffness(sums, modulus) ** (-2.0 / 3.0)
-    return float(compliance**-1.5)
-
-
-def roller_stiffness(length: float) -> float:
-    """Return K (N/m^(10/9)) of a steel roller of an effective length (m) between both rings (ISO/TS 16281:2008)."""
-    return float(ROLLER_STIFFNESS * (1e3 * length) ** ROLLER_LENGTH_EXPONENT * 1e3**ROLLER_EXPONENT)
+# ---------------------------------------------------------------------------------------------- statics
 
 
 def element_directions(count: int) -> tuple[Element, ...]:
     """Return the Elements of a bearing, evenly spaced from the angle 0."""
     angles = [2.0 * math.pi * i / count for i in range(count)]
     return tuple(Element(math.cos(angle), math.sin(angle)) for angle in angles)
-
-
-# ---------------------------------------------------------------------------------------------- statics
 
 
 def directions_at(joint: Rolling, angle: Any) -> tuple[np.ndarray, np.ndarray]:

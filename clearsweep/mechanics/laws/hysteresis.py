@@ -11,6 +11,7 @@ from ...contracts.catalogue import Field, Law, Merit
 from ...tracing.compiled import calculus as math
 from .contract import UNKNOWN, compile_law, kinks, rate_variable, register, register_pieces
 from .elastic import elastic_force
+from .elements import elastic_of_elements
 from .loss import (
     ANY_RESTITUTION,
     RESTITUTION,
@@ -91,7 +92,8 @@ def damping_factor(joint: Joint) -> float | None:
     """Return D / K (s/m) of F = K pen^n + D pen^n rate, or None if the loss follows from a restitution."""
     values = joint.contact.values
     if "damping" in values:
-        return float(values["damping"] / compile_law("elastic", "power", joint).stiffness)
+        elastic = elastic_of_elements(joint) if joint.rolling else compile_law("elastic", "power", joint)
+        return float(values["damping"] / elastic.stiffness)
     return values.get("damping_factor")
 
 

@@ -27,6 +27,7 @@ from ...answers.validity import (
     penetration_remark,
     pv_remark,
     run_in_remark,
+    static_load_remark,
     swing_remark,
     wear_depth_remark,
     wear_rate_remark,
@@ -97,7 +98,7 @@ def largest_masses(mechanism: Identity, start: bytes, joint_count: int) -> list[
 
 def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[str, ...]:
     """Return the remarks on a finished case; '' replaces each remark that does not apply."""
-    beyond_limit, rubbing_powers, balls, sizes, wearing = [], [], [], [], []
+    beyond_limit, rubbing_powers, balls, sizes, wearing, overloaded = [], [], [], [], [], []
     for layout, joint in zip(scene.layout.joints, scene.case.joints, strict=True):
         name, radius = layout.name, joint.bearing_radius
         if fraction := summary[f"{name}_law_limit_fraction"]:
@@ -109,7 +110,10 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
             balls.append(joint.name)
         penetration = summary[f"{name}_penetration_max"] if joint.is_dry else 0.0
         wear_depth = summary[f"{name}_wear_depth_max"] if layout.wear_bins else 0.0
-        sizes.append(PenetrationAndWear(joint.name, penetration, wear_depth, joint.clearance, radius))
+        if joint.rolling:
+            overloaded.append((joint.name, summary[f"{name}_force_peak"], joint.rolling.capacity.static))
+        else:
+            sizes.append(PenetrationAndWear(joint.name, penetration, wear_depth, joint.clearance, radius))
         if layout.wear_bins:
             rate, pv = summary[f"{name}_wear_rate_max"], summary[f"{name}_pv_mean"]
             wearing.append(RubbingJoint(joint.name, rate, pv, radius or 0.0, joint.film is not None))
@@ -128,6 +132,7 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
         ball_stiffness_remark(balls),
         feedback_remark(summary.get("frame_velocity_rms")),
         penetration_remark(sizes),
+        static_load_remark(overloaded),
         wear_depth_remark(sizes),
         wear_rate_remark(wearing),
         pv_remark(wearing),

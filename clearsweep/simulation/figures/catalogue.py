@@ -14,7 +14,7 @@ from ...contracts.catalogue import NOTHING, Entry, Figure
 from ...contracts.layout import Layout
 from ...mechanics.laws.contract import ONSET_FLOOR
 from ...mechanics.solver.integration import Work
-from . import peaks, vibration, wear
+from . import peaks, rolling, vibration, wear
 from .peaks import CRANK_SPEED_AFTER, FORCE_PEAK_START, PEAKS, PERIOD, SPATIAL, START_UP_TIME, ideal_peak
 from .sums import ForceExceeded, Mean, PerRevolution, RootMean, figure_of_joint
 from .wear import LIFE
@@ -31,6 +31,13 @@ def field_of_totals(name: str, of: str = "joint") -> Callable[[Window, int], flo
 def depth(window: Window, index: int) -> float:
     """Return the largest penetration (m) of the journal, negative if it never touched the bearing."""
     return float(max(window.totals.joint[index].depth_max, -window.joints[index].clearance))
+
+
+def eccentricity(window: Window, index: int) -> float:
+    """Return the largest distance (m) of the journal centre from the bearing centre."""
+    totals = window.totals.joint[index]
+    is_rolling = window.layout.joints[index].is_rolling
+    return window.joints[index].clearance + (totals.eccentricity_depth if is_rolling else depth(window, index))
 
 
 def restitution(window: Window, index: int) -> float | None:
@@ -164,7 +171,7 @@ JOINT = (
         "m",
         "largest distance of the journal centre from the bearing centre",
         of="joint",
-        value=lambda window, index: window.joints[index].clearance + depth(window, index),
+        value=eccentricity,
     ),
     Figure(
         "law_limit_fraction",
@@ -231,6 +238,7 @@ JOINT = (
     *PEAKS,
     FORCE_PEAK_START,
     *SPATIAL,
+    *rolling.ROLLING,
     *wear.WEAR,
     *LIFE,
     Figure(

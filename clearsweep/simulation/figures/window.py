@@ -228,7 +228,7 @@ SEAM_BINS = 4  # bins repeated beyond the seam of the circle
 
 
 class JointTotals(ContactTotals):
-    """Figures of the window for a joint; the fields added are those of a guide, a spatial joint or a rolling bearing."""
+    """Figures of the window for a joint; the added fields are those of guides, spatial joints and rolling bearings."""
 
     corner_force_max: float  # N, at a guide's corner
     corner_force_square: float  # N^2 s, the largest of a guide's corners
@@ -307,7 +307,7 @@ class Window(NamedTuple):
 
 
 def by_joint(totals: Totals, layout: Layout) -> Totals:
-    """Return the sums by joint from those by contact: of a guide's corners, a spatial joint's walls, a bearing's elements.
+    """Return the sums by joint from those by contact: of corners of a guide, walls in space, elements of a bearing.
 
     The work of a preload counts as friction of its joint and as heat; `friction` is by joint without clearance.
 
