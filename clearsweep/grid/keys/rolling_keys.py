@@ -13,8 +13,7 @@ KINDS = ("ball", "roller", "needle")
 LARGEST_CLEARANCE = 0.1  # of an element's diameter, either way
 #: Sections that other joints may have, and why a rolling bearing has none.
 REFUSED_SECTIONS = {
-    "film": "a rolling bearing has no film here: grease and the film between elements and rings are not modelled, nor "
-    "is a film of oil around the bearing; leave it out",
+    "film": "grease and the film between elements and rings are not modelled; leave it out",
     "wear": "the wear of rolling elements and rings is not modelled; leave it out",
     "roughness": "the elements of a rolling bearing are smooth here; leave it out",
     "thermal": "the warmth of a rolling bearing is not modelled; write the clearance that it has when warm",
@@ -82,8 +81,8 @@ def add_rolling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue
     laws = tuple(law for law in catalogue.laws if not (law.has_state or law.sticks))
     add_friction(keys, path, catalogue._replace(laws=laws))
     text = (
-        "friction of the whole bearing, the law's force under the resultant load at half of the bore: with a "
-        "constant coefficient the moment 0.5 x coefficient x load x bore of catalogues. Without this section, the "
+        "friction of the whole bearing: the law's force under the resultant load, at half of the bore. A constant "
+        "coefficient gives the moment of catalogues, 0.5 x coefficient x load x bore. Without this section, the "
         "bearing turns freely"
     )
     keys[f"{path}.friction"] = Section(text, "optional")
@@ -121,7 +120,7 @@ def conflicts(values: Mapping[str, tuple[float, ...]], given: set[str]) -> list[
     values : key -> all its values in SI.  given : the sections and keys that the grid writes.
     """
     counts, clearances, bores = (values[name] for name in ("elements", "clearance", "bore"))
-    found = []
+    problems = []
     for diameter, pitch in itertools.product(values["element_diameter"], values["pitch_diameter"]):
         chord = min((pitch * math.sin(math.pi / count) for count in counts), default=math.inf)
         if diameter >= chord:
@@ -129,22 +128,22 @@ def conflicts(values: Mapping[str, tuple[float, ...]], given: set[str]) -> list[
                 f"found {_mm(diameter)}, but {max(counts):g} elements on a pitch diameter of {_mm(pitch)} overlap from "
                 f"{_mm(chord)} on; write fewer or smaller elements"
             )
-            found.append(("element_diameter", text))
+            problems.append(("element_diameter", text))
         if max(bores, default=0.0) >= pitch - diameter:
             text = (
                 f"found {_mm(max(bores))}; allowed: below {_mm(pitch - diameter)}, the pitch diameter minus an "
                 "element's, as the inner ring lies between"
             )
-            found.append(("bore", text))
+            problems.append(("bore", text))
         if max(map(abs, clearances), default=0.0) > LARGEST_CLEARANCE * diameter:
             text = (
                 f"found {_mm(max(clearances, key=abs))}; allowed: up to {_mm(LARGEST_CLEARANCE * diameter)} "
                 f"either way, {LARGEST_CLEARANCE:g} of the diameter of an element"
             )
-            found.append(("clearance", text))
+            problems.append(("clearance", text))
     if "friction" in given and "bore" not in given:
-        found.append(("bore", "is missing; friction acts at half of the bore; for example: 20 mm"))
-    return list(dict(found).items())
+        problems.append(("bore", "is missing; friction acts at half of the bore; for example: 20 mm"))
+    return list(dict(problems).items())
 
 
 def _mm(length: float) -> str:

@@ -1,6 +1,6 @@
 """A rolling bearing with internal clearance: a ring of balls or rollers between the journal and the bearing.
 
-Everything is in the plane of the rings.  Element i stands at the angle
+Everything is in the plane of the rings.  Element i is at the angle
 
     phi_i = phi_0 + 2 pi i / Z + cage angle,   cage angle = (1 - g) / 2 x angle of the inner ring
                                                            + (1 + g) / 2 x angle of the outer ring,
@@ -91,7 +91,7 @@ class Cage(NamedTuple):
     sine: float
     rate: float  # rad/s, of the cage
     speed: float  # rad/s, of the inner ring relative to the outer one
-    closing_bound: float  # m/s, that no closing exceeds
+    approach_bound: float  # m/s, that no closing exceeds
 
 
 class ElementLoad(NamedTuple):
@@ -153,7 +153,7 @@ def cage_motion(joint, gap):
         sine=sine,
         rate=rate,
         speed=inner_spin - outer_spin,
-        closing_bound=abs(vx) + abs(vy) + (abs(x) + abs(y)) * abs(rate),
+        approach_bound=abs(vx) + abs(vy) + (abs(x) + abs(y)) * abs(rate),
     )
 
 
@@ -171,7 +171,7 @@ def _element_load(element, _, number, context):
     index = offsets.contact + number
     zero = as_type_of(0.0, depth)
     if state.mode[index] == FREE:
-        return ElementLoad(zero, zero, zero, separate_contact(depth, rate, cage.closing_bound))
+        return ElementLoad(zero, zero, zero, separate_contact(depth, rate, cage.approach_bound))
     after = after_law(offsets, joint.law)
     internal_count, latched_count = after.internal - offsets.internal, after.latched - offsets.latched
     law_offsets = Offsets(
@@ -197,7 +197,7 @@ def fatigue_loads(elastic, force):
     """Return the force (in FATIGUE_FORCE) of an element to the powers by which its load counts for both rings.
 
     Inner ring, then outer: 3 and 10/3 for a point contact, 4 and 9/2 for a line contact (ISO/TS 16281:2008, mean loads
-    of a ring that turns relative to the load and of one that stands).
+    of a ring that turns relative to the load and of one at rest).
     """
 
 
@@ -297,27 +297,27 @@ def element_directions(count: int) -> tuple[Element, ...]:
 
 
 def directions_at(joint: Rolling, angle: Any) -> tuple[np.ndarray, np.ndarray]:
-    """Return cosines and sines (..., Z) of the elements of a bearing whose first stands at `angle` (...) rad."""
+    """Return cosines and sines (..., Z) of the elements of a bearing whose first is at `angle` (...) rad."""
     cosine, sine = np.cos(np.asarray(angle))[..., None], np.sin(np.asarray(angle))[..., None]
     cosines, sines = np.array(joint.elements).T
     return cosine * cosines - sine * sines, sine * cosines + cosine * sines
 
 
-def element_closings(joint: Rolling, x: Any, y: Any, angle: Any) -> np.ndarray:
+def element_approaches(joint: Rolling, x: Any, y: Any, angle: Any) -> np.ndarray:
     """Return by how much the inner ring at (x, y) m closes the gap at each element, (..., Z) m; negative for a gap.
 
     x, y : (...) m, displacement of the inner ring from the outer one.  angle : (...) rad, of the first element.
     """
     cosines, sines = directions_at(joint, angle)
-    closings: np.ndarray = np.asarray(x)[..., None] * cosines + np.asarray(y)[..., None] * sines
-    return closings - joint.radial_clearance
+    approaches: np.ndarray = np.asarray(x)[..., None] * cosines + np.asarray(y)[..., None] * sines
+    return approaches - joint.radial_clearance
 
 
 def element_loads(joint: Rolling, x: Any, y: Any, angle: Any) -> np.ndarray:
-    """Return the elastic force (..., Z) N of each element; arguments as in `element_closings`."""
+    """Return the elastic force (..., Z) N of each element; arguments as in `element_approaches`."""
     elastic: Any = joint.elastic  # mypy takes it for a tuple of anything
     exponent = 1.5 if isinstance(elastic, PowerThreeHalves) else elastic.exponent
-    loads: np.ndarray = elastic.stiffness * np.maximum(element_closings(joint, x, y, angle), 0.0) ** exponent
+    loads: np.ndarray = elastic.stiffness * np.maximum(element_approaches(joint, x, y, angle), 0.0) ** exponent
     return loads
 
 
@@ -334,18 +334,18 @@ def static_position(joint: Rolling, load: tuple[float, float], angle: float) -> 
     exponent = 1.5 if isinstance(elastic, PowerThreeHalves) else elastic.exponent
 
     def energy(position: np.ndarray) -> float:
-        closings = np.maximum(unit @ position - joint.radial_clearance, 0.0)
-        stored = elastic.stiffness / (exponent + 1.0) * np.sum(closings ** (exponent + 1.0))
+        approaches = np.maximum(unit @ position - joint.radial_clearance, 0.0)
+        stored = elastic.stiffness / (exponent + 1.0) * np.sum(approaches ** (exponent + 1.0))
         return float(stored - force @ position)
 
-    position = _position_along(joint, force, angle)
+    position = _position_under(joint, force, angle)
     damping, least = 1e-3, energy(position)
     for _ in range(SOLVER_STEPS):
-        closings = np.maximum(unit @ position - joint.radial_clearance, 0.0)
-        residual = force - elastic.stiffness * closings**exponent @ unit
+        approaches = np.maximum(unit @ position - joint.radial_clearance, 0.0)
+        residual = force - elastic.stiffness * approaches**exponent @ unit
         if np.hypot(*residual) <= SOLVER_TOLERANCE * size:
             break
-        rates = np.where(closings > 0.0, elastic.stiffness * exponent * closings ** (exponent - 1.0), 0.0)
+        rates = np.where(approaches > 0.0, elastic.stiffness * exponent * approaches ** (exponent - 1.0), 0.0)
         stiffness = (unit * rates[:, None]).T @ unit
         step = np.linalg.solve(stiffness + damping * np.trace(stiffness) * np.eye(2), residual)
         reached = energy(position + step)
@@ -356,20 +356,20 @@ def static_position(joint: Rolling, load: tuple[float, float], angle: float) -> 
     return float(position[0]), float(position[1])
 
 
-def _position_along(joint: Rolling, force: np.ndarray, angle: float) -> np.ndarray:
+def _position_under(joint: Rolling, force: np.ndarray, angle: float) -> np.ndarray:
     """Return the position (2,) m along a load (N) at which the elements carry its size in its direction."""
     size = float(np.hypot(*force))
     toward = force / size
 
-    def carried(distance: float) -> float:
+    def load_at(distance: float) -> float:
         cosines, sines = directions_at(joint, angle)
         loads = element_loads(joint, *(distance * toward), angle)
         return float(loads @ (cosines * toward[0] + sines * toward[1]))
 
     low, high = 0.0, joint.clearance
-    while carried(high) < size:
+    while load_at(high) < size:
         low, high = high, 2.0 * high
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (middle, high) if carried(middle) < size else (low, middle)
+        low, high = (middle, high) if load_at(middle) < size else (low, middle)
     return high * toward

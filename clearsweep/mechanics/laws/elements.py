@@ -54,9 +54,9 @@ def ball_stiffness(diameter: float, pitch_diameter: float, groove: tuple[float, 
     of_ball = 2.0 / diameter
     rings = 2.0 / (pitch_diameter - diameter), -2.0 / (pitch_diameter + diameter)
     compliance = 0.0
-    for along, radius in zip(rings, groove, strict=True):
+    for ring, radius in zip(rings, groove, strict=True):
         across = of_ball - 1.0 / (radius * diameter)
-        sums = max(of_ball + along, across), min(of_ball + along, across)
+        sums = max(of_ball + ring, across), min(of_ball + ring, across)
         compliance += point_stiffness(sums, modulus) ** (-2.0 / 3.0)
     return float(compliance**-1.5)
 

@@ -239,7 +239,7 @@ class JointTotals(ContactTotals):
     element_force_max: float  # N, at an element of a rolling bearing
     elements_loaded: float  # largest number of elements that carry load at a time
     eccentricity_depth: float  # m, largest eccentricity of a rolling bearing minus its length of reference
-    turning: float  # rad, integral of the size of the relative speed of its rings
+    relative_turn: float  # rad, integral of the size of the relative speed of its rings
     inner_fatigue: float  # rad, integral of that speed times the fatigue loads, see `joints.rolling.fatigue_loads`
     outer_fatigue: float  # rad
 
@@ -387,12 +387,12 @@ def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals
 
 def _add_bearing_sums(combined: JointTotals, elements: ContactTotals, auxiliary: ContactTotals) -> None:
     """Set the sums of a rolling bearing from those of its elements and its auxiliary contacts."""
-    resultant, turning, inner, outer = auxiliary
+    resultant, relative_speed, inner, outer = auxiliary
     combined.friction_energy, combined.heat = resultant.friction_energy, resultant.heat
     combined.element_force_max = elements.column("force_max").max()
-    combined.elements_loaded, combined.eccentricity_depth = turning.depth_max, resultant.depth_max
-    combined.turning, combined.inner_fatigue, combined.outer_fatigue = (
-        contact.force_time for contact in (turning, inner, outer)
+    combined.elements_loaded, combined.eccentricity_depth = relative_speed.depth_max, resultant.depth_max
+    combined.relative_turn, combined.inner_fatigue, combined.outer_fatigue = (
+        contact.force_time for contact in (relative_speed, inner, outer)
     )
 
 

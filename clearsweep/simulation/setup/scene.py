@@ -26,7 +26,7 @@ from ...mechanics.joints.contract import contact_modes, every_contact, every_lat
 from ...mechanics.joints.guide import Guide as GuideTerm
 from ...mechanics.joints.guide import deepest_corner
 from ...mechanics.joints.lubricated import film_depths
-from ...mechanics.joints.rolling import Rolling, cage_angle, element_closings, static_position
+from ...mechanics.joints.rolling import Rolling, cage_angle, element_approaches, static_position
 from ...mechanics.joints.slot import SlotJoint, WornSlot
 from ...mechanics.joints.slot import normal_of as slot_normal_of
 from ...mechanics.joints.worn import has_worn_shape, seated_position, with_body_angles
@@ -449,8 +449,8 @@ def _with_elements_at_start(
         if joint.rolling:
             angle, side = joint.rolling.phase, term.side
             phased[index] = term._replace(phase=angle - float(cage_angle(term, gap) - term.phase))
-            closings = element_closings(term, side * gap.x, side * gap.y, angle)
-            touching = np.where(closings > TOUCHING * built.size, closings, 0.0)
+            approaches = element_approaches(term, side * gap.x, side * gap.y, angle)
+            touching = np.where(approaches > TOUCHING * built.size, approaches, 0.0)
             roots[first : first + joint.rolling.elements] = np.sqrt(touching)
         first += count
     return tuple(phased), roots
@@ -502,8 +502,8 @@ def _check_planar_start(built: Built, joints: Mapping[str, Any]) -> None:
         if isinstance(joint, GuideTerm):
             depth = deepest_corner(joint, gap)
         elif isinstance(joint, Rolling):
-            closings = element_closings(joint, joint.side * gap.x, joint.side * gap.y, joint.phase)
-            depth = float(closings.max()) + min(joint.radial_clearance, 0.0)
+            approaches = element_approaches(joint, joint.side * gap.x, joint.side * gap.y, joint.phase)
+            depth = float(approaches.max()) + min(joint.radial_clearance, 0.0)
         elif isinstance(joint, (SlotJoint, WornSlot)):
             depth = slot_normal_of(joint, gap).depth
         else:
