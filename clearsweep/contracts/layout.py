@@ -45,7 +45,8 @@ class JointLayout(NamedTuple):
     friction: bool = False  # it has friction
     strength: bool = False  # yield strength of its weaker body is known
     thermal: bool = False  # a heat balance of dry friction gives its temperature
-    capacity: str = ""  # ratings of a rolling bearing that are known: 'dynamic', 'static', 'dynamic_static'
+    dynamic: bool = False  # the dynamic load rating of its rolling bearing is known
+    static: bool = False  # the static one is known
 
     @property
     def features(self) -> set[str]:
@@ -53,8 +54,8 @@ class JointLayout(NamedTuple):
         has_flanges = self.is_spatial and self.corners > WALLS
         present = {"wear": self.wear_bins, "film": self.film, "friction": self.friction, "guide": self.is_guide}
         present |= {"spatial": self.is_spatial, "axial": has_flanges, "rolling": self.is_rolling}
-        present |= {"strength": self.strength, "thermal": self.thermal}
-        return {name for name, features in present.items() if features} | set(filter(None, self.capacity.split("_")))
+        present |= {"strength": self.strength, "thermal": self.thermal, "dynamic": self.dynamic, "static": self.static}
+        return {name for name, features in present.items() if features}
 
     @property
     def is_guide(self) -> bool:
@@ -105,7 +106,8 @@ def features_of(case: Case) -> CaseFeatures:
             joint.friction is not None,
             joint.strength is not None and joint.is_dry and not joint.is_guide and not joint.is_spatial,
             joint.thermal is not None,
-            _known_capacity(joint),
+            bool(joint.rolling and joint.rolling.capacity.dynamic),
+            bool(joint.rolling and joint.rolling.capacity.static),
         )
         for joint in case.joints
     )
@@ -123,12 +125,6 @@ def features_of(case: Case) -> CaseFeatures:
         tuple(column_name(load.values["on"]) for load in case.loads if load.form == PRELOAD),
         case.save.channels,
     )
-
-
-def _known_capacity(joint: Joint) -> str:
-    """Return which ratings of a rolling bearing are known, as in `JointLayout`."""
-    ratings = joint.rolling.capacity._asdict() if joint.rolling else {}
-    return "_".join(name for name, rating in ratings.items() if rating)
 
 
 def _contact_counts(joint: Joint) -> tuple[int, int]:

@@ -1,8 +1,9 @@
 """Reports: one offline HTML page of a run, its tables and figures, and one case simulated again and drawn."""
 
+import functools
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from .. import store
 from ..store import BlockedRun, StoredRun
@@ -13,6 +14,11 @@ if TYPE_CHECKING:
 
 class _ReportedRun(StoredRun):
     """The results in one directory, with their report."""
+
+    @functools.cached_property
+    def answer(self) -> dict[str, Any]:
+        """The answer to the question of the grid, as answer.json has it, from the stored cases."""
+        return store.answer_of(self)
 
     def figures(self, directory: str | Path, form: str = "svg", width: str = "auto") -> list[Path]:
         """Write every figure of the report as `clearsweep.report.figures` does; return the paths."""

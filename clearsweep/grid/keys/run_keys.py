@@ -73,9 +73,9 @@ _LIFE_FIELDS = (
     Field(
         "tolerance",
         "1",
-        "largest share of a jump's wear that may be in other bins at its end than at its start; four times the largest "
-        "error of a profile by a jump, over its final depth; also the required relative half-width of the 95 % "
-        "interval of a block's wear rate",
+        "accuracy of the life, 0.05 for about 5 %; smaller is slower: largest share of a jump's wear that may be in "
+        "other bins at its end than at its start; four times the largest error of a profile by a jump, over its final "
+        "depth; also the required relative half-width of the 95 % interval of a block's wear rate",
         1e-4,
         0.5,
         low_open=False,
