@@ -255,7 +255,8 @@ class Joint(NamedTuple):
     """A joint with clearance."""
 
     name: str  # as in the grid: 'rod-slider'
-    clearance: float  # m, radial; of a rolling bearing half its internal clearance, negative with a preload
+    clearance: float  # m, radial; of a rolling bearing half its internal clearance, negative with a preload; of a gear
+    # half of its backlash on the pitch circle, of a coupling half of its play (rad)
     contact: Contact
     bearing_radius: float | None = None  # m
     length: float | None = None  # m, along the pin
@@ -275,8 +276,16 @@ class Joint(NamedTuple):
     thermal: Thermal | None = None  # of a dry joint
     temperature: float | None = None  # K, of both bodies, once the heat balance is solved
     walls: str | None = None  # 'spread'; otherwise a spatial joint carries load at the journal's ends
+    backlash: float | None = None  # m, of two wheels in mesh, on the pitch circle; twice the clearance
+    play: float | None = None  # rad, of a coupling, from stop to stop; twice the clearance
+    drag: float = 0.0  # N m s/rad, of the second body relative to the first
     laws: str = ""  # hash of the laws of the grid's own
     rolling: Rolling | None = None  # elements of a rolling bearing; None: the journal slides in the bearing
+
+    @property
+    def flanked(self) -> str:
+        """Return 'gear' or 'coupling' if the joint has play in rotation between two flanks, else ''."""
+        return "gear" if self.backlash is not None else "coupling" if self.play is not None else ""
 
     @property
     def elastic_name(self) -> str:

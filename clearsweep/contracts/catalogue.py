@@ -38,7 +38,7 @@ class JointOutline(NamedTuple):
     """A joint of a `planar` mechanism; its two points are 'body.point', or '' if that could not be read."""
 
     name: str
-    type: str  # 'revolute', 'prismatic' or 'slot'
+    type: str  # 'revolute', 'prismatic', 'slot', or 'gear' or 'coupling', which connect whole bodies
     proximal: str
     distal: str
     journal: str = ""  # the body that carries the journal; '': the distal one
@@ -247,8 +247,9 @@ class JointSite(NamedTuple):
     name: str  # as in the grid: 'rod-slider'
     proximal: str  # the body nearer the drive
     distal: str
-    kind: str = "revolute"  # 'guide': prismatic; 'slot': a pin in one; 'rolling': a rolling bearing; 'spatial', with
-    # flanges, or 'through', without; or 'line': a gap with two ends, which is always there
+    kind: str = "revolute"  # 'guide': prismatic; 'slot': a pin in one; 'rolling': a rolling bearing; 'gear' or
+    # 'coupling': play in rotation; 'spatial', with flanges, or 'through', without; or 'line': a gap with two ends,
+    # which is always there
     journal: str = ""  # default body of the journal; '': the distal one
 
     @property
@@ -304,6 +305,31 @@ def with_given_size(law: Law, quantity: str) -> Law:
         for order in law.orders
     ]
     return law._replace(fields=tuple(fields), orders=tuple(orders))
+
+
+_TORSIONAL_UNITS = {  # unit of a contact -> its unit where angles replace lengths, and torques forces
+    "N/m^exponent": "N*m/rad^exponent",
+    "N*s/m^exponent+1": "N*m*s/rad^exponent+1",
+    "N/m": "N*m/rad",
+    "N*s/m": "N*m*s/rad",
+    "N*s/m^1.5": "N*m*s/rad^1.5",
+    "N": "N*m",
+    "m": "rad",
+    "m/s": "rad/s",
+    "s/m": "s/rad",
+    "kg": "kg*m^2",
+}
+
+
+def torsional(law: Law) -> Law:
+    """Return a law of the normal force with angles in place of penetrations and torques in place of forces."""
+    fields = tuple(field._replace(unit=torsional_unit(field.unit)) for field in law.fields)
+    return law._replace(fields=fields)
+
+
+def torsional_unit(unit: str) -> str:
+    """Return the unit of a quantity of a contact where angles replace lengths and torques replace forces."""
+    return _TORSIONAL_UNITS.get(unit, unit)
 
 
 class Keys(NamedTuple):

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from .case import Case, Joint, column_name
-from .catalogue import Catalogue, Channel, Figure, FigureOutline, Mechanism, Outline
+from .catalogue import Catalogue, Channel, Figure, FigureOutline, Mechanism, Outline, torsional_unit
 from .vibration import FRAME, PlaceOutline, VibrationOutline
 
 PRELOAD = "preload"  # the form of load that presses on a joint with clearance
@@ -12,6 +12,9 @@ FRICTION_POWER = "friction_power"  # the figure that a joint without clearance m
 ORDER = "_order"  # in the name of a figure that each order of the crank speed has; its number follows
 DIFFERENCE = "_difference"  # suffix of the column of an error check
 CORNERS = 4  # of a guide's block
+FLANKS = ("drive", "coast")  # of a gear or a coupling, in the order of their contacts
+TORSIONAL = "torsional"  # feature of joints whose forces are torques and whose penetrations are angles
+FEATURES_OF_FLANKED = {"gear": frozenset({"flanked"}), "coupling": frozenset({"flanked", TORSIONAL})}
 MAX_REVOLUTIONS = 1 << 17  # number of last revolutions whose peaks and sections are kept
 SECTION_COUNT = "poincare/revolution"  # turns of the crank between sections
 _SECTIONED = ("x", "y", "vx", "vy")  # channels of a joint stored at crank angle 0
@@ -47,6 +50,7 @@ class JointLayout(NamedTuple):
     thermal: bool = False  # a heat balance of dry friction gives its temperature
     dynamic: bool = False  # the dynamic load rating of its rolling bearing is known
     static: bool = False  # the static one is known
+    flanked: str = ""  # 'gear' or 'coupling': it has play in rotation between two flanks
 
     @property
     def features(self) -> set[str]:
@@ -55,7 +59,8 @@ class JointLayout(NamedTuple):
         present = {"wear": self.wear_bins, "film": self.film, "friction": self.friction, "guide": self.is_guide}
         present |= {"spatial": self.is_spatial, "axial": has_flanges, "rolling": self.is_rolling}
         present |= {"strength": self.strength, "thermal": self.thermal, "dynamic": self.dynamic, "static": self.static}
-        return {name for name, features in present.items() if features}
+        names = {name for name, features in present.items() if features}
+        return names | FEATURES_OF_FLANKED.get(self.flanked, frozenset())
 
     @property
     def is_guide(self) -> bool:
@@ -75,6 +80,8 @@ class JointLayout(NamedTuple):
     @property
     def contacts(self) -> tuple[str, ...]:
         """Return the names of its contacts in the list of events."""
+        if self.flanked:
+            return tuple(f"{self.name}_{flank}" for flank in FLANKS)
         return tuple(f"{self.name}_{k + 1}" for k in range(self.corners + self.auxiliary)) or (self.name,)
 
 
@@ -108,6 +115,7 @@ def features_of(case: Case) -> CaseFeatures:
             joint.thermal is not None,
             bool(joint.rolling and joint.rolling.capacity.dynamic),
             bool(joint.rolling and joint.rolling.capacity.static),
+            joint.flanked,
         )
         for joint in case.joints
     )
@@ -131,6 +139,8 @@ def _contact_counts(joint: Joint) -> tuple[int, int]:
     """Return the numbers of separate contact points and of auxiliary contacts of a joint."""
     if joint.rolling:
         return joint.rolling.elements, AUXILIARY_OF_ROLLING
+    if joint.flanked:
+        return len(FLANKS), 0
     if joint.is_spatial:
         return (WALLS + FLANGES if joint.flange else WALLS), AUXILIARY_OF_SPATIAL
     return (CORNERS, AUXILIARY_OF_GUIDE) if joint.is_guide else (0, 0)
@@ -271,11 +281,14 @@ def columns_of(
     columns: list[Column] = []
     for joint, joint_features in features_by_joint.items():
         joint_figures = (figure for figure in catalogue.figures if figure.of == "joint")
-        columns += [
+        joint_columns = [
             _column(figure, joint, mechanism)
             for figure in joint_figures
             if features | joint_features >= {*figure.needs}
         ]
+        if TORSIONAL in joint_features:
+            joint_columns = [column._replace(unit=torsional_unit(column.unit)) for column in joint_columns]
+        columns += joint_columns
     for joint in dict.fromkeys(requested.frictions):
         joint_figures = (
             figure for figure in catalogue.figures if figure.name == FRICTION_POWER and joint not in features_by_joint
@@ -379,7 +392,11 @@ def _joint_channels(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channe
             for name, unit, text in catalogue.element_channels:
                 yield Channel(name.format(k + 1), unit, text.format(k + 1))
         return
-    yield from catalogue.spatial_channels if joint.is_spatial else catalogue.joint_channels
+    channels = catalogue.spatial_channels if joint.is_spatial else catalogue.joint_channels
+    is_torsional = TORSIONAL in joint.features
+    yield from (
+        channel._replace(unit=torsional_unit(channel.unit)) if is_torsional else channel for channel in channels
+    )
     yield from catalogue.film_channels if joint.film else ()
     for k in range(joint.corners if joint.is_spatial else 0):
         for name, unit, text in catalogue.point_channels:
@@ -394,6 +411,7 @@ def converging_columns(catalogue: Catalogue, mechanism: Mechanism, *, settles: b
         "rolling": {"friction", "rolling", "dynamic", "static"},
         "spatial": {"wear", "spatial", "axial", "friction"},
         "through": {"wear", "spatial", "friction"},
+        **{kind: {*features} for kind, features in FEATURES_OF_FLANKED.items()},
     }
     revolute = {"wear", "film", "friction"}
     features_by_joint = {column_name(site.name): features_by_kind.get(site.kind, revolute) for site in mechanism.joints}
@@ -438,6 +456,8 @@ _REQUIREMENT_TEXTS = {
     "static": "with `capacity.static`",
     "spatial": "the joint is spatial",
     "axial": "it has flanges",
+    "flanked": "the joint is a gear or a coupling",
+    "torsional": "the joint is a coupling",
     "horizon": "`simulate.horizon`",
     "until": "`simulate.until`",
     "life": "`life`",

@@ -79,6 +79,25 @@ class Slot(NamedTuple):
     axis: float  # rad, of the line in the frame of the proximal body
 
 
+class Mesh(NamedTuple):
+    """Two bodies whose angles keep a ratio, except for play: two wheels in mesh, or the halves of a coupling.
+
+    Without play, first angle + `ratio` x second angle = `rest`, both measured from the carrier.
+    """
+
+    name: str
+    proximal: BodyPoint  # the first body and its centre
+    distal: BodyPoint
+    carrier: str  # body on which both turn; of a coupling it has no effect
+    ratio: float  # pitch radius of the second wheel over that of the first, below 0 in an internal gear; coupling: -1
+    arm: float = 1.0  # m, base radius of the first wheel; of a coupling 1, so that a force is a torque
+    centres: float = 0.0  # rad, direction from the first centre to the second in the frame of the carrier
+    pins: tuple[str, ...] = ()  # names of the pins of the first and the second wheel; () of a coupling
+    across: float = 0.0  # force on the second wheel across this direction for a unit of force on the drive flank
+    apart: float = 0.0  # force along it for a unit of force on either flank
+    rest: float = 0.0  # rad
+
+
 class Stretch(NamedTuple):
     """A spring and damper between two segments of an elastic link, which a guide keeps on one line."""
 
@@ -158,6 +177,17 @@ class Spring(NamedTuple):
     damping: float  # N s/m
 
 
+class TorsionSpring(NamedTuple):
+    """A spring and damper between the angles of two bodies."""
+
+    name: str
+    first: BodyPoint
+    second: BodyPoint
+    stiffness: float  # N m/rad
+    free_angle: float  # rad, of the second body minus that of the first, without torque
+    damping: float  # N m s/rad
+
+
 class Rubbing(NamedTuple):
     """Friction in a joint without clearance: in a pin a couple, radius times its law's force, in a guide a force."""
 
@@ -192,10 +222,10 @@ class Machine(NamedTuple):
     """A planar machine."""
 
     bodies: Mapping[str, Body]  # 'ground' among them
-    joints: tuple  # Pin, Guide and Slot in the order of the grid; Stretch between segments of elastic links
+    joints: tuple  # Pin, Guide, Slot and Mesh in the order of the grid; Stretch between segments of elastic links
     driven: str  # name of the Pin that the drive turns: its proximal body is the ground
     drive: tuple  # Constant, Schedule or Motor
     gravity: float  # m/s^2, along -y
     aim: Aim
     start: Mapping[str, float] = {}  # rad, first guesses of body angles for closing loops at the start angle; default 0
-    loads: tuple = ()  # Push, TabledPush, Spring, Rubbing, Braking
+    loads: tuple = ()  # Push, TabledPush, Spring, TorsionSpring, Rubbing, Braking

@@ -159,6 +159,9 @@ def _joint(section: Tree, name: str, laws: str) -> Joint:
     values: dict[str, Any] = {"contact": NO_CONTACT, **section}
     if values.pop("type", None) == ROLLING:
         values = _rolling(values)
+    play = values.get("backlash", values.get("play"))
+    if play is not None:
+        values["clearance"] = 0.5 * play
     for key, build in _JOINT_SECTIONS:
         if key in section:
             values[key] = _typed(build, section[key])

@@ -221,7 +221,8 @@ _VALUES_BY_PATH = _mapping_check(_PATH, _check_list_of_values)
 _COLUMN_NAME = _TEXT  # of a user's own figures: any identifier, checked where it is read
 _LIMIT = _any_check(_section_check({}, {"at_most": _NUMBER, "at_least": _NUMBER, "times": _COLUMN_NAME}), _NUMBER)
 _JOINT_FIELDS = {
-    name: {str: _IDENTIFIER, int: _SMALL_COUNT, bool: _FLAG}[kind] for name, kind in JointLayout.__annotations__.items()
+    name: {str: _NAME_OR_NONE, int: _SMALL_COUNT, bool: _FLAG}[kind]
+    for name, kind in JointLayout.__annotations__.items()
 }
 _COLUMN_KIND = _text_check("float|int|text", "float, int or text")
 _COLUMN_FIELDS = {

@@ -12,7 +12,9 @@ from ...contracts.catalogue import (
     Field,
     JointSite,
     Keys,
+    Law,
     Mechanism,
+    torsional,
     with_given_size,
 )
 from ...contracts.layout import converging_columns
@@ -400,6 +402,44 @@ def _add_slot(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) 
     )
 
 
+_BACKLASH = Field("backlash", "m", "play between the teeth on the pitch circle, from flank to flank")
+_PLAY = Field("play", "rad", "angle by which the second body can turn while the first stands, from stop to stop")
+_DRAG = Field(
+    "drag",
+    "N*m*s/rad",
+    "viscous torque per rate of the second body relative to the first, which also acts without contact",
+    low_open=False,
+    default=0.0,
+)
+
+
+def _add_gear(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Add the keys of the play between the teeth of two wheels."""
+    keys[path] = Section("play between the teeth of two wheels", "optional")
+    _add_flanks(keys, path, _BACKLASH, catalogue)
+
+
+def _add_coupling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Add the keys of the play of a coupling, whose contact laws take angles and torques."""
+    keys[path] = Section("play of a coupling", "optional")
+    _add_flanks(keys, path, _PLAY, catalogue._replace(laws=tuple(map(torsional, catalogue.laws))))
+
+
+def _linear_by_default(law: Law) -> Law:
+    """Return a law whose exponent, if it has one, is 1 by default."""
+    fields = (field._replace(default=1.0) if field.name == "exponent" else field for field in law.fields)
+    return law._replace(fields=tuple(fields))
+
+
+def _add_flanks(keys: KeyTable, path: str, play: Field, catalogue: Catalogue) -> None:
+    """Add the keys of two flanks and of the play between them; a power of the penetration is linear by default."""
+    add_numbers(keys, path, (play, _DRAG), CHOICE)
+    laws = tuple(map(_linear_by_default, laws_of_point_contacts(catalogue)))
+    add_contact(keys, path, catalogue._replace(laws=laws))
+    for child_path in [child_path for child_path in keys if child_path.startswith(f"{path}.contact.material")]:
+        del keys[child_path]
+
+
 def _add_pin_or_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of a joint that the grid declares as a pin or a guide: all keys of both."""
     _add_revolute(keys, path, site, catalogue)
@@ -411,6 +451,9 @@ def _add_pin_or_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Cat
         CHOICE,
     )
     add_numbers(keys, path, (_SLOT_LENGTH._replace(text=f"of a slot: {_SLOT_LENGTH.text}", optional=True),), CHOICE)
+    for owner, field in (("a gear", _BACKLASH), ("a coupling", _PLAY), ("a gear or a coupling", _DRAG)):
+        text = f"of {owner}: {field.text}"
+        add_numbers(keys, path, (field._replace(text=text, optional=True, default=None),), CHOICE)
 
 
 def _add_worn_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
@@ -433,6 +476,8 @@ _ADD_JOINT_KEYS = {
     ROLLING: add_rolling,
     "guide": _add_guide,
     "slot": _add_slot,
+    "gear": _add_gear,
+    "coupling": _add_coupling,
     "spatial": _add_flanged_revolute,
     "through": _add_worn_spatial_revolute,
     ANY: _add_pin_or_guide,

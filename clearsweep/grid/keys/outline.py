@@ -30,7 +30,14 @@ MAX_NAMES = 100  # bodies, points of a body, joints or loads; compiled code grow
 INVALID_NAME_TEXT = "is not a valid name; expected a letter, then letters, digits, - or _, at most 40 characters"
 DRIVES = ("speed", "torque", "motor")  # keys of `drive`, of which a grid has exactly one
 #: Keys of a load that show its form, the first that is written.
-FORMS = (("friction", "friction"), ("between", "spring"), ("table", "table"), ("law", "own"))
+FORMS = (
+    ("friction", "friction"),
+    ("torsional_stiffness", "torsion"),
+    ("torsional_damping", "torsion"),
+    ("between", "spring"),
+    ("table", "table"),
+    ("law", "own"),
+)
 _SECTIONS = ("mechanism", "drive", "loads", "joints", "vibration")
 _USER_NAMED_SECTIONS = re.compile(r"loads|vibration\.at|mechanism\.(bodies|joints|bodies\.[^.]+\.points)")
 _RESERVED = frozenset(  # names that orbits.h5 already uses
@@ -160,7 +167,7 @@ def _load_outline(name: str, content: Any, paths: set[str]) -> LoadOutline:
         (form for key, form in FORMS if key in keys),
         "force",
     )
-    loaded_body = _word_pair(section.get("between"))[1] if form == "spring" else section.get("on")
+    loaded_body = _word_pair(section.get("between"))[1] if form in ("spring", "torsion") else section.get("on")
     friction_keys = set(_section(section.get("friction"))) | {
         path.rpartition(".")[2] for path in paths if path.startswith(f"{prefix}friction.")
     }
@@ -193,7 +200,7 @@ def _joint_outline(name: str, section: Mapping[str, Any]) -> JointOutline:
     body_pair = _word_pair(section.get("between"))
     journal = section.get("journal")
     written_type = section.get("type")
-    kind = written_type if written_type in ("prismatic", "slot") else "revolute"
+    kind = written_type if written_type in ("prismatic", "slot", "gear", "coupling") else "revolute"
     return JointOutline(name, kind, *body_pair, journal if isinstance(journal, str) else "")
 
 

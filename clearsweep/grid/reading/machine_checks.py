@@ -118,21 +118,46 @@ def _check_drive(reader: Reader) -> None:
 
 
 def _check_initial(reader: Reader) -> None:
-    """Check that a body with a given initial state is determined by no ideal joint and nothing else."""
+    """Check that a body with a given initial state is determined by no ideal joint and nothing else.
+
+    A body on an ideal pin may turn if a gear or coupling with play, or a torsion spring, reaches it.
+    """
     for body in reader.outline.bodies:
         path = f"mechanism.bodies.{body.name}.initial"
         if not reader.is_given(path):
             continue
+        turns = _turns_on_pin(reader, body.name)
         for joint in reader.outline.joints:
+            if turns and joint.type == "revolute":
+                continue
             if body.name in joint.bodies and joint.name not in reader.outline.clearances:
                 message = (
                     f"{joint.name} is ideal and fixes {body.name}, which determines how {body.name} starts; leave "
                     f"initial out, or give {joint.name} clearance"
                 )
                 reader.problems.add(reader.position_of(path), path, message)
+        for key in ("x", "y", "vx", "vy") if turns else ():
+            if reader.is_given(f"{path}.{key}"):
+                message = f"is fixed by the pin on which {body.name} turns; write angle and rate only"
+                reader.problems.add(reader.position_of(f"{path}.{key}"), f"{path}.{key}", message)
         if "seated" in reader.values_of("simulate.start"):
             message = f"seated conflicts with {path}, which says where {body.name} starts; remove one of the two"
             reader.problems.add(reader.position_of("simulate.start"), "simulate.start", message)
+
+
+def _turns_on_pin(reader: Reader, body: str) -> bool:
+    """Return whether a body turns on an ideal pin, driven through play in rotation or by a torsion spring."""
+    on_pin = any(
+        joint.type == "revolute" and body in joint.bodies and joint.name not in reader.outline.clearances
+        for joint in reader.outline.joints
+    )
+    through_play = any(
+        joint.type in ("gear", "coupling") and body in joint.bodies and joint.name in reader.outline.clearances
+        for joint in reader.outline.joints
+    )
+    springs = (f"loads.{load.name}.between" for load in reader.outline.loads if load.form == "torsion")
+    by_spring = any(body in (reader.values.get(f"{path}.{k}") for k in range(2)) for path in springs)
+    return on_pin and (through_play or by_spring)
 
 
 def _check_friction_load(reader: Reader, path: str, joint: str, given_quantity: str) -> None:

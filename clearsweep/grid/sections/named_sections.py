@@ -7,7 +7,7 @@ from typing import Any
 from ...answers.verdict import EXCEEDED_COLUMN, KINDS, MARGIN_COLUMN, UNDECIDED_COLUMN
 from ...contracts.case import Uncertain, column_name
 from ...contracts.catalogue import ROLES, Catalogue, Field, Mechanism
-from ...contracts.layout import Requested, columns_of, rubbing_joints
+from ...contracts.layout import FEATURES_OF_FLANKED, Requested, columns_of, rubbing_joints
 from ...language import expression
 from ...language.errors import InputError, did_you_mean, quoted
 from ...language.quantity import is_bare
@@ -205,6 +205,8 @@ def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue)
             path, ratings = f"joints.{joint.name}.capacity", ("dynamic", "static")
             known = {rating for rating in ratings if reader.is_given(f"{path}.{rating}")}
             parts_by_joint[column_name(joint.name)] |= {"rolling"} | known
+        if column_name(joint.name) in parts_by_joint:
+            parts_by_joint[column_name(joint.name)] |= FEATURES_OF_FLANKED.get(joint.kind, frozenset())
     until, life = str(reader.values.get("simulate.until.figure", "")), reader.values.get(f"{LIFE}.joint")
     requested = {name for name in ("horizon", "error_check") if f"simulate.{name}" in reader.values}
     requested |= {

@@ -18,6 +18,7 @@ from ..joints.contract import (
 )
 from ..joints.dry import Joint
 from ..joints.lubricated import Lubricated
+from ..joints.mesh import Mesh, flank_offsets
 from ..joints.worn import WornJoint, WornOnFoundation
 from ..laws.contract import AT_LIMIT_DOWN, AT_LIMIT_UP, is_sticking, touches
 from ..laws.friction import static_limit
@@ -46,6 +47,16 @@ def _joint_law_needs_mass_of_joint(joint, gap, offsets, state):
     return touches(state.mode[offsets.contact]) and needs_mass(law)
 
 
+@_joint_law_needs_mass.member(Mesh)
+def _joint_law_needs_mass_of_mesh(joint, gap, offsets, state):
+    is_needed = False
+    for flank in range(2):
+        at_flank = flank_offsets(joint, offsets, flank)
+        law = with_current_state(joint.law, state.y, state.latched, at_flank)
+        is_needed = is_needed | (touches(state.mode[at_flank.contact]) and needs_mass(law))
+    return is_needed
+
+
 @family
 def _with_mass(joint, mass, offsets, shared):
     """Return the joint with the effective mass (kg) of its contact set in its law."""
@@ -60,6 +71,7 @@ def _default_with_mass(joint, mass, offsets, shared):
 @_with_mass.member(WornJoint)
 @_with_mass.member(WornOnFoundation)
 @_with_mass.member(Lubricated)
+@_with_mass.member(Mesh)
 def _with_mass_in_law(joint, mass, offsets, shared):
     return joint._replace(law=with_mass(joint.law, mass))
 

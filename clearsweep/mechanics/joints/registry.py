@@ -19,6 +19,7 @@ import numpy as np
 
 from ...contracts.case import Case, Joint, Rolling
 from ...contracts.catalogue import Law
+from ...contracts.machine import Mesh as Gearing
 from ...language.errors import InputError
 from ...tracing.compiled.vector import Vector
 from ..laws.conformal import Foundation
@@ -43,7 +44,7 @@ from ..laws.roughness import Surface
 from ..laws.series import ArcParameters, Series, combine_in_series
 from ..wear import NoWear, Worn
 from ..wear.shape import Shape, bin_means, conformal_profiles, point_profiles, shape_of
-from . import dry, guide, lubricated, rolling, slot, spatial, worn
+from . import dry, guide, lubricated, mesh, rolling, slot, spatial, worn
 from .foundation import Overlap
 from .spatial.strips import spread_over
 
@@ -63,6 +64,7 @@ __all__ = [
     "compile_film",
     "compile_friction",
     "compile_joint",
+    "compile_mesh",
     "compile_wear",
     "departs_from_hertz",
     "derived_values",
@@ -94,6 +96,22 @@ def _elastic_recipe(joint: Joint) -> Recipe | None:
     """Return the elastic law of a joint, or None if the contact law brings its own spring."""
     uses_elastic = joint.is_dry and not joint.rolling and recipe_of("law", joint.contact.law, joint).law.uses_elastic
     return recipe_of("elastic", joint.contact.elastic, joint) if uses_elastic else None
+
+
+def compile_mesh(joint: Joint, gear: Gearing) -> mesh.Mesh:
+    """Return the compiled form of a joint with play in rotation."""
+    law, elastic = compile_contact(joint)
+    # backlash is along the pitch circle, drag relative to the second body
+    return mesh.Mesh(
+        clearance=joint.clearance * abs(gear.across) if gear.pins else joint.clearance,
+        side=1.0,
+        arm_proximal=gear.arm,
+        arm_distal=gear.arm * gear.ratio,
+        drag=joint.drag / (gear.arm * gear.ratio) ** 2,
+        law=law,
+        elastic=elastic,
+        friction=Frictionless(),
+    )
 
 
 def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -> tuple:

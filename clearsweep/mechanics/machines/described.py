@@ -24,10 +24,12 @@ from ...contracts.catalogue import (
     Outline,
     Output,
 )
-from ...contracts.machine import BodyPoint, Constant, Elastic, Guide, Machine, Pin, Slot
+from ...contracts.machine import BodyPoint, Constant, Elastic, Guide, Machine, Pin, Slot, TorsionSpring
+from ...language.errors import InputError
 from ..laws.contract import compile_law
 from ..laws.sampled import attempted
 from . import planar
+from .gears import FLANKED, GEAR_FIELDS, flanked_keys
 from .loads import load_keys
 from .observed import vibration_keys
 from .planar.form import motor_torque, no_load_speed
@@ -147,6 +149,11 @@ _AXIS = Field(
     -math.inf,
     default=0.0,
 )
+#: Numbers of a joint by its type; others are those of a guide.
+_FIELDS_BY_TYPE = {
+    "revolute": (),
+    ANY: (_AXIS, *(field._replace(text=f"of a gear: {field.text}", optional=True) for field in GEAR_FIELDS)),
+}
 _ALONG = Field("along", "rad", "direction in which the motion of the point is measured", -math.inf, default=0.0)
 
 
@@ -155,15 +162,17 @@ def joint_keys(joint: JointOutline, endpoints: tuple[str, ...]) -> Iterable[Keys
     path = f"mechanism.joints.{joint.name}"
     type_choice = Choice(
         "type",
-        ("revolute", "prismatic", "slot"),
-        "kind of the joint; revolute: a pin; prismatic: a guide; slot: a pin in a slot of the proximal body",
+        ("revolute", "prismatic", "slot", *FLANKED),
+        "kind of the joint; revolute: a pin; prismatic: a guide; slot: a pin in a slot of the proximal body; gear: two "
+        "wheels in mesh; coupling: two bodies that turn together",
     )
+    if joint.type in FLANKED:
+        yield from flanked_keys(joint, dict.fromkeys(end.partition(".")[0] for end in endpoints), type_choice)
+        return
     bodies = tuple(filter(None, joint.bodies))
     journal = (Choice("journal", bodies, "body that carries the journal", bodies[-1] if bodies else ANY),)
     choices = (type_choice,) if joint.type in ("prismatic", "slot") else (type_choice, *journal)
-    yield Keys(
-        path, "a joint of the mechanism", () if joint.type == "revolute" else (_AXIS,), words=choices, role=CHOICE
-    )
+    yield Keys(path, "a joint of the mechanism", _FIELDS_BY_TYPE.get(joint.type, (_AXIS,)), words=choices, role=CHOICE)
     texts = ("the proximal point, body.point", "the distal point")
     between = tuple(Choice(str(k), endpoints, text) for k, text in enumerate(texts))
     yield Keys(f"{path}.between", "the two points that the joint connects, the proximal point first", words=between)
@@ -240,8 +249,13 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     Return None if it can be closed over the whole revolution of its crank.
     """
     assert mechanism.machine is not None  # only mechanisms with a machine
-    machine: Machine = mechanism.machine(without_own_forces(case))
-    steady_machine = machine._replace(drive=Constant(1.0, machine.drive.start_angle), loads=())
+    try:
+        machine: Machine = mechanism.machine(without_own_forces(case))
+    except InputError as error:
+        path, _, sentence = str(error).partition(": ")
+        return path.removeprefix("mechanism."), sentence
+    springs = tuple(load for load in machine.loads if isinstance(load, TorsionSpring))
+    steady_machine = machine._replace(drive=Constant(1.0, machine.drive.start_angle), loads=springs)
     try:
         planar.ideal_of(steady_machine)
     except planar.ClosureError as error:

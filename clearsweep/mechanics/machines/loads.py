@@ -77,6 +77,17 @@ _SPRING = (
     Field("free_length", "m", "length of the spring without force", low_open=False, default=0.0),
     Field("damping", "N*s/m", "coefficient of the damper parallel to the spring", low_open=False, default=0.0),
 )
+_TORSION = (
+    Field("torsional_stiffness", "N*m/rad", "torque per angle of the spring", low_open=False, default=0.0),
+    Field("torsional_damping", "N*m*s/rad", "torque per rate of the parallel damper", low_open=False, default=0.0),
+    Field(
+        "free_angle",
+        "rad",
+        "angle of the second body minus that of the first at which the spring has no torque",
+        -math.inf,
+        default=0.0,
+    ),
+)
 _RADIUS = Field("radius", "m", "radius of the pin; a guide does not use it", optional=True)
 LOADS = {
     law.name: law
@@ -109,6 +120,16 @@ LOADS = {
             (*(field._replace(name=f"anchor.{field.name}") for field in _ANCHOR), *_SPRING),
             notes="Written between: [BODY, BODY], anchor: [x, y] on the first.  It acts on the second body at `point` "
             "(planar), by default at a slider's pin, of any other body at the centre of mass.",
+        ),
+        Law(
+            "load",
+            "torsion",
+            "a torsion spring and damper between the angles of two bodies",
+            "torque = torsional_stiffness (twist - free_angle) + torsional_damping d(twist)/dt",
+            "",
+            _TORSION,
+            notes="Written between: [BODY, BODY], torsional_stiffness: 5 N*m/rad.  The twist is the angle of the "
+            "second body minus that of the first.",
         ),
         Law(
             "load",
@@ -178,6 +199,10 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
             between,
             anchor,
         ),
+        "torsion": (
+            Keys(path, LOADS["torsion"].summary, _TORSION, "optional", flags=reacted, role=CHOICE),
+            between._replace(text="the two bodies that the torsion spring connects"),
+        ),
         "friction": (joint_load_keys, _friction_keys(path)[load.given]),
         "own": (
             Keys(
@@ -190,7 +215,7 @@ def load_keys(load: LoadOutline, points: Mapping[str, tuple[str, ...]], joints: 
     any_form_keys = Keys(
         path,
         "a load on the mechanism",
-        (_TORQUE, _SCALE, *_PISTON, *_SPRING),
+        (_TORQUE, _SCALE, *_PISTON, *_SPRING, *_TORSION),
         "optional",
         target_keys,
         (_TABLE,),
@@ -226,6 +251,10 @@ class LoadPoints:
         if name not in self.bodies[body].points:
             return self.add_point(body, name, self.bodies[body].center)
         return machine.BodyPoint(body, name)
+
+    def centre_of(self, body: str) -> machine.BodyPoint:
+        """Return the centre of mass of a body, or the origin of the ground, as one of its points."""
+        return self.add_point(body, CENTER, (0.0, 0.0) if body == GROUND else self.bodies[body].center)
 
     def add_point(self, body: str, name: str, position: tuple[float, float]) -> machine.BodyPoint:
         """Return a further point of a body, at `position` (m) in its frame."""
@@ -275,6 +304,13 @@ def _make_spring(load: case.Load, load_points: LoadPoints) -> machine.Spring:
     )
 
 
+def _make_torsion_spring(load: case.Load, load_points: LoadPoints) -> machine.TorsionSpring:
+    values = load.values
+    first, second = (load_points.centre_of(values[f"between.{k}"]) for k in range(2))
+    sizes = (values[field.name] for field in (_TORSION[0], _TORSION[2], _TORSION[1]))
+    return machine.TorsionSpring(load.name, first, second, *sizes)
+
+
 def _make_rubbing(load: case.Load, load_points: LoadPoints) -> machine.Rubbing | machine.Braking:
     given_size = next((size for size in SIZES if size in load.friction.values), "")
     if given_size:
@@ -299,5 +335,6 @@ _MAKERS = {
     "own": _make_own,
     "table": _make_tabled_push,
     "spring": _make_spring,
+    "torsion": _make_torsion_spring,
     "friction": _make_rubbing,
 }

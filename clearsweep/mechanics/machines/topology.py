@@ -19,9 +19,10 @@ from ...contracts.catalogue import (
     Outline,
     Output,
 )
-from ...contracts.machine import Aim, Body, Constant, Initial, Machine
+from ...contracts.machine import Aim, Body, Constant, Initial, Machine, Pin
 from . import described
 from .described import joint_keys, joint_of, make_drive, output_keys, pair_at
+from .gears import FLANKED, mesh_of
 from .loads import LoadPoints, make_loads
 from .observed import vibration_keys
 from .spatial.build import (
@@ -211,13 +212,13 @@ def with_outline(outline: Outline) -> Mechanism:
 
 
 def _site(joint: JointOutline) -> JointSite:
-    kind = {"prismatic": "guide", "slot": "slot", ANY: ANY}.get(joint.type, "revolute")
+    kind = {"prismatic": "guide"}.get(joint.type, joint.type)
     return JointSite(joint.name, *joint.bodies, kind, joint.journal)
 
 
 def _keys(outline: Outline) -> Iterable[Keys]:
     """Yield the sections of the bodies, the joints and the other parts of a mechanism."""
-    pins = tuple(joint.name for joint in outline.joints if joint.type not in ("prismatic", "slot"))
+    pins = tuple(joint.name for joint in outline.joints if joint.type in ("revolute", ANY))
     driven = Choice("driven", pins, "the revolute joint that the drive turns; it connects the ground and the crank")
     yield Keys("mechanism", "", (_GRAVITY,), words=(driven,), flags=(SPATIAL_FLAG,), role=CHOICE)
     yield Keys("mechanism.bodies", "the bodies by name, `ground` among them")
@@ -231,8 +232,8 @@ def _keys(outline: Outline) -> Iterable[Keys]:
             center = tuple(field._replace(default=0.0) for field in _POSITION)
             yield Keys(f"{path}.center", "centre of mass in the frame of the body", center, "implied", role=CHOICE)
             text = (
-                "initial state of a body that has no ideal joint. Without this section, the body starts as in the "
-                "ideal mechanism"
+                "initial state of a body that has no ideal joint, or of one that turns on an ideal pin, of which only "
+                "angle and rate count. Without this section, the body starts as in the ideal mechanism"
             )
             yield Keys(f"{path}.initial", text, _INITIAL, "optional", role=CONDITION)
         yield Keys(f"{path}.points", "points of the body, by name", need="implied")
@@ -263,10 +264,16 @@ def machine(case: Case) -> Machine:
             Initial(*(values[f"{prefix}.initial.{name}"] for name in Initial._fields)) if has_initial_state else None
         )
         bodies[body.name] = Body(mass, inertia, center, points, described.elastic_of(values, prefix), initial)
-    joints = tuple(joint_of(values, joint) for joint in outline.joints)
+    load_points = LoadPoints(bodies, {})
+    plain_joints = {joint.name: joint_of(values, joint) for joint in outline.joints if joint.type not in FLANKED}
+    pins = [joint for joint in plain_joints.values() if isinstance(joint, Pin)]
+    joints = tuple(
+        plain_joints[joint.name] if joint.name in plain_joints else mesh_of(values, joint, pins, load_points)
+        for joint in outline.joints
+    )
     start = {key.removeprefix("start."): angle for key, angle in values.items() if key.startswith("start.")}
     aim = Aim(values["output.body"], values.get("output.point", ""), values.get("output.along", 0.0))
-    loads = make_loads(case.loads, LoadPoints(bodies, {}))
+    loads = make_loads(case.loads, load_points)
     drive = make_drive(case.drive, outline)
     return Machine(bodies, joints, values["driven"], drive, values["gravity"], aim, start, loads)
 

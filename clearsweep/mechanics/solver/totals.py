@@ -441,7 +441,7 @@ def add_contact_maxima(accumulators, j, in_window, duration):
     accumulators.step_peak[j] = largest
     # with a film, of the eccentricity: the least distance from the bearing is needed, too
     margin = 0.02 * accumulators.clearance[j] if accumulators.film[j, 1] < math.inf else 0.0
-    threshold = 0.98 * figures.depth_max - margin
+    threshold = min(0.98 * figures.depth_max, where(margin > 0.0, 0.98, 1.02) * figures.depth_max) - margin
     contact_step.highest_depth = request_search(step, contact_step.highest_depth, in_window, threshold)
     contact_step.highest_load = NO_PEAK
     if not in_window:

@@ -15,6 +15,7 @@ from ...contracts.layout import Layout
 from ...mechanics.laws.contract import ONSET_FLOOR
 from ...mechanics.solver.integration import Work
 from . import peaks, rolling, vibration, wear
+from .flanks import FLANKED
 from .peaks import CRANK_SPEED_AFTER, FORCE_PEAK_START, PEAKS, PERIOD, SPATIAL, START_UP_TIME, ideal_peak
 from .sums import ForceExceeded, Mean, PerRevolution, RootMean, figure_of_joint
 from .wear import LIFE
@@ -241,6 +242,7 @@ JOINT = (
     *rolling.ROLLING,
     *wear.WEAR,
     *LIFE,
+    *FLANKED,
     Figure(
         "restitution",
         "1",

@@ -99,6 +99,19 @@ class Mean(NamedTuple):
         return _mean(times, sums)
 
 
+class FreeShare(Mean):
+    """The share of the time that an integral does not count."""
+
+    def value(self, window: Window, index: int | None) -> Any:
+        """Return the share over the window."""
+        return 1.0 - super().value(window, index)
+
+    def over_blocks(self, times: np.ndarray, sums: Sequence[Any], revolutions: int) -> tuple[float, float]:
+        """Return the share and its half-width."""
+        mean, width = super().over_blocks(times, sums, revolutions)
+        return 1.0 - mean, width
+
+
 class FrictionMean(Mean):
     """The mean power of friction in a joint without clearance."""
 

@@ -228,7 +228,7 @@ SEAM_BINS = 4  # bins repeated beyond the seam of the circle
 
 
 class JointTotals(ContactTotals):
-    """Figures of the window for a joint; the added fields are those of guides, spatial joints and rolling bearings."""
+    """Figures of the window for a joint; the added fields are those of a joint with several contacts."""
 
     corner_force_max: float  # N, at a guide's corner
     corner_force_square: float  # N^2 s, the largest of a guide's corners
@@ -242,6 +242,8 @@ class JointTotals(ContactTotals):
     relative_turn: float  # rad, integral of the size of the relative speed of its rings
     inner_fatigue: float  # rad, integral of that speed times the fatigue loads, see `joints.rolling.fatigue_loads`
     outer_fatigue: float  # rad
+    drive_depth: float  # m, largest depth at the drive flank of a gear or coupling, below 0 if it never touched
+    coast_depth: float  # m, likewise at the coast flank
 
 
 class Summed(NamedTuple):
@@ -318,12 +320,13 @@ def by_joint(totals: Totals, layout: Layout) -> Totals:
         totals = _with_friction(totals, layout)
     if not any(joint.corners for joint in layout.joints):
         return totals
-    rows, resultants = contact_slices(layout), force_contacts(layout)
+    rows, resultants = contact_slices(layout), resultant_contacts(layout)
     pairs = zip(rows, layout.joints, strict=True)
     joints = JointTotals(np.array([_combined_totals(totals.joint[row], joint).numbers for row, joint in pairs]))
     account = np.array([combined_account(totals.account[row], totals.joint[row]) for row in rows])
     wear = totals.wear.reshape(len(totals.joint), -1)[[row.start for row in rows]].ravel()
-    histogram, bins = totals.histogram[resultants], totals.bins[resultants]
+    histogram = np.array([totals.histogram[contacts].sum(axis=0) for contacts in resultants])
+    bins = np.array([totals.bins[contacts].max(axis=0) for contacts in resultants])
     dry = totals.dry[[row.start for row in rows]] if len(totals.dry) else totals.dry
     return totals._replace(joint=joints, histogram=histogram, dry=dry, bins=bins, account=account, wear=wear)
 
@@ -351,10 +354,16 @@ def contact_slices(layout: Layout) -> list[slice]:
     return [slice(end - len(joint.contacts), end) for end, joint in zip(ends, layout.joints, strict=True)]
 
 
-def force_contacts(layout: Layout) -> list[int]:
-    """Return the contact of each joint whose normal force is that of the joint: the resultant of several contacts."""
+def resultant_contacts(layout: Layout) -> list[slice]:
+    """Return the contacts of each joint whose normal force is that of the joint, at most one of which acts at a time.
+
+    They are both flanks of a gear or coupling, else the only contact or the resultant of several.
+    """
     pairs = zip(contact_slices(layout), layout.joints, strict=True)
-    return [contacts.start + joint.corners for contacts, joint in pairs]
+    return [
+        contacts if joint.flanked else slice(contacts.start + joint.corners, contacts.start + joint.corners + 1)
+        for contacts, joint in pairs
+    ]
 
 
 def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals:
@@ -366,8 +375,13 @@ def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals
     for name, kind in ContactTotals.DECLARED.items():
         if kind is Largest:
             setattr(combined, name, walls.column(name).max())
-        elif kind is Resultant and joint.corners:
+        elif kind is Resultant and joint.corners and not joint.flanked:
             setattr(combined, name, getattr(contacts[joint.corners], name))
+    if joint.flanked:  # at most one of them touches
+        for name in ("force_max", "force_max_to_target", "load_max"):
+            setattr(combined, name, contacts.column(name).max())
+        combined.contact_time = contacts.column("contact_time").sum()
+        combined.drive_depth, combined.coast_depth = contacts.column("depth_max")
     if joint.is_guide:
         combined.corner_force_max = points.column("force_max").max()
         combined.corner_force_square = points.column("force_square").max()

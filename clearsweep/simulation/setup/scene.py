@@ -16,26 +16,18 @@ from ...answers.verdict import NO_LIMITS, LimitsAndFigures
 from ...contracts.case import Case
 from ...contracts.catalogue import Catalogue, Figure, Mechanism
 from ...contracts.layout import CaseFeatures, Layout, features_of
-from ...contracts.machine import STARTED_FRACTION, Machine, Motor, Schedule
+from ...contracts.machine import STARTED_FRACTION, Machine, Mesh, Motor, Schedule
 from ...language.errors import InputError
-from ...language.wording import quantity_text
 from ...mechanics.coupling import rates
 from ...mechanics.coupling.state import every_state
 from ...mechanics.joints import registry
 from ...mechanics.joints.contract import contact_modes, every_contact, every_latched, state_kinds_of
-from ...mechanics.joints.guide import Guide as GuideTerm
-from ...mechanics.joints.guide import deepest_corner
 from ...mechanics.joints.lubricated import film_depths
-from ...mechanics.joints.rolling import Rolling, cage_angle, element_approaches, static_position
-from ...mechanics.joints.slot import SlotJoint, WornSlot
-from ...mechanics.joints.slot import normal_of as slot_normal_of
-from ...mechanics.joints.worn import has_worn_shape, seated_position, with_body_angles
+from ...mechanics.joints.worn import has_worn_shape, seated_position
 from ...mechanics.laws.contract import ONSET_FLOOR, OWN_RECIPES
-from ...mechanics.laws.elastic import static_penetration
 from ...mechanics.machines import MECHANISMS, planar
-from ...mechanics.machines.contract import Built, body_angles, gaps, pose_at
+from ...mechanics.machines.contract import Built, body_angles
 from ...mechanics.machines.described import unclosed
-from ...mechanics.machines.spatial import initial_seats
 from ...mechanics.wear import Worn
 from ...searches import SEARCHES
 from ...tracing.compiled.family import flatten, numbers_of
@@ -43,6 +35,14 @@ from ..figures.catalogue import FIGURES
 from ..figures.own import check_channels
 from ..machine.ideal import ideal_motion, machine_of, mechanism_of
 from ..machine.shaking import shaking_of
+from .seats import (
+    check_planar_start,
+    check_slot_lengths,
+    check_spatial_start,
+    press_flanks,
+    seated_offsets,
+    with_elements_at_start,
+)
 
 # The independent variable of a run and the ends of its revolutions: time, or the angle of a free crank.
 
@@ -273,8 +273,6 @@ def _weights(case: Case, built: Built, value: rates.Scene, contacts: int, intern
 
 
 _LAYOUTS: dict[CaseFeatures, tuple[tuple[tuple[Figure, ...], Mechanism], Layout]] = {}  # with their sources
-SLOT_ROUNDING = 1e-9  # of its length: rounding of a stroke that just fits
-TOUCHING = 1e-14  # of the mechanism's size: rounding of the penetration of bodies that touch at the start
 SEAT_ITERATIONS = 3  # iterations on worn shapes: body angles depend slightly on the seats
 
 
@@ -288,7 +286,7 @@ class Scene:
     value: rates.Scene
     layout: Layout
     start: np.ndarray  # (n,) initial state, see mechanics.rates
-    in_contact: bool  # all joints start in contact
+    in_contact: bool  # some joint starts in contact
     machine: Machine | None  # planar machine; None: the mechanism has its own equations
     crank_clock: SteadyClock | ScheduledClock | FreeClock
     worn: Mapping[str, Worn] = field(default_factory=dict)  # earlier wear by joint; a missing joint is unworn
@@ -393,34 +391,39 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     enter_laws(case)
     mechanism = mechanism_of(case)
     machine = None if mechanism.build else machine_of(mechanism, case)
+    meshes = {gear.name: gear for gear in machine.joints if isinstance(gear, Mesh)} if machine is not None else {}
     joints = {
-        joint.name: registry.compile_joint(joint, mechanism.site(joint.name).distal, worn.get(joint.name))
+        joint.name: registry.compile_mesh(joint, meshes[joint.name])
+        if joint.name in meshes
+        else registry.compile_joint(joint, mechanism.site(joint.name).distal, worn.get(joint.name))
         for joint in case.joints
     }
     terms: tuple[Any, ...] = tuple(joints.values())
-    offsets, depth_roots, in_contact = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(every_contact(terms))), False
+    offsets, depth_roots = dict.fromkeys(joints, (0.0, 0.0)), np.zeros(len(every_contact(terms)))
     if case.simulate.start == "seated":
         ideal = ideal_motion(case, np.array(case.drive.start_angle if case.drive else 0.0))
         assert ideal is not None  # grids accept `start` only for mechanisms that have one
-        offsets, depth_roots = _seated_offsets(ideal.reactions, joints)
-        in_contact = bool(depth_roots.any())
-    built, seated_offsets = _build_mechanism(case, mechanism, machine, joints, offsets), offsets
-    for _ in range(SEAT_ITERATIONS if in_contact and any(has_worn_shape(term) for term in terms) else 0):
-        offsets = dict(seated_offsets)
-        for index, angles in enumerate(body_angles(built.value, built.start)):
-            if has_worn_shape(terms[index]):
-                name, side = case.joints[index].name, terms[index].side
-                position, depth = seated_position(terms[index], side * seated_offsets[name], angles)
-                offsets[name], depth_roots[index] = side * position, math.sqrt(depth)
+        offsets, depth_roots = seated_offsets(ideal.reactions, joints)
+    built, seats = _build_mechanism(case, mechanism, machine, joints, offsets), offsets
+    for _ in range(SEAT_ITERATIONS if depth_roots.any() and any(has_worn_shape(term) for term in terms) else 0):
+        offsets = dict(seats)
+        all_angles, contact = body_angles(built.value, built.start), 0
+        for (name, term), angles in zip(joints.items(), all_angles, strict=True):
+            if has_worn_shape(term):
+                position, depth = seated_position(term, term.side * seats[name], angles)
+                offsets[name], depth_roots[contact] = term.side * position, math.sqrt(depth)
+            contact += len(contact_modes(term))
         built = _build_mechanism(case, mechanism, machine, joints, offsets)
     if any(joint.rolling for joint in case.joints):
-        terms, depth_roots = _with_elements_at_start(case, built, terms, depth_roots)
+        terms, depth_roots = with_elements_at_start(case, built, terms, depth_roots)
     if mechanism.spatial:
-        _check_spatial_start(built, joints)
+        check_spatial_start(built, joints)
     if machine is not None and any(body.initial for body in machine.bodies.values()):
-        _check_planar_start(built, joints)
+        check_planar_start(built, joints)
+    if meshes:
+        press_flanks(built, joints, depth_roots)
     if machine is not None:
-        _check_slot_lengths(case, machine)
+        check_slot_lengths(case, machine)
     sigma = math.sqrt(min([term.clearance for term in terms]))
     shaking = shaking_of(case, mechanism, built) if case.vibration else ()
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma, shaking)
@@ -429,31 +432,8 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     )
     layout, angle_clock = layout_of(case), clock_of(machine, 2.0 * math.pi / built.rate)
     elapsed = time.thread_time() - begin
-    parts = case, mechanism, built, value, layout, start, in_contact, machine, angle_clock, worn
+    parts = case, mechanism, built, value, layout, start, bool(depth_roots.any()), machine, angle_clock, worn
     return Scene(*parts, keep_events=case.save.orbits != "none", build_time=elapsed)
-
-
-def _with_elements_at_start(
-    case: Case, built: Built, terms: tuple, depth_roots: np.ndarray
-) -> tuple[tuple, np.ndarray]:
-    """Return the joints with the phases of rolling bearings, and the roots of penetrations with those of elements.
-
-    The first element of a bearing starts where the grid says.
-    """
-    phased, roots, first = list(terms), depth_roots.copy(), 0
-    relative = with_body_angles(
-        terms, gaps(built.value, pose_at(built.value, built.start)), body_angles(built.value, built.start)
-    )
-    for index, (term, joint, gap) in enumerate(zip(terms, case.joints, relative, strict=True)):
-        count = len(contact_modes(term))
-        if joint.rolling:
-            angle, side = joint.rolling.phase, term.side
-            phased[index] = term._replace(phase=angle - float(cage_angle(term, gap) - term.phase))
-            approaches = element_approaches(term, side * gap.x, side * gap.y, angle)
-            touching = np.where(approaches > TOUCHING * built.size, approaches, 0.0)
-            roots[first : first + joint.rolling.elements] = np.sqrt(touching)
-        first += count
-    return tuple(phased), roots
 
 
 def state_units(scene: Scene) -> np.ndarray:
@@ -478,82 +458,6 @@ def _build_mechanism(case: Case, mechanism: Mechanism, machine: Machine | None, 
     except planar.MobilityError as error:
         raise InputError(f"mechanism: {error}") from error
     return built
-
-
-def _check_spatial_start(built: Built, joints: Mapping[str, Any]) -> None:
-    """Raise InputError if a spatial journal starts outside its bearing or penetrates it."""
-    for name, contact in initial_seats(built, joints).items():
-        if contact.overlap <= 0.0:
-            raise InputError(
-                f"joints.{name}: the journal is {-1e3 * contact.overlap:.6g} mm outside its bearing along the axis at "
-                "the start; reduce offset.2, or give bearing or journal more length"
-            )
-        if contact.depth > 0.0:
-            raise InputError(
-                f"joints.{name}: the journal penetrates its bearing by {1e6 * contact.depth:.6g} um at the start; "
-                "reduce tilt or offset, or widen the clearances"
-            )
-
-
-def _check_planar_start(built: Built, joints: Mapping[str, Any]) -> None:
-    """Raise InputError if the bodies of a planar joint penetrate at the start."""
-    relative = gaps(built.value, pose_at(built.value, built.start))
-    for (name, joint), gap in zip(joints.items(), relative, strict=True):
-        if isinstance(joint, GuideTerm):
-            depth = deepest_corner(joint, gap)
-        elif isinstance(joint, Rolling):
-            approaches = element_approaches(joint, joint.side * gap.x, joint.side * gap.y, joint.phase)
-            depth = float(approaches.max()) + min(joint.radial_clearance, 0.0)
-        elif isinstance(joint, (SlotJoint, WornSlot)):
-            depth = slot_normal_of(joint, gap).depth
-        else:
-            depth = math.hypot(gap.x, gap.y) - joint.clearance
-        if depth > TOUCHING * built.size:
-            raise InputError(
-                f"joints.{name}: its bodies penetrate each other by {1e6 * depth:.6g} um at the start; change "
-                "`initial` of a body that it joins, or widen the clearance"
-            )
-
-
-def _check_slot_lengths(case: Case, machine: Machine) -> None:
-    """Raise InputError if a drive of prescribed speed takes a pin beyond the ends of its slot; a free crank stops."""
-    if case.outline.free:
-        return
-    turn = min(2.0 * math.pi * case.simulate.revolutions, 2.0 * math.pi)
-    for joint in case.joints:
-        if joint.slot_length is None:
-            continue
-        travel = planar.slot_travel(machine, joint.name, turn)
-        reach = float(np.max(np.abs(travel), initial=0.0))
-        if 2.0 * reach > (joint.slot_length + 2.0 * joint.clearance) * (1.0 + SLOT_ROUNDING):
-            lengths = float(np.ptp(travel)), reach, 2.0 * reach, joint.slot_length
-            stroke, reach_text, needed, given = (quantity_text(length, "m", 4) for length in lengths)
-            raise InputError(
-                f"joints.{joint.name}.slot_length: found {given}, but the pin's stroke is {stroke}, up to {reach_text} "
-                f"from the slot's middle; write at least {needed}, or shorten the stroke"
-            )
-
-
-def _seated_offsets(reactions: Mapping[str, np.ndarray], joints: Mapping[str, Any]) -> tuple[dict, np.ndarray]:
-    """Return the initial offset (m) of each joint's distal pin and the roots of the penetrations.
-
-    The pin is displaced along the load (N) of the ideal mechanism to static penetration; the roots of the elements of
-    a rolling bearing are left 0.
-    """
-    offsets, depth_roots, first = {}, np.zeros(len(every_contact(joints.values()))), 0
-    for name, joint in joints.items():
-        force = reactions[name]
-        load = float(np.hypot(*force))
-        if load == 0.0:
-            raise InputError(f"simulate.start: seated needs a load, but {name} carries none at t = 0; use centred")
-        if isinstance(joint, Rolling):
-            offsets[name] = joint.side * np.array(static_position(joint, tuple(-joint.side * force), joint.phase))
-        else:
-            depth = static_penetration(joint.elastic, load)
-            depth_roots[first] = math.sqrt(depth)
-            offsets[name] = -(joint.clearance + depth) * force / load
-        first += len(contact_modes(joint))
-    return offsets, depth_roots
 
 
 def signature(case: Case) -> tuple:

@@ -25,7 +25,7 @@ from ...mechanics.wear import ACCOUNT_SIZE, MAX_BINS
 from ...tracing.compiled.family import Entry
 from ...tracing.fields import Fields
 from ...tracing.symbols import WIDTH
-from ..figures.window import Quantile, Repetition, Spread, expected_largest, force_contacts, quantiles
+from ..figures.window import Quantile, Repetition, Spread, expected_largest, quantiles, resultant_contacts
 from .scene import STALL_TURNS, Scene, initial_shapes, state_units
 
 # Quantities of single revolutions: force peaks, the motion at crank angle 0, the period of the motion.
@@ -136,7 +136,7 @@ def peaks_of(scene: Scene, marks: Marks, revolutions: Any) -> np.ndarray:
         peaks = np.maximum.reduceat(peaks, window[:-1] - window[0])
     if len(scene.layout.joints) == peaks.shape[1]:
         return peaks
-    return peaks[:, force_contacts(scene.layout)]
+    return np.stack([peaks[:, contacts].max(axis=1) for contacts in resultant_contacts(scene.layout)], axis=1)
 
 
 def repetition_of(scene: Scene, marks: Marks, revolutions: Any) -> Repetition | None:

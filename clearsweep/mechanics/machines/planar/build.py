@@ -17,6 +17,7 @@ from ....contracts.machine import (
     Elastic,
     Guide,
     Machine,
+    Mesh,
     Motor,
     Schedule,
     Slot,
@@ -34,6 +35,7 @@ from .form import (
     BranchingCycle,
     Cycle,
     ElasticGuide,
+    Gear,
     Hinge,
     Planar,
     PointAim,
@@ -409,12 +411,17 @@ def discontinuity_times(machine: Machine) -> list[float]:
 def _independent_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
     """Return the compiled form with open joints of these names, without dependent coordinates."""
     numbers = {name: as_empty_tuples(i) for i, name in enumerate([GROUND, *_moving_names(machine)])}
-    compiled_joints = []
+    compiled_joints, names = [], [joint.name for joint in machine.joints]
     for joint in machine.joints:
         site: tuple = Open() if joint.name in open_joints else Closed()
         bodies = (numbers[joint.proximal.body], numbers[joint.distal.body])
         points = (_compile_point(machine, joint.proximal), _compile_point(machine, joint.distal))
-        if isinstance(joint, (Guide, Stretch, Slot)):
+        if isinstance(joint, Mesh):
+            pins = tuple(as_empty_tuples(names.index(pin)) for pin in joint.pins)
+            axis = compile_direction(math.cos(joint.centres), math.sin(joint.centres)) if pins else ()
+            sizes = joint.ratio, joint.arm, joint.across, joint.apart, joint.rest
+            compiled_joints.append(Gear(site, *bodies, *points, axis, numbers[joint.carrier], pins, *sizes))
+        elif isinstance(joint, (Guide, Stretch, Slot)):
             is_spring = isinstance(joint, Stretch)
             site = ElasticGuide(joint.stiffness, joint.damping) if is_spring else site
             axis = compile_direction(math.cos(joint.axis), math.sin(joint.axis))
@@ -432,7 +439,7 @@ def _independent_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
         loads=compile_loads(
             machine.loads,
             lambda endpoint: (numbers[endpoint.body], _compile_point(machine, endpoint)),
-            lambda name: as_empty_tuples([joint.name for joint in machine.joints].index(name)),
+            lambda name: as_empty_tuples(names.index(name)),
         ),
         aim=_compile_aim(machine, machine.aim, numbers),
         cycle=(),
@@ -461,4 +468,12 @@ def _length_per_unit(machine: Machine, coordinate: Coordinate) -> float:
     """Return the displacement (m) of bodies for a unit of a coordinate."""
     if coordinate.kind != ANGLE:
         return 1.0
-    return extent(machine.bodies[_moving_names(machine)[coordinate.owner - 1]]) or 1.0
+    body = _moving_names(machine)[coordinate.owner - 1]
+    arms = [
+        abs(arm)
+        for mesh in machine.joints
+        if isinstance(mesh, Mesh)
+        for end, arm in ((mesh.proximal, mesh.arm), (mesh.distal, mesh.arm * mesh.ratio))
+        if end.body == body
+    ]
+    return max([extent(machine.bodies[body]), *arms]) or 1.0

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import GROUND, BodyPoint, Guide, Machine, Slot, Stretch
+from ....contracts.machine import GROUND, BodyPoint, Guide, Machine, Mesh, Slot, Stretch
 from ....tracing.compiled.choosing import rolled_range
 from ....tracing.compiled.direction import directions
 from ....tracing.compiled.family import Routine, shaped
@@ -117,6 +117,7 @@ CHANGE_POINT = 1e-3  # the same, below which a machine that passes a change poin
 ATTEMPTS = 40
 SAME_ANGLE = 1e-3  # rad, by which the angles of one assembly may differ between two attempts
 RULED_OUT = 2.0  # times the distance from the given angles: an assembly so far away is no tie
+ANGLE_BETWEEN = -1.0, 1.0, 0.0  # shares of both bodies in an angle between them, and no carrier
 ROUNDING = 2.0**-30  # rad, and of the machine's size: to which the start is rounded before it is closed once more
 _SINGULAR = "it is in a singular position, in which it has more than one degree of freedom"
 
@@ -156,7 +157,7 @@ class Closure:
         self.index = {name: i for i, name in enumerate(self.names)}
         self.size = math.fsum(extent(body) for body in machine.bodies.values()) or 1.0  # m
         self.crank = self.index[_driven_joint(machine).distal.body]
-        row_ends = np.cumsum([1 if isinstance(joint, Slot) else 2 for joint in machine.joints])
+        row_ends = np.cumsum([1 if isinstance(joint, Slot | Mesh) else 2 for joint in machine.joints])
         self.first_rows = np.concatenate([[0], row_ends])  # row of each joint, and of what comes behind them
         self.springs = [joint for joint in machine.joints if isinstance(joint, Stretch)]  # springs at rest
         rows, offsets = [], offsets or {}
@@ -165,7 +166,7 @@ class Closure:
         for spring in self.springs:
             axis = math.cos(spring.axis), math.sin(spring.axis)
             rows.append(self._row(spring, axis, turns=1.0, offset=offsets.get(spring.name, 0.0)))
-        crank_angle = [0.0, 0.0, 0.0, 1.0 + self.crank, 0.0, 0.0, *constraints.NO_DIRECTION, 0.0, 0.0]
+        crank_angle = [0.0, 0.0, 0.0, 1.0 + self.crank, 0.0, 0.0, *constraints.NO_DIRECTION, 0.0, 0.0, *ANGLE_BETWEEN]
         self.constraints = np.array([*rows, crank_angle])
         self.rows = len(self.constraints)
         if self.rows != 3 * len(self.names):
@@ -178,6 +179,10 @@ class Closure:
 
     def _rows_of(self, joint: Any, offset: Any) -> list[list[float]]:
         """Return the constraints of a joint, each as the numbers of a Constraint."""
+        if isinstance(joint, Mesh):
+            turned = joint.rest + (offset[0])
+            shares = 1.0, joint.ratio, float(self._number(joint.carrier))
+            return [[*self._row(joint, constraints.NO_DIRECTION, offset=turned)[: -len(shares)], *shares]]
         if isinstance(joint, Guide | Stretch | Slot):
             across = self._row(joint, (-math.sin(joint.axis), math.cos(joint.axis)), turns=1.0)
             return [across] if isinstance(joint, Slot) else [self._row(joint, constraints.NO_DIRECTION), across]
@@ -186,7 +191,7 @@ class Closure:
     def _row(self, joint: Any, axis: tuple[float, float], turns: float = 0.0, offset: float = 0.0) -> list[float]:
         """Return the numbers of a Constraint."""
         ends = [(float(self._number(end.body)), *self._arm(end)) for end in (joint.proximal, joint.distal)]
-        return [*ends[0], *ends[1], *axis, turns, offset]
+        return [*ends[0], *ends[1], *axis, turns, offset, *ANGLE_BETWEEN]
 
     def _number(self, body: str) -> int:
         """Return the number of a body, 0 for the ground."""
@@ -335,7 +340,8 @@ class Closure:
                     (
                         joint
                         for joint in self.machine.joints
-                        if isinstance(joint, (Guide, Stretch, Slot)) == takes_guide
+                        if not isinstance(joint, Mesh)
+                        and isinstance(joint, (Guide, Stretch, Slot)) == takes_guide
                         and (joint.proximal.body in placed) != (joint.distal.body in placed)
                     ),
                     None,

@@ -23,7 +23,7 @@ ROUNDING = 1e-16  # of the machine's size: constraints that a step of Newton's m
 
 
 class Constraint(Fields):
-    """The distance of two points along a direction, or the angle between two bodies, minus an offset.
+    """The distance of two points along a direction, or a sum of angles, minus an offset.
 
     The ground is body 0.
     """
@@ -38,6 +38,9 @@ class Constraint(Fields):
     along_y: float
     turns: float  # 1: the direction is in the frame of the proximal body; 0: fixed
     offset: float  # m or rad
+    proximal_share: float  # of an angle: factors on the angles of both bodies; minus their sum is that of the carrier
+    distal_share: float
+    carrier: float  # a third body
 
 
 class Workspace(NamedTuple):
@@ -96,9 +99,13 @@ def write_constraints(work, angle):
         y = (position[3 * distal + 1] + far[1]) - (position[3 * proximal + 1] + near[1])
         value = c * x + s * y
         if c == 0.0 and s == 0.0:
-            value = position[3 * distal + 2] - position[3 * proximal + 2]
-            _put_derivatives(work, row, proximal, (0.0, 0.0, -1.0))
-            _put_derivatives(work, row, distal, (0.0, 0.0, 1.0))
+            near_share, far_share = work.constraints[row].proximal_share, work.constraints[row].distal_share
+            carrier = int(work.constraints[row].carrier)
+            value = far_share * position[3 * distal + 2] + near_share * position[3 * proximal + 2]
+            value -= (near_share + far_share) * position[3 * carrier + 2]
+            _put_derivatives(work, row, carrier, (0.0, 0.0, -(near_share + far_share)))
+            _put_derivatives(work, row, proximal, (0.0, 0.0, near_share))
+            _put_derivatives(work, row, distal, (0.0, 0.0, far_share))
         else:
             rotation_term = work.constraints[row].turns * (c * y - s * x)
             _put_derivatives(work, row, proximal, (-c, -s, rotation_term - (s * near[0] - c * near[1])))

@@ -205,15 +205,28 @@ def impact_masses_of(machine: MachineType) -> Program:
         if machine.sites[j].link.slides:
             squares_and_compliances.append(None)
             continue
-        gap = PlaneVector(joint_gaps[i].x, joint_gaps[i].y)
-        columns = dynamics.reduce(dynamics.columns(dynamics.gap(j)))
-        impulse = mass_matrix.forward({coordinate: column.dot(gap) for coordinate, column in columns.items()})
+        if machine.sites[j].link.geared:
+            square, row = ONE, _mesh_row(dynamics, j)
+        else:
+            gap = PlaneVector(joint_gaps[i].x, joint_gaps[i].y)
+            columns = dynamics.reduce(dynamics.columns(dynamics.gap(j)))
+            square, row = gap.dot(gap), {coordinate: column.dot(gap) for coordinate, column in columns.items()}
+        impulse = mass_matrix.forward(row)
         compliance = sum_of(
             impulse[coordinate] * impulse[coordinate] * mass_matrix.inverse[coordinate] for coordinate in unknown
         )
-        squares_and_compliances.append((gap.dot(gap), compliance))
+        squares_and_compliances.append((square, compliance))
     masses = [pair and dynamics.program.call(_mass, *pair) for pair in squares_and_compliances]
     return dynamics.program.returns(tuple(mass or ZERO for mass in masses))
+
+
+def _mesh_row(dynamics: Dynamics, j: int) -> Row:
+    """Return the derivatives of the position along a gear's line of action, whose centres count as fixed."""
+    row: Row = {}
+    for group, share in dynamics.shares(j):
+        for coordinate, derivative in dynamics.spins[group].items():
+            row[coordinate] = row.get(coordinate, ZERO) + dynamics.mechanism.joints[j].arm * (share * derivative)
+    return row
 
 
 @inlined

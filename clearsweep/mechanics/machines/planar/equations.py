@@ -3,9 +3,10 @@
 import operator
 
 from ....tracing.compiled.family import known
-from ....tracing.compiled.formulas import Expr, Program, sum_of
+from ....tracing.compiled.formulas import ZERO, Expr, Program, sum_of
 from ...joints.dry import Gap
 from ...joints.guide import GuideGap
+from ...joints.mesh import MeshGap
 from ..contract import (
     BodyMotion,
     accelerate,
@@ -32,7 +33,7 @@ from .form import Planar, evaluate_cycle
 from .kinematics import Bodies, PlaneVector, vector_of, vector_sum
 from .load_forms import FRICTION_LOADS
 from .pose import pose_of
-from .structure import TRAVEL, Coordinate, MachineType, machine_type
+from .structure import ANGLE, TRAVEL, Coordinate, MachineType, machine_type
 
 # ---------------------------------------------------------------------------------------------- observables
 
@@ -41,8 +42,11 @@ from .structure import TRAVEL, Coordinate, MachineType, machine_type
 def gaps_of(machine: MachineType) -> Program:
     """Return the program of `contract.gaps`."""
     bodies = Bodies(machine)
-    joint_gaps: list[Gap | GuideGap] = []
+    joint_gaps: list[Gap | GuideGap | MeshGap] = []
     for j in machine.open:
+        if machine.sites[j].link.geared:
+            joint_gaps.append(_mesh_gap(bodies, j))
+            continue
         link, path = machine.sites[j].link, bodies.gap(j)
         position, velocity = bodies.position(path), bodies.velocity(path)
         if link.slides:
@@ -61,6 +65,21 @@ def _guide_gap(bodies: Bodies, j: int, position: PlaneVector, velocity: PlaneVec
     proximal, distal = bodies.direction(link.proximal), bodies.direction(link.distal)
     cosine, sine = proximal.dot(distal), proximal.cross(distal)
     return GuideGap(x, y, relative_vx, relative_vy, spin, bodies.spin(link.distal), *axis, cosine, sine)
+
+
+def _mesh_gap(bodies: Bodies, j: int) -> MeshGap:
+    mesh, site = bodies.mechanism.joints[j], bodies.machine.sites[j]
+    shares = bodies.shares(j)
+    turned = sum_of([*(share * bodies.angle(group) for group, share in shares), -mesh.rest])
+    turning = sum_of(share * bodies.rate[Coordinate(ANGLE, group)] for group, share in shares)
+    x, v = mesh.arm * turned, mesh.arm * turning
+    if not site.pins:
+        return MeshGap(x, v, ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
+    (offset, velocity), along = bodies.displacement_of_centres(j), bodies.line_of_centres(j)
+    across = along.left()
+    x, v = x - mesh.across * across.dot(offset), v - mesh.across * across.dot(velocity)
+    wider, widening = mesh.apart * along.dot(offset), mesh.apart * along.dot(velocity)
+    return MeshGap(x, v, wider, widening, *(mesh.across * across), *(mesh.apart * along))
 
 
 @generated(machine_type)

@@ -95,6 +95,24 @@ class Slide(NamedTuple):
     axis: tuple  # AlongX or Along, in the frame of the proximal body
 
 
+class Gear(NamedTuple):
+    """Two bodies whose angles keep a ratio: two wheels in mesh, or the halves of a coupling."""
+
+    site: tuple  # Ideal() or Open()
+    proximal: tuple
+    distal: tuple
+    near: tuple  # the centres
+    far: tuple
+    axis: tuple  # AlongX or Along, from the first centre to the second in the frame of the carrier; () for a coupling
+    carrier: tuple  # number of the body
+    pins: tuple  # numbers of the pins of both bodies as tuples of empty tuples; () for a coupling
+    ratio: float  # of the second angle in the sum that stays constant
+    arm: float  # m, position along the line of action for a unit of the first angle
+    across: float  # force on the second centre across the line of centres per force on the drive flank
+    apart: float  # force along it per force on either flank
+    rest: float  # rad, the constant sum
+
+
 class PointAim(NamedTuple):
     """The output is the position of a point along a direction of the fixed frame."""
 
@@ -113,7 +131,7 @@ class Planar(NamedTuple):
     """The compiled form of a planar machine."""
 
     bodies: tuple  # of Mass and Segment, without the ground
-    joints: tuple  # of Hinge and Slide, in the order of the grid
+    joints: tuple  # of Hinge, Slide and Gear, in the order of the grid
     dependent: tuple  # indices of the dependent coordinates
     crank: tuple  # number of the driven body
     drive: tuple  # of `drive`

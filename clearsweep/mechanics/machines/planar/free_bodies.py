@@ -2,9 +2,15 @@
 
 from typing import Any
 
-from ....contracts.machine import Braking, Initial, Machine, Rubbing, Slot, Spring, Stretch
+from ....contracts.machine import GROUND, Braking, Initial, Machine, Mesh, Rubbing, Slot, Spring, Stretch, TorsionSpring
 from .closure import MobilityError
 from .structure import ANGLE, SHIFT_X, SHIFT_Y
+
+
+def determined(machine: Machine) -> Machine:
+    """Return a machine whose joints determine it: with rigid torsion springs, or without free bodies."""
+    rigid = with_rigid_springs(machine)
+    return rigid if _constraints(rigid) == 3 * (len(rigid.bodies) - 1) else without_free_bodies(machine)
 
 
 def without_free_bodies(machine: Machine) -> Machine:
@@ -27,16 +33,32 @@ def without_free_bodies(machine: Machine) -> Machine:
     return machine._replace(bodies=bodies, joints=joints, loads=loads)
 
 
+def with_rigid_springs(machine: Machine) -> Machine:
+    """Return a machine in which torsion springs stay at their free angles where only they determine how a body turns.
+
+    The first springs count, as many as degrees of freedom are left.
+    """
+    missing = 3 * (len(machine.bodies) - 1) - _constraints(machine)
+    springs = [load for load in machine.loads if isinstance(load, TorsionSpring)][: max(missing, 0)]
+    couplings = (
+        Mesh(spring.name, spring.second, spring.first, GROUND, -1.0, rest=spring.free_angle) for spring in springs
+    )
+    loads = tuple(load for load in machine.loads if load not in springs)
+    return machine._replace(joints=(*machine.joints, *couplings), loads=loads) if springs else machine
+
+
 def _constraints(machine: Machine) -> int:
     """Return the number of equations of joints and drive, with springs at rest."""
-    return 1 + sum({Slot: 1, Stretch: 3}.get(type(joint), 2) for joint in machine.joints)
+    return 1 + sum({Slot: 1, Mesh: 1, Stretch: 3}.get(type(joint), 2) for joint in machine.joints)
 
 
 def _bodies_of(load: Any) -> set[str]:
     """Return the bodies that a load acts on; for friction in a joint, those of the joint."""
     if isinstance(load, Rubbing | Braking):
         return set()
-    return {load.first.body, load.second.body} if isinstance(load, Spring) else {load.at.body}
+    if isinstance(load, Spring | TorsionSpring):
+        return {load.first.body, load.second.body}
+    return {load.at.body}
 
 
 def _joints_of(load: Any) -> set[str]:

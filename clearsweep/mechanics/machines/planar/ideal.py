@@ -16,6 +16,7 @@ from ....contracts.machine import (
     Constant,
     Guide,
     Machine,
+    Mesh,
     Motor,
     OwnPush,
     Push,
@@ -25,6 +26,7 @@ from ....contracts.machine import (
     Spring,
     Stretch,
     TabledPush,
+    TorsionSpring,
 )
 from ....tracing.compiled.direction import directions
 from ....tracing.compiled.family import Identity
@@ -44,7 +46,7 @@ from .form import (
     scheduled_passage,
     torque_at,
 )
-from .free_bodies import initial_coordinate, without_free_bodies
+from .free_bodies import determined, initial_coordinate
 from .free_crank import CrankPassage
 from .load_forms import applied_load, compile_table, evaluate_table
 from .structure import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
@@ -134,7 +136,7 @@ class IdealMachine:
     """A machine without clearance, closed at stations of a revolution of its crank."""
 
     def __init__(self, machine: Machine):
-        self.full_machine, self.machine = machine, _without_history(without_free_bodies(machine))
+        self.full_machine, self.machine = machine, _without_history(determined(machine))
         self.closure = Closure(self.machine)
         self.stations = stations_of(self.machine)
         self.revolution = self.stations.states
@@ -309,6 +311,7 @@ class IdealMachine:
                 joint.name: self.reaction_of(joint, states, multipliers[:, first_row:last_row])
                 for joint, first_row, last_row in zip(self.machine.joints, first_rows, first_rows[1:], strict=False)
             }
+            self.add_tooth_forces(reactions, states)
             return reactions, acceleration, effective_forces
 
         reactions, acceleration, effective_forces = self.with_friction(states, rate, solve)
@@ -336,6 +339,8 @@ class IdealMachine:
         for load in self.machine.loads:
             if isinstance(load, Spring):
                 self._add_spring(load, states, rate, force)
+            elif isinstance(load, TorsionSpring):
+                self._add_torsion_spring(load, states, rate, force)
             elif isinstance(load, TabledPush):
                 load_values = evaluate_table(self.tables[load.name], states.angles if load.over == "angle" else time)
                 self.add_force(force, states, load.at, load_values[:, :2], load_values[:, 2])
@@ -392,6 +397,16 @@ class IdealMachine:
         self.add_force(forces, states, load.first, tension[:, None] * direction, 0.0)
         self.add_force(forces, states, load.second, -tension[:, None] * direction, 0.0)
 
+    def _add_torsion_spring(self, load: TorsionSpring, states: MachineStates, rate, forces) -> None:
+        twist, twist_rate = (
+            self.closure.angle(load.second.body, q) - self.closure.angle(load.first.body, q)
+            for q in (states.q, states.derivative)
+        )
+        torque = load.stiffness * (twist - load.free_angle) + load.damping * rate * twist_rate
+        no_force = np.zeros((len(states.q), 2))
+        self.add_force(forces, states, load.first, no_force, torque)
+        self.add_force(forces, states, load.second, no_force, -torque)
+
     def friction_forces(self, friction_loads: list, states: MachineStates, rate, reactions) -> np.ndarray:
         """Return the forces (N, 3 bodies) of friction in joints under their reactions."""
         forces_on_bodies = np.zeros_like(states.q)
@@ -423,11 +438,35 @@ class IdealMachine:
         return forces_on_bodies
 
     def reaction_of(self, joint, states: MachineStates, multipliers: np.ndarray) -> np.ndarray:
-        """Return the force (N, 2) N on a joint's distal body from the multipliers of its constraints."""
+        """Return the force (N, 2) N on a joint's distal body from the multipliers of its constraints.
+
+        Of a gear it is the force on the drive flank minus that on the coast flank, of a coupling the torque, and 0.
+        """
+        if isinstance(joint, Mesh):
+            return np.stack([-multipliers[:, 0] / joint.arm, np.zeros(len(multipliers))], -1)
         if isinstance(joint, Guide | Stretch | Slot):
             c, s = directions(joint.axis + self.closure.angle(joint.proximal.body, states.q))
             return -multipliers[:, -1:] * np.stack([-s, c], -1)
         return -multipliers
+
+    def tooth_forces(self, mesh: Mesh, driving: np.ndarray, states: MachineStates) -> np.ndarray:
+        """Return the force (N, 2) N on the second wheel, from that on the drive flank minus that on the coast flank."""
+        c, s = directions(mesh.centres + self.closure.angle(mesh.carrier, states.q))
+        along, across = mesh.apart * np.abs(driving), mesh.across * driving
+        return np.stack([along * c - across * s, along * s + across * c], -1)
+
+    def add_tooth_forces(self, reactions: dict[str, np.ndarray], states: MachineStates) -> None:
+        """Add to the reactions in the pins of wheels what carries the forces of their teeth.
+
+        The constraint of a mesh contains angles only, so its multiplier is the moment of these forces on each wheel.
+        """
+        joints = {joint.name: joint for joint in self.machine.joints}
+        for mesh in [joints[name] for name in reactions if isinstance(joints[name], Mesh)]:
+            teeth = self.tooth_forces(mesh, reactions[mesh.name][:, 0], states) if mesh.pins else np.empty(0)
+            for pin, sign in zip(mesh.pins, (1.0, -1.0), strict=False):
+                if pin in reactions:
+                    carries_wheel = joints[pin].proximal.body == mesh.carrier
+                    reactions[pin] = reactions[pin] + (sign if carries_wheel else -sign) * teeth
 
     def reference_rate(self) -> float:
         """Return the reference rate (rad/s): speed of the crank, or one that it reaches."""

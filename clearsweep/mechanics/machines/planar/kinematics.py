@@ -18,7 +18,7 @@ from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import inlined
 from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program, sum_of
 from .form import AlongX, Centre, OnAxis, evaluate_cycle
-from .load_forms import AngleTableLoad, OwnLoad, PushLoad, SpringLoad, applied_load, table_values
+from .load_forms import AngleTableLoad, OwnLoad, PushLoad, SpringLoad, TorsionLoad, applied_load, table_values
 from .structure import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate, LoadKind, MachineType
 
 # ---------------------------------------------------------------------------------------------- vectors
@@ -132,6 +132,7 @@ class Kinematics:
         self.joints = [self._joint_vectors(j) for j in range(len(machine.sites))]
         self.cosine: dict[int, Expr] = {}
         self.sine: dict[int, Expr] = {}
+        self.turned: dict[int, Expr] = {}  # angle of each group
         self.rate: dict[Coordinate, Expr] = {}  # of every coordinate, the driven crank's angle among them
         self.travel: dict[int, Expr] = {}
         self.shift: dict[int, PlaneVector] = {}
@@ -145,7 +146,7 @@ class Kinematics:
         """Take angles, rates and positions from a Pose."""
         for i, g in enumerate(self.machine.groups):
             orientation = pose.orientations[i]
-            self.cosine[g], self.sine[g] = orientation.c, orientation.s
+            self.cosine[g], self.sine[g], self.turned[g] = orientation.c, orientation.s, orientation.angle
             self.rate[Coordinate(ANGLE, g)] = orientation.rate
         runs = [coordinate.owner for coordinate in self.spanning_tree.coordinates if coordinate.kind == TRAVEL]
         for i, j in enumerate(runs):
@@ -208,6 +209,35 @@ class Kinematics:
             _difference(end.travel_signs, start.travel_signs),
             _difference(end.floating_signs, start.floating_signs),
         )
+
+    def shares(self, j: int) -> list[tuple[int, Expr]]:
+        """Return the groups of a gear's bodies, each with the factor of its angle in the sum that stays constant."""
+        site, ratio = self.machine.sites[j], self.mechanism.joints[j].ratio
+        shares = [(site.link.proximal, ONE), (site.link.distal, ratio)]
+        if site.pins:
+            shares.append((site.carrier, -(ONE + ratio)))
+        groups = [(self.spanning_tree.group[body], share) for body, share in shares]
+        return [(group, share) for group, share in groups if group != 0]
+
+    def line_of_centres(self, j: int) -> PlaneVector:
+        """Return the direction from the first centre of a gear to the second without clearance, in the fixed frame."""
+        return self.to_fixed_frame(self.spanning_tree.group[self.machine.sites[j].carrier], self.joints[j].axis)
+
+    def displacement_of_centres(self, j: int) -> tuple[PlaneVector, PlaneVector]:
+        """Return how far the second centre of a gear is displaced relative to the first, and its rate.
+
+        Both are as seen from the carrier, in the fixed frame; only pins with clearance let a centre move.
+        """
+        site = self.machine.sites[j]
+        offsets, velocities = [], []
+        for pin, sign in zip(site.pins, (-1, 1), strict=True):
+            link = self.machine.sites[pin].link
+            if link.open:
+                path, outward = self.gap(pin), sign if link.proximal == site.carrier else -sign
+                offsets.append(signed(outward, self.position(path)))
+                velocities.append(signed(outward, self.velocity(path)))
+        offset, velocity = vector_sum(offsets), vector_sum(velocities)
+        return offset, velocity - self.spin(site.carrier) * offset.left()
 
     def gap(self, j: int) -> Path:
         """Return the path from the proximal to the distal point of a joint."""
@@ -286,17 +316,19 @@ class Bodies(Kinematics):
 
     def angle(self, group: int) -> Expr:
         """Return the angle of a group."""
-        return self.pose.orientations[self.machine.groups.index(group)].angle if group else ZERO
+        return self.turned[group] if group else ZERO
 
     def applied_loads(self) -> list[Load]:
         """Return every external load except gravity."""
         return [load for i in range(len(self.machine.loads)) for load in self.loads_of(i)]
 
     def loads_of(self, i: int) -> list[Load]:
-        """Return load number `i` of the grid: the forces of a spring at both ends, or none of friction."""
+        """Return load number `i` of the grid: what a spring exerts at both ends, or none of friction."""
         load = self.machine.loads[i]
         if load is None:
             return []
+        if load.form is TorsionLoad:
+            return self._torsion_spring(i, load)
         return self._spring(i, load) if load.form is SpringLoad else [self._push(i, load)]
 
     def _push(self, i: int, load: LoadKind) -> Load:
@@ -317,6 +349,18 @@ class Bodies(Kinematics):
             row = self.program.call(table_values, values.table, argument)
             force, torque = PlaneVector(row[0], row[1]), row[2]
         return Load(body, vector_of(point, values.point), force, torque)
+
+    def _torsion_spring(self, i: int, load: LoadKind) -> list[Load]:
+        """Return the torques of the load number `i`, a torsion spring and damper, on both bodies."""
+        spring, ((first, _, _), (second, _, _)) = self.mechanism.loads[i], load.points
+        twist = self.angle_of(second) - self.angle_of(first) - spring.free_angle
+        rate = self.spin(second) - self.spin(first)
+        torque = (spring.stiffness * twist + spring.damping * rate).assigned()
+        return [Load(first, CENTRE, NO_VECTOR, torque), Load(second, CENTRE, NO_VECTOR, -torque)]
+
+    def angle_of(self, body: int) -> Expr:
+        """Return the angle of a body."""
+        return self.angle(self.spanning_tree.group[body])
 
     def tension(self, j: int) -> Expr:
         """Return the force (N) with which the spring number `j` of an elastic link pulls its ends together."""

@@ -8,7 +8,7 @@ import numpy as np
 
 from .... import laws as recorded
 from ....contracts.catalogue import Law
-from ....contracts.machine import Braking, OwnPush, Push, Rubbing, Spring, TabledPush
+from ....contracts.machine import Braking, OwnPush, Push, Rubbing, Spring, TabledPush, TorsionSpring
 from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import family, kernel
 from ....tracing.compiled.pinned import ArrayHandle, array_handle, load_item, row_of
@@ -114,6 +114,18 @@ class SpringLoad(NamedTuple):
     damping: float  # N s/m
 
 
+class TorsionLoad(NamedTuple):
+    """A spring and damper between the angles of two bodies."""
+
+    first: tuple  # number of the body
+    near: tuple  # point
+    second: tuple
+    far: tuple
+    stiffness: float  # N m/rad
+    free_angle: float  # rad
+    damping: float  # N m s/rad
+
+
 class JointFriction(NamedTuple):
     """Friction in a joint without clearance."""
 
@@ -132,6 +144,7 @@ class GivenFriction(NamedTuple):
 
 
 FRICTION_LOADS = (JointFriction, GivenFriction)
+SPRING_LOADS = (SpringLoad, TorsionLoad)
 
 
 @kernel
@@ -218,6 +231,9 @@ def compile_loads(loads: tuple, locate_point: Callable, joint_number: Callable) 
         elif isinstance(load, Spring):
             endpoints = (*locate_point(load.first), *locate_point(load.second))
             compiled_loads.append(SpringLoad(*endpoints, load.stiffness, load.free_length, load.damping))
+        elif isinstance(load, TorsionSpring):
+            endpoints = (*locate_point(load.first), *locate_point(load.second))
+            compiled_loads.append(TorsionLoad(*endpoints, load.stiffness, load.free_angle, load.damping))
         elif isinstance(load, Rubbing):
             compiled_loads.append(JointFriction(joint_number(load.joint), load.friction, load.radius))
         elif isinstance(load, Braking):
@@ -225,7 +241,7 @@ def compile_loads(loads: tuple, locate_point: Callable, joint_number: Callable) 
     return tuple(compiled_loads)
 
 
-def discontinuity_times_of(load: Push | TabledPush | Spring) -> list[float]:
+def discontinuity_times_of(load: Push | TabledPush | Spring | TorsionSpring) -> list[float]:
     """Return the times (s) at which the slope of a load jumps: both ends of a table over time."""
     if isinstance(load, TabledPush) and load.over == "time":
         return [float(load.knots[0]), float(load.knots[-1])]

@@ -38,10 +38,13 @@ def loop_equations_of(kinematics: Kinematics, *, with_rates: bool = True) -> lis
     """Return the equations of all loops; without their bias if rates are unknown."""
     loop_equations: list[Equation] = []
     for j in kinematics.spanning_tree.loop_joints:
-        slides = kinematics.machine.sites[j].link.slides
-        loop_equations += (
-            [_guide_equation(kinematics, j, with_rates)] if slides else _pin_equations(kinematics, j, with_rates)
-        )
+        link = kinematics.machine.sites[j].link
+        if link.geared:
+            loop_equations.append(_gear_equation(kinematics, j))
+        elif link.slides:
+            loop_equations.append(_guide_equation(kinematics, j, with_rates))
+        else:
+            loop_equations += _pin_equations(kinematics, j, with_rates)
     return loop_equations
 
 
@@ -73,6 +76,17 @@ def _guide_equation(kinematics: Kinematics, j: int, with_rates: bool) -> Equatio
             sliding_rate = direction.dot(kinematics.velocity(path))
             terms.append(-(2.0 * kinematics.rate[angle] * sliding_rate))
     return Equation(normal.dot(position), row, sum_of(terms))
+
+
+def _gear_equation(kinematics: Kinematics, j: int) -> Equation:
+    """Return the equation of a gear: the sum of the angles of its bodies, each times its share, is constant."""
+    shares = kinematics.shares(j)
+    angles = [share * kinematics.turned[group] for group, share in shares]
+    row: Row = {}
+    for group, share in shares:
+        coordinate = Coordinate(ANGLE, group)
+        row[coordinate] = row.get(coordinate, ZERO) + share
+    return Equation(sum_of([*angles, -kinematics.mechanism.joints[j].rest]), row, ZERO)
 
 
 class Solver:
@@ -192,6 +206,7 @@ class _PoseProgram(Kinematics):
         """Take the value of a coordinate."""
         self.values[coordinate] = value
         if coordinate.kind == ANGLE:
+            self.turned[coordinate.owner] = value
             direction = self.program.call(calculus.direction, value)
             self.cosine[coordinate.owner], self.sine[coordinate.owner] = direction[0], direction[1]
 
@@ -212,7 +227,13 @@ class _PoseProgram(Kinematics):
         """Return the numbers with which the loops are closed: directions, then other coordinates."""
         angles = [coordinate.owner for coordinate in self.known if coordinate.kind == ANGLE]
         directions = [component for g in angles for component in (self.cosine[g], self.sine[g])]
-        return (*directions, *(self.values[coordinate] for coordinate in self.known if coordinate.kind != ANGLE))
+        others = (coordinate for coordinate in self.known if coordinate.kind != ANGLE or self.closes_gears)
+        return (*directions, *(self.values[coordinate] for coordinate in others))
+
+    @property
+    def closes_gears(self) -> bool:
+        """Return whether a loop contains angles themselves, not only their directions."""
+        return any(self.machine.sites[j].link.geared for j in self.spanning_tree.loop_joints)
 
 
 @generated(machine_type)
@@ -287,8 +308,11 @@ def newton_step(machine: MachineType) -> Program:
     for coordinate in writer.known:
         if coordinate.kind == ANGLE:
             writer.cosine[coordinate.owner], writer.sine[coordinate.owner] = next(numbers), next(numbers)
-        else:
+    for coordinate in writer.known:
+        if coordinate.kind != ANGLE:
             writer.values[coordinate] = next(numbers)
+        elif writer.closes_gears:
+            writer.turned[coordinate.owner] = next(numbers)
     writer.take_dependent(dependent)
     writer.place()
     loop_equations = loop_equations_of(writer, with_rates=False)

@@ -68,6 +68,7 @@ def reactions(machine: Machine, motion: Motion, open_joint_forces: Mapping[str, 
             for joint, begin, end in row_ranges
             if joint.name not in open_joint_forces
         }
+        ideal_machine.add_tooth_forces(forces, states)
         return forces | given_forces, forces, multipliers
 
     _, forces, multipliers = ideal_machine.with_friction(states, ones, solve)

@@ -13,13 +13,14 @@ from .form import (
     ElasticGuide,
     Free,
     FreeByLaw,
+    Gear,
     Planar,
     PointAim,
     Segment,
     Slide,
     Steady,
 )
-from .load_forms import FRICTION_LOADS, GivenFriction, SpringLoad
+from .load_forms import FRICTION_LOADS, SPRING_LOADS, GivenFriction
 
 # ---------------------------------------------------------------------------------------------- the spanning tree
 
@@ -44,6 +45,7 @@ class Link(NamedTuple):
     proximal: int  # number of a body, 0 for the ground
     distal: int
     sprung: bool = False  # connects two masses of an elastic link
+    geared: bool = False  # keeps a ratio of two angles
 
 
 class Coordinate(NamedTuple):
@@ -117,7 +119,9 @@ def _attach_children(links: tuple, layer: list, placed: list, parents: list, tre
     order: list[int] = []
     for j, link in enumerate(links):
         for placed_body, new_body in ((link.proximal, link.distal), (link.distal, link.proximal)):
-            if not link.open and placed_body in layer and new_body not in placed and new_body not in order:
+            if link.open or link.geared:
+                continue
+            if placed_body in layer and new_body not in placed and new_body not in order:
                 parents[new_body] = (placed_body, j)
                 tree_joints.add(j)
                 order.append(new_body)
@@ -152,7 +156,9 @@ class Site(NamedTuple):
     link: Link
     near: type  # on the proximal body
     far: type
-    axis: type | None  # of a guide
+    axis: type | None  # of a guide; of a gear along the line of centres
+    carrier: int = 0  # body of a gear on which both wheels turn
+    pins: tuple[int, ...] = ()  # of the first and the second wheel of a gear
 
 
 class LoadKind(NamedTuple):
@@ -272,20 +278,25 @@ def _number(kinds: tuple) -> int:
 
 
 def _site(kinds: tuple) -> Site:
-    slides = kinds[0] is Slide
+    slides, geared = kinds[0] is Slide, kinds[0] is Gear
     site, bodies = (
         _kind_of_field(kinds, "site")[0],
         (_number(_kind_of_field(kinds, "proximal")), _number(_kind_of_field(kinds, "distal"))),
     )
-    link = Link(slides, site is Open, *bodies, site is ElasticGuide)
+    link = Link(slides, site is Open, *bodies, site is ElasticGuide, geared)
     near, far = (_kind_of_field(kinds, end)[0] for end in ("near", "far"))
+    if geared:
+        axis, pins = _kind_of_field(kinds, "axis")[0], map(_number, _kind_of_field(kinds, "pins")[1:])
+        return Site(
+            link, near, far, None if axis is tuple else axis, _number(_kind_of_field(kinds, "carrier")), tuple(pins)
+        )
     return Site(link, near, far, _kind_of_field(kinds, "axis")[0] if slides else None)
 
 
 def _load(kinds: tuple) -> LoadKind | None:
     if kinds[0] in FRICTION_LOADS:
         return None
-    pairs = (("first", "near"), ("second", "far")) if kinds[0] is SpringLoad else (("body", "point"),)
+    pairs = (("first", "near"), ("second", "far")) if kinds[0] in SPRING_LOADS else (("body", "point"),)
     endpoints = tuple(
         (_number(_kind_of_field(kinds, body)), _kind_of_field(kinds, point)[0], point) for body, point in pairs
     )

@@ -1,0 +1,111 @@
+"""Keys and records of joints with play in rotation: gears, couplings, and end stops."""
+
+import math
+from collections.abc import Iterable, Mapping
+
+from ...contracts.catalogue import CHOICE, GROUND, Choice, Field, JointOutline, Keys
+from ...contracts.machine import Body, BodyPoint, Mesh, Pin
+from ...language.errors import InputError
+from .loads import LoadPoints
+
+GEAR, COUPLING = "gear", "coupling"
+FLANKED = (GEAR, COUPLING)  # types of joints whose play lies between two flanks
+DISTANCE_TOLERANCE = 1e-6  # of the centre distance, by which it may differ from that of the pitch circles
+GEAR_FIELDS = (
+    Field(
+        "ratio",
+        "1",
+        "pitch radius of the second wheel over that of the first: above 0 if both have outer teeth, below 0 if one of "
+        "them has inner teeth; not 0",
+        -math.inf,
+    ),
+    Field("radius", "m", "pitch radius of the first wheel"),
+    Field(
+        "pressure_angle",
+        "rad",
+        "angle between the line of action and the tangent of the pitch circles",
+        0.0,
+        0.25 * math.pi,
+        low_open=False,
+        default=math.radians(20.0),
+    ),
+)
+
+
+def flanked_keys(joint: JointOutline, bodies: Iterable[str], type_choice: Choice) -> Iterable[Keys]:
+    """Yield the sections of a gear or a coupling between two of the `bodies`."""
+    path, is_gear = f"mechanism.joints.{joint.name}", joint.type == GEAR
+    text = "two wheels in mesh" if is_gear else "two bodies that turn together"
+    yield Keys(path, text, GEAR_FIELDS if is_gear else (), words=(type_choice,), role=CHOICE)
+    ends = tuple(Choice(str(k), tuple(bodies), f"the {label} body") for k, label in enumerate(("first", "second")))
+    yield Keys(f"{path}.between", "the two bodies whose angles the joint connects", words=ends)
+
+
+def mesh_of(values: Mapping, joint: JointOutline, pins: Iterable[Pin], points: LoadPoints) -> Mesh:
+    """Return a gear or coupling of a case; raise InputError if its wheels do not fit.
+
+    pins : the pins of the machine; points : its bodies, to which the centres of a coupling are added
+    """
+    if joint.type == GEAR:
+        return _gear_of(values, joint, list(pins), points.bodies)
+    return Mesh(joint.name, *map(points.centre_of, joint.bodies), GROUND, -1.0)
+
+
+def _gear_of(values: Mapping, joint: JointOutline, pins: list[Pin], bodies: Mapping[str, Body]) -> Mesh:
+    path = f"mechanism.joints.{joint.name}"
+    ratio, radius, angle = (values[f"joints.{joint.name}.{field.name}"] for field in GEAR_FIELDS)
+    if ratio in (0.0, -1.0):
+        remedy = (
+            "write the pitch radius of the second wheel over that of the first, below 0 if one of them has inner teeth"
+            if ratio == 0.0
+            else "both pitch circles would be the same; write type: coupling"
+        )
+        raise InputError(f"{path}.ratio: found {ratio:g}; {remedy}")
+    wheels = [_pin_of_wheel(body, carrier, pins) for carrier in _carriers(joint, pins) for body in joint.bodies]
+    if not wheels:
+        first, second = joint.bodies
+        raise InputError(
+            f"{path}.between: {first} and {second} have no pins on one body; wheels in mesh turn about pins of the "
+            "same body, such as the ground or an arm"
+        )
+    (first_pin, first_centre, first_seat), (second_pin, second_centre, second_seat) = wheels[:2]
+    carrier = first_seat.body
+    (x1, y1), (x2, y2) = (bodies[carrier].points[seat.point] for seat in (first_seat, second_seat))
+    distance, expected = math.hypot(x2 - x1, y2 - y1), radius * abs(1.0 + ratio)
+    if abs(distance - expected) > DISTANCE_TOLERANCE * expected:
+        found, needed = (f"{1e3 * length:.7g} mm" for length in (distance, expected))
+        raise InputError(
+            f"{path}.radius: the pins of both wheels on {carrier} are {found} apart, but pitch circles of this radius "
+            f"and ratio touch at {needed}; change radius, ratio or the points of the pins"
+        )
+    # the side on which the teeth touch: beyond the first centre if the second wheel is a ring, else towards the second
+    across, apart = math.cos(angle) * (-1.0 if ratio < -1.0 else 1.0), math.sin(angle) * (1.0 if ratio > 0.0 else -1.0)
+    return Mesh(
+        joint.name,
+        first_centre,
+        second_centre,
+        carrier,
+        ratio,
+        radius * math.cos(angle),
+        math.atan2(y2 - y1, x2 - x1),
+        (first_pin, second_pin),
+        across,
+        apart,
+    )
+
+
+def _carriers(joint: JointOutline, pins: list[Pin]) -> list[str]:
+    """Return the bodies that both wheels of a gear have a pin on, the ground first."""
+    first, second = ({end.body for pin in pins for end in _ends(pin, body)[1:]} for body in joint.bodies)
+    return sorted((first & second) - set(joint.bodies), key=lambda body: body != GROUND)
+
+
+def _pin_of_wheel(body: str, carrier: str, pins: list[Pin]) -> tuple[str, BodyPoint, BodyPoint]:
+    """Return the pin of a wheel on its carrier: its name, and its points on both."""
+    return next((pin.name, *ends) for pin in pins for ends in [_ends(pin, body)] if ends and ends[1].body == carrier)
+
+
+def _ends(pin: Pin, body: str) -> tuple[BodyPoint, ...]:
+    """Return the ends of a pin, that on a body first; () if it is not on that body."""
+    ends = pin.proximal, pin.distal
+    return ends if ends[0].body == body else ends[::-1] if ends[1].body == body else ()

@@ -1,0 +1,97 @@
+"""Figures of joints with play in rotation, gears and couplings."""
+
+from ...contracts.catalogue import Entry, Figure
+from .sums import FreeShare, PerRevolution
+from .window import Window
+
+
+def twist_range(window: Window, index: int) -> tuple[float, float]:
+    """Return the least and the largest angle (rad) of the second body from the middle of the play, first body fixed.
+
+    Positive is the side of the drive flank: the second body lags behind.
+    """
+    sums, joint = window.totals.joint[index], window.joints[index]
+    arm = abs(joint.arm_distal)  # type: ignore[attr-defined]  # of a joint with play in rotation
+    return -(joint.clearance + sums.coast_depth) / arm, (joint.clearance + sums.drive_depth) / arm
+
+
+def lost_motion(window: Window, index: int) -> float:
+    """Return the range (rad) of the angle of the second body relative to the first."""
+    least, largest = twist_range(window, index)
+    return largest - least
+
+
+def transmission_error(window: Window, index: int) -> float:
+    """Return the largest distance (rad) of the second body from where it would be without play and deflection."""
+    return max(map(abs, twist_range(window, index)))
+
+
+def torque_peak(window: Window, index: int) -> float:
+    """Return the largest torque (N m) of the contact forces on the second body."""
+    return float(window.totals.joint[index].force_max * abs(window.joints[index].arm_distal))  # type: ignore[attr-defined]
+
+
+def torque_peak_ideal(window: Window, index: int) -> float | None:
+    """Return the largest torque (N m) on the second body without play, or None if it is unknown."""
+    force = window.ideal.get(window.case.joints[index].name)
+    return None if force is None else force * abs(window.joints[index].arm_distal)  # type: ignore[attr-defined]
+
+
+FLANKED = (
+    Figure(
+        "impacts_per_cycle",
+        "1",
+        "contact onsets on both flanks in the window per cycle; per revolution where no cycle is given",
+        of="joint",
+        needs=("flanked", "turns"),
+        sums=PerRevolution("onsets"),
+        tables=(Entry("forces", "impacts per cycle", 27, if_any=True),),
+    ),
+    Figure(
+        "free_share",
+        "1",
+        "share of the window's time without contact on either flank",
+        of="joint",
+        needs=("flanked",),
+        sums=FreeShare("contact_time"),
+        tables=(Entry("forces", "time in the play", 28, if_any=True),),
+    ),
+    Figure(
+        "lost_motion",
+        "rad",
+        "range of the angle of the second body while the first stands: play and deflection of both flanks, the width "
+        "of the loop of output over input of a drive that reverses",
+        of="joint",
+        needs=("flanked",),
+        value=lost_motion,
+        tables=(Entry("forces", "lost motion", 29, if_any=True), Entry("case", "lost motion", 11)),
+    ),
+    Figure(
+        "transmission_error",
+        "rad",
+        "largest angle of the second body from where it would be without play and deflection",
+        of="joint",
+        needs=("flanked",),
+        value=transmission_error,
+        tables=(Entry("forces", "transmission error", 30, if_any=True),),
+    ),
+    Figure(
+        "torque_peak",
+        "N*m",
+        "largest torque of the flanks on the second body, located",
+        of="joint",
+        needs=("flanked",),
+        value=torque_peak,
+        tables=(Entry("forces", "torque peak", 31, if_any=True), Entry("case", "torque peak", 12)),
+    ),
+    Figure(
+        "torque_peak_ideal",
+        "N*m",
+        "largest torque on the second body in the ideal mechanism",
+        of="joint",
+        needs=("flanked", "turns"),
+        value=torque_peak_ideal,
+        differs=False,
+        tables=(Entry("forces", "ideal torque peak", 32, if_any=True),),
+    ),
+)
