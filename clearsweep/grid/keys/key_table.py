@@ -403,7 +403,7 @@ def _add_slot(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) 
 
 
 _BACKLASH = Field("backlash", "m", "play between the teeth on the pitch circle, from flank to flank")
-_PLAY = Field("play", "rad", "angle by which the second body can turn while the first stands, from stop to stop")
+_PLAY = Field("play", "rad", "angle by which the second body can turn if the first does not")
 _DRAG = Field(
     "drag",
     "N*m*s/rad",

@@ -15,8 +15,8 @@ GEAR_FIELDS = (
     Field(
         "ratio",
         "1",
-        "pitch radius of the second wheel over that of the first: above 0 if both have outer teeth, below 0 if one of "
-        "them has inner teeth; not 0",
+        "pitch radius of the second wheel over that of the first; above 0 if both have outer teeth, below 0 if one has "
+        "inner teeth; not 0",
         -math.inf,
     ),
     Field("radius", "m", "pitch radius of the first wheel"),
@@ -73,9 +73,9 @@ def _gear_of(values: Mapping, joint: JointOutline, pins: list[Pin], bodies: Mapp
     (x1, y1), (x2, y2) = (bodies[carrier].points[seat.point] for seat in (first_seat, second_seat))
     distance, expected = math.hypot(x2 - x1, y2 - y1), radius * abs(1.0 + ratio)
     if abs(distance - expected) > DISTANCE_TOLERANCE * expected:
-        found, needed = (f"{1e3 * length:.7g} mm" for length in (distance, expected))
+        given, needed = (f"{1e3 * length:.7g} mm" for length in (distance, expected))
         raise InputError(
-            f"{path}.radius: the pins of both wheels on {carrier} are {found} apart, but pitch circles of this radius "
+            f"{path}.radius: the pins of both wheels on {carrier} are {given} apart, but pitch circles of this radius "
             f"and ratio touch at {needed}; change radius, ratio or the points of the pins"
         )
     # the side on which the teeth touch: beyond the first centre if the second wheel is a ring, else towards the second

@@ -232,8 +232,8 @@ def _keys(outline: Outline) -> Iterable[Keys]:
             center = tuple(field._replace(default=0.0) for field in _POSITION)
             yield Keys(f"{path}.center", "centre of mass in the frame of the body", center, "implied", role=CHOICE)
             text = (
-                "initial state of a body that has no ideal joint, or of one that turns on an ideal pin, of which only "
-                "angle and rate count. Without this section, the body starts as in the ideal mechanism"
+                "initial state of a body that has no ideal joint; of one on an ideal pin only angle and rate. "
+                "Without this section, the body starts as in the ideal mechanism"
             )
             yield Keys(f"{path}.initial", text, _INITIAL, "optional", role=CONDITION)
         yield Keys(f"{path}.points", "points of the body, by name", need="implied")

@@ -59,8 +59,8 @@ FLANKED = (
     Figure(
         "lost_motion",
         "rad",
-        "range of the angle of the second body while the first stands: play and deflection of both flanks, the width "
-        "of the loop of output over input of a drive that reverses",
+        "range of the angle of the second body relative to the first, play and deflection; the width of the loop of "
+        "output over input of a drive that reverses",
         of="joint",
         needs=("flanked",),
         value=lost_motion,

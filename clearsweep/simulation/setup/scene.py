@@ -392,7 +392,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     mechanism = mechanism_of(case)
     machine = None if mechanism.build else machine_of(mechanism, case)
     meshes = {gear.name: gear for gear in machine.joints if isinstance(gear, Mesh)} if machine is not None else {}
-    joints = {
+    joints: dict[str, Any] = {
         joint.name: registry.compile_mesh(joint, meshes[joint.name])
         if joint.name in meshes
         else registry.compile_joint(joint, mechanism.site(joint.name).distal, worn.get(joint.name))

@@ -97,8 +97,8 @@ def press_flanks(built: Built, joints: Mapping[str, Any], depth_roots: np.ndarra
                     angles = quantity_text(gap.x / joint.arm_distal, "rad", 4)
                     raise InputError(
                         f"joints.{name}: its flanks overlap at the start, where the second body is {angles} from the "
-                        "middle of the play; change `initial` of a body that it joins: the middle is where the first "
-                        "angle plus ratio times the second is 0 (coupling: where both angles are equal)"
+                        "middle of the play; change `initial` of a body that it joins. The middle is where the "
+                        "first angle plus ratio times the second is 0; in a coupling both angles are equal there"
                     )
                 depth_roots[contact + (side == COAST)] = math.sqrt(max(depth, 0.0))
         contact += len(contact_modes(joint))

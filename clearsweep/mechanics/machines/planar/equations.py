@@ -70,16 +70,16 @@ def _guide_gap(bodies: Bodies, j: int, position: PlaneVector, velocity: PlaneVec
 def _mesh_gap(bodies: Bodies, j: int) -> MeshGap:
     mesh, site = bodies.mechanism.joints[j], bodies.machine.sites[j]
     shares = bodies.shares(j)
-    turned = sum_of([*(share * bodies.angle(group) for group, share in shares), -mesh.rest])
-    turning = sum_of(share * bodies.rate[Coordinate(ANGLE, group)] for group, share in shares)
-    x, v = mesh.arm * turned, mesh.arm * turning
+    twist = sum_of([*(share * bodies.angle(group) for group, share in shares), -mesh.rest])
+    twist_rate = sum_of(share * bodies.rate[Coordinate(ANGLE, group)] for group, share in shares)
+    x, v = mesh.arm * twist, mesh.arm * twist_rate
     if not site.pins:
         return MeshGap(x, v, ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
-    (offset, velocity), along = bodies.displacement_of_centres(j), bodies.line_of_centres(j)
-    across = along.left()
+    (offset, velocity), axis = bodies.displacement_of_centres(j), bodies.line_of_centres(j)
+    across = axis.left()
     x, v = x - mesh.across * across.dot(offset), v - mesh.across * across.dot(velocity)
-    wider, widening = mesh.apart * along.dot(offset), mesh.apart * along.dot(velocity)
-    return MeshGap(x, v, wider, widening, *(mesh.across * across), *(mesh.apart * along))
+    wider, widening = mesh.apart * axis.dot(offset), mesh.apart * axis.dot(velocity)
+    return MeshGap(x, v, wider, widening, *(mesh.across * across), *(mesh.apart * axis))
 
 
 @generated(machine_type)

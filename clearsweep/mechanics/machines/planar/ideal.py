@@ -452,8 +452,8 @@ class IdealMachine:
     def tooth_forces(self, mesh: Mesh, driving: np.ndarray, states: MachineStates) -> np.ndarray:
         """Return the force (N, 2) N on the second wheel, from that on the drive flank minus that on the coast flank."""
         c, s = directions(mesh.centres + self.closure.angle(mesh.carrier, states.q))
-        along, across = mesh.apart * np.abs(driving), mesh.across * driving
-        return np.stack([along * c - across * s, along * s + across * c], -1)
+        radial, tangential = mesh.apart * np.abs(driving), mesh.across * driving
+        return np.stack([radial * c - tangential * s, radial * s + tangential * c], -1)
 
     def add_tooth_forces(self, reactions: dict[str, np.ndarray], states: MachineStates) -> None:
         """Add to the reactions in the pins of wheels what carries the forces of their teeth.
