@@ -157,7 +157,8 @@ def test_figures_have_names_of_their_own_and_need_what_there_is():
     needs = {need for figure in catalogue.FIGURES for need in figure.needs}
     of_case = {"turns", "rests", "free", "horizon", "error_check", "until", "life", "uncertain", "vibration"}
     of_place = {"zones", "across", "moves"}
-    of_joint = {"wear", "film", "friction", "guide", "spatial", "axial", "strength", "limited", "thermal", "flanked"}
+    of_joint = {"wear", "film", "friction", "guide", "spatial", "axial", "strength", "limited", "thermal"}
+    of_joint |= {"rolling", "dynamic", "static", "flanked"}
     assert needs <= of_case | of_joint | of_place
     assert {figure.of for figure in catalogue.FIGURES} == {"joint", "output", "case", "place", "order"}
 
