@@ -434,7 +434,7 @@ def _linear_by_default(law: Law) -> Law:
 def _add_flanks(keys: KeyTable, path: str, play: Field, catalogue: Catalogue) -> None:
     """Add the keys of two flanks and of the play between them; a power of the penetration is linear by default."""
     add_numbers(keys, path, (play, _DRAG), CHOICE)
-    laws = tuple(map(_linear_by_default, laws_of_point_contacts(catalogue)))
+    laws = tuple(_linear_by_default(law) for law in laws_of_point_contacts(catalogue) if "material" not in law.needs)
     add_contact(keys, path, catalogue._replace(laws=laws))
     for child_path in [child_path for child_path in keys if child_path.startswith(f"{path}.contact.material")]:
         del keys[child_path]

@@ -18,6 +18,7 @@ def check_machine(reader: Reader, catalogue: Catalogue) -> None:
         _check_bodies(reader)
         _check_drive(reader)
         _check_initial(reader)
+        _check_gears(reader)
     for load in reader.outline.loads:
         path = f"loads.{load.name}"
         if path not in reader.keys_in_use:
@@ -143,6 +144,33 @@ def _check_initial(reader: Reader) -> None:
         if "seated" in reader.values_of("simulate.start"):
             message = f"seated conflicts with {path}, which says where {body.name} starts; remove one of the two"
             reader.problems.add(reader.position_of("simulate.start"), "simulate.start", message)
+
+
+def _check_gears(reader: Reader) -> None:
+    """Check that the wheels of a gear without play turn on pins without clearance: its teeth would push them aside."""
+    open_pins = [
+        joint for joint in reader.outline.joints if joint.type == "revolute" and joint.name in reader.outline.clearances
+    ]
+    for gear in reader.outline.joints:
+        if gear.type != "gear" or gear.name in reader.outline.clearances:
+            continue
+        carriers = [
+            {
+                body
+                for joint in reader.outline.joints
+                if joint.type == "revolute"
+                for body in joint.bodies
+                if wheel in joint.bodies and body != wheel
+            }
+            for wheel in gear.bodies
+        ]
+        for pin in open_pins:
+            if set(pin.bodies) & set(gear.bodies) and set(pin.bodies) & carriers[0] & carriers[1]:
+                message = (
+                    f"has clearance, so {gear.name} needs its own: the teeth push the wheel in its bearing; write "
+                    f"joints.{gear.name} with a backlash, or remove the clearance of {pin.name}"
+                )
+                reader.problems.add(reader.position_of(f"joints.{pin.name}"), f"joints.{pin.name}", message)
 
 
 def _turns_on_pin(reader: Reader, body: str) -> bool:

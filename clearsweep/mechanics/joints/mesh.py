@@ -155,4 +155,4 @@ def _gap_histories_mesh(joint, gap, side):
 @load_histories.member(Mesh)
 def _load_histories_mesh(joint, load):
     drive, coast = load.contacts
-    return drive.normal - coast.normal, as_type_of(0.0, drive.normal)
+    return drive.normal + coast.normal, as_type_of(0.0, drive.normal)

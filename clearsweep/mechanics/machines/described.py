@@ -24,7 +24,7 @@ from ...contracts.catalogue import (
     Outline,
     Output,
 )
-from ...contracts.machine import BodyPoint, Constant, Elastic, Guide, Machine, Pin, Slot, TorsionSpring
+from ...contracts.machine import BodyPoint, Elastic, Guide, Machine, Pin, Slot
 from ...language.errors import InputError
 from ..laws.contract import compile_law
 from ..laws.sampled import attempted
@@ -254,10 +254,8 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     except InputError as error:
         path, _, sentence = str(error).partition(": ")
         return path.removeprefix("mechanism."), sentence
-    springs = tuple(load for load in machine.loads if isinstance(load, TorsionSpring))
-    steady_machine = machine._replace(drive=Constant(1.0, machine.drive.start_angle), loads=springs)
     try:
-        planar.ideal_of(steady_machine)
+        planar.ideal_of(planar.without_forces(machine))
     except planar.ClosureError as error:
         return unclosed(error, case)
     except planar.MobilityError as error:

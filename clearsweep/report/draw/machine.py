@@ -49,6 +49,7 @@ def drawing_extent(sketch: simulation.Sketch) -> tuple[np.ndarray, np.ndarray]:
     """Return the lower left and the upper right corner (m) of the drawing."""
     point_arrays = [
         *(body.points for body in sketch.bodies),
+        *(rim for body in sketch.bodies for rim in body.rims),
         *(load.anchor[None] for load in sketch.loads if load.anchor is not None),
         *(joint.slot for joint in sketch.joints if joint.slot is not None),
     ]
@@ -89,6 +90,9 @@ def draw_mechanism(ax: Axes, sketch: simulation.Sketch) -> None:
     for number, body in enumerate(moving_bodies):
         colour = BODY_COLOURS[number % len(BODY_COLOURS)]
         labels.avoid(_draw_body(ax, body, colour))
+        for rim in body.rims:
+            ax.plot(*rim.T, color=colour, linewidth=1.4, zorder=2)
+            labels.avoid(rim)
         labels.add(body.name, body.points.mean(axis=0), colour, weight="bold")
     for joint in sketch.joints:
         labels.avoid(_draw_joint(ax, joint, size))

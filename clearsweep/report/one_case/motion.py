@@ -130,8 +130,11 @@ def joint_histories(study: Study, case_id: str, history: History) -> list[JointH
             continue
         reaction = ideal.reactions.get(joint.title) if ideal else None
         ideal_values = None if reaction is None else np.hypot(reaction[..., 0], reaction[..., 1])
-        force = history.values(f"joints/{joint.name}/force_normal")
-        histories.append(JointHistory(f"normal force{study.joint_text(joint, ', {}')}", "N", force, ideal_values))
+        force, unit = (
+            history.values(f"joints/{joint.name}/force_normal"),
+            study.run.layout.units[f"joints/{joint.name}/force_normal"],
+        )
+        histories.append(JointHistory(f"normal force{study.joint_text(joint, ', {}')}", unit, force, ideal_values))
     acceleration = _acceleration_channel(study, history)
     if acceleration:
         ideal_values = ideal.acceleration if ideal else None
@@ -281,6 +284,8 @@ def _joint_pictures(study: Study, case_id: str, joint: Joint, history: History) 
     """Return the orbit of the journal, if it is planar with known clearance, and the normal force."""
     if not all(f"joints/{joint.name}/{name}" in history.channels for name in ORBIT_CHANNELS):
         return _force_pictures(study, case_id, joint, history)
+    if joint.layout.flanked:
+        return [*_play_pictures(study, joint, history), *_force_pictures(study, case_id, joint, history)]
     x, y, force = (history.values(f"joints/{joint.name}/{name}") for name in ORBIT_CHANNELS)
     joint_text = study.joint_text(joint, ", joint {}")
     clearance = study.value(case_id, f"joints.{joint.title}.clearance")
@@ -308,6 +313,22 @@ def _joint_pictures(study: Study, case_id: str, joint: Joint, history: History) 
     ]
 
 
+def _play_pictures(study: Study, joint: Joint, history: History) -> list[Picture]:
+    """Return the position of teeth or coupling halves over the angle of the crank, and its phase portrait."""
+    channels = {channel.name: channel for channel in study.run.layout.channels}
+    place, rate = (channels[f"joints/{joint.name}/{key}"] for key in ("x", "vx"))
+    if rate.name not in history.channels:
+        return []
+    joint_text, pictures = study.joint_text(joint, ", joint {}"), list[Picture]()
+    if history.angle is not None:
+        crank, values = (history.angle, "rad", "crank angle"), (history.values(place.name), place.unit, "position")
+        title = f"Position in the play over the crank angle{joint_text}"
+        caption = "Above zero: the drive flank. If the drive reverses, the loop is as wide as the lost motion."
+        paint = partial(draw_phase_portrait, quantity=crank, rate=values)
+        pictures.append(Picture(title, caption, f"{title}.", paint, SQUARE_SIZE))
+    return [*pictures, _phase_portrait(place, rate, history)]
+
+
 def _force_pictures(study: Study, case_id: str, joint: Joint, history: History) -> list[Picture]:
     """Return the picture of the normal force of a joint; [] if it is not stored."""
     channel = f"joints/{joint.name}/force_normal"
@@ -315,10 +336,11 @@ def _force_pictures(study: Study, case_id: str, joint: Joint, history: History) 
         return []
     force, joint_text = history.values(channel), study.joint_text(joint, ", joint {}")
     angle, levels = history.angle, _reference_levels(study, case_id, joint)
-    abscissa, paint = "time", history.painter(force, "N", "normal force")
+    unit = study.run.layout.units[channel]
+    abscissa, paint = "time", history.painter(force, unit, "normal force")
     if angle is not None and not history.is_over_time:
         abscissa, paint = "crank angle", partial(draw_force, angle=angle, normal=force, levels=levels)
-    alt = f"Normal force over {abscissa}, at most {_largest_text(force, 'N')} among the samples."
+    alt = f"Normal force over {abscissa}, at most {_largest_text(force, unit)} among the samples."
     return [Picture(f"Normal force{joint_text}", "", alt, paint, FLAT_SIZE, shown_in_player=True)]
 
 

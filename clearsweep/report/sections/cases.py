@@ -94,8 +94,8 @@ def load_sketch(study: Study, case_id: str) -> simulation.Sketch | None:
 def moving_bodies(sketch: simulation.Sketch, channels: Mapping) -> list[dict]:
     """Return the moving bodies over time, or [] if a body has no channels.
 
-    Each has its points and the walls of its slots, relative to the centre of mass at the start, and its position and
-    angle over time.
+    Each has its points, and the walls of its slots and its pitch circles, relative to the centre of mass at the start,
+    and its position and angle over time.
     """
     bodies = []
     for body in sketch.bodies:
@@ -109,6 +109,7 @@ def moving_bodies(sketch: simulation.Sketch, channels: Mapping) -> list[dict]:
             for joint in sketch.joints
             if joint.slot is not None and joint.guiding_body == body.name
         ]
+        walls += [(rim - body.center).tolist() for rim in body.rims]
         x, y = (np.asarray(channels[f"{name}/{key}"], float) for key in ("x", "y"))
         angle = np.asarray(channels.get(f"{name}/angle", np.full(len(x), body.angle)), float)
         bodies.append(

@@ -108,7 +108,7 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
             rubbing_powers.append((joint.name, summary[f"{name}_friction_power"], conductance))
         if scene.mechanism.turns and registry.uses_ball_stiffness(joint):
             balls.append(joint.name)
-        penetration = summary[f"{name}_penetration_max"] if joint.is_dry else 0.0
+        penetration = summary[f"{name}_penetration_max"] if joint.is_dry and not joint.flanked else 0.0
         wear_depth = summary[f"{name}_wear_depth_max"] if layout.wear_bins else 0.0
         if joint.rolling:
             overloaded.append((joint.name, summary[f"{name}_force_peak"], joint.rolling.capacity.static))

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...contracts.case import Case, Joint
-from ...contracts.machine import GROUND, Braking, Constant, Guide, Machine, Push, Rubbing, Slot, Spring
+from ...contracts.machine import GROUND, Braking, Guide, Machine, Mesh, Push, Rubbing, Slot, Spring, TorsionSpring
 from ...language.errors import InputError
 from ...mechanics.machines import planar
 from ...mechanics.machines.described import without_own_forces
@@ -23,6 +23,7 @@ class SketchedBody(NamedTuple):
     center: np.ndarray  # (2,) centre of mass; for the ground, its first point
     angle: float  # rad, of its frame
     elastic_ends: np.ndarray | None = None  # (2, 2) ends of the elastic link; None: rigid
+    rims: tuple[np.ndarray, ...] = ()  # (n, 2) of each gear of the body: its pitch circle, closed, then its centre
 
 
 class SketchedJoint(NamedTuple):
@@ -78,10 +79,19 @@ def sketch(case: Case) -> Sketch | None:
     clearance_joints = {joint.name: joint for joint in case.joints}
     joints: list[SketchedJoint] = []
     carried_points: dict[str, list[np.ndarray]] = {name: [] for name in machine.bodies}
+    body_rims: dict[str, list[np.ndarray]] = {name: [] for name in machine.bodies}
     for joint in machine.joints:
         endpoints = (joint.proximal, joint.distal)
         guide = joint.axis + frames[joint.proximal.body][1] if isinstance(joint, Guide) else None
         position = position_of(*joint.distal)
+        if isinstance(joint, Mesh):
+            rims = _rims(joint, position_of(*joint.proximal), position)
+            for endpoint, rim in zip(endpoints, rims, strict=False):
+                body_rims[endpoint.body].append(rim)
+            touching = _pitch_point(joint, position_of(*joint.proximal), position)
+            has_play = joint.name in clearance_joints
+            joints.append(SketchedJoint(joint.name, touching, None, has_play, driven=False, grounded=False))
+            continue
         grounded = GROUND in (joint.proximal.body, joint.distal.body)
         slot = None
         if isinstance(joint, Slot):
@@ -109,6 +119,7 @@ def sketch(case: Case) -> Sketch | None:
             _center(machine, frames, name),
             frames[name][1],
             np.array([position_of(name, point) for point in body.elastic[:2]]) if body.elastic else None,
+            tuple(body_rims[name]),
         )
         for name, body in machine.bodies.items()
         if carried_points[name]
@@ -119,19 +130,39 @@ def sketch(case: Case) -> Sketch | None:
 
 def _frames(machine: Machine) -> dict[str, tuple[np.ndarray, float]]:
     """Return the origin (2,) m and the angle (rad) of every body's frame at the start."""
-    at_start = machine._replace(drive=Constant(1.0, _start_angle(machine)), loads=())
     try:
-        ideal_machine = ideal_of(at_start)
+        ideal_machine = ideal_of(planar.without_forces(machine))
     except (planar.ClosureError, planar.MobilityError) as error:
         raise InputError(f"mechanism: {error}") from error
     frames = {GROUND: (np.zeros(2), 0.0)}
     poses = dict(zip(ideal_machine.closure.names, ideal_machine.revolution.q[0].reshape(-1, 3), strict=True))
-    poses |= {name: body.initial[:3] for name, body in machine.bodies.items() if body.initial}
+    poses |= {name: body.initial[:3] for name, body in machine.bodies.items() if body.initial and name not in poses}
     for name, (x, y, angle) in poses.items():
         c, s = math.cos(angle), math.sin(angle)
         cx, cy = machine.bodies[name].center
         frames[name] = (np.array([x - (c * cx - s * cy), y - (s * cx + c * cy)]), angle)
     return frames
+
+
+def _pitch_point(mesh: Mesh, first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return the point (2,) m where the pitch circles of two wheels touch; of a coupling the second centre."""
+    if not mesh.pins:
+        return second
+    point: np.ndarray = first + (second - first) / (1.0 + mesh.ratio)
+    return point
+
+
+def _rims(mesh: Mesh, first: np.ndarray, second: np.ndarray) -> list[np.ndarray]:
+    """Return the pitch circles (n, 2) m of both wheels, each followed by its centre; [] for a coupling."""
+    if not mesh.pins:
+        return []
+    touching, turn = _pitch_point(mesh, first, second), np.linspace(0.0, 2.0 * math.pi, 49)
+    rims = []
+    for centre in (first, second):
+        x, y = touching - centre
+        circle = np.stack([x * np.cos(turn) - y * np.sin(turn), y * np.cos(turn) + x * np.sin(turn)], -1)
+        rims.append(centre + np.concatenate([circle, np.zeros((1, 2))]))
+    return rims
 
 
 def _slot_wall(middle: np.ndarray, direction: float, joint: Joint) -> np.ndarray:
@@ -163,6 +194,8 @@ def _sketched_load(
 ) -> SketchedLoad:
     if isinstance(load, (Rubbing, Braking)):
         return SketchedLoad(load.name, next(joint.position for joint in joints if joint.name == load.joint), None)
+    if isinstance(load, TorsionSpring):
+        return SketchedLoad(load.name, position_of(*load.second), None)
     if isinstance(load, Spring):
         return SketchedLoad(load.name, position_of(*load.second), None, position_of(*load.first))
     force = np.array([load.fx, load.fy]) if isinstance(load, Push) else np.zeros(2)

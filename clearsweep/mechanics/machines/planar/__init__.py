@@ -3,6 +3,7 @@
 from .build import build, channels, crank_speed, discontinuity_times, ideal, ideal_form, ideal_reactions, with_segments
 from .closure import ClosureError, MachineStates, MobilityError
 from .form import as_empty_tuples
+from .free_bodies import without_forces
 from .ideal import AlwaysEqual, ideal_of, machine_key, rival_assembly, slot_travel
 
 __all__ = [
@@ -23,4 +24,5 @@ __all__ = [
     "rival_assembly",
     "slot_travel",
     "with_segments",
+    "without_forces",
 ]

@@ -2,7 +2,19 @@
 
 from typing import Any
 
-from ....contracts.machine import GROUND, Braking, Initial, Machine, Mesh, Rubbing, Slot, Spring, Stretch, TorsionSpring
+from ....contracts.machine import (
+    GROUND,
+    Braking,
+    Constant,
+    Initial,
+    Machine,
+    Mesh,
+    Rubbing,
+    Slot,
+    Spring,
+    Stretch,
+    TorsionSpring,
+)
 from .closure import MobilityError
 from .structure import ANGLE, SHIFT_X, SHIFT_Y
 
@@ -31,6 +43,12 @@ def without_free_bodies(machine: Machine) -> Machine:
     loads = tuple(load for load in machine.loads if not free & _bodies_of(load) and names >= _joints_of(load))
     bodies = {name: body for name, body in machine.bodies.items() if name not in free}
     return machine._replace(bodies=bodies, joints=joints, loads=loads)
+
+
+def without_forces(machine: Machine) -> Machine:
+    """Return a machine at a constant speed without loads except the torsion springs that determine its position."""
+    springs = tuple(load for load in machine.loads if isinstance(load, TorsionSpring))
+    return machine._replace(drive=Constant(1.0, machine.drive.start_angle), loads=springs)
 
 
 def with_rigid_springs(machine: Machine) -> Machine:

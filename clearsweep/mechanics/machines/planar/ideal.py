@@ -116,7 +116,8 @@ def geometry_of(machine: Machine) -> bytes:
     joints = [
         joint._replace(stiffness=0.0, damping=0.0) if isinstance(joint, Stretch) else joint for joint in machine.joints
     ]
-    return pickle.dumps((bodies, joints, machine.driven, dict(machine.start), machine.drive.start_angle))
+    springs = [load._replace(stiffness=0.0, damping=0.0) for load in machine.loads if isinstance(load, TorsionSpring)]
+    return pickle.dumps((bodies, joints, springs, machine.driven, dict(machine.start), machine.drive.start_angle))
 
 
 @functools.lru_cache(maxsize=64)
