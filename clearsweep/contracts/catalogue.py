@@ -59,6 +59,19 @@ class LoadOutline(NamedTuple):
     reacted: bool = True  # whether the frame of the machine reacts it
 
 
+class BendingOutline(NamedTuple):
+    """An elastic link that bends."""
+
+    name: str
+    stretches: bool = False  # also along its line
+    fatigue: bool = False  # it has a stress-life line
+
+    @property
+    def features(self) -> set[str]:
+        """Return the features that figures require."""
+        return {"bends", "fatigue"} if self.fatigue else {"bends"}
+
+
 class FigureOutline(NamedTuple):
     """A figure of one's own: a column of the summary."""
 
@@ -82,6 +95,7 @@ class Outline(NamedTuple):
     axial: frozenset[str] = frozenset()  # joints with clearance between flanges, of a mechanism in space
     rolling: frozenset[str] = frozenset()  # joints that are rolling bearings
     elastic: frozenset[str] = frozenset()  # bodies with elastic links
+    bending: tuple[BendingOutline, ...] = ()  # of these, links that bend
     laws: str = ""  # hash of the laws of the grid's own
     vibration: VibrationOutline | None = None
     figures: tuple[FigureOutline, ...] = ()  # of one's own
@@ -97,6 +111,15 @@ class Outline(NamedTuple):
             site._replace(kind="rolling") if site.name in self.rolling and site.kind == "revolute" else site
             for site in joints
         )
+
+    def bending_of(self, body: str) -> BendingOutline | None:
+        """Return how a body bends, or None if it does not."""
+        return next((link for link in self.bending if link.name in (body, ANY)), None)
+
+    @property
+    def is_deforming(self) -> bool:
+        """Return whether the machine moves without clearance otherwise than as prescribed."""
+        return bool(self.bending)
 
 
 #: Keys that set the size of friction directly: a couple in a pin, a force in a guide.
@@ -117,6 +140,7 @@ FULL_OUTLINE = Outline(
     loads=(LoadOutline(ANY, ANY, ANY),),
     bodies=(BodyOutline(GROUND, (ANY,)), BodyOutline(ANY, (ANY,))),
     joints=(JointOutline(ANY, ANY, "", ""),),
+    bending=(BendingOutline(ANY, stretches=True, fatigue=True),),
     vibration=VibrationOutline((PlaceOutline(FRAME), PlaceOutline(ANY))),
 )
 
@@ -343,6 +367,7 @@ class Keys(NamedTuple):
     tables: tuple[Columns, ...] = ()
     family: str = ""  # family of the laws that the key `law` chooses from
     flags: tuple[tuple, ...] = ()  # name and description of keys that are true or left out; a default, if always stored
+    materials: tuple[Choice, ...] = ()  # keys that take the name of a material, without options
     scalar_factors: tuple[int, ...] = ()  # of a list: factors that turn a single quantity into the items
     given_size_key: str = ""  # of friction laws: 'torque' or 'force' instead of a coefficient, see `with_given_size`
     role: str = ""  # one of contracts.roles: the role of its numbers; required where it has any

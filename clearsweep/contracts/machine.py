@@ -14,14 +14,25 @@ GROUND = "ground"  # the fixed body
 STARTED_FRACTION = 0.95  # of the no-load speed, at which a motor counts as started
 
 
+class Bending(NamedTuple):
+    """Bending of a link across the line between two of its points, in modes of a bar with pinned ends."""
+
+    modes: int
+    rigidity: float  # N m^2, E I
+    young: float  # Pa
+    edge: float  # m, of the section from its centre, across the line in the plane
+    area: float  # m^2; nan: unknown
+
+
 class Elastic(NamedTuple):
-    """Compliance of a link along the line between two of its points: a uniform bar of the link's mass, in segments."""
+    """Compliance of a link between two of its points: a uniform bar of the link's mass, in segments along its line."""
 
     near: str  # name of the point nearer the drive
     far: str
     stiffness: float  # N/m, E A / l of the whole link
-    segments: int
-    damping: float = 0.0  # 1, ratio of the first free-free axial mode; proportional to stiffness
+    segments: int  # 0: the link keeps its length, except for the shortening by its bending
+    damping: float = 0.0  # 1, ratio of the first axial mode with free ends, and of the first bending mode with pinned
+    bending: Bending | None = None
 
 
 class Initial(NamedTuple):

@@ -58,7 +58,7 @@ def _typed(build: Callable[..., Any], section: Tree, *arguments: Any) -> Any:
 
 def case_of(tree: Tree, outline: Outline) -> Case:
     """Return the typed form of a case given as nested sections in SI with defaults and only keys in use."""
-    joints = tuple([_typed(_joint, section, name, outline.laws) for name, section in tree["joints"].items()])
+    joints = tuple([_typed(_joint, section, name, outline.laws) for name, section in tree.get("joints", {}).items()])
     return Case(
         mechanism=_typed(_mechanism, tree["mechanism"]),
         joints=joints,

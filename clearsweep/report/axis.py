@@ -361,10 +361,13 @@ def leading_figure(
 ) -> LeadingFigure:
     """Return the leading figure of a page.
 
-    It is the figure in the first limit on a figure of a joint that any case has (`has_figure`), or else a default.
+    It is the figure in the first limit on a figure of a joint that any case has (`has_figure`), or else a default; the
+    error of the output where no joint has clearance.
 
     grid : as stored in run.json.
     """
+    if not layout.joints:
+        return LeadingFigure("error_max", f"{layout.output} error")
     limits = tuple(limits)
     question = ranking_of(layout, limits, grid).question
     if question not in ("seek", "limits"):

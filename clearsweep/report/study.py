@@ -179,8 +179,10 @@ class Study(NamedTuple):
         return value_at(self.base, path)
 
     def most_loaded_joint(self) -> Joint:
-        """Return the joint with the worst leading figure of all finished cases."""
-        lead = self.lead
+        """Return the joint with the worst leading figure of all finished cases; the output in place of joints."""
+        lead, output = self.lead, self.run.layout.output
+        if not self.joints:
+            return Joint(output, output, JointLayout(output))
 
         def severity(joint: Joint) -> float:
             column = joint.column(lead.figure)
@@ -189,6 +191,16 @@ class Study(NamedTuple):
             return -float(self.cases[column].min()) if lead.smallest else self.cases.largest(column)
 
         return max(self.joints, key=severity)
+
+    def leading_values(self, channels: Mapping) -> np.ndarray:
+        """Return the quantity whose largest value decides what is shown of a case: a force, or without joints another.
+
+        channels : time histories by name
+        """
+        name = f"joints/{self.most_loaded_joint().name}/force_normal"
+        if name not in channels:
+            name = next((other for other in channels if other.endswith("/deflection")), "crank_angle")
+        return np.abs(np.asarray(channels[name], float))
 
     def worst(self, joint: Joint) -> str:
         """Return the case with the worst leading figure of a joint, or the first one if none has this figure."""

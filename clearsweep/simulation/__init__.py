@@ -30,7 +30,8 @@ from .advice.remarks import warnings
 from .analyses.life import Log
 from .analyses.reruns import PinReactions, peak_revolution, pin_reactions, reactions_unknown
 from .analyses.trajectory import compile_for, compile_loop, simulate
-from .machine.ideal import ElasticLink, elastic_links, ideal_motion, ideal_peaks, mechanism_of
+from .machine.elastic import BendingLink, ElasticLink, bending_links, elastic_links
+from .machine.ideal import ideal_motion, ideal_peaks, mechanism_of
 from .machine.shaking import ideal_frame_force
 from .machine.sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
 from .setup.scene import build, catalogue, derived, load_case, signature
@@ -38,6 +39,7 @@ from .setup.scene import build, catalogue, derived, load_case, signature
 __all__ = [
     "MAX_BINS",
     "SUITABLE",
+    "BendingLink",
     "ElasticLink",
     "IdealMotion",
     "PinReactions",
@@ -48,6 +50,7 @@ __all__ = [
     "SketchedLoad",
     "advice_text",
     "alternatives",
+    "bending_links",
     "build",
     "catalogue",
     "compile_for",

@@ -3,7 +3,7 @@
 import contextlib
 import math
 import os
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
@@ -140,9 +140,15 @@ class Dataset(NamedTuple):
         return math.prod(self.shape)
 
 
+def _names_dtype(names: Sequence[str]) -> np.dtype:
+    """Return the type of the numbers of some names; HDF5 needs at least one."""
+    dtype: np.dtype = h5py.enum_dtype({name: code for code, name in enumerate(names or ["none"])}, basetype="i1")
+    return dtype
+
+
 def event_datasets(layout: Layout) -> list[Dataset]:
     """Return the datasets of contact events."""
-    joints = h5py.enum_dtype({name: code for code, name in enumerate(layout.contacts)}, basetype="i1")
+    joints = _names_dtype(layout.contacts)
     kinds = h5py.enum_dtype({kind: code for code, kind in enumerate(results.EVENT_KINDS)}, basetype="i1")
     return [
         Dataset("events/t", np.dtype("f8"), "s", "time of the event", EVENT),
@@ -237,7 +243,7 @@ def offset_datasets(schema: Stored) -> dict[str, Dataset]:
 
 def peak_datasets(layout: Layout) -> tuple[Dataset, ...]:
     """Return the datasets of the peak revolutions of the worst cases, the worst case first."""
-    joints = h5py.enum_dtype({joint.name: code for code, joint in enumerate(layout.joints)}, basetype="i1")
+    joints = _names_dtype([joint.name for joint in layout.joints])
     return (
         CASE_ID._replace(path=f"{GROUP}/case_id", description="identity of the case, the worst first", item=_PEAK),
         Dataset(JOINT, joints, "1", "joint whose largest normal force it is", _PEAK),

@@ -399,7 +399,7 @@ def worst_cases(result_schema: ResultSchema, groups: ReadGroups) -> list[Worst]:
 
     If no case has one, the largest normal force counts.
     """
-    for figure in RANKING_FIGURES:
+    for figure in RANKING_FIGURES if result_schema.layout.joints else ():
         names = [f"{joint.name}_{figure}" for joint in result_schema.layout.joints]
         if {column.name for column in result_schema.layout.columns}.issuperset(names):
             largest = _cases_with_largest(result_schema, groups, names)

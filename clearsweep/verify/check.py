@@ -68,7 +68,7 @@ def levels_of(tree: Tree) -> dict[str, list[Level]]:
     in_contact = {path: value for path, value in values.items() if path.startswith("joints.") and ".contact." in path}
     stiffness = {path: value for path, value in in_contact.items() if path.endswith((".stiffness", ".young"))}
     damping = {path: value for path, value in in_contact.items() if path.endswith((".damping", ".damping_factor"))}
-    clearances = {f"joints.{name}.clearance": joint["clearance"] for name, joint in tree["joints"].items()}
+    clearances = {f"joints.{name}.clearance": joint["clearance"] for name, joint in tree.get("joints", {}).items()}
     speeds = {
         path: values[path] for path in ("drive.speed", "drive.initial_speed", "mechanism.speed") if path in values
     }
@@ -179,7 +179,7 @@ def costs_of_parts(written: Mapping[str, Any]) -> list[dict[str, Any]]:
     """
     base = bare = base_tree(written)
     scenes = {"": scene_of(base)}
-    for name, joint in base["joints"].items():
+    for name, joint in base.get("joints", {}).items():
         removable = [f"joints.{name}.{section}" for section in OPTIONAL_SECTIONS if section in joint]
         for path in [*([f"joints.{name}"] if len(base["joints"]) > 1 else []), *removable]:
             try:

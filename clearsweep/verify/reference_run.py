@@ -111,7 +111,7 @@ def with_published_onset(tree: Tree) -> Tree:
     """Return a case whose onset rates count to the end of their contacts, as the rivals' right-hand side has it."""
     onsets = {
         f"joints.{name}.contact.onset": "first"
-        for name, joint in tree["joints"].items()
+        for name, joint in tree.get("joints", {}).items()
         if joint.get("contact", {}).get("onset")
     }
     return with_values(tree, onsets)
@@ -290,9 +290,16 @@ class _FailedRunError(Exception):
 
 
 def distances(tree: Tree, path: Any, truth: Trajectory, mask: np.ndarray | None = None) -> np.ndarray:
-    """Return the largest distance (clearances) of any open joint's journal from the reference at the samples, (n,)."""
+    """Return the largest distance (clearances) of any open joint's journal from the reference at the samples, (n,).
+
+    Without an open joint it is that of the deflections of links, relative to their largest.
+    """
     largest: np.ndarray = np.zeros(len(path["t"]))
-    for name, joint in tree["joints"].items():
+    for channel in truth.channels if "joints" not in tree else ():
+        if channel.endswith("/deflection"):
+            error = path[channel] - (truth[channel] if mask is None else truth[channel][mask])
+            largest = np.maximum(largest, np.abs(error) / (np.max(np.abs(truth[channel])) or 1.0))
+    for name, joint in tree.get("joints", {}).items():
         channels = [f"joints/{column_name(name)}/{axis}" for axis in "xyz"]
         parts = [
             path[channel] - (truth[channel] if mask is None else truth[channel][mask])

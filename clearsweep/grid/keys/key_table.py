@@ -18,7 +18,7 @@ from ...contracts.catalogue import (
     with_given_size,
 )
 from ...contracts.layout import converging_columns
-from ..library import PAIRS
+from ..library import MATERIALS, PAIRS
 from .joint_keys import (
     GUIDE_PRELOAD_TEXT,
     UNCHECKED_KEY,
@@ -250,6 +250,9 @@ def _add_section_keys(keys: KeyTable, section: Keys, catalogue: Catalogue) -> No
         names = tuple(law.name for law in laws)
         keys[f"{section.path}.law"] = Word(names, f"the {section.family} law", sweep=True, noun="law", role=MODEL)
         add_laws(keys, section.path, "law", laws, role=section.role)
+    for material in section.materials:
+        keys[f"{section.path}.{material.name}"] = Name(tuple(MATERIALS), material.text)
+        keys[f"{section.path}.{UNCHECKED}"] = UNCHECKED_KEY
     add_numbers(keys, section.path, section.fields, section.role)
     for columns in section.tables:
         keys[f"{section.path}.{columns.name}"] = Table(columns)

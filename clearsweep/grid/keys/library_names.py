@@ -72,14 +72,25 @@ class _NameReplacer:
                 self.numbers.append(LibraryNumber(f"{path}.expansion.{body}", entry.name, value))
         return _at_position_of(thermal, thermal.value | {"expansion": _at_position_of(written, content)})
 
+    def replace_in_body(self, path: str, body: WrittenValue) -> WrittenValue:
+        """Return a body with the name of the material of its elastic link replaced by numbers."""
+        return _with_changed_entry(body, f"{path}.elastic", "elastic", self._elastic)
+
+    def _elastic(self, path: str, elastic: WrittenValue) -> WrittenValue:
+        return self._with_material(path, elastic, ("young", "density"))
+
     def _housing(self, path: str, housing: WrittenValue) -> WrittenValue:
-        housing, unchecked = self._pop_unchecked(path, housing, (HOUSING_MATERIAL,))
-        if not isinstance(housing.value, dict) or HOUSING_MATERIAL not in housing.value:
-            return housing
-        name = housing.value[HOUSING_MATERIAL]
-        content = {key: value for key, value in housing.value.items() if key != HOUSING_MATERIAL}
+        return self._with_material(path, housing, ("expansion",))
+
+    def _with_material(self, path: str, section: WrittenValue, keys: tuple[str, ...]) -> WrittenValue:
+        """Return a section with the name of its material replaced by the numbers of these keys."""
+        section, unchecked = self._pop_unchecked(path, section, (HOUSING_MATERIAL,))
+        if not isinstance(section.value, dict) or HOUSING_MATERIAL not in section.value:
+            return section
+        name = section.value[HOUSING_MATERIAL]
+        content = {key: value for key, value in section.value.items() if key != HOUSING_MATERIAL}
         entry = self._entry(library.MATERIALS, f"{path}.{HOUSING_MATERIAL}", name)
-        return _at_position_of(housing, self._filled(path, content, entry, ("expansion",), name, unchecked))
+        return _at_position_of(section, self._filled(path, content, entry, keys, name, unchecked))
 
     def _contact(self, path: str, contact: WrittenValue) -> WrittenValue:
         def material(nested: str, written: WrittenValue) -> WrittenValue:
@@ -216,6 +227,13 @@ def replace_library_names(
             section = _with_changed_entry(section, f"{path}.{name}", name, replacer.replace_in_joint)
         return section
 
+    def bodies(path: str, section: WrittenValue) -> WrittenValue:
+        for name in section.value if isinstance(section.value, dict) else ():
+            change = bodies if name == "bodies" else replacer.replace_in_body
+            section = _with_changed_entry(section, f"{path}.{name}", name, change)
+        return section
+
+    root = _with_changed_entry(root, "mechanism", "mechanism", bodies)
     return _with_changed_entry(root, "joints", "joints", joints), replacer.numbers, replacer.unchecked_sections
 
 

@@ -10,6 +10,7 @@ from ...contracts.catalogue import (
     FULL_OUTLINE,
     IN_SPACE,
     SIZES,
+    BendingOutline,
     BodyOutline,
     Catalogue,
     JointOutline,
@@ -92,6 +93,7 @@ def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Out
         elastic=frozenset(
             name for name, content in _named_entries(bodies or mechanism) if "elastic" in _section(content)
         ),
+        bending=tuple(_bending_outlines("mechanism.bodies" if bodies else "mechanism", bodies or mechanism, path_set)),
         vibration=_vibration_outline(tree["vibration"], path_set) if "vibration" in tree else None,
     )
 
@@ -202,6 +204,20 @@ def _joint_outline(name: str, section: Mapping[str, Any]) -> JointOutline:
     written_type = section.get("type")
     kind = written_type if written_type in ("prismatic", "slot", "gear", "coupling") else "revolute"
     return JointOutline(name, kind, *body_pair, journal if isinstance(journal, str) else "")
+
+
+_BENDING_KEYS = {"section", "area", "second_moment", "edge", "bending", "young", "material", "density", "stress_life"}
+_STRETCHING_KEYS = {"segments", "axial_stiffness"}
+
+
+def _bending_outlines(section: str, bodies: Mapping[str, Any], varied_paths: set[str]) -> Iterator[BendingOutline]:
+    """Yield the elastic links that bend."""
+    for name, content in _named_entries(bodies):
+        path = f"{section}.{name}.elastic."
+        varied = {varied_path.removeprefix(path).split(".")[0] for varied_path in varied_paths}
+        keys = varied | set(_section(_section(content).get("elastic")))
+        if "elastic" in _section(content) and keys & _BENDING_KEYS:
+            yield BendingOutline(name, bool(keys & _STRETCHING_KEYS), "stress_life" in keys)
 
 
 def _joints_with_flanges(joints: Mapping[str, Any]) -> Iterable[str]:

@@ -44,9 +44,11 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
     _check_friction(reader, catalogue)
     joints = [path for path, key in reader.keys_in_use.items() if isinstance(key, Section) and _is_joint(path)]
     joints_section = reader.keys_in_use.get("joints")
-    if not joints and isinstance(joints_section, Section) and joints_section.need == "implied":
+    is_implied = isinstance(joints_section, Section) and joints_section.need == "implied"
+    if not joints and is_implied and not reader.outline.is_deforming:
         text = (
-            f"no joint has clearance; name at least one of {', '.join(site.name for site in reader.mechanism.joints)}"
+            f"no joint has clearance; name at least one of {', '.join(site.name for site in reader.mechanism.joints)}, "
+            "or let a link bend"
         )
         reader.problems.add(reader.position_of("joints"), "joints", text)
     for path in joints:

@@ -217,7 +217,10 @@ def _check_friction_load(reader: Reader, path: str, joint: str, given_quantity: 
 
 
 def _check_elastic_link(reader: Reader, body: str) -> None:
-    """Check that an elastic link has a mass, a pin at each of two different points, and nothing else attached."""
+    """Check that an elastic link has a mass and pins at two different points.
+
+    A link that does not bend has nothing else attached; one that does has no guide, and is not driven.
+    """
     section = f"mechanism.{'bodies.' if reader.outline.bodies else ''}{body}"
     path = f"{section}.elastic"
     if path not in reader.keys_in_use:
@@ -229,10 +232,11 @@ def _check_elastic_link(reader: Reader, body: str) -> None:
     if pins[0] == pins[1] and reader.outline.bodies:
         message = f"lies between {pins[0]} and itself; name the points of its two pins"
         reader.problems.add(reader.position_of(path), f"{path}.between", message)
+    if reader.outline.bending_of(body):
+        _check_bending_link(reader, body, path, pins)
+        return
     for joint in reader.outline.joints:
-        attached_point = next(
-            (point for point in (joint.proximal, joint.distal) if point.partition(".")[0] == body), None
-        )
+        attached_point = _point_on(joint, body)
         if attached_point is not None and (joint.type != "revolute" or attached_point not in pins):
             attachment = {"prismatic": "a guide", "slot": "a slot"}.get(joint.type, f"at {attached_point}")
             message = (
@@ -248,6 +252,50 @@ def _check_elastic_link(reader: Reader, body: str) -> None:
                 f"acts on {body}, an elastic link, away from its pins, which is not available; use the point of a pin"
             )
             reader.problems.add(reader.position_of(f"loads.{load.name}"), f"loads.{load.name}", message)
+
+
+def _point_on(joint: JointOutline, body: str) -> str | None:
+    """Return the point of a body, 'body.point', that a joint connects, or None."""
+    return next((point for point in (joint.proximal, joint.distal) if point.partition(".")[0] == body), None)
+
+
+def _check_bending_link(reader: Reader, body: str, path: str, pins: list[str]) -> None:
+    """Check that the section and the material of a link that bends are known, and what is attached to it."""
+    sides, numbers = f"{path}.section", [f"{path}.{name}" for name in ("area", "second_moment", "edge")]
+    given = [number for number in numbers if reader.is_given(number)]
+    if reader.is_given(sides) and given:
+        name = given[0].rpartition(".")[2]
+        message = f"conflicts with `{name}`, which it determines; write the section, or area, second_moment and edge"
+        reader.problems.add(reader.position_of(sides), sides, message)
+    elif not reader.is_given(sides) and len(given) < len(numbers):
+        missing = next(number for number in numbers if number not in given) if given else sides
+        message = "is missing; write section: [8 mm, 8 mm] (across, in the plane), or area, second_moment and edge"
+        reader.problems.add(reader.position_of(path), missing, message)
+    if not reader.is_given(f"{path}.young"):
+        message = "is missing; write young: 210 GPa, or material: S355 (`clearsweep list materials` has their names)"
+        reader.problems.add(reader.position_of(path), f"{path}.young", message)
+    driven = reader.values.get("mechanism.driven")
+    joint = next((joint for joint in reader.outline.joints if joint.name == driven), None)
+    if body == (joint.bodies[1] if joint else "crank"):
+        message = (
+            f"{body} is driven: its shaft clamps it, so it does not bend in the modes of a bar between two pins; let a "
+            "link between two pins bend, and give the driven body at most axial_stiffness"
+        )
+        reader.problems.add(reader.position_of(path), path, message)
+    pinned = set()
+    for joint in reader.outline.joints:
+        attached_point = _point_on(joint, body)
+        if attached_point is not None and joint.type != "revolute":
+            message = (
+                f"{joint.name}, a {'slot' if joint.type == 'slot' else 'guide'}, is on this body; only a link between "
+                "pins bends: leave `elastic` out"
+            )
+            reader.problems.add(reader.position_of(path), path, message)
+        pinned.add(attached_point)
+    for k, pin in enumerate(pins if reader.outline.bodies else ()):
+        if pin not in pinned and pins[0] != pins[1]:
+            message = f"no joint is at {pin}; name the two points at which pins carry the link"
+            reader.problems.add(reader.position_of(path), f"{path}.between.{k}", message)
 
 
 def _check_sticking(reader: Reader, path: str, sticking: set[str]) -> None:

@@ -147,6 +147,8 @@ def put_friction_rates(scene, y, motion, kappa, out):
 def time_scale(scene, y, mode):
     """Return kappa = dt/dtau (s) at the state `y`.  Contacts that do not touch contribute nothing to 1/kappa."""
     first_root, contacts = 2 * len(scene.coordinates) + 1, total_counts(scene.joints).contact
+    if contacts == 0:
+        return as_type_of(1.0, y[0])
     if contacts == 1:
         return where(touches(mode[0]), y[first_root] * (1.0 / scene.sigma), 1.0)
     return _kappa_of_several(scene, y, mode)

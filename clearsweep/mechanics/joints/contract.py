@@ -302,8 +302,11 @@ def total_counts(joints):
     return _sum_counts(map(counts_of_joint, joints))
 
 
+_NO_COUNTS = Offsets(0, 0, 0, 0)
+
+
 def _sum_counts(all_counts):
-    return Offsets(*map(sum, zip(*all_counts, strict=True)))
+    return Offsets(*map(sum, zip(_NO_COUNTS, *all_counts, strict=True)))
 
 
 @kernel

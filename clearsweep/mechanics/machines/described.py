@@ -24,7 +24,7 @@ from ...contracts.catalogue import (
     Outline,
     Output,
 )
-from ...contracts.machine import BodyPoint, Elastic, Guide, Machine, Pin, Slot
+from ...contracts.machine import Bending, BodyPoint, Elastic, Guide, Machine, Pin, Slot
 from ...language.errors import InputError
 from ..laws.contract import compile_law
 from ..laws.sampled import attempted
@@ -254,6 +254,9 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
     except InputError as error:
         path, _, sentence = str(error).partition(": ")
         return path.removeprefix("mechanism."), sentence
+    if problem := planar.problem_of_links(machine):
+        path, sentence = problem
+        return f"bodies.{path}" if case.outline.bodies else path, sentence
     try:
         planar.ideal_of(planar.without_forces(machine))
     except planar.ClosureError as error:
@@ -276,53 +279,75 @@ def unclosed(error: planar.ClosureError, case: Case) -> tuple[str, str]:
     return path, f"{error}, at crank angle {math.degrees(error.angle):.6g} deg; {error.remedy}{start_angles}"
 
 
-def elastic_keys(path: str, points: tuple[str, ...] = ()) -> tuple[Keys, ...]:
+def elastic_keys(path: str, outline: Outline, points: tuple[str, ...] = ()) -> tuple[Keys, ...]:
     """Return the sections of an elastic link; `points`: its points, if its two ends are not fixed."""
-    elastic_section = Keys(
-        f"{path}.elastic",
-        "elasticity along the line of the pins. Without this section, the body is rigid",
-        _ELASTIC,
-        "optional",
-        role=CHOICE,
-    )
-    if not points:
-        return (elastic_section,)
-    endpoint_choices = tuple(
-        Choice(str(k), points, f"the {label} point") for k, label in enumerate(("first", "second"))
-    )
-    return elastic_section, Keys(
-        f"{path}.elastic.between", "the two points of the body that carry its pins", words=endpoint_choices
-    )
+    bending, elastic_path = outline.bending_of(path.rpartition(".")[2]), f"{path}.elastic"
+    if bending is None:
+        sections = [Keys(elastic_path, _ELASTIC_TEXT, _AXIAL, "optional", role=CHOICE)]
+    else:
+        stiffness, *others = _AXIAL[:-1]
+        axial = (stiffness._replace(optional=True, text=_STIFFNESS_TEXT), *others) if bending.stretches else ()
+        fields = (*_SECTION, *axial, _AXIAL[-1])
+        sections = [Keys(elastic_path, _ELASTIC_TEXT, fields, "optional", materials=(_MATERIAL,), role=CHOICE)]
+        sections.append(Keys(f"{elastic_path}.section", _SECTION_TEXT, _SIDES, "optional", role=CHOICE))
+    if bending and bending.fatigue:
+        sections.append(Keys(f"{elastic_path}.stress_life", _STRESS_LIFE_TEXT, _STRESS_LIFE, "optional", role=CHOICE))
+    if points:
+        endpoint_choices = tuple(
+            Choice(str(k), points, f"the {label} point") for k, label in enumerate(("first", "second"))
+        )
+        text = "the two points of the body that carry its pins"
+        sections.append(Keys(f"{elastic_path}.between", text, words=endpoint_choices))
+    return tuple(sections)
 
 
-def elastic_of(values: Mapping, path: str, endpoints: tuple[str, str] | None = None) -> Elastic | None:
-    """Return the compliance of a link between `endpoints`, by default those of the case, or None if it is rigid."""
-    elastic_path = f"{path}.elastic"
-    if f"{elastic_path}.axial_stiffness" not in values:
+def elastic_of(
+    values: Mapping, path: str, points: Mapping[str, tuple[float, float]], ends: tuple[str, str] | None = None
+) -> Elastic | None:
+    """Return the compliance of a link between `ends`, by default those of the case, or None if it is rigid."""
+    prefix = f"{path}.elastic."
+    given = {key.removeprefix(prefix): value for key, value in values.items() if key.startswith(prefix)}
+    if not given:
         return None
-    near_end, far_end = endpoints or (values[f"{elastic_path}.between.0"], values[f"{elastic_path}.between.1"])
-    return Elastic(near_end, far_end, *(values[f"{elastic_path}.{field.name}"] for field in _ELASTIC))
+    near_end, far_end = ends or (given["between.0"], given["between.1"])
+    if "bending" not in given:
+        return Elastic(near_end, far_end, *(given[field.name] for field in _AXIAL))
+    area, second_moment, edge = (given.get(name, math.nan) for name in ("area", "second_moment", "edge"))
+    if "section.0" in given:
+        width, height = given["section.0"], given["section.1"]
+        area, second_moment, edge = width * height, width * height**3 / 12.0, 0.5 * height
+    young = given.get("young", math.nan)
+    length = math.dist(points[near_end], points[far_end])
+    segments = int(given.get("segments", 0))
+    stiffness = given.get("axial_stiffness", young * area / length if segments and length else math.inf)
+    bending = Bending(int(given["bending"]), young * second_moment, young, edge, area)
+    return Elastic(near_end, far_end, stiffness, segments, given["damping"], bending)
+
+
+_NO_OUTLINE = Outline()
 
 
 def channels_of(
     bodies: tuple[str, ...],
     output: Output,
     names: tuple[str, str, str],
-    elastic: frozenset[str] = frozenset(),
+    outline: Outline = _NO_OUTLINE,
 ) -> tuple[Channel, ...]:
     """Return the time histories in the order of `describe`.
 
     bodies : bodies, including the ground; names : names of the output's position, rate and acceleration
-    elastic : elastic links
     """
     units = (output.unit, f"{output.unit}/s", f"{output.unit}/s^2")
     texts = (f"position of the {output.name} along its output direction", "its rate", "its acceleration")
     if output.unit == "rad":
         texts = (f"angle of the {output.name}, which is its output", *texts[1:])
     moving_bodies = [column_name(body) for body in bodies if body != GROUND]
-    extension_channels = {
-        column_name(body): (Channel(f"{column_name(body)}/extension", *EXTENSION),) for body in elastic
-    }
+    link_channels: dict[str, tuple[Channel, ...]] = {}
+    for body in bodies if outline.elastic else ():
+        bending, name = outline.bending_of(body), column_name(body)
+        deflection = (Channel(f"{name}/deflection", *DEFLECTION),) if bending else ()
+        stretches = bending.stretches if bending else body in outline.elastic
+        link_channels[name] = (*deflection, *((Channel(f"{name}/extension", *EXTENSION),) if stretches else ()))
     return (
         Channel("crank_angle", "rad", "crank angle, unwrapped"),
         Channel("crank/torque" if "crank" in moving_bodies else "drive/torque", "N*m", "drive torque on the crank"),
@@ -330,7 +355,7 @@ def channels_of(
             Channel(f"{output.name}/{name}", *unit_and_text)
             for name, *unit_and_text in zip(names, units, texts, strict=True)
         ),
-        *(channel for body in moving_bodies for channel in (*body_channels(body), *extension_channels.get(body, ()))),
+        *(channel for body in moving_bodies for channel in (*body_channels(body), *link_channels.get(body, ()))),
     )
 
 
@@ -341,7 +366,54 @@ def body_channels(body: str) -> tuple[Channel, ...]:
 
 EXTENSION = ("m", "elongation of the line between its pins")
 MAX_SEGMENTS = 24  # more take minutes to compile
-_ELASTIC = (
+DEFLECTION = "m", "deflection of its middle from the chord between its pins, to the left of the way to the second pin"
+MAX_MODES = 8
+_ELASTIC_TEXT = "elasticity along or across the line of the pins. Without this section, the body is rigid"
+_STIFFNESS_TEXT = (
+    "axial stiffness E A / l of the whole link, which is a uniform bar of the given mass; required unless section and "
+    "`segments` determine it"
+)
+_SECTION_TEXT = (
+    "sides of a rectangular section: across the plane, and in the plane; in place of area, second_moment and edge"
+)
+_STRESS_LIFE_TEXT = "stress-life line of the link: amplitude^exponent x cycles is constant"
+_MATERIAL = Choice(
+    "material", (), "name of the material, from `clearsweep list materials`; `young` overrides its value"
+)
+_SIDES = (
+    Field("0", "m", "width of the section, across the plane"),
+    Field("1", "m", "height of the section, in the plane"),
+)
+_SECTION = (
+    Field("area", "m^2", "area of the section", optional=True),
+    Field("second_moment", "m^4", "second moment of area about the axis normal to the plane", optional=True),
+    Field("edge", "m", "distance of the edge of the section from its centre, in the plane", optional=True),
+    Field("young", "Pa", "Young's modulus; required without `material`", optional=True),
+    Field(
+        "density",
+        "kg/m^3",
+        "density; it only checks the mass, which counts as evenly distributed over the length",
+        optional=True,
+    ),
+    Field(
+        "bending",
+        "1",
+        "number of bending modes",
+        1,
+        MAX_MODES,
+        False,
+        False,
+        default=2,
+        integer=True,
+        role=NUMERICS,
+    ),
+)
+_STRESS_LIFE = (
+    Field("strength", "Pa", "stress amplitude that breaks the link after `cycles`"),
+    Field("exponent", "1", "exponent of the stress amplitude"),
+    Field("cycles", "1", "number of cycles at that amplitude"),
+)
+_AXIAL = (
     Field(
         "axial_stiffness", "N/m", "axial stiffness E A / l of the whole link, which is a uniform bar of the given mass"
     ),
@@ -361,7 +433,7 @@ _ELASTIC = (
         "damping",
         "1",
         "damping ratio of the first axial mode of the link with free ends; the ratio of a mode grows with its "
-        "frequency",
+        "frequency; of a link that bends also that of its first mode with pinned ends",
         0.0,
         1.0,
         low_open=False,

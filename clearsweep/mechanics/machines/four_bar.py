@@ -37,37 +37,40 @@ _BRANCH = Choice(
     "side of the line from crank pin to rocker pivot on which the coupler's pin is; open: left, crossed: right",
     "open",
 )
-_KEYS = (
-    Keys(
-        "mechanism.ground",
-        "fixed link, with the crank's pivot at the origin and the rocker's pivot at (length, 0)",
-        (_LENGTH,),
-        role=CHOICE,
-    ),
-    *(
-        section
-        for body in _BODIES[1:]
-        for section in (
-            Keys(f"mechanism.{body}", f"the {body}", _LINK, role=CHOICE),
-            *described.elastic_keys(f"mechanism.{body}"),
-        )
-    ),
-    Keys(
-        "mechanism",
-        "",
-        (Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0, role=CONDITION),),
-        words=(_BRANCH,),
-        role=CHOICE,
-    ),
-)
+
+
+def _keys(outline: Outline) -> tuple[Keys, ...]:
+    return (
+        Keys(
+            "mechanism.ground",
+            "fixed link, with the crank's pivot at the origin and the rocker's pivot at (length, 0)",
+            (_LENGTH,),
+            role=CHOICE,
+        ),
+        *(
+            section
+            for body in _BODIES[1:]
+            for section in (
+                Keys(f"mechanism.{body}", f"the {body}", _LINK, role=CHOICE),
+                *described.elastic_keys(f"mechanism.{body}", outline),
+            )
+        ),
+        Keys(
+            "mechanism",
+            "",
+            (Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0, role=CONDITION),),
+            words=(_BRANCH,),
+            role=CHOICE,
+        ),
+    )
 
 
 def with_outline(outline: Outline) -> Mechanism:
     """Return the four-bar with the drive and the loads of a grid."""
     sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), tuple(site.name for site in _SITES))
-    channels = described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS, outline.elastic)
+    channels = described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS, outline)
     return MECHANISM._replace(
-        joints=outline.sites(_SITES), keys=(*_KEYS, *sections), free=outline.free, channels=channels
+        joints=outline.sites(_SITES), keys=(*_keys(outline), *sections), free=outline.free, channels=channels
     )
 
 
@@ -91,10 +94,8 @@ def machine(case: Case) -> Machine:
     bodies = {"ground": Body(0.0, 0.0, (0.0, 0.0), {"first": (0.0, 0.0), "second": (values["ground.length"], 0.0)})}
     for name in _BODIES[1:]:
         length, mass, inertia, center = (values[f"{name}.{key}"] for key in ("length", "mass", "inertia", "center"))
-        points, elastic = (
-            {"first": (0.0, 0.0), "second": (length, 0.0)},
-            described.elastic_of(values, name, ("first", "second")),
-        )
+        points = {"first": (0.0, 0.0), "second": (length, 0.0)}
+        elastic = described.elastic_of(values, name, points, ("first", "second"))
         bodies[name] = Body(mass, inertia, (center, 0.0), points, elastic)
     pins = (
         Pin("ground-crank", BodyPoint("ground", "first"), BodyPoint("crank", "first")),
@@ -117,7 +118,7 @@ MECHANISM = Mechanism(
     "The crank turns fully where ground, crank, coupler and rocker let it (Grashof).",
     bodies=_BODIES,
     joints=_SITES,
-    keys=_KEYS,
+    keys=_keys(Outline()),
     channels=described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS),
     turns=True,
     build=None,

@@ -178,20 +178,18 @@ _GUIDE = JointSite("slider-ground", "ground", "slider", "guide")
 _BODIES = ("ground", "crank", "rod", "slider")
 _OUTPUT = Output("slider", "m")
 _OUTPUT_CHANNELS = ("place", "v", "a")
-_KEYS = (
-    Keys("mechanism.crank", "the crank", _CRANK, role=CHOICE),
-    *described.elastic_keys("mechanism.crank"),
-    Keys("mechanism.rod", "the rod", _ROD, role=CHOICE),
-    *described.elastic_keys("mechanism.rod"),
-    Keys("mechanism.slider", "the slider", _SLIDER, role=CHOICE),
-    Keys(
-        "mechanism",
-        "",
-        (Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0, role=CONDITION),),
-        flags=(SPATIAL_FLAG,),
-        role=CHOICE,
-    ),
-)
+
+
+def _planar_keys(outline: Outline) -> tuple[Keys, ...]:
+    gravity = Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0, role=CONDITION)
+    return (
+        Keys("mechanism.crank", "the crank", _CRANK, role=CHOICE),
+        *described.elastic_keys("mechanism.crank", outline),
+        Keys("mechanism.rod", "the rod", _ROD, role=CHOICE),
+        *described.elastic_keys("mechanism.rod", outline),
+        Keys("mechanism.slider", "the slider", _SLIDER, role=CHOICE),
+        Keys("mechanism", "", (gravity,), flags=(SPATIAL_FLAG,), role=CHOICE),
+    )
 
 
 def with_outline(outline: Outline) -> Mechanism:
@@ -200,9 +198,12 @@ def with_outline(outline: Outline) -> Mechanism:
         return mechanism(outline, MECHANISM)
     joints = tuple(site.name for site in MECHANISM.joints)
     sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), joints)
-    channels = described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS, outline.elastic)
+    channels = described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS, outline)
     return MECHANISM._replace(
-        joints=outline.sites(MECHANISM.joints), keys=(*_KEYS, *sections), channels=channels, free=outline.free
+        joints=outline.sites(MECHANISM.joints),
+        keys=(*_planar_keys(outline), *sections),
+        channels=channels,
+        free=outline.free,
     )
 
 
@@ -233,7 +234,7 @@ def machine(case: Case) -> Machine:
 def _link(values, name: str, length: float) -> Body:
     center = (values[f"{name}.center"], 0.0)
     points = {"near": (0.0, 0.0), "far": (length, 0.0)}
-    elastic = described.elastic_of(values, name, ("near", "far"))
+    elastic = described.elastic_of(values, name, points, ("near", "far"))
     return Body(values[f"{name}.mass"], values[f"{name}.inertia"], center, points, elastic)
 
 
@@ -245,7 +246,7 @@ MECHANISM = Mechanism(
     "The rod is longer than the crank; the slider moves along the x axis, past the crank's pivot by its offset.",
     bodies=_BODIES,
     joints=(*_SITES, _GUIDE),
-    keys=_KEYS,
+    keys=_planar_keys(Outline()),
     channels=described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS),
     turns=True,
     build=None,

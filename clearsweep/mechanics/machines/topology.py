@@ -205,7 +205,7 @@ def with_outline(outline: Outline) -> Mechanism:
         bodies=bodies,
         joints=outline.sites(tuple(map(_site, outline.joints))),
         keys=(*_keys(outline), *sections),
-        channels=described.channels_of(bodies, output, ("place", "rate", "acceleration"), outline.elastic),
+        channels=described.channels_of(bodies, output, ("place", "rate", "acceleration"), outline),
         output=output,
         free=outline.free,
     )
@@ -238,7 +238,7 @@ def _keys(outline: Outline) -> Iterable[Keys]:
             yield Keys(f"{path}.initial", text, _INITIAL, "optional", role=CONDITION)
         yield Keys(f"{path}.points", "points of the body, by name", need="implied")
         if not is_fixed:
-            yield from described.elastic_keys(path, body.points)
+            yield from described.elastic_keys(path, outline, body.points)
         for point in body.points:
             yield Keys(
                 f"{path}.points.{point}", "position of the point in the frame of its body", _POSITION, role=CHOICE
@@ -263,7 +263,7 @@ def machine(case: Case) -> Machine:
         initial = (
             Initial(*(values[f"{prefix}.initial.{name}"] for name in Initial._fields)) if has_initial_state else None
         )
-        bodies[body.name] = Body(mass, inertia, center, points, described.elastic_of(values, prefix), initial)
+        bodies[body.name] = Body(mass, inertia, center, points, described.elastic_of(values, prefix, points), initial)
     load_points = LoadPoints(bodies, {})
     plain_joints = {joint.name: joint_of(values, joint) for joint in outline.joints if joint.type not in FLANKED}
     pins = [joint for joint in plain_joints.values() if isinstance(joint, Pin)]

@@ -120,7 +120,7 @@ def _frame_indices(study: Study, history: History) -> np.ndarray:
     if history.angle is None or study.is_start_up:
         times = np.linspace(history.time[0], history.time[-1], FRAMES)
         return np.searchsorted(history.time, times).clip(max=len(history.time) - 1)
-    force = history.values(f"joints/{study.most_loaded_joint().name}/force_normal")
+    force = study.leading_values(history.channels)
     first = np.floor((history.angle[force.argmax()] - history.angle[0]) / (2.0 * np.pi)) * 2.0 * np.pi
     angles = (
         history.angle[0]

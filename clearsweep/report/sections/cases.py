@@ -74,7 +74,7 @@ def _shown_body(body: dict, samples: slice) -> dict:
 
 def _shown_samples(study: Study, channels: Mapping) -> slice:
     """Return the slice of displayed samples: those around the largest force, or every n-th of a whole start-up."""
-    force = np.asarray(channels[f"joints/{study.most_loaded_joint().name}/force_normal"], float)
+    force = study.leading_values(channels)
     if len(force) <= MAX_SAMPLES:
         return slice(None)
     if study.is_start_up:

@@ -44,7 +44,8 @@ from ...mechanics.machines.described import MAX_SEGMENTS
 from ...tracing.compiled.family import Identity
 from ..figures.window import Window
 from ..machine import ideal as ideal_machine
-from ..machine.ideal import elastic_links, machine_of, mechanism_of, segments_to_resolve
+from ..machine.elastic import elastic_links, link_warnings, segments_to_resolve
+from ..machine.ideal import machine_of, mechanism_of
 from ..setup.scene import Scene
 
 # The approach speed at which the contacts of a scene first yield.
@@ -232,7 +233,7 @@ def warnings(case: Case) -> list[str]:
     """Return warnings about values of a case that may be unintended."""
     sentences = [
         *ideal_machine.size_warnings(case),
-        *ideal_machine.link_warnings(case),
+        *link_warnings(case),
         *_change_points(case),
         *ideal_machine.start_warnings(case),
     ]

@@ -18,7 +18,7 @@ from ..figures.catalogue import WORK_COUNTS, figures_of, layout_formulas
 from ..figures.window import DRY_FORCE_THRESHOLD, RARE_SHARE, Cost, Summed, Window, by_joint, summed_of, wear_depths_of
 from ..machine.ideal import ideal_peaks
 from ..running.run import ROUNDING, SUMS_NOT_FINITE, TIME_BUDGET, Run, onset_rates
-from ..setup.scene import Scene
+from ..setup.scene import Scene, length_unit
 from ..setup.start import control_of, marks_reached, peak_spreads, repetition_of, start_turns
 from .vibration import vibration_figures
 
@@ -42,9 +42,8 @@ _STATUS = {
     ROUNDING: (
         "rounding",
         "simulate.tolerance is below what positions of this size resolve: {size:.3g} m rounds to {rounding:.1e} m; "
-        "this turns the contact force of {joint}, with {clearance:.3g} um of clearance, by {turned:.1e} rad. After "
-        "{steps:,} steps the run is at {time:.6g} s{of_total}; a tolerance of {enough:.0e}, or a larger clearance, is "
-        "enough",
+        "{effect}. After {steps:,} steps the run is at {time:.6g} s{of_total}; a tolerance of {enough:.0e}{or_larger} "
+        "is enough",
     ),
     integration.NOT_FINITE: (
         "not-finite",
@@ -207,20 +206,23 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
 
 
 def _unresolved_positions(scene: Scene, run: Run) -> dict[str, str | float]:
-    """Return size (m), rounding (m), the tightest joint, and a tolerance that is enough, for the message.
+    """Return size (m), rounding (m), what it does in the tightest joint, and a tolerance that is enough.
 
     The number of steps grows about as tolerance^(-2/3).
     """
-    tightest = min(scene.case.joints, key=lambda joint: joint.clearance)
+    tightest = min(scene.case.joints, key=lambda joint: joint.clearance, default=None)
+    clearance = length_unit(scene.value.joints, scene.built)
     rounding = np.finfo(float).eps * scene.built.size
     excess = max(TYPICAL_STEPS * run.expected_steps() / run.work.control.step_budget, 1.0)
     enough = scene.case.simulate.tolerance * max(excess**1.5, 2.0)
     return {
         "size": scene.built.size,
         "rounding": rounding,
-        "joint": tightest.name,
-        "clearance": 1e6 * tightest.clearance,
-        "turned": rounding / tightest.clearance,
+        "effect": f"this turns the contact force of {tightest.name}, with {1e6 * clearance:.3g} um of clearance, by "
+        f"{rounding / clearance:.1e} rad"
+        if tightest
+        else "this moves the links",
+        "or_larger": ", or a larger clearance," if tightest else "",
         "enough": min(10.0 ** math.ceil(math.log10(enough)), LARGEST_TOLERANCE),
     }
 

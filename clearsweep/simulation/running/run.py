@@ -92,8 +92,8 @@ class Run:
             reference_rate=0.0,
             sigma=0.0,
             max_duration=0.0,
-            apart=np.array([modes.apart for _, modes in contacts]),
-            pressed=np.array([modes.pressed for _, modes in contacts]),
+            apart=np.array([modes.apart for _, modes in contacts], dtype=np.int64),
+            pressed=np.array([modes.pressed for _, modes in contacts], dtype=np.int64),
             journal_sides=inputs.side,
             reset_by=np.array(
                 [-1 if state.survives_separation else contact for contact, state, _ in internal], dtype=np.int64

@@ -164,6 +164,7 @@ FILM_RATE_FACTOR = 0.1  # of RATE_WEIGHT with a film: a small error of a rate is
 #: the crank.
 SHORT_RUN = 0.1 / (2.0 * math.pi)
 ROUNDING = 1e-15  # of the mechanism's size and speed: least tolerance
+LENGTH_UNIT = 1e-4  # of the mechanism's size: in place of a clearance where no joint has one
 
 
 class InitialState(NamedTuple):
@@ -191,7 +192,8 @@ def scene_inputs(
     case: Case, built: Built, value: rates.Scene, start: np.ndarray, machine: Machine | None, worn: Mapping[str, Worn]
 ) -> SceneInputs:
     """Return the inputs that all runs of a scene share, from its parts."""
-    contacts = ContactInputs(*zip(*_contact_inputs(case, value, worn), strict=True))
+    by_contact = _contact_inputs(case, value, worn)
+    contacts = ContactInputs(*([getattr(each, name) for each in by_contact] for name in ContactInputs._fields))
     internal, latched = _internal_states(value)
     knots = knots_of(machine)
     initial = InitialState(
@@ -206,8 +208,8 @@ def scene_inputs(
         initial_values=list(chain.from_iterable(initial)),
         loop_inputs=[*knots, *[began for _, _, began in internal], *contacts.side, *contacts.limit_depth],
         knots=len(knots),
-        has_friction=contacts.has_friction,
-        sliding_distance=contacts.sliding_distance,
+        has_friction=tuple(contacts.has_friction),
+        sliding_distance=tuple(contacts.sliding_distance),
     )
 
 
@@ -239,6 +241,11 @@ def _contact_inputs(case: Case, value: rates.Scene, worn: Mapping[str, Worn]) ->
     return contacts
 
 
+def length_unit(joints: tuple, built: Built) -> float:
+    """Return the length (m) by which motions are measured: the least clearance, or a share of the machine's size."""
+    return float(min([joint.clearance for joint in joints], default=LENGTH_UNIT * built.size))
+
+
 def initial_shapes(value: rates.Scene, start: np.ndarray) -> dict[str, tuple[int, ...]]:
     """Return the shapes of the arrays of an InitialState."""
     contacts, latched = len(every_contact(value.joints)), _internal_states(value)[1]
@@ -254,7 +261,7 @@ def _internal_states(value: rates.Scene) -> tuple[list, list]:
 def _weights(case: Case, built: Built, value: rates.Scene, contacts: int, internal: list[float]) -> list[float]:
     """Return one over the allowed error of one step in each component of the state; `internal`: scales of its laws."""
     tolerance, mechanism_size, lengths = case.simulate.tolerance, built.size, built.lengths.tolist()
-    clearance, has_film = min([joint.clearance for joint in value.joints]), any(joint.film for joint in case.joints)
+    clearance, has_film = length_unit(value.joints, built), any(joint.film for joint in case.joints)
     rate_weight = FILM_RATE_FACTOR * RATE_WEIGHT if has_film else RATE_WEIGHT
     length_error = max(POSITION_WEIGHT * tolerance * clearance, ROUNDING * mechanism_size)
     rate_error = max(rate_weight * tolerance * clearance, ROUNDING * mechanism_size) * value.reference_rate
@@ -424,7 +431,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
         press_flanks(built, joints, depth_roots)
     if machine is not None:
         check_slot_lengths(case, machine)
-    sigma = math.sqrt(min([term.clearance for term in terms]))
+    sigma = math.sqrt(length_unit(terms, built))
     shaking = shaking_of(case, mechanism, built) if case.vibration else ()
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma, shaking)
     start = np.array(
@@ -438,7 +445,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
 
 def state_units(scene: Scene) -> np.ndarray:
     """Return the change of each coordinate for one clearance, and of each rate for clearance times crank speed."""
-    unit = min(joint.clearance for joint in scene.value.joints) / scene.built.lengths
+    unit = length_unit(scene.value.joints, scene.built) / scene.built.lengths
     return np.concatenate([unit, unit * scene.value.reference_rate])
 
 

@@ -201,7 +201,7 @@ def arrays_of(scene: Scene, marks: int, zeros: Callable[..., np.ndarray]) -> Arr
     """
     contacts, n, value = len(every_contact(scene.value.joints)), scene.start.size, scene.value
     joints, patterns = scene.layout.joints, 2 << min(contacts, MAX_CONTACT_BITS)
-    bins = max(min(joint.wear_bins, MAX_BINS) * joint.wear_rows for joint in joints)
+    bins = max([min(joint.wear_bins, MAX_BINS) * joint.wear_rows for joint in joints], default=0)
     has_film, has_wear = any(joint.film for joint in joints), any(joint.wear_bins for joint in joints)
     initial_array_shapes: dict[str, tuple[int, ...]] = {
         **initial_shapes(value, scene.start),

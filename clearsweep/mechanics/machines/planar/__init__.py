@@ -1,5 +1,6 @@
 """Planar machines: rigid bodies with revolute and prismatic joints in any topology, each joint ideal or open."""
 
+from .bending import first_rate, line_of, problem_of_links
 from .build import build, channels, crank_speed, discontinuity_times, ideal, ideal_form, ideal_reactions, with_segments
 from .closure import ClosureError, MachineStates, MobilityError
 from .form import as_empty_tuples
@@ -16,11 +17,14 @@ __all__ = [
     "channels",
     "crank_speed",
     "discontinuity_times",
+    "first_rate",
     "ideal",
     "ideal_form",
     "ideal_of",
     "ideal_reactions",
+    "line_of",
     "machine_key",
+    "problem_of_links",
     "rival_assembly",
     "slot_travel",
     "with_segments",

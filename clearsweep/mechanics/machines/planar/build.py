@@ -29,6 +29,7 @@ from ..contract import Built, IdealMotion, Open, accelerate, pose_at
 from ..contract import Ideal as Closed
 from ..programs import kinds_of
 from . import equations  # noqa: F401 - registers the equations of motion
+from .bending import compile_bent_point, problem_of_links
 from .closure import ClosureError, MobilityError, extent
 from .form import (
     AngleAim,
@@ -49,10 +50,10 @@ from .form import (
     make_cycle,
 )
 from .free_bodies import initial_coordinate
-from .ideal import AlwaysEqual, IdealMachine, geometry_of, ideal_of, masses_of
+from .ideal import AlwaysEqual, IdealMachine, geometry_of, ideal_of, masses_of, rigid
 from .load_forms import SpringLoad, compile_loads, discontinuity_times_of
 from .pose import loop_jacobian, pose_of
-from .structure import ANGLE, TRAVEL, Coordinate, MachineType, machine_type
+from .structure import ANGLE, BEND, TRAVEL, Coordinate, MachineType, machine_type
 
 # ---------------------------------------------------------------------------------------------- elastic links
 
@@ -65,15 +66,15 @@ from .structure import ANGLE, TRAVEL, Coordinate, MachineType, machine_type
 
 
 def with_segments(machine: Machine) -> Machine:
-    """Return a machine with every elastic link replaced by a chain of masses."""
-    links = {name: body.elastic for name, body in machine.bodies.items() if body.elastic}
+    """Return a machine with every elastic link that does not bend replaced by a chain of masses."""
+    links = {name: body.elastic for name, body in machine.bodies.items() if body.elastic and not body.elastic.bending}
     if not links:
         return machine
     bodies: dict[str, Body] = {}
     stretches: list[Stretch] = []
     for name, body in machine.bodies.items():
-        bodies |= _chain(name, body, body.elastic) if body.elastic else {name: body}
-        stretches += _springs(name, body, body.elastic) if body.elastic else []
+        bodies |= _chain(name, body, links[name]) if name in links else {name: body}
+        stretches += _springs(name, body, links[name]) if name in links else []
 
     def moved_endpoint(endpoint: BodyPoint) -> BodyPoint:
         elastic = links.get(endpoint.body)
@@ -194,6 +195,7 @@ def choose_dependent(value: Planar, machine: MachineType, profiles: list) -> lis
     fixed_coordinates = {
         Coordinate(ANGLE, machine.spanning_tree.crank),
         *(Coordinate(TRAVEL, j) for j in machine.sprung),
+        *(coordinate for kind in machine.bent.values() for coordinate in kind.coordinates),
     }
     candidates = [
         i for i, coordinate in enumerate(machine.spanning_tree.coordinates) if coordinate not in fixed_coordinates
@@ -249,6 +251,8 @@ def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
     joints : compiled form of each joint with clearance, by name; offsets : (2,) m, of the distal point of each from the
     proximal one at the start, without relative velocity.  Raises ClosureError, MobilityError.
     """
+    if problem := problem_of_links(machine):
+        raise MobilityError(": ".join(problem))
     machine = with_segments(machine)
     ideal_machine, names = ideal_of(machine), frozenset(joints)
     if names not in ideal_machine.compiled_by_open_joints:
@@ -281,7 +285,7 @@ def ideal_reactions(machine: Machine, angles: np.ndarray) -> dict[str, np.ndarra
 
 def ideal_form(ideal_machine: IdealMachine) -> Planar:
     """Return the compiled form of a machine without clearance."""
-    return _compiled_form(ideal_machine.machine, frozenset())
+    return _compiled_form(rigid(ideal_machine.machine), frozenset())
 
 
 class _Compiled(NamedTuple):
@@ -386,7 +390,9 @@ def _initial_state(ideal_machine: IdealMachine, state: list[Coordinate], offsets
     coordinates, rates = [float(value[0]) for value, _ in values], [speed * float(slope[0]) for _, slope in values]
     for i, coordinate in enumerate(state):
         initial = (
-            None if coordinate.kind == TRAVEL else machine.bodies[_moving_names(machine)[coordinate.owner - 1]].initial
+            None
+            if coordinate.kind in (TRAVEL, BEND)
+            else machine.bodies[_moving_names(machine)[coordinate.owner - 1]].initial
         )
         if initial is not None:
             coordinates[i], rates[i] = initial_coordinate(initial, coordinate.kind)
@@ -453,7 +459,10 @@ def _moving_names(machine: Machine) -> list[str]:
 def _compile_point(machine: Machine, endpoint: BodyPoint) -> tuple:
     body = machine.bodies[endpoint.body]
     center = (0.0, 0.0) if endpoint.body == GROUND else body.center
-    x, y = np.subtract(body.points[endpoint.point], center)
+    place, elastic = body.points[endpoint.point], body.elastic
+    if elastic and elastic.bending:
+        return compile_bent_point(body, elastic, elastic.bending, place)
+    x, y = np.subtract(place, center)
     return compile_point(float(x), float(y))
 
 
@@ -466,7 +475,7 @@ def _compile_aim(machine: Machine, aim: Aim, numbers: Mapping) -> tuple:
 
 def _length_per_unit(machine: Machine, coordinate: Coordinate) -> float:
     """Return the displacement (m) of bodies for a unit of a coordinate."""
-    if coordinate.kind != ANGLE:
+    if coordinate.kind != ANGLE:  # a link deflects by a unit where the shape of a mode is largest
         return 1.0
     body = _moving_names(machine)[coordinate.owner - 1]
     arms = [

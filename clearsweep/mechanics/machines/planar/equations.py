@@ -28,12 +28,14 @@ from ..contract import (
     with_friction_laws,
 )
 from ..programs import generated
-from .dynamics import accelerate_with_friction, friction_powers_of, friction_slips_of, impact_masses_of, motion_of
+from .dynamics import impact_masses_of, motion_of
 from .form import Planar, evaluate_cycle
-from .kinematics import Bodies, PlaneVector, vector_of, vector_sum
+from .friction import accelerate_with_friction, friction_powers_of, friction_slips_of
+from .kinematics import Bodies, vector_of
 from .load_forms import FRICTION_LOADS
 from .pose import pose_of
 from .structure import ANGLE, TRAVEL, Coordinate, MachineType, machine_type
+from .vectors import PlaneVector, vector_sum
 
 # ---------------------------------------------------------------------------------------------- observables
 
@@ -52,7 +54,9 @@ def gaps_of(machine: MachineType) -> Program:
         if link.slides:
             joint_gaps.append(_guide_gap(bodies, j, position, velocity))
         else:
-            joint_gaps.append(Gap(*position, *velocity, bodies.spin(link.proximal), bodies.spin(link.distal)))
+            joint, spin_at = bodies.joints[j], bodies.spin_at
+            spins = spin_at(link.proximal, joint.near), spin_at(link.distal, joint.far)
+            joint_gaps.append(Gap(*position, *velocity, *spins))
     return bodies.program.returns(tuple(joint_gaps))
 
 
@@ -86,21 +90,31 @@ def _mesh_gap(bodies: Bodies, j: int) -> MeshGap:
 def energy_of(machine: MachineType) -> Program:
     """Return the program of `contract.energy`."""
     bodies = Bodies(machine)
-    twice_kinetic, vertical_momenta = [], []
+    twice_kinetic, vertical_momenta, bending_power = [], [], []
     for body in range(1, machine.bodies):
         mass, inertia = bodies.inertia_of(body)
         velocity, spin = bodies.velocity(bodies.path_to(body)), bodies.spin(body)
-        twice_kinetic += [mass * component * component for component in velocity]
+        if body in bodies.lines:
+            line = bodies.lines[body]
+            field = line.velocity(velocity, spin)
+            twice_kinetic.append(mass * field.dot(field))
+            for coordinate in line.kind.coordinates:
+                rate = bodies.rate[coordinate]
+                twice_kinetic.append(line.lumped_mass(coordinate) * (rate * rate))
+                bending_power.append(-(line.tension(coordinate) * rate))
+            velocity = line.mean(field)
+        else:
+            twice_kinetic += [mass * component * component for component in velocity]
         twice_kinetic.append(inertia * spin * spin)
         vertical_momenta.append(mass * velocity.y)
     kinetic, momentum = 0.5 * sum_of(twice_kinetic), sum_of(vertical_momenta)
     power = [-(bodies.mechanism.gravity * momentum)]
     for load in bodies.applied_loads():
         velocity = bodies.velocity(bodies.path_to(load.body, load.point))
-        power += [*load.force.products(velocity), load.torque * bodies.spin(load.body)]
+        power += [*load.force.products(velocity), load.torque * bodies.spin_at(load.body, load.point)]
     for j in machine.sprung:
         power.append(-(bodies.tension(j) * bodies.rate[Coordinate(TRAVEL, j)]))
-    return bodies.program.returns((kinetic, sum_of(power)))
+    return bodies.program.returns((kinetic, sum_of([*power, *bending_power])))
 
 
 @generated(machine_type)
@@ -110,8 +124,15 @@ def body_motions_of(machine: MachineType) -> Program:
     for body in range(1, machine.bodies):
         path, (mass, inertia) = bodies.path_to(body), bodies.inertia_of(body)
         spin, axis = bodies.spin(body), bodies.direction(body)
-        place = (*bodies.position(path), *bodies.velocity(path))
-        motions.append(BodyMotion(mass, inertia * spin, *place, *(spin * axis.left()), *(-(spin * axis))))
+        position, velocity, momentum = bodies.position(path), bodies.velocity(path), inertia * spin
+        if body in bodies.lines:
+            line = bodies.lines[body]
+            field, mean_position = line.velocity(velocity, spin), line.mean(line.position)
+            momenta = [momentum, mass * line.mean_moment(field)]
+            position, velocity = position + mean_position, line.mean(field)
+            momentum = sum_of([*momenta, -(mass * mean_position.cross(velocity))])
+        place = (*position, *velocity)
+        motions.append(BodyMotion(mass, momentum, *place, *(spin * axis.left()), *(-(spin * axis))))
     return bodies.program.returns(tuple(motions))
 
 
@@ -141,6 +162,8 @@ def histories_of(machine: MachineType) -> Program:
     for masses in machine.whole_bodies:
         values += _centre_of_mass(bodies, masses)
         values += [bodies.angle(machine.spanning_tree.group[masses[0]]), bodies.spin(masses[0])]
+        if masses[0] in bodies.lines:
+            values += bodies.lines[masses[0]].histories()
         if masses[1:]:
             values.append(sum_of(bodies.travel[j] for j in machine.sprung if machine.sites[j].link.distal in masses))
     return bodies.program.returns(tuple(values))
@@ -149,6 +172,10 @@ def histories_of(machine: MachineType) -> Program:
 def _centre_of_mass(bodies: Bodies, masses: tuple[int, ...]) -> list[Expr]:
     """Return position and velocity of the centre of mass of a body or of an elastic link's masses."""
     paths = [bodies.path_to(body) for body in masses]
+    if masses[0] in bodies.lines:
+        line, (path,) = bodies.lines[masses[0]], paths
+        field = line.velocity(bodies.velocity(path), bodies.spin(masses[0]))
+        return [*(bodies.position(path) + line.mean(line.position)), *line.mean(field)]
     centres = [(*bodies.position(path), *bodies.velocity(path)) for path in paths]
     if not masses[1:]:
         return list(centres[0])
@@ -161,9 +188,11 @@ def _centre_of_mass(bodies: Bodies, masses: tuple[int, ...]) -> list[Expr]:
 @generated(machine_type)
 def body_angles_of(machine: MachineType) -> Program:
     """Return the program of `contract.body_angles`, of a pose."""
-    bodies, group = Bodies(machine), machine.spanning_tree.group
-    links = [machine.sites[j].link for j in machine.open]
-    angles = [(bodies.angle(group[link.proximal]), bodies.angle(group[link.distal])) for link in links]
+    bodies = Bodies(machine)
+    sites = [(machine.sites[j].link, bodies.joints[j]) for j in machine.open]
+    angles = [
+        (bodies.angle_at(link.proximal, joint.near), bodies.angle_at(link.distal, joint.far)) for link, joint in sites
+    ]
     return bodies.program.returns(tuple(angles))
 
 
@@ -193,7 +222,7 @@ def _output_motion(bodies: Bodies) -> tuple[Expr, Expr]:
     if point is None:
         return bodies.angle(bodies.spanning_tree.group[body]), bodies.spin(body)
     aim = bodies.mechanism.aim
-    path, axis = bodies.path_to(body, vector_of(point, aim.point)), vector_of(direction, aim.direction)
+    path, axis = bodies.path_to(body, bodies.point_of(body, point, aim.point)), vector_of(direction, aim.direction)
     velocity = bodies.velocity(path)
     return bodies.position(path).dot(axis), velocity.dot(axis)
 

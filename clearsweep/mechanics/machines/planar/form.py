@@ -130,7 +130,7 @@ class AngleAim(NamedTuple):
 class Planar(NamedTuple):
     """The compiled form of a planar machine."""
 
-    bodies: tuple  # of Mass and Segment, without the ground
+    bodies: tuple  # of Mass, Segment and bending.Bent, without the ground
     joints: tuple  # of Hinge, Slide and Gear, in the order of the grid
     dependent: tuple  # indices of the dependent coordinates
     crank: tuple  # number of the driven body
@@ -177,6 +177,7 @@ class Pose(NamedTuple):
     travels: tuple  # (m, m/s) along each guide of the tree
     roots: tuple  # (x m, y m, vx m/s, vy m/s) of each floating body's centre of mass
     time: float  # s
+    bends: tuple = ()  # (m, m/s) of each deformation of a link that bends
 
 
 # ---------------------------------------------------------------------------------------------- the ideal machine

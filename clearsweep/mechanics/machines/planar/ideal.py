@@ -32,6 +32,7 @@ from ....tracing.compiled.direction import directions
 from ....tracing.compiled.family import Identity
 from ...laws.friction import friction_force, friction_in_pin, without_history
 from ..contract import IdealMotion
+from .bending import Bent, compile_bent
 from .closure import (
     STATIONS,
     Closure,
@@ -49,7 +50,7 @@ from .form import (
 from .free_bodies import determined, initial_coordinate
 from .free_crank import CrankPassage
 from .load_forms import applied_load, compile_table, evaluate_table
-from .structure import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
+from .structure import ANGLE, BEND, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
 
 # ---------------------------------------------------------------------------------------------- stations
 
@@ -145,7 +146,7 @@ class IdealMachine:
         self._near_change_points = is_singular[:-1] | is_singular[1:]  # (STATIONS,) intervals
         runs = np.split(np.flatnonzero(is_singular), 1 + np.flatnonzero(np.diff(np.flatnonzero(is_singular)) > 1))
         self.change_points = [float(np.mean(self.revolution.angles[run])) for run in runs if run.size]  # rad
-        masses = masses_of(self.machine)
+        masses = masses_of(rigid(self.machine))
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
         self.friction_loads = [load for load in self.machine.loads if isinstance(load, (Rubbing, Braking))]
         self.tables = {load.name: compile_table(load) for load in machine.loads if isinstance(load, TabledPush)}
@@ -199,8 +200,10 @@ class IdealMachine:
     def coordinate(self, coordinate: Coordinate, states: MachineStates) -> tuple[np.ndarray, np.ndarray]:
         """Return a coordinate of the whole machine and its derivative by the crank's angle, each (...).
 
-        A coordinate that the ideal machine does not determine keeps its initial value.
+        A coordinate that the ideal machine does not determine keeps its initial value; a link that bends is straight.
         """
+        if coordinate.kind == BEND:
+            return np.zeros(states.q.shape[:-1]), np.zeros(states.q.shape[:-1])
         if coordinate.kind != TRAVEL:
             name = [name for name in self.full_machine.bodies if name != GROUND][coordinate.owner - 1]
             if name not in self.closure.index:
@@ -485,6 +488,12 @@ class IdealMachine:
         return math.sqrt(4.0 * math.pi * abs(drive.stall_torque) / generalised_inertia) or 1.0
 
 
+def rigid(machine: Machine) -> Machine:
+    """Return a machine whose links do not deform."""
+    bodies = {name: body._replace(elastic=None) for name, body in machine.bodies.items()}
+    return machine._replace(bodies=bodies)
+
+
 def _without_history(machine: Machine) -> Machine:
     """Return a machine whose bristles are bent as after long sliding, since a crank angle has no earlier motion."""
     loads = (
@@ -494,16 +503,19 @@ def _without_history(machine: Machine) -> Machine:
     return machine._replace(loads=tuple(loads))
 
 
-def masses_of(machine: Machine) -> list[Mass | Segment]:
+def masses_of(machine: Machine) -> list[Mass | Segment | Bent]:
     """Return mass and moment of inertia of every moving body; a flywheel turns with the crank."""
     crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
     flywheel_inertia = machine.drive.inertia if isinstance(machine.drive, Motor) else 0.0
     elastic = {joint.distal.body for joint in machine.joints if isinstance(joint, Stretch)}
-    return [
-        (Segment if name in elastic else Mass)(body.mass, body.inertia + (flywheel_inertia if name == crank else 0.0))
-        for name, body in machine.bodies.items()
-        if name != GROUND
-    ]
+    masses: list[Mass | Segment | Bent] = []
+    for name, body in machine.bodies.items():
+        if body.elastic and body.elastic.bending:
+            masses.append(compile_bent(body, body.elastic, body.elastic.bending))
+        elif name != GROUND:
+            form = Segment if name in elastic else Mass
+            masses.append(form(body.mass, body.inertia + (flywheel_inertia if name == crank else 0.0)))
+    return masses
 
 
 @functools.lru_cache(maxsize=256)

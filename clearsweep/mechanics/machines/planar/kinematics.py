@@ -8,7 +8,8 @@ so its derivative by the angle of g is R_g p_g turned by 90 degrees, and its acc
 is -omega_g^2 R_g p_g + 2 omega_g x (velocity of the runs).
 """
 
-from collections.abc import Iterable, Iterator, Mapping
+import functools
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -17,67 +18,24 @@ from ....tracing.compiled.choosing import where
 from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import inlined
 from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program, sum_of
+from .bending import pairs_of
+from .bent_line import BentLine
 from .form import AlongX, Centre, OnAxis, evaluate_cycle
 from .load_forms import AngleTableLoad, OwnLoad, PushLoad, SpringLoad, TorsionLoad, applied_load, table_values
-from .structure import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate, LoadKind, MachineType
+from .structure import ANGLE, BEND, SHIFT_X, SHIFT_Y, TRAVEL, BentForm, Coordinate, LoadKind, MachineType, PointForm
+from .vectors import NO_VECTOR, PlaneVector, vector_sum
 
 # ---------------------------------------------------------------------------------------------- vectors
 
 
 @dataclass(frozen=True)
-class PlaneVector:
-    """A vector in the plane, of the numbers of a program."""
+class BentVector(PlaneVector):
+    """A point of a body that bends, in its frame, with its derivatives by the deformation."""
 
-    x: Expr
-    y: Expr
-
-    def __iter__(self) -> Iterator[Expr]:
-        return iter((self.x, self.y))
-
-    def __neg__(self) -> "PlaneVector":
-        return PlaneVector(-self.x, -self.y)
-
-    def __add__(self, other: "PlaneVector") -> "PlaneVector":
-        return vector_sum((self, other))
-
-    def __sub__(self, other: "PlaneVector") -> "PlaneVector":
-        return vector_sum((self, -other))
-
-    def __rmul__(self, factor: Expr) -> "PlaneVector":
-        return PlaneVector(factor * self.x, factor * self.y)
-
-    def dot(self, other: "PlaneVector") -> Expr:
-        """Return the scalar product."""
-        return sum_of(self.products(other))
-
-    def products(self, other: "PlaneVector") -> tuple[Expr, Expr]:
-        """Return the two terms of the scalar product."""
-        return self.x * other.x, self.y * other.y
-
-    def cross(self, other: "PlaneVector") -> Expr:
-        """Return the component of the vector product normal to the plane."""
-        return self.x * other.y - self.y * other.x
-
-    def left(self) -> "PlaneVector":
-        """Return the vector rotated by 90 degrees, counter-clockwise."""
-        return PlaneVector(-self.y, self.x)
-
-    def rotated(self, cosine: Expr, sine: Expr) -> "PlaneVector":
-        """Return the vector rotated by the angle of this cosine and sine."""
-        return PlaneVector(cosine * self.x - sine * self.y, sine * self.x + cosine * self.y)
-
-    def assigned(self) -> "PlaneVector":
-        """Return the vector with its components in variables."""
-        return PlaneVector(self.x.assigned(), self.y.assigned())
-
-
-NO_VECTOR = PlaneVector(ZERO, ZERO)
-
-
-def vector_sum(vectors: Iterable[PlaneVector]) -> PlaneVector:
-    """Return the sum of vectors, its components in variables."""
-    present_vectors = list(vectors)
-    return PlaneVector(sum_of(v.x for v in present_vectors), sum_of(v.y for v in present_vectors))
+    group: int
+    slopes: tuple[tuple[Coordinate, PlaneVector], ...]
+    curvatures: tuple[tuple[Coordinate, Coordinate, PlaneVector], ...]  # of each pair once
+    turns: tuple[tuple[Coordinate, Expr], ...]  # of the angle of its section
 
 
 def vector_of(form: type | None, value: Expr) -> PlaneVector:
@@ -98,11 +56,12 @@ CENTRE = NO_VECTOR  # centre of mass of a body, from which its points are given
 
 
 class Path(NamedTuple):
-    """The path to a point: the arms, guides and floating body on it, with signs (1 or -1) for directions."""
+    """The path to a point: arms, guides, floating body and points that bend, with signs (1 or -1) for directions."""
 
     arms: dict[int, PlaneVector]  # of each group
     travel_signs: dict[int, int]  # guide -> sign
     floating_signs: dict[int, int]  # floating body -> sign
+    bent_signs: dict[BentVector, int]  # point of a body that bends -> sign
 
 
 class JointVectors(NamedTuple):
@@ -129,18 +88,52 @@ class Kinematics:
         """Begin a program; parameters : their number, the mechanism being the first."""
         self.machine, self.program, self.spanning_tree = machine, Program(parameters), machine.spanning_tree
         self.mechanism = self.program.parameters[0]
-        self.joints = [self._joint_vectors(j) for j in range(len(machine.sites))]
         self.cosine: dict[int, Expr] = {}
         self.sine: dict[int, Expr] = {}
         self.turned: dict[int, Expr] = {}  # angle of each group
         self.rate: dict[Coordinate, Expr] = {}  # of every coordinate, the driven crank's angle among them
         self.travel: dict[int, Expr] = {}
         self.shift: dict[int, PlaneVector] = {}
+        self.bend: Row = {}  # values of the deformations of links that bend
+
+    @functools.cached_property
+    def joints(self) -> list[JointVectors]:
+        """Return the points and axes of all joints; of links that bend, as they are deformed."""
+        return [self._joint_vectors(j) for j in range(len(self.machine.sites))]
 
     def _joint_vectors(self, j: int) -> JointVectors:
         site, joint = self.machine.sites[j], self.mechanism.joints[j]
         axis = vector_of(site.axis, joint.axis) if site.axis else NO_VECTOR
-        return JointVectors(vector_of(site.near, joint.near), vector_of(site.far, joint.far), axis)
+        near, far = (
+            self.point_of(site.link.proximal, site.near, joint.near),
+            self.point_of(site.link.distal, site.far, joint.far),
+        )
+        return JointVectors(near, far, axis)
+
+    def point_of(self, body: int, form: PointForm, value: Expr) -> PlaneVector:
+        """Return a point of a body in its frame, from its compiled form."""
+        if not isinstance(form, BentForm):
+            return vector_of(form, value)
+        kind = self.machine.bent[body]
+        slopes = {c: [vector_of(form.slopes[i], value.slopes[i])] for i, c in enumerate(kind.coordinates)}
+        terms = [vector_of(form.at, value.at), *(self.bend[c] * slope for c, (slope,) in slopes.items())]
+        curvatures = []
+        for i, (k, j) in enumerate(pairs_of(kind.modes)):
+            vector = vector_of(form.curvatures[i], value.curvatures[i])
+            if vector == NO_VECTOR:
+                continue
+            first, second = kind.coordinates[k], kind.coordinates[j]
+            curvatures.append((first, second, vector))
+            slopes[first].append(self.bend[second] * vector)
+            if k != j:
+                slopes[second].append(self.bend[first] * vector)
+            product = self.bend[first] * self.bend[second]
+            terms.append((0.5 * product if k == j else product).assigned() * vector)
+        place = vector_sum(terms)
+        sums = ((c, vector_sum(parts)) for c, parts in slopes.items())
+        present = tuple((c, slope) for c, slope in sums if slope != NO_VECTOR)
+        turns = tuple((c, value.turns[i]) for i, c in enumerate(kind.coordinates[: kind.modes]))
+        return BentVector(*place, self.spanning_tree.group[body], present, tuple(curvatures), turns)
 
     def take_pose(self, pose: Expr) -> None:
         """Take angles, rates and positions from a Pose."""
@@ -155,6 +148,9 @@ class Kinematics:
             root = pose.roots[i]
             self.shift[body] = PlaneVector(root[0], root[1])
             self.rate[Coordinate(SHIFT_X, body)], self.rate[Coordinate(SHIFT_Y, body)] = root[2], root[3]
+        deformations = [coordinate for coordinate in self.spanning_tree.coordinates if coordinate.kind == BEND]
+        for i, coordinate in enumerate(deformations):
+            self.bend[coordinate], self.rate[coordinate] = pose.bends[i][0], pose.bends[i][1]
 
     def predicted_rates(self, crank_angle: Expr) -> tuple[Row, Row]:
         """Return the first two derivatives of the dependent coordinates of the ideal machine by the crank's angle.
@@ -177,6 +173,7 @@ class Kinematics:
         arms: dict[int, PlaneVector] = {}
         travel_signs: dict[int, int] = {}
         floating_signs: dict[int, int] = {}
+        bent_signs: dict[BentVector, int] = {}
         group = self.spanning_tree.group[body]
         if body != 0 and self.spanning_tree.parents[body] is None:
             floating_signs[body] = 1
@@ -186,17 +183,17 @@ class Kinematics:
             forward = link.proximal == parent
             outer_end, inner_end = (joint.far, joint.near) if forward else (joint.near, joint.far)
             path_to_parent = self.path_to(parent, inner_end)
-            arms, travel_signs, floating_signs = (
-                dict(path_to_parent.arms),
-                dict(path_to_parent.travel_signs),
-                dict(path_to_parent.floating_signs),
-            )
+            arms, travel_signs, floating_signs, bent_signs = map(dict, path_to_parent)
             arms[group] = arms.get(group, NO_VECTOR) - outer_end
+            if isinstance(outer_end, BentVector):
+                bent_signs[outer_end] = -1
             if link.slides:
                 travel_signs[j] = 1 if forward else -1
                 arms[group] += signed(travel_signs[j], self.travel[j] * joint.axis)
         arms[group] = arms.get(group, NO_VECTOR) + point
-        return Path(arms, travel_signs, floating_signs)
+        if isinstance(point, BentVector):
+            bent_signs = _difference(bent_signs, {point: -1})
+        return Path(arms, travel_signs, floating_signs, bent_signs)
 
     def between(self, start: Path, end: Path) -> Path:
         """Return the path from one point to another."""
@@ -208,6 +205,7 @@ class Kinematics:
             arms,
             _difference(end.travel_signs, start.travel_signs),
             _difference(end.floating_signs, start.floating_signs),
+            _difference(end.bent_signs, start.bent_signs),
         )
 
     def shares(self, j: int) -> list[tuple[int, Expr]]:
@@ -253,6 +251,10 @@ class Kinematics:
         """Return the rate of a body's angle."""
         return self.rate.get(Coordinate(ANGLE, self.spanning_tree.group[body]), ZERO)
 
+    def spin_at(self, body: int, point: PlaneVector) -> Expr:
+        """Return the rate of the angle of a body at one of its points, which turns with its section where it bends."""
+        return sum_of([self.spin(body), *section_turns(point, self.rate)])
+
     # ------------------------------------------------------------------------------------------ motion
 
     def to_fixed_frame(self, group: int, vector: PlaneVector) -> PlaneVector:
@@ -276,6 +278,10 @@ class Kinematics:
         for body, sign in path.floating_signs.items():
             columns[Coordinate(SHIFT_X, body)] = signed(sign, PlaneVector(ONE, ZERO))
             columns[Coordinate(SHIFT_Y, body)] = signed(sign, PlaneVector(ZERO, ONE))
+        for point, sign in path.bent_signs.items():
+            for coordinate, slope in point.slopes:
+                column = signed(sign, self.to_fixed_frame(point.group, slope))
+                columns[coordinate] = columns.get(coordinate, NO_VECTOR) + column
         return {coordinate: vector for coordinate, vector in columns.items() if vector != NO_VECTOR}
 
     def velocity(self, path: Path) -> PlaneVector:
@@ -294,6 +300,14 @@ class Kinematics:
             if g != 0:
                 coriolis = (2.0 * self.rate[Coordinate(ANGLE, g)] * self.rate[Coordinate(TRAVEL, j)]).assigned()
                 terms.append(signed(sign, coriolis * self.axis(j).left()))
+        for point, sign in path.bent_signs.items():
+            rates = [self.rate[coordinate] * slope for coordinate, slope in point.slopes]
+            twice_spin = (2.0 * self.rate[Coordinate(ANGLE, point.group)]).assigned()
+            parts = [twice_spin * vector_sum(rates).left()]
+            for first, second, curvature in point.curvatures:
+                product = self.rate[first] * self.rate[second]
+                parts.append((product if first == second else 2.0 * product).assigned() * curvature)
+            terms.append(signed(sign, self.to_fixed_frame(point.group, vector_sum(parts))))
         return vector_sum(terms)
 
     def acceleration(self, path: Path, accelerations: Mapping[Coordinate, Expr]) -> PlaneVector:
@@ -318,6 +332,20 @@ class Bodies(Kinematics):
         """Return the angle of a group."""
         return self.turned[group] if group else ZERO
 
+    def angle_at(self, body: int, point: PlaneVector) -> Expr:
+        """Return the angle of a body at one of its points, which turns with its section where it bends."""
+        return sum_of([self.angle(self.spanning_tree.group[body]), *section_turns(point, self.bend)])
+
+    @functools.cached_property
+    def lines(self) -> dict[int, BentLine]:
+        """Return the lines of the bodies that bend."""
+        lines: dict[int, BentLine] = {}
+        for body, kind in self.machine.bent.items():
+            properties = self.mechanism.bodies[body - 1]
+            axis = self.to_fixed_frame(self.spanning_tree.group[body], vector_of(kind.axis, properties.axis))
+            lines[body] = BentLine(kind, properties, axis, self.bend, self.rate)
+        return lines
+
     def applied_loads(self) -> list[Load]:
         """Return every external load except gravity."""
         return [load for i in range(len(self.machine.loads)) for load in self.loads_of(i)]
@@ -336,19 +364,19 @@ class Bodies(Kinematics):
         values = self.mechanism.loads[i]
         ((body, point, _),) = load.points
         if load.form is OwnLoad:
-            path = self.path_to(body, vector_of(point, values.point))
+            path = self.path_to(body, self.point_of(body, point, values.point))
             motion = tuple(self.position(path)), tuple(self.velocity(path))
             row = self.program.call(
                 applied_load, values.law, self.pose.time, self.angle(self.spanning_tree.crank), *motion
             )
-            return Load(body, vector_of(point, values.point), PlaneVector(row[0], row[1]), row[2])
+            return Load(body, self.point_of(body, point, values.point), PlaneVector(row[0], row[1]), row[2])
         if load.form is PushLoad:
             force, torque = PlaneVector(values.fx, values.fy), values.torque
         else:
             argument = self.angle(self.spanning_tree.crank) if load.form is AngleTableLoad else self.pose.time
             row = self.program.call(table_values, values.table, argument)
             force, torque = PlaneVector(row[0], row[1]), row[2]
-        return Load(body, vector_of(point, values.point), force, torque)
+        return Load(body, self.point_of(body, point, values.point), force, torque)
 
     def _torsion_spring(self, i: int, load: LoadKind) -> list[Load]:
         """Return the torques of the load number `i`, a torsion spring and damper, on both bodies."""
@@ -371,7 +399,7 @@ class Bodies(Kinematics):
         """Return the forces of the load number `i`, a spring and damper, at both ends."""
         spring = self.mechanism.loads[i]
         (first_body, first_point), (second_body, second_point) = (
-            (body, vector_of(point, getattr(spring, field))) for body, point, field in load.points
+            (body, self.point_of(body, point, getattr(spring, field))) for body, point, field in load.points
         )
         path = self.between(self.path_to(first_body, first_point), self.path_to(second_body, second_point))
         distance, velocity = self.position(path), self.velocity(path)
@@ -400,6 +428,12 @@ def signed(sign: int, vector: PlaneVector) -> PlaneVector:
 def combination(columns: Columns, rates: Mapping[Coordinate, Expr]) -> PlaneVector:
     """Return the sum of columns times rates; a missing rate is zero."""
     return vector_sum([rates[coordinate] * column for coordinate, column in columns.items() if coordinate in rates])
+
+
+def section_turns(point: PlaneVector, rates: Mapping[Coordinate, Expr]) -> list[Expr]:
+    """Return the terms of the angle of a point's section, or of its rates, that bending adds to those of its body."""
+    turns = point.turns if isinstance(point, BentVector) else ()
+    return [turn * rates[coordinate] for coordinate, turn in turns if coordinate in rates]
 
 
 def _difference(signs: dict, removed: dict) -> dict:

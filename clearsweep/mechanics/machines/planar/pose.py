@@ -17,8 +17,9 @@ from ....tracing.compiled.family import kernel
 from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program, constant, sum_of
 from ..programs import generated
 from .form import Orientation, Pose, drive_motion, evaluate_cycle
-from .kinematics import NO_VECTOR, Bodies, Kinematics, PlaneVector, Row
-from .structure import ANGLE, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate, MachineType, machine_type
+from .kinematics import Bodies, Kinematics, Row
+from .structure import ANGLE, BEND, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate, MachineType, machine_type
+from .vectors import NO_VECTOR, PlaneVector
 
 # ---------------------------------------------------------------------------------------------- loops
 
@@ -200,6 +201,7 @@ class _PoseProgram(Kinematics):
         known = [Coordinate(ANGLE, g) for g in machine.groups]
         known += [coordinate for coordinate in machine.spanning_tree.coordinates if coordinate.kind == TRAVEL]
         known += [Coordinate(kind, body) for body in machine.spanning_tree.roots() for kind in (SHIFT_X, SHIFT_Y)]
+        known += [coordinate for coordinate in machine.spanning_tree.coordinates if coordinate.kind == BEND]
         self.known = [coordinate for coordinate in known if coordinate not in machine.dependent]
 
     def take(self, coordinate: Coordinate, value: Expr) -> None:
@@ -222,6 +224,7 @@ class _PoseProgram(Kinematics):
         }
         for body in self.spanning_tree.roots():
             self.shift[body] = PlaneVector(*(self.values[Coordinate(kind, body)] for kind in (SHIFT_X, SHIFT_Y)))
+        self.bend = {coordinate: value for coordinate, value in self.values.items() if coordinate.kind == BEND}
 
     def known_values(self) -> tuple[Expr, ...]:
         """Return the numbers with which the loops are closed: directions, then other coordinates."""
@@ -296,7 +299,8 @@ def _pose(writer: _PoseProgram, time: Expr) -> Pose:
     for body in machine.spanning_tree.roots():
         x, y = Coordinate(SHIFT_X, body), Coordinate(SHIFT_Y, body)
         roots.append((values[x], values[y], rate[x], rate[y]))
-    return Pose(tuple(orientations), tuple(travels), tuple(roots), time)
+    bends = [(values[c], rate[c]) for c in machine.spanning_tree.coordinates if c.kind == BEND]
+    return Pose(tuple(orientations), tuple(travels), tuple(roots), time, tuple(bends))
 
 
 @generated(machine_type)

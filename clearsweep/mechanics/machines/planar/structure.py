@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 from ...laws.friction import Karnopp
 from ..contract import Open
+from .bending import Bent, BentPoint
 from .form import (
     BranchingCycle,
     ElasticGuide,
@@ -34,7 +35,8 @@ from .load_forms import FRICTION_LOADS, SPRING_LOADS, GivenFriction
 FREE = Free, FreeByLaw  # drives whose crank is free
 
 
-ANGLE, TRAVEL, SHIFT_X, SHIFT_Y = range(4)  # kinds of coordinates: of an angle group, along a guide, of a floating body
+#: Kinds of coordinates: of an angle group, along a guide, of a floating body, of the deformation of a link that bends.
+ANGLE, TRAVEL, SHIFT_X, SHIFT_Y, BEND = range(5)
 
 
 class Link(NamedTuple):
@@ -52,7 +54,7 @@ class Coordinate(NamedTuple):
     """A coordinate of the tree."""
 
     kind: int
-    owner: int  # number of the group, of the joint, or of the body
+    owner: int  # number of the group, of the joint, or of the body; of a deformation its own number
 
 
 class SpanningTree(NamedTuple):
@@ -70,10 +72,10 @@ class SpanningTree(NamedTuple):
         return tuple(body for body in self.order if self.parents[body] is None)
 
 
-def spanning_tree(count: int, links: tuple, crank: int, *, free: bool) -> SpanningTree:
+def spanning_tree(count: int, links: tuple, crank: int, *, free: bool, deformations: int = 0) -> SpanningTree:
     """Return the spanning tree of `count` bodies, including the ground, connected by `links`.
 
-    free : the crank's angle is one of the coordinates.
+    free : the crank's angle is one of the coordinates; deformations : number of those of all links that bend.
     """
     group = _groups(count, links)
     parents, order, tree_joints = _shortest_tree(count, links)
@@ -85,6 +87,7 @@ def spanning_tree(count: int, links: tuple, crank: int, *, free: bool) -> Spanni
     for body in order:
         if parents[body] is None:
             coordinates += [Coordinate(SHIFT_X, body), Coordinate(SHIFT_Y, body)]
+    coordinates += [Coordinate(BEND, i) for i in range(deformations)]
     return SpanningTree(group, parents, order, loop_joints, group[crank], tuple(coordinates))
 
 
@@ -150,12 +153,32 @@ def _attach_link_masses(links: tuple, body: int, placed: list, parents: list, tr
 # ---------------------------------------------------------------------------------------------- the type of a machine
 
 
+class BentForm(NamedTuple):
+    """The forms of the vectors of a BentPoint."""
+
+    at: type
+    slopes: tuple[type, ...]
+    curvatures: tuple[type, ...]
+
+
+PointForm = type | BentForm
+
+
+class BentKind(NamedTuple):
+    """A body that bends, and its deformations: modes, then extensions of axial segments."""
+
+    body: int
+    modes: int
+    coordinates: tuple[Coordinate, ...]
+    axis: type
+
+
 class Site(NamedTuple):
     """A joint, and the forms of its points, such as Centre."""
 
     link: Link
-    near: type  # on the proximal body
-    far: type
+    near: PointForm  # on the proximal body
+    far: PointForm
     axis: type | None  # of a guide; of a gear along the line of centres
     carrier: int = 0  # body of a gear on which both wheels turn
     pins: tuple[int, ...] = ()  # of the first and the second wheel of a gear
@@ -165,7 +188,7 @@ class LoadKind(NamedTuple):
     """A load and its points of action."""
 
     form: type
-    points: tuple[tuple[int, type, str], ...]  # bodies, forms of points, and the fields that contain these
+    points: tuple[tuple[int, PointForm, str], ...]  # bodies, forms of points, and the fields that contain these
 
 
 class FrictionLoad(NamedTuple):
@@ -189,6 +212,7 @@ class MachineType(NamedTuple):
     loads: tuple[LoadKind | None, ...]  # None where it is friction
     friction_loads: tuple[FrictionLoad, ...]
     aim: tuple  # (number of the body, form of the point or None, form of the direction)
+    bent: dict[int, BentKind]  # bodies that bend
     segments: tuple[int, ...] = ()  # numbers of bodies that are further masses of elastic links
     branches: bool = False  # its loops pass change points
 
@@ -234,8 +258,14 @@ def machine_type(kinds: tuple) -> MachineType:
     """Return the MachineType from the result of `kinds_of` for a Planar."""
     sites = tuple(map(_site, _kind_of_field(kinds, "joints")[1:]))
     crank, drive = _number(_kind_of_field(kinds, "crank")), _kind_of_field(kinds, "drive")[0]
+    body_kinds = _kind_of_field(kinds, "bodies")
+    bent = _bent_kinds(body_kinds[1:])
     tree = spanning_tree(
-        len(_kind_of_field(kinds, "bodies")), tuple(site.link for site in sites), crank, free=drive in FREE
+        len(body_kinds),
+        tuple(site.link for site in sites),
+        crank,
+        free=drive in FREE,
+        deformations=sum(len(kind.coordinates) for kind in bent.values()),
     )
     friction_loads = tuple(
         FrictionLoad(
@@ -251,7 +281,9 @@ def machine_type(kinds: tuple) -> MachineType:
     aim = _kind_of_field(kinds, "aim")
     assert kinds[0] is Planar
     point, direction = (
-        (_kind_of_field(aim, field)[0] for field in ("point", "direction")) if aim[0] is PointAim else (None, None)
+        (_point_form(_kind_of_field(aim, "point")), _kind_of_field(aim, "direction")[0])
+        if aim[0] is PointAim
+        else (None, None)
     )
     dependent = tuple(tree.coordinates[_number(kind)] for kind in _kind_of_field(kinds, "dependent")[1:])
     return MachineType(
@@ -264,7 +296,8 @@ def machine_type(kinds: tuple) -> MachineType:
         loads,
         friction_loads,
         (_number(_kind_of_field(aim, "body")), point, direction),
-        tuple(i for i, kind in enumerate(_kind_of_field(kinds, "bodies")[1:], start=1) if kind[0] is Segment),
+        bent,
+        tuple(i for i, kind in enumerate(body_kinds[1:], start=1) if kind[0] is Segment),
         _kind_of_field(kinds, "cycle")[0] is BranchingCycle,
     )
 
@@ -277,6 +310,31 @@ def _number(kinds: tuple) -> int:
     return len(kinds) - 1
 
 
+def _bent_kinds(kinds: tuple) -> dict[int, BentKind]:
+    """Return the bodies that bend, from the kinds of all moving bodies."""
+    bent: dict[int, BentKind] = {}
+    first = 0
+    for body, kind in enumerate(kinds, start=1):
+        if kind[0] is Bent:
+            count = _number(_kind_of_field(kind, "stiffness"))
+            coordinates = tuple(Coordinate(BEND, first + i) for i in range(count))
+            axis = _kind_of_field(kind, "axis")[0]
+            bent[body] = BentKind(body, _number(_kind_of_field(kind, "modes")), coordinates, axis)
+            first += count
+    return bent
+
+
+def _point_form(kinds: tuple) -> PointForm:
+    """Return the form of a point of a body."""
+    if kinds[0] is not BentPoint:
+        form: type = kinds[0]
+        return form
+    slopes, curvatures = (
+        tuple(kind[0] for kind in _kind_of_field(kinds, field)[1:]) for field in ("slopes", "curvatures")
+    )
+    return BentForm(_kind_of_field(kinds, "at")[0], slopes, curvatures)
+
+
 def _site(kinds: tuple) -> Site:
     slides, geared = kinds[0] is Slide, kinds[0] is Gear
     site, bodies = (
@@ -284,7 +342,7 @@ def _site(kinds: tuple) -> Site:
         (_number(_kind_of_field(kinds, "proximal")), _number(_kind_of_field(kinds, "distal"))),
     )
     link = Link(slides, site is Open, *bodies, site is ElasticGuide, geared)
-    near, far = (_kind_of_field(kinds, end)[0] for end in ("near", "far"))
+    near, far = (_point_form(_kind_of_field(kinds, end)) for end in ("near", "far"))
     if geared:
         axis, pins = _kind_of_field(kinds, "axis")[0], map(_number, _kind_of_field(kinds, "pins")[1:])
         return Site(
@@ -298,6 +356,7 @@ def _load(kinds: tuple) -> LoadKind | None:
         return None
     pairs = (("first", "near"), ("second", "far")) if kinds[0] in SPRING_LOADS else (("body", "point"),)
     endpoints = tuple(
-        (_number(_kind_of_field(kinds, body)), _kind_of_field(kinds, point)[0], point) for body, point in pairs
+        (_number(_kind_of_field(kinds, body)), _point_form(_kind_of_field(kinds, point)), point)
+        for body, point in pairs
     )
     return LoadKind(kinds[0], endpoints)

@@ -1,0 +1,132 @@
+"""Links that bend, against the exact bar and the second-order floating frame of another program, and in machines."""
+
+import copy
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mechanism_cases import changed, slider_crank
+
+import clearsweep
+from clearsweep.language.errors import InputError
+
+#: The exact inextensible bar (tangent angles against a chain of rigid bars, 1e-5), and a second-order floating frame
+#: whose equations were checked against Lagrange's: the machine of Simeon 1996 over one revolution.
+TRUTH = json.loads(Path(__file__).with_name("bending_rod.json").read_text(encoding="utf-8"))
+SPEED, CRANK, LENGTH, HEIGHT, YOUNG = 150.0, 0.15, 0.3, 0.008, 200e9
+TIMES = 2.0 * math.pi / SPEED * np.arange(1, 11) / 10
+SIMEON = {
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": CRANK, "mass": 0.3, "inertia": 1e-3},
+        "rod": {
+            "length": LENGTH,
+            "mass": 0.151104,
+            "inertia": 0.151104 * LENGTH**2 / 12.0,
+            "elastic": {"section": [0.008, HEIGHT], "young": YOUNG, "bending": 2},
+        },
+        "slider": {"mass": 0.075552},
+    },
+    "drive": {"speed": SPEED},
+    "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-10},
+    "save": {"orbits": "none"},
+}
+STEEL = {"section": [0.02, 0.012], "young": 210e9, "bending": 2, "damping": 0.01}
+
+
+def simeon(**changes):
+    """Return Simeon's machine; changes : of `elastic`, None removes a key."""
+    return changed(SIMEON, {f"mechanism.rod.elastic.{name}": value for name, value in changes.items()})
+
+
+def slider_error(motion):
+    """Return the slider's place minus that with a rigid rod (m)."""
+    angle = SPEED * motion.t
+    ideal = CRANK * np.cos(angle) + np.sqrt(LENGTH**2 - (CRANK * np.sin(angle)) ** 2)
+    return motion.channels["slider/place"] - ideal
+
+
+def relative(values, reference):
+    """Return the largest difference over the largest value."""
+    return np.max(np.abs(values - np.array(reference))) / np.max(np.abs(reference))
+
+
+@pytest.mark.parametrize(
+    ("case", "modes"),
+    [
+        ("simeon_damped", 2),
+        *(pytest.param(case, n, marks=pytest.mark.slow) for case in ("simeon", "simeon_damped") for n in (1, 2, 3, 4)),
+    ],
+)
+def test_a_bending_rod_moves_as_the_second_order_floating_frame(case, modes):
+    truth = TRUTH[case]
+    motion = clearsweep.simulate(clearsweep.load_case(simeon(bending=modes, damping=truth["damping"])), TIMES)
+    frame, deflection = truth["modes"][str(modes)], motion.channels["rod/deflection"]
+    assert relative(deflection, frame["deflection_m"]) < 1e-6
+    assert relative(slider_error(motion), frame["slider_error_m"]) < 1e-6
+    exact = np.max(np.abs(deflection - np.array(truth["deflection_m"]))) / truth["largest_deflection_m"]
+    assert exact < (5e-3 if modes < 3 else 1e-3)
+    assert motion.summary["energy_residual"] < 1e-9
+
+
+def test_an_ever_stiffer_rod_is_rigid():
+    motion = clearsweep.simulate(clearsweep.load_case(simeon(young=1e6 * YOUNG, damping=0.01)), TIMES)
+    assert np.max(np.abs(slider_error(motion))) < 1e-6 * CRANK
+    assert np.max(np.abs(motion.channels["rod/deflection"])) < 1e-6 * LENGTH
+
+
+@pytest.mark.slow
+def test_a_rod_that_stretches_too_deflects_as_the_bar_with_axial_stiffness():
+    truth = TRUTH["simeon"]["with_axial_stiffness"]
+    motion = clearsweep.simulate(clearsweep.load_case(simeon(bending=4, segments=8)), TIMES)
+    difference = np.abs(motion.channels["rod/deflection"] - np.array(truth["deflection_m"]))
+    assert np.max(difference) < 2e-3 * truth["largest_deflection_m"]  # 1.5e-3 apart without stretch
+    assert motion.summary["energy_residual"] < 1e-9
+
+
+def crank_with_clearance(elastic=None, **changes):
+    """Return the slider-crank with clearance at the slider's pin over a short run."""
+    given = {"simulate.revolutions": 0.5, "simulate.tolerance": 1e-10} | changes
+    given |= {"mechanism.rod.elastic": elastic} if elastic else {}
+    return clearsweep.load_case(slider_crank("rod-slider", changes=given))
+
+
+def test_impacts_of_a_bending_rod_are_located_and_its_energy_is_kept():
+    bending, rigid = (clearsweep.simulate(crank_with_clearance(elastic)) for elastic in (STEEL, None))
+    assert bending.summary["energy_residual"] < 1e-9
+    assert len(bending.events) > 2
+    first = bending.events["t"][0], rigid.events["t"][0]
+    assert first[0] == pytest.approx(first[1], rel=0.05)
+    assert first[0] != first[1]
+
+
+REFUSED = [
+    ({"second_moment": 3e-10}, r"elastic\.section: conflicts with `second_moment`"),
+    ({"section": None}, r"elastic\.section: is missing; write section"),
+    ({"section": None, "area": 64e-6}, r"elastic\.second_moment: is missing"),
+    ({"young": None}, r"elastic\.young: is missing; write young: 210 GPa, or material: S355"),
+    ({"bending": 0}, r"elastic\.bending: found 0, out of range"),
+    ({"stress_life": {"strength": 2e8, "exponent": 5}}, r"stress_life\.cycles: is missing"),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), REFUSED)
+def test_a_link_that_cannot_bend_as_written_is_refused(changes, message):
+    with pytest.raises(InputError, match=message):
+        clearsweep.load_case(simeon(**changes))
+
+
+def test_only_links_between_pins_bend():
+    elastic = SIMEON["mechanism"]["rod"]["elastic"]
+    with pytest.raises(InputError, match="crank is driven: its shaft clamps it"):
+        clearsweep.load_case(changed(SIMEON, {"mechanism.crank.elastic": elastic}))
+    with pytest.raises(InputError, match="only a link between two pins of a planar mechanism can be elastic"):
+        clearsweep.load_case(changed(SIMEON, {"mechanism.slider.elastic": elastic}))
+    with pytest.raises(InputError, match=r"rod\.inertia: found .* the 2 bending modes alone have"):
+        clearsweep.load_case(changed(SIMEON, {"mechanism.rod.inertia": 1e-4}))
+    rigid = copy.deepcopy(SIMEON)
+    del rigid["mechanism"]["rod"]["elastic"]
+    with pytest.raises(InputError, match="no joint has clearance"):
+        clearsweep.load_case(rigid)
