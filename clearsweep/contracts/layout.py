@@ -19,7 +19,7 @@ MAX_REVOLUTIONS = 1 << 17  # number of last revolutions whose peaks and sections
 SECTION_COUNT = "poincare/revolution"  # turns of the crank between sections
 _SECTIONED = ("x", "y", "vx", "vy")  # channels of a joint stored at crank angle 0
 WALLS, FLANGES = 2, 2  # contacts of a spatial joint, in this order
-AUXILIARY_OF_GUIDE, AUXILIARY_OF_SPATIAL, AUXILIARY_OF_ROLLING = 1, 2, 4  # which only report; first: the resultant
+AUXILIARY_OF_GUIDE, AUXILIARY_OF_SPATIAL, AUXILIARY_OF_ROLLING = 1, 2, 2  # which only report; first: the resultant
 TIME = "t"  # the abscissa of all other channels
 ALWAYS_STORED = (TIME, "crank_angle")  # channels that are stored whatever `save.channels` lists
 
@@ -48,6 +48,7 @@ class JointLayout(NamedTuple):
     friction: bool = False  # it has friction
     strength: bool = False  # yield strength of its weaker body is known
     thermal: bool = False  # a heat balance of dry friction gives its temperature
+    is_rolling: bool = False  # it is a rolling bearing
     dynamic: bool = False  # the dynamic load rating of its rolling bearing is known
     static: bool = False  # the static one is known
     flanked: str = ""  # 'gear' or 'coupling': it has play in rotation between two flanks
@@ -70,12 +71,7 @@ class JointLayout(NamedTuple):
     @property
     def is_spatial(self) -> bool:
         """Return whether the journal may tilt and shift along its axis."""
-        return self.auxiliary == AUXILIARY_OF_SPATIAL
-
-    @property
-    def is_rolling(self) -> bool:
-        """Return whether the joint is a rolling bearing."""
-        return self.auxiliary == AUXILIARY_OF_ROLLING
+        return self.auxiliary == AUXILIARY_OF_SPATIAL and not self.is_rolling
 
     @property
     def contacts(self) -> tuple[str, ...]:
@@ -113,6 +109,7 @@ def features_of(case: Case) -> CaseFeatures:
             joint.friction is not None,
             joint.strength is not None and joint.is_dry and not joint.is_guide and not joint.is_spatial,
             joint.thermal is not None,
+            joint.rolling is not None,
             bool(joint.rolling and joint.rolling.capacity.dynamic),
             bool(joint.rolling and joint.rolling.capacity.static),
             joint.flanked,

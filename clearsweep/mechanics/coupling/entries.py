@@ -47,7 +47,7 @@ from ..wear.bins import Step as WearStep
 from .inertia import joints_at_event
 from .rates import first_signal, gaps_with_angles, observed_width, put_error, put_root_rates, rates
 from .shaking import put_signals
-from .state import size_of, time_scale
+from .state import size_of, time_scale, touchable_contacts
 
 # ---------------------------------------------------------------------------------------------- rates and stages
 
@@ -125,7 +125,9 @@ def _update_positions(scene, sweep):
             joint_gaps = gaps_with_angles(scene, state, gaps(scene.mechanism, pose_at(scene.mechanism, state)))
             kappa = time_scale(scene, state, mode)
             put_root_rates(scene, joint_gaps, JointState(state, mode, latched, first_root), kappa, k, i)
-        _update_components(sweep, first_root, first_root + contacts)
+        for c in touchable_contacts(scene.joints):
+            if touches(mode[c]):  # all other roots are constant
+                _update_components(sweep, first_root + c, first_root + c + 1)
     for i in lane_range(STAGES):
         kappa = time_scale(scene, nodes[:, i], mode)
         for c in range(count):

@@ -13,18 +13,20 @@ from ...tracing.compiled.dual import as_type_of, rate_or_slope
 from ...tracing.compiled.family import form_number, inlined, kernel, known, map_joints
 from ..joints.contract import (
     after_number,
+    contact_modes,
     every_internal_state,
     state_kinds_of,
     total_counts,
     type_of,
     with_internal_state,
 )
-from ..laws.contract import internal_rates, internal_state, is_integrated, touches
+from ..laws.contract import TOUCHES, internal_rates, internal_state, is_integrated, touches
 from ..machines.contract import friction_laws, friction_slips, with_friction_laws
 
 # ---------------------------------------------------------------------------------------------- size and states
 
 
+LEAST_ROOT = 1e-100  # m^0.5, in place of a root of penetration that is zero
 NEVER_RESET = -1  # in place of the index of the contact whose separation resets a number
 
 
@@ -223,7 +225,47 @@ def kappa_of_corners(scene, y, mode):
 
 
 @kernel
+def _inverse_root(y, index):
+    """Return one over a root of penetration; of a root that is zero a number whose inverse counts as zero."""
+    return 1.0 / where(y[index] != 0.0, y[index], LEAST_ROOT)
+
+
+@kernel
+def _kappa_of_elements(scene, y, mode):
+    """Return what `kappa_of_corners` returns, with one division for each touching contact of many."""
+    first_root, total, largest = 2 * len(scene.coordinates) + 1, 0.0, 0.0
+    for c in touchable_contacts(scene.joints):
+        if touches(mode[c]):
+            inverse = _inverse_root(y, first_root + c)
+            total, largest = total + inverse, where(abs(inverse) > abs(largest), inverse, largest)
+    if largest == 0.0:
+        return as_type_of(1.0, y[first_root])
+    ratio = total / largest
+    return where(ratio > 0.5, 1.0 / where(ratio > 0.5, total, largest), 4.0 * (1.0 - ratio) / largest) / scene.sigma
+
+
+@kernel
+def _kappa_over_root_of_elements(scene, y, mode, kappa, contact):
+    return kappa * _inverse_root(y, 2 * len(scene.coordinates) + 1 + contact)
+
+
+@known
+def touchable_contacts(joints):
+    """Return the numbers of all contacts except those that only report."""
+    modes = [modes for joint in joints for modes in contact_modes.body_for(type_of(joint))(joint)]
+    return tuple(c for c, contact in enumerate(modes) if contact.pressed & TOUCHES)
+
+
+@known
+def _has_elements(joints):
+    """Return whether a joint has many contacts that begin and end all the time, as a rolling bearing."""
+    return any(hasattr(joint, "elements") for joint in joints)
+
+
+@kernel
 def _kappa_of_several(scene, y, mode):
+    if _has_elements(scene.joints):
+        return _kappa_of_elements(scene, y, mode)
     has_corners = total_counts(scene.joints).contact > len(scene.joints)
     return kappa_of_corners(scene, y, mode) if has_corners else _kappa_of_joints(scene, y, mode)
 
@@ -231,5 +273,7 @@ def _kappa_of_several(scene, y, mode):
 @kernel
 def kappa_over_root(scene, y, mode, kappa, contact):
     """Return kappa over the root of penetration of a touching contact, one of several, s/m^0.5."""
+    if _has_elements(scene.joints):
+        return _kappa_over_root_of_elements(scene, y, mode, kappa, contact)
     has_corners = total_counts(scene.joints).contact > len(scene.joints)
     return (_kappa_over_root_of_corners if has_corners else _kappa_over_root_of_joints)(scene, y, mode, kappa, contact)

@@ -16,8 +16,7 @@ separation are located.  By virtual work the force Q_i also turns the rings, by 
 displacement across phi_i: so the forces on both bodies are in balance about any point, and their power is that of the
 closing.
 
-Auxiliary contacts follow, which only report (`AUXILIARY_OF_ROLLING`): the resultant of the elements; the relative speed
-of the rings, with the number of loaded elements as its depth; and the fatigue loads of both rings, see `fatigue_loads`.
+Two auxiliary contacts follow, which only report: the resultant of the elements, and the rings.
 """
 
 import math
@@ -29,8 +28,8 @@ from ...tracing.compiled import calculus
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.direction import direction
 from ...tracing.compiled.dual import as_type_of
-from ...tracing.compiled.family import family, inlined, kernel, map_joints
-from ..laws.contract import ACTS, FREE, PRESSED, touches
+from ...tracing.compiled.family import family, inlined, map_joints
+from ..laws.contract import ACTS, FREE, PRESSED, REPORTING
 from ..laws.elastic import Power, PowerThreeHalves
 from ..laws.friction import friction_force
 from .contract import (
@@ -47,6 +46,8 @@ from .contract import (
     load,
     load_histories,
     parts,
+    power_lost,
+    power_stored,
     with_current_state,
 )
 from .dry import Clip, normal_forces, separate_contact
@@ -100,7 +101,34 @@ class ElementLoad(NamedTuple):
     fx: float  # N, on the inner ring
     fy: float
     moment: float  # N m, of the closing by the angle of the cage: its shares turn the rings
+    loaded: float  # 1, or 0 where the element is free
+    inner_fatigue: float  # see `fatigue_loads`
+    outer_fatigue: float
     contact: Contact
+
+
+class Rings(NamedTuple):
+    """What is observed of both rings; the first fields are those of a Contact."""
+
+    normal: float  # rad/s, size of their relative speed
+    tangential: float
+    slip: float
+    rate: float
+    depth: float  # number of loaded elements
+    elastic: float
+    raw: float
+    inner: float  # rad/s, relative speed times the fatigue loads of the inner ring, see `fatigue_loads`
+    outer: float  # rad/s
+
+
+@power_stored.member(Rings)
+def _power_stored_rings(rings):
+    return rings.inner
+
+
+@power_lost.member(Rings)
+def _power_lost_rings(rings):
+    return rings.outer
 
 
 class _ElementContext(NamedTuple):
@@ -115,8 +143,8 @@ with_angles.member(Rolling)(gap_with_angles)
 
 @contact_modes.member(Rolling)
 def _contact_modes_rolling(joint):
-    resultant = ContactModes(ACTS, ACTS)
-    return *(ContactModes(FREE, PRESSED),) * len(joint.elements), resultant, resultant, resultant, resultant
+    elements = (ContactModes(FREE, PRESSED),) * len(joint.elements)
+    return *elements, ContactModes(ACTS, ACTS), ContactModes(REPORTING, REPORTING)
 
 
 @parts.member(Rolling)
@@ -160,38 +188,6 @@ def cage_motion(joint, gap):
 # ---------------------------------------------------------------------------------------------- forces
 
 
-@kernel
-def _element_load(element, _, number, context):
-    joint, cage, offsets, state = context
-    nx = cage.cosine * element.cosine - cage.sine * element.sine
-    ny = cage.sine * element.cosine + cage.cosine * element.sine
-    across = cage.y * nx - cage.x * ny
-    depth = cage.x * nx + cage.y * ny - joint.radial_clearance
-    rate = cage.vx * nx + cage.vy * ny + across * cage.rate
-    index = offsets.contact + number
-    zero = as_type_of(0.0, depth)
-    if state.mode[index] == FREE:
-        return ElementLoad(zero, zero, zero, separate_contact(depth, rate, cage.approach_bound))
-    after = after_law(offsets, joint.law)
-    internal_count, latched_count = after.internal - offsets.internal, after.latched - offsets.latched
-    law_offsets = Offsets(
-        index,
-        offsets.internal + number * internal_count,
-        offsets.latched + number * latched_count,
-        offsets.guard,
-    )
-    current = joint._replace(law=with_current_state(joint.law, state.y, state.latched, law_offsets))
-    root = state.y[state.roots + index]
-    normal, _, elastic, unclipped = normal_forces(
-        current, state.mode[index], root * abs(root), rate, state.latched[index]
-    )
-    contact = Contact(normal=normal, tangential=zero, slip=zero, rate=rate, depth=depth, elastic=elastic, raw=unclipped)
-    return ElementLoad(-normal * nx, -normal * ny, -normal * across, contact)
-
-
-_element_loads = map_joints(_element_load, after_number)
-
-
 @family
 def fatigue_loads(elastic, force):
     """Return the force (in FATIGUE_FORCE) of an element to the powers by which its load counts for both rings.
@@ -213,28 +209,59 @@ def _fatigue_loads_of_roller(elastic, force):
     return fourth, fourth * calculus.sqrt(force)
 
 
+class _Normal(NamedTuple):
+    """Direction of an element and its motion along it."""
+
+    x: float  # unit vector
+    y: float
+    across: float  # m, displacement of the inner ring across it
+    depth: float  # m
+    rate: float  # m/s
+
+
+@inlined
+def _normal_of(element, joint, cage):
+    nx = cage.cosine * element.cosine - cage.sine * element.sine
+    ny = cage.sine * element.cosine + cage.cosine * element.sine
+    across = cage.y * nx - cage.x * ny
+    depth = cage.x * nx + cage.y * ny - joint.radial_clearance
+    return _Normal(nx, ny, across, depth, cage.vx * nx + cage.vy * ny + across * cage.rate)
+
+
+@inlined
+def _element_load(element, _, number, context):
+    joint, cage, offsets, state = context
+    index, zero = offsets.contact + number, as_type_of(0.0, cage.x)
+    if state.mode[index] == FREE:
+        normal = _normal_of(element, joint, cage)  # here and below: where nothing observes it, it takes no time
+        contact = separate_contact(normal.depth, normal.rate, cage.approach_bound)
+        return ElementLoad(zero, zero, zero, zero, zero, zero, contact)
+    normal = _normal_of(element, joint, cage)
+    after = after_law(offsets, joint.law)
+    law_offsets = Offsets(
+        index,
+        offsets.internal + number * (after.internal - offsets.internal),
+        offsets.latched + number * (after.latched - offsets.latched),
+        offsets.guard,
+    )
+    current = joint._replace(law=with_current_state(joint.law, state.y, state.latched, law_offsets))
+    root, mode, onset_rate = state.y[state.roots + index], state.mode[index], state.latched[index]
+    force, _, elastic, unclipped = normal_forces(current, mode, root * abs(root), normal.rate, onset_rate)
+    contact = Contact(
+        normal=force, tangential=zero, slip=zero, rate=normal.rate, depth=normal.depth, elastic=elastic, raw=unclipped
+    )
+    fatigue = fatigue_loads(joint.elastic, max(force, 0.0) * (1.0 / FATIGUE_FORCE))
+    loaded = as_type_of(1.0, cage.x)
+    return ElementLoad(-force * normal.x, -force * normal.y, -force * normal.across, loaded, *fatigue, contact)
+
+
+_element_loads = map_joints(_element_load, after_number)
+
+
 @inlined
 def _reported(normal, depth, zero):
     """Return a Contact that only reports."""
     return Contact(normal=normal, tangential=zero, slip=zero, rate=zero, depth=depth, elastic=zero, raw=zero)
-
-
-@inlined
-def _auxiliary_contacts(joint, cage, loads, resultant, state, offsets):
-    """Return the relative speed and the fatigue loads of a bearing as Contacts, after its `resultant`."""
-    speed, zero = abs(cage.speed), as_type_of(0.0, cage.x)
-    inner_fatigue, outer_fatigue, loaded = zero, zero, zero
-    for i in range(len(joint.elements)):
-        force = max(loads[i].contact.normal, 0.0) * (1.0 / FATIGUE_FORCE)
-        inner, outer = fatigue_loads(joint.elastic, force)
-        inner_fatigue, outer_fatigue = inner_fatigue + inner, outer_fatigue + outer
-        loaded += where(touches(state.mode[offsets.contact + i]), 1.0, 0.0)
-    return (
-        resultant,
-        _reported(speed, loaded, zero),
-        _reported(speed * inner_fatigue, zero, zero),
-        _reported(speed * outer_fatigue, zero, zero),
-    )
 
 
 @load.member(Rolling)
@@ -242,17 +269,17 @@ def _load_rolling(joint, gap, offsets, state):
     cage = cage_motion(joint, gap)
     loads = _element_loads(joint.elements, joint.elements, 0, _ElementContext(joint, cage, offsets, state))
     zero = as_type_of(0.0, cage.x)
-    fx, fy, moment, contacts = zero, zero, zero, ()
+    fx, fy, moment, loaded, inner_fatigue, outer_fatigue, contacts = zero, zero, zero, zero, zero, zero, ()
     for i in range(len(joint.elements)):
         fx, fy, moment = fx + loads[i].fx, fy + loads[i].fy, moment + loads[i].moment
-        contacts = (*contacts, loads[i].contact)
+        loaded, contacts = loaded + loads[i].loaded, (*contacts, loads[i].contact)
+        inner_fatigue, outer_fatigue = inner_fatigue + loads[i].inner_fatigue, outer_fatigue + loads[i].outer_fatigue
     square = fx * fx + fy * fy
     normal = where(square > 0.0, calculus.sqrt(where(square > 0.0, square, 1.0)), 0.0 * square)
-    slip = cage.speed * joint.friction_radius
+    slip, speed = cage.speed * joint.friction_radius, abs(cage.speed)
     tangential = as_type_of(friction_force(joint.friction, normal, slip), slip)
     eccentricity = calculus.sqrt(cage.x * cage.x + cage.y * cage.y)
     resultant = _reported(normal, eccentricity - joint.clearance, zero)
-    resultant = resultant._replace(tangential=tangential, slip=slip)
     inner_moment = joint.inner_share * moment + joint.friction_radius * tangential
     outer_moment = joint.outer_share * moment - joint.friction_radius * tangential
     is_inner_proximal = joint.side < 0.0
@@ -261,7 +288,11 @@ def _load_rolling(joint, gap, offsets, state):
         fy=joint.side * fy,
         moment_proximal=where(is_inner_proximal, inner_moment, outer_moment),
         moment_distal=where(is_inner_proximal, outer_moment, inner_moment),
-        contacts=(*contacts, *_auxiliary_contacts(joint, cage, loads, resultant, state, offsets)),
+        contacts=(
+            *contacts,
+            resultant._replace(tangential=tangential, slip=slip),
+            Rings(*_reported(speed, loaded, zero)[:7], speed * inner_fatigue, speed * outer_fatigue),
+        ),
     )
 
 

@@ -40,6 +40,7 @@ CLIPPED = PRESSED + LAWS_OWN  # penetrating, but the normal force is clipped bec
 STUCK = PRESSED + 2 * LAWS_OWN  # pressed, and the surfaces stick
 AT_LIMIT_UP = PRESSED + 3 * LAWS_OWN  # as STUCK, but the tangential force has reached its limit, upwards
 AT_LIMIT_DOWN = PRESSED + 4 * LAWS_OWN  # the same downwards
+REPORTING = 5 * LAWS_OWN  # no contact: its normal force and its powers are integrated, and the depth has a maximum
 STICKING = (STUCK, AT_LIMIT_UP, AT_LIMIT_DOWN)
 TOUCHING = tuple(mode for mode in range(63) if mode & TOUCHES)  # all modes of touching surfaces
 

@@ -15,7 +15,7 @@ def complete_elliptic(parameter: float) -> tuple[float, float]:
     By the arithmetic-geometric mean (Abramowitz & Stegun 1964, 17.6.3 and 17.6.4).
     """
     a, b, c, total, weight = 1.0, math.sqrt(1.0 - parameter), math.sqrt(parameter), 0.5 * parameter, 0.5
-    while abs(c) > 1e-17:
+    while abs(c) > 1e-9:  # the next one is its square, below rounding
         a, b, c, weight = 0.5 * (a + b), math.sqrt(a * b), 0.5 * (a - b), 2.0 * weight
         total += weight * c * c
     first = 0.5 * math.pi / a

@@ -48,7 +48,7 @@ LIMIT_TOLERANCE = 1e-9  # of the root of a penetration: a step that begins this 
 
 @kernel
 def evaluate_guards(pointer, y, row):
-    """Write the values of all guards to `work.guards.value`.
+    """Write the values of the guards to `work.guards.value`; of those that are observables, only of active ones.
 
     If `row` is END, these are the values at the state `y` at the start of the step, and at its stages.  Otherwise the
     values at SINGLE_STATE are those at the state `y`, whose observables are in row `row`.
@@ -56,10 +56,10 @@ def evaluate_guards(pointer, y, row):
     work, guards = pointer[0], pointer[0].guards
     for g in range(guards.contact.size):
         if guards.column[g] >= 0:
-            if row == END:
+            if row == END and is_guard_active(pointer, g):
                 for m in range(NODES.size):
                     guards.value[g, m] = guards.sign[g] * work.o[guards.column[g], NODES[m]]
-            else:
+            elif row != END:
                 guards.value[g, SINGLE_STATE] = guards.sign[g] * work.o[guards.column[g], row]
     if guards.evaluate.code != 0:
         arguments = work.y, y, work.nodes, work.latched, work.o, guards.value

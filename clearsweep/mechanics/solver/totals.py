@@ -8,7 +8,7 @@ import numpy as np
 from ...tracing.compiled.choosing import lane_range, total_of, where
 from ...tracing.compiled.family import inlined
 from ...tracing.fields import Fields
-from ..laws.contract import acts, meets, touches
+from ..laws.contract import REPORTING, acts, meets, touches
 from ..observe import (
     ACCELERATION,
     CONTACT_WIDTH,
@@ -111,6 +111,11 @@ def sum_stages(trial, weights):
             square = square + weight * (o[ACCELERATION, row] * o[ACCELERATION, row])
     step.sum_drive, step.sum_gravity, step.sum_acceleration = drive, gravity, square
     for c in range(trial.mode.size):
+        if trial.mode[c] == REPORTING:
+            reported = trial.contact_steps[c]
+            reported.sum_force = stage_integral(o, column_of(c, NORMAL), weights)
+            reported.sum_stored = stage_integral(o, column_of(c, STORED), weights)
+            reported.sum_lost = stage_integral(o, column_of(c, LOST), weights)
         if not acts(trial.mode[c]):
             continue
         block, sums = CONTACTS + CONTACT_WIDTH * c, trial.contact_steps[c]
@@ -300,6 +305,8 @@ class ContactTotals(Fields):
     film_energy: float  # J
     generated_energy: float  # J
     heat: float  # J
+    inner_fatigue: float  # rad, relative turns of rings, weighted by loads, see `joints.rolling.fatigue_loads`
+    outer_fatigue: float  # rad
     dry_max: Largest  # N
     pressure_max: Largest  # Pa
     shear_speed_max: Largest  # m/s
@@ -417,6 +424,11 @@ def add_powers(accumulators, in_window):
                 # the tangential force includes the shear of a film
                 if accumulators.has_friction[j] != 0 and accumulators.film[j, 1] == math.inf:
                     figures.friction_energy += h * sums.sum_friction
+        elif in_window and accumulators.mode[j] == REPORTING:
+            reported, figures = accumulators.contact_steps[j], joint[j]
+            figures.force_time += h * reported.sum_force
+            figures.inner_fatigue += h * reported.sum_stored
+            figures.outer_fatigue += h * reported.sum_lost
     kinetic = accumulators.o[KINETIC, END]
     energy_gain = (
         kinetic - mechanism.kinetic_start + mechanism.energy_stored + mechanism.energy_lost + mechanism.energy_friction

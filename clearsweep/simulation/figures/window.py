@@ -240,8 +240,6 @@ class JointTotals(ContactTotals):
     elements_loaded: float  # largest number of elements that carry load at a time
     eccentricity_depth: float  # m, largest eccentricity of a rolling bearing minus its length of reference
     relative_turn: float  # rad, integral of the size of the relative speed of its rings
-    inner_fatigue: float  # rad, integral of that speed times the fatigue loads, see `joints.rolling.fatigue_loads`
-    outer_fatigue: float  # rad
     drive_depth: float  # m, largest depth at the drive flank of a gear or coupling, below 0 if it never touched
     coast_depth: float  # m, likewise at the coast flank
 
@@ -401,13 +399,12 @@ def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals
 
 def _add_bearing_sums(combined: JointTotals, elements: ContactTotals, auxiliary: ContactTotals) -> None:
     """Set the sums of a rolling bearing from those of its elements and its auxiliary contacts."""
-    resultant, relative_speed, inner, outer = auxiliary
+    resultant, rings = auxiliary
     combined.friction_energy, combined.heat = resultant.friction_energy, resultant.heat
     combined.element_force_max = elements.column("force_max").max()
-    combined.elements_loaded, combined.eccentricity_depth = relative_speed.depth_max, resultant.depth_max
-    combined.relative_turn, combined.inner_fatigue, combined.outer_fatigue = (
-        contact.force_time for contact in (relative_speed, inner, outer)
-    )
+    combined.elements_loaded, combined.eccentricity_depth = rings.depth_max, resultant.depth_max
+    combined.relative_turn = rings.force_time
+    combined.inner_fatigue, combined.outer_fatigue = rings.inner_fatigue, rings.outer_fatigue
 
 
 def combined_account(accounts: np.ndarray, contacts: ContactTotals) -> np.ndarray:
