@@ -345,7 +345,7 @@ def test_the_parent_grows_by_less_than_50_mb_with_a_hundred_times_the_cases(tmp_
         process = program(tmp_path / str(count), source, show_progress=False)
         result = facts_of(process)
         assert result["ran"] == count
-        assert result["slow"] == ([] if count == 100 else ["pyarrow.compute"])
+        assert set(result["slow"]) <= (set() if count == 100 else {"pyarrow.compute"})
         peaks.append(result["peak"])
     assert peaks[1] - peaks[0] < 50_000, peaks  # kB
 

@@ -370,7 +370,7 @@ def test_peaks_of_pressure_do_not_follow_the_tolerance(law):
     case = spatial(contact=contact, wear=wear, friction=friction, tilt=[0.005236, 0.0], walls="ends")
     result = []
     for tolerance in (1e-6, 1e-8, 1e-10):
-        case["simulate"] |= {"revolutions": 3, "discard": 0, "tolerance": tolerance}
+        case["simulate"] |= {"revolutions": 0.5, "discard": 0, "tolerance": tolerance}  # chaos blurs later peaks
         summary = clearsweep.simulate(clearsweep.load_case(case)).summary
         result.append([summary["crank_rod_pressure_peak"], summary["crank_rod_pv_peak"]])
     for peaks in zip(*result, strict=True):

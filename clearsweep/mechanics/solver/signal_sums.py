@@ -14,6 +14,7 @@ import numpy as np
 from ...tracing.compiled.choosing import lane_range, rolled_range, total_of
 from ...tracing.compiled.family import Routine, kernel, shaped
 from ...tracing.fields import Fields
+from ...tracing.portable import coefficients_through
 from ..observe import END, NODE_FRACTIONS, STAGES, START, TIME
 from .collocation import WEIGHTS
 from .slow_sums import DURATION, SIGNALS
@@ -28,16 +29,28 @@ EXCESS = 0.12  # of the range of a signal at the nodes of a step, by which it ma
 FORCES_AT = 2  # place of the forces on the frame among the columns with sums
 
 #: From values at the nodes to the coefficients, highest first, of their polynomial over -1 to 1 in the step.
-COEFFICIENTS = np.linalg.inv(np.vander(2.0 * FRACTIONS - 1.0, NODE_COUNT)).T
+COEFFICIENTS = np.ascontiguousarray(coefficients_through(2.0 * FRACTIONS - 1.0).rounded()[::-1].T)
 
 
 def values_at(points: np.ndarray) -> np.ndarray:
     """Return the matrix (nodes, points) from values at the nodes to those of their polynomial at fractions `points`."""
-    matrix: np.ndarray = COEFFICIENTS @ np.vander(2.0 * points - 1.0, NODE_COUNT).T
-    return matrix
+    return _at(COEFFICIENTS, points)
 
 
-TO_FINE_POINTS = np.ascontiguousarray(values_at(FINE_POINTS))
+def slopes_at(points: np.ndarray) -> np.ndarray:
+    """Return the matrix (nodes, points) to derivatives by the fraction of the step."""
+    return _at(2.0 * np.arange(NODE_COUNT - 1, 0, -1) * COEFFICIENTS[:, :-1], points)
+
+
+def _at(coefficients: np.ndarray, points: np.ndarray) -> np.ndarray:
+    """Return polynomials over -1 to 1, a row each, at fractions `points`, with the same bits on every processor."""
+    total = np.zeros((len(coefficients), len(points)))
+    for column in coefficients.T:
+        total = total * (2.0 * points - 1.0) + column[:, None]
+    return total
+
+
+TO_FINE_POINTS = values_at(FINE_POINTS)
 
 
 class Sizes(Fields):

@@ -36,6 +36,7 @@ from ...mechanics.solver.signal_sums import (
     TO_FINE_POINTS,
     Sizes,
     add_steps,
+    slopes_at,
     spectrum,
     values_at,
 )
@@ -50,9 +51,7 @@ MAX_LINES = 1 << 14  # of such a spectrum
 ZOOM_POINTS = FINE_POINTS[0] * np.linspace(-1.0, 1.0, 65)  # about the largest of these
 SAME_TIME = 1e-9  # of a revolution: closer ends of a step and of a stretch are the same
 #: From values at the nodes to derivatives of their polynomial there by the fraction of the step.
-TO_SLOPES = COEFFICIENTS[:, :-1] @ (
-    2.0 * np.arange(NODE_COUNT - 1, 0, -1)[:, None] * np.vander(2.0 * FRACTIONS - 1.0, NODE_COUNT - 1).T
-)
+TO_SLOPES = slopes_at(FRACTIONS)
 
 
 class _Layout(NamedTuple):
