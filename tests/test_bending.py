@@ -130,3 +130,43 @@ def test_only_links_between_pins_bend():
     del rigid["mechanism"]["rod"]["elastic"]
     with pytest.raises(InputError, match="no joint has clearance"):
         clearsweep.load_case(rigid)
+
+
+def normal_force_of_rigid_rod(angles):
+    """Return the largest normal force (N) in a uniform rigid rod at crank angles, by Newton's law of rod and slider."""
+    mass, slider, rate = 0.151104, 0.075552, SPEED
+    sine, cosine = np.sin(angles), np.cos(angles)
+    tilt = -np.arcsin(CRANK / LENGTH * sine)  # of the rod
+    spin = -CRANK / LENGTH * cosine * rate / np.cos(tilt)
+    turn = (CRANK / LENGTH * sine * rate**2 + np.sin(tilt) * spin**2) / np.cos(tilt)
+    axis, across = np.array([np.cos(tilt), np.sin(tilt)]), np.array([-np.sin(tilt), np.cos(tilt)])
+    pin = -CRANK * rate**2 * np.array([cosine, sine])
+    places = [pin + share * LENGTH * (turn * across - spin**2 * axis) for share in (0.0, 0.5, 1.0)]
+    push = slider * places[2][0]  # along x, on the slider
+    moment = mass * LENGTH**2 / 12.0 * turn + 0.5 * LENGTH * mass * np.sum(across * places[1], axis=0)  # about the pin
+    lift = (moment + LENGTH * (-push) * np.sin(tilt)) / (LENGTH * np.cos(tilt))  # along y, of the slider on the rod
+    at_slider = -push * np.cos(tilt) + lift * np.sin(tilt)
+    at_crank = at_slider - mass * np.sum(axis * places[1], axis=0)
+    return max(np.max(np.abs(at_slider)), np.max(np.abs(at_crank)))
+
+
+def test_the_normal_force_of_a_stiff_link_is_that_of_newtons_law():
+    area = 64e-6
+    stiff = simeon(section=None, area=area, second_moment=1e-4, edge=1e-9)
+    stress = clearsweep.simulate(clearsweep.load_case(stiff)).summary["rod_stress_max"]
+    assert stress * area == pytest.approx(normal_force_of_rigid_rod(np.linspace(0.0, 2.0 * math.pi, 7201)), rel=1e-4)
+
+
+def test_deflection_frequency_and_error_of_a_run_are_those_of_the_bar():
+    truth, damped = TRUTH["simeon_damped"], simeon(damping=0.01)
+    summary = clearsweep.simulate(clearsweep.load_case(damped)).summary
+    assert summary["rod_deflection_max"] == pytest.approx(truth["modes"]["2"]["largest_deflection_m"], rel=1e-6)
+    assert summary["rod_frequency"] == pytest.approx(truth["first_rate_rad_s"] / (2.0 * math.pi), rel=1e-9)
+    assert summary["slider_error_bending"] == pytest.approx(summary["slider_error_max"], rel=1e-3)
+
+
+@pytest.mark.slow
+def test_the_stress_at_the_edges_is_that_of_the_exact_bar():
+    wide = simeon(section=None, area=1e3, second_moment=0.008**4 / 12.0, edge=0.004, bending=4, damping=0.01)
+    summary = clearsweep.simulate(clearsweep.load_case(wide)).summary  # so wide that the normal force adds nothing
+    assert summary["rod_stress_max"] == pytest.approx(TRUTH["simeon_damped"]["largest_stress_Pa"], rel=1e-2)

@@ -155,7 +155,7 @@ def test_figures_have_names_of_their_own_and_need_what_there_is():
     names = [figure.name for figure in catalogue.FIGURES]
     assert len(set(names)) == len(names)
     needs = {need for figure in catalogue.FIGURES for need in figure.needs}
-    of_case = {"turns", "rests", "free", "horizon", "error_check", "until", "life", "uncertain", "vibration"}
+    of_case = {"turns", "rests", "free", "horizon", "error_check", "until", "life", "uncertain", "vibration", "bends"}
     of_place = {"zones", "across", "moves"}
     of_joint = {"wear", "film", "friction", "guide", "spatial", "axial", "strength", "limited", "thermal"}
     of_joint |= {"rolling", "dynamic", "static", "flanked"}

@@ -456,7 +456,7 @@ class Figure(NamedTuple):
     unit: str  # SI
     text: str
     of: str = "case"  # 'joint': one for each joint with clearance; 'output': of a mechanism's output; 'place': one for
-    # each place of `vibration.at`; 'order': one for each of `vibration.orders`; 'case'
+    # each place of `vibration.at`; 'order': one for each of `vibration.orders`; 'link': one for each that bends; 'case'
     #: 'turns', 'free', 'rests' (mechanism); 'wear', 'film', 'friction', 'limited' (joint); 'horizon', 'until',
     #: 'life'
     needs: tuple[str, ...] = ()

@@ -4,7 +4,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 from .case import Case, Joint, column_name
-from .catalogue import Catalogue, Channel, Figure, FigureOutline, Mechanism, Outline, torsional_unit
+from .catalogue import BendingOutline, Catalogue, Channel, Figure, FigureOutline, Mechanism, Outline, torsional_unit
 from .vibration import FRAME, PlaceOutline, VibrationOutline
 
 PRELOAD = "preload"  # the form of load that presses on a joint with clearance
@@ -189,6 +189,7 @@ class Layout(NamedTuple):
                     frictions,
                     features.outline.vibration,
                     features.outline.figures,
+                    features.outline.bending,
                 ),
             ),
             _channels(catalogue, mechanism, features),
@@ -263,6 +264,7 @@ class Requested(NamedTuple):
     frictions: tuple[str, ...] = ()  # the joints of friction loads
     vibration: VibrationOutline | None = None
     figures: tuple[FigureOutline, ...] = ()  # of one's own
+    bending: tuple[BendingOutline, ...] = ()  # links that bend
 
 
 def columns_of(
@@ -275,6 +277,7 @@ def columns_of(
     """
     features = {*requested.names, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
     features |= {"vibration"} if requested.vibration else set()
+    features |= {"bends"} if requested.bending else set()
     columns: list[Column] = []
     for joint, joint_features in features_by_joint.items():
         joint_figures = (figure for figure in catalogue.figures if figure.of == "joint")
@@ -292,6 +295,13 @@ def columns_of(
         )
         columns += [_column(figure, joint, mechanism) for figure in joint_figures]
     for figure in catalogue.figures:
+        if figure.of == "link":
+            columns += [
+                _column(figure, "", mechanism, {"link": link.name})
+                for link in requested.bending
+                if link.features >= {*figure.needs}
+            ]
+            continue
         if figure.of == "joint" or not features >= {*figure.needs} - OF_PLACES:
             continue
         if figure.of == "output" and not mechanism.output:
@@ -342,9 +352,11 @@ def rubbing_joints(outline: Outline) -> tuple[str, ...]:
 
 
 def _column(figure: Figure, joint: str, mechanism: Mechanism, words: Mapping[str, str] | None = None) -> Column:
-    """Return the column of a figure; words : `until` and the unit of that figure, `order`, `place`."""
-    output, words = mechanism.output, {"until": "", "until_unit": "", "order": "", "place": "", **(words or {})}
-    name = figure.column(output.name if output and figure.of == "output" else joint)
+    """Return the column of a figure; words : `until` and the unit of that figure, `order`, `place`, `link`."""
+    blank = dict.fromkeys(("until", "until_unit", "order", "place", "link"), "")
+    output, words = mechanism.output, blank | {**(words or {})}
+    owner = column_name(words["link"]) or joint
+    name = figure.column(output.name if output and figure.of == "output" else owner)
     name = name.replace(ORDER, f"{ORDER}_{words['order']}") if words["order"] else name
     text = figure.text.format(output=output.name if output else "", **words)
     unit = figure.unit.format(output=output.unit if output else "", until=words["until_unit"])
@@ -425,12 +437,19 @@ def columns_markdown(catalogue: Catalogue) -> str:
     outputs = [mechanism.output for mechanism in catalogue.mechanisms if mechanism.output]
     rows = ["| column | unit | what it is | where |", "| --- | --- | --- | --- |"]
     for figure in catalogue.figures:
-        owners = {"joint": ("J",), "place": ("AT",), "output": tuple(output.name for output in outputs)}
+        owners = {
+            "joint": ("J",),
+            "place": ("AT",),
+            "link": ("BODY",),
+            "output": tuple(output.name for output in outputs),
+        }
         names = ", ".join(f"`{figure.column(owner)}`" for owner in owners.get(figure.of, ("",)))
         names = names.replace(ORDER, f"{ORDER}_N") if figure.of in ("place", "order") else names
         units = {figure.unit.format(output=output.unit, until="that of the figure") for output in outputs}
         output_text, until_text = " or ".join(output.name for output in outputs), "the figure of `until`"
-        text = figure.text.format(output=output_text, until=until_text, order="N", place="the place AT")
+        text = figure.text.format(
+            output=output_text, until=until_text, order="N", place="the place AT", link="the link BODY"
+        )
         requirements_text = ", ".join(_REQUIREMENT_TEXTS[need] for need in figure.needs)
         rows.append(
             f"| {names}{' *' if figure.settles else ''} | {', '.join(sorted(units))} | {text} | {requirements_text} |"
@@ -439,6 +458,8 @@ def columns_markdown(catalogue: Catalogue) -> str:
 
 
 _REQUIREMENT_TEXTS = {
+    "bends": "a link bends",
+    "fatigue": "it has `stress_life`",
     "turns": "a drive turns the mechanism",
     "free": "the crank is free",
     "rests": "nothing turns",

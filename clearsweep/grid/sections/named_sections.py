@@ -224,9 +224,8 @@ def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue)
     if life and column_name(life) in parts_by_joint:
         parts_by_joint[column_name(life)].add("limited")
     frictions, vibration = rubbing_joints(reader.outline), reader.outline.vibration
-    columns = columns_of(
-        catalogue, mechanism, parts_by_joint, Requested(frozenset(requested), until, frictions, vibration)
-    )
+    requests = Requested(frozenset(requested), until, frictions, vibration, bending=reader.outline.bending)
+    columns = columns_of(catalogue, mechanism, parts_by_joint, requests)
     return {column.name: column.unit for column in columns}
 
 

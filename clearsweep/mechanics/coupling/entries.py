@@ -45,7 +45,16 @@ from ..wear.bins import POSITIONS as POSITION_ROWS
 from ..wear.bins import RECORDED_SIZE, SLOPES, AxialRows, Instant, StripRows, WearTotals, record, update_joint_wear
 from ..wear.bins import Step as WearStep
 from .inertia import joints_at_event
-from .rates import first_signal, gaps_with_angles, observed_width, put_error, put_root_rates, rates
+from .rates import (
+    first_signal,
+    gaps_with_angles,
+    observed_width,
+    put_error,
+    put_link_signals,
+    put_root_rates,
+    rates,
+    scene_signal_count,
+)
 from .shaking import put_signals
 from .state import size_of, time_scale, touchable_contacts
 
@@ -63,9 +72,10 @@ def rates_entry(scene, y, mode, latched, k, o, row):
     contacts, n, latched_count = size_of(parameters)
     y, o = shaped(y, (n,)), shaped(o, (observed_width(parameters), ROW_COUNT))
     mode, latched = shaped(mode, (contacts,)), shaped(latched, (latched_count,))
-    pose, motion = rates(parameters, y, mode, latched, shaped(k, (n, ROW_COUNT)), o, row, row < FIRST_IMPLICIT_ROW)
-    if parameters.shaking:
-        put_signals_of_node(parameters, y, pose, motion, o, row)
+    k = shaped(k, (n, ROW_COUNT))
+    pose, loads, motion = rates(parameters, y, mode, latched, k, o, row, row < FIRST_IMPLICIT_ROW)
+    if scene_signal_count(parameters):
+        put_signals_of_node(parameters, y, pose, loads, motion, o, row)
     put_error(parameters, pose_at(parameters.mechanism, y), o, row)
 
 
@@ -165,17 +175,20 @@ def observe_entry(scene, nodes, mode, latched, o, _):
     nodes, mode, latched = shaped(nodes, (n + 1, STAGES)), shaped(mode, (contacts,)), shaped(latched, (latched_count,))
     o = shaped(o, (observed_width(parameters), ROW_COUNT))
     for i in lane_range(STAGES):
-        pose, motion = rates(parameters, nodes[:, i], mode, latched, None, o, i)
+        pose, loads, motion = rates(parameters, nodes[:, i], mode, latched, None, o, i)
         if parameters.shaking:
             put_signals(parameters, nodes[:, i], pose, motion, o, i, first_signal(parameters))
+        put_link_signals(parameters, pose, loads, motion, o, i)
     put_error(parameters, pose_at(parameters.mechanism, nodes[:, END]), o, END)
 
 
 @inlined
-def put_signals_of_node(scene, y, pose, motion, o, row):
-    """Write the signals of vibration to a row of `o`, unless the state is one that only the search for a peak needs."""
+def put_signals_of_node(scene, y, pose, loads, motion, o, row):
+    """Write the signals to a row of `o`, unless the state is one that only the search for a peak needs."""
     if row != SCRATCH:
-        put_signals(scene, y, pose, motion, o, row, first_signal(scene))
+        if scene.shaking:
+            put_signals(scene, y, pose, motion, o, row, first_signal(scene))
+        put_link_signals(scene, pose, loads, motion, o, row)
 
 
 def rates_of(scene, parameters) -> Entry:

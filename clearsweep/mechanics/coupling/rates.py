@@ -56,6 +56,8 @@ from ..machines.contract import (
     friction_laws,
     friction_powers,
     gaps,
+    link_signal_count,
+    link_signals,
     load_power,
     output_error,
     pose_at,
@@ -211,7 +213,7 @@ _put_all_roots = map_joints(_put_roots, after_joint)
 def rates(scene, y, mode, latched, k, o, row, is_converged=True):
     """Write the rates of `y` with respect to tau to row `row` of `k`, and the observables to row `row` of `o`.
 
-    Return the pose and the Motion.
+    Return the pose, the Loads and the Motion.
 
     y : (n,) state; k : (n, 16) and o : (columns, 16), None to omit either; a row is one value of the last index;
     mode : (contacts,) mode of each contact; latched : see JointState; is_converged : whether the state is on the
@@ -243,7 +245,7 @@ def rates(scene, y, mode, latched, k, o, row, is_converged=True):
         _put_all_contacts(
             scene.joints, loads, offsets, _ObservableRows(total_counts(scene.joints).contact, o, row, is_converged)
         )
-    return pose, motion
+    return pose, loads, motion
 
 
 @inlined
@@ -264,7 +266,21 @@ def put_root_rates(scene, joint_gaps, state, kappa, k, row):
 @inlined
 def observed_width(scene):
     """Return the number of observables: of joints, then the power (W) of each friction load, then the signals."""
-    return first_signal(scene) + signal_count(scene.shaking)
+    return first_signal(scene) + scene_signal_count(scene)
+
+
+@inlined
+def scene_signal_count(scene):
+    """Return the number of signals: of vibration, then of links that bend."""
+    return signal_count(scene.shaking) + link_signal_count(scene.mechanism)
+
+
+@inlined
+def put_link_signals(scene, pose, loads, motion, o, row):
+    """Write the signals of links that bend to row `row` of `o`."""
+    signals, column = link_signals(scene.mechanism, pose, loads, motion), first_signal(scene)
+    for i in range(len(signals)):
+        o[column + signal_count(scene.shaking) + i, row] = signals[i]
 
 
 @inlined

@@ -208,6 +208,29 @@ def _default_load_resultants(mechanism, pose):
 
 
 @family
+def link_signals(mechanism, pose, loads, motion):
+    """Return the crank's angle (rad), then of each link that bends its modes (m) and the normal forces (N) at stations.
+
+    () without such links.
+    """
+
+
+@link_signals.member(None)
+def _default_link_signals(mechanism, pose, loads, motion):
+    return ()
+
+
+@family
+def link_signal_count(mechanism):
+    """Return the number of `link_signals`."""
+
+
+@link_signal_count.member(None)
+def _default_link_signal_count(mechanism):
+    return 0
+
+
+@family
 def output_error(mechanism, pose):
     """Return the deviation of the output from the ideal mechanism, in its unit, and its rate."""
 

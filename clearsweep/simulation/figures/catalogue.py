@@ -14,7 +14,7 @@ from ...contracts.catalogue import NOTHING, Entry, Figure
 from ...contracts.layout import Layout
 from ...mechanics.laws.contract import ONSET_FLOOR
 from ...mechanics.solver.integration import Work
-from . import peaks, rolling, vibration, wear
+from . import bending, peaks, rolling, vibration, wear
 from .flanks import FLANKED
 from .peaks import CRANK_SPEED_AFTER, FORCE_PEAK_START, PEAKS, PERIOD, SPATIAL, START_UP_TIME, ideal_peak
 from .sums import ForceExceeded, Mean, PerRevolution, RootMean, figure_of_joint
@@ -386,7 +386,7 @@ WORK_COUNTS = (
 SETUP = Figure(
     "setup_time", "s", "processor time of the ideal mechanism and the figures; not part of run_time", differs=False
 )
-FIGURES = (*JOINT, *MECHANISM, *vibration.FIGURES, *PERIOD, *OBSERVED, RESIDUAL, *WORK_COUNTS, SETUP)
+FIGURES = (*JOINT, *MECHANISM, *bending.FIGURES, *vibration.FIGURES, *PERIOD, *OBSERVED, RESIDUAL, *WORK_COUNTS, SETUP)
 
 
 def column_of(layout: Layout, name: str) -> tuple[Figure, int | None]:

@@ -12,7 +12,7 @@ import numpy as np
 
 from ...language import phases
 from ...mechanics.coupling.entries import guards_of, rates_of, stage_observables_of, sweep_of, wear_of
-from ...mechanics.coupling.rates import first_signal, rates, samples_of, slopes_of
+from ...mechanics.coupling.rates import first_signal, rates, samples_of, scene_signal_count, slopes_of
 from ...mechanics.coupling.state import every_state
 from ...mechanics.joints.contract import (
     Offsets,
@@ -24,10 +24,12 @@ from ...mechanics.joints.contract import (
 )
 from ...mechanics.laws.contract import touches
 from ...mechanics.laws.loss import needs_mass, needs_onset_rate
+from ...mechanics.machines.contract import link_signal_count
 from ...mechanics.observe import ROW_COUNT
 from ...mechanics.solver import integration, loop, radau, totals
 from ...mechanics.solver.preconditioner import preconditioner_of
-from ...mechanics.solver.slow_sums import Record, RevolutionMarks
+from ...mechanics.solver.signal_sums import NODE_COUNT
+from ...mechanics.solver.slow_sums import SIGNALS, Record, RevolutionMarks
 from ...mechanics.wear import Account
 from ...tracing.compiled.family import NO_ENTRY, form_number, put_numbers
 from ...tracing.compiled.pinned import Pinned
@@ -45,8 +47,9 @@ from ..setup.start import (
     period,
     start_of,
 )
+from .bending import LinkSignals
 from .observed_run import Branches, Observer, Perturbed, Revolutions, run_observed
-from .vibration import Signals
+from .vibration import CAPACITY, Signals
 
 REST = 1e-9  # of the onset rate and of the largest depth: less is rest, in a contact
 TIME_BUDGET, ROUNDING, SUMS_NOT_FINITE = -1, -2, -3  # further statuses besides those of the loop
@@ -77,7 +80,10 @@ class Run:
         self.inputs = start.inputs.copy()
         inputs = inputs_of(self.inputs, start.batch_key, contact_count, len(internal))
         self.totals = totals.Totals(**fields_from(totals.Totals, arrays))
-        self.signals = Signals(scene) if scene.case.vibration and records_signals else None
+        width = scene_signal_count(value) if records_signals else 0
+        self.recording = np.zeros((CAPACITY, SIGNALS + width, NODE_COUNT) if width else (0, 0, 0))
+        self.signals = Signals(scene, SIGNALS + width) if scene.case.vibration and records_signals else None
+        self.link_signals = LinkSignals(scene) if records_signals and link_signal_count(value.mechanism) else None
         samples = zeros((inputs.times.size, len(scene.layout.channels)))
         self.record = Record(inputs.times, samples, independent if in_angles else time_index)
         self.work = integration.Work(
@@ -105,7 +111,7 @@ class Run:
             preconditioner=preconditioner_of(n - 1 - contact_count - len(value.coordinates), zeros),
             totals=self.totals,
             record=self.record,
-            recording=self.signals.recording if self.signals else np.zeros((0, 0, 0)),
+            recording=self.recording,
             signals=first_signal(value),
             revolutions=RevolutionMarks(marks=inputs.marks, **fields_from(RevolutionMarks, arrays)),
             **fields_from(integration.Work, arrays),
@@ -136,6 +142,8 @@ class Run:
         Account(self.totals.account).column("sliding_distance")[:] = self.earlier_sliding
         if self.signals:
             self.signals.reset()
+        if self.link_signals:
+            self.link_signals.reset()
 
     def _begin(self, start: Start) -> None:
         """Initialise; the run's own arrays are zero already."""
@@ -165,6 +173,8 @@ class Run:
         self.phase: phases.Phase | None = None  # progress of the run
         if self.signals:
             self.signals.begin(scene)
+        if self.link_signals:
+            self.link_signals = LinkSignals(scene)
 
     @functools.cached_property
     def offsets(self) -> list[Offsets]:
@@ -200,8 +210,7 @@ class Run:
         if logged := int(work.stepper.logged):
             self.logs.append(work.log[:logged].copy())
         self.status, work.stepper.begun = status, 0.0
-        if self.signals:
-            self.signals.drain(work)
+        self._take_recorded_steps()
         if status == integration.TURNS_STIFF:
             work.slopes.numbers[:] = slopes_of(self.value, self.parameters)
             return False
@@ -217,6 +226,15 @@ class Run:
             self.status = ROUNDING
             return True
         return status != integration.PAUSED or bool(work.y[work.independent] >= work.control.pause)
+
+    def _take_recorded_steps(self) -> None:
+        """Add the recorded steps to the figures that follow from signals."""
+        work: Any = self.work  # mypy takes its parts for tuples of anything
+        rows, work.stepper.recorded = self.recording[: int(work.stepper.recorded)], 0.0
+        if self.link_signals:
+            self.link_signals.add(rows)
+        if self.signals:
+            self.signals.add(rows)
 
     def is_held_at_rest(self) -> bool:
         """Return whether two bodies that should part rest in contact: overdamped, and pulled together."""

@@ -4,11 +4,10 @@ A run records its signals at the nodes of every step of the window, and pauses w
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from ...mechanics.coupling.shaking import signal_count
 from ...mechanics.machines.observed import axes_of
 from ...mechanics.observe import (
     ANGLE,
@@ -62,9 +61,9 @@ class _Layout(NamedTuple):
     spectral: np.ndarray  # signals with a spectrum over time
 
 
-def _layout_of(scene: Scene) -> _Layout:
+def _layout_of(scene: Scene, width: int) -> _Layout:
     """Return the layout of the recording of a scene."""
-    shaking, vibration = scene.value.shaking, scene.case.vibration
+    vibration = scene.case.vibration
     assert vibration is not None
     first_places = [SIGNALS + PLACES + PLACE_WIDTH * i for i in range(len(vibration.places))]
     forces = [SIGNALS + FORCE_X, SIGNALS + FORCE_Y]
@@ -73,16 +72,15 @@ def _layout_of(scene: Scene) -> _Layout:
     spectral = forces if vibration.frame.mass is not None else []
     for first, place in zip(first_places, vibration.places, strict=True):
         spectral = [*spectral, *[first + VX + axis for axis in range(axes_of(place, scene.mechanism))]]
-    return _Layout(SIGNALS + signal_count(shaking), np.array(summed), np.array(spectral, dtype=np.int64))
+    return _Layout(width, np.array(summed), np.array(spectral, dtype=np.int64))
 
 
 class Signals:
     """The recorded signals of a run, summed up."""
 
-    def __init__(self, scene: Scene):
-        """Prepare for the cases of a layout."""
-        self.layout = _layout_of(scene)
-        self.recording = np.zeros((CAPACITY, self.layout.width, NODE_COUNT))
+    def __init__(self, scene: Scene, width: int):
+        """Prepare for the cases of a layout; width : number of recorded columns."""
+        self.layout = _layout_of(scene, width)
         self.choices = np.concatenate([self.layout.summed, self.layout.spectral])
         self.sums, self.scratch = np.zeros((self.layout.width, POWERS, STAGES)), np.zeros((BIN_MOMENTS, STAGES))
         self.bounds = np.zeros((self.layout.width, 2))  # largest value of each signal, and of its negative
@@ -136,12 +134,11 @@ class Signals:
         self.angle_bins.fill(0.0)
         self.stretch_time = 0.0
 
-    def drain(self, work: Any) -> None:
-        """Add the recorded steps of a run (integration.Work)."""
-        count, work.stepper.recorded = int(work.stepper.recorded), 0.0
-        if not count:
+    def add(self, rows: np.ndarray) -> None:
+        """Add recorded steps (steps, columns, nodes), whose free columns and angles may change."""
+        if not len(rows):
             return
-        rows, crank_clock = self.recording[:count], self.scene.crank_clock
+        crank_clock = self.scene.crank_clock
         if self.orders and not self.is_steady:
             self._put_angles(rows)
         column = SIGNALS + (ANGLE if crank_clock.free else TIME)

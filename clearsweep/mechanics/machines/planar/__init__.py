@@ -1,13 +1,15 @@
 """Planar machines: rigid bodies with revolute and prismatic joints in any topology, each joint ideal or open."""
 
-from .bending import first_rate, line_of, problem_of_links
+from .bending import STATIONS, first_rate, line_of, problem_of_links
 from .build import build, channels, crank_speed, discontinuity_times, ideal, ideal_form, ideal_reactions, with_segments
 from .closure import ClosureError, MachineStates, MobilityError
 from .form import as_empty_tuples
 from .free_bodies import without_forces
 from .ideal import AlwaysEqual, ideal_of, machine_key, rival_assembly, slot_travel
+from .reactions import levers
 
 __all__ = [
+    "STATIONS",
     "AlwaysEqual",
     "ClosureError",
     "MachineStates",
@@ -22,6 +24,7 @@ __all__ = [
     "ideal_form",
     "ideal_of",
     "ideal_reactions",
+    "levers",
     "line_of",
     "machine_key",
     "problem_of_links",

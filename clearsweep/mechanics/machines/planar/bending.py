@@ -47,6 +47,7 @@ class BentPoint(NamedTuple):
     slopes: tuple  # by each mode (1), then by the extension of each axial segment
     curvatures: tuple  # second derivatives by pairs of modes (1/m), see `pairs_of`
     turns: tuple  # of the angle of its section by each mode, 1/m
+    cuts: tuple  # number of stations between it and the first pin: where the bar is cut there, it moves with the rest
 
 
 class Line(NamedTuple):
@@ -118,7 +119,8 @@ def compile_bent_point(body: Body, elastic: Elastic, bending: Bending, place: tu
             _compile_vector((shortening - turn * offset_along) * axial - turn * offset_across * transverse)
         )
     at = compile_point(*map(float, np.subtract(place, body.center)))
-    return BentPoint(at, (*slopes, *stretches), tuple(curvatures), tuple(turns.tolist()))
+    cuts = as_empty_tuples(sum(place < section or section == 1.0 for place in STATIONS))
+    return BentPoint(at, (*slopes, *stretches), tuple(curvatures), tuple(turns.tolist()), cuts)
 
 
 def problem_of_links(machine: Machine) -> tuple[str, str] | None:
@@ -148,6 +150,7 @@ def problem_of_links(machine: Machine) -> tuple[str, str] | None:
 
 
 OFF_LINE = 1e-6  # of the length: a pin farther from the line makes a plate of the bar
+STATIONS = tuple(i / 10 for i in range(11))  # s / l, where the stress is computed
 AT_PIN = 1e-9  # of the length: a point so near a pin is at it
 NO_LENGTH = 1e-14  # of a unit: rounding of a component that is zero
 

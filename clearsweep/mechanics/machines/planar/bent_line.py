@@ -7,7 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....tracing.compiled.formulas import ONE, ZERO, Expr, constant, sum_of
-from .bending import LINE_SHAPE, ONE_SHAPE, Shape, integral_of_product, shortening_shapes, value_of
+from .bending import LINE_SHAPE, ONE_SHAPE, STATIONS, Shape, integral_of_product, shortening_shapes, value_of
 from .structure import BentKind, Coordinate
 from .vectors import PlaneVector
 
@@ -115,6 +115,9 @@ class BentLine:
     def column(self, coordinate: Coordinate, centre: PlaneVector, spin: Expr) -> PlaneField:
         """Return the derivative of the position by a coordinate, from that of the centre and of the chord's angle."""
         field = self._uniform(centre) + self.position.turned(spin)
+        if coordinate in self.kind.cuts:
+            place = STATIONS[self.kind.cuts.index(coordinate)]
+            return field + PlaneField({("step", place): ONE} if place < 1.0 else {}, {})
         return field + self._deformation({coordinate: ONE}) if coordinate in self.kind.coordinates else field
 
     def velocity(self, centre: PlaneVector, spin: Expr) -> PlaneField:
@@ -164,6 +167,12 @@ class BentLine:
         properties = self.properties
         stored = properties.stiffness[i] * self.values[coordinate]
         return stored + properties.damping[i] * self.rates[coordinate]
+
+    def tensions_of_segments(self) -> list[Expr]:
+        """Return the elastic normal force (N) at the stations, that of their axial segments."""
+        count, first = len(self.stretches), len(self.modes)
+        segments = [min(int(count * place), count - 1) for place in STATIONS]
+        return [self.properties.stiffness[first + i] * self.values[self.stretches[i]] for i in segments]
 
     def histories(self) -> list[Expr]:
         """Return the deflection (m) of the middle from the chord, then, with axial segments, the chord's elongation."""

@@ -25,7 +25,8 @@ class Dynamics(Bodies):
         super().__init__(machine, parameters)
         self.crank = Coordinate(ANGLE, machine.spanning_tree.crank)
         self.unknown = list(machine.state)
-        self.independent = list(dict.fromkeys([self.crank, *self.unknown]))
+        cuts = [cut for kind in machine.bent.values() if self.cuts_links for cut in kind.cuts]
+        self.independent = list(dict.fromkeys([self.crank, *self.unknown, *cuts]))
         self.dependent: dict[Coordinate, Row] = {}  # derivatives of dependent coordinates by independent ones
         self.dependent_bias: Row = {}  # accelerations of dependent coordinates from rates only
         if machine.dependent:
@@ -43,7 +44,8 @@ class Dynamics(Bodies):
         """Return the derivatives of the line of a body that bends by the independent coordinates that move it."""
         line, columns = self.lines[body], self.reduced[body]
         spins = self.spins[self.spanning_tree.group[body]]
-        moving = [c for c in self.independent if c in columns or c in spins or c in line.kind.coordinates]
+        own = (*line.kind.coordinates, *line.kind.cuts)
+        moving = [c for c in self.independent if c in columns or c in spins or c in own]
         return {c: line.column(c, columns.get(c, NO_VECTOR), spins.get(c, ZERO)) for c in moving}
 
     def _differentiate_loops(self) -> None:
@@ -177,9 +179,11 @@ class Dynamics(Bodies):
                     terms[coordinate].append(derivative * net_moment)
         for j in self.machine.sprung:
             terms[Coordinate(TRAVEL, j)].append(-self.tension(j))
+        for coordinate, deforming in self.bend_forces.items():
+            terms[coordinate] += deforming
         for line in self.lines.values():
             for coordinate in line.kind.coordinates:
-                terms[coordinate] += [*self.bend_forces.get(coordinate, ()), -line.tension(coordinate)]
+                terms[coordinate].append(-line.tension(coordinate))
         return {coordinate: sum_of(item_terms) for coordinate, item_terms in terms.items()}
 
     def acceleration_of_line(self, body: int, centre: PlaneVector, accelerations: Row) -> PlaneField:
@@ -194,9 +198,7 @@ class Dynamics(Bodies):
     def motion(self) -> tuple[Motion, Row]:
         """Return the Motion, and the accelerations of all coordinates."""
         machine, crank = self.machine, self.crank
-        alpha = ZERO
-        if not (machine.free or machine.steady):
-            alpha = self.program.call(drive_motion, self.mechanism.drive, self.pose.time)[2]
+        alpha = ZERO if machine.free or machine.steady else self._drive_acceleration()
         right_side = self.generalised_forces(alpha)
         if machine.free:
             torque = self.program.call(torque_at, self.mechanism.drive, self.rate[crank], self.pose.time)
@@ -208,6 +210,10 @@ class Dynamics(Bodies):
         accelerations = tuple(solution[coordinate] for coordinate in self.unknown)
         extended = self.with_dependent(solution | ({} if machine.free else {crank: alpha}))
         return Motion(accelerations, self.output(extended), torque), extended
+
+    def _drive_acceleration(self) -> Expr:
+        """Return the angular acceleration of a crank whose speed varies as prescribed."""
+        return self.program.call(drive_motion, self.mechanism.drive, self.pose.time)[2]
 
     def output(self, accelerations: Row) -> Expr:
         """Return the acceleration of the output."""
@@ -224,6 +230,43 @@ def motion_of(machine: MachineType) -> Program:
     """Return the program of `contract.accelerate` without friction loads."""
     dynamics = Dynamics(machine)
     return dynamics.program.returns(dynamics.motion()[0])
+
+
+class LinkForces(Dynamics):
+    """Normal forces of links that bend, from the accelerations of the machine."""
+
+    cuts_links = True
+
+    def normal_forces(self, accelerations: Expr) -> list[list[Expr]]:
+        """Return the normal force (N, of tension) at the stations of each link, for the accelerations of a Motion.
+
+        It is what keeps a cut closed; with axial segments, the elastic force of the segment.  The friction of ideal
+        joints counts through the accelerations only.
+        """
+        alpha = ZERO if self.machine.free or self.machine.steady else self._drive_acceleration()
+        right_side, forces = self.generalised_forces(alpha), []
+        for line in self.lines.values():
+            if line.stretches:
+                forces.append(line.tensions_of_segments())
+                continue
+            inertia_terms = [
+                [-(self.entry(cut, c) * accelerations[i]) for i, c in enumerate(self.unknown)] for cut in line.kind.cuts
+            ]
+            forces.append(
+                [sum_of([right_side[cut], *terms]) for cut, terms in zip(line.kind.cuts, inertia_terms, strict=True)]
+            )
+        return forces
+
+
+@generated(machine_type)
+def link_signals_of(machine: MachineType) -> Program:
+    """Return the program of `contract.link_signals`."""
+    dynamics = LinkForces(machine, 4)
+    forces = dynamics.normal_forces(dynamics.program.parameters[3].accelerations)
+    signals = [dynamics.angle(machine.spanning_tree.crank)]
+    for line, normal_forces in zip(dynamics.lines.values(), forces, strict=True):
+        signals += [*(line.values[mode] for mode in line.modes), *normal_forces]
+    return dynamics.program.returns(tuple(signals))
 
 
 @generated(machine_type)

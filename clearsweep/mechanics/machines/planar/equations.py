@@ -21,14 +21,17 @@ from ..contract import (
     gaps,
     gravity_of,
     impact_masses,
+    link_signal_count,
+    link_signals,
     load_power,
     load_resultants,
     output_error,
     pose_at,
     with_friction_laws,
 )
-from ..programs import generated
-from .dynamics import impact_masses_of, motion_of
+from ..programs import generated, kinds_of
+from .bending import STATIONS
+from .dynamics import impact_masses_of, link_signals_of, motion_of
 from .form import Planar, evaluate_cycle
 from .friction import accelerate_with_friction, friction_powers_of, friction_slips_of
 from .kinematics import Bodies, vector_of
@@ -250,6 +253,22 @@ def _accelerate_planar(mechanism, pose, loads):
 @impact_masses.member(Planar)
 def _impact_masses_planar(mechanism, pose, joint_gaps):
     return impact_masses_of(mechanism, pose, joint_gaps)
+
+
+@link_signals.member(Planar)
+def _link_signals_planar(mechanism, pose, loads, motion):
+    return link_signals_of(mechanism, pose, loads, motion) if link_signal_count(mechanism) else ()
+
+
+@link_signal_count.member(Planar)
+def _link_signal_count_planar(mechanism):
+    return _signal_count(mechanism)
+
+
+@known
+def _signal_count(mechanism):
+    bent = machine_type(kinds_of(mechanism)).bent.values()
+    return 1 + sum(kind.modes + len(STATIONS) for kind in bent) if bent else 0
 
 
 @energy.member(Planar)

@@ -84,6 +84,8 @@ class Load(NamedTuple):
 class Kinematics:
     """Positions and their derivatives in a program; subclasses define the source of angles and rates."""
 
+    cuts_links = False  # whether links that bend are cut, to find their normal forces
+
     def __init__(self, machine: MachineType, parameters: int):
         """Begin a program; parameters : their number, the mechanism being the first."""
         self.machine, self.program, self.spanning_tree = machine, Program(parameters), machine.spanning_tree
@@ -132,6 +134,9 @@ class Kinematics:
         place = vector_sum(terms)
         sums = ((c, vector_sum(parts)) for c, parts in slopes.items())
         present = tuple((c, slope) for c, slope in sums if slope != NO_VECTOR)
+        if self.cuts_links:
+            axis = vector_of(kind.axis, self.mechanism.bodies[body - 1].axis)
+            present += tuple((cut, axis) for cut in kind.cuts[: form.cuts])
         turns = tuple((c, value.turns[i]) for i, c in enumerate(kind.coordinates[: kind.modes]))
         return BentVector(*place, self.spanning_tree.group[body], present, tuple(curvatures), turns)
 
@@ -301,7 +306,7 @@ class Kinematics:
                 coriolis = (2.0 * self.rate[Coordinate(ANGLE, g)] * self.rate[Coordinate(TRAVEL, j)]).assigned()
                 terms.append(signed(sign, coriolis * self.axis(j).left()))
         for point, sign in path.bent_signs.items():
-            rates = [self.rate[coordinate] * slope for coordinate, slope in point.slopes]
+            rates = [self.rate[coordinate] * slope for coordinate, slope in point.slopes if coordinate in self.rate]
             twice_spin = (2.0 * self.rate[Coordinate(ANGLE, point.group)]).assigned()
             parts = [twice_spin * vector_sum(rates).left()]
             for first, second, curvature in point.curvatures:

@@ -4,14 +4,16 @@ The joints with clearance act as loads of known size.  The forces in the other j
 constraints (Haug 1989, "Computer Aided Kinematics and Dynamics", chapter 6): J^T f = applied - M a.
 """
 
+import math
 from collections.abc import Mapping
 from typing import NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import Guide, Machine
+from ....contracts.machine import BodyPoint, Guide, Machine
+from ....tracing.compiled.direction import directions
 from .closure import MachineStates
-from .ideal import ideal_of
+from .ideal import IdealMachine, ideal_of
 
 
 class JointForce(NamedTuple):
@@ -76,3 +78,35 @@ def reactions(machine: Machine, motion: Motion, open_joint_forces: Mapping[str, 
     return Reactions(
         forces, {name: joint_force for name, joint_force in couples.items() if name in forces}, -multipliers[:, -1]
     )
+
+
+def levers(ideal_machine: IdealMachine, body: str, near: str, far: str) -> np.ndarray:
+    """Return the displacement of the output (STATIONS + 1,) for a unit of extension of the line between two points.
+
+    By reciprocity it is the force in this line under a unit force at the output, with the crank at rest.
+    """
+    states, aim = ideal_machine.revolution, ideal_machine.machine.aim
+    if body not in ideal_machine.closure.index:
+        return np.zeros(len(states.angles))
+    unit = np.zeros_like(states.q)
+    if aim.point:
+        direction = np.tile([math.cos(aim.direction), math.sin(aim.direction)], (len(states.q), 1))
+        ideal_machine.add_force(unit, states, BodyPoint(aim.body, aim.point), direction, 0.0)
+    else:
+        unit[:, 3 * ideal_machine.closure.index[aim.body] + 2] = 1.0
+    assert states.inverse is not None  # of a revolution that was closed
+    multipliers, force = states.inverse.multipliers(unit), np.zeros((len(states.q), 2))
+    for joint, begin, end in zip(
+        ideal_machine.machine.joints,
+        ideal_machine.closure.first_rows,
+        ideal_machine.closure.first_rows[1:],
+        strict=False,
+    ):
+        for sign, endpoint in ((1.0, joint.distal), (-1.0, joint.proximal)):
+            if endpoint == BodyPoint(body, far):
+                force += sign * ideal_machine.reaction_of(joint, states, multipliers[:, begin:end])
+    points = ideal_machine.machine.bodies[body].points
+    x, y = np.subtract(points[far], points[near])
+    cosine, sine = directions(ideal_machine.closure.angle(body, states.q) + math.atan2(y, x))
+    levers: np.ndarray = force[:, 0] * cosine + force[:, 1] * sine
+    return levers

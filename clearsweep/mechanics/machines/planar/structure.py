@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from ...laws.friction import Karnopp
 from ..contract import Open
-from .bending import Bent, BentPoint
+from .bending import STATIONS, Bent, BentPoint
 from .form import (
     BranchingCycle,
     ElasticGuide,
@@ -36,7 +36,8 @@ FREE = Free, FreeByLaw  # drives whose crank is free
 
 
 #: Kinds of coordinates: of an angle group, along a guide, of a floating body, of the deformation of a link that bends.
-ANGLE, TRAVEL, SHIFT_X, SHIFT_Y, BEND = range(5)
+#: A cut opens such a link at a station; it stays closed, and its force is the normal force of the link there.
+ANGLE, TRAVEL, SHIFT_X, SHIFT_Y, BEND, CUT = range(6)
 
 
 class Link(NamedTuple):
@@ -159,6 +160,7 @@ class BentForm(NamedTuple):
     at: type
     slopes: tuple[type, ...]
     curvatures: tuple[type, ...]
+    cuts: int
 
 
 PointForm = type | BentForm
@@ -171,6 +173,11 @@ class BentKind(NamedTuple):
     modes: int
     coordinates: tuple[Coordinate, ...]
     axis: type
+
+    @property
+    def cuts(self) -> tuple[Coordinate, ...]:
+        """Return its cuts at all stations."""
+        return tuple(Coordinate(CUT, self.body * len(STATIONS) + i) for i in range(len(STATIONS)))
 
 
 class Site(NamedTuple):
@@ -332,7 +339,7 @@ def _point_form(kinds: tuple) -> PointForm:
     slopes, curvatures = (
         tuple(kind[0] for kind in _kind_of_field(kinds, field)[1:]) for field in ("slopes", "curvatures")
     )
-    return BentForm(_kind_of_field(kinds, "at")[0], slopes, curvatures)
+    return BentForm(_kind_of_field(kinds, "at")[0], slopes, curvatures, _number(_kind_of_field(kinds, "cuts")))
 
 
 def _site(kinds: tuple) -> Site:
