@@ -160,7 +160,7 @@ def test_figures_have_names_of_their_own_and_need_what_there_is():
     of_joint = {"wear", "film", "friction", "guide", "spatial", "axial", "strength", "limited", "thermal"}
     of_joint |= {"rolling", "dynamic", "static", "flanked"}
     assert needs <= of_case | of_joint | of_place
-    assert {figure.of for figure in catalogue.FIGURES} == {"joint", "output", "case", "place", "order"}
+    assert {figure.of for figure in catalogue.FIGURES} == {"joint", "output", "case", "place", "order", "link"}
 
 
 def test_every_figure_of_a_case_is_computed():
