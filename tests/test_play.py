@@ -172,3 +172,71 @@ def changed(tree, path, value):
 )
 def test_grids_that_make_no_sense_are_refused_with_the_place_and_the_remedy(tree, path, value, words):
     refused(changed(tree(), path, value), *words)
+
+
+def flap(**changes):
+    """Return a flap on a torsion spring, whose free angle lies beyond the lower of two stops."""
+    contact = {"law": "kelvin-voigt", "stiffness": 2e4, "damping": 0.0}
+    tree = coupling(**changes)
+    bodies, joints = tree["mechanism"]["bodies"], tree["mechanism"]["joints"]
+    bodies["wheel"] |= {"inertia": 2e-3, "initial": {"angle": 0.3, "rate": 0.0}}
+    del joints["mesh"]
+    tree["mechanism"]["output"] = {"body": "pinion"}
+    tree["loads"] = {"spring": {"between": ["ground", "wheel"], "torsional_stiffness": 5.0, "free_angle": -0.2}}
+    tree["joints"] = {"bearing": {"stops": {"at": [-0.05, 0.5], "contact": contact}}}
+    tree["simulate"] |= {"revolutions": 1.0, "tolerance": 1e-10}
+    return tree
+
+
+def test_a_flap_meets_its_stop_when_the_spring_has_turned_it_there():
+    result = clearsweep.simulate(clearsweep.load_case(flap()), [])
+    rate = math.sqrt(5.0 / 2e-3)
+    time = math.acos(0.15 / 0.5) / rate
+    first, second = result.events[:2]
+    assert (first["joint"], first["kind"], second["kind"]) == ("bearing_lower", "on", "off")
+    assert first["t"] == pytest.approx(time, rel=1e-9)
+    assert first["rate"] == pytest.approx(0.5 * rate * math.sin(rate * time), rel=1e-9)
+    assert second["rate"] == pytest.approx(-first["rate"], rel=1e-8)
+    assert result.summary["energy_residual"] < 1e-12
+    assert result.units["bearing_penetration_max"] == "rad"
+
+
+def test_stops_that_make_no_sense_are_refused():
+    refused(
+        changed(flap(), "joints.bearing.stops.at", [0.5, -0.05]), "joints.bearing.stops.at", "lower stop comes first"
+    )
+    refused(changed(flap(), "mechanism.bodies.wheel.initial.angle", 0.6), "bearing.stops.at", "beyond a stop")
+    refused(changed(flap(), "joints.bearing.clearance", 1e-5), "joints.bearing.clearance")
+    refused(changed(flap(), "loads", None), "bearing", "wheel")
+
+
+def test_a_guide_meets_its_stop_where_its_slider_is():
+    contact = {"law": "kelvin-voigt", "stiffness": 1e6, "damping": 0.0}
+    tree = {
+        "mechanism": {
+            "type": "planar",
+            "bodies": {
+                "ground": {"points": {"main": ORIGIN}},
+                "crank": {"mass": 1.0, "inertia": 1e-3, "points": {"axle": ORIGIN, "pin": [0.05, 0.0]}},
+                "rod": {"mass": 0.2, "inertia": 1e-4, "points": {"big": ORIGIN, "small": [0.12, 0.0]}},
+                "slider": {"mass": 0.5, "inertia": 1e-4, "points": {"pin": ORIGIN}},
+            },
+            "joints": {
+                "axle": {"type": "revolute", "between": ["ground.main", "crank.axle"]},
+                "big": {"type": "revolute", "between": ["crank.pin", "rod.big"]},
+                "small": {"type": "revolute", "between": ["rod.small", "slider.pin"]},
+                "rail": {"type": "prismatic", "between": ["ground.main", "slider.pin"]},
+            },
+            "driven": "axle",
+            "output": {"body": "slider", "point": "pin"},
+        },
+        "drive": {"torque": 2.0, "initial_speed": 10.0, "inertia": 0.01},
+        "joints": {"rail": {"stops": {"at": [0.1, 0.18], "contact": contact}}},
+        "simulate": {"revolutions": 0.285, "discard": 0, "tolerance": 1e-10},
+        "save": {"orbits": "all"},
+    }
+    result = clearsweep.simulate(clearsweep.load_case(tree))
+    begin = result.events[0]
+    assert (begin["joint"], begin["kind"]) == ("rail_lower", "on")
+    assert np.interp(begin["t"], result.t, result["slider/x"]) == pytest.approx(0.1, abs=1e-5)
+    assert result.summary["energy_residual"] < 1e-9

@@ -251,6 +251,9 @@ class Rolling(NamedTuple):
         return self.kind == "ball"
 
 
+STOPS_SUFFIX = "~stops"  # of the name of the stops of a joint in a machine
+
+
 class Joint(NamedTuple):
     """A joint with clearance."""
 
@@ -279,13 +282,22 @@ class Joint(NamedTuple):
     backlash: float | None = None  # m, of two wheels in mesh, on the pitch circle; twice the clearance
     play: float | None = None  # rad, of a coupling, from stop to stop; twice the clearance
     drag: float = 0.0  # N m s/rad, of the second body relative to the first
+    stops: tuple[float, ...] = ()  # rad, or m of a guide: both ends of an ideal joint's motion
+    slides: bool = False  # the stops are those of a guide
     laws: str = ""  # hash of the laws of the grid's own
     rolling: Rolling | None = None  # elements of a rolling bearing; None: the journal slides in the bearing
 
     @property
     def flanked(self) -> str:
-        """Return 'gear' or 'coupling' if the joint has play in rotation between two flanks, else ''."""
+        """Return 'gear', 'coupling', 'stops' or 'guide_stops' if the joint touches on two sides, else ''."""
+        if self.stops:
+            return "guide_stops" if self.slides else "stops"
         return "gear" if self.backlash is not None else "coupling" if self.play is not None else ""
+
+    @property
+    def name_in_machine(self) -> str:
+        """Return the name of what is open in the machine: the joint, or its stops."""
+        return f"{self.name}{STOPS_SUFFIX}" if self.stops else self.name
 
     @property
     def elastic_name(self) -> str:

@@ -42,6 +42,7 @@ class JointOutline(NamedTuple):
     proximal: str
     distal: str
     journal: str = ""  # the body that carries the journal; '': the distal one
+    stops: bool = False  # it has stops and no clearance
 
     @property
     def bodies(self) -> tuple[str, str]:
@@ -272,8 +273,8 @@ class JointSite(NamedTuple):
     proximal: str  # the body nearer the drive
     distal: str
     kind: str = "revolute"  # 'guide': prismatic; 'slot': a pin in one; 'rolling': a rolling bearing; 'gear' or
-    # 'coupling': play in rotation; 'spatial', with flanges, or 'through', without; or 'line': a gap with two ends,
-    # which is always there
+    # 'coupling': play in rotation; 'stops' or 'guide_stops': ends of the motion of a pin or a guide; 'spatial', with
+    # flanges, or 'through', without; or 'line': a gap with two ends, which is always there
     journal: str = ""  # default body of the journal; '': the distal one
 
     @property

@@ -13,8 +13,14 @@ ORDER = "_order"  # in the name of a figure that each order of the crank speed h
 DIFFERENCE = "_difference"  # suffix of the column of an error check
 CORNERS = 4  # of a guide's block
 FLANKS = ("drive", "coast")  # of a gear or a coupling, in the order of their contacts
+STOPS = ("upper", "lower")  # likewise of the stops of a pin or a guide
 TORSIONAL = "torsional"  # feature of joints whose forces are torques and whose penetrations are angles
-FEATURES_OF_FLANKED = {"gear": frozenset({"flanked"}), "coupling": frozenset({"flanked", TORSIONAL})}
+FEATURES_OF_FLANKED = {
+    "gear": frozenset({"flanked"}),
+    "coupling": frozenset({"flanked", TORSIONAL}),
+    "stops": frozenset({TORSIONAL}),
+    "guide_stops": frozenset[str](),
+}
 MAX_REVOLUTIONS = 1 << 17  # number of last revolutions whose peaks and sections are kept
 SECTION_COUNT = "poincare/revolution"  # turns of the crank between sections
 _SECTIONED = ("x", "y", "vx", "vy")  # channels of a joint stored at crank angle 0
@@ -51,7 +57,7 @@ class JointLayout(NamedTuple):
     is_rolling: bool = False  # it is a rolling bearing
     dynamic: bool = False  # the dynamic load rating of its rolling bearing is known
     static: bool = False  # the static one is known
-    flanked: str = ""  # 'gear' or 'coupling': it has play in rotation between two flanks
+    flanked: str = ""  # one of FEATURES_OF_FLANKED: it touches on two sides
 
     @property
     def features(self) -> set[str]:
@@ -77,7 +83,7 @@ class JointLayout(NamedTuple):
     def contacts(self) -> tuple[str, ...]:
         """Return the names of its contacts in the list of events."""
         if self.flanked:
-            return tuple(f"{self.name}_{flank}" for flank in FLANKS)
+            return tuple(f"{self.name}_{side}" for side in (STOPS if "stops" in self.flanked else FLANKS))
         return tuple(f"{self.name}_{k + 1}" for k in range(self.corners + self.auxiliary)) or (self.name,)
 
 

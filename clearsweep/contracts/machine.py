@@ -109,6 +109,15 @@ class Mesh(NamedTuple):
     rest: float = 0.0  # rad
 
 
+class Stops(NamedTuple):
+    """The two ends of the angle of a pin or the travel of a guide without clearance, which exert forces only there."""
+
+    name: str
+    proximal: BodyPoint
+    distal: BodyPoint
+    guide: str = ""  # name of the guide; '': of a pin
+
+
 class Stretch(NamedTuple):
     """A spring and damper between two segments of an elastic link, which a guide keeps on one line."""
 
@@ -233,7 +242,7 @@ class Machine(NamedTuple):
     """A planar machine."""
 
     bodies: Mapping[str, Body]  # 'ground' among them
-    joints: tuple  # Pin, Guide, Slot and Mesh in the order of the grid; Stretch between segments of elastic links
+    joints: tuple  # Pin, Guide, Slot and Mesh in the order of the grid, then Stops; Stretch in elastic links
     driven: str  # name of the Pin that the drive turns: its proximal body is the ground
     drive: tuple  # Constant, Schedule or Motor
     gravity: float  # m/s^2, along -y

@@ -59,6 +59,9 @@ def _typed(build: Callable[..., Any], section: Tree, *arguments: Any) -> Any:
 def case_of(tree: Tree, outline: Outline) -> Case:
     """Return the typed form of a case given as nested sections in SI with defaults and only keys in use."""
     joints = tuple([_typed(_joint, section, name, outline.laws) for name, section in tree.get("joints", {}).items()])
+    sliding = {joint.name for joint in outline.joints if joint.type == "prismatic"}
+    stops = (joint._replace(slides=joint.name in sliding) for joint in joints if joint.stops)
+    joints = (*(joint for joint in joints if not joint.stops), *stops)
     return Case(
         mechanism=_typed(_mechanism, tree["mechanism"]),
         joints=joints,
@@ -156,6 +159,9 @@ def _table(columns: Tree) -> Table:
 
 
 def _joint(section: Tree, name: str, laws: str) -> Joint:
+    if "stops" in section:
+        at, contact = section["stops"]["at"], _contact(section["stops"]["contact"])
+        return Joint(name, 0.5 * (at[1] - at[0]), contact, stops=tuple(at), laws=laws)
     values: dict[str, Any] = {"contact": NO_CONTACT, **section}
     if values.pop("type", None) == ROLLING:
         values = _rolling(values)

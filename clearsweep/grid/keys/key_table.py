@@ -1,5 +1,6 @@
 """The key table of grid files: every key with its unit, range, default and meaning."""
 
+import math
 from collections.abc import Sequence
 
 from ...contracts.catalogue import (
@@ -428,6 +429,27 @@ def _add_coupling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalog
     _add_flanks(keys, path, _PLAY, catalogue._replace(laws=tuple(map(torsional, catalogue.laws))))
 
 
+def _add_stops(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Add the keys of the stops of a pin without clearance."""
+    laws = tuple(map(torsional, catalogue.laws))
+    _add_ends(keys, path, "angle of the second body relative to the first", "rad", catalogue._replace(laws=laws))
+
+
+def _add_guide_stops(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
+    """Add the keys of the stops of a guide without clearance."""
+    _add_ends(keys, path, "travel of the second point from the first along the guide", "m", catalogue)
+
+
+def _add_ends(keys: KeyTable, path: str, quantity: str, unit: str, catalogue: Catalogue) -> None:
+    """Add the keys of both ends of a motion."""
+    keys[path] = Section("a joint without clearance whose motion ends at stops", "optional")
+    keys[f"{path}.stops"] = Section("the stops of a joint without clearance; not with a clearance")
+    keys[f"{path}.stops.at"] = Section(f"{quantity} at both stops, the lower one first", "required", 2)
+    ends = (Field(str(k), unit, f"{quantity} at the {end} stop", -math.inf) for k, end in enumerate(("lower", "upper")))
+    add_numbers(keys, f"{path}.stops.at", tuple(ends), CHOICE)
+    _add_contact_of_flanks(keys, f"{path}.stops", catalogue)
+
+
 def _linear_by_default(law: Law) -> Law:
     """Return a law whose exponent, if it has one, is 1 by default."""
     fields = (field._replace(default=1.0) if field.name == "exponent" else field for field in law.fields)
@@ -435,8 +457,13 @@ def _linear_by_default(law: Law) -> Law:
 
 
 def _add_flanks(keys: KeyTable, path: str, play: Field, catalogue: Catalogue) -> None:
-    """Add the keys of two flanks and of the play between them; a power of the penetration is linear by default."""
+    """Add the keys of two flanks and of the play between them."""
     add_numbers(keys, path, (play, _DRAG), CHOICE)
+    _add_contact_of_flanks(keys, path, catalogue)
+
+
+def _add_contact_of_flanks(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
+    """Add the keys of the contact of two flanks or stops; a power of the penetration is linear by default."""
     laws = tuple(_linear_by_default(law) for law in laws_of_point_contacts(catalogue) if "material" not in law.needs)
     add_contact(keys, path, catalogue._replace(laws=laws))
     for child_path in [child_path for child_path in keys if child_path.startswith(f"{path}.contact.material")]:
@@ -481,6 +508,8 @@ _ADD_JOINT_KEYS = {
     "slot": _add_slot,
     "gear": _add_gear,
     "coupling": _add_coupling,
+    "stops": _add_stops,
+    "guide_stops": _add_guide_stops,
     "spatial": _add_flanged_revolute,
     "through": _add_worn_spatial_revolute,
     ANY: _add_pin_or_guide,

@@ -67,6 +67,7 @@ def has_user_names(path: str) -> bool:
 def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Outline:
     """Return the outline of a grid given as plain values in the form of its file."""
     path_set = set(varied_paths)
+    stopped = {name for name, content in _section(tree.get("joints")).items() if "stops" in _section(content)}
     mechanism, drive = _section(tree.get("mechanism")), _section(tree.get("drive"))
     bodies = _section(mechanism.get("bodies"))
     joints, output = _section(mechanism.get("joints")), _section(mechanism.get("output"))
@@ -80,9 +81,11 @@ def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Out
             BodyOutline(name, tuple(point for point, _ in _named_entries(_section(_section(content).get("points")))))
             for name, content in _named_entries(bodies)
         ),
-        joints=tuple(_joint_outline(name, _section(content)) for name, content in _named_entries(joints)),
+        joints=tuple(
+            _joint_outline(name, _section(content), stops=name in stopped) for name, content in _named_entries(joints)
+        ),
         rotary="point" not in output,
-        clearances=frozenset(_section(tree.get("joints"))),
+        clearances=frozenset(_section(tree.get("joints"))) - stopped,
         spatial=mechanism.get("spatial") is True,
         axial=frozenset(_joints_with_flanges(_section(tree.get("joints"))))
         if mechanism.get("spatial") is True
@@ -197,13 +200,14 @@ def _vibration_outline(content: Any, paths: set[str]) -> VibrationOutline:
     return VibrationOutline(tuple(places), orders, has_zones)
 
 
-def _joint_outline(name: str, section: Mapping[str, Any]) -> JointOutline:
+def _joint_outline(name: str, section: Mapping[str, Any], *, stops: bool) -> JointOutline:
     """Return the outline of a joint."""
     body_pair = _word_pair(section.get("between"))
     journal = section.get("journal")
     written_type = section.get("type")
     kind = written_type if written_type in ("prismatic", "slot", "gear", "coupling") else "revolute"
-    return JointOutline(name, kind, *body_pair, journal if isinstance(journal, str) else "")
+    has_stops = stops and kind in ("revolute", "prismatic")
+    return JointOutline(name, kind, *body_pair, journal if isinstance(journal, str) else "", has_stops)
 
 
 _BENDING_KEYS = {"section", "area", "second_moment", "edge", "bending", "young", "material", "density", "stress_life"}

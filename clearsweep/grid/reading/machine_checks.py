@@ -200,17 +200,18 @@ def _check_friction_load(reader: Reader, path: str, joint: str, given_quantity: 
         message = f"{joint} has clearance; {remedy}"
         reader.problems.add(reader.position_of(f"{path}.on"), f"{path}.on", message)
     radius = f"{path}.friction.radius"
-    expected = "force" if site.kind == "guide" else "torque"
+    is_guide = site.kind in ("guide", "guide_stops")
+    expected = "force" if is_guide else "torque"
     if given_quantity and given_quantity != expected:
-        kind = "guide, in which friction is a force" if site.kind == "guide" else "pin, in which friction is a couple"
+        kind = "guide, in which friction is a force" if is_guide else "pin, in which friction is a couple"
         message = f"{joint} is a {kind}; write {expected}"
         reader.problems.add(reader.position_of(f"{path}.friction"), f"{path}.friction.{given_quantity}", message)
     if given_quantity:
         return
-    if site.kind == "revolute" and not reader.is_given(radius):
+    if site.kind in ("revolute", "stops") and not reader.is_given(radius):
         message = "is missing; friction in a pin is a torque, coefficient x reaction x radius; for example: 10 mm"
         reader.problems.add(reader.position_of(f"{path}.friction"), radius, message)
-    if site.kind == "guide" and reader.is_given(radius):
+    if is_guide and reader.is_given(radius):
         reader.problems.add(
             reader.position_of(radius), radius, f"{joint} is a guide, in which friction is a force; leave it out"
         )

@@ -190,7 +190,7 @@ def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue)
     """Return the figures of merit that the cases will have, each with its unit."""
     sections = [path.split(".") for path, key in reader.keys_in_use.items() if isinstance(key, Section)]
     joint_paths = [path[1:] for path in sections if path[0] == "joints" and len(path) > 1]
-    parts_by_joint = {
+    parts_by_joint: dict[str, set[str]] = {
         column_name(joint): {
             part for joint_name, *path_parts in joint_paths if joint_name == joint for part in path_parts[:1]
         }

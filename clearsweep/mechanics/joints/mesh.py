@@ -37,11 +37,13 @@ FLANKS = ("drive", "coast")  # their names, in the order of the contacts
 class Mesh(NamedTuple):
     """Play between two flanks."""
 
-    clearance: float  # m, half of the play along the line of action; rad for a coupling
+    clearance: float  # m, half of the play along the line of action; rad for a coupling; of stops a small part of it
     side: float  # 1; other joints have a journal
     arm_proximal: float  # m, by which the angle of the first body adds to x; 1 for a coupling
     arm_distal: float  # m, likewise of the second body; below 0 if both turn in the same sense
     drag: float  # N s/m, along the line of action
+    reach: float  # m or rad, half of the play
+    middle: float  # m or rad, position of its middle
     law: tuple  # contact_force, of each flank
     elastic: tuple  # elastic_force
     friction: tuple  # Frictionless
@@ -121,7 +123,8 @@ def flank_offsets(joint, offsets, flank):
 @kernel
 def _flank_contact(flank, _, number, context):
     joint, gap, offsets, state = context
-    depth, rate = flank.side * gap.x - gap.wider - joint.clearance, flank.side * gap.v - gap.widening
+    depth = flank.side * (gap.x - joint.middle) - gap.wider - joint.reach
+    rate = flank.side * gap.v - gap.widening
     drag_power = joint.drag * gap.v * gap.v if number == 0 else as_type_of(0.0, depth)
     zero, speed = as_type_of(0.0, depth), abs(rate)
     if not touches(state.mode[offsets.contact + number]):

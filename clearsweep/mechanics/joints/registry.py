@@ -20,6 +20,7 @@ import numpy as np
 from ...contracts.case import Case, Joint, Rolling
 from ...contracts.catalogue import Law
 from ...contracts.machine import Mesh as Gearing
+from ...contracts.machine import Stops
 from ...language.errors import InputError
 from ...tracing.compiled.vector import Vector
 from ..laws.conformal import Foundation
@@ -54,6 +55,8 @@ from ..laws import hysteresis, plastic, dampers, cylinders, bristles, reynolds  
 from ..wear import laws as wear_laws  # noqa: F401
 from .spatial import forces, slices  # noqa: F401
 # isort: on
+
+SHARE_OF_STOPS = 1e-3  # of the motion between two stops: the length that tolerances refer to
 
 __all__ = [
     "RECIPES",
@@ -98,16 +101,22 @@ def _elastic_recipe(joint: Joint) -> Recipe | None:
     return recipe_of("elastic", joint.contact.elastic, joint) if uses_elastic else None
 
 
-def compile_mesh(joint: Joint, gear: Gearing) -> mesh.Mesh:
-    """Return the compiled form of a joint with play in rotation."""
+def compile_mesh(joint: Joint, gear: Gearing | Stops) -> mesh.Mesh:
+    """Return the compiled form of a joint with play in rotation, or of stops."""
     law, elastic = compile_contact(joint)
+    if isinstance(gear, Stops):
+        ends = SHARE_OF_STOPS * joint.clearance, 1.0, 0.0 if gear.guide else 1.0, 0.0 if gear.guide else -1.0
+        return mesh.Mesh(*ends, 0.0, joint.clearance, 0.5 * sum(joint.stops), law, elastic, Frictionless())
     # backlash is along the pitch circle, drag relative to the second body
+    half_play = joint.clearance * abs(gear.across) if gear.pins else joint.clearance
     return mesh.Mesh(
-        clearance=joint.clearance * abs(gear.across) if gear.pins else joint.clearance,
+        clearance=half_play,
         side=1.0,
         arm_proximal=gear.arm,
         arm_distal=gear.arm * gear.ratio,
         drag=joint.drag / (gear.arm * gear.ratio) ** 2,
+        reach=half_play,
+        middle=0.0,
         law=law,
         elastic=elastic,
         friction=Frictionless(),

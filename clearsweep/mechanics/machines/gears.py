@@ -3,8 +3,9 @@
 import math
 from collections.abc import Iterable, Mapping
 
+from ...contracts.case import STOPS_SUFFIX
 from ...contracts.catalogue import CHOICE, GROUND, Choice, Field, JointOutline, Keys
-from ...contracts.machine import Body, BodyPoint, Mesh, Pin
+from ...contracts.machine import Body, BodyPoint, Guide, Mesh, Pin, Stops
 from ...language.errors import InputError
 from .loads import LoadPoints
 
@@ -49,6 +50,12 @@ def mesh_of(values: Mapping, joint: JointOutline, pins: Iterable[Pin], points: L
     if joint.type == GEAR:
         return _gear_of(values, joint, list(pins), points.bodies)
     return Mesh(joint.name, *map(points.centre_of, joint.bodies), GROUND, -1.0)
+
+
+def stops_of(joint: Pin | Guide) -> Stops:
+    """Return the stops of a joint."""
+    guide = joint.name if isinstance(joint, Guide) else ""
+    return Stops(f"{joint.name}{STOPS_SUFFIX}", joint.proximal, joint.distal, guide)
 
 
 def _gear_of(values: Mapping, joint: JointOutline, pins: list[Pin], bodies: Mapping[str, Body]) -> Mesh:

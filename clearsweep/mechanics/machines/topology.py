@@ -22,7 +22,7 @@ from ...contracts.catalogue import (
 from ...contracts.machine import Aim, Body, Constant, Initial, Machine, Pin
 from . import described
 from .described import joint_keys, joint_of, make_drive, output_keys, pair_at
-from .gears import FLANKED, mesh_of
+from .gears import FLANKED, mesh_of, stops_of
 from .loads import LoadPoints, make_loads
 from .observed import vibration_keys
 from .spatial.build import (
@@ -213,6 +213,7 @@ def with_outline(outline: Outline) -> Mechanism:
 
 def _site(joint: JointOutline) -> JointSite:
     kind = {"prismatic": "guide"}.get(joint.type, joint.type)
+    kind = {"guide": "guide_stops", "revolute": "stops"}[kind] if joint.stops else kind
     return JointSite(joint.name, *joint.bodies, kind, joint.journal)
 
 
@@ -271,6 +272,8 @@ def machine(case: Case) -> Machine:
         plain_joints[joint.name] if joint.name in plain_joints else mesh_of(values, joint, pins, load_points)
         for joint in outline.joints
     )
+    stopped = (plain_joints[joint.name] for joint in outline.joints if joint.stops)
+    joints = (*joints, *map(stops_of, stopped))
     start = {key.removeprefix("start."): angle for key, angle in values.items() if key.startswith("start.")}
     aim = Aim(values["output.body"], values.get("output.point", ""), values.get("output.along", 0.0))
     loads = make_loads(case.loads, load_points)

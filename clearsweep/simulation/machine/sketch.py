@@ -7,7 +7,19 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...contracts.case import Case, Joint
-from ...contracts.machine import GROUND, Braking, Guide, Machine, Mesh, Push, Rubbing, Slot, Spring, TorsionSpring
+from ...contracts.machine import (
+    GROUND,
+    Braking,
+    Guide,
+    Machine,
+    Mesh,
+    Push,
+    Rubbing,
+    Slot,
+    Spring,
+    Stops,
+    TorsionSpring,
+)
 from ...language.errors import InputError
 from ...mechanics.machines import planar
 from ...mechanics.machines.described import without_own_forces
@@ -84,6 +96,8 @@ def sketch(case: Case) -> Sketch | None:
         endpoints = (joint.proximal, joint.distal)
         guide = joint.axis + frames[joint.proximal.body][1] if isinstance(joint, Guide) else None
         position = position_of(*joint.distal)
+        if isinstance(joint, Stops):
+            continue
         if isinstance(joint, Mesh):
             rims = _rims(joint, position_of(*joint.proximal), position)
             for endpoint, rim in zip(endpoints, rims, strict=False):

@@ -16,7 +16,7 @@ from ...answers.verdict import NO_LIMITS, LimitsAndFigures
 from ...contracts.case import Case
 from ...contracts.catalogue import Catalogue, Figure, Mechanism
 from ...contracts.layout import CaseFeatures, Layout, features_of
-from ...contracts.machine import STARTED_FRACTION, Machine, Mesh, Motor, Schedule
+from ...contracts.machine import STARTED_FRACTION, Machine, Mesh, Motor, Schedule, Stops
 from ...language.errors import InputError
 from ...mechanics.coupling import rates
 from ...mechanics.coupling.state import every_state
@@ -398,10 +398,12 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     enter_laws(case)
     mechanism = mechanism_of(case)
     machine = None if mechanism.build else machine_of(mechanism, case)
-    meshes = {gear.name: gear for gear in machine.joints if isinstance(gear, Mesh)} if machine is not None else {}
+    flanked = (
+        {each.name: each for each in machine.joints if isinstance(each, Mesh | Stops)} if machine is not None else {}
+    )
     joints: dict[str, Any] = {
-        joint.name: registry.compile_mesh(joint, meshes[joint.name])
-        if joint.name in meshes
+        joint.name_in_machine: registry.compile_mesh(joint, flanked[joint.name_in_machine])
+        if joint.flanked
         else registry.compile_joint(joint, mechanism.site(joint.name).distal, worn.get(joint.name))
         for joint in case.joints
     }
@@ -427,7 +429,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
         check_spatial_start(built, joints)
     if machine is not None and any(body.initial for body in machine.bodies.values()):
         check_planar_start(built, joints)
-    if meshes:
+    if any(joint.flanked for joint in case.joints):
         press_flanks(built, joints, depth_roots)
     if machine is not None:
         check_slot_lengths(case, machine)

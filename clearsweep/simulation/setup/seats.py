@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...contracts.case import Case
+from ...contracts.case import STOPS_SUFFIX, Case
 from ...contracts.machine import Machine
 from ...language.errors import InputError
 from ...language.wording import quantity_text
@@ -92,7 +92,12 @@ def press_flanks(built: Built, joints: Mapping[str, Any], depth_roots: np.ndarra
     for (name, joint), gap in zip(joints.items(), relative, strict=True):
         if isinstance(joint, Mesh):
             for side in (DRIVE, COAST):
-                depth = side * gap.x - gap.wider - joint.clearance
+                depth = side * (gap.x - joint.middle) - gap.wider - joint.reach
+                if name.endswith(STOPS_SUFFIX) and depth > TOUCHING * built.size:
+                    raise InputError(
+                        f"joints.{name.removesuffix(STOPS_SUFFIX)}.stops.at: the joint starts at {gap.x:.6g}, "
+                        f"{depth:.6g} beyond a stop (rad or m); move the stop, or change where the motion starts"
+                    )
                 if depth > LARGEST_TWIST * min(joint.arm_proximal, abs(joint.arm_distal)):
                     angles = quantity_text(gap.x / joint.arm_distal, "rad", 4)
                     raise InputError(
@@ -129,8 +134,13 @@ def seated_offsets(reactions: Mapping[str, np.ndarray], joints: Mapping[str, Any
     The pin is displaced along the load (N) of the ideal mechanism to static penetration; the roots of the elements of
     a rolling bearing are left 0.
     """
-    offsets, depth_roots, first = {}, np.zeros(len(every_contact(joints.values()))), 0
+    offsets: dict[str, Any] = {}
+    depth_roots, first = np.zeros(len(every_contact(joints.values()))), 0
     for name, joint in joints.items():
+        first += len(contact_modes(joint))
+        if name.endswith(STOPS_SUFFIX):
+            offsets[name] = (0.0, 0.0)
+            continue
         force = reactions[name]
         load = float(np.hypot(*force))
         if load == 0.0:
@@ -142,7 +152,6 @@ def seated_offsets(reactions: Mapping[str, np.ndarray], joints: Mapping[str, Any
             offsets[name] /= load
         else:
             depth = static_penetration(joint.elastic, load)
-            depth_roots[first] = math.sqrt(depth)
+            depth_roots[first - len(contact_modes(joint))] = math.sqrt(depth)
             offsets[name] = -(joint.clearance + depth) * force / load
-        first += len(contact_modes(joint))
     return offsets, depth_roots

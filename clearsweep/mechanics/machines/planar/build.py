@@ -22,6 +22,7 @@ from ....contracts.machine import (
     Schedule,
     Slot,
     Spring,
+    Stops,
     Stretch,
 )
 from ...joints.contract import Load
@@ -42,6 +43,7 @@ from .form import (
     PointAim,
     Slide,
     Steady,
+    Travel,
     as_empty_tuples,
     compile_direction,
     compile_drive,
@@ -422,7 +424,9 @@ def _independent_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
         site: tuple = Open() if joint.name in open_joints else Closed()
         bodies = (numbers[joint.proximal.body], numbers[joint.distal.body])
         points = (_compile_point(machine, joint.proximal), _compile_point(machine, joint.distal))
-        if isinstance(joint, Mesh):
+        if isinstance(joint, Stops):
+            compiled_joints.append(_compile_stops(joint, site, bodies, points, names))
+        elif isinstance(joint, Mesh):
             pins = tuple(as_empty_tuples(names.index(pin)) for pin in joint.pins)
             axis = compile_direction(math.cos(joint.centres), math.sin(joint.centres)) if pins else ()
             sizes = joint.ratio, joint.arm, joint.across, joint.apart, joint.rest
@@ -450,6 +454,13 @@ def _independent_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
         aim=_compile_aim(machine, machine.aim, numbers),
         cycle=(),
     )
+
+
+def _compile_stops(stops: Stops, site: tuple, bodies: tuple, points: tuple, names: list[str]) -> Gear | Travel:
+    """Return the stops of a guide, or those of a pin as a gear: the angle of the distal body minus the other one."""
+    if stops.guide:
+        return Travel(site, *bodies, *points, as_empty_tuples(names.index(stops.guide)))
+    return Gear(site, *bodies[::-1], *points[::-1], (), (), (), -1.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def _moving_names(machine: Machine) -> list[str]:

@@ -303,6 +303,10 @@ def impact_masses_of(machine: MachineType) -> Program:
 def _mesh_row(dynamics: Dynamics, j: int) -> Row:
     """Return the derivatives of the position along a gear's line of action, whose centres count as fixed."""
     row: Row = {}
+    guide = dynamics.machine.sites[j].guide
+    if guide is not None:
+        axis, columns = dynamics.axis(guide), dynamics.reduce(dynamics.columns(dynamics.gap(j)))
+        return {coordinate: axis.dot(column) for coordinate, column in columns.items()}
     for group, share in dynamics.shares(j):
         for coordinate, derivative in dynamics.spins[group].items():
             row[coordinate] = row.get(coordinate, ZERO) + dynamics.mechanism.joints[j].arm * (share * derivative)

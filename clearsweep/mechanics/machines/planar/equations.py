@@ -74,7 +74,14 @@ def _guide_gap(bodies: Bodies, j: int, position: PlaneVector, velocity: PlaneVec
     return GuideGap(x, y, relative_vx, relative_vy, spin, bodies.spin(link.distal), *axis, cosine, sine)
 
 
+def _travel_gap(bodies: Bodies, j: int) -> MeshGap:
+    travel, rate, axis = bodies.travel_along(bodies.machine.sites[j].guide, j)
+    return MeshGap(travel, rate, ZERO, ZERO, *(-axis), ZERO, ZERO)
+
+
 def _mesh_gap(bodies: Bodies, j: int) -> MeshGap:
+    if bodies.machine.sites[j].guide is not None:
+        return _travel_gap(bodies, j)
     mesh, site = bodies.mechanism.joints[j], bodies.machine.sites[j]
     shares = bodies.shares(j)
     twist = sum_of([*(share * bodies.angle(group) for group, share in shares), -mesh.rest])

@@ -113,6 +113,17 @@ class Gear(NamedTuple):
     rest: float  # rad, the constant sum
 
 
+class Travel(NamedTuple):
+    """The travel of a guide without clearance, at whose ends it is stopped."""
+
+    site: tuple  # Open()
+    proximal: tuple
+    distal: tuple
+    near: tuple
+    far: tuple
+    guide: tuple  # number of the guide
+
+
 class PointAim(NamedTuple):
     """The output is the position of a point along a direction of the fixed frame."""
 
@@ -131,7 +142,7 @@ class Planar(NamedTuple):
     """The compiled form of a planar machine."""
 
     bodies: tuple  # of Mass, Segment and bending.Bent, without the ground
-    joints: tuple  # of Hinge, Slide and Gear, in the order of the grid
+    joints: tuple  # of Hinge, Slide and Gear in the order of the grid, then of their stops, Gear and Travel
     dependent: tuple  # indices of the dependent coordinates
     crank: tuple  # number of the driven body
     drive: tuple  # of `drive`

@@ -12,6 +12,7 @@ from ....contracts.machine import (
     Rubbing,
     Slot,
     Spring,
+    Stops,
     Stretch,
     TorsionSpring,
 )
@@ -20,7 +21,8 @@ from .structure import ANGLE, SHIFT_X, SHIFT_Y
 
 
 def determined(machine: Machine) -> Machine:
-    """Return a machine whose joints determine it: with rigid torsion springs, or without free bodies."""
+    """Return a machine whose joints determine it: without stops, with rigid torsion springs or without free bodies."""
+    machine = machine._replace(joints=tuple(joint for joint in machine.joints if not isinstance(joint, Stops)))
     rigid = with_rigid_springs(machine)
     return rigid if _constraints(rigid) == 3 * (len(rigid.bodies) - 1) else without_free_bodies(machine)
 

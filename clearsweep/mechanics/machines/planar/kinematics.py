@@ -222,6 +222,12 @@ class Kinematics:
         groups = [(self.spanning_tree.group[body], share) for body, share in shares]
         return [(group, share) for group, share in groups if group != 0]
 
+    def travel_along(self, guide: int, j: int) -> tuple[Expr, Expr, PlaneVector]:
+        """Return the travel of the guide that joint `j` stops, its rate, and its direction, as seen from the walls."""
+        path, axis = self.gap(j), self.axis(guide)
+        position, spin = self.position(path), self.spin(self.machine.sites[guide].link.proximal)
+        return axis.dot(position), axis.dot(self.velocity(path)) + spin * axis.left().dot(position), axis
+
     def line_of_centres(self, j: int) -> PlaneVector:
         """Return the direction from the first centre of a gear to the second without clearance, in the fixed frame."""
         return self.to_fixed_frame(self.spanning_tree.group[self.machine.sites[j].carrier], self.joints[j].axis)

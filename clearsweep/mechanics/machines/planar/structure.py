@@ -20,6 +20,7 @@ from .form import (
     Segment,
     Slide,
     Steady,
+    Travel,
 )
 from .load_forms import FRICTION_LOADS, SPRING_LOADS, GivenFriction
 
@@ -48,7 +49,7 @@ class Link(NamedTuple):
     proximal: int  # number of a body, 0 for the ground
     distal: int
     sprung: bool = False  # connects two masses of an elastic link
-    geared: bool = False  # keeps a ratio of two angles
+    geared: bool = False  # keeps a ratio of two angles, or a travel, between two sides
 
 
 class Coordinate(NamedTuple):
@@ -189,6 +190,7 @@ class Site(NamedTuple):
     axis: type | None  # of a guide; of a gear along the line of centres
     carrier: int = 0  # body of a gear on which both wheels turn
     pins: tuple[int, ...] = ()  # of the first and the second wheel of a gear
+    guide: int | None = None  # whose travel is stopped
 
 
 class LoadKind(NamedTuple):
@@ -343,13 +345,15 @@ def _point_form(kinds: tuple) -> PointForm:
 
 
 def _site(kinds: tuple) -> Site:
-    slides, geared = kinds[0] is Slide, kinds[0] is Gear
+    slides, geared = kinds[0] is Slide, kinds[0] in (Gear, Travel)
     site, bodies = (
         _kind_of_field(kinds, "site")[0],
         (_number(_kind_of_field(kinds, "proximal")), _number(_kind_of_field(kinds, "distal"))),
     )
     link = Link(slides, site is Open, *bodies, site is ElasticGuide, geared)
     near, far = (_point_form(_kind_of_field(kinds, end)) for end in ("near", "far"))
+    if kinds[0] is Travel:
+        return Site(link, near, far, None, guide=_number(_kind_of_field(kinds, "guide")))
     if geared:
         axis, pins = _kind_of_field(kinds, "axis")[0], map(_number, _kind_of_field(kinds, "pins")[1:])
         return Site(
