@@ -19,7 +19,7 @@ from clearsweep.mechanics.laws.friction import (
     static_limit_in_pin,
     without_history,
 )
-from clearsweep.mechanics.machines.planar import form as planar_loads
+from clearsweep.mechanics.machines.planar import load_forms as planar_loads
 from clearsweep.verify.measured.machines import LAW
 
 FAR = 1e4  # m, length of a spring: its direction is nearly constant
