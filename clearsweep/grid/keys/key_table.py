@@ -37,7 +37,7 @@ from .joint_keys import (
     modulus_paths,
     onset_key_without_mass,
 )
-from .kinds import ConditionalDefault, Flag, KeyTable, Name, Number, Section, Table, Use, Word, word_key
+from .kinds import ConditionalDefault, Flag, KeyTable, Name, Number, Section, Table, Use, Word, section_key, word_key
 from .library_names import DEFAULT_WEAR_LAW, PAIR, UNCHECKED
 from .rolling_keys import ROLLING, add_rolling
 from .run_keys import TIME_BUDGET_FIELD, add_life_keys, add_save_keys
@@ -481,6 +481,12 @@ def _add_pin_or_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Cat
         CHOICE,
     )
     add_numbers(keys, path, (_SLOT_LENGTH._replace(text=f"of a slot: {_SLOT_LENGTH.text}", optional=True),), CHOICE)
+    _add_stops(keys, path, site, catalogue)
+    keys[path] = Section("a joint with clearance, or with stops", "optional")
+    for nested in [nested for nested in keys if nested.startswith(f"{path}.stops.contact")]:
+        keys[nested] = keys[nested.replace(".stops", "")]
+    for section in ("stops", "contact"):
+        keys[f"{path}.{section}"] = section_key(keys, f"{path}.{section}")._replace(need="optional")
     for owner, field in (("a gear", _BACKLASH), ("a coupling", _PLAY), ("a gear or a coupling", _DRAG)):
         text = f"of {owner}: {field.text}"
         add_numbers(keys, path, (field._replace(text=text, optional=True, default=None),), CHOICE)

@@ -254,15 +254,26 @@ class KeyTree(NamedTuple):
     spatial: bool = False
 
 
+#: Joints with keys of their own besides pins and guides.
+FURTHER_JOINTS = (
+    *(JointOutline(ANY, kind, "", "") for kind in ("slot", "gear", "coupling")),
+    *(JointOutline(ANY, kind, "", "", stops=True) for kind in ("revolute", "prismatic")),
+)
+
+
 def key_trees(catalogue: Catalogue, *, slots: bool = False) -> Iterator[KeyTree]:
-    """Yield the keys of all mechanisms, with NAME for user-defined names; with `slots` also the keys of a slot."""
+    """Yield the keys of all mechanisms, with NAME for user-defined names.
+
+    slots : whether the keys of slots, gears, couplings and stops are yielded, too
+    """
     for mechanism in catalogue.mechanisms:
         full_mechanism = mechanism.with_outline(FULL_OUTLINE) if mechanism.with_outline else mechanism
         kinds = {site.name: site.kind for site in full_mechanism.joints}
         yield KeyTree(mechanism.name, full_key_table(mechanism, catalogue), kinds)
         if slots and ANY in kinds and mechanism.with_outline:
-            slot = mechanism.with_outline(FULL_OUTLINE._replace(joints=(JointOutline(ANY, "slot", "", ""),)))
-            yield KeyTree(mechanism.name, table_of_keys(slot, catalogue), {ANY: "slot"})
+            for joint in FURTHER_JOINTS:
+                further = mechanism.with_outline(FULL_OUTLINE._replace(joints=(joint,)))
+                yield KeyTree(mechanism.name, table_of_keys(further, catalogue), {ANY: further.joints[0].kind})
         in_space = mechanism.with_outline(IN_SPACE) if mechanism.with_outline else mechanism
         if in_space.spatial:
             kinds = {site.name: site.kind for site in in_space.joints}

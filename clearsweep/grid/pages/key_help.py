@@ -284,7 +284,7 @@ _TABLE_HEAD = "| key | unit | allowed | default | meaning |\n| --- | --- | --- |
 
 def markdown(catalogue: Catalogue) -> str:
     """Return the page in Markdown: every key with unit, range, default and meaning."""
-    lines = [_PAGE_HEAD, *_overview(key_trees(catalogue, slots=True))]
+    lines = [_PAGE_HEAD, *_overview(key_trees(catalogue))]
     for section in page_sections(catalogue):
         lines += [f"## {quoted(section.paths)}\n", f"{section.text}\n", _TABLE_HEAD, *map(str, section.rows), ""]
     return "\n".join([*lines, sections_markdown(catalogue)])
@@ -299,6 +299,5 @@ def _overview(trees: Iterable[KeyTree]) -> Iterator[str]:
             journal = tree.keys.get(f"joints.{joint}.journal")
             body = journal.default if isinstance(journal, Word) and journal.default else ""
             names.append(f"`{joint}` ({body})" if body else f"`{joint}`" + (", a guide" if kind == "guide" else ""))
-        if set(tree.joints.values()) != {"slot"}:
-            yield f"| {tree.mechanism}{f' {IN_SPACE_TEXT}' if tree.spatial else ''} | {', '.join(names)} |"
+        yield f"| {tree.mechanism}{f' {IN_SPACE_TEXT}' if tree.spatial else ''} | {', '.join(names)} |"
     yield ""

@@ -17,7 +17,17 @@ _SAME_KEYS = {
     f"{_JOINT_PATH}.axial": (f"{_JOINT_PATH}.contact", "flange"),
     f"loads.{ANY}.friction": (f"{_JOINT_PATH}.friction", "load"),
 }
-_JOINT_NAMES = {"revolute": "pin", "guide": "guide", "slot": "slot", "line": "impact-pair", ANY: "pin"}
+_JOINT_NAMES = {
+    "revolute": "pin",
+    "guide": "guide",
+    "slot": "slot",
+    "line": "impact-pair",
+    ANY: "pin",
+    "gear": "gear",
+    "coupling": "coupling",
+    "stops": "stopped pin",
+    "guide_stops": "stopped guide",
+}
 IN_SPACE_TEXT = "in space"
 _SMALL_SHARE = 0.05  # example of a share that is usually left out
 _WITHOUT_SECTION = "Without this section"  # begins the sentence on the effect of leaving out an optional section
