@@ -111,7 +111,7 @@ def _of_balls(key_use: Use, path: str) -> Use:
     if not key_use.field.unit.endswith("^exponent+1"):
         return key_use
     unit = key_use.field.unit.replace("exponent+1", "2.5")
-    return Use(key_use.field._replace(unit=unit), (*key_use.when, (f"{path}.kind", _BALLS)))
+    return Use(key_use.field._replace(unit=unit), ((f"{path}.kind", _BALLS), *key_use.when))
 
 
 def conflicts(values: Mapping[str, tuple[float, ...]], given: set[str]) -> list[tuple[str, str]]:
