@@ -357,7 +357,7 @@ def test_figures_of_a_bearing_follow_from_its_histories():
     trajectory = clearsweep.simulate(load_case(slider_crank({"crank-rod": joint}, tolerance=1e-8)))
     summary = trajectory.summary
     forces = np.array([trajectory[f"joints/crank_rod/element_{k + 1}_force"] for k in range(7)])
-    assert forces.max() <= summary["crank_rod_element_load_max"] <= 1.02 * forces.max()
+    assert forces.max() <= summary["crank_rod_element_load_max"] <= 1.05 * forces.max()
     assert summary["crank_rod_elements_loaded_max"] == (forces > 0.0).sum(axis=0).max()
     assert summary["crank_rod_static_safety"] == pytest.approx(11600.0 / summary["crank_rod_force_peak"], rel=1e-14)
     distance = np.hypot(trajectory["joints/crank_rod/x"], trajectory["joints/crank_rod/y"])
