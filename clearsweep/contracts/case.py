@@ -55,17 +55,18 @@ Table = Mapping[str, tuple[float, ...]]  # column -> its values in SI
 
 
 class Drive(NamedTuple):
-    """The drive of the crank: a speed, a table of it over time, a torque, or a motor."""
+    """The drive of the crank: a speed, a table, a torque, a motor or a servo."""
 
     speed: float = 0.0  # rad/s, constant
-    table: Table | None = None  # time (s), speed (rad/s)
+    #: time (s) and speed (rad/s), time and angle (rad), also as the target of a servo, or speed and torque (N m)
+    table: Table | None = None
     torque: float = 0.0  # N m, constant; of a motor, at rest
     no_load_speed: float = math.inf  # rad/s, at which a motor gives no torque
     initial_speed: float = 0.0  # rad/s, of a free crank
     inertia: float = 0.0  # kg m^2, of a flywheel
     start_angle: float = 0.0  # rad
     law: str = ""  # of a motor of one's own
-    values: Mapping[str, float] = {}  # its parameters, by key
+    values: Mapping[str, float] = {}  # its parameters, or those of a servo, by key
     laws: str = ""  # hash of the laws of the grid's own
 
 
@@ -389,6 +390,11 @@ class Simulate(NamedTuple):
     horizon: bool = False
     until: Until | None = None
     time_limit: float = math.inf  # s, for a free crank
+    period: float | None = None  # s, of a cycle, which then takes the place of a revolution; None: the crank's own
+
+    def turns(self, rate: float) -> float:
+        """Return the turns of a crank at `rate` (rad/s) during the run."""
+        return self.revolutions if self.period is None else self.revolutions * self.period * rate / (2.0 * math.pi)
 
 
 class Life(NamedTuple):

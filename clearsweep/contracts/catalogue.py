@@ -100,11 +100,12 @@ class Outline(NamedTuple):
     laws: str = ""  # hash of the laws of the grid's own
     vibration: VibrationOutline | None = None
     figures: tuple[FigureOutline, ...] = ()  # of one's own
+    length: str = "revolutions"  # what the length of a run is measured in: 'revolutions', 'cycles' or 'time'
 
     @property
     def free(self) -> bool:
         """Return whether the crank is free, its motion not prescribed."""
-        return self.drive in ("torque", "motor", "motor-law")
+        return self.drive in ("torque", "motor", "motor-law", "motor-table", "servo")
 
     def sites(self, joints: "tuple[JointSite, ...]") -> "tuple[JointSite, ...]":
         """Return the sites of a mechanism, with the kind 'rolling' where a pin is a rolling bearing."""
@@ -169,6 +170,7 @@ class Field(NamedTuple):
     refusal: str = ""  # why laws without this number do not take it
     fit: bool = False  # a clearance that may be an ISO 286 fit, for the `bearing_radius` next to it
     role: str = ""  # one of contracts.roles; '': that of its section or of the laws of its family
+    nonzero: bool = False  # 0 is not allowed
 
     def allowed(self, value: float = 0.0) -> str:
         """Return the range in words: 'above 0 and at most 1'; with the global bounds if `value` exceeds them."""
@@ -179,6 +181,8 @@ class Field(NamedTuple):
             bounds.append(f"{'below' if self.high_open else 'at most'} {self.high:.15g}")
         if not _is_sized(value):
             bounds.append(f"of a size from {1.0 / LARGEST:g} to {LARGEST:g}")
+        if self.nonzero:
+            bounds.append("not 0")
         unit = "" if self.unit == "1" else f" ({self.unit})"
         return ("a whole number " if self.integer else "") + (" and ".join(bounds) or "any finite number") + unit
 
@@ -186,7 +190,8 @@ class Field(NamedTuple):
         """Return whether `value`, in SI, is allowed."""
         is_above = value > self.low if self.low_open else value >= self.low
         is_below = value < self.high if self.high_open else value <= self.high
-        return is_above and is_below and (not self.integer or value == int(value)) and _is_sized(value)
+        is_whole = not self.integer or value == int(value)
+        return is_above and is_below and is_whole and _is_sized(value) and not (self.nonzero and value == 0.0)
 
 
 def _is_sized(value: float) -> bool:
@@ -299,7 +304,8 @@ class Columns(NamedTuple):
     text: str
     over: tuple[Field, ...]  # exactly one of these columns, increasing
     values: tuple[Field, ...]  # at least one of these columns
-    above_zero: tuple[str, ...] = ()  # columns that are not zero in every row
+    nonzero: tuple[str, ...] = ()  # columns that are not zero in every row
+    from_zero: bool = False  # the first row of the independent column is 0
 
 
 _SIZED_UNITS = {  # unit of a friction parameter -> its unit for friction given as a couple, and as a force
@@ -420,6 +426,7 @@ class Mechanism(NamedTuple):
     machine: Callable | None = None
     refusal: Callable | None = None  # (Mechanism, Case) -> path below `mechanism` and sentence, or None if valid
     free: bool = False  # has a free crank
+    length: str = "revolutions"  # what the length of a run is measured in, as in Outline
     spatial: bool = False  # moves in space
 
     @property

@@ -144,6 +144,23 @@ class Schedule(NamedTuple):
     start_angle: float = 0.0
 
 
+class Path(NamedTuple):
+    """A crank whose angle follows a table from time 0 on: a natural cubic spline, at constant speed behind it."""
+
+    times: np.ndarray  # (rows,) s, increasing, the first 0
+    angles: np.ndarray  # (rows,) rad
+    start_angle: float = 0.0  # rad, the first angle
+
+
+class Servo(NamedTuple):
+    """A torque stiffness x (target - angle) + damping x (target rate - rate), at most a limit either way."""
+
+    target: Path
+    stiffness: float  # N m/rad
+    damping: float  # N m s/rad
+    torque_limit: float = math.inf  # N m
+
+
 class Motor(NamedTuple):
     """A free crank under a torque `stall_torque` (1 - speed / no_load_speed); a constant one if that is infinite."""
 
@@ -153,6 +170,8 @@ class Motor(NamedTuple):
     inertia: float = 0.0  # kg m^2, of a flywheel, added to the crank's about its centre of mass
     start_angle: float = 0.0  # rad
     law: tuple | None = None  # compiled, of `torque_at`: a law of one's own; the numbers above are those of its start
+    curve: tuple[np.ndarray, np.ndarray] | None = None  # (rows,) rad/s and N m: a table in place of the first numbers
+    servo: Servo | None = None  # in place of the first numbers
 
 
 class Push(NamedTuple):
@@ -244,7 +263,7 @@ class Machine(NamedTuple):
     bodies: Mapping[str, Body]  # 'ground' among them
     joints: tuple  # Pin, Guide, Slot and Mesh in the order of the grid, then Stops; Stretch in elastic links
     driven: str  # name of the Pin that the drive turns: its proximal body is the ground
-    drive: tuple  # Constant, Schedule or Motor
+    drive: tuple  # Constant, Schedule, Path or Motor
     gravity: float  # m/s^2, along -y
     aim: Aim
     start: Mapping[str, float] = {}  # rad, first guesses of body angles for closing loops at the start angle; default 0

@@ -191,6 +191,8 @@ def dependent_values(paths: Collection[str]) -> Iterator[DependentValue]:
             yield DependentValue(path, f"{path.removesuffix('journal_length')}length", _unchanged)
     yield DependentValue("simulate.discard", "simulate.revolutions", _default_discard)
     yield DependentValue("save.revolutions", "simulate.revolutions", _default_saved_revolutions)
+    yield DependentValue("simulate.discard", "simulate.cycles", _default_discard)
+    yield DependentValue("save.revolutions", "simulate.cycles", _default_saved_revolutions)
     for path in paths:
         wear, _, key = path.partition(_WEAR_INFIX)
         for target in _COEFFICIENTS_PER_BODY.get(key, ()):

@@ -196,8 +196,8 @@ def recorded_history(grid: Grid) -> float:
 
 def _largest_revolutions(grid: Grid) -> float:
     """Return the largest number of revolutions that a case of a grid runs."""
-    revolutions = grid.axes.get("simulate.revolutions", (grid.case(0).simulate.revolutions,))
-    return float(max(revolutions))
+    swept = grid.axes.get("simulate.revolutions") or grid.axes.get("simulate.cycles")
+    return float(max(swept or (grid.case(0).simulate.revolutions,)))
 
 
 def check_memory(size: float) -> None:

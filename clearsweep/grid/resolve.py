@@ -62,11 +62,14 @@ def case_of(tree: Tree, outline: Outline) -> Case:
     sliding = {joint.name for joint in outline.joints if joint.type == "prismatic"}
     stops = (joint._replace(slides=joint.name in sliding) for joint in joints if joint.stops)
     joints = (*(joint for joint in joints if not joint.stops), *stops)
+    simulate, save = _typed(_simulate, tree["simulate"]), _typed(_save, tree["save"])
+    if outline.length == "time":  # which saves the whole run
+        save = save._replace(revolutions=simulate.revolutions)
     return Case(
         mechanism=_typed(_mechanism, tree["mechanism"]),
         joints=joints,
-        simulate=_typed(_simulate, tree["simulate"]),
-        save=_typed(_save, tree["save"]),
+        simulate=simulate,
+        save=save,
         drive=_typed(_drive, tree["drive"], outline.laws) if "drive" in tree else None,
         loads=(
             *[_typed(_load, tree["loads"][load.name], load, outline.laws) for load in outline.loads],
@@ -97,7 +100,14 @@ def _mechanism(section: Tree) -> Mechanism:
 
 def _simulate(section: Tree) -> Simulate:
     until = {"until": Until(**section["until"])} if "until" in section else {}
-    return Simulate(**{**section, **until})
+    values = {**section, **until}
+    if "cycles" in values:
+        values["revolutions"] = values.pop("cycles")
+    elif "time" in values:
+        duration, before = values.pop("time"), values.pop("discard")
+        window = duration - before
+        values |= {"revolutions": duration / window, "discard": before / window, "period": window}
+    return Simulate(**values)
 
 
 def _save(section: Tree) -> Save:
@@ -137,9 +147,17 @@ def _place(name: str, section: Tree) -> Location:
 
 
 def _drive(section: Tree, laws: str) -> Drive:
-    speed, motor, values = _split_keys(section, "speed", "motor")
+    speed, angle, motor, servo, values = _split_keys(section, "speed", "angle", "motor", "servo")
     if isinstance(speed, dict):
         return Drive(table=_table(speed["table"]), **values)
+    if angle:
+        path = _table(angle["table"])
+        return Drive(table=path, start_angle=path["angle"][0], **values)
+    if servo:
+        target, own_values = _split_keys(servo, "target")
+        return Drive(table=_table(target["table"]), values=own_values, **values)
+    if motor and "table" in motor:
+        return Drive(table=_table(motor["table"]), **values)
     if motor and "law" in motor:
         law, own_values = _split_keys(motor, "law")
         return Drive(law=law, values=own_values, laws=laws, **values)

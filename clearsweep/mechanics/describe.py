@@ -9,7 +9,7 @@ from ..contracts.catalogue import Columns, Field, Law
 from .laws.contract import RECIPES, Recipe
 from .laws.elastic import elastic_force
 from .machines import MECHANISMS
-from .machines.described import DRIVES
+from .machines.drives import DRIVES
 from .machines.loads import LOADS
 
 WIDTH = 100  # characters of a line

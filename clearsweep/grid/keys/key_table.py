@@ -156,6 +156,21 @@ _SIMULATE_FIELDS = (
     ),
     _TOLERANCE,
 )
+_CYCLE_FIELDS = (
+    Field("cycles", "1", "number of cycles, `discard` included", 0.0, 1e9, high_open=False),
+    _SIMULATE_FIELDS[1]._replace(
+        text="number of cycles before statistics begin; default: 2, or 0 if `cycles` is at most 2"
+    ),
+    Field("period", "s", "length of a cycle", 0.0, 1e9, high_open=False),
+    _TOLERANCE,
+)
+_TIME_FIELDS = (
+    Field("time", "s", "length of the run, `discard` included", 0.0, 1e9, high_open=False),
+    Field("discard", "s", "time before statistics begin", low_open=False, default=0.0),
+    _TOLERANCE,
+)
+#: Fields of `simulate` by what the length of a run is measured in.
+_LENGTH_FIELDS = {"revolutions": _SIMULATE_FIELDS, "cycles": _CYCLE_FIELDS, "time": _TIME_FIELDS}
 _UNTIL_FIELDS = (
     Field(
         "relative_ci",
@@ -201,7 +216,10 @@ def table_of_keys(mechanism: Mechanism, catalogue: Catalogue, figures: Sequence[
         _ADD_JOINT_KEYS[site.kind](keys, f"joints.{site.name}", site, catalogue)
     if mechanism.turns:
         _add_revolution_keys(
-            keys, converging_columns(catalogue, mechanism), converging_columns(catalogue, mechanism, settles=False)
+            keys,
+            mechanism.length,
+            converging_columns(catalogue, mechanism),
+            converging_columns(catalogue, mechanism, settles=False),
         )
     else:
         _add_impact_keys(keys)
@@ -213,7 +231,8 @@ def table_of_keys(mechanism: Mechanism, catalogue: Catalogue, figures: Sequence[
     else:
         add_life_keys(keys)
     if mechanism.free:
-        add_numbers(keys, "simulate", (_TIME_LIMIT,), NUMERICS, sweep=False)
+        if mechanism.length in ("revolutions", ANY):
+            add_numbers(keys, "simulate", (_TIME_LIMIT,), NUMERICS, sweep=False)
         del keys["simulate.horizon"]  # a disturbed free crank turns at another speed, so two motions cannot be compared
     _add_own_figures(keys, figures, catalogue)
     for path, key in keys.items():
@@ -259,10 +278,18 @@ def _add_section_keys(keys: KeyTable, section: Keys, catalogue: Catalogue) -> No
         keys[f"{section.path}.{columns.name}"] = Table(columns)
 
 
-def _add_revolution_keys(keys: KeyTable, figures: tuple[str, ...], refused_figures: tuple[str, ...]) -> None:
-    """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts only `figures`."""
+def _add_revolution_keys(
+    keys: KeyTable, length: str, figures: tuple[str, ...], refused_figures: tuple[str, ...]
+) -> None:
+    """Add the keys of `simulate` and `save` for mechanisms that turn; `until` accepts only `figures`.
+
+    length : what the length of a run is measured in, as in Outline, or ANY
+    """
     keys["simulate"] = Section("duration, tolerance and start of the motion", "implied")
-    add_numbers(keys, "simulate", _SIMULATE_FIELDS, NUMERICS)
+    for kind, fields in reversed(_LENGTH_FIELDS.items()):
+        if length in (kind, ANY):
+            optional = fields if length != ANY or kind == "revolutions" else tuple(map(_optional, fields))
+            add_numbers(keys, "simulate", optional, NUMERICS)
     keys["simulate.start"] = Word(
         ("centred", "seated"), "initial position of the journals in their bearings; seated: in contact", "centred"
     )
@@ -270,13 +297,19 @@ def _add_revolution_keys(keys: KeyTable, figures: tuple[str, ...], refused_figur
     add_numbers(keys, "simulate", _BUDGET_FIELDS, NUMERICS)
     add_numbers(keys, "simulate", (TIME_BUDGET_FIELD,), NUMERICS, sweep=False)
     keys["simulate.error_check"], keys["simulate.horizon"] = _ERROR_CHECK, _PREDICTION_HORIZON
-    keys["simulate.until"] = Section(
-        "criterion for the end of a case: a figure is accurate enough, or the motion is periodic", "optional"
-    )
-    text = "column of the summary whose 95 % interval determines the end of the case"
-    keys["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(refused_figures, _NO_INTERVAL_TEXT))
-    add_numbers(keys, "simulate.until", _UNTIL_FIELDS, NUMERICS, sweep=False)
-    add_save_keys(keys, has_turns=True)
+    if length in ("revolutions", ANY):
+        keys["simulate.until"] = Section(
+            "criterion for the end of a case: a figure is accurate enough, or the motion is periodic", "optional"
+        )
+        text = "column of the summary whose 95 % interval determines the end of the case"
+        keys["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(refused_figures, _NO_INTERVAL_TEXT))
+        add_numbers(keys, "simulate.until", _UNTIL_FIELDS, NUMERICS, sweep=False)
+    add_save_keys(keys, has_turns=length != "time")
+
+
+def _optional(field: Field) -> Field:
+    """Return a field that may be left out."""
+    return field._replace(optional=True, default=None)
 
 
 def _add_impact_keys(keys: KeyTable) -> None:

@@ -29,7 +29,7 @@ from .kinds import KeyTable, Number, Word
 NAME_PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 MAX_NAMES = 100  # bodies, points of a body, joints or loads; compiled code grows with their number
 INVALID_NAME_TEXT = "is not a valid name; expected a letter, then letters, digits, - or _, at most 40 characters"
-DRIVES = ("speed", "torque", "motor")  # keys of `drive`, of which a grid has exactly one
+DRIVES = ("speed", "angle", "torque", "motor", "servo")  # keys of `drive`, of which a grid has exactly one
 #: Keys of a load that show its form, the first that is written.
 FORMS = (
     ("friction", "friction"),
@@ -39,7 +39,8 @@ FORMS = (
     ("table", "table"),
     ("law", "own"),
 )
-_SECTIONS = ("mechanism", "drive", "loads", "joints", "vibration")
+LENGTHS = {"time": "time", "cycles": "cycles", "period": "cycles", "revolutions": "revolutions"}  # key -> what it shows
+_SECTIONS = ("mechanism", "drive", "loads", "joints", "vibration", "simulate")
 _USER_NAMED_SECTIONS = re.compile(r"loads|vibration\.at|mechanism\.(bodies|joints|bodies\.[^.]+\.points)")
 _RESERVED = frozenset(  # names that orbits.h5 already uses
     [
@@ -98,6 +99,7 @@ def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Out
         ),
         bending=tuple(_bending_outlines("mechanism.bodies" if bodies else "mechanism", bodies or mechanism, path_set)),
         vibration=_vibration_outline(tree["vibration"], path_set) if "vibration" in tree else None,
+        length=_length_of(_section(tree.get("simulate")), path_set),
     )
 
 
@@ -158,10 +160,21 @@ def _drive_form(drive: Mapping[str, Any], keys: set[str]) -> str:
     """Return the form of a drive with these keys, or the most likely form."""
     if "motor" in keys:
         motor = _section(drive.get("motor"))
-        return "motor-law" if "law" in motor or set(motor) == {"table"} else "motor"
+        return "motor-law" if "law" in motor else "motor-table" if "table" in motor else "motor"
+    if "servo" in keys:
+        return "servo"
+    if "angle" in keys:
+        return "angle-table"
     if "torque" in keys or ("speed" not in keys and not keys.isdisjoint(("initial_speed", "inertia"))):
         return "torque"
     return "speed-table" if isinstance(drive.get("speed"), Mapping) else "speed"
+
+
+def _length_of(simulate: Mapping[str, Any], paths: set[str]) -> str:
+    """Return what the length of a run is measured in."""
+    return next(
+        (length for key, length in LENGTHS.items() if key in simulate or f"simulate.{key}" in paths), "revolutions"
+    )
 
 
 def _load_outline(name: str, content: Any, paths: set[str]) -> LoadOutline:

@@ -13,7 +13,7 @@ from ..keys.kinds import Number, Section, value_key, word_key
 from ..keys.rolling_keys import conflicts
 from ..keys.run_keys import LIFE
 from ..sections.reader import Reader
-from .machine_checks import check_film_joints, check_machine
+from .machine_checks import check_film_joints, check_length, check_machine
 from .values import COEFFICIENTS, exponent_values
 
 MAX_RELATIVE_DEPTH = 0.1  # of the bearing radius; deeper wear is no longer a small change of shape
@@ -25,16 +25,12 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
     """Report values that conflict with each other."""
     for order in reader.mechanism.orders:
         _check_below(reader, order.low, order.high, order.reason, equal=order.equal)
-    _check_below(
-        reader, "simulate.discard", "simulate.revolutions", ("at least one revolution must remain for the figures")
-    )
-    _check_below(
-        reader,
-        "save.revolutions",
-        "simulate.revolutions",
-        ("a run cannot save more revolutions than it simulates"),
-        equal=True,
-    )
+    for length, rest in (("revolutions", "at least one revolution"), ("cycles", "a cycle"), ("time", "some time")):
+        _check_below(reader, "simulate.discard", f"simulate.{length}", f"{rest} must remain for the figures")
+    for length in ("revolutions", "cycles"):
+        reason = f"a run cannot save more {length} than it simulates"
+        _check_below(reader, "save.revolutions", f"simulate.{length}", reason, equal=True)
+    check_length(reader)
     _check_until(reader)
     _check_life(reader)
     if VIBRATION in reader.keys_in_use:
@@ -112,6 +108,10 @@ def _check_vibration(reader: Reader) -> None:
     at_frame = f"{VIBRATION}.at.{FRAME}"
     for pair in itertools.pairwise(f"{VIBRATION}.zones.{k}" for k in range(3)):
         _check_below(reader, *pair, "each zone ends at a higher velocity than the one before")
+    if reader.outline.length != "revolutions" or reader.outline.drive == "angle-table":
+        message = "analyses whole revolutions of the crank, but the length of the run is a time; write revolutions"
+        reader.problems.add(reader.position_of(VIBRATION), VIBRATION, message)
+        return
     severity = reader.values.get(f"{VIBRATION}.severity", NO_SEVERITY)
     if f"{VIBRATION}.zones" in reader.keys_in_use and severity != NO_SEVERITY:
         message = "conflicts with severity, which has zones of its own; remove one of the two"

@@ -1,6 +1,7 @@
 """Checks of user-defined machines, of their drives and loads, and of joints with an oil film."""
 
 from collections.abc import Sequence
+from itertools import pairwise
 
 from ...contracts.catalogue import GROUND, Catalogue, JointOutline, Law
 from ..keys.kinds import Section
@@ -99,6 +100,32 @@ def _check_bodies(reader: Reader) -> None:
         if body.name not in connected:
             path = f"{path_of_bodies}.{body.name}"
             reader.problems.add(reader.position_of(path), path, f"is not connected: {_UNCONNECTED_TEXT}")
+
+
+def check_length(reader: Reader) -> None:
+    """Check that a run whose length is a number of revolutions has a crank that makes them."""
+    if "simulate" not in reader.keys_in_use or "simulate.revolutions" not in reader.keys_in_use:
+        return
+    for path in ("drive.speed.table", "drive.angle.table"):
+        table = reader.values.get(path)
+        if not isinstance(table, dict):
+            continue
+        steps = table["speed"] if path.startswith("drive.speed") else [b - a for a, b in pairwise(table["angle"])]
+        if min(steps) < 0.0 < max(steps):
+            end = f"{max(table['time'][-1], 0.0):.6g} s"
+            message = (
+                "the crank turns back here, so revolutions do not measure its run; write the length as "
+                f"simulate: {{time: {end}}}, or as cycles: simulate: {{cycles: 3, period: {end}}}"
+            )
+            reader.problems.add(reader.position_of("simulate.revolutions"), "simulate.revolutions", message)
+        elif not any(steps):
+            message = "the angle is the same in every row, so the crank makes no revolution; write simulate.time"
+            reader.problems.add(reader.position_of("simulate.revolutions"), "simulate.revolutions", message)
+    if reader.outline.drive == "servo":
+        message = "a servo follows its target, so revolutions do not measure its run; write simulate.time, or cycles"
+        reader.problems.add(
+            reader.position_of("simulate.revolutions"), "simulate.revolutions", f"{message} with their period"
+        )
 
 
 def _check_drive(reader: Reader) -> None:

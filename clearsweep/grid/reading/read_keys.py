@@ -8,7 +8,7 @@ from ...language.errors import did_you_mean, nearest_words, quoted
 from ..keys.key_table import table_of_keys
 from ..keys.kinds import Flag, KeyTable, Name, NameList, Number, Section, Table, Use, Word
 from ..keys.library_names import find_varied_materials, keys_of_materials, replace_library_names, written_material_names
-from ..keys.outline import DRIVES, has_user_names, outline_of_document, wrong_names
+from ..keys.outline import DRIVES, LENGTHS, has_user_names, outline_of_document, wrong_names
 from ..keys.rolling_keys import REFUSED_SECTIONS
 from ..keys.run_keys import CHANNELS, LIFE, TIME_BUDGET_FIELD, TIME_BUDGET_PATH
 from ..sections.fits import replace_fits_by_clearances
@@ -150,6 +150,8 @@ def _read_section(reader: Reader, written: WrittenValue, path: str, all_keys: Ke
     reader.sections[path] = written
     content = written.value
     section = all_keys.get(path)
+    if isinstance(content, str) and isinstance(all_keys.get(f"{path}.table"), Table) and allowed == ["table"]:
+        content = {"table": written}
     if isinstance(section, Section) and section.items:
         content = list_items(reader, written, path, all_keys)
         if content is None:
@@ -220,9 +222,11 @@ def _unknown_key_text(path: str, key_name: str, allowed: list[str]) -> str:
     if path == "drive" and key_name in DRIVES:
         other_drive = next((drive for drive in DRIVES if drive in allowed), DRIVES[0])
         return f"conflicts with {other_drive}; a drive can have only one of {', '.join(DRIVES)}; remove the others"
-    if path == "drive.motor" and key_name == "table":
-        page = "docs/howto/own-laws.md#a-torque-curve"
-        return f"a torque over the speed is a law of your own; name it by `law`, see {page}"
+    if path == "simulate" and key_name in LENGTHS:
+        chosen = next(key for key in LENGTHS if key in allowed)
+        return f"conflicts with {chosen}; the length of a run is one of revolutions, time, or cycles with their period"
+    if path == "simulate" and key_name in ("until", "time_limit") and "revolutions" not in allowed:
+        return f"{key_name} counts revolutions, so it needs a run whose length is in revolutions; remove one of the two"
     if key_name in REFUSED_SECTIONS and "element_diameter" in allowed:
         return REFUSED_SECTIONS[key_name]
     if key_name == "elastic" and path.startswith("mechanism."):

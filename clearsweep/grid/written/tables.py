@@ -338,10 +338,14 @@ def _check_table(
             step_text = f"{abscissae[0]}: {found_text}, a step of less than {_MIN_RELATIVE_STEP:g} of the table's span"
             problems.add(cells[index], path, f"{step_text}; remove one of the rows")
             return False
-    for name in columns.above_zero:
+    for name in columns.nonzero:
         if not any(values[name]):
-            problems.add(written, path, f"{name}: is 0 in every row; at least one row needs a value above 0")
+            problems.add(written, path, f"{name}: is 0 in every row; at least one row needs another value")
             return False
+    if columns.from_zero and knots[0] != 0.0:
+        message = f"{abscissae[0]}: starts at {cells[0].value}; the first row is the start of the run: write 0 there"
+        problems.add(cells[0], path, message)
+        return False
     return abscissae[0] != "crank_angle" or _check_period(problems, path, cells[-1], values)
 
 

@@ -6,7 +6,7 @@ from ...contracts.case import Case
 from ...contracts.catalogue import CHOICE, CONDITION, Choice, Field, JointSite, Keys, Mechanism, Outline, Output
 from ...contracts.machine import Aim, Body, BodyPoint, Machine, Pin
 from . import described
-from .described import make_drive
+from .drives import make_drive
 from .loads import LoadPoints, make_loads
 
 _LENGTH = Field("length", "m", "distance between the two pins of the body")
@@ -70,7 +70,11 @@ def with_outline(outline: Outline) -> Mechanism:
     sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), tuple(site.name for site in _SITES))
     channels = described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS, outline)
     return MECHANISM._replace(
-        joints=outline.sites(_SITES), keys=(*_keys(outline), *sections), free=outline.free, channels=channels
+        joints=outline.sites(_SITES),
+        keys=(*_keys(outline), *sections),
+        free=outline.free,
+        length=outline.length,
+        channels=channels,
     )
 
 

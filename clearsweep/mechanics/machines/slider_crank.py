@@ -7,7 +7,7 @@ from ...contracts.case import Case
 from ...contracts.catalogue import CHOICE, CONDITION, Choice, Field, JointSite, Keys, Mechanism, Order, Outline, Output
 from ...contracts.machine import Aim, Body, BodyPoint, Constant, Guide, Machine, Pin
 from . import described
-from .described import make_drive
+from .drives import make_drive
 from .loads import LoadPoints, make_loads
 from .observed import vibration_keys
 from .spatial.build import (
@@ -94,6 +94,7 @@ def mechanism(outline: Outline, planar_mechanism: Mechanism) -> Mechanism:
         build=MechanismBuilder(_assembly, outline),
         machine=planar_machine_of(_assembly),
         refusal=refusal,
+        length=outline.length,
         spatial=True,
     )
 
@@ -204,6 +205,7 @@ def with_outline(outline: Outline) -> Mechanism:
         keys=(*_planar_keys(outline), *sections),
         channels=channels,
         free=outline.free,
+        length=outline.length,
     )
 
 

@@ -21,7 +21,8 @@ from ...contracts.catalogue import (
 )
 from ...contracts.machine import Aim, Body, Constant, Initial, Machine, Pin
 from . import described
-from .described import joint_keys, joint_of, make_drive, output_keys, pair_at
+from .described import joint_keys, joint_of, output_keys, pair_at
+from .drives import make_drive
 from .gears import FLANKED, mesh_of, stops_of
 from .loads import LoadPoints, make_loads
 from .observed import vibration_keys
@@ -208,6 +209,7 @@ def with_outline(outline: Outline) -> Mechanism:
         channels=described.channels_of(bodies, output, ("place", "rate", "acceleration"), outline),
         output=output,
         free=outline.free,
+        length=outline.length,
     )
 
 

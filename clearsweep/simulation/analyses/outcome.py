@@ -235,7 +235,7 @@ def _escaped_journal(scene: Scene, run: Run) -> dict[str, str | float]:
     index = int(np.searchsorted(bounds, contact, side="right"))
     joint: Any = scene.value.joints[index]  # mypy takes it for a tuple of anything
     assert scene.case.drive  # what moves in space is turned
-    turns = work.end[work.time] * scene.case.drive.speed / (2.0 * math.pi)
+    turns = work.end[work.time] * abs(scene.case.drive.speed) / (2.0 * math.pi)
     return {
         "joint": scene.case.joints[index].name,
         "escape_time": work.end[work.time],

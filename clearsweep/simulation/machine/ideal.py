@@ -9,7 +9,7 @@ import numpy as np
 
 from ...contracts.case import Case
 from ...contracts.catalogue import Mechanism, Outline
-from ...contracts.machine import GROUND, Constant, Machine, Motor, Schedule
+from ...contracts.machine import GROUND, Constant, Machine, Motor, Path, Schedule
 from ...mechanics.machines import MECHANISMS, planar
 from ...mechanics.machines.contract import IdealMotion
 from ...tracing.compiled.family import Identity
@@ -157,6 +157,7 @@ def _neighbours(indices: np.ndarray, count: int) -> np.ndarray:
 # The mechanism of a case without clearance: its motion and its largest reactions.
 
 SAMPLES_PER_TURN = 720  # initial samples of a turn
+MAX_TURNS_PER_CYCLE = 1000.0  # of the crank, that are sampled so densely
 
 
 def mechanism_of(case: Case) -> Mechanism:
@@ -187,10 +188,13 @@ def _machine(
     return machine
 
 
-def ideal_motion(case: Case, angles: np.ndarray) -> IdealMotion | None:
-    """Return the ideal mechanism of a case at drive angles (rad), or None if it has none."""
-    machine = machine_of(mechanism_of(case), case)
-    return planar.ideal(machine, angles) if machine else None
+def ideal_motion(case: Case, angles: np.ndarray, times: np.ndarray | None = None) -> IdealMotion | None:
+    """Return the ideal mechanism of a case at drive angles (rad), or None if it has none.
+
+    times : (as `angles`) s, which count in their place where the length of the run is a time
+    """
+    machine, is_timed = machine_of(mechanism_of(case), case), times is not None and case.simulate.period is not None
+    return planar.ideal(machine, times if is_timed else angles, over_time=is_timed) if machine else None
 
 
 def ideal_peaks(case: Case, machine: Machine | None = None) -> Mapping[str, float]:
@@ -202,18 +206,39 @@ def ideal_peaks(case: Case, machine: Machine | None = None) -> Mapping[str, floa
     if machine is None:
         return {}
     tables = [load.table for load in case.loads if load.table]
-    turn_range = turn_range_of(case, tables)
-    knots = knots_of_loads(case, tables, turn_range)
-    return _peaks(planar.machine_key(machine), turn_range, knots, planar.AlwaysEqual(machine))
+    turn_range, period = turn_range_of(case, tables), case.simulate.period
+    if period is None:
+        knots = knots_of_loads(case, tables, turn_range)
+    else:
+        per_cycle = 2.0 * math.pi / period
+        bounds = [2.0 * math.pi * bound for bound in turn_range]
+        rows = [per_cycle * time for time in planar.discontinuity_times(machine)]
+        knots = tuple(row for row in rows if bounds[0] < row < bounds[1])
+    return _peaks(planar.machine_key(machine), turn_range, period, knots, planar.AlwaysEqual(machine))
 
 
 @functools.lru_cache(maxsize=256)  # the cases of a sweep share few mechanisms and speeds
 def _peaks(
-    key: bytes, turn_range: tuple[float, float], knots: tuple[float, ...], machine: planar.AlwaysEqual
+    key: bytes,
+    turn_range: tuple[float, float],
+    period: float | None,
+    knots: tuple[float, ...],
+    machine: planar.AlwaysEqual,
 ) -> Mapping[str, float]:
-    """Return the result of `peaks` for a machine with this key."""
-    start = machine.value.drive.start_angle
-    return peaks(lambda angles: planar.ideal_reactions(machine.value, start + angles), turn_range, knots)
+    """Return the result of `peaks` for a machine with this key; period : s, of a cycle in place of a revolution."""
+    start, direction = machine.value.drive.start_angle, planar.direction_of(machine.value.drive)
+    if period is None:
+        return peaks(
+            lambda angles: planar.ideal_reactions(machine.value, start + direction * angles), turn_range, knots
+        )
+    turns_per_cycle = period * planar.ideal_of(machine.value).reference_rate() / (2.0 * math.pi)
+    seconds = period / (2.0 * math.pi)
+    return peaks(
+        lambda angles: planar.ideal_reactions(machine.value, seconds * angles, over_time=True),
+        turn_range,
+        knots,
+        min(max(1.0, turns_per_cycle), MAX_TURNS_PER_CYCLE),
+    )
 
 
 def turn_range_of(case: Case, tables: list[Mapping[str, Any]]) -> tuple[float, float]:
@@ -222,7 +247,7 @@ def turn_range_of(case: Case, tables: list[Mapping[str, Any]]) -> tuple[float, f
     tables : load tables of the case
     """
     is_free = case.outline.free or (case.drive is not None and case.drive.table is not None)
-    is_periodic = not is_free and not any("time" in table for table in tables)
+    is_periodic = not is_free and case.simulate.period is None and not any("time" in table for table in tables)
     if not is_periodic:
         return case.simulate.discard, case.simulate.revolutions
     spans = [table["crank_angle"][-1] - table["crank_angle"][0] for table in tables]
@@ -230,20 +255,22 @@ def turn_range_of(case: Case, tables: list[Mapping[str, Any]]) -> tuple[float, f
 
 
 def knots_of_loads(case: Case, tables: list[Mapping[str, Any]], turn_range: tuple[float, float]) -> tuple[float, ...]:
-    """Return the crank angles (rad from the start) of rows in load tables."""
+    """Return the crank angles (rad from the start, in the direction of its turning) of rows in load tables."""
     assert case.drive is not None  # a machine has an ideal motion
+    speeds = case.drive.table["speed"] if case.drive.table and "speed" in case.drive.table else (case.drive.speed,)
+    sign = -1.0 if min(speeds) < 0.0 else 1.0
     begin, end = 2.0 * math.pi * turn_range[0], 2.0 * math.pi * turn_range[1]
     knots: list[float] = []
     for table in tables:
         if "crank_angle" in table:
-            row_angles = np.array(table["crank_angle"]) - case.drive.start_angle
+            row_angles = sign * (np.array(table["crank_angle"]) - case.drive.start_angle)[:: int(sign)]
             span = row_angles[-1] - row_angles[0]
             turns = np.arange(math.floor((begin - row_angles[-1]) / span), math.ceil((end - row_angles[0]) / span) + 1)
             row_angles = np.add.outer(span * turns, row_angles).ravel()
         elif case.outline.free or case.drive.table is not None:
             continue
         else:
-            row_angles = case.drive.speed * np.array(table["time"])
+            row_angles = abs(case.drive.speed) * np.array(table["time"])
         knots += row_angles[(row_angles > begin) & (row_angles < end)].tolist()
     return tuple(knots)
 
@@ -252,10 +279,12 @@ def peaks(
     reactions: Callable[[np.ndarray], Mapping[str, np.ndarray]],
     turn_range: tuple[float, float],
     knots: tuple[float, ...] = (),
+    density: float = 1.0,
 ) -> Mapping[str, float]:
     """Return the largest reaction (N) of each joint over a range of revolutions, both ends included.
 
-    reactions : (n,) rad from the start -> force (n, 2) N of each joint; knots : (k,) rad, further angles to evaluate.
+    reactions : (n,) rad from the start -> force (n, 2) N of each joint; knots : (k,) rad, further angles to evaluate;
+    density : samples at first, over SAMPLES_PER_TURN.
     """
     names: list[str] = []
 
@@ -265,9 +294,8 @@ def peaks(
         return np.array([np.hypot(force[:, 0], force[:, 1]) for force in forces.values()])
 
     start_angle, end_angle = (2.0 * math.pi * turns for turns in turn_range)
-    equidistant = np.linspace(
-        start_angle, end_angle, max(round(SAMPLES_PER_TURN * (turn_range[1] - turn_range[0])), 2) + 1
-    )
+    count = max(round(density * SAMPLES_PER_TURN * (turn_range[1] - turn_range[0])), 2)
+    equidistant = np.linspace(start_angle, end_angle, count + 1)
     largest_values = largest(magnitudes, np.union1d(equidistant, knots))
     return dict(zip(names, largest_values.tolist(), strict=True))
 
@@ -275,10 +303,12 @@ def peaks(
 def max_drive_speed(machine: Machine) -> float:
     """Return the largest speed (rad/s) of a drive; for a free crank under constant torque, its initial speed."""
     drive = machine.drive
+    if isinstance(drive, Motor) and drive.servo is not None:
+        drive = drive.servo.target
     if isinstance(drive, Constant):
         return abs(drive.speed)
-    if isinstance(drive, Schedule):
-        return float(max(abs(drive.speeds)))
+    if isinstance(drive, (Schedule, Path)):
+        return float(np.max(np.abs(planar.motion_table(drive)[:, 2])))
     assert isinstance(drive, Motor)  # the only other drive
     return max(abs(speed) for speed in (drive.initial_speed, drive.no_load_speed) if math.isfinite(speed))
 

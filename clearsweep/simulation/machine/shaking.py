@@ -147,12 +147,13 @@ def _ideal_shaking(
     """Return the shaking of a machine with this key over a range of revolutions."""
     spots, unreacted, orders = observed
     shaking, start = _Shaking(machine.value, about, unreacted), machine.value.drive.start_angle
+    direction = planar.direction_of(machine.value.drive)
     begin, turns = turn_range[0], max(math.floor(turn_range[1] - turn_range[0] + 1e-9), 1)
     angles: np.ndarray = 2.0 * math.pi * (begin + np.arange(SAMPLES_PER_TURN * turns) / SAMPLES_PER_TURN)
-    frame, velocities = shaking.at(start + angles, spots)
+    frame, velocities = shaking.at(start + direction * angles, spots)
 
     def sizes(angles: np.ndarray) -> np.ndarray:
-        return np.abs(shaking.at(start + angles, ())[0])  # type: ignore[no-any-return]
+        return np.abs(shaking.at(start + direction * angles, ())[0])  # type: ignore[no-any-return]
 
     peaks = largest(sizes, np.union1d(np.append(angles, 2.0 * math.pi * turn_range[1]), knots))
     figures = dict(zip(_FIGURES, [*peaks[:2], math.sqrt(peaks[2]), peaks[3]], strict=True))
@@ -163,7 +164,7 @@ def _ideal_shaking(
     forces = _amplitudes(frame[:2])
     in_orders = forces[:, : orders * turns + 1 : turns]
     is_steady = turn_range[1] == turns and isinstance(machine.value.drive, Constant)
-    rate = machine.value.drive.speed / turns if is_steady else 0.0
+    rate = abs(machine.value.drive.speed) / turns if is_steady else 0.0
     by_name = {spot.name: _amplitudes(velocities[i][: spot.axes]) for i, spot in enumerate(spots)}
     return IdealShaking({name: float(value) for name, value in figures.items()}, in_orders, rate, forces, by_name)
 

@@ -16,7 +16,7 @@ from ...answers.verdict import NO_LIMITS, LimitsAndFigures
 from ...contracts.case import Case
 from ...contracts.catalogue import Catalogue, Figure, Mechanism
 from ...contracts.layout import CaseFeatures, Layout, features_of
-from ...contracts.machine import STARTED_FRACTION, Machine, Mesh, Motor, Schedule, Stops
+from ...contracts.machine import STARTED_FRACTION, Constant, Machine, Mesh, Motor, Path, Schedule, Stops
 from ...language.errors import InputError
 from ...mechanics.coupling import rates
 from ...mechanics.coupling.state import every_state
@@ -72,7 +72,7 @@ class ScheduledClock(NamedTuple):
     """Clock of a crank whose speed follows a table; it shows time."""
 
     times: np.ndarray  # (rows,) s, first row at 0 or before
-    speeds: np.ndarray  # (rows,) rad/s
+    speeds: np.ndarray  # (rows,) rad/s, positive in the direction of the crank's turning
     angles: np.ndarray  # (rows,) rad, from the start to each row
 
     @property
@@ -99,6 +99,26 @@ class ScheduledClock(NamedTuple):
         return np.array([self.value_after(turns) for turns in revolutions])
 
 
+class PathClock(NamedTuple):
+    """Clock of a crank whose angle follows a table; it shows time."""
+
+    path: Path
+    direction: float  # 1, or -1 for a crank that turns clockwise
+
+    @property
+    def free(self) -> bool:
+        """Return whether a run is measured along the angle of a free crank."""
+        return False
+
+    def value_after(self, revolutions: float) -> float:
+        """Return the time (s) after a number of revolutions, or inf if the crank never makes them."""
+        return planar.passage_time(self.path, self.path.start_angle + self.direction * 2.0 * math.pi * revolutions)
+
+    def values_after(self, revolutions: np.ndarray) -> np.ndarray:
+        """Return the times (s) after arrays of revolutions."""
+        return np.array([self.value_after(turns) for turns in revolutions])
+
+
 class FreeClock(NamedTuple):
     """Clock of a free crank; it shows the crank angle."""
 
@@ -118,27 +138,33 @@ class FreeClock(NamedTuple):
         return self.start + 2.0 * math.pi * revolutions
 
 
-def clock_of(machine: Machine | None, period: float) -> SteadyClock | ScheduledClock | FreeClock:
-    """Return the clock of a machine; `period` (s): a revolution at its nominal speed."""
-    if machine is None or not isinstance(machine.drive, (Schedule, Motor)):
+Clock = SteadyClock | ScheduledClock | PathClock | FreeClock
+
+
+def clock_of(machine: Machine | None, period: float, *, is_timed: bool = False) -> Clock:
+    """Return the clock of a machine; `period` (s): a revolution at its nominal speed, or a cycle if it `is_timed`."""
+    if machine is None or is_timed or isinstance(machine.drive, Constant):
         return SteadyClock(period)
     if isinstance(machine.drive, Motor):
         return FreeClock(machine.drive.start_angle)
+    if isinstance(machine.drive, Path):
+        return PathClock(machine.drive, planar.direction_of(machine.drive))
     return scheduled_clock(machine.drive)
 
 
 def scheduled_clock(schedule: Schedule) -> ScheduledClock:
     """Return the clock of a speed table from t = 0 on; the speed is constant before the first row."""
-    is_later = schedule.times > 0.0
+    is_later, turned = schedule.times > 0.0, planar.direction_of(schedule) * schedule.speeds
     times = np.concatenate([[0.0], schedule.times[is_later]])
-    speeds = np.concatenate([[np.interp(0.0, schedule.times, schedule.speeds)], schedule.speeds[is_later]])
+    speeds = np.concatenate([[np.interp(0.0, schedule.times, turned)], turned[is_later]])
     angles = np.concatenate([[0.0], np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * np.diff(times))])
     return ScheduledClock(times, speeds, angles)
 
 
-def knots_of(machine: Machine | None) -> list[float]:
-    """Return the times (s) at which an acceleration or the slope of a load jumps; empty for a free crank."""
-    return [] if machine is None or isinstance(machine.drive, Motor) else planar.discontinuity_times(machine)
+def knots_of(machine: Machine | None, *, is_timed: bool) -> list[float]:
+    """Return the times (s) at which an acceleration or the slope of a load jumps; empty for a run over angles."""
+    has_angles = machine is None or (isinstance(machine.drive, Motor) and not is_timed)
+    return [] if machine is None or has_angles else planar.discontinuity_times(machine)
 
 
 def start_up(machine: Machine | None) -> tuple[float, float]:
@@ -195,7 +221,7 @@ def scene_inputs(
     by_contact = _contact_inputs(case, value, worn)
     contacts = ContactInputs(*([getattr(each, name) for each in by_contact] for name in ContactInputs._fields))
     internal, latched = _internal_states(value)
-    knots = knots_of(machine)
+    knots = knots_of(machine, is_timed=case.simulate.period is not None)
     initial = InitialState(
         parameters=numbers_of(value),
         y=start.tolist(),
@@ -265,8 +291,9 @@ def _weights(case: Case, built: Built, value: rates.Scene, contacts: int, intern
     rate_weight = FILM_RATE_FACTOR * RATE_WEIGHT if has_film else RATE_WEIGHT
     length_error = max(POSITION_WEIGHT * tolerance * clearance, ROUNDING * mechanism_size)
     rate_error = max(rate_weight * tolerance * clearance, ROUNDING * mechanism_size) * value.reference_rate
-    if 0.0 < case.simulate.revolutions < SHORT_RUN:  # the crank is slow compared with the motion
-        rate_error *= SHORT_RUN / case.simulate.revolutions
+    turns = case.simulate.turns(value.reference_rate)
+    if 0.0 < turns < SHORT_RUN:  # the crank is slow compared with the motion
+        rate_error *= SHORT_RUN / turns
     time_error = max(POSITION_WEIGHT * tolerance, ROUNDING) / value.reference_rate
     root_error = ROOT_WEIGHT * tolerance * math.sqrt(clearance)
     allowed_errors = [
@@ -295,7 +322,7 @@ class Scene:
     start: np.ndarray  # (n,) initial state, see mechanics.rates
     in_contact: bool  # some joint starts in contact
     machine: Machine | None  # planar machine; None: the mechanism has its own equations
-    crank_clock: SteadyClock | ScheduledClock | FreeClock
+    crank_clock: Clock
     worn: Mapping[str, Worn] = field(default_factory=dict)  # earlier wear by joint; a missing joint is unworn
     deadline: float = math.inf  # s, processor time at which the case is abandoned
     keep_events: bool = False  # whether its runs return their events
@@ -439,10 +466,17 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     start = np.array(
         [*built.start.tolist(), *depth_roots.tolist(), *[initial_value for _, _, initial_value in every_state(value)]]
     )
-    layout, angle_clock = layout_of(case), clock_of(machine, 2.0 * math.pi / built.rate)
+    layout, angle_clock = layout_of(case), _clock_of_case(case, machine, built)
     elapsed = time.thread_time() - begin
     parts = case, mechanism, built, value, layout, start, bool(depth_roots.any()), machine, angle_clock, worn
     return Scene(*parts, keep_events=case.save.orbits != "none", build_time=elapsed)
+
+
+def _clock_of_case(case: Case, machine: Machine | None, built: Built) -> Clock:
+    """Return the clock of a case."""
+    if case.simulate.period is not None:
+        return clock_of(machine, case.simulate.period, is_timed=True)
+    return clock_of(machine, 2.0 * math.pi / built.rate)
 
 
 def state_units(scene: Scene) -> np.ndarray:

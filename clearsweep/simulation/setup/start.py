@@ -15,6 +15,7 @@ from ...mechanics import observe
 from ...mechanics.coupling.entries import workspace_size
 from ...mechanics.coupling.rates import observed_width
 from ...mechanics.joints.contract import every_contact
+from ...mechanics.machines import planar
 from ...mechanics.machines.contract import friction_laws
 from ...mechanics.observe import ROW_COUNT, STAGES
 from ...mechanics.solver import integration, loop, totals
@@ -56,6 +57,8 @@ def marks_of(scene: Scene, revolutions: float) -> Marks:
     if not scene.mechanism.turns:
         return NO_MARKS
     phase = None if scene.case.save.orbits == "none" else -start_turns(scene) % 1.0
+    if phase is not None and scene.case.simulate.period is not None:
+        phase = 0.0  # at the start of every cycle
     return _marks(scene.case.simulate.discard, revolutions, phase)
 
 
@@ -84,8 +87,9 @@ def _consecutive(start: float, end: float) -> np.ndarray:
 
 
 def start_turns(scene: Scene) -> float:
-    """Return the crank angle at the start, in turns."""
-    return scene.case.drive.start_angle / (2.0 * math.pi) if scene.case.drive else 0.0
+    """Return the crank angle at the start, in turns in the direction of its turning."""
+    direction = planar.direction_of(scene.machine.drive) if scene.machine else 1.0
+    return direction * scene.case.drive.start_angle / (2.0 * math.pi) if scene.case.drive else 0.0
 
 
 def _nearest(turns: np.ndarray, requested: np.ndarray) -> np.ndarray:
@@ -373,7 +377,8 @@ def control_of(scene: Scene, end: float, *, keep_events: bool) -> integration.Co
     settings = scene.case.simulate
     has_crank, free = scene.mechanism.turns, scene.crank_clock.free
     window_start = scene.crank_clock.value_after(settings.discard) if has_crank else 0.0
-    budget_units = max(settings.revolutions, 1.0) if has_crank else settings.impacts
+    turns = max(settings.revolutions, settings.turns(scene.value.reference_rate), 1.0)
+    budget_units = turns if has_crank else settings.impacts
     return integration.Control(
         window=window_start,
         end=end,

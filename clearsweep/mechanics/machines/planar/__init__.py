@@ -3,6 +3,7 @@
 from .bending import STATIONS, first_rate, line_of, problem_of_links
 from .build import build, channels, crank_speed, discontinuity_times, ideal, ideal_form, ideal_reactions, with_segments
 from .closure import ClosureError, MachineStates, MobilityError
+from .drives import direction_of, motion_table, passage_time
 from .form import as_empty_tuples
 from .free_bodies import without_forces
 from .ideal import AlwaysEqual, ideal_of, machine_key, rival_assembly, slot_travel
@@ -18,6 +19,7 @@ __all__ = [
     "build",
     "channels",
     "crank_speed",
+    "direction_of",
     "discontinuity_times",
     "first_rate",
     "ideal",
@@ -27,6 +29,8 @@ __all__ = [
     "levers",
     "line_of",
     "machine_key",
+    "motion_table",
+    "passage_time",
     "problem_of_links",
     "rival_assembly",
     "slot_travel",

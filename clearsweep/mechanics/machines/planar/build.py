@@ -19,6 +19,7 @@ from ....contracts.machine import (
     Machine,
     Mesh,
     Motor,
+    Path,
     Schedule,
     Slot,
     Spring,
@@ -32,6 +33,7 @@ from ..programs import kinds_of
 from . import equations  # noqa: F401 - registers the equations of motion
 from .bending import compile_bent_point, problem_of_links
 from .closure import ClosureError, MobilityError, extent
+from .drives import Steady, compile_drive, drive_motion
 from .form import (
     AngleAim,
     BranchingCycle,
@@ -42,13 +44,10 @@ from .form import (
     Planar,
     PointAim,
     Slide,
-    Steady,
     Travel,
     as_empty_tuples,
     compile_direction,
-    compile_drive,
     compile_point,
-    drive_motion,
     make_cycle,
 )
 from .free_bodies import initial_coordinate
@@ -270,19 +269,26 @@ def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
     return Built(compiled.form, start, compiled.lengths, ideal_machine.closure.size, ideal_machine.reference_rate())
 
 
-def ideal(machine: Machine, angles) -> IdealMotion:
-    """Return the motion of the output and the reactions without clearance at angles (rad, any shape) of the crank."""
-    shape, ideal_machine = np.shape(angles), ideal_of(machine)
-    motion = ideal_machine.motion(np.asarray(angles, dtype=float).ravel(), lambda: ideal_form(ideal_machine))
+def ideal(machine: Machine, at, *, over_time: bool = False) -> IdealMotion:
+    """Return the motion of the output and the reactions without clearance at angles (rad, any shape) of the crank.
+
+    over_time : `at` are times (s), of a crank that may turn back
+    """
+    shape, ideal_machine = np.shape(at), ideal_of(machine)
+    places = np.asarray(at, dtype=float).ravel()
+    motion = ideal_machine.motion(places, lambda: ideal_form(ideal_machine), over_time=over_time)
     reactions = {name: force.reshape((*shape, 2)) for name, force in motion.reactions.items()}
     torque = np.reshape(motion.torque, shape)
     return IdealMotion(*(np.reshape(array, shape) for array in motion[:3]), reactions, torque)
 
 
-def ideal_reactions(machine: Machine, angles: np.ndarray) -> dict[str, np.ndarray]:
-    """Return the force (N, 2) N on each joint's distal body without clearance at angles (N,) rad of the crank."""
+def ideal_reactions(machine: Machine, at: np.ndarray, *, over_time: bool = False) -> dict[str, np.ndarray]:
+    """Return the force (N, 2) N on each joint's distal body without clearance at angles (N,) rad of the crank.
+
+    over_time : as for `ideal`
+    """
     ideal_machine = ideal_of(machine)
-    return ideal_machine.reactions(angles, lambda: ideal_form(ideal_machine))
+    return ideal_machine.reactions(at, lambda: ideal_form(ideal_machine), over_time=over_time)
 
 
 def ideal_form(ideal_machine: IdealMachine) -> Planar:
@@ -411,8 +417,9 @@ def crank_speed(machine: Machine) -> float:
 def discontinuity_times(machine: Machine) -> list[float]:
     """Return the times (s) at which an acceleration or the slope of a load jumps, where steps should end."""
     times = {time for load in machine.loads for time in discontinuity_times_of(load)}
-    if isinstance(machine.drive, Schedule):
-        times |= set(map(float, machine.drive.times))
+    drive = machine.drive.servo.target if isinstance(machine.drive, Motor) and machine.drive.servo else machine.drive
+    if isinstance(drive, (Schedule, Path)):
+        times |= set(map(float, drive.times))
     return sorted(time for time in times if time > 0.0)
 
 

@@ -11,7 +11,7 @@ from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program, sum_of
 from ..contract import Motion
 from ..programs import LDL, generated
 from .bent_line import PlaneField
-from .form import drive_motion, torque_at
+from .drives import drive_motion, torque_at
 from .kinematics import BentVector, Bodies, Columns, combination, vector_of
 from .pose import Row, Solver, loop_equations_of
 from .structure import ANGLE, BEND, TRAVEL, Coordinate, MachineType, machine_type
@@ -201,7 +201,8 @@ class Dynamics(Bodies):
         alpha = ZERO if machine.free or machine.steady else self._drive_acceleration()
         right_side = self.generalised_forces(alpha)
         if machine.free:
-            torque = self.program.call(torque_at, self.mechanism.drive, self.rate[crank], self.pose.time)
+            motion = self.angle(crank.owner), self.rate[crank], self.pose.time
+            torque = self.program.call(torque_at, self.mechanism.drive, *motion)
             solution = LDL(self.unknown, self.entry).solve(right_side | {crank: right_side[crank] + torque})
         else:
             solution = LDL(self.unknown, self.entry).solve(right_side)

@@ -5,22 +5,13 @@ measured from the centre of mass of their body in its own frame, and those on it
 their own, which avoids multiplications by zero.
 """
 
-import functools
-import itertools
 import math
 from typing import NamedTuple
 
 import numpy as np
 
-from .... import laws as recorded
-from ....contracts.catalogue import Law
-from ....contracts.machine import Constant, Motor, Schedule
-from ....tracing.compiled.dual import plain
-from ....tracing.compiled.family import family, kernel
-from ....tracing.compiled.pinned import array_handle, load_item, row_of
-from ...laws.contract import Recipe
-from ...laws.own import check_traced, function_of, maker, names_of, parameters_of, type_of
-from ...laws.sampled import attempted, checked
+from ....tracing.compiled.family import kernel
+from ....tracing.compiled.pinned import array_handle, load_item
 
 # -------------------------------------------------------------------------------------------- bodies, joints and output
 
@@ -261,150 +252,3 @@ def evaluate_cycle(cycle, column, angle):
     first_offset, last_offset = WIDTH * column, WIDTH * (columns * stations + column)
     growth = load_item(cycle.table, last_offset) - load_item(cycle.table, first_offset)
     return value + growth * turns, slope / h
-
-
-# ---------------------------------------------------------------------------------------------- drives
-
-
-_SPEED_WIDTH = 4  # numbers in a row of a speed table: time, angle, speed, acceleration
-
-
-class Steady(NamedTuple):
-    """A constant speed."""
-
-    speed: float  # rad/s
-    start: float  # rad
-
-
-class Scheduled(NamedTuple):
-    """A speed from a table, linear between its rows, so that the angle is quadratic."""
-
-    table: float  # address of (rows, 4): s, rad, rad/s, rad/s^2
-    row_count: float
-
-
-class Free(NamedTuple):
-    """A torque that decreases linearly with speed; the crank's angle is a coordinate."""
-
-    torque: float  # N m, at rest
-    slope: float  # N m s, decrease of torque per rad/s
-
-
-@family
-def drive_motion(drive, time):
-    """Return angle (rad), rate (rad/s) and angular acceleration (rad/s^2) of a driven crank at `time` (s)."""
-
-
-@drive_motion.member(Steady)
-def _drive_motion_steady(drive, time):
-    return drive.speed * time + drive.start, drive.speed, 0.0
-
-
-@drive_motion.member(Scheduled)
-def _drive_motion_scheduled(drive, time):
-    row = row_of(drive.table, _SPEED_WIDTH, int(drive.row_count), plain(time))
-    elapsed, speed = time - load_item(drive.table, row), load_item(drive.table, row + 2)
-    acceleration = load_item(drive.table, row + 3)
-    angle = load_item(drive.table, row + 1) + elapsed * (speed + 0.5 * acceleration * elapsed)
-    return angle, speed + acceleration * elapsed, acceleration
-
-
-@family
-def torque_at(drive, rate, time):
-    """Return the torque (N m) on a free crank that turns at `rate` (rad/s) at `time` (s)."""
-
-
-class FreeByLaw(NamedTuple):
-    """A torque by a law of one's own; the crank's angle is a coordinate."""
-
-    law: tuple  # of `motor_torque`
-
-
-@family
-def motor_torque(law, rate, time):
-    """Return the torque (N m) of a motor of one's own at `rate` (rad/s) and `time` (s)."""
-
-
-@torque_at.member(FreeByLaw)
-def _torque_at_free_by_law(drive, rate, time):
-    return motor_torque(drive.law, rate, time)
-
-
-@maker("motor")
-def _motor_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
-    kind, values = type_of(law, digest, "law", ("p",)), type_of(law, digest, "values", names_of(law))
-    evaluate = function_of(law)
-
-    @motor_torque.member(kind)
-    def torque(motor, rate, time):
-        return evaluate(motor.p, rate, time)
-
-    def make(drive):
-        return kind(parameters_of(law, values, [drive.values[field.name] for field in law.keys]))
-
-    def check(drive):
-        motor = make(drive)
-        check_traced(law, motor.p, 10.0, 0.1)
-        sampled_torque = checked(lambda rate, time: torque(motor, rate, time), ("speed", "t"), law.place)
-        for time in (0.0, 0.1, 10.0):
-            for rate in (-1e4, -10.0, 0.0, 10.0, 1e4):
-                sampled_torque(rate, time)
-        return ()
-
-    return Recipe(description, (kind,), make, check=check)
-
-
-def no_load_speed(law: tuple) -> float:
-    """Return the lowest speed (rad/s) of 1 to 1e5 at which a motor of one's own gives no torque at first, or inf."""
-    speeds = [10.0 ** (0.02 * i) for i in range(251)]
-    for low, high in itertools.pairwise(speeds):
-        torques = [attempted(functools.partial(motor_torque, law, speed, 0.0), math.nan) for speed in (low, high)]
-        if torques[0] > 0.0 >= torques[1]:
-            return high
-    return math.inf
-
-
-@torque_at.member(Free)
-def _torque_at_free(drive, rate, time):
-    return drive.torque - drive.slope * rate
-
-
-def compile_drive(drive: Constant | Schedule | Motor) -> tuple:
-    """Return the compiled form of a drive."""
-    if isinstance(drive, Constant):
-        return Steady(drive.speed, drive.start_angle)
-    if isinstance(drive, Schedule):
-        table = schedule_table(drive)
-        return Scheduled(array_handle(table), float(len(table)))
-    if drive.law is not None:
-        return FreeByLaw(drive.law)
-    return Free(
-        drive.stall_torque, 0.0 if math.isinf(drive.no_load_speed) else drive.stall_torque / drive.no_load_speed
-    )
-
-
-def schedule_table(drive: Schedule) -> np.ndarray:
-    """Return a speed table as (rows, 4): time (s), angle (rad), speed (rad/s), acceleration (rad/s^2) after the row.
-
-    The speed is constant before the first row and after the last; the angle is `start_angle` at time 0.
-    """
-    times, speeds = np.asarray(drive.times, dtype=float), np.asarray(drive.speeds, dtype=float)
-    if times[0] > 0.0:
-        times, speeds = np.append(0.0, times), np.append(speeds[0], speeds)
-    steps = np.diff(times)
-    angles = np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * steps))
-    accelerations = np.append(np.diff(speeds) / steps, 0.0)
-    table = np.stack([times, angles, speeds, accelerations], -1)
-    row_time, angle, speed, acceleration = table[max(int(np.searchsorted(times, 0.0, side="right")) - 1, 0)]
-    table[:, 1] += drive.start_angle - (angle - row_time * (speed - 0.5 * acceleration * row_time))
-    return table
-
-
-def scheduled_passage(drive: Schedule, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """Return time (s), speed (rad/s) and acceleration (rad/s^2) when the crank reaches `angles` (rad)."""
-    table = schedule_table(drive)
-    row = table[np.clip(np.searchsorted(table[:, 1], angles, side="right") - 1, 0, len(table) - 1)]
-    travel, speed, acceleration = angles - row[:, 1], row[:, 2], row[:, 3]
-    end_speed = np.sqrt(np.maximum(speed**2 + 2.0 * acceleration * travel, 0.0))
-    elapsed = np.where(travel == 0.0, 0.0, 2.0 * travel / np.where(speed + end_speed == 0.0, 1.0, speed + end_speed))
-    return row[:, 0] + elapsed, end_speed, acceleration

@@ -138,7 +138,8 @@ def motion_entry(machine, settings, y, nodes, rates, times, states, powers, capa
             times[count], states[count, 0], states[count, 1] = y[2], y[0], y[1]
             highest = max(highest, y[0])
         length *= factor
-        is_running = y[0] < settings[0] and y[2] < settings[1] and y[0] >= highest - 2.0 * math.pi and count < capacity
+        is_running = y[0] < settings[0] and y[2] < settings[1] and count < capacity
+        is_running = is_running and (settings[0] == math.inf or y[0] >= highest - 2.0 * math.pi)
         is_running = is_running and length > MIN_STEP * full_turn
     settings[3] = count
 
@@ -231,10 +232,34 @@ class CrankPassage:
         return passages[0], passages[1]
 
 
-def _free_motion(drive: Motor, machine: tuple, rate: float, end: float) -> FreeMotion:
-    revolutions = max((end - drive.start_angle) / (2.0 * math.pi), 1.0)
+class CrankCourse:
+    """The motion of a free crank up to the time `end` (s), in whatever direction."""
+
+    def __init__(self, drive: Motor, machine: tuple, rate: float, end: float):
+        """Integrate; machine : the compiled ideal machine; rate : rad/s, the nominal speed."""
+        self.end = end
+        self._motion = _free_motion(drive, machine, rate, math.inf, end)
+
+    def motion_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return angles (rad) and rates (rad/s) of the crank at times (n,) s; nan behind the end of the integration."""
+        motion = self._motion
+        step = np.clip(np.searchsorted(motion.times, times, side="right") - 1, 0, len(motion.powers) - 1)
+        fraction = (times - motion.times[step]) / (motion.times[step + 1] - motion.times[step])
+        changes = [
+            np.sum(motion.powers[step, row] * fraction[:, None] ** np.arange(1, STAGES + 1), axis=1) for row in range(2)
+        ]
+        is_known = times <= motion.times[-1]
+        angles, rates = (np.where(is_known, motion.states[step, row] + changes[row], math.nan) for row in range(2))
+        return angles, rates
+
+
+def _free_motion(drive: Motor, machine: tuple, rate: float, end: float, duration: float | None = None) -> FreeMotion:
+    """Return the motion up to the angle `end` (rad), or over a `duration` (s) if that is given."""
+    turns = (end - drive.start_angle if duration is None else duration * rate) / (2.0 * math.pi)
+    revolutions = max(turns, 1.0)
     capacity = math.ceil(STEPS_PER_TURN * (revolutions + 1.0))
-    settings = np.array([end, MAX_WAIT * revolutions * 2.0 * math.pi / rate, rate, 0.0])
+    last_time = MAX_WAIT * revolutions * 2.0 * math.pi / rate if duration is None else duration
+    settings = np.array([end, last_time, rate, 0.0])
     times, states, powers = np.empty(capacity + 1), np.empty((capacity + 1, 2)), np.empty((capacity, 2, STAGES))
     parameters, y = flatten(machine), np.array([drive.start_angle, drive.initial_speed, 0.0])
     motion = entry(motion_entry, machine, "fffffff", parameters)

@@ -19,6 +19,7 @@ from ....contracts.machine import (
     Mesh,
     Motor,
     OwnPush,
+    Path,
     Push,
     Rubbing,
     Schedule,
@@ -40,15 +41,10 @@ from .closure import (
     growth_per_revolution,
     interpolate,
 )
-from .form import (
-    Mass,
-    Segment,
-    compile_drive,
-    scheduled_passage,
-    torque_at,
-)
+from .drives import compile_drive, motion_at, motion_table, passage_time, scheduled_passage, torque_at
+from .form import Mass, Segment
 from .free_bodies import determined, initial_coordinate
-from .free_crank import CrankPassage
+from .free_crank import CrankCourse, CrankPassage
 from .load_forms import applied_load, compile_table, evaluate_table
 from .structure import ANGLE, BEND, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
 
@@ -152,6 +148,7 @@ class IdealMachine:
         self.tables = {load.name: compile_table(load) for load in machine.loads if isinstance(load, TabledPush)}
         self.compiled_by_open_joints: dict[frozenset[str], Any] = {}  # compiled machine by the names of its open joints
         self._passage: CrankPassage | None = None  # motion of a free crank, as far as requested
+        self._course: CrankCourse | None = None  # the same over time
 
     def states_at(self, angles: np.ndarray) -> MachineStates:
         """Return the machine at crank angles (N,) rad, unwrapped from its start."""
@@ -237,12 +234,13 @@ class IdealMachine:
         """Return the output at the stations and its first two derivatives by the crank's angle, shared likewise."""
         return _output_over_revolution(geometry_of(self.full_machine), self.machine.aim, AlwaysEqual(self))
 
-    def motion(self, angles: np.ndarray, compiled_form: Callable[[], tuple]) -> IdealMotion:
+    def motion(self, at: np.ndarray, compiled_form: Callable[[], tuple], *, over_time: bool = False) -> IdealMotion:
         """Return the motion of the output and the reactions at crank angles (N,) rad from its start on.
 
-        compiled_form : returns the compiled form of the machine, for a free crank.
+        compiled_form : returns the compiled form of the machine, for a free crank.  over_time : `at` are times (s).
         """
-        states, (time, rate) = self.states_at(angles), self.crank_passage(angles, compiled_form)
+        angles, time, rate = self._passage_at(at, compiled_form, over_time)
+        states = self.states_at(angles)
         position, derivative, second_derivative = self.output_at(states)
         acceleration, reactions, effective_forces = self.balance(states, rate, time)
         return IdealMotion(
@@ -254,12 +252,27 @@ class IdealMachine:
             -np.sum(states.derivative * effective_forces, -1),
         )
 
-    def reactions(self, angles: np.ndarray, compiled_form: Callable[[], tuple]) -> dict[str, np.ndarray]:
+    def reactions(
+        self, at: np.ndarray, compiled_form: Callable[[], tuple], *, over_time: bool = False
+    ) -> dict[str, np.ndarray]:
         """Return the force (N, 2) N on each joint's distal body, as `motion` does."""
-        motion = np.stack([angles, *self.crank_passage(angles, compiled_form)])
-        parts = np.array_split(motion, max(len(angles) // LARGEST_BLOCK, 1), axis=1)
+        motion = np.stack(self._passage_at(at, compiled_form, over_time))
+        parts = np.array_split(motion, max(len(at) // LARGEST_BLOCK, 1), axis=1)
         reactions = [self.balance(self.states_at(angles), rate, time)[1] for angles, time, rate in parts]
         return {name: np.concatenate([part[name] for part in reactions]) for name in reactions[0]}
+
+    def _passage_at(self, at: np.ndarray, compiled_form: Callable[[], tuple], over_time: bool) -> tuple:
+        """Return crank angles (N,) rad, times (N,) s and rates (N,) rad/s at angles, or at times if `over_time`."""
+        if not over_time:
+            return at, *self.crank_passage(at, compiled_form)
+        if not isinstance(self.machine.drive, Motor):
+            angles, rates, _ = motion_at(self.machine.drive, at)
+            return angles, at, rates
+        last_time = float(np.max(at))
+        if self._course is None or self._course.end < last_time:
+            self._course = CrankCourse(self.machine.drive, compiled_form(), self.reference_rate(), last_time)
+        angles, rates = self._course.motion_at(at)
+        return angles, at, rates
 
     def crank_passage(self, angles: np.ndarray, compiled_form: Callable[[], tuple]) -> tuple[np.ndarray, np.ndarray]:
         """Return the times (s) at which the crank passes angles (rad), and its rates (rad/s); nan if it never passes.
@@ -271,6 +284,9 @@ class IdealMachine:
             return (angles - drive.start_angle) / drive.speed, np.full(len(angles), drive.speed)
         if isinstance(drive, Schedule):
             return scheduled_passage(drive, angles)[:2]
+        if isinstance(drive, Path):
+            times = np.array([passage_time(drive, angle) for angle in angles.tolist()])
+            return times, motion_at(drive, times)[1]
         last_angle = float(np.max(angles))
         if self._passage is None or self._passage.end < last_angle:
             self._passage = CrankPassage(drive, compiled_form(), self.reference_rate(), last_angle)
@@ -368,13 +384,15 @@ class IdealMachine:
         drive = self.machine.drive
         if isinstance(drive, Constant):
             return np.zeros(len(rate))
-        if isinstance(drive, Schedule):
-            return scheduled_passage(drive, states.angles)[2]
+        if isinstance(drive, (Schedule, Path)):
+            return motion_at(drive, time)[2]
         momentum = self.inertia * states.derivative  # per rate of the crank
         generalised_inertia = np.einsum("ni,ni->n", momentum, states.derivative)
         centripetal = np.einsum("ni,ni->n", momentum, states.second_derivative) * rate**2
         load_torque = np.einsum("ni,ni->n", states.derivative, force) - centripetal
-        torques = np.vectorize(functools.partial(torque_at, compile_drive(drive)), otypes=[float])(rate, time)
+        torques = np.vectorize(functools.partial(torque_at, compile_drive(drive)), otypes=[float])(
+            states.angles, rate, time
+        )
         return (torques + load_torque) / generalised_inertia
 
     def add_force(self, force, states: MachineStates, endpoint: BodyPoint, applied: np.ndarray, torque) -> None:
@@ -476,15 +494,18 @@ class IdealMachine:
         """Return the reference rate (rad/s): speed of the crank, or one that it reaches."""
         drive, states = self.machine.drive, self.revolution
         if isinstance(drive, Constant):
-            return drive.speed
-        if isinstance(drive, Schedule):
-            return float(np.max(np.abs(drive.speeds)))
+            return abs(drive.speed)
+        if isinstance(drive, (Schedule, Path)):
+            return float(np.max(np.abs(motion_table(drive)[:, 2]))) or 1.0
         given_speed = max(
             abs(drive.initial_speed), abs(drive.no_load_speed) if math.isfinite(drive.no_load_speed) else 0.0
         )
         if given_speed > 0.0:
             return given_speed
         generalised_inertia = float(np.mean(np.sum(self.inertia * states.derivative**2, -1)))
+        if drive.servo is not None:
+            target_rate = float(np.max(np.abs(motion_table(drive.servo.target)[:, 2])))
+            return max(target_rate, math.sqrt(drive.servo.stiffness / generalised_inertia))
         return math.sqrt(4.0 * math.pi * abs(drive.stall_torque) / generalised_inertia) or 1.0
 
 

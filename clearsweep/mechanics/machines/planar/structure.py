@@ -9,17 +9,15 @@ from typing import NamedTuple
 from ...laws.friction import Karnopp
 from ..contract import Open
 from .bending import STATIONS, Bent, BentPoint
+from .drives import Free, FreeByLaw, FreeByTable, Served, Steady
 from .form import (
     BranchingCycle,
     ElasticGuide,
-    Free,
-    FreeByLaw,
     Gear,
     Planar,
     PointAim,
     Segment,
     Slide,
-    Steady,
     Travel,
 )
 from .load_forms import FRICTION_LOADS, SPRING_LOADS, GivenFriction
@@ -33,7 +31,7 @@ from .load_forms import FRICTION_LOADS, SPRING_LOADS, GivenFriction
 # The other bodies float: one of each connected set has the position of its centre of mass as
 # coordinates, and the others are attached to it.  Joints with clearance constrain nothing.
 
-FREE = Free, FreeByLaw  # drives whose crank is free
+FREE = Free, FreeByLaw, FreeByTable, Served  # drives whose crank is free
 
 
 #: Kinds of coordinates: of an angle group, along a guide, of a floating body, of the deformation of a link that bends.

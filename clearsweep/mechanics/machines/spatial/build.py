@@ -13,6 +13,7 @@ from ....tracing.compiled.vector import Vector
 from ...joints.spatial import SpatialLoad, deepest_of, overlap_of
 from .. import described
 from ..contract import Built, accelerate, gaps, pose_at
+from ..drives import CRANK_SPEED
 from ..planar.closure import MobilityError, extent
 from ..planar.form import as_empty_tuples, make_cycle
 from ..planar.ideal import ideal_of
@@ -164,7 +165,7 @@ def build(assembly: Assembly, joints: Mapping) -> Built:
     start = np.array([*(q for qs, _ in values for q in qs), *(rate for _, rates in values for rate in rates), 0.0])
     lengths = np.array([length for attachment in attachments for length in _lengths_per_unit(assembly, attachment)])
     _check_masses(value, start)
-    return Built(value, start, lengths, ideal_machine.closure.size, speed)
+    return Built(value, start, lengths, ideal_machine.closure.size, abs(speed))
 
 
 class Seat(NamedTuple):
@@ -409,7 +410,7 @@ def gravity_keys() -> Keys:
 
 def speed_keys() -> Keys:
     """Return the section of the drive."""
-    return Keys("drive", "the drive", (Field("speed", "rad/s", "constant crank speed"),), "implied", role=CONDITION)
+    return Keys("drive", "the drive", (CRANK_SPEED,), "implied", role=CONDITION)
 
 
 def site_kind_of(outline: Outline, joint: str) -> str:

@@ -1,0 +1,192 @@
+"""Drives of a crank: their keys in a grid, and the records of a machine that they become."""
+
+import math
+
+import numpy as np
+
+from ...contracts import case, machine
+from ...contracts.catalogue import ANY, CHOICE, CONDITION, Columns, Field, Keys, Law, Outline
+from ..laws.contract import compile_law
+from ..laws.sampled import attempted
+from .planar.drives import motor_torque, no_load_speed
+
+_START_ANGLE = Field("start_angle", "rad", "crank angle at t = 0; default: 0", -math.inf, optional=True)
+_FREE = (
+    Field("initial_speed", "rad/s", "crank speed at t = 0", low_open=False, default=0.0),
+    Field(
+        "inertia",
+        "kg*m^2",
+        "inertia of a flywheel, added to that of the crank",
+        low_open=False,
+        default=0.0,
+        role=CHOICE,
+    ),
+)
+_SPEED_TABLE = Columns(
+    "table",
+    "crank speed as a function of time, linear between the rows and constant outside the table",
+    (Field("time", "s", "time", -math.inf),),
+    (Field("speed", "rad/s", "crank speed, negative where it turns clockwise", -math.inf),),
+    nonzero=("speed",),
+)
+CRANK_SPEED = Field("speed", "rad/s", "constant crank speed, negative for a clockwise crank", -math.inf, nonzero=True)
+_ANGLE_TABLE = Columns(
+    "table",
+    "crank angle as a function of time, a natural cubic spline through the rows; at constant speed behind the last",
+    (Field("time", "s", "time; the first row is the start, 0 s", low_open=False),),
+    (Field("angle", "rad", "crank angle", -math.inf),),
+    from_zero=True,
+)
+_TARGET_TABLE = _ANGLE_TABLE._replace(
+    text="target angle of the crank as a function of time, a natural cubic spline through the rows",
+    values=(Field("angle", "rad", "target angle", -math.inf),),
+)
+_TORQUE_TABLE = Columns(
+    "table",
+    "motor torque as a function of the crank speed, monotone cubic (PCHIP) between the rows and constant outside",
+    (Field("speed", "rad/s", "crank speed", -math.inf),),
+    (Field("torque", "N*m", "motor torque", -math.inf),),
+    nonzero=("torque",),
+)
+#: Forms of a drive whose numbers are in a section of `drive`, with the table of that section.
+_TABLES = {
+    "speed-table": ("speed", "the speed over time", _SPEED_TABLE),
+    "angle-table": ("angle", "the crank angle over time", _ANGLE_TABLE),
+    "motor-table": ("motor", "a motor", _TORQUE_TABLE),
+    "servo": ("servo.target", "the target angle over time", _TARGET_TABLE),
+}
+DRIVES = {
+    law.name: law
+    for law in (
+        Law(
+            "drive",
+            "speed",
+            "a crank at constant speed",
+            "angle = start_angle + speed t",
+            "",
+            (CRANK_SPEED, _START_ANGLE),
+        ),
+        Law(
+            "drive",
+            "speed-table",
+            "a crank whose speed follows a table over time",
+            "angle = start_angle + integral of speed, exactly; speed straight between rows, constant beyond them",
+            "",
+            (_START_ANGLE,),
+            notes="Written speed: {table: runup.csv}, a file with the columns `time [s]` and `speed [rpm]`.",
+        ),
+        Law(
+            "drive",
+            "angle-table",
+            "a crank whose angle follows a table over time",
+            "angle = natural cubic spline through the rows; its rate and acceleration are those of the crank",
+            "",
+            notes="Written angle: path.csv, a file with the columns `time [s]` and `angle [deg]`.",
+        ),
+        Law(
+            "drive",
+            "torque",
+            "a free crank under a constant torque",
+            "torque = constant; the crank's angle is a coordinate",
+            "",
+            (Field("torque", "N*m", "torque on the crank", -math.inf), *_FREE, _START_ANGLE),
+        ),
+        Law(
+            "drive",
+            "motor",
+            "a free crank under a motor's characteristic",
+            "torque = stall_torque (1 - speed / no_load_speed); the crank's angle is a coordinate",
+            "",
+            (
+                Field("motor.stall_torque", "N*m", "motor torque at standstill"),
+                Field("motor.no_load_speed", "rad/s", "crank speed at which the motor torque is zero"),
+                *_FREE,
+                _START_ANGLE,
+            ),
+        ),
+        Law(
+            "drive",
+            "motor-table",
+            "a free crank under a motor whose torque follows a table over the speed",
+            "torque = monotone cubic (PCHIP) through the rows, constant outside; the crank's angle is a coordinate",
+            "",
+            (*_FREE, _START_ANGLE),
+            notes="Written motor: {table: motor.csv}, a file with the columns `speed [rpm]` and `torque [N*m]`.",
+        ),
+        Law(
+            "drive",
+            "servo",
+            "a free crank under a servo that follows a target angle",
+            "torque = stiffness (target - angle) + damping (target rate - rate), at most torque_limit either way",
+            "",
+            (
+                Field("servo.stiffness", "N*m/rad", "torque per angle behind the target"),
+                Field("servo.damping", "N*m*s/rad", "torque per rate behind that of the target", low_open=False),
+                Field("servo.torque_limit", "N*m", "largest torque; default: unlimited", optional=True),
+                *_FREE,
+                _START_ANGLE,
+            ),
+            notes="Its target is a file with the columns `time [s]` and `angle [deg]`, or these columns.",
+        ),
+    )
+}
+
+
+def drive_keys(outline: Outline) -> tuple[Keys, ...]:
+    """Return the section `drive` for the grid's form of drive, or the sections of all forms for ANY."""
+    fields: dict[str, Field] = {}
+    form = "torque" if outline.drive == "motor-law" else outline.drive
+    for law in DRIVES.values() if form == ANY else (DRIVES[form],):
+        fields |= {field.name: field for field in law.fields}
+    if outline.drive == "motor-law":
+        del fields["torque"]
+    sections = [
+        Keys("drive", "the drive", tuple(fields[name] for name in fields if "." not in name), "implied", role=CONDITION)
+    ]
+    if outline.drive == "motor-law":
+        sections.append(Keys("drive.motor", "a motor of one's own", family="motor", role=CONDITION))
+    need = "optional" if outline.drive == ANY else "required"
+    for name, text in (("motor", "a motor"), ("servo", "a servo")):
+        inner = tuple(
+            field._replace(name=path.partition(".")[2]) for path, field in fields.items() if path.startswith(f"{name}.")
+        )
+        if inner:
+            sections.append(Keys(f"drive.{name}", text, inner, need, role=CONDITION))
+    for form, (path, text, columns) in _TABLES.items():
+        if outline.drive in (form, ANY):
+            form_need = need if form != "speed-table" else "required"
+            sections.append(Keys(f"drive.{path}", text, tables=(columns,), need=form_need))
+    return tuple(sections)
+
+
+def make_drive(drive: case.Drive, outline: Outline) -> tuple:
+    """Return the drive as described in a machine."""
+    free = drive.initial_speed, drive.inertia, drive.start_angle
+    if drive.law:
+        law = compile_law("motor", drive.law, drive)
+        return machine.Motor(attempted(lambda: motor_torque(law, 0.0, 0.0), 0.0), no_load_speed(law), *free, law)
+    if outline.drive == "servo":
+        return machine.Motor(0.0, math.inf, *free, servo=machine.Servo(_path_of(drive.table), **drive.values))
+    if outline.drive == "motor-table":
+        curve = np.array(drive.table["speed"]), np.array(drive.table["torque"])
+        return machine.Motor(float(np.interp(0.0, *curve)), _zero_of(*curve), *free, curve=curve)
+    if outline.free:
+        return machine.Motor(drive.torque, drive.no_load_speed, *free)
+    if drive.table is None:
+        return machine.Constant(drive.speed, drive.start_angle)
+    if "angle" in drive.table:
+        return _path_of(drive.table)
+    return machine.Schedule(np.array(drive.table["time"]), np.array(drive.table["speed"]), drive.start_angle)
+
+
+def _path_of(table: case.Table) -> machine.Path:
+    """Return the motion of a table of angles."""
+    return machine.Path(np.array(table["time"]), np.array(table["angle"]), table["angle"][0])
+
+
+def _zero_of(speeds: np.ndarray, torques: np.ndarray) -> float:
+    """Return the least positive speed (rad/s) of a table at which its torque is no longer positive, or inf."""
+    for low, high, before, after in zip(speeds, speeds[1:], torques, torques[1:], strict=False):
+        if high > 0.0 and before > 0.0 >= after:
+            return float(low + (high - low) * before / (before - after))
+    return math.inf

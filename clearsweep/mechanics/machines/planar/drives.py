@@ -1,0 +1,299 @@
+"""Drives of a planar machine: motions that are given over time, and torques on a free crank."""
+
+import functools
+import itertools
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from .... import laws as recorded
+from ....contracts.catalogue import Law
+from ....contracts.machine import Constant, Motor, Path, Schedule
+from ....tracing.compiled.choosing import where
+from ....tracing.compiled.dual import plain
+from ....tracing.compiled.family import family
+from ....tracing.compiled.pinned import array_handle, load_item, row_of
+from ...laws.contract import Recipe
+from ...laws.own import check_traced, function_of, maker, names_of, parameters_of, type_of
+from ...laws.sampled import attempted, checked
+
+# ---------------------------------------------------------------------------------------------- given motions
+
+
+_SPEED_WIDTH = 4  # numbers in a row of a speed table: time, angle, speed, acceleration
+_ANGLE_WIDTH = 5  # of an angle table: the same, and the rate of the acceleration
+_TORQUE_WIDTH = 5  # of a torque table: speed, torque, and its first three derivatives by the speed
+
+
+class Steady(NamedTuple):
+    """A constant speed."""
+
+    speed: float  # rad/s
+    start: float  # rad
+
+
+class Scheduled(NamedTuple):
+    """A speed from a table, linear between its rows, so that the angle is quadratic."""
+
+    table: float  # address of (rows, 4): s, rad, rad/s, rad/s^2
+    row_count: float
+
+
+class Splined(NamedTuple):
+    """An angle from a table, a natural cubic spline over time."""
+
+    table: float  # address of (rows, 5): s, rad, rad/s, rad/s^2, rad/s^3
+    row_count: float
+
+
+@family
+def drive_motion(drive, time):
+    """Return angle (rad), rate (rad/s) and angular acceleration (rad/s^2) of a driven crank at `time` (s)."""
+
+
+@drive_motion.member(Steady)
+def _drive_motion_steady(drive, time):
+    return drive.speed * time + drive.start, drive.speed, 0.0
+
+
+@drive_motion.member(Scheduled)
+def _drive_motion_scheduled(drive, time):
+    row = row_of(drive.table, _SPEED_WIDTH, int(drive.row_count), plain(time))
+    elapsed, speed = time - load_item(drive.table, row), load_item(drive.table, row + 2)
+    acceleration = load_item(drive.table, row + 3)
+    angle = load_item(drive.table, row + 1) + elapsed * (speed + 0.5 * acceleration * elapsed)
+    return angle, speed + acceleration * elapsed, acceleration
+
+
+@drive_motion.member(Splined)
+def _drive_motion_splined(drive, time):
+    row = row_of(drive.table, _ANGLE_WIDTH, int(drive.row_count), plain(time))
+    elapsed, speed = time - load_item(drive.table, row), load_item(drive.table, row + 2)
+    acceleration, jerk = load_item(drive.table, row + 3), load_item(drive.table, row + 4)
+    angle = load_item(drive.table, row + 1) + elapsed * (speed + elapsed * (0.5 * acceleration + jerk * elapsed / 6.0))
+    rate = speed + elapsed * (acceleration + 0.5 * jerk * elapsed)
+    return angle, rate, acceleration + jerk * elapsed
+
+
+# ---------------------------------------------------------------------------------------------- torques
+
+
+class Free(NamedTuple):
+    """A torque that decreases linearly with speed; the crank's angle is a coordinate."""
+
+    torque: float  # N m, at rest
+    slope: float  # N m s, decrease of torque per rad/s
+
+
+class FreeByTable(NamedTuple):
+    """A torque over the speed from a table, monotone cubic between its rows and constant outside."""
+
+    table: float  # address of (rows, 5): rad/s, N m, and derivatives by the speed
+    row_count: float
+
+
+class Served(NamedTuple):
+    """A torque that pulls the crank to a target angle, up to a limit."""
+
+    target: tuple  # of `drive_motion`
+    stiffness: float  # N m/rad
+    damping: float  # N m s/rad
+    limit: float  # N m
+
+
+@family
+def torque_at(drive, angle, rate, time):
+    """Return the torque (N m) on a free crank at `angle` (rad), `rate` (rad/s) and `time` (s)."""
+
+
+@torque_at.member(FreeByTable)
+def _torque_at_by_table(drive, angle, rate, time):
+    row = row_of(drive.table, _TORQUE_WIDTH, int(drive.row_count), plain(rate))
+    beyond = rate - load_item(drive.table, row)
+    excess = where(beyond > 0.0, beyond, 0.0 * beyond)
+    first, second, third = (load_item(drive.table, row + k) for k in (2, 3, 4))
+    return load_item(drive.table, row + 1) + excess * (first + excess * (0.5 * second + excess * third / 6.0))
+
+
+@torque_at.member(Served)
+def _torque_at_served(drive, angle, rate, time):
+    aim, aim_rate, _ = drive_motion(drive.target, time)
+    torque = drive.stiffness * (aim - angle) + drive.damping * (aim_rate - rate)
+    held = where(torque > drive.limit, drive.limit + 0.0 * torque, torque)
+    return where(held < -drive.limit, 0.0 * torque - drive.limit, held)
+
+
+class FreeByLaw(NamedTuple):
+    """A torque by a law of one's own; the crank's angle is a coordinate."""
+
+    law: tuple  # of `motor_torque`
+
+
+@family
+def motor_torque(law, rate, time):
+    """Return the torque (N m) of a motor of one's own at `rate` (rad/s) and `time` (s)."""
+
+
+@torque_at.member(FreeByLaw)
+def _torque_at_free_by_law(drive, angle, rate, time):
+    return motor_torque(drive.law, rate, time)
+
+
+@maker("motor")
+def _motor_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
+    kind, values = type_of(law, digest, "law", ("p",)), type_of(law, digest, "values", names_of(law))
+    evaluate = function_of(law)
+
+    @motor_torque.member(kind)
+    def torque(motor, rate, time):
+        return evaluate(motor.p, rate, time)
+
+    def make(drive):
+        return kind(parameters_of(law, values, [drive.values[field.name] for field in law.keys]))
+
+    def check(drive):
+        motor = make(drive)
+        check_traced(law, motor.p, 10.0, 0.1)
+        sampled_torque = checked(lambda rate, time: torque(motor, rate, time), ("speed", "t"), law.place)
+        for time in (0.0, 0.1, 10.0):
+            for rate in (-1e4, -10.0, 0.0, 10.0, 1e4):
+                sampled_torque(rate, time)
+        return ()
+
+    return Recipe(description, (kind,), make, check=check)
+
+
+def no_load_speed(law: tuple) -> float:
+    """Return the lowest speed (rad/s) of 1 to 1e5 at which a motor of one's own gives no torque at first, or inf."""
+    speeds = [10.0 ** (0.02 * i) for i in range(251)]
+    for low, high in itertools.pairwise(speeds):
+        torques = [attempted(functools.partial(motor_torque, law, speed, 0.0), math.nan) for speed in (low, high)]
+        if torques[0] > 0.0 >= torques[1]:
+            return high
+    return math.inf
+
+
+@torque_at.member(Free)
+def _torque_at_free(drive, angle, rate, time):
+    return drive.torque - drive.slope * rate
+
+
+# ---------------------------------------------------------------------------------------------- drives of a machine
+
+
+def compile_drive(drive: Constant | Schedule | Path | Motor) -> tuple:
+    """Return the compiled form of a drive."""
+    if isinstance(drive, Constant):
+        return Steady(drive.speed, drive.start_angle)
+    if isinstance(drive, (Schedule, Path)):
+        table = motion_table(drive)
+        return (Scheduled if isinstance(drive, Schedule) else Splined)(array_handle(table), float(len(table)))
+    if drive.law is not None:
+        return FreeByLaw(drive.law)
+    if drive.servo is not None:
+        servo = drive.servo
+        return Served(compile_drive(servo.target), servo.stiffness, servo.damping, servo.torque_limit)
+    if drive.curve is not None:
+        table = torque_table(*drive.curve)
+        return FreeByTable(array_handle(table), float(len(table)))
+    return Free(
+        drive.stall_torque, 0.0 if math.isinf(drive.no_load_speed) else drive.stall_torque / drive.no_load_speed
+    )
+
+
+def motion_table(drive: Schedule | Path) -> np.ndarray:
+    """Return the table of a given motion: (rows, 4) as in Scheduled, or (rows, 5) as in Splined."""
+    return schedule_table(drive) if isinstance(drive, Schedule) else _spline_table(drive)
+
+
+def schedule_table(drive: Schedule) -> np.ndarray:
+    """Return a speed table as (rows, 4): time (s), angle (rad), speed (rad/s), acceleration (rad/s^2) after the row.
+
+    The speed is constant before the first row and after the last; the angle is `start_angle` at time 0.
+    """
+    times, speeds = np.asarray(drive.times, dtype=float), np.asarray(drive.speeds, dtype=float)
+    if times[0] > 0.0:
+        times, speeds = np.append(0.0, times), np.append(speeds[0], speeds)
+    steps = np.diff(times)
+    angles = np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * steps))
+    accelerations = np.append(np.diff(speeds) / steps, 0.0)
+    table = np.stack([times, angles, speeds, accelerations], -1)
+    row_time, angle, speed, acceleration = table[max(int(np.searchsorted(times, 0.0, side="right")) - 1, 0)]
+    table[:, 1] += drive.start_angle - (angle - row_time * (speed - 0.5 * acceleration * row_time))
+    return table
+
+
+def _spline_table(drive: Path) -> np.ndarray:
+    """Return the natural cubic spline of an angle table; behind its last row the speed is constant."""
+    from scipy.interpolate import CubicSpline
+
+    spline = CubicSpline(drive.times, drive.angles, bc_type="natural")
+    derivatives = [spline(drive.times, order) for order in range(3)]
+    jerks = np.append(spline(0.5 * (drive.times[1:] + drive.times[:-1]), 3), 0.0)
+    table: np.ndarray = np.stack([drive.times, *derivatives, jerks], -1)
+    table[[0, -1], 3] = 0.0
+    return table
+
+
+def torque_table(speeds: np.ndarray, torques: np.ndarray) -> np.ndarray:
+    """Return the table of a FreeByTable from speeds (rows,) rad/s and torques (rows,) N m."""
+    from scipy.interpolate import PchipInterpolator
+
+    curve = PchipInterpolator(speeds, torques)
+    steps, middles = np.diff(speeds), 0.5 * (speeds[1:] + speeds[:-1])
+    third = curve(middles, 3)
+    second = curve(middles, 2) - 0.5 * steps * third
+    derivatives = [np.append(values, 0.0) for values in (curve(speeds[:-1], 1), second, third)]
+    return np.stack([speeds, torques, *derivatives], -1)
+
+
+def motion_at(drive: Constant | Schedule | Path, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return angle (rad), speed (rad/s) and acceleration (rad/s^2) of a crank with a given motion at times (N,) s."""
+    if isinstance(drive, Constant):
+        return drive.start_angle + drive.speed * times, np.full(len(times), drive.speed), np.zeros(len(times))
+    table = motion_table(drive)
+    rows = table[np.clip(np.searchsorted(table[:, 0], times, side="right") - 1, 0, len(table) - 1)]
+    elapsed, angle, speed, acceleration = times - rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3]
+    jerk = rows[:, 4] if isinstance(drive, Path) else 0.0
+    return (
+        angle + elapsed * (speed + elapsed * (0.5 * acceleration + jerk * elapsed / 6.0)),
+        speed + elapsed * (acceleration + 0.5 * jerk * elapsed),
+        acceleration + jerk * elapsed,
+    )
+
+
+def direction_of(drive: Constant | Schedule | Path | Motor) -> float:
+    """Return 1 for a crank that turns counter-clockwise in the long run, or -1."""
+    if isinstance(drive, Motor):
+        return 1.0
+    if isinstance(drive, Constant):
+        return math.copysign(1.0, drive.speed)
+    last = motion_table(drive)[-1]
+    travel = last[2] if last[2] != 0.0 else last[1] - drive.start_angle
+    return -1.0 if travel < 0.0 else 1.0
+
+
+def passage_time(drive: Schedule | Path, angle: float) -> float:
+    """Return the time (s) at which a crank first passes an angle (rad), from its start on, or inf if it never does."""
+    from scipy.interpolate import PPoly
+
+    table = motion_table(drive)
+    last, factors = table[-1], (1.0, 1.0, 0.5, 1.0 / 6.0)
+    coefficients = (table[:-1, 1:] * factors[: table.shape[1] - 1]).T[::-1]
+    passages = PPoly(coefficients, table[:, 0]).solve(angle, extrapolate=False)
+    passages = passages[np.isfinite(passages) & (passages >= 0.0)]
+    if len(passages):
+        return float(passages[0])
+    behind = (angle - last[1]) / last[2] if last[2] != 0.0 else math.inf
+    return float(last[0] + behind) if behind >= 0.0 else math.inf
+
+
+def scheduled_passage(drive: Schedule, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return time (s), speed (rad/s) and acceleration (rad/s^2) when the crank reaches `angles` (rad)."""
+    table, sign = schedule_table(drive), direction_of(drive)
+    row = table[np.clip(np.searchsorted(sign * table[:, 1], sign * angles, side="right") - 1, 0, len(table) - 1)]
+    travel, speed, acceleration = angles - row[:, 1], row[:, 2], row[:, 3]
+    end_speed = sign * np.sqrt(np.maximum(speed**2 + 2.0 * acceleration * travel, 0.0))
+    elapsed = np.where(travel == 0.0, 0.0, 2.0 * travel / np.where(speed + end_speed == 0.0, 1.0, speed + end_speed))
+    return row[:, 0] + elapsed, end_speed, acceleration
