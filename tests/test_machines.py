@@ -198,7 +198,7 @@ MISTAKES = {
     "load without force": (changed(FOUR_BAR, loads={"gas": {"on": "rocker"}}), "loads.gas: has no force and no torque"),
     "speed and torque": (
         changed(SLIDER_CRANK, drive__torque=5),
-        "drive.speed: conflicts with torque; a drive can have only one of speed, torque, motor",
+        "drive.speed: conflicts with torque; a drive can have only one of speed, angle, torque, motor, servo",
     ),
     "no torque": (changed(SLIDER_CRANK, drive={"initial_speed": 5}), "drive.torque: is missing"),
     "a span": (

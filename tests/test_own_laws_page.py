@@ -15,7 +15,7 @@ from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.laws.contract import compile_law, internal_rates
 from clearsweep.mechanics.laws.elastic import elastic_force
 from clearsweep.mechanics.laws.friction import friction_force
-from clearsweep.mechanics.machines.planar.form import motor_torque
+from clearsweep.mechanics.machines.planar.drives import motor_torque
 from clearsweep.mechanics.wear import SlidingContact, wear_rate
 
 PAGE = Path(__file__).parents[1] / "docs/howto/own-laws.md"

@@ -134,6 +134,7 @@ IN_SPACE = Outline(
     spatial=True,
     axial=frozenset((ANY,)),
     vibration=VibrationOutline((PlaceOutline(FRAME), PlaceOutline(ANY))),
+    length=ANY,
 )
 
 #: An outline with everything that a grid may define, for lists of keys.
@@ -144,6 +145,7 @@ FULL_OUTLINE = Outline(
     joints=(JointOutline(ANY, ANY, "", ""),),
     bending=(BendingOutline(ANY, stretches=True, fatigue=True),),
     vibration=VibrationOutline((PlaceOutline(FRAME), PlaceOutline(ANY))),
+    length=ANY,
 )
 
 

@@ -171,6 +171,15 @@ _TIME_FIELDS = (
 )
 #: Fields of `simulate` by what the length of a run is measured in.
 _LENGTH_FIELDS = {"revolutions": _SIMULATE_FIELDS, "cycles": _CYCLE_FIELDS, "time": _TIME_FIELDS}
+#: The same in lists of keys.
+_EVERY_LENGTH = (
+    *_SIMULATE_FIELDS,
+    _CYCLE_FIELDS[0]._replace(text="in place of revolutions: number of cycles, `discard` included", optional=True),
+    _CYCLE_FIELDS[2]._replace(text="with `cycles`: length of a cycle", optional=True),
+    _TIME_FIELDS[0]._replace(
+        text="in place of revolutions: length of the run; `discard` is then a time (s), 0 by default", optional=True
+    ),
+)
 _UNTIL_FIELDS = (
     Field(
         "relative_ci",
@@ -286,10 +295,7 @@ def _add_revolution_keys(
     length : what the length of a run is measured in, as in Outline, or ANY
     """
     keys["simulate"] = Section("duration, tolerance and start of the motion", "implied")
-    for kind, fields in reversed(_LENGTH_FIELDS.items()):
-        if length in (kind, ANY):
-            optional = fields if length != ANY or kind == "revolutions" else tuple(map(_optional, fields))
-            add_numbers(keys, "simulate", optional, NUMERICS)
+    add_numbers(keys, "simulate", _LENGTH_FIELDS.get(length, _EVERY_LENGTH), NUMERICS)
     keys["simulate.start"] = Word(
         ("centred", "seated"), "initial position of the journals in their bearings; seated: in contact", "centred"
     )
@@ -305,11 +311,6 @@ def _add_revolution_keys(
         keys["simulate.until.figure"] = Word(figures, text, refused=dict.fromkeys(refused_figures, _NO_INTERVAL_TEXT))
         add_numbers(keys, "simulate.until", _UNTIL_FIELDS, NUMERICS, sweep=False)
     add_save_keys(keys, has_turns=length != "time")
-
-
-def _optional(field: Field) -> Field:
-    """Return a field that may be left out."""
-    return field._replace(optional=True, default=None)
 
 
 def _add_impact_keys(keys: KeyTable) -> None:

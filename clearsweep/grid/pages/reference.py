@@ -303,7 +303,7 @@ def _range_text(field: Field) -> str:
     """Return the range of a key in a few words."""
     low, high = _number_text(field.low), _number_text(field.high)
     if field.low == -math.inf:
-        text = "any"
+        text = "any but 0" if field.nonzero else "any"
     elif field.high == math.inf:
         text = f"above {low}" if field.low_open else f"at least {low}"
     elif field.low_open or field.high_open:

@@ -1,6 +1,7 @@
 """Reads a document in the order in which its parts depend on each other."""
 
 from dataclasses import replace
+from typing import Any
 
 from ...contracts.catalogue import NUMERICS, Catalogue, FigureOutline, Mechanism
 from ...contracts.layout import ALWAYS_STORED, Layout
@@ -150,7 +151,7 @@ def _read_section(reader: Reader, written: WrittenValue, path: str, all_keys: Ke
     reader.sections[path] = written
     content = written.value
     section = all_keys.get(path)
-    if isinstance(content, str) and isinstance(all_keys.get(f"{path}.table"), Table) and allowed == ["table"]:
+    if allowed == ["table"] and isinstance(all_keys.get(f"{path}.table"), Table) and _is_bare_table(content):
         content = {"table": written}
     if isinstance(section, Section) and section.items:
         content = list_items(reader, written, path, all_keys)
@@ -191,6 +192,13 @@ def _read_section(reader: Reader, written: WrittenValue, path: str, all_keys: Ke
         ):
             key_name = child_path.rpartition(".")[2]
             reader.problems.add(written, child_path, f"is missing; write the section '{key_name}' ({key.text})")
+
+
+def _is_bare_table(content: Any) -> bool:
+    """Return whether a value is the name of a table's file, or its columns, without the key `table`."""
+    if isinstance(content, dict):
+        return bool(content) and all(isinstance(entry.value, list) for entry in content.values())
+    return isinstance(content, str)
 
 
 def _record_entry(reader: Reader, entry: WrittenValue, path: str, all_keys: KeyTable) -> None:

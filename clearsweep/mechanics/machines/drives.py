@@ -12,7 +12,7 @@ from .planar.drives import motor_torque, no_load_speed
 
 _START_ANGLE = Field("start_angle", "rad", "crank angle at t = 0; default: 0", -math.inf, optional=True)
 _FREE = (
-    Field("initial_speed", "rad/s", "crank speed at t = 0", low_open=False, default=0.0),
+    Field("initial_speed", "rad/s", "crank speed at t = 0", -math.inf, default=0.0),
     Field(
         "inertia",
         "kg*m^2",

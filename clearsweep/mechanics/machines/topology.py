@@ -126,6 +126,7 @@ def mechanism(outline: Outline, planar_mechanism: Mechanism) -> Mechanism:
         build=MechanismBuilder(_assembly, outline),
         machine=planar_machine_of(_assembly),
         refusal=refusal,
+        length=outline.length,
         spatial=True,
     )
 

@@ -163,6 +163,7 @@ class Work(NamedTuple):
     wear: Entry  # the wear; NO_ENTRY without wear
     time: int  # index of the time in the state; the roots of penetration, then the internal states follow it
     independent: int  # index in the state of the independent quantity of the run: time, or the angle of a free crank
+    crank: int  # index in the state of the angle of a free crank; -1: the motion of the crank is given
     knots: np.ndarray  # (k,) values of this quantity at which a step must end because an acceleration jumps
     reference_rate: float  # rad/s, Scene.reference_rate
     sigma: float  # m^0.5, Scene.sigma

@@ -438,7 +438,7 @@ def search_maxima(pointer):
 def record_target_speed(pointer):
     """Record when (s) a free crank first reaches its target speed, and the largest forces (N) up to this step."""
     work = pointer[0]
-    mechanism, index = work.totals.mechanism, work.independent + work.time // 2
+    mechanism, index = work.totals.mechanism, work.crank + work.time // 2
     if mechanism.target_time == math.inf and work.y[index] < mechanism.target_speed <= work.end[index]:
         dense_state(fraction_at(pointer, index, mechanism.target_speed), work.y, work.f, work.z)
         mechanism.target_time = work.z[work.time]
@@ -450,7 +450,7 @@ def record_target_speed(pointer):
 def add_crank_speed(pointer, h):
     """Update the extreme speeds (rad/s) of a free crank, from the cubic through the ends of the step."""
     work = pointer[0]
-    mechanism, index = work.totals.mechanism, work.independent + work.time // 2
+    mechanism, index = work.totals.mechanism, work.crank + work.time // 2
     start_value, end_value = work.y[index], work.end[index]
     start_slope, end_slope = h * work.k[index, START], h * work.k[index, END]
     linear_term, curvature = (
@@ -518,7 +518,7 @@ def record_signals(pointer, h):
 def add_slow_sums(pointer, h):
     """Add the slow sums of an accepted step of length `h` along tau."""
     work = pointer[0]
-    record, time, in_window = work.record, work.time, work.stepper.in_window != 0.0
+    record, in_window = work.record, work.stepper.in_window != 0.0
     work.counts.steps += 1
     if work.step.needs_peak_search != 0.0:
         search_maxima(pointer)
@@ -530,13 +530,13 @@ def add_slow_sums(pointer, h):
                 add_film_sums(pointer, h, j)
         add_profiles(pointer)
         add_friction_loads(pointer, h)
-        if work.independent != time:
+        if work.crank >= 0:
             add_crank_speed(pointer, h)
         if work.wear.code != 0 and touching:
             add_wear(pointer, h)
         if work.recording.shape[0]:
             record_signals(pointer, h)
-    if work.independent != time:
+    if work.crank >= 0:
         record_target_speed(pointer)
     record_marks(pointer)
     i = work.counts.samples

@@ -94,6 +94,7 @@ class Run:
             wear=wear_of(value, self.parameters) if self.totals.workspace.size else NO_ENTRY,
             time=time_index,
             independent=independent,
+            crank=0 if scene.mechanism.free else -1,
             knots=inputs.knots,
             reference_rate=0.0,
             sigma=0.0,

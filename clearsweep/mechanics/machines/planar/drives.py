@@ -120,8 +120,8 @@ def _torque_at_by_table(drive, angle, rate, time):
 def _torque_at_served(drive, angle, rate, time):
     aim, aim_rate, _ = drive_motion(drive.target, time)
     torque = drive.stiffness * (aim - angle) + drive.damping * (aim_rate - rate)
-    held = where(torque > drive.limit, drive.limit + 0.0 * torque, torque)
-    return where(held < -drive.limit, 0.0 * torque - drive.limit, held)
+    limited = where(torque > drive.limit, drive.limit + 0.0 * torque, torque)
+    return where(limited < -drive.limit, 0.0 * torque - drive.limit, limited)
 
 
 class FreeByLaw(NamedTuple):

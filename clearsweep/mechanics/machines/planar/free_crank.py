@@ -232,7 +232,7 @@ class CrankPassage:
         return passages[0], passages[1]
 
 
-class CrankCourse:
+class CrankHistory:
     """The motion of a free crank up to the time `end` (s), in whatever direction."""
 
     def __init__(self, drive: Motor, machine: tuple, rate: float, end: float):

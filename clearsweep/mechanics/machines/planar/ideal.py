@@ -44,7 +44,7 @@ from .closure import (
 from .drives import compile_drive, motion_at, motion_table, passage_time, scheduled_passage, torque_at
 from .form import Mass, Segment
 from .free_bodies import determined, initial_coordinate
-from .free_crank import CrankCourse, CrankPassage
+from .free_crank import CrankHistory, CrankPassage
 from .load_forms import applied_load, compile_table, evaluate_table
 from .structure import ANGLE, BEND, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
 
@@ -148,7 +148,7 @@ class IdealMachine:
         self.tables = {load.name: compile_table(load) for load in machine.loads if isinstance(load, TabledPush)}
         self.compiled_by_open_joints: dict[frozenset[str], Any] = {}  # compiled machine by the names of its open joints
         self._passage: CrankPassage | None = None  # motion of a free crank, as far as requested
-        self._course: CrankCourse | None = None  # the same over time
+        self._history: CrankHistory | None = None  # the same over time
 
     def states_at(self, angles: np.ndarray) -> MachineStates:
         """Return the machine at crank angles (N,) rad, unwrapped from its start."""
@@ -269,9 +269,9 @@ class IdealMachine:
             angles, rates, _ = motion_at(self.machine.drive, at)
             return angles, at, rates
         last_time = float(np.max(at))
-        if self._course is None or self._course.end < last_time:
-            self._course = CrankCourse(self.machine.drive, compiled_form(), self.reference_rate(), last_time)
-        angles, rates = self._course.motion_at(at)
+        if self._history is None or self._history.end < last_time:
+            self._history = CrankHistory(self.machine.drive, compiled_form(), self.reference_rate(), last_time)
+        angles, rates = self._history.motion_at(at)
         return angles, at, rates
 
     def crank_passage(self, angles: np.ndarray, compiled_form: Callable[[], tuple]) -> tuple[np.ndarray, np.ndarray]:

@@ -1,0 +1,182 @@
+"""Drives that turn back and runs over time: against closed forms, mirrored machines and other forms of one drive."""
+
+import copy
+import math
+
+import numpy as np
+import pytest
+
+import clearsweep
+from clearsweep.language.errors import InputError
+
+MACHINE = {
+    "name": "drives",
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": "50 mm", "mass": "0.3 kg", "inertia": "1e-4 kg*m^2"},
+        "rod": {"length": "120 mm", "mass": "0.21 kg", "inertia": "2.5e-4 kg*m^2"},
+        "slider": {"mass": "0.14 kg"},
+    },
+    "drive": {"speed": "100 rad/s"},
+    "joints": {
+        "rod-slider": {
+            "clearance": "0.1 mm",
+            "bearing_radius": "10 mm",
+            "contact": {"law": "flores", "stiffness": "1e9 N/m^1.5", "restitution": 0.5},
+        }
+    },
+    "simulate": {"revolutions": 2, "discard": 0},
+}
+#: The same without a weight that a flywheel of 1 kg m^2 would feel.
+LIGHT = {
+    "type": "slider-crank",
+    "crank": {"length": "50 mm", "mass": "0 kg", "inertia": "0 kg*m^2"},
+    "rod": {"length": "120 mm", "mass": "1e-6 kg", "inertia": "1e-9 kg*m^2"},
+    "slider": {"mass": "1e-6 kg"},
+}
+FLYWHEEL = {"inertia": "1 kg*m^2"}
+
+
+def run(times=None, **sections):
+    grid = copy.deepcopy(MACHINE) | sections
+    return clearsweep.simulate(clearsweep.load_case(grid), times=times)
+
+
+def run_light(times, drive, **simulate):
+    return run(times, mechanism=LIGHT, drive=drive | FLYWHEEL, simulate={"time": f"{times[-1]} s"} | simulate)
+
+
+def problem_of(**sections):
+    with pytest.raises(InputError) as raised:
+        clearsweep.load_case(copy.deepcopy(MACHINE) | sections)
+    return str(raised.value)
+
+
+def test_a_clockwise_crank_is_the_mirror_image_of_the_other():
+    times = np.linspace(0.0, 4.0 * math.pi / 100.0, 60)
+    forth, back = run(times), run(times, drive={"speed": "-100 rad/s"})
+    assert back.status == "ok"
+    assert back["slider/x"] == pytest.approx(forth["slider/x"], abs=1e-9)
+    for channel in ("crank_angle", "crank/torque", "rod/y", "rod/angle"):
+        assert back[channel] == pytest.approx(-forth[channel], abs=1e-6 * np.abs(forth[channel]).max())
+    for figure in ("rod_slider_force_peak", "rod_slider_force_peak_ideal", "slider_error_max"):
+        assert back.summary[figure] == pytest.approx(forth.summary[figure], rel=1e-6)
+
+
+def test_a_clockwise_speed_table_ends_after_its_revolutions():
+    table = {"time [s]": [0, 0.1, 1], "speed [rad/s]": [0, -100, -100]}
+    back = run(drive={"speed": {"table": table}})
+    forth = run(drive={"speed": {"table": table | {"speed [rad/s]": [0, 100, 100]}}})
+    assert back["crank_angle"][[0, -1]] == pytest.approx([0.0, -4.0 * math.pi], abs=1e-9)
+    assert back.summary["rod_slider_force_peak_ideal"] == pytest.approx(forth.summary["rod_slider_force_peak_ideal"])
+
+
+def test_an_angle_table_of_constant_rate_is_a_constant_speed():
+    period = 2.0 * math.pi / 100.0
+    table = {"time [s]": [0.0, 0.4 * period, period], "angle [rad]": [0.0, 0.8 * math.pi, 2.0 * math.pi]}
+    times = np.linspace(0.0, 2.0 * period, 60)
+    steady, given = run(times), run(times, drive={"angle": table})
+    assert given["slider/x"] == pytest.approx(steady["slider/x"], abs=1e-9)
+    in_cycles = run(times, drive={"angle": table}, simulate={"cycles": 2, "period": f"{period!r} s", "discard": 0})
+    for figure in ("rod_slider_force_peak", "rod_slider_force_peak_ideal", "rod_slider_impacts_per_rev"):
+        assert in_cycles.summary[figure] == pytest.approx(steady.summary[figure], rel=1e-6)
+
+
+def test_an_angle_table_bends_as_a_natural_cubic_spline():
+    table = {"time [s]": [0, 0.1, 0.2, 0.3], "angle [rad]": [0.2, 0.5, 0.1, 0.2]}
+    times = np.linspace(0.0, 0.3, 31)
+    path = run(times, drive={"angle": {"table": table}}, simulate={"time": "0.3 s"})
+    # inner moments of the spline: 4 m1 + m2 = 6 (0.1 - 2 x 0.5 + 0.2) / h^2, m1 + 4 m2 = 6 (0.2 - 2 x 0.1 + 0.5) / h^2
+    first, second = np.linalg.solve([[4.0, 1.0], [1.0, 4.0]], [6.0 * -0.7 / 0.01, 6.0 * 0.5 / 0.01])
+    moments = np.interp(times, [0.0, 0.1, 0.2, 0.3], [0.0, first, second, 0.0])
+    assert path["crank_angle"][::10] == pytest.approx([0.2, 0.5, 0.1, 0.2], abs=1e-12)
+    start_rate = 3.0 - 0.1 * first / 6.0
+    rate = start_rate + np.concatenate([[0.0], np.cumsum(0.5 * np.diff(times) * (moments[1:] + moments[:-1]))])
+    assert path["crank/rate"] == pytest.approx(rate, abs=1e-9)
+
+
+def test_the_energy_of_a_reversing_drive_is_balanced():
+    table = {"time [s]": [0, 0.1, 0.3, 0.4], "speed [rpm]": [0, 300, -300, 0]}
+    path = run(drive={"speed": {"table": table}, "start_angle": "40 deg"}, simulate={"time": "0.4 s", "discard": 0})
+    assert path.status == "ok"
+    assert path["crank_angle"][-1] == pytest.approx(math.radians(40.0), abs=1e-12)
+    assert path.summary["rod_slider_impacts_per_rev"] > 0
+    assert abs(path.summary["energy_residual"]) < 1e-6
+
+
+def test_the_window_of_a_run_over_time_begins_after_its_discard():
+    table = {"time [s]": [0, 0.1, 0.2], "speed [rpm]": [0, 300, 0]}
+    drive = {"speed": {"table": table}}
+    whole, late = (run(drive=drive, simulate={"time": "0.4 s", "discard": d}) for d in ("0 s", "0.25 s"))
+    assert whole["t"][[0, -1]] == pytest.approx([0.0, 0.4])
+    assert len(whole["t"]) == 721
+    assert late["t"][-1] == pytest.approx(0.4)
+    assert late.summary["rod_slider_force_peak_ideal"] == pytest.approx(0.0, abs=1e-9)
+    assert whole.summary["rod_slider_force_peak_ideal"] > 1.0
+
+
+def test_a_servo_moves_an_inertia_as_a_damped_oscillator():
+    times = np.linspace(0.0, 1.0, 21)
+    servo = {
+        "target": {"time [s]": [0, 1], "angle [rad]": [0.5, 0.5]},
+        "stiffness": "100 N*m/rad",
+        "damping": "4 N*m*s/rad",
+    }
+    path = run_light(times, {"servo": servo})
+    decay, frequency = 2.0, math.sqrt(96.0)
+    wave = np.cos(frequency * times) + decay / frequency * np.sin(frequency * times)
+    assert path.status == "ok"
+    assert path["crank_angle"] == pytest.approx(0.5 - 0.5 * np.exp(-decay * times) * wave, abs=1e-6)
+
+
+def test_a_servo_at_its_limit_gives_a_constant_torque_both_ways():
+    times = np.linspace(0.0, 0.9, 10)
+    target = {"time [s]": [0, 1], "angle [rad]": [0.5, 0.5]}
+    servo = {"target": target, "stiffness": "100 N*m/rad", "damping": "0 N*m*s/rad", "torque_limit": "1 N*m"}
+    for side in (1.0, -1.0):
+        aimed = servo | {"target": target | {"angle [rad]": [0.5 * side, 0.5 * side]}}
+        assert run_light(times, {"servo": aimed})["crank_angle"] == pytest.approx(0.5 * side * times**2, abs=1e-6)
+
+
+def test_a_motor_table_of_two_rows_is_the_straight_characteristic():
+    times = np.linspace(0.0, 2.0, 21)
+    table = {"speed [rad/s]": [0, 10], "torque [N*m]": [5, 0]}
+    path = run_light(times, {"motor": {"table": table}})
+    assert path["crank/rate"] == pytest.approx(10.0 * (1.0 - np.exp(-0.5 * times)), abs=1e-5)
+
+
+def test_the_torque_of_a_motor_table_is_constant_outside_its_rows():
+    times = np.linspace(0.0, 1.0, 11)
+    table = {"speed [rad/s]": [5, 10], "torque [N*m]": [3, 1]}
+    path = run_light(times, {"motor": {"table": table}})
+    assert path["crank/rate"] == pytest.approx(3.0 * times, abs=1e-6)
+
+
+def test_a_crank_that_swings_as_a_pendulum_is_no_failed_case():
+    heavy = MACHINE["mechanism"] | {"gravity": "9.81 m/s^2"}
+    drive = {"torque": "0 N*m", "start_angle": "-60 deg", "inertia": "0.01 kg*m^2"}
+    path = run(mechanism=heavy, drive=drive, simulate={"time": "2 s"})
+    assert path.status == "ok"
+    assert path.summary["crank_speed_min"] < 0.0 < path.summary["crank_speed_max"]
+    assert abs(path.summary["energy_residual"]) < 1e-6
+
+
+@pytest.mark.parametrize(
+    ("sections", "words"),
+    [
+        ({"drive": {"speed": 0}}, "not 0"),
+        ({"simulate": {"cycles": 5}}, "simulate.period"),
+        ({"simulate": {"time": "1 s", "revolutions": 3}}, "conflicts with time"),
+        ({"simulate": {"time": "1 s", "discard": "1 s"}}, "some time must remain"),
+        ({"simulate": {"time": "1 s", "until": {"figure": "rod_slider_force_peak"}}}, "counts revolutions"),
+        ({"drive": {"speed": {"table": {"time [s]": [0, 1], "speed [rpm]": [30, -30]}}}}, "turns back"),
+        ({"drive": {"angle": {"time [s]": [0, 1, 2], "angle [deg]": [0, 9, 0]}}}, "turns back"),
+        ({"drive": {"angle": {"time [s]": [1, 2], "angle [deg]": [0, 9]}}}, "write 0 there"),
+        ({"drive": {"angle": {"time [s]": [0, 2, 1], "angle [deg]": [0, 5, 9]}}}, "must increase"),
+        ({"drive": {"motor": {"table": {"speed [rpm]": [0, 0], "torque [N*m]": [1, 0]}}}}, "must increase"),
+        ({"drive": {"servo": {"stiffness": "1 N*m/rad", "damping": 0}}}, "drive.servo.target"),
+        ({"drive": {"speed": "10 rpm", "servo": {}}}, "conflicts with"),
+    ],
+)
+def test_bad_input_is_told(sections, words):
+    assert words in problem_of(**sections)
