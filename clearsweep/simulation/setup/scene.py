@@ -149,6 +149,7 @@ def clock_of(machine: Machine | None, period: float, *, is_timed: bool = False) 
         return FreeClock(machine.drive.start_angle)
     if isinstance(machine.drive, Path):
         return PathClock(machine.drive, planar.direction_of(machine.drive))
+    assert isinstance(machine.drive, Schedule)  # the only other drive
     return scheduled_clock(machine.drive)
 
 

@@ -263,12 +263,13 @@ def motion_at(drive: Constant | Schedule | Path, times: np.ndarray) -> tuple[np.
     )
 
 
-def direction_of(drive: Constant | Schedule | Path | Motor) -> float:
+def direction_of(drive: tuple) -> float:
     """Return 1 for a crank that turns counter-clockwise in the long run, or -1."""
     if isinstance(drive, Motor):
         return 1.0
     if isinstance(drive, Constant):
         return math.copysign(1.0, drive.speed)
+    assert isinstance(drive, (Schedule, Path))  # the only other drives
     last = motion_table(drive)[-1]
     travel = last[2] if last[2] != 0.0 else last[1] - drive.start_angle
     return -1.0 if travel < 0.0 else 1.0
