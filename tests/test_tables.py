@@ -189,3 +189,27 @@ def test_a_workbook_that_unpacks_to_too_much_is_refused(table, monkeypatch):
         book.writestr("xl/worksheets/sheet1.xml", " " * 1_000_000)
     with pytest.raises(InputError, match="has more than 10,000 bytes"):
         table(Path("bomb.xlsx").read_bytes(), "cases: bomb.xlsx\n", "bomb.xlsx")
+
+
+@pytest.mark.parametrize(
+    ("cell", "message"),
+    [
+        ('<c r="A2" t="b"><v>1</v></c>', "found 'TRUE rpm'"),
+        ('<c r="A2"><f>1/10</f></c>', "found '=1/10 rpm'"),
+        ('<c r="A2" t="s"><v>7</v></c>', r"is no Excel workbook \(.xlsx\)"),
+        ('<c r="ZZZZZZZ2"><v>700</v></c>', None),
+    ],
+)
+def test_odd_cells_of_a_workbook(table, cell, message):
+    """A truth value is no number, a formula needs its stored value, and an address has at most three letters."""
+    with zipfile.ZipFile("odd.xlsx", "w") as book:
+        header = f'<c r="A1" t="inlineStr"><is><t>{SPEED} [rpm]</t></is></c>'
+        rows = f'<row r="1">{header}</row><row r="2">{cell}</row>'
+        book.writestr("xl/sharedStrings.xml", "<sst/>")
+        book.writestr("xl/worksheets/sheet1.xml", f"<worksheet><sheetData>{rows}</sheetData></worksheet>")
+    content = Path("odd.xlsx").read_bytes()
+    if message is None:
+        assert points(table(content, "cases: odd.xlsx\n", "odd.xlsx")) == [pytest.approx({SPEED: 700 * math.pi / 30})]
+    else:
+        with pytest.raises(InputError, match=message):
+            table(content, "cases: odd.xlsx\n", "odd.xlsx")

@@ -16,7 +16,7 @@ TableRow = tuple[int, list[Any]]  # number and cells
 _HEADER_PATTERN = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\]\s*)?")
 _DECIMAL_COMMA = re.compile(r"\s*[+-]?(\d*),(\d+)(?:[eE][+-]?\d+)?(?=\s|$|[^\d,.])")
 _SHEET_PATTERN = re.compile(r"xl/worksheets/sheet(\d+)\.xml")
-_CELL_PATTERN = re.compile(r"([A-Z]+)\d+")
+_CELL_PATTERN = re.compile(r"([A-Z]{1,3})\d+")
 MAX_PART_BYTES = 256 * 2**20  # bytes of a part of a workbook, unpacked
 
 
@@ -105,18 +105,24 @@ def rows_of_xlsx(file: Path, sheet: int = 1) -> tuple[list[str], list[TableRow]]
                 raise ValueError(f"has {len(sheets)} sheets; there is no sheet {sheet}")
             shared = _shared_texts(book) if "xl/sharedStrings.xml" in book.namelist() else []
             root = _part(book, sheets[sheet])
-    except (zipfile.BadZipFile, ElementTree.ParseError, KeyError) as error:
-        raise ValueError(f"is no Excel workbook (.xlsx): {error}") from None
-    rows = []
-    for number, row in enumerate(root.iterfind(".//{*}sheetData/{*}row"), start=1):
-        cells = {_column(cell, k): _cell_value(cell, shared) for k, cell in enumerate(row.iterfind("{*}c"))}
-        if any(value not in ("", None) for value in cells.values()):
-            rows.append((int(row.get("r", number)), [cells.get(k, "") for k in range(max(cells) + 1)]))
+        rows = _rows_of_sheet(root, shared)
+    except (zipfile.BadZipFile, ElementTree.ParseError, LookupError, NotImplementedError, RuntimeError) as error:
+        raise ValueError(f"is no Excel workbook (.xlsx), or is encrypted: {error}") from None
     if not rows:
         return [], []
     headers = [str(cell) for cell in rows[0][1]]
     width = len(headers)
     return headers, [(number, cells + [""] * (width - len(cells))) for number, cells in rows[1:]]
+
+
+def _rows_of_sheet(root: ElementTree.Element, shared: list[str]) -> list[TableRow]:
+    """Return number and cells of every row that is not blank."""
+    rows = []
+    for number, row in enumerate(root.iterfind(".//{*}sheetData/{*}row"), start=1):
+        cells = {_column(cell, k): _cell_value(cell, shared) for k, cell in enumerate(row.iterfind("{*}c"))}
+        if any(value not in ("", None) for value in cells.values()):
+            rows.append((int(row.get("r", number)), [cells.get(k, "") for k in range(max(cells) + 1)]))
+    return rows
 
 
 def _part(book: zipfile.ZipFile, name: str) -> ElementTree.Element:
@@ -143,13 +149,15 @@ def _column(cell: ElementTree.Element, default: int) -> int:
 
 
 def _cell_value(cell: ElementTree.Element, shared: list[str]) -> Any:
-    """Return the value of a cell: text, or the text of a number."""
+    """Return the value of a cell: text, or the text of a number; `=` and a formula whose value is not stored."""
     if cell.get("t") == "inlineStr":
         return "".join(text.text or "" for text in cell.iterfind(".//{*}t"))
-    content = cell.findtext("{*}v") or ""
+    content, formula = cell.findtext("{*}v") or "", cell.findtext("{*}f")
     if cell.get("t") == "s" and content:
         return shared[int(content)]
-    return content
+    if cell.get("t") == "b":
+        return "TRUE" if content == "1" else "FALSE"
+    return content or (f"={formula}" if formula else "")
 
 
 #: Ending of the name of a file -> the function that reads its rows.
