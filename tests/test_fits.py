@@ -32,6 +32,8 @@ PUBLISHED = [
     *(("H7", 3, 0, 10), ("f7", 3, -16, -6), ("g6", 3, -8, -2), ("m6", 3, 2, 8), ("n6", 3, 4, 10), ("H11", 1, 0, 60)),
     *(("H7", 6, 0, 12), ("f7", 5, -22, -10), ("e8", 6, -38, -20), ("k6", 5, 1, 9), ("d9", 2, -45, -20)),
     *(("f7", 8, -28, -13), ("H8", 10, 0, 22), ("g6", 10, -14, -5)),
+    *(("K7", 47, -18, 7), ("M7", 40, -25, 0), ("N7", 47, -33, -8), ("P7", 47, -42, -17), ("K6", 80, -15, 4)),
+    *(("N6", 52, -33, -14), ("M6", 62, -24, -5), ("K7", 3, -10, 0), ("N7", 2, -14, -4), ("M8", 30, -29, 4)),
     *(("k6", 50, 2, 18), ("k8", 50, 0, 39), ("m6", 65, 11, 30), ("n6", 30, 15, 28), ("p6", 100, 37, 59)),
 ]
 
@@ -146,7 +148,8 @@ MISTAKES = {
     "no play": ({CLEARANCE: {"fit": "H7/h6"}}, "a fit that may have no clearance"),
     "shaft first": ({CLEARANCE: {"fit": "f7/H7"}}, "hole before shaft, such as H7/f7"),
     "unknown letter": ({CLEARANCE: {"fit": "H7/q6"}}, "'q6' is not a known tolerance class; known are holes A,"),
-    "forced hole": ({CLEARANCE: {"fit": "K7/h6"}}, "holes from J to ZC are made for transition and interference"),
+    "forced hole": ({CLEARANCE: {"fit": "R7/h6"}}, "other holes from J to ZC are made for transition and interference"),
+    "tight hole": ({CLEARANCE: {"fit": "K7/h6"}}, "found K7/h6, a transition fit at a nominal diameter of 20 mm"),
     "unknown grade": ({CLEARANCE: {"fit": "H14/f7"}}, "in the grades 1 to 13"),
     "too small": (
         {CLEARANCE: {"fit": "H7/f7"}, RADIUS: "0.49 mm"},

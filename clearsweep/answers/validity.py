@@ -19,7 +19,7 @@ _FIGURE_THRESHOLDS = {ONSET_RATE: 1.0, LIMIT_SHARE: 0.0}  # figure -> value abov
 #: a window that begins before the motion is periodic, chaos without impacts, implausible results.
 LAW_LIMIT, ONSET_KEPT, RUN_IN, SWING = "law-limit: ", "onset-kept: ", "run-in: ", "swing: "
 MIN_PEAK_EXCESS = 0.02  # of a peak of the periodic motion: a larger excess of the run-in is a remark
-WORN_AWAY, PV_HIGH, OVERLOADED = "worn-away: ", "pv-high: ", "overloaded: "
+WORN_AWAY, PV_HIGH, OVERLOADED, SKIDDING = "worn-away: ", "pv-high: ", "overloaded: ", "skidding: "
 TOO_DEEP, WORN_THROUGH, IMBALANCE = "too-deep: ", "worn-through: ", "imbalance: "
 FILM_LIMIT, FILM_BEYOND, FILM_FLOW, FILM_GAIN = "film-limit: ", "film-beyond: ", "film-flow: ", "film-fed: "
 MIN_ENERGY_GAIN = 1e-3  # of a film's loss; a smaller gain counts as rounding
@@ -160,6 +160,7 @@ _REMARK_TEXTS = {
     SWING: "Disturbances grow without impacts",
     TOO_DEEP: "The penetration is implausibly large",
     OVERLOADED: "A rolling bearing carries more than its static rating",
+    SKIDDING: "A rolling bearing may skid under too little load",
     WORN_THROUGH: "Wear is deeper than the clearance",
     WORN_AWAY: "At its wear rate a bearing is worn away within 1000 h",
     PV_HIGH: "Pressure times speed exceeds the limit of dry bushes",
@@ -234,6 +235,15 @@ def static_load_remark(joints: Iterable[tuple[str, float, float | None]]) -> str
     ]
     hint = "; rings and elements keep dents from there on (ISO 76): choose a larger bearing, or reduce load or speed"
     return OVERLOADED + "; ".join(remarks) + hint if remarks else ""
+
+
+def skidding_remark(joints: Iterable[tuple[str, float, float]]) -> str:
+    """Return the remark on rolling bearings below their least load (N) for a share of the time."""
+    remarks = [
+        f"{joint} carries less than {load:.4g} N {_percent_text(share)} of the time" for joint, load, share in joints
+    ]
+    hint = "; elements may skid there and smear the rings: choose a smaller bearing or a preload"
+    return SKIDDING + "; ".join(remarks) + hint if remarks else ""
 
 
 def wear_depth_remark(joints: Iterable[PenetrationAndWear]) -> str:

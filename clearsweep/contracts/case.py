@@ -251,6 +251,15 @@ class Rolling(NamedTuple):
         """Return whether the elements are balls; others touch along a line."""
         return self.kind == "ball"
 
+    @property
+    def least_load(self) -> float:
+        """Return the least load (N) against skidding, 0 if the dynamic rating is unknown.
+
+        It is 0.01 of the rating of ball bearings and 0.02 of roller bearings (SKF, general catalogue, requisite minimum
+        load).
+        """
+        return (0.01 if self.has_balls else 0.02) * (self.capacity.dynamic or 0.0)
+
 
 STOPS_SUFFIX = "~stops"  # of the name of the stops of a joint in a machine
 

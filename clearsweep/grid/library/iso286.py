@@ -75,6 +75,9 @@ m 2 4 6 7 8 9 11 13 15 17 20 21 23
 n 4 8 10 12 15 17 20 23 27 31 34 37 40
 p 6 12 15 18 22 26 32 37 43 50 56 62 68
 """
+#: Grades of holes whose upper limit follows from the shaft of their letter: -ei + IT(grade) - IT(grade - 1), without
+#: the difference up to 3 mm (4.3.2.5; the standard tabulates the result).
+_TIGHT_HOLE_GRADES = dict.fromkeys("kmn", ("5", "6", "7", "8")) | {"p": ("5", "6", "7")}
 _CLASS_PATTERN = re.compile(r"([A-Za-z]{1,2})(\d{1,2})")
 
 
@@ -88,7 +91,7 @@ _TOLERANCE_BY_GRADE, _UPPER_BY_LETTER, _LOWER_BY_LETTER = map(
     _parse_rows, (_TOLERANCES, _SHAFT_UPPER_DEVIATIONS, _SHAFT_LOWER_DEVIATIONS)
 )
 KNOWN_CLASSES_TEXT = (
-    f"holes {', '.join(letter.upper() for letter in _UPPER_BY_LETTER)} and JS, "
+    f"holes {', '.join(letter.upper() for letter in _UPPER_BY_LETTER)}, JS, and K, M, N (grades 5 to 8), P (5 to 7), "
     f"shafts {', '.join((*_UPPER_BY_LETTER, 'js', *_LOWER_BY_LETTER))}"
 )
 
@@ -146,12 +149,15 @@ def limit_deviations(tolerance_class: str, diameter: Fraction) -> tuple[Fraction
     match = _CLASS_PATTERN.fullmatch(tolerance_class)
     letter, grade = match.groups() if match else ("", "")
     lower_letter, is_hole = letter.lower(), letter.isupper()
+    is_tight_hole = is_hole and grade in _TIGHT_HOLE_GRADES.get(lower_letter, ())
     is_known = (
-        lower_letter in _UPPER_BY_LETTER or lower_letter == "js" or (lower_letter in _LOWER_BY_LETTER and not is_hole)
+        lower_letter in _UPPER_BY_LETTER
+        or lower_letter == "js"
+        or (lower_letter in _LOWER_BY_LETTER and (not is_hole or is_tight_hole))
     )
     if not is_known or letter not in (lower_letter, lower_letter.upper()) or grade not in _TOLERANCE_BY_GRADE:
         is_interference_letter = is_hole and not is_known and lower_letter >= "j"
-        reason = "holes from J to ZC are made for transition and interference; " if is_interference_letter else ""
+        reason = "other holes from J to ZC are made for transition and interference; " if is_interference_letter else ""
         raise InputError(
             f"{quoted(tolerance_class)} is not a known tolerance class; {reason}known are {KNOWN_CLASSES_TEXT}, in the "
             f"grades 1 to {len(_TOLERANCE_BY_GRADE)}"
@@ -167,6 +173,10 @@ def limit_deviations(tolerance_class: str, diameter: Fraction) -> tuple[Fraction
         if lower_letter != "k" or 4 <= int(grade) <= 7
         else Fraction(0)
     )
+    if is_hole:
+        finer = _entry_for_diameter(_TOLERANCE_BY_GRADE[str(int(grade) - 1)], diameter)
+        upper = tolerance - finer - offset if diameter > _DIAMETER_STEPS[0] else -offset
+        return upper - tolerance, upper
     return offset, offset + tolerance
 
 

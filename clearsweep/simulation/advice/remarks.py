@@ -27,6 +27,7 @@ from ...answers.validity import (
     penetration_remark,
     pv_remark,
     run_in_remark,
+    skidding_remark,
     static_load_remark,
     swing_remark,
     wear_depth_remark,
@@ -50,6 +51,7 @@ from ..setup.scene import Scene
 
 # The approach speed at which the contacts of a scene first yield.
 
+MIN_SKIDDING_SHARE = 0.05  # of the time below the least load; every joint that changes contact passes it
 DIRECTIONS = tuple(math.radians(angle) for angle in (0.0, 45.0, 90.0))  # see `largest_mass`
 
 
@@ -134,6 +136,7 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
         feedback_remark(summary.get("frame_velocity_rms")),
         penetration_remark(sizes),
         static_load_remark(overloaded),
+        skidding_remark(_lightly_loaded(scene, summary)),
         wear_depth_remark(sizes),
         wear_rate_remark(wearing),
         pv_remark(wearing),
@@ -141,6 +144,14 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
             summary["energy_residual"], settings.tolerance, 0.5 * window.events + max(settings.revolutions, 1.0)
         ),
     )
+
+
+def _lightly_loaded(scene: Scene, summary: Mapping[str, Any]) -> Iterator[tuple[str, float, float]]:
+    """Yield name, least load (N) and share of time below it of rolling bearings that are below it for long."""
+    for joint in scene.case.joints:
+        share = summary.get(f"{joint.column}_light_load_fraction") or 0.0
+        if joint.rolling and share > MIN_SKIDDING_SHARE:
+            yield joint.name, joint.rolling.least_load, share
 
 
 def _powers_without_clearance(scene: Scene, summary: Mapping[str, Any]) -> list[tuple[str, float, None]]:

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from ...answers.validity import join_remarks
+from ...contracts.case import Case
 from ...contracts.layout import SECTION_COUNT, Layout
 from ...contracts.machine import Motor
 from ...contracts.results import EVENT_DTYPE, PARTIAL_STATUSES, Trajectory
@@ -140,6 +141,7 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
         totals=sums,
         exceeded_force=[] if failed else _exceeded_forces(totals, sums, RARE_SHARE * duration),
         dry_time=_dry_times(totals.dry, sums, scene.layout, duration),
+        light_load_time=_light_load_times(totals.histogram, scene.case, duration),
         ideal=ideal_peaks(scene.case, scene.machine) if scene.mechanism.turns and not failed else {},
         wear=wear_depths_of(scene.layout, sums),
         counts=run.counts,
@@ -182,6 +184,18 @@ def _dry_times(histograms: np.ndarray, sums: Summed, layout: Layout, duration: f
         if joint.film
         else 0.0
         for index, joint in enumerate(layout.joints)
+    ]
+
+
+def _light_load_times(histograms: np.ndarray, case: Case, duration: float) -> list[float]:
+    """Return the time (s) below the least load of each rolling bearing of known rating, in a window of `duration` (s).
+
+    histograms : of the forces, by joint
+    """
+    loads = (joint.rolling.least_load if joint.rolling else 0.0 for joint in case.joints)
+    return [
+        max(duration - time_above(load, histogram), 0.0) if load else 0.0
+        for load, histogram in zip(loads, histograms, strict=True)
     ]
 
 

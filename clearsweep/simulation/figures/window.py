@@ -293,6 +293,7 @@ class Window(NamedTuple):
     dry_time: list[
         float
     ]  # s, by joint: time with a dry force above DRY_FORCE_THRESHOLD of its mean load; 0 without a film
+    light_load_time: list[float]  # s, by joint: time of a rolling bearing below its least load; 0 of others
     ideal: Mapping[str, float]  # N, largest reaction of each joint without clearance
     wear: dict[str, tuple[np.ndarray, np.ndarray]]  # m, see `wear_depths_of`
     counts: Counts  # of the whole integration
