@@ -39,7 +39,10 @@ def test_life_is_that_of_a_second_program(name):
 
 def test_life_falls_with_the_cube_of_the_load_of_balls_and_the_fourth_power_of_rollers():
     for bearing, power in ((BALL, 3.0), (ROLLER, 4.0)):
-        lives = [rating_life(bearing, equivalent_loads(bearing, *(load**k for k in load_powers(bearing)))) for load in (1e3, 2e3)]
+        lives = [
+            rating_life(bearing, equivalent_loads(bearing, *(load**k for k in load_powers(bearing))))
+            for load in (1e3, 2e3)
+        ]
         assert lives[0] / lives[1] == pytest.approx(2.0**power, rel=1e-12)
 
 

@@ -13,8 +13,8 @@ from .iso286 import Fit
 
 GROUPS = ("C2", "CN", "C3", "C4", "C5")
 #: Upper end of the range of bores in mm (the lower end is that of the row before), then smallest and largest clearance
-#: in um of each group; '-' where the standard has none.  Compared with the catalogue of NTN-TPI (CAT 2202/TE, table 6.1)
-#: up to 65 mm and with two reprints up to 100 mm.
+#: in um of each group; '-' where the standard has none.  Compared with the catalogue NTN-TPI CAT 2202/TE, table 6.1, up
+#: to 65 mm and with two reprints up to 100 mm.
 _BALL_TABLE = """
 2.5 - - - - - - - - - -
 6 0 7 2 13 8 23 - - - -

@@ -57,7 +57,9 @@ def mounted(group: Fit, name: str, sizes: BearingSizes, warmer: float = 0.0) -> 
         low, mean, high = (
             sum(share * max(interference[k], 0.0) for interference, share in interferences) for k in range(3)
         )
-    return group._replace(low=group.low - high - heating, mean=group.mean - mean - heating, high=group.high - low - heating)
+    return group._replace(
+        low=group.low - high - heating, mean=group.mean - mean - heating, high=group.high - low - heating
+    )
 
 
 def _inner_interference(shaft: str, bore: float) -> tuple[float, float, float]:

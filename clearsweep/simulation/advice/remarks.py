@@ -49,9 +49,10 @@ from ..machine.elastic import elastic_links, link_warnings, segments_to_resolve
 from ..machine.ideal import machine_of, mechanism_of
 from ..setup.scene import Scene
 
+MIN_SKIDDING_SHARE = 0.05  # of the time below the least load; every joint that changes contact passes it
+
 # The approach speed at which the contacts of a scene first yield.
 
-MIN_SKIDDING_SHARE = 0.05  # of the time below the least load; every joint that changes contact passes it
 DIRECTIONS = tuple(math.radians(angle) for angle in (0.0, 45.0, 90.0))  # see `largest_mass`
 
 

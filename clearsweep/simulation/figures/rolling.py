@@ -33,7 +33,7 @@ def life_in_revolutions(window: Window, index: int) -> float | None:
     bearing, totals = _bearing_of(window, index), window.totals.joint[index]
     if not totals.inner_fatigue > 0.0:
         return None
-    elements_turned = bearing.elements * totals.turning
+    elements_turned = bearing.elements * totals.relative_turn
     means = (
         fatigue / elements_turned * FATIGUE_FORCE**power
         for fatigue, power in zip((totals.inner_fatigue, totals.outer_fatigue), load_powers(bearing), strict=True)
@@ -43,7 +43,7 @@ def life_in_revolutions(window: Window, index: int) -> float | None:
 
 def mean_speed(window: Window, index: int) -> float:
     """Return the mean speed (1/s) of the inner ring relative to the outer one, without its sign."""
-    return float(window.totals.joint[index].turning / (2.0 * math.pi * window.duration))
+    return float(window.totals.joint[index].relative_turn / (2.0 * math.pi * window.duration))
 
 
 def life_in_hours(window: Window, index: int) -> float | None:
