@@ -37,7 +37,7 @@ def test_life_is_that_of_a_second_program(name):
     assert rating_life(bearing, equivalent_loads(bearing, *means)) == pytest.approx(life, rel=1e-8)
 
 
-def test_life_falls_with_the_cube_of_the_load_of_balls_and_the_fourth_power_of_rollers():
+def test_life_falls_with_the_third_power_of_a_load_on_balls_the_fourth_on_rollers():
     for bearing, power in ((BALL, 3.0), (ROLLER, 4.0)):
         lives = [
             rating_life(bearing, equivalent_loads(bearing, *(load**k for k in load_powers(bearing))))

@@ -272,7 +272,7 @@ def _sought(words: Words, row: Mapping[str, Any], path: str) -> str:
         figures = {column.name for column in words.layout.columns} | {*(words.record.get("figures") or {})}
         if limiting and figures.isdisjoint(limiting.split(",")):
             return f"not known, as cases failed ({limiting})"
-        return "none in the range" if "seek_fit" not in row else "none of the fits"
+        return "none in the range" if "seek_fit" not in row else "none of those tried"
     text = f"{row['seek_fit']} ({words.value(path, value)})" if row.get("seek_fit") else words.value(path, value)
     other = row["seek_high"] if "largest" in (words.record.get("seek") or {}) else row["seek_low"]
     by = wording.sentence_list([words.figure(name) for name in (limiting or "").split(",") if name])

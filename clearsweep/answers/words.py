@@ -57,8 +57,8 @@ class Words:
     def axis_name(self, path: str) -> str:
         """Return the name of a varied path."""
         name = wording.axis_name(path, self._joints)
-        has_fits = (self.record.get("fits") or {}).get(path)
-        return name.replace("clearance", "radial clearance", 1) if has_fits else name
+        fits = (self.record.get("fits") or {}).get(path)
+        return wording.name_with_fits(name, [fit["name"] for fit in fits or ()])
 
     def value(self, path: str, value: Any) -> str:
         """Return a varied value in words; labels, fits and laws are words already."""
@@ -257,6 +257,11 @@ def grid_text(value: float, unit: str, *, speed: bool = False, digits: int = MIN
 MAX_LISTED = 4  # fits in one sentence
 
 
+def is_group(fit: Mapping[str, Any]) -> bool:
+    """Return whether the recorded fit of a clearance is a group of a rolling bearing."""
+    return "/" not in fit["name"]
+
+
 def coverage_text(record: Mapping[str, Any], answer: Mapping[str, Any], words: Words) -> str:
     """Return which fits meet the limits up to the end of their tolerance; '' without fits or limits.
 
@@ -268,8 +273,13 @@ def coverage_text(record: Mapping[str, Any], answer: Mapping[str, Any], words: W
     if not paths or not answer["designs"]:
         return ""
     if len(paths) > 1 or any(set(design["values"]) != set(paths) for design in answer["designs"]):
-        return "Fits are judged at their mean clearances; add the ends of their tolerances to check the whole range."
+        nouns = {("Groups" if is_group(record["fits"][path][0]) else "Fits") for path in paths}
+        return (
+            f"{wording.sentence_list(sorted(nouns))} are judged at their mean clearances; add the ends of their "
+            "tolerances to check the whole range."
+        )
     (path,) = paths
+    noun = "group" if is_group(record["fits"][path][0]) else "fit"
     fits = {fit["name"]: fit for fit in record["fits"][path]}
     clearance_of = {name: fit["mean"] for name, fit in fits.items()}
     named = [(design["values"][path], design["verdict"]) for design in answer["designs"]]
@@ -281,7 +291,7 @@ def coverage_text(record: Mapping[str, Any], answer: Mapping[str, Any], words: W
     end = "from the smallest clearance of its tolerance on" if _fails_below(verdicts) else "up to the largest clearance"
     parts = [f"{wording.sentence_list(covered[:MAX_LISTED])} {end}"] if covered else []
     parts += [f"{wording.sentence_list(open_fits[:MAX_LISTED])} at the mean clearance only"] if open_fits else []
-    return f"Limits met: {'; '.join(parts)}." if parts else "No fit meets the limits at its mean clearance."
+    return f"Limits met: {'; '.join(parts)}." if parts else f"No {noun} meets the limits at its mean clearance."
 
 
 def _is_covered(fit: Mapping[str, Any], verdicts: list[tuple[float, bool]]) -> bool:

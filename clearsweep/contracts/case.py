@@ -245,6 +245,7 @@ class Rolling(NamedTuple):
     material: Material = Material(210e9, 0.3)  # of balls and rings
     capacity: Capacity = Capacity()
     bore: float | None = None  # m, of the inner ring
+    outside_diameter: float | None = None  # m, of the outer ring
 
     @property
     def has_balls(self) -> bool:

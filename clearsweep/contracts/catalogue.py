@@ -170,7 +170,8 @@ class Field(NamedTuple):
     optional: bool = False  # may be left out; its default, if any, follows from other values
     integer: bool = False
     refusal: str = ""  # why laws without this number do not take it
-    fit: bool = False  # a clearance that may be an ISO 286 fit, for the `bearing_radius` next to it
+    fit: str = ""  # a clearance that may be an ISO 286 'fit' for the `bearing_radius` next to it, or an ISO 5753-1
+    # 'group' for the `bore`
     role: str = ""  # one of contracts.roles; '': that of its section or of the laws of its family
     nonzero: bool = False  # 0 is not allowed
 

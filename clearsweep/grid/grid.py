@@ -84,6 +84,7 @@ class Grid:
     given_roles: Mapping[str, str] = field(default_factory=dict)  # varied path -> role that the grid sets
     case_labels: Mapping[str, Sequence[str]] = field(default_factory=dict)  # header of `cases` -> texts of its rows
     law_files: tuple[LawFile, ...] = ()  # with laws of one's own
+    warnings: tuple[str, ...] = ()  # sentences on what may be meant otherwise
     _layout: Layout | None = None
 
     @cached_property

@@ -90,6 +90,7 @@ def load(
         reader.roles,
         reader.case_labels,
         law_files,
+        tuple(reader.warnings),
     )
     max_cases = MAX_IDENTITIES if search or grid.may_repeat else MAX_CASES
     if grid.size > max_cases:

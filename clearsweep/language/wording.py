@@ -150,6 +150,13 @@ def recorded_scale(written: Mapping[str, Any]) -> Scale:
     return Scale(written["factor"], unit_text(name.replace("**", "^")), written["offset"])
 
 
+def name_with_fits(name: str, fits: Iterable[str]) -> str:
+    """Return the name of a clearance that has these fits or groups: 'radial clearance', 'radial internal clearance'."""
+    has_groups = {"/" not in fit for fit in fits}
+    kind = "radial internal clearance" if True in has_groups else "radial clearance"
+    return name.replace("clearance", kind, 1) if has_groups else name
+
+
 def fit_scale() -> Scale:
     """Return the scale of the clearances of fits, in which their tables are: micrometres, or thousandths of an inch."""
     return Scale(1e-3 * _INCH, "mil") if _SYSTEM.get() == "imperial" else Scale(1e-6, "µm")

@@ -163,7 +163,7 @@ def _quantity_key(axis: Axis, units: Mapping[str, str]) -> tuple[str, str]:
 def _with_fits(axis: Axis, fits: Iterable[Fit], *, drawn: bool) -> Axis:
     """Return an axis that names the fits whose mean clearances are its values, or from which they are `drawn`."""
     names = {fit.mean: fit.name for fit in fits}
-    radial_name = axis.name.replace("clearance", "radial clearance", 1) if names else axis.name
+    radial_name = wording.name_with_fits(axis.name, names.values())
     if drawn and names:
         name = f"{radial_name} ({wording.sentence_list(list(names.values()))})"
         return axis._replace(name=name, scale=axis.scale if axis.has_written_unit else wording.fit_scale())

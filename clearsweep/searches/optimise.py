@@ -7,9 +7,10 @@ from typing import Any, ClassVar
 
 from ..grid.keys.kinds import Number, Word
 from ..grid.keys.library_names import name_path
+from ..grid.sections.fits import naming_of
 from ..grid.sections.reader import Reader
 from ..grid.sections.section import (
-    FITS_SCHEMA,
+    AXES_OF_NAMES,
     PAIR_SCHEMA,
     EntriesKey,
     KeySection,
@@ -25,7 +26,7 @@ from .optimising import Optimisation, interval_columns
 OPTIMISE = "optimise"
 SENSES = ("minimise", "maximise")
 MAX_CASES = 100_000
-_AMONG_FORM = {"anyOf": [{"type": "array", "minItems": 1}, FITS_SCHEMA]}
+_AMONG_FORM = {"anyOf": [{"type": "array", "minItems": 1}, *AXES_OF_NAMES]}
 OPTIMISE_SECTION = KeySection(
     OPTIMISE,
     "search for the values that minimise or maximise columns of summary.parquet within `limits`",
@@ -33,7 +34,7 @@ OPTIMISE_SECTION = KeySection(
     (
         EntriesKey(
             "over",
-            "path -> [low, high], {among: [a, ...]} (laws, materials, fits, numbers) or {whole: [low, high]}",
+            "path -> [low, high], {among: [a, ...]} (laws, materials, fits, groups, numbers) or {whole: [low, high]}",
             required=True,
             missing=f"{MISSING_OVER_TEXT}, such as {{define.play: [5 um, 100 um]}}",
             entry={"anyOf": [PAIR_SCHEMA, *single_key_schemas({AMONG: _AMONG_FORM, WHOLE: PAIR_SCHEMA})]},
@@ -122,7 +123,7 @@ class Optimise(SearchOver):
         if isinstance(content, dict) and len(content) == 1 and {*content} <= {AMONG, WHOLE}:
             ((kind, written),) = content.items()
             content = written.value
-            if kind == AMONG and isinstance(content, dict) and [*content] == ["fits"]:
+            if kind == AMONG and isinstance(content, dict) and naming_of(reader, path):
                 reader.choices[path] = AMONG
                 return path, written
         is_pair = isinstance(content, list) and len(content) == 2

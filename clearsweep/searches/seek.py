@@ -2,7 +2,7 @@
 
 import itertools
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any, ClassVar, NamedTuple
 
@@ -12,9 +12,9 @@ from ..contracts.layout import Column
 from ..contracts.search import CaseResults, Found, FurtherRuns, Point, Search, SearchTable
 from ..grid import Fit, Grid
 from ..grid.keys.kinds import KeyTable, Number, Word
-from ..grid.sections.fits import read_fit_names
+from ..grid.sections.fits import NAMINGS, read_fit_names
 from ..grid.sections.reader import Reader, check_always_used
-from ..grid.sections.section import FITS_SCHEMA, Key, KeySection, NamesKey, QuantityKey, RangeKey, WordKey, section_in
+from ..grid.sections.section import AXES_OF_NAMES, Key, KeySection, NamesKey, QuantityKey, RangeKey, WordKey, section_in
 from ..grid.written.document import WrittenValue
 from ..language import quantity
 from ..language.errors import quoted
@@ -25,7 +25,7 @@ SEEK_DIRECTIONS, SEEK_SCOPES = ("largest", "smallest"), ("each", "all")
 MAX_HALVINGS = 40  # of a range: then its width is near the rounding of floats
 _SEEK_EXAMPLE = "{largest: joints.rod-slider.clearance, between: [5 um, 200 um], within: 1 um}"
 _PATH_NOUN = "dotted path"
-_AMONG_EXAMPLE = "{fits: [H7/g6, H7/f7]}"
+_AMONG_EXAMPLE, _GROUPS_EXAMPLE = "{fits: [H7/g6, H7/f7]}", "{groups: [CN, C3]}"
 SEEK_SECTION = KeySection(
     SEEK,
     "search for the largest or smallest value of one key for which cases meet `limits`",
@@ -51,8 +51,9 @@ SEEK_SECTION = KeySection(
         ),
         Key(
             "among",
-            f"{_AMONG_EXAMPLE} replaces `between` and `within`: each fit is tested at its largest clearance",
-            FITS_SCHEMA,
+            f"{_AMONG_EXAMPLE} replaces `between` and `within`: each fit is tested at its largest clearance; "
+            f"{_GROUPS_EXAMPLE} of rolling bearings",
+            {"anyOf": AXES_OF_NAMES},
         ),
         WordKey(
             "meeting",
@@ -172,6 +173,7 @@ class Seek(Search):
     within: float  # 0 among fits
     is_per_case: bool  # for each case of the other axes; False: for all of them together
     fits: tuple[Fit, ...] = ()  # in order of their largest clearances, which are assessed; () of a range
+    among: Mapping[str, Any] = field(default_factory=dict)  # the section that names them
 
     @property
     def varied_paths(self) -> tuple[str, ...]:
@@ -221,7 +223,7 @@ class Seek(Search):
         """Return the section in the form of a grid file, in SI."""
         section: dict[str, Any] = {self.direction: self.path if len(self.paths) == 1 else list(self.paths)}
         if self.fits:
-            section["among"] = {"fits": [fit.name for fit in self.fits]}
+            section["among"] = dict(self.among)
         else:
             section |= {"between": list(self.between), "within": self.within}
         return section | {"meeting": "limits", "for": SEEK_SCOPES[not self.is_per_case]}
@@ -330,12 +332,11 @@ def _read_fits(
             message = "conflicts with `among`, which lists the values to try; remove one of the two"
             reader.problems.add(section.value[key], f"{SEEK}.{key}", message)
             return None
-    content = among.value
-    names = content["fits"].value if isinstance(content, dict) and [*content] == ["fits"] else None
-    if not isinstance(names, list) or not names:
-        reader.problems.add(among, f"{SEEK}.among", f"found {quoted(content)}; expected {_AMONG_EXAMPLE}")
+    if not isinstance(among.value, dict):
+        message = f"found {quoted(among.value)}; expected {_AMONG_EXAMPLE} or {_GROUPS_EXAMPLE}"
+        reader.problems.add(among, f"{SEEK}.among", message)
         return None
-    fits = read_fit_names(reader, [path.value for path in paths], names, values_of)
+    fits = read_fit_names(reader, [path.value for path in paths], among, values_of)
     if fits is None:
         return None
     ascending = tuple(sorted(fits, key=lambda fit: fit.high))
@@ -373,7 +374,10 @@ def _read_seek(reader: Reader, root: WrittenValue) -> Seek | None:
         check_always_used(reader, entries[direction], SEEK, other_path)
     is_per_case = scope == SEEK_SCOPES[0]
     if fits:
-        seek = Seek(direction, paths, (low, high), 0.0, is_per_case, fits)
+        names = [fit.name for fit in fits]
+        words = [naming.words for naming in NAMINGS.values()]
+        among = {key: names if key in words else item.value for key, item in entries["among"].value.items()}
+        seek = Seek(direction, paths, (low, high), 0.0, is_per_case, fits, among)
         return seek if len(reader.problems) == problems_before else None
     tolerance = SEEK_SECTION.value(reader.problems, section, "within", _unit_of_path(reader, path))
     if tolerance is None or len(reader.problems) > problems_before:

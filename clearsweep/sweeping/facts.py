@@ -69,9 +69,9 @@ def setting_text(swept: dict[str, Any], facts: dict[str, Any]) -> str:
 
 
 def setting_name(path: str, paths: Iterable[str], facts: Mapping[str, Any]) -> str:
-    """Return the name of a swept path, one of `paths`; clearances of fits are named radial."""
+    """Return the name of a swept path, one of `paths`; clearances of fits and groups are named radial."""
     name = wording.axis_name(path, number_of_joints(paths))
-    return name.replace("clearance", "radial clearance", 1) if facts["fits"].get(path) else name
+    return wording.name_with_fits(name, [fit["name"] for fit in facts["fits"].get(path, ())])
 
 
 def value_text(path: str, value: Any, facts: dict[str, Any]) -> str:

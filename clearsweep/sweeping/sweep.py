@@ -342,16 +342,18 @@ def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, *
 def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, Any]], list[str]]:
     """Return ranges of derived values (name -> unit, min, max) and warnings, over a sample of the cases."""
     ranges: dict[str, dict[str, Any]] = {}
-    sentences: dict[str, None] = dict.fromkeys(_angle_warnings(grid))
+    sentences: dict[str, None] = dict.fromkeys((*grid.warnings, *_angle_warnings(grid)))
     for path, fits in grid.fits.items():
         for fit in fits:
-            for kind, factor in (("radial", 1.0), ("diametral", 2.0)):
+            radial = 0.5 if fit.is_group else 1.0
+            for kind, factor in (("radial", radial), ("diametral", 2.0 * radial)):
                 range_of_fit = {"min": factor * fit.low, "max": factor * fit.high}
                 ranges[f"{path} ({fit.name}, {kind})"] = {"unit": "m", **range_of_fit}
     for figure_assumed in grid.library_values:
         unit, best_value, low, high = figure_assumed.value
         ranges[f"{figure_assumed.path} ({figure_assumed.name})"] = {"unit": unit, "min": best_value, "max": best_value}
-        ranges[f"{figure_assumed.path} ({figure_assumed.name}, range)"] = {"unit": unit, "min": low, "max": high}
+        if low < high:
+            ranges[f"{figure_assumed.path} ({figure_assumed.name}, range)"] = {"unit": unit, "min": low, "max": high}
     for index in dict.fromkeys(np.linspace(0, len(grid) - 1, SAMPLED_CASES).round().astype(int).tolist()):
         case = grid.case(index)
         for name, (value, unit) in simulator.derived(case).items():

@@ -8,10 +8,12 @@ from ...contracts.catalogue import CHOICE
 from ...language.errors import InputError, quoted
 from .. import library
 from ..library import MATERIALS, Entry, Value
+from ..library.bearings import WIDTH, check_group, parse_bearing_name
+from ..library.iso5753 import NORMAL_GROUP
 from ..written.document import Problems, WrittenValue
 from .kinds import KeyTable, Name, Word
 
-MATERIAL, OIL, PAIR, HOUSING_MATERIAL = "name", "oil", "pair", "material"  # the keys that take a name
+MATERIAL, OIL, PAIR, HOUSING_MATERIAL, BEARING = "name", "oil", "pair", "material", "bearing"  # keys that take a name
 UNCHECKED = "unchecked"  # the key next to a name with which the user answers for values from memory
 BODIES = ("bearing", "journal")
 MATERIAL_KEYS = ("young", "poisson", "yield_strength")
@@ -45,12 +47,56 @@ class _NameReplacer:
 
     def replace_in_joint(self, path: str, joint: WrittenValue) -> WrittenValue:
         """Return a joint with its names replaced by numbers."""
+        joint = self._bearing(path, joint)
         for contact in _CONTACTS:
             joint = _with_changed_entry(joint, f"{path}.{contact}", contact, self._contact)
         joint = _with_changed_entry(joint, f"{path}.material", "material", self._bearing_material)
         joint = _with_changed_entry(joint, f"{path}.film", "film", self._film)
         joint = _with_changed_entry(joint, f"{path}.thermal", "thermal", self._thermal)
         return _with_changed_entry(joint, f"{path}.wear", "wear", self._wear)
+
+    def _bearing(self, path: str, joint: WrittenValue) -> WrittenValue:
+        """Return a rolling bearing with the sizes, ratings and group of a named one; keys next to the name stay."""
+        if not isinstance(joint.value, dict) or not {BEARING, UNCHECKED} & {*joint.value} or "type" not in joint.value:
+            return joint
+        joint, unchecked = self._pop_unchecked(path, joint, (BEARING,))
+        if BEARING not in joint.value:
+            return joint
+        name = joint.value[BEARING]
+        if isinstance(name.value, int) and not isinstance(name.value, bool):  # 6204 is a number of YAML
+            name = _at_position_of(name, str(name.value))
+        designation, group = parse_bearing_name(name.value) if isinstance(name.value, str) else (name.value, "")
+        entry = self._entry(library.BEARINGS, f"{path}.{BEARING}", _at_position_of(name, designation))
+        sizes, grooves, ratings = (_part_of(entry, part) for part in ("", "groove", "capacity"))
+        content = {key: value for key, value in joint.value.items() if key != BEARING}
+        content.setdefault("kind", _by_name(name, "ball" if grooves.values else "needle"))
+        content = self._filled(path, content, sizes, tuple(sizes.values), name, unchecked)
+        capacity = content.get("capacity", _at_position_of(name, {}))
+        if isinstance(capacity.value, dict):
+            rated = self._filled(f"{path}.capacity", capacity.value, ratings, tuple(ratings.values), name, unchecked)
+            content["capacity"] = _at_position_of(capacity, rated)
+        if grooves.values and "groove" not in content:
+            filled = self._filled(f"{path}.groove", {}, grooves, tuple(grooves.values), name, unchecked)
+            content["groove"] = _at_position_of(name, [*filled.values()])
+        try:
+            check_group(entry.name, group)
+        except InputError as error:
+            self.problems.add(name, f"{path}.{BEARING}", str(error))
+        if grooves.values:
+            content["clearance"] = self._clearance(path, content.get("clearance"), name, group)
+        return _at_position_of(joint, {key: value for key, value in content.items() if value is not None})
+
+    def _clearance(self, path: str, written: WrittenValue | None, name: WrittenValue, group: str) -> WrittenValue:
+        """Return the clearance of a named bearing: its group, CN if there is none, mounted as written."""
+        named_group = {"group": _by_name(name, group or NORMAL_GROUP)}
+        if written is None:
+            return _by_name(name, named_group)
+        if isinstance(written.value, dict) and not {"group", "groups"} & {*written.value}:
+            return _at_position_of(written, named_group | written.value)
+        if group:
+            message = f"conflicts with the group {group} in the name of the bearing; remove one of the two"
+            self.problems.add(written, f"{path}.clearance", message)
+        return written
 
     def _thermal(self, path: str, thermal: WrittenValue) -> WrittenValue:
         """Return a heat balance with the thermal expansion of named materials."""
@@ -247,6 +293,17 @@ def _with_changed_entry(
     return (
         section if replacement is section.value[key] else _at_position_of(section, section.value | {key: replacement})
     )
+
+
+def _part_of(entry: Entry, part: str) -> Entry:
+    """Return an entry with the values of a section of the joint, '' for those of the joint itself."""
+    paths = {key: key.rpartition(".") for key in entry.values if key != WIDTH}
+    return entry._replace(values={paths[key][2]: entry.values[key] for key in paths if paths[key][0] == part})
+
+
+def _by_name(name: WrittenValue, value: object) -> WrittenValue:
+    """Return a value that follows from a name, at its position."""
+    return WrittenValue(value, name.origin, name.line, name.column, by_name=True)
 
 
 def _at_position_of(written: WrittenValue, value: object) -> WrittenValue:

@@ -5,11 +5,22 @@ import math
 from collections.abc import Mapping
 
 from ...contracts.catalogue import CHOICE, CONDITION, MODEL, Catalogue, Field, JointSite
-from .joint_keys import ONSET_KEY, add_friction, add_laws, add_material_name, add_numbers, onset_key_without_mass
-from .kinds import KeyTable, Number, Section, Use, Word
+from ..library.bearings import bearing_names
+from .joint_keys import (
+    ONSET_KEY,
+    UNCHECKED_KEY,
+    add_friction,
+    add_laws,
+    add_material_name,
+    add_numbers,
+    onset_key_without_mass,
+)
+from .kinds import KeyTable, Name, Number, Section, Use, Word
+from .library_names import BEARING, UNCHECKED
 
 ROLLING = "rolling"  # the word in `type` of a joint
 KINDS = ("ball", "roller", "needle")
+ROUNDING = 1e-9  # of a diameter: without an inner ring, the elements roll on the shaft
 LARGEST_CLEARANCE = 0.1  # of an element's diameter, either way
 #: Sections that other joints may have, and why a rolling bearing has none.
 REFUSED_SECTIONS = {
@@ -28,8 +39,10 @@ _SIZES = (
         "clearance",
         "m",
         "radial internal clearance as catalogues give it: how far the rings can move from one extreme to the other; "
-        "negative: a preload",
+        "negative: a preload; or a group of ISO 5753-1 as {group: C3}, mounted as {group: C3, fit: k5/H7, "
+        "inner_warmer: 5 K}",
         -math.inf,
+        fit="group",
     ),
     Field("element_diameter", "m", "diameter of an element"),
     Field("pitch_diameter", "m", "diameter of the circle on which the centres of the elements lie"),
@@ -37,6 +50,12 @@ _SIZES = (
         "bore",
         "m",
         "diameter of the hole of the inner ring; the friction of the bearing acts at half of it",
+        optional=True,
+    ),
+    Field(
+        "outside_diameter",
+        "m",
+        "outside diameter of the outer ring, on which the clearance of a mounted bearing depends",
         optional=True,
     ),
 )
@@ -62,6 +81,12 @@ def add_rolling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue
     kind = f"{path}.kind"
     keys[path] = Section("a rolling bearing with internal clearance", "optional")
     keys[f"{path}.type"] = Word((ROLLING,), "kind of the joint")
+    text = (
+        "rolling bearing from `clearsweep list bearings`, also with a group, such as 6204 C3; it determines kind, "
+        "sizes, ratings and clearance, and keys next to it override its values"
+    )
+    keys[f"{path}.{BEARING}"] = Name(bearing_names(), text)
+    keys[f"{path}.{UNCHECKED}"] = UNCHECKED_KEY
     keys[kind] = Word(KINDS, "kind of the elements; needle: long rollers", noun="kind")
     add_numbers(keys, path, _SIZES, CHOICE)
     add_numbers(keys, path, (_ELEMENTS,), CHOICE, sweep=False)
@@ -129,12 +154,18 @@ def conflicts(values: Mapping[str, tuple[float, ...]], given: set[str]) -> list[
                 f"{_mm(chord)} on; write fewer or smaller elements"
             )
             problems.append(("element_diameter", text))
-        if max(bores, default=0.0) >= pitch - diameter:
+        if max(bores, default=0.0) > (pitch - diameter) * (1.0 + ROUNDING):
             text = (
-                f"found {_mm(max(bores))}; allowed: below {_mm(pitch - diameter)}, the pitch diameter minus an "
+                f"found {_mm(max(bores))}; allowed: at most {_mm(pitch - diameter)}, the pitch diameter minus an "
                 "element's, as the inner ring lies between"
             )
             problems.append(("bore", text))
+        if min(values["outside_diameter"], default=math.inf) <= pitch + diameter:
+            text = (
+                f"found {_mm(min(values['outside_diameter']))}; allowed: above {_mm(pitch + diameter)}, the pitch "
+                "diameter plus an element's, as the outer ring lies outside"
+            )
+            problems.append(("outside_diameter", text))
         if max(map(abs, clearances), default=0.0) > LARGEST_CLEARANCE * diameter:
             text = (
                 f"found {_mm(max(clearances, key=abs))}; allowed: up to {_mm(LARGEST_CLEARANCE * diameter)} "

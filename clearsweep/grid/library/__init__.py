@@ -1,15 +1,21 @@
-"""Materials, oils and wear pairs by name: typical values, each with its range and its source."""
+"""Materials, oils, wear pairs and rolling bearings by name: values with their ranges and sources."""
 
 import textwrap
 from collections.abc import Mapping
 
 from ...language.errors import InputError, did_you_mean, quoted
+from .bearings import BEARINGS
 from .entries import MATERIALS, OILS, PAIRS, Entry, Value
 
 #: Names of whole libraries for `clearsweep list NAME`.
-LIBRARIES: Mapping[str, Mapping[str, Entry]] = {"materials": MATERIALS, "oils": OILS, "pairs": PAIRS}
+LIBRARIES: Mapping[str, Mapping[str, Entry]] = {
+    "materials": MATERIALS,
+    "oils": OILS,
+    "pairs": PAIRS,
+    "bearings": BEARINGS,
+}
 
-__all__ = ["LIBRARIES", "MATERIALS", "OILS", "PAIRS", "Entry", "Value", "library_text"]
+__all__ = ["BEARINGS", "LIBRARIES", "MATERIALS", "OILS", "PAIRS", "Entry", "Value", "library_text"]
 
 
 def library_text(name: str) -> str | None:
@@ -37,7 +43,13 @@ def find_entry(library: Mapping[str, Entry], name: str) -> Entry:
 
 
 _WIDTH = 100  # characters in a line
-_SCALES = {"Pa": (1e9, "GPa"), "1/K": (1e-6, "1e-6/K"), "m^2/s": (1e-6, "mm^2/s")}  # SI -> unit for display
+_SCALES = {  # SI -> unit for display
+    "Pa": (1e9, "GPa"),
+    "1/K": (1e-6, "1e-6/K"),
+    "m^2/s": (1e-6, "mm^2/s"),
+    "m": (1e-3, "mm"),
+    "N": (1e3, "kN"),
+}
 
 
 def entry_text(entry: Entry) -> str:
@@ -53,12 +65,13 @@ def entry_text(entry: Entry) -> str:
 
 
 def value_text(value: Value) -> str:
-    """Return a value with its range: '210 GPa (205 to 213)'."""
+    """Return a value with its range: '210 GPa (205 to 213)'; an exact one alone."""
     scale, unit = _SCALES.get(value.unit, (1.0, value.unit))
     if value.unit == "Pa" and value.high < 1e9:
         scale, unit = 1e6, "MPa"
     typical, low, high = (f"{number / scale:.4g}" for number in value[1:])
-    return f"{typical}{'' if unit == '1' else f' {unit}'} ({low} to {high})"
+    spread = f" ({low} to {high})" if value.low < value.high else ""
+    return f"{typical}{'' if unit == '1' else f' {unit}'}{spread}"
 
 
 def _wrapped(indent: str, content: str) -> str:

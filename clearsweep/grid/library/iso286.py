@@ -97,13 +97,21 @@ KNOWN_CLASSES_TEXT = (
 
 
 class Fit(NamedTuple):
-    """A fit at a nominal diameter: radial clearances, half the diametral ones."""
+    """A fit at a nominal diameter with its radial clearances, or a group of a rolling bearing.
 
-    name: str  # 'H7/f7'
-    diameter: float  # m, nominal
+    The clearances of a group are its radial internal ones, from one extreme position to the other.
+    """
+
+    name: str  # 'H7/f7', or the group 'C3'
+    diameter: float  # m, nominal, or the bore
     low: float  # m, least radial clearance
     mean: float  # m
     high: float  # m
+
+    @property
+    def is_group(self) -> bool:
+        """Return whether this is a group of a rolling bearing."""
+        return "/" not in self.name
 
 
 def find_fit(name: str, diameter: Fraction) -> Fit:

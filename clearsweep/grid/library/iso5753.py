@@ -12,6 +12,7 @@ from ...language.errors import InputError, did_you_mean, quoted
 from .iso286 import Fit
 
 GROUPS = ("C2", "CN", "C3", "C4", "C5")
+NORMAL_GROUP = "CN"  # of a bearing whose name has no group
 #: Upper end of the range of bores in mm (the lower end is that of the row before), then smallest and largest clearance
 #: in um of each group; '-' where the standard has none.  Compared with the catalogue NTN-TPI CAT 2202/TE, table 6.1, up
 #: to 65 mm and with two reprints up to 100 mm.

@@ -19,12 +19,20 @@ _CASES_TEXT = (
     "table (.csv, .xlsx or .parquet) in the directory of the grid, with a column for each path and a row for each "
     "case, or {table: FILE, sheet: 1, columns: {HEADER: 'PATH [UNIT]'}, label: HEADER}. Columns of texts ride along"
 )
-AXIS_FORMS = {**SPACING_FORMS, "fits": "[H7/g6, H7/f7]: the mean radial clearances of fits of ISO 286"}
+AXIS_FORMS = {
+    **SPACING_FORMS,
+    "fits": "[H7/g6, H7/f7]: the mean radial clearances of fits of ISO 286",
+    "groups": "[C2, CN, C3, C4]: the mean internal clearances of groups of ISO 5753-1, of rolling bearings",
+}
 LABELS_TEXT = """\
 An axis of `sweep`, `zip` or `cases` may give its values labels: `{bronze: 3e-15 m^2/N, PTFE: 1e-15 m^2/N}`. Tables,
 figures and sentences show them. The column of summary.parquet keeps the numbers, and its metadata the labels. A label
 contains a letter. The words above and the names of distributions are reserved."""
-SAMPLE_FORMS = {**parameter_forms(), "fit": f"{DISTRIBUTION_FORM}: a radial clearance between the limits of a fit"}
+SAMPLE_FORMS = {
+    **parameter_forms(),
+    "fit": f"{DISTRIBUTION_FORM}: a radial clearance between the limits of a fit",
+    "group": "{group: C3}, or {group: C3, distribution: normal}: an internal clearance between the limits of a group",
+}
 
 #: Section -> its syntax, of those that are no search.
 _EXAMPLES = {

@@ -13,7 +13,7 @@ from ..keys.library_names import MATERIAL
 from ..keys.outline import key_trees
 from ..sections.axes import SAMPLE_SECTION
 from ..sections.named_sections import FIGURES_SECTION, LIMITS_SECTION, ROLES_SECTION, UNCERTAIN_SECTION
-from ..sections.section import FIT_SCHEMA, FITS_SCHEMA
+from ..sections.section import AXES_OF_NAMES, NAME_SCHEMAS
 from ..sections.variations import MAX_LABEL_LENGTH, RESERVED_LABELS
 from ..written.definitions import DEFINE, DEFINE_TEXT
 from ..written.document import EXTENDS
@@ -167,7 +167,7 @@ def whole_schema(catalogue: Catalogue) -> dict[str, Any]:
             "axis": {
                 "anyOf": [
                     {"type": "array", "minItems": 1},
-                    FITS_SCHEMA,
+                    *AXES_OF_NAMES,
                     _labels_schema(),
                     *(
                         {
@@ -191,7 +191,7 @@ def _labels_schema() -> dict[str, Any]:
         "description": "label -> value",
         "minProperties": 1,
         "propertyNames": {"not": {"enum": list(RESERVED_LABELS)}, "maxLength": MAX_LABEL_LENGTH},
-        "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, FIT_SCHEMA]},
+        "additionalProperties": {"anyOf": [{"$ref": "#/$defs/quantity"}, *NAME_SCHEMAS.values()]},
     }
 
 
@@ -228,7 +228,7 @@ def _object_schema(key_table: KeyTable, path: str) -> dict[str, Any]:
                 {"$ref": "#/$defs/quantity"},
                 *(_object_schema(key_table, item) for item in (nested,) if _has_keys_below(key_table, item)),
             ]
-            schemas += [FIT_SCHEMA] if any(key_use.field.fit for key_use in key.uses) else []
+            schemas += [NAME_SCHEMAS[form] for form in {key_use.field.fit for key_use in key.uses} if form]
             value = {"anyOf": schemas} if schemas[1:] else schemas[0]
             properties[key_name] = {"description": _number_description(key), **value}
         if isinstance(key, Section) and key.need == "required" and key_name != ANY:

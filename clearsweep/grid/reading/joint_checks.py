@@ -2,17 +2,20 @@
 
 import itertools
 import math
+from collections.abc import Iterator
 
 from ...contracts.case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
 from ...contracts.catalogue import Catalogue, Law, with_given_size
 from ...contracts.vibration import FRAME, MAX_BAND_ORDERS, MIN_TURNS, NO_SEVERITY
 from ...language.errors import did_you_mean
+from ...language.expression import DEFINED, names_in
 from ..keys.joint_keys import modulus_paths
 from ..keys.key_table import DIMENSIONLESS
 from ..keys.kinds import Number, Section, value_key, word_key
 from ..keys.rolling_keys import conflicts
 from ..keys.run_keys import LIFE
 from ..sections.reader import Reader
+from ..written.definitions import expression_of
 from .machine_checks import check_film_joints, check_length, check_machine
 from .values import COEFFICIENTS, exponent_values
 
@@ -71,12 +74,30 @@ def _check_rolling(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     for law in catalogue.of("law"):
         if law.name in reader.names.get(f"{joint}.contact.law", ()):
             _check_one_of(reader, f"{joint}.contact", law)
-    names = ("elements", "element_diameter", "pitch_diameter", "bore", "clearance")
+    names = ("elements", "element_diameter", "pitch_diameter", "bore", "outside_diameter", "clearance")
     values = {name: reader.values_of(f"{joint}.{name}") for name in names}
     given = {name for name in (*names, "friction") if reader.is_given(f"{joint}.{name}")}
     given |= {"friction"} if f"{joint}.friction" in reader.keys_in_use else set()
     for name, message in conflicts(values, given):
         reader.problems.add(reader.position_of(f"{joint}.{name}"), f"{joint}.{name}", message)
+    for name, pin in _shared_definitions(reader, joint):
+        reader.warnings.append(
+            f"{joint}.clearance and {pin}.clearance both follow from define.{name}. A rolling bearing's clearance is "
+            "diametral, a pin's is radial, half of its play"
+        )
+
+
+def _shared_definitions(reader: Reader, joint: str) -> Iterator[tuple[str, str]]:
+    """Yield each name on which the clearances of a rolling bearing and of a pin depend, with the path of the pin."""
+    names_by_path = {
+        path: names_in(expression_of(reader.written[path].expression), DEFINED)
+        for path in reader.keys_in_use
+        if path.endswith(".clearance") and path in reader.written and reader.written[path].expression
+    }
+    for path, names in names_by_path.items():
+        pin = path.removesuffix(".clearance")
+        if f"{pin}.bearing_radius" in reader.keys_in_use:
+            yield from ((name, pin) for name in sorted(names & names_by_path.get(f"{joint}.clearance", set())))
 
 
 def _check_heat_balance(reader: Reader, joint: str) -> None:

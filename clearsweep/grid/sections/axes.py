@@ -7,8 +7,7 @@ from ...language.errors import InputError, quoted
 from ..written.document import Problems, WrittenValue
 from .distributions import FROM_FIT, parameter_forms
 from .section import (
-    FIT_NAME_SCHEMA,
-    FIT_SCHEMA,
+    NAME_SCHEMAS,
     CountKey,
     EntriesKey,
     Key,
@@ -173,9 +172,10 @@ DESIGNS = {
 }
 _MISSING_N_TEXT = "; write the number of points, such as 64"
 SAMPLE = "sample"
-_FIT_FORM = FIT_SCHEMA | {
-    "properties": FIT_NAME_SCHEMA | {"distribution": {"enum": list(FROM_FIT), "default": "uniform"}}
-}
+_DISTRIBUTION_OF_NAME = {"distribution": {"enum": list(FROM_FIT), "default": "uniform"}}
+_NAME_FORMS = [
+    schema | {"properties": schema["properties"] | _DISTRIBUTION_OF_NAME} for schema in NAME_SCHEMAS.values()
+]
 SAMPLE_SECTION = KeySection(
     SAMPLE,
     "cases drawn from distributions",
@@ -198,7 +198,10 @@ SAMPLE_SECTION = KeySection(
             "dotted path -> distribution",
             required=True,
             entry={
-                "anyOf": [*single_key_schemas({k: {"description": v} for k, v in parameter_forms().items()}), _FIT_FORM]
+                "anyOf": [
+                    *single_key_schemas({k: {"description": v} for k, v in parameter_forms().items()}),
+                    *_NAME_FORMS,
+                ]
             },
         ),
         Key("drawn", "values drawn before, as run.json keeps them", {"type": "object"}, internal=True),

@@ -1,32 +1,74 @@
-"""Reads clearances written as ISO 286 fits and replaces them by numbers.
+"""Reads clearances written as ISO 286 fits or as groups of rolling bearings and replaces them by numbers.
 
 A fit is `{fit: H7/f7}` as a value or in a list, `{fits: [H7/g6, H7/f7]}` as an axis, and as a distribution
-`{fit: H7/f7}` or `{fit: H7/f7, distribution: normal}`.  All later readers see radial clearances in m.
+`{fit: H7/f7}` or `{fit: H7/f7, distribution: normal}`.  A group is written likewise, with the words `group` and
+`groups`; next to them, `fit` and `inner_warmer` mount the bearing.  All later readers see clearances in m.
 """
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from fractions import Fraction
-from typing import Any
+from typing import Any, NamedTuple
 
+from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
 from ..keys.kinds import Number
 from ..library.iso286 import Fit, find_fit
+from ..library.iso5753 import find_group
+from ..library.mounting import BearingSizes, mounted
 from ..written.document import WrittenValue
 from .distributions import FROM_FIT
 from .reader import Reader
 
 DISTRIBUTION_FORM = "{fit: H7/f7}, or {fit: H7/f7, distribution: normal}"
+MOUNTING_KEYS = ("fit", "inner_warmer")  # next to a group
+
+
+class Naming(NamedTuple):
+    """How clearances are named: as fits of a pin or as groups of a rolling bearing."""
+
+    word: str  # the key of one
+    words: str  # the key of an axis
+    example: str
+    other_example: str
+    size_key: str  # the key of the joint that determines the clearances
+    noun: str
+    size_noun: str
+    extras: tuple[str, ...] = ()  # further keys
+
+    @property
+    def example_text(self) -> str:
+        """Return one as a grid has it."""
+        return f"{{{self.word}: {self.example}}}"
+
+    @property
+    def axis_text(self) -> str:
+        """Return an axis as a grid has it."""
+        return f"{{{self.words}: [{self.other_example}, {self.example}]}}"
+
+
+#: Field.fit -> naming of its clearances.
+NAMINGS = {
+    "fit": Naming("fit", "fits", "H7/f7", "H7/g6", "bearing_radius", "a fit of ISO 286", "nominal diameter"),
+    "group": Naming("group", "groups", "C3", "CN", "bore", "a group of ISO 5753-1", "bore", MOUNTING_KEYS),
+}
+
+
+def naming_of(grid_reader: Reader, path: str) -> Naming | None:
+    """Return how the clearance at a path is named, or None if it has none."""
+    key = grid_reader.keys_in_use.get(path)
+    return NAMINGS.get(key.uses[0].field.fit) if isinstance(key, Number) else None
 
 
 def replace_fits_by_clearances(grid_reader: Reader, values_of: Callable[[str], tuple[float, ...]]) -> None:
     """Replace the fits of a reader by radial clearances; `values_of` returns the known values of a path."""
-    for path, key in list(grid_reader.keys_in_use.items()):
-        if not isinstance(key, Number) or not key.uses[0].field.fit:
+    for path in list(grid_reader.keys_in_use):
+        naming = naming_of(grid_reader, path)
+        if naming is None:
             continue
         for entries in (grid_reader.written, grid_reader.written_axes):
-            if path not in entries or not _has_fit(entries[path]):
+            if path not in entries or not _has_name(entries[path], naming):
                 continue
-            reader = _FitReader(grid_reader, path, values_of)
+            reader = _FitReader(grid_reader, path, naming, values_of)
             try:
                 entries[path] = (reader.read_value if entries is grid_reader.written else reader.read_axis)(
                     entries[path]
@@ -45,29 +87,34 @@ def replace_fits_by_clearances(grid_reader: Reader, values_of: Callable[[str], t
 
 
 def read_fit_names(
-    grid_reader: Reader, paths: list[str], names: list[WrittenValue], values_of: Callable[[str], tuple[float, ...]]
+    grid_reader: Reader, paths: list[str], among: WrittenValue, values_of: Callable[[str], tuple[float, ...]]
 ) -> list[Fit] | None:
-    """Return the fits with these names (at least one) for clearances with one bearing radius.
+    """Return the fits or groups in `among` (at least one) for clearances with one size.
 
     Return None if one is wrong.
     """
-    for path in paths:
-        key = grid_reader.keys_in_use.get(path)
-        if not isinstance(key, Number) or not key.uses[0].field.fit:
-            grid_reader.problems.add(names[0], path, "is not a clearance, so it cannot have a fit")
+    namings = [naming_of(grid_reader, path) for path in paths]
+    for path, naming in zip(paths, namings, strict=True):
+        if naming is None:
+            grid_reader.problems.add(among, path, "is not a clearance, so it cannot have a fit")
             return None
-    readers = [_FitReader(grid_reader, path, values_of) for path in paths]
-    if len({reader.radii for reader in readers}) > 1:
-        message = "the clearances have different bearing radii; seek each separately"
-        grid_reader.problems.add(names[0], "seek.among", message)
+    naming = namings[0]
+    assert naming is not None
+    if set(namings) != {naming}:
+        message = "the clearances are of pins and of rolling bearings; seek each separately"
+        grid_reader.problems.add(among, "seek.among", message)
         return None
-    fits = []
-    for name in names:
-        try:
-            fits += [reader.fit(name, reader.radii) for reader in readers[:1]]
-        except _WrongFitError as error:
-            grid_reader.problems.add(error.written, "seek.among", str(error) or "its bearing radius is not known")
-            return None
+    readers = [_FitReader(grid_reader, path, naming, values_of) for path in paths]
+    if len({reader.all_sizes() for reader in readers}) > 1:
+        message = f"the clearances have different {naming.size_key.replace('_', ' ')}s; seek each separately"
+        grid_reader.problems.add(among, "seek.among", message)
+        return None
+    try:
+        fits = [readers[0].fit(item, readers[0].radii) for item in readers[0].items(among)]
+    except _WrongFitError as error:
+        message = str(error) or f"its {naming.size_key.replace('_', ' ')} is not known"
+        grid_reader.problems.add(error.written, "seek.among", message)
+        return None
     grid_reader.fits.pop(paths[0], None)  # a clearance on the axis is not the mean of its fit
     return fits
 
@@ -80,86 +127,156 @@ class _WrongFitError(Exception):
         self.written = written
 
 
-def _has_fit(written: WrittenValue) -> bool:
-    """Return whether a value, an axis or a distribution contains a fit."""
+def _has_name(written: WrittenValue, naming: Naming) -> bool:
+    """Return whether a value, an axis or a distribution contains a fit or a group."""
     if isinstance(written.value, list):
         return any(isinstance(item.value, dict) for item in written.value)
-    return isinstance(written.value, dict) and not {"fit", "fits"}.isdisjoint(written.value)
+    words = {word for item in NAMINGS.values() for word in (item.word, item.words)} | {*naming.extras}
+    return isinstance(written.value, dict) and not words.isdisjoint(written.value)
 
 
 class _FitReader:
-    """Reads the fits of one clearance."""
+    """Reads the fits or the groups of one clearance."""
 
-    def __init__(self, grid_reader: Reader, path: str, values_of: Callable[[str], tuple[float, ...]]):
-        self.grid_reader, self.path = grid_reader, path
-        self.radius_path = f"{path.rpartition('.')[0]}.bearing_radius"
+    def __init__(
+        self, grid_reader: Reader, path: str, naming: Naming, values_of: Callable[[str], tuple[float, ...]]
+    ) -> None:
+        self.grid_reader, self.path, self.naming, self.values_of = grid_reader, path, naming, values_of
+        self.joint = path.rpartition(".")[0]
+        self.radius_path = f"{self.joint}.{naming.size_key}"
         self.radii = values_of(self.radius_path)
 
+    def all_sizes(self) -> tuple[Any, ...]:
+        """Return all values of the joint that determine its clearances."""
+        if not self.naming.extras:
+            return self.radii
+        return (self._kind(), *(self.values_of(f"{self.joint}.{name}") for name in BearingSizes._fields))
+
     def read_value(self, written: WrittenValue) -> WrittenValue:
-        """Return a value outside all axes with its fit replaced by a radial clearance (m)."""
+        """Return a value outside all axes with its fit replaced by a clearance (m)."""
         return self._mean_clearance(
             written, self.radii[:1] if self.path in self.grid_reader.written_axes else self.radii
         )
 
     def read_axis(self, written: WrittenValue) -> WrittenValue:
-        """Return a written axis with its fits replaced by radial clearances (m)."""
+        """Return a written axis with its fits replaced by clearances (m)."""
         if self.grid_reader.varied_by.get(self.path) == "sample":
             return _at_position_of(written, self._distribution(written))
-        items = written.value
-        if isinstance(items, dict):
-            if set(items) != {"fits"} or not isinstance(items["fits"].value, list):
-                raise _WrongFitError(written, f"found {quoted(items)}; expected {{fits: [H7/g6, H7/f7]}}")
-            items = [_at_position_of(item, {"fit": item}) for item in items["fits"].value]
+        items = self.items(written) if isinstance(written.value, dict) else written.value
         is_zipped = self.radius_path in self.grid_reader.written_axes and self.grid_reader.vary_together(
             self.path, self.radius_path
         )
         radii = [self.radii[row : row + 1] if is_zipped else self.radii for row in range(len(items))]
         return _at_position_of(written, list(map(self._mean_clearance, items, radii)))
 
+    def items(self, written: WrittenValue) -> list[WrittenValue]:
+        """Return each entry of `{fits: [...]}` or `{groups: [...]}` as a single one."""
+        content = written.value
+        extras = {key: content[key] for key in self.naming.extras if key in content}
+        names = content.get(self.naming.words)
+        if {*content} - {*extras} != {self.naming.words} or not isinstance(names.value, list) or not names.value:
+            raise _WrongFitError(written, f"found {quoted(content)}; expected {self.naming.axis_text}")
+        return [_at_position_of(name, {self.naming.word: name, **extras}) for name in names.value]
+
     def _mean_clearance(self, written: WrittenValue, radii: tuple[float, ...]) -> WrittenValue:
-        """Return the mean clearance of `{fit: NAME}` at a bearing radius (m); other values are returned unchanged."""
+        """Return the mean clearance of `{fit: NAME}` at a size (m); other values are returned unchanged."""
         if not isinstance(written.value, dict):
             return written
-        if set(written.value) != {"fit"}:
-            raise _WrongFitError(written, f"found {quoted(written.value)}; expected {{fit: H7/f7}}")
-        return _at_position_of(written, _length_text(self.fit(written.value["fit"], radii).mean))
+        if not {self.naming.word} <= set(written.value) <= {self.naming.word, *self.naming.extras}:
+            raise _WrongFitError(written, self._expected_text(written.value, self.naming.example_text))
+        return _at_position_of(written, _length_text(self.fit(written, radii).mean))
 
     def _distribution(self, written: WrittenValue) -> Any:
         """Return the distribution of a fit, as a grid section."""
         written_name = written.value.get("distribution")
-        if not {"fit"} <= set(written.value) <= {"fit", "distribution"}:
-            raise _WrongFitError(written, f"found {quoted(written.value)}; expected {DISTRIBUTION_FORM}")
+        if not {self.naming.word} <= set(written.value) <= {self.naming.word, "distribution", *self.naming.extras}:
+            namings = DISTRIBUTION_FORM.replace("fit: H7/f7", f"{self.naming.word}: {self.naming.example}")
+            raise _WrongFitError(written, self._expected_text(written.value, namings))
         name = "uniform" if written_name is None else written_name.value
         if not isinstance(name, str) or name not in FROM_FIT:
             suggestion = did_you_mean(name, FROM_FIT) if isinstance(name, str) else ""
             known_names = ", ".join(FROM_FIT)
             raise _WrongFitError(
-                written, f"unknown distribution {quoted(name)} of a fit{suggestion} (known: {known_names})"
+                written,
+                f"unknown distribution {quoted(name)} of a {self.naming.word}{suggestion} (known: {known_names})",
             )
-        return _lengths_like(FROM_FIT[name](self.fit(written.value["fit"], self.radii)), written)
+        return _lengths_like(FROM_FIT[name](self.fit(written, self.radii)), written)
 
-    def fit(self, name: WrittenValue, radii: tuple[float, ...]) -> Fit:
-        """Return the fit called `name` at a bearing radius (m), and record it."""
+    def _expected_text(self, content: Mapping[str, WrittenValue], expected: str) -> str:
+        """Return what is wrong with the keys of a mapping."""
+        if self.naming.extras and self.naming.word not in content and not {*content} - {*self.naming.extras}:
+            return f"has a mounting without a group; write both, such as {{{self.naming.word}: C3, fit: k5/H7}}"
+        return f"found {quoted(content)}; expected {expected}"
+
+    def fit(self, written: WrittenValue, radii: tuple[float, ...]) -> Fit:
+        """Return the fit or group of a mapping at a size (m), and record it."""
+        name = written.value[self.naming.word]
         if len(radii) != 1:
-            message = (
-                f"found the fit {quoted(name.value)}, whose radial clearance follows from one nominal diameter; "
-                f"{self.radius_path} is varied: vary both together under `zip`, the fit once for each radius"
-            )
-            is_varied = (
-                self.radius_path in self.grid_reader.written_axes
-                or self.radius_path in self.grid_reader.defined.dependents
-            )
-            raise _WrongFitError(name, message if is_varied else "")
+            raise _WrongFitError(name, self._size_text(name))
         if not isinstance(name.value, str):
-            raise _WrongFitError(name, f"found {quoted(name.value)}; expected a fit of ISO 286, such as H7/f7")
+            raise _WrongFitError(
+                name, f"found {quoted(name.value)}; expected {self.naming.noun}, such as {self.naming.example}"
+            )
         try:
-            found_fit = find_fit(name.value, Fraction(repr(radii[0])) * 2000)
+            found_fit = self._found(name.value, written.value, Fraction(repr(radii[0])) * 1000)
         except InputError as error:
             raise _WrongFitError(name, str(error)) from None
         fits = self.grid_reader.fits.setdefault(self.path, [])
         if found_fit not in fits:
             fits.append(found_fit)
         return found_fit
+
+    def _size_text(self, name: WrittenValue) -> str:
+        """Return why a fit has not one size, or '' if that is reported elsewhere."""
+        is_varied = (
+            self.radius_path in self.grid_reader.written_axes or self.radius_path in self.grid_reader.defined.dependents
+        )
+        if is_varied:
+            return (
+                f"found the {self.naming.word} {quoted(name.value)}, whose clearance follows from one "
+                f"{self.naming.size_noun}; {self.radius_path} is varied: vary both together under `zip`, the "
+                f"{self.naming.word} once for each value"
+            )
+        if self.naming.extras and not self.grid_reader.is_given(self.radius_path):
+            return f"found the group {quoted(name.value)}, which needs the bore: {self.radius_path}, such as 20 mm"
+        return ""
+
+    def _found(self, name: str, content: Mapping[str, WrittenValue], size: Fraction) -> Fit:
+        """Return the fit or the group called `name` at a size (mm); raise InputError if there is none."""
+        if not self.naming.extras:
+            return find_fit(name, 2 * size)
+        group = find_group(name, size, self._kind())
+        if not any(key in content for key in MOUNTING_KEYS):
+            return group
+        fit, warmer = (content[key].value if key in content else None for key in MOUNTING_KEYS)
+        if fit is not None and not isinstance(fit, str):
+            raise InputError(f"found the fit {quoted(fit)}; expected classes of shaft and housing, such as k5/H7")
+        warmer = 0.0 if warmer is None else _temperature_difference(warmer)
+        return mounted(group, fit or "", BearingSizes(*self._mounted_sizes(is_fitted=bool(fit))), warmer)
+
+    def _kind(self) -> str:
+        """Return the kind of the elements as written, or '' if it is missing."""
+        kind = self.grid_reader.written.get(f"{self.joint}.kind")
+        return str(kind.value) if kind else ""
+
+    def _mounted_sizes(self, *, is_fitted: bool) -> Iterable[float]:
+        """Yield the sizes (m) of a mounted bearing; the outside diameter, nan if not known, counts in a fit only."""
+        for name in BearingSizes._fields:
+            values = self.values_of(f"{self.joint}.{name}")
+            if len(values) == 1:
+                yield values[0]
+            elif not values and name == "outside_diameter" and not is_fitted:
+                yield float("nan")
+            else:
+                reason = "is varied; a mounted clearance follows from one value" if values else "is missing"
+                raise InputError(f"is of a mounted bearing, whose {name} {reason}; write {self.joint}.{name}")
+
+
+def _temperature_difference(value: Any) -> float:
+    """Return a temperature difference (K); raise InputError for a temperature."""
+    if isinstance(value, str) and not value.strip().endswith("K"):
+        raise InputError(f"found inner_warmer: {quoted(value)}; expected a difference of temperatures, such as 10 K")
+    return quantity.read(value, "K")
 
 
 def recorded_fits(record: Mapping[str, Any]) -> dict[str, tuple[Fit, ...]]:

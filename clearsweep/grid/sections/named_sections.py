@@ -103,7 +103,8 @@ def read_limits(reader: Reader, root: WrittenValue) -> None:
     for column, written in LIMITS_SECTION.entries(reader.problems, root).items():
         if column not in units:
             position = root.value["limits"].key_position(column)
-            reader.problems.add(position, f"limits.{column}", _unknown_column_text(column, units))
+            message = reader.unrated_figures.get(column) or _unknown_column_text(column, units)
+            reader.problems.add(position, f"limits.{column}", message)
         elif isinstance(written.value, dict):
             _read_bounds(reader, column, written, units)
         else:
@@ -205,6 +206,12 @@ def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue)
             path, ratings = f"joints.{joint.name}.capacity", ("dynamic", "static")
             known = {rating for rating in ratings if reader.is_given(f"{path}.{rating}")}
             parts_by_joint[column_name(joint.name)] |= {"rolling"} | known
+            reader.unrated_figures |= {
+                figure.column(column_name(joint.name)): f"needs the rating of the bearing; write {path}.{rating}"
+                for figure in catalogue.figures
+                for rating in {*ratings} - known
+                if rating in figure.needs
+            }
         if column_name(joint.name) in parts_by_joint:
             parts_by_joint[column_name(joint.name)] |= FEATURES_OF_FLANKED.get(joint.kind, frozenset())
     until, life = str(reader.values.get("simulate.until.figure", "")), reader.values.get(f"{LIFE}.joint")

@@ -46,6 +46,7 @@ class Reader:
         default_factory=dict
     )  # path of a number -> the value taken from a library
     figures: dict[str, str] = field(default_factory=dict)  # figure of merit of the cases -> unit
+    unrated_figures: dict[str, str] = field(default_factory=dict)  # figure that needs a rating -> what is missing
     limits: dict[str, Any] = field(default_factory=dict)  # as in a resolved grid; see `verdict`
     searches: Mapping[str, type[Search]] = field(default_factory=dict)  # those that a grid may have, by section
     search: Search | None = None  # that of the grid
@@ -56,6 +57,7 @@ class Reader:
     uncertain: dict[str, dict[str, Any]] = field(default_factory=dict)  # path of a coefficient -> its distribution, SI
     roles: dict[str, str] = field(default_factory=dict)  # varied path -> its role as the grid sets it
     user_figures: dict[str, str] = field(default_factory=dict)  # name -> expression of columns
+    warnings: list[str] = field(default_factory=list)  # sentences on what may be meant otherwise
     defined: Definitions = NO_DEFINITIONS
     materials: dict[str, VariedMaterial] = field(default_factory=dict)  # path of a name -> the material that varies
 

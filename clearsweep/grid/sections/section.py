@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 from ...contracts.catalogue import Field
 from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
+from ..library.iso5753 import GROUPS
 from ..written.document import Problems, WrittenValue
 
 ADDED = "added"  # in a section that adds cases: dotted path -> the values of the added cases
@@ -17,18 +18,30 @@ ADDED = "added"  # in a section that adds cases: dotted path -> the values of th
 QUANTITY_SCHEMA = {"$ref": "#/$defs/quantity"}
 PAIR_SCHEMA = {"type": "array", "minItems": 2, "maxItems": 2}
 FIT_NAME_SCHEMA = {"fit": {"type": "string", "description": "a clearance fit of ISO 286, such as H7/f7"}}
-FIT_SCHEMA: dict[str, Any] = {
-    "type": "object",
-    "required": ["fit"],
-    "additionalProperties": False,
-    "properties": FIT_NAME_SCHEMA,
+MOUNTING_SCHEMA = {
+    "fit": {"type": "string", "description": "classes of shaft and housing of a mounted bearing, such as k5/H7"},
+    "inner_warmer": {
+        "description": "how much warmer the inner ring is than the outer one, such as 5 K",
+        **QUANTITY_SCHEMA,
+    },
 }
-FITS_SCHEMA: dict[str, Any] = {
-    "type": "object",
-    "required": ["fits"],
-    "additionalProperties": False,
-    "properties": {"fits": {"type": "array", "minItems": 1, "items": {"type": "string"}}},
-}
+GROUP_NAME_SCHEMA = {"group": {"enum": list(GROUPS), "description": "a group of ISO 5753-1"}, **MOUNTING_SCHEMA}
+
+
+def _named_schema(properties: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the schema of a mapping whose first key is required."""
+    first = next(iter(properties))
+    return {"type": "object", "required": [first], "additionalProperties": False, "properties": dict(properties)}
+
+
+FIT_SCHEMA, GROUP_SCHEMA = _named_schema(FIT_NAME_SCHEMA), _named_schema(GROUP_NAME_SCHEMA)
+#: Field.fit -> schema of a clearance that is named.
+NAME_SCHEMAS = {"fit": FIT_SCHEMA, "group": GROUP_SCHEMA}
+#: Axes of fits, and of groups.
+AXES_OF_NAMES = [
+    _named_schema({"fits": {"type": "array", "minItems": 1, "items": {"type": "string"}}}),
+    _named_schema({"groups": {"type": "array", "minItems": 1, "items": {"enum": list(GROUPS)}}, **MOUNTING_SCHEMA}),
+]
 NAMES_SCHEMA = {"anyOf": [{"type": "string"}, {"type": "array", "minItems": 1, "items": {"type": "string"}}]}
 
 

@@ -276,7 +276,8 @@ def _report_unused_values(reader: Reader, path: str) -> None:
 
 MAX_LABEL_LENGTH = 40  # characters of a label: it heads rows and ends sentences
 #: Words that say how values are made; no label may be one of them.
-RESERVED_LABELS = (*SPACING_FORMS, "fits", "fit", *DISTRIBUTIONS, "among", "whole", "factor")
+_RESERVED_NAMES = ("fits", "fit", "groups", "group", "inner_warmer")
+RESERVED_LABELS = (*SPACING_FORMS, *_RESERVED_NAMES, *DISTRIBUTIONS, "among", "whole", "factor")
 _LABELLED_SECTIONS = ("sweep", "zip", "cases")  # sections whose axes may have labels
 
 
@@ -297,7 +298,9 @@ def _has_labels(written: WrittenValue) -> bool:
 
 def _is_single(item: WrittenValue) -> bool:
     """Return whether a written item is a single value or a fit."""
-    return [*item.value] == ["fit"] if isinstance(item.value, dict) else not isinstance(item.value, list)
+    if isinstance(item.value, dict):
+        return [*item.value][:1] in (["fit"], ["group"])
+    return not isinstance(item.value, list)
 
 
 def _replace_by_list(reader: Reader, path: str, written: WrittenValue) -> None:

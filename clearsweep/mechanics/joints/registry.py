@@ -453,6 +453,8 @@ def derived_values(joint: Joint) -> dict[str, tuple[float, str]]:
     if joint.rolling:
         elastic = elastic_of_elements(joint)
         values = derived_stiffness(elastic.stiffness, getattr(elastic, "exponent", 1.5)) | values
+        for kind, factor in (("radial", 1.0), ("diametral", 2.0)):
+            values[f"clearance (of the rings, {kind})"] = factor * joint.clearance, "m"
     if elastic_law:
         values = elastic_law.derived(joint) | values
     if joint.roughness:

@@ -1,7 +1,7 @@
 """Rating life and passing frequencies of rolling bearings.
 
 The life is the basic reference rating life of ISO/TS 16281:2008: the load of every element counts, so clearance does.
-The inner ring turns relative to the load, and the outer ring stands.  The rating loads of the rings follow from the
+The inner ring turns relative to the load, and the outer ring is at rest.  The rating loads of the rings follow from the
 basic dynamic load rating of the bearing (ISO 281:2007).
 """
 

@@ -80,7 +80,8 @@ def seek_sections(study: Study) -> list[Section]:
     ]
     if answers.axis.labels:  # all fits are tried, and some beyond the border may be safe, too
         lines = [
-            "Every fit is tested at its largest clearance. The answer is the last fit before the first fit that fails."
+            "Every fit or group is tested at its largest clearance. The answer is the last one before the first that "
+            "fails."
         ]
     sentences, pictures = Sentences(lines), Gallery("", _pictures(answers, title))  # the verdict has the answer
     blocks: list[Block] = [sentences, pictures, _interval_table(study, answers), *_nearest_blocks(study, answers)]

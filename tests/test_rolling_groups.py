@@ -1,0 +1,286 @@
+"""Groups of the clearance of rolling bearings, their mounting, and bearings by name."""
+
+import copy
+import itertools
+import json
+import math
+from fractions import Fraction
+
+import numpy as np
+import pytest
+
+from clearsweep import grid, simulation
+from clearsweep.grid.library import BEARINGS
+from clearsweep.grid.library.bearings import bearing_names
+from clearsweep.grid.library.iso286 import Fit
+from clearsweep.grid.library.iso5753 import find_group
+from clearsweep.grid.library.mounting import BearingSizes, mounted
+from clearsweep.language.errors import InputError
+from clearsweep.sweeping.pool.case_runner import SIMULATION
+from clearsweep.sweeping.sweep import facts
+
+JOINT = "joints.crank-rod"
+CLEARANCE = f"{JOINT}.clearance"
+CONTACT = {"law": "hunt-crossley", "damping_factor": "0.5 s/m"}
+BEARING = {
+    "type": "rolling",
+    "kind": "ball",
+    "elements": 7,
+    "element_diameter": "11.5 mm",
+    "pitch_diameter": "43.5 mm",
+    "groove": [0.52, 0.53],
+    "clearance": {"group": "C3"},
+    "bore": "25 mm",
+    "contact": CONTACT,
+}
+NAMED = {"type": "rolling", "bearing": "6305", "contact": CONTACT}
+MACHINE = {
+    "name": "rolling",
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": "50 mm", "mass": "0.5 kg", "inertia": "2e-4 kg*m^2"},
+        "rod": {"length": "150 mm", "mass": "0.4 kg", "inertia": "1e-3 kg*m^2"},
+        "slider": {"mass": "1 kg"},
+    },
+    "drive": {"speed": "1500 rpm"},
+    "simulate": {"revolutions": 2, "discard": 1},
+}
+
+
+def load(joint=BEARING, **sections):
+    return grid.load(copy.deepcopy(MACHINE | {"joints": {"crank-rod": joint}} | sections), simulation.catalogue())
+
+
+def clearance(joint, **sections):
+    return load(joint, **sections).written_case(0)["joints"]["crank-rod"]["clearance"]
+
+
+#: kind, bore (mm), group: limits (um), of ISO 5753-1 as catalogues reprint it.
+PUBLISHED = [
+    *(("ball", 6, "C3", 8, 23), ("ball", 10, "C2", 0, 7), ("ball", 20, "CN", 5, 20), ("ball", 20, "C3", 13, 28)),
+    *(("ball", 24.001, "C4", 23, 41), ("ball", 65, "C5", 55, 90), ("ball", 100, "C4", 53, 84)),
+    *(("roller", 24, "C2", 0, 25), ("needle", 30, "CN", 20, 45), ("roller", 90, "C3", 75, 110)),
+    *(("roller", 450, "C5", 565, 665), ("needle", 12, "C5", 65, 90)),
+]
+
+
+@pytest.mark.parametrize(("kind", "bore", "group", "low", "high"), PUBLISHED)
+def test_a_group_has_the_limits_of_the_standard(kind, bore, group, low, high):
+    limits = find_group(group, Fraction(str(bore)), kind)
+    assert (limits.low, limits.high) == pytest.approx((low / 1e6, high / 1e6), rel=1e-12)
+    assert limits.mean == pytest.approx((low + high) / 2e6, rel=1e-12)
+
+
+def test_groups_grow_in_step_at_every_bore():
+    for kind, largest in (("ball", 100), ("roller", 500)):
+        for bore in range(11, largest + 1):
+            groups = [find_group(name, Fraction(bore), kind) for name in ("C2", "CN", "C3", "C4", "C5")]
+            for smaller, larger in itertools.pairwise(groups):
+                assert smaller.low < larger.low < larger.high
+                assert smaller.high < larger.high
+                assert smaller.mean < larger.mean
+
+
+def test_a_group_is_its_mean_clearance_and_the_same_case_as_the_number():
+    assert clearance(BEARING) == 20.5e-6
+    assert load().case_id(0) == load(BEARING | {"clearance": "20.5 um"}).case_id(0)
+    assert load().case(0).joints[0].clearance == 10.25e-6
+    assert load().fits[CLEARANCE] == (Fit("C3", 0.025, 13e-6, 20.5e-6, 28e-6),)
+
+
+def test_an_axis_of_groups_and_its_record():
+    sweep = {"sweep": {CLEARANCE: {"groups": ["C2", "CN", "C3", "C4"]}}}
+    cases = load(**sweep)
+    assert cases.axes[CLEARANCE] == pytest.approx((6e-6, 12.5e-6, 20.5e-6, 32e-6))
+    assert [fit.name for fit in cases.fits[CLEARANCE]] == ["C2", "CN", "C3", "C4"]
+    again = grid.load(json.loads(json.dumps(cases.resolved())), simulation.catalogue())
+    assert [again.case_id(k) for k in range(4)] == [cases.case_id(k) for k in range(4)]
+    mixed = load(sweep={CLEARANCE: [{"group": "C2"}, "10 um", {"group": "C4", "inner_warmer": "5 K"}]})
+    assert mixed.axes[CLEARANCE][:2] == pytest.approx((6e-6, 10e-6))
+
+
+@pytest.mark.parametrize("bores", [["20 mm", "25 mm"], ["17 mm", "20 mm"]])
+def test_groups_in_step_with_the_bore_are_those_of_their_row(bores):
+    cases = load(BEARING, zip={CLEARANCE: {"groups": ["C3", "C3"]}, f"{JOINT}.bore": bores})
+    expected = [find_group("C3", Fraction(bore.removesuffix(" mm")), "ball").mean for bore in bores]
+    assert cases.axes[CLEARANCE] == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("distribution", ["uniform", "normal"])
+def test_a_sample_draws_from_the_range_of_a_group(distribution):
+    over = {CLEARANCE: {"group": "CN", "distribution": distribution}}
+    cases = load(sample={"method": "sobol", "n": 32, "over": over})
+    values = np.array(cases.axes[CLEARANCE])
+    assert 5e-6 <= values.min() < 10e-6
+    assert 15e-6 < values.max() <= 20e-6
+    assert values.mean() == pytest.approx(12.5e-6, rel=0.05)
+
+
+def test_a_search_among_groups_tries_each_at_its_largest_clearance():
+    section = {"largest": CLEARANCE, "among": {"groups": ["C4", "C2", "CN"]}, "for": "all"}
+    cases = load(seek=section, limits={"crank_rod_force_peak": "5 kN"})
+    assert cases.search.first() == {CLEARANCE: pytest.approx((11e-6, 20e-6, 41e-6))}
+    assert cases.search.labels()[CLEARANCE] == pytest.approx({"C2": 11e-6, "CN": 20e-6, "C4": 41e-6})
+    mounting = {"fit": "k5/H7", "inner_warmer": "5 K"}
+    fitted = load(NAMED, seek=section | {"among": section["among"] | mounting}, limits={"crank_rod_force_peak": 5e3})
+    again = grid.load(json.loads(json.dumps(fitted.resolved())), simulation.catalogue())
+    assert again.search.first() == fitted.search.first() != cases.search.first()
+
+
+# Mounted clearances.
+
+SIZES = BearingSizes(0.025, 0.062, 11.1125e-3, 43.5e-3)
+LOOSE = Fit("C3", 0.025, 13e-6, 20.5e-6, 28e-6)
+
+
+def shrunk(interference, inner, seat, outer, poisson=0.3):
+    """Return the change of the far diameter of a ring by Lame's equations for one modulus.
+
+    The ring lies between `inner` and `outer`; its seat, one of the two, is on a solid shaft or in an endless housing.
+    """
+    square = (outer**2 + inner**2) / (outer**2 - inner**2)
+    if seat == inner:  # the ring on a shaft: pressure inside
+        pressure = interference / (seat * (square + poisson + 1.0 - poisson))
+        return pressure * 2.0 * inner**2 * outer / (outer**2 - inner**2)
+    pressure = interference / (seat * (square - poisson + 1.0 + poisson))
+    return pressure * 2.0 * outer**2 * inner / (outer**2 - inner**2)
+
+
+def test_a_mounted_clearance_is_that_of_shrunk_rings():
+    """k5 at 25 mm is 2 to 11 um on a bore of -10 to 0 um, N7 at 62 mm is -39 to -9 um around -13 to 0 um."""
+    inner, outer = 43.5e-3 - 11.1125e-3, 43.5e-3 + 11.1125e-3
+    loss = shrunk(11.5e-6, 0.025, 0.025, inner) + shrunk(17.5e-6, outer, 0.062, 0.062)
+    assert mounted(LOOSE, "k5/N7", SIZES).mean == pytest.approx(20.5e-6 - loss, rel=1e-12)
+
+
+def test_a_loose_housing_leaves_the_clearance_and_a_warm_inner_ring_takes_from_it():
+    loose = mounted(LOOSE, "g6/H7", SIZES)
+    assert loose == LOOSE
+    warm = mounted(LOOSE, "", SIZES, 10.0)
+    assert LOOSE.mean - warm.mean == pytest.approx(12.5e-6 * 10.0 * (43.5e-3 + 11.1125e-3), rel=1e-9)
+    assert warm.high - warm.low == pytest.approx(LOOSE.high - LOOSE.low, rel=1e-9)
+
+
+def test_a_mounting_stands_next_to_the_group_in_a_grid():
+    fitted = {"group": "C3", "fit": "k5/N7", "inner_warmer": "10 K"}
+    named = NAMED | {"bearing": "6305 C3", "clearance": {key: fitted[key] for key in ("fit", "inner_warmer")}}
+    expected = mounted(LOOSE, "k5/N7", SIZES, 10.0).mean
+    assert clearance(NAMED | {"clearance": fitted}) == pytest.approx(expected, rel=1e-12)
+    assert clearance(named) == pytest.approx(expected, rel=1e-12)
+
+
+# Bearings by name.
+
+#: ISO 281:2007, table 2: factor of deep groove ball bearings at the ratio of ball and pitch diameter.
+BALL_FACTORS = {0.12: 57.5, 0.14: 58.8, 0.16: 59.6, 0.18: 59.9, 0.2: 59.9, 0.22: 59.6, 0.24: 59.0, 0.26: 58.2}
+BALL_FACTORS |= {0.28: 57.1, 0.3: 56.0, 0.32: 54.6}
+#: ISO 76:2006, table 1, likewise.
+STATIC_FACTORS = {0.12: 15.9, 0.14: 15.4, 0.16: 14.9, 0.18: 14.4, 0.2: 14.0, 0.22: 13.5, 0.24: 13.0, 0.26: 12.5}
+STATIC_FACTORS |= {0.28: 12.1, 0.3: 11.6, 0.32: 11.2}
+BALL_BEARINGS = [name for name in BEARINGS if name.startswith("6")]
+
+
+def sizes_of(name):
+    return {key: value.typical for key, value in BEARINGS[name].values.items()}
+
+
+@pytest.mark.parametrize("name", BALL_BEARINGS)
+def test_the_ratings_of_a_ball_bearing_follow_from_its_balls(name):
+    sizes = sizes_of(name)
+    diameter, count = 1e3 * sizes["element_diameter"], sizes["elements"]
+    ratio = sizes["element_diameter"] / sizes["pitch_diameter"]
+    dynamic, static = (
+        float(np.interp(ratio, list(factors), list(factors.values()))) for factors in (BALL_FACTORS, STATIC_FACTORS)
+    )
+    assert 1.3 * dynamic * count ** (2 / 3) * diameter**1.8 == pytest.approx(sizes["capacity.dynamic"], rel=0.04)
+    assert static * count * diameter**2 == pytest.approx(sizes["capacity.static"], rel=0.04)
+
+
+@pytest.mark.parametrize("name", BEARINGS)
+def test_a_bearing_by_name_can_be_built(name):
+    sizes = sizes_of(name)
+    assert sizes["elements"] < math.pi / math.asin(sizes["element_diameter"] / sizes["pitch_diameter"])
+    assert sizes["bore"] <= sizes["pitch_diameter"] - sizes["element_diameter"] + 1e-12
+    assert sizes["pitch_diameter"] + sizes["element_diameter"] < sizes["outside_diameter"]
+    needle = {"clearance": "20 um", "unchecked": True} if "length" in sizes else {}
+    case = load(NAMED | {"bearing": name} | needle).case(0)
+    assert case.joints[0].rolling.elements == sizes["elements"]
+    assert case.joints[0].rolling.capacity == (sizes["capacity.dynamic"], sizes["capacity.static"])
+
+
+def test_the_name_of_a_bearing_has_its_group_and_keys_next_to_it_override():
+    assert clearance(NAMED) == find_group("CN", Fraction(25), "ball").mean
+    assert clearance(NAMED | {"bearing": "6305 C4"}) == find_group("C4", Fraction(25), "ball").mean
+    assert clearance(NAMED | {"bearing": 6305, "clearance": "3 um"}) == 3e-6
+    own = NAMED | {"element_diameter": "11.5 mm", "capacity": {"dynamic": "23.4 kN"}, "groove": [0.515, 0.525]}
+    bearing = load(own).case(0).joints[0].rolling
+    assert (bearing.element_diameter, bearing.capacity, bearing.groove) == (11.5e-3, (23.4e3, 10.9e3), (0.515, 0.525))
+    assert "6204 C3" in bearing_names()
+
+
+def test_both_clearances_are_printed_and_a_shared_definition_is_remarked():
+    ranges, _ = facts(load(), SIMULATION)
+    assert ranges[f"{CLEARANCE} (C3, diametral)"] == {"unit": "m", "min": 13e-6, "max": 28e-6}
+    assert ranges[f"{CLEARANCE} (C3, radial)"] == {"unit": "m", "min": 6.5e-6, "max": 14e-6}
+    pin = {"clearance": "= play", "bearing_radius": "10 mm", "length": "20 mm"}
+    pin["contact"] = {"law": "flores", "restitution": 0.8, "material": "S355"}
+    both = {"crank-rod": BEARING | {"clearance": "= play"}, "rod-slider": pin}
+    shared = grid.load(copy.deepcopy(MACHINE | {"define": {"play": "20 um"}, "joints": both}), simulation.catalogue())
+    _, warnings = facts(shared, SIMULATION)
+    assert any("both follow from define.play" in warning for warning in warnings)
+    ranges, warnings = facts(load(BEARING | {"clearance": "20 um"}), SIMULATION)
+    assert ranges["joints.crank-rod.clearance (of the rings, radial)"]["max"] == 10e-6
+    assert not any("define." in warning for warning in warnings)
+
+
+WITHOUT_BORE = {key: value for key, value in BEARING.items() if key != "bore"}
+MISTAKES = {
+    "unknown group": (BEARING | {"clearance": {"group": "C7"}}, r"unknown group 'C7'.*known: C2, CN, C3, C4, C5"),
+    "group at no bore": (WITHOUT_BORE, r"found the group 'C3', which needs the bore: joints.crank-rod.bore"),
+    "group at this bore": (
+        BEARING | {"bore": "5 mm", "clearance": {"group": "C5"}},
+        r"group C5, which ISO 5753-1 does not have for deep groove ball bearings with a bore of 5 mm; known there: C2",
+    ),
+    "bore without a unit": (BEARING | {"bore": 25}, r"a bore without a unit is in m"),
+    "group and number": (BEARING | {"clearance": {"group": "C3", "value": "3 um"}}, r"expected \{group: C3\}"),
+    "named group and number": (
+        NAMED | {"bearing": "6305 C3", "clearance": "3 um"},
+        r"conflicts with the group C3 in the name of the bearing",
+    ),
+    "fit of a pin": (BEARING | {"clearance": {"fit": "H7/f7"}}, r"has a mounting without a group"),
+    "order of a fit": (
+        NAMED | {"clearance": {"fit": "H7/k5"}},
+        r"found 'H7/k5'; expected the shaft's class before the housing's, such as k5/H7",
+    ),
+    "unknown class": (NAMED | {"clearance": {"fit": "k5/Q7"}}, r"'Q7' is not a known tolerance class"),
+    "a temperature": (NAMED | {"clearance": {"inner_warmer": "60 degC"}}, r"expected a difference of temperatures"),
+    "no outside": (BEARING | {"clearance": {"group": "C3", "fit": "k5/H7"}}, r"outside_diameter is missing"),
+    "unknown bearing": (NAMED | {"bearing": "6204-2Z"}, r"unknown name '6204-2Z'; did you mean '6204'"),
+    "group of a needle": (NAMED | {"bearing": "HK1612 C3", "unchecked": True}, r"HK1612 has no group"),
+    "needle from memory": (NAMED | {"bearing": "HK1612", "clearance": "20 um"}, r"are from memory"),
+    "needle's clearance": (NAMED | {"bearing": "HK1612", "unchecked": True}, r"clearance: is missing"),
+    "consent alone": (BEARING | {"unchecked": True}, r"belongs next to a name of the library \(bearing\)"),
+    "tight outside": (BEARING | {"outside_diameter": "50 mm"}, r"found 50 mm; allowed: above 55 mm"),
+}
+
+
+@pytest.mark.parametrize("name", MISTAKES)
+def test_a_mistake_is_answered(name):
+    joint, message = MISTAKES[name]
+    with pytest.raises(InputError, match=message):
+        load(joint)
+
+
+def test_a_life_needs_a_rating():
+    with pytest.raises(
+        InputError,
+        match=r"crank_rod_life_l10r: needs the rating of the bearing; write joints.crank-rod.capacity.dynamic",
+    ):
+        load(limits={"crank_rod_life_l10r": {"at_least": "20000 h"}})
+
+
+def test_a_search_among_pins_and_bearings_is_refused():
+    joint = BEARING | {"clearance": "10 um"}
+    section = {"largest": CLEARANCE, "among": {"fits": ["H7/f7"]}, "for": "all"}
+    with pytest.raises(InputError, match=r"expected \{groups: \[CN, C3\]\}"):
+        load(joint, seek=section, limits={"crank_rod_force_peak": "5 kN"})
