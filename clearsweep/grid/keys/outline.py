@@ -287,6 +287,12 @@ def key_trees(catalogue: Catalogue, *, slots: bool = False) -> Iterator[KeyTree]
             for joint in FURTHER_JOINTS:
                 further = mechanism.with_outline(FULL_OUTLINE._replace(joints=(joint,)))
                 yield KeyTree(mechanism.name, table_of_keys(further, catalogue), {ANY: further.joints[0].kind})
+        pins = frozenset(name for name, kind in kinds.items() if kind in ("revolute", ANY))
+        if pins and mechanism.with_outline:
+            pin_outline = FULL_OUTLINE._replace(joints=(JointOutline(ANY, "revolute", "", ""),), rolling=pins)
+            rolling = mechanism.with_outline(pin_outline)
+            kinds = {site.name: site.kind for site in rolling.joints}
+            yield KeyTree(mechanism.name, table_of_keys(rolling, catalogue), kinds)
         in_space = mechanism.with_outline(IN_SPACE) if mechanism.with_outline else mechanism
         if in_space.spatial:
             kinds = {site.name: site.kind for site in in_space.joints}

@@ -120,8 +120,8 @@ def _add_element_contact(keys: KeyTable, path: str, catalogue: Catalogue) -> Non
     laws = [law for law in catalogue.of("law") if law.uses_elastic and not law.yields and not law.origin]
     laws = [law for law in laws if law.name not in with_mass]
     keys[contact] = Section("law of the normal force of each element; its elastic part follows from the sizes")
-    text = "law of the normal force of each element"
-    keys[f"{contact}.law"] = Word(tuple(law.name for law in laws), text, sweep=True, noun="law", role=MODEL)
+    names = tuple(law.name for law in laws)
+    keys[f"{contact}.law"] = Word(names, "law of the normal force", sweep=True, noun="law", role=MODEL)
     add_laws(keys, contact, "law", tuple(laws))
     onset_laws = frozenset(law.name for law in laws if law.uses_onset)
     keys[f"{contact}.onset"] = ONSET_KEY._replace(when=((f"{contact}.law", onset_laws),))

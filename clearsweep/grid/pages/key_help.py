@@ -307,5 +307,6 @@ def _overview(trees: Iterable[KeyTree]) -> Iterator[str]:
             journal = tree.keys.get(f"joints.{joint}.journal")
             body = journal.default if isinstance(journal, Word) and journal.default else ""
             names.append(f"`{joint}` ({body})" if body else f"`{joint}`" + (", a guide" if kind == "guide" else ""))
-        yield f"| {tree.mechanism}{f' {IN_SPACE_TEXT}' if tree.spatial else ''} | {', '.join(names)} |"
+        if "rolling" not in tree.joints.values():  # those of a pin again
+            yield f"| {tree.mechanism}{f' {IN_SPACE_TEXT}' if tree.spatial else ''} | {', '.join(names)} |"
     yield ""

@@ -23,6 +23,7 @@ _JOINT_NAMES = {
     "slot": "slot",
     "line": "impact-pair",
     ANY: "pin",
+    "rolling": "rolling bearing",
     "gear": "gear",
     "coupling": "coupling",
     "stops": "stopped pin",
