@@ -97,6 +97,7 @@ class Outline(NamedTuple):
     rolling: frozenset[str] = frozenset()  # joints that are rolling bearings
     elastic: frozenset[str] = frozenset()  # bodies with elastic links
     bending: tuple[BendingOutline, ...] = ()  # of these, links that bend
+    mounts: tuple[str, ...] = ()  # joints at the ground whose housing yields
     laws: str = ""  # hash of the laws of the grid's own
     vibration: VibrationOutline | None = None
     figures: tuple[FigureOutline, ...] = ()  # of one's own
@@ -121,7 +122,7 @@ class Outline(NamedTuple):
     @property
     def is_deforming(self) -> bool:
         """Return whether the machine moves without clearance otherwise than as prescribed."""
-        return bool(self.bending)
+        return bool(self.bending or self.mounts)
 
 
 #: Keys that set the size of friction directly: a couple in a pin, a force in a guide.
@@ -144,6 +145,7 @@ FULL_OUTLINE = Outline(
     bodies=(BodyOutline(GROUND, (ANY,)), BodyOutline(ANY, (ANY,))),
     joints=(JointOutline(ANY, ANY, "", ""),),
     bending=(BendingOutline(ANY, stretches=True, fatigue=True),),
+    mounts=(ANY,),
     vibration=VibrationOutline((PlaceOutline(FRAME), PlaceOutline(ANY))),
     length=ANY,
 )

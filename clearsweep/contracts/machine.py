@@ -55,6 +55,7 @@ class Body(NamedTuple):
     points: Mapping[str, tuple[float, float]]  # m, by name, in its own frame
     elastic: Elastic | None = None
     initial: Initial | None = None  # of a body that no ideal joint determines; None: starts as in the ideal machine
+    mounted: bool = False  # a housing on springs, or what lies between its springs
 
 
 class BodyPoint(NamedTuple):
@@ -119,7 +120,7 @@ class Stops(NamedTuple):
 
 
 class Stretch(NamedTuple):
-    """A spring and damper between two segments of an elastic link, which a guide keeps on one line."""
+    """A spring and damper between two segments of an elastic link, or under a housing, which a guide keeps straight."""
 
     name: str
     proximal: BodyPoint
@@ -127,6 +128,15 @@ class Stretch(NamedTuple):
     axis: float  # rad, of the line in the frame of the proximal body
     stiffness: float  # N/m
     damping: float  # N s/m
+
+
+class Mount(NamedTuple):
+    """A housing that holds the ground's side of a joint: it does not turn, and its weight is carried."""
+
+    joint: str
+    mass: float  # kg
+    stiffness: tuple[float, float]  # N/m, along x and y
+    damping: tuple[float, float]  # N s/m
 
 
 class Constant(NamedTuple):
@@ -268,3 +278,4 @@ class Machine(NamedTuple):
     aim: Aim
     start: Mapping[str, float] = {}  # rad, first guesses of body angles for closing loops at the start angle; default 0
     loads: tuple = ()  # Push, TabledPush, Spring, TorsionSpring, Rubbing, Braking
+    mounts: tuple[Mount, ...] = ()  # of joints at the ground

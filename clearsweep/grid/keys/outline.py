@@ -98,6 +98,7 @@ def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Out
             name for name, content in _named_entries(bodies or mechanism) if "elastic" in _section(content)
         ),
         bending=tuple(_bending_outlines("mechanism.bodies" if bodies else "mechanism", bodies or mechanism, path_set)),
+        mounts=tuple(name for name, _ in _named_entries(_section(mechanism.get("mounts")))),
         vibration=_vibration_outline(tree["vibration"], path_set) if "vibration" in tree else None,
         length=_length_of(_section(tree.get("simulate")), path_set),
     )

@@ -47,7 +47,7 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
     if not joints and is_implied and not reader.outline.is_deforming:
         text = (
             f"no joint has clearance; name at least one of {', '.join(site.name for site in reader.mechanism.joints)}, "
-            "or let a link bend"
+            "or let a link bend or a housing yield"
         )
         reader.problems.add(reader.position_of("joints"), "joints", text)
     for path in joints:

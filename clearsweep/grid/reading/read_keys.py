@@ -38,6 +38,7 @@ from ..sections.variations import (
 from ..written.definitions import DEFINE, resolve_definitions, varied_paths
 from ..written.document import Problems, WrittenValue
 from ..written.law_files import LAWS
+from ..written.ratios import with_damping_ratios
 from .values import (
     list_items,
     read_flag,
@@ -59,6 +60,7 @@ def read_keys(
     """Return the values in the document `root`; mistakes go to `problems`.  Paths in `fixed_paths` do not vary."""
     defined_section = root.value.get(DEFINE)
     root, definitions = resolve_definitions(root, problems, fixed_paths)
+    root = with_damping_ratios(root)
     own_figures = _own_figures(root, catalogue)
     outline = outline_of_document(root)._replace(
         laws=catalogue.own_laws,
@@ -237,6 +239,13 @@ def _unknown_key_text(path: str, key_name: str, allowed: list[str]) -> str:
         return f"{key_name} counts revolutions, so it needs a run whose length is in revolutions; remove one of the two"
     if key_name in REFUSED_SECTIONS and "element_diameter" in allowed:
         return REFUSED_SECTIONS[key_name]
+    if path == "mechanism.mounts":
+        return (
+            f"'{key_name}' is not a joint at the ground that may have a mount{did_you_mean(key_name, allowed)}; mounts "
+            f"are possible at {', '.join(allowed) or 'none'}, and their sections have these names"
+        )
+    if (path, key_name) == ("mechanism", "mounts"):
+        return "only the ground joints of a planar mechanism with a crank can yield; leave `mounts` out"
     if key_name == "elastic" and path.startswith("mechanism."):
         elastic_text = "only a link between two pins of a planar mechanism can be elastic"
         return f"{elastic_text}; this one is rigid: leave `elastic` out"

@@ -57,7 +57,8 @@ def frame_forces(scene, y, pose, motion):
     fx = fy = moment = 0.0
     for i in range(len(bodies)):
         body = bodies[i]
-        force_x, force_y = body.mass * (gravity_x - slope(body.vx)), body.mass * (gravity_y - slope(body.vy))
+        force_x = body.mass * (body.weighs * gravity_x - slope(body.vx))
+        force_y = body.mass * (body.weighs * gravity_y - slope(body.vy))
         fx, fy = fx + force_x, fy + force_y
         moment = moment + (value(body.x) * force_y - value(body.y) * force_x - slope(body.spin))
     resultants = load_resultants(mechanism, pose)

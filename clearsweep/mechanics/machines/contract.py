@@ -82,6 +82,7 @@ class BodyMotion(NamedTuple):
     turn_xy: float
     turn_yx: float  # 1/s, likewise for a unit of its y
     turn_yy: float
+    weighs: float  # 1: gravity acts on it; 0: on a housing it does not
 
 
 @family

@@ -24,6 +24,7 @@ from . import planar
 from .drives import drive_keys
 from .gears import FLANKED, GEAR_FIELDS, flanked_keys
 from .loads import load_keys
+from .mounts import mount_keys
 from .observed import vibration_keys
 
 # ---------------------------------------------------------------------------------------------- names of a grid
@@ -119,12 +120,17 @@ def column_name(name: str) -> str:
     return name.replace("-", "_")
 
 
-def keys_of(outline: Outline, points: Mapping[str, tuple[str, ...]], joints: tuple[str, ...]) -> tuple[Keys, ...]:
-    """Return the sections of drive, loads and vibration.
+def keys_of(
+    outline: Outline,
+    points: Mapping[str, tuple[str, ...]],
+    joints: tuple[str, ...],
+    grounded: Iterable[str],
+) -> tuple[Keys, ...]:
+    """Return the sections of drive, mounts, loads and vibration.
 
-    points : points of each body, or () if none can be chosen; joints : their names
+    points : points of each body, or () if none can be chosen; joints : their names; grounded : those at the ground
     """
-    sections = [*drive_keys(outline)]
+    sections = [*drive_keys(outline), *mount_keys(outline, grounded)]
     sections.append(Keys("loads", "what acts on the mechanism from outside", need="optional"))
     for load in outline.loads:
         sections += load_keys(load, points, joints)
@@ -244,6 +250,7 @@ def channels_of(
             for name, *unit_and_text in zip(names, units, texts, strict=True)
         ),
         *(channel for body in moving_bodies for channel in (*body_channels(body), *link_channels.get(body, ()))),
+        *planar.mount_channels(outline.mounts),
     )
 
 

@@ -8,6 +8,7 @@ from ...contracts.machine import Aim, Body, BodyPoint, Machine, Pin
 from . import described
 from .drives import make_drive
 from .loads import LoadPoints, make_loads
+from .mounts import mounts_of
 
 _LENGTH = Field("length", "m", "distance between the two pins of the body")
 _LINK = (
@@ -67,7 +68,8 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
 
 def with_outline(outline: Outline) -> Mechanism:
     """Return the four-bar with the drive and the loads of a grid."""
-    sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), tuple(site.name for site in _SITES))
+    joints = tuple(site.name for site in _SITES)
+    sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), joints, (joints[0], joints[-1]))
     channels = described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS, outline)
     return MECHANISM._replace(
         joints=outline.sites(_SITES),
@@ -111,7 +113,8 @@ def machine(case: Case) -> Machine:
     loads = make_loads(case.loads, LoadPoints(bodies, {}))
     drive = make_drive(case.drive, case.outline)
     start = {"coupler": coupler, "rocker": rocker}
-    return Machine(bodies, pins, "ground-crank", drive, values["gravity"], Aim("rocker"), start, loads)
+    mounts = mounts_of(values, case.outline)
+    return Machine(bodies, pins, "ground-crank", drive, values["gravity"], Aim("rocker"), start, loads, mounts)
 
 
 MECHANISM = Mechanism(

@@ -9,6 +9,7 @@ from ...contracts.machine import Aim, Body, BodyPoint, Constant, Guide, Machine,
 from . import described
 from .drives import make_drive
 from .loads import LoadPoints, make_loads
+from .mounts import mounts_of
 from .observed import vibration_keys
 from .spatial.build import (
     CYLINDRICAL,
@@ -198,7 +199,7 @@ def with_outline(outline: Outline) -> Mechanism:
     if outline.spatial:
         return mechanism(outline, MECHANISM)
     joints = tuple(site.name for site in MECHANISM.joints)
-    sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), joints)
+    sections = described.keys_of(outline, dict.fromkeys(_BODIES, ()), joints, ("ground-crank", "slider-ground"))
     channels = described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS, outline)
     return MECHANISM._replace(
         joints=outline.sites(MECHANISM.joints),
@@ -230,7 +231,8 @@ def machine(case: Case) -> Machine:
     start = {"rod": math.asin(min(max(sine, -1.0), 1.0))}
     loads = make_loads(case.loads, LoadPoints(bodies, {"slider": "pin"}))
     drive, aim = make_drive(case.drive, case.outline), Aim("slider", "pin", 0.0)
-    return Machine(bodies, joints, "ground-crank", drive, values["gravity"], aim, start, loads)
+    mounts = mounts_of(values, case.outline)
+    return Machine(bodies, joints, "ground-crank", drive, values["gravity"], aim, start, loads, mounts)
 
 
 def _link(values, name: str, length: float) -> Body:

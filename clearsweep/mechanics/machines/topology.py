@@ -25,6 +25,7 @@ from .described import joint_keys, joint_of, output_keys, pair_at
 from .drives import make_drive
 from .gears import FLANKED, mesh_of, stops_of
 from .loads import LoadPoints, make_loads
+from .mounts import mounts_of
 from .observed import vibration_keys
 from .spatial.build import (
     CYLINDRICAL,
@@ -202,7 +203,9 @@ def with_outline(outline: Outline) -> Mechanism:
     bodies = tuple(body.name for body in outline.bodies)
     points = {body.name: body.points for body in outline.bodies}
     output = Output("output", "rad" if outline.rotary else "m")
-    sections = described.keys_of(outline, points, tuple(joint.name for joint in outline.joints))
+    grounded = [joint.name for joint in outline.joints if GROUND in joint.bodies and joint.type not in FLANKED]
+    names = tuple(joint.name for joint in outline.joints)
+    sections = described.keys_of(outline, points, names, [ANY] if names == (ANY,) else grounded)
     return MECHANISM._replace(
         bodies=bodies,
         joints=outline.sites(tuple(map(_site, outline.joints))),
@@ -281,7 +284,8 @@ def machine(case: Case) -> Machine:
     aim = Aim(values["output.body"], values.get("output.point", ""), values.get("output.along", 0.0))
     loads = make_loads(case.loads, load_points)
     drive = make_drive(case.drive, outline)
-    return Machine(bodies, joints, values["driven"], drive, values["gravity"], aim, start, loads)
+    mounts = mounts_of(values, outline)
+    return Machine(bodies, joints, values["driven"], drive, values["gravity"], aim, start, loads, mounts)
 
 
 MECHANISM = Mechanism(

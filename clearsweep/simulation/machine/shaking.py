@@ -201,7 +201,7 @@ class _Shaking:
         acceleration = self.ideal.balance(states, rates, times)[0]
         motion = states.second_derivative * (rates**2)[:, None] + states.derivative * acceleration[:, None]
         forces = -inertia * motion
-        forces[:, 1::3] -= inertia[1::3] * self.ideal.machine.gravity
+        forces[:, 1::3] -= self.ideal.heavy * self.ideal.machine.gravity
         if self.loaded:
             forces += self.loaded.applied_forces(states, rates, times)
         x, y = states.q[:, 0::3] - self.about[0], states.q[:, 1::3] - self.about[1]

@@ -1,7 +1,17 @@
 """Planar machines: rigid bodies with revolute and prismatic joints in any topology, each joint ideal or open."""
 
 from .bending import STATIONS, first_rate, line_of, problem_of_links
-from .build import build, channels, crank_speed, discontinuity_times, ideal, ideal_form, ideal_reactions, with_segments
+from .build import (
+    build,
+    channels,
+    crank_speed,
+    discontinuity_times,
+    ideal,
+    ideal_form,
+    ideal_reactions,
+    mount_channels,
+    with_segments,
+)
 from .closure import ClosureError, MachineStates, MobilityError
 from .drives import direction_of, motion_table, passage_time
 from .form import as_empty_tuples
@@ -29,6 +39,7 @@ __all__ = [
     "levers",
     "line_of",
     "machine_key",
+    "mount_channels",
     "motion_table",
     "passage_time",
     "problem_of_links",

@@ -3,7 +3,7 @@
 import functools
 import itertools
 import math
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import NamedTuple
 
 import numpy as np
@@ -67,7 +67,8 @@ from .structure import ANGLE, BEND, TRAVEL, Coordinate, MachineType, machine_typ
 
 
 def with_segments(machine: Machine) -> Machine:
-    """Return a machine with every elastic link that does not bend replaced by a chain of masses."""
+    """Return a machine with housings as bodies, and every elastic link that does not bend as a chain of masses."""
+    machine = _with_housings(machine)
     links = {name: body.elastic for name, body in machine.bodies.items() if body.elastic and not body.elastic.bending}
     if not links:
         return machine
@@ -108,6 +109,30 @@ def with_segments(machine: Machine) -> Machine:
     if aim.point:
         aim = aim._replace(body=moved_endpoint(BodyPoint(aim.body, aim.point)).body)
     return machine._replace(bodies=bodies, joints=(*joints, *stretches), start=start, loads=loads, aim=aim)
+
+
+def _with_housings(machine: Machine) -> Machine:
+    """Return a machine in which the ground's side of every mounted joint is on a housing.
+
+    A carriage without mass slides along x on the ground, the housing along y on the carriage.
+    """
+    bodies, joints = dict(machine.bodies), {joint.name: joint for joint in machine.joints}
+    springs: list[Stretch] = []
+    for mount in machine.mounts:
+        joint = joints[mount.joint]
+        end = "proximal" if joint.proximal.body == GROUND else "distal"
+        under = getattr(joint, end)
+        place = machine.bodies[GROUND].points[under.point]
+        for axis, mass, angle, stiffness, damping in zip(
+            "xy", (0.0, mount.mass), (0.0, 0.5 * math.pi), mount.stiffness, mount.damping, strict=True
+        ):
+            name = f"{mount.joint}~{axis}"
+            bodies[name] = Body(mass, 0.0, place, {under.point: place}, mounted=True)
+            above = BodyPoint(name, under.point)
+            springs.append(Stretch(name, under, above, angle, stiffness, damping))
+            under = above
+        joints[mount.joint] = joint._replace(**{end: under})
+    return machine._replace(bodies=bodies, joints=(*joints.values(), *springs), mounts=())
 
 
 def mass_name(link: str, i: int) -> str:
@@ -220,6 +245,17 @@ def choose_dependent(value: Planar, machine: MachineType, profiles: list) -> lis
 # ---------------------------------------------------------------------------------------------- the compiled form
 
 
+def mount_channels(joints: Iterable[str]) -> tuple[Channel, ...]:
+    """Return the time histories of the housings of `joints`."""
+    return tuple(
+        Channel(
+            f"joints/{joint.replace('-', '_')}/mount_{axis}", "m", f"displacement of the housing of {joint}, {axis}"
+        )
+        for joint in joints
+        for axis in "xy"
+    )
+
+
 def channels(machine: Machine) -> tuple[Channel, ...]:
     """Return the time histories of a machine, in the order of `describe`."""
     unit = "m" if machine.aim.point else "rad"
@@ -243,6 +279,7 @@ def channels(machine: Machine) -> tuple[Channel, ...]:
             ]
             if machine.bodies[body].elastic:
                 all_channels.append(Channel(f"{name}/extension", "m", f"elongation of {body}"))
+    all_channels += mount_channels(mount.joint for mount in machine.mounts)
     return tuple(all_channels)
 
 

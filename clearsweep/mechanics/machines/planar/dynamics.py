@@ -120,7 +120,7 @@ class Dynamics(Bodies):
         self.bend_forces = {}
         for body in range(1, machine.bodies):
             mass, _ = self.inertia_of(body)
-            if body not in machine.bent:  # their gravity acts along the line
+            if body not in (*machine.bent, *machine.housings):  # gravity acts along a line that bends
                 force[body].append(PlaneVector(ZERO, -(mass * self.mechanism.gravity)))
         for i, j in enumerate(machine.open):
             link, joint = machine.sites[j].link, self.joints[j]
@@ -275,7 +275,8 @@ def impact_masses_of(machine: MachineType) -> Program:
     """Return the program of `contract.impact_masses`.
 
     The mass is 1 / (n^T J M^-1 J^T n); 0 if a gap has no direction, and for a guide, whose laws do not need it.
-    Elastic links count as rigid: the mass at a pin would decrease indefinitely with the number of segments.
+    Elastic links count as rigid: the mass at a pin would decrease indefinitely with the number of segments.  Housings
+    count as fixed: an impact is shorter than their motion on their springs, or the springs are stiff.
     """
     dynamics = Dynamics(machine)
     rigid = {Coordinate(TRAVEL, j) for j in machine.sprung} | {c for c in dynamics.unknown if c.kind == BEND}

@@ -3,7 +3,7 @@
 import operator
 
 from ....tracing.compiled.family import known
-from ....tracing.compiled.formulas import ZERO, Expr, Program, sum_of
+from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program, sum_of
 from ...joints.dry import Gap
 from ...joints.guide import GuideGap
 from ...joints.mesh import MeshGap
@@ -116,7 +116,8 @@ def energy_of(machine: MachineType) -> Program:
         else:
             twice_kinetic += [mass * component * component for component in velocity]
         twice_kinetic.append(inertia * spin * spin)
-        vertical_momenta.append(mass * velocity.y)
+        if body not in machine.housings:
+            vertical_momenta.append(mass * velocity.y)
     kinetic, momentum = 0.5 * sum_of(twice_kinetic), sum_of(vertical_momenta)
     power = [-(bodies.mechanism.gravity * momentum)]
     for load in bodies.applied_loads():
@@ -142,7 +143,8 @@ def body_motions_of(machine: MachineType) -> Program:
             position, velocity = position + mean_position, line.mean(field)
             momentum = sum_of([*momenta, -(mass * mean_position.cross(velocity))])
         place = (*position, *velocity)
-        motions.append(BodyMotion(mass, momentum, *place, *(spin * axis.left()), *(-(spin * axis))))
+        weighs = ZERO if body in machine.housings else ONE
+        motions.append(BodyMotion(mass, momentum, *place, *(spin * axis.left()), *(-(spin * axis)), weighs))
     return bodies.program.returns(tuple(motions))
 
 
@@ -176,6 +178,7 @@ def histories_of(machine: MachineType) -> Program:
             values += bodies.lines[masses[0]].histories()
         if masses[1:]:
             values.append(sum_of(bodies.travel[j] for j in machine.sprung if machine.sites[j].link.distal in masses))
+    values += [bodies.travel[j] for j in machine.sprung if machine.sites[j].link.distal in machine.housings]
     return bodies.program.returns(tuple(values))
 
 

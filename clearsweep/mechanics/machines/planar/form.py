@@ -30,8 +30,15 @@ class Segment(NamedTuple):
     inertia: float  # kg m^2, about its centre of mass
 
 
+class Housing(NamedTuple):
+    """A housing on springs, or what lies between its springs: it does not turn, and has no weight."""
+
+    mass: float  # kg
+    inertia: float  # 0
+
+
 class ElasticGuide(NamedTuple):
-    """A guide between two masses of an elastic link, with a spring and damper along it."""
+    """A guide between two masses of an elastic link, or under a housing, with a spring and damper along it."""
 
     stiffness: float  # N/m
     damping: float  # N s/m
@@ -132,7 +139,7 @@ class AngleAim(NamedTuple):
 class Planar(NamedTuple):
     """The compiled form of a planar machine."""
 
-    bodies: tuple  # of Mass, Segment and bending.Bent, without the ground
+    bodies: tuple  # of Mass, Segment, Housing and bending.Bent, without the ground
     joints: tuple  # of Hinge, Slide and Gear in the order of the grid, then of their stops, Gear and Travel
     dependent: tuple  # indices of the dependent coordinates
     crank: tuple  # number of the driven body

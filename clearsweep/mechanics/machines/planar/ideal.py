@@ -42,7 +42,7 @@ from .closure import (
     interpolate,
 )
 from .drives import compile_drive, motion_at, motion_table, passage_time, scheduled_passage, torque_at
-from .form import Mass, Segment
+from .form import Housing, Mass, Segment
 from .free_bodies import determined, initial_coordinate
 from .free_crank import CrankHistory, CrankPassage
 from .load_forms import applied_load, compile_table, evaluate_table
@@ -144,6 +144,7 @@ class IdealMachine:
         self.change_points = [float(np.mean(self.revolution.angles[run])) for run in runs if run.size]  # rad
         masses = masses_of(rigid(self.machine))
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
+        self.heavy = np.array([0.0 if isinstance(body, Housing) else body.mass for body in masses])  # kg, with weight
         self.friction_loads = [load for load in self.machine.loads if isinstance(load, (Rubbing, Braking))]
         self.tables = {load.name: compile_table(load) for load in machine.loads if isinstance(load, TabledPush)}
         self.compiled_by_open_joints: dict[frozenset[str], Any] = {}  # compiled machine by the names of its open joints
@@ -295,7 +296,7 @@ class IdealMachine:
     # ------------------------------------------------------------------------------------------ forces
 
     def static_extensions(self, angle: float, rate: float) -> dict[str, float]:
-        """Return the extension (m) of each spring under the forces of the ideal motion at the start.
+        """Return the extension (m) of each spring of a link under the forces of the ideal motion at the start.
 
         angle : of the crank, rad; rate : its rate, rad/s
         """
@@ -306,6 +307,7 @@ class IdealMachine:
         return {
             spring.name: float(tension) / spring.stiffness
             for spring, tension in zip(self.closure.springs, tensions, strict=False)
+            if not self.machine.bodies[spring.distal.body].mounted  # a housing starts where its springs are at rest
         }
 
     def balance(self, states: MachineStates, rate: np.ndarray, time: np.ndarray) -> tuple:
@@ -355,7 +357,7 @@ class IdealMachine:
     def applied_forces(self, states: MachineStates, rate: np.ndarray, time: np.ndarray) -> np.ndarray:
         """Return the forces (N, 3 bodies) of gravity and of all loads except friction, about the centres of mass."""
         force = np.zeros_like(states.q)
-        force[:, 1::3] -= self.inertia[1::3] * self.machine.gravity
+        force[:, 1::3] -= self.heavy * self.machine.gravity
         for load in self.machine.loads:
             if isinstance(load, Spring):
                 self._add_spring(load, states, rate, force)
@@ -524,17 +526,17 @@ def _without_history(machine: Machine) -> Machine:
     return machine._replace(loads=tuple(loads))
 
 
-def masses_of(machine: Machine) -> list[Mass | Segment | Bent]:
+def masses_of(machine: Machine) -> list[Mass | Segment | Housing | Bent]:
     """Return mass and moment of inertia of every moving body; a flywheel turns with the crank."""
     crank = next(joint.distal.body for joint in machine.joints if joint.name == machine.driven)
     flywheel_inertia = machine.drive.inertia if isinstance(machine.drive, Motor) else 0.0
     elastic = {joint.distal.body for joint in machine.joints if isinstance(joint, Stretch)}
-    masses: list[Mass | Segment | Bent] = []
+    masses: list[Mass | Segment | Housing | Bent] = []
     for name, body in machine.bodies.items():
         if body.elastic and body.elastic.bending:
             masses.append(compile_bent(body, body.elastic, body.elastic.bending))
         elif name != GROUND:
-            form = Segment if name in elastic else Mass
+            form = Housing if body.mounted else Segment if name in elastic else Mass
             masses.append(form(body.mass, body.inertia + (flywheel_inertia if name == crank else 0.0)))
     return masses
 

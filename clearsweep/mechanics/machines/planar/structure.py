@@ -14,6 +14,7 @@ from .form import (
     BranchingCycle,
     ElasticGuide,
     Gear,
+    Housing,
     Planar,
     PointAim,
     Segment,
@@ -222,6 +223,7 @@ class MachineType(NamedTuple):
     bent: dict[int, BentKind]  # bodies that bend
     segments: tuple[int, ...] = ()  # numbers of bodies that are further masses of elastic links
     branches: bool = False  # its loops pass change points
+    housings: tuple[int, ...] = ()  # numbers of bodies that are housings on springs, or lie between them
 
     @property
     def bodies(self) -> int:
@@ -245,17 +247,17 @@ class MachineType(NamedTuple):
 
     @property
     def sprung(self) -> list[int]:
-        """Return the joints between masses of elastic links."""
+        """Return the joints between masses of elastic links, and those under housings."""
         return [j for j, site in enumerate(self.sites) if site.link.sprung]
 
     @property
     def whole_bodies(self) -> list[tuple[int, ...]]:
-        """Return the moving bodies, with the masses of an elastic link grouped."""
+        """Return the moving bodies without housings, with the masses of an elastic link grouped."""
         chains: list[tuple[int, ...]] = []
         for body in range(1, self.bodies):
             if body in self.segments:
                 chains[-1] = (*chains[-1], body)
-            else:
+            elif body not in self.housings:
                 chains.append((body,))
         return chains
 
@@ -306,6 +308,7 @@ def machine_type(kinds: tuple) -> MachineType:
         bent,
         tuple(i for i, kind in enumerate(body_kinds[1:], start=1) if kind[0] is Segment),
         _kind_of_field(kinds, "cycle")[0] is BranchingCycle,
+        tuple(i for i, kind in enumerate(body_kinds[1:], start=1) if kind[0] is Housing),
     )
 
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from ....tracing.compiled import vector as vectors
 from ....tracing.compiled.calculus import direction as direction_of
-from ....tracing.compiled.formulas import Expr, Program, constant, sum_of
+from ....tracing.compiled.formulas import ONE, Expr, Program, constant, sum_of
 from ....tracing.compiled.vector import QuaternionMotion, Vector, frame_of, spin_of, to_body_frame, to_fixed_frame
 from ...joints.spatial import SpatialGap
 from ..contract import BodyMotion
@@ -332,7 +332,7 @@ def body_motions_of(tree: MachineType) -> Program:
         vectors_in_plane = (bodies.centre(body), bodies.velocity(body))
         vectors_in_plane += tuple(spin.cross(bodies.call(axis, frame)) for axis in (axis_x, axis_y))
         components = [vector[k] for vector in vectors_in_plane for k in range(2)]
-        motions.append(BodyMotion(part.mass, bodies.to_fixed_frame(body, principal)[2], *components))
+        motions.append(BodyMotion(part.mass, bodies.to_fixed_frame(body, principal)[2], *components, ONE))
     return bodies.program.returns(tuple(motions))
 
 
