@@ -395,7 +395,7 @@ def _vibration_channels(catalogue: Catalogue, vibration: VibrationOutline | None
         return
     yield from catalogue.frame_channels
     for place in vibration.places:
-        for name, unit, text in catalogue.place_channels if place.name != FRAME else ():
+        for name, unit, text in catalogue.place_channels if place.name != FRAME or place.body else ():
             yield Channel(name.format(place.column), unit, text.format(place.name))
 
 

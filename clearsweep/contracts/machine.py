@@ -131,12 +131,17 @@ class Stretch(NamedTuple):
 
 
 class Mount(NamedTuple):
-    """A housing that holds the ground's side of a joint: it does not turn, and its weight is carried."""
+    """A housing that carries the ground's side of a joint: it does not turn, and its weight is carried."""
 
     joint: str
     mass: float  # kg
     stiffness: tuple[float, float]  # N/m, along x and y
     damping: tuple[float, float]  # N s/m
+
+
+def housing_name(joint: str, axis: str = "y") -> str:
+    """Return the name of the body that is the housing of a joint; 'x': of what lies between its springs."""
+    return f"{joint}~{axis}"
 
 
 class Constant(NamedTuple):

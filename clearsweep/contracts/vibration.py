@@ -53,7 +53,7 @@ class PlaceOutline(NamedTuple):
 
     name: str
     moves: bool = True  # it has a velocity; a frame without mass has none
-    body: str = ""  # '': that of its name
+    body: str = ""  # '': that of its name; of the frame, the joint with whose housing it moves, '' without
     is_whole: bool = True  # no point of the body is given
 
     @property
@@ -89,7 +89,7 @@ class Location(NamedTuple):
     """A point of a body whose vibration is observed."""
 
     name: str
-    body: str
+    body: str  # of the frame of a machine with mounts, the housing
     point: tuple[float, float] | None  # m, in the frame of the body; None: the pin of a slider, else the centre of mass
 
 

@@ -30,7 +30,8 @@ from ..contracts.case import (
     Wear,
 )
 from ..contracts.catalogue import LoadOutline, Outline
-from ..contracts.vibration import FRAME, SEVERITIES, Frame, Location, Mount, Vibration
+from ..contracts.machine import housing_name
+from ..contracts.vibration import FRAME, SEVERITIES, Frame, Location, Mount, Vibration, VibrationOutline
 from .keys.joint_keys import PRELOAD
 from .keys.key_table import DIMENSIONLESS
 from .keys.rolling_keys import ROLLING
@@ -79,7 +80,7 @@ def case_of(tree: Tree, outline: Outline) -> Case:
         life=_typed(_life, tree["life"]) if "life" in tree else None,
         uncertain=_typed(uncertain_of, tree[UNCERTAIN]) if UNCERTAIN in tree else (),
         law_files=tree.get(LAWS, ()),
-        vibration=_typed(_vibration, tree["vibration"]) if "vibration" in tree else None,
+        vibration=_typed(_vibration, tree["vibration"], outline.vibration) if "vibration" in tree else None,
         figures=_typed(_figures, tree["figures"], outline.laws) if "figures" in tree else (),
     )
 
@@ -119,14 +120,20 @@ def _life(section: Tree) -> Life:
     return Life(**section)
 
 
-def _vibration(section: Tree) -> Vibration:
+def _vibration(section: Tree, outline: VibrationOutline) -> Vibration:
     frame, others = _split_keys(section.get("at", {}), FRAME)
     bounds = tuple(section.get("zones", ())) or SEVERITIES[section["severity"]]
     return Vibration(
         tuple(section["band"]),
         bounds,
         _frame(frame or {}),
-        tuple(_place(name, place) for name, place in others.items()),
+        tuple(
+            Location(FRAME, housing_name(place.body), None)
+            if place.name == FRAME
+            else _place(place.name, others[place.name])
+            for place in outline.places
+            if place.name != FRAME or place.body
+        ),
     )
 
 

@@ -29,6 +29,7 @@ from .kinds import KeyTable, Number, Word
 NAME_PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 MAX_NAMES = 100  # bodies, points of a body, joints or loads; compiled code grows with their number
 INVALID_NAME_TEXT = "is not a valid name; expected a letter, then letters, digits, - or _, at most 40 characters"
+CRANK_PIN = "ground-crank"  # of a mechanism without the key `driven`
 DRIVES = ("speed", "angle", "torque", "motor", "servo")  # keys of `drive`, of which a grid has exactly one
 #: Keys of a load that show its form, the first that is written.
 FORMS = (
@@ -99,7 +100,7 @@ def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Out
         ),
         bending=tuple(_bending_outlines("mechanism.bodies" if bodies else "mechanism", bodies or mechanism, path_set)),
         mounts=tuple(name for name, _ in _named_entries(_section(mechanism.get("mounts")))),
-        vibration=_vibration_outline(tree["vibration"], path_set) if "vibration" in tree else None,
+        vibration=_vibration_outline(tree["vibration"], path_set, mechanism) if "vibration" in tree else None,
         length=_length_of(_section(tree.get("simulate")), path_set),
     )
 
@@ -197,13 +198,16 @@ def _load_outline(name: str, content: Any, paths: set[str]) -> LoadOutline:
     return LoadOutline(name, form, body, size_key, section.get("reacted") is not False)
 
 
-def _vibration_outline(content: Any, paths: set[str]) -> VibrationOutline:
-    """Return the outline of the section `vibration`."""
+def _vibration_outline(content: Any, paths: set[str], mechanism: Mapping[str, Any]) -> VibrationOutline:
+    """Return the outline of the section `vibration`; where housings yield, the frame moves with that of the crank."""
     section, places = _section(content), list[PlaceOutline]()
+    mounted = [name for name, _ in _named_entries(_section(mechanism.get("mounts")))]
+    crank_pin = mechanism.get("driven", CRANK_PIN)
+    frame_mount = crank_pin if crank_pin in mounted else (*mounted, "")[0]
     for name, written in _named_entries(_section(section.get("at"))):
         place, path = _section(written), f"vibration.at.{name}"
-        moves = name != FRAME or "mass" in place or f"{path}.mass" in paths
-        body = place.get("body", "")
+        moves = name != FRAME or "mass" in place or f"{path}.mass" in paths or bool(frame_mount)
+        body = frame_mount if name == FRAME else place.get("body", "")
         places.append(PlaceOutline(name, moves, body if isinstance(body, str) else "", "point" not in place))
     orders = 0
     with suppress(InputError):

@@ -137,6 +137,11 @@ def _check_vibration(reader: Reader) -> None:
     if f"{VIBRATION}.zones" in reader.keys_in_use and severity != NO_SEVERITY:
         message = "conflicts with severity, which has zones of its own; remove one of the two"
         reader.problems.add(reader.position_of(f"{VIBRATION}.zones"), f"{VIBRATION}.zones", message)
+    for name in ("mass", "mount") if reader.outline.mounts else ():
+        if reader.is_given(f"{at_frame}.{name}") or f"{at_frame}.{name}.damping" in reader.keys_in_use:
+            message = "conflicts with mechanism.mounts, with whose housing the frame moves; remove one of the two"
+            reader.problems.add(reader.position_of(f"{at_frame}.{name}"), f"{at_frame}.{name}", message)
+            return
     if f"{at_frame}.mount" in reader.keys_in_use and not reader.is_given(f"{at_frame}.mass"):
         message = "needs the mass of the frame that it carries; write vibration.at.frame.mass, or remove the mount"
         reader.problems.add(reader.position_of(f"{at_frame}.mount"), f"{at_frame}.mount", message)

@@ -45,17 +45,17 @@ def check_machine(reader: Reader, catalogue: Catalogue) -> None:
 
 
 def _check_mount(reader: Reader, joint: str) -> None:
-    """Check that a housing has one damping, and holds no wheel of a gear, whose centre would move."""
+    """Check that a housing has one damping, and carries no wheel of a gear, whose centre would move."""
     path = f"mechanism.mounts.{joint}"
     if path not in reader.keys_in_use:
         return
     if reader.is_given(f"{path}.damping.0") and reader.is_given(f"{path}.damping_ratio.0"):
         message = "conflicts with `damping`; write one of them, or `damping` in N*s/m or in %"
         reader.problems.add(reader.position_of(f"{path}.damping_ratio.0"), f"{path}.damping_ratio", message)
-    held = {body for other in reader.outline.joints if other.name == joint for body in other.bodies} - {GROUND}
+    wheels = {body for other in reader.outline.joints if other.name == joint for body in other.bodies} - {GROUND}
     for gear in reader.outline.joints:
-        if gear.type == "gear" and held & set(gear.bodies):
-            message = f"holds a wheel of the gear {gear.name}, whose centre has to stay; remove the mount or the gear"
+        if gear.type == "gear" and wheels & set(gear.bodies):
+            message = f"carries a wheel of the gear {gear.name}, whose centre has to stay; remove the mount or the gear"
             reader.problems.add(reader.position_of(path), path, message)
 
 

@@ -1,4 +1,4 @@
-"""Dampings in per cent: of a housing they are ratios, for which the key `damping_ratio` stands."""
+"""Dampings in per cent: of a housing they are ratios, under the key `damping_ratio`."""
 
 import re
 from collections.abc import Iterator

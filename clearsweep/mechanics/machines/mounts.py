@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 
-from ...contracts.catalogue import CHOICE, Field, Keys, Outline
+from ...contracts.catalogue import ANY, CHOICE, Field, Keys, Outline
 from ...contracts.machine import Mount
 
 _PATH = "mechanism.mounts"
@@ -27,7 +27,7 @@ def mount_keys(outline: Outline, joints: Iterable[str]) -> Iterable[Keys]:
         need="implied" if outline.mounts else "optional",
     )
     for joint in joints:
-        if joint not in outline.mounts:
+        if not {joint, ANY} & set(outline.mounts):
             yield Keys(f"{_PATH}.{joint}", "a housing", need="optional")
             continue
         path = f"{_PATH}.{joint}"

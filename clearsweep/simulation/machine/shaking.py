@@ -82,8 +82,9 @@ def ideal_shaking(case: Case, machine: Machine | None) -> IdealShaking:
     tables = [load.table for load in case.loads if load.table]
     turn_range = turn_range_of(case, tables)
     spots = []
+    bodies = {**planar.with_segments(machine).bodies, **machine.bodies}  # housings among them
     for place in vibration.places:
-        body, axes = machine.bodies[place.body], axes_of(place, mechanism)
+        body, axes = bodies[place.body], axes_of(place, mechanism)
         arm = tuple(np.subtract(point_of(place, body), body.center).tolist())
         spots.append(_Spot(place.name.replace("-", "_"), place.body, arm, axes))
     unreacted = tuple(case.loads[i].name for i in unreacted_loads(case))
@@ -102,9 +103,10 @@ def shaking_of(case: Case, mechanism: Mechanism, built: Built) -> Shaking:
     assert case.vibration is not None
     machine, places, form = machine_of(mechanism, case), list[CompiledPlace](), cast(Any, built.value)
     assert machine is not None  # all mechanisms that turn have one
-    names = [name for name in planar.with_segments(machine).bodies if name != GROUND]
+    segmented = planar.with_segments(machine).bodies
+    names = [name for name in segmented if name != GROUND]
     for place in case.vibration.places:
-        body, number = machine.bodies[place.body], names.index(place.body)
+        body, number = {**segmented, **machine.bodies}[place.body], names.index(place.body)
         if body.elastic:
             raise InputError(f"vibration.at.{place.name}: {place.body} is elastic; choose a place on a rigid body")
         if mechanism.spatial and place.point:

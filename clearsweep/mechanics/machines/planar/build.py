@@ -25,6 +25,7 @@ from ....contracts.machine import (
     Spring,
     Stops,
     Stretch,
+    housing_name,
 )
 from ...joints.contract import Load
 from ..contract import Built, IdealMotion, Open, accelerate, pose_at
@@ -126,7 +127,7 @@ def _with_housings(machine: Machine) -> Machine:
         for axis, mass, angle, stiffness, damping in zip(
             "xy", (0.0, mount.mass), (0.0, 0.5 * math.pi), mount.stiffness, mount.damping, strict=True
         ):
-            name = f"{mount.joint}~{axis}"
+            name = housing_name(mount.joint, axis)
             bodies[name] = Body(mass, 0.0, place, {under.point: place}, mounted=True)
             above = BodyPoint(name, under.point)
             springs.append(Stretch(name, under, above, angle, stiffness, damping))

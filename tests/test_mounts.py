@@ -1,0 +1,181 @@
+"""Housings that yield, against the equations of another program, and against machines without mounts."""
+
+import json
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from mechanism_cases import JOINT, changed, slider_crank
+from scipy.integrate import solve_ivp
+
+import clearsweep
+from clearsweep import simulation
+from clearsweep.grid import load
+from clearsweep.language.errors import InputError
+from clearsweep.simulation.machine.ideal import mechanism_of
+
+#: The slider-crank of the README with a housing of 4 kg at its crank: Lagrange's equations against those of Newton and
+#: Euler for four free bodies, which agree to 7e-12 of the largest motion.
+TRUTH = json.loads(Path(__file__).with_name("yielding_housing.json").read_text(encoding="utf-8"))
+TIMES = np.array([*TRUTH["times_s"], 0.2])  # s, the last after five revolutions
+SPEED = TRUTH["input"]["crank_rate_rad_s"]
+CRANK_MOUNT, X, Y = "mechanism.mounts.ground-crank", "joints/ground_crank/mount_x", "joints/ground_crank/mount_y"
+HOUSING = {"mass": 4.0, "stiffness": [2e6, 1e6], "damping": [200.0, 150.0]}
+MOUNTED = changed(
+    slider_crank(),
+    {CRANK_MOUNT: HOUSING, "drive.speed": SPEED, "simulate.revolutions": 5, "simulate.tolerance": 1e-12},
+)
+IMPACTS = {"simulate.revolutions": 0.3, "simulate.tolerance": 1e-11, "drive.speed": SPEED}
+
+
+def run(grid, times=None):
+    """Return the run of a grid dict; it has to succeed."""
+    motion = clearsweep.simulate(clearsweep.load_case(grid), times)
+    assert motion.status == "ok", motion.message
+    return motion
+
+
+def test_a_housing_moves_as_in_the_equations_of_lagrange_and_of_newton():
+    motion = run(MOUNTED, TIMES)
+    for channel, axis in ((X, "X"), (Y, "Y")):
+        exact, largest = [*TRUTH[f"{axis}_m"], TRUTH[f"{axis}_after_5_revolutions_m"]], TRUTH[f"{axis}_largest_m"]
+        assert np.max(np.abs(motion.channels[channel] - exact)) < 1e-9 * largest
+    assert motion.summary["energy_residual"] < 1e-12
+
+
+@pytest.mark.slow
+def test_the_frame_of_a_mounted_machine_is_its_housing():
+    vibration = {"at": {"frame": {}, "piston": {"body": "slider"}}}
+    motion = run(changed(MOUNTED, {"vibration": vibration, "simulate.revolutions": 6}), TIMES)
+    for axis, stiffness, damping in zip("xy", HOUSING["stiffness"], HOUSING["damping"], strict=True):
+        spring = stiffness * motion.channels[f"joints/ground_crank/mount_{axis}"][:-1]
+        damper = damping * np.array(TRUTH[f"{axis.upper()}d"])
+        force = -(spring + damper + HOUSING["mass"] * motion.channels[f"frame/a{axis}"][:-1])
+        exact = np.array(TRUTH[f"pin_force_on_crank_{axis}"])
+        assert np.max(np.abs(force - exact)) < 1e-7 * np.max(np.abs(exact))
+    guide = motion.channels["frame/force_x"][:-1]  # springs and dampers alone pass the force along the slide
+    assert guide == pytest.approx(
+        HOUSING["stiffness"][0] * motion.channels[X][:-1] + HOUSING["damping"][0] * np.array(TRUTH["Xd"]), rel=1e-6
+    )
+    assert motion.summary["frame_velocity_rms"] > 0.01 > motion.summary["frame_velocity_rms_ideal"]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("clearance", [None, "ground-crank", "rod-slider"])
+def test_ever_stiffer_springs_make_the_fixed_machine(clearance):
+    grid = slider_crank(*filter(None, [clearance]), changes={"mechanism.gravity": 9.81, **IMPACTS})
+    mount = {"mass": 0.4, "stiffness": 1e14, "damping": "5 %"}
+    stiff = changed(grid, {CRANK_MOUNT: mount, "mechanism.mounts.slider-ground": mount})
+    times = np.linspace(0.0, 0.3 * 2.0 * math.pi / SPEED, 101)
+    motion = run(stiff, times)
+    if clearance:
+        rigid = run(grid, times).channels["slider/place"]
+    else:
+        angle = SPEED * times
+        rigid = 0.05 * np.cos(angle) + np.sqrt(0.12**2 - (0.05 * np.sin(angle)) ** 2)
+    assert np.max(np.abs(motion.channels["slider/place"] - rigid)) < 1e-9
+    for joint in ("ground_crank", "slider_ground"):
+        assert np.max(np.abs(motion.channels[f"joints/{joint}/mount_y"])) < 1e-10
+
+
+def guide_on_springs(time, state, gravity):
+    """Return the rates of a housing that moves across the guide of the slider-crank: d'Alembert with one coordinate."""
+    y, rate = state
+    angle, crank, rod, centre, masses = SPEED * time, 0.05, 0.12, 0.06, (0.21, 0.14)
+    turned = math.asin((y - crank * math.sin(angle)) / rod)
+    c, s = math.cos(turned), math.sin(turned)
+    spin = (rate - crank * SPEED * math.cos(angle)) / (rod * c)
+    pin = -crank * SPEED**2 * np.array([math.cos(angle), math.sin(angle)])
+    inward, across = np.array([-c, -s]), np.array([-s, c])
+
+    def residual(acceleration):
+        spin_rate = (acceleration - pin[1] + rod * s * spin**2) / (rod * c)
+        middle, end = (pin + arm * (spin_rate * across + spin**2 * inward) for arm in (centre, rod))
+        weight = np.array([0.0, gravity])
+        power = masses[0] * (middle + weight) @ across * centre + masses[1] * (end + weight) @ across * rod
+        power = (power + 2.5e-4 * spin_rate) / (rod * c)
+        housing = HOUSING["mass"] * acceleration + HOUSING["stiffness"][1] * y + HOUSING["damping"][1] * rate
+        return power + housing
+
+    return [rate, -residual(0.0) / (residual(1.0) - residual(0.0))]
+
+
+def test_a_guide_on_springs_moves_by_the_principle_of_d_alembert():
+    grid = changed(slider_crank(), {"mechanism.mounts.slider-ground": HOUSING, "mechanism.gravity": 50.0, **IMPACTS})
+    times = np.linspace(0.0, 0.3 * 2.0 * math.pi / SPEED, 31)
+    motion = run(grid, times)
+    exact = solve_ivp(
+        guide_on_springs, times[[0, -1]], [0.0, 0.0], "DOP853", times, args=(50.0,), rtol=1e-12, atol=1e-16
+    )
+    across = motion.channels["joints/slider_ground/mount_y"]
+    assert np.max(np.abs(across - exact.y[0])) < 1e-9 * np.max(np.abs(across))
+    assert np.max(np.abs(motion.channels["joints/slider_ground/mount_x"])) < 1e-15
+    assert motion.summary["energy_residual"] < 1e-12
+
+
+LENGTHS = {"ground": 0.2, "crank": 0.05, "coupler": 0.18, "rocker": 0.12}
+FOUR_BAR = {
+    "type": "four-bar",
+    **{name: {"length": length, "mass": 0.2, "inertia": 2e-4} for name, length in LENGTHS.items()},
+    "ground": {"length": LENGTHS["ground"]},
+}
+
+
+@pytest.mark.slow
+def test_a_four_bar_on_two_housings_keeps_its_energy():
+    mounts = {name: {"mass": 1.0, "stiffness": [1e6, 2e6]} for name in ("ground-crank", "rocker-ground")}
+    grid = MOUNTED | {"mechanism": FOUR_BAR | {"mounts": mounts, "gravity": 9.81}}
+    motion = run(grid, np.linspace(0.0, 0.2, 101))
+    assert motion.summary["energy_residual"] < 1e-11
+    assert np.max(np.abs(motion.channels["joints/rocker_ground/mount_x"])) > 1e-6
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("joint", ["ground-crank", "slider-ground"])
+def test_a_joint_with_clearance_in_a_housing_keeps_the_energy(joint):
+    guide = {"clearance": 0.2e-3, "length": 0.03, "height": 0.02, "contact": JOINT["contact"]}
+    grid = changed(slider_crank(), {"mechanism.slider.inertia": 1e-4, "mechanism.gravity": 9.81, **IMPACTS})
+    grid |= {"joints": {joint: JOINT if joint == "ground-crank" else guide}}
+    motion = run(changed(grid, {f"mechanism.mounts.{joint}": HOUSING}), np.linspace(0.0, 0.01, 11))
+    assert motion.summary["energy_residual"] < 1e-9
+    assert len(motion.events) > 2
+    assert np.max(np.abs(motion.channels[f"joints/{joint.replace('-', '_')}/mount_y"])) > 1e-6
+
+
+REFUSED = [
+    ({"mass": 0.0}, r"ground-crank\.mass: found 0\.0, out of range; allowed: above 0"),
+    ({"mass": None}, r"ground-crank\.mass: is missing"),
+    ({"stiffness": [1e6, -1e6]}, r"stiffness\.1: found -1000000\.0, out of range; allowed: above 0"),
+    ({"stiffness": None}, r"ground-crank\.stiffness: .*is missing"),
+    ({"damping_ratio": 0.1}, r"damping_ratio: conflicts with `damping`"),
+    ({"damping": ["1 %", "20 N*s/m"]}, "% is allowed only for quantities without a unit"),
+]
+
+
+@pytest.mark.parametrize(("changes", "message"), REFUSED)
+def test_a_housing_that_cannot_move_as_written_is_refused(changes, message):
+    with pytest.raises(InputError, match=message):
+        clearsweep.load_case(changed(MOUNTED, {f"{CRANK_MOUNT}.{name}": value for name, value in changes.items()}))
+
+
+@pytest.mark.parametrize(
+    ("path", "value", "message"),
+    [
+        ("mechanism.mounts.crank-rod", HOUSING, "'crank-rod' is not a joint at the ground that may have a mount"),
+        ("mechanism.spatial", True, "only the ground joints of a planar mechanism with a crank can yield"),
+        ("mechanism.mounts", None, "no joint has clearance; .* or let a link bend or a housing yield"),
+        ("vibration", {"at": {"frame": {"mass": 30.0}}}, r"frame\.mass: conflicts with mechanism\.mounts"),
+    ],
+)
+def test_only_joints_at_the_ground_of_a_plane_have_mounts(path, value, message):
+    with pytest.raises(InputError, match=message):
+        clearsweep.load_case(changed(MOUNTED, {path: value}))
+
+
+def test_a_damping_in_per_cent_follows_a_swept_stiffness():
+    axes = {f"{CRANK_MOUNT}.stiffness.0": [1e6, 4e6], f"{CRANK_MOUNT}.damping.0": ["1 %", "2 %"]}
+    swept = load(changed(MOUNTED, {f"{CRANK_MOUNT}.damping": "3 %"}) | {"sweep": axes}, simulation.catalogue())
+    cases = map(swept.case, range(len(swept)))
+    dampings = [mechanism_of(case).machine(case).mounts[0].damping[0] for case in cases]
+    assert sorted(dampings) == pytest.approx([40.0, 80.0, 80.0, 160.0])
