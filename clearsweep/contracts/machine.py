@@ -131,7 +131,7 @@ class Stretch(NamedTuple):
 
 
 class Mount(NamedTuple):
-    """A housing that carries the ground's side of a joint: it does not turn, and its weight is carried."""
+    """A housing that carries the ground's side of a joint: it does not turn and has no weight."""
 
     joint: str
     mass: float  # kg

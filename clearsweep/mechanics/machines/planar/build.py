@@ -132,7 +132,9 @@ def _with_housings(machine: Machine) -> Machine:
             above = BodyPoint(name, under.point)
             springs.append(Stretch(name, under, above, angle, stiffness, damping))
             under = above
-        joints[mount.joint] = joint._replace(**{end: under})
+        for name, other in joints.items():
+            if (other.proximal, other.distal) == (joint.proximal, joint.distal):  # the joint, or its stops
+                joints[name] = other._replace(**{end: under})
     return machine._replace(bodies=bodies, joints=(*joints.values(), *springs), mounts=())
 
 
