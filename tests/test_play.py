@@ -7,9 +7,11 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import clearsweep
 from clearsweep import grid, laws
+from clearsweep.grid.keys.joint_keys import laws_of_point_contacts
 from clearsweep.language.errors import InputError
 from clearsweep.simulation.setup import scene
 
@@ -79,7 +81,7 @@ def gear(**changes):
     return wheels(joint, play, ratio, -1.0, **changes)
 
 
-def shaken(tree, sense):
+def shaken(tree, sense, given=INPUT):
     """Return the scene of a grid whose second wheel is loaded, and shaken as if the drive were.
 
     In a frame that turns with the first wheel the uneven drive is the torque J2 theta1'' on the second.
@@ -90,8 +92,8 @@ def shaken(tree, sense):
         def shaking(t, angle, position, velocity, p):
             return 0.0, 0.0, p.mean + p.amplitude * math.sin(p.rate * t)
 
-    amplitude = INPUT["inertia_kg_m2"] * INPUT["A_rad_s"] * INPUT["W_rad_s"]
-    sizes = {"mean": -sense * INPUT["load_torque_N_m"], "amplitude": sense * amplitude, "rate": INPUT["W_rad_s"]}
+    amplitude = given["inertia_kg_m2"] * given["A_rad_s"] * given["W_rad_s"]
+    sizes = {"mean": -sense * given["load_torque_N_m"], "amplitude": sense * amplitude, "rate": given["W_rad_s"]}
     tree["loads"] = {"shake": {"on": "wheel", "law": "shaking", **sizes}}
     digest = "play" if sense > 0.0 else "gear"
     return scene.build(grid.load(tree, scene.catalogue().with_laws(records, digest)).case(0))
@@ -129,6 +131,128 @@ def test_figures_of_play_follow_from_the_closed_solution():
     assert figures["mesh_torque_peak_ideal"] == pytest.approx(
         INPUT["load_torque_N_m"] + INPUT["inertia_kg_m2"] * INPUT["A_rad_s"] * INPUT["W_rad_s"], rel=1e-3
     )
+
+
+def pieces_of(parameters, end):
+    """Return (time, 'on' or 'off', side) of the contacts of a coupling, by Runge-Kutta 8 from piece to piece.
+
+    parameters : inertia, stiffness, half of the play, load, drag, amplitude and rate of the uneven drive.
+    """
+    inertia, stiffness, half_play, load, drag, amplitude, rate = parameters
+    time, state, side, events = 0.0, [0.0, 0.0], 0, []
+    while True:
+
+        def rates(t, y, side=side):
+            spring = stiffness * (y[0] - side * half_play) if side else 0.0
+            drive = -inertia * amplitude * rate * math.sin(rate * t)
+            return [y[1], (drive - spring + load - drag * y[1]) / inertia]
+
+        borders = []
+        for flank in (1, -1) if side == 0 else (side,):
+
+            def border(t, y, flank=flank):
+                return flank * y[0] - half_play
+
+            border.terminal, border.direction = True, 1 if side == 0 else -1
+            borders.append(border)
+        limits = {"rtol": 1e-12, "atol": 1e-17, "max_step": 0.05 * 2.0 * math.pi / rate}
+        piece = solve_ivp(rates, (time, end), state, method="DOP853", events=borders, **limits)
+        if piece.status != 1:
+            return events
+        passed = next(k for k, times in enumerate(piece.t_events) if len(times))
+        time, state = piece.t_events[passed][0], list(piece.y_events[passed][0])
+        reached = (1, -1)[passed] if side == 0 else side
+        events.append((time, "on" if side == 0 else "off", reached))
+        side = reached if side == 0 else 0
+
+
+def test_impacts_on_both_flanks_agree_with_a_second_program():
+    strong = INPUT | {"A_rad_s": 2.0, "load_torque_N_m": 0.3, "delta0_rad": 0.0, "drag_relative_N_m_s_per_rad": 0.2}
+    tree = coupling()
+    tree["mechanism"]["bodies"]["wheel"]["initial"]["angle"] = 0.0
+    tree["joints"]["mesh"]["drag"] = strong["drag_relative_N_m_s_per_rad"]
+    tree["simulate"]["revolutions"] /= 4.0
+    result = clearsweep.simulate(shaken(tree, 1.0, strong), [])
+    keys = ("inertia_kg_m2", "stiffness_N_m_per_rad", "half_play_rad", "load_torque_N_m")
+    keys += ("drag_relative_N_m_s_per_rad", "A_rad_s", "W_rad_s")
+    expected = pieces_of([strong[key] for key in keys], 10.0 * PERIOD)
+    names = {1: "mesh_drive", -1: "mesh_coast"}
+    assert len(expected) > 20
+    assert {side for *_, side in expected} == {1, -1}
+    assert result.events["joint"].tolist() == [names[side] for *_, side in expected]
+    assert result.events["kind"].tolist() == [kind for _, kind, _ in expected]
+    assert np.max(np.abs(result.events["t"] - [time for time, *_ in expected])) < 1e-9 * PERIOD
+
+
+@pytest.mark.slow
+def test_torques_of_a_planetary_gear_are_those_of_its_radii():
+    bodies = {"ground": {"points": {"main": ORIGIN}}}
+    bodies |= {name: {"mass": 0.3, "inertia": 1e-4, "points": {"main": ORIGIN}} for name in ("arm", "planet", "sun")}
+    bodies["arm"]["points"]["planet"] = [0.05, 0.0]
+    contact = {"law": "hunt-crossley", "stiffness": 2e7, "restitution": 0.7}
+    tree = {
+        "mechanism": {
+            "type": "planar",
+            "bodies": bodies,
+            "joints": {
+                "main": {"type": "revolute", "between": ["ground.main", "arm.main"]},
+                "pin": {"type": "revolute", "between": ["arm.planet", "planet.main"]},
+                "shaft": {"type": "revolute", "between": ["arm.main", "sun.main"]},
+                "outer": {"type": "gear", "between": ["planet", "ground"], "ratio": -3.5, "radius": 0.02},
+                "inner": {"type": "gear", "between": ["planet", "sun"], "ratio": 1.5, "radius": 0.02},
+            },
+            "driven": "main",
+            "output": {"body": "sun"},
+        },
+        "drive": {"speed": 50.0},
+        "loads": {"brake": {"on": "sun", "torque": -0.5}},
+        "joints": {name: {"backlash": 5e-5, "contact": contact} for name in ("outer", "inner")},
+        "simulate": {"revolutions": 1.0, "discard": 0, "tolerance": 1e-9},
+    }
+    figures = clearsweep.simulate(clearsweep.load_case(tree), []).summary
+    sun, ring = 0.03, 0.07
+    assert figures["inner_torque_peak_ideal"] == pytest.approx(0.5, rel=1e-9)
+    assert figures["outer_torque_peak_ideal"] == pytest.approx(0.5 * ring / sun, rel=1e-9)
+    assert figures["inner_force_peak_ideal"] * sun * math.cos(math.radians(20.0)) == pytest.approx(0.5, rel=1e-9)
+    assert figures["energy_residual"] < 1e-9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(("ratio", "distance"), [(2.0, 0.09), (-3.0, 0.06)])
+def test_energy_balances_where_a_wheel_moves_in_its_bearing(ratio, distance):
+    tree = gear()
+    del tree["mechanism"]["bodies"]["wheel"]["initial"]
+    tree["mechanism"] |= {"gravity": 9.81}
+    tree["mechanism"]["joints"]["mesh"]["ratio"] = ratio
+    tree["mechanism"]["bodies"]["ground"]["points"]["second"] = [distance, 0.0]
+    contact = {"law": "hertz", "stiffness": 1e9, "exponent": 1.5}
+    tree["joints"]["bearing"] = {"clearance": 2e-5, "bearing_radius": 0.01, "contact": contact}
+    tree["joints"]["mesh"]["contact"] |= {"damping": 50.0}
+    tree["loads"] = {"brake": {"on": "wheel", "torque": -1.0}}
+    tree["simulate"] |= {"revolutions": 0.5, "tolerance": 1e-10}
+    figures = clearsweep.simulate(clearsweep.load_case(tree), []).summary
+    assert figures["energy_residual"] < 1e-8
+    assert figures["bearing_impacts_per_rev"] > 0.0
+    base_radius = abs(ratio) * 0.03 * math.cos(math.radians(20.0))
+    assert figures["mesh_force_peak_ideal"] == pytest.approx(1.0 / base_radius, rel=1e-9)
+    weight, tooth = 9.81, figures["mesh_force_peak_ideal"]
+    assert abs(figures["bearing_force_peak_ideal"] - tooth) < weight * (1.0 + 1e-9)
+
+
+def test_a_wheel_with_clearance_needs_a_gear_with_play():
+    tree = gear()
+    del tree["joints"]["mesh"], tree["mechanism"]["bodies"]["wheel"]["initial"]
+    contact = {"law": "hertz", "stiffness": 1e9, "exponent": 1.5}
+    tree["joints"]["bearing"] = {"clearance": 2e-5, "bearing_radius": 0.01, "contact": contact}
+    refused(tree, "joints.bearing", "mesh needs its own")
+
+
+def test_what_turns_on_a_pin_needs_something_that_drives_it():
+    tree = flap()
+    del tree["loads"]
+    refused(tree, "bodies.wheel.initial", "nothing drives it")
+    del tree["mechanism"]["bodies"]["wheel"]["initial"]
+    refused(tree, "2 degrees of freedom", "a torsion spring")
 
 
 def refused(tree, *words):
@@ -207,7 +331,6 @@ def test_stops_that_make_no_sense_are_refused():
     )
     refused(changed(flap(), "mechanism.bodies.wheel.initial.angle", 0.6), "bearing.stops.at", "beyond a stop")
     refused(changed(flap(), "joints.bearing.clearance", 1e-5), "joints.bearing.clearance")
-    refused(changed(flap(), "loads", None), "bearing", "wheel")
 
 
 def test_a_guide_meets_its_stop_where_its_slider_is():
@@ -240,3 +363,29 @@ def test_a_guide_meets_its_stop_where_its_slider_is():
     assert (begin["joint"], begin["kind"]) == ("rail_lower", "on")
     assert np.interp(begin["t"], result.t, result["slider/x"]) == pytest.approx(0.1, abs=1e-5)
     assert result.summary["energy_residual"] < 1e-9
+
+
+def flank_laws():
+    """Return the names of the contact laws that gears and couplings may have."""
+    laws_of_points = (law for law in laws_of_point_contacts(scene.catalogue()) if law.family == "law")
+    return [law.name for law in laws_of_points if "material" not in law.needs]
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", flank_laws())
+def test_every_law_of_the_normal_force_balances_energy_on_flanks(name):
+    law = scene.catalogue().find("law", name)
+    sizes = {"restitution": 0.7, "mass": 1e-3, "damping": 0.3, "depth": 1e-4, "stiffness": 2e4}
+    needed = [field.name for field in law.fields if field.default is None and not field.optional]
+    contact = {"law": name} | {key: sizes[key] for key in (*needed, *law.one_of[:1])}
+    if law.uses_elastic:
+        contact |= {"stiffness": 2e6, "exponent": 1.5} if "hertz" in law.needs else {"stiffness": 2e4}
+    tree = coupling()
+    del tree["mechanism"]["bodies"]["wheel"]["initial"]
+    tree["joints"]["mesh"]["contact"] = contact
+    turns = [0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi, 2.0 * math.pi]
+    tree["loads"] = {"pump": {"on": "wheel", "table": {"crank_angle": turns, "torque": [0.5, 2.0, 0.5, -1.5, 0.5]}}}
+    tree["simulate"] = {"revolutions": 0.5, "discard": 0, "tolerance": 1e-7}
+    result = clearsweep.simulate(clearsweep.load_case(tree), [])
+    assert len(result.events)
+    assert result.summary["energy_residual"] < 1e-8

@@ -68,7 +68,12 @@ def levels_of(tree: Tree) -> dict[str, list[Level]]:
     in_contact = {path: value for path, value in values.items() if path.startswith("joints.") and ".contact." in path}
     stiffness = {path: value for path, value in in_contact.items() if path.endswith((".stiffness", ".young"))}
     damping = {path: value for path, value in in_contact.items() if path.endswith((".damping", ".damping_factor"))}
-    clearances = {f"joints.{name}.clearance": joint["clearance"] for name, joint in tree.get("joints", {}).items()}
+    clearances = {
+        f"joints.{name}.{key}": joint[key]
+        for name, joint in tree.get("joints", {}).items()
+        for key in ("clearance", "backlash", "play")
+        if key in joint
+    }
     speeds = {
         path: values[path] for path in ("drive.speed", "drive.initial_speed", "mechanism.speed") if path in values
     }

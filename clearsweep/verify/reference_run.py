@@ -306,8 +306,15 @@ def distances(tree: Tree, path: Any, truth: Trajectory, mask: np.ndarray | None 
             for channel in channels
             if channel in truth.channels
         ]
-        largest = np.maximum(largest, np.sqrt(np.sum(np.square(parts), axis=0)) / float(joint["clearance"]))
+        largest = np.maximum(largest, np.sqrt(np.sum(np.square(parts), axis=0)) / clearance_of(joint))
     return largest
+
+
+def clearance_of(joint: Mapping[str, Any]) -> float:
+    """Return the clearance of a joint of a grid (m or rad): half of its play if it has a backlash, a play or stops."""
+    if "stops" in joint:
+        return 0.5 * float(joint["stops"]["at"][1] - joint["stops"]["at"][0])
+    return float(joint.get("clearance", 0.5 * joint.get("backlash", joint.get("play", 0.0))))
 
 
 def processor_time(case_scene: scene.Scene) -> tuple[float, Trajectory]:

@@ -216,12 +216,28 @@ def largest_escape(case_scene: scene.Scene, trajectory: Trajectory, index: int, 
     clearance = float(case_scene.value.joints[index].clearance)
     if isinstance(case_scene.value.joints[index], Film):
         return 0.0  # without surface there is no penetration
+    if case_scene.layout.joints[index].flanked:
+        return _largest_overlap(case_scene, trajectory, index) / clearance
     if case_scene.layout.joints[index].corners:
         return _largest_gap(case_scene, trajectory, index, name) / clearance - 1.0
     events = trajectory.events[trajectory.events["joint"] == name]
     in_contact = (np.searchsorted(events["t"], trajectory.t, side="right") + case_scene.in_contact) % 2 == 1
     eccentricity = np.hypot(trajectory[f"joints/{name}/x"], trajectory[f"joints/{name}/y"])[~in_contact]
     return float(np.max(eccentricity, initial=0.0)) / clearance - 1.0
+
+
+def _largest_overlap(case_scene: scene.Scene, trajectory: Trajectory, index: int) -> float:
+    """Return the largest overlap (m or rad) of two flanks outside logged contacts."""
+    joint, layout = case_scene.value.joints[index], case_scene.layout.joints[index]
+    place, first = trajectory[f"joints/{layout.name}/x"] - joint.middle, len(case_scene.value.coordinates)
+    contacts = [name for each in case_scene.layout.joints for name in each.contacts]
+    largest = -math.inf
+    for side, contact in zip((1.0, -1.0), layout.contacts, strict=True):
+        events = trajectory.events[trajectory.events["joint"] == contact]
+        began = case_scene.start[2 * first + 1 + contacts.index(contact)] > 0.0
+        in_contact = (np.searchsorted(events["t"], trajectory.t, side="right") + began) % 2 == 1
+        largest = max(largest, float(np.max((side * place)[~in_contact], initial=-math.inf)) - joint.reach)
+    return largest
 
 
 def _largest_gap(case_scene: scene.Scene, trajectory: Trajectory, index: int, name: str) -> float:

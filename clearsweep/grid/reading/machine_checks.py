@@ -29,6 +29,10 @@ def check_machine(reader: Reader, catalogue: Catalogue) -> None:
             reader.problems.add(reader.position_of(path), path, message)
         if load.form == "table":
             _check_pressure(reader, path)
+        ends = [reader.values.get(f"{path}.between.{k}") for k in range(2)]
+        if load.form == "torsion" and ends[0] == ends[1] is not None:
+            message = f"joins {ends[0]} with itself; name two bodies"
+            reader.problems.add(reader.position_of(path), f"{path}.between", message)
         if load.form == "friction":
             _check_friction_load(reader, path, load.on, load.given)
             _check_sticking(
@@ -92,12 +96,13 @@ def _check_bodies(reader: Reader) -> None:
         return
     links = []
     for joint in outline.joints if outline.spatial else ():
-        if joint.type == "slot":
+        if joint.type in ("slot", "gear", "coupling") or joint.stops:
             path = f"mechanism.joints.{joint.name}"
             reader.problems.add(
                 reader.position_of(path),
                 f"{path}.type",
-                "a mechanism in space cannot have a slot; write a planar mechanism",
+                f"a mechanism in space cannot have {'stops' if joint.stops else f'a {joint.type}'}; write a planar "
+                "mechanism",
             )
     for joint in outline.joints:
         bodies = _bodies_of_joint(reader, joint)
@@ -176,7 +181,7 @@ def _check_initial(reader: Reader) -> None:
             if turns and joint.type == "revolute":
                 continue
             if body.name in joint.bodies and joint.name not in reader.outline.clearances:
-                message = (
+                message = _undriven_text(reader, body.name, joint) or (
                     f"{joint.name} is ideal and fixes {body.name}, which determines how {body.name} starts; leave "
                     f"initial out, or give {joint.name} clearance"
                 )
@@ -188,6 +193,17 @@ def _check_initial(reader: Reader) -> None:
         if "seated" in reader.values_of("simulate.start"):
             message = f"seated conflicts with {path}, which says where {body.name} starts; remove one of the two"
             reader.problems.add(reader.position_of("simulate.start"), "simulate.start", message)
+
+
+def _undriven_text(reader: Reader, body: str, pin: JointOutline) -> str:
+    """Return the message on a body with an initial state whose only joint is an ideal pin; '' for others."""
+    attached = [joint for joint in reader.outline.joints if body in joint.bodies]
+    if attached != [pin] or pin.type != "revolute":
+        return ""
+    return (
+        f"{body} turns on {pin.name}, but nothing drives it; connect it with a gear or a coupling that has play, or "
+        "with a torsion spring, or remove the body"
+    )
 
 
 def _check_gears(reader: Reader) -> None:

@@ -122,6 +122,11 @@ ROUNDING = 2.0**-30  # rad, and of the machine's size: to which the start is rou
 _SINGULAR = "it is in a singular position, in which it has more than one degree of freedom"
 
 
+UNDRIVEN = (
+    "; a body that moves freely needs `initial`, and one that turns on a pin a gear, a coupling or a torsion spring"
+)
+
+
 class ClosureError(ValueError):
     """The machine without clearance cannot be closed, or is singular, at an angle of its crank."""
 
@@ -173,7 +178,7 @@ class Closure:
             freedoms = 3 * len(self.names) - self.rows + 1
             raise MobilityError(
                 f"without clearance it has {freedoms} degrees of freedom (3 per moving body, minus 2 per joint); "
-                "the drive needs exactly 1" + ("; a body that moves freely needs `initial`" if freedoms > 1 else "")
+                "the drive needs exactly 1" + (UNDRIVEN if freedoms > 1 else "")
             )
         self._settings = np.array([self.size, float(self.rows)])
 
