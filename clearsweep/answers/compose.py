@@ -358,7 +358,7 @@ def _more(source: Source, cases: Cases, column: Any, row: int, end: str) -> dict
     if column.figure == "error_max" and end == "largest":
         error, bending = float(cases.numbers(column.name)[row]), 0.0
         if (name := column.name.replace("error_max", "error_bending")) in names:
-            bending = min(float(cases.numbers(name)[row]), error)
+            bending = min(float(np.nan_to_num(cases.numbers(name)[row])), error)
         parts = _indentation_of(source, cases, error - bending, row)
         return parts | ({"bending": bending} if bending >= NOTED_INDENTATION * error > 0.0 else {})
     if column.figure == "life_hours":

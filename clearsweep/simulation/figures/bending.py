@@ -6,7 +6,8 @@ FIGURES = (
     Figure(
         "error_bending",
         "{output}",
-        "largest distance by which the bending of links alone displaces the {output}, to first order",
+        "largest distance by which the bending of links alone displaces the {output}, to first order; null: the output "
+        "is a point of a link that bends",
         of="output",
         needs=("bends",),
         tables=(Entry("output", "{output} error by bending", 1, if_any=True),),

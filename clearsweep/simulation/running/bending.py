@@ -98,12 +98,21 @@ def links_of(scene: Scene) -> list[LinkStress]:
     return links
 
 
+def output_bends(scene: Scene) -> bool:
+    """Return whether the output is a point of a link that bends, off its pins, which moves relative to the chord."""
+    assert scene.machine is not None  # as above
+    aim = scene.machine.aim
+    elastic = scene.machine.bodies[aim.body].elastic
+    return bool(aim.point and elastic and elastic.bending and aim.point not in (elastic.near, elastic.far))
+
+
 class LinkSignals:
     """Largest deflections and stresses of the links of a run, and its stress histories where a life is asked for."""
 
     def __init__(self, scene: Scene):
         """Prepare for the run of a scene."""
         self.links, self.crank_column = links_of(scene), crank_column(scene)
+        self.output_bends = output_bends(scene)
         self.start_angle = scene.case.drive.start_angle if scene.case.drive else 0.0
         self.reset()
 
@@ -128,9 +137,9 @@ class LinkSignals:
             if link.life:
                 self.histories[i].append(turning_points(stresses))
 
-    def figures(self, output: str) -> dict[str, float]:
+    def figures(self, output: str) -> dict[str, float | None]:
         """Return the columns of links that bend; output : name of the machine's output."""
-        values = {f"{output}_error_bending": self.output_error}
+        values: dict[str, float | None] = {f"{output}_error_bending": None if self.output_bends else self.output_error}
         for link, deflection, stress in zip(self.links, self.deflections, self.stresses, strict=True):
             values[f"{link.name}_deflection_max"] = float(deflection)
             values[f"{link.name}_stress_max"] = float(stress)
