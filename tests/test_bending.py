@@ -11,6 +11,10 @@ from mechanism_cases import changed, slider_crank
 
 import clearsweep
 from clearsweep.language.errors import InputError
+from clearsweep.report.one_case.motion import saved_channels
+from clearsweep.report.sections.bending import bending_links_sections
+from clearsweep.report.sections.cases import player_data
+from clearsweep.report.study import prepare
 
 #: The exact inextensible bar (tangent angles against a chain of rigid bars, 1e-5), and a second-order floating frame
 #: whose equations were checked against Lagrange's: the machine of Simeon 1996 over one revolution.
@@ -170,3 +174,25 @@ def test_the_stress_at_the_edges_is_that_of_the_exact_bar():
     wide = simeon(section=None, area=1e3, second_moment=0.008**4 / 12.0, edge=0.004, bending=4, damping=0.01)
     summary = clearsweep.simulate(clearsweep.load_case(wide)).summary  # so wide that the normal force adds nothing
     assert summary["rod_stress_max"] == pytest.approx(TRUTH["simeon_damped"]["largest_stress_Pa"], rel=1e-2)
+
+
+def test_the_stress_in_the_middle_is_that_of_the_exact_bar():
+    truth = TRUTH["simeon_damped"]
+    motion = clearsweep.simulate(clearsweep.load_case(simeon(damping=0.01)), TIMES)
+    error = np.max(np.abs(motion.channels["rod/stress"] - np.array(truth["stress_Pa"]))) / truth["largest_stress_Pa"]
+    assert error < 0.05  # of two modes
+    assert np.all(motion.channels["rod/stress"] * motion.channels["rod/deflection"] < 0.0)
+
+
+def test_the_page_shows_links_that_bend_and_their_player_bends_them(tmp_path):
+    run = clearsweep.sweep(changed(simeon(damping=0.01), {"save.orbits": "all"}), tmp_path / "run")
+    study = prepare(clearsweep.open(run.directory))
+    case_id = study.cases.index[0]
+    (section,) = bending_links_sections(study)
+    assert "The drive turns at 0.12 of the first bending rate of rod." in " ".join(section.sentences)
+    channels = saved_channels(study.run, case_id)
+    player = player_data(study, case_id, channels)
+    (bend,) = [body["bend"] for body in player.data["bodies"] if "bend" in body]
+    assert bend["name"] == "rod"
+    assert bend["magnified"] == pytest.approx(0.06 * LENGTH / 1.75e-3, rel=0.1)
+    assert {"deflection of rod", "stress of rod"} <= {chart["name"] for chart in player.data["charts"]}

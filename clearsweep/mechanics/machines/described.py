@@ -239,7 +239,7 @@ def channels_of(
     link_channels: dict[str, tuple[Channel, ...]] = {}
     for body in bodies if outline.elastic else ():
         bending, name = outline.bending_of(body), column_name(body)
-        deflection = (Channel(f"{name}/deflection", *DEFLECTION),) if bending else ()
+        deflection = (Channel(f"{name}/deflection", *DEFLECTION), Channel(f"{name}/stress", *STRESS)) if bending else ()
         stretches = bending.stretches if bending else body in outline.elastic
         link_channels[name] = (*deflection, *((Channel(f"{name}/extension", *EXTENSION),) if stretches else ()))
     return (
@@ -262,6 +262,10 @@ def body_channels(body: str) -> tuple[Channel, ...]:
 EXTENSION = ("m", "elongation of the line between its pins")
 MAX_SEGMENTS = 24  # more take minutes to compile
 DEFLECTION = "m", "deflection of its middle from the chord between its pins, to the left of the way to the second pin"
+STRESS = (
+    "Pa",
+    "bending stress at the edge of its middle, positive where it turns counter-clockwise on the way to the second pin",
+)
 MAX_MODES = 8
 _ELASTIC_TEXT = "elasticity along or across the line of the pins. Without this section, the body is rigid"
 _STIFFNESS_TEXT = (

@@ -120,6 +120,12 @@ def crank_speed(history: History) -> np.ndarray:
     return np.gradient(history.angle, history.time, edge_order=2)
 
 
+def bending_links(channels: Mapping) -> list[str]:
+    """Return the links that bend, as in channels, whose deflection and stress are stored."""
+    names = [name.removesuffix("/deflection") for name in channels if name.endswith("/deflection")]
+    return [name for name in names if f"{name}/stress" in channels]
+
+
 def joint_histories(study: Study, case_id: str, history: History) -> list[JointHistory]:
     """Return the histories of joint forces, output acceleration and torque, each with its ideal."""
     ideal, histories = _ideal_motion(study, case_id, history), []
@@ -135,6 +141,11 @@ def joint_histories(study: Study, case_id: str, history: History) -> list[JointH
             study.run.layout.units[f"joints/{joint.name}/force_normal"],
         )
         histories.append(JointHistory(f"normal force{study.joint_text(joint, ', {}')}", unit, force, ideal_values))
+    histories += [
+        JointHistory(f"{quantity} of {name.replace('_', '-')}", unit, history.values(f"{name}/{quantity}"))
+        for name in bending_links(history.channels)
+        for quantity, unit in (("deflection", "m"), ("stress", "Pa"))
+    ]
     acceleration = _acceleration_channel(study, history)
     if acceleration:
         ideal_values = ideal.acceleration if ideal else None

@@ -14,6 +14,7 @@ from .answer import (
     trust_sections,
     verdict_sections,
 )
+from .bending import bending_links_sections
 from .cases import case_sections, explorer_sections, leading_explorer_sections, other_cases_sections
 from .drivers import driver_sections, folded_driver_sections, tradeoff_sections, trend_sections
 from .identified import folded_identified_sections, identified_sections
@@ -72,6 +73,7 @@ FOLDED: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (  # folded below t
             law_choice_sections,
             elastic_laws_sections,
             elastic_links_sections,
+            bending_links_sections,
         ),
     ),
     ("All cases", (explorer_sections, peak_sections, failure_sections)),

@@ -20,6 +20,7 @@ from ..one_case.motion import (
     ORBIT_CHANNELS,
     SPEED,
     History,
+    bending_links,
     has_straight_walls,
     history_of,
     joint_histories,
@@ -35,6 +36,7 @@ RELATIVE_ROUNDING = (
     1e-12  # of the largest value of a curve: smaller values, such as a torque at a dead centre, are rounding
 )
 MAX_SAMPLES = 3000  # samples: longer histories are cut to those around the largest force
+DRAWN_DEFLECTION = 0.06  # of the length of a link: its largest deflection as drawn
 DRAWN_PENETRATION = 0.25  # of the clearance: drawn height of the deepest penetration
 NO_SCRIPTS = "The animation needs scripts. clearsweep show DIR CASE draws the motion without scripts."
 
@@ -68,8 +70,10 @@ def player_data(study: Study, case_id: str, channels: Mapping) -> Interactive | 
 
 def _shown_body(body: dict, samples: slice) -> dict:
     """Return a body for the player: the shown samples of its motion."""
-    moving = {key: encode_floats(body[key][samples]) for key in ("x", "y", "angle")}
-    return {key: body[key] for key in ("began", "points", "walls")} | moving
+    shown = {key: encode_floats(body[key][samples]) for key in ("x", "y", "angle")}
+    if body["bend"]:
+        shown["bend"] = body["bend"] | {"deflection": encode_floats(body["bend"]["deflection"][samples])}
+    return {key: body[key] for key in ("began", "points", "walls")} | shown
 
 
 def _shown_samples(study: Study, channels: Mapping) -> slice:
@@ -112,8 +116,16 @@ def moving_bodies(sketch: simulation.Sketch, channels: Mapping) -> list[dict]:
         walls += [(rim - body.center).tolist() for rim in body.rims]
         x, y = (np.asarray(channels[f"{name}/{key}"], float) for key in ("x", "y"))
         angle = np.asarray(channels.get(f"{name}/angle", np.full(len(x), body.angle)), float)
+        bend = None
+        if body.elastic_ends is not None and name in bending_links(channels):
+            deflection = np.asarray(channels[f"{name}/deflection"], float)
+            bend, chord = _bend_of(body, deflection), np.diff(body.elastic_ends, axis=0)[0]
+            direction = np.arctan2(chord[1], chord[0]) + angle - body.angle
+            mean = 2.0 / np.pi * deflection  # of the first mode: the centre of mass without it is on the chord
+            x, y = x + mean * np.sin(direction), y - mean * np.cos(direction)
         bodies.append(
             {
+                "bend": bend,
                 "began": body.angle,
                 "center": body.center,
                 "points": (body.points - body.center).tolist(),
@@ -124,6 +136,15 @@ def moving_bodies(sketch: simulation.Sketch, channels: Mapping) -> list[dict]:
             }
         )
     return bodies
+
+
+def _bend_of(body: simulation.SketchedBody, deflection: np.ndarray) -> dict:
+    """Return how a link that bends is drawn: its ends from the centre of mass, deflection, and factor on that."""
+    assert body.elastic_ends is not None  # only elastic links
+    length, largest = float(np.hypot(*np.diff(body.elastic_ends, axis=0)[0])), float(np.abs(deflection).max())
+    magnified = float(f"{max(DRAWN_DEFLECTION * length / largest, 1.0):.1g}") if largest > 0.0 else 1.0
+    ends = (body.elastic_ends - body.center).tolist()
+    return {"name": body.name, "ends": ends, "deflection": deflection, "magnified": magnified}
 
 
 def _joints(study: Study, case_id: str, channels: Mapping, samples: slice, sketch: simulation.Sketch) -> list[dict]:

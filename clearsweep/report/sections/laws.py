@@ -391,8 +391,10 @@ def _cases_differing_in(study: Study, axis: Axis, worst: str) -> list[str]:
 
 
 def _bending_sentence(links: Links) -> str:
-    """Return the drive frequency relative to the bending of the links, which is neglected."""
+    """Return the drive frequency relative to the bending of the links, which is neglected; '' if all bend."""
     link = max(links, key=lambda link: link.bending)
+    if not link.bending:
+        return ""
     return (
         f"The model neglects bending of links. The drive frequency is {wording.number_text(link.bending, 2)} times "
         "the first "

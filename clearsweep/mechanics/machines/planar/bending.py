@@ -35,6 +35,7 @@ class Bent(NamedTuple):
     modes: tuple  # number of bending modes
     stiffness: tuple  # N/m, of each mode, then of each axial segment
     damping: tuple  # N s/m
+    edge_modulus: float  # Pa m, Young's modulus times the distance of the edge
 
 
 class BentPoint(NamedTuple):
@@ -92,6 +93,7 @@ def compile_bent(body: Body, elastic: Elastic, bending: Bending) -> Bent:
         as_empty_tuples(bending.modes),
         tuple(stiffness.tolist()),
         tuple((stiffness * np.concatenate(damping_times)).tolist()),
+        bending.young * bending.edge,
     )
 
 

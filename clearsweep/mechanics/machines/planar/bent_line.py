@@ -175,12 +175,13 @@ class BentLine:
         return [self.properties.stiffness[first + i] * self.values[self.stretches[i]] for i in segments]
 
     def histories(self) -> list[Expr]:
-        """Return the deflection (m) of the middle from the chord, then, with axial segments, the chord's elongation."""
-        middle = [math.sin(0.5 * (k + 1) * math.pi) for k in range(len(self.modes))]
-        values = self.values
-        histories = [
-            sum_of(constant(float(round(sine))) * values[c] for sine, c in zip(middle, self.modes, strict=True))
-        ]
+        """Return deflection (m) and bending stress (Pa) of the middle, and the elongation (m) if it stretches."""
+        values, middle = self.values, [(1.0, 0.0, -1.0, 0.0)[k % 4] for k in range(len(self.modes))]  # of the sines
+        histories = [sum_of(constant(sine) * values[c] for sine, c in zip(middle, self.modes, strict=True))]
+        squares = [float((k + 1) ** 2) * sine for k, sine in enumerate(middle)]
+        curvature = sum_of(constant(square) * values[c] for square, c in zip(squares, self.modes, strict=True))
+        wave_number = math.pi * self.inverse_length
+        histories.append(-(self.properties.edge_modulus * (wave_number * wave_number) * curvature))
         if self.stretches:
             shortening = self._shortening(values, values)
             at_end = {shape: float(value_of(shape, np.array(1.0))) for shape in shortening}

@@ -9,7 +9,8 @@ class Player {
     this.along = this.time || this.angle;
     this.walls = data.walls;
     this.ground = data.ground;
-    this.bodies = data.bodies.map(body => ({...body, x: unpacked(body.x), y: unpacked(body.y), angle: unpacked(body.angle)}));
+    this.bodies = data.bodies.map(body => ({...body, x: unpacked(body.x), y: unpacked(body.y), angle: unpacked(body.angle),
+      bend: body.bend && {...body.bend, deflection: unpacked(body.bend.deflection)}}));
     this.joints = data.joints.map(joint => ({...joint, x: unpacked(joint.x), y: unpacked(joint.y), force: unpacked(joint.force),
       walls: joint.walls && {...joint.walls, tilt: unpacked(joint.walls.tilt)}}));
     this.charts = data.charts.map(chart => ({...chart, lines: chart.lines.map(line => ({...line, values: unpacked(line.values)}))}));
@@ -28,7 +29,8 @@ class Player {
       ...[4, 10, 30].map(seconds => new Option(this.time ? `${seconds} s in all` : `${seconds} s a turn`, seconds)));
     this.where = element("output");
     this.picture = element("canvas", {role: "img", "aria-label": "The mechanism in motion"});
-    this.stage = element("div", {class: "stage"}, this.picture);
+    this.stage = element("div", {class: "stage"}, this.picture, ...this.bodies.filter(body => body.bend).map(body =>
+      element("span", {}, `Deflection of ${body.bend.name} drawn ${numberText(body.bend.magnified)} times as large`)));
     this.rings = this.joints.map(joint => {
       const canvas = element("canvas", {role: "img", "aria-label": joint.walls ? `Joint ${joint.name} between its walls` : `Journal of ${joint.name} in its bearing`});
       return element("figure", {"aria-label": `${joint.walls ? "Joint" : "Journal of"} ${joint.name}`}, element("figcaption", {}, element("strong", {}, joint.name),
@@ -129,6 +131,16 @@ class Player {
     return those.map(([x, y]) => [body.x[k] + c * x - s * y, body.y[k] + s * x + c * y]);
   }
 
+  /** Return points of the line of a link that bends, its deflection magnified. */
+  bent(body) {
+    const [[x, y], [farX, farY]] = this.points(body, this.now, body.bend.ends), steps = 24;
+    const length = Math.hypot(farX - x, farY - y) || 1, most = body.bend.magnified * body.bend.deflection[this.now];
+    return Array.from({length: steps + 1}, (_, k) => {
+      const share = k / steps, off = (most * Math.sin(Math.PI * share)) / length;
+      return [x + share * (farX - x) - off * (farY - y), y + share * (farY - y) + off * (farX - x)];
+    });
+  }
+
   drawMechanism() {
     if (!this.limits) {
       const all = this.bodies.flatMap(body => Array.from(this.angle, (_, k) =>
@@ -164,8 +176,8 @@ class Player {
       context.strokeStyle = context.fillStyle = BODY_COLOURS[number % BODY_COLOURS.length];
       context.lineWidth = 5;
       context.beginPath();
-      points.forEach(point => context.lineTo(...point));
-      if (points.length > 2) context.closePath();
+      (body.bend ? this.bent(body).map(at) : points).forEach(point => context.lineTo(...point));
+      if (points.length > 2 && !body.bend) context.closePath();
       if (points.length > 1) context.stroke();
       else context.fillRect(points[0][0] - 14, points[0][1] - 9, 28, 18);
       for (const point of points) {
