@@ -196,3 +196,10 @@ def test_the_page_shows_links_that_bend_and_their_player_bends_them(tmp_path):
     assert bend["name"] == "rod"
     assert bend["magnified"] == pytest.approx(0.06 * LENGTH / 1.75e-3, rel=0.1)
     assert {"deflection of rod", "stress of rod"} <= {chart["name"] for chart in player.data["charts"]}
+
+
+def test_a_rod_that_folds_up_ends_its_case_at_once():
+    folded = clearsweep.simulate(clearsweep.load_case(simeon(damping=0.01), {"drive.speed": 10.0 * SPEED}))
+    assert folded.status == "bent-too-far"
+    assert "more than a quarter of its length" in folded.message
+    assert folded.summary["steps"] < 10_000

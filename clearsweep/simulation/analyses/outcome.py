@@ -18,7 +18,7 @@ from ..advice.remarks import remarks, yield_speeds
 from ..figures.catalogue import WORK_COUNTS, figures_of, layout_formulas
 from ..figures.window import DRY_FORCE_THRESHOLD, RARE_SHARE, Cost, Summed, Window, by_joint, summed_of, wear_depths_of
 from ..machine.ideal import ideal_peaks
-from ..running.run import ROUNDING, SUMS_NOT_FINITE, TIME_BUDGET, Run, onset_rates
+from ..running.run import BENT_TOO_FAR, ROUNDING, SUMS_NOT_FINITE, TIME_BUDGET, Run, onset_rates
 from ..setup.scene import Scene, length_unit
 from ..setup.start import control_of, marks_reached, peak_spreads, repetition_of, start_turns
 from .vibration import vibration_figures
@@ -39,6 +39,11 @@ _STATUS = {
         "time-budget",
         "reached the budget of {patience:.6g} s of process time at {time:.6g} s{of_total}, after {steps:,} steps; "
         "increase simulate.time_budget",
+    ),
+    BENT_TOO_FAR: (
+        "bent-too-far",
+        "a link deflected by more than a quarter of its length by {time:.6g} s{of_total}, beyond its second-order "
+        "model; use a thicker or shorter link, or a slower drive",
     ),
     ROUNDING: (
         "rounding",

@@ -15,6 +15,7 @@ from ...mechanics.solver.slow_sums import SIGNALS
 from ..setup.scene import Scene
 from .vibration import ZOOM_POINTS
 
+LARGEST_DEFLECTION = 0.25  # of the length: the chord is 15 % shorter, and the second order no longer describes it
 MIDDLE = len(planar.STATIONS) // 2
 
 
@@ -22,6 +23,7 @@ class LinkStress(NamedTuple):
     """What turns the signals of a link into deflection and stress, and where its signals are."""
 
     name: str  # as in columns
+    length: float  # m
     modes: slice  # columns of the recording
     forces: slice
     shapes: np.ndarray  # (modes,) deflection of the middle for a unit of each mode
@@ -66,6 +68,7 @@ def _link_of(name: str, body: Body, first: int, life: tuple | None, levers: np.n
     first_force = first + bending.modes
     return LinkStress(
         column_name(name),
+        length,
         slice(first, first_force),
         slice(first_force, first_force + len(planar.STATIONS)),
         shapes[MIDDLE],
@@ -122,6 +125,11 @@ class LinkSignals:
         self.stresses = np.zeros(len(self.links))  # Pa
         self.output_error = 0.0  # of the output, by the bending of all links
         self.histories: list[list[np.ndarray]] = [[] for _ in self.links]  # see `turning_points`
+
+    def bends_too_far(self) -> bool:
+        """Return whether a link has deflected beyond its model."""
+        lengths = np.array([link.length for link in self.links])
+        return bool(np.any(self.deflections > LARGEST_DEFLECTION * lengths))
 
     def add(self, rows: np.ndarray) -> None:
         """Add recorded steps (steps, columns, nodes)."""

@@ -52,7 +52,7 @@ from .observed_run import Branches, Observer, Perturbed, Revolutions, run_observ
 from .vibration import CAPACITY, Signals
 
 REST = 1e-9  # of the onset rate and of the largest depth: less is rest, in a contact
-TIME_BUDGET, ROUNDING, SUMS_NOT_FINITE = -1, -2, -3  # further statuses besides those of the loop
+TIME_BUDGET, ROUNDING, SUMS_NOT_FINITE, BENT_TOO_FAR = -1, -2, -3, -4  # further statuses besides those of the loop
 MIN_STEPS = 1 << 15  # steps after which the budget that a run will need is estimated
 #: Change of a rate over a step by rounding of a position, over the allowed error, from which rounding limits the step.
 #: Runs that it limits have 0.2 to 3, others below 1e-3.
@@ -219,6 +219,9 @@ class Run:
             self.phase.note(share=float(work.y[work.independent] / work.control.end))
         if status == integration.PAUSED and time.process_time() >= self.deadline:
             self.status = TIME_BUDGET
+            return True
+        if self.link_signals and self.link_signals.bends_too_far():
+            self.status = BENT_TOO_FAR
             return True
         if self.is_held_at_rest():
             self.status = integration.OK
