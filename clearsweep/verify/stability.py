@@ -49,11 +49,13 @@ from ..contracts.machine import Constant
 from ..contracts.results import Trajectory
 from ..mechanics.joints.guide import CORNERS
 from ..mechanics.joints.lubricated import Film, Lubricated
+from ..mechanics.joints.rolling import Rolling, element_approaches
 from ..mechanics.laws.contract import ONSET_FLOOR
 from ..mechanics.laws.elastic import POWERS, elastic_energy
 from ..mechanics.laws.hysteresis import RateFactor
 from ..mechanics.machines import contract, planar
 from ..simulation.analyses.trajectory import simulate
+from ..simulation.figures.window import by_joint
 from ..simulation.machine.ideal import ideal_peaks
 from ..simulation.running.run import integration_of
 from ..simulation.setup import scene
@@ -199,7 +201,8 @@ def _accuracy_note(case_scene: scene.Scene) -> str:
     if tighter_run.status != default_run.status:
         return "it does not end at a tenth of the tolerance"
     depths, tighter_depths = (
-        integration.totals.joint.column("depth_max") for integration in (default_run, tighter_run)
+        by_joint(integration.totals, case_scene.layout).joint.column("depth_max")
+        for integration in (default_run, tighter_run)
     )
     contact_energy = max(
         elastic_energy(joint.elastic, depth) for joint, depth in zip(case_scene.value.joints, depths, strict=True)
@@ -218,6 +221,8 @@ def largest_escape(case_scene: scene.Scene, trajectory: Trajectory, index: int, 
         return 0.0  # without surface there is no penetration
     if case_scene.layout.joints[index].flanked:
         return _largest_overlap(case_scene, trajectory, index) / clearance
+    if isinstance(case_scene.value.joints[index], Rolling):
+        return _largest_approach(case_scene, trajectory, index, name) / clearance
     if case_scene.layout.joints[index].corners:
         return _largest_gap(case_scene, trajectory, index, name) / clearance - 1.0
     events = trajectory.events[trajectory.events["joint"] == name]
@@ -237,6 +242,19 @@ def _largest_overlap(case_scene: scene.Scene, trajectory: Trajectory, index: int
         began = case_scene.start[2 * first + 1 + contacts.index(contact)] > 0.0
         in_contact = (np.searchsorted(events["t"], trajectory.t, side="right") + began) % 2 == 1
         largest = max(largest, float(np.max((side * place)[~in_contact], initial=-math.inf)) - joint.reach)
+    return largest
+
+
+def _largest_approach(case_scene: scene.Scene, trajectory: Trajectory, index: int, name: str) -> float:
+    """Return the largest approach (m) of both rings at an element of a bearing outside of its logged contacts."""
+    first = sum(len(joint.contacts) for joint in case_scene.layout.joints[:index])
+    roots = case_scene.start[2 * len(case_scene.value.coordinates) + 1 + first :]
+    position = (trajectory[f"joints/{name}/{channel}"] for channel in ("x", "y", "cage_angle"))
+    approaches, largest = element_approaches(case_scene.value.joints[index], *position), 0.0
+    for k in range(approaches.shape[1]):
+        events = trajectory.events[trajectory.events["joint"] == f"{name}_{k + 1}"]
+        in_contact = (np.searchsorted(events["t"], trajectory.t, side="right") + (roots[k] > 0.0)) % 2 == 1
+        largest = max(largest, float(np.max(approaches[~in_contact, k], initial=0.0)))
     return largest
 
 
@@ -282,6 +300,7 @@ def share_of_bound(case_scene: scene.Scene, trajectory: Trajectory) -> float:
     for (joint_layout, _, joint), load in zip(dry_joints, loads, strict=True):
         max_depth = penetration_bound(joint.elastic, sum(energies), load)
         max_depth += joint.corners.end if type(joint) in (Lubricated,) else 0.0
+        max_depth += max(-joint.radial_clearance, 0.0) if isinstance(joint, Rolling) else 0.0
         shares.append(summary[f"{joint_layout.name}_penetration_max"] / max_depth if max_depth > 0.0 else 0.0)
     return max(shares, default=0.0)
 
