@@ -183,6 +183,7 @@ class Work(NamedTuple):
     profiles: np.ndarray  # (1 + c, PARTS + 1) dt/dtau and every contact's force (N) at equidistant places of the step
     clearance: np.ndarray  # (c,) m
     has_friction: np.ndarray  # (c,) int64, whether there is friction: 1, else 0
+    has_histogram: np.ndarray  # (c,) int64, whether its force has a histogram: 1, else 0
     film: np.ndarray  # (c, 2) m, depth beyond which a film shares the load, and depth limit of its formula; inf: never
     stepper: Stepper
     f: np.ndarray  # (n, STAGES) the interpolant, see `collocation.dense_component`
@@ -234,6 +235,7 @@ def accumulators_of(pointer):
         work.clearance,
         work.film,
         work.has_friction,
+        work.has_histogram,
     )
     peaks = revolutions.step_peak, revolutions.peak_since_mark
     return Accumulators(*arrays, totals.mechanism, totals.joint, totals.bins, totals.part_times, *peaks)

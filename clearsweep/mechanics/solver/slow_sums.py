@@ -298,7 +298,8 @@ def add_profiles(pointer):
     has_wear = work.wear.code != 0
     for j in range(work.mode.size):
         if acts(work.mode[j]):
-            add_force_times(pointer, j)
+            if work.has_histogram[j] != 0:
+                add_force_times(pointer, j)
             if has_wear or work.limit_depth[j] < math.inf or work.film[j, 1] < math.inf:
                 add_contact_profile(pointer, j, work.end[work.time] - work.y[work.time])
 

@@ -357,6 +357,7 @@ class Accumulators(NamedTuple):
     clearance: tuple
     film: tuple
     has_friction: tuple
+    has_histogram: tuple
     mechanism: tuple
     joint: tuple
     bins: tuple
@@ -461,7 +462,8 @@ def add_contact_maxima(accumulators, j, in_window, duration):
     figures.force_max = max(figures.force_max, largest)
     deepest = max(o[depth, START], o[depth, END])
     figures.depth_max = max(figures.depth_max, deepest)
-    add_force_profile(accumulators, j, duration)
+    if accumulators.has_histogram[j] != 0:
+        add_force_profile(accumulators, j, duration)
     if accumulators.has_friction[j] != 0:
         for row in NODES:
             put_load(o, row, j)

@@ -261,6 +261,10 @@ def arrays_of(scene: Scene, marks: int, zeros: Callable[..., np.ndarray]) -> Arr
         **{name: zeros(shape, dtype=np.int64) for name, shape in cleared_integer_shapes.items()},
         **{name: np.zeros(shape, np.int64) for name, shape in integer_array_shapes.items()},
         "control": np.zeros(integration.ControlNumbers.SIZE),
+        "has_histogram": np.array(
+            [not joint.is_rolling or k >= joint.corners for joint in joints for k in range(len(joint.contacts))],
+            np.int64,
+        ),
         "histogram": np.zeros((contacts, observe.BINS, 2)),
         "dry": np.zeros((contacts if has_film else 0, observe.BINS, 2)),
         "log": np.empty((loop.LOG_ROWS, 5)),
