@@ -65,7 +65,7 @@ def slider_crank(joints, **simulate):
     }
 
 
-def held_hub(joint, load, **simulate):
+def loaded_hub(joint, load, **simulate):
     """Return the grid of a body of 1 kg that a load (x, y) N presses into a bearing of the ground."""
     ground = {"points": {"o": ["0 m", "0 m"], "seat": ["0.5 m", "0 m"]}}
     hub = {"mass": "1 kg", "inertia": "0.01 kg*m^2", "points": {"c": ["0 m", "0 m"]}, "initial": {"x": "0.5 m"}}
@@ -154,7 +154,7 @@ def test_a_settled_bearing_has_the_published_loads(kind):
     joint, loads, displacement = KIND[kind]
     damped = {"law": "hunt-crossley", "damping_factor": "20 s/m"}
     trajectory = clearsweep.simulate(
-        load_case(held_hub(joint | {"clearance": "0 um", "contact": damped}, (1000.0, 0.0)))
+        load_case(loaded_hub(joint | {"clearance": "0 um", "contact": damped}, (1000.0, 0.0)))
     )
     assert trajectory["joints/bearing/x"][-1] == pytest.approx(displacement, rel=1e-9)
     assert trajectory["joints/bearing/y"][-1] == pytest.approx(0.0, abs=1e-15)
@@ -172,9 +172,9 @@ def test_static_position_balances_the_load(clearance, count, toward):
         position = static_position(joint, tuple(load), 0.1)
         angles = 0.1 + 2.0 * math.pi * np.arange(count) / count
         approaches = np.maximum(position[0] * np.cos(angles) + position[1] * np.sin(angles) - 0.5 * clearance, 0.0)
-        carried = elastic.stiffness * approaches ** getattr(elastic, "exponent", 1.5)
-        assert carried @ np.cos(angles) == pytest.approx(load[0], abs=1e-8)
-        assert carried @ np.sin(angles) == pytest.approx(load[1], abs=1e-8)
+        balance = elastic.stiffness * approaches ** getattr(elastic, "exponent", 1.5)
+        assert balance @ np.cos(angles) == pytest.approx(load[0], abs=1e-8)
+        assert balance @ np.sin(angles) == pytest.approx(load[1], abs=1e-8)
 
 
 def test_load_over_an_element_with_clearance_is_carried_by_it_alone():
@@ -283,9 +283,9 @@ def solved_between_events(rates, span, start, times):
             break
         before = signed_approaches(part.t[-2], part.y[:, -2])
         events += [(time, k, before[k] < 0.0) for k in passed]
-        ahead = time + 1e-12  # off the event, where the force is still 0 but for rounding
-        state = state + (ahead - time) * np.array(rates(time, state))
-        time = ahead
+        later = time + 1e-12  # off the event, where the force is still 0 but for rounding
+        state = state + (later - time) * np.array(rates(time, state))
+        time = later
     return np.array(states), events
 
 

@@ -190,7 +190,8 @@ def _lasting_contacts(scene: Scene, window: Window) -> Iterator[tuple[str, float
     for index, joint in enumerate(scene.case.joints):
         rate = float(window.onset_rate[index])
         if joint.contact.onset == "first" and not math.isnan(rate) and window.totals.joint[index].onsets == 0.0:
-            yield joint.name, rate, joint.slot_length is None
+            can_renew = joint.slot_length is None and not joint.rolling
+            yield joint.name, rate, can_renew
 
 
 def _run_in(window: Window) -> str:
