@@ -1,8 +1,13 @@
 """Rainflow counting and damage, against the example of ASTM E1049 and closed forms."""
 
+import itertools
+import math
+
 import numpy as np
 import pytest
+from test_bending import HEIGHT, LENGTH, SPEED, YOUNG, simeon
 
+import clearsweep
 from clearsweep.simulation.running.fatigue import Rainflow, damage, turning_points
 
 #: ASTM E1049-85, figure 6: the history, and its half cycles by range.
@@ -25,7 +30,7 @@ def test_rainflow_counts_the_published_example():
 
 @pytest.mark.parametrize("cut", range(1, 2 * len(HISTORY)))
 def test_pieces_and_points_between_turning_points_change_no_count(cut):
-    middles = [0.5 * (first + second) for first, second in zip(HISTORY, HISTORY[1:], strict=False)]
+    middles = [0.5 * (first + second) for first, second in itertools.pairwise(HISTORY)]
     history = [value for pair in zip(HISTORY, [*middles, HISTORY[-1]], strict=True) for value in pair]
     assert counts_of(history[:cut], history[cut:]) == COUNTS
     assert counts_of(*[[value] for value in history]) == COUNTS
@@ -50,3 +55,16 @@ def test_a_harmonic_stress_uses_up_its_life_in_the_given_cycles():
 def test_damage_is_the_sum_over_amplitudes():
     cycles = np.array([[200e6, 3.0], [100e6, 0.5]])  # ranges
     assert damage(cycles, 100e6, 3.0, 1e6) == pytest.approx((3.0 + 0.5 / 8.0) / 1e6, rel=1e-14)
+
+
+@pytest.mark.slow
+def test_the_damage_of_a_rod_is_that_of_its_stress_at_the_middle():
+    life = {"strength": 200e6, "exponent": 4.0, "cycles": 1e6}
+    wide = {"section": None, "area": 1.0, "second_moment": 0.008 * HEIGHT**3 / 12.0, "edge": 0.5 * HEIGHT}
+    grid = simeon(bending=1, damping=0.01, stress_life=life, **wide)  # its normal stress is nothing
+    motion = clearsweep.simulate(clearsweep.load_case(grid), np.linspace(0.0, 2.0 * math.pi / SPEED, 20001))
+    stress = YOUNG * 0.5 * HEIGHT * (math.pi / LENGTH) ** 2 * motion.channels["rod/deflection"]
+    rainflow = Rainflow()
+    cycles = np.concatenate([rainflow.add(stress), rainflow.left()])
+    assert motion.summary["rod_damage"] == pytest.approx(damage(cycles, 200e6, 4.0, 1e6), rel=1e-3)
+    assert motion.summary["rod_stress_max"] == pytest.approx(np.max(np.abs(stress)), rel=1e-3)

@@ -469,7 +469,8 @@ class Figure(NamedTuple):
     unit: str  # SI
     text: str
     of: str = "case"  # 'joint': one for each joint with clearance; 'output': of a mechanism's output; 'place': one for
-    # each place of `vibration.at`; 'order': one for each of `vibration.orders`; 'link': one for each that bends; 'case'
+    # each place of `vibration.at`; 'order': one for each of `vibration.orders`; 'link': one for each that bends;
+    # 'mount': one for each housing that yields; 'case'
     #: 'turns', 'free', 'rests' (mechanism); 'wear', 'film', 'friction', 'limited' (joint); 'horizon', 'until',
     #: 'life'
     needs: tuple[str, ...] = ()

@@ -196,6 +196,7 @@ class Layout(NamedTuple):
                     features.outline.vibration,
                     features.outline.figures,
                     features.outline.bending,
+                    features.outline.mounts,
                 ),
             ),
             _channels(catalogue, mechanism, features),
@@ -271,6 +272,7 @@ class Requested(NamedTuple):
     vibration: VibrationOutline | None = None
     figures: tuple[FigureOutline, ...] = ()  # of one's own
     bending: tuple[BendingOutline, ...] = ()  # links that bend
+    mounts: tuple[str, ...] = ()  # joints in housings that yield
 
 
 def columns_of(
@@ -284,6 +286,7 @@ def columns_of(
     features = {*requested.names, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
     features |= {"vibration"} if requested.vibration else set()
     features |= {"bends"} if requested.bending else set()
+    features |= {"mounted"} if requested.mounts else set()
     columns: list[Column] = []
     for joint, joint_features in features_by_joint.items():
         joint_figures = (figure for figure in catalogue.figures if figure.of == "joint")
@@ -307,6 +310,9 @@ def columns_of(
                 for link in requested.bending
                 if link.features >= {*figure.needs}
             ]
+            continue
+        if figure.of == "mount":
+            columns += [_column(figure, "", mechanism, {"mount": joint}) for joint in requested.mounts]
             continue
         if figure.of == "joint" or not features >= {*figure.needs} - OF_PLACES:
             continue
@@ -358,10 +364,10 @@ def rubbing_joints(outline: Outline) -> tuple[str, ...]:
 
 
 def _column(figure: Figure, joint: str, mechanism: Mechanism, words: Mapping[str, str] | None = None) -> Column:
-    """Return the column of a figure; words : `until` and the unit of that figure, `order`, `place`, `link`."""
-    blank = dict.fromkeys(("until", "until_unit", "order", "place", "link"), "")
+    """Return the column of a figure; words : `until` and the unit of that figure, `order`, `place`, `link`, `mount`."""
+    blank = dict.fromkeys(("until", "until_unit", "order", "place", "link", "mount"), "")
     output, words = mechanism.output, blank | {**(words or {})}
-    owner = column_name(words["link"]) or joint
+    owner = column_name(words["link"] or words["mount"]) or joint
     name = figure.column(output.name if output and figure.of == "output" else owner)
     name = name.replace(ORDER, f"{ORDER}_{words['order']}") if words["order"] else name
     text = figure.text.format(output=output.name if output else "", **words)
@@ -447,6 +453,7 @@ def columns_markdown(catalogue: Catalogue) -> str:
             "joint": ("J",),
             "place": ("AT",),
             "link": ("BODY",),
+            "mount": ("J",),
             "output": tuple(output.name for output in outputs),
         }
         names = ", ".join(f"`{figure.column(owner)}`" for owner in owners.get(figure.of, ("",)))
@@ -454,7 +461,12 @@ def columns_markdown(catalogue: Catalogue) -> str:
         units = {figure.unit.format(output=output.unit, until="that of the figure") for output in outputs}
         output_text, until_text = " or ".join(output.name for output in outputs), "the figure of `until`"
         text = figure.text.format(
-            output=output_text, until=until_text, order="N", place="the place AT", link="the link BODY"
+            output=output_text,
+            until=until_text,
+            order="N",
+            place="the place AT",
+            link="the link BODY",
+            mount="the joint J",
         )
         requirements_text = ", ".join(_REQUIREMENT_TEXTS[need] for need in figure.needs)
         rows.append(
@@ -466,6 +478,7 @@ def columns_markdown(catalogue: Catalogue) -> str:
 _REQUIREMENT_TEXTS = {
     "bends": "a link bends",
     "fatigue": "it has `stress_life`",
+    "mounted": "the joint has a mount",
     "turns": "a drive turns the mechanism",
     "free": "the crank is free",
     "rests": "nothing turns",

@@ -231,7 +231,10 @@ def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue)
     if life and column_name(life) in parts_by_joint:
         parts_by_joint[column_name(life)].add("limited")
     frictions, vibration = rubbing_joints(reader.outline), reader.outline.vibration
-    requests = Requested(frozenset(requested), until, frictions, vibration, bending=reader.outline.bending)
+    outline = reader.outline
+    requests = Requested(
+        frozenset(requested), until, frictions, vibration, bending=outline.bending, mounts=outline.mounts
+    )
     columns = columns_of(catalogue, mechanism, parts_by_joint, requests)
     return {column.name: column.unit for column in columns}
 

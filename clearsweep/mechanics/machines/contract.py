@@ -212,7 +212,7 @@ def _default_load_resultants(mechanism, pose):
 def link_signals(mechanism, pose, loads, motion):
     """Return the crank's angle (rad), then of each link that bends its modes (m) and the normal forces (N) at stations.
 
-    () without such links.
+    The displacements (m) of each housing along x and y follow.  () without such links and housings.
     """
 
 

@@ -1,4 +1,4 @@
-"""Figures of links that bend: deflection, stress, first rate, and fatigue."""
+"""Figures of links that bend, deflection, stress, first rate and fatigue, and of housings that yield."""
 
 from ...contracts.catalogue import Entry, Figure
 
@@ -35,5 +35,29 @@ FIGURES = (
         of="link",
         needs=("bends",),
         differs=False,
+    ),
+    Figure(
+        "damage",
+        "1",
+        "share of the fatigue life of {link} that its stress in the window uses up, at the worst edge of 11 stations",
+        of="link",
+        needs=("bends", "fatigue"),
+        tables=(Entry("output", "damage", 8, if_any=True), Entry("case", "damage", 13)),
+    ),
+    Figure(
+        "error_mounts",
+        "{output}",
+        "largest distance by which the motion of housings alone displaces the {output}, to first order",
+        of="output",
+        needs=("mounted",),
+        tables=(Entry("output", "{output} error by housings", 2, if_any=True),),
+    ),
+    Figure(
+        "mount_motion_max",
+        "m",
+        "largest distance of the housing of {mount} from where its springs have no force",
+        of="mount",
+        needs=("mounted",),
+        tables=(Entry("output", "motion of the housing", 9), Entry("case", "motion of the housing", 14)),
     ),
 )

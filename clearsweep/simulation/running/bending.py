@@ -1,4 +1,4 @@
-"""Deflections and stresses of links that bend, from the polynomials over the steps of a run."""
+"""Deflections and stresses of links that bend, and their fatigue, from the polynomials over the steps of a run."""
 
 import math
 from typing import NamedTuple
@@ -10,10 +10,12 @@ from ...contracts.machine import Body
 from ...mechanics.coupling.shaking import signal_count
 from ...mechanics.machines import planar
 from ...mechanics.observe import START
-from ...mechanics.solver.signal_sums import EXCESS, FINE_POINTS, NODE_COUNT, TO_FINE_POINTS, values_at
+from ...mechanics.solver.signal_sums import TO_FINE_POINTS
 from ...mechanics.solver.slow_sums import SIGNALS
 from ..setup.scene import Scene
-from .vibration import ZOOM_POINTS
+from .fatigue import Rainflow, damage
+from .mounts import MountSignals
+from .polynomials import largest_size
 
 LARGEST_DEFLECTION = 0.25  # of the length: the chord is 15 % shorter, and the second order no longer describes it
 MIDDLE = len(planar.STATIONS) // 2
@@ -116,6 +118,7 @@ class LinkSignals:
         """Prepare for the run of a scene."""
         self.links, self.crank_column = links_of(scene), crank_column(scene)
         self.output_bends = output_bends(scene)
+        self.scene, self.first_mount = scene, self.links[-1].forces.stop if self.links else self.crank_column + 1
         self.start_angle = scene.case.drive.start_angle if scene.case.drive else 0.0
         self.reset()
 
@@ -124,7 +127,10 @@ class LinkSignals:
         self.deflections = np.zeros(len(self.links))  # m, largest size of each
         self.stresses = np.zeros(len(self.links))  # Pa
         self.output_error = 0.0  # of the output, by the bending of all links
-        self.histories: list[list[np.ndarray]] = [[] for _ in self.links]  # see `turning_points`
+        counts = [2 * len(planar.STATIONS) if link.life else 0 for link in self.links]
+        self.rainflows = [[Rainflow() for _ in range(count)] for count in counts]  # of each edge at each station
+        self.damages = [np.zeros(count) for count in counts]  # share of the life that their closed cycles use up
+        self.mounts = MountSignals(self.scene, self.first_mount)
 
     def bends_too_far(self) -> bool:
         """Return whether a link has deflected beyond its model."""
@@ -136,44 +142,33 @@ class LinkSignals:
         if not len(rows):
             return
         turns = (rows[:, self.crank_column] - self.start_angle) / (2.0 * math.pi)
-        errors = sum(link.output_errors(rows, turns) for link in self.links)
-        self.output_error = largest_size(np.asarray(errors), self.output_error)
+        self.mounts.add(rows, turns)
+        if self.links:
+            errors = sum(link.output_errors(rows, turns) for link in self.links)
+            self.output_error = largest_size(np.asarray(errors), self.output_error)
         for i, link in enumerate(self.links):
             self.deflections[i] = largest_size(link.deflections(rows), self.deflections[i])
             stresses = link.stresses(rows)
             self.stresses[i] = largest_size(stresses, self.stresses[i])
-            if link.life:
-                self.histories[i].append(turning_points(stresses))
+            for k, history in enumerate(_edge_histories(stresses) if link.life else ()):
+                self.damages[i][k] += damage(self.rainflows[i][k].add(history), *(link.life or ()))
 
     def figures(self, output: str) -> dict[str, float | None]:
         """Return the columns of links that bend; output : name of the machine's output."""
-        values: dict[str, float | None] = {f"{output}_error_bending": None if self.output_bends else self.output_error}
-        for link, deflection, stress in zip(self.links, self.deflections, self.stresses, strict=True):
+        values: dict[str, float | None] = {**self.mounts.figures(output)}
+        if self.links:
+            values[f"{output}_error_bending"] = None if self.output_bends else self.output_error
+        for i, (link, deflection, stress) in enumerate(zip(self.links, self.deflections, self.stresses, strict=True)):
+            if link.life:
+                left = [damage(rainflow.left(), *link.life) for rainflow in self.rainflows[i]]
+                values[f"{link.name}_damage"] = float(np.max(self.damages[i] + left))
             values[f"{link.name}_deflection_max"] = float(deflection)
             values[f"{link.name}_stress_max"] = float(stress)
             values[f"{link.name}_frequency"] = link.frequency
         return values
 
 
-def largest_size(values: np.ndarray, bound: float) -> float:
-    """Return the largest size of values (steps, ..., nodes) in recorded steps and between their nodes, or `bound`.
-
-    Between nodes only steps are searched whose values there may be larger.
-    """
-    flat = values.reshape(-1, NODE_COUNT)
-    low, high = flat.min(axis=1), flat.max(axis=1)
-    size = np.maximum(high, -low)
-    largest = max(bound, float(size.max()))
-    candidates = flat[size + EXCESS * (high - low) > largest]
-    fine = np.abs(candidates @ TO_FINE_POINTS)
-    if not fine.size or fine.max() <= bound:
-        return largest
-    step, point = np.unravel_index(int(fine.argmax()), fine.shape)
-    nearby = np.clip(FINE_POINTS[point] + ZOOM_POINTS, 0.0, 1.0)
-    return max(largest, float(np.abs(candidates[step] @ values_at(nearby)).max()))
-
-
-def turning_points(stresses: np.ndarray) -> np.ndarray:
+def _edge_histories(stresses: np.ndarray) -> np.ndarray:
     """Return stresses (steps, 2, stations, nodes) at the start and fine points of all steps: (2 stations, points)."""
     steps = len(stresses)
     fine = stresses @ TO_FINE_POINTS

@@ -51,7 +51,8 @@ def turning_points(values: np.ndarray) -> np.ndarray:
     if len(values) < END_POINTS:
         return values
     slopes = np.sign(np.diff(values))
-    return values[np.concatenate([[True], slopes[1:] != slopes[:-1], [True]])]
+    points: np.ndarray = values[np.concatenate([[True], slopes[1:] != slopes[:-1], [True]])]
+    return points
 
 
 def damage(cycles: np.ndarray, strength: float, exponent: float, life: float) -> float:

@@ -42,12 +42,12 @@ from ...mechanics.solver.signal_sums import (
 from ...mechanics.solver.slow_sums import DISSIPATED, DRIVE_POWER, DRIVE_TORQUE, DURATION, FREE, SIGNALS
 from ..machine.shaking import lines_in, responses
 from ..setup.scene import Scene, ScheduledClock
+from .polynomials import ZOOM_POINTS
 
 CAPACITY = 2048  # steps that are recorded before the loop pauses
 MAX_TURNS = 64  # of a stretch of the window with a spectrum of its own
 BIN_BLOCK = 128  # the number of bins is a multiple of it, for fast transforms
 MAX_LINES = 1 << 14  # of such a spectrum
-ZOOM_POINTS = FINE_POINTS[0] * np.linspace(-1.0, 1.0, 65)  # about the largest of these
 SAME_TIME = 1e-9  # of a revolution: closer ends of a step and of a stretch are the same
 #: From values at the nodes to derivatives of their polynomial there by the fraction of the step.
 TO_SLOPES = slopes_at(FRACTIONS)

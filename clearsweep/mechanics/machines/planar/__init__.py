@@ -17,7 +17,7 @@ from .drives import direction_of, motion_table, passage_time
 from .form import as_empty_tuples
 from .free_bodies import without_forces
 from .ideal import AlwaysEqual, ideal_of, machine_key, rival_assembly, slot_travel
-from .reactions import levers
+from .reactions import levers, levers_of_support
 
 __all__ = [
     "STATIONS",
@@ -37,6 +37,7 @@ __all__ = [
     "ideal_of",
     "ideal_reactions",
     "levers",
+    "levers_of_support",
     "line_of",
     "machine_key",
     "motion_table",

@@ -267,6 +267,7 @@ def link_signals_of(machine: MachineType) -> Program:
     signals = [dynamics.angle(machine.spanning_tree.crank)]
     for line, normal_forces in zip(dynamics.lines.values(), forces, strict=True):
         signals += [*(line.values[mode] for mode in line.modes), *normal_forces]
+    signals += dynamics.mount_motions()
     return dynamics.program.returns(tuple(signals))
 
 

@@ -178,7 +178,7 @@ def histories_of(machine: MachineType) -> Program:
             values += bodies.lines[masses[0]].histories()
         if masses[1:]:
             values.append(sum_of(bodies.travel[j] for j in machine.sprung if machine.sites[j].link.distal in masses))
-    values += [bodies.travel[j] for j in machine.sprung if machine.sites[j].link.distal in machine.housings]
+    values += bodies.mount_motions()
     return bodies.program.returns(tuple(values))
 
 
@@ -277,8 +277,9 @@ def _link_signal_count_planar(mechanism):
 
 @known
 def _signal_count(mechanism):
-    bent = machine_type(kinds_of(mechanism)).bent.values()
-    return 1 + sum(kind.modes + len(STATIONS) for kind in bent) if bent else 0
+    machine = machine_type(kinds_of(mechanism))
+    count = len(machine.housings) + sum(kind.modes + len(STATIONS) for kind in machine.bent.values())
+    return 1 + count if count else 0
 
 
 @energy.member(Planar)

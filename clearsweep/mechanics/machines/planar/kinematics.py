@@ -397,6 +397,11 @@ class Bodies(Kinematics):
         torque = (spring.stiffness * twist + spring.damping * rate).assigned()
         return [Load(first, CENTRE, NO_VECTOR, torque), Load(second, CENTRE, NO_VECTOR, -torque)]
 
+    def mount_motions(self) -> list[Expr]:
+        """Return the displacements (m) of all housings, along x and y."""
+        housings = self.machine.housings
+        return [self.travel[j] for j in self.machine.sprung if self.machine.sites[j].link.distal in housings]
+
     def angle_of(self, body: int) -> Expr:
         """Return the angle of a body."""
         return self.angle(self.spanning_tree.group[body])

@@ -5,12 +5,12 @@ constraints (Haug 1989, "Computer Aided Kinematics and Dynamics", chapter 6): J^
 """
 
 import math
-from collections.abc import Mapping
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from ....contracts.machine import BodyPoint, Guide, Machine
+from ....contracts.machine import GROUND, BodyPoint, Guide, Machine
 from ....tracing.compiled.direction import directions
 from .closure import MachineStates
 from .ideal import IdealMachine, ideal_of
@@ -85,28 +85,46 @@ def levers(ideal_machine: IdealMachine, body: str, near: str, far: str) -> np.nd
 
     By reciprocity it is the force in this line under a unit force at the output, with the crank at rest.
     """
-    states, aim = ideal_machine.revolution, ideal_machine.machine.aim
+    states = ideal_machine.revolution
     if body not in ideal_machine.closure.index:
         return np.zeros(len(states.angles))
-    unit = np.zeros_like(states.q)
-    if aim.point:
-        direction = np.tile([math.cos(aim.direction), math.sin(aim.direction)], (len(states.q), 1))
-        ideal_machine.add_force(unit, states, BodyPoint(aim.body, aim.point), direction, 0.0)
-    else:
-        unit[:, 3 * ideal_machine.closure.index[aim.body] + 2] = 1.0
-    assert states.inverse is not None  # of a revolution that was closed
-    multipliers, force = states.inverse.multipliers(unit), np.zeros((len(states.q), 2))
-    for joint, begin, end in zip(
-        ideal_machine.machine.joints,
-        ideal_machine.closure.first_rows,
-        ideal_machine.closure.first_rows[1:],
-        strict=False,
-    ):
+    force = np.zeros((len(states.q), 2))
+    for joint, reaction in _reactions_to_output(ideal_machine):
         for sign, endpoint in ((1.0, joint.distal), (-1.0, joint.proximal)):
             if endpoint == BodyPoint(body, far):
-                force += sign * ideal_machine.reaction_of(joint, states, multipliers[:, begin:end])
+                force += sign * reaction
     points = ideal_machine.machine.bodies[body].points
     x, y = np.subtract(points[far], points[near])
     cosine, sine = directions(ideal_machine.closure.angle(body, states.q) + math.atan2(y, x))
     levers: np.ndarray = force[:, 0] * cosine + force[:, 1] * sine
     return levers
+
+
+def levers_of_support(ideal_machine: IdealMachine, name: str) -> np.ndarray:
+    """Return the displacement of the output (STATIONS + 1, 2) for a unit of that of a joint's ground along x and y.
+
+    By reciprocity it is the force of the machine on this ground under a unit force at the output.
+    """
+    bodies = ideal_machine.machine.bodies
+    for joint, reaction in _reactions_to_output(ideal_machine):
+        if joint.name == name:
+            on_ground = joint.distal.body == GROUND or bodies[joint.distal.body].mounted
+            return reaction if on_ground else -reaction
+    return np.zeros((len(ideal_machine.revolution.angles), 2))  # it carries free bodies only
+
+
+def _reactions_to_output(ideal_machine: IdealMachine) -> Iterator[tuple[Any, np.ndarray]]:
+    """Yield the joints, each with the force on its distal body under a unit force at the output, the crank at rest."""
+    states, aim, closure = ideal_machine.revolution, ideal_machine.machine.aim, ideal_machine.closure
+    unit = np.zeros_like(states.q)
+    if aim.point:
+        direction = np.tile([math.cos(aim.direction), math.sin(aim.direction)], (len(states.q), 1))
+        ideal_machine.add_force(unit, states, BodyPoint(aim.body, aim.point), direction, 0.0)
+    else:
+        unit[:, 3 * closure.index[aim.body] + 2] = 1.0
+    assert states.inverse is not None  # of a revolution that was closed
+    multipliers = states.inverse.multipliers(unit)
+    for joint, begin, end in zip(
+        ideal_machine.machine.joints, closure.first_rows, closure.first_rows[1:], strict=False
+    ):
+        yield joint, ideal_machine.reaction_of(joint, states, multipliers[:, begin:end])
