@@ -36,6 +36,7 @@ from ..draw.machine import (
 from ..plot import Axes
 from ..statistics import effects
 from ..study import Joint, Study, joint_with_laws, resolve_cases
+from .bearing import bearing_pictures
 
 # Pictures of one case: its joints, its output with the ideal mechanism, its drive, its contact onsets.
 #
@@ -297,6 +298,9 @@ def _joint_pictures(study: Study, case_id: str, joint: Joint, history: History) 
         return _force_pictures(study, case_id, joint, history)
     if joint.layout.flanked:
         return [*_play_pictures(study, joint, history), *_force_pictures(study, case_id, joint, history)]
+    if joint.layout.is_rolling:
+        pictures = bearing_pictures(study, case_id, joint, history.channels)
+        return [*pictures, *_force_pictures(study, case_id, joint, history)]
     x, y, force = (history.values(f"joints/{joint.name}/{name}") for name in ORBIT_CHANNELS)
     joint_text = study.joint_text(joint, ", joint {}")
     clearance = study.value(case_id, f"joints.{joint.title}.clearance")

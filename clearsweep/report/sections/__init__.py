@@ -14,6 +14,7 @@ from .answer import (
     trust_sections,
     verdict_sections,
 )
+from .bearings import bearing_sections
 from .bending import bending_links_sections
 from .cases import case_sections, explorer_sections, leading_explorer_sections, other_cases_sections
 from .drivers import driver_sections, folded_driver_sections, tradeoff_sections, trend_sections
@@ -62,7 +63,7 @@ FOLDED: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (  # folded below t
         "Motion",
         (vibration_sections, peak_revolution_sections, other_cases_sections, motion_type_sections, film_sections),
     ),
-    ("Wear and life", (life_sections, wear_sections, trend_sections)),
+    ("Wear and life", (bearing_sections, life_sections, wear_sections, trend_sections)),
     (
         "Laws and errors",
         (
