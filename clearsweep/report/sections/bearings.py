@@ -15,8 +15,8 @@ from ..study import Joint, Study
 
 LIFE = "life_l10r"
 NOTE = (
-    "The rating life of a rolling bearing is longest at a slightly negative to small clearance: a preload loads all "
-    "elements, and in a loose bearing few elements carry all. A class has to leave room for its scatter."
+    "The rating life of a rolling bearing is usually longest at a slightly negative to small clearance. A preload "
+    "loads all elements, and in a loose bearing few elements carry all. A class has to leave room for its scatter."
 )
 MIN_VALUES = 3  # of the clearance, of a picture
 
