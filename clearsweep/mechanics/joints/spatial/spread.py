@@ -46,6 +46,8 @@ from .strips import (
 
 #: Of the squared tilt times the length over the sum of the distances: below, normals do not resolve the ellipse.
 SMALLEST_TILT_SQUARE = 1e-9
+#: It is at most 1, and 1 where the tilt is in the plane of the load: a bound of 1 would be a kink there.
+LARGEST_FLATTENING = 1.5
 
 
 @kernel
@@ -177,7 +179,7 @@ def _flattening_in_bore(end_type, ends, tilt_length):
     (first, first_slope), (second, second_slope) = ends
     if tilt_length <= SMALLEST_TILT_SQUARE * (abs(first) + abs(second)):
         return as_type_of(1.0, tilt_length)
-    return min(max((first * first_slope - second * second_slope) / tilt_length, 0.5), 1.0)
+    return min(max((first * first_slope - second * second_slope) / tilt_length, 0.5), LARGEST_FLATTENING)
 
 
 @_flattening.member(Overlapping)
