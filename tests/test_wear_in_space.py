@@ -361,24 +361,18 @@ def test_a_journal_partly_outside_the_bore_wears_only_where_both_overlap(walls, 
 
 
 @pytest.mark.slow
-@pytest.mark.parametrize(("law", "horizon"), [("lankarani-nikravesh", 3), ("lankarani-nikravesh-plastic", 0.25)])
-def test_peaks_of_pressure_do_not_follow_the_tolerance(law, horizon):
-    """Of walls that bear at their ends; a limit at the depth 0 is a quotient of two small numbers.
-
-    horizon : revolutions; of the plastic law, times of events differ by more than 0.1 % from 0.16 (1e-6) to 0.25 (1e-10)
-    """
+@pytest.mark.parametrize("law", ["lankarani-nikravesh", "lankarani-nikravesh-plastic"])
+def test_peaks_of_pressure_do_not_follow_the_tolerance(law):
+    """Of walls that bear at their ends; a limit at the depth 0 is a quotient of two small numbers."""
     contact = JOINT["contact"] | {"law": law, "stiffness": 6.61e10}
     wear = {"law": "archard", "coefficient": 2e-14, "bins": 90, "length_bins": 20}
     friction = {"law": "ambrosio", "coefficient": 0.05, "v0": 1e-3, "v1": 1e-2}
     case = spatial(contact=contact, wear=wear, friction=friction, tilt=[0.005236, 0.0], walls="ends")
-
-    def peaks(revolutions, tolerance):
-        case["simulate"] |= {"revolutions": revolutions, "discard": 0, "tolerance": tolerance}
+    result = []
+    for tolerance in (1e-6, 1e-8, 1e-10):
+        case["simulate"] |= {"revolutions": 0.5, "discard": 0, "tolerance": tolerance}  # chaos blurs later peaks
         summary = clearsweep.simulate(clearsweep.load_case(case)).summary
-        return np.array([summary["crank_rod_pressure_peak"], summary["crank_rod_pv_peak"]])
-
-    finest = peaks(horizon, 1e-10)
-    for tolerance in (1e-6, 1e-8):
-        assert peaks(horizon, tolerance) == pytest.approx(finest, rel=0.05)
-        assert 3e8 < peaks(3, tolerance)[0] < 8e8
-    assert 3e8 < peaks(3, 1e-10)[0] < 8e8
+        result.append([summary["crank_rod_pressure_peak"], summary["crank_rod_pv_peak"]])
+    for peaks in zip(*result, strict=True):
+        assert peaks[:2] == pytest.approx([peaks[2]] * 2, rel=0.05)
+    assert 3e8 < result[2][0] < 8e8
