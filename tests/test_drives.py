@@ -161,6 +161,60 @@ def test_a_crank_that_swings_as_a_pendulum_is_no_failed_case():
     assert abs(path.summary["energy_residual"]) < 1e-6
 
 
+#: No link of this linkage turns fully except its coupler.
+DOUBLE_ROCKER = {
+    "type": "four-bar",
+    "ground": {"length": "130 mm"},
+    "crank": {"length": "100 mm", "mass": "1 kg", "inertia": "1e-3 kg*m^2"},
+    "coupler": {"length": "60 mm", "mass": "0.5 kg", "inertia": "2e-4 kg*m^2"},
+    "rocker": {"length": "110 mm", "mass": "1 kg", "inertia": "1e-3 kg*m^2"},
+}
+PARALLELOGRAM = DOUBLE_ROCKER | {
+    "ground": {"length": "400 mm"},
+    "coupler": {"length": "400 mm", "mass": "2 kg", "inertia": "2e-2 kg*m^2"},
+    "rocker": {"length": "100 mm", "mass": "1 kg", "inertia": "1e-3 kg*m^2"},
+}
+OPEN = {"coupler-rocker": MACHINE["joints"]["rod-slider"]}
+
+
+def swung(low, high):
+    """Return the sections of a double rocker that swings between two crank angles (deg)."""
+    table = {"time [s]": [0, 0.5, 1], "angle [deg]": [low, high, low]}
+    return {"mechanism": DOUBLE_ROCKER, "joints": OPEN, "drive": {"angle": table}, "simulate": {"time": "1 s"}}
+
+
+def test_a_double_rocker_runs_between_the_angles_that_it_reaches():
+    path = run(**swung(50, 90))
+    crank, rocker = path["crank_angle"], path["rocker/angle"]
+    pin_x, pin_y = 0.13 + 0.11 * np.cos(rocker) - 0.1 * np.cos(crank), 0.11 * np.sin(rocker) - 0.1 * np.sin(crank)
+    assert np.hypot(pin_x, pin_y) == pytest.approx(0.06, abs=3e-4)  # the clearance is 0.1 mm
+    assert 0.0 < path.summary["rocker_error_max"] < 5e-3
+    assert path.summary["coupler_rocker_force_peak_ideal"] > 1.0
+
+
+def test_a_double_rocker_is_refused_where_it_stops():
+    reach = math.acos((0.13**2 + 0.1**2 - 0.17**2) / (2.0 * 0.13 * 0.1))  # coupler and rocker in one line
+    with pytest.raises(InputError, match=f"crank angle {math.degrees(reach):.2g}") as raised:
+        clearsweep.load_case(copy.deepcopy(MACHINE) | swung(50, math.degrees(reach) + 0.2))
+    assert "do not let the crank turn on" in str(raised.value)
+    clearsweep.load_case(copy.deepcopy(MACHINE) | swung(50, math.degrees(reach) - 0.2))
+
+
+@pytest.mark.parametrize("speed", ["120 rpm", "-120 rpm"])
+def test_a_parallelogram_away_from_its_change_point_is_compared(speed):
+    drive = {"speed": speed, "start_angle": "60 deg"}
+    path = run(mechanism=PARALLELOGRAM, joints=OPEN, drive=drive, simulate={"revolutions": 0.1, "discard": 0})
+    assert path.status == "ok"
+    assert path.summary["coupler_rocker_force_peak_ideal"] > 1.0
+    assert path["rocker/angle"] == pytest.approx(path["crank_angle"], abs=5e-3)
+
+
+def test_a_parallelogram_may_start_at_its_change_point_with_an_open_pin():
+    path = run(mechanism=PARALLELOGRAM, joints=OPEN, simulate={"revolutions": 0.1, "discard": 0})
+    assert path.status == "ok"
+    assert path["rocker/angle"] == pytest.approx(path["crank_angle"], abs=5e-2)
+
+
 @pytest.mark.parametrize(
     ("sections", "words"),
     [

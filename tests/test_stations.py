@@ -10,7 +10,7 @@ from clearsweep.contracts.machine import Constant
 from clearsweep.mechanics.machines import planar
 from clearsweep.mechanics.machines.planar import form
 from clearsweep.mechanics.machines.planar.closure import STATIONS
-from clearsweep.mechanics.machines.planar.ideal import Stations, stations_of
+from clearsweep.mechanics.machines.planar.stations import Stations, stations_of
 from clearsweep.tracing.compiled.pinned import ArrayHandle
 from clearsweep.tracing.objects import machine_code
 

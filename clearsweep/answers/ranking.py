@@ -133,9 +133,8 @@ def limits_of_record(record: Mapping[str, Any]) -> tuple[Limit, ...]:
 
 
 def _is_start_up(grid: Mapping[str, Any]) -> bool:
-    """Return whether a motor with a no-load speed starts the mechanism and the start is recorded."""
-    motor = (grid.get("drive") or {}).get("motor") or {}
-    return "no_load_speed" in motor and (grid.get("simulate") or {}).get("discard") == 0.0
+    """Return whether a motor starts the mechanism and the start is recorded."""
+    return bool((grid.get("drive") or {}).get("motor")) and (grid.get("simulate") or {}).get("discard") == 0.0
 
 
 def _content_ranking(layout: Layout, questions: list[str]) -> CaseRanking:

@@ -284,3 +284,5 @@ class Machine(NamedTuple):
     start: Mapping[str, float] = {}  # rad, first guesses of body angles for closing loops at the start angle; default 0
     loads: tuple = ()  # Push, TabledPush, Spring, TorsionSpring, Rubbing, Braking
     mounts: tuple[Mount, ...] = ()  # of joints at the ground
+    #: rad from the start: crank angles of the run, infinite where unknown; None: a whole revolution
+    visited: tuple[float, float] | None = None

@@ -120,12 +120,24 @@ class Study(NamedTuple):
     @property
     def is_start_up(self) -> bool:
         """Return whether a motor starts the mechanism and the start is recorded: there is no steady state."""
-        return bool(self.column("crank_speed_min")) and value_at(self.base, "simulate.discard") == 0.0
+        is_start = bool(self.column("crank_speed_min")) and value_at(self.base, "simulate.discard") == 0.0
+        return is_start and (self.turn == "revolution" or "motor" in self.base["drive"])
+
+    @property
+    def turn(self) -> str:
+        """Return what the length of a run is measured in: 'revolution', 'cycle' or 'run', which is one whole."""
+        simulate = self.base.get("simulate", {})
+        return "cycle" if "period" in simulate else "run" if "time" in simulate else "revolution"
+
+    @property
+    def is_over_time(self) -> bool:
+        """Return whether histories are drawn over time: of a start-up, or where the length of a run is a time."""
+        return self.is_start_up or self.turn != "revolution"
 
     @property
     def onset_name(self) -> str:
         """Return the name of the events that the figure `impacts_per_rev` counts."""
-        return "impacts per revolution" if self.is_driven else "impacts"
+        return f"impacts per {self.turn}" if self.is_driven else "impacts"
 
     @property
     def limits(self) -> tuple[Limit, ...]:
@@ -341,7 +353,16 @@ _DERIVED_FIGURES = (
 
 def recorded_revolutions(cases: Rows, base: Mapping) -> tuple[pd.Series, pd.Series]:
     """Return the number of revolutions before and in the recorded window of each finished case; NaN if unknown."""
-    total, discarded = (cases.get(path, value_at(base, path)) for path in ("simulate.revolutions", "simulate.discard"))
+    total, discarded = (
+        cases.get(path, value_at(base, path))
+        for path in (
+            "simulate.cycles" if value_at(base, "simulate.period") else "simulate.revolutions",
+            "simulate.discard",
+        )
+    )
+    if (time := cases.get("simulate.time", value_at(base, "simulate.time"))) is not None:  # the window is one cycle
+        before = 0.0 if discarded is None else discarded
+        total, discarded = time / (time - before), before / (time - before)
     total = np.nan if total is None else total
     discarded = 2.0 * (total > 2.0) if discarded is None else discarded  # it follows from the revolutions, which vary
     discarded = pd.Series(cases.get("window_from", discarded), cases.index, dtype="float64")

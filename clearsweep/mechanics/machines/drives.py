@@ -1,6 +1,8 @@
 """Drives of a crank: their keys in a grid, and the records of a machine that they become."""
 
+import functools
 import math
+from collections.abc import Callable
 
 import numpy as np
 
@@ -8,7 +10,7 @@ from ...contracts import case, machine
 from ...contracts.catalogue import ANY, CHOICE, CONDITION, Columns, Field, Keys, Law, Outline
 from ..laws.contract import compile_law
 from ..laws.sampled import attempted
-from .planar.drives import motor_torque, no_load_speed
+from .planar.drives import direction_of, motion_at, motor_torque, no_load_speed
 
 _START_ANGLE = Field("start_angle", "rad", "crank angle at t = 0; default: 0", -math.inf, optional=True)
 _FREE = (
@@ -190,3 +192,37 @@ def _zero_of(speeds: np.ndarray, torques: np.ndarray) -> float:
         if high > 0.0 and before > 0.0 >= after:
             return float(low + (high - low) * before / (before - after))
     return math.inf
+
+
+def with_visited_angles(machine_of: Callable[[case.Case], machine.Machine]) -> Callable[[case.Case], machine.Machine]:
+    """Return a function that gives the machine of a case with the crank angles that its run visits."""
+
+    @functools.wraps(machine_of)
+    def visiting(one_case: case.Case) -> machine.Machine:
+        described = machine_of(one_case)
+        return described._replace(visited=_visited_angles(described.drive, one_case))
+
+    return visiting
+
+
+_TIMES = 2001  # of a run, at which the angle of a crank with a given motion is computed
+
+
+def _visited_angles(drive: tuple, one_case: case.Case) -> tuple[float, float] | None:
+    """Return the crank angles (rad from the start) between which a run stays, None for a whole revolution."""
+    settings = one_case.simulate
+    if settings.until or one_case.life:
+        return None
+    if isinstance(drive, machine.Motor):
+        return None if settings.period is None else (-math.inf, math.inf)
+    if settings.period is None:
+        travel = direction_of(drive) * 2.0 * math.pi * settings.revolutions
+        low, high = min(travel, 0.0), max(travel, 0.0)
+    else:
+        assert isinstance(drive, (machine.Constant, machine.Schedule, machine.Path))  # the only other drives
+        duration = settings.revolutions * settings.period
+        rows = [] if isinstance(drive, machine.Constant) else [time for time in drive.times if 0.0 < time < duration]
+        times = np.union1d(np.linspace(0.0, duration, _TIMES), rows)
+        angles = motion_at(drive, times)[0] - drive.start_angle
+        low, high = float(np.min(angles)), float(np.max(angles))
+    return (low, high) if high - low < 2.0 * math.pi else None

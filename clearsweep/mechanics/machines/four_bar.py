@@ -6,7 +6,7 @@ from ...contracts.case import Case
 from ...contracts.catalogue import CHOICE, CONDITION, Choice, Field, JointSite, Keys, Mechanism, Outline, Output
 from ...contracts.machine import Aim, Body, BodyPoint, Machine, Pin
 from . import described
-from .drives import make_drive
+from .drives import make_drive, with_visited_angles
 from .loads import LoadPoints, make_loads
 from .mounts import mounts_of
 
@@ -94,6 +94,7 @@ def closed_angles(values, angle: float) -> tuple[float, float]:
     return math.atan2(py, px), math.atan2(py - y, px - x)
 
 
+@with_visited_angles
 def machine(case: Case) -> Machine:
     """Return the four-bar of a case as a machine."""
     values = case.mechanism.values

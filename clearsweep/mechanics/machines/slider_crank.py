@@ -7,7 +7,7 @@ from ...contracts.case import Case
 from ...contracts.catalogue import CHOICE, CONDITION, Choice, Field, JointSite, Keys, Mechanism, Order, Outline, Output
 from ...contracts.machine import Aim, Body, BodyPoint, Constant, Guide, Machine, Pin
 from . import described
-from .drives import make_drive
+from .drives import make_drive, with_visited_angles
 from .loads import LoadPoints, make_loads
 from .mounts import mounts_of
 from .observed import vibration_keys
@@ -210,6 +210,7 @@ def with_outline(outline: Outline) -> Mechanism:
     )
 
 
+@with_visited_angles
 def machine(case: Case) -> Machine:
     """Return the slider-crank of a case as a planar machine."""
     values = case.mechanism.values

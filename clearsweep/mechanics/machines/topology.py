@@ -22,7 +22,7 @@ from ...contracts.catalogue import (
 from ...contracts.machine import Aim, Body, Constant, Initial, Machine, Pin
 from . import described
 from .described import joint_keys, joint_of, output_keys, pair_at
-from .drives import make_drive
+from .drives import make_drive, with_visited_angles
 from .gears import FLANKED, mesh_of, stops_of
 from .loads import LoadPoints, make_loads
 from .mounts import mounts_of
@@ -257,6 +257,7 @@ def _keys(outline: Outline) -> Iterable[Keys]:
     yield from output_keys(outline)
 
 
+@with_visited_angles
 def machine(case: Case) -> Machine:
     """Return the machine of a case."""
     values, outline = case.mechanism.values, case.outline

@@ -344,7 +344,8 @@ def column_label(study: Study, column: str) -> str:
 
 def _heading(study: Study, heading: str, joint: str) -> str:
     """Return a complete heading, which names `joint` if there are several joints."""
-    rate_texts = {"per_rev": " per rev.", "per_revolution": " per revolution"} if study.is_driven else {}
+    short = "rev." if study.turn == "revolution" else study.turn
+    rate_texts = {"per_rev": f" per {short}", "per_revolution": f" per {study.turn}"} if study.is_driven else {}
     text = heading.format_map({"output": study.run.layout.output, "per_rev": "", "per_revolution": ""} | rate_texts)
     return text + next(
         (study.joint_text(known_joint, " ({})") for known_joint in study.joints if known_joint.name == joint), ""

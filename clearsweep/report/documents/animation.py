@@ -61,7 +61,7 @@ def animation_bytes(study: Study, case_id: str, channels: Mapping, ending: str) 
     frames = []
     for k in _frame_indices(study, history):
         turn = "" if history.angle is None else f"{np.degrees(history.angle[k]):.0f}°"
-        time = wording.quantity_text(float(history.time[k]), "s") if study.is_start_up else ""
+        time = wording.quantity_text(float(history.time[k]), "s") if study.is_over_time else ""
         title = ", ".join(filter(None, [time, turn, note]))
         png = drawing_bytes(
             panels_svg([Picture(title, "", "", partial(_draw, scene=scene, k=k), SIZE)]), "png", dots_per_inch=DOTS
@@ -117,7 +117,7 @@ def _place(position: np.ndarray, bodies: list[dict], samples: int) -> np.ndarray
 
 def _frame_indices(study: Study, history: History) -> np.ndarray:
     """Return the drawn samples: evenly over the turn with the largest force, or over the time of a start-up."""
-    if history.angle is None or study.is_start_up:
+    if history.angle is None or study.is_over_time:
         times = np.linspace(history.time[0], history.time[-1], FRAMES)
         return np.searchsorted(history.time, times).clip(max=len(history.time) - 1)
     force = study.leading_values(history.channels)

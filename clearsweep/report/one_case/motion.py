@@ -60,7 +60,7 @@ class History(NamedTuple):
     time: np.ndarray  # s
     angle: np.ndarray | None  # rad, of the drive, from 0 to 2 pi at first; None without a rotating drive
     first_angle: float = 0.0  # rad, full turns before that
-    is_over_time: bool = False  # whether pictures are over time: of a start-up
+    is_over_time: bool = False  # whether pictures are over time, see `Study`
 
     def values(self, name: str) -> np.ndarray:
         """Return the values (SI) of one channel."""
@@ -106,7 +106,7 @@ def history_of(study: Study, case_id: str, channels: Mapping) -> History:
     """Return the History of a case from its channels."""
     time, angle = np.asarray(channels[TIME], float), drive_angle(study, case_id, channels)
     first_angle = 0.0 if angle is None else FULL_TURN * np.floor(angle[0] / FULL_TURN + 1e-9)
-    return History(channels, time, None if angle is None else angle - first_angle, first_angle, study.is_start_up)
+    return History(channels, time, None if angle is None else angle - first_angle, first_angle, study.is_over_time)
 
 
 def crank_speed(history: History) -> np.ndarray:
@@ -418,7 +418,7 @@ def _ideal_motion(study: Study, case_id: str, history: History) -> simulation.Id
         return None
     try:
         case = resolve_cases(study, [case_id])[0]
-        return simulation.ideal_motion(case, history.angle + history.first_angle)
+        return simulation.ideal_motion(case, history.angle + history.first_angle, history.time)
     except InputError:  # mechanism or laws of another version, or a load or motor of a law file
         return None
 

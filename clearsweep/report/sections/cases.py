@@ -51,7 +51,7 @@ def player_data(study: Study, case_id: str, channels: Mapping) -> Interactive | 
         return None
     samples = _shown_samples(study, channels)
     data = {
-        "time": encode_floats(history.time[samples]) if study.is_start_up else None,
+        "time": encode_floats(history.time[samples]) if study.is_over_time else None,
         "angle": encode_floats(np.degrees(history.angle[samples])),
         "bodies": [_shown_body(body, samples) for body in bodies],
         "ground": [
@@ -81,7 +81,7 @@ def _shown_samples(study: Study, channels: Mapping) -> slice:
     force = study.leading_values(channels)
     if len(force) <= MAX_SAMPLES:
         return slice(None)
-    if study.is_start_up:
+    if study.is_over_time:
         return slice(0, None, -(-len(force) // MAX_SAMPLES))
     start = min(max(int(force.argmax()) - MAX_SAMPLES // 2, 0), len(force) - MAX_SAMPLES)
     return slice(start, start + MAX_SAMPLES)

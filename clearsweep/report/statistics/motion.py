@@ -82,7 +82,7 @@ def short_contacts(study: Study, joint: Joint) -> np.ndarray:
     block = next(blocks, None)
     if block is None or joint.name not in contacts or not np.issubdtype(np.asarray(speed).dtype, np.number):
         return np.broadcast_to(np.nan, count)  # takes no memory
-    revolution_time = 2.0 * np.pi / np.broadcast_to(np.asarray(speed, float), count)  # s
+    revolution_time = 2.0 * np.pi / np.abs(np.broadcast_to(np.asarray(speed, float), count))  # s
     discarded, recorded = (part.to_numpy(float) for part in recorded_revolutions(study.cases, study.base))
     window_start, is_selected = discarded * revolution_time, study.cases.selected
     short_time, first_case = np.zeros(count), 0

@@ -281,13 +281,22 @@ def warnings(case: Case) -> list[str]:
 def _change_points(case: Case) -> list[str]:
     """Return a warning if the machine of a case passes change points without clearance."""
     machine = machine_of(mechanism_of(case), case)
-    if machine is None or not planar.ideal_of(machine).change_points:
+    if machine is None:
+        return []
+    if machine.visited == (-math.inf, math.inf) and (reach := planar.ideal_of(machine).stations.reach()):
+        start = planar.ideal_of(machine).revolution.angles[0]
+        low, high = (math.degrees(start + angle) for angle in reach)
+        return [
+            f"mechanism: without clearance the crank can turn from {low:.4g} to {high:.4g} deg only; beyond them "
+            "there is no ideal machine, so that errors and ideal forces mean nothing"
+        ]
+    if not planar.ideal_of(machine).change_points:
         return []
     degrees = {round(math.degrees(angle)) % 360 for angle in planar.ideal_of(machine).change_points}
     return [
         "mechanism: without clearance it passes a change point, where its loops may branch, at a crank angle of about "
         f"{' and '.join(map(str, sorted(degrees)))} deg; the ideal machine, with which the case is compared, goes "
-        "straight on there, and its forces have no limit"
+        "straight on there, and its forces have no limit; joints with clearance may take the other branch"
     ]
 
 

@@ -176,7 +176,13 @@ def machine_of(mechanism: Mechanism, case: Case) -> Machine | None:
     if not mechanism.machine:
         return None
     sections = Identity(case.mechanism), Identity(case.loads), Identity(case.outline)
-    return _machine(mechanism.machine, sections, repr(case.drive), planar.AlwaysEqual(case))
+    return _machine(mechanism.machine, sections, repr((case.drive, _length_of(case))), planar.AlwaysEqual(case))
+
+
+def _length_of(case: Case) -> tuple:
+    """Return what the angles that a run visits depend on, besides its drive."""
+    settings = case.simulate
+    return settings.revolutions, settings.period, settings.until is None, case.life is None
 
 
 @functools.lru_cache(maxsize=256)

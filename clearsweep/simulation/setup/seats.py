@@ -113,11 +113,10 @@ def check_slot_lengths(case: Case, machine: Machine) -> None:
     """Raise InputError if a drive of prescribed speed takes a pin beyond the ends of its slot; a free crank stops."""
     if case.outline.free:
         return
-    turn = min(2.0 * math.pi * case.simulate.revolutions, 2.0 * math.pi)
     for joint in case.joints:
         if joint.slot_length is None:
             continue
-        travel = planar.slot_travel(machine, joint.name, turn)
+        travel = planar.slot_travel(machine, joint.name)
         reach = float(np.max(np.abs(travel), initial=0.0))
         if 2.0 * reach > (joint.slot_length + 2.0 * joint.clearance) * (1.0 + SLOT_ROUNDING):
             lengths = float(np.ptp(travel)), reach, 2.0 * reach, joint.slot_length

@@ -16,8 +16,9 @@ from .closure import ClosureError, MachineStates, MobilityError
 from .drives import direction_of, motion_table, passage_time
 from .form import as_empty_tuples
 from .free_bodies import without_forces
-from .ideal import AlwaysEqual, ideal_of, machine_key, rival_assembly, slot_travel
+from .ideal import ideal_of, machine_key, rival_assembly, slot_travel
 from .reactions import levers, levers_of_support
+from .stations import AlwaysEqual
 
 __all__ = [
     "STATIONS",

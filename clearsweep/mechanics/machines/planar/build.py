@@ -33,7 +33,7 @@ from ..contract import Ideal as Closed
 from ..programs import kinds_of
 from . import equations  # noqa: F401 - registers the equations of motion
 from .bending import compile_bent_point, problem_of_links
-from .closure import ClosureError, MobilityError, extent
+from .closure import FIRST_STATIONS, STATIONS, ClosureError, MobilityError, extent
 from .drives import Steady, compile_drive, drive_motion
 from .form import (
     AngleAim,
@@ -52,9 +52,10 @@ from .form import (
     make_cycle,
 )
 from .free_bodies import initial_coordinate
-from .ideal import AlwaysEqual, IdealMachine, geometry_of, ideal_of, masses_of, rigid
+from .ideal import IdealMachine, ideal_of, masses_of, rigid
 from .load_forms import SpringLoad, compile_loads, discontinuity_times_of
 from .pose import loop_jacobian, pose_of
+from .stations import AlwaysEqual, geometry_of
 from .structure import ANGLE, BEND, TRAVEL, Coordinate, MachineType, machine_type
 
 # ---------------------------------------------------------------------------------------------- elastic links
@@ -204,19 +205,19 @@ NEAR_SINGULAR = 1e-7  # least singular value over the largest: a change point, w
 EXAMINED_ANGLES = 36  # crank angles that are examined
 
 
-def choose_dependent(value: Planar, machine: MachineType, profiles: list) -> list[int]:
+def choose_dependent(value: Planar, machine: MachineType, profiles: list, is_closed: np.ndarray) -> list[int]:
     """Return the indices of the coordinates that, taken as dependent, keep the loops furthest from singular.
 
     value : a machine without dependent coordinates; profiles : (values, slopes, ...) of each coordinate at
-    equidistant angles over a revolution of the ideal machine.
+    equidistant angles over a revolution of the ideal machine; is_closed : mask of the angles that count.
     """
     from scipy.linalg import qr
 
     if not machine.free:
         value = value._replace(drive=Steady(1.0, value.cycle.start))
     jacobians_at_angles = []
-    angles = range(0, len(profiles[0][0]) - 1, max((len(profiles[0][0]) - 1) // EXAMINED_ANGLES, 1))
-    for k in angles:
+    closed_angles = np.flatnonzero(is_closed[:-1])
+    for k in closed_angles[:: max(len(closed_angles) // EXAMINED_ANGLES, 1)].tolist():
         time = 2.0 * np.pi * k / (len(profiles[0][0]) - 1)
         y = np.array([*(profile[0][k] for profile in profiles), *(0.0 for _ in profiles), time])
         jacobians_at_angles.append(np.array(loop_jacobian(value, pose_of(value, y))))
@@ -299,6 +300,8 @@ def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
     if names not in ideal_machine.compiled_by_open_joints:
         ideal_machine.compiled_by_open_joints[names] = _compile(machine, names)
     compiled = ideal_machine.compiled_by_open_joints[names]
+    if compiled.form.dependent and ideal_machine.is_near_change_point(0):
+        raise _refused_start(ideal_machine)
     if compiled.massless:
         names_text = ", ".join(compiled.massless)
         raise MobilityError(
@@ -307,6 +310,16 @@ def build(machine: Machine, joints: Mapping, offsets: Mapping) -> Built:
     displaced = any(map(any, offsets.values()))
     start = _initial_state(ideal_machine, compiled.state, offsets) if displaced else compiled.start
     return Built(compiled.form, start, compiled.lengths, ideal_machine.closure.size, ideal_machine.reference_rate())
+
+
+def _refused_start(ideal_machine: IdealMachine) -> ClosureError:
+    """Return why a machine whose loops are closed cannot start at a change point, and where it can start."""
+    start, body = ideal_machine.machine.drive.start_angle, ideal_machine.closure.names[0]
+    text = "it would start in a singular position, where its loops may go on in more than one way"
+    stations = range(0, STATIONS, STATIONS // FIRST_STATIONS)
+    elsewhere = next(station for station in stations if not ideal_machine.is_near_change_point(station))
+    degrees = math.degrees(start) + 360.0 * elsewhere / STATIONS
+    return ClosureError(text, body, start, f"start elsewhere, such as with drive.start_angle {degrees:.6g} deg")
 
 
 def ideal(machine: Machine, at, *, over_time: bool = False) -> IdealMotion:
@@ -377,7 +390,7 @@ def _compiled_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
 def _dependent_indices(ideal_machine: IdealMachine, form: Planar, coordinates: list) -> tuple[int, ...]:
     """Return the indices of the dependent coordinates: machines that differ in masses and loads share them."""
     kinds = kinds_of(form)
-    inputs = AlwaysEqual((form, machine_type(kinds), coordinates))
+    inputs = AlwaysEqual((form, machine_type(kinds), coordinates, ideal_machine.stations.is_closed))
     return _cached_dependent_indices(geometry_of(ideal_machine.full_machine), kinds, inputs)
 
 

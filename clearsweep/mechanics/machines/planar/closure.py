@@ -119,7 +119,7 @@ SAME_ANGLE = 1e-3  # rad, by which the angles of one assembly may differ between
 RULED_OUT = 2.0  # times the distance from the given angles: an assembly so far away is no tie
 ANGLE_BETWEEN = -1.0, 1.0, 0.0  # shares of both bodies in an angle between them, and no carrier
 ROUNDING = 2.0**-30  # rad, and of the machine's size: to which the start is rounded before it is closed once more
-_SINGULAR = "it is in a singular position, in which it has more than one degree of freedom"
+SINGULAR = "it is in a singular position, in which it has more than one degree of freedom"
 
 
 UNDRIVEN = (
@@ -239,7 +239,7 @@ class Closure:
 
     # ------------------------------------------------------------------------------------------ positions
 
-    def _singularity(self, q: np.ndarray, angle: float) -> tuple[float, str]:
+    def singularity(self, q: np.ndarray, angle: float) -> tuple[float, str]:
         """Return the least singular value over the largest, and the body that moves most in its direction."""
         scale, unit = self._units()
         _, values, right_vectors = np.linalg.svd(self.evaluate(q[None], np.array([angle]))[1][0] * scale / unit)
@@ -403,18 +403,13 @@ class Closure:
     def close_revolution(self, start: float) -> MachineStates:
         """Return a revolution of the crank from the angle `start` (rad), with both ends.  Raises ClosureError."""
         angles = start + 2.0 * math.pi * np.arange(STATIONS + 1) / STATIONS
-        coarse_angles, first_position = angles[:: STATIONS // FIRST_STATIONS], self.close_at_start(start)
-        ratio, body = self._singularity(first_position, start)
-        if ratio < NEAR_SINGULAR:
-            raise self._refused_start(body, start)
-        # rounded, because the bits of linear algebra depend on the processor
-        unit = ROUNDING * self._units()[0]
-        states = [self.close((np.round(first_position / unit) * unit)[None], angles[:1])[0]]
-        if not np.all(np.isfinite(states[0].q)):
-            raise ClosureError(_SINGULAR, self._singularity(first_position, start)[1], start)
+        first = self.state_at_start(start)
+        if first is None:
+            return self._closed_elsewhere(start)
+        coarse_angles, states = angles[:: STATIONS // FIRST_STATIONS], [first]
         try:
             for angle in coarse_angles[1:]:
-                states.append(self._continue_to(states[-1], angle))
+                states.append(self.continue_to(states[-1], angle))
             coarse = (np.concatenate([state[k] for state in states]) for k in (1, 2, 3))
             closed, signs = self.close(interpolate(MachineStates(coarse_angles, *coarse), angles).q, angles)
             self._check_all(closed, signs)
@@ -425,20 +420,28 @@ class Closure:
             return passed
         return closed
 
-    def _refused_start(self, body: str, start: float) -> ClosureError:
-        """Return why a machine cannot start in a singular position, and where it can start."""
+    def state_at_start(self, start: float) -> MachineStates | None:
+        """Return the machine closed at the start of a run, or None in a singular position.  Raises ClosureError."""
+        first_position = self.close_at_start(start)
+        if self.singularity(first_position, start)[0] < NEAR_SINGULAR:
+            return None
+        # rounded, because the bits of linear algebra depend on the processor
+        unit = ROUNDING * self._units()[0]
+        state = self.close((np.round(first_position / unit) * unit)[None], np.array([start]))[0]
+        if not np.all(np.isfinite(state.q)):
+            raise ClosureError(SINGULAR, self.singularity(first_position, start)[1], start)
+        return state
+
+    def _closed_elsewhere(self, start: float) -> MachineStates:
+        """Return a revolution that starts at a change point, through which the machine goes straight on."""
         for part in (1, 2, 3):
-            elsewhere = start + 2.0 * math.pi * part / FIRST_STATIONS
+            elsewhere, shift = start + 2.0 * math.pi * part / FIRST_STATIONS, part * STATIONS // FIRST_STATIONS
             try:
-                if self._singularity(self.close_at_start(elsewhere), elsewhere)[0] < NEAR_SINGULAR:
-                    continue
-                self.close_revolution(elsewhere)
+                if self.state_at_start(elsewhere) is not None:
+                    return _rolled(self.close_revolution(elsewhere), shift, start)
             except ClosureError:
                 continue
-            text = "it would start in a singular position, where its loops may go on in more than one way"
-            remedy = f"start elsewhere, such as with drive.start_angle {math.degrees(elsewhere):.6g} deg"
-            return ClosureError(text, body, start, remedy)
-        return ClosureError(_SINGULAR, body, start)
+        raise ClosureError(SINGULAR, self.singularity(self.close_at_start(start), start)[1], start)
 
     def _pass_change_points(self, first: MachineStates, angles: np.ndarray) -> MachineStates | None:
         """Return a revolution that goes straight on where loops may branch; None if the machine cannot do this.
@@ -468,9 +471,9 @@ class Closure:
         """
         known, stations = [first], [0]
         for station, angle in enumerate(angles[1:], 1):
-            guess = _extrapolated(known[-1], angle)
+            guess = extrapolated(known[-1], angle)
             state = self.close(guess, np.array([angle]))[0]
-            if not np.all(np.isfinite(state.q)) or self._singularity(state.q[0], angle)[0] < CHANGE_POINT:
+            if not np.all(np.isfinite(state.q)) or self.singularity(state.q[0], angle)[0] < CHANGE_POINT:
                 continue
             if np.max(np.abs((state.q - guess)[0, 2::3])) > LARGEST_JUMP / FIRST_STATIONS:
                 break
@@ -485,14 +488,14 @@ class Closure:
         moves: np.ndarray = np.abs(turns / self._units()[0]).reshape(-1, 3).max(axis=1)
         return moves
 
-    def _continue_to(self, state: MachineStates, end_angle: float) -> MachineStates:
+    def continue_to(self, state: MachineStates, end_angle: float) -> MachineStates:
         """Return the machine at another angle of its crank, in as many steps as necessary."""
         step_count = 1
         while step_count <= FINEST_STEP:
             start_angle, latest, has_failed = state.angles[0], state, False
             for step_index in range(step_count):
                 next_angle = start_angle + (end_angle - start_angle) * (step_index + 1) / step_count
-                guess = _extrapolated(latest, next_angle)
+                guess = extrapolated(latest, next_angle)
                 next_state, _ = self.close(guess, np.array([next_angle]))
                 has_failed = not np.max(np.abs((next_state.q - guess)[0, 2::3])) <= LARGEST_JUMP  # or nan
                 if has_failed:
@@ -503,7 +506,7 @@ class Closure:
                 return latest
             step_count, state = 4 * step_count, latest
         angle = float(state.angles[0])
-        raise ClosureError("its lengths do not let the crank turn on", self._singularity(state.q[0], angle)[1], angle)
+        raise ClosureError("its lengths do not let the crank turn on", self.singularity(state.q[0], angle)[1], angle)
 
     def _check_all(self, states: MachineStates, signs: np.ndarray) -> None:
         """Raise ClosureError if a revolution passes a singular position between its stations."""
@@ -511,7 +514,7 @@ class Closure:
         singular_stations = np.flatnonzero((signs != signs[0]) | is_steep | ~np.all(np.isfinite(states.q), axis=1))
         if singular_stations.size:
             angle, last_station = float(states.angles[singular_stations[0]]), max(singular_stations[0] - 1, 0)
-            raise ClosureError(_SINGULAR, self._singularity(states.q[last_station], angle)[1], angle)
+            raise ClosureError(SINGULAR, self.singularity(states.q[last_station], angle)[1], angle)
 
     def _check(self, state: MachineStates) -> None:
         """Raise ClosureError if a position is singular, or so close to it that the inverse is very large."""
@@ -524,12 +527,24 @@ class Closure:
 
     def _check_position(self, q: np.ndarray, angle: float) -> None:
         """Raise ClosureError if a position `q` (3 bodies,) is singular."""
-        ratio, body = self._singularity(q, angle)
+        ratio, body = self.singularity(q, angle)
         if ratio < NEAR_SINGULAR:
-            raise ClosureError(_SINGULAR, body, angle)
+            raise ClosureError(SINGULAR, body, angle)
 
 
-def _extrapolated(state: MachineStates, angle: float) -> np.ndarray:
+def _rolled(states: MachineStates, shift: int, start: float) -> MachineStates:
+    """Return a revolution from the angle `start` (rad), `shift` stations before that of `states`."""
+    order = (np.arange(len(states.angles)) - shift) % (len(states.angles) - 1)
+    is_before = np.arange(len(order)) < shift
+    q = states.q[order] - is_before[:, None] * growth_per_revolution(states)
+    angles = start + 2.0 * math.pi * np.arange(STATIONS + 1) / STATIONS
+    assert states.inverse is not None  # of states that were closed
+    q[-1] = q[0] + growth_per_revolution(states)
+    inverses = Inverses(states.inverse.matrices[states.inverse.index[order]], np.arange(len(order)))
+    return MachineStates(angles, q, states.derivative[order], states.second_derivative[order], inverses)
+
+
+def extrapolated(state: MachineStates, angle: float) -> np.ndarray:
     """Return the coordinates (1, 3 bodies) at a crank angle (rad) near that of one state."""
     step = angle - state.angles[0]
     return state.q + state.derivative * step + 0.5 * state.second_derivative * step**2

@@ -34,93 +34,14 @@ from ....tracing.compiled.family import Identity
 from ...laws.friction import friction_force, friction_in_pin, without_history
 from ..contract import IdealMotion
 from .bending import Bent, compile_bent
-from .closure import (
-    STATIONS,
-    Closure,
-    MachineStates,
-    growth_per_revolution,
-    interpolate,
-)
+from .closure import STATIONS, Closure, MachineStates, interpolate
 from .drives import compile_drive, motion_at, motion_table, passage_time, scheduled_passage, torque_at
 from .form import Housing, Mass, Segment
 from .free_bodies import determined, initial_coordinate
 from .free_crank import CrankHistory, CrankPassage
 from .load_forms import applied_load, compile_table, evaluate_table
+from .stations import AlwaysEqual, geometry_of, stations_of
 from .structure import ANGLE, BEND, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
-
-# ---------------------------------------------------------------------------------------------- stations
-
-# Stations of a revolution at which an ideal machine is closed; quantities of its geometry alone are stored for them.
-#
-# A position repeats with every revolution of the crank, so angles at stations of later revolutions need no new closure.
-
-
-ROUNDINGS = 4.0  # roundings of an angle, by which it may differ from that of a station
-
-
-class AlwaysEqual:
-    """A value that equals any other, so a cache finds results by the other parts of a key."""
-
-    def __init__(self, value: Any):
-        self.value = value
-
-    def __eq__(self, other_value: object) -> bool:
-        return isinstance(other_value, AlwaysEqual)
-
-    def __hash__(self) -> int:
-        return 0
-
-
-class Stations:
-    """The states of a machine over a revolution."""
-
-    def __init__(self, closure: Closure, start: float):
-        self.states = closure.close_revolution(start)
-
-    def states_at(self, angles: np.ndarray, close: Callable[[np.ndarray], MachineStates]) -> MachineStates:
-        """Return the machine at crank angles (N,) rad; `close` computes those that are not stations."""
-        station, revolutions, off_station = self._nearest_stations(angles)
-        q = self.states.q[station] + revolutions[:, None] * growth_per_revolution(self.states)
-        inverses = self.states.inverse
-        assert inverses is not None  # of stations
-        states = MachineStates(
-            angles, q, self.states.derivative[station], self.states.second_derivative[station], inverses.chosen(station)
-        )
-        if not off_station.any():
-            return states
-        closed = close(angles[off_station])
-        for values, computed in zip(states[1:4], closed[1:4], strict=True):
-            values[off_station] = computed
-        return states._replace(inverse=states.inverse.replaced(off_station, closed.inverse))
-
-    def _nearest_stations(self, angles: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-        """Return the stations (N,) nearest to angles (N,) rad, revolutions before them, and a mask of other angles."""
-        start, step = self.states.angles[0], 2.0 * math.pi / STATIONS
-        nearest_station = np.rint((angles - start) / step)
-        off_station = np.abs(start + nearest_station * step - angles) > ROUNDINGS * np.spacing(np.max(np.abs(angles)))
-        revolutions = np.floor(nearest_station / STATIONS)
-        return (nearest_station - STATIONS * revolutions).astype(int), revolutions, off_station
-
-
-def stations_of(machine: Machine) -> Stations:
-    """Return the Stations of a machine; cases that differ in masses and loads share them."""
-    return _shared_stations(geometry_of(machine), AlwaysEqual(machine))
-
-
-def geometry_of(machine: Machine) -> bytes:
-    """Return the key of everything that determines the positions of a machine, without masses, loads and speeds."""
-    bodies = {name: (tuple(body.center), dict(body.points), body.initial) for name, body in machine.bodies.items()}
-    joints = [
-        joint._replace(stiffness=0.0, damping=0.0) if isinstance(joint, Stretch) else joint for joint in machine.joints
-    ]
-    springs = [load._replace(stiffness=0.0, damping=0.0) for load in machine.loads if isinstance(load, TorsionSpring)]
-    return pickle.dumps((bodies, joints, springs, machine.driven, dict(machine.start), machine.drive.start_angle))
-
-
-@functools.lru_cache(maxsize=64)
-def _shared_stations(key: bytes, machine: AlwaysEqual) -> Stations:
-    return Stations(Closure(machine.value), machine.value.drive.start_angle)
-
 
 # ---------------------------------------------------------------------------------------------- motion and forces
 
@@ -142,6 +63,9 @@ class IdealMachine:
         self._near_change_points = is_singular[:-1] | is_singular[1:]  # (STATIONS,) intervals
         runs = np.split(np.flatnonzero(is_singular), 1 + np.flatnonzero(np.diff(np.flatnonzero(is_singular)) > 1))
         self.change_points = [float(np.mean(self.revolution.angles[run])) for run in runs if run.size]  # rad
+        if is_singular[0] and len(self.change_points) > 1:  # the first and the last are one
+            self.change_points[0] = float(self.revolution.angles[0])
+            del self.change_points[-1]
         masses = masses_of(rigid(self.machine))
         self.inertia = np.concatenate([[body.mass, body.mass, body.inertia] for body in masses])
         self.heavy = np.array([0.0 if isinstance(body, Housing) else body.mass for body in masses])  # kg, with weight
@@ -166,6 +90,10 @@ class IdealMachine:
                 values[is_near] = interpolated[is_near]
             closed.inverse.matrices[is_near] = math.nan
         return closed
+
+    def is_near_change_point(self, station: int) -> bool:
+        """Return whether the machine is interpolated at a station, or next to it, because its loops may branch."""
+        return bool(self._near_change_points[station % STATIONS])
 
     def output_at(self, states: MachineStates) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
         """Return the output and its first two derivatives by the crank's angle."""
@@ -192,6 +120,8 @@ class IdealMachine:
     def displaced_states(self, offsets: Mapping, angle: float) -> MachineStates:
         """Return the machine at a crank angle with joints displaced by `offsets`; nan if that is impossible."""
         nearest_station = int(np.argmin(np.abs(self.revolution.angles - angle)))
+        if not offsets and self.is_near_change_point(nearest_station):
+            return self._close(np.array([angle]))
         displaced = Closure(self.machine, offsets)
         return displaced.close(self.revolution.q[nearest_station][None], np.array([angle]))[0]
 
@@ -273,7 +203,7 @@ class IdealMachine:
         if self._history is None or self._history.end < last_time:
             self._history = CrankHistory(self.machine.drive, compiled_form(), self.reference_rate(), last_time)
         angles, rates = self._history.motion_at(at)
-        return angles, at, rates
+        return np.where(np.isnan(angles), self.revolution.angles[0], angles), at, rates  # unknown where the rate is nan
 
     def crank_passage(self, angles: np.ndarray, compiled_form: Callable[[], tuple]) -> tuple[np.ndarray, np.ndarray]:
         """Return the times (s) at which the crank passes angles (rad), and its rates (rad/s); nan if it never passes.
@@ -565,8 +495,8 @@ def ideal_of(machine: Machine) -> IdealMachine:
     return _cached_ideal(machine_key(machine), AlwaysEqual(machine))
 
 
-def slot_travel(machine: Machine, slot: str, turn: float) -> np.ndarray:
-    """Return the places (N,) m of a pin along its slot, from the slot's middle, as the crank turns by `turn` (rad).
+def slot_travel(machine: Machine, slot: str) -> np.ndarray:
+    """Return the places (N,) m of a pin along its slot, from the slot's middle, at the angles that a run visits.
 
     Empty if the joint moves with free bodies, which the ideal machine does not have.
     """
@@ -575,7 +505,10 @@ def slot_travel(machine: Machine, slot: str, turn: float) -> np.ndarray:
         return np.empty(0)
     number = next(k for k, joint in enumerate(machine.joints) if joint.name == slot)
     travel = ideal_machine.coordinate_over_revolution(Coordinate(TRAVEL, number))[0]
-    return travel[: math.ceil(turn / (2.0 * math.pi) * STATIONS) + 1]
+    if machine.visited is None or not all(map(math.isfinite, machine.visited)):
+        return travel[ideal_machine.stations.is_closed]
+    low, high = (bound / (2.0 * math.pi) * STATIONS for bound in machine.visited)
+    return travel[np.arange(math.floor(low), math.ceil(high) + 1) % STATIONS]
 
 
 def rival_assembly(machine: Machine) -> dict[str, tuple[float, float]]:
