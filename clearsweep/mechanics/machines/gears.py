@@ -73,7 +73,7 @@ def _gear_of(values: Mapping, joint: JointOutline, pins: list[Pin], bodies: Mapp
         first, second = joint.bodies
         raise InputError(
             f"{path}.between: {first} and {second} have no pins on one body; wheels in mesh turn about pins of the "
-            "same body, such as the ground, or the arm of a planetary gear (that of its sun, too)"
+            "same body, such as the ground, or the arm of a planetary gear"
         )
     (first_pin, first_centre, first_seat), (second_pin, second_centre, second_seat) = wheels[:2]
     carrier = first_seat.body
