@@ -336,6 +336,19 @@ def find_stop(pointer, stop):
 
 
 @kernel
+def has_passed(pointer, stop, x):
+    """Return whether the run is beyond `stop` at the fraction `x` of a step that does not end beyond it.
+
+    Behind the separation of a contact time runs back, see `coupling.rates`.
+    """
+    work = pointer[0]
+    if work.end[work.independent] >= stop:
+        return False
+    set_from_interpolant(work.polynomials, work.y[work.independent] - stop, work.f, work.independent)
+    return value_and_slope(work.polynomials, WHOLE, x)[0] >= 0.0
+
+
+@kernel
 def locate_first_event(pointer, h, stop):
     """Return (fraction of the step, kind, contact) of its first event; kind is NOTHING without event."""
     work, guards = pointer[0], pointer[0].guards
@@ -361,4 +374,6 @@ def locate_first_event(pointer, h, stop):
                 x = find_passage(pointer, g)
                 if x < earliest:
                     earliest, kind, contact = x, GUARD + g, guards.contact[g]
+    if kind != NOTHING and kind != STOP and has_passed(pointer, stop, earliest):
+        earliest, kind = find_stop(pointer, stop), STOP
     return earliest, kind, contact
