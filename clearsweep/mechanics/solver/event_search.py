@@ -374,6 +374,6 @@ def locate_first_event(pointer, h, stop):
                 x = find_passage(pointer, g)
                 if x < earliest:
                     earliest, kind, contact = x, GUARD + g, guards.contact[g]
-    if kind != NOTHING and kind != STOP and has_passed(pointer, stop, earliest):
+    if kind not in (NOTHING, STOP) and has_passed(pointer, stop, earliest):
         earliest, kind = find_stop(pointer, stop), STOP
     return earliest, kind, contact
