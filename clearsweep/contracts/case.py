@@ -395,6 +395,10 @@ class Simulate(NamedTuple):
     revolutions: float = 0.0  # `discard` included
     discard: float = 0.0
     start: str = "centred"
+    carried: str = ""  # the axis along which the state is carried
+    direction: str = ""  # of this axis, 'up' or 'down'
+    draw: int = 0  # number of a random start, from 1
+    seed: int = 0  # of the random starts
     impacts: int = 0  # number of impacts after which a run without a crank ends
     error_check: bool = False
     horizon: bool = False
@@ -468,3 +472,4 @@ class Case(NamedTuple):
     law_files: tuple[LawFile, ...] = ()  # with laws of one's own
     vibration: Vibration | None = None
     figures: tuple[OwnFigure, ...] = ()
+    before: tuple["Case", ...] = ()  # of a carried state: the cases before it in its chain, which have none

@@ -1,5 +1,6 @@
 """A grid: a YAML file or a dict, checked, in SI; cases are enumerated by index and named by a hash of their values."""
 
+import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -33,6 +34,7 @@ from .cases import (
 from .keys.kinds import Flag, KeyTable, Name, NameList, Number, Section, Table, Word, value_key
 from .keys.library_names import LibraryNumber, VariedMaterial, put_material_numbers, with_material_names
 from .keys.outline import unit_of_number
+from .keys.run_keys import CARRIED, DIRECTION, START
 from .library.iso286 import Fit
 from .reading.values import WrittenUnit
 from .resolve import case_of
@@ -177,7 +179,40 @@ class Grid:
 
     def case_at(self, point: Mapping[str, KeyValue]) -> Case:
         """Return the case at a `point`, dotted path -> value."""
-        return case_of(self._tree(point), self._outline)
+        case = case_of(self._tree(point), self._outline)
+        earlier = [case_of(self._tree(before), self._outline) for before in self.before(point)]
+        return case._replace(before=tuple(earlier)) if earlier else case
+
+    def before(self, point: Mapping[str, KeyValue]) -> list[dict[str, KeyValue]]:
+        """Return the points before one in its chain, in order; [] where no state is carried.
+
+        A chain takes the values of the carried axis up, then down.
+        """
+        path = self.chained
+        if not path:
+            return []
+        upward = sorted(self.axes[path])
+        directions = self.axes.get(DIRECTION) or (self._values[DIRECTION],)
+        steps = [("up", value) for value in upward] if "up" in directions else []
+        steps += [("down", value) for value in upward[::-1]] if "down" in directions else []
+        here = steps.index((point.get(DIRECTION, directions[0]), point[path]))
+        return [{**point, DIRECTION: direction, path: value} for direction, value in steps[:here]]
+
+    @property
+    def chained(self) -> str:
+        """Return the axis along which the state is carried, '' if none is."""
+        return str(self._values.get(CARRIED, "")) if self._values.get(START) == "carried" else ""
+
+    def place_in_chain(self, index: int) -> tuple[tuple[KeyValue, ...], int]:
+        """Return what the cases of a chain share, and the number of cases before one in it."""
+        point, along = self.point(index), (self.chained, DIRECTION)
+        return tuple(str(value) for path, value in point.items() if path not in along), len(self.before(point))
+
+    def _identity_text(self, point: Mapping[str, KeyValue]) -> str:
+        """Return the text whose hash is the identity of the case at a point; that of a chain has the values before."""
+        text = identity_text(self._tree(point))
+        earlier = [(before[DIRECTION], before[self.chained]) for before in self.before(point)]
+        return f"{text}{json.dumps(earlier)}" if earlier else text
 
     def case_tree(self, point: Mapping[str, KeyValue]) -> dict[str, Any]:
         """Return the case at a `point` in the form of a grid file, in SI."""
@@ -185,7 +220,7 @@ class Grid:
 
     def case_id(self, index: int) -> str:
         """Return the 16 hexadecimal digits that identify a case: a hash of its values and the model version."""
-        return identity(self.written_case(index))
+        return identity_of_text(self._identity_text(self.point(index)))
 
     def without_added(self) -> "Grid":
         """Return the grid without the cases that a run added."""
@@ -209,6 +244,9 @@ class Grid:
         indices : only these cases, a range of step 1; cases before it take no time.
         """
         indices = range(self.size) if indices is None else indices
+        if self.chained:
+            yield from (identity_number(self._identity_text(self.point(index))) for index in indices)
+            return
         texts = IdentityTexts(self._shape, {*self.axes, *self.defined.dependents})
         if self.defined.dependents:  # for numbers that may depend on several axes
             for point in map(self.point, indices):

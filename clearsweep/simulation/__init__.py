@@ -27,6 +27,7 @@ from .advice.advice import (
     recommended_texts,
 )
 from .advice.remarks import warnings
+from .analyses.chain import build
 from .analyses.life import Log
 from .analyses.reruns import PinReactions, peak_revolution, pin_reactions, reactions_unknown
 from .analyses.trajectory import compile_for, compile_loop, simulate
@@ -34,7 +35,7 @@ from .machine.elastic import BendingLink, ElasticLink, bending_links, elastic_li
 from .machine.ideal import ideal_motion, ideal_peaks, mechanism_of
 from .machine.shaking import ideal_frame_force
 from .machine.sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
-from .setup.scene import build, catalogue, derived, load_case, signature
+from .setup.scene import catalogue, derived, load_case, signature
 
 __all__ = [
     "MAX_BINS",

@@ -40,7 +40,7 @@ from .joint_keys import (
 from .kinds import ConditionalDefault, Flag, KeyTable, Name, Number, Section, Table, Use, Word, section_key, word_key
 from .library_names import DEFAULT_WEAR_LAW, PAIR, UNCHECKED
 from .rolling_keys import ROLLING, add_rolling
-from .run_keys import TIME_BUDGET_FIELD, add_life_keys, add_save_keys
+from .run_keys import TIME_BUDGET_FIELD, add_life_keys, add_save_keys, add_start_keys
 
 DIMENSIONLESS = "dimensionless"
 _COEFFICIENT = Field(
@@ -235,7 +235,7 @@ def table_of_keys(mechanism: Mechanism, catalogue: Catalogue, figures: Sequence[
     if mechanism.spatial:
         start_key = word_key(keys, "simulate.start")
         keys["simulate.start"] = start_key._replace(
-            options=("centred",), text="initial position of the journals: in the middle of their bearings"
+            options=("centred",), text="initial position of the journals: in the middle of their bearings", forms=()
         )
     else:
         add_life_keys(keys)
@@ -296,9 +296,7 @@ def _add_revolution_keys(
     """
     keys["simulate"] = Section("duration, tolerance and start of the motion", "implied")
     add_numbers(keys, "simulate", _LENGTH_FIELDS.get(length, _EVERY_LENGTH), NUMERICS)
-    keys["simulate.start"] = Word(
-        ("centred", "seated"), "initial position of the journals in their bearings; seated: in contact", "centred"
-    )
+    add_start_keys(keys)
     keys["simulate.method"] = _METHOD
     add_numbers(keys, "simulate", _BUDGET_FIELDS, NUMERICS)
     add_numbers(keys, "simulate", (TIME_BUDGET_FIELD,), NUMERICS, sweep=False)

@@ -130,3 +130,66 @@ def add_life_keys(keys: KeyTable) -> None:
     )
     for field in _LIFE_FIELDS:
         keys[f"{LIFE}.{field.name}"] = Number((Use(field),), CONDITION, field.name == "limit")
+
+
+START, CARRIED, DIRECTION, DRAW = "simulate.start", "simulate.carried", "simulate.direction", "simulate.draw"
+BRANCHES = ("carried", "random")  # starts of which the grid runs several at each point
+_OF_CARRIED, _OF_RANDOM = (((START, frozenset({word})),) for word in BRANCHES)
+_DRAW_FIELD = Field(
+    "draw",
+    "1",
+    "number of a random start; `start: {random: 32}` sweeps 1 to 32",
+    1,
+    1e5,
+    low_open=False,
+    high_open=False,
+    default=1,
+    integer=True,
+)
+_SEED_FIELD = Field(
+    "seed",
+    "1",
+    "a whole number that determines the random starts",
+    0,
+    2**31,
+    low_open=False,
+    high_open=False,
+    default=0,
+    integer=True,
+)
+_START_FORMS = (
+    {
+        "type": "object",
+        "required": ["random"],
+        "additionalProperties": False,
+        "properties": {"random": {"type": "integer", "minimum": 2}, "seed": {"type": "integer", "minimum": 0}},
+    },
+    {
+        "type": "object",
+        "required": ["carried"],
+        "additionalProperties": False,
+        "properties": {"carried": {"type": "string"}},
+    },
+)
+
+
+def add_start_keys(keys: KeyTable) -> None:
+    """Add the keys that say where journals start, for mechanisms that turn."""
+    keys[START] = Word(
+        ("centred", "seated", *BRANCHES),
+        "initial position of the journals in their bearings; seated: in contact; carried: as the case before it ended, "
+        "up and down one axis, or {carried: PATH}; {random: N, seed: S}: N random positions and rates",
+        "centred",
+        forms=_START_FORMS,
+    )
+    keys[CARRIED] = Word(("",), "the axis along which the state is carried", "", when=_OF_CARRIED, may_be_unused=True)
+    keys[DIRECTION] = Word(
+        ("up", "down"),
+        "direction of the carried axis; both are swept unless one is written",
+        "up",
+        sweep=True,
+        when=_OF_CARRIED,
+        role=CONDITION,
+    )
+    keys[DRAW] = Number((Use(_DRAW_FIELD, _OF_RANDOM),), CONDITION)
+    keys["simulate.seed"] = Number((Use(_SEED_FIELD, _OF_RANDOM),), NUMERICS, sweep=False)

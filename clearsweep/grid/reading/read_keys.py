@@ -12,6 +12,7 @@ from ..keys.library_names import find_varied_materials, keys_of_materials, repla
 from ..keys.outline import DRIVES, LENGTHS, has_user_names, outline_of_document, wrong_names
 from ..keys.rolling_keys import REFUSED_SECTIONS
 from ..keys.run_keys import CHANNELS, LIFE, TIME_BUDGET_FIELD, TIME_BUDGET_PATH
+from ..sections.branches import check_branches, with_branch_axes, with_carried_paths
 from ..sections.fits import replace_fits_by_clearances
 from ..sections.named_sections import (
     FIGURES_SECTION,
@@ -59,6 +60,7 @@ def read_keys(
 ) -> Reader:
     """Return the values in the document `root`; mistakes go to `problems`.  Paths in `fixed_paths` do not vary."""
     defined_section = root.value.get(DEFINE)
+    root = with_branch_axes(root, problems)
     root, definitions = resolve_definitions(root, problems, fixed_paths)
     root = with_damping_ratios(root)
     own_figures = _own_figures(root, catalogue)
@@ -71,6 +73,7 @@ def read_keys(
     root, library_numbers, unchecked_sections = replace_library_names(root, problems)
     all_keys = keys_of_definitions(definitions) | table_of_keys(mechanism, catalogue, [*own_figures.value])
     varied = [path for path, _ in varied_paths(root.value)]
+    with_carried_paths(all_keys, varied)
     materials = find_varied_materials(varied, library_numbers, all_keys, unchecked_sections)
     searches = {search.name: search for search in catalogue.searches}
     reader = Reader(problems, mechanism, outline, searches=searches, defined=definitions, materials=materials)
@@ -101,6 +104,7 @@ def read_keys(
     report_mixed_numbers(reader, root)
     check_variations(reader)
     check_dependents(reader)
+    check_branches(reader, root)
     read_uncertain(reader, root)
     read_roles(reader, root)
     reader.figures = expected_columns(reader, mechanism, catalogue)

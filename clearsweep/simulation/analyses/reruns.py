@@ -12,8 +12,9 @@ from ...mechanics.machines.planar.reactions import JointForce, Motion, Reactions
 from ..machine.ideal import mechanism_of
 from ..running.observed_run import LaterWindow
 from ..running.run import Run, integration_of
-from ..setup.scene import Scene, build
+from ..setup.scene import Scene
 from ..setup.start import UNLIMITED, marks_of, peaks_of
+from .chain import build
 from .outcome import trajectory_of
 from .repeated import at_equilibrium, has_balance
 from .trajectory import simulate

@@ -25,6 +25,7 @@ from ..running.observed_run import Observer, Snapshot, restore
 from ..running.run import Run, integrate, integration_of, release, run_integration
 from ..setup.scene import Scene, build
 from ..setup.start import NO_TIMES, UNLIMITED, control_of, marks_of, start_of
+from .chain import keep_end
 from .extrapolation import extrapolate_life
 from .life import BlockRecord, LifeRun, Log, RateObserver, block_record_of, failures, further_lives, longest_block
 from .life import figures as uncertain_figures
@@ -166,6 +167,7 @@ def _simulate(scene: Scene, times: ArrayLike | None, observers: Sequence[Observe
     if full_run:
         run.add_cost(full_run)
     trajectory = trajectory_of(scene, run, end)
+    keep_end(scene, run)
     release(run)
     return trajectory if times is not None else with_own_figures(scene.case, trajectory)
 
@@ -321,14 +323,14 @@ def _add_differences(summary: dict, tighter: dict) -> None:
 
 def compile_for(case: Case) -> None:
     """Compile the code of a case's scene, or load it from the cache; stiff motion may need further code."""
-    scene = build(case)
+    scene = build(case._replace(before=()))
     without_samples = not records_samples(case) and not scene.layout.until
     Run(start_of(scene, NO_TIMES if without_samples else np.array([0.0])))
 
 
 def compile_loop(case: Case) -> None:
     """Compile the code that is the same for all cases, the integration loop above all, or load it from the cache."""
-    scene = build(case)
+    scene = build(case._replace(before=()))
     with empty_entries():
         run = Run(start_of(scene, NO_TIMES))
     loop.compile_for(run.pinned)

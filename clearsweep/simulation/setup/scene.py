@@ -2,7 +2,7 @@
 
 import math
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import chain
@@ -35,6 +35,7 @@ from ..figures.catalogue import FIGURES
 from ..figures.own import check_channels
 from ..machine.ideal import ideal_motion, machine_of, mechanism_of
 from ..machine.shaking import shaking_of
+from .placed import BRANCHES, Carried, contact_units, latched_of, with_places
 from .seats import (
     check_planar_start,
     check_slot_lengths,
@@ -215,19 +216,19 @@ class SceneInputs(NamedTuple):
     sliding_distance: tuple[float, ...]  # m, by contact: of earlier wear
 
 
-def scene_inputs(
-    case: Case, built: Built, value: rates.Scene, start: np.ndarray, machine: Machine | None, worn: Mapping[str, Worn]
-) -> SceneInputs:
-    """Return the inputs that all runs of a scene share, from its parts."""
-    by_contact = _contact_inputs(case, value, worn)
+def scene_inputs(scene: "Scene") -> SceneInputs:
+    """Return the inputs that all runs of a scene share."""
+    case, built, value, start = scene.case, scene.built, scene.value, scene.start
+    by_contact = _contact_inputs(case, value, scene.worn)
     contacts = ContactInputs(*([getattr(each, name) for each in by_contact] for name in ContactInputs._fields))
     internal, latched = _internal_states(value)
-    knots = knots_of(machine, is_timed=case.simulate.period is not None)
+    knots = knots_of(scene.machine, is_timed=case.simulate.period is not None)
+    latches = [ONSET_FLOOR] * len(contacts.side) + [began for _, began in latched]
     initial = InitialState(
         parameters=numbers_of(value),
         y=start.tolist(),
         weight=_weights(case, built, value, len(contacts.side), [state.scale for _, state, _ in internal]),
-        latched=[ONSET_FLOOR] * len(contacts.side) + [began for _, began in latched],
+        latched=latches if scene.carried is None else latched_of(scene.carried, value.joints, built),
         clearance=contacts.clearance,
         film=chain.from_iterable(contacts.film),
     )
@@ -329,11 +330,12 @@ class Scene:
     keep_events: bool = False  # whether its runs return their events
     verdict: LimitsAndFigures = NO_LIMITS  # user-defined figures and limits, which are not part of the case
     build_time: float = 0.0  # s, processor time to build it
+    carried: Carried | None = None  # the end of the case before it in its chain
 
     @cached_property
     def inputs(self) -> SceneInputs:
         """Return the inputs that all its runs share."""
-        return scene_inputs(self.case, self.built, self.value, self.start, self.machine, self.worn)
+        return scene_inputs(self)
 
     def with_settings(self, **settings: Any) -> "Scene":
         """Return the scene with changed values in `simulate`."""
@@ -367,12 +369,12 @@ def _start_problem(case: Case) -> tuple[str, str] | None:
 
     Only a start that the grid describes, or bodies or laws that it defines, can be impossible.
     """
-    outline, is_seated = case.outline, case.simulate.start == "seated"
-    if not (outline.bodies or outline.laws or is_seated or mechanism_of(case).spatial):
+    outline, is_placed = case.outline, case.simulate.start != "centred"
+    if not (outline.bodies or outline.laws or is_placed or mechanism_of(case).spatial):
         return None
     with grid.guarded(case.law_files):  # what these laws do as Python is known only after this
         problem = _problem_of(lambda: list(registry.own_law_remarks(case)))
-    problem = problem or _problem_of(lambda: build(case))
+    problem = problem or _problem_of(lambda: build(case._replace(before=())))
     return problem or _problem_of(lambda: check_channels(case, [channel.name for channel in layout_of(case).channels]))
 
 
@@ -417,11 +419,14 @@ def enter_laws(case: Case) -> None:
         registry.enter_laws(grid.run_all(case.law_files), case.outline.laws)
 
 
-def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
+def build(case: Case, worn: Mapping[str, Worn] | None = None, carried: Carried | None = None) -> Scene:
     """Return the scene of a resolved case.  Raises InputError if its initial state is impossible.
 
-    `worn` maps names of joints to their earlier wear; the run adds to it.
+    `worn` maps names of joints to their earlier wear; the run adds to it.  `carried` is the end of the case before it
+    in its chain; `analyses.chain.build` knows it.
     """
+    if case.before:
+        raise LookupError("a case of a chain starts where the case before it ended: analyses.chain.build runs that one")
     begin, worn = time.thread_time(), dict(worn or {})
     enter_laws(case)
     mechanism = mechanism_of(case)
@@ -453,6 +458,8 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
         built = _build_mechanism(case, mechanism, machine, joints, offsets)
     if any(joint.rolling for joint in case.joints):
         terms, depth_roots = with_elements_at_start(case, built, terms, depth_roots)
+    if case.simulate.start in BRANCHES:
+        built = with_places(case.simulate, built, terms, carried)
     if mechanism.spatial:
         check_spatial_start(built, joints)
     if machine is not None and any(body.initial for body in machine.bodies.values()):
@@ -464,13 +471,14 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     sigma = math.sqrt(length_unit(terms, built))
     shaking = shaking_of(case, mechanism, built) if case.vibration else ()
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma, shaking)
-    start = np.array(
-        [*built.start.tolist(), *depth_roots.tolist(), *[initial_value for _, _, initial_value in every_state(value)]]
-    )
+    internal: Sequence[float] = [initial_value for _, _, initial_value in every_state(value)]
+    if carried is not None:
+        depth_roots, internal = carried.roots * np.sqrt(contact_units(terms)), carried.internal
+    start = np.array([*built.start.tolist(), *depth_roots.tolist(), *internal])
     layout, angle_clock = layout_of(case), _clock_of_case(case, machine, built)
     elapsed = time.thread_time() - begin
     parts = case, mechanism, built, value, layout, start, bool(depth_roots.any()), machine, angle_clock, worn
-    return Scene(*parts, keep_events=case.save.orbits != "none", build_time=elapsed)
+    return Scene(*parts, keep_events=case.save.orbits != "none", build_time=elapsed, carried=carried)
 
 
 def _clock_of_case(case: Case, machine: Machine | None, built: Built) -> Clock:

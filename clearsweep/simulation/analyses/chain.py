@@ -1,0 +1,96 @@
+"""Chains of cases, each of which starts where the one before it ended."""
+
+import numpy as np
+
+from ...contracts.case import Case
+from ...language import phases
+from ...language.errors import InputError
+from ...mechanics.solver import integration
+from ..running.run import Run, integration_of, release
+from ..setup import scene as setup
+from ..setup.placed import Carried, contact_units, places_of, units_of
+from ..setup.scene import Scene
+from ..setup.start import NO_TIMES, marks_of
+
+
+class _Chain:
+    """The cases of the chain that this process computed last, and how they ended."""
+
+    def __init__(self) -> None:
+        self.cases: list[Case] = []
+        self.ends: list[Carried] = []
+
+    def shared_with(self, cases: tuple[Case, ...]) -> int:
+        """Return how many of the first cases are the same."""
+        pairs = zip(self.cases, cases, strict=False)
+        return next((count for count, (a, b) in enumerate(pairs) if a != b), min(len(self.cases), len(cases)))
+
+    def cut(self, count: int) -> None:
+        """Keep the first cases only."""
+        del self.cases[count:], self.ends[count:]
+
+    def add(self, case: Case, end: Carried) -> None:
+        """Append a case and its end."""
+        self.cases.append(case)
+        self.ends.append(end)
+
+
+_chain = _Chain()
+
+
+def build(case: Case) -> Scene:
+    """Return the scene of a case, which starts where the case before it in its chain ended, if it has one.
+
+    What was computed last in this process is not computed again; the rest of the chain is run before it.  Raises
+    InputError if the initial state is impossible, or if a case before it failed.
+    """
+    if not case.before:
+        return setup.build(case)
+    _chain.cut(_chain.shared_with(case.before))
+    missing = case.before[len(_chain.cases) :]
+    for earlier in missing:
+        with phases.phase(f"case {len(_chain.cases) + 1} of {len(case.before)} before it in its chain"):
+            scene = _scene(earlier)
+            end = scene.crank_clock.value_after(earlier.simulate.revolutions)
+            run = integration_of(scene, NO_TIMES, end, marks=marks_of(scene, earlier.simulate.revolutions))
+        if run.status != integration.OK:
+            place = f"number {len(_chain.cases) + 1} of {len(case.before)} before it"
+            raise InputError(f"simulate.start: carried needs the end of a case that failed, {place}; see its status")
+        _chain.add(earlier, _end_of(scene, run))
+        release(run)
+    return _scene(case)
+
+
+def _scene(case: Case) -> Scene:
+    """Return the scene of a case after those that are known."""
+    return setup.build(case._replace(before=()), carried=_chain.ends[-1] if _chain.ends else None)
+
+
+def keep_end(scene: Scene, run: Run) -> None:
+    """Keep the end of a finished run if it continues the chain, so that the next case need not run it again."""
+    if scene.case.simulate.start != "carried" or run.status != integration.OK:
+        return
+    if scene.carried is None:
+        _chain.cut(0)
+    if (scene.carried is None) == (not _chain.ends) and (not _chain.ends or scene.carried is _chain.ends[-1]):
+        _chain.add(scene.case, _end_of(scene, run))
+
+
+def _end_of(scene: Scene, run: Run) -> Carried:
+    """Return the end of a run in the units that the next case shares."""
+    work, joints, rate = run.work, scene.value.joints, scene.value.reference_rate
+    state: np.ndarray = work.end if np.any(work.end) else work.y
+    places, rates = places_of(scene.built, state[: work.time + 1])
+    units, contacts = units_of(joints), contact_units(joints)
+    own, latched = state[work.time + 1 :], work.latched.copy()
+    latched[: len(contacts)] /= contacts * abs(rate)
+    return Carried(
+        places / units,
+        rates / (units * abs(rate)),
+        own[: len(contacts)] / np.sqrt(contacts),
+        own[len(contacts) :].copy(),
+        latched,
+        work.mode.copy(),
+    )
+
+
