@@ -11,6 +11,7 @@ from ..contracts import catalogue
 from ..contracts.layout import Layout
 from ..contracts.vibration import IDEAL, NO_SEVERITY, SEVERITIES, zone_of
 from ..language import wording
+from .branches import coexisting
 from .judge import NOT_RUN, answer_on, judge
 from .judged import EXCEEDED, MET, UNDECIDED, Cases, is_null, named_value
 from .questions import (
@@ -250,6 +251,8 @@ def _details(source: Source, cases: Cases, columns: Any, answer: Mapping[str, An
         details["all_cases"] = {name: int((all_cases.verdicts == name).sum()) for name in (MET, EXCEEDED, UNDECIDED)}
     if answer["question"] == "seek":
         details["nearest"] = _nearest(record, columns, answer["search"])
+    if branches := coexisting(cases, source.layout):
+        details["branches"] = branches
     if answer["question"] == "sample":
         details["irregular"] = _irregular(cases)
     details["tried"] = len(columns["case_id"])

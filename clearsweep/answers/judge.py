@@ -43,7 +43,7 @@ def effects(cases: Cases, figures: Sequence[str]) -> list[dict[str, Any]]:
     sample = cases.record.get("sample") or {}
     drawn = [path for path in sample.get("drawn", {}) if path in cases.codes]
     drawn = [] if sample.get("method") == ONE_AT_A_TIME else drawn
-    axes = [axis for axis in axes_of(cases) if not set(axis.paths) & set(drawn)]
+    axes = [axis for axis in axes_of(cases) if not set(axis.paths) & {*drawn, *catalogue.STARTS}]
     entries = []
     for figure in figures:
         values = cases.numbers(figure)

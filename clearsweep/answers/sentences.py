@@ -4,6 +4,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ..language import wording
+from .branches import branch_sentences
 from .figure_sentences import (
     added_sentences,
     error_sentences,
@@ -52,7 +53,8 @@ LONGER_IS_FINER = ("simulate.revolutions", "simulate.time", "simulate.cycles")
 def sentences(answer: Answer, words: Words) -> list[str]:
     """Return the sentences of an answer, the most important first: at most MAX_LINES lines of MAX_LENGTH characters."""
     lines: list[str] = []
-    for rule in (*RULES[answer["question"]], found_sentences):
+    first, *others = RULES[answer["question"]]
+    for rule in (first, branch_sentences, *others, found_sentences):
         lines += [sentence.text for sentence in rule(answer, words)]
     return [shortened(line) for line in dict.fromkeys(lines)][:MAX_LINES]
 

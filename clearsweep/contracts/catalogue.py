@@ -17,6 +17,8 @@ NUMERICS = "numerics"  # never an answer: the finest value decides, the others s
 ROLES = (CHOICE, CONDITION, UNCERTAINTY, MODEL, NUMERICS)
 #: Order in which the uses of a quantity of one's own decide its role.
 PRECEDENCE = (CONDITION, UNCERTAINTY, MODEL, CHOICE, NUMERICS)
+#: Paths that say where a motion starts: up or down a carried axis, and the number of a random start.
+STARTS = ("simulate.direction", "simulate.draw")
 
 
 # User-defined names of a grid, which determine its keys: form of the drive, loads, bodies and joints.

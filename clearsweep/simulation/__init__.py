@@ -35,6 +35,7 @@ from .machine.elastic import BendingLink, ElasticLink, bending_links, elastic_li
 from .machine.ideal import ideal_motion, ideal_peaks, mechanism_of
 from .machine.shaking import ideal_frame_force
 from .machine.sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
+from .setup.placed import random_places
 from .setup.scene import catalogue, derived, load_case, signature
 
 __all__ = [
@@ -73,6 +74,7 @@ __all__ = [
     "peak_revolution",
     "penetration_limit",
     "pin_reactions",
+    "random_places",
     "reactions_unknown",
     "recommendations",
     "recommendations_for",

@@ -134,7 +134,13 @@ def _run_sweep(
     shard = None if options.shard is None else Shard.read(options.shard)
     if shard and grid.search:
         raise InputError(f"shard: {grid.search.refusal_of_shards.format(name=grid.search.name)}")
-    if division := store.Division.of(grid, str(shard or "")):
+    division = store.Division.of(grid, str(shard or ""))
+    if grid.chained and (shard or division):
+        raise InputError(
+            f"simulate.start: carried takes every case from the end of another, so its {len(grid):,} cases are not "
+            + ("divided into shards; run them without --shard" if shard else "cut into blocks; take fewer values")
+        )
+    if division:
         return _run_cut(grid, out, options, simulator, (division, shard, begin))
     if options.executor == executors.NODES:
         raise InputError(

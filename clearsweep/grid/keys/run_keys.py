@@ -1,6 +1,6 @@
 """Keys of a run: saved results of a case (`save`), and its life (`life`)."""
 
-from ...contracts.catalogue import CONDITION, NUMERICS, Field
+from ...contracts.catalogue import CONDITION, NUMERICS, STARTS, Field
 from .joint_keys import add_numbers
 from .kinds import KeyTable, NameList, Number, Section, Use, Word
 
@@ -132,7 +132,8 @@ def add_life_keys(keys: KeyTable) -> None:
         keys[f"{LIFE}.{field.name}"] = Number((Use(field),), CONDITION, field.name == "limit")
 
 
-START, CARRIED, DIRECTION, DRAW = "simulate.start", "simulate.carried", "simulate.direction", "simulate.draw"
+START, CARRIED = "simulate.start", "simulate.carried"
+DIRECTION, DRAW = STARTS
 BRANCHES = ("carried", "random")  # starts of which the grid runs several at each point
 _OF_CARRIED, _OF_RANDOM = (((START, frozenset({word})),) for word in BRANCHES)
 _DRAW_FIELD = Field(

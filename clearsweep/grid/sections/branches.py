@@ -1,9 +1,11 @@
 """Coexisting motions: the axes that `simulate.start: carried` and `{random: N}` add, and what refuses them."""
 
+from contextlib import suppress
 from dataclasses import replace
 from typing import Any
 
-from ...language.errors import did_you_mean, quoted
+from ...language import quantity
+from ...language.errors import InputError, did_you_mean, quoted
 from ..keys.kinds import KeyTable, Number, word_key
 from ..keys.run_keys import BRANCHES, CARRIED, DIRECTION, DRAW, LIFE, START
 from ..written.document import Problems, WrittenValue
@@ -29,8 +31,7 @@ def with_branch_axes(root: WrittenValue, problems: Problems) -> WrittenValue:
     path = DIRECTION if word == "carried" else DRAW
     if path.rpartition(".")[2] in settings or path in sweep.value:
         return root
-    count = settings.get("random", start).value
-    values = ["up", "down"] if word == "carried" else range(1, 1 + (count if isinstance(count, int) else 1))
+    values = ["up", "down"] if word == "carried" else range(1, 1 + (_count(settings.get("random")) or 1))
     items = [WrittenValue(value, start.origin, start.line, start.column) for value in values]
     axis = WrittenValue(items, start.origin, start.line, start.column)
     root = _with(root, "simulate", replace(simulate, value={k: v for k, v in settings.items() if k != "random"}))
@@ -50,12 +51,21 @@ def _settings_of(start: WrittenValue, settings: dict[str, Any], problems: Proble
     if clash := [key for key in start.value if key in settings]:
         problems.add(start, START, f"conflicts with simulate.{clash[0]}, which says the same; remove one of the two")
         return plain
-    count = start.value["random"] if word == "random" else None
-    if count is not None and not (type(count.value) is int and 2 <= count.value <= _MOST_DRAWS):
+    if word == "random" and _count(start.value["random"]) is None:
+        count = start.value["random"]
         message = f"found {quoted(count.value)}; expected a whole number from 2 to {_MOST_DRAWS}"
         problems.add(count, f"{START}.random", message)
         return plain
     return {**start.value, "start": replace(start, value=word)}
+
+
+def _count(written: WrittenValue | None) -> int | None:
+    """Return the number of random starts, None for anything but a whole number in range."""
+    with suppress(InputError):
+        number = quantity.read(written.value, "1") if written is not None else 0.0
+        if number == int(number) and 2 <= number <= _MOST_DRAWS:
+            return int(number)
+    return None
 
 
 def _with(root: WrittenValue, name: str, section: WrittenValue) -> WrittenValue:
@@ -144,10 +154,10 @@ def _find_carried(reader: Reader, refuse: Any) -> None:
         refuse(f"names {named}, which `sweep` does not vary{did_you_mean(named, swept)}; sweep two values or more")
     elif not named and not swept:
         place = f": {others[0]} is under `{reader.varied_by[others[0]]}`" if others else ""
-        refuse(f"needs a quantity with two values or more under `sweep`{place}; such as drive.speed: [500 rpm, 600 rpm]")
+        example = "such as drive.speed: [500 rpm, 600 rpm]"
+        refuse(f"needs a quantity with two values or more under `sweep`{place}; {example}")
     elif not named and len(swept) > 1:
         written = " or ".join(f"{{carried: {path}}}" for path in swept[:2])
         refuse(f"does not say along which of {', '.join(swept)}; write start: {written}")
     else:
         reader.values[CARRIED] = named or swept[0]
-

@@ -92,5 +92,3 @@ def _end_of(scene: Scene, run: Run) -> Carried:
         latched,
         work.mode.copy(),
     )
-
-

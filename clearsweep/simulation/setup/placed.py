@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...contracts.case import Simulate
+from ...contracts.case import Case
 from ...language.errors import InputError
 from ...mechanics.joints.contract import contact_modes
 from ...mechanics.joints.mesh import Mesh
@@ -29,15 +29,16 @@ class Carried(NamedTuple):
     mode: np.ndarray  # (contacts,)
 
 
-def random_places(settings: Simulate, joints: tuple) -> tuple[np.ndarray, np.ndarray]:
-    """Return random places (k,) of open joints in clearances, and rates (k,) in clearances times crank speed.
+def random_places(case: Case) -> tuple[np.ndarray, np.ndarray]:
+    """Return random places (k,) of the open joints in clearances, and rates (k,) in clearances times crank speed.
 
     A journal is anywhere in its clearance circle with equal probability, flanks anywhere in their play; rates have the
     same distribution.  The numbers depend on seed and draw alone.
     """
-    generator, places, rates = np.random.default_rng([settings.seed, settings.draw]), list[float](), list[float]()
-    for joint in joints:
-        draw = _in_play if isinstance(joint, Mesh) else _in_circle
+    generator = np.random.default_rng([int(case.simulate.seed), int(case.simulate.draw)])
+    places, rates = list[float](), list[float]()
+    for joint in case.joints:
+        draw = _in_play if joint.flanked else _in_circle
         places += draw(generator)
         rates += draw(generator)
     return np.array(places), np.array(rates)
@@ -52,7 +53,7 @@ def _in_circle(generator: np.random.Generator) -> list[float]:
     return [radius * math.cos(angle), radius * math.sin(angle)]
 
 
-def with_places(settings: Simulate, built: Built, joints: tuple, carried: Carried | None) -> Built:
+def with_places(case: Case, built: Built, joints: tuple, carried: Carried | None) -> Built:
     """Return a mechanism that starts where another case ended, or at random; the first of a chain starts centred.
 
     Raises InputError if more moves freely than the joints with clearance.
@@ -60,12 +61,12 @@ def with_places(settings: Simulate, built: Built, joints: tuple, carried: Carrie
     units = units_of(joints)
     if len(units) != len(built.lengths):
         raise InputError(
-            f"simulate.start: {settings.start} places the {len(units)} coordinates of joints with clearance, and this "
+            f"simulate.start: {case.simulate.start} places {len(units)} coordinates of joints with clearance, and this "
             f"machine has {len(built.lengths)}; make the other moving parts rigid, or use centred"
         )
-    if carried is None and settings.start == "carried":
+    if carried is None and case.simulate.start == "carried":
         return built
-    places, rates = random_places(settings, joints) if carried is None else (carried.places, carried.rates)
+    places, rates = random_places(case) if carried is None else (carried.places, carried.rates)
     return built._replace(start=placed(built, units * places, units * abs(built.rate) * rates))
 
 

@@ -459,7 +459,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None, carried: Carried |
     if any(joint.rolling for joint in case.joints):
         terms, depth_roots = with_elements_at_start(case, built, terms, depth_roots)
     if case.simulate.start in BRANCHES:
-        built = with_places(case.simulate, built, terms, carried)
+        built = with_places(case, built, terms, carried)
     if mechanism.spatial:
         check_spatial_start(built, joints)
     if machine is not None and any(body.initial for body in machine.bodies.values()):

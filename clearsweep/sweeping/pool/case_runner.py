@@ -147,6 +147,7 @@ class CaseRunner:
         allowed_failures : number of cases that may fail; default: from the options
         """
         count = len(pending.indices)
+        pending, chains = by_chain(grid, pending) if grid.chained else (pending, None)
         grids.check_disk(count * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
         with phases.phase("listing the kinds of scenes"):
             scene_cases = one_case_per_scene(grid, pending.indices, self.simulator)
@@ -160,6 +161,7 @@ class CaseRunner:
             grids.first_case_history(grid),
             pending.read_finished_ids,
         )
+        batches.chains = chains
         if pending.has_similar_times and self.batches:
             batches.copy_times(self.batches)
         self.batches = batches
@@ -297,6 +299,15 @@ def missing_indices(ids: np.ndarray, requested: np.ndarray, rows: np.ndarray, *,
     is_missing &= is_common(sorted_ids, requested)
     is_missing &= ~is_common(sorted_ids, rows["id"])
     return np.sort(order[is_missing])
+
+
+def by_chain(grid: grids.Grid, pending: Pending) -> tuple[Pending, np.ndarray]:
+    """Return the cases with those of a chain one behind the other in its order, and the number of each one's chain."""
+    places = [grid.place_in_chain(index) for index in pending.indices.tolist()]
+    numbers = {key: number for number, key in enumerate(dict.fromkeys(key for key, _ in places))}
+    chains, steps = np.array([numbers[key] for key, _ in places]), np.array([step for _, step in places])
+    order = np.lexsort([steps, chains])
+    return pending._replace(indices=pending.indices[order], ids=pending.ids[order]), chains[order]
 
 
 def finished_counts(rows: np.ndarray, requested: np.ndarray, pending: np.ndarray) -> tuple[int, int]:

@@ -180,6 +180,7 @@ class Batches:
             worker_count,
             read_finished_ids,
         )
+        self.chains: np.ndarray | None = None  # number of the chain of each pending case, whose cases are together
         self.max_cases = max(1, min(MAX_BATCH_CASES, int(MAX_BATCH_BYTES / max(bytes_per_case, 1.0))))
         self.handed_out_count, self.largest_batch_size = 0, 1
         self.weighted_case_count, self.weighted_seconds = 0.0, 0.0  # of recent batches; older ones count less
@@ -210,6 +211,9 @@ class Batches:
         size = min(self._size(), len(self.pending) - self.handed_out_count)
         if not size:
             return None
+        if self.chains is not None:  # each case needs the end of the one before it: a chain is not divided
+            last = self.chains[self.handed_out_count + size - 1]
+            size = int(np.searchsorted(self.chains, last, side="right")) - self.handed_out_count
         selection = slice(self.handed_out_count, self.handed_out_count + size)
         self.handed_out_count += size
         return new_batch(Tasks(self.pending[selection], self.ids[selection]))
