@@ -7,7 +7,6 @@ import numpy as np
 
 from ..contracts.catalogue import STARTS
 from ..contracts.layout import Layout
-from ..language import wording
 from .judged import Cases, codes_of, combined_codes, plain_value
 from .words import Answer, Sentence, Words
 
@@ -117,9 +116,9 @@ def branch_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
             "where": _where(branches, words, point),
             "figure": words.figure(point["figure"]),
             "forces": _forces(point, words),
-            "shares": _shares(point) if branches["along"] == STARTS[1] else "",
+            "starts": _starts(point) if branches["along"] == STARTS[1] else "",
         }
-        yield Sentence("{many} motions coexist {where}: {figure} {forces}{shares}.", values)
+        yield Sentence("{many} motions coexist {where}: {figure} {forces}{starts}.", values)
     elif branches["undecided"] < total:
         decided = total - branches["undecided"]
         values = {"starts": starts, "count": decided, "noun": "point" if decided == 1 else "points"}
@@ -131,15 +130,18 @@ def branch_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
 
 
 def _forces(point: Mapping[str, Any], words: Words) -> str:
-    """Return '1.1 or 2.6 kN'."""
+    """Return '1.1 or 2.6 kN', after the name of the figure."""
     texts = words.figures(point["figure"], [motion["median"] for motion in point["motions"]])
-    unit = texts[-1].partition(" ")[2]
-    return " or ".join([*(text.removesuffix(f" {unit}") for text in texts[:-1]), texts[-1]])
+    numbers, units = zip(*(text.split(maxsplit=1) for text in texts), strict=True)
+    shown = numbers if len(set(units)) == 1 else texts
+    return " or ".join([*shown[:-1], texts[-1]])
 
 
-def _shares(point: Mapping[str, Any]) -> str:
-    shares = [wording.short_number_text(100.0 * motion["share"], 2) for motion in point["motions"]]
-    return f", from {' and '.join(shares)} % of the starts"
+def _starts(point: Mapping[str, Any]) -> str:
+    """Return how many random starts lead to each motion."""
+    counts = [str(motion["starts"]) for motion in point["motions"]]
+    total = sum(motion["starts"] for motion in point["motions"]) + point["undecided"]
+    return f", after {' and '.join(counts)} of {total} starts"
 
 
 def _where(branches: Mapping[str, Any], words: Words, point: Mapping[str, Any]) -> str:

@@ -167,6 +167,7 @@ def _draw_border(ax: Axes, failing: np.ndarray) -> None:
 
 # Drawings of kinds of motion: points at crank angle 0, spectra, shares, maps of kinds.
 
+MOTION_COLOURS = (BLUE, RED, INK, GREY)  # of motions that coexist
 KIND_COLOURS = ("#cfe3f1", "#86b8dc", "#f0c48c", "#e0824a")  # from regular to irregular, distinguishable in grey, too
 SHARE_COLOURS = {"free flight": "#f0c48c", "impacts": "#e0824a", "lasting contact": "#86b8dc", "contact": "#86b8dc"}
 MAX_ORDER = 40  # crank orders shown in a spectrum
@@ -185,11 +186,27 @@ def draw_bifurcation(ax: Axes, points: Points, coordinate: str, axis: Axis) -> N
     if np.isfinite(points.clearance).all():
         for sign in (-1.0, 1.0):
             ax.plot(abscissae, sign * points.clearance / scale.factor, color=GREY, linewidth=0.8, linestyle=":")
-    ax.plot(abscissae, values / scale.factor, "o", color=INK, markersize=PIXEL)
+    down = points.is_downward
+    for name, colour, is_drawn in (("up", BLUE, ~down), ("down", RED, down)) if down.any() else (("", INK, ~down),):
+        marks = abscissae[is_drawn], values[is_drawn] / scale.factor
+        ax.plot(*marks, "o", color=colour, markersize=PIXEL if not name else 2.0 * PIXEL, label=name or None)
     if axis.is_geometric:
         set_log_scale(ax, "x")
     ax.set_labels(axis.label(), f"journal {coordinate} [{scale.unit}]")
     set_plain_axes(ax)
+    if down.any():
+        ax.set_legend("above", columns=2, **LEGEND)
+
+
+def draw_basins(ax: Axes, places: np.ndarray, motions: np.ndarray, labels: Sequence[str], axes: Sequence[str]) -> None:
+    """Draw random starts (n, 2), in clearances, coloured by the number (n,) of the motion that they lead to."""
+    for motion, label in enumerate(labels):
+        of_motion = places[motions == motion]
+        colour = MOTION_COLOURS[motion % len(MOTION_COLOURS)]
+        ax.plot(of_motion[:, 0], of_motion[:, 1], "o", color=colour, markersize=3.0, label=label)
+    ax.set_square(1.08)
+    ax.set_labels(*axes)
+    ax.set_legend("above", columns=2, **LEGEND)
 
 
 def draw_section(ax: Axes, revolution: np.ndarray, x: np.ndarray, y: np.ndarray, clearance: float | None) -> None:

@@ -47,6 +47,7 @@ from ..statistics.motion import (
     shares_by_value,
 )
 from ..study import Joint, Study, cases_by_cell, largest, reduce_over_other_axes
+from .branches import basins
 
 # Kinds of motion: contact, flight or impacts; periodic or not; Poincaré sections and spectra.
 
@@ -70,7 +71,12 @@ def motion_type_sections(study: Study) -> list[Section]:
         _table(study, joint),
         Gallery(
             _poincare_note(study),
-            [*_bifurcation_diagrams(study, joint), *_poincare_sections(study, joint), *_spectra(study, joint)],
+            [
+                *_bifurcation_diagrams(study, joint),
+                *basins(study, joint),
+                *_poincare_sections(study, joint),
+                *_spectra(study, joint),
+            ],
         ),
     ]
     return [Section("motion-type", "Impacts and kinds of motion", without_empty(blocks))]

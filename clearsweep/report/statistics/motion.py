@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 import pandas as pd
 
+from ...contracts.catalogue import STARTS
 from ..axis import Axis
 from ..study import VARYING_SECTIONS, Joint, Study, indices_by_value, recorded_revolutions
 
@@ -133,6 +134,7 @@ class Points(NamedTuple):
     y: np.ndarray  # m
     clearance: np.ndarray  # m, of the case; NaN if not a circle
     cases: int
+    is_downward: np.ndarray = np.zeros(0, bool)  # whether the case was reached down the axis
 
 
 def poincare_points(study: Study, joint: Joint, case_id: str) -> pd.DataFrame:
@@ -164,7 +166,15 @@ def points_along_axis(study: Study, joint: Joint, axis: Axis, reference: str) ->
         concatenate("y"),
         np.repeat(np.array(clearances, float), counts),
         len(histories),
+        np.repeat(_is_downward(study)[[index for index, _ in histories]], counts),
     )
+
+
+def _is_downward(study: Study) -> np.ndarray:
+    """Return whether each case was reached down a carried axis, (cases,)."""
+    if STARTS[0] not in study.cases:
+        return np.zeros(len(study.cases), bool)
+    return np.array([direction == "down" for direction in study.cases[STARTS[0]].tolist()], bool)
 
 
 def cases_along_axis(study: Study, axis: Axis, reference: str) -> list[int]:
@@ -175,7 +185,7 @@ def cases_along_axis(study: Study, axis: Axis, reference: str) -> list[int]:
     varied_together = _paths_varied_together(study, axis)
     is_alike, reference_row = np.ones(len(study.cases), bool), study.cases.row_of(reference)
     for other in study.swept():
-        if other is not axis and other.path not in varied_together:
+        if other is not axis and other.path not in (*varied_together, *STARTS):
             indices = study.indices_on(other)
             is_alike &= indices == indices[reference_row]
     rows = np.flatnonzero(is_alike)

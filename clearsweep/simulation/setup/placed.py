@@ -1,6 +1,7 @@
 """Starts with the journals at given places and rates: carried from the end of another case, or drawn at random."""
 
 import math
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -29,19 +30,24 @@ class Carried(NamedTuple):
     mode: np.ndarray  # (contacts,)
 
 
-def random_places(case: Case) -> tuple[np.ndarray, np.ndarray]:
+def random_places(seed: int, draw: int, flanked: Sequence[bool]) -> tuple[np.ndarray, np.ndarray]:
     """Return random places (k,) of the open joints in clearances, and rates (k,) in clearances times crank speed.
 
     A journal is anywhere in its clearance circle with equal probability, flanks anywhere in their play; rates have the
-    same distribution.  The numbers depend on seed and draw alone.
+    same distribution.  The numbers depend on seed and draw alone.  `flanked` tells which joints are gears or couplings.
     """
-    generator = np.random.default_rng([int(case.simulate.seed), int(case.simulate.draw)])
+    generator = np.random.default_rng([int(seed), int(draw)])
     places, rates = list[float](), list[float]()
-    for joint in case.joints:
-        draw = _in_play if joint.flanked else _in_circle
-        places += draw(generator)
-        rates += draw(generator)
+    for has_flanks in flanked:
+        values_of = _in_play if has_flanks else _in_circle
+        places += values_of(generator)
+        rates += values_of(generator)
     return np.array(places), np.array(rates)
+
+
+def _random_places(case: Case) -> tuple[np.ndarray, np.ndarray]:
+    settings, flanked = case.simulate, [bool(joint.flanked) for joint in case.joints]
+    return random_places(settings.seed, settings.draw, flanked)
 
 
 def _in_play(generator: np.random.Generator) -> list[float]:
@@ -66,7 +72,7 @@ def with_places(case: Case, built: Built, joints: tuple, carried: Carried | None
         )
     if carried is None and case.simulate.start == "carried":
         return built
-    places, rates = random_places(case) if carried is None else (carried.places, carried.rates)
+    places, rates = _random_places(case) if carried is None else (carried.places, carried.rates)
     return built._replace(start=placed(built, units * places, units * abs(built.rate) * rates))
 
 
