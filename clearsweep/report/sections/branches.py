@@ -29,9 +29,8 @@ def basins(study: Study, joint: Joint) -> list[Picture]:
     has_flanks = any(key in joints[joint.title] for key in ("backlash", "play"))
     draws, seed = study.cases[STARTS[1]].to_numpy(float)[rows][is_known], study.base["simulate"]["seed"]
     starts = [np.concatenate(random_places(int(seed), int(draw), [has_flanks])) for draw in draws]
-    names = (
-        ("position [play / 2]", "rate [play / 2 x crank speed]") if has_flanks else ("journal x [c]", "journal y [c]")
-    )
+    flanks, journal = ("position [play / 2]", "rate [play / 2 x crank speed]"), ("journal x [c]", "journal y [c]")
+    names = flanks if has_flanks else journal
     motions = motions_of(statistic[is_known])
     setting = words_of(study).setting(point["values"])
     rates = "" if has_flanks else " Their rates are random, too, so the colours may mix."

@@ -7,6 +7,7 @@ from typing import overload
 import numpy as np
 import pandas as pd
 
+from ...contracts.catalogue import STARTS
 from ...contracts.layout import DIFFERENCE
 from ...language import wording
 from ..axis import PEAK, Axis
@@ -185,7 +186,11 @@ def _bifurcation_diagrams(study: Study, joint: Joint) -> list[Picture]:
     reference = study.worst(joint)
     ranked = [effect.axis for effect in main_effects_of(study, lead)]
     ranked += [axis for axis in study.swept() if axis.is_scattered]
-    diagrams = [_bifurcation_diagram(study, joint, axis, reference) for axis in ranked if axis.is_numeric]
+    diagrams = [
+        _bifurcation_diagram(study, joint, axis, reference)
+        for axis in ranked
+        if axis.is_numeric and axis.path not in STARTS
+    ]
     return [picture for diagram in [each for each in diagrams if each][:MAX_DIAGRAMS] for picture in diagram]
 
 
