@@ -132,9 +132,7 @@ def second_program(speed, state, revolutions=50):
         load = LOAD + SHAKE * math.cos(rate * t)
         return y[1], (load - torque(y[0]) - DRAG * y[1]) / INERTIA
 
-    run = solve_ivp(
-        rates, (0.0, revolutions * period), state, "DOP853", rtol=1e-9, atol=1e-13, max_step=period / 60.0
-    )
+    run = solve_ivp(rates, (0.0, revolutions * period), state, "DOP853", rtol=1e-9, atol=1e-13, max_step=period / 60.0)
     window = run.t > (revolutions - 10.0) * period
     return run.y[:, -1], float(np.max(torque(run.y[0, window])))
 
@@ -285,7 +283,9 @@ def test_bodies_start_where_the_places_of_a_draw_say():
     scene = chain.build(case)
     found = places_of(scene.built, scene.start[: 2 * len(scene.built.lengths) + 1])
     unit = units_of(scene.value.joints)
-    for values, drawn, scale in zip(found, random_places(5, 3, [False]), (1.0, scene.value.reference_rate), strict=True):
+    for values, drawn, scale in zip(
+        found, random_places(5, 3, [False]), (1.0, scene.value.reference_rate), strict=True
+    ):
         assert values == pytest.approx(drawn * unit * scale, rel=1e-6, abs=1e-9 * unit[0] * scale)
 
 
@@ -331,7 +331,10 @@ REFUSED = {
     "one draw": ({"simulate/start": {"random": 1}}, "expected a whole number from 2"),
     "half a draw": ({"simulate/start": {"random": 2.5}}, "expected a whole number from 2"),
     "a table": ({"drive/speed": {"table": {"time [s]": [0, 1], "speed [rpm]": [500, 600]}}}, "drive of constant speed"),
-    "a torque": ({"drive": {"torque": 1.0, "initial_speed": 60.0}, "sweep": {"mechanism.slider.mass": [0.1, 0.2]}}, "co"),
+    "a torque": (
+        {"drive": {"torque": 1.0, "initial_speed": 60.0}, "sweep": {"mechanism.slider.mass": [0.1, 0.2]}},
+        "co",
+    ),
     "half a turn": ({"simulate/revolutions": 3.5}, "whole number of revolutions"),
     "until": ({"simulate/until": {"figure": "rod_slider_force_rms"}}, "conflicts with simulate.until"),
     "a horizon": ({"simulate/horizon": True}, "conflicts with simulate.horizon"),
@@ -339,7 +342,11 @@ REFUSED = {
     "a sample": ({"sample": {"n": 2, "over": {"mechanism.slider.mass": {"uniform": [0.1, 0.2]}}}}, "`sample`"),
     "a zip": ({"sweep": None, "zip": {"drive.speed": [50.0, 60.0]}}, "drive.speed is under `zip`"),
     "a guide": (
-        {"joints": {"slider-ground": {"clearance": 1e-5, "length": 0.1, "height": 0.05, "contact": {"law": "elastic"}}}},
+        {
+            "joints": {
+                "slider-ground": {"clearance": 1e-5, "length": 0.1, "height": 0.05, "contact": {"law": "elastic"}}
+            }
+        },
         "no guides",
     ),
 }
@@ -348,7 +355,7 @@ REFUSED = {
 @pytest.mark.parametrize("name", REFUSED)
 def test_what_has_no_branches_is_refused(name):
     changes, text = REFUSED[name]
-    with pytest.raises(InputError, match="simulate.start|simulate.carried") as error:
+    with pytest.raises(InputError, match=r"simulate\.(start|carried)") as error:
         loaded(slider_crank(**changes))
     assert text in str(error.value)
 

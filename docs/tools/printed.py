@@ -50,9 +50,10 @@ def examples(page: Path) -> Iterator[Example]:
 def completed(block: str) -> dict:
     """Return the grid of configs/slider_crank_restitution.yaml with the sections of `block`, without its sweep.
 
-    A block that extends another file is a whole grid.
+    A block with a name is a whole grid, or extends one.
     """
-    if "extends" in (sections := YAML(typ="safe").load(block)):
+    sections = YAML(typ="safe").load(block)
+    if "name" in sections:
         return dict(sections)
     whole = YAML(typ="safe").load((CONFIGS / "slider_crank_restitution.yaml").read_text(encoding="utf-8"))
     del whole["sweep"]

@@ -189,7 +189,7 @@ def draw_bifurcation(ax: Axes, points: Points, coordinate: str, axis: Axis) -> N
     down = points.is_downward
     for name, colour, is_drawn in (("up", BLUE, ~down), ("down", RED, down)) if down.any() else (("", INK, ~down),):
         marks = abscissae[is_drawn], values[is_drawn] / scale.factor
-        ax.plot(*marks, "o", color=colour, markersize=PIXEL if not name else 3.0 * PIXEL, label=name or None)
+        ax.plot(*marks, "o", color=colour, markersize=PIXEL if not name else 3.0 * PIXEL, label=name)
     if axis.is_geometric:
         set_log_scale(ax, "x")
     ax.set_labels(axis.label(), f"journal {coordinate} [{scale.unit}]")

@@ -473,7 +473,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None, carried: Carried |
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma, shaking)
     internal: Sequence[float] = [initial_value for _, _, initial_value in every_state(value)]
     if carried is not None:
-        depth_roots, internal = carried.roots * np.sqrt(contact_units(terms)), carried.internal
+        depth_roots, internal = carried.roots * np.sqrt(contact_units(terms)), carried.internal.tolist()
     start = np.array([*built.start.tolist(), *depth_roots.tolist(), *internal])
     layout, angle_clock = layout_of(case), _clock_of_case(case, machine, built)
     elapsed = time.thread_time() - begin
