@@ -333,7 +333,7 @@ REFUSED = {
     "a table": ({"drive/speed": {"table": {"time [s]": [0, 1], "speed [rpm]": [500, 600]}}}, "drive of constant speed"),
     "a torque": (
         {"drive": {"torque": 1.0, "initial_speed": 60.0}, "sweep": {"mechanism.slider.mass": [0.1, 0.2]}},
-        "co",
+        "of constant speed",
     ),
     "half a turn": ({"simulate/revolutions": 3.5}, "whole number of revolutions"),
     "until": ({"simulate/until": {"figure": "rod_slider_force_rms"}}, "conflicts with simulate.until"),
