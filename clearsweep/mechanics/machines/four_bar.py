@@ -3,7 +3,18 @@
 import math
 
 from ...contracts.case import Case
-from ...contracts.catalogue import CHOICE, CONDITION, Choice, Field, JointSite, Keys, Mechanism, Outline, Output
+from ...contracts.catalogue import (
+    CHOICE,
+    CONDITION,
+    FULL_OUTLINE,
+    Choice,
+    Field,
+    JointSite,
+    Keys,
+    Mechanism,
+    Outline,
+    Output,
+)
 from ...contracts.machine import Aim, Body, BodyPoint, Machine, Pin
 from . import described
 from .drives import make_drive, with_visited_angles
@@ -126,7 +137,7 @@ MECHANISM = Mechanism(
     "The crank turns fully where ground, crank, coupler and rocker let it (Grashof).",
     bodies=_BODIES,
     joints=_SITES,
-    keys=_keys(Outline()),
+    keys=_keys(FULL_OUTLINE),
     channels=described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS),
     turns=True,
     build=None,

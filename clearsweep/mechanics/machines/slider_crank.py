@@ -4,7 +4,19 @@ import math
 from collections.abc import Mapping
 
 from ...contracts.case import Case
-from ...contracts.catalogue import CHOICE, CONDITION, Choice, Field, JointSite, Keys, Mechanism, Order, Outline, Output
+from ...contracts.catalogue import (
+    CHOICE,
+    CONDITION,
+    FULL_OUTLINE,
+    Choice,
+    Field,
+    JointSite,
+    Keys,
+    Mechanism,
+    Order,
+    Outline,
+    Output,
+)
 from ...contracts.machine import Aim, Body, BodyPoint, Constant, Guide, Machine, Pin
 from . import described
 from .drives import make_drive, with_visited_angles
@@ -251,7 +263,7 @@ MECHANISM = Mechanism(
     "The rod is longer than the crank; the slider moves along the x axis, past the crank's pivot by its offset.",
     bodies=_BODIES,
     joints=(*_SITES, _GUIDE),
-    keys=_planar_keys(Outline()),
+    keys=_planar_keys(FULL_OUTLINE),
     channels=described.channels_of(_BODIES, _OUTPUT, _OUTPUT_CHANNELS),
     turns=True,
     build=None,
