@@ -12,6 +12,7 @@ from mechanism_cases import changed, slider_crank
 import clearsweep
 from clearsweep.language.errors import InputError
 from clearsweep.report.one_case.motion import saved_channels
+from clearsweep.report.sections import all_sections
 from clearsweep.report.sections.bending import bending_links_sections
 from clearsweep.report.sections.cases import player_data
 from clearsweep.report.study import prepare
@@ -196,6 +197,16 @@ def test_the_page_shows_links_that_bend_and_their_player_bends_them(tmp_path):
     assert bend["name"] == "rod"
     assert bend["magnified"] == pytest.approx(0.06 * LENGTH / 1.75e-3, rel=0.1)
     assert {"deflection of rod", "stress of rod"} <= {chart["name"] for chart in player.data["charts"]}
+
+
+def test_a_sweep_without_clearance_has_a_report(tmp_path):
+    swept = simeon(damping=0.01) | {
+        "sweep": {"drive.speed": [100.0, 125.0, SPEED], "mechanism.rod.elastic.damping": [0.01, 0.02]},
+        "limits": {"rod_stress_max": 1.2e8},
+    }
+    run = clearsweep.sweep(swept, tmp_path / "run")
+    sections = {section.key: section for section in all_sections(prepare(clearsweep.open(run.directory)))}
+    assert {"bending-links", "main-effects"} <= sections.keys()
 
 
 def test_a_rod_that_folds_up_ends_its_case_at_once():

@@ -204,6 +204,11 @@ class Study(NamedTuple):
 
         return max(self.joints, key=severity)
 
+    @property
+    def leading_joints(self) -> tuple[Joint, ...]:
+        """Return the joints with clearance, or the output in place of them, see `most_loaded_joint`."""
+        return self.joints or (self.most_loaded_joint(),)
+
     def leading_values(self, channels: Mapping) -> np.ndarray:
         """Return the quantity whose largest value decides what is shown of a case: a force, or without joints another.
 

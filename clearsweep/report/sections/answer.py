@@ -411,7 +411,7 @@ def _extremes_by_speed_table(study: Study) -> Table:
     """Return the least and the most loaded design at each crank speed; empty unless speed and another axis vary."""
     speed = next((axis for axis in study.levels() if axis.path == "drive.speed"), None)
     others = [axis for axis in study.swept() if axis is not speed]
-    if speed is None or not others or study.cases.empty:
+    if speed is None or not others or study.cases.empty or not study.joints:
         return Table("by_speed", "", "", (), [])
     joint = study.most_loaded_joint()
     p99 = joint.column("force_p99")

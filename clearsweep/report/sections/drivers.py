@@ -126,7 +126,7 @@ def _pictures(study: Study, figures: tuple[tuple[str, str], ...], name: str) -> 
     """Return one picture per axis, the strongest first; the first of the `figures`, (figure, name), has a band."""
     leading = study.most_loaded_joint().column(figures[0][0])
     curves: dict[str, list[Curve]] = {effect.axis.path: [] for effect in main_effects_of(study, leading)}
-    for joint_index, joint in enumerate(study.joints):
+    for joint_index, joint in enumerate(study.leading_joints):
         for figure_index, (figure, figure_name) in enumerate(figures):
             for curve in _curves(study, joint, joint_index, (figure, figure_name), band=figure_index == 0):
                 curves[curve.effect.axis.path].append(curve)
@@ -164,7 +164,7 @@ def _value_range(edges: list[np.ndarray]) -> tuple[float, float]:
 
 
 def _effect_picture(study: Study, curves: list[Curve], name: str, limits: tuple[float, float]) -> Picture:
-    joint = study.joints[0]
+    joint = study.leading_joints[0]
     first_name = study.lead.name if curves[0].effect.column.endswith(f"_{study.lead.figure}") else "p99 / ideal"
     first_name += study.joint_text(joint, ", joint {}")
     return _picture_over_axis(study, curves, (name, first_name), limits)
@@ -421,7 +421,7 @@ class ScatterPlot(NamedTuple):
 
 def tradeoff_sections(study: Study) -> list[Section]:
     """Return the clouds of the peak over p99, output error and fastest onset, or [] for few cases."""
-    if len(study.cases) < 3 or not study.is_driven:
+    if len(study.cases) < 3 or not study.is_driven or not study.joints:
         return []
     joint = study.most_loaded_joint()
     p99 = joint.column("force_p99")
