@@ -5,12 +5,14 @@ import math
 
 import numpy as np
 import pytest
+from click.testing import CliRunner
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.special import ellipe, ellipk
 
 import clearsweep
 from clearsweep import InputError
+from clearsweep.cli import verbs
 from clearsweep.mechanics.joints.rolling import (
     Rolling,
     element_approaches,
@@ -394,9 +396,9 @@ def test_step_lengths_by_contacts_do_not_double_with_each_element():
             "13 elements on a pitch diameter of 43.5 mm overlap",
         ),
         (BALL, {"groove": [0.5, 0.53]}, "groove.0", "found 0.5, out of range; allowed: above 0.5"),
-        (BALL, {"groove": None}, "groove.1", "is missing for ball"),
+        (BALL, {"groove": None}, "groove", "is missing; write the radii of both grooves"),
         (BALL, {"length": "10 mm"}, "length", "is not used by kind 'ball', only by needle, roller"),
-        (BALL, {"bore": "32 mm"}, "bore", "allowed: below 32 mm"),
+        (BALL, {"bore": "33 mm"}, "bore", "allowed: at most 32 mm"),
         (BALL, {"clearance": "-2 mm"}, "clearance", "up to 1.15 mm either way"),
         (BALL, {"friction": {"law": "coulomb", "coefficient": 0.1, "velocity_scale": "1 mm/s"}}, "bore", "is missing"),
         (BALL, {"film": {"viscosity": "0.1 Pa*s"}}, "film", "grease and the film"),
@@ -420,3 +422,11 @@ def test_a_bearing_that_cannot_be_is_refused(joint, changes, path, sentence):
 def test_a_load_above_the_static_rating_is_a_remark():
     grid = slider_crank({"crank-rod": BALL | {"capacity": {"static": "200 N"}}}, tolerance=1e-8)
     assert "its static rating is 200 N" in clearsweep.simulate(load_case(grid)).message
+
+
+def test_a_run_of_rollers_has_a_report(tmp_path):
+    """The record of the run has no grooves, which its reader must not miss."""
+    grid = slider_crank({"crank-rod": ROLLER}, revolutions=0.1, tolerance=1e-6) | {"save": {"orbits": "none"}}
+    clearsweep.sweep(grid, tmp_path / "run", executor="serial")
+    result = CliRunner().invoke(verbs, ["report", str(tmp_path / "run")])
+    assert result.exit_code == 0, result.output

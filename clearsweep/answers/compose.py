@@ -388,6 +388,8 @@ def _indentation_of(source: Source, cases: Cases, error: float, row: int) -> dic
             depth = float(cases.numbers(column.name)[row])
             if clearance is None or not np.isfinite(depth):
                 return {}
+            if any(joint.is_rolling and joint.name == column.joint for joint in source.layout.joints):
+                clearance = max(0.5 * clearance, 0.0)
             shares.append(max(depth, 0.0) / max(clearance + depth, np.finfo(float).tiny))
     is_known = bool(shares) and max(shares) - min(shares) <= UNLIKE_SHARES
     return {"indentation": max(shares) * error} if is_known and max(shares) >= NOTED_INDENTATION else {}

@@ -190,6 +190,17 @@ class Study(NamedTuple):
             return self.defined.values_at({name: self._value_of(case_id, name) for name in names})[path]
         return value_at(self.base, path)
 
+    def radial_clearance(self, case_id: str, joint: Joint) -> float | None:
+        """Return the radius (m) in which the journal of a joint is free, half the clearance of a rolling bearing.
+
+        None if the case has no such number, or a bearing has a preload.
+        """
+        clearance = self.value(case_id, f"joints.{joint.title}.clearance")
+        if clearance is None or isinstance(clearance, str):
+            return None
+        diametral = joint.layout.is_rolling
+        return None if diametral and clearance <= 0.0 else (0.5 if diametral else 1.0) * float(clearance)
+
     def most_loaded_joint(self) -> Joint:
         """Return the joint with the worst leading figure of all finished cases; the output in place of joints."""
         lead, output = self.lead, self.run.layout.output

@@ -91,7 +91,7 @@ def add_rolling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue
     add_numbers(keys, path, _SIZES, CHOICE)
     add_numbers(keys, path, (_ELEMENTS,), CHOICE, sweep=False)
     add_numbers(keys, path, (_PHASE,), CONDITION)
-    keys[f"{path}.groove"] = Section("radii of the grooves of balls, inner ring first", "implied", len(_GROOVES))
+    keys[f"{path}.groove"] = Section("radii of the grooves of balls, inner ring first", "optional", len(_GROOVES))
     for field in _GROOVES:
         keys[f"{path}.groove.{field.name}"] = Number((Use(field, ((kind, _BALLS),)),), CHOICE)
     keys[f"{path}.length"] = Number((Use(_LENGTH, ((kind, _ROLLERS),)),), CHOICE)

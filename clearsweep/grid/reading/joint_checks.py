@@ -74,6 +74,9 @@ def _check_rolling(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     for law in catalogue.of("law"):
         if law.name in reader.names.get(f"{joint}.contact.law", ()):
             _check_one_of(reader, f"{joint}.contact", law)
+    if "ball" in reader.names.get(f"{joint}.kind", ()) and f"{joint}.groove" not in reader.keys_in_use:
+        message = "is missing; write the radii of both grooves over the diameter of a ball, such as [0.52, 0.53]"
+        reader.problems.add(reader.position_of(joint), f"{joint}.groove", message)
     names = ("elements", "element_diameter", "pitch_diameter", "bore", "outside_diameter", "clearance")
     values = {name: reader.values_of(f"{joint}.{name}") for name in names}
     given = {name for name in (*names, "friction") if reader.is_given(f"{joint}.{name}")}

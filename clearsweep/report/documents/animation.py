@@ -82,7 +82,7 @@ def _scene(study: Study, case_id: str, history: History) -> _Scene:
     slots = [(number, _moved(body, wall)) for number, body in enumerate(bodies) for wall in body["walls"]]
     gaps = []
     for joint in study.joints:
-        clearance = study.value(case_id, f"joints.{joint.title}.clearance")
+        clearance = study.radial_clearance(case_id, joint)
         sketched = next(each for each in sketch.joints if each.name == joint.title)
         if clearance is None or has_straight_walls(study, joint):
             continue

@@ -303,7 +303,7 @@ def _joint_pictures(study: Study, case_id: str, joint: Joint, history: History) 
         return [*pictures, *_force_pictures(study, case_id, joint, history)]
     x, y, force = (history.values(f"joints/{joint.name}/{name}") for name in ORBIT_CHANNELS)
     joint_text = study.joint_text(joint, ", joint {}")
-    clearance = study.value(case_id, f"joints.{joint.title}.clearance")
+    clearance = study.radial_clearance(case_id, joint)
     orbit_pictures = []
     if clearance is not None and _has_orbit(study, joint):
         max_eccentricity = float(np.hypot(x, y).max())

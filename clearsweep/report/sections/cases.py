@@ -154,7 +154,7 @@ def _joints(study: Study, case_id: str, channels: Mapping, samples: slice, sketc
         x, y, force = (
             np.asarray(channels[f"joints/{joint.name}/{key}"], float)[samples] for key in ("x", "y", "force_normal")
         )
-        clearance = study.value(case_id, f"joints.{joint.title}.clearance")
+        clearance = study.radial_clearance(case_id, joint)
         if clearance is None:
             continue
         distance, walls = np.hypot(x, y), None

@@ -218,7 +218,7 @@ def _poincare_sections(study: Study, joint: Joint) -> list[Picture]:
     frame = poincare_points(study, joint, case_id)
     if len(frame) < MIN_POINTS:
         return []
-    clearance = study.value(case_id, f"joints.{joint.title}.clearance")
+    clearance = study.radial_clearance(case_id, joint)
     joint_text, count = study.joint_text(joint, ", joint {}"), wording.count_text(len(frame), "revolution")
     revolution, x, y, vx, vy = (frame[name].to_numpy(float) for name in ("revolution", "x", "y", "vx", "vy"))
     circle = None if clearance is None else float(clearance)

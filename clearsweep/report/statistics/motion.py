@@ -202,7 +202,7 @@ def _paths_varied_together(study: Study, axis: Axis) -> set[str]:
 
 
 def _clearance(study: Study, joint: Joint, case_id: str) -> float:
-    value = study.value(case_id, f"joints.{joint.title}.clearance")
+    value = study.radial_clearance(case_id, joint)
     return np.nan if value is None else float(value)
 
 
