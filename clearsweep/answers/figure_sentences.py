@@ -243,15 +243,21 @@ def seek_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence("The search was interrupted; run the same command again to continue.")
         return
     names = wording.sentence_list([words.axis_name(path) for path in paths])
-    items = []
+    items, borders = [], []
     for row in answer["search"]:
         point = {path: value for path, value in row.items() if path in words.path_units}
         setting = words.setting({path: value for path, value in point.items() if value is not None})
-        items.append(f"{setting}: {_sought(words, row, paths[0])}" if setting else _sought(words, row, paths[0]))
+        text, border, cause = _sought(words, row, paths[0])
+        is_alone = len(answer["search"]) == 1  # its border is a line of its own
+        beside = f" (not known to be safe at {border})" if border and not is_alone else ""
+        items.append(f"{f'{setting}: ' if setting else ''}{text}{beside}{cause}")
+        borders += [border] if border and is_alone else []
     every = every_text(answer, words) if section.get("for") == "all" else ""
     lead = f"The {direction} {names} within the limits{every}"
     if len(items) == 1:
         yield Sentence("{lead}: {item}.", {"lead": lead, "item": items[0]})
+        for border in borders:
+            yield Sentence("It is not known to be safe at {border}.", {"border": border})
     else:
         yield Sentence("{lead}:", {"lead": lead})
         shown = 3
@@ -265,19 +271,19 @@ def seek_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence("Of {tried} values tried, {failed} failed; nearest: {margin} at {where}.", values)
 
 
-def _sought(words: Words, row: Mapping[str, Any], path: str) -> str:
-    """Return an answer of `seek` in words."""
+def _sought(words: Words, row: Mapping[str, Any], path: str) -> tuple[str, str, str]:
+    """Return an answer of `seek` in words, the nearest value that is not known to be safe or '', and what limits it."""
     value, limiting = row.get(f"seek.{path}"), row.get("limiting")
     if value is None:
         figures = {column.name for column in words.layout.columns} | {*(words.record.get("figures") or {})}
         if limiting and figures.isdisjoint(limiting.split(",")):
-            return f"not known, as cases failed ({limiting})"
-        return "none in the range" if "seek_fit" not in row else "none of those tried"
+            return f"not known, as cases failed ({limiting})", "", ""
+        return "none in the range" if "seek_fit" not in row else "none of those tried", "", ""
     text = f"{row['seek_fit']} ({words.value(path, value)})" if row.get("seek_fit") else words.value(path, value)
     other = row["seek_high"] if "largest" in (words.record.get("seek") or {}) else row["seek_low"]
     by = wording.sentence_list([words.figure(name) for name in (limiting or "").split(",") if name])
-    border = f" (not known to be safe at {words.value(path, other)})" if row["seek_low"] != row["seek_high"] else ""
-    return f"{text}{border}{f', limited by {by}' if by else ', the end of the range'}"
+    border = words.value(path, other) if row["seek_low"] != row["seek_high"] else ""
+    return text, border, f", limited by {by}" if by else ", the end of the range"
 
 
 def optimise_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
