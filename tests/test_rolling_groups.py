@@ -284,3 +284,14 @@ def test_a_search_among_pins_and_bearings_is_refused():
     section = {"largest": CLEARANCE, "among": {"fits": ["H7/f7"]}, "for": "all"}
     with pytest.raises(InputError, match=r"expected \{groups: \[CN, C3\]\}"):
         load(joint, seek=section, limits={"crank_rod_force_peak": "5 kN"})
+
+
+def test_sizes_in_step_have_to_fit_row_by_row_and_in_a_product_all_together():
+    sizes = {f"{JOINT}.element_diameter": ["11.5 mm", "20 mm"], f"{JOINT}.pitch_diameter": ["43.5 mm", "80 mm"]}
+    plain = {"kind": "ball", "clearance": "10 um"}
+    assert len(load(BEARING | plain, zip=sizes)) == 2
+    with pytest.raises(InputError, match="overlap"):
+        load(BEARING | plain, sweep=sizes)
+    swapped = sizes | {f"{JOINT}.pitch_diameter": ["80 mm", "43.5 mm"]}
+    with pytest.raises(InputError, match="overlap"):
+        load(BEARING | plain, zip=swapped)

@@ -81,13 +81,28 @@ def _check_rolling(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     values = {name: reader.values_of(f"{joint}.{name}") for name in names}
     given = {name for name in (*names, "friction") if reader.is_given(f"{joint}.{name}")}
     given |= {"friction"} if f"{joint}.friction" in reader.keys_in_use else set()
-    for name, message in conflicts(values, given):
+    problems: dict[str, str] = {}
+    for row in _rows_of(reader, joint, values):
+        problems |= dict(conflicts(row, given))
+    for name, message in problems.items():
         reader.problems.add(reader.position_of(f"{joint}.{name}"), f"{joint}.{name}", message)
     for name, pin in _shared_definitions(reader, joint):
         reader.warnings.append(
             f"{joint}.clearance and {pin}.clearance both follow from define.{name}. A rolling bearing's clearance is "
             "diametral, a pin's is radial, half of its play"
         )
+
+
+def _rows_of(
+    reader: Reader, joint: str, values: dict[str, tuple[float, ...]]
+) -> Iterator[dict[str, tuple[float, ...]]]:
+    """Yield the values of a joint's keys that occur together: row by row if all that vary do so in step."""
+    varied = [name for name, present in values.items() if len(present) > 1]
+    if not varied or not reader.vary_together(*(f"{joint}.{name}" for name in varied)):
+        yield values
+        return
+    for row in zip(*(values[name] for name in varied), strict=False):
+        yield values | {name: (value,) for name, value in zip(varied, row, strict=True)}
 
 
 def _shared_definitions(reader: Reader, joint: str) -> Iterator[tuple[str, str]]:

@@ -29,8 +29,18 @@ def draw_hodograph(ax: Axes, force: np.ndarray, ideal: np.ndarray | None) -> Non
     ax.set_legend("above", columns=2)
 
 
-def draw_orders(ax: Axes, amplitudes: np.ndarray, ideal: np.ndarray | None, unit: str, name: str) -> None:
-    """Draw amplitudes (orders,) over the order of the crank as bars, next to those without clearance."""
+def draw_orders(
+    ax: Axes,
+    amplitudes: np.ndarray,
+    ideal: np.ndarray | None,
+    unit: str,
+    name: str,
+    marks: Sequence[tuple[float, str]] = (),
+) -> None:
+    """Draw amplitudes (orders,) over the order of the crank as bars, next to those without clearance.
+
+    marks : orders at which elements of rolling bearings pass, each with its name
+    """
     values = [amplitudes] if ideal is None else [amplitudes, ideal]
     scale, width = wording.scale(unit, float(max(map(np.max, values)))), 0.8 / len(values)
     orders = np.arange(1, len(amplitudes) + 1, dtype=float)
@@ -38,7 +48,12 @@ def draw_orders(ax: Axes, amplitudes: np.ndarray, ideal: np.ndarray | None, unit
     for k, (heights, colour) in enumerate(zip(values, (BLUE, ORANGE), strict=False)):
         place = orders + (k - 0.5 * (len(values) - 1)) * width
         ax.bar(place, heights / scale.factor, width, color=colour, label=names[k] if values[1:] else "")
-    ax.set_xlim(0.4, len(amplitudes) + 0.6)
+    top = max(float(np.max(heights)) for heights in values) / scale.factor
+    for order, text in marks:
+        if order < len(amplitudes) + 0.6:
+            ax.axvline(order, color=RED, linewidth=0.9, linestyle="--")
+            ax.text(order, top, text, colour=RED, size=7.0, ha="left", va="top", offset=2.0)
+    ax.set_xlim(0.4 if not marks else 0.0, len(amplitudes) + 0.6)
     ax.set_labels("order of the crank [1 / turn]", label_with_unit(name, scale))
     set_plain_axes(ax)
     if values[1:]:

@@ -95,13 +95,29 @@ def _force_pictures(study: Study, worst: str) -> Iterator[Picture]:
             ideal = _orders(study, worst, f"frame_force_{axis}_order_{{}}_ideal")
             strongest = int(amplitudes.argmax())
             text = wording.quantity_text(float(amplitudes[strongest]), "N")
+            marks = _passing_orders(study, worst)
+            caption = " Dashed: orders at which elements of rolling bearings pass, the cage and an element turn."
             yield Picture(
                 f"Orders of the force along {axis}",
-                f"Worst case: {setting}.",
+                f"Worst case: {setting}.{caption if marks else ''}",
                 f"Amplitudes of the force along {axis} by order of the crank; largest {text} at order {strongest + 1}.",
-                partial(draw_orders, amplitudes=amplitudes, ideal=ideal, unit="N", name="amplitude"),
+                partial(draw_orders, amplitudes=amplitudes, ideal=ideal, unit="N", name="amplitude", marks=marks),
                 FLAT_SIZE,
             )
+
+
+def _passing_orders(study: Study, case_id: str) -> list[tuple[float, str]]:
+    """Return the orders of the crank, each with a name, of the passing frequencies of rolling bearings in a case."""
+    speed = study.value(case_id, "drive.speed")
+    bearings = [joint for joint in study.joints if joint.layout.is_rolling]
+    if not isinstance(speed, float) or speed == 0.0:
+        return []
+    marks = []
+    for joint in bearings:
+        for part in ("cage", "element", "inner", "outer"):
+            frequency = float(study.cases.at[case_id, joint.column(f"{part}_frequency")])
+            marks.append((2.0 * np.pi * frequency / abs(speed), part + study.joint_text(joint, " of {}")))
+    return marks
 
 
 def _envelopes(study: Study, worst: str) -> Iterator[Picture]:
