@@ -20,7 +20,7 @@ from .library_names import BEARING, UNCHECKED
 
 ROLLING = "rolling"  # the word in `type` of a joint
 KINDS = ("ball", "roller", "needle")
-ROUNDING = 1e-9  # of a diameter: without an inner ring, the elements roll on the shaft
+ROUNDING = 1e-9  # of a diameter; rollers without an inner ring roll on the shaft, whose diameter is the bore
 LARGEST_CLEARANCE = 0.1  # of an element's diameter, either way
 #: Sections that other joints may have, and why a rolling bearing has none.
 REFUSED_SECTIONS = {
@@ -154,9 +154,11 @@ def conflicts(values: Mapping[str, tuple[float, ...]], given: set[str]) -> list[
                 f"{_mm(chord)} on; write fewer or smaller elements"
             )
             problems.append(("element_diameter", text))
-        if max(bores, default=0.0) > (pitch - diameter) * (1.0 + ROUNDING):
+        raceway = (pitch - diameter) * (1.0 + (ROUNDING if "length" in given else -ROUNDING))
+        if max(bores, default=0.0) > raceway:
+            limit = "at most" if "length" in given else "below"
             text = (
-                f"found {_mm(max(bores))}; allowed: at most {_mm(pitch - diameter)}, the pitch diameter minus an "
+                f"found {_mm(max(bores))}; allowed: {limit} {_mm(pitch - diameter)}, the pitch diameter minus an "
                 "element's, as the inner ring lies between"
             )
             problems.append(("bore", text))

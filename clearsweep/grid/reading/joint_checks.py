@@ -79,7 +79,7 @@ def _check_rolling(reader: Reader, joint: str, catalogue: Catalogue) -> None:
         reader.problems.add(reader.position_of(joint), f"{joint}.groove", message)
     names = ("elements", "element_diameter", "pitch_diameter", "bore", "outside_diameter", "clearance")
     values = {name: reader.values_of(f"{joint}.{name}") for name in names}
-    given = {name for name in (*names, "friction") if reader.is_given(f"{joint}.{name}")}
+    given = {name for name in (*names, "length", "friction") if reader.is_given(f"{joint}.{name}")}
     given |= {"friction"} if f"{joint}.friction" in reader.keys_in_use else set()
     problems: dict[str, str] = {}
     for row in _rows_of(reader, joint, values):
