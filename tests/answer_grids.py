@@ -344,7 +344,7 @@ def judged(setting: Setting, grid: grids.Grid, summary: list[dict[str, Any]], an
     stored = {row["case_id"]: row for row in summary}
     varied = [path for path, values in grid.axes.items() if len(set(values)) > 1]
     drawn = tuple(setting.grid.get("sample", {}).get("over", {}))
-    roles = {path: oracle.role_of(path, setting.grid, drawn) for path in varied}
+    roles = oracle.roles_of(varied, setting.grid, [grid.point(number) for number in range(len(grid))], drawn)
     rows, ids = [], set()
     is_search = bool({"seek", "optimise", "identify"} & setting.grid.keys())  # every case of which is tried by it
     for number in range(0 if is_search else len(grid)):

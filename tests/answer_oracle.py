@@ -55,7 +55,7 @@ def role_of_key(path: str) -> str:
     """Return the role of a path of a grid that is no defined quantity."""
     words = path.split(".")
     last = words[-1] if not words[-1].isdigit() else words[-2]
-    if words[0] == "simulate" or last == "segments":
+    if words[0] == "simulate" or last in ("segments", "bending"):
         return NUMERICS
     if words[0] == "drive":
         return CHOICE if path == "drive.inertia" else CONDITION
@@ -122,6 +122,25 @@ def role_of(path: str, grid: dict, drawn: tuple[str, ...] = ()) -> str:
         if isinstance(text, str) and text.strip().startswith("=") and names_in(text) & used
     }
     return next(role for role in ROLES if role in assigned)
+
+
+def roles_of(paths: list[str], grid: dict, points: list[dict[str, Any]], drawn: tuple[str, ...] = ()) -> dict[str, str]:
+    """Return the role of each varied path; `points`: the values of every case.
+
+    In `zip` and `cases` a condition that the choices of its row determine is part of the design.
+    """
+    roles = {path: role_of(path, grid, drawn) for path in paths}
+    for section in ("zip", "cases"):
+        tied = [path for path in grid.get(section, {}) if path in roles]
+        choices = [path for path in tied if roles[path] == CHOICE]
+        for path in tied if choices else ():
+            seen: dict[tuple, set] = {}
+            for point in points:
+                seen.setdefault(tuple(point[choice] for choice in choices), set()).add(point[path])
+            is_given = path in grid.get("roles", {})
+            if roles[path] in (CONDITION, MODEL) and not is_given and all(len(values) == 1 for values in seen.values()):
+                roles[path] = CHOICE
+    return roles
 
 
 # --- cases -----------------------------------------------------------------------------------------------------------

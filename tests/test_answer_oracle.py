@@ -136,6 +136,13 @@ NEGATIVE_BOUND = setting(
 )
 
 
+TIED_CONDITION = setting(
+    [{PEAK: 1.0}, {PEAK: 4.0}],
+    zip={CLEARANCE: ["0.02 mm", "0.05 mm"], SPEED: ["500 rpm", "2000 rpm"]},
+    roles={CLEARANCE: "choice"},
+)
+
+
 @pytest.mark.timeout(120 + COUNT)
 @settings(max_examples=COUNT)
 @given(settings_of_grids())
@@ -156,6 +163,7 @@ NEGATIVE_BOUND = setting(
 @example(TIMES_NULL)
 @example(EXCEEDED_BESIDE_NULL)
 @example(NEGATIVE_BOUND)
+@example(TIED_CONDITION)
 def test_core_agrees_with_the_second_judge(grid):
     assert differences(answered(grid)) == []
 

@@ -143,7 +143,7 @@ def read(value: Any, unit: str) -> float:
     Raises InputError with what was found and expected for anything else.  Zero has no sign.
     """
     if isinstance(value, float) and value - value == 0.0:  # a finite number in SI already, as in long axes
-        return float(value) + 0.0
+        return float(value) or 0.0  # of a long axis the number itself
     number = exact(value, unit)
     try:
         return float(number)
