@@ -10,7 +10,7 @@ from mechanism_cases import JOINT, changed, slider_crank
 from scipy.integrate import solve_ivp
 
 import clearsweep
-from clearsweep import simulation
+from clearsweep import report, simulation
 from clearsweep.grid import load
 from clearsweep.language.errors import InputError
 from clearsweep.simulation.machine.ideal import mechanism_of
@@ -192,3 +192,31 @@ def test_a_damping_in_per_cent_follows_a_swept_stiffness():
     cases = map(swept.case, range(len(swept)))
     dampings = [mechanism_of(case).machine(case).mounts[0].damping[0] for case in cases]
     assert sorted(dampings) == pytest.approx([40.0, 80.0, 80.0, 160.0])
+
+
+@pytest.mark.slow
+def test_the_answer_splits_an_error_into_clearance_housings_and_indentation(tmp_path):
+    mount = {"mass": 4.0, "stiffness": 1e7, "damping": "5 %"}
+    settings = {"simulate": {"revolutions": 6, "discard": 4}, "name": "split", CRANK_MOUNT: mount}
+    grid = changed(slider_crank("rod-slider"), settings | {"joints.rod-slider.clearance": 50e-6, "drive.speed": SPEED})
+    clearsweep.sweep(grid, out=tmp_path / "run", executor="serial")
+    answer = json.loads((tmp_path / "run" / "answer.json").read_text())
+    largest = next(entry["largest"] for entry in answer["extremes"] if entry["figure"] == "slider_error_max")
+    row = clearsweep.open(tmp_path / "run").summary.iloc[0]
+    assert largest["mounts"] == row["slider_error_mounts"]
+    clearance = largest["value"] - largest["mounts"] - largest.get("indentation", 0.0)
+    assert clearance == pytest.approx(50e-6, rel=0.1)
+    assert any("is the yield of housings" in sentence for sentence in answer["sentences"])
+
+
+@pytest.mark.slow
+def test_a_stiffness_is_sought_and_reported_without_any_clearance(tmp_path):
+    stiffness = f"{CRANK_MOUNT}.stiffness.0"
+    seek = {"smallest": stiffness, "between": [1e6, 1e8], "within": 5e6, "meeting": "limits", "for": "each"}
+    settings = {"simulate": {"revolutions": 12, "discard": 8}, "limits": {"ground_crank_mount_motion_max": 0.15e-3}}
+    grid = changed(MOUNTED, {f"{CRANK_MOUNT}.damping": "20 %", f"{CRANK_MOUNT}.stiffness": 4e6, "name": "seek"})
+    clearsweep.sweep(grid | settings | {"seek": seek}, out=tmp_path / "run", executor="serial")
+    answer = json.loads((tmp_path / "run" / "answer.json").read_text())
+    assert any("The smallest stiffness along x of the mount of ground-crank" in text for text in answer["sentences"])
+    page = report.write(clearsweep.open(tmp_path / "run"), tmp_path / "page.html").read_text(encoding="utf-8")
+    assert "motion of the housing" in page

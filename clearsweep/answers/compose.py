@@ -359,11 +359,14 @@ def _more(source: Source, cases: Cases, column: Any, row: int, end: str) -> dict
     if column.figure == "velocity_rms" and end == "largest":
         return _zones_of(source, cases, column.name, row)
     if column.figure == "error_max" and end == "largest":
-        error, bending = float(cases.numbers(column.name)[row]), 0.0
-        if (name := column.name.replace("error_max", "error_bending")) in names:
-            bending = min(float(np.nan_to_num(cases.numbers(name)[row])), error)
-        parts = _indentation_of(source, cases, error - bending, row)
-        return parts | ({"bending": bending} if bending >= NOTED_INDENTATION * error > 0.0 else {})
+        error = rest = float(cases.numbers(column.name)[row])
+        parts: dict[str, Any] = {}
+        for part in ("bending", "mounts"):
+            if (name := column.name.replace("error_max", f"error_{part}")) in names:
+                share = min(float(np.nan_to_num(cases.numbers(name)[row])), rest)
+                rest -= share
+                parts |= {part: share} if share >= NOTED_INDENTATION * error > 0.0 else {}
+        return _indentation_of(source, cases, rest, row) | parts
     if column.figure == "life_hours":
         fields = {name: f"{column.joint}_{name}" for name in FIELD_BY_COLUMN}
         life = read_lifetime(

@@ -110,22 +110,24 @@ def vibration_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
 
 
 def indentation_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
-    """Split the largest error into clearance, bending and indentation; say where no clearance can meet its limit."""
+    """Split the largest error into clearance, bending, housings and indentation; say which limit no clearance meets."""
     is_steady = all(
         entry["largest"].get("ratio", math.inf) <= STEADY_RATIO for entry in extremes_of(answer, "force_peak", words)
     )
     for entry in extremes_of(answer, "error_max", words)[:1]:
         error, indentation = entry["largest"]["value"], entry["largest"].get("indentation", 0.0)
-        bending = entry["largest"].get("bending", 0.0)
-        if not indentation and not bending:
+        bending, mounts = (entry["largest"].get(part, 0.0) for part in ("bending", "mounts"))
+        if not indentation and not bending and not mounts:
             continue
-        numbers = [error, error - indentation - bending, bending, indentation]
-        total, clearance, bent, depth = words.figures(entry["figure"], numbers)
+        numbers = [error, error - indentation - bending - mounts, bending, mounts, indentation]
+        total, clearance, bent, yielded, depth = words.figures(entry["figure"], numbers)
         parts = ["{clearance} or more is clearance"] if words.layout.joints else []
         parts += ["{bent} or less is bending"] if bending else []
+        parts += ["{yielded} or less is the yield of housings"] if mounts else []
         parts += ["{depth} or less is indentation at the stiffness given"] if indentation else []
         values = {"figure": words.figure(entry["figure"]), "value": total, "clearance": clearance}
-        yield Sentence(f"Of {{figure}} {{value}}, {', '.join(parts)}.", values | {"bent": bent, "depth": depth})
+        values |= {"bent": bent, "yielded": yielded, "depth": depth}
+        yield Sentence(f"Of {{figure}} {{value}}, {', '.join(parts)}.", values)
         for limit in words.limits if is_steady else ():
             if limit.column == entry["figure"] and limit.kind == "at_most" and limit.value < SURE_SHARE * indentation:
                 yield Sentence("No clearance can meet {limit} there.", {"limit": words.limit(limit)})

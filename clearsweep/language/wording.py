@@ -256,6 +256,9 @@ def axis_name(path: str, joints: int = 1) -> str:
     if parts[0] == "joints" and len(parts) > 2:
         words = _key_words(parts[2:])
         return words if joints == 1 else f"{words} ({joint_name(parts[1])})"
+    if parts[:2] == ["mechanism", "mounts"] and len(parts) > 3:
+        axis = f" along {_AXES[parts[4]]}" if len(parts) > 4 else ""
+        return f"{_key_words([parts[3]])}{axis} of the mount of {parts[2]}"
     return _key_words(parts[1:] if len(parts) > 1 else parts)
 
 

@@ -269,7 +269,7 @@ class WorstCases:
         """Return the figures that rank a case, and the largest force peak with its joint; None for null."""
         candidate = self.ranking.candidates[number]
         peaks = [(float(np.nan_to_num(float(block[f"{joint}_force_peak"][index]))), joint) for joint in self.joints]
-        peak, joint = max(peaks)
+        peak, joint = max(peaks, default=(None, ""))  # a machine may have no open joint
         figures = []
         for name in candidate.columns:
             value = float(block[name][index])

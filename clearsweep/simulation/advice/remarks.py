@@ -134,7 +134,7 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
         free_bush_remark(_free_bearings(scene)),
         coarse_link_remark(_impacts_on_links(scene, summary), MAX_SEGMENTS) if scene.case.outline.elastic else "",
         ball_stiffness_remark(balls),
-        feedback_remark(summary.get("frame_velocity_rms")),
+        feedback_remark(None if scene.case.outline.mounts else summary.get("frame_velocity_rms")),
         penetration_remark(sizes),
         static_load_remark(overloaded),
         skidding_remark(_lightly_loaded(scene, summary)),
