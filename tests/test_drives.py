@@ -234,3 +234,19 @@ def test_a_parallelogram_may_start_at_its_change_point_with_an_open_pin():
 )
 def test_bad_input_is_told(sections, words):
     assert words in problem_of(**sections)
+
+
+def test_gravity_of_two_components_is_that_of_a_turned_machine():
+    """A massive crank on a vertical plane, whose weight points along x: a pendulum turned by a right angle."""
+    times = np.linspace(0.0, 0.5, 11)
+    drive = {"torque": "0 N*m", "inertia": "1e-3 kg*m^2"}
+    heavy = LIGHT | {"crank": {"length": "50 mm", "mass": "1 kg", "inertia": "1e-4 kg*m^2"}}
+
+    def angle(gravity, start):
+        sections = {"mechanism": heavy | {"gravity": gravity}, "drive": drive | {"start_angle": start}}
+        return run(times, simulate={"time": "0.5 s"}, **sections)["crank_angle"]
+
+    down, sideways = angle("9.81 m/s^2", "-60 deg"), angle(["9.81 m/s^2", "0 m/s^2"], "30 deg")
+    assert np.ptp(down) > 0.5
+    assert sideways == pytest.approx(down + 0.5 * math.pi, abs=1e-4)
+    assert angle(["0 m/s^2", "-9.81 m/s^2"], "-60 deg") == pytest.approx(down, abs=1e-12)

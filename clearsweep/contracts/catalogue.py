@@ -104,6 +104,7 @@ class Outline(NamedTuple):
     vibration: VibrationOutline | None = None
     figures: tuple[FigureOutline, ...] = ()  # of one's own
     length: str = "revolutions"  # what the length of a run is measured in: 'revolutions', 'cycles' or 'time'
+    inclined: bool = False  # gravity has two components, in the plane
 
     @property
     def free(self) -> bool:

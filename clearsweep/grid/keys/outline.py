@@ -101,6 +101,7 @@ def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Out
         bending=tuple(_bending_outlines("mechanism.bodies" if bodies else "mechanism", bodies or mechanism, path_set)),
         mounts=tuple(name for name, _ in _named_entries(_section(mechanism.get("mounts")))),
         vibration=_vibration_outline(tree["vibration"], path_set, mechanism) if "vibration" in tree else None,
+        inclined=isinstance(mechanism.get("gravity"), list) and mechanism.get("spatial") is not True,
         length=_length_of(_section(tree.get("simulate")), path_set),
     )
 

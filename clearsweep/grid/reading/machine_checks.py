@@ -15,6 +15,10 @@ _UNCONNECTED_TEXT = "no chain of joints connects it with the ground; connect it 
 
 def check_machine(reader: Reader, catalogue: Catalogue) -> None:
     """Report values that conflict with each other."""
+    if reader.outline.inclined and (reader.outline.elastic or reader.outline.vibration):
+        other = "an elastic link" if reader.outline.elastic else "vibration"
+        message = f"is a list here, which {other} does not take; write a single value, which acts along -y"
+        reader.problems.add(reader.position_of("mechanism.gravity"), "mechanism.gravity", message)
     if reader.outline.bodies and "mechanism.bodies" in reader.keys_in_use:
         _check_bodies(reader)
         _check_drive(reader)

@@ -7,6 +7,7 @@ from ...contracts.case import Case
 from ...contracts.catalogue import (
     ANY,
     CHOICE,
+    CONDITION,
     GROUND,
     NUMERICS,
     Channel,
@@ -18,7 +19,7 @@ from ...contracts.catalogue import (
     Outline,
     Output,
 )
-from ...contracts.machine import Bending, BodyPoint, Elastic, Guide, Machine, Pin, Slot
+from ...contracts.machine import Bending, BodyPoint, Elastic, Guide, Machine, Pin, Push, Slot
 from ...language.errors import InputError
 from . import planar
 from .drives import drive_keys
@@ -26,6 +27,48 @@ from .gears import FLANKED, GEAR_FIELDS, flanked_keys
 from .loads import load_keys
 from .mounts import mount_keys
 from .observed import vibration_keys
+
+# ---------------------------------------------------------------------------------------------- gravity
+
+
+_GRAVITY = Field(
+    "gravity",
+    "m/s^2",
+    "acceleration of gravity, along -y; a list of two is the acceleration along x and y",
+    -math.inf,
+    default=0.0,
+    role=CONDITION,
+)
+_WEIGHT = "~weight"  # centre of mass of a body, as a point on which gravity along x acts
+
+
+def gravity_section(outline: Outline) -> Keys:
+    """Return the section with the gravity of a planar machine: a number, or a list of two."""
+    if not outline.inclined:
+        return Keys("mechanism", "", (_GRAVITY,), role=CHOICE)
+    fields = tuple(
+        Field(str(k), "m/s^2", f"acceleration of gravity along {axis}", -math.inf) for k, axis in enumerate("xy")
+    )
+    return Keys("mechanism.gravity", "acceleration of gravity along x and y", fields, role=CONDITION)
+
+
+def downward_gravity(values: Mapping) -> float:
+    """Return the acceleration of gravity (m/s^2) along -y."""
+    return values["gravity"] if "gravity" in values else -values["gravity.1"]
+
+
+def with_sideways_gravity(machine: Machine, values: Mapping) -> Machine:
+    """Return a machine on which gravity along x acts, if there is any, as a force at every centre of mass."""
+    acceleration = values.get("gravity.0", 0.0)
+    if acceleration == 0.0:
+        return machine
+    bodies, weights = dict(machine.bodies), []
+    for name, body in machine.bodies.items():
+        if name != GROUND:
+            bodies[name] = body._replace(points={**body.points, _WEIGHT: body.center})
+            weights.append(Push(f"weight of {name}", BodyPoint(name, _WEIGHT), body.mass * acceleration, 0.0, 0.0))
+    return machine._replace(bodies=bodies, loads=(*machine.loads, *weights))
+
 
 # ---------------------------------------------------------------------------------------------- names of a grid
 

@@ -5,7 +5,6 @@ import math
 from ...contracts.case import Case
 from ...contracts.catalogue import (
     CHOICE,
-    CONDITION,
     FULL_OUTLINE,
     Choice,
     Field,
@@ -67,13 +66,8 @@ def _keys(outline: Outline) -> tuple[Keys, ...]:
                 *described.elastic_keys(f"mechanism.{body}", outline),
             )
         ),
-        Keys(
-            "mechanism",
-            "",
-            (Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0, role=CONDITION),),
-            words=(_BRANCH,),
-            role=CHOICE,
-        ),
+        described.gravity_section(outline),
+        Keys("mechanism", "", words=(_BRANCH,), role=CHOICE),
     )
 
 
@@ -126,7 +120,9 @@ def machine(case: Case) -> Machine:
     drive = make_drive(case.drive, case.outline)
     start = {"coupler": coupler, "rocker": rocker}
     mounts = mounts_of(values, case.outline)
-    return Machine(bodies, pins, "ground-crank", drive, values["gravity"], Aim("rocker"), start, loads, mounts)
+    gravity = described.downward_gravity(values)
+    parts = bodies, pins, "ground-crank", drive, gravity, Aim("rocker"), start, loads, mounts
+    return described.with_sideways_gravity(Machine(*parts), values)
 
 
 MECHANISM = Mechanism(

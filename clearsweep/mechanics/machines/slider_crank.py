@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from ...contracts.case import Case
 from ...contracts.catalogue import (
     CHOICE,
-    CONDITION,
     FULL_OUTLINE,
     Choice,
     Field,
@@ -195,14 +194,14 @@ _OUTPUT_CHANNELS = ("place", "v", "a")
 
 
 def _planar_keys(outline: Outline) -> tuple[Keys, ...]:
-    gravity = Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0, role=CONDITION)
     return (
         Keys("mechanism.crank", "the crank", _CRANK, role=CHOICE),
         *described.elastic_keys("mechanism.crank", outline),
         Keys("mechanism.rod", "the rod", _ROD, role=CHOICE),
         *described.elastic_keys("mechanism.rod", outline),
         Keys("mechanism.slider", "the slider", _SLIDER, role=CHOICE),
-        Keys("mechanism", "", (gravity,), flags=(SPATIAL_FLAG,), role=CHOICE),
+        described.gravity_section(outline),
+        Keys("mechanism", "", flags=(SPATIAL_FLAG,), role=CHOICE),
     )
 
 
@@ -245,7 +244,9 @@ def machine(case: Case) -> Machine:
     loads = make_loads(case.loads, LoadPoints(bodies, {"slider": "pin"}))
     drive, aim = make_drive(case.drive, case.outline), Aim("slider", "pin", 0.0)
     mounts = mounts_of(values, case.outline)
-    return Machine(bodies, joints, "ground-crank", drive, values["gravity"], aim, start, loads, mounts)
+    gravity = described.downward_gravity(values)
+    parts = bodies, joints, "ground-crank", drive, gravity, aim, start, loads, mounts
+    return described.with_sideways_gravity(Machine(*parts), values)
 
 
 def _link(values, name: str, length: float) -> Body:

@@ -193,7 +193,6 @@ _INITIAL = tuple(
         ("rate", "rad/s", "angular velocity of the body, counter-clockwise"),
     )
 )
-_GRAVITY = Field("gravity", "m/s^2", "acceleration of gravity, along -y", -math.inf, default=0.0, role=CONDITION)
 
 
 def with_outline(outline: Outline) -> Mechanism:
@@ -227,7 +226,8 @@ def _keys(outline: Outline) -> Iterable[Keys]:
     """Yield the sections of the bodies, the joints and the other parts of a mechanism."""
     pins = tuple(joint.name for joint in outline.joints if joint.type in ("revolute", ANY))
     driven = Choice("driven", pins, "the revolute joint that the drive turns; it connects the ground and the crank")
-    yield Keys("mechanism", "", (_GRAVITY,), words=(driven,), flags=(SPATIAL_FLAG,), role=CHOICE)
+    yield described.gravity_section(outline)
+    yield Keys("mechanism", "", words=(driven,), flags=(SPATIAL_FLAG,), role=CHOICE)
     yield Keys("mechanism.bodies", "the bodies by name, `ground` among them")
     for body in outline.bodies:
         path = f"mechanism.bodies.{body.name}"
@@ -286,7 +286,9 @@ def machine(case: Case) -> Machine:
     loads = make_loads(case.loads, load_points)
     drive = make_drive(case.drive, outline)
     mounts = mounts_of(values, outline)
-    return Machine(bodies, joints, values["driven"], drive, values["gravity"], aim, start, loads, mounts)
+    gravity = described.downward_gravity(values)
+    parts = bodies, joints, values["driven"], drive, gravity, aim, start, loads, mounts
+    return described.with_sideways_gravity(Machine(*parts), values)
 
 
 MECHANISM = Mechanism(
