@@ -424,6 +424,7 @@ def test_a_load_above_the_static_rating_is_a_remark():
     assert "its static rating is 200 N" in clearsweep.simulate(load_case(grid)).message
 
 
+@pytest.mark.slow
 def test_a_run_of_rollers_has_a_report(tmp_path):
     """The record of the run has no grooves, which its reader must not miss."""
     grid = slider_crank({"crank-rod": ROLLER}, revolutions=0.1, tolerance=1e-6) | {"save": {"orbits": "none"}}
