@@ -221,7 +221,7 @@ def run(**changes):
 
 
 @pytest.mark.compiled
-@pytest.mark.parametrize("wrong", ["power", "force", "wear"])
+@pytest.mark.parametrize("wrong", ["power", "force", "histogram", "wear"])
 def test_a_sum_that_is_not_finite_fails_the_case(monkeypatch, wrong):
     integrate = loop.integrate
 
@@ -232,6 +232,8 @@ def test_a_sum_that_is_not_finite_fails_the_case(monkeypatch, wrong):
             totals.mechanism.residual = math.inf  # as the loop notes a power that is nan
         elif wrong == "force":
             totals.joint[0].force_square = math.nan
+        elif wrong == "histogram":
+            totals.histogram[0, 0, 1] = math.nan
         else:
             totals.wear[3] = math.nan
 

@@ -282,7 +282,9 @@ class Run:
         sums: Any = self.totals  # mypy takes its parts for tuples of anything
         arrays = sums.mechanism.numbers, sums.joint.numbers, sums.friction
         has_nan = any(bool(np.isnan(array).any()) for array in arrays)
-        is_finite = all(bool(np.isfinite(array).all()) for array in (sums.account, sums.wear))
+        highest_bin = int(sums.bins[:, totals.HIGHEST_BIN].max(initial=0))
+        histograms = sums.histogram[:, : highest_bin + 1], sums.dry[:, : highest_bin + 1]
+        is_finite = all(bool(np.isfinite(array).all()) for array in (sums.account, sums.wear, *histograms))
         return is_finite and not has_nan and math.isfinite(sums.mechanism.residual)
 
     def add_cost(self, other_run: "Run") -> None:
