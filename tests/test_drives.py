@@ -115,6 +115,7 @@ def test_the_window_of_a_run_over_time_begins_after_its_discard():
     assert whole.summary["rod_slider_force_peak_ideal"] > 1.0
 
 
+@pytest.mark.slow  # a form of its own
 def test_a_servo_moves_an_inertia_as_a_damped_oscillator():
     times = np.linspace(0.0, 1.0, 21)
     servo = {
@@ -129,6 +130,7 @@ def test_a_servo_moves_an_inertia_as_a_damped_oscillator():
     assert path["crank_angle"] == pytest.approx(0.5 - 0.5 * np.exp(-decay * times) * wave, abs=1e-6)
 
 
+@pytest.mark.slow  # a form of its own
 def test_a_servo_at_its_limit_gives_a_constant_torque_both_ways():
     times = np.linspace(0.0, 0.9, 10)
     target = {"time [s]": [0, 1], "angle [rad]": [0.5, 0.5]}
@@ -138,6 +140,7 @@ def test_a_servo_at_its_limit_gives_a_constant_torque_both_ways():
         assert run_light(times, {"servo": aimed})["crank_angle"] == pytest.approx(0.5 * side * times**2, abs=1e-6)
 
 
+@pytest.mark.slow  # a form of its own
 def test_a_motor_table_of_two_rows_is_the_straight_characteristic():
     times = np.linspace(0.0, 2.0, 21)
     table = {"speed [rad/s]": [0, 10], "torque [N*m]": [5, 0]}
@@ -145,6 +148,7 @@ def test_a_motor_table_of_two_rows_is_the_straight_characteristic():
     assert path["crank/rate"] == pytest.approx(10.0 * (1.0 - np.exp(-0.5 * times)), abs=1e-5)
 
 
+@pytest.mark.slow  # a form of its own
 def test_the_torque_of_a_motor_table_is_constant_outside_its_rows():
     times = np.linspace(0.0, 1.0, 11)
     table = {"speed [rad/s]": [5, 10], "torque [N*m]": [3, 1]}
@@ -152,6 +156,7 @@ def test_the_torque_of_a_motor_table_is_constant_outside_its_rows():
     assert path["crank/rate"] == pytest.approx(3.0 * times, abs=1e-6)
 
 
+@pytest.mark.slow  # a form of its own
 def test_a_crank_that_swings_as_a_pendulum_is_no_failed_case():
     heavy = MACHINE["mechanism"] | {"gravity": "9.81 m/s^2"}
     drive = {"torque": "0 N*m", "start_angle": "-60 deg", "inertia": "0.01 kg*m^2"}
@@ -183,6 +188,7 @@ def swung(low, high):
     return {"mechanism": DOUBLE_ROCKER, "joints": OPEN, "drive": {"angle": table}, "simulate": {"time": "1 s"}}
 
 
+@pytest.mark.slow  # a form of its own
 def test_a_double_rocker_runs_between_the_angles_that_it_reaches():
     path = run(**swung(50, 90))
     crank, rocker = path["crank_angle"], path["rocker/angle"]
@@ -200,6 +206,7 @@ def test_a_double_rocker_is_refused_where_it_stops():
     clearsweep.load_case(copy.deepcopy(MACHINE) | swung(50, math.degrees(reach) - 0.2))
 
 
+@pytest.mark.slow  # a form of its own
 @pytest.mark.parametrize("speed", ["120 rpm", "-120 rpm"])
 def test_a_parallelogram_away_from_its_change_point_is_compared(speed):
     drive = {"speed": speed, "start_angle": "60 deg"}
@@ -209,6 +216,7 @@ def test_a_parallelogram_away_from_its_change_point_is_compared(speed):
     assert path["rocker/angle"] == pytest.approx(path["crank_angle"], abs=5e-3)
 
 
+@pytest.mark.slow  # a form of its own
 def test_a_parallelogram_may_start_at_its_change_point_with_an_open_pin():
     path = run(mechanism=PARALLELOGRAM, joints=OPEN, simulate={"revolutions": 0.1, "discard": 0})
     assert path.status == "ok"
@@ -236,6 +244,7 @@ def test_bad_input_is_told(sections, words):
     assert words in problem_of(**sections)
 
 
+@pytest.mark.slow  # a form of its own
 def test_gravity_of_two_components_is_that_of_a_turned_machine():
     """A massive crank on a vertical plane, whose weight points along x: a pendulum turned by a right angle."""
     times = np.linspace(0.0, 0.5, 11)
