@@ -142,8 +142,8 @@ def test_the_recorded_torques_are_those_of_a_second_program():
     state, rate = np.zeros(2), 1.0
     for speeds, torques in ((SPEEDS, UP), (SPEEDS[::-1], DOWN[::-1])):
         for speed, torque in zip(speeds, torques, strict=True):
-            state, found = second_program(speed, state * [1.0, speed / rate])
-            assert found == pytest.approx(torque, rel=1e-4)
+            state, computed = second_program(speed, state * [1.0, speed / rate])
+            assert computed == pytest.approx(torque, rel=1e-4)
             rate = speed
 
 
@@ -151,8 +151,8 @@ def test_both_branches_of_a_rotor_are_found(tmp_path):
     result = clearsweep.sweep(rotor(), tmp_path / "run", jobs=1, show_progress=False)
     table = result.open().summary.sort_values("drive.speed")
     for direction, torques in (("up", UP), ("down", DOWN)):
-        found = table[table["simulate.direction"] == direction]["spline_force_peak"]
-        assert found.to_numpy() == pytest.approx(torques, rel=3e-4)
+        computed = table[table["simulate.direction"] == direction]["spline_force_peak"]
+        assert computed.to_numpy() == pytest.approx(torques, rel=3e-4)
     answer = json.loads((tmp_path / "run/answer.json").read_text())
     branches = answer["branches"]
     assert (branches["points"], branches["coexisting"], branches["undecided"]) == (3, 1, 0)
@@ -281,10 +281,10 @@ def test_bodies_start_where_the_places_of_a_draw_say():
     cases = loaded(slider_crank({"random": 3, "seed": 5}))
     case = cases.case(len(cases) - 1)
     scene = chain.build(case)
-    found = places_of(scene.built, scene.start[: 2 * len(scene.built.lengths) + 1])
+    computed = places_of(scene.built, scene.start[: 2 * len(scene.built.lengths) + 1])
     unit = units_of(scene.value.joints)
     for values, drawn, scale in zip(
-        found, random_places(5, 3, [False]), (1.0, scene.value.reference_rate), strict=True
+        computed, random_places(5, 3, [False]), (1.0, scene.value.reference_rate), strict=True
     ):
         assert values == pytest.approx(drawn * unit * scale, rel=1e-6, abs=1e-9 * unit[0] * scale)
 
@@ -303,8 +303,8 @@ def test_motions_are_told_apart_by_their_scatter(medians, half_widths, motions):
     medians, half_widths = np.array(medians), np.array(half_widths)
     statistic = np.stack([medians, medians - half_widths, medians + half_widths], -1)
     for order in itertools.permutations(range(len(medians))):
-        found = motions_of(statistic[list(order)])
-        assert found.tolist() == [motions[index] for index in order]
+        computed = motions_of(statistic[list(order)])
+        assert computed.tolist() == [motions[index] for index in order]
 
 
 def test_starts_of_one_chaotic_motion_are_not_told_apart():

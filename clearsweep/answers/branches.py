@@ -30,7 +30,7 @@ def coexisting(cases: Cases, layout: Layout) -> dict[str, Any] | None:
     points = combined_codes([codes_of(cases.values(path))[1] for path in others], len(cases))
     statistics = {name: _statistic(cases, name) for name in medians}
     is_known = np.logical_and.reduce([np.isfinite(statistic).all(axis=1) for statistic in statistics.values()])
-    found, undecided = [], 0
+    several, undecided = [], 0
     for point in np.unique(points):
         rows = np.flatnonzero(points == point)
         known = rows[is_known[rows]]
@@ -38,16 +38,16 @@ def coexisting(cases: Cases, layout: Layout) -> dict[str, Any] | None:
         groups = [known[number] for number in _groups(labels)]
         undecided += len(known) < len(rows) and len(groups) < 2
         if len(groups) > 1:
-            found.append(_point(cases, others, rows, groups, statistics))
-    spans = [[each["values"][path] for each in found] for path in others if len(others) == 1]
+            several.append(_point(cases, others, rows, groups, statistics))
+    spans = [[each["values"][path] for each in several] for path in others if len(others) == 1]
     between = [
         sum(min(span) <= value <= max(span) for value in codes_of(cases.values(path))[0])
         for path, span in zip(others, spans, strict=False)
         if span and not isinstance(span[0], str)
     ]
-    counts = {"points": len(np.unique(points)), "coexisting": len(found), "undecided": int(undecided)}
+    counts = {"points": len(np.unique(points)), "coexisting": len(several), "undecided": int(undecided)}
     counts |= {"between": sum(between)}
-    return {"along": starts[0], **counts, "motions": found[:MAX_POINTS]}
+    return {"along": starts[0], **counts, "motions": several[:MAX_POINTS]}
 
 
 def _statistic(cases: Cases, name: str) -> np.ndarray:

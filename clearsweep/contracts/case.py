@@ -395,7 +395,7 @@ class Simulate(NamedTuple):
     revolutions: float = 0.0  # `discard` included
     discard: float = 0.0
     start: str = "centred"
-    carried: str = ""  # the axis along which the state is carried
+    carried_axis: str = ""  # the axis along which the state is carried
     direction: str = ""  # of this axis, 'up' or 'down'
     draw: int = 0  # number of a random start, from 1
     seed: int = 0  # of the random starts

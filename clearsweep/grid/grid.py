@@ -205,8 +205,8 @@ class Grid:
 
     def place_in_chain(self, index: int) -> tuple[tuple[KeyValue, ...], int]:
         """Return what the cases of a chain share, and the number of cases before one in it."""
-        point, along = self.point(index), (self.chained, DIRECTION)
-        return tuple(str(value) for path, value in point.items() if path not in along), len(self.before(point))
+        point, chain_paths = self.point(index), (self.chained, DIRECTION)
+        return tuple(str(value) for path, value in point.items() if path not in chain_paths), len(self.before(point))
 
     def _identity_text(self, point: Mapping[str, KeyValue]) -> str:
         """Return the text whose hash is the identity of the case at a point; that of a chain has the values before."""

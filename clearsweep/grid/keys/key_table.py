@@ -235,7 +235,9 @@ def table_of_keys(mechanism: Mechanism, catalogue: Catalogue, figures: Sequence[
     if mechanism.spatial:
         start_key = word_key(keys, "simulate.start")
         keys["simulate.start"] = start_key._replace(
-            options=("centred",), text="initial position of the journals: in the middle of their bearings", forms=()
+            options=("centred",),
+            text="initial position of the journals: in the middle of their bearings",
+            other_forms=(),
         )
     else:
         add_life_keys(keys)

@@ -132,7 +132,7 @@ def add_life_keys(keys: KeyTable) -> None:
         keys[f"{LIFE}.{field.name}"] = Number((Use(field),), CONDITION, field.name == "limit")
 
 
-START, CARRIED = "simulate.start", "simulate.carried"
+START, CARRIED = "simulate.start", "simulate.carried_axis"
 DIRECTION, DRAW = STARTS
 BRANCHES = ("carried", "random")  # starts of which the grid runs several at each point
 _OF_CARRIED, _OF_RANDOM = (((START, frozenset({word})),) for word in BRANCHES)
@@ -181,7 +181,7 @@ def add_start_keys(keys: KeyTable) -> None:
         "initial position of the journals in their bearings; seated: in contact; carried: as the case before it ended, "
         "up and down one axis, or {carried: PATH}; {random: N, seed: S}: N random positions and rates",
         "centred",
-        forms=_START_FORMS,
+        other_forms=_START_FORMS,
     )
     keys[CARRIED] = Word(("",), "the axis along which the state is carried", "", when=_OF_CARRIED, may_be_unused=True)
     keys[DIRECTION] = Word(

@@ -214,8 +214,8 @@ def _object_schema(key_table: KeyTable, path: str) -> dict[str, Any]:
                 {"type": "string"} if has_free_names else {"enum": list(key.options)}
             )
             properties[key_name] |= {"default": key.default} if key.default and not has_free_names else {}
-            if key.forms:
-                properties[key_name]["anyOf"] = [{"enum": properties[key_name].pop("enum")}, *key.forms]
+            if key.other_forms:
+                properties[key_name]["anyOf"] = [{"enum": properties[key_name].pop("enum")}, *key.other_forms]
         elif isinstance(key, Name):
             properties[key_name] = {"description": key.text, "enum": list(key.options)}
         elif isinstance(key, Table):

@@ -39,16 +39,17 @@ def with_branch_axes(root: WrittenValue, problems: Problems) -> WrittenValue:
 
 
 def _settings_of(start: WrittenValue, settings: dict[str, Any], problems: Problems) -> dict[str, Any]:
-    """Return the keys of `simulate` that a start written as a section stands for; report an invalid one."""
+    """Return the keys of `simulate` that a start written as a section means; report an invalid one."""
     allowed = {"random": ("random", "seed"), "carried": ("carried",)}
     word = next((word for word in BRANCHES[::-1] if word in start.value), "")
     wrong = [key for key in start.value if key not in allowed.get(word, ())]
     plain = {"start": replace(start, value="centred")}
     if not word or wrong:
-        found = f"unknown key '{wrong[0]}'" if wrong else "found an empty section"
-        problems.add(start, START, f"{found}; expected {_FORMS}")
+        fault = f"unknown key '{wrong[0]}'" if wrong else "found an empty section"
+        problems.add(start, START, f"{fault}; expected {_FORMS}")
         return plain
-    if clash := [key for key in start.value if key in settings]:
+    written = {"carried_axis" if key == "carried" else key: value for key, value in start.value.items()}
+    if clash := [key for key in written if key in settings]:
         problems.add(start, START, f"conflicts with simulate.{clash[0]}, which says the same; remove one of the two")
         return plain
     if word == "random" and _count(start.value["random"]) is None:
@@ -56,7 +57,7 @@ def _settings_of(start: WrittenValue, settings: dict[str, Any], problems: Proble
         message = f"found {quoted(count.value)}; expected a whole number from 2 to {_MOST_DRAWS}"
         problems.add(count, f"{START}.random", message)
         return plain
-    return {**start.value, "start": replace(start, value=word)}
+    return {**written, "start": replace(start, value=word)}
 
 
 def _count(written: WrittenValue | None) -> int | None:
@@ -73,7 +74,7 @@ def _with(root: WrittenValue, name: str, section: WrittenValue) -> WrittenValue:
 
 
 def with_carried_paths(keys: KeyTable, varied: list[str]) -> None:
-    """Let `simulate.carried` name any varied quantity, except numerical settings."""
+    """Let `simulate.carried_axis` name any varied quantity, except numerical settings."""
     if CARRIED in keys:
         physical = [path for path in varied if isinstance(keys.get(path), Number) and not path.startswith("simulate.")]
         keys[CARRIED] = word_key(keys, CARRIED)._replace(options=tuple(physical))

@@ -63,16 +63,16 @@ def build(case: Case) -> Scene:
 
 def _scene(case: Case) -> Scene:
     """Return the scene of a case after those that are known."""
-    return setup.build(case._replace(before=()), carried=_chain.ends[-1] if _chain.ends else None)
+    return setup.build(case._replace(before=()), earlier_end=_chain.ends[-1] if _chain.ends else None)
 
 
 def keep_end(scene: Scene, run: Run) -> None:
     """Keep the end of a finished run if it continues the chain, so that the next case need not run it again."""
     if scene.case.simulate.start != "carried" or run.status != integration.OK:
         return
-    if scene.carried is None:
+    if scene.earlier_end is None:
         _chain.cut(0)
-    if (scene.carried is None) == (not _chain.ends) and (not _chain.ends or scene.carried is _chain.ends[-1]):
+    if (scene.earlier_end is None) == (not _chain.ends) and (not _chain.ends or scene.earlier_end is _chain.ends[-1]):
         _chain.add(scene.case, _end_of(scene, run))
 
 

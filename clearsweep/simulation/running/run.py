@@ -158,8 +158,8 @@ class Run:
             np.where(scene.start[work.time + 1 :][: work.mode.size] > 0.0, work.pressed, work.apart),
             inputs.has_friction,
         )
-        if scene.carried is not None:
-            arrays["mode"][:] = scene.carried.mode
+        if scene.earlier_end is not None:
+            arrays["mode"][:] = scene.earlier_end.mode
         put_numbers(value, inputs.initial_values[: self.parameters.size], self.parameters)
         mechanism_totals: Any = self.totals.mechanism
         mechanism_totals.target_speed, mechanism_totals.target_time = start_up(scene.machine)

@@ -34,7 +34,7 @@ def random_places(seed: int, draw: int, flanked: Sequence[bool]) -> tuple[np.nda
     """Return random places (k,) of the open joints in clearances, and rates (k,) in clearances times crank speed.
 
     A journal is anywhere in its clearance circle with equal probability, flanks anywhere in their play; rates have the
-    same distribution.  The numbers depend on seed and draw alone.  `flanked` tells which joints are gears or couplings.
+    same distribution.  The numbers depend on seed and draw alone.  `flanked` says which joints are gears or couplings.
     """
     generator = np.random.default_rng([int(seed), int(draw)])
     places, rates = list[float](), list[float]()
@@ -59,7 +59,7 @@ def _in_circle(generator: np.random.Generator) -> list[float]:
     return [radius * math.cos(angle), radius * math.sin(angle)]
 
 
-def with_places(case: Case, built: Built, joints: tuple, carried: Carried | None) -> Built:
+def with_places(case: Case, built: Built, joints: tuple, earlier_end: Carried | None) -> Built:
     """Return a mechanism that starts where another case ended, or at random; the first of a chain starts centred.
 
     Raises InputError if more moves freely than the joints with clearance.
@@ -70,15 +70,15 @@ def with_places(case: Case, built: Built, joints: tuple, carried: Carried | None
             f"simulate.start: {case.simulate.start} places {len(units)} coordinates of joints with clearance, and this "
             f"machine has {len(built.lengths)}; make the other moving parts rigid, or use centred"
         )
-    if carried is None and case.simulate.start == "carried":
+    if earlier_end is None and case.simulate.start == "carried":
         return built
-    places, rates = _random_places(case) if carried is None else (carried.places, carried.rates)
+    places, rates = _random_places(case) if earlier_end is None else (earlier_end.places, earlier_end.rates)
     return built._replace(start=placed(built, units * places, units * abs(built.rate) * rates))
 
 
-def latched_of(carried: Carried, joints: tuple, built: Built) -> list[float]:
+def latched_of(earlier_end: Carried, joints: tuple, built: Built) -> list[float]:
     """Return the numbers that change only at events, as Work has them: those of contacts in m/s."""
-    contacts, latched = contact_units(joints), carried.latched.copy()
+    contacts, latched = contact_units(joints), earlier_end.latched.copy()
     latched[: len(contacts)] *= contacts * abs(built.rate)
     return latched.tolist()  # type: ignore[no-any-return]
 
@@ -125,10 +125,10 @@ def _slopes(built: Built, y: np.ndarray, steps: np.ndarray, order: int) -> np.nd
     """Return the derivatives of places (`order` 0) or rates (1) by the coordinates or their rates, (k, n)."""
     columns = []
     for index, step in enumerate(steps):
-        ahead, behind = y.copy(), y.copy()
-        ahead[index + order * len(steps)] += step
-        behind[index + order * len(steps)] -= step
-        columns.append((places_of(built, ahead)[order] - places_of(built, behind)[order]) / (2.0 * step))
+        forward, backward = y.copy(), y.copy()
+        forward[index + order * len(steps)] += step
+        backward[index + order * len(steps)] -= step
+        columns.append((places_of(built, forward)[order] - places_of(built, backward)[order]) / (2.0 * step))
     return np.stack(columns, -1)
 
 

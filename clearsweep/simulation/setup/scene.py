@@ -228,7 +228,7 @@ def scene_inputs(scene: "Scene") -> SceneInputs:
         parameters=numbers_of(value),
         y=start.tolist(),
         weight=_weights(case, built, value, len(contacts.side), [state.scale for _, state, _ in internal]),
-        latched=latches if scene.carried is None else latched_of(scene.carried, value.joints, built),
+        latched=latches if scene.earlier_end is None else latched_of(scene.earlier_end, value.joints, built),
         clearance=contacts.clearance,
         film=chain.from_iterable(contacts.film),
     )
@@ -330,7 +330,7 @@ class Scene:
     keep_events: bool = False  # whether its runs return their events
     verdict: LimitsAndFigures = NO_LIMITS  # user-defined figures and limits, which are not part of the case
     build_time: float = 0.0  # s, processor time to build it
-    carried: Carried | None = None  # the end of the case before it in its chain
+    earlier_end: Carried | None = None  # the end of the case before it in its chain
 
     @cached_property
     def inputs(self) -> SceneInputs:
@@ -419,10 +419,10 @@ def enter_laws(case: Case) -> None:
         registry.enter_laws(grid.run_all(case.law_files), case.outline.laws)
 
 
-def build(case: Case, worn: Mapping[str, Worn] | None = None, carried: Carried | None = None) -> Scene:
+def build(case: Case, worn: Mapping[str, Worn] | None = None, earlier_end: Carried | None = None) -> Scene:
     """Return the scene of a resolved case.  Raises InputError if its initial state is impossible.
 
-    `worn` maps names of joints to their earlier wear; the run adds to it.  `carried` is the end of the case before it
+    `worn` maps names of joints to their earlier wear; the run adds to it.  `earlier_end` is that of the case before it
     in its chain; `analyses.chain.build` knows it.
     """
     if case.before:
@@ -459,7 +459,7 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None, carried: Carried |
     if any(joint.rolling for joint in case.joints):
         terms, depth_roots = with_elements_at_start(case, built, terms, depth_roots)
     if case.simulate.start in BRANCHES:
-        built = with_places(case, built, terms, carried)
+        built = with_places(case, built, terms, earlier_end)
     if mechanism.spatial:
         check_spatial_start(built, joints)
     if machine is not None and any(body.initial for body in machine.bodies.values()):
@@ -472,13 +472,13 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None, carried: Carried |
     shaking = shaking_of(case, mechanism, built) if case.vibration else ()
     value = rates.Scene(built.value, terms, (0.0,) * len(built.lengths), built.rate, sigma, shaking)
     internal: Sequence[float] = [initial_value for _, _, initial_value in every_state(value)]
-    if carried is not None:
-        depth_roots, internal = carried.roots * np.sqrt(contact_units(terms)), carried.internal.tolist()
+    if earlier_end is not None:
+        depth_roots, internal = earlier_end.roots * np.sqrt(contact_units(terms)), earlier_end.internal.tolist()
     start = np.array([*built.start.tolist(), *depth_roots.tolist(), *internal])
     layout, angle_clock = layout_of(case), _clock_of_case(case, machine, built)
     elapsed = time.thread_time() - begin
     parts = case, mechanism, built, value, layout, start, bool(depth_roots.any()), machine, angle_clock, worn
-    return Scene(*parts, keep_events=case.save.orbits != "none", build_time=elapsed, carried=carried)
+    return Scene(*parts, keep_events=case.save.orbits != "none", build_time=elapsed, earlier_end=earlier_end)
 
 
 def _clock_of_case(case: Case, machine: Machine | None, built: Built) -> Clock:
