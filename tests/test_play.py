@@ -294,6 +294,19 @@ def test_a_wheel_with_clearance_needs_a_gear_with_play():
     refused(tree, "joints.bearing", "mesh needs its own")
 
 
+def test_a_geared_machine_must_repeat_after_a_revolution_or_stay_within_it():
+    tree = gear()
+    del tree["mechanism"]["bodies"]["wheel"]["initial"]
+    tree["mechanism"]["bodies"]["wheel"]["points"]["rim"] = [0.05, 0.0]
+    tree["mechanism"]["output"] = {"body": "wheel", "point": "rim"}
+    tree["loads"] = {"brake": {"on": "wheel", "torque": -1.0}}
+    tree["simulate"] |= {"revolutions": 2.0, "tolerance": 1e-8}
+    refused(tree, "wheel has something attached off its centre", "1/ratio is whole")
+    tree["simulate"]["revolutions"] = 0.9
+    figures = clearsweep.simulate(clearsweep.load_case(tree), []).summary
+    assert figures["output_error_max"] < 1e-4  # about half the play
+
+
 def test_what_turns_on_a_pin_needs_something_that_drives_it():
     tree = flap()
     del tree["loads"]

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from ....contracts.machine import Machine, Stretch, TorsionSpring
+from ....contracts.machine import BodyPoint, Machine, Mesh, Stretch, TorsionSpring
 from .closure import (
     SINGULAR,
     STATIONS,
@@ -19,6 +19,7 @@ from .closure import (
     ClosureError,
     Inverses,
     MachineStates,
+    MobilityError,
     extrapolated,
     growth_per_revolution,
 )
@@ -26,6 +27,7 @@ from .closure import (
 MARGIN = 2  # stations beyond the visited angles, as far as the machine can go
 
 
+SAME_PLACE, SAME_TURN = 1e-9, 1e-9  # of the machine's size, and turns: rounding
 ROUNDINGS = 4.0  # roundings of an angle, by which it may differ from that of a station
 
 
@@ -53,10 +55,16 @@ class Stations:
         self.is_closed = np.ones(STATIONS + 1, bool)
         if visited is None:
             self.states = closure.close_revolution(start)
+            if body := _unrepeated(closure, self.states):
+                raise MobilityError(
+                    f"{body} has something attached off its centre and makes no whole number of turns in a revolution "
+                    "of the crank. The ideal machine must repeat; choose a ratio of which 1/ratio is whole, or "
+                    "simulate less than a revolution"
+                )
             return
         try:
             self.states = closure.close_revolution(start)
-            is_whole = not self._change_points_outside(visited)
+            is_whole = not self._change_points_outside(visited) and not _unrepeated(closure, self.states)
         except ClosureError:
             is_whole = False
         if not is_whole:
@@ -103,6 +111,35 @@ class Stations:
         return (nearest_station - STATIONS * revolutions).astype(int), revolutions, off_station
 
 
+def _unrepeated(closure: Closure, states: MachineStates) -> str:
+    """Return a geared body that is elsewhere after a revolution of the crank, '' if there is none.
+
+    A wheel may make any part of a turn if all that is attached to it is at its centre of mass.
+    """
+    machine = closure.machine
+    used = _points_in_use(machine)
+    if not used:
+        return ""
+    turns = growth_per_revolution(states)[2::3] / (2.0 * math.pi)
+    for name, turn in zip(closure.names, turns, strict=True):
+        body = machine.bodies[name]
+        points = [body.points[end.point] for end in used if end.body == name]
+        is_off_centre = any(math.dist(point, body.center) > SAME_PLACE * closure.size for point in points)
+        if is_off_centre and abs(turn - round(turn)) > SAME_TURN:
+            return name
+    return ""
+
+
+def _points_in_use(machine: Machine) -> list[BodyPoint]:
+    """Return the points of a geared machine to which something is attached; none for a machine without gears."""
+    if not any(isinstance(joint, Mesh) for joint in machine.joints):
+        return []
+    used = [end for joint in machine.joints for end in (joint.proximal, joint.distal)]
+    ends = (getattr(load, key, None) for load in machine.loads for key in ("at", "first", "second"))
+    used += [end for end in ends if isinstance(end, BodyPoint)]
+    return [*used, BodyPoint(machine.aim.body, machine.aim.point)] if machine.aim.point else used
+
+
 def stations_of(machine: Machine) -> Stations:
     """Return the Stations of a machine; cases that differ in masses and loads share them."""
     return _shared_stations(geometry_of(machine), AlwaysEqual(machine))
@@ -116,7 +153,7 @@ def geometry_of(machine: Machine) -> bytes:
     ]
     springs = [load._replace(stiffness=0.0, damping=0.0) for load in machine.loads if isinstance(load, TorsionSpring)]
     start = dict(machine.start), machine.drive.start_angle, machine.visited
-    return pickle.dumps((bodies, joints, springs, machine.driven, *start))
+    return pickle.dumps((bodies, joints, springs, machine.driven, _points_in_use(machine), *start))
 
 
 @functools.lru_cache(maxsize=64)
