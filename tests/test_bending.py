@@ -136,8 +136,11 @@ def test_only_links_between_pins_bend():
         clearsweep.load_case(rigid)
 
 
-def normal_force_of_rigid_rod(angles):
-    """Return the largest normal force (N) in a uniform rigid rod at crank angles, by Newton's law of rod and slider."""
+def normal_forces_of_rigid_rod(angles):
+    """Return normal forces (N) in a uniform rigid rod, at the crank, at the slider and their mean, and its tilt (rad).
+
+    They follow from Newton's law of rod and slider at crank angles.
+    """
     mass, slider, rate = 0.151104, 0.075552, SPEED
     sine, cosine = np.sin(angles), np.cos(angles)
     tilt = -np.arcsin(CRANK / LENGTH * sine)  # of the rod
@@ -150,15 +153,27 @@ def normal_force_of_rigid_rod(angles):
     moment = mass * LENGTH**2 / 12.0 * turn + 0.5 * LENGTH * mass * np.sum(across * places[1], axis=0)  # about the pin
     lift = (moment + LENGTH * (-push) * np.sin(tilt)) / (LENGTH * np.cos(tilt))  # along y, of the slider on the rod
     at_slider = -push * np.cos(tilt) + lift * np.sin(tilt)
-    at_crank = at_slider - mass * np.sum(axis * places[1], axis=0)
-    return max(np.max(np.abs(at_slider)), np.max(np.abs(at_crank)))
+    near, middle, far = (np.sum(axis * place, axis=0) for place in places)
+    return at_slider - mass * middle, at_slider, at_slider - mass * (near / 2.0 + (far - near) / 3.0), tilt
 
 
 def test_the_normal_force_of_a_stiff_link_is_that_of_newtons_law():
     area = 64e-6
     stiff = simeon(section=None, area=area, second_moment=1e-4, edge=1e-9)
     stress = clearsweep.simulate(clearsweep.load_case(stiff)).summary["rod_stress_max"]
-    assert stress * area == pytest.approx(normal_force_of_rigid_rod(np.linspace(0.0, 2.0 * math.pi, 7201)), rel=1e-4)
+    at_crank, at_slider, _, _ = normal_forces_of_rigid_rod(np.linspace(0.0, 2.0 * math.pi, 7201))
+    assert stress * area == pytest.approx(max(np.max(np.abs(at_crank)), np.max(np.abs(at_slider))), rel=1e-4)
+
+
+@pytest.mark.slow
+def test_a_rod_that_only_stretches_moves_the_slider_by_its_extension():
+    stiffness = 1e7
+    elastic = {"axial_stiffness": stiffness, "segments": 8, "damping": 0.9}
+    changes = {"mechanism.rod.elastic": elastic, "simulate.revolutions": 3, "simulate.discard": 1}
+    summary = clearsweep.simulate(clearsweep.load_case(changed(SIMEON, changes))).summary
+    _, _, mean, tilt = normal_forces_of_rigid_rod(np.linspace(0.0, 2.0 * math.pi, 721))
+    assert summary["slider_error_max"] == pytest.approx(np.max(np.abs(mean / stiffness / np.cos(tilt))), rel=0.02)
+    assert summary["energy_residual"] < 1e-9
 
 
 def test_deflection_frequency_and_error_of_a_run_are_those_of_the_bar():

@@ -125,7 +125,7 @@ class Outline(NamedTuple):
     @property
     def is_deforming(self) -> bool:
         """Return whether the machine moves without clearance otherwise than as prescribed."""
-        return bool(self.bending or self.mounts)
+        return bool(self.elastic or self.mounts)
 
 
 #: Keys that set the size of friction directly: a couple in a pin, a force in a guide.

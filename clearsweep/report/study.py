@@ -227,7 +227,8 @@ class Study(NamedTuple):
         """
         name = f"joints/{self.most_loaded_joint().name}/force_normal"
         if name not in channels:
-            name = next((other for other in channels if other.endswith("/deflection")), "crank_angle")
+            yielding = ("/deflection", "/extension", "/mount_x")
+            name = next((other for other in channels if other.endswith(yielding)), "crank_angle")
         return np.abs(np.asarray(channels[name], float))
 
     def worst(self, joint: Joint) -> str:

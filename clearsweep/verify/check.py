@@ -25,6 +25,7 @@ from ..simulation.setup import scene
 from ..store import durable
 from . import stability
 from .reference_run import (
+    CLEARANCES,
     HALF,
     STEP_BUDGET,
     Tree,
@@ -424,6 +425,7 @@ def check_case(
     result: dict[str, Any] = {
         "case_id": case_id,
         "chosen_as": list(labels),
+        "measured_in": CLEARANCES if tree.get("joints") else "largest deformations",
         "values": {path: value for path, value in loaded.point(index).items() if value is not None},
     }
     truth = Truth(tree, tolerance)
@@ -505,8 +507,11 @@ def _accuracy_sentences(cases: Sequence[Mapping[str, Any]]) -> list[str]:
     yours, error = worst["yours"], worst["yours"]["error"]
     length = worst["compared_revolutions"]
     period = "half a revolution" if length == HALF else f"{length:.2g} revolutions, its predictable horizon"
+    subject = f"the journal is within {error:.1g} of its clearance"
+    if worst.get("measured_in", CLEARANCES) != CLEARANCES:
+        subject = f"deformations are within {error:.1g} of their largest"
     first = (
-        f"At your tolerance {yours['tolerance']:g} the journal is within {error:.1g} of its clearance for {period}"
+        f"At your tolerance {yours['tolerance']:g} {subject} for {period}"
         f"{_in_case(worst, cases)}, in {yours['milliseconds']:.2g} ms a revolution."
     )
     return [" ".join([first, *unknown[:1]]), _tolerance_sentence(known, worst)]

@@ -13,7 +13,7 @@ from ..report.blocks.section import Block, Gallery, Points, Section
 from ..report.blocks.table import Column, Table
 from ..report.documents.page import Page
 from ..report.plot import Axes, ColourScale
-from .reference_run import HALF
+from .reference_run import CLEARANCES, HALF
 
 COLOURS = {  # method -> colour (Okabe and Ito 2008), marker
     "auto": ("#0072B2", "o"),
@@ -82,8 +82,9 @@ def reference_sentence(case: Mapping[str, Any]) -> str:
     prediction = (
         "" if horizon is None else f"; predictable for {horizon:.2g} revolutions, beyond that by statistics only"
     )
+    unit = case.get("measured_in", CLEARANCES)
     return (
-        f"errors in clearances over {period}; reference at {reference['tolerance']:g}, good to "
+        f"errors in {unit} over {period}; reference at {reference['tolerance']:g}, good to "
         f"{reference['error']:.1g}{order}{prediction}"
     )
 

@@ -96,9 +96,11 @@ def leaves(tree: Any, prefix: str = "") -> Iterator[tuple[str, Any]]:
 REFERENCE_TOLERANCES = (1e-13, 1e-12, 1e-11, 1e-10, 1e-9)  # the first that a case can reach
 FURTHER_REFERENCES = (2.0, 3.0)  # tolerances of the reference: other sequences of steps, so other rounding errors
 HALF = 0.5  # revolutions over which errors are compared
+CLEARANCES = "clearances"  # what errors are measured in, where a joint is open
 LONGEST_RUN = 3.0  # revolutions in which the predictable horizon is determined
 SAMPLES = 360  # per revolution, at which positions are compared
 FIRST_PEAKS = 3
+YIELDING = ("/deflection", "/extension", "/mount_x", "/mount_y")  # ends of channels of a machine without open joints
 COMPARABLE = 0.98  # of a run: a free crank, or a pair of bodies, ends it at a time of its own
 CLOSE = 0.005  # of the compared time: an event this close to its end moves the end
 ROUNDS = 3  # the least processor time counts
@@ -292,11 +294,11 @@ class _FailedRunError(Exception):
 def distances(tree: Tree, path: Any, truth: Trajectory, mask: np.ndarray | None = None) -> np.ndarray:
     """Return the largest distance (clearances) of any open joint's journal from the reference at the samples, (n,).
 
-    Without an open joint it is that of the deflections of links, relative to their largest.
+    Without an open joint it is that of what bends, stretches or yields, relative to its largest value.
     """
     largest: np.ndarray = np.zeros(len(path["t"]))
     for channel in truth.channels if "joints" not in tree else ():
-        if channel.endswith("/deflection"):
+        if channel.endswith(YIELDING):
             error = path[channel] - (truth[channel] if mask is None else truth[channel][mask])
             largest = np.maximum(largest, np.abs(error) / (np.max(np.abs(truth[channel])) or 1.0))
     for name, joint in tree.get("joints", {}).items():
