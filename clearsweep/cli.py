@@ -417,8 +417,8 @@ def check_(  # noqa: PLR0913 - one argument per option
 def list_(name: str | None, grid: Path | None) -> None:
     """Print all mechanisms, drives, loads and laws, or explain NAME.
 
-    NAME is a mechanism, drive, load, law, material, oil or wear pair, or a key of a grid. The names `materials`,
-    `oils` and `pairs` print the libraries.
+    NAME is a mechanism, drive, load, law, material, oil, wear pair or bearing, or a key of a grid. The names
+    `materials`, `oils`, `pairs` and `bearings` print the libraries.
 
     \b
     Examples:

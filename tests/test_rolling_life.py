@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from clearsweep.answers.validity import skidding_remark
 from clearsweep.contracts.case import Capacity, Rolling
 from clearsweep.mechanics.laws.rating import equivalent_loads, load_powers, passing_rates, rating_life, rating_loads
 
@@ -64,3 +65,12 @@ def test_elements_pass_as_those_of_a_planetary_gear():
     assert [25.0 * rate for rate in passing_rates(BALL)] == pytest.approx(
         (9.1954022989, 43.978010995, 110.63218391, 64.367816092), rel=1e-10
     )
+
+
+def test_a_bearing_below_its_least_load_is_remarked():
+    """SKF, requisite minimum load: 0.01 of the dynamic rating of ball bearings, 0.02 of roller bearings."""
+    assert (BALL.least_load, ROLLER.least_load) == pytest.approx((234.0, 630.0), rel=1e-12)
+    assert BALL._replace(capacity=Capacity()).least_load == 0.0
+    remark = skidding_remark([("crank-rod", BALL.least_load, 0.25)])
+    assert "crank-rod carries less than 234 N 25 % of the time" in remark
+    assert skidding_remark([]) == ""
