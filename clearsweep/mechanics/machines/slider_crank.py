@@ -218,6 +218,7 @@ def with_outline(outline: Outline) -> Mechanism:
         channels=channels,
         free=outline.free,
         length=outline.length,
+        orders=MECHANISM.orders if outline.length == "revolutions" else (),  # else it need not turn fully
     )
 
 
