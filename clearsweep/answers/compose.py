@@ -359,14 +359,14 @@ def _more(source: Source, cases: Cases, column: Any, row: int, end: str) -> dict
     if column.figure == "velocity_rms" and end == "largest":
         return _zones_of(source, cases, column.name, row)
     if column.figure == "error_max" and end == "largest":
-        error = rest = float(cases.numbers(column.name)[row])
+        error = unexplained = float(cases.numbers(column.name)[row])
         parts: dict[str, Any] = {}
         for part in ("bending", "mounts"):
             if (name := column.name.replace("error_max", f"error_{part}")) in names:
-                share = min(float(np.nan_to_num(cases.numbers(name)[row])), rest)
-                rest -= share
+                share = min(float(np.nan_to_num(cases.numbers(name)[row])), unexplained)
+                unexplained -= share
                 parts |= {part: share} if share >= NOTED_INDENTATION * error > 0.0 else {}
-        return _indentation_of(source, cases, rest, row) | parts
+        return _indentation_of(source, cases, unexplained, row) | parts
     if column.figure == "life_hours":
         fields = {name: f"{column.joint}_{name}" for name in FIELD_BY_COLUMN}
         life = read_lifetime(
