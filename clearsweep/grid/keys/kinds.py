@@ -65,7 +65,7 @@ class Word(NamedTuple):
     conditional_default: ConditionalDefault | None = None
     refused: Mapping[str, str] = {}  # a plausible word -> why it is not allowed
     role: str = ""  # one of contracts.roles, where it can be swept
-    other_forms: tuple[Mapping[str, Any], ...] = ()  # JSON Schemas of what may stand in its place
+    other_forms: tuple[Mapping[str, Any], ...] = ()  # JSON Schemas of what may replace it
 
     def is_used(self, names: NamesInUse) -> bool:
         """Return whether the key is in use with these law names."""
