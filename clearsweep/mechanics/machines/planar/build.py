@@ -118,6 +118,8 @@ def _with_housings(machine: Machine) -> Machine:
 
     A carriage without mass slides along x on the ground, the housing along y on the carriage.
     """
+    if not machine.mounts:
+        return machine
     bodies, joints = dict(machine.bodies), {joint.name: joint for joint in machine.joints}
     springs: list[Stretch] = []
     for mount in machine.mounts:
