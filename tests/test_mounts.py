@@ -192,6 +192,7 @@ def test_a_damping_in_per_cent_follows_a_swept_stiffness():
     cases = map(swept.case, range(len(swept)))
     dampings = [mechanism_of(case).machine(case).mounts[0].damping[0] for case in cases]
     assert sorted(dampings) == pytest.approx([40.0, 80.0, 80.0, 160.0])
+    load(swept.written_case(0), simulation.catalogue())  # with the default of the other key
 
 
 @pytest.mark.slow

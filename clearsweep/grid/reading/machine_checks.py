@@ -57,7 +57,8 @@ def _check_mount(reader: Reader, joint: str) -> None:
     path = f"mechanism.mounts.{joint}"
     if path not in reader.keys_in_use:
         return
-    if reader.is_given(f"{path}.damping.0") and reader.is_given(f"{path}.damping_ratio.0"):
+    dampings = [value for k in range(2) for value in reader.values_of(f"{path}.damping.{k}")]
+    if any(dampings) and reader.is_given(f"{path}.damping_ratio.0"):
         message = "conflicts with `damping`; write one of them, or `damping` in N*s/m or in %"
         reader.problems.add(reader.position_of(f"{path}.damping_ratio.0"), f"{path}.damping_ratio", message)
     wheels = {body for other in reader.outline.joints if other.name == joint for body in other.bodies} - {GROUND}
