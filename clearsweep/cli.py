@@ -538,4 +538,4 @@ def schema(markdown: bool) -> None:
     from . import grid, simulation
 
     catalogue = simulation.catalogue()
-    click.echo(grid.markdown(catalogue) if markdown else json.dumps(grid.schema(catalogue), indent=1), nl=not markdown)
+    click.echo(grid.markdown(catalogue) if markdown else json.dumps(grid.schema(catalogue), indent=0), nl=not markdown)

@@ -251,8 +251,8 @@ def seek_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         setting = words.setting({path: value for path, value in point.items() if value is not None})
         text, border, cause = _sought(words, row, paths[0])
         is_alone = len(answer["search"]) == 1  # its border is a line of its own
-        beside = f" (not known to be safe at {border})" if border and not is_alone else ""
-        items.append(f"{f'{setting}: ' if setting else ''}{text}{beside}{cause}")
+        tail = f" (not known to be safe at {border})" if border and not is_alone else ""
+        items.append(f"{f'{setting}: ' if setting else ''}{text}{tail}{cause}")
         borders += [border] if border and is_alone else []
     every = every_text(answer, words) if section.get("for") == "all" else ""
     lead = f"The {direction} {names} within the limits{every}"

@@ -226,6 +226,11 @@ def column_name(joint: str) -> str:
     return joint.replace("-", "_")
 
 
+def housing_name(joint: str, axis: str = "y") -> str:
+    """Return the name of the body that is the housing of a joint; 'x': of what lies between its springs."""
+    return f"{joint}~{axis}"
+
+
 class Capacity(NamedTuple):
     """The load ratings of a rolling bearing, as its catalogue gives them."""
 

@@ -139,11 +139,6 @@ class Mount(NamedTuple):
     damping: tuple[float, float]  # N s/m
 
 
-def housing_name(joint: str, axis: str = "y") -> str:
-    """Return the name of the body that is the housing of a joint; 'x': of what lies between its springs."""
-    return f"{joint}~{axis}"
-
-
 class Constant(NamedTuple):
     """A crank at constant speed."""
 

@@ -127,7 +127,7 @@ def write_starter(file: Path, kind: str, catalogue: Catalogue) -> None:
         with open(file, "x", encoding="utf-8") as target:
             target.write(starter(kind))
         if not schema_file.exists():
-            schema_file.write_text(json.dumps(schema(catalogue), indent=1), encoding="utf-8")
+            schema_file.write_text(json.dumps(schema(catalogue), indent=0), encoding="utf-8")
     except FileExistsError:
         raise InputError(f"{file}: already exists and was not changed; choose a new file name") from None
     except OSError as error:

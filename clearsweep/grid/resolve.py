@@ -28,9 +28,9 @@ from ..contracts.case import (
     Thermal,
     Until,
     Wear,
+    housing_name,
 )
 from ..contracts.catalogue import LoadOutline, Outline
-from ..contracts.machine import housing_name
 from ..contracts.vibration import FRAME, SEVERITIES, Frame, Location, Mount, Vibration, VibrationOutline
 from .keys.joint_keys import PRELOAD
 from .keys.key_table import DIMENSIONLESS

@@ -23,7 +23,7 @@ NAME_SECTIONS = (FIGURES_SECTION, LIMITS_SECTION, ROLES_SECTION, UNCERTAIN_SECTI
 
 
 SCHEMA_ID = "https://clearsweep.invalid/grid.schema.json"  # identifies the schema; it is no address
-_LEAST_SHARED = 150  # characters of a part that is written once under `$defs`
+_LEAST_SHARED = 110  # characters of a part that is written once under `$defs`
 
 
 def _merge(first: dict[str, Any], second: dict[str, Any]) -> dict[str, Any]:
@@ -292,5 +292,5 @@ def _number_description(key: Number) -> str:
         laws = f"{', '.join(sorted(when[-1][1]))}: " if when else ""
         default = "" if field.default is None else f"; default {field.default:.15g}"
         unit = quantity.replace_exponent(field.unit, 1.5)
-        lines.append(f"{laws}{field.text}; {field.allowed()}{default}; {quantity.expected_text(unit)}")
+        lines.append(f"{laws}{field.text}; {field.allowed()}{default}; such as {quantity.example_text(unit)}")
     return "\n".join(dict.fromkeys(lines))

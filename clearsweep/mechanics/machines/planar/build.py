@@ -8,6 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ....contracts.case import housing_name
 from ....contracts.catalogue import Channel
 from ....contracts.machine import (
     GROUND,
@@ -25,7 +26,6 @@ from ....contracts.machine import (
     Spring,
     Stops,
     Stretch,
-    housing_name,
 )
 from ...joints.contract import Load
 from ..contract import Built, IdealMotion, Open, accelerate, pose_at
