@@ -55,6 +55,8 @@ def role_of_key(path: str) -> str:
     """Return the role of a path of a grid that is no defined quantity."""
     words = path.split(".")
     last = words[-1] if not words[-1].isdigit() else words[-2]
+    if path in ("simulate.direction", "simulate.draw"):  # each start is a condition that a design must meet
+        return CONDITION
     if words[0] == "simulate" or last in ("segments", "bending"):
         return NUMERICS
     if words[0] == "drive":

@@ -226,8 +226,8 @@ MISTAKES = {
     ),
     "torque curve": (
         "speed: 5000 rpm",
-        "motor: {stall_torque: 5 N*m, no_load_speed: 900 rpm, table: motor.csv}",
-        "7:62: drive.motor.table: a torque over the speed is a law of your own; name it by `law`",
+        "motor: {table: motor.csv}",
+        "7:24: drive.motor.table: there is no file motor.csv; the name is relative to the grid's directory",
     ),
     "not a shaft speed": (
         "speed: 5000 rpm",
@@ -238,7 +238,7 @@ MISTAKES = {
     "no speed": (
         "drive: {speed: 5000 rpm}\n",
         "",
-        "1:1: drive.speed: is missing (constant crank speed); expected a quantity in rad/s, such as 5000 rpm",
+        "1:1: drive.speed: is missing (constant crank speed, negative for a clockwise crank); expected",
     ),
     "name": ("name: demo", "name: ../demo", "1:7: name: found '../demo'; expected letters"),
     "tag": ("speed: 5000 rpm", "speed: !f 5000 rpm", "7:16: drive.speed: the YAML tag !f is not supported"),

@@ -242,7 +242,7 @@ LEAD, AMPLITUDE = 0.25, 0.4  # rad
 GRAVITY = Field("gravity", "m/s^2", "gravity, down", low_open=False, default=9.81)
 
 
-def rocker(case, angles):
+def rocker(case, angles, times=None):
     """Return a made-up rocker that swings with the crank."""
     drive, angle = case.drive.speed, AMPLITUDE * np.sin(angles + LEAD)
     forces = {"rod-rocker": np.zeros((*np.shape(angles), 2))}
@@ -305,7 +305,7 @@ def made_up(monkeypatch):
         monkeypatch.setitem(MECHANISMS, mechanism.name, mechanism)
     real = simulation.ideal_motion
     known = {"four-bar": rocker}
-    monkeypatch.setattr(simulation, "ideal_motion", lambda case, at: known.get(case.mechanism.type, real)(case, at))
+    monkeypatch.setattr(simulation, "ideal_motion", lambda case, *at: known.get(case.mechanism.type, real)(case, *at))
 
 
 def run_of(name, **changes):

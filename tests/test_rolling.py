@@ -398,7 +398,7 @@ def test_step_lengths_by_contacts_do_not_double_with_each_element():
         (BALL, {"groove": [0.5, 0.53]}, "groove.0", "found 0.5, out of range; allowed: above 0.5"),
         (BALL, {"groove": None}, "groove", "is missing; write the radii of both grooves"),
         (BALL, {"length": "10 mm"}, "length", "is not used by kind 'ball', only by needle, roller"),
-        (BALL, {"bore": "33 mm"}, "bore", "allowed: at most 32 mm"),
+        (BALL, {"bore": "33 mm"}, "bore", "allowed: below 32 mm"),
         (BALL, {"clearance": "-2 mm"}, "clearance", "up to 1.15 mm either way"),
         (BALL, {"friction": {"law": "coulomb", "coefficient": 0.1, "velocity_scale": "1 mm/s"}}, "bore", "is missing"),
         (BALL, {"film": {"viscosity": "0.1 Pa*s"}}, "film", "grease and the film"),

@@ -201,9 +201,9 @@ def _check_initial(reader: Reader) -> None:
 
 
 def _undriven_text(reader: Reader, body: str, pin: JointOutline) -> str:
-    """Return the message on a body with an initial state whose only joint is an ideal pin; '' for others."""
+    """Return the message on a body with an initial state whose only joint is an undriven ideal pin, or ''."""
     attached = [joint for joint in reader.outline.joints if body in joint.bodies]
-    if attached != [pin] or pin.type != "revolute":
+    if attached != [pin] or pin.type != "revolute" or pin.name == reader.values.get("mechanism.driven"):
         return ""
     return (
         f"{body} turns on {pin.name}, but nothing drives it; connect it with a gear or a coupling that has play, or "

@@ -1,11 +1,14 @@
 """Chains of cases, each of which starts where the one before it ended."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from ...contracts.case import Case
 from ...language import phases
 from ...language.errors import InputError
 from ...mechanics.solver import integration
+from ...mechanics.wear import Worn
 from ..running.run import Run, integration_of, release
 from ..setup import scene as setup
 from ..setup.placed import Carried, contact_units, places_of, units_of
@@ -38,14 +41,15 @@ class _Chain:
 _chain = _Chain()
 
 
-def build(case: Case) -> Scene:
+def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     """Return the scene of a case, which starts where the case before it in its chain ended, if it has one.
 
-    What was computed last in this process is not computed again; the rest of the chain is run before it.  Raises
-    InputError if the initial state is impossible, or if a case before it failed.
+    What was computed last in this process is not computed again; the rest of the chain is run before it.
+    `worn` is as in `setup.scene.build`, for a case without others before it.  Raises InputError if the initial state is
+    impossible, or if a case before it failed.
     """
     if not case.before:
-        return setup.build(case)
+        return setup.build(case, worn)
     _chain.cut(_chain.shared_with(case.before))
     missing = case.before[len(_chain.cases) :]
     for earlier in missing:
