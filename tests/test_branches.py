@@ -335,6 +335,10 @@ REFUSED = {
         {"drive": {"torque": 1.0, "initial_speed": 60.0}, "sweep": {"mechanism.slider.mass": [0.1, 0.2]}},
         "of constant speed",
     ),
+    "a load over time": (
+        {"loads": {"press": {"on": "slider", "table": {"time [s]": [0, 1], "fx [N]": [0, 9]}}}},
+        "loads.press.table: a load over time begins again in every case",
+    ),
     "half a turn": ({"simulate/revolutions": 3.5}, "whole number of revolutions"),
     "until": ({"simulate/until": {"figure": "rod_slider_force_rms"}}, "conflicts with simulate.until"),
     "a horizon": ({"simulate/horizon": True}, "conflicts with simulate.horizon"),

@@ -180,6 +180,8 @@ def test_a_key_of_one_body_reads_as_words():
     assert axis_name("joints.pin.wear.bearing.coefficient") == "wear coefficient of the bearing"
     assert axis_name("joints.pin.contact.material.journal.young") == "Young's modulus of the journal"
     assert axis_name("joints.pin.wear.coefficient") == "wear coefficient"
+    assert axis_name("joints.hinge.stops.at.0") == "lower stop"
+    assert axis_name("mechanism.rod.elastic.section.1") == "height of the section of rod"
 
 
 def test_the_head_of_a_column_may_differ_on_the_page_and_in_the_file():

@@ -296,7 +296,8 @@ def _suggested_limit(source: Source, cases: Cases, question: str, extremes: Sequ
     column = max(known, key=lambda entry: float(entry["largest"]["value"]))["figure"]
     ideal = f"{column}_ideal"
     has_ideal = ideal in figures and bool((cases.numbers(ideal) > 0.0).any())
-    return f"{column}: " + (f"{{at_most: 3, times: {ideal}}}" if has_ideal else "5 kN")
+    example = "5 kN" if figures[column].unit == "N" else "5 N*m"
+    return f"{column}: " + (f"{{at_most: 3, times: {ideal}}}" if has_ideal else example)
 
 
 def identified_parameters(record: Mapping[str, Any]) -> list[dict[str, Any]]:

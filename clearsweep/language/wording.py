@@ -255,10 +255,14 @@ def axis_name(path: str, joints: int = 1) -> str:
         return f"mass of body {int(parts[-1]) + 1}"
     if parts[0] == "joints" and len(parts) > 2:
         words = _key_words(parts[2:])
+        if parts[2:4] == ["stops", "at"] and len(parts) > 4:
+            words = f"{'lower' if parts[4] == '0' else 'upper'} stop"
         return words if joints == 1 else f"{words} ({joint_name(parts[1])})"
     if parts[:2] == ["mechanism", "mounts"] and len(parts) > 3:
         axis = f" along {_AXES[parts[4]]}" if len(parts) > 4 else ""
         return f"{_key_words([parts[3]])}{axis} of the mount of {parts[2]}"
+    if parts[-3:-1] == ["elastic", "section"]:
+        return f"{'width' if parts[-1] == '0' else 'height'} of the section of {parts[-4]}"
     return _key_words(parts[1:] if len(parts) > 1 else parts)
 
 

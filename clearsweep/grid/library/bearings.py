@@ -76,7 +76,7 @@ class BearingName(NamedTuple):
 def parse_bearing_name(name: str) -> BearingName:
     """Return the parts of a name such as '6204 C3'."""
     words = name.split()
-    if len(words) > 1 and words[-1].upper() in GROUPS:
+    if len(words) > 1 and (words[-1].upper() in GROUPS or " ".join(words[:-1]) in BEARINGS):
         return BearingName(" ".join(words[:-1]), words[-1].upper())
     return BearingName(name, "")
 

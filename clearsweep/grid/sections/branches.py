@@ -108,6 +108,9 @@ def check_branches(reader: Reader, root: WrittenValue) -> None:
     for name in sections:
         refuse(f"conflicts with `{name}`, which would judge every start as a case of its own; sweep values instead")
     if word == "carried":
+        for path in reader.keys_in_use:
+            if path.startswith("loads.") and any("time" in v for v in reader.values_of(path) if isinstance(v, dict)):
+                refuse(f"conflicts with {path}: a load over time begins again in every case; write it over crank_angle")
         _find_carried(reader, refuse)
 
 
@@ -134,7 +137,7 @@ def _refusal_of(reader: Reader, path: str, word: str) -> str:
     if parts[0] == "joints" and parts[-1] in _REFUSED_KEYS:
         return _REFUSED_KEYS[parts[-1]]
     if parts[0] == "mechanism" and parts[-1] in ("initial", "elastic") and (word == "random" or parts[-1] == "elastic"):
-        why = {"initial": "it says where the body starts", "elastic": "a link that stretches has a state of its own"}
+        why = {"initial": "it says where the body starts", "elastic": "an elastic link has a state of its own"}
         return f"{why[parts[-1]]}; remove one of the two"
     if parts[0] == "loads" and parts[-1] in ("torsional_stiffness", "torsional_damping"):
         return "a body that only a torsion spring reaches has no position in a play"

@@ -344,9 +344,9 @@ def _short_text(value: float) -> str:
     return wording.short_number_text(float(value), 3)
 
 
-def draw_force(ax: Axes, angle: np.ndarray, normal: np.ndarray, levels: Sequence[tuple[str, float]]) -> None:
-    """Draw the normal force (N) over the crank angle (rad), with named levels (N) as horizontal lines."""
-    scale = wording.scale("N", [*normal, *(level for _, level in levels)])
+def draw_force(ax: Axes, angle: np.ndarray, normal: np.ndarray, levels: Sequence[tuple[str, float]], unit: str) -> None:
+    """Draw the normal force (`unit`, N or N*m) over the crank angle (rad), with named levels as horizontal lines."""
+    scale = wording.scale(unit, [*normal, *(level for _, level in levels)])
     ax.plot(np.degrees(angle), normal / scale.factor, color=BLUE, linewidth=0.7)
     for (name, level), colour, line_style in zip(levels, (RED, INK), ("--", ":"), strict=False):
         ax.axhline(level / scale.factor, color=colour, linewidth=1.1, linestyle=line_style, label=name)
@@ -396,9 +396,9 @@ def draw_phase_portrait(ax: Axes, quantity: tuple[np.ndarray, str, str], rate: t
     set_plain_axes(ax)
 
 
-def draw_onsets(ax: Axes, angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple[str, float]]) -> None:
-    """Draw closing rates (m/s) of contact onsets over the crank angle (rad), and the rates at which contacts yield."""
-    scale = wording.scale("m/s", [*rate, *(limit for _, limit in limits)])
+def draw_onsets(ax: Axes, angle: np.ndarray, rate: np.ndarray, limits: Sequence[tuple[str, float]], unit: str) -> None:
+    """Draw closing rates (`unit`, m/s or rad/s) of contact onsets over the crank angle (rad), and those of yield."""
+    scale = wording.scale(unit, [*rate, *(limit for _, limit in limits)])
     ax.plot(*stem_lines(np.degrees(angle), 0.0, rate / scale.factor), color=BLUE, linewidth=0.6)
     ax.plot(np.degrees(angle), rate / scale.factor, ".", color=BLUE, markersize=4)
     for (name, limit), dash in zip(limits, cycle(("--", ":", "-."))):

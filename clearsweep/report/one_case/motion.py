@@ -13,7 +13,7 @@ from ... import simulation
 from ...contracts.case import Case, column_name
 from ...contracts.case import Joint as CaseJoint
 from ...contracts.catalogue import GROUND
-from ...contracts.layout import TIME, Column
+from ...contracts.layout import TIME, TORSIONAL, Column
 from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun
@@ -182,7 +182,7 @@ def _speed_pictures(history: History) -> list[Picture]:
 
 
 def onset_pictures(study: Study, case_id: str, events: Mapping, channels: Mapping) -> list[Picture]:
-    """Return the picture of the closing rates at contact onsets, or [] without events or drive.
+    """Return a picture of the closing rates at contact onsets for each of their units, or [] without events or drive.
 
     If the speed is not constant, the picture covers the part of the run whose samples are saved in `channels`.
     """
@@ -197,17 +197,20 @@ def onset_pictures(study: Study, case_id: str, events: Mapping, channels: Mappin
         angles = float(start) + float(speed) * time
     if not study.is_driven or not is_shown.any():
         return []
-    angle, rate = angles[is_shown], np.asarray(events["rate"], float)[is_shown]
-    yield_speeds = effects.yield_speeds(study, case_id, float(rate.max()))
-    return [
-        Picture(
-            "Contact onsets",
-            "Closing rate at each onset of the whole run.",
-            f"{int(is_shown.sum())} contact onsets, the fastest at {_largest_text(rate, 'm/s')}.",
-            lambda ax: draw_onsets(ax, angle, rate, yield_speeds),
-            FLAT_SIZE,
+    torsional = [name for joint in study.joints if TORSIONAL in joint.layout.features for name in joint.layout.contacts]
+    turns = np.isin(np.asarray(events["joint"]).astype(str), torsional)
+    pictures = []
+    for unit, chosen in (("m/s", is_shown & ~turns), ("rad/s", is_shown & turns)):
+        if not chosen.any():
+            continue
+        rate = np.asarray(events["rate"], float)[chosen]
+        yield_speeds = effects.yield_speeds(study, case_id, float(rate.max())) if unit == "m/s" else []
+        alt = f"{int(chosen.sum())} contact onsets, the fastest at {_largest_text(rate, unit)}."
+        paint = partial(draw_onsets, angle=angles[chosen], rate=rate, limits=yield_speeds, unit=unit)
+        pictures.append(
+            Picture("Contact onsets", "Closing rate at each onset of the whole run.", alt, paint, FLAT_SIZE)
         )
-    ]
+    return pictures
 
 
 def _output_pictures(study: Study, case_id: str, history: History) -> list[Picture]:
@@ -337,8 +340,10 @@ def _play_pictures(study: Study, joint: Joint, history: History) -> list[Picture
     joint_text, pictures = study.joint_text(joint, ", joint {}"), list[Picture]()
     if history.angle is not None:
         crank, values = (history.angle, "rad", "crank angle"), (history.values(place.name), place.unit, "position")
-        title = f"Position in the play over the crank angle{joint_text}"
+        is_stopped = "stops" in joint.layout.flanked
+        title = f"Position {'between the stops' if is_stopped else 'in the play'} over the crank angle{joint_text}"
         caption = "Above zero: the drive flank. If the drive reverses, the loop is as wide as the lost motion."
+        caption = "" if is_stopped else caption
         paint = partial(draw_phase_portrait, quantity=crank, rate=values)
         pictures.append(Picture(title, caption, f"{title}.", paint, SQUARE_SIZE))
     return [*pictures, _phase_portrait(place, rate, history)]
@@ -354,7 +359,7 @@ def _force_pictures(study: Study, case_id: str, joint: Joint, history: History) 
     unit = study.run.layout.units[channel]
     abscissa, paint = "time", history.painter(force, unit, "normal force")
     if angle is not None and not history.is_over_time:
-        abscissa, paint = "crank angle", partial(draw_force, angle=angle, normal=force, levels=levels)
+        abscissa, paint = "crank angle", partial(draw_force, angle=angle, normal=force, levels=levels, unit=unit)
     alt = f"Normal force over {abscissa}, at most {_largest_text(force, unit)} among the samples."
     return [Picture(f"Normal force{joint_text}", "", alt, paint, FLAT_SIZE, shown_in_player=True)]
 
@@ -437,7 +442,13 @@ def _body_channels(study: Study, history: History, body: str) -> list[Column]:
 
 def _channel_label(channel: Column) -> str:
     """Return the name of a channel in words: 'crank torque' for 'crank/torque'."""
+    parts = channel.name.split("/")
+    if parts[0] == "joints" and parts[-1] in _JOINT_WORDS:
+        return f"{_JOINT_WORDS[parts[-1]]} of {wording.joint_name(parts[1])}"
     return channel.name.replace("/", " ").replace("_", " ")
+
+
+_JOINT_WORDS = {"x": "position", "vx": "rate"}
 
 
 def _largest_text(values: np.ndarray, unit: str) -> str:

@@ -332,7 +332,7 @@ def peak_note(study: Study, case_id: str, channels: Mapping) -> str:
     for joint in study.joints:
         column, force = joint.column("force_peak"), channels.get(f"joints/{joint.name}/force_normal", ())
         if len(force) and np.max(force) < SHOWN_PEAK * study.cases.at[case_id, column]:
-            reached = wording.quantity_text(float(np.max(force)), "N")
+            reached = wording.quantity_text(float(np.max(force)), study.unit(column))
             advice = (
                 "" if "worst" in study.run.grid.get("save", {}) else " With save.worst a run stores its revolution."
             )

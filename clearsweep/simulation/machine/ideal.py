@@ -396,8 +396,9 @@ def size_warnings(case: Case) -> list[str]:
         diameter = 2.0 * (joint.bearing_radius or 0.0)
         if diameter > LARGEST_PIN_DIAMETER:
             sentences.append(f"joints.{joint.name}.bearing_radius is that of a pin of {diameter:.3g} m diameter")
-        if joint.clearance > LARGEST_CLEARANCE and not joint.play:
-            sentences.append(f"joints.{joint.name}.clearance is {1e3 * joint.clearance:.3g} mm")
+        if joint.clearance > LARGEST_CLEARANCE and not (joint.play or joint.stops):
+            key, size = ("backlash", joint.backlash) if joint.backlash else ("clearance", joint.clearance)
+            sentences.append(f"joints.{joint.name}.{key} is {1e3 * size:.3g} mm")
     listed = ", ".join(sentences)
     return [f"sizes that no machine has; check their units (SI where none is written): {listed}"] if listed else []
 
