@@ -13,6 +13,10 @@ import clearsweep
 from clearsweep import grid, laws
 from clearsweep.grid.keys.joint_keys import laws_of_point_contacts
 from clearsweep.language.errors import InputError
+from clearsweep.report.blocks.picture import painted
+from clearsweep.report.one_case.motion import motion_pictures, onset_pictures
+from clearsweep.report.study import prepare
+from clearsweep.simulation.machine.ideal import size_warnings
 from clearsweep.simulation.setup import scene
 
 TRUTH = json.loads(Path(__file__).with_name("one_sided_play.json").read_text())
@@ -384,6 +388,25 @@ def test_a_flap_meets_its_stop_when_the_spring_has_turned_it_there():
     assert second["rate"] == pytest.approx(-first["rate"], rel=1e-8)
     assert result.summary["energy_residual"] < 1e-12
     assert result.units["bearing_penetration_max"] == "rad"
+
+
+@pytest.mark.slow
+def test_the_pictures_of_a_flap_have_torques_and_rates_of_angles(tmp_path):
+    run = clearsweep.sweep(flap(), tmp_path / "run", jobs=1, show_progress=False).open()
+    study = prepare(run)
+    case_id = study.cases.index[0]
+    channels = run.orbit(case_id)
+    pictures = motion_pictures(study, case_id, channels) + onset_pictures(study, case_id, run.events(case_id), channels)
+    labels = {picture.title: painted(picture)[0].axes.yaxis.label for picture in pictures}
+    assert labels["Normal force"] == "normal force [N\xa0m]"
+    assert labels["Contact onsets"] == "closing rate at onset [rad/s]"
+    assert "{bearing_force_peak: 5 N*m}" in json.loads((tmp_path / "run/answer.json").read_text())["sentences"][-1]
+
+
+def test_the_way_between_stops_is_no_clearance():
+    assert not size_warnings(clearsweep.load_case(flap()).case)
+    (text,) = size_warnings(clearsweep.load_case(changed(gear(), "joints.mesh.backlash", 60e-3)).case)
+    assert "joints.mesh.backlash is 60 mm" in text
 
 
 def test_stops_that_make_no_sense_are_refused():

@@ -256,6 +256,7 @@ MISTAKES = {
     "a temperature": (NAMED | {"clearance": {"inner_warmer": "60 degC"}}, r"expected a difference of temperatures"),
     "no outside": (BEARING | {"clearance": {"group": "C3", "fit": "k5/H7"}}, r"outside_diameter is missing"),
     "unknown bearing": (NAMED | {"bearing": "6204-2Z"}, r"unknown name '6204-2Z'; did you mean '6204'"),
+    "unknown group of a name": (NAMED | {"bearing": "6204 C9"}, r"unknown group 'C9'"),
     "group of a needle": (NAMED | {"bearing": "HK1612 C3", "unchecked": True}, r"HK1612 has no group"),
     "needle from memory": (NAMED | {"bearing": "HK1612", "clearance": "20 um"}, r"are from memory"),
     "needle's clearance": (NAMED | {"bearing": "HK1612", "unchecked": True}, r"clearance: is missing"),
