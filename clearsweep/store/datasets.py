@@ -107,7 +107,7 @@ GROUP = "worst"  # of orbits.h5: the peak revolutions of the worst cases
 JOINT, TURNS, OFFSETS = f"{GROUP}/joint", f"{GROUP}/turns", f"{GROUP}/offsets"
 _PEAK, _PEAK_SAMPLE = "peak", "sample of a peak"  # items of this group
 _FILTERS = {h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32}  # another could load a library
-_HEX_DIGITS = np.frombuffer(b"0123456789abcdef", "u1")
+_IS_HEX_DIGIT = np.isin(np.arange(256), np.frombuffer(b"0123456789abcdef", "u1"))  # by byte
 LARGEST_CLOCK = 1e15  # s or rad; a step of a rounded crank angle is then 0.1 rad
 _CLOCKS = ("t", "crank_angle", "events/t")  # never NaN
 
@@ -382,7 +382,7 @@ def _read_ids(file: h5py.File, rows: int, *, has_peaks: bool) -> np.ndarray:
     """Return the identities of the cases; they are checked, and those of peaks are among them."""
     _check_shape(CASE_ID.path, file[CASE_ID.path].shape, (rows,))
     ids: np.ndarray = file[CASE_ID.path][:]
-    if not np.isin(np.frombuffer(ids.tobytes(), "u1"), _HEX_DIGITS).all():
+    if not _IS_HEX_DIGIT[ids.view("u1")].all():
         raise MisshapenError(f"{CASE_ID.path} has other texts than identities")
     if has_peaks and not np.isin(file[f"{GROUP}/case_id"][:], ids).all():
         raise MisshapenError(f"{GROUP}/case_id has other cases")

@@ -86,6 +86,7 @@ def write_summary(
             table = add_label_columns(result_schema.labels, table)
             on_group(table, number * GROUP_ROWS)
             writer.write_table(table.replace_schema_metadata(full_schema.metadata))
+            pa.default_memory_pool().release_unused()  # malloc would keep the gaps between the columns of a group
 
 
 def repetitive_columns(schema: pa.Schema) -> list[str]:
@@ -473,13 +474,12 @@ def merge(
     `report` receives a sentence for each changed file.  `compute_peak_revolutions` returns those of the worst cases.
     """
     content_hash = content_hash_of(run, result_schema, rows)
-    record = read_record(run.path)
-    recorded_checksums: dict[str, str] = record.get("merged", {})
+    recorded_checksums: dict[str, str] = read_record(run.path).get("merged", {})  # of it alone: it lists all values
     if recorded_checksums.get("mark") == content_hash:
         current_checksums = _checksums(run, content_hash)
         if current_checksums == recorded_checksums:
             try:
-                StoredRun.check_merged(run.path, record)
+                StoredRun.check_merged(run.path, read_record(run.path))
                 return recorded_checksums
             except DamagedError as error:
                 report(f"{str(error).partition(';')[0]}; written again from the batches")
