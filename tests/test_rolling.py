@@ -431,3 +431,18 @@ def test_a_run_of_rollers_has_a_report(tmp_path):
     clearsweep.sweep(grid, tmp_path / "run", executor="serial")
     result = CliRunner().invoke(verbs, ["report", str(tmp_path / "run")])
     assert result.exit_code == 0, result.output
+
+
+def test_a_pin_wears_beside_a_bearing():
+    """Archard's volume of two bodies is twice the coefficient times friction energy over friction, 0.05."""
+    contact = {"law": "hunt-crossley", "stiffness": 6.61e10, "exponent": 1.5, "restitution": 0.8}
+    pin = {"clearance": 1e-4, "bearing_radius": 0.01, "length": 0.02, "contact": contact}
+    pin["friction"] = {"law": "ambrosio", "coefficient": 0.05, "v0": 1e-3, "v1": 1e-2}
+    pin["wear"] = {"law": "archard", "coefficient": "1e-16 m^2/N", "hardness": 1e9, "bins": 90}
+    tree = slider_crank("crank-rod")
+    tree["joints"] = {"crank-rod": BALL | {"clearance": 1e-5}, "rod-slider": pin}
+    tree["simulate"] = {"revolutions": 1, "discard": 0}
+    case = clearsweep.load_case(tree)
+    summary = clearsweep.simulate(case).summary
+    energy = summary["rod_slider_friction_power"] * 2.0 * math.pi / case.value.reference_rate
+    assert summary["rod_slider_wear_volume"] == pytest.approx(2e-16 * energy / 0.05, rel=0.02)
