@@ -18,6 +18,7 @@ from clearsweep.report.one_case.motion import motion_pictures, onset_pictures
 from clearsweep.report.study import prepare
 from clearsweep.simulation.machine.ideal import size_warnings
 from clearsweep.simulation.setup import scene
+from clearsweep.verify.stability import _reduced_machine_mass
 
 TRUTH = json.loads(Path(__file__).with_name("one_sided_play.json").read_text())
 INPUT, PAIR = TRUTH["input"], TRUTH["gear_pair"]
@@ -401,6 +402,13 @@ def test_the_pictures_of_a_flap_have_torques_and_rates_of_angles(tmp_path):
     assert labels["Normal force"] == "normal force [N\xa0m]"
     assert labels["Contact onsets"] == "closing rate at onset [rad/s]"
     assert "{bearing_force_peak: 5 N*m}" in json.loads((tmp_path / "run/answer.json").read_text())["sentences"][-1]
+
+
+def test_the_mass_of_a_bound_is_that_of_the_wheel_on_the_line_of_action():
+    for tree, expected in ((coupling(), INPUT["inertia_kg_m2"]), (flap(), 2e-3)):
+        case_scene = clearsweep.load_case(tree)
+        (layout,) = case_scene.layout.joints
+        assert _reduced_machine_mass(case_scene, layout) == pytest.approx(expected, rel=1e-9)
 
 
 def test_the_way_between_stops_is_no_clearance():

@@ -350,8 +350,8 @@ def _reduced_machine_mass(case_scene: scene.Scene, joint_layout: JointLayout) ->
     """
     assert case_scene.machine is not None  # called for machines only
     index = case_scene.layout.joints.index(joint_layout)
-    name, term = case_scene.case.joints[index].name, case_scene.value.joints[index]
-    if joint_layout.corners:
+    name, term = case_scene.case.joints[index].name_in_machine, case_scene.value.joints[index]
+    if joint_layout.corners and not joint_layout.flanked:
         return float(sum(body.mass for body in case_scene.machine.bodies.values()))
     key = case_scene.case.mechanism.type, tuple(sorted(case_scene.case.mechanism.values.items())), name, term.clearance
     if key in _MACHINE_MASSES:
@@ -360,7 +360,10 @@ def _reduced_machine_mass(case_scene: scene.Scene, joint_layout: JointLayout) ->
     for angle, direction in itertools.product(ANGLES[:-1:15], ANGLES[:-1:45]):
         machine_at_angle = case_scene.machine._replace(drive=Constant(1.0, float(angle)), loads=())
         offset = 0.5 * term.clearance * np.array([math.cos(direction), math.sin(direction)])
-        built = planar.build(machine_at_angle, {name: term}, {name: offset})
+        try:
+            built = planar.build(machine_at_angle, {name: term}, {name: offset})
+        except planar.ClosureError:  # a crank that only swings does not reach every angle
+            continue
         pose = contract.pose_at(built.value, built.start)
         largest = max(largest, contract.impact_masses(built.value, pose, contract.gaps(built.value, pose))[0])
     _MACHINE_MASSES[key] = float(largest)
