@@ -404,6 +404,12 @@ def test_the_pictures_of_a_flap_have_torques_and_rates_of_angles(tmp_path):
     assert "{bearing_force_peak: 5 N*m}" in json.loads((tmp_path / "run/answer.json").read_text())["sentences"][-1]
 
 
+def test_a_resolved_grid_of_a_flap_reads_back():
+    resolved = grid.load(flap(), scene.catalogue()).written_case(0)
+    assert resolved["mechanism"]["bodies"]["wheel"]["initial"]["x"] == 0.0
+    assert clearsweep.load_case(resolved).start == pytest.approx(clearsweep.load_case(flap()).start)
+
+
 def test_the_mass_of_a_bound_is_that_of_the_wheel_on_the_line_of_action():
     for tree, expected in ((coupling(), INPUT["inertia_kg_m2"]), (flap(), 2e-3)):
         case_scene = clearsweep.load_case(tree)

@@ -34,7 +34,7 @@ Tree = dict[str, Any]  # a case in the form of a grid file, in SI
 def base_tree(written: Mapping[str, Any], **settings: Any) -> Tree:
     """Return a case reduced to its motion: one revolution from the start, no history, with some `simulate` settings."""
     tree: Tree = copy.deepcopy(plain(written))
-    for name in ("life", "uncertain", "define"):
+    for name in ("life", "uncertain", "define", "vibration"):
         tree.pop(name, None)
     simulation = tree["simulate"]
     for name in ("until", "horizon", "error_check", "discard", "time_budget"):

@@ -192,7 +192,7 @@ def _check_initial(reader: Reader) -> None:
                 )
                 reader.problems.add(reader.position_of(path), path, message)
         for key in ("x", "y", "vx", "vy") if turns else ():
-            if reader.is_given(f"{path}.{key}"):
+            if any(reader.values_of(f"{path}.{key}")):  # 0 is the default, which a resolved grid contains
                 message = f"is fixed by the pin on which {body.name} turns; write angle and rate only"
                 reader.problems.add(reader.position_of(f"{path}.{key}"), f"{path}.{key}", message)
         if "seated" in reader.values_of("simulate.start"):
