@@ -231,6 +231,10 @@ def test_a_parallelogram_may_start_at_its_change_point_with_an_open_pin():
         ({"simulate": {"time": "1 s", "revolutions": 3}}, "conflicts with time"),
         ({"simulate": {"time": "1 s", "discard": "1 s"}}, "some time must remain"),
         ({"simulate": {"time": "1 s", "until": {"figure": "rod_slider_force_peak"}}}, "counts revolutions"),
+        (
+            {"simulate": {"revolutions": 2.5, "until": {"figure": "rod_slider_force_rms", "max_revolutions": 2.5}}},
+            "allowed: at least 3, one whole revolution after simulate.discard",
+        ),
         ({"drive": {"speed": {"table": {"time [s]": [0, 1], "speed [rpm]": [30, -30]}}}}, "turns back"),
         ({"drive": {"angle": {"time [s]": [0, 1, 2], "angle [deg]": [0, 9, 0]}}}, "turns back"),
         ({"drive": {"angle": {"time [s]": [1, 2], "angle [deg]": [0, 9]}}}, "write 0 there"),

@@ -210,15 +210,23 @@ def _check_band(reader: Reader, turns: float) -> None:
 
 
 def _check_until(reader: Reader) -> None:
-    """Check that the grid has the figure in `until` and that the longest run is not shorter than the shortest."""
+    """Check that the grid has the figure in `until` and that the longest run is long enough: for a revolution, too."""
     shortest, longest = reader.values_of("simulate.revolutions"), reader.values_of("simulate.until.max_revolutions")
+    path = "simulate.until.max_revolutions"
     if shortest and longest and min(longest) < max(shortest):
-        path = "simulate.until.max_revolutions"
         message = (
             f"found {reader.text(path, min(longest))}; allowed: at least "
             f"{reader.text('simulate.revolutions', max(shortest))}, the value of simulate.revolutions, the shortest run"
         )
         reader.problems.add(reader.position_of(path), path, message)
+    elif shortest and longest:
+        discarded = max(reader.values_of("simulate.discard") or (2.0 if max(shortest) > 2.0 else 0.0,))
+        if min(longest) - discarded < 1.0 - WHOLE_TOLERANCE:
+            message = (
+                f"found {reader.text(path, min(longest))}; allowed: at least {discarded + 1.0:g}, one whole revolution "
+                "after simulate.discard; the interval of a figure is that of whole revolutions"
+            )
+            reader.problems.add(reader.position_of(path), path, message)
     path = "simulate.until.figure"
     figure = str(reader.values.get(path, ""))
     if figure and figure not in reader.figures:
