@@ -55,6 +55,8 @@ SERVO = {"target": TARGET, "stiffness": 100.0, "damping": 4.0}
 MOTOR = {"table": {"speed [rad/s]": [0.0, 100.0, 200.0], "torque [N*m]": [5.0, 4.0, 0.0]}}
 ANGLES = {"table": {"time [s]": [0.0, 0.1, 0.2], "angle [rad]": [0.0, 10.0, 18.0]}}
 SPEEDS = {"table": {"time [s]": [0.0, 0.001, 0.2], "speed [rpm]": [1000.0, 1200.0, 1300.0]}}
+LINE = {"law": "line", "stall": 5.0, "no_load": 100.0}
+PUSH = {"on": "slider", "law": "mine", "f": 50.0, "k": 100.0}
 OWN = {
     "contact": {"law": "my-flores", "e": 0.7, "stiffness": 1e9},
     "friction": test_own_laws.MY_LUGRE,
@@ -109,6 +111,7 @@ SCENES = {
     "worn slot": (test_slot.worn_grid(evolve=True), {}),
     "guide": (guided(TANH), {}),
     "guide with bristles": (guided(DAHL), {}),
+    "guide that sticks": (guided(STICKS), {"simulate.revolutions": 0.1}),
     "coupling": (test_play.coupling(), {}),
     "gear": (test_play.gear(), {}),
     "stops": (test_play.flap(), {}),
@@ -129,13 +132,16 @@ SCENES = {
     "torque": (driven({"torque": 1.0, "initial_speed": 20.0}), {}),
     "own laws": (test_own_laws.with_joint(test_own_laws.CRANK, **OWN), {}),
     "own film": (test_own_laws.with_joint(test_own_laws.CRANK, length=0.008, film=OIL), {}),
+    "own motor": (driven({"motor": LINE, "initial_speed": 50.0}, push=PUSH), {}),
 }
+#: Catalogues with laws of one's own; other scenes have that of the package.
+CATALOGUES = dict.fromkeys(("own laws", "own film"), test_own_laws.copies) | {"own motor": test_own_laws.drivers}
 
 
 def figures_of(name):
     """Return the figures of a scene that are finite numbers, and the largest magnitude of each history, by name."""
     source, changes = SCENES[name]
-    catalogue = test_own_laws.copies() if name.startswith("own") else simulation.catalogue()
+    catalogue = CATALOGUES.get(name, simulation.catalogue)()
     run = clearsweep.simulate(scene.build(grid.load(source, catalogue, SHORT | changes).case(0)))
     assert run.status == "ok", run.message
     largest = {key: float(np.abs(values).max()) for key, values in run.channels.items() if len(values)}
