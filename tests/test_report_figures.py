@@ -19,7 +19,7 @@ from clearsweep.answers.words import common_units
 from clearsweep.cli import verbs
 from clearsweep.contracts.case import Contact, Joint, Material, Materials
 from clearsweep.contracts.results import Trajectory
-from clearsweep.language.wording import TIMES, axis_name
+from clearsweep.language.wording import TIMES, axis_name, quantity_text
 from clearsweep.report import sections
 from clearsweep.report.blocks.picture import draw_svg, painted
 from clearsweep.report.blocks.section import Detail, Gallery, Interactive, Points, Sentences
@@ -180,6 +180,7 @@ def test_a_key_of_one_body_reads_as_words():
     assert axis_name("joints.pin.wear.bearing.coefficient") == "wear coefficient of the bearing"
     assert axis_name("joints.pin.contact.material.journal.young") == "Young's modulus of the journal"
     assert axis_name("joints.pin.wear.coefficient") == "wear coefficient"
+    assert quantity_text("D", "1") == "D"
     assert axis_name("joints.hinge.stops.at.0") == "lower stop"
     assert axis_name("mechanism.rod.elastic.section.1") == "height of the section of rod"
 

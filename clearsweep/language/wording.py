@@ -162,8 +162,10 @@ def fit_scale() -> Scale:
     return Scale(1e-3 * _INCH, "mil") if _SYSTEM.get() == "imperial" else Scale(1e-6, "µm")
 
 
-def quantity_text(value: float | None, unit: str, digits: int = 3) -> str:
-    """Return an SI value as number and unit, with a suitable prefix."""
+def quantity_text(value: float | str | None, unit: str, digits: int = 3) -> str:
+    """Return an SI value as number and unit, with a suitable prefix; a word, such as a zone, stays."""
+    if isinstance(value, str):
+        return value
     return DASH if value is None or is_missing(value) else scale(unit, value).text(value, digits)
 
 
