@@ -106,6 +106,17 @@ def test_impacts_of_a_bending_rod_are_located_and_its_energy_is_kept():
     assert first[0] != first[1]
 
 
+@pytest.mark.slow
+def test_a_slider_with_clearance_in_its_guide_hangs_on_a_bending_rod():
+    """The slider is moved by the deflection of the rod's end, which is no unit vector in its mass matrix."""
+    guide = {"clearance": 5e-5, "length": 0.03, "height": 0.02, "contact": {"law": "hertz", "stiffness": 1e9}}
+    changes = {"mechanism.slider.inertia": 1e-4, "mechanism.rod.elastic": STEEL, "joints": {"slider-ground": guide}}
+    case = slider_crank("rod-slider", changes=changes | {"simulate.revolutions": 0.2, "simulate.tolerance": 1e-10})
+    summary = clearsweep.simulate(clearsweep.load_case(case)).summary
+    assert summary["slider_ground_force_peak"] > 0.0
+    assert summary["energy_residual"] < 1e-9
+
+
 REFUSED = [
     ({"second_moment": 3e-10}, r"elastic\.section: conflicts with `second_moment`"),
     ({"section": None}, r"elastic\.section: is missing; write section"),

@@ -14,7 +14,7 @@ from .bent_line import PlaneField
 from .drives import drive_motion, torque_at
 from .kinematics import BentVector, Bodies, Columns, combination, vector_of
 from .pose import Row, Solver, loop_equations_of
-from .structure import ANGLE, BEND, TRAVEL, Coordinate, MachineType, machine_type
+from .structure import ANGLE, BEND, CUT, TRAVEL, Coordinate, MachineType, machine_type
 from .vectors import NO_VECTOR, PlaneVector, vector_sum
 
 
@@ -95,7 +95,8 @@ class Dynamics(Bodies):
     def _column_product(self, body: int, first: Coordinate, second: Coordinate) -> Expr:
         """Return the scalar product of two derivatives of a body's position."""
         columns = self.reduced[body]
-        if first != second or columns[first] != self.tree_columns[body].get(first):
+        is_deformation = first.kind in (BEND, CUT)  # whose column is no unit vector
+        if first != second or is_deformation or columns[first] != self.tree_columns[body].get(first):
             return columns[first].dot(columns[second])
         if first.kind != ANGLE:
             return ONE
