@@ -54,7 +54,7 @@ class Copy:
         return list(zip(lines[::2], [line.split() for line in lines[1::2]], strict=True))
 
 
-@pytest.mark.heavy
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_an_edit_of_a_law_compiles_its_scenes_alone(tmp_path):
     copy = Copy(tmp_path)

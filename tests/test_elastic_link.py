@@ -48,7 +48,10 @@ def test_more_segments_come_nearer_to_the_continuous_bar():
 SOFT = 1e8  # N/m
 
 
-@pytest.mark.parametrize(("stiffness", "speed"), [(STIFFNESS, 0.2), (STIFFNESS, 4.4), (SOFT, 0.2), (SOFT, 1.0)])
+@pytest.mark.parametrize(
+    ("stiffness", "speed"),
+    [(STIFFNESS, 0.2), (STIFFNESS, 4.4), (SOFT, 0.2), pytest.param(SOFT, 1.0, marks=pytest.mark.slow)],
+)
 def test_a_link_with_the_segments_that_an_impact_needs_errs_by_a_few_per_cent(stiffness, speed, monkeypatch):
     monkeypatch.setattr(elastic_bar, "STIFFNESS", stiffness)
     peak, _ = elastic_bar.continuous(speed, steps=8000)
@@ -174,6 +177,7 @@ def test_the_damping_is_that_of_the_first_axial_mode():
     assert springs[0].damping / springs[0].stiffness * axial_rate(rod) / 2.0 == pytest.approx(0.05, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_every_planar_mechanism_takes_elastic_links():
     four_bar = {
         "mechanism": {

@@ -109,7 +109,7 @@ def loads(count, seed=5):
         (("crank-rod",), "spherical"),
         (("rod-slider",), "spherical"),
         (("crank-rod", "rod-slider"), ""),
-        (("crank-rod",), "cylindrical"),
+        pytest.param(("crank-rod",), "cylindrical", marks=pytest.mark.slow),
     ],
 )
 def test_a_slider_crank_of_bodies_and_joints_is_the_slider_crank(opened, ideal):

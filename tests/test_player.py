@@ -57,6 +57,7 @@ def moving(source, tmp_path):
     return study, case_id, path, player_data(study, case_id, path).data["joints"][0]
 
 
+@pytest.mark.slow
 def test_a_block_is_shown_between_its_walls_which_its_ends_reach_and_hardly_cross(tmp_path):
     study, case_id, path, joint = moving(GUIDE, tmp_path)
     half_length, tilt = joint["walls"]["half_length"], unpacked(joint["walls"]["tilt"])

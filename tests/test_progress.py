@@ -417,6 +417,7 @@ def test_a_dry_run_of_cases_that_take_long_extrapolates_their_beginning(tmp_path
     assert "2 of them extrapolated from" in summary.estimate_text(result._replace(extrapolated=2)._asdict())
 
 
+@pytest.mark.slow
 def test_the_time_of_a_case_is_without_what_it_compiles(monkeypatch):
     monkeypatch.setattr(Steady, "compiles", 1.5)
     case = clearsweep.grid.load(grid(1), Fake.catalogue()).case(0)
