@@ -272,6 +272,54 @@ def test_a_mistake_is_answered(name):
         load(joint)
 
 
+NAMES = f"{JOINT}.bearing"
+
+
+@pytest.mark.parametrize(
+    "written",
+    [{}, {"clearance": {"group": "C3"}}, {"clearance": "10 um"}, {"fit": "k5/H7", "inner_warmer": "5 K"}],
+    ids=["by name", "one group", "a length", "mounted"],
+)
+def test_a_swept_bearing_is_the_case_of_each_name_alone(written):
+    names = ["6204", "6205"] if "clearance" in written else ["6204 C3", "6205 C2"]
+    swept = load(NAMED | written, sweep={NAMES: names})
+    single = [load(NAMED | written | {"bearing": name}) for name in names]
+    assert [swept.case_id(k) for k in range(2)] == [each.case_id(0) for each in single]
+    again = grid.load(swept.resolved(), simulation.catalogue())
+    assert [again.case_id(k) for k in range(2)] == [swept.case_id(k) for k in range(2)]
+
+
+def test_names_of_a_sweep_may_be_numbers_and_all_elements_have_a_channel():
+    swept = load(NAMED, sweep={NAMES: [6204, 6205, 6304]})
+    assert swept.axes[NAMES] == ("6204", "6205", "6304")
+    forces = [channel.name for channel in swept.layout.channels if channel.name.endswith("_force")]
+    assert f"{len(forces)} elements" == f"{BEARINGS['6205'].values['elements'].typical:g} elements"
+
+
+@pytest.mark.parametrize(
+    ("joint", "sections", "message"),
+    [
+        (NAMED, {"sweep": {NAMES: ["6204", "HK1612"]}}, "and 6305 a deep groove ball bearing; write a grid for each"),
+        (NAMED, {"sweep": {NAMES: ["6204", "62077"]}}, r"unknown bearing '62077'; did you mean '6207'"),
+        (NAMED, {"sweep": {NAMES: ["6204"], CLEARANCE: {"groups": ["C2"]}}}, "write the groups in its names"),
+        (BEARING, {"sweep": {NAMES: ["6204"]}}, "is not written outside `sweep`; write one there too"),
+        (NAMED | {"clearance": {"group": "CN"}}, {"sweep": {NAMES: ["6204 C3"]}}, "conflicts with the group C3"),
+        (NAMED | {"clearance": "10 um", "fit": "k5/H7"}, {}, "mounts a group, and clearance has none"),
+        (NAMED | {"clearance": {"fit": "k5/H7"}, "fit": "k5/H7"}, {}, "write fit in one of the two places"),
+    ],
+)
+def test_a_mistake_in_a_swept_bearing_or_its_mounting_is_answered(joint, sections, message):
+    with pytest.raises(InputError, match=message):
+        load(joint, **sections)
+
+
+def test_a_mounting_on_the_joint_is_that_of_every_group():
+    groups = {CLEARANCE: {"groups": ["C2", "C3"], "fit": "k5/N7"}}
+    mounted_axes = load(NAMED, sweep=groups).axes
+    del groups[CLEARANCE]["fit"]
+    assert load(NAMED | {"fit": "k5/N7"}, sweep=groups).axes == mounted_axes
+
+
 def test_a_life_needs_a_rating():
     with pytest.raises(
         InputError,

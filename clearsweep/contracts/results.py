@@ -72,6 +72,10 @@ class Trajectory:
 
         return preview_html(repr(self), self.channels, self.summary, self.units)
 
+    def samples(self, name: str) -> np.ndarray:
+        """Return the time history (n,) of a channel; nan if the case has none, such as elements of a larger bearing."""
+        return self.channels.get(name, np.full(len(self.t), np.nan))
+
     def to_xarray(self) -> "xarray.Dataset":
         """Return the time histories as an xarray.Dataset over `t` (s), unit of each and figures in `attrs`.
 

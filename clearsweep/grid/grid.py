@@ -32,7 +32,7 @@ from .cases import (
     zipped_axes,
 )
 from .keys.kinds import Flag, KeyTable, Name, NameList, Number, Section, Table, Word, value_key
-from .keys.library_names import LibraryNumber, VariedMaterial, put_material_numbers, with_material_names
+from .keys.library_names import LibraryNumber, VariedName, put_numbers_of_names, with_names
 from .keys.outline import unit_of_number
 from .keys.run_keys import CARRIED, DIRECTION, START
 from .library.iso286 import Fit
@@ -82,7 +82,7 @@ class Grid:
     defined: Definitions = NO_DEFINITIONS  # user-defined quantities, and the numbers that depend on varied ones
     written_units: Mapping[str, WrittenUnit] = field(default_factory=dict)  # path -> the unit in which it is written
     labels: Mapping[str, Mapping[str, Any]] = field(default_factory=dict)  # path -> label of a value -> value, SI
-    materials: Mapping[str, VariedMaterial] = field(default_factory=dict)  # path of a name -> material
+    varied_names: Mapping[str, VariedName] = field(default_factory=dict)  # path of a name of the library -> it
     given_roles: Mapping[str, str] = field(default_factory=dict)  # varied path -> role that the grid sets
     case_labels: Mapping[str, Sequence[str]] = field(default_factory=dict)  # header of `cases` -> texts of its rows
     law_files: tuple[LawFile, ...] = ()  # with laws of one's own
@@ -278,7 +278,7 @@ class Grid:
     def may_repeat(self) -> bool:
         """Return whether two cases may be equal: numbers that depend on axes may repeat, values of an axis do not."""
         patience = f"simulate.{TIME_BUDGET}" in self.axes
-        return bool(self.defined.dependents or self.added_cases or self._zipped_paths or patience)
+        return bool(self.defined.dependents or self.added_cases or self._zipped_paths or self.varied_names or patience)
 
     def fixed_settings(self) -> dict[str, Any]:
         """Return the fixed settings of a run directory: dotted path -> value of all keys not swept, `save` included."""
@@ -314,7 +314,10 @@ class Grid:
         other_sections |= {UNCERTAIN: dict(self.uncertain)}
         other_sections |= {search.name: search.resolved() | added_values or True} if search else {}
         other_sections = {key: part for key, part in other_sections.items() if part}
-        sections: dict[str, Any] = {path: {} for path, key in self._shape.items() if isinstance(key, Section)}
+        named = {path for varied in self.varied_names.values() for path in varied.paths}
+        sections: dict[str, Any] = {
+            path: {} for path, key in self._shape.items() if isinstance(key, Section) and f"{path}.0" not in named
+        }
         pairs = tuple(f"{path}." for path in self._list_paths)
         # a list has no gaps: any value fills one
         fillers = {path: values[0] for path, values in self.axes.items() if path.startswith(pairs)}
@@ -326,7 +329,7 @@ class Grid:
             if name in self.defined.varied_names
         }
         base = {path: value for path, value in self._fixed_values.items() if not path.startswith(f"{UNCERTAIN}.")}
-        base = with_material_names(base, self.materials)
+        base = with_names(base, self.varied_names)
         case_sections = nest(sections | base | fillers, self._list_paths)
         figures = {"figures": {**case_sections.get("figures", {}), **self.figures}}
         case_sections |= figures if figures["figures"] else {}
@@ -366,7 +369,7 @@ class Grid:
             elif isinstance(key, (Flag, NameList)) or (isinstance(key, Table) and key.is_used(names)):
                 values_in_use[path] = self._values.get(path)
         values_in_use |= {LAWS: self.law_files} if self.law_files else {}
-        return put_material_numbers(values_in_use, self.materials) | dict(uncertain_leaves(self.uncertain))
+        return put_numbers_of_names(values_in_use, self.varied_names) | dict(uncertain_leaves(self.uncertain))
 
     @cached_property
     def _fixed_values(self) -> dict[str, KeyValue]:

@@ -12,7 +12,9 @@ from ..contracts.case import Case, Save
 from ..contracts.catalogue import Catalogue
 from ..contracts.layout import MAX_REVOLUTIONS, Column, Layout
 from ..language.errors import InputError, quoted
+from .cases import KeyValue
 from .grid import Grid
+from .keys.library_names import BEARING, COUNT
 from .pages.schema import schema
 from .reading.joint_checks import check_values
 from .reading.read_keys import check_channels, read_keys
@@ -86,7 +88,7 @@ def load(
         reader.defined,
         written_units(reader),
         labels_of_axes(reader),
-        reader.materials,
+        reader.varied_names,
         reader.roles,
         reader.case_labels,
         law_files,
@@ -104,11 +106,20 @@ def load(
     if all(map(has_run, law_files)):
         _report_start(reader, catalogue, grid)
     problems.check()
-    layout = Layout.of(grid.case(0), catalogue)
+    layout = Layout.of(grid.case_at(_point_of_layout(grid)), catalogue)
     check_channels(reader, layout)
     search = search.check(reader, root, layout) if search else None
     problems.check()
     return replace(grid, _layout=layout, search=search)
+
+
+def _point_of_layout(grid: Grid) -> dict[str, KeyValue]:
+    """Return the point whose case has the time histories of all: that with the most elements in each bearing."""
+    point = grid.point(0)
+    for path, varied in grid.varied_names.items():
+        counts = f"{path.removesuffix(BEARING)}{COUNT}"
+        point[path] = max(grid.axes[path], key=lambda name: varied.numbers[name].get(counts, 0))
+    return point
 
 
 def starter(kind: str = "slider-crank") -> str:

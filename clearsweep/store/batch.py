@@ -265,8 +265,8 @@ def _concatenate_values(schema: ResultSchema, dataset: Dataset, rows: list[Row])
     """Return the values of a dataset for all rows, case after case."""
     finished = [row.trajectory for row in rows if row.trajectory.status == "ok"]
     if dataset.item == SAMPLE:
-        recorded = [row.trajectory.channels for row in rows if len(row.trajectory.t) and _keeps_samples(row.trajectory)]
-        return np.concatenate([np.empty(0), *(channels[dataset.path] for channels in recorded)])
+        recorded = [row.trajectory for row in rows if len(row.trajectory.t) and _keeps_samples(row.trajectory)]
+        return np.concatenate([np.empty(0), *(path.samples(dataset.path) for path in recorded)])
     if dataset.item == SECTION:
         arrays = [path.poincare[dataset.path] for path in finished if dataset.path in path.poincare]
         return np.concatenate([np.empty(0, dataset.dtype), *arrays])

@@ -451,7 +451,7 @@ def write_worst(file: h5py.File, result_schema: ResultSchema, cases: Sequence[tu
     for dataset in peak_datasets(result_schema.layout):
         values = content.get(dataset.path)
         if values is None:
-            values = np.concatenate([path.channels[dataset.path.removeprefix(f"{GROUP}/")] for path in paths])
+            values = np.concatenate([path.samples(dataset.path.removeprefix(f"{GROUP}/")) for path in paths])
         write_dataset(file, dataset, np.asarray(values, dataset.dtype), fletcher32=True)
 
 

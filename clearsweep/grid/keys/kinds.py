@@ -77,7 +77,7 @@ class Word(NamedTuple):
 
 
 class Name(NamedTuple):
-    """A key that names a library entry; its numbers replace the name before anything else is read."""
+    """A key whose text decides numbers, as the name of a library's entry; they replace it before all else is read."""
 
     options: tuple[str, ...]
     text: str

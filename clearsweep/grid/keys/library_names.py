@@ -1,4 +1,4 @@
-"""Replaces the names of materials, oils and wear pairs by numbers, once or for every case of a varied material."""
+"""Replaces names of materials, oils, wear pairs and bearings by numbers, once or for every case of a varied name."""
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from functools import partial
@@ -8,13 +8,14 @@ from ...contracts.catalogue import CHOICE
 from ...language.errors import InputError, quoted
 from .. import library
 from ..library import MATERIALS, Entry, Value
-from ..library.bearings import WIDTH, check_group, parse_bearing_name
+from ..library.bearings import WIDTH, bearing_names, check_group, parse_bearing_name
 from ..library.iso5753 import NORMAL_GROUP
 from ..written.document import Problems, WrittenValue
 from .kinds import KeyTable, Name, Word
 
 MATERIAL, OIL, PAIR, HOUSING_MATERIAL, BEARING = "name", "oil", "pair", "material", "bearing"  # keys that take a name
 UNCHECKED = "unchecked"  # the key next to a name with which the user answers for values from memory
+COUNT = "elements"  # the number of a bearing that is whole
 BODIES = ("bearing", "journal")
 MATERIAL_KEYS = ("young", "poisson", "yield_strength")
 DEFAULT_WEAR_LAW = "archard"  # law of wear if a pair is named without a law
@@ -62,9 +63,7 @@ class _NameReplacer:
         joint, unchecked = self._pop_unchecked(path, joint, (BEARING,))
         if BEARING not in joint.value:
             return joint
-        name = joint.value[BEARING]
-        if isinstance(name.value, int) and not isinstance(name.value, bool):  # 6204 is a number of YAML
-            name = _at_position_of(name, str(name.value))
+        name = text_of_name(joint.value[BEARING])
         designation, group = parse_bearing_name(name.value) if isinstance(name.value, str) else (name.value, "")
         entry = self._entry(library.BEARINGS, f"{path}.{BEARING}", _at_position_of(name, designation))
         sizes, grooves, ratings = (_part_of(entry, part) for part in ("", "groove", "capacity"))
@@ -316,58 +315,87 @@ def _written_text(value: Value) -> str | float:
     return value.typical if value.unit == "1" else f"{value.typical!r} {value.unit}"
 
 
-_NAME_SUFFIX = f".{MATERIAL}"  # end of the path of a name
+_NAME_SUFFIX = f".{MATERIAL}"  # end of the path of a material's name
 
 
-class VariedMaterial(NamedTuple):
-    """A material whose name varies."""
+class VariedName(NamedTuple):
+    """The name of a material or of a rolling bearing that varies."""
 
     base_name: str  # name that is outside the section that varies it
-    library_keys: Mapping[str, str]  # path of a number -> its key in the library
+    numbers: Mapping[str, Mapping[str, float]]  # name that is allowed -> path -> number (SI) that follows from it
+    refused: Mapping[str, str]  # another name -> why it is not allowed
     unchecked: bool = False  # the user answers for values from memory
+    clearance: Mapping[str, Any] = {}  # path of a clearance that follows from the name -> what is written of it
+
+    @property
+    def paths(self) -> set[str]:
+        """Return the paths of the numbers that follow from the name."""
+        return {path for numbers in self.numbers.values() for path in numbers}
 
 
-def find_varied_materials(
+def find_varied_names(
     varied_paths: Iterable[str],
     library_numbers: Iterable[LibraryNumber],
     key_table: KeyTable,
     unchecked_sections: Iterable[str],
-) -> dict[str, VariedMaterial]:
-    """Return path of a name -> the material of that name, for the paths that a grid varies.
+) -> dict[str, VariedName]:
+    """Return path of a name -> the name, for the paths that a grid varies.
 
     unchecked_sections : paths of sections with `unchecked: true`
     """
     numbers_by_path = {item.path: item for item in library_numbers}
-    materials = {}
+    varied_names = {}
     for path in varied_paths:
         section = path.removesuffix(_NAME_SUFFIX)
-        if not isinstance(key_table.get(f"{section}{_NAME_SUFFIX}"), Name) or not section.rpartition(".contact.")[0]:
-            continue
-        keys_by_path = {f"{section}.{key}": key for key in MATERIAL_KEYS}
         joint, _, body_path = section.partition(".contact.material")
-        bodies = [body_path[1:]] if body_path else BODIES
-        keys_by_path |= {f"{joint}.thermal.expansion.{body}": "expansion" for body in bodies}
+        if isinstance(key_table.get(f"{section}{_NAME_SUFFIX}"), Name) and joint != section:
+            name_path, entries = f"{section}{_NAME_SUFFIX}", MATERIALS
+            keys_by_path = {f"{section}.{key}": key for key in MATERIAL_KEYS}
+            bodies = [body_path[1:]] if body_path else BODIES
+            keys_by_path |= {f"{joint}.thermal.expansion.{body}": "expansion" for body in bodies}
+        elif isinstance(key_table.get(path), Name) and path.endswith(f".{BEARING}"):
+            section, name_path = path.removesuffix(f".{BEARING}"), path
+            entries = {name: library.BEARINGS[parse_bearing_name(name).designation] for name in bearing_names()}
+            keys_by_path = {f"{section}.{key}": key for entry in entries.values() for key in entry.values}
+        else:
+            continue
         library_keys = {number: key for number, key in keys_by_path.items() if number in numbers_by_path}
         if library_keys:
-            materials[f"{section}{_NAME_SUFFIX}"] = VariedMaterial(
-                numbers_by_path[next(iter(library_keys))].name,
-                library_keys,
-                any(f"{section}.".startswith(f"{path}.") for path in unchecked_sections),
-            )
-    return materials
+            base_name = numbers_by_path[next(iter(library_keys))].name
+            unchecked = any(f"{section}.".startswith(f"{consenting}.") for consenting in unchecked_sections)
+            varied_names[name_path] = _varied_name(base_name, entries, library_keys, unchecked=unchecked)
+    return varied_names
 
 
-def keys_of_materials(materials: Mapping[str, VariedMaterial]) -> KeyTable:
+def _varied_name(
+    base_name: str, entries: Mapping[str, Entry], library_keys: Mapping[str, str], *, unchecked: bool
+) -> VariedName:
+    """Return a name that varies, with what is allowed in its place; library_keys : path of a number -> its key."""
+    refused, summary = dict[str, str](), entries[base_name].summary
+    for name, entry in entries.items():
+        if not {*library_keys.values()} <= {*entry.values}:
+            refused[name] = f"it is a {entry.summary}, and {base_name} a {summary}; write a grid for each kind"
+        elif not entry.checked and not unchecked:
+            refused[name] = unchecked_text(entry)
+    numbers = {
+        name: {
+            path: entry.values[key].typical if key != COUNT else round(entry.values[key].typical)
+            for path, key in library_keys.items()
+        }
+        for name, entry in entries.items()
+        if name not in refused
+    }
+    return VariedName(base_name, numbers, refused, unchecked)
+
+
+def keys_of_names(varied_names: Mapping[str, VariedName]) -> KeyTable:
     """Return the keys of the names that vary."""
     keys: KeyTable = {}
-    for path, material in materials.items():
-        refused = {
-            name: unchecked_text(entry)
-            for name, entry in MATERIALS.items()
-            if not entry.checked and not material.unchecked
-        }
-        names = tuple(name for name in MATERIALS if name not in refused)
-        keys[path] = Word(names, "the material", sweep=True, noun="material", role=CHOICE, refused=refused)
+    for path, varied in varied_names.items():
+        noun = "material" if path.endswith(_NAME_SUFFIX) else "bearing"
+        keys[path] = Word(
+            tuple(varied.numbers), f"the {noun}", sweep=True, noun=noun, role=CHOICE, refused=varied.refused
+        )
     return keys
 
 
@@ -377,41 +405,43 @@ def name_path(path: str, key_table: KeyTable) -> str:
     return name if isinstance(key_table.get(name), Word) else path
 
 
-def material_values(
-    path: str, materials: Mapping[str, VariedMaterial], axes: Mapping[str, tuple[Any, ...]]
+def numbers_of_names(
+    path: str, varied_names: Mapping[str, VariedName], axes: Mapping[str, tuple[Any, ...]]
 ) -> Iterator[float]:
     """Yield the values of a number that follows from names on an axis."""
-    for name, material in materials.items():
-        if path in material.library_keys:
-            for word in axes.get(name, ()):
-                yield MATERIALS[word].values[material.library_keys[path]].typical
+    for name, varied in varied_names.items():
+        if path in varied.paths:
+            yield from (varied.numbers[word][path] for word in axes.get(name, ()))
 
 
-def put_material_numbers(values_by_path: dict[str, Any], materials: Mapping[str, VariedMaterial]) -> dict[str, Any]:
-    """Return the values of a case with the numbers of its materials in place of their names."""
-    names = {path: values_by_path.pop(path) for path in materials if path in values_by_path}
+def put_numbers_of_names(values_by_path: dict[str, Any], varied_names: Mapping[str, VariedName]) -> dict[str, Any]:
+    """Return the values of a case with numbers in place of the names of its materials and bearings."""
+    names = {path: values_by_path.pop(path) for path in varied_names if path in values_by_path}
     for path, name in names.items():
-        entry, library_keys = MATERIALS[name], materials[path].library_keys
-        values_by_path |= {
-            number: entry.values[key].typical for number, key in library_keys.items() if number in values_by_path
-        }
+        numbers = varied_names[path].numbers[name]
+        values_by_path |= {number: value for number, value in numbers.items() if number in values_by_path}
     return values_by_path
 
 
-def with_material_names(base: Mapping[str, Any], materials: Mapping[str, VariedMaterial]) -> dict[str, Any]:
-    """Return values outside all axes with the names of varied materials in place of their numbers."""
-    material_paths = {number for material in materials.values() for number in material.library_keys}
-    other_values = {path: value for path, value in base.items() if path not in material_paths}
-    names = {path: material.base_name for path, material in materials.items()}
-    consents = {
-        f"{path.removesuffix(_NAME_SUFFIX)}.{UNCHECKED}": True
-        for path, material in materials.items()
-        if material.unchecked
-    }
-    return other_values | names | consents
+def with_names(base: Mapping[str, Any], varied_names: Mapping[str, VariedName]) -> dict[str, Any]:
+    """Return values outside all axes with the names that vary in place of their numbers."""
+    paths = {path for varied in varied_names.values() for path in varied.paths}
+    values = {path: value for path, value in base.items() if path not in paths}
+    for path, varied in varied_names.items():
+        values |= {path: varied.base_name, **varied.clearance}
+        if varied.unchecked:
+            section = path.removesuffix(_NAME_SUFFIX).removesuffix(f".{BEARING}")
+            values[f"{section}.{UNCHECKED}"] = True
+    return values
 
 
-def written_material_names(materials: Mapping[str, VariedMaterial], root: WrittenValue) -> dict[str, WrittenValue]:
-    """Return written names of materials for the keys outside the section that varies them, with a position."""
+def written_names(varied_names: Mapping[str, VariedName], root: WrittenValue) -> dict[str, WrittenValue]:
+    """Return written names for the keys outside the section that varies them, with a position."""
     position = root.origin, root.line, root.column
-    return {path: WrittenValue(material.base_name, *position) for path, material in materials.items()}
+    return {path: WrittenValue(varied.base_name, *position) for path, varied in varied_names.items()}
+
+
+def text_of_name(written: WrittenValue) -> WrittenValue:
+    """Return the name of a bearing as text: 6204 is a number of YAML."""
+    is_number = isinstance(written.value, int) and not isinstance(written.value, bool)
+    return _at_position_of(written, str(written.value)) if is_number else written

@@ -6,6 +6,7 @@ from collections.abc import Mapping
 
 from ...contracts.catalogue import CHOICE, CONDITION, MODEL, Catalogue, Field, JointSite
 from ..library.bearings import bearing_names
+from ..library.mounting import MOUNTING_KEYS
 from .joint_keys import (
     ONSET_KEY,
     UNCHECKED_KEY,
@@ -87,6 +88,8 @@ def add_rolling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue
     )
     keys[f"{path}.{BEARING}"] = Name(bearing_names(), text)
     keys[f"{path}.{UNCHECKED}"] = UNCHECKED_KEY
+    for name, text in MOUNTING_KEYS.items():
+        keys[f"{path}.{name}"] = Name((), f"{text}; for every group of the clearance")
     keys[kind] = Word(KINDS, "kind of the elements; needle: long rollers", noun="kind")
     add_numbers(keys, path, _SIZES, CHOICE)
     add_numbers(keys, path, (_ELEMENTS,), CHOICE, sweep=False)

@@ -13,6 +13,11 @@ from typing import NamedTuple
 from ...language.errors import InputError, quoted
 from .iso286 import Fit, limit_deviations
 
+#: Keys next to a group of clearances, or of the joint.
+MOUNTING_KEYS = {
+    "fit": "classes of shaft and housing of the mounted bearing, such as k5/H7",
+    "inner_warmer": "how much warmer the inner ring is than the outer one, such as 5 K",
+}
 EXPANSION = 12.5e-6  # 1/K, of bearing steel (NTN, equation 8.5)
 PROBABLE_PART = 2.0 / 3.0  # of the tolerance zones of both parts, within which their sizes lie (Schaeffler, HR 1)
 #: Diameters (mm, upper end of each range) and lower deviation (um) of the bore and of the outside, class Normal of

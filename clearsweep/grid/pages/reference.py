@@ -218,7 +218,7 @@ def _section_rows(key_table: KeyTable, path: str) -> Iterator[Row]:
             columns = ", ".join(f"`{field.name}` ({field.unit})" for field in key.columns[2] + key.columns[3])
             yield Row(key_name, (), f".csv: {columns}", "-", key.columns.text)
         elif isinstance(key, Name):
-            yield Row(key_name, (), "a name", "-", _with_neutral_body(nested, key.text))
+            yield Row(key_name, (), "a name" if key.options else "a text", "-", _with_neutral_body(nested, key.text))
         elif isinstance(key, Flag):
             default = "`true`" if key.default else "`false`"
             yield Row(key_name, (), "`true`, `false`", default, key.text)

@@ -217,7 +217,8 @@ def _object_schema(key_table: KeyTable, path: str) -> dict[str, Any]:
             if key.other_forms:
                 properties[key_name]["anyOf"] = [{"enum": properties[key_name].pop("enum")}, *key.other_forms]
         elif isinstance(key, Name):
-            properties[key_name] = {"description": key.text, "enum": list(key.options)}
+            allowed = {"enum": list(key.options)} if key.options else {"type": ["string", "number"]}
+            properties[key_name] = {"description": key.text, **allowed}
         elif isinstance(key, Table):
             properties[key_name] = _table_schema(key)
         elif isinstance(key, NameList):

@@ -96,13 +96,14 @@ def _check_rolling(reader: Reader, joint: str, catalogue: Catalogue) -> None:
 def _rows_of(
     reader: Reader, joint: str, values: dict[str, tuple[float, ...]]
 ) -> Iterator[dict[str, tuple[float, ...]]]:
-    """Yield the values of a joint's keys that occur together: row by row if all that vary do so in step."""
+    """Yield the values of a joint's keys that occur together: row by row for those that vary in step."""
     varied = [name for name, present in values.items() if len(present) > 1]
-    if not varied or not reader.vary_together(*(f"{joint}.{name}" for name in varied)):
+    in_step = [name for name in varied if reader.vary_together(f"{joint}.{varied[0]}", f"{joint}.{name}")]
+    if not in_step:
         yield values
         return
-    for row in zip(*(values[name] for name in varied), strict=False):
-        yield values | {name: (value,) for name, value in zip(varied, row, strict=True)}
+    for row in zip(*(values[name] for name in in_step), strict=False):
+        yield values | {name: (value,) for name, value in zip(in_step, row, strict=True)}
 
 
 def _shared_definitions(reader: Reader, joint: str) -> Iterator[tuple[str, str]]:

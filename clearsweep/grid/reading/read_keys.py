@@ -8,7 +8,7 @@ from ...contracts.layout import ALWAYS_STORED, Layout
 from ...language.errors import did_you_mean, nearest_words, quoted
 from ..keys.key_table import table_of_keys
 from ..keys.kinds import Flag, KeyTable, Name, NameList, Number, Section, Table, Use, Word
-from ..keys.library_names import find_varied_materials, keys_of_materials, replace_library_names, written_material_names
+from ..keys.library_names import find_varied_names, keys_of_names, replace_library_names, written_names
 from ..keys.outline import DRIVES, LENGTHS, has_user_names, outline_of_document, wrong_names
 from ..keys.rolling_keys import REFUSED_SECTIONS
 from ..keys.run_keys import CHANNELS, LIFE, TIME_BUDGET_FIELD, TIME_BUDGET_PATH
@@ -74,12 +74,12 @@ def read_keys(
     all_keys = keys_of_definitions(definitions) | table_of_keys(mechanism, catalogue, [*own_figures.value])
     varied = [path for path, _ in varied_paths(root.value)]
     with_carried_paths(all_keys, varied)
-    materials = find_varied_materials(varied, library_numbers, all_keys, unchecked_sections)
+    varied_names = find_varied_names(varied, library_numbers, all_keys, unchecked_sections)
     searches = {search.name: search for search in catalogue.searches}
-    reader = Reader(problems, mechanism, outline, searches=searches, defined=definitions, materials=materials)
-    all_keys |= keys_of_materials(materials)
+    reader = Reader(problems, mechanism, outline, searches=searches, defined=definitions, varied_names=varied_names)
+    all_keys |= keys_of_names(varied_names)
     _read_section(reader, _with_figures(root, own_figures), "", all_keys)
-    reader.written |= written_material_names(materials, root)
+    reader.written |= written_names(varied_names, root)
     _select_keys_in_use(reader, all_keys)
     record_variations(reader, root, all_keys, fixed_paths)
     record_axes_of_searches(reader, root, all_keys)

@@ -20,6 +20,7 @@ from ..written.tables import read_table
 
 Meaning = tuple[Field, list[str]]  # meaning of a quantity, and its possible units
 _MAX_LAWS_NAMED = 6  # laws in a message
+MAX_LISTED_WORDS = 80  # words in a message
 
 
 def read_word_key(reader: Reader, path: str, key: Word) -> None:
@@ -30,7 +31,10 @@ def read_word_key(reader: Reader, path: str, key: Word) -> None:
             return written.value
         noun = f"unknown {key.noun}"
         hint = did_you_mean(written.value, key.options) if isinstance(written.value, str) else ""
-        allowed, reason = ", ".join(key.options) or "none", key.refused.get(str(written.value))
+        reason = key.refused.get(str(written.value))
+        allowed = f"`clearsweep list {key.noun}s` has {len(key.options)}"
+        if len(key.options) <= MAX_LISTED_WORDS:
+            allowed = ", ".join(key.options) or "none"
         description = f"found {quoted(written.value)}; {reason}" if reason else f"{noun} {quoted(written.value)}"
         reader.problems.add(written, path, f"{description}{hint} (known: {allowed})")
         reader.unread_laws.add(path)

@@ -12,15 +12,16 @@ from typing import Any, NamedTuple
 from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
 from ..keys.kinds import Number
+from ..keys.library_names import BEARING
+from ..library.bearings import parse_bearing_name
 from ..library.iso286 import Fit, find_fit
-from ..library.iso5753 import find_group
-from ..library.mounting import BearingSizes, mounted
+from ..library.iso5753 import NORMAL_GROUP, find_group
+from ..library.mounting import MOUNTING_KEYS, BearingSizes, mounted
 from ..written.document import WrittenValue
 from .distributions import FROM_FIT
 from .reader import Reader
 
 DISTRIBUTION_FORM = "{fit: H7/f7}, or {fit: H7/f7, distribution: normal}"
-MOUNTING_KEYS = ("fit", "inner_warmer")  # next to a group
 
 
 class Naming(NamedTuple):
@@ -49,7 +50,7 @@ class Naming(NamedTuple):
 #: Field.fit -> naming of its clearances.
 NAMINGS = {
     "fit": Naming("fit", "fits", "H7/f7", "H7/g6", "bearing_radius", "a fit of ISO 286", "nominal diameter"),
-    "group": Naming("group", "groups", "C3", "CN", "bore", "a group of ISO 5753-1", "bore", MOUNTING_KEYS),
+    "group": Naming("group", "groups", "C3", "CN", "bore", "a group of ISO 5753-1", "bore", (*MOUNTING_KEYS,)),
 }
 
 
@@ -65,11 +66,15 @@ def replace_fits_by_clearances(grid_reader: Reader, values_of: Callable[[str], t
         naming = naming_of(grid_reader, path)
         if naming is None:
             continue
+        _report_needless_mounting(grid_reader, path, naming)
         for entries in (grid_reader.written, grid_reader.written_axes):
             if path not in entries or not _has_name(entries[path], naming):
                 continue
             reader = _FitReader(grid_reader, path, naming, values_of)
             try:
+                is_base = entries is grid_reader.written and path in grid_reader.written_axes
+                if reader.bearing in grid_reader.varied_names and not is_base:
+                    _mount_each(reader, entries[path])
                 entries[path] = (reader.read_value if entries is grid_reader.written else reader.read_axis)(
                     entries[path]
                 )
@@ -84,6 +89,48 @@ def replace_fits_by_clearances(grid_reader: Reader, values_of: Callable[[str], t
                     mapping.pop(path, None)
             if entries is grid_reader.written and path in grid_reader.written_axes:
                 grid_reader.fits.pop(path, None)  # a value next to an axis belongs to no case
+
+
+def _report_needless_mounting(grid_reader: Reader, path: str, naming: Naming) -> None:
+    """Report a mounting on the joint of a clearance that is no group."""
+    joint, entries = path.rpartition(".")[0], (grid_reader.written, grid_reader.written_axes)
+    if any(path in values and _has_name(values[path], naming) for values in entries):
+        return
+    for key in naming.extras:
+        if f"{joint}.{key}" in grid_reader.written:
+            text = "mounts a group, and clearance has none; write clearance: {group: C3}, or leave this out"
+            grid_reader.problems.add(grid_reader.written[f"{joint}.{key}"], f"{joint}.{key}", text)
+
+
+def _mount_each(reader: "_FitReader", written: WrittenValue) -> None:
+    """Let the clearance of a bearing whose name varies follow from each name, as `written` next to it."""
+    grid_reader, path, content = reader.grid_reader, reader.path, written.value
+    if path in grid_reader.written_axes or "group" not in content:
+        text = f"{reader.bearing} varies: write the groups in its names, such as [6204 C2, 6204 C3], or a length"
+        raise _WrongFitError(written, f"has groups, and {text}")
+    varied, names = grid_reader.varied_names[reader.bearing], grid_reader.written_axes.get(reader.bearing)
+    numbers = dict(varied.numbers)
+    for item in names.value if names and isinstance(names.value, list) else ():
+        if not isinstance(item.value, str) or item.value not in numbers:
+            continue  # reported when the names are read
+        group = parse_bearing_name(item.value).group
+        if group and not content["group"].by_name:
+            message = f"conflicts with the group {group} in a name under {reader.bearing}; remove one of the two"
+            raise _WrongFitError(written, message)
+        named_group = _at_position_of(item, group or NORMAL_GROUP) if content["group"].by_name else content["group"]
+        named = numbers[item.value]
+        each = _FitReader(
+            grid_reader,
+            path,
+            reader.naming,
+            lambda size, named=named: (named[size],) if size in named else reader.values_of(size),
+        )
+        fit = each.fit(_at_position_of(written, content | {"group": named_group}), each.radii)
+        numbers[item.value] = named | {path: fit.mean}
+    content = content | reader.mounting_on_joint
+    mounting = {key: entry.value for key, entry in content.items() if not entry.by_name}
+    clearance = {path: mounting} if mounting else {}
+    grid_reader.varied_names[reader.bearing] = varied._replace(numbers=numbers, clearance=clearance)
 
 
 def read_fit_names(
@@ -143,8 +190,14 @@ class _FitReader:
     ) -> None:
         self.grid_reader, self.path, self.naming, self.values_of = grid_reader, path, naming, values_of
         self.joint = path.rpartition(".")[0]
-        self.radius_path = f"{self.joint}.{naming.size_key}"
+        self.radius_path, self.bearing = f"{self.joint}.{naming.size_key}", f"{self.joint}.{BEARING}"
         self.radii = values_of(self.radius_path)
+
+    @property
+    def mounting_on_joint(self) -> dict[str, WrittenValue]:
+        """Return what the joint itself says of its mounting."""
+        paths = {key: f"{self.joint}.{key}" for key in self.naming.extras}
+        return {key: self.grid_reader.written[path] for key, path in paths.items() if path in self.grid_reader.written}
 
     def all_sizes(self) -> tuple[Any, ...]:
         """Return all values of the joint that determine its clearances."""
@@ -246,6 +299,9 @@ class _FitReader:
         if not self.naming.extras:
             return find_fit(name, 2 * size)
         group = find_group(name, size, self._kind())
+        if twice := sorted(self.mounting_on_joint.keys() & content.keys()):
+            raise InputError(f"conflicts with {self.joint}.{twice[0]}; write {twice[0]} in one of the two places")
+        content = self.mounting_on_joint | content
         if not any(key in content for key in MOUNTING_KEYS):
             return group
         fit, warmer = (content[key].value if key in content else None for key in MOUNTING_KEYS)

@@ -10,7 +10,7 @@ from ...contracts.search import Search
 from ...language import quantity
 from ...language.errors import InputError
 from ..keys.kinds import KeyTable, Number, Word, value_key
-from ..keys.library_names import LibraryNumber, VariedMaterial, material_values
+from ..keys.library_names import LibraryNumber, VariedName, numbers_of_names
 from ..library.iso286 import Fit
 from ..written.definitions import NO_DEFINITIONS, Definitions
 from ..written.document import Problems, WrittenValue
@@ -59,7 +59,7 @@ class Reader:
     user_figures: dict[str, str] = field(default_factory=dict)  # name -> expression of columns
     warnings: list[str] = field(default_factory=list)  # sentences on what may be meant otherwise
     defined: Definitions = NO_DEFINITIONS
-    materials: dict[str, VariedMaterial] = field(default_factory=dict)  # path of a name -> the material that varies
+    varied_names: dict[str, VariedName] = field(default_factory=dict)  # path of a name of the library -> it
 
     def position_of(self, path: str) -> WrittenValue:
         """Return the value whose position locates a mistake at `path`: itself, or the section that lacks it."""
@@ -81,8 +81,8 @@ class Reader:
 
     @property
     def varied_numbers(self) -> set[str]:
-        """Return the paths on an axis, and the paths of numbers that follow from the name of a varied material."""
-        return {*self.written_axes, *(path for material in self.materials.values() for path in material.library_keys)}
+        """Return the paths on an axis, and the paths of numbers that follow from a name that varies."""
+        return {*self.written_axes, *(path for varied in self.varied_names.values() for path in varied.paths)}
 
     def is_given(self, path: str) -> bool:
         """Return whether a value or a section is written or swept."""
@@ -90,6 +90,8 @@ class Reader:
 
     def vary_together(self, *paths: str) -> bool:
         """Return whether these paths vary together, row by row."""
+        if any(varied.paths.issuperset(paths) for varied in self.varied_names.values()):
+            return True
         dependents = self.defined.dependents
         if all(path in dependents for path in paths):  # both follow one name
             return len({self.defined.varied_in(dependents[path]) for path in paths}) == 1
@@ -103,8 +105,8 @@ class Reader:
             return self.axes.get(path, ())
         if path in self.defined.dependents:
             return self.defined.possible_values(path, self.axes, self.varied_by)
-        if any(path in material.library_keys for material in self.materials.values()):
-            return tuple(material_values(path, self.materials, self.axes))
+        if any(path in varied.paths for varied in self.varied_names.values()):
+            return tuple(numbers_of_names(path, self.varied_names, self.axes))
         if path in self.values:
             return (self.values[path],)
         key = self.keys_in_use.get(path)

@@ -11,6 +11,7 @@ from ...contracts.catalogue import Field
 from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
 from ..library.iso5753 import GROUPS
+from ..library.mounting import MOUNTING_KEYS
 from ..written.document import Problems, WrittenValue
 
 ADDED = "added"  # in a section that adds cases: dotted path -> the values of the added cases
@@ -19,11 +20,8 @@ QUANTITY_SCHEMA = {"$ref": "#/$defs/quantity"}
 PAIR_SCHEMA = {"type": "array", "minItems": 2, "maxItems": 2}
 FIT_NAME_SCHEMA = {"fit": {"type": "string", "description": "a clearance fit of ISO 286, such as H7/f7"}}
 MOUNTING_SCHEMA = {
-    "fit": {"type": "string", "description": "classes of shaft and housing of a mounted bearing, such as k5/H7"},
-    "inner_warmer": {
-        "description": "how much warmer the inner ring is than the outer one, such as 5 K",
-        **QUANTITY_SCHEMA,
-    },
+    "fit": {"type": "string", "description": MOUNTING_KEYS["fit"]},
+    "inner_warmer": {"description": MOUNTING_KEYS["inner_warmer"], **QUANTITY_SCHEMA},
 }
 GROUP_NAME_SCHEMA = {"group": {"enum": list(GROUPS), "description": "a group of ISO 5753-1"}, **MOUNTING_SCHEMA}
 

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from itertools import product
 from typing import Any
 
@@ -9,7 +10,7 @@ from ...contracts.catalogue import CHOICE, Field
 from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
 from ..keys.kinds import KeyTable, Name, Number, Section, Use, Word, value_key
-from ..keys.library_names import BODIES, name_path
+from ..keys.library_names import BODIES, name_path, text_of_name
 from ..written.definitions import DEFINE, DEFINE_PREFIX, DEFINE_TEXT, Definitions
 from ..written.document import WrittenValue
 from ..written.tables import is_table, read_cases
@@ -86,20 +87,11 @@ def _record_axis(
     if path in reader.written_axes:
         message = f"is under '{reader.varied_by[path]}' already; a value varies in one way only; remove one of the two"
         reader.problems.add(position, key_path, message)
-    elif path in sweepable_paths and section_name == "sample" and isinstance(key, Word):
-        reader.problems.add(position, key_path, "is a law's name, which cannot be drawn; write it under `sweep`")
-    elif (
-        path in sweepable_paths
-        and section_name == "sample"
-        and isinstance(key, Number)
-        and any(key_use.field.integer for key_use in key.uses)
-    ):
-        reader.problems.add(position, key_path, "is a whole number, which cannot be drawn; write it under `sweep`")
-    elif path in sweepable_paths and section_name == "sample" and path.endswith(".exponent"):
-        reader.problems.add(
-            position, key_path, "cannot be drawn, because units of other keys depend on it; write it under `sweep`"
-        )
+    elif path in sweepable_paths and section_name == "sample" and (reason := _reason_not_to_draw(path, key)):
+        reader.problems.add(position, key_path, f"{reason}; write it under `sweep`")
     elif path in sweepable_paths:
+        if path in reader.varied_names and isinstance(values.value, list):
+            values = replace(values, value=[text_of_name(item) for item in values.value])
         reader.written_axes[path], reader.varied_by[path] = values, section_name
     elif isinstance(key, Section):
         paths_inside = [other_path for other_path in sweepable_paths if other_path.startswith(f"{path}.")]
@@ -115,8 +107,10 @@ def _record_axis(
         reader.problems.add(position, key_path, message)
     elif path in all_keys:
         missing = next(section for section in _enclosing_paths(path) if section not in reader.keys_in_use)
+        is_name = isinstance(all_keys[path], Name)
         message = f"there is no section '{missing}'; write it before a value in it is swept"
-        reader.problems.add(position, key_path, message)
+        without = f"a name of the library varies, but it is not written outside `{section_name}`; write one there too"
+        reader.problems.add(position, key_path, without if is_name else message)
     elif path.startswith(DEFINE_PREFIX):
         name, allowed = path.removeprefix(DEFINE_PREFIX), [*reader.defined.expression_by_name]
         if name not in reader.defined.invalid:  # a mistake in the definition is reported elsewhere
@@ -133,6 +127,15 @@ def _record_axis(
                 f"{{table: FILE, columns: {{{path}: PATH}}}}, or name texts of the rows with `label: {path}`"
             )
         reader.problems.add(position, key_path, f"is no key of this grid{suggestion}{hint_text}{remedy}")
+
+
+def _reason_not_to_draw(path: str, key: Any) -> str:
+    """Return why a value that may be swept cannot be drawn, or ''."""
+    if isinstance(key, Word):
+        return "is a law's name, which cannot be drawn"
+    if any(key_use.field.integer for key_use in key.uses):
+        return "is a whole number, which cannot be drawn"
+    return "cannot be drawn, because units of other keys depend on it" if path.endswith(".exponent") else ""
 
 
 def _axis_key_path(reader: Reader, section_name: str, path: str) -> str:

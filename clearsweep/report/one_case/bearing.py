@@ -16,17 +16,14 @@ SQUARE_SIZE, FLAT_SIZE = (4.2, 3.05), (4.2, 3.3)  # inches
 
 def loaded_elements(joint: Joint, channels: Mapping) -> LoadedElements | None:
     """Return the elements of a rolling bearing over the saved samples, or None if they are not all stored."""
-    count = joint.layout.corners
-    names = [f"joints/{joint.name}/{name}" for name in ("cage_angle", *_force_names(count))]
+    forces = (f"element_{k + 1}_force" for k in range(joint.layout.corners))
+    names = [f"joints/{joint.name}/{name}" for name in ("cage_angle", *forces)]
     if not all(name in channels for name in names):
         return None
     cage, *loads = (np.asarray(channels[name], float) for name in names)
-    angles = cage[:, None] + 2.0 * np.pi * np.arange(count) / count
+    loads = [load for load in loads if not np.isnan(load).all()]  # other bearings of the run have more elements
+    angles = cage[:, None] + 2.0 * np.pi * np.arange(len(loads)) / len(loads)
     return LoadedElements(angles, np.maximum(np.stack(loads, axis=-1), 0.0))
-
-
-def _force_names(count: int) -> list[str]:
-    return [f"element_{k + 1}_force" for k in range(count)]
 
 
 def bearing_pictures(study: Study, case_id: str, joint: Joint, channels: Mapping) -> list[Picture]:
