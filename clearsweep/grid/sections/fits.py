@@ -118,13 +118,12 @@ def _mount_each(reader: "_FitReader", written: WrittenValue) -> None:
             message = f"conflicts with the group {group} in a name under {reader.bearing}; remove one of the two"
             raise _WrongFitError(written, message)
         named_group = _at_position_of(item, group or NORMAL_GROUP) if content["group"].by_name else content["group"]
-        named = numbers[item.value]
-        each = _FitReader(
-            grid_reader,
-            path,
-            reader.naming,
-            lambda size, named=named: (named[size],) if size in named else reader.values_of(size),
-        )
+        named = dict(numbers[item.value])
+
+        def values_of(size: str, named: Mapping[str, float] = named) -> tuple[float, ...]:
+            return (named[size],) if size in named else reader.values_of(size)
+
+        each = _FitReader(grid_reader, path, reader.naming, values_of)
         fit = each.fit(_at_position_of(written, content | {"group": named_group}), each.radii)
         numbers[item.value] = named | {path: fit.mean}
     content = content | reader.mounting_on_joint
@@ -301,7 +300,7 @@ class _FitReader:
         group = find_group(name, size, self._kind())
         if twice := sorted(self.mounting_on_joint.keys() & content.keys()):
             raise InputError(f"conflicts with {self.joint}.{twice[0]}; write {twice[0]} in one of the two places")
-        content = self.mounting_on_joint | content
+        content = {**self.mounting_on_joint, **content}
         if not any(key in content for key in MOUNTING_KEYS):
             return group
         fit, warmer = (content[key].value if key in content else None for key in MOUNTING_KEYS)
