@@ -23,11 +23,11 @@ settings.register_profile(
 )
 settings.load_profile("untimed")
 
-SLOW_LIMIT = 3600.0  # s, time limit of a test marked slow; `timeout` in pyproject.toml is that of the others
+SLOW_LIMIT = 3600.0  # s, of a test marked slow, and of all in plain Python; `timeout` in pyproject.toml: of the others
 
 
 def pytest_collection_modifyitems(config, items):
-    """Leave out tests marked plain unless kernels run as plain Python, and give slow tests more time.
+    """Leave out tests marked plain unless kernels run as plain Python, and give these and slow tests more time.
 
     Files with many heavy tests come first, so that what runs last in several processes is short.
     """
@@ -35,7 +35,7 @@ def pytest_collection_modifyitems(config, items):
         config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("plain")])
         items[:] = [item for item in items if not item.get_closest_marker("plain")]
     for item in items:
-        if item.get_closest_marker("slow") and not item.get_closest_marker("timeout"):
+        if (is_plain() or item.get_closest_marker("slow")) and not item.get_closest_marker("timeout"):
             item.add_marker(pytest.mark.timeout(SLOW_LIMIT))
     heavy = Counter(item.path for item in items if item.get_closest_marker("heavy"))
     items.sort(key=lambda item: -heavy[item.path])
