@@ -8,6 +8,7 @@ import numpy as np
 from ..contracts.catalogue import STARTS
 from ..contracts.layout import Layout
 from .judged import Cases, codes_of, combined_codes, plain_value
+from .statistics import median
 from .words import Answer, Sentence, Words
 
 DISTINCT = 0.05  # of the larger median: a smaller difference is none
@@ -31,7 +32,7 @@ def coexisting(cases: Cases, layout: Layout) -> dict[str, Any] | None:
     statistics = {name: _statistic(cases, name) for name in medians}
     is_known = np.logical_and.reduce([np.isfinite(statistic).all(axis=1) for statistic in statistics.values()])
     several, undecided = [], 0
-    for point in np.unique(points):
+    for point in sorted({*points.tolist()}):
         rows = np.flatnonzero(points == point)
         known = rows[is_known[rows]]
         labels = [motions_of(statistic[known]) for statistic in statistics.values()]
@@ -45,7 +46,7 @@ def coexisting(cases: Cases, layout: Layout) -> dict[str, Any] | None:
         for path, span in zip(others, spans, strict=False)
         if span and not isinstance(span[0], str)
     ]
-    counts = {"points": len(np.unique(points)), "coexisting": len(several), "undecided": int(undecided)}
+    counts = {"points": len({*points.tolist()}), "coexisting": len(several), "undecided": int(undecided)}
     counts |= {"between": sum(between)}
     return {"along": starts[0], **counts, "motions": several[:MAX_POINTS]}
 
@@ -72,7 +73,7 @@ def motions_of(statistic: np.ndarray) -> np.ndarray:
 def _groups(labels: list[np.ndarray]) -> list[np.ndarray]:
     """Return the positions of the cases of each motion, whose labels are equal in every joint."""
     number = combined_codes(labels, len(labels[0]))
-    return [np.flatnonzero(number == each) for each in np.unique(number)]
+    return [np.flatnonzero(number == each) for each in sorted({*number.tolist()})]
 
 
 def _point(
@@ -80,7 +81,7 @@ def _point(
 ) -> dict[str, Any]:
     """Return one point with its motions, the one with the smallest force first."""
     means = {
-        name: [float(np.median(statistic[group, 0])) for group in groups] for name, statistic in statistics.items()
+        name: [median(statistic[group, 0]) for group in groups] for name, statistic in statistics.items()
     }
     figure = max(means, key=lambda name: max(means[name]) / max(min(means[name]), 1e-300))
     motions = [

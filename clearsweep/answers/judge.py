@@ -12,7 +12,14 @@ import numpy as np
 
 from ..contracts import catalogue
 from .judged import EXCEEDED, MET, UNDECIDED, Cases, Key, codes_of, fineness_of, plain_value
-from .statistics import ONE_AT_A_TIME, RANDOM_METHODS, binomial_interval, partial_rank_correlation, variance_shares
+from .statistics import (
+    ONE_AT_A_TIME,
+    RANDOM_METHODS,
+    binomial_interval,
+    median,
+    partial_rank_correlation,
+    variance_shares,
+)
 
 # Effects of varied values on figures, from blocks of cases that differ in one value and in nothing else.
 
@@ -84,7 +91,7 @@ def axes_of(cases: Cases) -> list[Axis]:
 
 def _fix_one_another(codes: np.ndarray, other: np.ndarray) -> bool:
     pairs = len(set(zip(codes.tolist(), other.tolist(), strict=True)))
-    return pairs == len(np.unique(codes)) == len(np.unique(other))
+    return pairs == len({*codes.tolist()}) == len({*other.tolist()})
 
 
 def blocks_of(codes: Mapping[str, np.ndarray], axis: Axis) -> list[np.ndarray]:
@@ -108,7 +115,7 @@ def known_blocks(codes: Mapping[str, np.ndarray], axis: Axis, values: np.ndarray
     blocks = [block[np.isfinite(values[block])] for block in blocks_of(codes, axis)]
     last = len(axis.levels) - 1
     if axis.is_text:
-        return [block for block in blocks if len(np.unique(axis.codes[block])) == last + 1]
+        return [block for block in blocks if len({*axis.codes[block].tolist()}) == last + 1]
     return [block for block in blocks if block.size and _spans(axis.codes[block], last)]
 
 
@@ -158,9 +165,7 @@ def _line(codes: np.ndarray, values: np.ndarray, last: int) -> np.ndarray:
 def _medians(lines: Sequence[np.ndarray]) -> np.ndarray:
     """Return the median over blocks at each value of the axis; NaN where no block has a case."""
     table = np.array(lines)
-    return np.array(
-        [np.median(column[np.isfinite(column)]) if np.isfinite(column).any() else np.nan for column in table.T]
-    )
+    return np.array([median(column[np.isfinite(column)]) for column in table.T])
 
 
 def _direction(lines: Sequence[np.ndarray]) -> str:
@@ -215,8 +220,8 @@ def _rank_effects(cases: Cases, drawn: Sequence[str], values: np.ndarray) -> lis
             partial = partial_rank_correlation(variable, known, others)
             low, high = np.quantile(variable, (QUARTILE, 1.0 - QUARTILE))
             entry["from"], entry["to"] = (
-                float(np.median(known[variable <= low])),
-                float(np.median(known[variable >= high])),
+                median(known[variable <= low]),
+                median(known[variable >= high]),
             )
             entry["share"] = None if math.isnan(partial.value) else float(partial.value**2)
             entry["verdict"] = RISES if partial.low > 0.0 else FALLS if partial.high < 0.0 else NOT_DECIDED
@@ -457,10 +462,10 @@ def _convergence(cases: Cases, figures: Sequence[str]) -> list[dict[str, Any]]:
             is_alone &= np.array([a == b for a, b in zip(column, column[cases.finest_of], strict=True)])
         levels, codes = codes_of(values)
         fineness = fineness_of(path, levels, codes)
-        coarser = np.unique(fineness[is_alone])[::-1]
+        coarser = sorted({*fineness[is_alone].tolist()}, reverse=True)
         for figure in figures:
             numbers = cases.figure_of_all(figure)
-            for level in coarser.tolist():
+            for level in coarser:
                 rows = np.flatnonzero(is_alone & (fineness == level))
                 if entry := _difference(numbers[cases.finest_of[rows]], numbers[rows]):
                     value = levels[int(codes[rows[0]])]

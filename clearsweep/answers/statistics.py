@@ -21,6 +21,14 @@ class Estimate(NamedTuple):
     high: float
 
 
+def median(values: np.ndarray) -> float:
+    """Return the median of known numbers, NaN of none; that of numpy loads its masked arrays, in 25 ms."""
+    if not len(values):
+        return math.nan
+    low, high = np.sort(values)[[(len(values) - 1) // 2, len(values) // 2]].tolist()
+    return float(0.5 * (low + high))
+
+
 def binomial_interval(count: int, cases: int) -> tuple[float, float, float]:
     """Return the probability from `count` of `cases`, and the ends of Clopper and Pearson's exact interval."""
     from scipy.stats import binomtest

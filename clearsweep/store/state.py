@@ -176,7 +176,7 @@ def unneeded_files(run: RunDirectory, damage: Iterable[Path] = (), *, batches: b
     `damage`: damaged summaries; they and their histories remain for the next run.
     """
     rows = run.rows()
-    used = {int(number) for number in np.unique(rows["batch"])}
+    used = {*rows["batch"].tolist()}
     repeated = [batch for number, batch in enumerate(run.batches) if number not in used]
     unneeded = run.batches if batches else repeated
     orbit_files = {batch.orbits for batch in run.batches}

@@ -25,6 +25,8 @@ from .pool.worker import CaseTime, Simulator, time_case
 PILOT_CASES, PILOT_TIME = 64, 10.0  # largest number of timed cases, and s after which no further one is started
 PILOT_SHARE = 0.5  # of PILOT_TIME for one case; a longer one is extrapolated
 RETIMED_COMPILE_SECONDS = 0.5  # s of compiling above which an unfinished case is timed again
+PILOT_LEAST = 8  # timed cases from which their scatter tells whether more are needed
+PILOT_PRECISION, PILOT_ERROR = 0.1, 0.2  # standard error, of the time of all cases and in s, that needs no more cases
 PILOT_PATIENCE = 60.0  # s to wait for one case, without compiling
 MIN_COMPILE_SECONDS = 0.05  # s of compiling from which the start of the workers is measured again, without compiling
 MAX_IMPORT_SECONDS = 2.0  # s of processor time before the estimate, at most, that a run takes, too
@@ -94,7 +96,7 @@ def estimate(
     )  # 1: nothing else runs here
     jobs = jobs or executors.cores()
     jobs = min(jobs, max(requested.cases, 1))
-    timed, start_up, cheaper = pilot(grid, requested, jobs, simulator)
+    timed, start_up, cheaper, jobs = pilot(grid, requested, jobs, simulator)
     times, events = (
         [timed_case.seconds for timed_case in timed if timed_case.seconds is not None],
         [timed_case.events for timed_case in timed],
@@ -214,11 +216,12 @@ def timed_indices(count: int) -> list[int]:
 
 
 class _Pilot(NamedTuple):
-    """Measured times of a few cases, and of the start of the workers."""
+    """Measured times of a few cases, and of the start of the workers, which are 1 if this process runs all cases."""
 
     timed: list[CaseTime]  # [] if the first case does not answer
-    start_up: float = 0.0  # s until workers are started and have loaded their code from the cache
-    cheaper: dict[str, float] = {}  # noqa: RUF012 - never changed; settings that a life takes less with -> s of a case
+    start_up: float  # s until workers are started and have loaded their code from the cache
+    cheaper: dict[str, float]  # settings that a life takes less with -> s of a case
+    worker_count: int
 
 
 def pilot(grid: Grid, requested: _Requested, worker_count: int, simulator: Simulator) -> _Pilot:
@@ -226,23 +229,31 @@ def pilot(grid: Grid, requested: _Requested, worker_count: int, simulator: Simul
     with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         directory = Path(folder)
         (directory / store.SCRATCH).mkdir()
+        cases, working = [grid.case(k) for k in requested.timed.tolist()], store.Working(directory, "0" * 16)
+        timed: list[CaseTime] = []
+        if case_runner.may_run_here(grid, cases[0], case_runner.Options(), simulator):
+            here, begin = executors.Serial(), time.monotonic()
+            compiled = case_runner.compile_all(here, requested.kinds, simulator, directory)
+            start_up = time.monotonic() - begin - compiled
+            timed = _time_cases(here, simulator, cases, working, requested.cases)
+            if not case_runner.is_worth_workers(_mean(timed) * requested.cases, worker_count):
+                return _Pilot(timed, start_up, {}, 1)
         workers, start_up, compiled = start_workers(worker_count, requested.kinds, simulator, directory)
         try:
-            working = store.Working(directory, "0" * 16)
-            timed = _time_cases(workers, simulator, [grid.case(k) for k in requested.timed.tolist()], working)
+            timed = timed or _time_cases(workers, simulator, cases, working, requested.cases)
             run_seconds = _mean(timed) * requested.cases / worker_count
             lives = cheaper_lives(grid.case(int(requested.timed[0]))) if run_seconds > LONG_LIFE else {}
             cheaper = {
                 settings: seconds
                 for settings, case in lives.items()
-                if (seconds := _mean(_time_cases(workers, simulator, [case], working)))
+                if (seconds := _mean(_time_cases(workers, simulator, [case], working, 1)))
             }
         finally:
             workers.close()
         if compiled > MIN_COMPILE_SECONDS:  # what a run has to load is in the cache now
             workers, start_up, _ = start_workers(worker_count, requested.kinds, simulator, directory)
             workers.close()
-        return _Pilot(timed, start_up, cheaper)
+        return _Pilot(timed, start_up, cheaper, worker_count)
 
 
 def _mean(timed: list[CaseTime]) -> float:
@@ -308,9 +319,9 @@ def start_workers(
 
 
 def _time_cases(
-    workers: executors.Executor, simulator: Simulator, cases: list[Case], working: store.Working
+    workers: executors.Executor, simulator: Simulator, cases: list[Case], working: store.Working, all_cases: int
 ) -> list[CaseTime]:
-    """Return the times of cases, as many of the first ones as PILOT_TIME allows."""
+    """Return the times of as many of the first cases as PILOT_TIME allows and the time of `all_cases` needs."""
     results: list[CaseTime] = []
 
     def progress_text() -> str:
@@ -340,9 +351,17 @@ def _time_cases(
             results.append(timed)
             spent = sum(result.elapsed for result in results)
             timing.note(share=min(max(len(results) / len(cases), spent / PILOT_TIME), 1.0))
-            if spent > PILOT_TIME:
+            if spent > PILOT_TIME or _is_enough([result.seconds for result in results], all_cases):
                 break
     return results
+
+
+def _is_enough(times: list[float | None], all_cases: int) -> bool:
+    """Return whether more timed cases would hardly change the estimate for all cases."""
+    known = [seconds for seconds in times if seconds is not None]
+    if len(known) < max(PILOT_LEAST, len(times)):
+        return False
+    return _standard_error(known, all_cases) < max(PILOT_ERROR, PILOT_PRECISION * float(np.mean(known)) * all_cases)
 
 
 def _combine_attempts(first_attempt: CaseTime, second_attempt: CaseTime) -> CaseTime:

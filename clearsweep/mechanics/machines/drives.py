@@ -222,7 +222,7 @@ def _visited_angles(drive: tuple, one_case: case.Case) -> tuple[float, float] | 
         assert isinstance(drive, (machine.Constant, machine.Schedule, machine.Path))  # the only other drives
         duration = settings.revolutions * settings.period
         rows = [] if isinstance(drive, machine.Constant) else [time for time in drive.times if 0.0 < time < duration]
-        times = np.union1d(np.linspace(0.0, duration, _TIMES), rows)
+        times = np.array(sorted({*np.linspace(0.0, duration, _TIMES).tolist(), *rows}))
         angles = motion_at(drive, times)[0] - drive.start_angle
         low, high = float(np.min(angles)), float(np.max(angles))
     return (low, high) if high - low < 2.0 * math.pi else None

@@ -157,7 +157,7 @@ def _ideal_shaking(
     def sizes(angles: np.ndarray) -> np.ndarray:
         return np.abs(shaking.at(start + direction * angles, ())[0])  # type: ignore[no-any-return]
 
-    peaks = largest(sizes, np.union1d(np.append(angles, 2.0 * math.pi * turn_range[1]), knots))
+    peaks = largest(sizes, np.array(sorted({*angles.tolist(), 2.0 * math.pi * turn_range[1], *knots})))
     figures = dict(zip(_FIGURES, [*peaks[:2], math.sqrt(peaks[2]), peaks[3]], strict=True))
     figures |= {
         "frame_force_rms": math.sqrt(float(frame[SQUARE].mean())),

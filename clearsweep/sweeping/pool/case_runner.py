@@ -1,5 +1,6 @@
 """Runs the missing cases of one or more grids: compiles once, and hands cases to the workers."""
 
+import dataclasses
 import re
 import secrets
 import shutil
@@ -46,6 +47,25 @@ class _Functions(NamedTuple):
 
 
 SIMULATION: Simulator = _Functions()
+
+
+HERE_SECONDS = 2.0  # s of cases that this process runs at most
+POOL_SECONDS = 0.4  # s that worker processes must save before they are started
+COMPILE_SECONDS = 0.5  # s of compiling in this process after which workers compile further kinds of scenes at once
+
+
+def may_run_here(grid: grids.Grid, case: Case, options: Options, simulator: Simulator) -> bool:
+    """Return whether cases like this one may run in this process, which they cannot end.
+
+    Laws of one's own may end it, lives and checked cases take long, and only another process ends a case in time.
+    """
+    is_plain = not (grid.law_files or grid.chained or case.life or case.simulate.error_check or options.case_timeout)
+    return simulator is SIMULATION and options.executor == "local" and is_plain
+
+
+def is_worth_workers(seconds: float, jobs: int) -> bool:
+    """Return whether worker processes finish cases of `seconds` in all sooner than this process."""
+    return seconds > HERE_SECONDS or seconds * (1.0 - 1.0 / jobs) > POOL_SECONDS
 
 
 # Shards: parts of a grid that run independently on separate machines.
@@ -100,7 +120,7 @@ class Pending(NamedTuple):
 
 
 class CaseRunner:
-    """Runs cases of one or more grids with workers that are started for the first missing case.
+    """Runs cases of one or more grids: few cheap ones in this process, the others with workers started for them.
 
     `ran` is the number of cases run, `case_seconds` their total computing time (s).  `ready` is the time at which the
     first case could begin, or None.
@@ -109,6 +129,7 @@ class CaseRunner:
     def __init__(self, directory: store.RunDirectory, options: Options, simulator: Simulator):
         self.directory, self.options, self.simulator = directory, options, simulator
         self.workers: executors.Executor | None = None
+        self.here: executors.Executor | None = None  # this process, once it has run cases
         self.ran, self.case_seconds = 0, 0.0
         self.ready_time: float | None = None
         self.failed = 0
@@ -151,13 +172,13 @@ class CaseRunner:
         grids.check_disk(count * grids.largest_history(grid), shutil.disk_usage(self.directory.path).free)
         with phases.phase("listing the kinds of scenes"):
             scene_cases = one_case_per_scene(grid, pending.indices, self.simulator)
-        workers = self._compiled_workers(scene_cases, count)
+        jobs = min(self.options.jobs or executors.cores(), count)
         driver = secrets.token_hex(8) if pending.read_finished_ids else ""
         context = RunContext(self.directory.path.resolve(), grid, self.simulator, self.options, driver)
         batches = Batches(
             pending.indices,
             pending.ids,
-            workers.worker_count,
+            jobs,
             grids.first_case_history(grid),
             pending.read_finished_ids,
         )
@@ -167,16 +188,40 @@ class CaseRunner:
         self.batches = batches
         done, failed = pending.earlier
         display = CaseProgress(done + count, pending.title, done=done, failed=failed, later=pending.later)
-        with phases.phase(display):
-            if allowed_failures is None:
-                allowed_failures = failure_limit(self.options.max_failures, count)
-            run = Driver(workers, self.directory, context, batches, allowed_failures, display)
-            is_complete = run.run()
+        if allowed_failures is None:
+            allowed_failures = failure_limit(self.options.max_failures, count)
+
+        def run(workers: executors.Executor, context: RunContext) -> bool:
+            with phases.phase(display):
+                allowed = None if allowed_failures is None else allowed_failures + failed - display.failed
+                driver = Driver(workers, self.directory, context, batches, allowed, display)
+                is_complete = driver.run()
+            self.ran, self.case_seconds = self.ran + driver.ran, self.case_seconds + driver.case_seconds
+            self.failed += driver.failed
+            return is_complete
+
+        if self._is_ready_here(grid, scene_cases):
+            assert self.here is not None
+            batches.is_too_long = lambda seconds: is_worth_workers(self.case_seconds + seconds, jobs)
+            is_complete = run(self.here, dataclasses.replace(context, patience=HERE_SECONDS))
+            if not is_complete or batches.is_empty:
+                return is_complete
+            batches.is_too_long = None
+        is_complete = run(self._compiled_workers(scene_cases, count), context)
         if not is_complete:
             self.workers = None  # the driver has ended them
-        self.ran, self.case_seconds = self.ran + run.ran, self.case_seconds + run.case_seconds
-        self.failed += run.failed
         return is_complete
+
+    def _is_ready_here(self, grid: grids.Grid, scene_cases: list[Case]) -> bool:
+        """Return whether cases may run in this process, after compiling their code, and workers are not started."""
+        if self.workers or not may_run_here(grid, scene_cases[0], self.options, self.simulator):
+            return False
+        self.here, begin = executors.Serial(), phases.compile_seconds()
+        for case in scene_cases:
+            if phases.compile_seconds() - begin > COMPILE_SECONDS:
+                return False
+            self._compile(self.here, [case])
+        return True
 
     def results_from(self, grid: grids.Grid, first: int) -> CaseResults | None:
         """Run the missing cases of a grid; return how those from the index `first` on compare with their limits.
@@ -212,7 +257,7 @@ class CaseRunner:
 
     def peaks(self, grid: grids.Grid, worst_cases: Sequence[store.Worst]) -> list[Peak | None]:
         """Return the peak revolution of each finished case, or None for a case whose peak is not found again."""
-        workers = self.workers or self.start_workers(len(worst_cases))
+        workers = self.workers or self.here or self.start_workers(len(worst_cases))
         results: list[Peak | None] = []
         tasks = [
             _submit_peak(workers, self.simulator, grid.case_at(case.point), peak_column(grid, case), case)
@@ -231,12 +276,16 @@ class CaseRunner:
     def _compiled_workers(self, scene_cases: list[Case], pending: int) -> executors.Executor:
         """Return started workers with compiled code."""
         workers = self.workers or self.start_workers(pending)
+        self._compile(workers, scene_cases)
+        return workers
+
+    def _compile(self, workers: executors.Executor, scene_cases: list[Case]) -> None:
+        """Compile the code of these cases that is not compiled yet."""
         new_cases = [case for case in scene_cases if self.simulator.signature(case) not in self.compiled_signatures]
         if new_cases:
             compile_all(workers, new_cases, self.simulator, self.directory.path.resolve())
             self.compiled_signatures |= {self.simulator.signature(case) for case in new_cases}
         self.ready_time = self.ready_time or time.monotonic()
-        return workers
 
     def start_workers(self, cases: int) -> executors.Executor:
         """Return started workers for at most `cases` cases at a time."""

@@ -181,6 +181,7 @@ class Batches:
             read_finished_ids,
         )
         self.chains: np.ndarray | None = None  # number of the chain of each pending case, whose cases are together
+        self.is_too_long: Callable[[float], bool] | None = None  # whether some s of work are left to other workers
         self.max_cases = max(1, min(MAX_BATCH_CASES, int(MAX_BATCH_BYTES / max(bytes_per_case, 1.0))))
         self.handed_out_count, self.largest_batch_size = 0, 1
         self.weighted_case_count, self.weighted_seconds = 0.0, 0.0  # of recent batches; older ones count less
@@ -202,8 +203,15 @@ class Batches:
             self.weighted_seconds = OLD_BATCH_WEIGHT * self.weighted_seconds + outcome.seconds
             self.largest_batch_size = max(self.largest_batch_size, outcome.finished_count)
 
+    @property
+    def is_empty(self) -> bool:
+        """Return whether all cases are handed out."""
+        return not self.requeued and self.handed_out_count == len(self.pending)
+
     def next(self) -> Batch | None:
         """Return the next batch, or None if none is left."""
+        if self.is_too_long and (self.requeued or self.is_too_long(self._remaining_seconds())):
+            return None
         if self.requeued:
             return self.requeued.popleft()
         if self.read_finished_ids and time.monotonic() - self.last_removal_time > TARGET_SECONDS:
@@ -228,11 +236,17 @@ class Batches:
         )
         self.last_removal_time = time.monotonic()
 
+    def _remaining_seconds(self) -> float:
+        """Return the expected time (s) of the cases that are not handed out yet, 0 before the first case."""
+        mean = self.weighted_seconds / self.weighted_case_count if self.weighted_case_count else 0.0
+        return mean * (len(self.pending) - self.handed_out_count)
+
     def _size(self) -> int:
         if not self.weighted_case_count:
             return 1
         mean = max(self.weighted_seconds / self.weighted_case_count, 1e-6)
         even_size = (len(self.pending) - self.handed_out_count) / (2.0 * self.worker_count)
+        even_size *= 2.0 if self.worker_count == 1 else 1.0  # nobody else waits for the last cases
         return max(
             1,
             min(
@@ -299,7 +313,10 @@ class Driver:
             if batch is None:
                 return
             try:
-                self.running[self.executor.submit(run_batch, self.context, batch)] = batch
+                future = self.executor.submit(run_batch, self.context, batch)
+                self.running[future] = batch
+                if future.done():  # it ran in this process: its time divides the others
+                    return
             except RuntimeError:  # the pool has just broken
                 self.batches.requeued.appendleft(batch)
                 self._restart()
@@ -347,7 +364,7 @@ class Driver:
         self.failed += outcome.failed_count
         self.case_seconds += outcome.seconds
         self.progress.advance(outcome.finished_count, outcome.failed_count)
-        if remaining_cases := batch.cases.part(outcome.finished_count):  # its worker was asked to stop
+        if remaining_cases := batch.cases.part(outcome.finished_count):  # its worker stopped earlier
             attempts = 0 if outcome.finished_count else batch.attempts + 1
             if attempts > MAX_RESTARTS:
                 raise _strange_answer("no case of it is finished, however often it is handed out")

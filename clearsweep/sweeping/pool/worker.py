@@ -3,6 +3,7 @@
 import contextlib
 import faulthandler
 import functools
+import math
 import os
 import pickle
 import platform
@@ -73,6 +74,7 @@ class Batch(NamedTuple):
 
 
 CHUNK_SIZE = 64  # cases created at a time, in a third of the time of one by one
+CASE_SHARE = 0.125  # of the patience for a batch, for each of its cases
 CHECK_INTERVAL = 0.01  # s between checks for a request to stop
 ERROR_CHECK_COST = 10.0**0.125  # run time of an error check over that of the case, at a tenth of the tolerance
 OUT_OF_TIME = "time-budget"  # status of a case that exceeded its time
@@ -131,6 +133,7 @@ class RunContext:
     simulator: Simulator
     options: Options = NO_OPTIONS
     driver: str = ""  # owner of the batches, if several drivers work at one block
+    patience: float = math.inf  # s of a batch after which it ends early; CASE_SHARE of it: after which a case is left
 
     def __reduce__(self) -> tuple[Callable[[bytes], "RunContext"], tuple[bytes]]:
         return _unpack_context, (self._packed,)
@@ -138,6 +141,11 @@ class RunContext:
     @cached_property
     def _packed(self) -> bytes:
         return pickle.dumps((self.directory, self.grid, self.simulator, self.options, self.driver))
+
+    @property
+    def clock(self) -> Callable[[], float]:
+        """Return the clock of batches: that of this process where patience ends, since others slow down workers, too."""
+        return time.perf_counter if self.patience == math.inf else time.process_time
 
     @cached_property
     def result_schema(self) -> store.ResultSchema:
@@ -274,7 +282,7 @@ def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
             f"the worker on {platform.node()} has another version of clearsweep than the main "
             "program; install the same version everywhere"
         )
-    rows, logs, begin = [], list[store.Unfinished](), time.perf_counter()
+    rows, logs, begin = [], list[store.Unfinished](), context.clock()
     with (
         signals.patience(),
         _new_status_file(context.status_file(batch)) as status_writer,
@@ -282,7 +290,7 @@ def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
     ):
         for task, point, trajectory in _solved(context, batch, status_writer, logs):
             rows.append(store.Row(task.case_id, point, trajectory))
-        seconds = time.perf_counter() - begin
+        seconds = context.clock() - begin
         committed = store.commit(context.directory, context.result_schema, batch.name, rows) if rows else None
         for log in logs:
             log.discard()
@@ -294,17 +302,22 @@ def _solved(
 ) -> Iterator[tuple[Task, dict[str, Any], Trajectory]]:
     """Yield the cases of a batch and their results; on a request to stop, end after the current case.
 
+    Where the patience of the context ends, the cases left belong to other workers.
     `logs` : receives the logs of lives, which are obsolete once their results are stored.
     """
-    stop_request = _StopRequest(context)
+    stop_request, end, budget = _StopRequest(context), context.clock() + context.patience, CASE_SHARE * context.patience
     for index, (task, point, case) in enumerate(_cases(context.grid, batch)):
-        if stop_request.is_requested():
+        if stop_request.is_requested() or context.clock() > end:
             return
         status_writer.record(index)
         log = store.Unfinished(context.directory, task.case_id) if case.life else None
         with phases.phase("") as phase:
             phase.facts = context.facts(task)
+            if is_cut := budget < case.simulate.time_budget:
+                case = case._replace(simulate=case.simulate._replace(time_budget=budget))  # noqa: PLW2901
             trajectory = _solve(context, case, log, status_writer.handle)
+            if is_cut and trajectory.status == OUT_OF_TIME:
+                return
         yield task, point, trajectory
         logs += [log] if log else []
 
