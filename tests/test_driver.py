@@ -150,7 +150,7 @@ def driven(tmp_path):
 @pytest.mark.parametrize("trouble", ["refuse", "breaks", "commits_then_breaks", "vanishes", "leaves_early"])
 def test_every_case_is_stored_once_in_spite_of(driven, trouble, monkeypatch):
     monkeypatch.setattr(driving, "DEATH_TIMEOUT", 0.1)
-    executor = Unreliable("well", trouble, "well", trouble)
+    executor = Unreliable("well", trouble, trouble)
     driver, stored, expected = driven(executor)
     np.testing.assert_array_equal(stored, expected)
     assert driver.ran == CASES

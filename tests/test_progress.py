@@ -262,7 +262,7 @@ def test_every_part_of_a_sweep_is_a_phase(tmp_path, phases_seen):
         "checking the cases",
         "reading the directory",
         "loading compiled code",
-        "2 of 3 cases, 0 failed",
+        "1 of 3 cases, 0 failed",
         "saving the revolution of the largest peak of 1 case",
         "writing orbits.h5",
         "writing summary.parquet",

@@ -99,9 +99,9 @@ def test_a_burst_of_signals_ends_a_run_like_its_first_one(tmp_path, pause):
 TRACKED = """
 import os, signal, time
 from multiprocessing import resource_tracker
-from clearsweep.sweeping.pool import executors
+from clearsweep.sweeping.pool import forks
 if __name__ == "__main__":
-    pool = executors.Local(1)
+    pool = forks.Local(1)
     assert pool.submit(abs, -2).result(60) == 2
     os.kill(resource_tracker._resource_tracker._pid, signal.SIGKILL)
     time.sleep(0.2)
@@ -122,13 +122,13 @@ def test_a_killed_resource_tracker_leaves_no_word_on_stderr(tmp_path):
 
 HOLDING = """
 import fcntl, os, threading, time
-from clearsweep.sweeping.pool import executors
+from clearsweep.sweeping.pool import forks
 lock = open("lock", "w")
 fcntl.flock(lock, fcntl.LOCK_EX)
 threads = [threading.Thread(target=time.sleep, args=(600,), daemon=True)] if {threads} else []
 for thread in threads:
     thread.start()
-pool = executors.Local(2)
+pool = forks.Local(2)
 worker, server = pool.submit(os.getpid).result(60), pool.submit(os.getppid).result(60)
 print(worker, server, flush=True)
 time.sleep(600)

@@ -15,7 +15,7 @@ from test_sweep import parts, program, wait_for
 
 from clearsweep import cli, streams
 from clearsweep.language import errors, phases
-from clearsweep.sweeping.pool import driver, executors, resources, signals
+from clearsweep.sweeping.pool import driver, executors, forks, resources, signals
 
 pytestmark = pytest.mark.heavy
 
@@ -228,9 +228,9 @@ def test_workers_that_cannot_be_started_are_reported_with_the_reason(monkeypatch
     def refuse(*_, **__):
         raise BlockingIOError(11, "Resource temporarily unavailable")
 
-    monkeypatch.setattr(executors, "ProcessPool", refuse)
+    monkeypatch.setattr(forks, "ProcessPool", refuse)
     with pytest.raises(errors.InputError, match=r"jobs: 3 worker processes .*Resource temporarily unavailable"):
-        executors.Local(3)
+        forks.Local(3)
     assert signal.pthread_sigmask(signal.SIG_BLOCK, []) == set()
 
 

@@ -21,10 +21,11 @@ from mechanism_cases import slider_crank
 
 from clearsweep import grid as grids
 from clearsweep import simulation, store
+from clearsweep.contracts.results import Trajectory
 from clearsweep.language import errors, phases
 from clearsweep.sweeping import estimate
 from clearsweep.sweeping.merge import complete_run
-from clearsweep.sweeping.pool import executors
+from clearsweep.sweeping.pool import case_runner, executors, forks
 from clearsweep.sweeping.pool.case_runner import SIMULATION
 from clearsweep.sweeping.pool.driver import Batches
 from clearsweep.sweeping.pool.worker import BatchOutcome
@@ -123,6 +124,41 @@ def test_serial_and_parallel_runs_leave_the_same(tmp_path):
     quiet(grid(7, wear=True), tmp_path / "serial", executor="serial")
     quiet(grid(7, wear=True), tmp_path / "parallel", jobs=2)
     assert same_results(tmp_path / "serial", tmp_path / "parallel")
+
+
+class Unhurried(Fake):
+    """Its cases end in a process that gives them a second, and nowhere else."""
+
+    @staticmethod
+    def solve(case):
+        """Return a made-up trajectory, or that of a case whose time is up."""
+        is_up = case.simulate.time_budget < 1.0
+        return Trajectory("time-budget", "its time is up", {}) if is_up else fake_physics.trajectory(case)
+
+
+@pytest.mark.parametrize(
+    ("simulator", "options", "pools"),
+    [
+        (Fake, {}, 0),
+        (Fake, {"case_timeout": 9.0}, 1),  # only another process ends a case in time
+        (Unhurried, {}, 1),  # what takes longer is not stored, but done by a worker
+    ],
+)
+def test_few_cheap_cases_need_no_other_process(tmp_path, monkeypatch, simulator, options, pools):
+    monkeypatch.setattr(case_runner, "SIMULATION", simulator)
+    started, start = [], executors.EXECUTORS["local"]
+    monkeypatch.setitem(executors.EXECUTORS, "local", lambda *given: [started.append(given), start(*given)][1])
+    quiet(grid(7, wear=True), tmp_path / "run", simulator=simulator, jobs=2, **options)
+    quiet(grid(7, wear=True), tmp_path / "workers", jobs=2, executor="serial")
+    assert len(started) == pools
+    assert same_results(tmp_path / "run", tmp_path / "workers")
+
+
+@pytest.mark.parametrize(
+    ("seconds", "jobs", "workers"), [(1.9, 1, False), (0.5, 2, False), (1.9, 2, True), (9, 1, True)]
+)
+def test_workers_are_started_where_they_save_more_than_they_take(seconds, jobs, workers):
+    assert case_runner.is_worth_workers(seconds, jobs) == workers
 
 
 def test_failures_become_rows_with_their_reason_and_the_others_continue(tmp_path):
@@ -351,9 +387,9 @@ def test_the_parent_grows_by_less_than_50_mb_with_a_hundred_times_the_cases(tmp_
 
 
 def test_one_worker_has_one_thread(tmp_path, monkeypatch):
-    for name in executors.THREAD_VARIABLES:
+    for name in forks.THREAD_VARIABLES:
         monkeypatch.setenv(name, "7")
-    workers = executors.Local(1)
+    workers = forks.Local(1)
     try:
         inside = workers.submit(os.getenv, "OPENBLAS_NUM_THREADS").result()
     finally:

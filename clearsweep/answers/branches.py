@@ -80,9 +80,7 @@ def _point(
     cases: Cases, paths: list[str], rows: np.ndarray, groups: list[np.ndarray], statistics: Mapping[str, np.ndarray]
 ) -> dict[str, Any]:
     """Return one point with its motions, the one with the smallest force first."""
-    means = {
-        name: [median(statistic[group, 0]) for group in groups] for name, statistic in statistics.items()
-    }
+    means = {name: [median(statistic[group, 0]) for group in groups] for name, statistic in statistics.items()}
     figure = max(means, key=lambda name: max(means[name]) / max(min(means[name]), 1e-300))
     motions = [
         {

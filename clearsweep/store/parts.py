@@ -37,6 +37,7 @@ class Part:
         """
         self.files, self._stored, self._mark = files, stored, mark
         self._checked: tuple[int, ...] = ()  # the state of orbits.h5 when it was last checked
+        self._opened: h5py.File | None = None  # it, in this state: its chunks stay decompressed from case to case
 
     @contextlib.contextmanager
     def table(self, name: str = SUMMARY_FILE) -> Iterator[pq.ParquetFile]:
@@ -52,9 +53,11 @@ class Part:
         with damage_said(path, RuntimeError, KeyError, TypeError):  # of HDF5 and h5py
             durable.open_regular(path).close()
             if (state := _state_of(path)) == self._checked:
-                with h5py.File(path, "r") as file:
-                    yield file
+                if not self._opened:
+                    self._opened = h5py.File(path, "r")
+                yield self._opened
                 return
+            self._opened = None
             with open_orbits(path, self._stored, len(self), mark=self._mark) as (file, contents):
                 ids = ids_of_texts(contents.ids.tobytes())
                 if IDS_FILE not in self.files:

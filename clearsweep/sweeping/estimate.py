@@ -313,7 +313,7 @@ def start_workers(
 ) -> tuple[executors.Executor, float, float]:
     """Return started workers with compiled code, the elapsed time (s), and the sum of their compile times (s)."""
     begin = time.monotonic()
-    workers = executors.Local(worker_count, load=simulator.load)
+    workers = executors.EXECUTORS["local"](worker_count, None, simulator.load)
     compiled = case_runner.compile_all(workers, kinds, simulator, directory)
     return workers, time.monotonic() - begin, compiled
 

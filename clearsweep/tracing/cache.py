@@ -23,8 +23,9 @@ import stat
 import sys
 import tempfile
 from collections.abc import Iterable, Iterator
-from importlib.metadata import version
 from pathlib import Path
+
+import llvmlite
 
 PLACE = "CLEARSWEEP_CACHE_DIR"  # environment variable: where compiled code is kept
 PACKAGE = Path(__file__).parents[1]
@@ -38,7 +39,7 @@ _IMPORT = re.compile(r"^[ \t]*from[ \t]+(\.*)([\w.]*)[ \t]+import[ \t]+(\([^)]*\
 
 def compiler_stamp() -> str:
     """Return a hash of what makes objects of LLVM code: the version of llvmlite, and how it is used."""
-    digest = hashlib.sha256(f"{version('llvmlite')}\n".encode() + (COMPILER / "objects.py").read_bytes())
+    digest = hashlib.sha256(f"{llvmlite.__version__}\n".encode() + (COMPILER / "objects.py").read_bytes())
     return digest.hexdigest()[:16]
 
 

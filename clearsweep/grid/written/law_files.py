@@ -13,7 +13,6 @@ import unicodedata
 import warnings
 from collections.abc import Iterable, Iterator, Mapping
 from functools import lru_cache
-from importlib import metadata
 from io import BufferedReader
 from pathlib import Path
 from typing import Any
@@ -82,6 +81,8 @@ def plain_value(written: WrittenValue) -> Any:
 
 def installed_file(name: str) -> LawFile:
     """Return the file of an installed library of laws; raise InputError if there is none."""
+    from importlib import metadata  # loads the standard library's parser of emails
+
     points = [x for x in metadata.entry_points(group=GROUP) if x.dist and not is_neighbour(str(x.dist.locate_file("")))]
     point = next((point for point in points if point.name == name), None)
     if point is None:
@@ -286,6 +287,8 @@ def _declares(decorator: Any, name: str) -> bool:
 
 def _versions(file: LawFile) -> list[str]:
     """Return the versions of the packages that a file imports, but not of Python, numpy and clearsweep."""
+    from importlib import metadata
+
     known = {"numpy", "clearsweep", *sys.stdlib_module_names}
     versions = []
     for module in sorted(imports(file).keys() - known):

@@ -2,14 +2,16 @@
 
 import csv
 import re
-import zipfile
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
-from xml.etree import ElementTree
+from typing import TYPE_CHECKING, Any
 
 from ...language.errors import InputError
 from .document import check_regular_file
+
+if TYPE_CHECKING:  # few grids name workbooks
+    import zipfile
+    from xml.etree import ElementTree
 
 TableRow = tuple[int, list[Any]]  # number and cells
 
@@ -98,6 +100,9 @@ def rows_of_xlsx(file: Path, sheet: int = 1) -> tuple[list[str], list[TableRow]]
     sheet : its number, 1 for the first.  Values of formulas are those that Excel stored.  Raises ValueError if the
     file is no workbook or has no such sheet.
     """
+    import zipfile
+    from xml.etree import ElementTree
+
     try:
         with zipfile.ZipFile(file) as book:
             sheets = {int(match[1]): name for name in book.namelist() if (match := _SHEET_PATTERN.fullmatch(name))}
@@ -115,7 +120,7 @@ def rows_of_xlsx(file: Path, sheet: int = 1) -> tuple[list[str], list[TableRow]]
     return headers, [(number, cells + [""] * (width - len(cells))) for number, cells in rows[1:]]
 
 
-def _rows_of_sheet(root: ElementTree.Element, shared: list[str]) -> list[TableRow]:
+def _rows_of_sheet(root: "ElementTree.Element", shared: list[str]) -> list[TableRow]:
     """Return number and cells of every row that is not blank."""
     rows = []
     for number, row in enumerate(root.iterfind(".//{*}sheetData/{*}row"), start=1):
@@ -125,19 +130,21 @@ def _rows_of_sheet(root: ElementTree.Element, shared: list[str]) -> list[TableRo
     return rows
 
 
-def _part(book: zipfile.ZipFile, name: str) -> ElementTree.Element:
+def _part(book: "zipfile.ZipFile", name: str) -> "ElementTree.Element":
     """Return a part of a workbook; ValueError if it is too large once it is unpacked."""
+    from xml.etree import ElementTree
+
     if book.getinfo(name).file_size > MAX_PART_BYTES:
         raise ValueError(f"its part {name} has more than {MAX_PART_BYTES:,} bytes")
     return ElementTree.fromstring(book.read(name))  # expat limits the expansion of entities
 
 
-def _shared_texts(book: zipfile.ZipFile) -> list[str]:
+def _shared_texts(book: "zipfile.ZipFile") -> list[str]:
     items = _part(book, "xl/sharedStrings.xml").iterfind("{*}si")
     return ["".join(text.text or "" for text in item.iterfind(".//{*}t")) for item in items]
 
 
-def _column(cell: ElementTree.Element, default: int) -> int:
+def _column(cell: "ElementTree.Element", default: int) -> int:
     """Return the number of the column of a cell, 0 for the first: 27 of AB4."""
     match = _CELL_PATTERN.fullmatch(cell.get("r", ""))
     if not match:
@@ -148,7 +155,7 @@ def _column(cell: ElementTree.Element, default: int) -> int:
     return number - 1
 
 
-def _cell_value(cell: ElementTree.Element, shared: list[str]) -> Any:
+def _cell_value(cell: "ElementTree.Element", shared: list[str]) -> Any:
     """Return the value of a cell: text, or the text of a number; `=` and a formula whose value is not stored."""
     if cell.get("t") == "inlineStr":
         return "".join(text.text or "" for text in cell.iterfind(".//{*}t"))

@@ -77,7 +77,7 @@ class MatchedCases(NamedTuple):
         """Return a figure (SI) by group and law, for groups with a positive figure under at least two laws."""
         values = study.cases[column].reindex(self.pairs["case_id"]).to_numpy()
         known = self.pairs.assign(value=values)[values > 0.0]
-        table = known.pivot_table(index="group", columns="law", values="value", aggfunc="median")
+        table = known.groupby(["group", "law"])["value"].median().unstack()
         return table[table.count(axis=1) > 1]
 
     def case_id(self, group: int, law: str) -> str:
@@ -91,6 +91,10 @@ def match_cases(study: Study, axis: Axis) -> MatchedCases:
     A value that a law does not use does not separate cases: the case then belongs to every group that shares the
     others.
     """
+    return study.cases.cached(("matches", axis.path), lambda: _match_cases(study, axis))
+
+
+def _match_cases(study: Study, axis: Axis) -> MatchedCases:
     other_paths = [other.path for other in study.swept() if other is not axis]
     codes = pd.DataFrame({path: pd.factorize(study.cases[path])[0] for path in other_paths}, index=study.cases.index)
     groups = codes.drop_duplicates().rename_axis(None).reset_index(drop=True).rename_axis("group").reset_index()

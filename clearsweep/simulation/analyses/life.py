@@ -9,7 +9,6 @@ its blocks, with the same end.
 import dataclasses
 import io
 import math
-import zipfile
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Protocol
 
@@ -195,6 +194,8 @@ def encoded(records: Sequence[BlockRecord]) -> bytes:
 
 def decoded(content: bytes | None, size: int) -> list[BlockRecord]:
     """Return the results stored by `encoded`, for vectors of this size; [] for any other content."""
+    import zipfile  # loads all compressions
+
     if content is None:
         return []
     try:

@@ -50,11 +50,11 @@ def _random_places(case: Case) -> tuple[np.ndarray, np.ndarray]:
     return random_places(settings.seed, settings.draw, flanked)
 
 
-def _in_play(generator: np.random.Generator) -> list[float]:
+def _in_play(generator: "np.random.Generator") -> list[float]:
     return [float(generator.uniform(-1.0, 1.0))]
 
 
-def _in_circle(generator: np.random.Generator) -> list[float]:
+def _in_circle(generator: "np.random.Generator") -> list[float]:
     radius, angle = math.sqrt(generator.uniform()), generator.uniform(0.0, 2.0 * math.pi)
     return [radius * math.cos(angle), radius * math.sin(angle)]
 

@@ -4,7 +4,6 @@ import contextlib
 import functools
 import logging
 import math
-import multiprocessing
 import os
 import pickle
 import signal
@@ -14,13 +13,10 @@ from collections.abc import Callable
 from concurrent.futures import BrokenExecutor, Future
 from typing import Any, Protocol, TypeVar
 
-from pebble import CONSTS, ProcessExpired, ProcessPool
-
 from ...language.errors import InputError, SchedulerLostError, error_line
-from . import forks, resources, signals, worker
+from . import resources, signals, worker
 from .resources import THREAD_VARIABLES
 
-CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
 NODES = "nodes"  # not an executor: a driver on each node of a cluster, see `nodes`
 RECOUNT_INTERVAL = 2.0  # s between counts of a cluster's workers
 ANSWER_TIMEOUT = 10.0  # s for a scheduler to answer a request, including the connection
@@ -31,7 +27,6 @@ QUIETED_LOGGERS = (
     "distributed",
     "tornado",
 )  # loggers that print tracebacks of failures that are handled here
-CONSTS.channel_lock_timeout = 2.0  # s; a worker that is killed with the lock stalls the others for twice as long
 
 
 def cores() -> int:
@@ -69,65 +64,6 @@ class Executor(Protocol):
 
     def close(self) -> None:
         """End all workers."""
-
-
-class Local:
-    """Processes on this machine, one thread each; a process that dies loses only its own batch."""
-
-    death_errors: tuple[type[Exception], ...] = (ProcessExpired,)
-    is_remote = False
-
-    def __init__(self, worker_count: int, _scheduler: str | None = None, load: Callable[[], None] = no_preparation):
-        self.worker_count, self._load = worker_count, load
-        self._environment = {name: os.environ.get(name) for name in THREAD_VARIABLES}
-        os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))  # read by numpy when the workers import it
-        self._pool = self._started()
-
-    def _started(self) -> ProcessPool:
-        with signals.shielded(), contextlib.ExitStack() as undo:
-            try:
-                self._context = forks.Context(self._load)
-                undo.callback(self._context.close)
-                server = self._context.server
-                parent, load = (server.pid, no_preparation) if server else (os.getpid(), self._load)
-                pool = ProcessPool(self.worker_count, 0, worker.start_worker, (parent, load), self._context)
-                if pool.active:  # this call starts the workers
-                    undo.pop_all()
-                    return pool
-                reason = ""
-            except (OSError, BrokenExecutor) as error:
-                reason = f" ({error_line(error.__cause__ or error)})"
-        raise InputError(
-            f"jobs: {self.worker_count} worker processes could not be started{reason}; reduce --jobs, or raise the "
-            "limit (ulimit -a)"
-        )
-
-    def submit(self, function: Callable, *args: Any) -> Future:
-        """Run `function(*args)` in a worker; raise RuntimeError if the pool is broken."""
-        return self._pool.schedule(function, args=args)
-
-    def restart(self) -> None:
-        """Replace all workers; their unfinished batches are lost."""
-        self.close()
-        os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
-        self._pool = self._started()
-
-    def close(self) -> None:
-        """Kill all workers; finished batches are kept."""
-        try:
-            signals.register_locks(self._context.lock_names)
-        finally:
-            self._pool.stop()
-        for process in multiprocessing.active_children():
-            if isinstance(process, forks.ForkedProcess | forks.SpawnedProcess):
-                process.kill()
-        self._pool.join()
-        self._context.close()
-        for name, value in self._environment.items():
-            if value is None:
-                os.environ.pop(name, None)
-            else:
-                os.environ[name] = value
 
 
 class Serial:
@@ -327,8 +263,15 @@ def _distributed() -> Any:
 
 MakeExecutor = Callable[[int, str | None, Callable[[], None]], Executor]  # of jobs, scheduler, load
 
+
+def _local(worker_count: int, _scheduler: str | None, load: Callable[[], None]) -> Executor:
+    from .forks import Local  # loads asyncio, which cases in this process do not need
+
+    return Local(worker_count, load)
+
+
 EXECUTORS: dict[str, MakeExecutor] = {
-    "local": Local,
+    "local": _local,
     "serial": Serial,
     "dask": Dask,
 }

@@ -16,6 +16,7 @@ import signal
 import sys
 import threading
 from collections.abc import Callable
+from concurrent.futures import BrokenExecutor, Future
 from io import BytesIO
 from multiprocessing import connection, popen_fork, reduction
 from multiprocessing.context import SpawnContext, SpawnProcess, set_spawning_popen
@@ -23,8 +24,16 @@ from multiprocessing.process import BaseProcess
 from types import ModuleType
 from typing import Any, ClassVar, cast
 
-from ...language import phases
+from pebble import CONSTS, ProcessExpired, ProcessPool
 
+from ...language import phases
+from ...language.errors import InputError, error_line
+from . import signals, worker
+from .executors import no_preparation
+from .resources import THREAD_VARIABLES
+
+CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
+CONSTS.channel_lock_timeout = 2.0  # s; a worker that is killed with the lock stalls the others for twice as long
 _PR_SET_PDEATHSIG = 1
 _OWN_THREADS = "/proc/self/task"
 _OWN_FILES = "/proc/self/fd"
@@ -243,3 +252,62 @@ def _release_files(kept: int) -> None:
     for name in os.listdir(_OWN_FILES):
         if int(name) not in (0, 1, 2, kept, null):
             os.dup2(null, int(name))
+
+
+class Local:
+    """Processes on this machine, one thread each; a process that dies loses only its own batch."""
+
+    death_errors: tuple[type[Exception], ...] = (ProcessExpired,)
+    is_remote = False
+
+    def __init__(self, worker_count: int, load: Callable[[], None] = no_preparation):
+        self.worker_count, self._load = worker_count, load
+        self._environment = {name: os.environ.get(name) for name in THREAD_VARIABLES}
+        os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))  # read by numpy when the workers import it
+        self._pool = self._started()
+
+    def _started(self) -> ProcessPool:
+        with signals.shielded(), contextlib.ExitStack() as undo:
+            try:
+                self._context = Context(self._load)
+                undo.callback(self._context.close)
+                server = self._context.server
+                parent, load = (server.pid, no_preparation) if server else (os.getpid(), self._load)
+                pool = ProcessPool(self.worker_count, 0, worker.start_worker, (parent, load), self._context)
+                if pool.active:  # this call starts the workers
+                    undo.pop_all()
+                    return pool
+                reason = ""
+            except (OSError, BrokenExecutor) as error:
+                reason = f" ({error_line(error.__cause__ or error)})"
+        raise InputError(
+            f"jobs: {self.worker_count} worker processes could not be started{reason}; reduce --jobs, or raise the "
+            "limit (ulimit -a)"
+        )
+
+    def submit(self, function: Callable, *args: Any) -> Future:
+        """Run `function(*args)` in a worker; raise RuntimeError if the pool is broken."""
+        return self._pool.schedule(function, args=args)
+
+    def restart(self) -> None:
+        """Replace all workers; their unfinished batches are lost."""
+        self.close()
+        os.environ.update(dict.fromkeys(THREAD_VARIABLES, "1"))
+        self._pool = self._started()
+
+    def close(self) -> None:
+        """Kill all workers; finished batches are kept."""
+        try:
+            signals.register_locks(self._context.lock_names)
+        finally:
+            self._pool.stop()
+        for process in multiprocessing.active_children():
+            if isinstance(process, ForkedProcess | SpawnedProcess):
+                process.kill()
+        self._pool.join()
+        self._context.close()
+        for name, value in self._environment.items():
+            if value is None:
+                os.environ.pop(name, None)
+            else:
+                os.environ[name] = value

@@ -25,7 +25,7 @@ from ...grid import Grid
 from ...language import phases
 from ...language.errors import ClearsweepError, DirectoryError, InputError, StorageError, error_line
 from ...store import durable
-from . import forks, resources, signals
+from . import resources, signals
 from .options import NO_OPTIONS, Options
 
 # Cases that a driver sends to a worker.
@@ -144,7 +144,7 @@ class RunContext:
 
     @property
     def clock(self) -> Callable[[], float]:
-        """Return the clock of batches: that of this process where patience ends, since others slow down workers, too."""
+        """Return the clock of batches: where patience ends, the time of this process, as others slow workers, too."""
         return time.perf_counter if self.patience == math.inf else time.process_time
 
     @cached_property
@@ -191,6 +191,8 @@ class BatchOutcome(NamedTuple):
 
 def start_worker(parent: int, load: Callable[[], None]) -> None:
     """Prepare a worker process: it ends with its parent, obeys signals between cases, and has its modules loaded."""
+    from . import forks  # another process loads no pool
+
     forks.end_with(parent)
     phases.forget()
     signals.in_worker()
