@@ -16,7 +16,7 @@ import clearsweep
 from clearsweep.language.errors import InputError
 from clearsweep.report.documents import animation
 from clearsweep.report.one_case.motion import crank_speed, history_of, motion_pictures, saved_channels
-from clearsweep.report.sections.cases import DRAWN_PENETRATION, load_sketch, player_data
+from clearsweep.report.sections.cases import DRAWN_HOUSING, DRAWN_PENETRATION, load_sketch, player_data
 from clearsweep.report.study import prepare
 from clearsweep.store import durable
 
@@ -127,3 +127,50 @@ def test_a_journal_has_an_orbit_and_no_straight_walls(tmp_path):
     study, case_id, path, joint = moving(GUIDE | {"joints": {"rod-slider": pin}}, tmp_path)
     assert joint["walls"] is None
     assert any("orbit" in picture.title for picture in motion_pictures(study, case_id, path))
+
+
+ROLLING = {
+    "name": "rolling",
+    "mechanism": {
+        "type": "slider-crank",
+        "crank": {"length": 0.05, "mass": 0.3, "inertia": 1e-4},
+        "rod": {"length": 0.12, "mass": 0.21, "inertia": 2.5e-4},
+        "slider": {"mass": 0.14},
+        "mounts": {"ground-crank": {"mass": 2.0, "stiffness": [2e6, 4e6], "damping": "3 %"}},
+    },
+    "drive": {"speed": 200.0},
+    "joints": {
+        "crank-rod": {
+            "type": "rolling",
+            "bearing": 6204,
+            "fit": "k5/N7",
+            "contact": {"law": "hunt-crossley", "damping_factor": 0.3},
+        }
+    },
+    "simulate": {"revolutions": 1.5, "discard": 0.5, "tolerance": 1e-6},
+    "save": {"orbits": "last", "samples": 200, "revolutions": 1},
+    "sweep": {"joints.crank-rod.bearing": [6204, 6205]},
+}
+
+
+@pytest.mark.slow
+def test_the_player_turns_the_elements_of_each_bearing_and_moves_the_housing(tmp_path):
+    """The loads along their elements add up to the force between the rings; 6205 has an element more than 6204."""
+    clearsweep.sweep(ROLLING, out=tmp_path / "run", executor="serial", show_progress=False)
+    study = prepare(clearsweep.open(tmp_path / "run"))
+    counts = {"6204": 8, "6205": 9}
+    for case_id in study.cases.index:
+        path = saved_channels(study.run, case_id)
+        data = player_data(study, case_id, path).data
+        elements, (support,) = data["joints"][0]["elements"], data["ground"]
+        name = study.cases.at[case_id, "joints.crank-rod.bearing"]
+        assert len(elements["loads"]) == counts[name]
+        angles = unpacked(elements["angle"]) + 2.0 * np.pi * np.arange(counts[name])[:, None] / counts[name]
+        loads = np.stack([*map(unpacked, elements["loads"])])
+        resultant = np.abs((loads * np.exp(1j * angles)).sum(axis=0))
+        force = np.asarray(path["joints/crank_rod/force_normal"])
+        largest = force[force.argmax()] / resultant[force.argmax()]
+        assert largest * resultant == pytest.approx(force, abs=1e-4 * force.max())
+        assert unpacked(support["x"]) == pytest.approx(path["joints/ground_crank/mount_x"], rel=1e-6, abs=1e-12)
+        drawn = support["magnified"] * np.hypot(unpacked(support["x"]), unpacked(support["y"])).max()
+        assert 0.5 * DRAWN_HOUSING < drawn / 0.17 < 1.5 * DRAWN_HOUSING

@@ -196,9 +196,11 @@ class Study(NamedTuple):
         None if the case has no such number, or a bearing has a preload.
         """
         clearance = self.value(case_id, f"joints.{joint.title}.clearance")
+        diametral = joint.layout.is_rolling
+        if diametral and not isinstance(clearance, float):  # it follows from the name of the bearing, which varies
+            clearance = 2.0 * joint_of(resolve_cases(self, [case_id])[0], joint).clearance
         if clearance is None or isinstance(clearance, str):
             return None
-        diametral = joint.layout.is_rolling
         return None if diametral and clearance <= 0.0 else (0.5 if diametral else 1.0) * float(clearance)
 
     def most_loaded_joint(self) -> Joint:

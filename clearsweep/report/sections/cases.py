@@ -16,6 +16,7 @@ from ..axis import Axis
 from ..blocks.picture import capitalise
 from ..blocks.section import Block, Detail, Interactive, Note, Section, encode_floats
 from ..blocks.table import columns_in_table
+from ..one_case.bearing import loaded_elements
 from ..one_case.motion import (
     ORBIT_CHANNELS,
     SPEED,
@@ -28,7 +29,7 @@ from ..one_case.motion import (
     onset_pictures,
     saved_channels,
 )
-from ..study import P99_OVER_IDEAL, Joint, Study, case_ranking_of, resolve_cases, worst_case
+from ..study import P99_OVER_IDEAL, Joint, Study, case_ranking_of, joint_of, resolve_cases, worst_case
 
 # Data of the player of a page, which shows one case in motion.
 
@@ -37,6 +38,7 @@ RELATIVE_ROUNDING = (
 )
 MAX_SAMPLES = 3000  # samples: longer histories are cut to those around the largest force
 DRAWN_DEFLECTION = 0.06  # of the length of a link: its largest deflection as drawn
+DRAWN_HOUSING = 0.04  # of the size of a mechanism: the largest motion of a housing as drawn
 DRAWN_PENETRATION = 0.25  # of the clearance: drawn height of the deepest penetration
 NO_SCRIPTS = "The animation needs scripts. clearsweep show DIR CASE draws the motion without scripts."
 
@@ -55,7 +57,7 @@ def player_data(study: Study, case_id: str, channels: Mapping) -> Interactive | 
         "angle": encode_floats(np.degrees(history.angle[samples])),
         "bodies": [_shown_body(body, samples) for body in bodies],
         "ground": [
-            joint.position.tolist()
+            _support(joint, channels, samples, sketch)
             for joint in sketch.joints
             if joint.grounded and joint.guide is None and joint.slot is None
         ],
@@ -66,6 +68,28 @@ def player_data(study: Study, case_id: str, channels: Mapping) -> Interactive | 
         "charts": _charts(study, case_id, history, samples),
     }
     return Interactive("player", f"motion-of-{case_id}", f"Case {case_id} in motion", data, NO_SCRIPTS)
+
+
+def _support(joint: simulation.SketchedJoint, channels: Mapping, samples: slice, sketch: simulation.Sketch) -> dict:
+    """Return a joint at the ground for the player; if its housing yields, with its motion and the factor on that."""
+    paths = [f"joints/{joint.name.replace('-', '_')}/mount_{axis}" for axis in "xy"]
+    if not all(path in channels for path in paths):
+        return {"place": joint.position.tolist()}
+    x, y = (np.asarray(channels[path], float)[samples] for path in paths)
+    size = float(np.ptp(np.concatenate([body.points for body in sketch.bodies]), axis=0).max())
+    magnified = _magnification(DRAWN_HOUSING * size, float(np.hypot(x, y).max()))
+    return {
+        "name": joint.name,
+        "place": joint.position.tolist(),
+        "x": encode_floats(x),
+        "y": encode_floats(y),
+        "magnified": magnified,
+    }
+
+
+def _magnification(drawn: float, largest: float) -> float:
+    """Return the factor, of one digit and at least 1, that draws the `largest` of some lengths as `drawn`."""
+    return float(f"{max(drawn / largest, 1.0):.1g}") if largest > 0.0 else 1.0
 
 
 def _shown_body(body: dict, samples: slice) -> dict:
@@ -142,7 +166,7 @@ def _bend_of(body: simulation.SketchedBody, deflection: np.ndarray) -> dict:
     """Return how a link that bends is drawn: its ends from the centre of mass, deflection, and factor on that."""
     assert body.elastic_ends is not None  # only elastic links
     length, largest = float(np.hypot(*np.diff(body.elastic_ends, axis=0)[0])), float(np.abs(deflection).max())
-    magnified = float(f"{max(DRAWN_DEFLECTION * length / largest, 1.0):.1g}") if largest > 0.0 else 1.0
+    magnified = _magnification(DRAWN_DEFLECTION * length, largest)
     ends = (body.elastic_ends - body.center).tolist()
     return {"name": body.name, "ends": ends, "deflection": deflection, "magnified": magnified}
 
@@ -154,10 +178,13 @@ def _joints(study: Study, case_id: str, channels: Mapping, samples: slice, sketc
         x, y, force = (
             np.asarray(channels[f"joints/{joint.name}/{key}"], float)[samples] for key in ("x", "y", "force_normal")
         )
-        clearance = study.radial_clearance(case_id, joint)
-        if clearance is None:
+        clearance, elements = (
+            study.radial_clearance(case_id, joint),
+            _elements(study, case_id, joint, channels, samples),
+        )
+        if clearance is None and elements is None:
             continue
-        distance, walls = np.hypot(x, y), None
+        clearance, distance, walls = clearance or 0.0, np.hypot(x, y), None
         if has_straight_walls(study, joint):
             half_length, tilt = _block(study, case_id, joint, sketch, channels)
             distance = abs(y) + half_length * abs(np.sin(tilt[samples]))
@@ -169,18 +196,31 @@ def _joints(study: Study, case_id: str, channels: Mapping, samples: slice, sketc
                 "name": joint.title,
                 "clearance": float(clearance),
                 "said": wording.quantity_text(float(clearance), "m"),
-                "magnified": float(f"{max(DRAWN_PENETRATION * float(clearance) / deepest, 1.0):.1g}")
-                if deepest > 0.0
-                else 1.0,
+                "magnified": _magnification(DRAWN_PENETRATION * float(clearance), deepest),
                 "x": encode_floats(x),
                 "y": encode_floats(y),
                 "walls": walls,
+                "elements": elements,
                 "force": encode_floats(force / force_scale.factor),
                 "most": float(force.max() / force_scale.factor),
                 "unit": force_scale.unit,
             }
         )
     return joints
+
+
+def _elements(study: Study, case_id: str, joint: Joint, channels: Mapping, samples: slice) -> dict | None:
+    """Return the elements of a rolling bearing over time: loads over the largest, angle of the first; None without."""
+    elements = loaded_elements(joint, channels) if joint.layout.is_rolling else None
+    bearing = joint_of(resolve_cases(study, [case_id])[0], joint).rolling if elements else None
+    if elements is None or bearing is None:
+        return None
+    loads = elements.loads[samples].T / max(float(elements.loads.max()), np.finfo(float).tiny)
+    return {
+        "angle": encode_floats(elements.angles[samples, 0]),
+        "loads": [encode_floats(load) for load in loads],
+        "share": bearing.element_diameter / bearing.pitch_diameter,
+    }
 
 
 def _block(

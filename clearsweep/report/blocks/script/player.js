@@ -8,11 +8,12 @@ class Player {
     this.time = data.time && unpacked(data.time);  // of a start-up, whose histories are over time
     this.along = this.time || this.angle;
     this.walls = data.walls;
-    this.ground = data.ground;
+    this.ground = data.ground.map(support => support.x ? {...support, x: unpacked(support.x), y: unpacked(support.y)} : support);
     this.bodies = data.bodies.map(body => ({...body, x: unpacked(body.x), y: unpacked(body.y), angle: unpacked(body.angle),
       bend: body.bend && {...body.bend, deflection: unpacked(body.bend.deflection)}}));
     this.joints = data.joints.map(joint => ({...joint, x: unpacked(joint.x), y: unpacked(joint.y), force: unpacked(joint.force),
-      walls: joint.walls && {...joint.walls, tilt: unpacked(joint.walls.tilt)}}));
+      walls: joint.walls && {...joint.walls, tilt: unpacked(joint.walls.tilt)},
+      elements: joint.elements && {...joint.elements, angle: unpacked(joint.elements.angle), loads: joint.elements.loads.map(unpacked)}}));
     this.charts = data.charts.map(chart => ({...chart, lines: chart.lines.map(line => ({...line, values: unpacked(line.values)}))}));
     this.now = 0;
     this.build();
@@ -30,12 +31,15 @@ class Player {
     this.where = element("output");
     this.picture = element("canvas", {role: "img", "aria-label": "The mechanism in motion"});
     this.stage = element("div", {class: "stage"}, this.picture, ...this.bodies.filter(body => body.bend).map(body =>
-      element("span", {}, `Deflection of ${body.bend.name} drawn ${numberText(body.bend.magnified)} times as large`)));
+      element("span", {}, `Deflection of ${body.bend.name} drawn ${numberText(body.bend.magnified)} times as large`)),
+      ...this.ground.filter(support => support.x).map(support =>
+      element("span", {}, `Motion of the housing of ${support.name} drawn ${numberText(support.magnified)} times as large`)));
     this.rings = this.joints.map(joint => {
       const canvas = element("canvas", {role: "img", "aria-label": joint.walls ? `Joint ${joint.name} between its walls` : `Journal of ${joint.name} in its bearing`});
-      return element("figure", {"aria-label": `${joint.walls ? "Joint" : "Journal of"} ${joint.name}`}, element("figcaption", {}, element("strong", {}, joint.name),
-        element("span", {}, `clearance ${joint.said}${joint.magnified > 1 ?
-          `; penetration drawn ${numberText(joint.magnified)} times as deep` : ""}`)), canvas);
+      const said = joint.elements ? "loads of the elements, the largest as long as an element is wide"
+        : `clearance ${joint.said}${joint.magnified > 1 ? `; penetration drawn ${numberText(joint.magnified)} times as deep` : ""}`;
+      return element("figure", {"aria-label": `${joint.walls ? "Joint" : "Journal of"} ${joint.name}`}, element("figcaption", {},
+        element("strong", {}, joint.name), element("span", {}, said)), canvas);
     });
     this.curves = element("div", {class: "curves"});
     this.root.append(element("p", {class: "tools"}, this.play, step(-1), step(1), this.slider, this.pace, this.where),
@@ -72,6 +76,7 @@ class Player {
     this.joints.forEach((joint, j) => {
       const canvas = this.rings[j].querySelector("canvas");
       if (joint.walls) this.drawBetweenWalls(joint, canvas);
+      else if (joint.elements) this.drawElements(joint, canvas);
       else this.drawJournal(joint, canvas);
     });
     this.mark();
@@ -154,8 +159,10 @@ class Player {
     const height = Math.max((high - low) * scale + 2 * margin, 90), context = sharp(this.picture, width, height);
     const at = ([x, y]) => [margin + (x - left) * scale, height - margin - (y - low) * scale];
     context.lineCap = context.lineJoin = "round";
-    context.fillStyle = colour("line");
-    for (const [x, y] of this.ground.map(at)) {
+    for (const support of this.ground) {
+      const moved = support.x ? support.magnified : 0, [restX, restY] = support.place;
+      const [x, y] = at(moved ? [restX + moved * support.x[this.now], restY + moved * support.y[this.now]] : support.place);
+      context.fillStyle = colour(moved ? "mark" : "line");
       context.beginPath();
       context.moveTo(x, y);
       context.lineTo(x - 10, y + 16);
@@ -231,6 +238,33 @@ class Player {
     context.arc(along(x), across(y), 5, 0, 2 * Math.PI);
     context.fill();
     this.drawForce(joint, context, height);
+  }
+
+  /** Draw a rolling bearing with its elements where the cage has turned them, and their loads as bars inward. */
+  drawElements(joint, canvas) {
+    const size = Math.min(canvas.parentElement.clientWidth, 260), context = sharp(canvas, size, size);
+    const {angle, loads, share} = joint.elements, middle = size / 2, pitch = (0.44 * size) / (1 + share), half = share * pitch;
+    const circle = (x, y, radius, stroke) => {
+      context.strokeStyle = stroke;
+      context.lineWidth = 1.2;
+      context.beginPath();
+      context.arc(x, y, radius, 0, 2 * Math.PI);
+      context.stroke();
+    };
+    circle(middle, middle, pitch + half, colour("ink"));
+    circle(middle, middle, pitch - half, colour("ink"));
+    loads.forEach((load, i) => {
+      const turn = angle[this.now] + (2 * Math.PI * i) / loads.length, c = Math.cos(turn), s = -Math.sin(turn);
+      circle(middle + pitch * c, middle + pitch * s, half, colour(load[this.now] > 0 ? "accent" : "soft"));
+      const inner = pitch - half, end = inner - 2 * half * load[this.now];
+      context.strokeStyle = colour("mark");
+      context.lineWidth = 3;
+      context.beginPath();
+      context.moveTo(middle + inner * c, middle + inner * s);
+      context.lineTo(middle + end * c, middle + end * s);
+      context.stroke();
+    });
+    this.drawForce(joint, context, size);
   }
 
   drawForce(joint, context, height) {
