@@ -123,6 +123,17 @@ def test_verdicts_are_those_of_the_stability_table():
 
 
 @pytest.mark.slow
+def test_a_variant_whose_link_leaves_its_model_is_refused_with_the_reason():
+    """The rod of this machine folds at ten times its speed, by whatever method."""
+    written = grid.load(CONFIGS / "bending_rod.yaml", scene.catalogue()).written_case(0)
+    tree = reference_run.base_tree(written)
+    fast = next(variant for variant in check.variants_of(tree) if check.variant_text(variant) == "ten times the speed")
+    outcome = check.try_variant(tree, fast, np.inf)
+    assert outcome["status"] == "refused"
+    assert "beyond its second-order model" in outcome["why"]
+
+
+@pytest.mark.slow
 def test_all_variants_of_the_first_case_of_a_configuration_pass():
     """Journals in a tight bearing, overdamped contacts and a full friction are no failures of the integration."""
     loaded = grid.load(CONFIGS / "slider_crank.yaml", scene.catalogue())

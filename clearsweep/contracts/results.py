@@ -15,6 +15,7 @@ if TYPE_CHECKING:
 EVENT_KINDS = ("on", "off")
 EVENT_DTYPE = np.dtype([("t", "f8"), ("joint", "U16"), ("kind", "U3"), ("rate", "f8"), ("force_peak", "f8")])
 PARTIAL_STATUSES = ("stalled", "time-limit")  # of a free crank, whose motion up to there is as good as any other
+OUTSIDE_MODEL = "bent-too-far"  # a link deflected beyond what its model describes
 HISTORY = "history/"  # prefix of a life's datasets
 #: Figures that differ between runs of the same case.
 TIMINGS = frozenset({"run_time", "setup_time"})

@@ -18,6 +18,7 @@ import numpy as np
 import clearsweep
 
 from .. import grid, store
+from ..contracts.results import OUTSIDE_MODEL
 from ..language import phases, wording
 from ..language.errors import InputError, quoted
 from ..simulation.analyses.trajectory import simulate
@@ -132,7 +133,10 @@ def variant_text(variant: Sequence[Level]) -> str:
 
 
 def try_variant(tree: Tree, variant: Sequence[Level], deadline: float) -> dict[str, Any]:
-    """Return status and cause of failure of a variant; the cause is empty if it passes."""
+    """Return status and cause of failure of a variant; the cause is empty if it passes.
+
+    A variant that cannot be built, or leaves the model, is refused: no method could pass.
+    """
     changes = {path: value for level in variant for path, value in level.change.items()}
     if "revolutions" in tree["simulate"]:
         changes["simulate.revolutions"] = STABILITY_REVOLUTIONS
@@ -144,6 +148,8 @@ def try_variant(tree: Tree, variant: Sequence[Level], deadline: float) -> dict[s
     seconds = max(deadline - time.monotonic(), 1.0)
     case_scene = case_scene.with_settings(time_budget=seconds)
     row = stability.run_scene(case_scene)
+    if row["status"] == OUTSIDE_MODEL:
+        return {"status": "refused", "why": row["failure"]}
     why = row["failure"] or _onset_difference(case_scene, row["first_onset"])
     return {"status": row["status"], "why": why, "energy_residual": row["energy_residual"]}
 

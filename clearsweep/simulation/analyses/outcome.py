@@ -9,7 +9,7 @@ from ...answers.validity import join_remarks
 from ...contracts.case import Case
 from ...contracts.layout import SECTION_COUNT, Layout
 from ...contracts.machine import Motor
-from ...contracts.results import EVENT_DTYPE, PARTIAL_STATUSES, Trajectory
+from ...contracts.results import EVENT_DTYPE, OUTSIDE_MODEL, PARTIAL_STATUSES, Trajectory
 from ...mechanics.observe import force_quantiles, time_above
 from ...mechanics.solver import integration
 from ...mechanics.solver.slow_sums import Record, sample_states
@@ -41,7 +41,7 @@ _STATUS = {
         "increase simulate.time_budget",
     ),
     BENT_TOO_FAR: (
-        "bent-too-far",
+        OUTSIDE_MODEL,
         "a link deflected by more than a quarter of its length by {time:.6g} s{of_total}, beyond its second-order "
         "model; use a thicker or shorter link, or a slower drive",
     ),

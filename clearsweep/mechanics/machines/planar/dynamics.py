@@ -277,11 +277,11 @@ def impact_masses_of(machine: MachineType) -> Program:
     """Return the program of `contract.impact_masses`.
 
     The mass is 1 / (n^T J M^-1 J^T n); 0 if a gap has no direction, and for a guide, whose laws do not need it.
-    Elastic links count as rigid: the mass at a pin would decrease indefinitely with the number of segments.  Housings
-    count as fixed: an impact is shorter than their motion on their springs, or the springs are stiff.
+    Elastic links count as rigid: the mass at a pin would decrease indefinitely with the number of segments.
     """
     dynamics = Dynamics(machine)
-    rigid = {Coordinate(TRAVEL, j) for j in machine.sprung} | {c for c in dynamics.unknown if c.kind == BEND}
+    rigid = {Coordinate(TRAVEL, j) for j in machine.sprung if machine.sites[j].link.distal not in machine.housings}
+    rigid |= {coordinate for coordinate in dynamics.unknown if coordinate.kind == BEND}
     unknown = [coordinate for coordinate in dynamics.unknown if coordinate not in rigid]
     mass_matrix, joint_gaps = LDL(unknown, dynamics.entry), dynamics.program.parameters[2]
     squares_and_compliances: list[tuple[Expr, Expr] | None] = []
