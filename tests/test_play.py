@@ -18,7 +18,7 @@ from clearsweep.report.one_case.motion import motion_pictures, onset_pictures
 from clearsweep.report.study import prepare
 from clearsweep.simulation.machine.ideal import size_warnings
 from clearsweep.simulation.setup import scene
-from clearsweep.verify.stability import _reduced_machine_mass
+from clearsweep.verify.stability import _acceleration_at_stops, _reduced_machine_mass
 
 TRUTH = json.loads(Path(__file__).with_name("one_sided_play.json").read_text())
 INPUT, PAIR = TRUTH["input"], TRUTH["gear_pair"]
@@ -428,7 +428,64 @@ def test_stops_that_make_no_sense_are_refused():
         changed(flap(), "joints.bearing.stops.at", [0.5, -0.05]), "joints.bearing.stops.at", "lower stop comes first"
     )
     refused(changed(flap(), "mechanism.bodies.wheel.initial.angle", 0.6), "bearing.stops.at", "beyond a stop")
-    refused(changed(flap(), "joints.bearing.clearance", 1e-5), "joints.bearing.clearance")
+    refused(changed(flap(), "joints.bearing.clearance", 1e-5), "joints.bearing.contact", "is missing")
+    refused(changed(flap_with_clearance(), "joints.bearing.stops.contact", {}), "bearing.stops.contact.law", "missing")
+    tree = flap_with_clearance()
+    tree["mechanism"]["joints"]["bearing_stops"] = {"type": "coupling", "between": ["pinion", "wheel"]}
+    refused(tree, "mechanism.joints.bearing_stops", "has the columns of the stops of bearing")
+
+
+def test_the_load_on_a_stop_is_what_the_spring_presses_with():
+    built = clearsweep.load_case(flap())
+    towards = _acceleration_at_stops(built, built.case.joints[0], built.value.joints[0])
+    assert towards == pytest.approx(5.0 * (0.2 - 0.05) / 2e-3, rel=1e-9)  # at the lower stop, away from the upper one
+
+
+def flap_with_clearance():
+    """Return a flap whose hinge also has clearance; only couples act, so its pin stays in the middle."""
+    tree = flap()
+    contact = {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 0.0}
+    tree["joints"]["bearing"] |= {"clearance": 1e-5, "bearing_radius": 0.01, "contact": contact}
+    tree["mechanism"]["bodies"]["wheel"]["initial"] |= {"x": 0.09, "y": 0.0}
+    return tree
+
+
+@pytest.mark.slow
+def test_a_hinge_with_clearance_meets_its_stop_at_the_same_time():
+    result = clearsweep.simulate(clearsweep.load_case(flap_with_clearance()), [])
+    assert result.events["joint"].tolist() == ["bearing_stops_lower"] * 2
+    assert result.events["t"][0] == pytest.approx(math.acos(0.15 / 0.5) * math.sqrt(2e-3 / 5.0), rel=1e-9)
+    impact_rate = math.sqrt(5.0 / 2e-3 * (0.5**2 - 0.15**2))
+    assert result.events["rate"][0] == pytest.approx(impact_rate, rel=1e-8)
+    assert result.summary["bearing_force_peak"] == 0.0
+    assert result.summary["bearing_stops_force_peak"] > 0.99 * impact_rate * math.sqrt(2e4 * 2e-3)
+    assert result.summary["energy_residual"] < 1e-9
+
+
+@pytest.mark.slow
+def test_a_block_between_walls_meets_its_stop():
+    tree = flap()
+    block = {"mass": 2.0, "inertia": 1e-3, "points": {"pin": ORIGIN}}
+    tree["mechanism"]["bodies"]["wheel"] = block | {"initial": {"x": 0.1, "y": 0.0, "vx": 0.4}}
+    rail = {"type": "prismatic", "between": ["ground.first", "wheel.pin"], "axis": 0.0}
+    tree["mechanism"]["joints"]["rail"] = rail
+    del tree["mechanism"]["joints"]["bearing"], tree["loads"]
+    stops = {"at": [0.05, 0.11], "contact": {"law": "kelvin-voigt", "stiffness": 1e6, "damping": 0.0}}
+    contact = {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 0.0}
+    size = {"clearance": 1e-5, "length": 0.04, "height": 0.02}
+    tree["joints"] = {"rail": {**size, "contact": contact, "stops": stops}}
+    result = clearsweep.simulate(clearsweep.load_case(tree), [])
+    assert result.events["joint"].tolist() == ["rail_stops_upper"] * 2
+    begin, end = result.events["t"]
+    assert begin == pytest.approx(0.01 / 0.4, rel=1e-9)
+    assert end - begin == pytest.approx(math.pi * math.sqrt(2.0 / 1e6), rel=1e-9)
+    assert result.summary["rail_stops_force_peak"] == pytest.approx(0.4 * math.sqrt(2.0 * 1e6), rel=1e-6)
+
+
+def test_only_planar_pins_and_guides_have_stops():
+    tree = coupling()
+    tree["joints"]["mesh"]["stops"] = {"at": [-0.1, 0.1]}
+    refused(tree, "joints.mesh.stops", "only pins and guides of mechanism.type `planar`")
 
 
 @pytest.mark.slow

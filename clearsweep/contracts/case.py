@@ -268,6 +268,7 @@ class Rolling(NamedTuple):
 
 
 STOPS_SUFFIX = "~stops"  # of the name of the stops of a joint in a machine
+SUFFIX_WITH_CLEARANCE = "-stops"  # likewise in columns and channels where the joint has a clearance, too
 
 
 class Joint(NamedTuple):
@@ -298,8 +299,9 @@ class Joint(NamedTuple):
     backlash: float | None = None  # m, of two wheels in mesh, on the pitch circle; twice the clearance
     play: float | None = None  # rad, of a coupling, from stop to stop; twice the clearance
     drag: float = 0.0  # N m s/rad, of the second body relative to the first
-    stops: tuple[float, ...] = ()  # rad, or m of a guide: both ends of an ideal joint's motion
+    stops: tuple[float, ...] = ()  # rad, or m of a guide: both ends of the motion of a pin or a guide
     slides: bool = False  # the stops are those of a guide
+    stopped: str = ""  # the joint that has them
     laws: str = ""  # hash of the laws of the grid's own
     rolling: Rolling | None = None  # elements of a rolling bearing; None: the journal slides in the bearing
 
@@ -313,7 +315,7 @@ class Joint(NamedTuple):
     @property
     def name_in_machine(self) -> str:
         """Return the name of what is open in the machine: the joint, or its stops."""
-        return f"{self.name}{STOPS_SUFFIX}" if self.stops else self.name
+        return f"{self.stopped}{STOPS_SUFFIX}" if self.stops else self.name
 
     @property
     def elastic_name(self) -> str:

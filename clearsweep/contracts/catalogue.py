@@ -44,7 +44,7 @@ class JointOutline(NamedTuple):
     proximal: str
     distal: str
     journal: str = ""  # the body that carries the journal; '': the distal one
-    stops: bool = False  # it has stops and no clearance
+    stops: bool = False  # its motion ends at stops
 
     @property
     def bodies(self) -> tuple[str, str]:
@@ -289,6 +289,7 @@ class JointSite(NamedTuple):
     # 'coupling': play in rotation; 'stops' or 'guide_stops': ends of the motion of a pin or a guide; 'spatial', with
     # flanges, or 'through', without; or 'line': a gap with two ends, which is always there
     journal: str = ""  # default body of the journal; '': the distal one
+    stopped: str = ""  # of stops with a clearance: the joint that has both
 
     @property
     def journals(self) -> tuple[str, str]:

@@ -13,6 +13,7 @@ if TYPE_CHECKING:
     import xarray  # optional; imported only on demand
 
 EVENT_KINDS = ("on", "off")
+#: Of an event; longer names of contacts widen `joint`.
 EVENT_DTYPE = np.dtype([("t", "f8"), ("joint", "U16"), ("kind", "U3"), ("rate", "f8"), ("force_peak", "f8")])
 PARTIAL_STATUSES = ("stalled", "time-limit")  # of a free crank, whose motion up to there is as good as any other
 OUTSIDE_MODEL = "bent-too-far"  # a link deflected beyond what its model describes

@@ -5,6 +5,7 @@ from typing import Any
 
 from ..contracts.case import (
     NO_CONTACT,
+    SUFFIX_WITH_CLEARANCE,
     Capacity,
     Case,
     Contact,
@@ -30,7 +31,7 @@ from ..contracts.case import (
     Wear,
     housing_name,
 )
-from ..contracts.catalogue import LoadOutline, Outline
+from ..contracts.catalogue import JointOutline, LoadOutline, Outline
 from ..contracts.vibration import FRAME, SEVERITIES, Frame, Location, Mount, Vibration, VibrationOutline
 from .keys.joint_keys import PRELOAD
 from .keys.key_table import DIMENSIONLESS
@@ -59,10 +60,11 @@ def _typed(build: Callable[..., Any], section: Tree, *arguments: Any) -> Any:
 
 def case_of(tree: Tree, outline: Outline) -> Case:
     """Return the typed form of a case given as nested sections in SI with defaults and only keys in use."""
-    joints = tuple([_typed(_joint, section, name, outline.laws) for name, section in tree.get("joints", {}).items()])
-    sliding = {joint.name for joint in outline.joints if joint.type == "prismatic"}
-    stops = (joint._replace(slides=joint.name in sliding) for joint in joints if joint.stops)
-    joints = (*(joint for joint in joints if not joint.stops), *stops)
+    sections = tree.get("joints", {})
+    joints = (
+        *(_typed(_joint, section, name, outline.laws) for name, section in sections.items() if {*section} != {"stops"}),
+        *(_stops(sections[joint.name]["stops"], joint, outline) for joint in outline.joints if joint.stops),
+    )
     simulate, save = _typed(_simulate, tree["simulate"]), _typed(_save, tree["save"])
     if outline.length == "time":  # which saves the whole run
         save = save._replace(revolutions=simulate.revolutions)
@@ -184,10 +186,8 @@ def _table(columns: Tree) -> Table:
 
 
 def _joint(section: Tree, name: str, laws: str) -> Joint:
-    if "stops" in section:
-        at, contact = section["stops"]["at"], _contact(section["stops"]["contact"])
-        return Joint(name, 0.5 * (at[1] - at[0]), contact, stops=tuple(at), laws=laws)
     values: dict[str, Any] = {"contact": NO_CONTACT, **section}
+    values.pop("stops", None)
     if values.pop("type", None) == ROLLING:
         values = _rolling(values)
     play = values.get("backlash", values.get("play"))
@@ -197,6 +197,13 @@ def _joint(section: Tree, name: str, laws: str) -> Joint:
         if key in section:
             values[key] = _typed(build, section[key])
     return Joint(name=name, laws=laws, **values)
+
+
+def _stops(section: Tree, joint: JointOutline, outline: Outline) -> Joint:
+    """Return the stops of a joint, which have a name of their own next to a clearance."""
+    name, at = f"{joint.name}{SUFFIX_WITH_CLEARANCE if joint.name in outline.clearances else ''}", tuple(section["at"])
+    stops = Joint(name, 0.5 * (at[1] - at[0]), _contact(section["contact"]), stops=at, stopped=joint.name)
+    return stops._replace(slides=joint.type == "prismatic", laws=outline.laws)
 
 
 def _rolling(section: Tree) -> dict[str, Any]:

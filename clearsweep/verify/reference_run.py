@@ -314,7 +314,7 @@ def distances(tree: Tree, path: Any, truth: Trajectory, mask: np.ndarray | None 
 
 def clearance_of(joint: Mapping[str, Any]) -> float:
     """Return the clearance of a joint of a grid (m or rad): half of its play if it has a backlash, a play or stops."""
-    if "stops" in joint:
+    if "stops" in joint and "clearance" not in joint:
         return 0.5 * float(joint["stops"]["at"][1] - joint["stops"]["at"][0])
     return float(joint.get("clearance", 0.5 * joint.get("backlash", joint.get("play", 0.0))))
 

@@ -21,7 +21,8 @@ E : sum over all open joints, each with its largest onset rate of this run, beca
     others through the bodies between them;
 F : the largest load of the joint in the ideal mechanism, times LOAD_FACTOR because clearance displaces the bodies, plus
     m u^2 / c of the journal that follows the circle of its bearing at the rate u, the largest along the surface in the
-    samples in contact, at the clearance c; times 1 + mu because friction adds to it.
+    samples in contact, at the clearance c; times 1 + mu because friction adds to it.  The ideal mechanism has no stops:
+    theirs is m times the largest acceleration towards them that the bodies have at rest next to them without contact.
 
 A film in a joint only adds resistance.  The dry contact behind it carries the full load from the end of the transition
 on, so the bound is larger by that depth.  A joint with only a film has no bound; the table shows its deepest position.
@@ -38,15 +39,18 @@ import itertools
 import math
 import time
 from collections.abc import Callable
+from contextlib import suppress
 from typing import Any
 
 import numpy as np
 
 from .. import grid
 from ..contracts.case import Case
+from ..contracts.case import Joint as CaseJoint
 from ..contracts.layout import JointLayout
-from ..contracts.machine import Constant
+from ..contracts.machine import Constant, Machine, Motor
 from ..contracts.results import Trajectory
+from ..mechanics.joints.contract import Load
 from ..mechanics.joints.guide import CORNERS
 from ..mechanics.joints.lubricated import Film, Lubricated
 from ..mechanics.joints.rolling import Rolling, element_approaches
@@ -59,11 +63,13 @@ from ..simulation.figures.window import by_joint
 from ..simulation.machine.ideal import ideal_peaks
 from ..simulation.running.run import integration_of
 from ..simulation.setup import scene
+from ..tracing.compiled.dual import Moving, slope
 from . import extreme_machines, extremes
 from .extremes import ExtremeCase, tune_case
 
 ENERGY_TOLERANCES = 1000.0  # tolerances per revolution
 LOAD_FACTOR = 2.0
+NO_LOAD = Load(0.0, 0.0, 0.0, 0.0, ())
 BOUND_TOLERANCE = 1e-6  # of the bound, and of the clearance outside of contacts; or ten tolerances if more
 SAMPLES = 4000  # samples of every joint per run
 QUICK_CASES = 30
@@ -294,6 +300,7 @@ def share_of_bound(case_scene: scene.Scene, trajectory: Trajectory) -> float:
         )
         energies.append(_damped_energy(mass, rate, factor))
         load = LOAD_FACTOR * ideal_peaks(case_scene.case).get(case_joint.name, 0.0)  # N
+        load += LOAD_FACTOR * mass * _acceleration_at_stops(case_scene, case_joint, joint) if case_joint.stops else 0.0
         load += mass * _largest_curvature(trajectory, joint_layout, joint.clearance)
         loads.append(load * (1.0 + getattr(joint.friction, "coefficient", 0.0)))
     shares = []
@@ -368,6 +375,36 @@ def _reduced_machine_mass(case_scene: scene.Scene, joint_layout: JointLayout) ->
         largest = max(largest, contract.impact_masses(built.value, pose, contract.gaps(built.value, pose))[0])
     _MACHINE_MASSES[key] = float(largest)
     return float(largest)
+
+
+def _acceleration_at_stops(case_scene: scene.Scene, joint: CaseJoint, term: Any) -> float:
+    """Return the largest acceleration (1/s^2 or m/s^2) towards the stops of a joint, over crank angles."""
+    machine, largest = case_scene.machine, 0.0
+    assert machine is not None  # only machines have stops
+    stops = next(each for each in machine.joints if each.name == joint.name_in_machine)
+    ends = (stops.distal.body, 1.0), (stops.proximal.body, -1.0)
+    turning = [(end, sense, initial) for end, sense in ends if (initial := machine.bodies[end].initial)]
+    for angle, (side, stop) in itertools.product(ANGLES[:-1:15], zip((-1.0, 1.0), joint.stops, strict=True)):
+        drive: Any = Constant(case_scene.value.reference_rate, float(angle))
+        if isinstance(machine.drive, Motor):
+            drive = machine.drive._replace(start_angle=float(angle), initial_speed=0.0)
+        at_stop = machine._replace(drive=drive)
+        with suppress(planar.ClosureError):  # a crank that only swings does not reach every angle
+            built, gap = _built_with_gap(at_stop, stops.name, term)
+            for end, sense, initial in turning[:1]:
+                there = initial._replace(angle=initial.angle + sense * (stop - gap.x), rate=0.0)
+                bodies = {**machine.bodies, end: machine.bodies[end]._replace(initial=there)}
+                built, _ = _built_with_gap(at_stop._replace(bodies=bodies), stops.name, term)
+            motion = contract.accelerate(built.value, contract.pose_at(built.value, built.start), (NO_LOAD,))
+            moving = contract.pose_at(built.value, Moving(built.start, motion.accelerations))
+            largest = max(largest, side * slope(contract.gaps(built.value, moving)[0].v))
+    return largest
+
+
+def _built_with_gap(machine: Machine, name: str, term: Any) -> tuple[contract.Built, Any]:
+    """Return a machine in which only this joint is open, and its gap at the start."""
+    built = planar.build(machine, {name: term}, {name: (0.0, 0.0)})
+    return built, contract.gaps(built.value, contract.pose_at(built.value, built.start))[0]
 
 
 def _reduced_mass(case: Case, name: str) -> float:

@@ -222,7 +222,7 @@ def table_of_keys(mechanism: Mechanism, catalogue: Catalogue, figures: Sequence[
     else:
         keys["joints"] = Section("joints with clearance; all others are ideal", "implied")
     for site in mechanism.joints:
-        _ADD_JOINT_KEYS[site.kind](keys, f"joints.{site.name}", site, catalogue)
+        _ADD_JOINT_KEYS[site.kind](keys, f"joints.{site.stopped or site.name}", site, catalogue)
     if mechanism.turns:
         _add_revolution_keys(
             keys,
@@ -414,9 +414,7 @@ def _add_guide(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue)
     """Add the keys of a prismatic joint with clearance: a block between two walls."""
     keys[path] = Section("a prismatic joint with clearance, a block between two walls", "optional")
     add_numbers(keys, path, _GUIDE_FIELDS, CHOICE)
-    add_contact(keys, path, catalogue._replace(laws=laws_of_point_contacts(catalogue)))
-    for child_path in [child_path for child_path in keys if child_path.startswith(f"{path}.contact.material")]:
-        del keys[child_path]
+    _add_contact_without_material(keys, path, laws_of_point_contacts(catalogue), catalogue)
     keys[f"{path}.contact.onset"] = onset_key_without_mass(keys, f"{path}.contact")
     add_friction(keys, path, catalogue)
     add_preload(keys, path, catalogue, GUIDE_PRELOAD_TEXT)
@@ -426,9 +424,7 @@ def _add_slot(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) 
     """Add the keys of a pin in a straight slot, which always has clearance."""
     keys[path] = Section("a pin in a straight slot with rounded ends")
     add_numbers(keys, path, _SLOT_FIELDS, CHOICE)
-    add_contact(keys, path, catalogue._replace(laws=laws_of_point_contacts(catalogue)))
-    for child_path in [child_path for child_path in keys if child_path.startswith(f"{path}.contact.material")]:
-        del keys[child_path]
+    _add_contact_without_material(keys, path, laws_of_point_contacts(catalogue), catalogue)
     keys[f"{path}.contact.onset"] = onset_key_without_mass(keys, f"{path}.contact")
     add_friction(keys, path, catalogue)
     laws = tuple(law for law in catalogue.laws if law.family != "pressure" or law.name == _SLOT_PRESSURE_LAW)
@@ -454,51 +450,50 @@ _DRAG = Field(
 def _add_gear(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of the play between the teeth of two wheels."""
     keys[path] = Section("play between the teeth of two wheels", "optional")
-    _add_flanks(keys, path, _BACKLASH, catalogue)
+    add_numbers(keys, path, (_BACKLASH, _DRAG), CHOICE)
+    _add_contact_of_flanks(keys, path, catalogue)
 
 
 def _add_coupling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
     """Add the keys of the play of a coupling, whose contact laws take angles and torques."""
     keys[path] = Section("play of a coupling", "optional")
-    _add_flanks(keys, path, _PLAY, catalogue._replace(laws=tuple(map(torsional, catalogue.laws))))
+    add_numbers(keys, path, (_PLAY, _DRAG), CHOICE)
+    _add_contact_of_flanks(keys, path, catalogue._replace(laws=tuple(map(torsional, catalogue.laws))))
 
 
 def _add_stops(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Add the keys of the stops of a pin without clearance."""
+    """Add the keys of the stops of a pin."""
     laws = tuple(map(torsional, catalogue.laws))
     _add_ends(keys, path, "angle of the second body relative to the first", "rad", catalogue._replace(laws=laws))
 
 
 def _add_guide_stops(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:
-    """Add the keys of the stops of a guide without clearance."""
+    """Add the keys of the stops of a guide."""
     _add_ends(keys, path, "travel of the second point from the first along the guide", "m", catalogue)
 
 
 def _add_ends(keys: KeyTable, path: str, quantity: str, unit: str, catalogue: Catalogue) -> None:
     """Add the keys of both ends of a motion."""
-    keys[path] = Section("a joint without clearance whose motion ends at stops", "optional")
-    keys[f"{path}.stops"] = Section("the stops of a joint without clearance; not with a clearance")
+    keys.setdefault(path, Section("a joint without clearance whose motion ends at stops", "optional"))
+    keys[f"{path}.stops"] = Section("the stops of a joint, which may have a clearance, too")
     keys[f"{path}.stops.at"] = Section(f"{quantity} at both stops, the lower one first", "required", 2)
     ends = (Field(str(k), unit, f"{quantity} at the {end} stop", -math.inf) for k, end in enumerate(("lower", "upper")))
     add_numbers(keys, f"{path}.stops.at", tuple(ends), CHOICE)
     _add_contact_of_flanks(keys, f"{path}.stops", catalogue)
 
 
-def _linear_by_default(law: Law) -> Law:
-    """Return a law whose exponent, if it has one, is 1 by default."""
-    fields = (field._replace(default=1.0) if field.name == "exponent" else field for field in law.fields)
-    return law._replace(fields=tuple(fields))
-
-
-def _add_flanks(keys: KeyTable, path: str, play: Field, catalogue: Catalogue) -> None:
-    """Add the keys of two flanks and of the play between them."""
-    add_numbers(keys, path, (play, _DRAG), CHOICE)
-    _add_contact_of_flanks(keys, path, catalogue)
-
-
 def _add_contact_of_flanks(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     """Add the keys of the contact of two flanks or stops; a power of the penetration is linear by default."""
-    laws = tuple(_linear_by_default(law) for law in laws_of_point_contacts(catalogue) if "material" not in law.needs)
+    laws = []
+    for law in laws_of_point_contacts(catalogue):
+        if "material" not in law.needs:
+            fields = (field._replace(default=1.0) if field.name == "exponent" else field for field in law.fields)
+            laws.append(law._replace(fields=tuple(fields)))
+    _add_contact_without_material(keys, path, tuple(laws), catalogue)
+
+
+def _add_contact_without_material(keys: KeyTable, path: str, laws: tuple[Law, ...], catalogue: Catalogue) -> None:
+    """Add the keys of a contact whose laws take no material."""
     add_contact(keys, path, catalogue._replace(laws=laws))
     for child_path in [child_path for child_path in keys if child_path.startswith(f"{path}.contact.material")]:
         del keys[child_path]

@@ -70,6 +70,7 @@ def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Out
     """Return the outline of a grid given as plain values in the form of its file."""
     path_set = set(varied_paths)
     stopped = {name for name, content in _section(tree.get("joints")).items() if "stops" in _section(content)}
+    ideal = {n for n in stopped if {*tree["joints"][n]} == {"stops"} and f"joints.{n}.clearance" not in path_set}
     mechanism, drive = _section(tree.get("mechanism")), _section(tree.get("drive"))
     bodies = _section(mechanism.get("bodies"))
     joints, output = _section(mechanism.get("joints")), _section(mechanism.get("output"))
@@ -87,7 +88,7 @@ def outline_of(tree: Mapping[str, Any], varied_paths: Iterable[str] = ()) -> Out
             _joint_outline(name, _section(content), stops=name in stopped) for name, content in _named_entries(joints)
         ),
         rotary="point" not in output,
-        clearances=frozenset(_section(tree.get("joints"))) - stopped,
+        clearances=frozenset(_section(tree.get("joints"))) - ideal,
         spatial=mechanism.get("spatial") is True,
         axial=frozenset(_joints_with_flanges(_section(tree.get("joints"))))
         if mechanism.get("spatial") is True

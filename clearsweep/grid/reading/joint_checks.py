@@ -55,9 +55,9 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
             _check_rolling(reader, path, catalogue)
         _check_below(reader, f"{path}.clearance", f"{path}.bearing_radius", "the radius of the journal must be above 0")
         _check_below(reader, f"{path}.stops.at.0", f"{path}.stops.at.1", "the lower stop comes first")
-        owner = f"{path}.stops" if f"{path}.stops" in reader.keys_in_use else path
-        _check_material(reader, owner)
-        _check_elastic_law(reader, owner, catalogue)
+        for owner in (path, f"{path}.stops"):
+            _check_material(reader, owner)
+            _check_elastic_law(reader, owner, catalogue)
         if f"{path}.roughness" in reader.keys_in_use:
             _check_roughness(reader, path, catalogue)
         if f"{path}.wear" in reader.keys_in_use:

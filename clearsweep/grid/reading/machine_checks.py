@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 from itertools import pairwise
 
+from ...contracts.case import column_name
 from ...contracts.catalogue import GROUND, Catalogue, JointOutline, Law
 from ..keys.kinds import Section
 from ..sections.reader import Reader
@@ -109,9 +110,12 @@ def _check_bodies(reader: Reader) -> None:
                 f"a mechanism in space cannot have {'stops' if joint.stops else f'a {joint.type}'}; write a planar "
                 "mechanism",
             )
+    stopped = {column_name(site.name): site.stopped for site in reader.mechanism.joints if site.stopped}
     for joint in outline.joints:
         bodies = _bodies_of_joint(reader, joint)
         path = f"mechanism.joints.{joint.name}"
+        if owner := stopped.get(column_name(joint.name)):
+            reader.problems.add(reader.position_of(path), path, f"has the columns of the stops of {owner}; rename it")
         if bodies is None:
             return
         if bodies[0] == bodies[1]:

@@ -243,6 +243,8 @@ def _unknown_key_text(path: str, key_name: str, allowed: list[str]) -> str:
         return f"{key_name} counts revolutions, so it needs a run whose length is in revolutions; remove one of the two"
     if key_name == "type" and path.startswith("joints."):
         return "only a pin in the plane can be a rolling bearing; leave type out"
+    if key_name == "stops" and path.startswith("joints."):
+        return "only pins and guides of mechanism.type `planar` may have stops; use this type, or leave them out"
     if key_name in REFUSED_SECTIONS and "element_diameter" in allowed:
         return REFUSED_SECTIONS[key_name]
     if path == "mechanism.mounts":

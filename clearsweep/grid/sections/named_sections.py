@@ -197,6 +197,7 @@ def expected_columns(reader: Reader, mechanism: Mechanism, catalogue: Catalogue)
         }
         for joint, *_ in joint_paths
     }
+    parts_by_joint |= {column_name(site.name): set() for site in mechanism.joints if site.stopped}
     for joint in mechanism.joints:
         if column_name(joint.name) in parts_by_joint and mechanism.spatial:
             parts_by_joint[column_name(joint.name)] |= {"spatial", "axial"} if joint.kind == "spatial" else {"spatial"}

@@ -57,48 +57,39 @@ _TABLES = {
     "motor-table": ("motor", "a motor", _TORQUE_TABLE),
     "servo": ("servo.target", "the target angle over time", _TARGET_TABLE),
 }
+
+
+def _drive(name: str, text: str, formula: str, fields: tuple[Field, ...] = (), notes: str = "") -> Law:
+    return Law("drive", name, text, formula, "", fields, notes=notes)
+
+
 DRIVES = {
     law.name: law
     for law in (
-        Law(
-            "drive",
-            "speed",
-            "a crank at constant speed",
-            "angle = start_angle + speed t",
-            "",
-            (CRANK_SPEED, _START_ANGLE),
-        ),
-        Law(
-            "drive",
+        _drive("speed", "a crank at constant speed", "angle = start_angle + speed t", (CRANK_SPEED, _START_ANGLE)),
+        _drive(
             "speed-table",
             "a crank whose speed follows a table over time",
             "angle = start_angle + integral of speed, exactly; speed straight between rows, constant beyond them",
-            "",
             (_START_ANGLE,),
-            notes="Written speed: {table: runup.csv}, a file with the columns `time [s]` and `speed [rpm]`.",
+            "Written speed: {table: runup.csv}, a file with the columns `time [s]` and `speed [rpm]`.",
         ),
-        Law(
-            "drive",
+        _drive(
             "angle-table",
             "a crank whose angle follows a table over time",
             "angle = natural cubic spline through the rows; its rate and acceleration are those of the crank",
-            "",
             notes="Written angle: path.csv, a file with the columns `time [s]` and `angle [deg]`.",
         ),
-        Law(
-            "drive",
+        _drive(
             "torque",
             "a free crank under a constant torque",
             "torque = constant; the crank's angle is a coordinate",
-            "",
             (Field("torque", "N*m", "torque on the crank", -math.inf), *_FREE, _START_ANGLE),
         ),
-        Law(
-            "drive",
+        _drive(
             "motor",
             "a free crank under a motor's characteristic",
             "torque = stall_torque (1 - speed / no_load_speed); the crank's angle is a coordinate",
-            "",
             (
                 Field("motor.stall_torque", "N*m", "motor torque at standstill"),
                 Field("motor.no_load_speed", "rad/s", "crank speed at which the motor torque is zero"),
@@ -106,21 +97,17 @@ DRIVES = {
                 _START_ANGLE,
             ),
         ),
-        Law(
-            "drive",
+        _drive(
             "motor-table",
             "a free crank under a motor whose torque follows a table over the speed",
             "torque = monotone cubic (PCHIP) through the rows, constant outside; the crank's angle is a coordinate",
-            "",
             (*_FREE, _START_ANGLE),
-            notes="Written motor: {table: motor.csv}, a file with the columns `speed [rpm]` and `torque [N*m]`.",
+            "Written motor: {table: motor.csv}, a file with the columns `speed [rpm]` and `torque [N*m]`.",
         ),
-        Law(
-            "drive",
+        _drive(
             "servo",
             "a free crank under a servo that follows a target angle",
             "torque = stiffness (target - angle) + damping (target rate - rate), at most torque_limit either way",
-            "",
             (
                 Field("servo.stiffness", "N*m/rad", "torque per angle behind the target"),
                 Field("servo.damping", "N*m*s/rad", "torque per rate behind that of the target", low_open=False),
@@ -128,7 +115,7 @@ DRIVES = {
                 *_FREE,
                 _START_ANGLE,
             ),
-            notes="Its target is a file with the columns `time [s]` and `angle [deg]`, or these columns.",
+            "Its target is a file with the columns `time [s]` and `angle [deg]`, or these columns.",
         ),
     )
 }

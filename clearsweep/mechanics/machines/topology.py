@@ -3,7 +3,7 @@
 import math
 from collections.abc import Iterable, Mapping
 
-from ...contracts.case import Case
+from ...contracts.case import SUFFIX_WITH_CLEARANCE, Case
 from ...contracts.catalogue import (
     ANY,
     CHOICE,
@@ -12,7 +12,6 @@ from ...contracts.catalogue import (
     GROUND,
     Choice,
     Field,
-    JointOutline,
     JointSite,
     Keys,
     Mechanism,
@@ -207,7 +206,7 @@ def with_outline(outline: Outline) -> Mechanism:
     sections = described.keys_of(outline, points, names, [ANY] if names == (ANY,) else grounded)
     return MECHANISM._replace(
         bodies=bodies,
-        joints=outline.sites(tuple(map(_site, outline.joints))),
+        joints=outline.sites(tuple(_sites(outline))),
         keys=(*_keys(outline), *sections),
         channels=described.channels_of(bodies, output, ("place", "rate", "acceleration"), outline),
         output=output,
@@ -216,10 +215,14 @@ def with_outline(outline: Outline) -> Mechanism:
     )
 
 
-def _site(joint: JointOutline) -> JointSite:
-    kind = {"prismatic": "guide"}.get(joint.type, joint.type)
-    kind = {"guide": "guide_stops", "revolute": "stops"}[kind] if joint.stops else kind
-    return JointSite(joint.name, *joint.bodies, kind, joint.journal)
+def _sites(outline: Outline) -> Iterable[JointSite]:
+    """Yield the joints, and the stops of those that also have a clearance."""
+    for joint in outline.joints:
+        kind = {"prismatic": "guide"}.get(joint.type, joint.type)
+        stops, is_open = {"guide": "guide_stops", "revolute": "stops"}.get(kind, ""), joint.name in outline.clearances
+        yield JointSite(joint.name, *joint.bodies, stops if joint.stops and not is_open else kind, joint.journal)
+        if joint.stops and is_open:
+            yield JointSite(f"{joint.name}{SUFFIX_WITH_CLEARANCE}", *joint.bodies, stops, stopped=joint.name)
 
 
 def _keys(outline: Outline) -> Iterable[Keys]:

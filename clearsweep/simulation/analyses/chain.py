@@ -1,5 +1,6 @@
 """Chains of cases, each of which starts where the one before it ended."""
 
+import itertools
 from collections.abc import Mapping
 
 import numpy as np
@@ -15,30 +16,8 @@ from ..setup.placed import Carried, contact_units, places_of, units_of
 from ..setup.scene import Scene
 from ..setup.start import NO_TIMES, marks_of
 
-
-class _Chain:
-    """The cases of the chain that this process computed last, and how they ended."""
-
-    def __init__(self) -> None:
-        self.cases: list[Case] = []
-        self.ends: list[Carried] = []
-
-    def shared_with(self, cases: tuple[Case, ...]) -> int:
-        """Return how many of the first cases are the same."""
-        pairs = zip(self.cases, cases, strict=False)
-        return next((count for count, (a, b) in enumerate(pairs) if a != b), min(len(self.cases), len(cases)))
-
-    def cut(self, count: int) -> None:
-        """Keep the first cases only."""
-        del self.cases[count:], self.ends[count:]
-
-    def add(self, case: Case, end: Carried) -> None:
-        """Append a case and its end."""
-        self.cases.append(case)
-        self.ends.append(end)
-
-
-_chain = _Chain()
+#: The cases of the chain that this process computed last, and how they ended.
+_chain: list[tuple[Case, Carried]] = []
 
 
 def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
@@ -50,24 +29,24 @@ def build(case: Case, worn: Mapping[str, Worn] | None = None) -> Scene:
     """
     if not case.before:
         return setup.build(case, worn)
-    _chain.cut(_chain.shared_with(case.before))
-    missing = case.before[len(_chain.cases) :]
-    for earlier in missing:
-        with phases.phase(f"case {len(_chain.cases) + 1} of {len(case.before)} before it in its chain"):
+    shared = itertools.takewhile(lambda pair: pair[0][0] == pair[1], zip(_chain, case.before, strict=False))
+    del _chain[len([*shared]) :]
+    for number, earlier in enumerate(case.before[len(_chain) :], start=len(_chain) + 1):
+        with phases.phase(f"case {number} of {len(case.before)} before it in its chain"):
             scene = _scene(earlier)
             end = scene.crank_clock.value_after(earlier.simulate.revolutions)
             run = integration_of(scene, NO_TIMES, end, marks=marks_of(scene, earlier.simulate.revolutions))
         if run.status != integration.OK:
-            place = f"number {len(_chain.cases) + 1} of {len(case.before)} before it"
+            place = f"number {number} of {len(case.before)} before it"
             raise InputError(f"simulate.start: carried needs the end of a case that failed, {place}; see its status")
-        _chain.add(earlier, _end_of(scene, run))
+        _chain.append((earlier, _end_of(scene, run)))
         release(run)
     return _scene(case)
 
 
 def _scene(case: Case) -> Scene:
     """Return the scene of a case after those that are known."""
-    return setup.build(case._replace(before=()), earlier_end=_chain.ends[-1] if _chain.ends else None)
+    return setup.build(case._replace(before=()), earlier_end=_chain[-1][1] if _chain else None)
 
 
 def keep_end(scene: Scene, run: Run) -> None:
@@ -75,9 +54,9 @@ def keep_end(scene: Scene, run: Run) -> None:
     if scene.case.simulate.start != "carried" or run.status != integration.OK:
         return
     if scene.earlier_end is None:
-        _chain.cut(0)
-    if (scene.earlier_end is None) == (not _chain.ends) and (not _chain.ends or scene.earlier_end is _chain.ends[-1]):
-        _chain.add(scene.case, _end_of(scene, run))
+        _chain.clear()
+    if scene.earlier_end is (_chain[-1][1] if _chain else None):
+        _chain.append((scene.case, _end_of(scene, run)))
 
 
 def _end_of(scene: Scene, run: Run) -> Carried:

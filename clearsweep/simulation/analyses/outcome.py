@@ -291,7 +291,10 @@ def _events_of(layout: Layout, log: np.ndarray) -> np.ndarray:
     """Return the event log of a run, (events, 5), as a structured array."""
     if not len(log):
         return NO_EVENT_RECORDS
-    records, names = np.empty(len(log), EVENT_DTYPE), np.array(layout.contacts)
+    names = np.array(layout.contacts)
+    types = {name: EVENT_DTYPE[name] for name in EVENT_DTYPE.names or ()}
+    types["joint"] = np.promote_types(types["joint"], names.dtype)
+    records = np.empty(len(log), [*types.items()])
     records["t"], records["rate"], records["force_peak"] = log[:, 0], log[:, 3], log[:, 4]
     records["joint"] = names[log[:, 1].astype(int)]
     records["kind"] = np.where(log[:, 2] == integration.ONSET, "on", "off")

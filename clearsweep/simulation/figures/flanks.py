@@ -1,5 +1,7 @@
 """Figures of joints with play in rotation, gears and couplings."""
 
+from typing import Any
+
 from ...contracts.catalogue import Entry, Figure
 from .sums import FreeShare, PerRevolution
 from .window import Window
@@ -37,61 +39,56 @@ def torque_peak_ideal(window: Window, index: int) -> float | None:
     return None if force is None else force * abs(window.joints[index].arm_distal)  # type: ignore[attr-defined]
 
 
+def _figure(name: str, unit: str, text: str, tables: tuple[Entry, ...], needs: str = "", **computed: Any) -> Figure:
+    """Return a figure of a joint with play in rotation."""
+    return Figure(name, unit, text, of="joint", needs=("flanked", *needs.split()), tables=tables, **computed)
+
+
 FLANKED = (
-    Figure(
+    _figure(
         "impacts_per_cycle",
         "1",
         "contact onsets on both flanks in the window per cycle; per revolution where no cycle is given",
-        of="joint",
-        needs=("flanked", "turns"),
+        (Entry("forces", "impacts per cycle", 27, if_any=True),),
+        needs="turns",
         sums=PerRevolution("onsets"),
-        tables=(Entry("forces", "impacts per cycle", 27, if_any=True),),
     ),
-    Figure(
+    _figure(
         "free_share",
         "1",
         "share of the window's time without contact on either flank",
-        of="joint",
-        needs=("flanked",),
+        (Entry("forces", "time in the play", 28, if_any=True),),
         sums=FreeShare("contact_time"),
-        tables=(Entry("forces", "time in the play", 28, if_any=True),),
     ),
-    Figure(
+    _figure(
         "lost_motion",
         "rad",
         "range of the angle of the second body relative to the first, play and deflection; the width of the loop of "
         "output over input of a drive that reverses",
-        of="joint",
-        needs=("flanked",),
+        (Entry("forces", "lost motion", 29, if_any=True), Entry("case", "lost motion", 11)),
         value=lost_motion,
-        tables=(Entry("forces", "lost motion", 29, if_any=True), Entry("case", "lost motion", 11)),
     ),
-    Figure(
+    _figure(
         "transmission_error",
         "rad",
         "largest angle of the second body from where it would be without play and deflection",
-        of="joint",
-        needs=("flanked",),
+        (Entry("forces", "transmission error", 30, if_any=True),),
         value=transmission_error,
-        tables=(Entry("forces", "transmission error", 30, if_any=True),),
     ),
-    Figure(
+    _figure(
         "torque_peak",
         "N*m",
         "largest torque of the flanks on the second body, located",
-        of="joint",
-        needs=("flanked",),
+        (Entry("forces", "torque peak", 31, if_any=True), Entry("case", "torque peak", 12)),
         value=torque_peak,
-        tables=(Entry("forces", "torque peak", 31, if_any=True), Entry("case", "torque peak", 12)),
     ),
-    Figure(
+    _figure(
         "torque_peak_ideal",
         "N*m",
         "largest torque on the second body in the ideal mechanism",
-        of="joint",
-        needs=("flanked", "turns"),
+        (Entry("forces", "ideal torque peak", 32, if_any=True),),
+        needs="turns",
         value=torque_peak_ideal,
         differs=False,
-        tables=(Entry("forces", "ideal torque peak", 32, if_any=True),),
     ),
 )

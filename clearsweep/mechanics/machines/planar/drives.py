@@ -21,8 +21,7 @@ from ...laws.sampled import attempted, checked
 # ---------------------------------------------------------------------------------------------- given motions
 
 
-_SPEED_WIDTH = 4  # numbers in a row of a speed table: time, angle, speed, acceleration
-_ANGLE_WIDTH = 5  # of an angle table: the same, and the rate of the acceleration
+_MOTION_WIDTH = 5  # numbers in a row of a motion: time, angle, speed, acceleration and its rate
 _TORQUE_WIDTH = 5  # of a torque table: speed, torque, and its first three derivatives by the speed
 
 
@@ -33,15 +32,8 @@ class Steady(NamedTuple):
     start: float  # rad
 
 
-class Scheduled(NamedTuple):
-    """A speed from a table, linear between its rows, so that the angle is quadratic."""
-
-    table: float  # address of (rows, 4): s, rad, rad/s, rad/s^2
-    row_count: float
-
-
-class Splined(NamedTuple):
-    """An angle from a table, a natural cubic spline over time."""
+class Tabled(NamedTuple):
+    """A motion from a table, cubic between its rows; where they are speeds, the angle is quadratic."""
 
     table: float  # address of (rows, 5): s, rad, rad/s, rad/s^2, rad/s^3
     row_count: float
@@ -57,18 +49,9 @@ def _drive_motion_steady(drive, time):
     return drive.speed * time + drive.start, drive.speed, 0.0
 
 
-@drive_motion.member(Scheduled)
-def _drive_motion_scheduled(drive, time):
-    row = row_of(drive.table, _SPEED_WIDTH, int(drive.row_count), plain(time))
-    elapsed, speed = time - load_item(drive.table, row), load_item(drive.table, row + 2)
-    acceleration = load_item(drive.table, row + 3)
-    angle = load_item(drive.table, row + 1) + elapsed * (speed + 0.5 * acceleration * elapsed)
-    return angle, speed + acceleration * elapsed, acceleration
-
-
-@drive_motion.member(Splined)
-def _drive_motion_splined(drive, time):
-    row = row_of(drive.table, _ANGLE_WIDTH, int(drive.row_count), plain(time))
+@drive_motion.member(Tabled)
+def _drive_motion_tabled(drive, time):
+    row = row_of(drive.table, _MOTION_WIDTH, int(drive.row_count), plain(time))
     elapsed, speed = time - load_item(drive.table, row), load_item(drive.table, row + 2)
     acceleration, jerk = load_item(drive.table, row + 3), load_item(drive.table, row + 4)
     angle = load_item(drive.table, row + 1) + elapsed * (speed + elapsed * (0.5 * acceleration + jerk * elapsed / 6.0))
@@ -188,7 +171,7 @@ def compile_drive(drive: Constant | Schedule | Path | Motor) -> tuple:
         return Steady(drive.speed, drive.start_angle)
     if isinstance(drive, (Schedule, Path)):
         table = motion_table(drive)
-        return (Scheduled if isinstance(drive, Schedule) else Splined)(array_handle(table), float(len(table)))
+        return Tabled(array_handle(table), float(len(table)))
     if drive.law is not None:
         return FreeByLaw(drive.law)
     if drive.servo is not None:
@@ -203,12 +186,12 @@ def compile_drive(drive: Constant | Schedule | Path | Motor) -> tuple:
 
 
 def motion_table(drive: Schedule | Path) -> np.ndarray:
-    """Return the table of a given motion: (rows, 4) as in Scheduled, or (rows, 5) as in Splined."""
+    """Return the table of a given motion, as in Tabled."""
     return schedule_table(drive) if isinstance(drive, Schedule) else _spline_table(drive)
 
 
 def schedule_table(drive: Schedule) -> np.ndarray:
-    """Return a speed table as (rows, 4): time (s), angle (rad), speed (rad/s), acceleration (rad/s^2) after the row.
+    """Return a speed table as in Tabled, the accelerations after each row.
 
     The speed is constant before the first row and after the last; the angle is `start_angle` at time 0.
     """
@@ -218,8 +201,8 @@ def schedule_table(drive: Schedule) -> np.ndarray:
     steps = np.diff(times)
     angles = np.append(0.0, np.cumsum(0.5 * (speeds[1:] + speeds[:-1]) * steps))
     accelerations = np.append(np.diff(speeds) / steps, 0.0)
-    table = np.stack([times, angles, speeds, accelerations], -1)
-    row_time, angle, speed, acceleration = table[max(int(np.searchsorted(times, 0.0, side="right")) - 1, 0)]
+    table = np.stack([times, angles, speeds, accelerations, 0.0 * times], -1)
+    row_time, angle, speed, acceleration, _ = table[max(int(np.searchsorted(times, 0.0, side="right")) - 1, 0)]
     table[:, 1] += drive.start_angle - (angle - row_time * (speed - 0.5 * acceleration * row_time))
     return table
 
@@ -254,8 +237,7 @@ def motion_at(drive: Constant | Schedule | Path, times: np.ndarray) -> tuple[np.
         return drive.start_angle + drive.speed * times, np.full(len(times), drive.speed), np.zeros(len(times))
     table = motion_table(drive)
     rows = table[np.clip(np.searchsorted(table[:, 0], times, side="right") - 1, 0, len(table) - 1)]
-    elapsed, angle, speed, acceleration = times - rows[:, 0], rows[:, 1], rows[:, 2], rows[:, 3]
-    jerk = rows[:, 4] if isinstance(drive, Path) else 0.0
+    elapsed, (angle, speed, acceleration, jerk) = times - rows[:, 0], rows[:, 1:].T
     return (
         angle + elapsed * (speed + elapsed * (0.5 * acceleration + jerk * elapsed / 6.0)),
         speed + elapsed * (acceleration + 0.5 * jerk * elapsed),
@@ -280,8 +262,7 @@ def passage_time(drive: Schedule | Path, angle: float) -> float:
     from scipy.interpolate import PPoly
 
     table = motion_table(drive)
-    last, factors = table[-1], (1.0, 1.0, 0.5, 1.0 / 6.0)
-    coefficients = (table[:-1, 1:] * factors[: table.shape[1] - 1]).T[::-1]
+    last, coefficients = table[-1], (table[:-1, 1:] * (1.0, 1.0, 0.5, 1.0 / 6.0)).T[::-1]
     passages = PPoly(coefficients, table[:, 0]).solve(angle, extrapolate=False)
     passages = passages[np.isfinite(passages) & (passages >= 0.0)]
     if len(passages):
