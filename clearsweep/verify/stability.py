@@ -383,7 +383,7 @@ def _acceleration_at_stops(case_scene: scene.Scene, joint: CaseJoint, term: Any)
     assert machine is not None  # only machines have stops
     stops = next(each for each in machine.joints if each.name == joint.name_in_machine)
     ends = (stops.distal.body, 1.0), (stops.proximal.body, -1.0)
-    turning = [(end, sense, initial) for end, sense in ends if (initial := machine.bodies[end].initial)]
+    movable = [(end, sense, initial) for end, sense in ends if (initial := machine.bodies[end].initial)]
     for angle, (side, stop) in itertools.product(ANGLES[:-1:15], zip((-1.0, 1.0), joint.stops, strict=True)):
         drive: Any = Constant(case_scene.value.reference_rate, float(angle))
         if isinstance(machine.drive, Motor):
@@ -391,7 +391,7 @@ def _acceleration_at_stops(case_scene: scene.Scene, joint: CaseJoint, term: Any)
         at_stop = machine._replace(drive=drive)
         with suppress(planar.ClosureError):  # a crank that only swings does not reach every angle
             built, gap = _built_with_gap(at_stop, stops.name, term)
-            for end, sense, initial in turning[:1]:
+            for end, sense, initial in movable[:1]:
                 there = initial._replace(angle=initial.angle + sense * (stop - gap.x), rate=0.0)
                 bodies = {**machine.bodies, end: machine.bodies[end]._replace(initial=there)}
                 built, _ = _built_with_gap(at_stop._replace(bodies=bodies), stops.name, term)
