@@ -84,4 +84,4 @@ def hang_up_heeded():
 @pytest.fixture
 def too_short(monkeypatch):
     """Let a slot be shorter than its stroke, which presses the pin on its ends."""
-    monkeypatch.setattr("clearsweep.simulation.setup.seats.SLOT_ROUNDING", 10.0)
+    monkeypatch.setattr("clearsweep.simulation.setup.places.SLOT_ROUNDING", 10.0)

@@ -10,8 +10,7 @@ from clearsweep.cli import verbs
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.describe import REFERENCE, law_text
 from clearsweep.mechanics.joints.registry import all_laws
-from clearsweep.simulation import advice_text, load_case, recommendations
-from clearsweep.simulation.advice import advice
+from clearsweep.simulation import advice, advice_text, load_case, recommendations
 
 GRID = """\
 mechanism:

@@ -16,7 +16,7 @@ from clearsweep.language.errors import InputError
 from clearsweep.simulation import random_places
 from clearsweep.simulation.analyses import chain
 from clearsweep.simulation.analyses.trajectory import simulate
-from clearsweep.simulation.setup.placed import places_of, units_of
+from clearsweep.simulation.setup.places import places_of, units_of
 from clearsweep.sweeping.pool.case_runner import Pending, by_chain
 from clearsweep.sweeping.pool.driver import Batches
 

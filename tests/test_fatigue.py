@@ -8,7 +8,7 @@ import pytest
 from test_bending import HEIGHT, LENGTH, SPEED, YOUNG, simeon
 
 import clearsweep
-from clearsweep.simulation.running.fatigue import Rainflow, damage, turning_points
+from clearsweep.simulation.running.deformation import Rainflow, damage, turning_points
 
 #: ASTM E1049-85, figure 6: the history, and its half cycles by range.
 HISTORY = [-2.0, 1.0, -3.0, 5.0, -1.0, 3.0, -4.0, 4.0, -2.0]

@@ -18,8 +18,8 @@ from clearsweep.language.errors import InputError
 from clearsweep.mechanics.joints import lubricated, registry
 from clearsweep.mechanics.laws import reynolds
 from clearsweep.mechanics.laws.film import FilmMotion, Ramp, dry_fraction, film_couples, film_force, film_pressure
-from clearsweep.simulation.advice.remarks import passive_film
 from clearsweep.simulation.analyses import repeated
+from clearsweep.simulation.remarks import passive_film
 from clearsweep.tracing.compiled.dual import Dual
 from clearsweep.verify import extreme_machines
 

@@ -12,7 +12,7 @@ import clearsweep
 from clearsweep.contracts.case import Contact, Joint, Material, Materials, Wear
 from clearsweep.mechanics.joints import registry
 from clearsweep.mechanics.laws.elastic import elastic_force, plane_strain_modulus, relative_radius, static_penetration
-from clearsweep.simulation.advice.remarks import largest_masses, yield_speeds
+from clearsweep.simulation.remarks import largest_masses, yield_speeds
 from clearsweep.simulation.setup.scene import build, catalogue
 
 STEEL = Material(207e9, 0.3, 600e6)

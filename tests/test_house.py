@@ -60,7 +60,7 @@ PLANTED = (
     ("simulation/setup/scene.py", "from ..running import run"),
     ("simulation/running/run.py", "from ..analyses import repeated"),
     ("simulation/figures/window.py", "from ..machine import ideal"),
-    ("simulation/running/observed_run.py", "from ..advice import remarks"),
+    ("simulation/running/observed_run.py", "from .. import remarks"),
     ("report/draw/__init__.py", "from ..sections import maps"),
     ("report/one_case/motion.py", "from ..laws import compare_verdicts"),
     ("report/draw/maps.py", "from matplotlib import ticker"),

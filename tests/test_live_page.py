@@ -11,7 +11,7 @@ import pytest
 from fake_physics import Fake, grid, sweep
 from ruamel.yaml import YAML
 
-from clearsweep.report.documents import live_page
+from clearsweep.report.documents import page as live_page
 
 ROOT = Path(__file__).parents[1]
 

@@ -17,8 +17,7 @@ from clearsweep import cli, report
 from clearsweep.language.errors import InputError
 from clearsweep.report import plot
 from clearsweep.report import sections as of_page
-from clearsweep.report.blocks.picture import painted
-from clearsweep.report.blocks.section import Columns, Gallery, Section
+from clearsweep.report.blocks.section import Columns, Gallery, Section, painted
 from clearsweep.report.documents import page as report_page
 from clearsweep.report.documents import paper
 from clearsweep.report.plot import ColourScale

@@ -4,7 +4,7 @@ import re
 
 from fake_runs import Run
 
-from clearsweep.report.blocks.picture import Picture, draw_svg
+from clearsweep.report.blocks.section import Picture, draw_svg
 from clearsweep.report.draw import BLUE
 from clearsweep.report.study import prepare
 

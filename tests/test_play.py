@@ -13,7 +13,7 @@ import clearsweep
 from clearsweep import grid, laws
 from clearsweep.grid.keys.joint_keys import laws_of_point_contacts
 from clearsweep.language.errors import InputError
-from clearsweep.report.blocks.picture import painted
+from clearsweep.report.blocks.section import painted
 from clearsweep.report.one_case.motion import motion_pictures, onset_pictures
 from clearsweep.report.study import prepare
 from clearsweep.simulation.machine.ideal import size_warnings

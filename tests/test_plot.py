@@ -18,7 +18,7 @@ from matplotlib.ticker import MaxNLocator
 
 from clearsweep.language import wording
 from clearsweep.report import plot
-from clearsweep.report.blocks.picture import Dot, Picture, Spot, draw_svg
+from clearsweep.report.blocks.section import Dot, Picture, Spot, draw_svg
 from clearsweep.report.draw import BLUE, draw_colour_bar, set_log_scale, set_plain_axes
 from clearsweep.report.plot.items import Side, text_height, text_width
 

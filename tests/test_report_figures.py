@@ -21,8 +21,7 @@ from clearsweep.contracts.case import Contact, Joint, Material, Materials
 from clearsweep.contracts.results import Trajectory
 from clearsweep.language.wording import TIMES, axis_name, quantity_text
 from clearsweep.report import sections
-from clearsweep.report.blocks.picture import draw_svg, painted
-from clearsweep.report.blocks.section import Detail, Gallery, Interactive, Points, Sentences
+from clearsweep.report.blocks.section import Detail, Gallery, Interactive, Points, Sentences, draw_svg, painted
 from clearsweep.report.blocks.table import Column, Table
 from clearsweep.report.documents.page import case_pictures
 from clearsweep.report.laws import CURVE_DEPTHS

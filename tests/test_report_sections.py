@@ -21,7 +21,6 @@ from clearsweep.contracts.catalogue import CHOICE, CONDITION, Channel, Field, Jo
 from clearsweep.language import wording
 from clearsweep.mechanics.machines import MECHANISMS
 from clearsweep.report import sections
-from clearsweep.report.blocks.picture import Picture, draw_svg, painted
 from clearsweep.report.blocks.section import (
     Block,
     Cards,
@@ -31,9 +30,12 @@ from clearsweep.report.blocks.section import (
     Gallery,
     Interactive,
     Note,
+    Picture,
     Points,
     Section,
     Sentences,
+    draw_svg,
+    painted,
     without_empty,
 )
 from clearsweep.report.blocks.table import Column, Quantity, Table

@@ -21,7 +21,7 @@ from clearsweep.mechanics.laws.contract import RECIPES
 from clearsweep.mechanics.laws.film import FilmMotion, film_force, film_pressure
 from clearsweep.mechanics.laws.reynolds import Short
 from clearsweep.simulation import catalogue
-from clearsweep.simulation.advice.advice import advice
+from clearsweep.simulation.advice import advice
 from clearsweep.tracing.compiled.dual import Dual
 from clearsweep.verify import film_table
 

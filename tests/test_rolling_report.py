@@ -11,8 +11,8 @@ import clearsweep
 from clearsweep import report
 from clearsweep.contracts.case import Capacity, Rolling
 from clearsweep.mechanics.laws.rating import equivalent_loads, load_powers, rating_life
-from clearsweep.report.blocks.picture import Picture, draw_svg
-from clearsweep.report.draw.bearing import SECTORS, LoadedElements, draw_bearing, draw_load_distribution
+from clearsweep.report.blocks.section import Picture, draw_svg
+from clearsweep.report.draw.maps import SECTORS, LoadedElements, draw_bearing, draw_load_distribution
 
 ROOT = Path(__file__).parents[1]
 BEARING = Rolling("ball", 9, 9.525e-3, 46e-3, (0.52, 0.53), capacity=Capacity(19.5e3, 11.3e3))

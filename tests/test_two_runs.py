@@ -7,7 +7,7 @@ import pytest
 from fake_runs import RPM, Run
 
 from clearsweep.language.errors import InputError
-from clearsweep.report.blocks.picture import painted
+from clearsweep.report.blocks.section import painted
 from clearsweep.report.documents import two_runs
 from clearsweep.report.study import prepare
 

@@ -17,11 +17,11 @@ from clearsweep.contracts.vibration import SEVERITIES, zone_of
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.observe import POINTS
 from clearsweep.mechanics.solver.signal_sums import BIN_MOMENTS, spectrum
-from clearsweep.report.blocks.picture import draw_svg
+from clearsweep.report.blocks.section import draw_svg
 from clearsweep.report.sections.vibration import vibration_sections
 from clearsweep.report.study import prepare
-from clearsweep.simulation.analyses.vibration import motion_of, signature
 from clearsweep.simulation.machine.shaking import ideal_shaking
+from clearsweep.simulation.running.vibration import motion_of, signature
 from clearsweep.simulation.setup.scene import build
 from clearsweep.store.results import answer_of
 

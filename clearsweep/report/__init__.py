@@ -70,9 +70,9 @@ def live_page(directory: Path, out: Path, system: str) -> AbstractContextManager
 
     system : unit system of the quantities on the page
     """
-    from .documents import live_page as live
+    from .documents import page
 
-    return live.live_page(directory, out, system)
+    return page.live_page(directory, out, system)
 
 
 def compared(first: "StoredRun", second: "StoredRun") -> "Page":

@@ -11,8 +11,7 @@ from ..contracts import case
 from ..language import wording
 from ..language.errors import InputError
 from .axis import PEAK, Axis, value_at
-from .blocks.picture import Picture
-from .blocks.section import Part
+from .blocks.section import Part, Picture
 from .blocks.table import Column, Quantity, Table, count_cell
 from .draw import comparison
 from .statistics.effects import MatchedCases, axis_key

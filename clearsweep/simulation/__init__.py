@@ -15,7 +15,7 @@ from ..mechanics.joints.registry import (
 )
 from ..mechanics.machines.contract import IdealMotion
 from ..mechanics.wear import MAX_BINS
-from .advice.advice import (
+from .advice import (
     SUITABLE,
     Recommendation,
     advice_text,
@@ -26,7 +26,6 @@ from .advice.advice import (
     recommendations_for,
     recommended_texts,
 )
-from .advice.remarks import warnings
 from .analyses.chain import build
 from .analyses.life import Log
 from .analyses.reruns import PinReactions, peak_revolution, pin_reactions, reactions_unknown
@@ -35,7 +34,8 @@ from .machine.elastic import BendingLink, ElasticLink, bending_links, elastic_li
 from .machine.ideal import ideal_motion, ideal_peaks, mechanism_of
 from .machine.shaking import ideal_frame_force
 from .machine.sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
-from .setup.placed import random_places
+from .remarks import warnings
+from .setup.places import random_places
 from .setup.scene import catalogue, derived, load_case, signature
 
 __all__ = [

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 
 from ..language import wording
-from ..report.blocks.picture import Picture
-from ..report.blocks.section import Block, Gallery, Points, Section
+from ..report.blocks.section import Block, Gallery, Picture, Points, Section
 from ..report.blocks.table import Column, Table
 from ..report.documents.page import Page
 from ..report.plot import Axes, ColourScale

@@ -10,7 +10,7 @@ import numpy as np
 from ...contracts.machine import GROUND
 from ...language import wording
 from ...language.errors import InputError
-from ..blocks.picture import Picture
+from ..blocks.section import Picture
 from ..draw import BLUE, GREY, INK, RED
 from ..draw.machine import BODY_COLOURS
 from ..one_case.motion import History, has_straight_walls, history_of

@@ -11,8 +11,7 @@ from typing import NamedTuple
 from ...language import phases
 from ...language.errors import InputError
 from ...store import durable
-from ..blocks.picture import Picture, painted
-from ..blocks.section import Section
+from ..blocks.section import Picture, Section, painted
 from ..blocks.table import escape_markdown
 from ..plot.items import PAPER, text_svg
 

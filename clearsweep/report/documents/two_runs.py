@@ -12,8 +12,7 @@ from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun, grid_changes
 from ..axis import leaves, value_at
-from ..blocks.picture import Picture, capitalise
-from ..blocks.section import Block, Facts, Gallery, Points, Section, without_empty
+from ..blocks.section import Block, Facts, Gallery, Picture, Points, Section, capitalise, without_empty
 from ..blocks.table import Column, Quantity, Table, axis_columns, column_label
 from ..draw import GREY, comparison
 from ..plot import Axes

@@ -1,19 +1,23 @@
 """Maps over two axes: figures, limits and kinds of motion as colours; drawings of kinds of motion."""
 
+import itertools
 from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
 
+from ...contracts.case import Rolling
+from ...contracts.vibration import ZONES
 from ...language import wording
 from ...language.wording import Scale
 from ..axis import Axis
-from ..plot import Axes, ColourScale, round_ticks
+from ..plot import Axes, ColourScale, multiples_of, round_ticks
 from ..statistics.motion import Points, Spectrum
 from . import (
     BLUE,
     GREY,
     INK,
+    ORANGE,
     PALE,
     RED,
     draw_colour_bar,
@@ -288,3 +292,172 @@ def draw_kinds(
         if (table == kind).any():
             ax.add_legend_entry(name, KIND_COLOURS[kind])
     ax.set_legend("above", columns=4, **LEGEND)
+
+
+LONGEST_ARROW = 0.9  # of an element's diameter: drawn length of the largest load
+RING_THICKNESS = 0.35  # of an element's diameter, of a ring of unknown bore or outside diameter
+SECTORS = 72  # of the circle, in which loads are collected
+
+
+class LoadedElements(NamedTuple):
+    """The elements of a bearing over the saved samples of a case."""
+
+    angles: np.ndarray  # (samples, elements) rad, in the fixed frame
+    loads: np.ndarray  # (samples, elements) N
+
+    @property
+    def peak(self) -> int:
+        """Return the sample with the largest load of an element."""
+        return int(self.loads.max(axis=1).argmax())
+
+    def by_sector(self) -> tuple[np.ndarray, np.ndarray]:
+        """Return the largest and the mean load (SECTORS,) N of the elements in each sector; nan: none was there."""
+        sectors = np.floor(np.mod(self.angles, 2.0 * np.pi) / (2.0 * np.pi) * SECTORS).astype(int) % SECTORS
+        counts = np.bincount(sectors.ravel(), minlength=SECTORS)
+        largest = np.full(SECTORS, -np.inf)
+        np.maximum.at(largest, sectors.ravel(), self.loads.ravel())
+        sums = np.bincount(sectors.ravel(), self.loads.ravel(), SECTORS)
+        with np.errstate(invalid="ignore"):
+            return np.where(counts > 0, largest, np.nan), sums / np.where(counts > 0, counts, np.nan)
+
+
+def draw_bearing(ax: Axes, bearing: Rolling, angles: np.ndarray, loads: np.ndarray) -> None:
+    """Draw the rings and the elements of a bearing at `angles` (Z,) rad, with their `loads` (Z,) N as bars inward."""
+    diameter, pitch = 1e3 * bearing.element_diameter, 1e3 * bearing.pitch_diameter
+    inner, outer = pitch - diameter, pitch + diameter
+    thickness = 2.0 * RING_THICKNESS * diameter
+    bore = 1e3 * bearing.bore if bearing.bore else max(inner - thickness, 0.2 * inner)
+    outside = 1e3 * bearing.outside_diameter if bearing.outside_diameter else outer + thickness
+    for size, face in ((outside, PALE), (outer, "#ffffff"), (inner, PALE), (bore, "#ffffff")):
+        ax.circle((0.0, 0.0), 0.5 * size, facecolor=face, edgecolor=GREY, zorder=0.0)
+    largest = max(float(loads.max()), np.finfo(float).tiny)
+    for angle, load in zip(angles, loads, strict=True):
+        direction = np.array([np.cos(angle), np.sin(angle)])
+        centre = 0.5 * pitch * direction
+        is_loaded = load > 0.0
+        face, edge = (BLUE, INK) if is_loaded else ("#ffffff", GREY)
+        ax.circle((float(centre[0]), float(centre[1])), 0.5 * diameter, facecolor=face, edgecolor=edge, zorder=1.0)
+        if is_loaded:
+            ends = np.outer([0.5 * inner, 0.5 * inner - LONGEST_ARROW * diameter * load / largest], direction)
+            ax.plot(ends[:, 0], ends[:, 1], color=RED, linewidth=2.6)
+    ax.set_square(0.54 * outside)
+    ax.set_labels("x [mm]", "y [mm]")
+    set_plain_axes(ax)
+
+
+def draw_load_distribution(ax: Axes, elements: LoadedElements) -> None:
+    """Draw the largest and the mean load of the elements over their angle, and the loads at the largest."""
+    largest, mean = elements.by_sector()
+    scale = wording.scale("N", float(elements.loads.max()))
+    angles = (np.arange(SECTORS) + 0.5) * 360.0 / SECTORS
+    ax.plot(angles, largest / scale.factor, color=BLUE, linewidth=1.4, label="largest")
+    ax.plot(angles, mean / scale.factor, color=ORANGE, linewidth=1.2, linestyle="--", label="mean")
+    at_peak = np.degrees(np.mod(elements.angles[elements.peak], 2.0 * np.pi))
+    ax.plot(at_peak, elements.loads[elements.peak] / scale.factor, "o", color=RED, markersize=4.0, label="at the peak")
+    ax.xaxis.tick_rule = multiples_of(90)
+    ax.set_xlim(0.0, 360.0)
+    ax.set_ylim(0.0, None)
+    ax.set_labels("angle of the element [°]", label_with_unit("load of an element", scale))
+    set_plain_axes(ax)
+    ax.set_legend("above", columns=3)
+
+
+def draw_life(ax: Axes, axis: Axis, lives: Sequence[tuple[str, np.ndarray]]) -> None:
+    """Draw lives (values of the axis,) h over the clearance; each with its name, '' if there is one."""
+    positions = np.array(axis.values, float) / axis.scale.factor
+    for (name, values), colour in zip(lives, (BLUE, ORANGE, RED, GREY), strict=False):
+        ax.plot(positions, values, "o-", color=colour, markersize=4.0, label=name)
+    if positions.min() < 0.0 < positions.max():
+        ax.axvline(0.0, color=GREY, linewidth=0.8, linestyle="--")
+    label_values(ax.xaxis, axis, positions)
+    ax.set_ylim(0.0, None)
+    ax.set_labels(axis.label(), "rating life [h]")
+    set_plain_axes(ax)
+    if lives[1:]:
+        ax.set_legend("above", columns=2)
+
+
+ZONE_COLOURS = ("#d9f0d3", "#fff7c4", "#fddbb0", "#f6b8ae")  # of the zones A to D
+LEAST_AMPLITUDE = 1e-4  # of the largest: smaller amplitudes of a waterfall look alike
+MAX_LABELLED_ROWS = 12
+
+
+def draw_hodograph(ax: Axes, force: np.ndarray, ideal: np.ndarray | None) -> None:
+    """Draw the path of the end of the force (2, n) N on the frame, and that without clearance where it is known."""
+    scale = wording.scale("N", float(np.abs(force).max()))
+    ax.plot(*(force / scale.factor), color=BLUE, linewidth=1.1, label="with clearance")
+    if ideal is not None:
+        ax.plot(*(ideal / scale.factor), color=RED, linewidth=1.4, linestyle="--", label="ideal")
+    ax.plot([0.0], [0.0], "+", color=GREY, markersize=6)
+    ax.set_square(1.08 * max(float(np.abs(path).max()) for path in (force, ideal) if path is not None) / scale.factor)
+    ax.set_labels(f"force along x [{scale.unit}]", f"force along y [{scale.unit}]")
+    set_plain_axes(ax)
+    ax.set_legend("above", columns=2)
+
+
+def draw_orders(
+    ax: Axes,
+    amplitudes: np.ndarray,
+    ideal: np.ndarray | None,
+    unit: str,
+    name: str,
+    marks: Sequence[tuple[float, str]] = (),
+) -> None:
+    """Draw amplitudes (orders,) over the order of the crank as bars, next to those without clearance.
+
+    marks : orders at which elements of rolling bearings pass, each with its name
+    """
+    values = [amplitudes] if ideal is None else [amplitudes, ideal]
+    scale, width = wording.scale(unit, float(max(map(np.max, values)))), 0.8 / len(values)
+    orders = np.arange(1, len(amplitudes) + 1, dtype=float)
+    names = ("with clearance", "ideal")
+    for k, (heights, colour) in enumerate(zip(values, (BLUE, ORANGE), strict=False)):
+        place = orders + (k - 0.5 * (len(values) - 1)) * width
+        ax.bar(place, heights / scale.factor, width, color=colour, label=names[k] if values[1:] else "")
+    top = max(float(np.max(heights)) for heights in values) / scale.factor
+    for order, text in marks:
+        if order < len(amplitudes) + 0.6:
+            ax.axvline(order, color=RED, linewidth=0.9, linestyle="--")
+            ax.text(order, top, text, colour=RED, size=7.0, ha="left", va="top", offset=2.0)
+    ax.set_xlim(0.4 if not marks else 0.0, len(amplitudes) + 0.6)
+    ax.set_labels("order of the crank [1 / turn]", label_with_unit(name, scale))
+    set_plain_axes(ax)
+    if values[1:]:
+        ax.set_legend("above", columns=2)
+
+
+def draw_waterfall(ax: Axes, amplitudes: np.ndarray, rows: Sequence[str], labels: tuple[str, str], unit: str) -> None:
+    """Draw amplitudes (rows, orders) over the order of the crank as colours, one row for each speed.
+
+    rows : their names; labels : of the rows' side and of the amplitude
+    """
+    largest = float(np.nanmax(amplitudes))
+    scale = wording.scale(unit, largest)
+    colours = ColourScale(LEAST_AMPLITUDE * largest / scale.factor, largest / scale.factor, is_log=True)
+    shown = np.maximum(amplitudes, LEAST_AMPLITUDE * largest) / scale.factor
+    ax.cells(np.arange(0.5, amplitudes.shape[1] + 1.0), np.arange(-0.5, len(rows)), shown, colours)
+    orders = range(1, amplitudes.shape[1] + 1, -(-amplitudes.shape[1] // MAX_LABELLED_ROWS))
+    ax.xaxis.set_ticks(list(orders), list(map(str, orders)))
+    step = -(-len(rows) // MAX_LABELLED_ROWS)
+    ax.yaxis.set_ticks(list(range(0, len(rows), step)), list(rows)[::step])
+    ax.set_labels("order of the crank [1 / turn]", labels[0])
+    draw_colour_bar(ax, colours, label_with_unit(labels[1], scale))
+
+
+def draw_zones(ax: Axes, axis: Axis, velocities: Sequence[tuple[str, np.ndarray]], bounds: Sequence[float]) -> None:
+    """Draw velocities (values of the axis,) m/s over an axis, with the zones as bands; each with its name."""
+    largest = max(float(np.nanmax(values)) for _, values in velocities)
+    scale, top = wording.scale("m/s", largest), 1.1 * max(largest, bounds[0])
+    edges = [0.0, *[bound for bound in bounds if bound < top], top]
+    for k, (low, high) in enumerate(itertools.pairwise(edges)):
+        ax.axhspan(low / scale.factor, high / scale.factor, color=ZONE_COLOURS[k], zorder=0.0)
+        ax.add_legend_entry(f"zone {ZONES[k]}", ZONE_COLOURS[k])
+    positions = np.arange(len(axis.values), dtype=float)
+    for (name, values), colour in zip(velocities, (BLUE, GREY), strict=False):
+        ax.plot(positions, values / scale.factor, "o-", color=colour, markersize=3.5, label=name)
+    label_values(ax.xaxis, axis, positions)
+    ax.set_ylim(0.0, top / scale.factor)
+    ax.set_labels(axis.label(), f"velocity, rms [{scale.unit}]")
+    ax.set_grid(PALE, 0.0)
+    set_plain_axes(ax)
+    ax.set_legend("above", columns=3)

@@ -14,10 +14,10 @@ from ...contracts.machine import GROUND
 from ...language import wording
 from ...language.errors import InputError
 from ...language.wording import Scale
-from ..blocks.picture import Picture
-from ..blocks.section import Interactive
+from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Dot, Interactive, Picture
 from ..draw import BLUE, INK, PALE, RED, draw_colour_bar, set_plain_axes
 from ..draw.machine import draw_mechanism, picture_height
+from ..draw.maps import LoadedElements, draw_bearing, draw_load_distribution
 from ..plot import Axes, ColourScale, multiples_of, round_ticks
 from ..study import Joint, Study, joint_of, resolve_cases
 
@@ -161,7 +161,7 @@ def _angles(depth: np.ndarray) -> np.ndarray:
 
 # The wear of one case: pictures of the depth around each body.
 
-POLAR_SIZE, FLAT_SIZE, UNROLLED_SIZE = (3.3, 3.5), (3.5, 3.3), (4.2, 2.9)  # inches
+POLAR_SIZE, SURFACE_SIZE, UNROLLED_SIZE = (3.3, 3.5), (3.5, 3.3), (4.2, 2.9)  # inches
 MAX_CASES, SECTORS = 30, 120  # cases to choose from in all joints, and sectors of the circle on the page
 Depths = tuple[np.ndarray, np.ndarray]
 
@@ -202,7 +202,7 @@ def wear_pictures(study: Study, joint: Joint, case_id: str, depths: Depths) -> l
     if pictures:
         text = "Wear depth of bearing and journal against the angle on the body."
         paint = partial(draw_over_angle, depths=depths, scale=scale)
-        pictures.append(Picture("Depth along the surface", "", text, paint, FLAT_SIZE))
+        pictures.append(Picture("Depth along the surface", "", text, paint, SURFACE_SIZE))
     return pictures
 
 
@@ -276,3 +276,44 @@ def depth_text(depth: np.ndarray) -> str:
     angle = 360.0 * (int(depth.argmax()) + 0.5) / len(depth)
     deepest, mean = wording.texts_in_common_unit((float(depth.max()), float(depth.mean())), "m")
     return f"deepest {deepest} at {angle:.0f}°, mean {mean}"
+
+
+def loaded_elements(joint: Joint, channels: Mapping) -> LoadedElements | None:
+    """Return the elements of a rolling bearing over the saved samples, or None if they are not all stored."""
+    forces = (f"element_{k + 1}_force" for k in range(joint.layout.corners))
+    names = [f"joints/{joint.name}/{name}" for name in ("cage_angle", *forces)]
+    if not all(name in channels for name in names):
+        return None
+    cage, *loads = (np.asarray(channels[name], float) for name in names)
+    loads = [load for load in loads if not np.isnan(load).all()]  # other bearings of the run have more elements
+    angles = cage[:, None] + 2.0 * np.pi * np.arange(len(loads)) / len(loads)
+    return LoadedElements(angles, np.maximum(np.stack(loads, axis=-1), 0.0))
+
+
+def bearing_pictures(study: Study, case_id: str, joint: Joint, channels: Mapping) -> list[Picture]:
+    """Return the bearing at the largest load of an element, and the loads around it; [] where they are not stored."""
+    elements = loaded_elements(joint, channels)
+    bearing = joint_of(resolve_cases(study, [case_id])[0], joint).rolling
+    if elements is None or bearing is None or not elements.loads.any():
+        return []
+    joint_text, peak = study.joint_text(joint, ", joint {}"), elements.peak
+    largest = wording.quantity_text(float(elements.loads[peak].max()), "N")
+    loaded = int((elements.loads[peak] > 0.0).sum())
+    path = 500.0 * bearing.pitch_diameter * np.stack([np.cos(elements.angles[:, 0]), np.sin(elements.angles[:, 0])], -1)
+    return [
+        Picture(
+            f"Loads of the elements{joint_text}",
+            "At the largest load of an element among the samples. Red: loads, to scale. The dot follows an element.",
+            f"The bearing with {loaded} of {len(elements.loads[peak])} elements loaded, at most {largest}.",
+            partial(draw_bearing, bearing=bearing, angles=elements.angles[peak], loads=elements.loads[peak]),
+            SQUARE_SIZE,
+            dots=(Dot(path, RED),),
+        ),
+        Picture(
+            f"Load distribution{joint_text}",
+            "Loads of all saved samples over the angle of the element in the fixed frame.",
+            f"Load of the elements over their angle, at most {largest}.",
+            partial(draw_load_distribution, elements=elements),
+            FLAT_SIZE,
+        ),
+    ]

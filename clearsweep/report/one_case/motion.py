@@ -18,7 +18,7 @@ from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun
 from ..axis import value_at
-from ..blocks.picture import Dot, Picture, capitalise
+from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Dot, Picture, capitalise
 from ..draw.machine import (
     END_COLOURS,
     draw_against_ideal,
@@ -36,7 +36,7 @@ from ..draw.machine import (
 from ..plot import Axes
 from ..statistics import effects
 from ..study import Joint, Study, joint_with_laws, resolve_cases
-from .bearing import bearing_pictures
+from .joints import bearing_pictures
 
 # Pictures of one case: its joints, its output with the ideal mechanism, its drive, its contact onsets.
 #
@@ -44,7 +44,6 @@ from .bearing import bearing_pictures
 
 FULL_TURN = 2.0 * np.pi
 SPEED = "crank speed"
-FLAT_SIZE, SQUARE_SIZE = (4.2, 3.3), (4.2, 3.05)  # inches; a square next to a colour bar is as wide as it is high
 SAME_ANGLE = 1e-9  # rad, largest change of the difference of two angles that are those of one body
 ORBIT_CHANNELS = ("x", "y", "force_normal")  # channels of a joint needed for its orbit
 REFERENCE_FORCES = (

@@ -14,19 +14,23 @@ from .answer import (
     trust_sections,
     verdict_sections,
 )
-from .bearings import bearing_sections
-from .bending import bending_links_sections
 from .cases import case_sections, explorer_sections, leading_explorer_sections, other_cases_sections
 from .drivers import driver_sections, folded_driver_sections, tradeoff_sections, trend_sections
 from .identified import folded_identified_sections, identified_sections
-from .laws import elastic_laws_sections, elastic_links_sections, law_check_sections, law_choice_sections
+from .laws import (
+    bending_links_sections,
+    elastic_laws_sections,
+    elastic_links_sections,
+    law_check_sections,
+    law_choice_sections,
+)
 from .maps import curve_sections, deepest_wear_sections, map_sections
 from .motion import motion_type_sections, peak_revolution_sections, peak_sections
 from .sample import folded_sample_sections, leading_sample_sections, sample_sections
 from .searches import folded_optimised_sections, optimised_sections, seek_sections
 from .setup import budget_sections, mechanism_sections, setup_sections, tolerance_sections
 from .vibration import vibration_sections
-from .wear import film_sections, life_sections, wear_sections
+from .wear import bearing_sections, film_sections, life_sections, wear_sections
 
 SectionBuilder = Callable[[Study], list[Section]]
 UNFOLDED: tuple[SectionBuilder, ...] = (  # seen at once, in the order of the page

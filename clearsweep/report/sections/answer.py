@@ -20,8 +20,7 @@ from ...language import wording
 from ...language.wording import TIMES
 from .. import samples
 from ..axis import PEAK, Axis
-from ..blocks.picture import Picture
-from ..blocks.section import Block, Cards, Gallery, Points, Section, Sentences, without_empty
+from ..blocks.section import Block, Cards, Gallery, Picture, Points, Section, Sentences, without_empty
 from ..blocks.table import CHUNK_ROWS, CaseRows, Column, Quantity, Table, axis_columns, count_cell
 from ..draw.maps import FAILS_ELSEWHERE, MAP_SIZE, Dots, draw_margin_cells
 from ..samples import failures_by_status, finished_and_failed, limit_columns, remark_counts

@@ -13,8 +13,7 @@ from ...language import wording
 from ...language.errors import InputError
 from ...searches import SENSES
 from ..axis import Axis
-from ..blocks.picture import capitalise
-from ..blocks.section import Block, Detail, Interactive, Note, Section, encode_floats
+from ..blocks.section import Block, Detail, Interactive, Note, Section, capitalise, encode_floats
 from ..blocks.table import columns_in_table
 from ..one_case.bearing import loaded_elements
 from ..one_case.motion import (

@@ -12,8 +12,7 @@ from ...answers.verdict import column_label
 from ...language import wording
 from ...language.wording import Scale
 from ..axis import PEAK, Axis
-from ..blocks.picture import Picture, capitalise
-from ..blocks.section import Gallery, Points, Section, without_empty
+from ..blocks.section import Gallery, Picture, Points, Section, capitalise, without_empty
 from ..blocks.table import Column, Quantity, Table, columns_in_table, count_cell
 from ..draw import BLUE, JOINT_COLOURS, RED, comparison
 from ..draw.comparison import Curve

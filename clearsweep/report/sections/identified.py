@@ -15,8 +15,7 @@ from ...grid.written.tables import MeasuredSignals, read_signals
 from ...language import wording
 from ...language.errors import InputError
 from ..axis import Axis
-from ..blocks.picture import Picture, capitalise
-from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
+from ..blocks.section import Block, Gallery, Picture, Section, Sentences, capitalise, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..draw import BLUE, RED, set_plain_axes
 from ..plot import BLUES, Axes, ColourScale

@@ -17,8 +17,7 @@ from ...answers.verdict import MARGIN_COLUMN, Limit
 from ...contracts.catalogue import CONDITION
 from ...language import wording
 from ..axis import Axis, value_at
-from ..blocks.picture import Picture, Spot, capitalise
-from ..blocks.section import Gallery, Section, without_empty
+from ..blocks.section import Gallery, Picture, Section, Spot, capitalise, without_empty
 from ..blocks.table import column_label
 from ..draw import comparison
 from ..draw.comparison import CurveFamily

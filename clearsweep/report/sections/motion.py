@@ -7,16 +7,31 @@ from typing import overload
 import numpy as np
 import pandas as pd
 
+from ...answers.branches import motions_of
 from ...contracts.catalogue import STARTS
 from ...contracts.layout import DIFFERENCE
 from ...language import wording
+from ...simulation import random_places
 from ..axis import PEAK, Axis
-from ..blocks.picture import Picture, capitalise
-from ..blocks.section import Block, Detail, Gallery, Note, Points, Section, Sentences, without_empty
+from ..blocks.section import (
+    FLAT_SIZE,
+    SQUARE_SIZE,
+    Block,
+    Detail,
+    Gallery,
+    Note,
+    Picture,
+    Points,
+    Section,
+    Sentences,
+    capitalise,
+    without_empty,
+)
 from ..blocks.table import Column, Quantity, Table, case_table, columns_in_table, count_cell
 from ..draw.maps import (
     KIND_COLOURS,
     SHARE_COLOURS,
+    draw_basins,
     draw_bifurcation,
     draw_kinds,
     draw_section,
@@ -24,15 +39,7 @@ from ..draw.maps import (
     draw_spectrum,
     draw_velocities,
 )
-from ..one_case.motion import (
-    FLAT_SIZE,
-    SQUARE_SIZE,
-    JointHistory,
-    history_of,
-    joint_histories,
-    largest_texts,
-    saved_channels,
-)
+from ..one_case.motion import JointHistory, history_of, joint_histories, largest_texts, saved_channels
 from ..plot import Axes
 from ..statistics.effects import main_effects_of
 from ..statistics.motion import (
@@ -47,8 +54,7 @@ from ..statistics.motion import (
     points_along_axis,
     shares_by_value,
 )
-from ..study import Joint, Study, cases_by_cell, largest, reduce_over_other_axes
-from .branches import basins
+from ..study import Joint, Study, answer_of_study, cases_by_cell, largest, reduce_over_other_axes, words_of
 
 # Kinds of motion: contact, flight or impacts; periodic or not; Poincaré sections and spectra.
 
@@ -481,3 +487,36 @@ def _picture(curve: JointHistory, paint: Callable[[Axes], None]) -> Picture:
     if ideal_text:
         alt += f"; without clearance {ideal_text[0]}"
     return Picture(capitalise(curve.name), "", f"{alt}.", paint, FLAT_SIZE)
+
+
+def basins(study: Study, joint: Joint) -> list[Picture]:
+    """Return the picture of the random starts of a point with several motions, if one joint is open."""
+    points = (answer_of_study(study).get("branches") or {}).get("motions") or []
+    joints = study.base.get("joints", {})
+    if not points or len(joints) != 1 or STARTS[1] not in study.cases:
+        return []
+    point = max(points, key=lambda each: len(each["motions"]))
+    rows = np.ones(len(study.cases), bool)
+    for path, value in point["values"].items():
+        rows &= study.cases[path].to_numpy() == value
+    columns = [joint.column(f"force_peak_median{end}") for end in ("", "_low", "_high")]
+    statistic = np.stack([study.cases[column].to_numpy(float)[rows] for column in columns], -1)
+    is_known = np.isfinite(statistic).all(axis=1)
+    has_flanks = any(key in joints[joint.title] for key in ("backlash", "play"))
+    draws, seed = study.cases[STARTS[1]].to_numpy(float)[rows][is_known], study.base["simulate"]["seed"]
+    starts = [np.concatenate(random_places(int(seed), int(draw), [has_flanks])) for draw in draws]
+    flanks, journal = ("position [play / 2]", "rate [play / 2 x crank speed]"), ("journal x [c]", "journal y [c]")
+    names = flanks if has_flanks else journal
+    motions = motions_of(statistic[is_known])
+    setting = words_of(study).setting(point["values"])
+    rates = "" if has_flanks else " Their rates are random, too, so the colours may mix."
+    labels = [words_of(study).figures(columns[0], [motion["median"]])[0] for motion in point["motions"]]
+    return [
+        Picture(
+            f"Random starts and their motions{study.joint_text(joint, ', joint {}')}",
+            f"At {setting}. The colours are the medians of the force peaks of the motions.{rates}",
+            f"{len(starts)} random starts, coloured by {len(labels)} motions.",
+            partial(draw_basins, places=np.array(starts)[:, :2], motions=motions, labels=labels, axes=names),
+            SQUARE_SIZE,
+        )
+    ]

@@ -7,8 +7,7 @@ from ...answers.statistics import QUANTILES, RANDOM_METHODS, STRENGTH_NOTE, Esti
 from ...answers.validity import THOUSAND_HOURS
 from ...language import wording
 from ...language.errors import InputError
-from ..blocks.picture import Picture, capitalise
-from ..blocks.section import Block, Gallery, Points, Section, Sentences, without_empty
+from ..blocks.section import Block, Gallery, Picture, Points, Section, Sentences, capitalise, without_empty
 from ..draw import RED, comparison
 from ..plot import Axes
 from ..samples import (

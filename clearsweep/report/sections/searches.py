@@ -11,8 +11,7 @@ from ...answers.words import case_margin_text
 from ...language import quantity, wording
 from ...searches import SENSES
 from ..axis import Axis, first_sought_path, sought_paths, value_at
-from ..blocks.picture import Picture, capitalise
-from ..blocks.section import Block, Gallery, Section, Sentences, without_empty
+from ..blocks.section import Block, Gallery, Picture, Section, Sentences, capitalise, without_empty
 from ..blocks.table import Column, Quantity, Table, axis_columns, column_label, count_cell
 from ..draw import BLUE, RED, set_plain_axes
 from ..plot import Axes

@@ -12,8 +12,7 @@ from ... import grid
 from ...language import wording
 from ...language.errors import InputError
 from ..axis import PEAK, Axis, leaves
-from ..blocks.picture import Picture
-from ..blocks.section import Block, Columns, Facts, Gallery, Note, Section, Sentences, without_empty
+from ..blocks.section import Block, Columns, Facts, Gallery, Note, Picture, Section, Sentences, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..draw import BLUE, INK, set_log_scale, set_plain_axes
 from ..one_case.joints import mechanism_picture

@@ -10,12 +10,10 @@ from ...contracts.vibration import NO_SEVERITY, SEVERITIES, ZONES, zone_of
 from ...language import wording
 from ...language.errors import InputError
 from ..axis import Axis
-from ..blocks.picture import Picture
-from ..blocks.section import Gallery, Section, without_empty
+from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Gallery, Picture, Section, without_empty
 from ..blocks.table import Table, case_table, columns_in_table
-from ..draw.maps import MAP_SIZE, draw_kinds
-from ..draw.vibration import draw_hodograph, draw_orders, draw_waterfall, draw_zones
-from ..one_case.motion import FLAT_SIZE, SQUARE_SIZE, saved_channels
+from ..draw.maps import MAP_SIZE, draw_hodograph, draw_kinds, draw_orders, draw_waterfall, draw_zones
+from ..one_case.motion import saved_channels
 from ..statistics.effects import main_effects_of
 from ..study import Study, largest, reduce_over_other_axes, resolve_cases
 

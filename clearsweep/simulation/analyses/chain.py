@@ -12,7 +12,7 @@ from ...mechanics.solver import integration
 from ...mechanics.wear import Worn
 from ..running.run import Run, integration_of, release
 from ..setup import scene as setup
-from ..setup.placed import Carried, contact_units, places_of, units_of
+from ..setup.places import Carried, contact_units, places_of, units_of
 from ..setup.scene import Scene
 from ..setup.start import NO_TIMES, marks_of
 

@@ -14,14 +14,14 @@ from ...mechanics.observe import force_quantiles, time_above
 from ...mechanics.solver import integration
 from ...mechanics.solver.slow_sums import Record, sample_states
 from ...mechanics.solver.totals import HIGHEST_BIN, Totals
-from ..advice.remarks import remarks, yield_speeds
 from ..figures.catalogue import WORK_COUNTS, figures_of, layout_formulas
 from ..figures.window import DRY_FORCE_THRESHOLD, RARE_SHARE, Cost, Summed, Window, by_joint, summed_of, wear_depths_of
 from ..machine.ideal import ideal_peaks
+from ..remarks import remarks, yield_speeds
 from ..running.run import BENT_TOO_FAR, ROUNDING, SUMS_NOT_FINITE, TIME_BUDGET, Run, onset_rates
+from ..running.vibration import vibration_figures
 from ..setup.scene import Scene, length_unit
 from ..setup.start import control_of, marks_reached, peak_spreads, repetition_of, start_turns
-from .vibration import vibration_figures
 
 LEFT_BEARING = "left-bearing"
 NO_EVENT_RECORDS = np.empty(0, EVENT_DTYPE)

@@ -6,6 +6,7 @@ is that of the columns.
 
 import math
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,8 +15,7 @@ from ...contracts.catalogue import NOTHING, Entry, Figure
 from ...contracts.layout import Layout
 from ...mechanics.laws.contract import ONSET_FLOOR
 from ...mechanics.solver.integration import Work
-from . import bending, peaks, rolling, vibration, wear
-from .flanks import FLANKED
+from . import parts, peaks, wear
 from .peaks import CRANK_SPEED_AFTER, FORCE_PEAK_START, PEAKS, PERIOD, SPATIAL, START_UP_TIME, ideal_peak
 from .sums import ForceExceeded, Mean, PerRevolution, RootMean, figure_of_joint
 from .wear import LIFE
@@ -59,20 +59,20 @@ def crank_speed(name: str, text: str) -> Figure:
     return Figure(f"crank_speed_{name}", "rad/s", f"{text} of a free crank", "case", ("free",), value, tables=tables)
 
 
+of_joint = partial(Figure, of="joint")
+of_until = partial(Figure, needs=("until",), differs=False)
 JOINT = (
-    Figure(
+    of_joint(
         "force_peak",
         "N",
         "largest normal force in the window, located",
-        of="joint",
         value=field_of_totals("force_max"),
         tables=(Entry("forces", "force peak", 1), Entry("sample", "force peak", 3), Entry("case", "peak", 3)),
     ),
-    Figure(
+    of_joint(
         "force_rms",
         "N",
         "root mean square of the normal force over the window's time, free flight counting as zero",
-        of="joint",
         sums=RootMean("force_square"),
         tables=(
             Entry("forces", "force rms", 3),
@@ -81,11 +81,10 @@ JOINT = (
             Entry("effects", "force rms", 2),
         ),
     ),
-    Figure(
+    of_joint(
         "force_p99",
         "N",
         "normal force exceeded during 1 % of the window's time; shorter impacts do not count",
-        of="joint",
         sums=ForceExceeded(),
         tables=(
             Entry("forces", "force p99", 2),
@@ -94,29 +93,26 @@ JOINT = (
             Entry("wear", "force p99", 60),
         ),
     ),
-    Figure(
+    of_joint(
         "corner_force_peak",
         "N",
         "largest normal force of a guide's corner in the window, located",
-        of="joint",
         needs=("guide",),
         value=field_of_totals("corner_force_max"),
         tables=(Entry("forces", "corner force peak", 25, if_any=True),),
     ),
-    Figure(
+    of_joint(
         "corner_force_rms",
         "N",
         "root mean square of the normal force of a guide's corner over the window's time, the largest of its corners",
-        of="joint",
         needs=("guide",),
         sums=RootMean("corner_force_square"),
         tables=(Entry("forces", "corner force rms", 26, if_any=True),),
     ),
-    Figure(
+    of_joint(
         "impacts_per_rev",
         "1",
         "contact onsets in the window per revolution; their number where nothing turns",
-        of="joint",
         sums=PerRevolution("onsets"),
         tables=(
             Entry("forces", "impacts{per_rev}", 6),
@@ -124,112 +120,96 @@ JOINT = (
             Entry("case", "impacts{per_revolution}", 6),
         ),
     ),
-    Figure(
+    of_joint(
         "contact_fraction",
         "1",
         "share of the window's time in contact",
-        of="joint",
         sums=Mean("contact_time"),
         tables=(Entry("forces", "time in contact", 7), Entry("case", "time in contact", 7)),
     ),
-    Figure(
+    of_joint(
         "onset_rate_max",
         "m/s",
         "largest closing rate at a contact onset",
-        of="joint",
         value=field_of_totals("onset_max"),
         tables=(Entry("forces", "fastest onset", 8), Entry("case", "fastest onset", 8)),
     ),
-    Figure(
+    of_joint(
         "yield_speed",
         "m/s",
         "approach speed at which the contact first yields, by its elastic law and the largest effective mass at the "
         "start of the run; null: unknown",
-        of="joint",
         needs=("strength",),
         differs=False,
         tables=(Entry("forces", "first yield from", 8, if_any=True),),
     ),
-    Figure(
+    of_joint(
         "onset_rate",
         "m/s",
         "onset rate that the contact's law uses at the end of the window; null: no contact, or it uses none",
-        of="joint",
         value=lambda window, index: None if math.isnan(window.onset_rate[index]) else window.onset_rate[index],
         differs=False,
         null=NOTHING,
     ),
-    Figure(
+    of_joint(
         "penetration_max",
         "m",
         "largest penetration",
-        of="joint",
         value=lambda window, index: max(depth(window, index), 0.0),
         tables=(Entry("forces", "penetration", 9),),
     ),
-    Figure(
-        "eccentricity_max",
-        "m",
-        "largest distance of the journal centre from the bearing centre",
-        of="joint",
-        value=eccentricity,
+    of_joint(
+        "eccentricity_max", "m", "largest distance of the journal centre from the bearing centre", value=eccentricity
     ),
-    Figure(
+    of_joint(
         "law_limit_fraction",
         "1",
         "share of the window's time at a penetration beyond the elastic law's range",
-        of="joint",
         sums=Mean("beyond_time"),
         tables=(Entry("forces", "time past its law's range", 10, if_any=True),),
     ),
-    Figure(
+    of_joint(
         "force_clips",
         "1",
         "number of times that a contact force became tensile and was clipped at zero",
-        of="joint",
         value=field_of_totals("clips"),
         tables=(Entry("forces", "clips", 11, if_any=True),),
     ),
-    Figure(
+    of_joint(
         "friction_power",
         "W",
         "mean power of dry friction over the window",
-        of="joint",
         needs=("friction",),
         sums=Mean("friction_energy"),
         tables=(Entry("forces", "friction power", 12, if_any=True), Entry("case", "friction power", 8)),
     ),
-    Figure(
+    of_joint(
         "temperature",
         "K",
         "temperature of both bodies of a dry joint, from its heat balance",
-        of="joint",
         needs=("thermal",),
         value=lambda window, index: window.case.joints[index].temperature,
         tables=(Entry("forces", "temperature", 13, if_any=True), Entry("case", "temperature", 9)),
     ),
-    Figure(
+    of_joint(
         "clearance_warm",
         "m",
         "radial clearance at that temperature",
-        of="joint",
         needs=("thermal",),
         value=lambda window, index: window.case.joints[index].clearance,
         tables=(Entry("forces", "warm clearance", 14, if_any=True), Entry("case", "warm clearance", 10)),
     ),
-    Figure(
+    of_joint(
         "temperature_ci",
         "K",
         "half-width of the 95 % interval of that temperature, from the revolutions",
-        of="joint",
         needs=("thermal",),
         differs=False,
     ),
-    Figure(
+    of_joint(
         "force_peak_ideal",
         "N",
         "largest reaction of the same joint in the ideal mechanism",
-        of="joint",
         needs=("turns",),
         value=ideal_peak,
         differs=False,
@@ -239,15 +219,14 @@ JOINT = (
     *PEAKS,
     FORCE_PEAK_START,
     *SPATIAL,
-    *rolling.ROLLING,
+    *parts.ROLLING,
     *wear.WEAR,
     *LIFE,
-    *FLANKED,
-    Figure(
+    *parts.FLANKED,
+    of_joint(
         "restitution",
         "1",
         "mean ratio of rebound speed to approach speed; 0: the surfaces never part; null: no rebound",
-        of="joint",
         needs=("rests",),
         value=restitution,
         tables=(Entry("output", "restitution"), Entry("sample", "restitution"), Entry("effects", "restitution", 6)),
@@ -315,36 +294,28 @@ OBSERVED = (
         differs=False,
         tables=(Entry("certainty", "horizon (rev.)", 7),),
     ),
-    Figure(
+    of_until(
         "revolutions_run",
         "1",
         "length of the run, `discard` included",
-        needs=("until",),
-        differs=False,
         tables=(Entry("certainty", "revolutions", 1),),
     ),
-    Figure(
+    of_until(
         "window_from",
         "1",
         "revolutions before the window of the figures: `discard`, or those before the motion was found to be periodic",
-        needs=("until",),
-        differs=False,
     ),
-    Figure(
+    of_until(
         "settled",
         "1",
         "1: the interval is narrow enough; 0: max_revolutions ended the run",
-        needs=("until",),
         kind="int",
-        differs=False,
         tables=(Entry("certainty", "settled", 3),),
     ),
-    Figure(
+    of_until(
         "figure_ci",
         "{until}",
         "half-width of the 95 % interval of {until}, from blocks of revolutions",
-        needs=("until",),
-        differs=False,
         tables=(Entry("certainty", "95 % interval, half", 5),),
     ),
 )
@@ -386,7 +357,7 @@ WORK_COUNTS = (
 SETUP = Figure(
     "setup_time", "s", "processor time of the ideal mechanism and the figures; not part of run_time", differs=False
 )
-FIGURES = (*JOINT, *MECHANISM, *bending.FIGURES, *vibration.FIGURES, *PERIOD, *OBSERVED, RESIDUAL, *WORK_COUNTS, SETUP)
+FIGURES = (*JOINT, *MECHANISM, *parts.LINKS, *parts.VIBRATION, *PERIOD, *OBSERVED, RESIDUAL, *WORK_COUNTS, SETUP)
 
 
 def column_of(layout: Layout, name: str) -> tuple[Figure, int | None]:

@@ -14,6 +14,8 @@ from .window import Window
 # Figures of merit of single revolutions: quantiles of their force peaks, and the period of the motion.
 
 PEAK_TOLERANCE = 1e-9  # relative difference below which two peaks are the same
+of_joint = partial(Figure, of="joint")
+of_turns = partial(of_joint, needs=("turns",))
 
 
 def ideal_peak(window: Window, index: int) -> float | None:
@@ -46,7 +48,7 @@ def peak_quantile_figures(name: str, text: str, entry: Entry) -> tuple[Figure, .
         return lambda window, index: getattr(getattr(window.spreads[index], name), end)
 
     column, end = f"force_peak_{name}", "{} end of the 95 % interval of {}; null: too few revolutions"
-    figure = partial(Figure, unit="N", of="joint", needs=("turns",))
+    figure = partial(of_turns, unit="N")
     return (
         figure(column, text=text, value=value("value"), tables=(entry,)),
         figure(f"{column}_low", text=end.format("lower", column), value=value("low"), differs=False),
@@ -55,12 +57,11 @@ def peak_quantile_figures(name: str, text: str, entry: Entry) -> tuple[Figure, .
 
 
 PEAKS = (
-    Figure(
+    of_joint(
         "force_peak_revolution",
         "1",
         "number of the revolution with the largest normal force, from 1 and including `discard`; null: no complete "
         "revolution has it",
-        of="joint",
         needs=("turns", "error_check"),
         kind="int",
         value=peak_turn,
@@ -76,32 +77,27 @@ PEAKS = (
         "95 % quantile of the largest normal forces of the window's revolutions",
         Entry("forces", "95 % of revolutions", 3),
     ),
-    Figure(
+    of_turns(
         "force_peak_million",
         "N",
         "largest normal force to expect in 10^6 revolutions (median), by extreme-value statistics of the window's "
         "revolutions; of a periodic motion, the largest of its last three periods; null: fewer than 100 independent "
         "revolutions",
-        of="joint",
-        needs=("turns",),
         value=lambda window, index: window.spreads[index].of_million.value,
         differs=False,
         tables=(Entry("forces", "expected in 10⁶ revolutions", 3, if_any=True),),
     ),
-    Figure(
+    of_turns(
         "force_peak_million_high",
         "N",
         "normal force that the largest of 10^6 revolutions exceeds with a probability of 2.5 %; null as for the median",
-        of="joint",
-        needs=("turns",),
         value=lambda window, index: window.spreads[index].of_million.high,
         differs=False,
     ),
-    Figure(
+    of_joint(
         "load_peak",
         "N",
         "largest resultant of normal and friction force in the window, located",
-        of="joint",
         value=load_peak,
         tables=(
             Entry("forces", "load peak", 3),
@@ -109,12 +105,10 @@ PEAKS = (
             Entry("case", "load peak", 3),
         ),
     ),
-    Figure(
+    of_turns(
         "force_peak_ratio",
         "1",
         "load_peak over force_peak_ideal, both resultants; null: the latter is zero",
-        of="joint",
-        needs=("turns",),
         value=peak_ratio,
         tables=(
             Entry("forces", "load / ideal", 5),
@@ -189,11 +183,10 @@ CRANK_SPEED_AFTER = Figure(
     differs=False,
     tables=(Entry("output", "least crank speed after the start", 7),),
 )
-FORCE_PEAK_START = Figure(
+FORCE_PEAK_START = of_joint(
     "force_peak_start",
     "N",
     "largest normal force until `start_up_time`, to the end of this step; null: not reached, or before the window",
-    of="joint",
     needs=("free",),
     value=max_force_to_start,
     differs=False,
@@ -215,50 +208,43 @@ def edge_load_share(window: Window, index: int) -> float:
     return float(joint.uneven_time / joint.force_time) if joint.force_time else 0.0
 
 
+of_spatial = partial(of_joint, needs=("spatial",))
 SPATIAL = (
-    Figure(
+    of_spatial(
         "tilt_max",
         "rad",
         "largest angle between the axes of bearing and journal",
-        of="joint",
-        needs=("spatial",),
         value=lambda window, index: window.totals.joint[index].tilt_max,
         tables=(Entry("forces", "tilt", 20),),
     ),
-    Figure(
+    of_spatial(
         "tilt_limit",
         "rad",
         "tilt at which the journal jams between the walls; null: no limit",
-        of="joint",
-        needs=("spatial",),
         value=tilt_limit,
         differs=False,
         null=ENDLESS,
         tables=(Entry("forces", "tilt that jams", 21),),
     ),
-    Figure(
+    of_spatial(
         "edge_load_share",
         "1",
         "difference of the walls' normal forces over their sum, as means over time; 0: even, 1: one edge carries all",
-        of="joint",
-        needs=("spatial",),
         value=edge_load_share,
         tables=(Entry("forces", "edge load share", 22),),
     ),
-    Figure(
+    of_joint(
         "axial_force_peak",
         "N",
         "largest normal force at a flange, located",
-        of="joint",
         needs=("spatial", "axial"),
         value=lambda window, index: window.totals.joint[index].axial_force_max,
         tables=(Entry("forces", "axial force peak", 23),),
     ),
-    Figure(
+    of_joint(
         "axial_impacts_per_rev",
         "1",
         "contact onsets at the flanges in the window per revolution",
-        of="joint",
         needs=("spatial", "axial"),
         sums=PerRevolution("axial_onsets"),
         tables=(Entry("forces", "axial impacts{per_rev}", 24),),
@@ -289,113 +275,90 @@ def taylor(window: Window, index: int) -> float:
     return float(flow * math.sqrt(joint.clearance / joint.bearing_radius))
 
 
+of_film = partial(of_joint, needs=("film",))
 FILM = (
-    Figure(
+    of_film(
         "force_peak_dry",
         "N",
         "largest dry share of the normal force, located",
-        of="joint",
-        needs=("film",),
         value=lambda window, index: window.totals.joint[index].dry_max,
         tables=(Entry("film", "dry force peak", 8),),
     ),
-    Figure(
+    of_film(
         "film_thickness_min",
         "m",
         "least film thickness, clearance minus eccentricity; 0 where the surfaces touch",
-        of="joint",
-        needs=("film",),
         value=film_thickness,
         tables=(Entry("film", "least film", 1), Entry("effects", "least film", 7)),
     ),
-    Figure(
+    of_film(
         "film_pressure_max",
         "Pa",
         "largest pressure in the film; null: the law has no pressure",
-        of="joint",
-        needs=("film",),
         value=pressure,
         tables=(Entry("film", "pressure", 2),),
     ),
-    Figure(
+    of_film(
         "film_fraction",
         "1",
         "share of the window's time with load on the film only: 1 - dry_fraction",
-        of="joint",
-        needs=("film",),
         sums=DryTime(above=False),
         tables=(Entry("film", "time on film alone", 4),),
     ),
-    Figure(
+    of_film(
         "dry_fraction",
         "1",
         "share of the window's time with a dry force above 0.1 % of the mean normal force",
-        of="joint",
-        needs=("film",),
         sums=DryTime(above=True),
         tables=(Entry("film", "time on dry contact", 5),),
     ),
-    Figure(
+    of_film(
         "dry_load_share",
         "1",
         "mean dry force over mean normal force (film and dry); null: no contact behind the film",
-        of="joint",
-        needs=("film",),
         sums=DryLoadRatio("dry_force_time", "load_time"),
         tables=(Entry("film", "dry share of the load", 5),),
     ),
-    Figure(
+    of_film(
         "film_limit_fraction",
         "1",
         "share of the window's time at an eccentricity beyond film.limit; the formula is then evaluated at the limit",
-        of="joint",
-        needs=("film",),
         sums=Mean("clamped_time"),
         tables=(Entry("film", "time past its limit", 6),),
     ),
-    Figure(
+    of_film(
         "film_loss",
         "W",
         "mean power loss of the film, shear included",
-        of="joint",
-        needs=("film",),
         sums=Mean("film_energy"),
         tables=(Entry("film", "loss", 3),),
     ),
-    Figure(
+    of_film(
         "film_temperature",
         "K",
         "temperature of the oil, given or from its heat balance; null: neither",
-        of="joint",
-        needs=("film",),
         value=lambda window, index: window.case.joints[index].film.temperature,
         tables=(Entry("film", "temperature", 10),),
     ),
-    Figure(
+    of_film(
         "film_temperature_ci",
         "K",
         "half-width of the 95 % interval of a temperature from a heat balance",
-        of="joint",
-        needs=("film",),
         differs=False,
         tables=(Entry("film", "95 % interval, half", 11),),
     ),
-    Figure(
+    of_film(
         "film_viscosity",
         "Pa*s",
         "dynamic viscosity of the oil at its temperature",
-        of="joint",
-        needs=("film",),
         value=lambda window, index: window.case.joints[index].film.viscosity,
         differs=False,
         tables=(Entry("film", "viscosity", 12),),
     ),
-    Figure(
+    of_film(
         "film_taylor",
         "1",
         "largest Taylor number of the film, at clearance and largest speed of its surfaces; laminar below about 41",
-        of="joint",
-        needs=("film",),
         value=taylor,
         tables=(Entry("film", "Taylor number", 9),),
     ),

@@ -1,6 +1,7 @@
 """Figures of wear and lives."""
 
 import math
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -81,13 +82,13 @@ def pv_beyond(window: Window, index: int) -> float | None:
     )
 
 
+of_joint = partial(Figure, of="joint")
+of_wear = partial(of_joint, needs=("wear",))
 WEAR = (
-    Figure(
+    of_wear(
         "wear_depth_max",
         "m",
         "largest wear depth in the window, of both bodies",
-        of="joint",
-        needs=("wear",),
         value=lambda window, index: max(map(np.max, depths_of(window, index))),
         tables=(
             Entry("wear", "depth"),
@@ -95,86 +96,68 @@ WEAR = (
             Entry("effects", "wear depth", 4),
         ),
     ),
-    Figure(
+    of_wear(
         "wear_rate_max",
         "m/s",
         "largest wear depth over the window's time",
-        of="joint",
-        needs=("wear",),
         sums=DepthRate(),
         tables=(Entry("wear", "depth rate"),),
     ),
-    Figure(
+    of_wear(
         "wear_volume",
         "m^3",
         "worn volume of both bodies in the window",
-        of="joint",
-        needs=("wear",),
         value=volume,
         tables=(Entry("wear", "volume"), Entry("sample", "wear volume", 6)),
     ),
-    Figure(
+    of_wear(
         "wear_narrow_arcs",
         "1",
         "share of the time in contact in which the arc is narrower than five wear bins",
-        of="joint",
-        needs=("wear",),
         value=narrow_arcs,
         tables=(Entry("wear", "narrow arcs", 70),),
     ),
-    Figure(
+    of_wear(
         "wear_bins_enough",
         "1",
         "smallest number of bins with which arcs of at least five bins cause 95 % of the worn volume; 0: no wear",
-        of="joint",
-        needs=("wear",),
         kind="int",
         value=sufficient_bins,
         differs=False,
         tables=(Entry("wear", "bins enough", 71),),
     ),
-    Figure(
+    of_wear(
         "pressure_peak",
         "Pa",
         "largest pressure on the bearing, anywhere on the contact arc",
-        of="joint",
-        needs=("wear",),
         value=lambda window, index: Account(window.totals.account[index]).pressure_max,
         tables=(Entry("wear", "pressure peak", 55),),
     ),
-    Figure(
+    of_wear(
         "pressure_mean",
         "Pa",
         "mean pressure on the bearing, over the contact arc and the time in contact",
-        of="joint",
-        needs=("wear",),
         value=pressure_mean,
         tables=(Entry("wear", "pressure mean", 56),),
     ),
-    Figure(
+    of_wear(
         "pv_peak",
         "W/m^2",
         "largest product of the pressure on the bearing, anywhere on the contact arc, and the sliding speed",
-        of="joint",
-        needs=("wear",),
         value=lambda window, index: Account(window.totals.account[index]).pv_max,
         tables=(Entry("wear", "pV peak", 57),),
     ),
-    Figure(
+    of_wear(
         "pv_mean",
         "W/m^2",
         "mean normal force over diameter times length, times mean sliding speed, as in catalogues of bushes",
-        of="joint",
-        needs=("wear",),
         value=pv_mean,
         tables=(Entry("wear", "pV mean", 57),),
     ),
-    Figure(
+    of_wear(
         "pv_limit_fraction",
         "1",
         "share of the window's time at a pressure times speed beyond `wear.pv_limit`; null: no limit is given",
-        of="joint",
-        needs=("wear",),
         value=pv_beyond,
         tables=(Entry("wear", "time past pv_limit", 58, if_any=True),),
     ),
@@ -183,101 +166,75 @@ WEAR = (
 
 # Figures of merit of a life; `life` computes them under these names.
 
+of_life = partial(of_joint, needs=("limited",), differs=False)
+of_uncertain = partial(of_life, needs=("limited", "uncertain"))
 LIFE = (
-    Figure(
+    of_life(
         "life_revolutions",
         "1",
         "revolutions until `life.limit` is reached; null: not reached",
-        of="joint",
-        needs=("limited",),
-        differs=False,
         tables=(
             Entry("wear", "life (rev.)", 1),
             Entry("sample", "life (rev.)", 7),
             Entry("effects", "life", 3),
         ),
     ),
-    Figure(
+    of_life(
         "life_hours",
         "h",
         "hours until `life.limit` is reached; null: not reached",
-        of="joint",
-        needs=("limited",),
-        differs=False,
         tables=(Entry("wear", "life (hours)", 2),),
     ),
-    Figure(
+    of_life(
         "life_low",
         "1",
         "lower end of the 95 % interval of the life (numerics only), revolutions; without reaching the limit: the "
         "revolutions run",
-        of="joint",
-        needs=("limited",),
-        differs=False,
         tables=(Entry("wear", "life, low (rev.)", 3),),
     ),
-    Figure(
+    of_life(
         "life_high",
         "1",
         "upper end of the same interval, revolutions; null: unbounded or unknown",
-        of="joint",
-        needs=("limited",),
-        differs=False,
         tables=(Entry("wear", "life, high (rev.)", 4),),
     ),
-    Figure(
+    of_uncertain(
         "life_low_uncertain",
         "1",
         "revolutions of the life with the uncertain wear coefficients at the upper ends of their 95 % intervals; null: "
         "that life did not reach the limit or failed (see `message`)",
-        of="joint",
-        needs=("limited", "uncertain"),
-        differs=False,
         tables=(Entry("wear", "life, low, uncertain (rev.)", 4),),
     ),
-    Figure(
+    of_uncertain(
         "life_high_uncertain",
         "1",
         "life with the uncertain wear coefficients at the lower ends of their 95 % intervals; null as above",
-        of="joint",
-        needs=("limited", "uncertain"),
-        differs=False,
         tables=(Entry("wear", "life, high, uncertain (rev.)", 4),),
     ),
-    Figure(
+    of_life(
         "life_jump_error",
         "1",
         "relative change of the life with jumps twice as long (every other block); null: not reached",
-        of="joint",
-        needs=("limited",),
-        differs=False,
         tables=(Entry("wear", "error of jumps", 72),),
     ),
-    Figure(
+    of_life(
         "life_blocks",
         "1",
         "blocks of revolutions of the life",
-        of="joint",
-        needs=("limited",),
         kind="int",
-        differs=False,
         tables=(Entry("wear", "blocks", 73),),
     ),
-    Figure(
+    of_life(
         "life_shape_error",
         "1",
         "relative change of the life by smoothing the worn shapes and by bins twice as wide; 0 without `evolve`; null: "
         "not reached",
-        of="joint",
-        needs=("limited",),
-        differs=False,
         tables=(Entry("wear", "error of shapes", 74, if_any=True),),
     ),
-    Figure(
+    of_joint(
         "clearance_growth",
         "m",
         "largest increase, over directions, of the eccentricity at which the surfaces touch first, at the life's end",
-        of="joint",
         needs=("wear", "life"),
         differs=False,
         tables=(Entry("wear", "clearance growth", 5),),

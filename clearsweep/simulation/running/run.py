@@ -47,7 +47,7 @@ from ..setup.start import (
     period,
     start_of,
 )
-from .bending import LinkSignals
+from .deformation import LinkSignals
 from .observed_run import Branches, Observer, Perturbed, Revolutions, run_observed
 from .vibration import CAPACITY, Signals
 

@@ -35,14 +35,18 @@ from ..figures.catalogue import FIGURES
 from ..figures.own import check_channels
 from ..machine.ideal import ideal_motion, machine_of, mechanism_of
 from ..machine.shaking import shaking_of
-from .placed import BRANCHES, Carried, contact_units, latched_of, with_places
-from .seats import (
+from .places import (
+    BRANCHES,
+    Carried,
     check_planar_start,
     check_slot_lengths,
     check_spatial_start,
+    contact_units,
+    latched_of,
     press_flanks,
     seated_offsets,
     with_elements_at_start,
+    with_places,
 )
 
 # The independent variable of a run and the ends of its revolutions: time, or the angle of a free crank.

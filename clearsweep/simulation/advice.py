@@ -8,18 +8,18 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ... import grid
-from ...contracts.case import Case, Joint
-from ...contracts.catalogue import Catalogue, Law, Merit
-from ...grid import library
-from ...language import wording
-from ...language.errors import InputError, did_you_mean, similar_words
-from ...mechanics import describe
-from ...mechanics.describe import WIDTH
-from ...mechanics.joints import registry
-from ...mechanics.laws.elastic import plane_strain_modulus, relative_radius, static_penetration
-from ..machine.ideal import ideal_peaks
-from ..setup.scene import catalogue
+from .. import grid
+from ..contracts.case import Case, Joint
+from ..contracts.catalogue import Catalogue, Law, Merit
+from ..grid import library
+from ..language import wording
+from ..language.errors import InputError, did_you_mean, similar_words
+from ..mechanics import describe
+from ..mechanics.describe import WIDTH
+from ..mechanics.joints import registry
+from ..mechanics.laws.elastic import plane_strain_modulus, relative_radius, static_penetration
+from .machine.ideal import ideal_peaks
+from .setup.scene import catalogue
 
 # Finds the laws that suit the joints of a case, from the valid ranges that each law declares.
 

@@ -1,4 +1,4 @@
-"""Deflections and stresses of links that bend, and their fatigue, from the polynomials over the steps of a run."""
+"""What deforms in a run, from the polynomials over its steps: links that bend, their fatigue, and housings."""
 
 import math
 from typing import NamedTuple
@@ -10,12 +10,137 @@ from ...contracts.machine import Body
 from ...mechanics.coupling.shaking import signal_count
 from ...mechanics.machines import planar
 from ...mechanics.observe import START
-from ...mechanics.solver.signal_sums import TO_FINE_POINTS
+from ...mechanics.solver.signal_sums import EXCESS, FINE_POINTS, NODE_COUNT, TO_FINE_POINTS, values_at
 from ...mechanics.solver.slow_sums import SIGNALS
 from ..setup.scene import Scene
-from .fatigue import Rainflow, damage
-from .mounts import MountSignals
-from .polynomials import largest_size
+
+ZOOM_POINTS = FINE_POINTS[0] * np.linspace(-1.0, 1.0, 65)  # about the largest of the fine points
+
+
+def largest_size(values: np.ndarray, bound: float) -> float:
+    """Return the largest size of values (steps, ..., nodes) in recorded steps and between their nodes, or `bound`.
+
+    Between nodes only steps are searched whose values there may be larger.
+    """
+    flat = values.reshape(-1, NODE_COUNT)
+    low, high = flat.min(axis=1), flat.max(axis=1)
+    size = np.maximum(high, -low)
+    largest = max(bound, float(size.max()))
+    candidates = flat[size + EXCESS * (high - low) > largest]
+    fine = np.abs(candidates @ TO_FINE_POINTS)
+    if not fine.size or fine.max() <= bound:
+        return largest
+    step, point = np.unravel_index(int(fine.argmax()), fine.shape)
+    nearby = np.clip(FINE_POINTS[point] + ZOOM_POINTS, 0.0, 1.0)
+    return max(largest, float(np.abs(candidates[step] @ values_at(nearby)).max()))
+
+
+END_POINTS = 3  # turning points between which the last two ranges lie
+
+
+class Rainflow:
+    """Rainflow counting of a history that comes in pieces: the rules of ASTM E1049-85, section 5.4.4.
+
+    A range that the next one covers is a full cycle, or half a cycle if it begins at the first turning point that is
+    left.  What is left at the end counts as half cycles.
+    """
+
+    def __init__(self) -> None:
+        self._points: list[float] = []  # turning points that are left, the last of them not yet known to be one
+
+    def add(self, values: np.ndarray) -> np.ndarray:
+        """Return the cycles (n, 2) that `values`, the next part of the history, close: range and count, 1 or 0.5."""
+        closed: list[tuple[float, float]] = []
+        for value in turning_points(np.asarray(values)).tolist():
+            self._append(value, closed)
+        return np.array(closed).reshape(-1, 2)
+
+    def _append(self, value: float, closed: list[tuple[float, float]]) -> None:
+        """Add a value; put the cycles that it closes to `closed`."""
+        points = self._points
+        if len(points) >= 2 and (value - points[-1]) * (points[-1] - points[-2]) >= 0.0:
+            points.pop()  # the last point was no turning point
+        elif points == [value]:
+            return
+        points.append(value)
+        while len(points) >= END_POINTS and abs(points[-1] - points[-2]) >= abs(points[-2] - points[-3]):
+            closed.append((abs(points[-2] - points[-3]), 0.5 if len(points) == END_POINTS else 1.0))
+            if len(points) == END_POINTS:
+                del points[0]
+            else:
+                del points[-3:-1]
+
+    def left(self) -> np.ndarray:
+        """Return the half cycles (n, 2) of the turning points that are left: range and count."""
+        ranges = np.abs(np.diff(self._points))
+        return np.stack([ranges, np.full(len(ranges), 0.5)], -1)
+
+
+def turning_points(values: np.ndarray) -> np.ndarray:
+    """Return the first value of a history (n,), those where it turns, and the last one."""
+    values = values[np.append(True, np.diff(values) != 0.0)] if len(values) else values
+    if len(values) < END_POINTS:
+        return values
+    slopes = np.sign(np.diff(values))
+    points: np.ndarray = values[np.concatenate([[True], slopes[1:] != slopes[:-1], [True]])]
+    return points
+
+
+def damage(cycles: np.ndarray, strength: float, exponent: float, life: float) -> float:
+    """Return the share of a life that cycles (n, 2), ranges (Pa) and counts, use up: the sum of Palmgren and Miner.
+
+    A stress amplitude S breaks after `life` (strength / S)^exponent cycles, whatever the mean stress.
+    """
+    ranges, counts = cycles.T
+    return math.fsum(counts * (0.5 * ranges / strength) ** exponent) / life
+
+
+class Mounted(NamedTuple):
+    """A housing, and where its motion is in the recording."""
+
+    name: str  # of its joint, as in columns
+    columns: slice  # x, y
+    levers: np.ndarray  # (stations of a revolution + 1, 2) displacement of the output for a unit along x, y
+
+
+class MountSignals:
+    """Largest motion of the housings of a run, and what they do to the output."""
+
+    def __init__(self, scene: Scene, first: int):
+        """Prepare for the run of a scene whose housings begin at column `first` of the recording."""
+        machine = scene.machine
+        assert machine is not None  # only planar machines have housings
+        ideal_machine = planar.ideal_of(planar.with_segments(machine))
+        self.mounts = [
+            Mounted(
+                column_name(mount.joint),
+                slice(first + 2 * i, first + 2 * i + 2),
+                planar.levers_of_support(ideal_machine, mount.joint),
+            )
+            for i, mount in enumerate(machine.mounts)
+        ]
+        self.squares = np.zeros(len(self.mounts))  # m^2, of the largest motion of each
+        self.output_error = 0.0  # of the output, by all housings
+
+    def add(self, rows: np.ndarray, turns: np.ndarray) -> None:
+        """Add recorded steps (steps, columns, nodes); turns : (steps, nodes) of the crank since the start."""
+        errors = np.zeros(turns.shape)
+        for i, mount in enumerate(self.mounts):
+            motion, turned = rows[:, mount.columns], turns % 1.0
+            self.squares[i] = largest_size((motion**2).sum(axis=1), self.squares[i])
+            stations = np.linspace(0.0, 1.0, len(mount.levers))
+            for axis in range(2):
+                errors += np.interp(turned, stations, mount.levers[:, axis]) * motion[:, axis]
+        if self.mounts:
+            self.output_error = largest_size(errors, self.output_error)
+
+    def figures(self, output: str) -> dict[str, float]:
+        """Return the columns of housings; output : name of the machine's output."""
+        values = {f"{output}_error_mounts": self.output_error} if self.mounts else {}
+        for mount, square in zip(self.mounts, self.squares, strict=True):
+            values[f"{mount.name}_mount_motion_max"] = math.sqrt(square)
+        return values
+
 
 LARGEST_DEFLECTION = 0.25  # of the length: the chord is 15 % shorter, and the second order no longer describes it
 MIDDLE = len(planar.STATIONS) // 2

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from ...answers.validity import (
+from ..answers.validity import (
     FilmState,
     FreeBearing,
     PenetrationAndWear,
@@ -33,21 +33,21 @@ from ...answers.validity import (
     wear_depth_remark,
     wear_rate_remark,
 )
-from ...contracts.case import DOUBTFUL_WEAR_NUMBER, REFERENCE_TEMPERATURE, Case, Joint, column_name
-from ...contracts.layout import FRICTION_POWER
-from ...mechanics.joints import registry
-from ...mechanics.joints.dry import Gap
-from ...mechanics.joints.registry import largest_mass, yield_energy
-from ...mechanics.laws import reynolds
-from ...mechanics.machines import planar
-from ...mechanics.machines.contract import impact_masses, pose_at
-from ...mechanics.machines.described import MAX_SEGMENTS
-from ...tracing.compiled.family import Identity
-from ..figures.window import Window
-from ..machine import ideal as ideal_machine
-from ..machine.elastic import elastic_links, link_warnings, segments_to_resolve
-from ..machine.ideal import machine_of, mechanism_of
-from ..setup.scene import Scene
+from ..contracts.case import DOUBTFUL_WEAR_NUMBER, REFERENCE_TEMPERATURE, Case, Joint, column_name
+from ..contracts.layout import FRICTION_POWER
+from ..mechanics.joints import registry
+from ..mechanics.joints.dry import Gap
+from ..mechanics.joints.registry import largest_mass, yield_energy
+from ..mechanics.laws import reynolds
+from ..mechanics.machines import planar
+from ..mechanics.machines.contract import impact_masses, pose_at
+from ..mechanics.machines.described import MAX_SEGMENTS
+from ..tracing.compiled.family import Identity
+from .figures.window import Window
+from .machine import ideal as ideal_machine
+from .machine.elastic import elastic_links, link_warnings, segments_to_resolve
+from .machine.ideal import machine_of, mechanism_of
+from .setup.scene import Scene
 
 MIN_SKIDDING_SHARE = 0.05  # of the time below the least load; every joint that changes contact passes it
 

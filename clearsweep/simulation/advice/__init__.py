@@ -1,1 +1,0 @@
-"""Recommendations and remarks on the values of a case."""
