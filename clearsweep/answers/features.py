@@ -203,10 +203,8 @@ def track_crank_angle(times: "np.ndarray", values: "np.ndarray", nominal_rate: f
     spectrum_rates = np.arange(len(spectrum)) * resolution
     power = [np.interp(order * trial_rates, spectrum_rates, spectrum) for order in (1, 2, 3, 4)]
     best_index = int(np.argmax(np.sum(power, axis=0)))
-    mean_rate, strongest_order = (
-        float(trial_rates[best_index]),
-        int(np.argmax([spectrum[best_index] for spectrum in power])) + 1,
-    )
+    mean_rate = float(trial_rates[best_index])
+    strongest_order = int(np.argmax([spectrum[best_index] for spectrum in power])) + 1
     angle: np.ndarray = mean_rate * (times - times[0])
     for _ in range(2):  # the first pass leaves an error from variation within a revolution
         demodulated = (values - values.mean()) * np.exp(-1j * strongest_order * angle)
@@ -230,9 +228,7 @@ def _moving_average(times: "np.ndarray", values: "np.ndarray", width: float) -> 
     cumulative = np.concatenate([[0.0], np.cumsum(values)])
     half_width = min(width, times[-1] - times[0]) / 2.0
     centres = np.clip(times, times[0] + half_width, times[-1] - half_width)  # full width also at both ends
-    first_index, end_index = (
-        np.searchsorted(times, centres - half_width),
-        np.searchsorted(times, centres + half_width, side="right"),
-    )
+    first_index = np.searchsorted(times, centres - half_width)
+    end_index = np.searchsorted(times, centres + half_width, side="right")
     averages: np.ndarray = (cumulative[end_index] - cumulative[first_index]) / np.maximum(end_index - first_index, 1)
     return averages

@@ -16,12 +16,10 @@ from .words import Words
 # Oil films: which cases keep them within their law and above the roughness, and which combinations always do.
 
 ROUGHNESSES = 3.0  # combined roughnesses of both surfaces that a film should exceed to separate them
-FILM_THICKNESS, DRY_SHARE, FILM_LOSS, FILM_LIMIT_FRACTION = (
-    "film_thickness_min",
-    "dry_load_share",
-    "film_loss",
-    "film_limit_fraction",
-)
+FILM_THICKNESS = "film_thickness_min"
+DRY_SHARE = "dry_load_share"
+FILM_LOSS = "film_loss"
+FILM_LIMIT_FRACTION = "film_limit_fraction"
 UNSAFE = "film_unsafe"  # column of the answer on films: 1 for an unsafe film
 MAX_LISTED = 4  # safe combinations in the answer
 
@@ -90,10 +88,8 @@ def is_unsafe(cases: FinishedCases) -> np.ndarray:
     """Return which cases (n,) leave the range of a film law, are too thin for the surfaces' roughness, or unknown."""
     is_unsafe = is_outside_law(cases)
     for joint in film_joints(cases):
-        thickness, required = (
-            cases.values_of(f"{joint}_{FILM_THICKNESS}").astype(float),
-            required_thickness(cases, joint),
-        )
+        thickness = cases.values_of(f"{joint}_{FILM_THICKNESS}").astype(float)
+        required = required_thickness(cases, joint)
         is_unsafe |= ~(thickness > 0.0)
         if required is not None:
             is_unsafe |= thickness < required
@@ -156,10 +152,8 @@ def identification_sentences(identified: Mapping[str, Any], joint_count: int) ->
                 f"{signal['file']}: the measured speed is {speed * 30.0 / math.pi:.5g} rpm, but the cases have "
                 f"{computed_speed * 30.0 / math.pi:.5g} rpm; set drive.speed to the measured speed."
             )
-    gain, noise_range = (
-        identified["priors"]["gain"],
-        [100.0 * noise_share for noise_share in identified["priors"]["noise"]],
-    )
+    gain = identified["priors"]["gain"]
+    noise_range = [100.0 * noise_share for noise_share in identified["priors"]["noise"]]
     lines.append(
         f"Priors: even over each range; gain within {196.0 * gain:.2g} % (95 %); offset and crank angle free; noise "
         f"{noise_range[0]:.2g} to {noise_range[1]:.2g} % of the rms."
@@ -311,8 +305,7 @@ def expected_peak_sentence(peak_texts: list[str], location: str) -> str:
     value_text, bound_text, window_text = peak_texts
     return (
         f"The largest force peak in 10⁶ revolutions is estimated at {value_text}, at most {bound_text} (97.5 "
-        f"%){location}. "
-        f"The largest peak in the window is {window_text}."
+        f"%){location}. The largest peak in the window is {window_text}."
     )
 
 

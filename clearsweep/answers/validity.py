@@ -136,17 +136,15 @@ class Remarks:
         return (
             f"Impacts leave the elastic range in {self._count_text(ONSET_RATE)}: the fastest approaches at "
             f"{worst.value * worst.yield_speed:.3g} m/s, {worst.value:.2g} times the {worst.yield_speed:.3g} m/s at "
-            "which its "
-            f"contact first yields (case {short_id(worst.case_id)}, {worst.joint}). Beyond yield an elastic law "
-            "overstates forces and understates losses."
+            f"which its contact first yields (case {short_id(worst.case_id)}, {worst.joint}). Beyond yield an elastic "
+            "law overstates forces and understates losses."
         )
 
     def _law_limit_sentence(self, worst: _WorstCase) -> str:
         remark = _find_remark(worst.message, LAW_LIMIT) or f"{worst.joint}, {_percent_text(worst.value)} of the time"
         return (
             f"Contacts exceed the valid range of their elastic law in {self._count_text(LIMIT_SHARE)}, longest in case "
-            f"{short_id(worst.case_id)}: {remark}"
-            ". `clearsweep list NAME` describes the force beyond it."
+            f"{short_id(worst.case_id)}: {remark}. `clearsweep list NAME` describes the force beyond it."
         )
 
     def _count_text(self, figure: str) -> str:
@@ -308,9 +306,8 @@ def conformal_remark(joint: ConformalJoint) -> str:
     advice = "use a smaller life.limit" if joint.in_slot else "set wear.pressure: winkler"
     return (
         f"{CONFORMAL}{joint.joint} is worn {_mm_text(joint.wear_depth)} deep after {joint.revolutions:.6g} "
-        "revolutions. Beyond, the worn surfaces fit each other closely. "
-        f"wear.pressure: {joint.pressure} takes the arc of contact from the curvatures at one point, which no longer "
-        f"determine it: {advice}"
+        f"revolutions. Beyond, the worn surfaces fit each other closely. wear.pressure: {joint.pressure} takes the arc "
+        f"of contact from the curvatures at one point, which no longer determine it: {advice}"
     )
 
 

@@ -117,10 +117,8 @@ def index_on_axis(axis: Axis, values: pd.Series) -> np.ndarray:
 def axes_of(record: Mapping, tried: dict, units: Mapping[str, str], joints: int) -> tuple[Axis, ...]:
     """Return the axes of a run: swept, parallel, drawn, and `tried` by a search; without values added by `refine`."""
     swept, parallel = record.get("sweep") or {}, (record.get("zip") or {}) | (record.get("cases") or {}) | tried
-    drawn_values, has_candidates = (
-        (record.get("sample") or {}).get("drawn", {}),
-        bool((record.get("seek") or {}).get("among")),
-    )
+    drawn_values = (record.get("sample") or {}).get("drawn", {})
+    has_candidates = bool((record.get("seek") or {}).get("among"))
     axes = [_axis(path, tuple(values), units.get(path, "1"), joints) for path, values in swept.items()]
     for path, values in (parallel | drawn_values).items():
         distinct_values = tuple(dict.fromkeys(values))

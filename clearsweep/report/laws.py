@@ -102,10 +102,8 @@ def _elastic_sentences(forces: dict[str, np.ndarray], valid_laws: list[str]) -> 
     """Return sentences on the factor between the softest and the stiffest valid law, and between all laws."""
     if len(forces) < 2:
         return []
-    values, depth_texts = (
-        np.array(list(forces.values())),
-        [wording.scale("m", depth).exact_text(depth) for depth in DEPTHS],
-    )
+    values = np.array(list(forces.values()))
+    depth_texts = [wording.scale("m", depth).exact_text(depth) for depth in DEPTHS]
     all_laws_factor = wording.number_text(
         float(values.max(axis=0)[REFERENCE_DEPTH] / values.min(axis=0)[REFERENCE_DEPTH])
     )
@@ -129,11 +127,9 @@ def _elastic_sentences(forces: dict[str, np.ndarray], valid_laws: list[str]) -> 
         (forces[law][REFERENCE_DEPTH] for law in (valid_laws[0], valid_laws[-1])), "N"
     )
     return [
-        f"At a penetration of {depth_texts[REFERENCE_DEPTH]} the {len(valid_laws)} elastic laws that are valid in "
-        "this joint differ by a "
-        f"factor of {factors[REFERENCE_DEPTH]}: {softest_force} ({valid_laws[0]}) to {stiffest_force} "
-        f"({valid_laws[-1]}). "
-        f"{doubtful_text}".rstrip(),
+        f"At a penetration of {depth_texts[REFERENCE_DEPTH]} the {len(valid_laws)} elastic laws that are valid in this "
+        f"joint differ by a factor of {factors[REFERENCE_DEPTH]}: {softest_force} ({valid_laws[0]}) to "
+        f"{stiffest_force} ({valid_laws[-1]}). {doubtful_text}".rstrip(),
         f"Among the valid laws, the factor is {wording.sentence_list(other_factors)}.",
     ]
 
@@ -317,9 +313,8 @@ def _restitution_sentences(rows: list[EffectiveRestitution]) -> list[str]:
         ]
     return [
         f"With a specified restitution of {wording.short_number_text(lowest.specified, 3)}, a free impact has a "
-        "restitution of "
-        f"{wording.number_text(lowest.effective)} ({lowest.law}) to {wording.number_text(highest.effective)} "
-        f"({highest.law})."
+        f"restitution of {wording.number_text(lowest.effective)} ({lowest.law}) to "
+        f"{wording.number_text(highest.effective)} ({highest.law})."
     ]
 
 

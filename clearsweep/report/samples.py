@@ -119,8 +119,7 @@ def limit_table(study: Study, samples: list[Sample]) -> Table:
         failed = sum(len(sample.failed) for sample in samples)
         note += (
             f" The first probability leaves out {wording.count_text(failed, 'failed case')}, so it is too low if "
-            "violent "
-            "cases fail. The second counts failed cases as exceeding every limit."
+            "violent cases fail. The second counts failed cases as exceeding every limit."
         )
     return Table("limits", "Probability of exceeding limits", note, columns, rows)
 

@@ -65,11 +65,9 @@ CASE_SECTIONS = (
 MAX_NAMED_AXES = 4  # swept axes above which a sentence on a case leaves out the values that most cases share
 VARYING_SECTIONS = ("sweep", "zip", "cases", "sample")  # and the sections that vary them
 #: Figures of a joint computed here: force p99 over the ideal peak, depth (m) worn in 1000 hours, in a million strokes.
-P99_OVER_IDEAL, WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES = (
-    "p99_over_ideal",
-    "wear_depth_1000_hours",
-    "wear_depth_million_strokes",
-)
+P99_OVER_IDEAL = "p99_over_ideal"
+WEAR_PER_1000_HOURS = "wear_depth_1000_hours"
+WEAR_PER_MILLION_STROKES = "wear_depth_million_strokes"
 
 
 class Joint(NamedTuple):

@@ -148,8 +148,7 @@ def _comparison_sentences(pairs: Pairs) -> list[str]:
     equal_count = int(np.count_nonzero(ratios == 1.0))
     sentences = [
         f"{wording.count_text(len(pairs.case_ids), 'case')} finished in both runs. Of these, {equal_count} have "
-        "exactly the "
-        f"same {column_label(pairs.first, column)}. Cases in A alone: {pairs.unpaired[0]}; in B alone: "
+        f"exactly the same {column_label(pairs.first, column)}. Cases in A alone: {pairs.unpaired[0]}; in B alone: "
         f"{pairs.unpaired[1]}."
     ]
     finite_ratios = ratios[np.isfinite(ratios)]

@@ -99,11 +99,9 @@ def draw_around(ax: Axes, depth: np.ndarray, body: int, scale: Scale, max_depth:
 
     The deepest bin is marked, the mean is a dotted circle.
     """
-    colour, scaled_depths, drawn_depths = (
-        BODY_STYLES[body][1],
-        depth / scale.factor,
-        deepest_per_sector(depth, MAX_SECTORS) / scale.factor,
-    )
+    colour = BODY_STYLES[body][1]
+    scaled_depths = depth / scale.factor
+    drawn_depths = deepest_per_sector(depth, MAX_SECTORS) / scale.factor
     ax.fill(_angles(drawn_depths), drawn_depths, facecolor=colour, alpha=0.25, edgecolor=colour, linewidth=1.2)
     ax.plot(
         np.linspace(0.0, 2.0 * np.pi, 91), np.full(91, scaled_depths.mean()), color=INK, linewidth=0.9, linestyle=":"

@@ -136,10 +136,8 @@ def joint_histories(study: Study, case_id: str, history: History) -> list[JointH
             continue
         reaction = ideal.reactions.get(joint.title) if ideal else None
         ideal_values = None if reaction is None else np.hypot(reaction[..., 0], reaction[..., 1])
-        force, unit = (
-            history.values(f"joints/{joint.name}/force_normal"),
-            study.run.layout.units[f"joints/{joint.name}/force_normal"],
-        )
+        force = history.values(f"joints/{joint.name}/force_normal")
+        unit = study.run.layout.units[f"joints/{joint.name}/force_normal"]
         histories.append(JointHistory(f"normal force{study.joint_text(joint, ', {}')}", unit, force, ideal_values))
     histories += [
         JointHistory(f"{quantity} of {name.replace('_', '-')}", unit, history.values(f"{name}/{quantity}"))

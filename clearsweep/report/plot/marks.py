@@ -83,10 +83,8 @@ def points_svg(x: np.ndarray, y: np.ndarray, marker_style: MarkerStyle) -> str:
     positions = list(zip(x[finite].round(digits).tolist(), y[finite].round(digits).tolist(), strict=True))
     if not positions:
         return ""
-    half_size, opacity = (
-        0.5 * marker_style.size,
-        f"; stroke-opacity: {marker_style.alpha:g}" if marker_style.alpha < 1.0 else "",
-    )
+    half_size = 0.5 * marker_style.size
+    opacity = f"; stroke-opacity: {marker_style.alpha:g}" if marker_style.alpha < 1.0 else ""
     if marker_style.fill_colour:
         circle_style = f"fill: {marker_style.fill_colour}; stroke: {marker_style.colour}"
         circle_style += f"; stroke-width: {marker_style.edge_width:g}"

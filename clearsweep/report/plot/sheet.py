@@ -217,10 +217,8 @@ class PolarSheet(Sheet):
         """Return the square around the disc."""
         side = self.axes.xaxis
         margin = PAD + LABEL_GAP + text_width("360°", side.font_size)
-        space_above, space_below = (
-            PAD + LABEL_GAP + 1.2 * side.font_size,
-            PAD + LABEL_GAP + 1.2 * side.font_size + label_space(side),
-        )
+        space_above = PAD + LABEL_GAP + 1.2 * side.font_size
+        space_below = PAD + LABEL_GAP + 1.2 * side.font_size + label_space(side)
         diameter = min(self.width - 2.0 * margin, self.height - space_above - space_below)
         return Box(
             0.5 * (self.width - diameter),

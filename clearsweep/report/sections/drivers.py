@@ -207,9 +207,8 @@ def _effect_table(study: Study) -> Table:
         scale = study.scale(column)
         rows += [_row(study, name, effect, scale) for effect in effects]
     note = (
-        "Median over cases that are compared with cases equal in every other value. Share of the "
-        "variation: the part of the figure's variance that the axis explains by itself. Interaction "
-        "and chaos explain the rest."
+        "Median over cases that are compared with cases equal in every other value. Share of the variation: the part "
+        "of the figure's variance that the axis explains by itself. Interaction and chaos explain the rest."
     )
     return Table("effects", "Main effects", note, columns, rows)
 
@@ -465,10 +464,8 @@ def _tradeoff_picture(study: Study, axis: Axis | None, scatter_plot: ScatterPlot
     if colour:
         value_indices = colour[0]
         colour = (np.where(value_indices < 0, np.nan, value_indices), colour[1])
-    names, scales = (
-        (scatter_plot.x_name, scatter_plot.y_name),
-        (study.scale(scatter_plot.x), study.scale(scatter_plot.y)),
-    )
+    names = (scatter_plot.x_name, scatter_plot.y_name)
+    scales = (study.scale(scatter_plot.x), study.scale(scatter_plot.y))
     return Picture(
         scatter_plot.title,
         scatter_plot.caption,

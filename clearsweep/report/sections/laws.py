@@ -338,14 +338,11 @@ def _stiffness_sentences(study: Study, joint: Joint, worst: str, case: Case, lin
     low, high = simulation.elastic_forces(contact, (depth * (1.0 - RELATIVE_STEP), depth * (1.0 + RELATIVE_STEP)))
     stiffness = (high - low) / (2.0 * RELATIVE_STEP * depth)
     stiffness_ratio = stiffness * sum(1.0 / link.stiffness for link in links_at_joint)
-    names, verb = (
-        wording.sentence_list([link.name for link in links_at_joint]),
-        "has" if len(links_at_joint) == 1 else "together have",
-    )
+    names = wording.sentence_list([link.name for link in links_at_joint])
+    verb = "has" if len(links_at_joint) == 1 else "together have"
     stiffness_sentence = (
         f"In joint {joint.title} the contact stiffness is {_stiffness_text(stiffness)} at the largest penetration, in "
-        "case "
-        f"{worst[:8]}. Along the line of its pins {names} {verb} a stiffness of "
+        f"case {worst[:8]}. Along the line of its pins {names} {verb} a stiffness of "
         f"{_stiffness_text(stiffness / stiffness_ratio)}."
     )
     if study.cases.at[worst, joint.column("impacts_per_rev")] < MIN_IMPACTS:
@@ -353,9 +350,7 @@ def _stiffness_sentences(study: Study, joint: Joint, worst: str, case: Case, lin
     return stiffness_sentence, (
         "Impacts occur there. With rigid links such an impact would be at least "
         f"{wording.number_text(math.sqrt(1.0 + stiffness_ratio), 2)} times as hard: contact and link are two springs "
-        "in "
-        "series. A "
-        f"case with ten times the {STIFFNESS_KEY} shows this effect."
+        f"in series. A case with ten times the {STIFFNESS_KEY} shows this effect."
     )
 
 

@@ -373,8 +373,7 @@ def _curve_picture(study: Study, plotted: PlottedFigure, x_axis: Axis, curve_axi
         f"{capitalise(plotted.name)} over {x_axis.name}",
         caption,
         f"{capitalise(plotted.name)} over "
-        f"{x_axis.name}{f', a curve for each {curve_axis.name}' if curve_axis else ''}: "
-        f"{range_text}.",
+        f"{x_axis.name}{f', a curve for each {curve_axis.name}' if curve_axis else ''}: {range_text}.",
         lambda ax: comparison.draw_family(ax, family, scale, plotted.name),
     )
 

@@ -383,15 +383,12 @@ def _error_check_sentences(study: Study) -> list[str]:
             points.append(
                 f"The error of the force peak{joint_text} does not check convergence in {len(beyond)} of "
                 f"{wording.count_text(len(study.cases), 'case')}, because their peak lies beyond the horizon. An "
-                "example is "
-                f"case {wording.short_id(case_id)} ({text.partition(':')[0]})."
+                f"example is case {wording.short_id(case_id)} ({text.partition(':')[0]})."
             )
         if chaotic_count > len(beyond):
             points.append(
                 f"In {wording.count_text(chaotic_count - len(beyond), 'chaotic case')} the peak{joint_text} lies "
-                "within "
-                "the horizon: "
-                "the error checks only these first revolutions."
+                "within the horizon: the error checks only these first revolutions."
             )
     return points
 

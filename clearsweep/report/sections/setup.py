@@ -336,9 +336,7 @@ def _sentences(study: Study, column: str, base: str, bars: list[Bar]) -> list[st
     sentences = [
         f"The base case {base[:8]} has a force peak of {base_peak}. Each other case changes one unknown. If the "
         f"unknowns are independent, the uncertainty of the peak is {_percent_text(lower)} to {_percent_text(upper)}. "
-        "For each "
-        "bound, "
-        "the logarithms of the changes are combined by root-sum-square.",
+        "For each bound, the logarithms of the changes are combined by root-sum-square.",
         f"{largest[:1].upper()}{largest[1:]} {verb} the largest effect on the peak.",
     ]
     if negligible:

@@ -87,8 +87,7 @@ def _coarse_bin_sentences(study: Study, joint: Joint) -> list[str]:
     return [
         f"In joint {joint.title} {bins} bins are too coarse in {len(coarse):,} of "
         f"{wording.count_text(len(study.cases), 'case')}: more than 5 % of the wear comes from contact arcs narrower "
-        "than "
-        f"five bins. Their depths are means over the bins, not peaks; {remedy}."
+        f"than five bins. Their depths are means over the bins, not peaks; {remedy}."
     ]
 
 

@@ -336,10 +336,8 @@ class LifeRun:
 
     def first_touch_at(self, worn: WornJoint, state: np.ndarray) -> Touch:
         """Return the largest eccentricity of a joint before its surfaces touch."""
-        joint, relative_angles = (
-            self.scene.case.joints[worn.joint_index],
-            self.records[0].turned[:, worn.joint_index],
-        )
+        joint = self.scene.case.joints[worn.joint_index]
+        relative_angles = self.records[0].turned[:, worn.joint_index]
         if joint.slot_length is not None:
             return first_touch_in_slot(state[worn.bearing], state[worn.journal])
         return first_touch(joint.clearance, state[worn.bearing], state[worn.journal], relative_angles)

@@ -213,10 +213,8 @@ def at_equilibrium(scene: Scene) -> tuple[Scene, Balance]:
     balances = [joint.heat_balance for joint in joints if joint.heat_balance]
     ambient = np.array([thermal.ambient for thermal in balances])
     conductance = np.array([thermal.conductance for thermal in balances])
-    is_dry, seizure = (
-        np.array([joint.film is None for joint in joints]),
-        np.array(list(map(_seizure_temperature, joints))),
-    )
+    is_dry = np.array([joint.film is None for joint in joints])
+    seizure = np.array(list(map(_seizure_temperature, joints)))
     temperatures, last_temperatures, residual = np.minimum(ambient, seizure), ambient.copy(), np.zeros(len(names))
     width, converged, implied_temperatures = np.full(len(names), math.inf), False, ambient
     cost = NO_COST

@@ -391,10 +391,8 @@ def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals
         combined.clips, combined.friction_energy = points.column("clips").sum(), points.column("friction_energy").sum()
         combined.axial_force_max = flanges.column("force_max").max(initial=0.0)
         combined.axial_onsets = flanges.column("onsets").sum()
-        combined.uneven_time, combined.tilt_max = (
-            wall_difference.force_time,
-            math.asin(min(wall_difference.depth_max, 1.0)),
-        )
+        combined.uneven_time = wall_difference.force_time
+        combined.tilt_max = math.asin(min(wall_difference.depth_max, 1.0))
     return combined
 
 

@@ -75,13 +75,11 @@ def _jumps(functions: Functions, points: np.ndarray, values: np.ndarray) -> list
         is_open = (low < centre) & (centre < high) & (np.abs(high_value - low_value) > ACCURACY * scale).any(axis=0)
         if not is_open.any():
             break
-        low, high, low_value, high_value, centre = (
-            low[is_open],
-            high[is_open],
-            low_value[:, is_open],
-            high_value[:, is_open],
-            centre[is_open],
-        )
+        low = low[is_open]
+        high = high[is_open]
+        low_value = low_value[:, is_open]
+        high_value = high_value[:, is_open]
+        centre = centre[is_open]
         value_at_centre = functions(centre)
         jumps.append((centre, value_at_centre))
         jump_is_right = (np.abs(high_value - value_at_centre) / scale).sum(axis=0) > (

@@ -144,10 +144,8 @@ class Signals:
             self._put_angles(rows)
         column = SIGNALS + (ANGLE if crank_clock.free else TIME)
         if math.isnan(self.begin_turns):
-            self.begin_turns, self.sizes.start_time = (
-                self._turns_at(rows[0, column, START]),
-                rows[0, SIGNALS + TIME, START],
-            )
+            self.begin_turns = self._turns_at(rows[0, column, START])
+            self.sizes.start_time = rows[0, SIGNALS + TIME, START]
         while len(rows):
             end = crank_clock.value_after(self.begin_turns + (self.stretches + 1) * self.turns)
             tolerance = SAME_TIME * (end - crank_clock.value_after(self.begin_turns)) / self.turns
