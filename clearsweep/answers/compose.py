@@ -335,18 +335,6 @@ def _extremes(source: Source, cases: Cases, column: Any) -> dict[str, Any] | Non
     return entry
 
 
-def _zones_of(source: Source, cases: Cases, column: str, row: int) -> dict[str, Any]:
-    """Return the velocity of a place without clearance, if known, and the zones of both."""
-    section = source.record.get("vibration") or {}
-    bounds = tuple(section.get("zones") or SEVERITIES.get(section.get("severity", NO_SEVERITY), ()))
-    ideal = float(cases.numbers(f"{column}{IDEAL}")[row])
-    values: dict[str, Any] = {"ideal": ideal} if math.isfinite(ideal) else {}
-    if bounds:
-        values["zone"] = zone_of(float(cases.numbers(column)[row]), bounds)
-        values |= {"ideal_zone": zone_of(ideal, bounds)} if "ideal" in values else {}
-    return values
-
-
 def _more(source: Source, cases: Cases, column: Any, row: int, end: str) -> dict[str, Any]:
     """Return what belongs to one end of the extremes of a figure: ratio, intervals, hours."""
     names = {known.name for known in source.layout.columns}
@@ -358,7 +346,15 @@ def _more(source: Source, cases: Cases, column: Any, row: int, end: str) -> dict
         depth = 3.6e6 * float(cases.numbers(column.name)[row])
         return {"clearance_hours": 1000.0 * clearance / depth} if clearance and depth > clearance else {}
     if column.figure == "velocity_rms" and end == "largest":
-        return _zones_of(source, cases, column.name, row)
+        # Velocity of a place without clearance, if known, and the zones of both
+        section = source.record.get("vibration") or {}
+        bounds = tuple(section.get("zones") or SEVERITIES.get(section.get("severity", NO_SEVERITY), ()))
+        ideal = float(cases.numbers(f"{column.name}{IDEAL}")[row])
+        values: dict[str, Any] = {"ideal": ideal} if math.isfinite(ideal) else {}
+        if bounds:
+            values["zone"] = zone_of(float(cases.numbers(column.name)[row]), bounds)
+            values |= {"ideal_zone": zone_of(ideal, bounds)} if "ideal" in values else {}
+        return values
     if column.figure == "error_max" and end == "largest":
         error = unexplained = float(cases.numbers(column.name)[row])
         parts: dict[str, Any] = {}

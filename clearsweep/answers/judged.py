@@ -37,7 +37,15 @@ class Cases:
         self.coarse_rows = np.zeros(0, int)
         numerics = self.paths_of(catalogue.NUMERICS)
         if numerics and len(self._rows):
-            self.finest_of, is_finest = _finest(self, numerics)
+            # For every own case the position of the finest case that differs in numerics alone, and a mask of these
+            others = [path for path in self.paths if path not in numerics]
+            group = combined_codes([codes_of(self.values(path))[1] for path in others], len(self))
+            fineness = [fineness_of(path, *codes_of(self.values(path))) for path in numerics]
+            order = np.lexsort([*fineness[::-1], group])
+            is_last = np.append(np.diff(group[order]) != 0, True)
+            finest_of_group = dict(zip(group[order][is_last].tolist(), order[is_last].tolist(), strict=True))
+            finest_of = np.array([finest_of_group[number] for number in group.tolist()])
+            self.finest_of, is_finest = finest_of, finest_of == np.arange(len(self))
             self._all_rows = self._rows
             self._rows = self._rows[is_finest]
         self.codes = {path: codes_of(self.values(path)) for path in self.paths if path not in numerics}
@@ -119,18 +127,6 @@ class Cases:
         """Return the verdict of every judged case, (n,)."""
         exceeded, undecided = self.assessment.exceeded.any(axis=0), self.assessment.undecided.any(axis=0)
         return np.where(exceeded, EXCEEDED, np.where(undecided, UNDECIDED, MET))
-
-
-def _finest(cases: Cases, numerics: Sequence[str]) -> tuple[np.ndarray, np.ndarray]:
-    """Return for every own case the position of the finest case that differs in numerics alone, and a mask of these."""
-    others = [path for path in cases.paths if path not in numerics]
-    group = combined_codes([codes_of(cases.values(path))[1] for path in others], len(cases))
-    fineness = [fineness_of(path, *codes_of(cases.values(path))) for path in numerics]
-    order = np.lexsort([*fineness[::-1], group])
-    is_last = np.append(np.diff(group[order]) != 0, True)
-    finest_of_group = dict(zip(group[order][is_last].tolist(), order[is_last].tolist(), strict=True))
-    finest_of = np.array([finest_of_group[number] for number in group.tolist()])
-    return finest_of, finest_of == np.arange(len(cases))
 
 
 def fineness_of(path: str, levels: list, codes: np.ndarray) -> np.ndarray:

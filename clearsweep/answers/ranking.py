@@ -102,7 +102,15 @@ def ranking_of(layout: Layout, limits: Iterable[Limit], grid: Mapping[str, Any] 
     limits = tuple(limits)
     limited_columns = tuple(dict.fromkeys(limit.column for limit in limits))
     if search == "optimise":
-        return _objective_ranking((grid or {})["optimise"], limited_columns)
+        # Ranking by the objectives of `optimise`
+        objectives_of_sense = {sense: (grid or {})["optimise"].get(sense) or [] for sense in SENSES}
+        objectives = [
+            name for names in objectives_of_sense.values() for name in ([names] if isinstance(names, str) else names)
+        ]
+        names = (*objectives, *((MARGIN_COLUMN,) if limited_columns else ()))
+        return CaseRanking(
+            "optimise", "Best cases", names, bool(objectives_of_sense["minimise"]), (Candidate("", names),)
+        )
     if search == "identify":
         return CaseRanking("identify", "", (), _LARGEST_IS_WORST, ())
     if limited_columns:
@@ -156,16 +164,6 @@ def _content_ranking(layout: Layout, questions: list[str]) -> CaseRanking:
             )
             return CaseRanking(question, table_title, tuple(common_figures.values()), is_smallest_worst, candidates)
     return CaseRanking("force", "", (), _LARGEST_IS_WORST, ())
-
-
-def _objective_ranking(section: Mapping[str, Any], limited_columns: tuple[str, ...]) -> CaseRanking:
-    """Return the ranking by the objectives of `optimise`."""
-    objectives_of_sense = {sense: section.get(sense) or [] for sense in SENSES}
-    objectives = [
-        name for names in objectives_of_sense.values() for name in ([names] if isinstance(names, str) else names)
-    ]
-    names = (*objectives, *((MARGIN_COLUMN,) if limited_columns else ()))
-    return CaseRanking("optimise", "Best cases", names, bool(objectives_of_sense["minimise"]), (Candidate("", names),))
 
 
 _CONTENT_FIGURES: tuple[tuple[str, str, bool, dict[str, str]], ...] = (

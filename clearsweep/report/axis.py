@@ -128,7 +128,18 @@ def axes_of(record: Mapping, tried: dict, units: Mapping[str, str], joints: int)
             axes.append(end_axis._replace(values=ascending_values, digits=MIN_DIGITS, is_scattered=True))
         else:
             axes.append(_axis(path, distinct_values, units.get(path, "1"), joints))
-    axes, fits = _with_common_units(axes, units), grid.recorded_fits(record)
+    # Axes with a common unit for axes of the same kind, such as the clearances of several joints
+    values_by_quantity: dict[tuple[str, str], list[float]] = {}
+    for axis in axes:
+        if axis.is_numeric:
+            values_by_quantity.setdefault(_quantity_key(axis, units), []).extend(axis.values)
+    scales = {
+        kind: wording.scale(kind[1], values, speed=kind[0] == "speed") for kind, values in values_by_quantity.items()
+    }
+    with_common_units = [
+        axis._replace(scale=scales[_quantity_key(axis, units)]) if axis.is_numeric else axis for axis in axes
+    ]
+    axes, fits = with_common_units, grid.recorded_fits(record)
     written_units = record.get("written_units", {})
     written_scales = {
         axis.path: wording.written_scale(written_units.get(axis.path), units.get(axis.path, "1")) for axis in axes
@@ -140,18 +151,6 @@ def axes_of(record: Mapping, tried: dict, units: Mapping[str, str], joints: int)
     labels = grid.recorded_labels(record)
     axes = [axis._replace(labels={value: label for label, value in labels.get(axis.path, {}).items()}) for axis in axes]
     return tuple(_with_fits(axis, fits.get(axis.path, ()), drawn=axis.path in drawn_values) for axis in axes)
-
-
-def _with_common_units(axes: list[Axis], units: Mapping[str, str]) -> list[Axis]:
-    """Return axes with a common unit for axes of the same kind, such as the clearances of several joints."""
-    values_by_quantity: dict[tuple[str, str], list[float]] = {}
-    for axis in axes:
-        if axis.is_numeric:
-            values_by_quantity.setdefault(_quantity_key(axis, units), []).extend(axis.values)
-    scales = {
-        kind: wording.scale(kind[1], values, speed=kind[0] == "speed") for kind, values in values_by_quantity.items()
-    }
-    return [axis._replace(scale=scales[_quantity_key(axis, units)]) if axis.is_numeric else axis for axis in axes]
 
 
 def _quantity_key(axis: Axis, units: Mapping[str, str]) -> tuple[str, str]:

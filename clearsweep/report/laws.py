@@ -225,7 +225,11 @@ class EffectiveRestitution(NamedTuple):
 
 def compare_restitutions(study: Study, axis: Axis, joint: Joint) -> Part:
     """Return sentence, picture and table of the swept laws of a joint."""
-    points = _restitution_points(study, axis, joint)
+    # Law and specified restitution of each case
+    path = f"joints.{joint.title}.contact.restitution"
+    specified = study.cases[path] if path in study.cases else value_at(study.base, path)
+    points = pd.DataFrame({"law": study.cases[axis.path], "specified": specified}, index=study.cases.index)
+    points = points.astype({"specified": float})
     representatives = points.drop_duplicates()
     displayed = _displayed_values(points["specified"])
     representatives = representatives[
@@ -253,14 +257,6 @@ def compare_restitutions(study: Study, axis: Axis, joint: Joint) -> Part:
         [_picture(axis, valued_rows)] if valued_rows else [],
         [_restitution_table(study, axis, joint, rows)],
     )
-
-
-def _restitution_points(study: Study, axis: Axis, joint: Joint) -> pd.DataFrame:
-    """Return law and specified restitution of each case."""
-    path = f"joints.{joint.title}.contact.restitution"
-    specified = study.cases[path] if path in study.cases else value_at(study.base, path)
-    points = pd.DataFrame({"law": study.cases[axis.path], "specified": specified}, index=study.cases.index)
-    return points.astype({"specified": float})
 
 
 def _displayed_values(specified: pd.Series) -> np.ndarray:

@@ -147,21 +147,18 @@ def count_cell(count: int) -> Quantity:
 def _file_heads(column: Column) -> list[str]:
     """Return the heads in the CSV of a column and, if its axis has labels, of its labels."""
     labels = [_without_formula(f"{column.name} label")] if column.axis is not None and column.axis.labels else []
-    return [_file_head(column), *labels]
+    # Head of a column in the CSV, with its unit
+    unit = column.unit
+    if column.axis is not None and column.axis.has_written_unit:
+        unit = column.axis.scale.unit.replace(wording.BLANK, "*")
+    file_head = _without_formula(column.name if unit in ("1", "") else f"{column.name} [{unit}]")
+    return [file_head, *labels]
 
 
 def _file_cells(value: Any, column: Column) -> list[object]:
     """Return the cells in the CSV of a value and, if its axis has labels, its label."""
     labels = column.axis.labels if column.axis is not None else {}
     return [_file_value(value, column), *([_without_formula(labels.get(_si_value(value), ""))] if labels else [])]
-
-
-def _file_head(column: Column) -> str:
-    """Return the head of a column in the CSV, with its unit."""
-    unit = column.unit
-    if column.axis is not None and column.axis.has_written_unit:
-        unit = column.axis.scale.unit.replace(wording.BLANK, "*")
-    return _without_formula(column.name if unit in ("1", "") else f"{column.name} [{unit}]")
 
 
 def _scale(column: Column, values: list) -> wording.Scale:

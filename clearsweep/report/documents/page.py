@@ -196,7 +196,12 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
     with phases.phase("drawing"):
         if out.suffix.lower() == ".html":
             return write_page(_page(study, case_id, result, pictures), out)
-        return _write_panels(pictures, f"{_title(study, case_id)}\n{study.setting(case_id)}".strip(), out)
+        svg = panels_svg(
+            [picture._replace(size=PANEL_SIZE) for picture in pictures],
+            f"{_title(study, case_id)}\n{study.setting(case_id)}".strip(),
+        )
+        durable.replace_output(out, drawing_bytes(svg, out.suffix[1:].lower(), dots_per_inch=PANEL_DOTS))
+        return out
 
 
 def case_to_draw(study: Study, case_id: str) -> Case:
@@ -238,12 +243,6 @@ def _page(study: Study, case_id: str, result: Trajectory, pictures: list[Picture
         pictures=pictures,
         rows=[(name, wording.quantity_text(value, study.unit(name))) for name, value in result.summary.items()],
     )
-
-
-def _write_panels(pictures: list[Picture], title: str, out: Path) -> Path:
-    svg = panels_svg([picture._replace(size=PANEL_SIZE) for picture in pictures], title)
-    durable.replace_output(out, drawing_bytes(svg, out.suffix[1:].lower(), dots_per_inch=PANEL_DOTS))
-    return out
 
 
 def draw_grid(source: Path, out: Path) -> Path:

@@ -62,7 +62,13 @@ def named_pictures(sections: Iterable[Section]) -> list[tuple[str, Picture]]:
     pictures: dict[str, Picture] = {}
     for section in sections:
         for part_title, picture in section.pictures:
-            name = _slug(f"{section.key} {part_title} {picture.title}")
+            ascii_words = (
+                unicodedata.normalize("NFKD", f"{section.key} {part_title} {picture.title}")
+                .encode("ascii", "ignore")
+                .decode()
+                .lower()
+            )
+            name = re.sub(r"[^a-z0-9]+", "-", ascii_words).strip("-")
             earlier_count = sum(other == name or re.fullmatch(rf"{name}-\d+", other) is not None for other in pictures)
             pictures[f"{name}-{earlier_count + 1}" if earlier_count else name] = picture
     return list(pictures.items())
@@ -74,7 +80,13 @@ def picture_bytes(picture: Picture, form: str, width: float | None = None) -> by
     If `width` is None, it is COLUMN_WIDTH or PAGE_WIDTH, by the size of the picture on the page.
     """
     width = width or (PAGE_WIDTH if picture.is_wide else COLUMN_WIDTH)
-    size = width / MM_PER_INCH, _height(picture, width) / MM_PER_INCH
+    # Height (mm) of a picture of this width (mm)
+    picture_width, picture_height = picture.size
+    height = max(
+        min(width * picture_height / picture_width, MAX_HEIGHT),
+        min(width / picture_width, MM_PER_INCH) * picture_height,
+    )
+    size = width / MM_PER_INCH, height / MM_PER_INCH
     scale = min(MAX_TEXT_SCALE, size[0] / picture.size[0])
     sheet, box = painted(picture._replace(size=(size[0] / scale, size[1] / scale)))
     return drawing_bytes(sheet.svg("figure", box), form, scale)
@@ -130,20 +142,6 @@ def _import_matplotlib() -> None:
             import matplotlib  # noqa: F401
         finally:
             os.environ["MPLBACKEND"] = backend
-
-
-def _height(picture: Picture, width: float) -> float:
-    """Return the height (mm) of a picture of this width (mm)."""
-    picture_width, picture_height = picture.size
-    return max(
-        min(width * picture_height / picture_width, MAX_HEIGHT),
-        min(width / picture_width, MM_PER_INCH) * picture_height,
-    )
-
-
-def _slug(words: str) -> str:
-    ascii_words = unicodedata.normalize("NFKD", words).encode("ascii", "ignore").decode().lower()
-    return re.sub(r"[^a-z0-9]+", "-", ascii_words).strip("-")
 
 
 def _table_cell(text: str) -> str:

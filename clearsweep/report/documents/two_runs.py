@@ -93,7 +93,10 @@ def sections(pairs: Pairs) -> list[Section]:
     setup: list[Block] = [
         Facts("Differences in setup", "Differences in setup", [(path, f"A: {a}; B: {b}") for path, a, b in settings])
     ]
-    changes = [_changed_values_sentence(settings), *_verdict_sentences(pairs), *_largest_change_sentences(pairs)]
+    studies = zip((pairs.first, pairs.second), RUN_NAMES, strict=True)
+    answers = [(name, answer_of_study(study)["sentences"]) for study, name in studies]
+    verdict_sentences = [f"{name}: {sentences[0]}" for name, sentences in answers if sentences]
+    changes = [_changed_values_sentence(settings), *verdict_sentences, *_largest_change_sentences(pairs)]
     blocks: list[Block] = [Points([*changes, *_comparison_sentences(pairs)])]
     return [
         Section(
@@ -132,13 +135,6 @@ def _largest_change_sentences(pairs: Pairs) -> list[str]:
         return []
     label, factor = column_label(pairs.first, name), wording.number_text(medians[name])
     return [f"Largest change of a figure with a unit: the {label} of B is {factor} times that of A in the median case."]
-
-
-def _verdict_sentences(pairs: Pairs) -> list[str]:
-    """Return the first sentence of the answer of each run."""
-    studies = zip((pairs.first, pairs.second), RUN_NAMES, strict=True)
-    answers = [(name, answer_of_study(study)["sentences"]) for study, name in studies]
-    return [f"{name}: {sentences[0]}" for name, sentences in answers if sentences]
 
 
 def _comparison_sentences(pairs: Pairs) -> list[str]:

@@ -154,19 +154,15 @@ def draw_margin_cells(
         texts[place] = f"{verdict_text}\n{margin_text}".strip()
     codes = np.where(failing == 0.0, reservations, FAILING_CODE * failing)
     _draw_cells(ax, codes, axes, VERDICT_COLOURS, texts, cell_font_size(failing.shape[1], 5))
-    _draw_border(ax, failing)
-    for is_failing, colour, marker, size in ((False, PASS_DOT_COLOUR, "o", 3.7), (True, FAIL_DOT_COLOUR, "X", 3.0)):
-        is_matching = added_cases.failing == is_failing
-        x, y = added_cases.x[is_matching], added_cases.y[is_matching]
-        ax.scatter(x, y, size=size, color=colour, marker=marker)
-
-
-def _draw_border(ax: Axes, failing: np.ndarray) -> None:
-    """Draw the line between neighbours of which one passes and the other fails."""
+    # Draw the line between neighbours of which one passes and the other fails
     rows, columns = np.nonzero(np.abs(np.diff(failing, axis=1)) == 1.0)
     ax.vlines(columns + 0.5, rows - 0.5, rows + 0.5, color=INK, linewidth=1.8)
     rows, columns = np.nonzero(np.abs(np.diff(failing, axis=0)) == 1.0)
     ax.hlines(rows + 0.5, columns - 0.5, columns + 0.5, color=INK, linewidth=1.8)
+    for is_failing, colour, marker, size in ((False, PASS_DOT_COLOUR, "o", 3.7), (True, FAIL_DOT_COLOUR, "X", 3.0)):
+        is_matching = added_cases.failing == is_failing
+        x, y = added_cases.x[is_matching], added_cases.y[is_matching]
+        ax.scatter(x, y, size=size, color=colour, marker=marker)
 
 
 # Drawings of kinds of motion: points at crank angle 0, spectra, shares, maps of kinds.

@@ -508,7 +508,13 @@ def journal_ends(case: Case, joint: CaseJoint, values: Callable[[str], np.ndarra
     site = mechanism.site(joint.name)
     journal_body, bearing = site.journals
     bearing_frames, journal_frames = _frames(values, bearing), _frames(values, journal_body)
-    rotation = bearing_frames @ _rotation_matrix(joint.tilt)
+    # Rotation matrix of a rotation vector about x and y, by Rodrigues' formula
+    a, b = joint.tilt
+    angle = float(np.hypot(a, b))
+    cross_product = np.array([[0.0, 0.0, b], [0.0, 0.0, -a], [-b, a, 0.0]])
+    sine_term, cosine_term = (np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2) if angle else (1.0, 0.5)
+    matrix: np.ndarray = np.eye(3) + sine_term * cross_product + cosine_term * (cross_product @ cross_product)
+    rotation = bearing_frames @ matrix
     centre = np.stack([values(f"joints/{joint.column}/{axis}") for axis in "xyz"], axis=-1)
     half_axis = 0.5 * float(joint.journal_length or 0.0) * journal_frames[:, :, 2]
     ends = np.stack([centre + half_axis, centre - half_axis])
@@ -527,16 +533,6 @@ def _frames(values: Callable[[str], np.ndarray], body: str) -> np.ndarray:
         (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
     )
     return np.moveaxis(np.array(rows), -1, 0)
-
-
-def _rotation_matrix(vector: tuple[float, ...]) -> np.ndarray:
-    """Return the rotation matrix of a rotation vector about x and y, by Rodrigues' formula."""
-    a, b = vector
-    angle = float(np.hypot(a, b))
-    cross_product = np.array([[0.0, 0.0, b], [0.0, 0.0, -a], [-b, a, 0.0]])
-    sine_term, cosine_term = (np.sin(angle) / angle, (1.0 - np.cos(angle)) / angle**2) if angle else (1.0, 0.5)
-    matrix: np.ndarray = np.eye(3) + sine_term * cross_product + cosine_term * (cross_product @ cross_product)
-    return matrix
 
 
 def _jam_tilt(joint: CaseJoint) -> float | None:

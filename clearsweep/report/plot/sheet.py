@@ -27,7 +27,11 @@ class Sheet:
         ax = self.axes
         space_above, right = legend_size(ax)
         left = PAD + _tick_width(ax.yaxis, self.height - 50.0) + label_space(ax.yaxis)
-        right = PAD + max(right, _width_of_texts_beside(ax))
+        texts = [item.style for item in ax.items if item.kind == "text" and item.spans_width and item.x[0] >= 1.0]
+        width_of_texts_beside = max(
+            (AXES_GAP + style.offset + text_width(style.text, style.size) for style in texts), default=0.0
+        )
+        right = PAD + max(right, width_of_texts_beside)
         if ax.colour_bar:
             right += (
                 BAR_GAP + BAR_WIDTH + _tick_width(ax.colour_bar[1], self.height - 50.0) + label_space(ax.colour_bar[1])
@@ -171,12 +175,6 @@ def _tick_height(side: Side, names: list[str]) -> float:
         longest = max((text_width(name, side.font_size) for name in names), default=0.0)
         return side.tick_length + GAP + longest * float(np.sin(np.radians(side.rotation))) + side.font_size
     return side.tick_length + GAP + max((text_height(name, side.font_size) for name in names), default=0.0)
-
-
-def _width_of_texts_beside(ax: Axes) -> float:
-    """Return the width (points) of the texts that begin at the right edge of axes."""
-    texts = [item.style for item in ax.items if item.kind == "text" and item.spans_width and item.x[0] >= 1.0]
-    return max((AXES_GAP + style.offset + text_width(style.text, style.size) for style in texts), default=0.0)
 
 
 def label_space(side: Side) -> float:

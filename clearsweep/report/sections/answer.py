@@ -503,14 +503,10 @@ def failure_sections(study: Study) -> list[Section]:
     """Return the section, or [] if every case finished."""
     if study.failed.empty:
         return []
-    return [Section("failures", "Failed cases", [Sentences([_reasons_sentence(study)]), _failure_table(study)])]
-
-
-def _reasons_sentence(study: Study) -> str:
-    """Return a sentence with the number of failed cases by status, the most frequent first."""
     ordered = sorted(failures_by_status(study).items(), key=lambda pair: (-pair[1], pair[0]))
     reasons = Markup(", ").join(Markup("{} {} <b>{}</b>").format(number, TIMES, status) for status, number in ordered)
-    return Markup("{}. <code>clearsweep run --retry-failed</code> runs them again.").format(reasons)
+    reasons_sentence = Markup("{}. <code>clearsweep run --retry-failed</code> runs them again.").format(reasons)
+    return [Section("failures", "Failed cases", [Sentences([reasons_sentence]), _failure_table(study)])]
 
 
 def _failure_table(study: Study) -> Table:

@@ -142,7 +142,13 @@ def moving_bodies(sketch: simulation.Sketch, channels: Mapping) -> list[dict]:
         bend = None
         if body.elastic_ends is not None and name in bending_links(channels):
             deflection = np.asarray(channels[f"{name}/deflection"], float)
-            bend, chord = _bend_of(body, deflection), np.diff(body.elastic_ends, axis=0)[0]
+            # How a link that bends is drawn: its ends from the centre of mass, deflection, and factor on that
+            assert body.elastic_ends is not None  # only elastic links
+            length, largest = float(np.hypot(*np.diff(body.elastic_ends, axis=0)[0])), float(np.abs(deflection).max())
+            magnified = _magnification(DRAWN_DEFLECTION * length, largest)
+            ends = (body.elastic_ends - body.center).tolist()
+            bend_of = {"name": body.name, "ends": ends, "deflection": deflection, "magnified": magnified}
+            bend, chord = bend_of, np.diff(body.elastic_ends, axis=0)[0]
             direction = np.arctan2(chord[1], chord[0]) + angle - body.angle
             mean = 2.0 / np.pi * deflection  # of the first mode: the centre of mass without it is on the chord
             x, y = x + mean * np.sin(direction), y - mean * np.cos(direction)
@@ -159,15 +165,6 @@ def moving_bodies(sketch: simulation.Sketch, channels: Mapping) -> list[dict]:
             }
         )
     return bodies
-
-
-def _bend_of(body: simulation.SketchedBody, deflection: np.ndarray) -> dict:
-    """Return how a link that bends is drawn: its ends from the centre of mass, deflection, and factor on that."""
-    assert body.elastic_ends is not None  # only elastic links
-    length, largest = float(np.hypot(*np.diff(body.elastic_ends, axis=0)[0])), float(np.abs(deflection).max())
-    magnified = _magnification(DRAWN_DEFLECTION * length, largest)
-    ends = (body.elastic_ends - body.center).tolist()
-    return {"name": body.name, "ends": ends, "deflection": deflection, "magnified": magnified}
 
 
 def _joints(study: Study, case_id: str, channels: Mapping, samples: slice, sketch: simulation.Sketch) -> list[dict]:

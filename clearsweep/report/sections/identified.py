@@ -2,7 +2,6 @@
 
 import itertools
 import math
-from collections.abc import Mapping
 from os import PathLike
 from typing import Any, NamedTuple
 
@@ -46,7 +45,9 @@ def compare_signals(study: Study, file: str | PathLike) -> list[SignalComparison
     """Return the signals of a file with those of the nearest case; raise InputError if they cannot be compared."""
     units = {channel.name: channel.unit for channel in study.run.layout.stored if channel.unit}
     units.pop("t", None)
-    names = {name: name for name in units} | _short_names(units)
+    channels = [name for name in ("slider/a", "output/a", "rocker/a") if name in units]
+    short_names = {ACCELERATION: channels[0]} if channels else {}
+    names = {name: name for name in units} | short_names
     signals = read_signals(file, {name: units[channel] for name, channel in names.items()})
     ids = [str(name) for name in study.cases.index]
     compared_ids = [
@@ -68,12 +69,6 @@ def compare_signals(study: Study, file: str | PathLike) -> list[SignalComparison
                     channel, units[channel], signals.file, case_id, len(orbits), *compared_pair
                 )
     return list(best.values())
-
-
-def _short_names(units: Mapping[str, str]) -> dict[str, str]:
-    """Return short name of a signal -> its channel."""
-    channels = [name for name in ("slider/a", "output/a", "rocker/a") if name in units]
-    return {ACCELERATION: channels[0]} if channels else {}
 
 
 def _crank_angles(signals: MeasuredSignals, crank_angle: np.ndarray, times: np.ndarray) -> np.ndarray:

@@ -295,7 +295,9 @@ def curve_sections(study: Study) -> list[Section]:
     x_axis = None if study.cases.empty else _x_axis(study)
     if x_axis is None:
         return []
-    curve_axis = _curve_axis(study, x_axis)
+    other_axes = [effect.axis for effect in _effects(study)]
+    other_axes = [axis for axis in other_axes if axis is not x_axis]
+    curve_axis = next((axis for axis in other_axes if axis.path.endswith(".clearance")), next(iter(other_axes), None))
     pictures = [
         _curve_picture(study, plotted, x_axis, curve_axis) for plotted in _plotted_figures(study)[:MAX_PICTURES]
     ]
@@ -311,13 +313,6 @@ def _x_axis(study: Study) -> Axis | None:
     """Return the crank speed, or the first axis with enough numbers."""
     numeric = [axis for axis in study.levels() if axis.is_numeric and len(axis.values) >= MIN_VALUES]
     return next((axis for axis in numeric if axis.path == "drive.speed"), next(iter(numeric), None))
-
-
-def _curve_axis(study: Study, x_axis: Axis) -> Axis | None:
-    """Return the axis with one curve for each value: a clearance, or the axis with the largest effect on the force."""
-    other_axes = [effect.axis for effect in _effects(study)]
-    other_axes = [axis for axis in other_axes if axis is not x_axis]
-    return next((axis for axis in other_axes if axis.path.endswith(".clearance")), next(iter(other_axes), None))
 
 
 def _effects(study: Study) -> list[MainEffect]:

@@ -5,7 +5,6 @@ from functools import partial
 from typing import overload
 
 import numpy as np
-import pandas as pd
 
 from ...answers.branches import motions_of
 from ...contracts.catalogue import STARTS
@@ -302,7 +301,13 @@ def peak_sections(study: Study) -> list[Section]:
                 "is the largest reaction of the same joint without clearance."
             )
         )
-    tables = [*(_force_table(study, joint) for joint in study.joints), _mechanism_table(study)]
+    # Figures of output and drive, or the measured restitution
+    columns, output = columns_in_table(study, "output"), study.run.layout.output
+    key, title = ("drive", "The drive") if study.is_driven else ("restitution", "Measured restitution")
+    if output:
+        key, title = output, f"{capitalise(output)} and drive"
+    mechanism_table = case_table(study, key, title, columns, columns[0][0] if columns else "")
+    tables = [*(_force_table(study, joint) for joint in study.joints), mechanism_table]
     return [
         Section(
             "peaks",
@@ -316,15 +321,6 @@ def _force_table(study: Study, joint: Joint) -> Table:
     """Return forces and impacts of one joint, the largest force peak first."""
     lead, title = joint.column(PEAK.figure), f"Forces in joint {joint.title}"
     return case_table(study, f"peaks_{joint.name}", title, columns_in_table(study, "forces", joint), lead)
-
-
-def _mechanism_table(study: Study) -> Table:
-    """Return the figures of output and drive, or the measured restitution."""
-    columns, output = columns_in_table(study, "output"), study.run.layout.output
-    key, title = ("drive", "The drive") if study.is_driven else ("restitution", "Measured restitution")
-    if output:
-        key, title = output, f"{capitalise(output)} and drive"
-    return case_table(study, key, title, columns, columns[0][0] if columns else "")
 
 
 def _accuracy_table(study: Study) -> Table:
@@ -458,21 +454,15 @@ def _case_detail(study: Study, rank: int, case_id: str) -> Detail:
     ]
     figures = [(name, study.text(case_id, column)) for column, name in columns_in_table(study, "case", joint)]
     label = f"Worst case {rank}" if len(study.run.worst) > 1 else "Worst case"
-    return Detail(
-        label, case_id, study.setting(case_id), [*_peak_location(joint, channels, history.angle), *figures], pictures
-    )
-
-
-def _peak_location(joint: Joint, channels: pd.DataFrame, angle: np.ndarray | None) -> list[tuple[str, str]]:
-    """Return the revolution and the place in it of the largest sample of the force."""
+    # Revolution and the place in it of the largest sample of the force
     facts = [
         ("joint", joint.title),
         ("revolution", f"{channels.attrs['turns']:.4g} to {channels.attrs['turns'] + 1.0:.4g}"),
     ]
-    if angle is not None:
-        degrees = np.degrees(angle[int(np.argmax(channels[f"joints/{joint.name}/force_normal"]))]) % 360.0
+    if history.angle is not None:
+        degrees = np.degrees(history.angle[int(np.argmax(channels[f"joints/{joint.name}/force_normal"]))]) % 360.0
         facts.append(("peak at", f"{degrees:.1f}{wording.BLANK}°"))
-    return facts
+    return Detail(label, case_id, study.setting(case_id), [*facts, *figures], pictures)
 
 
 def _picture(curve: JointHistory, paint: Callable[[Axes], None]) -> Picture:

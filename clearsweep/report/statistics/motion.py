@@ -182,7 +182,11 @@ def cases_along_axis(study: Study, axis: Axis, reference: str) -> list[int]:
 
     For a drawn or parallel axis, the axes drawn or parallel with it vary as well.
     """
-    varied_together = _paths_varied_together(study, axis)
+    # Paths whose values change together with an axis: parallel or drawn
+    record = study.run.grid
+    groups = [{*(record.get(section) or {})} for section in VARYING_SECTIONS if section in ("zip", "cases")]
+    groups.append({*(record.get("sample") or {}).get("drawn", {})})
+    varied_together = next((group for group in groups if axis.path in group), {axis.path})
     is_alike, reference_row = np.ones(len(study.cases), bool), study.cases.row_of(reference)
     for other in study.swept():
         if other is not axis and other.path not in (*varied_together, *STARTS):
@@ -191,14 +195,6 @@ def cases_along_axis(study: Study, axis: Axis, reference: str) -> list[int]:
     rows = np.flatnonzero(is_alike)
     rows = rows[np.argsort(study.cases[axis.path].to_numpy(float)[rows], kind="stable")]
     return rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MAX_CASES)).round().astype(int))].tolist()
-
-
-def _paths_varied_together(study: Study, axis: Axis) -> set[str]:
-    """Return the paths whose values change together with an axis: parallel or drawn."""
-    record = study.run.grid
-    groups = [{*(record.get(section) or {})} for section in VARYING_SECTIONS if section in ("zip", "cases")]
-    groups.append({*(record.get("sample") or {}).get("drawn", {})})
-    return next((group for group in groups if axis.path in group), {axis.path})
 
 
 def _clearance(study: Study, joint: Joint, case_id: str) -> float:

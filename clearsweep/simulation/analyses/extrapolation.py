@@ -268,7 +268,14 @@ def _interval(
     low, high = total / (1.0 + half_width), total / (1.0 - half_width) if half_width < 1.0 else math.inf
     bias = shape_error = criterion.shape_error(nodes[-1].state) / growth_rates[-1]
     if settings.drifting_rates:
-        bias += _drift_bias(nodes, growth_rates)
+        # Error (revolutions) of a life because mid-block rates are used at the start of a block
+        changes = [
+            0.5 * max(node.block.turns, next_node.block.turns) * abs(next_rate - rate)
+            for (node, next_node), (rate, next_rate) in zip(
+                itertools.pairwise(nodes), itertools.pairwise(growth_rates), strict=True
+            )
+        ]
+        bias += math.fsum(changes) / growth_rates[-1]
     return Life(
         tuple(nodes),
         reached=True,
@@ -278,23 +285,6 @@ def _interval(
         shape_error=shape_error / total,
         blocks=blocks,
     )
-
-
-def _drift_bias(nodes: list[Node], growth_rates: list[float]) -> float:
-    """Return the error (revolutions) of a life because mid-block rates are used at the start of a block.
-
-    With rates r(n + h) in place of r(n), h half a block, the limit q is reached where q(n + h) - q(h) = limit: to first
-    order in h the life changes by h (r(0) / r(n) - 1), r / r(n) being summed over its changes from node to node here.
-
-    growth_rates : rate of the limited quantity at each node
-    """
-    changes = [
-        0.5 * max(node.block.turns, next_node.block.turns) * abs(next_rate - rate)
-        for (node, next_node), (rate, next_rate) in zip(
-            itertools.pairwise(nodes), itertools.pairwise(growth_rates), strict=True
-        )
-    ]
-    return math.fsum(changes) / growth_rates[-1]
 
 
 def _revolutions_by_block(nodes: list[Node], jump: float | None) -> list[float]:

@@ -6,7 +6,6 @@ from typing import Any
 import numpy as np
 
 from ...answers.validity import join_remarks
-from ...contracts.case import Case
 from ...contracts.layout import SECTION_COUNT, Layout
 from ...contracts.machine import Motor
 from ...contracts.results import EVENT_DTYPE, OUTSIDE_MODEL, PARTIAL_STATUSES, Trajectory
@@ -138,6 +137,12 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
     sums = summed_of(totals)
     revolutions: Any = run.work.revolutions  # mypy takes it for a tuple of anything
     repetition = None if failed else repetition_of(scene, run.marks, revolutions)
+    # Time (s) below the least load of each rolling bearing of known rating, in a window of `duration` (s)
+    loads = (joint.rolling.least_load if joint.rolling else 0.0 for joint in scene.case.joints)
+    light_load_times = [
+        max(duration - time_above(load, histogram), 0.0) if load else 0.0
+        for load, histogram in zip(loads, totals.histogram, strict=True)
+    ]
     return Window(
         case=scene.case,
         mechanism=scene.mechanism,
@@ -146,7 +151,7 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
         totals=sums,
         exceeded_force=[] if failed else _exceeded_forces(totals, sums, RARE_SHARE * duration),
         dry_time=_dry_times(totals.dry, sums, scene.layout, duration),
-        light_load_time=_light_load_times(totals.histogram, scene.case, duration),
+        light_load_time=light_load_times,
         ideal=ideal_peaks(scene.case, scene.machine) if scene.mechanism.turns and not failed else {},
         wear=wear_depths_of(scene.layout, sums),
         counts=run.counts,
@@ -189,18 +194,6 @@ def _dry_times(histograms: np.ndarray, sums: Summed, layout: Layout, duration: f
         if joint.film
         else 0.0
         for index, joint in enumerate(layout.joints)
-    ]
-
-
-def _light_load_times(histograms: np.ndarray, case: Case, duration: float) -> list[float]:
-    """Return the time (s) below the least load of each rolling bearing of known rating, in a window of `duration` (s).
-
-    histograms : of the forces, by joint
-    """
-    loads = (joint.rolling.least_load if joint.rolling else 0.0 for joint in case.joints)
-    return [
-        max(duration - time_above(load, histogram), 0.0) if load else 0.0
-        for load, histogram in zip(loads, histograms, strict=True)
     ]
 
 

@@ -129,7 +129,9 @@ def pin_reactions(scene: Scene, times: np.ndarray) -> PinReactions:
         _motion(machine, trajectory),
         {joint.name: _joint_force(joint, machine, trajectory) for joint in case.joints},
     )
-    return PinReactions(trajectory, _on_journals(case, result), *_couples_and_torque(result))
+    signs = {site.name: -1.0 if site.journals[0] == site.proximal else 1.0 for site in mechanism_of(case).joints}
+    on_journals = {column_name(name): signs.get(name, 1.0) * force for name, force in result.forces.items()}
+    return PinReactions(trajectory, on_journals, *_couples_and_torque(result))
 
 
 def _motion(machine: Machine, trajectory: Trajectory) -> Motion:
@@ -157,12 +159,6 @@ def _joint_force(joint: Joint, machine: Machine, trajectory: Trajectory) -> Join
     if joint.journal in (None, distal):
         return JointForce(on_journal, *couples)
     return JointForce(-on_journal, *couples[::-1])
-
-
-def _on_journals(case: Case, result: Reactions) -> dict[str, np.ndarray]:
-    """Return the forces on the bodies that would carry the journals; for a guide or slot, on the distal body."""
-    signs = {site.name: -1.0 if site.journals[0] == site.proximal else 1.0 for site in mechanism_of(case).joints}
-    return {column_name(name): signs.get(name, 1.0) * force for name, force in result.forces.items()}
 
 
 def _couples_and_torque(result: Reactions) -> tuple[dict[str, np.ndarray], np.ndarray]:

@@ -302,7 +302,12 @@ def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
         tighter_settings["revolutions"] = trajectory.summary["revolutions_run"]
         tighter_settings["discard"] = trajectory.summary["window_from"]
     tighter_run = _simulate(scene.with_settings(**tighter_settings), NO_TIMES)
-    _add_differences(trajectory.summary, tighter_run.summary)
+    # Add to a summary the differences of its figures from a tighter tolerance, and the work of that run
+    for name in [name for name in trajectory.summary if name.endswith(DIFFERENCE)]:
+        values = (trajectory.summary[name.removesuffix(DIFFERENCE)], tighter_run.summary[name.removesuffix(DIFFERENCE)])
+        trajectory.summary[name] = None if None in values else abs(values[0] - values[1])
+    for figure in WORK_COUNTS:
+        trajectory.summary[figure.name] += tighter_run.summary[figure.name]
     if tighter_run.status == "ok":
         return trajectory
     failure = (
@@ -310,15 +315,6 @@ def _error_checked(scene: Scene, trajectory: Trajectory) -> Trajectory:
         f"{tighter_run.message}"
     )
     return dataclasses.replace(trajectory, message=join_remarks(trajectory.message, failure))
-
-
-def _add_differences(summary: dict, tighter: dict) -> None:
-    """Add to a summary the differences of its figures from a tighter tolerance, and the work of that run."""
-    for name in [name for name in summary if name.endswith(DIFFERENCE)]:
-        values = (summary[name.removesuffix(DIFFERENCE)], tighter[name.removesuffix(DIFFERENCE)])
-        summary[name] = None if None in values else abs(values[0] - values[1])
-    for figure in WORK_COUNTS:
-        summary[figure.name] += tighter[figure.name]
 
 
 def compile_for(case: Case) -> None:

@@ -488,15 +488,5 @@ class Blocks:
         blocks = len(times) - 1
         revolutions = blocks * self.stride
         if self.period is None and half_width <= EQUAL_TOLERANCE * abs(value):
-            half_width = _half_width_of_equal_blocks(figure.unit, revolutions)
+            half_width = UNOBSERVED / revolutions if figure.unit == "1" else math.inf
         return Interval(float(value), float(half_width), blocks, revolutions)
-
-
-def _half_width_of_equal_blocks(unit: str, revolutions: int) -> float:
-    """Return the half-width of the interval of a figure that was the same in every revolution.
-
-    An event of probability p in each revolution is not observed in n of them with the probability (1 - p)^n, which is
-    5 % at p = 3 / n (rule of three: Hanley & Lippman-Hand 1983, JAMA 249:1743). It changes a count per revolution or a
-    share of the time, of unit 1, by about one; by how much it changes a force or a wear rate is unknown.
-    """
-    return UNOBSERVED / revolutions if unit == "1" else math.inf

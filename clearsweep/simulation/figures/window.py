@@ -385,7 +385,13 @@ def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals
         combined.corner_force_max = points.column("force_max").max()
         combined.corner_force_square = points.column("force_square").max()
     if joint.is_rolling:
-        _add_bearing_sums(combined, points, contacts[joint.corners :])
+        # Set the sums of a rolling bearing from those of its elements and its auxiliary contacts
+        resultant, rings = contacts[joint.corners :]
+        combined.friction_energy, combined.heat = resultant.friction_energy, resultant.heat
+        combined.element_force_max = points.column("force_max").max()
+        combined.elements_loaded, combined.eccentricity_depth = rings.depth_max, resultant.depth_max
+        combined.relative_turn = rings.force_time
+        combined.inner_fatigue, combined.outer_fatigue = rings.inner_fatigue, rings.outer_fatigue
     if joint.is_spatial:
         flanges, wall_difference = contacts[WALLS : joint.corners], contacts[-1]
         combined.clips, combined.friction_energy = points.column("clips").sum(), points.column("friction_energy").sum()
@@ -394,16 +400,6 @@ def _combined_totals(contacts: ContactTotals, joint: JointLayout) -> JointTotals
         combined.uneven_time = wall_difference.force_time
         combined.tilt_max = math.asin(min(wall_difference.depth_max, 1.0))
     return combined
-
-
-def _add_bearing_sums(combined: JointTotals, elements: ContactTotals, auxiliary: ContactTotals) -> None:
-    """Set the sums of a rolling bearing from those of its elements and its auxiliary contacts."""
-    resultant, rings = auxiliary
-    combined.friction_energy, combined.heat = resultant.friction_energy, resultant.heat
-    combined.element_force_max = elements.column("force_max").max()
-    combined.elements_loaded, combined.eccentricity_depth = rings.depth_max, resultant.depth_max
-    combined.relative_turn = rings.force_time
-    combined.inner_fatigue, combined.outer_fatigue = rings.inner_fatigue, rings.outer_fatigue
 
 
 def combined_account(accounts: np.ndarray, contacts: ContactTotals) -> np.ndarray:

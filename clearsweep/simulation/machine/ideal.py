@@ -103,7 +103,12 @@ def _maxima(functions: Functions, points: np.ndarray, values: np.ndarray) -> np.
             break
         rows, x, y = rows[is_open], x[is_open], y[is_open]
         low, top, high = (x[:, k : k + 1] for k in range(3))
-        near_vertex = np.clip(_vertex(x, y)[:, None] + (high - low) * VERTEX_OFFSET * np.arange(-1, 2), low, high)
+        # Vertices (b,) of the parabolas through three samples each, points and values (b, 3)
+        left_width, right_width = x[:, 1] - x[:, 0], x[:, 2] - x[:, 1]
+        rise, fall = _slope(y[:, 1] - y[:, 0], left_width), _slope(y[:, 1] - y[:, 2], right_width)
+        curvature = rise + fall  # above 0: the middle value is the largest
+        vertex: np.ndarray = x[:, 1] + _slope(rise * right_width - fall * left_width, 2.0 * curvature)
+        near_vertex = np.clip(vertex[:, None] + (high - low) * VERTEX_OFFSET * np.arange(-1, 2), low, high)
         new_points = np.concatenate(
             [low + fractions * (top - low), top + fractions * (high - top), near_vertex], axis=1
         )
@@ -117,15 +122,6 @@ def _maxima(functions: Functions, points: np.ndarray, values: np.ndarray) -> np.
         x, y = np.take_along_axis(x, neighbours, 1), np.take_along_axis(y, neighbours, 1)
         np.maximum.at(largest_values, rows, y[:, 1])
     return largest_values
-
-
-def _vertex(x: np.ndarray, y: np.ndarray) -> np.ndarray:
-    """Return the vertices (b,) of the parabolas through three samples each, points and values (b, 3)."""
-    left_width, right_width = x[:, 1] - x[:, 0], x[:, 2] - x[:, 1]
-    rise, fall = _slope(y[:, 1] - y[:, 0], left_width), _slope(y[:, 1] - y[:, 2], right_width)
-    curvature = rise + fall  # above 0: the middle value is the largest
-    vertex: np.ndarray = x[:, 1] + _slope(rise * right_width - fall * left_width, 2.0 * curvature)
-    return vertex
 
 
 def _slope(rise: np.ndarray, run: np.ndarray) -> np.ndarray:

@@ -359,16 +359,6 @@ def _law_at_end(run: Run, index: int) -> Any:
     return with_current_state(law, work.end, work.latched, run.offsets[index]) if law._field_defaults else law
 
 
-def _branches(scene: Scene) -> Branches:
-    """Return the indices of the latched numbers that select a branch of a law."""
-    joints = scene.value.joints
-    latched_laws = list(enumerate(every_latched(joints), start=len(every_contact(joints))))
-    return Branches(
-        by_sign=[index for index, (law, _) in latched_laws if type(law) in needs_mass.members],
-        by_value=[index for index, (law, _) in latched_laws if hasattr(law, "piece")],
-    )
-
-
 def integration_of(
     scene: Scene,
     times: np.ndarray,
@@ -392,7 +382,14 @@ def integrate(scene: Scene, run: Run, end: float, observers: Sequence[Observer] 
         run_integration(run, control, scene, observers)
         return
     perturbed_run = Run(start_of(scene, NO_TIMES), records_signals=False)
-    perturbed = Perturbed(control, perturbed_run, state_units(scene), scene.case.simulate.tolerance, _branches(scene))
+    # Indices of the latched numbers that select a branch of a law
+    joints = scene.value.joints
+    latched_laws = list(enumerate(every_latched(joints), start=len(every_contact(joints))))
+    branches = Branches(
+        by_sign=[index for index, (law, _) in latched_laws if type(law) in needs_mass.members],
+        by_value=[index for index, (law, _) in latched_laws if hasattr(law, "piece")],
+    )
+    perturbed = Perturbed(control, perturbed_run, state_units(scene), scene.case.simulate.tolerance, branches)
     run_integration(run, control, scene, (*observers, perturbed))
     run.figures = perturbed.figures(period(scene))
     perturbed_run.counts.numbers[:] += perturbed_run.work.counts.numbers
