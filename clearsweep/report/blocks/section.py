@@ -254,6 +254,11 @@ class Part(NamedTuple):
         return without_empty([Sentences(self.sentences), Gallery("", self.pictures), *self.tables])
 
 
+def section(key: str, title: str, *blocks: Block) -> list[Section]:
+    """Return a section of those blocks that are not empty, in a list."""
+    return [Section(key, title, without_empty(blocks))]
+
+
 def without_empty(blocks: Iterable[Block]) -> list[Block]:
     """Return the blocks that are not empty."""
     return [block for block in blocks if _item_count(block)]

@@ -20,7 +20,7 @@ from ...language import wording
 from ...language.wording import TIMES
 from .. import samples
 from ..axis import PEAK, Axis
-from ..blocks.section import Block, Cards, Gallery, Picture, Points, Section, Sentences, without_empty
+from ..blocks.section import Block, Cards, Gallery, Picture, Points, Section, Sentences, section
 from ..blocks.table import CHUNK_ROWS, CaseRows, Column, Quantity, Table, axis_columns, count_cell
 from ..draw.maps import FAILS_ELSEWHERE, MAP_SIZE, Dots, draw_margin_cells
 from ..samples import failures_by_status, finished_and_failed, limit_columns, remark_counts
@@ -165,14 +165,14 @@ def verdict_sections(study: Study) -> list[Section]:
         Points(answer_of_study(study)["sentences"]),
         Gallery("", [*_margin_maps(study)[:1], *answer_maps(study)]),
     ]
-    return [Section("verdict", "Answer", without_empty(blocks))]
+    return section("verdict", "Answer", *blocks)
 
 
 def folded_verdict_sections(study: Study) -> list[Section]:
     """Return a section with the table of limits and the maps of further pairs of axes."""
     if study.cases.empty:
         return []
-    return [Section("limits-kept", "Limits", without_empty([limit_table(study), Gallery("", _margin_maps(study)[1:])]))]
+    return section("limits-kept", "Limits", limit_table(study), Gallery("", _margin_maps(study)[1:]))
 
 
 def limit_table(study: Study) -> Table:
@@ -305,7 +305,7 @@ START_UP_NOTE = (
 
 def reliability_sections(study: Study) -> list[Section]:
     """Return the section with the least and the most loaded design at each crank speed."""
-    return [Section("headline", "Forces by crank speed", without_empty([_extremes_by_speed_table(study)]))]
+    return section("headline", "Forces by crank speed", _extremes_by_speed_table(study))
 
 
 def periodicity_sentences(study: Study) -> list[str]:
@@ -459,7 +459,7 @@ NO_BUDGET = Markup(
 
 def trust_sections(study: Study) -> list[Section]:
     """Return the section."""
-    return [Section("trust", "Reliability of the results", without_empty([Points(reliability_points(study))]))]
+    return section("trust", "Reliability of the results", Points(reliability_points(study)))
 
 
 def reliability_points(study: Study) -> list[str]:
@@ -482,12 +482,12 @@ def _failure_points(study: Study) -> list[str]:
 def _finished_case_points(study: Study) -> list[str]:
     periodicity = " ".join(periodicity_sentences(study))
     sentences = [*law_range_remarks(study), *([periodicity] if periodicity else []), *recommendation_texts(study)]
-    for section in (*law_choice_sections(study), *elastic_laws_sections(study)):
-        sentences += [_with_link(section, sentence) for sentence in section.sentences[:1]]
-    for section in elastic_links_sections(study):
-        sentences.append(_with_link(section, " ".join(section.sentences[:2])))
+    for each in (*law_choice_sections(study), *elastic_laws_sections(study)):
+        sentences += [_with_link(each, sentence) for sentence in each.sentences[:1]]
+    for each in elastic_links_sections(study):
+        sentences.append(_with_link(each, " ".join(each.sentences[:2])))
     budget_sections = setup.budget_sections(study)
-    budget_points = [_with_link(section, " ".join(section.sentences[1:2])) for section in budget_sections]
+    budget_points = [_with_link(each, " ".join(each.sentences[1:2])) for each in budget_sections]
     return [*sentences, *(budget_points or [NO_BUDGET])]
 
 

@@ -12,7 +12,7 @@ from ...answers.verdict import column_label
 from ...language import wording
 from ...language.wording import Scale
 from ..axis import PEAK, Axis
-from ..blocks.section import Gallery, Picture, Points, Section, capitalise, without_empty
+from ..blocks.section import Gallery, Picture, Points, Section, capitalise, section
 from ..blocks.table import Column, Quantity, Table, columns_in_table, count_cell
 from ..draw import BLUE, JOINT_COLOURS, RED, comparison
 from ..draw.comparison import Curve
@@ -47,7 +47,7 @@ def driver_sections(study: Study) -> list[Section]:
         gallery = Gallery(_scale_note(study), pictures[: _count_strong(effects)], small=True)
     else:
         gallery = Gallery(_note(study), _lead_pictures(study)[: _unfolded_count(study)], small=True)
-    return [Section("drivers", "What drives it", without_empty([gallery]))]
+    return section("drivers", "What drives it", gallery)
 
 
 def _deciding_column(study: Study) -> str:
@@ -68,11 +68,7 @@ def folded_driver_sections(study: Study) -> list[Section]:
     pictures = _lead_pictures(study)[drawn_count:]
     if study.has(joint.column(P99_OVER_IDEAL)) and len(study.levels()) > 1 and ideal_varies(study, joint):
         pictures += _pictures(study, ((P99_OVER_IDEAL, "p99 / ideal"),), "p99 / ideal peak")
-    return [
-        Section(
-            "main-effects", "Main effects", without_empty([Gallery("", pictures, small=True), _effect_table(study)])
-        )
-    ]
+    return section("main-effects", "Main effects", Gallery("", pictures, small=True), _effect_table(study))
 
 
 def _has_shared_values(study: Study) -> bool:
@@ -444,11 +440,7 @@ def tradeoff_sections(study: Study) -> list[Section]:
         for scatter_plot in scatter_plots
         if _varies(study, scatter_plot.x, scatter_plot.y)
     ]
-    return [
-        Section(
-            "tradeoffs", "All cases at a glance", without_empty([Gallery("Each point is a finished case.", pictures)])
-        )
-    ]
+    return section("tradeoffs", "All cases at a glance", Gallery("Each point is a finished case.", pictures))
 
 
 def _varies(study: Study, *columns: str) -> bool:

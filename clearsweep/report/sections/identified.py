@@ -14,7 +14,7 @@ from ...grid.written.tables import MeasuredSignals, read_signals
 from ...language import wording
 from ...language.errors import InputError
 from ..axis import Axis
-from ..blocks.section import Block, Gallery, Picture, Section, Sentences, capitalise, without_empty
+from ..blocks.section import Block, Gallery, Picture, Section, Sentences, capitalise, section, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..draw import BLUE, RED, set_plain_axes
 from ..plot import BLUES, Axes, ColourScale
@@ -161,7 +161,7 @@ def identified_sections(study: Study) -> list[Section]:
         ),
         _parameter_table(identified, axes),
     ]
-    return [Section("identify", "The identified machine", without_empty(blocks))]
+    return section("identify", "The identified machine", *blocks)
 
 
 def folded_identified_sections(study: Study) -> list[Section]:
@@ -172,11 +172,7 @@ def folded_identified_sections(study: Study) -> list[Section]:
     pairs = Gallery(
         "Darker cells are more probable.", _pair_pictures(identified, sample, {axis.path: axis for axis in study.axes})
     )
-    return [
-        Section(
-            "identify-more", "Identified pairs and measured features", without_empty([pairs, _fit_table(identified)])
-        )
-    ]
+    return section("identify-more", "Identified pairs and measured features", pairs, _fit_table(identified))
 
 
 def parameter_cards(study: Study) -> list[tuple[str, str, str]]:

@@ -13,7 +13,7 @@ from ...contracts.case import Case
 from ...language import wording
 from ...language.errors import InputError
 from ..axis import PEAK, Axis
-from ..blocks.section import Part, Picture, Points, Section, Sentences, capitalise, without_empty
+from ..blocks.section import Part, Picture, Points, Section, Sentences, capitalise, section, without_empty
 from ..blocks.table import Column, Quantity, Table, count_cell
 from ..draw import comparison
 from ..laws import compare_allowed_laws, compare_restitutions, compare_swept_laws, compare_verdicts, ideal_load
@@ -208,11 +208,7 @@ def _plural_name(axis: Axis) -> str:
 def law_check_sections(study: Study) -> list[Section]:
     """Return the section, or [] if no law is checked."""
     points = [answer_of_study(study)["laws"]] if answer_of_study(study).get("laws") else []
-    return [
-        Section(
-            "law_check", "The deciding case under other laws", without_empty([Points(points), _law_check_table(study)])
-        )
-    ]
+    return section("law_check", "The deciding case under other laws", Points(points), _law_check_table(study))
 
 
 def _base_result(study: Study) -> LawResult | None:
@@ -322,7 +318,7 @@ def elastic_links_sections(study: Study) -> list[Section]:
     stiffness_sentence, estimated_effect = _stiffness_sentences(study, joint, worst, case, links)
     effect = _computed_effect_text(study, joint, worst) or estimated_effect
     sentences = [text for text in (stiffness_sentence, effect, _bending_sentence(links)) if text]
-    return [Section("elastic-links", "Elastic links", without_empty([Sentences(sentences), _link_table(links)]))]
+    return section("elastic-links", "Elastic links", Sentences(sentences), _link_table(links))
 
 
 def _stiffness_sentences(study: Study, joint: Joint, worst: str, case: Case, links: Links) -> tuple[str, str]:

@@ -17,7 +17,7 @@ from ...answers.verdict import MARGIN_COLUMN, Limit
 from ...contracts.catalogue import CONDITION
 from ...language import wording
 from ..axis import Axis, value_at
-from ..blocks.section import Gallery, Picture, Section, Spot, capitalise, without_empty
+from ..blocks.section import Gallery, Picture, Section, Spot, capitalise, section, without_empty
 from ..blocks.table import column_label
 from ..draw import comparison
 from ..draw.comparison import CurveFamily
@@ -306,7 +306,7 @@ def curve_sections(study: Study) -> list[Section]:
         note += " The horizontal line is the limit."
     if any(excludes_cut_off_starts(study, plotted.column) for plotted in _plotted_figures(study)):
         note += EXCLUDED_STARTS_NOTE
-    return [Section("curves", f"Over {x_axis.name}", without_empty([Gallery(note, pictures)]))]
+    return section("curves", f"Over {x_axis.name}", Gallery(note, pictures))
 
 
 def _x_axis(study: Study) -> Axis | None:
@@ -401,7 +401,7 @@ def _strictest_limit_values(study: Study, limit: Limit, x_axis: Axis) -> np.ndar
 
 def deepest_wear_sections(study: Study) -> list[Section]:
     """Return the section, or [] if nothing wears or no case finished."""
-    return [] if study.cases.empty else [Section("lasting", "Wear", without_empty([Gallery("", _wear_maps(study))]))]
+    return [] if study.cases.empty else section("lasting", "Wear", Gallery("", _wear_maps(study)))
 
 
 def _wear_maps(study: Study) -> list[Picture]:

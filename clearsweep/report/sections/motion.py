@@ -24,7 +24,7 @@ from ..blocks.section import (
     Section,
     Sentences,
     capitalise,
-    without_empty,
+    section,
 )
 from ..blocks.table import Column, Quantity, Table, case_table, columns_in_table, count_cell
 from ..draw.maps import (
@@ -85,7 +85,7 @@ def motion_type_sections(study: Study) -> list[Section]:
             ],
         ),
     ]
-    return [Section("motion-type", "Impacts and kinds of motion", without_empty(blocks))]
+    return section("motion-type", "Impacts and kinds of motion", *blocks)
 
 
 def _is_lubricated(study: Study, joint: Joint) -> bool:
@@ -308,13 +308,7 @@ def peak_sections(study: Study) -> list[Section]:
         key, title = output, f"{capitalise(output)} and drive"
     mechanism_table = case_table(study, key, title, columns, columns[0][0] if columns else "")
     tables = [*(_force_table(study, joint) for joint in study.joints), mechanism_table]
-    return [
-        Section(
-            "peaks",
-            "Peaks",
-            without_empty([*blocks, *tables, Points(_error_check_sentences(study)), _accuracy_table(study)]),
-        )
-    ]
+    return section("peaks", "Peaks", *blocks, *tables, Points(_error_check_sentences(study)), _accuracy_table(study))
 
 
 def _force_table(study: Study, joint: Joint) -> Table:

@@ -7,7 +7,7 @@ from ...answers.statistics import QUANTILES, RANDOM_METHODS, STRENGTH_NOTE, Esti
 from ...answers.validity import THOUSAND_HOURS
 from ...language import wording
 from ...language.errors import InputError
-from ..blocks.section import Block, Gallery, Picture, Points, Section, Sentences, capitalise, without_empty
+from ..blocks.section import Block, Gallery, Picture, Points, Section, Sentences, capitalise, section
 from ..draw import RED, comparison
 from ..plot import Axes
 from ..samples import (
@@ -47,8 +47,8 @@ def sample_sections(study: Study) -> list[Section]:
         if statistics.is_one_sample(study.run.grid):
             return []  # they are part of the answer
         blocks: list[Block] = [Points(_spread_sentences(study, samples)), limit_table(study, all_samples)]
-        return [Section("sample", "Probabilistic study", without_empty(blocks))]
-    return [Section("sample", "What drives the spread", without_empty(_sensitivity(study, samples)))]
+        return section("sample", "Probabilistic study", *blocks)
+    return section("sample", "What drives the spread", *_sensitivity(study, samples))
 
 
 def leading_sample_sections(study: Study) -> list[Section]:
@@ -68,7 +68,7 @@ def leading_sample_sections(study: Study) -> list[Section]:
             _scatter_plots(study, _sample_with_largest(samples, figure), figure)[:1] if figure.limits else []
         )
     gallery = Gallery(SCATTER_NOTE, scatter_plots[:MAX_SCATTER_PLOTS], small=True)
-    return [Section("sample-drivers", "What drives it", without_empty([gallery]))]
+    return section("sample-drivers", "What drives it", gallery)
 
 
 def _spread_sentences(study: Study, samples: list[Sample]) -> list[str]:
@@ -133,7 +133,7 @@ def folded_sample_sections(study: Study) -> list[Section]:
         rank_table(study, samples),
         Gallery(NOTE, _histograms(study, samples), small=True),
     ]
-    return [Section("sample-spread", "Spread of the figures", without_empty(blocks))]
+    return section("sample-spread", "Spread of the figures", *blocks)
 
 
 def _sensitivity(study: Study, samples: list[Sample]) -> list[Block]:

@@ -11,7 +11,7 @@ from ...answers.words import case_margin_text
 from ...language import quantity, wording
 from ...searches import SENSES
 from ..axis import Axis, first_sought_path, sought_paths, value_at
-from ..blocks.section import Block, Gallery, Picture, Section, Sentences, capitalise, without_empty
+from ..blocks.section import Block, Gallery, Picture, Section, Sentences, capitalise, section
 from ..blocks.table import Column, Quantity, Table, axis_columns, column_label, count_cell
 from ..draw import BLUE, RED, set_plain_axes
 from ..plot import Axes
@@ -84,7 +84,7 @@ def seek_sections(study: Study) -> list[Section]:
         ]
     sentences, pictures = Sentences(lines), Gallery("", _pictures(answers, title))  # the verdict has the answer
     blocks: list[Block] = [sentences, pictures, _interval_table(study, answers), *_nearest_blocks(study, answers)]
-    return [Section("seek", title, without_empty(blocks))]
+    return section("seek", title, *blocks)
 
 
 def answer_cards(study: Study) -> list[tuple[str, str, str]]:
@@ -285,7 +285,7 @@ def optimised_sections(study: Study) -> list[Section]:
     texts = [*_comparison_sentences(study, rows, names, written_id), *_indistinguishable_sentences(study, rows, names)]
     table = _front_table(study, rows, names, written_id)
     blocks: list[Block] = [Sentences(texts), _shorten_table(table)]
-    return [Section("optimise", "The best cases", without_empty(blocks))]
+    return section("optimise", "The best cases", *blocks)
 
 
 def folded_optimised_sections(study: Study) -> list[Section]:
@@ -297,7 +297,7 @@ def folded_optimised_sections(study: Study) -> list[Section]:
     table = _front_table(study, rows, names, _case_as_written(study))
     full_tables = [table] if len(table.rows) > MAX_ROWS_SHOWN else []
     pictures = [*_front_picture(study, rows, names), *_parallel_coordinates(study, rows, names)]
-    return [Section("optimise-more", "All best cases", without_empty([*full_tables, Gallery("", pictures)]))]
+    return section("optimise-more", "All best cases", *full_tables, Gallery("", pictures))
 
 
 def _best_rows(study: Study) -> tuple[list[dict[str, Any]], list[str]] | None:

@@ -12,7 +12,7 @@ from ... import grid
 from ...language import wording
 from ...language.errors import InputError
 from ..axis import PEAK, Axis, leaves
-from ..blocks.section import Block, Columns, Facts, Gallery, Note, Picture, Section, Sentences, without_empty
+from ..blocks.section import Block, Columns, Facts, Gallery, Note, Picture, Section, Sentences, section, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..draw import BLUE, INK, set_log_scale, set_plain_axes
 from ..one_case.joints import mechanism_picture
@@ -139,7 +139,7 @@ def mechanism_sections(study: Study) -> list[Section]:
         picture = mechanism_picture(resolve_cases(study, first_case)[0]) if first_case else None
     except InputError:  # of another version
         return []
-    return [Section("mechanism", "", without_empty([Gallery("", [picture] if picture else [])]))]
+    return section("mechanism", "", Gallery("", [picture] if picture else []))
 
 
 # Error against run time of a run that sweeps `simulate.tolerance`, from the finest of otherwise equal cases.

@@ -10,7 +10,17 @@ from ... import simulation
 from ...answers.ranking import clearance_hours_text
 from ...language import wording
 from ..axis import Axis
-from ..blocks.section import FLAT_SIZE, Block, Detail, Gallery, Note, Picture, Section, Sentences, without_empty
+from ..blocks.section import (
+    FLAT_SIZE,
+    Block,
+    Detail,
+    Gallery,
+    Note,
+    Picture,
+    Section,
+    Sentences,
+    section,
+)
 from ..blocks.table import Table, case_table, columns_in_table
 from ..draw import BLUE, GREEN, GREY, RED, label_with_unit, set_plain_axes
 from ..draw.maps import draw_life
@@ -62,7 +72,7 @@ def wear_sections(study: Study) -> list[Section]:
                 Sentences(_coarse_bin_sentences(study, joint)),
                 _table(study, joint),
             ]
-    return [Section("wear", "Wear", without_empty([Note(_note(study)), *blocks] if blocks else []))]
+    return section("wear", "Wear", *[Note(_note(study)), *blocks] if blocks else [])
 
 
 def _note(study: Study) -> str:
@@ -197,7 +207,7 @@ def life_sections(study: Study) -> list[Section]:
     joint = next((joint for joint in study.joints if joint.name == study.run.layout.life), None)
     if joint is None or study.cases.empty:
         return []
-    return [Section("life", "Life", without_empty([Gallery(LIFE_NOTE, _pictures(study, joint))]))]
+    return section("life", "Life", Gallery(LIFE_NOTE, _pictures(study, joint)))
 
 
 def _pictures(study: Study, joint: Joint) -> list[Picture]:
@@ -271,7 +281,7 @@ def bearing_sections(study: Study) -> list[Section]:
     if study.cases.empty:
         return []
     pictures = [picture for joint in study.joints for picture in _life_over_clearance(study, joint)]
-    return [Section("bearings", "Rolling bearings", without_empty([Gallery(NOTE, pictures)]))] if pictures else []
+    return section("bearings", "Rolling bearings", Gallery(NOTE, pictures)) if pictures else []
 
 
 def _life_over_clearance(study: Study, joint: Joint) -> Iterator[Picture]:
