@@ -28,8 +28,7 @@ PAGE = ROOT / "docs" / "reliability.md"
 MARK = "<!-- below: written by `python tests/reliability.py --write` -->\n"
 GRIDS_TEXT = (
     "The test mutates working grids: it exchanges keys and values for other or hostile ones, and changes bytes. Each "
-    "grid gets 5 s, 6 GB of address space and two revolutions of motion. Hypothesis draws the mutations from the "
-    "seed."
+    "grid gets 5 s, 6 GB of address space and two revolutions of motion. Hypothesis draws the mutations from the seed."
 )
 FLIPS_TEXT = (
     "The test changes one bit of one file of a finished run of 12 cases. Then a reader reads everything, `status "

@@ -233,11 +233,9 @@ def test_the_start_up_time_lies_between_the_samples_around_its_speed(started):
     times = np.asarray(path["t"])
     assert after > 0
     assert times[after - 1] < reached["start_up_time"].iloc[0] <= times[after]
-    row, rates, force = (
-        reached.iloc[0],
-        np.asarray(path["crank/rate"]),
-        np.asarray(path["joints/rod_slider/force_normal"]),
-    )
+    row = reached.iloc[0]
+    rates = np.asarray(path["crank/rate"])
+    force = np.asarray(path["joints/rod_slider/force_normal"])
     assert rates[after:].min() - 2.0 < row["crank_speed_after"] <= rates[after:].min()
     assert np.abs(force[:after]).max() <= row["rod_slider_force_peak_start"] <= row["rod_slider_force_peak"]
     rest = run.summary[run.summary["start_up_time"].isna()]

@@ -265,10 +265,8 @@ def test_a_free_body_turns_as_the_elliptic_functions_say():
     times = np.linspace(0.0, 0.4, 41)
     path = solve_ivp(rates, (0.0, 0.4), start, "DOP853", times, rtol=1e-12, atol=1e-13).y.T
     a, b, c = inertia
-    twice, square = (
-        sum(i * w * w for i, w in zip(inertia, spin, strict=True)),
-        sum((i * w) ** 2 for i, w in zip(inertia, spin, strict=True)),
-    )
+    twice = sum(i * w * w for i, w in zip(inertia, spin, strict=True))
+    square = sum((i * w) ** 2 for i, w in zip(inertia, spin, strict=True))
     pace = math.sqrt((c - b) * (square - twice * a) / (a * b * c))
     sn, cn, dn, _ = ellipj(times * pace, (b - a) * (twice * c - square) / ((c - b) * (square - twice * a)))
     known = np.array(

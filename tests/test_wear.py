@@ -63,10 +63,8 @@ def both(joint, polynomials, step_values):
     """Return the depths of bearing and journal after a step with these courses."""
     depths, workspace = np.zeros(2 * BINS), workspace_of(np.zeros(WORKSPACE_SIZE))
     workspace.step.numbers[: len(polynomials)] = polynomials
-    bins, account = (
-        (Bins(depths, 0, BINS), Bins(depths, BINS, BINS)),
-        JointAccount(Account(np.zeros(ACCOUNT_SIZE)), 1.0),
-    )
+    bins = (Bins(depths, 0, BINS), Bins(depths, BINS, BINS))
+    account = JointAccount(Account(np.zeros(ACCOUNT_SIZE)), 1.0)
     update_worn_profile(joint, workspace, step_values, 1.0, bins, account)
     return depths[:BINS], depths[BINS:]
 
