@@ -150,10 +150,8 @@ def _joint_drawings(channels: Mapping[str, np.ndarray], joint: str) -> list[str]
     """Return drawings of a joint's journal orbit and of its normal force over time."""
     joint_name, force = wording.joint_name(joint), channels[f"joints/{joint}/force_normal"]
     x, y = channels[f"joints/{joint}/x"], channels[f"joints/{joint}/y"]
-    eccentricity_text, force_text = (
-        wording.quantity_text(float(np.hypot(x, y).max()), "m"),
-        wording.quantity_text(float(force.max()), "N"),
-    )
+    eccentricity_text = wording.quantity_text(float(np.hypot(x, y).max()), "m")
+    force_text = wording.quantity_text(float(force.max()), "N")
     force_title = f"{joint_name}: normal force over time, up to {force_text}"
     return [
         _curve_svg(x, y, f"{joint_name}: orbit, up to {eccentricity_text}", equal=True),
@@ -165,10 +163,8 @@ def _curve_svg(x: np.ndarray, y: np.ndarray, caption: str, *, width: int = SIZE,
     """Return a curve with its title as SVG; `equal`: both axes have the same scale."""
     stride = max(1, len(x) // MAX_POINTS)
     x, y = np.asarray(x[::stride]), np.asarray(y[::stride])
-    centres, half_ranges = (
-        [(values.max() + values.min()) / 2.0 for values in (x, y)],
-        [np.ptp(x) / 2.0, np.ptp(y) / 2.0],
-    )
+    centres = [(values.max() + values.min()) / 2.0 for values in (x, y)]
+    half_ranges = [np.ptp(x) / 2.0, np.ptp(y) / 2.0]
     half_ranges = [max(half_ranges)] * 2 if equal else half_ranges
     x_pixels = width / 2 + (width / 2 - MARGIN) * (x - centres[0]) / (half_ranges[0] or 1.0)
     y_pixels = SIZE / 2 - (SIZE / 2 - MARGIN) * (y - centres[1]) / (half_ranges[1] or 1.0)

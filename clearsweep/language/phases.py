@@ -309,12 +309,10 @@ class ProgressWriter:
 
     def __init__(self, replace_content: Callable[[bytes | None], None]):
         """Prepare to replace the stored content by `replace_content`; None removes it."""
-        self.replace_content, self.next_write, self.is_stored, self.first_phase = (
-            replace_content,
-            0.0,
-            False,
-            len(_open_phases),
-        )
+        self.replace_content = replace_content
+        self.next_write = 0.0
+        self.is_stored = False
+        self.first_phase = len(_open_phases)
         self.once = False  # whether the last written phase is of the kind `once`
 
     def changed(self) -> None:

@@ -59,10 +59,8 @@ def search(outcomes: Outcomes, last_index: int) -> Bisection:
         if middle not in outcomes:
             return Bisection((middle,))
         last_good, first_bad = (middle, first_bad) if outcomes[middle] else (last_good, middle)
-    lower, upper = (
-        _first_agreeing(outcomes, last_good, -1, first_good),
-        _first_agreeing(outcomes, first_bad, 1, last_index),
-    )
+    lower = _first_agreeing(outcomes, last_good, -1, first_good)
+    upper = _first_agreeing(outcomes, first_bad, 1, last_index)
     if untested := (*lower.probes, *upper.probes):
         return Bisection(tuple(sorted(set(untested))))
     return Bisection((), Border(lower.position, upper.position))

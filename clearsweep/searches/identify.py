@@ -149,10 +149,8 @@ class Identify(SearchOver):
         used_key = reader.keys_in_use.get(key)
         is_whole = isinstance(used_key, Number) and any(key_use.field.integer for key_use in used_key.uses)
         if not isinstance(written.value, list) or len(written.value) != 2 or is_whole:
-            fraction_text, range_text = (
-                "a path of a quantity that may have a fraction",
-                "[low, high], the range of its prior",
-            )
+            fraction_text = "a path of a quantity that may have a fraction"
+            range_text = "[low, high], the range of its prior"
             message = f"found {quoted(written.value)}; expected {fraction_text if is_whole else range_text}"
             reader.problems.add(written, f"{IDENTIFY}.over.{key}", message)
             return None

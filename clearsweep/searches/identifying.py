@@ -193,9 +193,8 @@ class Identification:
         """Return the final result; that of too few finished cases says so."""
         if len(self.points) < MIN_CASES:
             return NotIdentified(
-                f"identify: nothing is identified, as only {len(self.points)} of {self.looked_at} cases finished "
-                "and at least "
-                f"{MIN_CASES} are needed; read the messages of the failed cases, then change the ranges under "
+                f"identify: nothing is identified, as only {len(self.points)} of {self.looked_at} cases finished and "
+                f"at least {MIN_CASES} are needed; read the messages of the failed cases, then change the ranges under "
                 "identify.over or allow more cases"
             )
         with _reproducible():

@@ -383,10 +383,8 @@ def better_points(
     neighbours = np.sort(
         np.argsort(np.linalg.norm(known_points - known_points[0], axis=1), kind="stable")[:MAX_NEIGHBOURS]
     )
-    known_points, objective = (
-        known_points[neighbours],
-        np.minimum(objective[neighbours], np.percentile(objective[neighbours], CLIP_PERCENTILE)),
-    )
+    known_points = known_points[neighbours]
+    objective = np.minimum(objective[neighbours], np.percentile(objective[neighbours], CLIP_PERCENTILE))
     if len(known_points) < MIN_MODEL_CASES[0] + MIN_MODEL_CASES[1] * keys:
         return np.empty((0, keys))
     scaled = (objective - objective.min()) / max(np.ptp(objective), np.finfo(float).tiny)

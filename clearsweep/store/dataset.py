@@ -356,12 +356,10 @@ class SampledRun(BlockedRun):
         import pyarrow.compute as pc
 
         self.whole = run
-        self.directory, self.files_directory, self.grid, self.layout = (
-            run.directory,
-            run.files_directory,
-            run.grid,
-            run.layout,
-        )
+        self.directory = run.directory
+        self.files_directory = run.files_directory
+        self.grid = run.grid
+        self.layout = run.layout
         self.parts, self._marks = run.parts, run.marks()
         self._sampled = list(run.sampled_parts())
         rows = pa.concat_tables([table for _, table in self._sampled])

@@ -97,10 +97,8 @@ def estimate(
     jobs = jobs or executors.cores()
     jobs = min(jobs, max(requested.cases, 1))
     timed, start_up, cheaper, jobs = pilot(grid, requested, jobs, simulator)
-    times, events = (
-        [timed_case.seconds for timed_case in timed if timed_case.seconds is not None],
-        [timed_case.events for timed_case in timed],
-    )
+    times = [timed_case.seconds for timed_case in timed if timed_case.seconds is not None]
+    events = [timed_case.events for timed_case in timed]
     mean = float(np.mean(times)) if times else None
     warnings += _warnings_of(timed)
     warnings += cheaper_lives_texts(mean, cheaper, requested.cases / jobs) if mean else []

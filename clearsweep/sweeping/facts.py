@@ -139,10 +139,8 @@ class LifeExtremes:
         """Prepare for the layout of a run and the section `life` of its grid; without a life nothing is kept."""
         column_names = {column.name for column in layout.columns}
         names = {name: f"{layout.life}_{name}" for name in FIELD_BY_COLUMN} if layout.life else {}
-        self.columns_by_name, self.joint = (
-            {name: column for name, column in names.items() if column in column_names},
-            layout.life,
-        )
+        self.columns_by_name = {name: column for name, column in names.items() if column in column_names}
+        self.joint = layout.life
         self.columns = [*self.columns_by_name.values()]
         self.until = life_criterion_text(section)
         self.unreached = 0

@@ -258,14 +258,10 @@ def _mixed_cases() -> Iterator[ExtremeCase]:
     generator = np.random.default_rng(SEED)
     for number in range(MIXED_CASE_COUNT):
         opening = OPENINGS[number % len(OPENINGS)]
-        speed, clearance = (
-            10.0 ** generator.uniform(0.0, math.log10(5e4)),
-            10.0 ** generator.uniform(-7.0, math.log10(5e-3)),
-        )
-        mass_factor, restitution = (
-            10.0 ** generator.uniform(-2.0, 2.0),
-            float(generator.choice([0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0])),
-        )
+        speed = 10.0 ** generator.uniform(0.0, math.log10(5e4))
+        clearance = 10.0 ** generator.uniform(-7.0, math.log10(5e-3))
+        mass_factor = 10.0 ** generator.uniform(-2.0, 2.0)
+        restitution = float(generator.choice([0.01, 0.1, 0.3, 0.5, 0.7, 0.9, 1.0]))
         coefficient, gravity = float(generator.choice([0.0, 0.05, 0.3, 1.0])), float(generator.choice([0.0, 9.81]))
         load = 0.65 * mass_factor * (gravity + 0.05 * (speed * math.pi / 30.0) ** 2)
         min_stiffness = max(1e5, load / 5e-4**1.5)  # penetration of half a millimetre
@@ -307,10 +303,8 @@ def _rough_cases() -> Iterator[ExtremeCase]:
         speed, clearance = 10.0 ** generator.uniform(1.8, 4.0), 10.0 ** generator.uniform(-5.3, -3.0)
         texture = {"dimension": generator.uniform(1.1, 1.9), "scale": 10.0 ** generator.uniform(-13.0, -8.0)}
         hardness, young = 10.0 ** generator.uniform(8.0, 10.0), 10.0 ** generator.uniform(9.0, 11.6)
-        restitution, coefficient = (
-            float(generator.choice([0.01, 0.1, 0.5, 0.9, 1.0])),
-            float(generator.choice([0.0, 0.1, 0.5])),
-        )
+        restitution = float(generator.choice([0.01, 0.1, 0.5, 0.9, 1.0]))
+        coefficient = float(generator.choice([0.0, 0.1, 0.5]))
         contact = {"law": "exact", "elastic": elastic_law, "restitution": restitution}
         contact["material"] = {"young": young, "poisson": 0.3}
         friction = tanh_section(coefficient, 1e-2) if coefficient else None

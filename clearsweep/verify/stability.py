@@ -266,12 +266,10 @@ def _largest_approach(case_scene: scene.Scene, trajectory: Trajectory, index: in
 
 def _largest_gap(case_scene: scene.Scene, trajectory: Trajectory, index: int, name: str) -> float:
     """Return the largest distance (m) of a block's corner outside logged contacts from its centred position."""
-    guide, angle, sideways, farthest = (
-        case_scene.value.joints[index],
-        trajectory["slider/angle"],
-        trajectory[f"joints/{name}/y"],
-        0.0,
-    )
+    guide = case_scene.value.joints[index]
+    angle = trajectory["slider/angle"]
+    sideways = trajectory[f"joints/{name}/y"]
+    farthest = 0.0
     for number, (forward, lateral) in enumerate(CORNERS, start=1):
         events = trajectory.events[trajectory.events["joint"] == f"{name}_{number}"]
         in_contact = np.searchsorted(events["t"], trajectory.t, side="right") % 2 == 1

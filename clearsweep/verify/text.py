@@ -172,9 +172,8 @@ def stiffness_lines(table: dict) -> list[str]:
         explicit, auto = row["explicit"], row["auto"]
         ratios = (row["evaluations_ratio"], row["run_time_ratio"])
         lines.append(
-            f"  {row['name']:<44}{explicit['tolerance']:>10.0e}{explicit['rhs_evaluations']:>10}"
-            f"{_error_text(explicit['error']):>9}{auto['tolerance']:>11.0e}{auto['rhs_evaluations']:>10}"
-            f"{_error_text(auto['error']):>9}"
+            "  "
+            f"{row['name']:<44}{explicit['tolerance']:>10.0e}{explicit['rhs_evaluations']:>10}{_error_text(explicit['error']):>9}{auto['tolerance']:>11.0e}{auto['rhs_evaluations']:>10}{_error_text(auto['error']):>9}"
             + "".join(f"{'-' if x is None else f'{x:.3g}':>{w}}" for x, w in zip(ratios, (11, 8), strict=True))
         )
     lines += ["", *choice_lines(table["choices"]), ""]
@@ -219,9 +218,7 @@ def _row_text(row: dict, method: str) -> str:
     events = f"{'=' if row['events_exact'] else ''}{row['events']}"
     return (
         "  "
-        f"{method:<16}{setting:>15}{_error_text(row['error_first_half']):>17}{_error_text(row['error_whole']):>12}{events:>11}"
-        f"{_error_text(row['peak_error_first_half']):>13}{row['rhs_evaluations']:>10}{row['steps']:>9}"
-        f"{row['ms_per_revolution']:>15.3g}"
+        f"{method:<16}{setting:>15}{_error_text(row['error_first_half']):>17}{_error_text(row['error_whole']):>12}{events:>11}{_error_text(row['peak_error_first_half']):>13}{row['rhs_evaluations']:>10}{row['steps']:>9}{row['ms_per_revolution']:>15.3g}"
     )
 
 
@@ -232,10 +229,9 @@ def _error_text(value: float | None) -> str:
 def _headline_lines(figures: dict) -> list[str]:
     """Return the lines that give the flagship figures."""
     lines = [
-        f"{figures['problem']} at tolerance {figures['tolerance']:g}: "
-        f"{figures['ms_per_revolution']:.3g} ms a revolution, "
-        f"{figures['integration_ms_per_revolution']:.3g} of it integrating, "
-        f"error {figures['error_first_half']:.1e} over the first half;",
+        f"{figures['problem']} at tolerance {figures['tolerance']:g}: {figures['ms_per_revolution']:.3g} ms a "
+        f"revolution, {figures['integration_ms_per_revolution']:.3g} of it integrating, error "
+        f"{figures['error_first_half']:.1e} over the first half;",
         f"  scipy DOP853 at the same tolerance {figures['scipy_ms_per_revolution']:.4g} ms, error "
         f"{figures['scipy_error_first_half']:.1e}: {figures['ratio_at_equal_tolerance']:.0f} times slower;",
     ]

@@ -22,14 +22,10 @@ EXPANSION = 12.5e-6  # 1/K, of bearing steel (NTN, equation 8.5)
 PROBABLE_PART = 2.0 / 3.0  # of the tolerance zones of both parts, within which their sizes lie (Schaeffler, HR 1)
 #: Diameters (mm, upper end of each range) and lower deviation (um) of the bore and of the outside, class Normal of
 #: ISO 492; the upper one is 0.
-_BORE_STEPS, _BORE_DEVIATIONS = (
-    (18, 30, 50, 80, 120, 180, 250, 315, 400, 500),
-    (-8, -10, -12, -15, -20, -25, -30, -35, -40, -45),
-)
-_OUTSIDE_STEPS, _OUTSIDE_DEVIATIONS = (
-    (18, 30, 50, 80, 120, 150, 180, 250, 315, 400, 500),
-    (-8, -9, -11, -13, -15, -18, -25, -30, -35, -40, -45),
-)
+_BORE_STEPS = (18, 30, 50, 80, 120, 180, 250, 315, 400, 500)
+_BORE_DEVIATIONS = (-8, -10, -12, -15, -20, -25, -30, -35, -40, -45)
+_OUTSIDE_STEPS = (18, 30, 50, 80, 120, 150, 180, 250, 315, 400, 500)
+_OUTSIDE_DEVIATIONS = (-8, -9, -11, -13, -15, -18, -25, -30, -35, -40, -45)
 
 
 class BearingSizes(NamedTuple):

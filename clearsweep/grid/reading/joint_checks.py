@@ -480,8 +480,7 @@ def _check_pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     ]
     if modulus_laws and not any(map(reader.is_given, modulus_paths(joint))):
         message = (
-            f"is missing; wear pressure '{modulus_laws[0].name}' needs material: "
-            f"{{young: 207 GPa, poisson: 0.3}} or "
+            f"is missing; wear pressure '{modulus_laws[0].name}' needs material: {{young: 207 GPa, poisson: 0.3}} or "
             "pressure_modulus; a stiffness does not determine it, and pressure: mean needs neither"
         )
         reader.problems.add(reader.position_of(path), f"{contact}.material", message)

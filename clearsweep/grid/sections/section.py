@@ -387,8 +387,7 @@ def report_mixed_units(problems: Problems, key_path: str, items: Iterable[Writte
     for item in bare_items:
         message = (
             f"found {item.value} without a unit next to {quoted(item_with_unit.value if item_with_unit else '')}; "
-            "alone it would mean "
-            f"{item.value} {unit}: write the unit of each, or of none"
+            f"alone it would mean {item.value} {unit}: write the unit of each, or of none"
         )
         problems.add(item, key_path, message)
     return bool(bare_items)

@@ -231,8 +231,7 @@ def check_variations(reader: Reader) -> None:
             )
             message = (
                 f"found {len(reader.axes[path])} values, but {first_path} has "
-                f"{len(reader.axes[first_path])}{line_text}; "
-                "axes that vary together need equally many values"
+                f"{len(reader.axes[first_path])}{line_text}; axes that vary together need equally many values"
             )
             reader.problems.add(reader.written_axes[path], _axis_key_path(reader, section_name, path), message)
         if not unequal_paths and section_name != "sample":
@@ -326,14 +325,12 @@ def _label_mistake(name: str) -> str:
     if name in RESERVED_LABELS:
         return (
             f"{quoted(name)} is reserved and cannot label a value (reserved: {', '.join(RESERVED_LABELS)}); choose "
-            "another "
-            "label"
+            "another label"
         )
     if len(name) > MAX_LABEL_LENGTH or not name.isprintable() or not any(map(str.isalpha, name)):
         return (
-            f"found the label {quoted(name)}; expected at most {MAX_LABEL_LENGTH} printable characters, a letter "
-            "among them; "
-            "values without labels are written as a list"
+            f"found the label {quoted(name)}; expected at most {MAX_LABEL_LENGTH} printable characters, a letter among "
+            "them; values without labels are written as a list"
         )
     return ""
 

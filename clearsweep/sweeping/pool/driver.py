@@ -174,12 +174,10 @@ class Batches:
 
         read_finished_ids : called at intervals; returns the identities (ascending) of cases that other drivers finished
         """
-        self.pending, self.ids, self.worker_count, self.read_finished_ids = (
-            pending,
-            ids,
-            worker_count,
-            read_finished_ids,
-        )
+        self.pending = pending
+        self.ids = ids
+        self.worker_count = worker_count
+        self.read_finished_ids = read_finished_ids
         self.chains: np.ndarray | None = None  # number of the chain of each pending case, whose cases are together
         self.is_too_long: Callable[[float], bool] | None = None  # whether some s of work are left to other workers
         self.max_cases = max(1, min(MAX_BATCH_CASES, int(MAX_BATCH_BYTES / max(bytes_per_case, 1.0))))
@@ -190,11 +188,9 @@ class Batches:
 
     def copy_times(self, earlier: "Batches") -> None:
         """Expect these cases to take as long as those of earlier batches."""
-        self.weighted_case_count, self.weighted_seconds, self.largest_batch_size = (
-            earlier.weighted_case_count,
-            earlier.weighted_seconds,
-            earlier.largest_batch_size,
-        )
+        self.weighted_case_count = earlier.weighted_case_count
+        self.weighted_seconds = earlier.weighted_seconds
+        self.largest_batch_size = earlier.largest_batch_size
 
     def update_time_estimate(self, outcome: BatchOutcome) -> None:
         """Include the time of a finished batch in the estimate; older batches count less: the first ones load code."""
@@ -229,11 +225,9 @@ class Batches:
     def _remove_finished(self, finished_ids: np.ndarray) -> None:
         """Remove finished cases from those not handed out yet."""
         is_left = ~np.isin(self.ids[self.handed_out_count :], finished_ids)
-        self.pending, self.ids, self.handed_out_count = (
-            self.pending[self.handed_out_count :][is_left],
-            self.ids[self.handed_out_count :][is_left],
-            0,
-        )
+        self.pending = self.pending[self.handed_out_count :][is_left]
+        self.ids = self.ids[self.handed_out_count :][is_left]
+        self.handed_out_count = 0
         self.last_removal_time = time.monotonic()
 
     def _remaining_seconds(self) -> float:

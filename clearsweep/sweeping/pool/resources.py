@@ -58,9 +58,8 @@ def allow_files(count: int) -> None:
         return
     if hard_limit != resource.RLIM_INFINITY and count > hard_limit:
         raise InputError(
-            f"open files: this process may have {hard_limit:,} (ulimit -n), fewer than the {count:,} that its "
-            "workers need; "
-            f"raise the limit, such as `ulimit -n {max(ADVISED_FILES, count)}`, or use fewer workers with --jobs"
+            f"open files: this process may have {hard_limit:,} (ulimit -n), fewer than the {count:,} that its workers "
+            f"need; raise the limit, such as `ulimit -n {max(ADVISED_FILES, count)}`, or use fewer workers with --jobs"
         )
     resource.setrlimit(resource.RLIMIT_NOFILE, (count, hard_limit))
 
