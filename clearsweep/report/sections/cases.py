@@ -15,7 +15,7 @@ from ...searches import SENSES
 from ..axis import Axis
 from ..blocks.section import Block, Detail, Interactive, Note, Section, capitalise, encode_floats
 from ..blocks.table import columns_in_table
-from ..one_case.bearing import loaded_elements
+from ..one_case.joints import loaded_elements
 from ..one_case.motion import (
     ORBIT_CHANNELS,
     SPEED,
