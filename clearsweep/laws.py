@@ -42,6 +42,7 @@ __all__ = [
     "key",
     "load",
     "motor",
+    "profile",
     "wear",
 ]
 
@@ -96,6 +97,7 @@ KINDS: Mapping[str, Kind] = {
         ("on", "point", "law", "table", "between", "friction", "reacted"),
     ),
     "motor": Kind(("speed", "t", "p"), "the torque, N m", ("law", "table")),
+    "profile": Kind(("angle", "p"), "what the bearing's radius has more than a circle, m", ("law",)),
     "figure": Kind(("t", "channels", "p"), "a number", ("law",)),
 }
 
@@ -214,7 +216,7 @@ def figure(name: str, unit: str = "1", /, *, doc: str = "", **keys: str | Key) -
 
 
 elastic, contact, friction, wear = (_decorator(kind) for kind in ("elastic", "contact", "friction", "wear"))
-film, load, motor = (_decorator(kind) for kind in ("film", "load", "motor"))
+film, load, motor, profile = (_decorator(kind) for kind in ("film", "load", "motor", "profile"))
 
 
 def _recorder(law: Law, keys: Mapping[str, Any], kinks: Sequence[float | str]) -> Callable[[Any], Any]:

@@ -145,7 +145,7 @@ def test_a_law_without_its_declarations_is_refused_when_it_is_entered(recipes):
 
 def test_a_law_whose_description_does_not_fit_its_numbers_is_refused(recipes):
     hertz = recipes["law", "hertz"]
-    with pytest.raises(TypeError, match="law 'hertz': is entered already"):
+    with pytest.raises(TypeError, match="law 'hertz': is the name of a law of the package"):
         contract.register(hertz.law, hertz.types, hertz.make)
     with pytest.raises(TypeError, match="takes a restitution, but declares none that a free impact returns"):
         contract.register(hertz.law._replace(name="silent", fields=(RESTITUTION,)), hertz.types, hertz.make)

@@ -122,6 +122,13 @@ class Friction(NamedTuple):
     values: Mapping[str, float]
 
 
+class Profile(NamedTuple):
+    """The shape of a bearing that is no circle."""
+
+    law: str
+    values: Mapping[str, float]
+
+
 #: Bounds of k times the hardness, the dimensionless wear coefficient (share of contacts that shed a particle): what
 #: no pair of materials reaches, above which it is doubtful, and below which it is one in m^2/N that lacks its unit.
 LARGEST_WEAR_NUMBER, DOUBTFUL_WEAR_NUMBER, LEAST_WEAR_NUMBER = 0.1, 1e-2, 1e-10
@@ -304,6 +311,7 @@ class Joint(NamedTuple):
     stopped: str = ""  # the joint that has them
     laws: str = ""  # hash of the laws of the grid's own
     rolling: Rolling | None = None  # elements of a rolling bearing; None: the journal slides in the bearing
+    profile: Profile | None = None  # shape of the bearing; None: a circle
 
     @property
     def flanked(self) -> str:

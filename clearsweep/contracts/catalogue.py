@@ -250,7 +250,7 @@ class Law(NamedTuple):
     """One law of a family, as a user names it."""
 
     family: str  # 'law' (contact.law), 'elastic', 'roughness', 'friction' (friction.law), 'wear', 'pressure', 'film',
-    # 'film-friction', 'transition', 'figure', or 'mechanism', 'drive', 'load', which have no `law` to choose by
+    # 'film-friction', 'transition', 'profile', 'figure', or 'mechanism', 'drive', 'load', which have no key `law`
     name: str
     summary: str
     formula: str

@@ -43,6 +43,7 @@ _KEYS = {
     "film": "film.law",
     "film-friction": "film.friction",
     "transition": "film.transition.law",
+    "profile": "profile.law",
     "figure": "figures.NAME.law",
 }
 

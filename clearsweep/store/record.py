@@ -326,7 +326,10 @@ _OPTIONAL: dict[str, Check] = {
     "laws": _list_check(_LAW_FILE),
     "life": _section_check({}, {"limit": _NUMBER, "of": _WORD, "joint": _WORD}),
     "joints": _mapping_check(
-        _WORD, _section_check({}, dict.fromkeys(("contact", "friction", "wear", "film", "roughness"), _LAW_SECTION))
+        _WORD,
+        _section_check(
+            {}, dict.fromkeys(_names("contact", "friction", "wear", "film", "roughness", "profile"), _LAW_SECTION)
+        ),
     ),
     **dict.fromkeys(_names("sweep", "zip", "cases"), _VALUES_BY_PATH),
     "sample": _section_check({"method": _WORD, "drawn": _VALUES_BY_PATH}, {"seed": _COUNT}),

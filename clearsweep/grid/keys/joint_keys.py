@@ -66,6 +66,16 @@ def add_friction(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
     add_laws(keys, f"{path}.friction", "law", catalogue.of("friction"))
 
 
+def add_profile(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
+    """Add the keys of the shape of a bearing, where a law file declares one."""
+    if laws := catalogue.of("profile"):
+        keys[f"{path}.profile"] = Section("shape of the bearing. Without this section, it is a circle", "optional")
+        keys[f"{path}.profile.law"] = Word(
+            catalogue.names("profile"), "law of the shape, of a law file", sweep=True, noun="law", role=CHOICE
+        )
+        add_laws(keys, f"{path}.profile", "law", laws)
+
+
 _PIN_PRELOAD_TEXT = (
     "constant force on the joint, such as the force of a seal; its friction acts as a torque, "
     "friction force x bearing_radius"

@@ -30,6 +30,7 @@ from .joint_keys import (
     add_laws,
     add_numbers,
     add_preload,
+    add_profile,
     add_roughness,
     add_spatial_revolute,
     add_thermal,
@@ -359,6 +360,7 @@ def _add_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: Catalog
     add_friction(keys, path, catalogue)
     add_preload(keys, path, catalogue)
     add_thermal(keys, path)
+    add_profile(keys, path, catalogue)
     _add_wear(keys, path, catalogue)
 
 

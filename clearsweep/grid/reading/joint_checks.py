@@ -65,8 +65,9 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
             _check_pressure(reader, path, catalogue)
         if f"{path}.thermal" in reader.keys_in_use:
             _check_heat_balance(reader, path)
-        if f"{path}.wear.evolve" in reader.values:
-            _check_evolving(reader, path, catalogue)
+        shapes = {f"{path}.profile": reader.keys_in_use, f"{path}.wear.evolve": reader.values}
+        if given := [shape for shape, known in shapes.items() if shape in known]:
+            _check_shape(reader, path, given, catalogue)
 
 
 def _check_rolling(reader: Reader, joint: str, catalogue: Catalogue) -> None:
@@ -459,16 +460,19 @@ def _check_wear_magnitude(reader: Reader, wear: str) -> None:
             reader.problems.add(reader.position_of(path), path, description)
 
 
-def _check_evolving(reader: Reader, joint: str, catalogue: Catalogue) -> None:
-    """Check that a joint whose worn shape affects contact has no conflicting key."""
-    evolve = f"{joint}.wear.evolve"
+def _check_shape(reader: Reader, joint: str, given: list[str], catalogue: Catalogue) -> None:
+    """Check that a joint whose bearing is no circle has no conflicting key; given : paths of what shapes it."""
     if f"{joint}.film" in reader.keys_in_use:
         message = "is not available with a film, whose formula assumes circles; remove one of the two"
-        reader.problems.add(reader.position_of(evolve), evolve, message)
+        reader.problems.add(reader.position_of(given[0]), given[0], message)
+    if len(given) > 1:
+        message = "is not available with a profile, as wear changes circles; remove one of the two"
+        reader.problems.add(reader.position_of(given[1]), given[1], message)
     sticking = {law.name for law in catalogue.of("friction") if law.sticks}
+    shape = "profile" if given[0].endswith(".profile") else "worn shape"
     for path in (path for path in reader.names if path.endswith(".friction.law")):
         for law in sorted(reader.names[path] & sticking):
-            message = f"{law} cannot stick, because the worn shape of {joint} acts on the contact; choose another law"
+            message = f"{law} cannot stick, because the {shape} of {joint} acts on the contact; choose another law"
             reader.problems.add(reader.position_of(path), path, message)
 
 

@@ -124,6 +124,7 @@ _REFUSED_SECTIONS = {
 #: Last keys of paths in a joint, a body or a load -> why they conflict with either start.
 _REFUSED_KEYS = {
     "evolve": "a surface that wears has a history of its own; leave `evolve` out",
+    "profile": "the room in which its journal starts is no circle; leave `profile` out",
     "thermal": "a temperature is that of one motion; give `temperature` or leave `thermal` out",
     "height": "only pins, gears and couplings have such a start, no guides",
     "slot_length": "only pins, gears and couplings have such a start, no slots",

@@ -44,7 +44,7 @@ from ..laws.own import enter_laws
 from ..laws.roughness import Surface
 from ..laws.series import ArcParameters, Series, combine_in_series
 from ..wear import NoWear, Worn
-from ..wear.shape import Shape, bin_means, conformal_profiles, point_profiles, shape_of
+from ..wear.shape import KNOTS, Shape, bin_means, conformal_profiles, point_profiles, shape_of
 from . import dry, guide, lubricated, mesh, rolling, slot, spatial, worn
 from .foundation import Overlap
 from .spatial.strips import spread_over
@@ -170,6 +170,9 @@ def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -
         friction=_compile_contact_friction(joint),
         wear=compile_wear(joint),
     )
+    if joint.profile:
+        bore = compile_law("profile", joint.profile.law, joint)
+        return worn.WornJoint(*dry_joint, bore, shape_of(np.zeros(KNOTS)))
     if _has_evolving_shape(joint):
         worn_type = worn.WornOnFoundation if _is_on_foundation(joint, elastic) else worn.WornJoint
         if not _wears_by_overlap(joint):
@@ -482,8 +485,8 @@ def _chosen_laws(case: Case) -> Iterator[tuple[str, str, str | None, Any]]:
                     (f"{path}.law", "law", contact.law, owner),
                     (f"{path}.elastic", "elastic", contact.elastic, owner),
                 )
-        for key, section in (("friction", joint.friction), ("wear", joint.wear), ("film", joint.film)):
-            if section:
+        for key in ("friction", "wear", "film", "profile"):
+            if section := getattr(joint, key):
                 yield f"joints.{joint.name}.{key}.law", key, section.law, joint
     for load in case.loads:
         if load.friction:

@@ -158,7 +158,7 @@ def describe_missing_members(law_type):
     for declaration, evaluation in PAIRED_FAMILIES:
         if (law_type in declaration.members) != (law_type in evaluation.members):
             yield f"declares one of {declaration.__name__} and {evaluation.__name__}; a law needs both or neither"
-    if (is_integrated(law_type) or law_type in latched.members) != bool(law_type._field_defaults):
+    if (is_integrated(law_type) or law_type in latched.members) != bool(getattr(law_type, "_field_defaults", ())):
         yield (
             "must declare an internal_state with rates, or latched numbers, if and only if fields have defaults: these "
             "fields are the state"
@@ -376,32 +376,36 @@ def recipe_of(family: str, name: str, owner) -> Recipe:
     return recipe or OWN_RECIPES[owner.laws][family, name]
 
 
-def register(law: Law, types: tuple[type, ...], make: Callable, **options) -> None:
-    """Register a law; `options` goes to its Recipe.  Raises TypeError if a member is missing.
+def register(law: Law, types: tuple[type, ...], make: Callable, recipes: dict = RECIPES, **options) -> None:
+    """Register a law of the package, or one of a grid's own in the `recipes` of these; `options` goes to its Recipe.
 
     A `source` that begins with 'after' names the paper whose formula was taken from later work that quotes it.
+    Raises TypeError, of a law of one's own InputError, if its name is taken or a member is missing.
     """
-    for problem in _describe_faults(law, types, options.get("free_restitution")):
-        raise TypeError(f"{law.family} '{law.name}': {problem}")
-    RECIPES[law.family, law.name] = Recipe(law, types, make, **options)
+    recipe = Recipe(law, types, make, **options)
+    for problem in _describe_faults(recipe):
+        text = f"{law.family} '{law.name}': {problem}"
+        raise InputError(f"{law.origin}: {text}") if law.origin else TypeError(text)
+    recipes[law.family, law.name] = recipe
 
 
-def _describe_faults(law: Law, types: tuple[type, ...], free_restitution: Callable | None):
+def _describe_faults(recipe: Recipe):
     """Yield descriptions of the missing declarations of a law."""
+    law = recipe.law
     if law.family not in REQUIRED_FAMILIES:
         yield f"unknown family (known: {', '.join(REQUIRED_FAMILIES)})"
         return
     if (law.family, law.name) in RECIPES:
-        yield "is entered already; give it another name"
-    for law_type in types:
+        yield "is the name of a law of the package; choose another one"
+    for law_type in recipe.types:
         missing = [family.__name__ for family in REQUIRED_FAMILIES[law.family] if law_type not in family.members]
         if missing:
             yield f"{law_type.__name__} declares no {', '.join(missing)}"
         yield from (f"{law_type.__name__} {problem}" for problem in describe_missing_members(law_type))
     names = {field.name for field in law.fields}
-    if "restitution" in names and free_restitution is None:
+    if "restitution" in names and recipe.free_restitution is None and not law.origin:
         yield "takes a restitution, but declares none that a free impact returns"
-    if not law.uses_elastic and "stiffness" not in names:
+    if not law.uses_elastic and "stiffness" not in names and recipe.spring is None:
         yield "uses no elastic law, but takes no stiffness for a spring of its own"
 
 

@@ -10,6 +10,7 @@ A type is created once for each text of a file (its hash is in the name of the t
 import functools
 import itertools
 import math
+import re
 from collections import namedtuple
 from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
@@ -28,7 +29,6 @@ from ...tracing.symbols import NotTraceableError
 from .contract import (
     ONSET_FLOOR,
     OWN_RECIPES,
-    RECIPES,
     TOUCHING,
     Guard,
     InternalState,
@@ -41,6 +41,8 @@ from .contract import (
     internal_rates,
     internal_state,
     rate_variable,
+    register,
+    require,
     slip_variable,
 )
 from .elastic import elastic_force, root_parity
@@ -50,7 +52,7 @@ from .loss import always_needs_onset_rate, contact_force, lowest_force, needs_on
 from .sampled import GAIN, MASSES, SPEEDS, Range, attempted, checked, rebound, undeclared_kinks
 
 FAMILIES = {"contact": "law"} | {
-    kind: kind for kind in ("elastic", "friction", "wear", "film", "load", "motor", "figure")
+    kind: kind for kind in ("elastic", "friction", "wear", "film", "load", "motor", "profile", "figure")
 }
 VARIABLES = {"penetration": depth_variable, "rate": rate_variable, "slip": slip_variable}
 MAKERS: dict[str, Callable[..., Recipe]] = {}  # kind -> (recorded law, its description, hash) -> recipe
@@ -71,13 +73,10 @@ def enter_laws(records: Sequence[recorded.Law], digest: str) -> tuple[Law, ...]:
 
     digest : hash of all that they depend on; the same hash gives the same recipes.  Raises InputError.
     """
-    for law in records:
-        if (FAMILIES.get(law.kind), law.name) in RECIPES:
-            raise InputError(f"{law.place}: is the name of a law of the package; choose another one")
     if digest not in OWN_RECIPES:
-        recipes = {}
+        recipes: dict[tuple[str, str], Recipe] = {}
         for law in records:
-            recipes[FAMILIES[law.kind], law.name] = MAKERS[law.kind](law, description_of(law), digest)
+            register(**MAKERS[law.kind](law, description_of(law), digest)._asdict(), recipes=recipes)
         OWN_RECIPES[digest] = recipes
     return tuple(recipe.law for recipe in OWN_RECIPES[digest].values())
 
@@ -87,7 +86,7 @@ def description_of(law: recorded.Law) -> Law:
     return Law(
         FAMILIES[law.kind],
         law.name,
-        law.doc.partition(" (")[0] or "a law of one's own",
+        re.sub(r" \([^()]*\)$", "", law.doc) or "a law of one's own",
         law.doc or f"the function {getattr(law.body, '__name__', 'at an address')}",
         f"{law.file}:{law.line}",
         law.keys,
@@ -538,6 +537,9 @@ def _film_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
 
 
 # ---------------------------------------------------------------------------------------------- figures
+
+
+require("figure")  # runs as Python
 
 
 @maker("figure")

@@ -525,7 +525,7 @@ def signature(case: Case) -> tuple:
             *map(_type_text, registry.compile_film(joint) if joint.film else ()),
             _type_text(registry.compile_friction(joint)),
             _type_text(registry.compile_wear(joint)),
-            joint.wear is not None and joint.wear.evolve,
+            (joint.wear is not None and joint.wear.evolve) or joint.profile is not None,
         )
         for joint in case.joints
     )

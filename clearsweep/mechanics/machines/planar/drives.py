@@ -14,7 +14,7 @@ from ....tracing.compiled.choosing import where
 from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import family
 from ....tracing.compiled.pinned import array_handle, load_item, row_of
-from ...laws.contract import Recipe
+from ...laws.contract import Recipe, require
 from ...laws.own import check_traced, function_of, maker, names_of, parameters_of, type_of
 from ...laws.sampled import attempted, checked
 
@@ -121,6 +121,9 @@ def motor_torque(law, rate, time):
 @torque_at.member(FreeByLaw)
 def _torque_at_free_by_law(drive, angle, rate, time):
     return motor_torque(drive.law, rate, time)
+
+
+require("motor", motor_torque)
 
 
 @maker("motor")

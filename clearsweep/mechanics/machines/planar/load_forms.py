@@ -12,7 +12,7 @@ from ....contracts.machine import Braking, OwnPush, Push, Rubbing, Spring, Table
 from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import family, kernel
 from ....tracing.compiled.pinned import ArrayHandle, array_handle, load_item, row_of
-from ...laws.contract import Recipe
+from ...laws.contract import Recipe, require
 from ...laws.own import check_traced, function_of, maker, names_of, parameters_of, refuse_address, type_of
 from ...laws.sampled import checked
 
@@ -69,6 +69,9 @@ def applied_load(law, time, angle, position, velocity):
 
     time : s; angle : rad, of the crank; position, velocity : (x, y) m and m/s, of its point in the fixed frame.
     """
+
+
+require("load", applied_load)
 
 
 @maker("load")

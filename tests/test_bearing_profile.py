@@ -1,0 +1,111 @@
+"""The shape of a bearing that a law file declares: a displaced circle, a larger one, and what is refused."""
+
+import functools
+import math
+
+import pytest
+from test_own_laws import CRANK, FLORES, TANH, catalogue_of, figures_of, with_joint
+from test_worn import gap
+
+from clearsweep import grid, laws
+from clearsweep.language.errors import InputError
+from clearsweep.mechanics.joints import dry, registry
+from clearsweep.mechanics.joints.worn import nearest, worn_load
+from clearsweep.mechanics.laws.contract import PRESSED
+
+pytestmark = pytest.mark.compiled
+
+C = 1e-4  # m, clearance of CRANK
+SHIFT, TOWARDS = 0.3 * C, 0.8  # m, rad: of the centre of a displaced circle
+SHIFTED = {"law": "wave", "size": SHIFT, "lobes": 1, "phase": TOWARDS}
+
+
+@functools.cache
+def waves():
+    def wave():
+        keys = {"size": "m", "lobes": "1", "phase": laws.key("rad", at_least=-10.0, default=0.0)}
+        form = laws.profile("wave", **keys)
+        return form(lambda angle, p: p.size * math.cos(p.lobes * (angle - p.phase)))
+
+    def saw():
+        return laws.profile("saw", size="m")(lambda angle, p: p.size * angle)
+
+    def needle():
+        return laws.profile("needle", size="m")(lambda angle, p: p.size * math.exp(-((angle - 3.14) / 2e-3) ** 2))
+
+    return catalogue_of(wave, saw, needle)
+
+
+def with_profile(**profile):
+    return with_joint(CRANK, contact=FLORES, friction=TANH, profile=profile)
+
+
+def compiled(source):
+    joint = grid.load(source, waves()).case(0).joints[0]
+    return registry.compile_joint(joint, "slider")
+
+
+@pytest.mark.parametrize("angles", [(0.0, 0.0), (0.4, -0.7)])
+def test_a_cosine_is_a_circle_whose_centre_is_displaced(angles):
+    round_bearing = compiled(with_joint(CRANK, contact=FLORES, friction=TANH))
+    shifted = compiled(with_profile(**SHIFTED))
+    bearing_angle = angles[0] if shifted.side > 0.0 else angles[1]
+    x, y = SHIFT * math.cos(TOWARDS + bearing_angle), SHIFT * math.sin(TOWARDS + bearing_angle)
+    side, depth = shifted.side, 2e-6
+    place = [side * (x + (C + depth) * math.cos(1.9)), side * (y + (C + depth) * math.sin(1.9))]
+    point = nearest(shifted, gap(*place, angles))
+    assert point.depth == pytest.approx(depth, rel=1e-6)
+    assert point.angle == pytest.approx(1.9, rel=1e-6)
+    expected = dry.joint_load(round_bearing, gap(place[0] - side * x, place[1] - side * y, angles), PRESSED, depth, 0.1)
+    load = worn_load(shifted, gap(*place, angles), PRESSED, depth, 0.1)
+    assert (load.fx, load.fy) == pytest.approx((expected.fx, expected.fy), rel=1e-6)
+    arm = x * load.fy - y * load.fx  # of the force on the journal; the bearing has the opposite one
+    moments = (load.moment_proximal, load.moment_distal)[:: 1 if side > 0.0 else -1]
+    without = (expected.moment_proximal, expected.moment_distal)[:: 1 if side > 0.0 else -1]
+    assert moments[0] == pytest.approx(without[0] - side * arm, rel=1e-6, abs=1e-12)
+    assert moments[1] == pytest.approx(without[1], rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("profile", "message"),
+    [
+        ({"law": "saw", "size": "1 um"}, "jumps by 6.283e-06 m from angle 2 pi to angle 0"),
+        ({"law": "wave", "size": "0.2 mm", "lobes": 1}, "the journal in the middle would not fit"),
+        ({"law": "wave", "size": "20 um", "lobes": 4}, "the journal would touch at two places"),
+        ({"law": "wave", "size": "1 um", "lobes": 2, "phse": 1.0}, "did you mean 'phase'"),
+        ({"law": "wafe", "size": "1 um", "lobes": 2}, "did you mean 'wave'"),
+    ],
+)
+def test_a_shape_that_no_journal_could_touch_is_refused(profile, message):
+    with pytest.raises(InputError) as caught:
+        grid.load(with_profile(**profile), waves())
+    assert message in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("sections", "message"),
+    [
+        ({"film": {"law": "short", "viscosity": "0.05 Pa*s"}}, "profile: is not available with a film"),
+        ({"wear": {"law": "archard", "coefficient": "1e-15 m^2/N", "evolve": True}}, "not available with a profile"),
+        ({"friction": {"law": "karnopp", "coefficient": 0.1}}, "karnopp cannot stick, because the profile of joints"),
+    ],
+)
+def test_what_is_not_known_with_a_shape_is_refused(sections, message):
+    with pytest.raises(InputError) as caught:
+        grid.load(with_joint(with_profile(**SHIFTED), **sections), waves())
+    assert message in str(caught.value)
+
+
+def test_details_finer_than_the_table_are_remarked():
+    joint = grid.load(with_profile(law="wave", size="1e-9 m", lobes=200), waves()).case(0)
+    assert any("256 points miss its details" in remark for remark in registry.own_law_remarks(joint))
+
+
+@pytest.mark.slow
+def test_a_shape_that_is_the_same_all_round_is_a_larger_clearance():
+    larger = with_joint(CRANK, contact=FLORES, friction=TANH, clearance="0.12 mm")
+    expected = figures_of(larger, waves())
+    figures = figures_of(with_profile(law="wave", size="0.02 mm", lobes=0), waves())
+    for name in ("rod_slider_force_peak", "rod_slider_force_rms", "slider_error_max"):
+        assert figures[name] == pytest.approx(expected[name], rel=1e-4)
+    assert figures["energy_residual"] < 1e-5
