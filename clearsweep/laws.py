@@ -392,28 +392,27 @@ def _parameters_used(function: Callable, argument: str) -> Iterator[tuple[str, i
 
 def uses_elastic(law: Law) -> bool:
     """Return whether the force of a contact law depends on the elastic law of the joint."""
-    body = law.body
-    if body is None or law.kind != "contact":
+    if law.body is None or law.kind != "contact":
         return all(field.name != "stiffness" for field in law.keys)
-    used = {name for name, _ in _parameters_used(body, body.__code__.co_varnames[body.__code__.co_argcount - 1])}
-    return not used.isdisjoint({"stiffness", "exponent", "elastic_force", ""} - {field.name for field in law.keys})
+    return not _read(law, "p").isdisjoint({"stiffness", "exponent", "elastic_force", ""} - {x.name for x in law.keys})
 
 
 def reads_part(law: Law, name: str) -> bool:
     """Return whether the function of a law itself reads a part of `p`."""
-    body = law.body
-    return body is not None and name in dict(
-        _parameters_used(body, body.__code__.co_varnames[len(arguments_of(law)) - 1])
-    )
+    return law.body is not None and name in _read(law, "p")
 
 
 def reads(law: Law, argument: str) -> bool:
     """Return whether a law may read one of its arguments, named as in KINDS."""
+    return law.body is None or bool(_read(law, argument))
+
+
+def _read(law: Law, argument: str) -> set[str]:
+    """Return the parts of an argument, named as in KINDS, that the function of a law reads; '' for all of it."""
     body = law.body
-    if body is None:
-        return True
+    assert body is not None  # only laws with one
     name = body.__code__.co_varnames[arguments_of(law).index(argument)]
-    return any(True for _ in _parameters_used(body, name))
+    return {part for part, _ in _parameters_used(body, name)}
 
 
 def address_of(function: Any) -> int | None:

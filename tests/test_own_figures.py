@@ -172,8 +172,8 @@ def test_a_decorated_figure_is_recorded_with_its_unit_and_has_no_function_of_c()
 
 
 def test_a_kind_that_does_not_exist_is_named_with_the_kinds_that_do():
-    with pytest.raises(AttributeError, match=r"has no kind 'profile'; kinds: elastic, contact, .*figure"):
-        laws.profile  # noqa: B018
+    with pytest.raises(AttributeError, match=r"has no kind 'pressure'; kinds: elastic, contact, .*figure"):
+        laws.pressure  # noqa: B018
 
 
 def test_identities_depend_on_the_figures_that_a_grid_names():

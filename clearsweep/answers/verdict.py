@@ -8,6 +8,7 @@ from ..contracts.catalogue import ENDLESS
 from ..contracts.layout import ORDER, Column, Layout
 from ..contracts.vibration import PLACE_FIGURES
 from ..language import expression, wording
+from ..language.quantity import WrittenUnit
 
 if TYPE_CHECKING:
     import numpy as np  # imported only when cases are assessed
@@ -27,12 +28,15 @@ class Limit(NamedTuple):
     value: float  # SI: unit of the column over that of `times`
     times: str = ""  # another column, of which the bound is a multiple, or ''
     null: str = ""  # meaning of a missing value, see `contracts.layout.Column`
+    written: WrittenUnit | None = None  # the unit in which the grid has it
 
     def bound_text(self, unit: str) -> str:
         """Return the bound in words, for a column in `unit`: 'at most 5 kN', 'at least 2 times NAME'."""
         is_temperature = unit == "K" and self.column.endswith("temperature") and not self.times
         scale = (
-            wording.temperature_scale() if is_temperature else wording.scale("1" if self.times else unit, self.value)
+            (self.written and wording.written_scale(self.written._asdict(), unit))
+            or (is_temperature and wording.temperature_scale())
+            or wording.scale("1" if self.times else unit, self.value)
         )
         threshold = scale.exact_text(self.value) + (f" times {self.times}" if self.times else "")
         return f"{self.kind.replace('_', ' ')} {threshold}"
@@ -223,16 +227,20 @@ _MARGIN_DESCRIPTION = (
 NO_LIMITS = LimitsAndFigures()
 
 
-def limits_of(section: Mapping[str, Any], columns: Iterable[Column] = ()) -> tuple[Limit, ...]:
+def limits_of(
+    section: Mapping[str, Any], columns: Iterable[Column] = (), written_units: Mapping[str, Mapping] | None = None
+) -> tuple[Limit, ...]:
     """Return the limits in a resolved grid: column -> number, or mapping of KINDS and 'times', in SI.
 
-    columns : columns of the summary, with the meaning of missing values
+    columns : columns of the summary, with the meaning of missing values; written_units : as in run.json
     """
     limits, nulls = [], {column.name: column.null for column in columns}
     for name, threshold in section.items():
         bounds = threshold if isinstance(threshold, Mapping) else {KINDS[0]: threshold}
+        unit = (written_units or {}).get(f"limits.{name}")
+        written = WrittenUnit(**unit) if unit else None
         times, null = bounds.get("times", ""), nulls.get(name, "")
-        limits += [Limit(name, kind, bounds[kind], times, null) for kind in KINDS if kind in bounds]
+        limits += [Limit(name, kind, bounds[kind], times, null, written) for kind in KINDS if kind in bounds]
     return tuple(limits)
 
 
@@ -240,7 +248,7 @@ def limits_and_figures_of(record: Mapping[str, Any]) -> LimitsAndFigures:
     """Return the limits and the user-defined figures of a run, from its run.json."""
     columns = [Column(**column) for column in record["layout"]["columns"]]
     units = {column.name: column.unit for column in columns}
-    limits = limits_of(record.get("limits") or {}, columns)
+    limits = limits_of(record.get("limits") or {}, columns, record.get("written_units"))
     return LimitsAndFigures(figures_of(record.get("figures") or {}, units), limits)
 
 

@@ -93,7 +93,8 @@ class Grid:
     def verdict(self) -> LimitsAndFigures:
         """Return the user-defined figures and the limits."""
         units = {column.name: column.unit for column in self.layout.columns}
-        return LimitsAndFigures(figures_of(self.figures, units), limits_of(self.limits, self.layout.columns))
+        written = {path: unit._asdict() for path, unit in self.written_units.items()}
+        return LimitsAndFigures(figures_of(self.figures, units), limits_of(self.limits, self.layout.columns, written))
 
     @cached_property
     def roles(self) -> dict[str, str]:

@@ -29,7 +29,7 @@ ONSET = (
     "onset: first or renewed, how long the onset rate counts: to the end of the contact, or until it has proved "
     "lasting; default renewed"
 )
-_KEYS = {
+KEYS = {
     "mechanism": "mechanism.type",
     "drive": "drive",
     "load": "loads",
@@ -72,7 +72,7 @@ def _all_descriptions() -> tuple[Law, ...]:
 def _overview_text() -> str:
     keys, blocks = _all_descriptions(), []
     width = max(len(law.name) for law in keys)
-    for family, key in _KEYS.items():
+    for family, key in KEYS.items():
         lines = [f"  {law.name:{width}}  {law.summary}" for law in keys if law.family == family]
         blocks += ["\n".join([key, *lines])] if lines else []  # of motors and figures there are only own ones
     return "\n\n".join(blocks)
@@ -80,14 +80,14 @@ def _overview_text() -> str:
 
 def own_laws_text(laws: Iterable[Law]) -> str:
     """Return a line for each law of one's own, with its place, or '' if there are none."""
-    rows = [f"  {_KEYS[law.family]}: {law.name}  {law.summary} ({law.origin})" for law in laws]
+    rows = [f"  {KEYS[law.family]}: {law.name}  {law.summary} ({law.origin})" for law in laws]
     return "\n".join(["laws of one's own", *rows]) if rows else ""
 
 
 def text_of(law: Law) -> str:
     """Return the description of a law, of the package or of one's own."""
     recipe = RECIPES.get((law.family, law.name))  # None of a mechanism, a drive or a load, and of a law of one's own
-    blocks = [f"{_KEYS[law.family]}: {law.name}\n{_wrapped('  ', law.summary)}", _wrapped("  ", law.formula)]
+    blocks = [f"{KEYS[law.family]}: {law.name}\n{_wrapped('  ', law.summary)}", _wrapped("  ", law.formula)]
     blocks += [f"unit: {law.unit}"] if law.unit else []
     if law.fields or law.needs or law.tables:
         onset = [_wrapped("  ", ONSET)] if law.uses_onset else []

@@ -26,7 +26,7 @@ from ..answers.ranking import (
     column_texts,
     ranking_of,
 )
-from ..answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN, Limit, limits_of
+from ..answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN, Limit, limits_and_figures_of
 from ..answers.words import Words
 from ..contracts.case import Case
 from ..contracts.case import Joint as CaseJoint
@@ -343,7 +343,7 @@ def _law_checks(run: StoredRun | SampledRun, selected: np.ndarray) -> tuple[LawR
 
 def _limits(run: StoredRun | SampledRun) -> tuple[Limit, ...]:
     """Return the limits of the grid of a run."""
-    return limits_of(run.grid.get("limits") or {}, run.layout.columns)
+    return limits_and_figures_of(run.grid).limits
 
 
 def _p99_over_ideal(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:

@@ -24,13 +24,7 @@ from .setup.scene import catalogue
 # Finds the laws that suit the joints of a case, from the valid ranges that each law declares.
 
 RATINGS = SUITABLE, DOUBTFUL, UNSUITABLE = "suitable", "doubtful", "not here"  # best first
-FAMILY_KEYS = {
-    "elastic": "contact.elastic",
-    "roughness": "roughness.law",
-    "law": "contact.law",
-    "film": "film.law",
-    "pressure": "wear.pressure",
-}
+ASSESSED = "elastic", "roughness", "law", "film", "pressure"  # families, in this order
 NO_OBJECTION = "no known objection"
 RESTITUTION_TOLERANCE = 0.05  # relative error of the restitution that a suitable law reproduces
 STIFFNESS_GIVEN = Merit(0, "its stiffness is given in the grid")
@@ -344,7 +338,7 @@ def alternatives(case: Case) -> dict[str, list[str]]:
                 and assessment.rating == SUITABLE
                 and assessment.law != _law_used(joint, assessment.family)
             ):
-                names.setdefault(f"joints.{joint.name}.{FAMILY_KEYS[assessment.family]}", []).append(assessment.law)
+                names.setdefault(f"joints.{joint.name}.{describe.KEYS[assessment.family]}", []).append(assessment.law)
     return names
 
 
@@ -397,7 +391,7 @@ def _paragraphs(joint: Joint, sampled: Sequence[Advice], name: str | None) -> tu
         [assessment.law for assessment in worst if assessment.family == "elastic" and assessment.rating == SUITABLE],
     ):
         lines.append(force_ratio)
-    families = sorted({assessment.family for assessment in worst}, key=[*FAMILY_KEYS].index)
+    families = sorted({assessment.family for assessment in worst}, key=ASSESSED.index)
     rows = (
         "\n".join(_rows([assessment for assessment in worst if assessment.family == family])) for family in families
     )
@@ -410,7 +404,7 @@ def _rows(assessments: list[LawAssessment]) -> list[str]:
     listed = [assessment for assessment in assessments if is_single or assessment.rating == SUITABLE]
     width = max((len(assessment.law) for assessment in listed), default=0)
     lines = [
-        FAMILY_KEYS[assessments[0].family],
+        describe.KEYS[assessments[0].family],
         *(f"  {assessment.law:{width}}  {assessment.rating:8}  {assessment.reason}" for assessment in listed),
     ]
     for rating in () if is_single else (DOUBTFUL, UNSUITABLE):
@@ -452,7 +446,7 @@ def _recommended_for(joint: Joint, assessments: Iterable[LawAssessment]) -> list
         recommended.append(
             Recommendation(
                 joint.name,
-                FAMILY_KEYS[family],
+                describe.KEYS[family],
                 law,
                 reason,
                 law_used,

@@ -55,15 +55,16 @@ def add_numbers(keys: KeyTable, path: str, fields: tuple[Field, ...], role: str,
         keys[f"{path}.{field.name}"] = Number((Use(field),), field.role or role, sweep)
 
 
-def add_friction(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
-    """Add the keys of friction in a joint."""
+def add_friction(keys: KeyTable, path: str, catalogue: Catalogue, refusal: str = "") -> None:
+    """Add the keys of friction in a joint; refusal : why it cannot have laws that stick or keep a state, or ''."""
+    laws = tuple(law for law in catalogue.of("friction") if not (refusal and (law.has_state or law.sticks)))
+    names = tuple(law.name for law in laws)
+    refused = dict.fromkeys(set(catalogue.names("friction")) - set(names), refusal)
     keys[f"{path}.friction"] = Section(
         "friction of the joint. Without this section, the joint has no friction", "optional"
     )
-    keys[f"{path}.friction.law"] = Word(
-        catalogue.names("friction"), "the friction law", sweep=True, noun="law", role=MODEL
-    )
-    add_laws(keys, f"{path}.friction", "law", catalogue.of("friction"))
+    keys[f"{path}.friction.law"] = Word(names, "the friction law", sweep=True, noun="law", role=MODEL, refused=refused)
+    add_laws(keys, f"{path}.friction", "law", laws)
 
 
 def add_profile(keys: KeyTable, path: str, catalogue: Catalogue) -> None:
@@ -372,8 +373,7 @@ def add_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: 
         )
         add_numbers(keys, f"{path}.{name}", tuple(axes), CONDITION)
     _add_point_contact(keys, f"{path}.contact", catalogue)
-    laws = tuple(law for law in catalogue.laws if not (law.has_state or law.sticks))
-    add_friction(keys, path, catalogue._replace(laws=laws))
+    add_friction(keys, path, catalogue, "is not for a joint in space; choose a law that keeps no state")
 
 
 def _add_point_contact(keys: KeyTable, contact: str, catalogue: Catalogue) -> None:

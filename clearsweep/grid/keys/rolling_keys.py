@@ -106,8 +106,7 @@ def add_rolling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue
         keys[f"{path}.material.{field.name}"] = Number((Use(field, ((kind, _BALLS),)),), CHOICE)
     keys[f"{path}.capacity"] = Section("load ratings of the bearing", "optional")
     add_numbers(keys, f"{path}.capacity", _CAPACITY, CHOICE)
-    laws = tuple(law for law in catalogue.laws if not (law.has_state or law.sticks))
-    add_friction(keys, path, catalogue._replace(laws=laws))
+    add_friction(keys, path, catalogue, "is not for a rolling bearing; choose a law that keeps no state")
     text = (
         "friction of the whole bearing: the law's force under the resultant load, at half of the bore. A constant "
         "coefficient gives the moment of catalogues, 0.5 x coefficient x load x bore. Without this section, the "
@@ -120,11 +119,12 @@ def _add_element_contact(keys: KeyTable, path: str, catalogue: Catalogue) -> Non
     """Add the keys of the normal force of each element, whose elastic part follows from the sizes."""
     contact = f"{path}.contact"
     with_mass = {law.name for law in catalogue.laws for field in law.fields if field.name == "mass"}
-    laws = [law for law in catalogue.of("law") if law.uses_elastic and not law.yields and not law.origin]
-    laws = [law for law in laws if law.name not in with_mass]
+    laws = [law for law in catalogue.of("law") if law.uses_elastic and not law.yields and law.name not in with_mass]
     keys[contact] = Section("law of the normal force of each element; its elastic part follows from the sizes")
     names = tuple(law.name for law in laws)
-    keys[f"{contact}.law"] = Word(names, "law of the normal force", sweep=True, noun="law", role=MODEL)
+    reason = "is not for a rolling bearing, whose sizes give the elastic law; choose a law that uses it without a mass"
+    refused = dict.fromkeys(set(catalogue.names("law")) - set(names), reason)
+    keys[f"{contact}.law"] = Word(names, "law of the normal force", sweep=True, noun="law", role=MODEL, refused=refused)
     add_laws(keys, contact, "law", tuple(laws))
     onset_laws = frozenset(law.name for law in laws if law.uses_onset)
     keys[f"{contact}.onset"] = ONSET_KEY._replace(when=((f"{contact}.law", onset_laws),))

@@ -357,11 +357,11 @@ def _contains_bare_number(written: WrittenValue | None) -> bool:
 
 
 def written_units(reader: Reader) -> dict[str, WrittenUnit]:
-    """Return path -> unit in which a quantity is written; for an axis, the unit of its first value with one.
+    """Return path -> unit in which a quantity or limit is written; for an axis, the unit of its first value with one.
 
     Values without a unit, expressions, fits and names of library entries are left out.
     """
-    units = {}
+    units = dict(reader.limit_units)
     searched_fits = reader.search.labels() if reader.search else {}
     for path, key in reader.keys_in_use.items():
         written = reader.written_axes.get(path) or reader.written.get(path)

@@ -10,7 +10,7 @@ from ...contracts.catalogue import ROLES, Catalogue, Field, Mechanism
 from ...contracts.layout import FEATURES_OF_FLANKED, Requested, columns_of, rubbing_joints
 from ...language import expression
 from ...language.errors import InputError, did_you_mean, quoted
-from ...language.quantity import is_bare
+from ...language.quantity import is_bare, written_unit
 from ..keys.kinds import Number, Section
 from ..keys.run_keys import LIFE
 from ..written.document import WrittenValue
@@ -108,8 +108,15 @@ def read_limits(reader: Reader, root: WrittenValue) -> None:
         elif isinstance(written.value, dict):
             _read_bounds(reader, column, written, units)
         else:
-            limit = read_quantity(reader.problems, f"limits.{column}", written, units[column])
+            limit = _read_limit(reader, f"limits.{column}", written, units[column])
             reader.limits |= {} if limit is None else {column: limit}
+
+
+def _read_limit(reader: Reader, path: str, written: WrittenValue, unit: str) -> float | None:
+    """Return a bound (SI) and note the unit in which it is written, or report a problem and return None."""
+    if found := written_unit(written.value, unit):
+        reader.limit_units[".".join(path.split(".")[:2])] = found
+    return read_quantity(reader.problems, path, written, unit)
 
 
 def _unknown_column_text(name: str, units: dict[str, str]) -> str:
@@ -174,7 +181,7 @@ def _read_bounds(reader: Reader, column: str, written: WrittenValue, units: dict
             )
             reader.problems.add(entries[kind], f"{path}.{kind}", message)
         elif kind in entries:
-            limit = read_quantity(reader.problems, f"{path}.{kind}", entries[kind], unit)
+            limit = _read_limit(reader, f"{path}.{kind}", entries[kind], unit)
             bounds |= {} if limit is None else {kind: limit}
     if any(kind in bounds for kind in KINDS):
         reader.limits[column] = bounds

@@ -48,6 +48,9 @@ class Reader:
     figures: dict[str, str] = field(default_factory=dict)  # figure of merit of the cases -> unit
     unrated_figures: dict[str, str] = field(default_factory=dict)  # figure that needs a rating -> what is missing
     limits: dict[str, Any] = field(default_factory=dict)  # as in a resolved grid; see `verdict`
+    limit_units: dict[str, quantity.WrittenUnit] = field(
+        default_factory=dict
+    )  # path of a limit -> unit in which it is written
     searches: Mapping[str, type[Search]] = field(default_factory=dict)  # those that a grid may have, by section
     search: Search | None = None  # that of the grid
     choices: dict[str, Any] = field(default_factory=dict)  # path of a search -> the kind of its values, or its fits

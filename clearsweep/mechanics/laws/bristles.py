@@ -27,7 +27,6 @@ from .friction import (
     STATIC,
     STRIBECK,
     friction_force,
-    maker_from_values,
     settled_state,
     stribeck_coefficient,
     zero_slip_kink,
@@ -108,7 +107,6 @@ register(
         "the load, so a varying load can draw energy from bent bristles, up to mu^2 / (2 sigma0) times its change.",
     ),
     (Dahl,),
-    maker_from_values(Dahl),
 )
 
 

@@ -376,17 +376,27 @@ def recipe_of(family: str, name: str, owner) -> Recipe:
     return recipe or OWN_RECIPES[owner.laws][family, name]
 
 
-def register(law: Law, types: tuple[type, ...], make: Callable, recipes: dict = RECIPES, **options) -> None:
+def register(
+    law: Law, types: tuple[type, ...], make: Callable | None = None, recipes: dict = RECIPES, **options
+) -> None:
     """Register a law of the package, or one of a grid's own in the `recipes` of these; `options` goes to its Recipe.
 
+    make : default: the type with the values of the keys that its fields name.
     A `source` that begins with 'after' names the paper whose formula was taken from later work that quotes it.
     Raises TypeError, of a law of one's own InputError, if its name is taken or a member is missing.
     """
-    recipe = Recipe(law, types, make, **options)
+    recipe = Recipe(law, types, make or _maker_from_values(law.family, types[0]), **options)
     for problem in _describe_faults(recipe):
         text = f"{law.family} '{law.name}': {problem}"
         raise InputError(f"{law.origin}: {text}") if law.origin else TypeError(text)
     recipes[law.family, law.name] = recipe
+
+
+def _maker_from_values(family: str, law_type) -> Callable:
+    """Return a function that creates a law of this type from the section of a joint."""
+    section = "contact" if family in ("law", "elastic") else family
+    names = [name for name in law_type._fields if name not in law_type._field_defaults]
+    return lambda joint: law_type(*(getattr(joint, section).values[name] for name in names))
 
 
 def _describe_faults(recipe: Recipe):

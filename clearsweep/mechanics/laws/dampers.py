@@ -163,7 +163,6 @@ register(
         "1 on the surfaces never part.  A pulling force causes no friction.",
     ),
     (PullingSpring,),
-    lambda joint: PullingSpring(joint.contact.values["damping"]),
 )
 
 
@@ -191,7 +190,6 @@ register(
         "zeta^2): more than exp(-pi zeta / w), which applies without clipping.",
     ),
     (ViscousSpring,),
-    lambda joint: ViscousSpring(joint.contact.values["damping"]),
 )
 
 
@@ -206,7 +204,6 @@ register(
         notes="The restitution depends on the speed.  The force jumps to damping times the onset rate at contact.",
     ),
     (ViscousSpring,),
-    lambda joint: ViscousSpring(joint.contact.values["damping"]),
 )
 
 # ---------------------------------------------------------------------------------------------- damping over depth
@@ -239,7 +236,6 @@ register(
         notes="The restitution depends on the speed and tends to 1 at low speed.  Made for an exponent of 1.5.",
     ),
     (RootViscous,),
-    lambda joint: RootViscous(joint.contact.values["damping"]),
 )
 
 
@@ -281,5 +277,4 @@ register(
         "restitution depends on the speed.",
     ),
     (SteppedDamper,),
-    lambda joint: SteppedDamper(joint.contact.values["damping"], joint.contact.values["depth"]),
 )

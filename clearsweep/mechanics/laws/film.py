@@ -140,14 +140,7 @@ class Corners(NamedTuple):
 
 @guards.member(Corners)
 def _guards_corners(corners):
-    return (
-        Guard((ACTS, AFLOAT)),
-        Guard((ACTS, AFLOAT)),
-        Guard(TOUCHING),
-        Guard(TOUCHING),
-        Guard(TOUCHING),
-        Guard(TOUCHING),
-    )
+    return (Guard((ACTS, AFLOAT)),) * 2 + (Guard(TOUCHING),) * 4
 
 
 @guard_values.member(Corners)
@@ -176,8 +169,7 @@ class Reversals(NamedTuple):
 
 @guards.member(Reversals)
 def _guards_reversals(reversals):
-    modes = (ACTS, AFLOAT, *TOUCHING)
-    return Guard(modes), Guard(modes), Guard(modes), Guard(modes)
+    return (Guard((ACTS, AFLOAT, *TOUCHING)),) * 4
 
 
 @guard_values.member(Reversals)
@@ -224,7 +216,6 @@ register(
         "together and may be below 0.  For comparison with trajectories computed in this way.",
     ),
     (Unsheared,),
-    lambda joint: Unsheared(),
 )
 
 

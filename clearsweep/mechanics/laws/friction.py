@@ -3,7 +3,6 @@
 The formula of some changes at some sliding speeds, so that steps end there.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 from ...contracts.catalogue import MODEL, Field, Law, Order
@@ -119,12 +118,6 @@ STRIBECK = (
 KINETIC_FIRST = Order("coefficient", "static_coefficient", "friction falls once surfaces slide", equal=True)
 
 
-def maker_from_values(law_type) -> Callable:
-    """Return a function that creates a law of type `form` from the parameters of a joint."""
-    names = [name for name in law_type._fields if name not in law_type._field_defaults]
-    return lambda joint: law_type(*(joint.friction.values[name] for name in names))
-
-
 # ---------------------------------------------------------------------------------------------- formulas by pieces
 
 
@@ -208,7 +201,6 @@ register(
         notes="Creeps where it should stick.",
     ),
     (Tanh,),
-    maker_from_values(Tanh),
 )
 
 
@@ -224,7 +216,6 @@ register(
         "creep.",
     ),
     (Tanh,),
-    maker_from_values(Tanh),
 )
 
 
@@ -264,7 +255,6 @@ register(
         orders=(Order("v0", "v1", "friction grows from v0 to v1"),),
     ),
     (Ambrosio,),
-    maker_from_values(Ambrosio),
 )
 
 
@@ -315,7 +305,6 @@ register(
         "N, 5 % lower throughout.  Creeps where it should stick.",
     ),
     (Threlfall,),
-    maker_from_values(Threlfall),
 )
 
 
@@ -355,7 +344,6 @@ register(
         notes="Creeps where it should stick.",
     ),
     (BengisuAkay,),
-    maker_from_values(BengisuAkay),
 )
 
 
@@ -396,7 +384,6 @@ register(
         orders=(KINETIC_FIRST,),
     ),
     (BrownMcPhee,),
-    maker_from_values(BrownMcPhee),
 )
 
 
@@ -445,7 +432,6 @@ register(
         "static friction is never reached.",
     ),
     (Stribeck,),
-    maker_from_values(Stribeck),
 )
 
 
@@ -547,5 +533,4 @@ register(
         ),
     ),
     (Karnopp,),
-    maker_from_values(Karnopp),
 )

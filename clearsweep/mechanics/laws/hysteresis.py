@@ -45,7 +45,6 @@ register(
         "Hertz 1881, J. reine angew. Math. 92:156",
     ),
     (Lossless,),
-    lambda joint: Lossless(),
     free_restitution=lambda e: 1.0,
 )
 
@@ -66,10 +65,12 @@ needs_onset_rate.member(Hysteresis)(always_needs_onset_rate)
 FORCE_FORMULA = "F = F_elastic (1 + chi rate / onset_rate), chi = "
 
 
-def register_factor_law(law: Law, chi: Callable[[float], float]) -> None:
-    """Register a law of this form with its chi(restitution)."""
+def register_factor_law(
+    name: str, summary: str, chi_text: str, source: str, field: Field, chi: Callable[[float], float], **further
+) -> None:
+    """Register a law of this form with its chi(restitution), a function and its text; `further` goes to its Law."""
     register(
-        law._replace(uses_onset=True),
+        Law("law", name, summary, f"{FORCE_FORMULA}{chi_text}", source, (field,), uses_onset=True, **further),
         (Hysteresis,),
         lambda joint: Hysteresis(float(chi(joint.contact.values["restitution"]))),
         free_restitution=lambda e: hysteresis_rebound(chi(e)),
@@ -152,189 +153,150 @@ register(
 
 
 register_factor_law(
-    Law(
-        "law",
-        "herbert-mcwhannell",
-        "for restitution near 1",
-        f"{FORCE_FORMULA}6 (1 - e) / ((2 e - 1)^2 + 3)",
-        "after Herbert & McWhannell 1977, J. Eng. Ind. 99:513",
-        (ANY_RESTITUTION,),
-        notes="Second-order exact as e -> 1; the restitution is never below 0.488.",
-    ),
+    "herbert-mcwhannell",
+    "for restitution near 1",
+    "6 (1 - e) / ((2 e - 1)^2 + 3)",
+    "after Herbert & McWhannell 1977, J. Eng. Ind. 99:513",
+    ANY_RESTITUTION,
     lambda e: 6.0 * (1.0 - e) / ((2.0 * e - 1.0) ** 2 + 3.0),
+    notes="Second-order exact as e -> 1; the restitution is never below 0.488.",
 )
 
 
 register_factor_law(
-    Law(
-        "law",
-        "lee-wang",
-        "half the loss of hunt-crossley",
-        f"{FORCE_FORMULA}3 (1 - e) / 4",
-        "after Lee & Wang 1983, J. Mech. Transm. Autom. Des. 105:534",
-        (ANY_RESTITUTION,),
-        notes="Half of the correct dissipation as e -> 1; the restitution is never below 0.663.",
-    ),
+    "lee-wang",
+    "half the loss of hunt-crossley",
+    "3 (1 - e) / 4",
+    "after Lee & Wang 1983, J. Mech. Transm. Autom. Des. 105:534",
+    ANY_RESTITUTION,
     lambda e: 0.75 * (1.0 - e),
+    notes="Half of the correct dissipation as e -> 1; the restitution is never below 0.663.",
 )
 
 
 register_factor_law(
-    Law(
-        "law",
-        "lankarani-nikravesh",
-        "hysteresis for restitution near 1",
-        f"{FORCE_FORMULA}3 (1 - e^2) / 4",
-        "Lankarani & Nikravesh 1990, J. Mech. Des. 112:369",
-        (ANY_RESTITUTION,),
-        notes="First-order exact as e -> 1; below about 0.9 the restitution is too large, never below 0.663.",
-    ),
+    "lankarani-nikravesh",
+    "hysteresis for restitution near 1",
+    "3 (1 - e^2) / 4",
+    "Lankarani & Nikravesh 1990, J. Mech. Des. 112:369",
+    ANY_RESTITUTION,
     lambda e: 0.75 * (1.0 - e * e),
+    notes="First-order exact as e -> 1; below about 0.9 the restitution is too large, never below 0.663.",
 )
 
 
 register_factor_law(
-    Law(
-        "law",
-        "gonthier",
-        "for the whole range of restitution, in its approximate form",
-        f"{FORCE_FORMULA}(1 - e^2) / e",
-        "Gonthier, McPhee, Lange & Piedboeuf 2004, Multibody Syst. Dyn. 11:209, approximate form",
-        (RESTITUTION,),
-        notes="Off by up to 4.3 %, a third too dissipative as e -> 1; gonthier-exact is not.",
-    ),
+    "gonthier",
+    "for the whole range of restitution, in its approximate form",
+    "(1 - e^2) / e",
+    "Gonthier, McPhee, Lange & Piedboeuf 2004, Multibody Syst. Dyn. 11:209, approximate form",
+    RESTITUTION,
     lambda e: (1.0 - e * e) / e,
+    notes="Off by up to 4.3 %, a third too dissipative as e -> 1; gonthier-exact is not.",
 )
 
 
 register_factor_law(
-    Law(
-        "law",
-        "gonthier-exact",
-        "has exactly the specified restitution",
-        f"{FORCE_FORMULA}the root of (1 + chi) / (1 - e chi) = exp(chi (1 + e))",
-        "Gonthier, McPhee, Lange & Piedboeuf 2004, Multibody Syst. Dyn. 11:209, before its approximation",
-        (RESTITUTION,),
-        notes="The same as `exact`.",
-    ),
+    "gonthier-exact",
+    "has exactly the specified restitution",
+    "the root of (1 + chi) / (1 - e chi) = exp(chi (1 + e))",
+    "Gonthier, McPhee, Lange & Piedboeuf 2004, Multibody Syst. Dyn. 11:209, before its approximation",
+    RESTITUTION,
     exact_factor,
+    notes="The same as `exact`.",
 )
 
 
 register_factor_law(
-    Law(
-        "law",
-        "zhiying-qishao",
-        "the loss of lankarani-nikravesh, raised for small restitution",
-        f"{FORCE_FORMULA}(3/4) (1 - e^2) exp(2 (1 - e))",
-        "after Zhiying & Qishao 2006, J. Dyn. Control 4:294",
-        (ANY_RESTITUTION,),
-        notes="First-order exact as e -> 1; the restitution is never below 0.179.",
-    ),
+    "zhiying-qishao",
+    "the loss of lankarani-nikravesh, raised for small restitution",
+    "(3/4) (1 - e^2) exp(2 (1 - e))",
+    "after Zhiying & Qishao 2006, J. Dyn. Control 4:294",
+    ANY_RESTITUTION,
     lambda e: 0.75 * (1.0 - e * e) * math.exp(2.0 * (1.0 - e)),
+    notes="First-order exact as e -> 1; the restitution is never below 0.179.",
 )
 
 
 register_factor_law(
-    Law(
-        "law",
-        "flores",
-        "for the whole range of restitution",
-        f"{FORCE_FORMULA}8 (1 - e) / (5 e)",
-        "Flores, Machado, Silva & Martins 2011, Multibody Syst. Dyn. 25:357",
-        (RESTITUTION,),
-        notes="6.7 % too dissipative as e -> 1.",
-    ),
+    "flores",
+    "for the whole range of restitution",
+    "8 (1 - e) / (5 e)",
+    "Flores, Machado, Silva & Martins 2011, Multibody Syst. Dyn. 25:357",
+    RESTITUTION,
     lambda e: 1.6 * (1.0 - e) / e,
+    notes="6.7 % too dissipative as e -> 1.",
 )
 
 
 register_factor_law(
-    Law(
-        "law",
-        "hu-guo",
-        "accurate for a restitution above 0.6",
-        f"{FORCE_FORMULA}3 (1 - e) / (2 e)",
-        "after Hu & Guo 2015, Multibody Syst. Dyn. 35:131",
-        (RESTITUTION,),
-        notes="Second-order exact as e -> 1.  Half this chi, 3 (1 - e) / (4 e), is also in use; its restitution is "
-        "about (1 + e) / 2.",
-    ),
+    "hu-guo",
+    "accurate for a restitution above 0.6",
+    "3 (1 - e) / (2 e)",
+    "after Hu & Guo 2015, Multibody Syst. Dyn. 35:131",
+    RESTITUTION,
     lambda e: 1.5 * (1.0 - e) / e,
+    notes="Second-order exact as e -> 1.  Half this chi, 3 (1 - e) / (4 e), is also in use; its restitution is "
+    "about (1 + e) / 2.",
 )
 
 
 register_factor_law(
-    Law(
-        "law",
-        "safaeifar-farshidianfar",
-        "for small restitution",
-        f"{FORCE_FORMULA}5 (1 - e) / (4 e)",
-        "after Safaeifar & Farshidianfar 2020, Multibody Syst. Dyn. 50",
-        (RESTITUTION,),
-        notes="Its loss is a sixth too small as e -> 1; not compared with the paper.",
-    ),
+    "safaeifar-farshidianfar",
+    "for small restitution",
+    "5 (1 - e) / (4 e)",
+    "after Safaeifar & Farshidianfar 2020, Multibody Syst. Dyn. 50",
+    RESTITUTION,
     lambda e: 1.25 * (1.0 - e) / e,
+    notes="Its loss is a sixth too small as e -> 1; not compared with the paper.",
 )
 
 
 register_factor_law(
-    Law(
-        "law",
-        "carvalho-martins",
-        "a rational function, nearly exact above 0.4",
-        f"{FORCE_FORMULA}3 (1 - e) (11 - e) / (2 (1 + 9 e))",
-        "after Carvalho & Martins 2019, Mech. Mach. Theory 139:174",
-        (ANY_RESTITUTION,),
-        notes="Within 0.04 % of the specified restitution at 0.5 and above; not valid below 0.2; the restitution is "
-        "never below 0.061.",
-    ),
+    "carvalho-martins",
+    "a rational function, nearly exact above 0.4",
+    "3 (1 - e) (11 - e) / (2 (1 + 9 e))",
+    "after Carvalho & Martins 2019, Mech. Mach. Theory 139:174",
+    ANY_RESTITUTION,
     lambda e: 1.5 * (1.0 - e) * (11.0 - e) / (1.0 + 9.0 * e),
+    notes="Within 0.04 % of the specified restitution at 0.5 and above; not valid below 0.2; the restitution is "
+    "never below 0.061.",
 )
 
 
 register_factor_law(
-    Law(
-        "law",
-        "ye",
-        "hu-guo's loss, made for a linear spring",
-        f"{FORCE_FORMULA}3 (1 - e) / (2 e)",
-        "after Ye, Li & Zhu 2009, Earthq. Eng. Eng. Vib. 8:433",
-        (RESTITUTION,),
-        notes="The paper's elastic force is linear: write `exponent: 1` with the stiffness in N/m.  The restitution "
-        "does not depend on the exponent.",
-    ),
+    "ye",
+    "hu-guo's loss, made for a linear spring",
+    "3 (1 - e) / (2 e)",
+    "after Ye, Li & Zhu 2009, Earthq. Eng. Eng. Vib. 8:433",
+    RESTITUTION,
     lambda e: 1.5 * (1.0 - e) / e,
+    notes="The paper's elastic force is linear: write `exponent: 1` with the stiffness in N/m.  The restitution "
+    "does not depend on the exponent.",
 )
 
 
 register_factor_law(
-    Law(
-        "law",
-        "gharib-hurmuzlu",
-        "for small restitution",
-        f"{FORCE_FORMULA}1 / e",
-        "after Gharib & Hurmuzlu 2012, J. Appl. Mech. 79:064506; as reported by others, not compared with the paper",
-        (RESTITUTION,),
-        notes="Within 1.5 % of the specified restitution up to 0.2, 18 % too small at 0.5, and never above 0.594, even "
-        "if 1 is specified.",
-    ),
+    "gharib-hurmuzlu",
+    "for small restitution",
+    "1 / e",
+    "after Gharib & Hurmuzlu 2012, J. Appl. Mech. 79:064506; as reported by others, not compared with the paper",
+    RESTITUTION,
     lambda e: 1.0 / e,
+    notes="Within 1.5 % of the specified restitution up to 0.2, 18 % too small at 0.5, and never above 0.594, even "
+    "if 1 is specified.",
 )
 
 
 register_factor_law(
-    Law(
-        "law",
-        "exact",
-        "has exactly the specified restitution",
-        f"{FORCE_FORMULA}the root of ln((1 + chi) / (1 - e chi)) = chi (1 + e)",
-        "phase curve of the free impact; the exact form of Gonthier et al. 2004, Multibody Syst. Dyn. 11:209",
-        (RESTITUTION,),
-        notes="The recommended law: a free impact has the specified restitution for any elastic force, mass and speed.",
-        merit=Merit(1, "a free impact has the specified restitution for any elastic law, mass and speed"),
-    ),
+    "exact",
+    "has exactly the specified restitution",
+    "the root of ln((1 + chi) / (1 - e chi)) = chi (1 + e)",
+    "phase curve of the free impact; the exact form of Gonthier et al. 2004, Multibody Syst. Dyn. 11:209",
+    RESTITUTION,
     exact_factor,
+    notes="The recommended law: a free impact has the specified restitution for any elastic force, mass and speed.",
+    merit=Merit(1, "a free impact has the specified restitution for any elastic law, mass and speed"),
 )
 
 

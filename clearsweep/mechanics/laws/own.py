@@ -46,6 +46,7 @@ from .contract import (
     slip_variable,
 )
 from .elastic import elastic_force, root_parity
+from .elements import elastic_of_elements
 from .film import FilmMotion, film_force
 from .friction import friction_force
 from .loss import always_needs_onset_rate, contact_force, lowest_force, needs_onset_rate, sign_past_separation
@@ -336,7 +337,10 @@ def _contact_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
         return trial._replace(sign_past=float(root_parity(elastic)) if is_times_elastic else parity_of(power))
 
     def elastic_of(joint):
-        return compile_law("elastic", joint.contact.elastic, joint) if description.uses_elastic else spring(joint)
+        if not description.uses_elastic:
+            return spring(joint)
+        elastic = joint.contact.elastic
+        return elastic_of_elements(joint) if joint.rolling else compile_law("elastic", elastic, joint)
 
     def bound(joint):
         compiled, elastic = make(joint), elastic_of(joint)
@@ -373,10 +377,9 @@ def _restitutions(bound: Callable, joint: Joint) -> dict[str, tuple[float, str]]
 def _check_contact(law: recorded.Law, joint: Joint, force: Callable) -> tuple[str, ...]:
     """Return remarks on a contact law; raise InputError if its force (N) cannot be used, see `_restitutions`."""
     sampled_force = checked(force, ("penetration", "rate", "onset rate"), law.place)
-    for depth in [0.0, *_depths(joint.clearance)]:
-        for onset_rate in (ONSET_FLOOR, 0.1, 10.0):
-            for share in (-1.0, -0.3, 0.0, 0.3, 1.0):
-                sampled_force(depth, share * onset_rate, onset_rate)
+    depths, shares = [0.0, *_depths(joint.clearance)], (-1.0, -0.3, 0.0, 0.3, 1.0)
+    for depth, onset_rate, share in itertools.product(depths, (ONSET_FLOOR, 0.1, 10.0), shares):
+        sampled_force(depth, share * onset_rate, onset_rate)
     remarks = _check_at_zero(lambda depth: sampled_force(depth, 0.0, 0.1), joint, law)
     for key, (value, _) in _restitutions(lambda _: force, joint).items():
         if value > 1.0 + GAIN and not law.may_gain:
@@ -527,10 +530,9 @@ def _film_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
             return fx + fy
 
         sampled_force = checked(total, ("ratio", "rate", "speed"), law.place)
-        for ratio in (0.01, 0.1, 0.5, 0.9, joint.film.limit):
-            for rate in (-0.1, -1e-3, 0.0, 1e-3, 0.1):
-                for speed in (-100.0, 0.0, 100.0):
-                    sampled_force(ratio, rate, speed)
+        ratios, rates = (0.01, 0.1, 0.5, 0.9, joint.film.limit), (-0.1, -1e-3, 0.0, 1e-3, 0.1)
+        for place in itertools.product(ratios, rates, (-100.0, 0.0, 100.0)):
+            sampled_force(*place)
         return ()
 
     return Recipe(description._replace(needs=("length",)), (kind,), make, check=check)

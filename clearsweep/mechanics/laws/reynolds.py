@@ -37,14 +37,7 @@ def _film_force_short(law, motion):
     if squeeze == 0.0 and wedge == 0.0:
         zero = as_type_of(0.0, squeeze * wedge)
         return zero, zero
-    arc = arc_from(ratio, squeeze, wedge)
-    c, s, d, one_minus_square, inverse_thickness = (
-        arc.cosine,
-        arc.sine,
-        arc.end_product,
-        arc.one_minus_square,
-        arc.inverse_thickness,
-    )
+    c, s, d, one_minus_square, inverse_thickness = arc_from(ratio, squeeze, wedge)
     ratio_cosine_squared = (ratio * c) ** 2
     # integrals over the arc of sin^2, sin cos, 1 over H^3 (Booker 1965)
     squeeze_integral = 0.5 * inverse_thickness / one_minus_square + s * ratio * (
@@ -405,14 +398,7 @@ def _film_force_long(law, motion):
     if squeeze == 0.0 and wedge == 0.0:
         zero = as_type_of(0.0, squeeze * wedge)
         return zero, zero
-    arc = arc_from(ratio, squeeze, wedge)
-    c, s, d, one_minus_square, inverse_thickness = (
-        arc.cosine,
-        arc.sine,
-        arc.end_product,
-        arc.one_minus_square,
-        arc.inverse_thickness,
-    )
+    c, s, d, one_minus_square, inverse_thickness = arc_from(ratio, squeeze, wedge)
     start_thickness, ratio_cosine_square = 1.0 + ratio * c, ratio * c * c
     wedge_factor, end_term = (
         6.0 * law.force * wedge / two_plus_square,

@@ -289,7 +289,6 @@ register(
         "surfaces.",
     ),
     (Smooth,),
-    lambda joint: Smooth(),
 )
 
 

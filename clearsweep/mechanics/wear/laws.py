@@ -53,15 +53,8 @@ def _wear_rate_archard(law, sliding):
     return law.bearing_coefficient * pressure_times_speed, law.journal_coefficient * pressure_times_speed
 
 
-class Energy(NamedTuple):
-    """dh = alpha tau |v| dt, with the work of friction distributed like the pressure."""
-
-    bearing_coefficient: float  # m^3/J
-    journal_coefficient: float  # m^3/J
-    bins: float  # of each body
-    length: float  # m, of the joint along its pin
-    pressure: tuple  # half_arc, cumulative_pressure
-    pv_limit: float  # W/m^2, inf: none
+Energy = NamedTuple("Energy", [*Archard.__annotations__.items()])  # with coefficients in m^3/J
+Energy.__doc__ = "dh = alpha tau |v| dt, with the work of friction distributed like the pressure."
 
 
 @wear_rate.member(Energy)
@@ -348,7 +341,6 @@ register(
         "follows only from the penetration.",
     ),
     (UniformPressure,),
-    lambda joint: UniformPressure(),
 )
 
 
@@ -410,7 +402,6 @@ register(
         "arc is that of rigid circles.",
     ),
     (Winkler,),
-    lambda joint: Winkler(),
 )
 
 

@@ -142,9 +142,8 @@ def _motor_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
         motor = make(drive)
         check_traced(law, motor.p, 10.0, 0.1)
         sampled_torque = checked(lambda rate, time: torque(motor, rate, time), ("speed", "t"), law.place)
-        for time in (0.0, 0.1, 10.0):
-            for rate in (-1e4, -10.0, 0.0, 10.0, 1e4):
-                sampled_torque(rate, time)
+        for place in itertools.product((-1e4, -10.0, 0.0, 10.0, 1e4), (0.0, 0.1, 10.0)):
+            sampled_torque(*place)
         return ()
 
     return Recipe(description, (kind,), make, check=check)

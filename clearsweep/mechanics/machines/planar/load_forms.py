@@ -1,5 +1,6 @@
 """The compiled forms of the loads on a planar machine: types define where they act, values how large they are."""
 
+import itertools
 import math
 from collections.abc import Callable
 from typing import NamedTuple
@@ -96,10 +97,8 @@ def _load_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
             return fx + fy + torque
 
         sampled_load = checked(total, ("t", "angle", "x", "speed"), law.place)
-        for time in (0.0, 0.01, 1.0):
-            for angle in (0.0, 1.0, 3.0, 5.0):
-                for x in (0.0, 0.1):
-                    sampled_load(time, angle, x, 0.0), sampled_load(time, angle, x, 1.0)
+        for place in itertools.product((0.0, 0.01, 1.0), (0.0, 1.0, 3.0, 5.0), (0.0, 0.1), (0.0, 1.0)):
+            sampled_load(*place)
         return ()
 
     return Recipe(description, (kind,), make, check=check)
