@@ -17,9 +17,12 @@ from fake_physics import FAILS, GOOD, grid
 from test_blocks import rows_of
 from test_sweep import quiet, wait_for
 
+import clearsweep
+from clearsweep import grid as grids
 from clearsweep import store
 from clearsweep.language.errors import InputError
 from clearsweep.store import blocks
+from clearsweep.sweeping import merge as merging
 from clearsweep.sweeping.cluster import blockwise, nodes
 from clearsweep.sweeping.pool import case_runner
 
@@ -165,6 +168,31 @@ def test_nodes_run_and_finish_all_blocks(tmp_path, pair):
     assert complete(tmp_path / "run")
     again = on_nodes(MIXED, tmp_path / "run", pair)
     assert (again.ran, again.reused) == (0, 48)
+
+
+@pytest.mark.slow
+def test_nodes_run_the_laws_of_the_launcher_which_they_do_not_trust_themselves(tmp_path, pair, monkeypatch):
+    monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))  # of the launcher alone
+    law = '@laws.elastic("spring", k="N/m")\ndef spring(penetration, p):\n    return p.k * penetration\n'
+    (tmp_path / "my_laws.py").write_text(f"from clearsweep import laws\n\n{law}")
+    grids.trust(tmp_path / "my_laws.py")
+    contact = {"law": "flores", "elastic": "spring", "k": "1e8 N/m", "restitution": 0.9}
+    pairs = {
+        "laws": str(tmp_path / "my_laws.py"),
+        "mechanism": {"type": "impact-pair", "masses": ["1 kg", "1 kg"], "speed": "1 m/s"},
+        "joints": {"pair": {"bearing_radius": "10 mm", "clearance": "0.1 mm", "contact": contact}},
+        "simulate": {"impacts": 1},
+        "sweep": {"joints.pair.contact.k": {"linspace": ["1e8 N/m", "2e8 N/m", 10]}},
+    }
+    nodes_run = clearsweep.sweep(pairs, tmp_path / "nodes", executor="nodes", scheduler=pair.address, jobs=1)
+    assert (nodes_run.ok, nodes_run.failed) == (10, 0)
+    for index in (1, 2):
+        clearsweep.sweep(pairs, tmp_path / str(index), executor="serial", shard=f"{index}/2")
+    joined = merging.merge([tmp_path / "1", tmp_path / "2"], tmp_path / "joined")
+    assert joined.cases == 10
+    summaries = [clearsweep.open(tmp_path / name).summary.pair_restitution for name in ("nodes", "joined")]
+    assert list(summaries[0]) == list(summaries[1])
+    assert clearsweep.sweep(pairs, tmp_path / "joined", executor="serial").reused == 10
 
 
 def test_nodes_are_for_grids_that_are_cut(tmp_path, pair):

@@ -114,8 +114,8 @@ def read_limits(reader: Reader, root: WrittenValue) -> None:
 
 def _read_limit(reader: Reader, path: str, written: WrittenValue, unit: str) -> float | None:
     """Return a bound (SI) and note the unit in which it is written, or report a problem and return None."""
-    if found := written_unit(written.value, unit):
-        reader.limit_units[".".join(path.split(".")[:2])] = found
+    if unit_of_text := written_unit(written.value, unit):
+        reader.limit_units[".".join(path.split(".")[:2])] = unit_of_text
     return read_quantity(reader.problems, path, written, unit)
 
 

@@ -518,6 +518,7 @@ def _build_mechanism(case: Case, mechanism: Mechanism, machine: Machine | None, 
 
 def signature(case: Case) -> tuple:
     """Return the key of the compiled code of a case: the types in its scene."""
+    enter_laws(case)
     joints = tuple(
         (
             joint.name,
