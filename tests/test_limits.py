@@ -310,3 +310,10 @@ def test_margins_beyond_a_bound_are_multiples_of_it_and_never_negative():
     assert margin_text(0.32, (force,)) == "margin 32\u00a0%"
     assert margin_text(-0.75, (film,)) == "0.25 times the limit"
     assert margin_text(-3.0, (below,)) == "beyond the limit by 3 times its size"
+
+
+def test_a_limit_is_printed_in_the_unit_in_which_it_is_written():
+    limits = {PEAK: "30 lbf", "slider_error_max": {"at_most": "5 mil"}}
+    verdict = grid.load(fake_physics.grid(limits=limits), fake_physics.CATALOGUE).verdict
+    units = {PEAK: "N", "slider_error_max": "m"}
+    assert [limit.bound_text(units[limit.column]) for limit in verdict.limits] == ["at most 30\u00a0lbf", "at most 5\u00a0mil"]

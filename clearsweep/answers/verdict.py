@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ..contracts.catalogue import ENDLESS
@@ -20,7 +21,8 @@ EXCEEDED_COLUMN, UNDECIDED_COLUMN, MARGIN_COLUMN = "limits_exceeded", "limits_un
 KINDS = ("at_most", "at_least")
 
 
-class Limit(NamedTuple):
+@dataclass(frozen=True)
+class Limit:
     """A bound on a column."""
 
     column: str
@@ -28,7 +30,7 @@ class Limit(NamedTuple):
     value: float  # SI: unit of the column over that of `times`
     times: str = ""  # another column, of which the bound is a multiple, or ''
     null: str = ""  # meaning of a missing value, see `contracts.layout.Column`
-    written: WrittenUnit | None = None  # the unit in which the grid has it
+    written: WrittenUnit | None = field(default=None, compare=False)  # the unit in which the grid has it
 
     def bound_text(self, unit: str) -> str:
         """Return the bound in words, for a column in `unit`: 'at most 5 kN', 'at least 2 times NAME'."""

@@ -7,6 +7,7 @@ it resumes like any other.
 import hashlib
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from decimal import ROUND_CEILING, ROUND_FLOOR, Decimal
 from typing import Any, NamedTuple
 
@@ -171,7 +172,7 @@ def loosened_limits(
             size = abs(limit.value) or 1.0  # the margin to a bound of 0 is the excess
             loosened = limit.value + size * (-margin if is_upper else margin)
             value = _rounded(loosened, ROUND_CEILING if is_upper else ROUND_FLOOR)
-            texts[limit.column] = limit._replace(value=value).bound_text(units.get(limit.column, "1"))
+            texts[limit.column] = replace(limit, value=value).bound_text(units.get(limit.column, "1"))
     return texts
 
 

@@ -186,8 +186,8 @@ register(
         uses_elastic=False,
         notes="The force jumps to c times the onset rate at contact and is clipped where it would pull.  The "
         "restitution of a free impact is exp(-(zeta / w) atan2(2 zeta w, 2 zeta^2 - 1)), zeta = c / (2 sqrt(k m)) < 1, "
-        "w = sqrt(1 - "
-        "zeta^2): more than exp(-pi zeta / w), which applies without clipping.",
+        "w = sqrt(1 - zeta^2): more than exp(-pi zeta / w), which applies without clipping.  With zeta > 1 it is "
+        "exp(-2 zeta arcosh(zeta) / sqrt(zeta^2 - 1)), below exp(-2) = 0.135.",
     ),
     (ViscousSpring,),
 )
