@@ -98,7 +98,12 @@ KINDS: Mapping[str, Kind] = {
     ),
     "motor": Kind(("speed", "t", "p"), "the torque, N m", ("law", "table")),
     "profile": Kind(("angle", "p"), "what the bearing's radius has more than a circle, m", ("law",)),
-    "figure": Kind(("t", "channels", "p"), "a number", ("law",)),
+    "figure": Kind(
+        ("t", "channels", "p"),
+        "a number; t : (n,) s; channels : name of a time history -> its samples (n,), SI, read-only and in the window "
+        "after `simulate.discard`",
+        ("law",),
+    ),
 }
 
 
@@ -178,6 +183,7 @@ def _decorator(kind: str) -> Callable[..., Any]:
 
     def decorate(
         name: str,
+        unit: str = "",
         /,
         *,
         doc: str = "",
@@ -188,35 +194,21 @@ def _decorator(kind: str) -> Callable[..., Any]:
     ) -> Callable[[Any], Any]:
         frame = sys._getframe(1)
         place = frame.f_code.co_filename, frame.f_lineno
-        return _recorder(Law(kind, name, (), doc, None, (), states, may_gain, *place), keys, kinks)
+        return _recorder(Law(kind, name, (), doc, None, (), states, may_gain, *place, unit), keys, kinks)
 
     decorate.__name__ = decorate.__qualname__ = kind
     decorate.__doc__ = (
         f"Record a function ({', '.join(KINDS[kind].arguments)}) that returns {KINDS[kind].returns}.\n\n    name : by "
         "which a grid chooses it; doc : its formula and source, one line; kinks : values at which its formula changes,"
         "\n    numbers or names of keys; states : number of its internal states; may_gain : whether it may give energy;"
-        "\n    keys : SI units of its keys, or `key(...)`.  Raises InputError."
+        "\n    keys : SI units of its keys, or `key(...)`; that of a figure follows its name.  Raises InputError."
     )
     return decorate
 
 
-def figure(name: str, unit: str = "1", /, *, doc: str = "", **keys: str | Key) -> Callable[[Any], Any]:
-    """Record a function (t, channels, p) of the time histories of a case that returns a number.
-
-    t : (n,) s; channels : name of a time history -> its samples (n,), SI; both are read-only and lie in the window of
-    the figures, after `simulate.discard`; p : the values of its keys.
-    name : by which a grid chooses it; unit : its SI unit; doc : what it is, one line; keys : as of a law.  Raises
-    InputError.
-    """
-    frame = sys._getframe(1)
-    place = frame.f_code.co_filename, frame.f_lineno
-    return _recorder(
-        Law("figure", name, (), doc, None, (), 0, may_gain=True, file=place[0], line=place[1], unit=unit), keys, ()
-    )
-
-
 elastic, contact, friction, wear = (_decorator(kind) for kind in ("elastic", "contact", "friction", "wear"))
-film, load, motor, profile = (_decorator(kind) for kind in ("film", "load", "motor", "profile"))
+film, load, motor = (_decorator(kind) for kind in ("film", "load", "motor"))
+profile, figure = (_decorator(kind) for kind in ("profile", "figure"))
 
 
 def _recorder(law: Law, keys: Mapping[str, Any], kinks: Sequence[float | str]) -> Callable[[Any], Any]:
@@ -260,6 +252,8 @@ def _check_names(law: Law, keys: Mapping[str, Any]) -> None:
         if name in kind.taken or name.startswith("_") or keyword.iskeyword(name) or not name.isascii():
             taken = f"; its section of a grid has the keys {', '.join(kind.taken)} already" if kind.taken else ""
             raise InputError(f"'{name}' cannot be a key{taken}; choose another name")
+    if law.unit and law.kind != "figure":
+        raise InputError(f"found {quoted(law.unit)} after its name; only a figure has a unit there")
     if not isinstance(law.doc, str):
         raise InputError(f"found doc {quoted(law.doc)}; expected a text")
     if type(law.states) is not int or not 0 <= law.states <= 8 or (law.states and law.kind != "friction"):

@@ -80,7 +80,7 @@ def case_of(tree: Tree, outline: Outline) -> Case:
             *_preloads(joints),
         ),
         outline=outline,
-        life=_typed(_life, tree["life"]) if "life" in tree else None,
+        life=_typed(lambda section: Life(**section), tree["life"]) if "life" in tree else None,
         uncertain=_typed(uncertain_of, tree[UNCERTAIN]) if UNCERTAIN in tree else (),
         law_files=tree.get(LAWS, ()),
         vibration=_typed(_vibration, tree["vibration"], outline.vibration) if "vibration" in tree else None,
@@ -117,10 +117,6 @@ def _simulate(section: Tree) -> Simulate:
 def _save(section: Tree) -> Save:
     channels = tuple(section.get("channels", ()))
     return Save(**{**section, "channels": channels})
-
-
-def _life(section: Tree) -> Life:
-    return Life(**section)
 
 
 def _vibration(section: Tree, outline: VibrationOutline) -> Vibration:

@@ -427,9 +427,3 @@ def compile_law(family: str, name: str, joint: Joint):
         types = ", ".join(law_type.__name__ for law_type in recipe.types)
         raise TypeError(f"{family} '{name}': makes a {type(compiled).__name__}, entered with {types}")
     return compiled
-
-
-# ---------------------------------------------------------------------------------------------- grips
-
-
-# ---------------------------------------------------------------------------------------------- modes

@@ -52,9 +52,7 @@ from .friction import friction_force
 from .loss import always_needs_onset_rate, contact_force, lowest_force, needs_onset_rate, sign_past_separation
 from .sampled import GAIN, MASSES, SPEEDS, Range, attempted, checked, rebound, undeclared_kinks
 
-FAMILIES = {"contact": "law"} | {
-    kind: kind for kind in ("elastic", "friction", "wear", "film", "load", "motor", "profile", "figure")
-}
+FAMILIES = {kind: kind for kind in recorded.KINDS} | {"contact": "law"}
 VARIABLES = {"penetration": depth_variable, "rate": rate_variable, "slip": slip_variable}
 MAKERS: dict[str, Callable[..., Recipe]] = {}  # kind -> (recorded law, its description, hash) -> recipe
 
@@ -127,9 +125,9 @@ def function_of(law: recorded.Law) -> Callable:
 
 
 def refuse_address(law: recorded.Law) -> None:
-    """Raise InputError for a law that is called by its address but returns several numbers."""
+    """Raise InputError for a law that is called by its address but takes or returns other things than numbers."""
     if law.body is None:
-        raise InputError(f"{law.place}: returns several numbers, which no function of C can; write it in Python")
+        raise InputError(f"{law.place}: needs more than numbers, and a function of C has no more; write it in Python")
 
 
 def parameters_of(law: recorded.Law, kind: type, numbers: Sequence[float]) -> Any:
@@ -548,8 +546,7 @@ require("figure")  # runs as Python
 def _figure_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
     """Return the recipe of a figure; it makes a function (t, channels), which runs as Python."""
     values, evaluate = type_of(law, digest, "values", names_of(law)), function_of(law)
-    if law.body is None:
-        raise InputError(f"{law.place}: takes time histories, which no function of C can; write it in Python")
+    refuse_address(law)
 
     def make(figure):
         p = parameters_of(law, values, [figure.values[field.name] for field in law.keys])

@@ -129,16 +129,6 @@ register(
 )
 
 
-class OwnWear(NamedTuple):
-    """Fields that every type of a wear law of one's own has after those of the law."""
-
-    bins: float  # of each body
-    length: float  # m, of the joint along its pin
-    pressure: tuple  # half_arc, cumulative_pressure
-    pv_limit: float  # W/m^2, inf: none
-    radius: float  # m, of the bearing
-
-
 @maker("wear")
 def _own_wear_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
     """Return the recipe of a recorded wear law, for both bodies alike.
@@ -146,7 +136,7 @@ def _own_wear_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe
     A law that is proportional to the pressure is exact for any pressure over the arc; any other is evaluated at the
     mean pressure on the bearing.
     """
-    kinds = [type_of(law, digest, role, ("p", *OwnWear._fields)) for role in ("linear", "law")]
+    kinds = [type_of(law, digest, role, ("p", *Archard._fields[2:], "radius")) for role in ("linear", "law")]
     values, evaluate = type_of(law, digest, "values", names_of(law)), function_of(law)
 
     @wear_rate.member(kinds[0])

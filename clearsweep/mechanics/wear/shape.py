@@ -235,8 +235,8 @@ def _profile_recipe(law: recorded.Law, description: Law, digest: str) -> Recipe:
                 "of the clearance"
             )
         error = float(np.abs(spline_through(depths[:-1:8])(angles) - depths).max())
-        fine = error <= 1e-2 * span + 1e-6 * joint.clearance
-        return () if fine else (f"{law.place}: {KNOTS} points miss its details by up to {error:.4g} m",)
+        is_fine = error <= 1e-2 * span + 1e-6 * joint.clearance
+        return () if is_fine else (f"{law.place}: {KNOTS} points miss its details by up to {error:.4g} m",)
 
     return Recipe(description, (Shape,), make, check=check)
 
