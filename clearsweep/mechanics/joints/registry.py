@@ -171,8 +171,7 @@ def compile_joint(joint: Joint, distal: str, earlier_wear: Worn | None = None) -
         wear=compile_wear(joint),
     )
     if joint.profile:
-        bore = compile_law("profile", joint.profile.law, joint)
-        return worn.WornJoint(*dry_joint, bore, shape_of(np.zeros(KNOTS)))
+        return worn.WornJoint(*dry_joint, compile_law("profile", joint.profile.law, joint), shape_of(np.zeros(KNOTS)))
     if _has_evolving_shape(joint):
         worn_type = worn.WornOnFoundation if _is_on_foundation(joint, elastic) else worn.WornJoint
         if not _wears_by_overlap(joint):
