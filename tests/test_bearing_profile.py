@@ -31,7 +31,7 @@ def waves():
         return laws.profile("saw", size="m")(lambda angle, p: p.size * angle)
 
     def needle():
-        return laws.profile("needle", size="m")(lambda angle, p: p.size * math.exp(-((angle - 3.14) / 2e-3) ** 2))
+        return laws.profile("needle", size="m")(lambda angle, p: p.size * math.exp(-(((angle - 3.14) / 2e-3) ** 2)))
 
     return catalogue_of(wave, saw, needle)
 

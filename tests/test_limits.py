@@ -316,4 +316,5 @@ def test_a_limit_is_printed_in_the_unit_in_which_it_is_written():
     limits = {PEAK: "30 lbf", "slider_error_max": {"at_most": "5 mil"}}
     verdict = grid.load(fake_physics.grid(limits=limits), fake_physics.CATALOGUE).verdict
     units = {PEAK: "N", "slider_error_max": "m"}
-    assert [limit.bound_text(units[limit.column]) for limit in verdict.limits] == ["at most 30\u00a0lbf", "at most 5\u00a0mil"]
+    texts = [limit.bound_text(units[limit.column]) for limit in verdict.limits]
+    assert texts == ["at most 30\u00a0lbf", "at most 5\u00a0mil"]
