@@ -7,7 +7,7 @@ import signal
 import sys
 
 from . import cli, exit_codes
-from .sweeping.pool import resources, signals
+from .sweeping.pool import system
 
 
 def main() -> None:
@@ -16,16 +16,16 @@ def main() -> None:
     # The function registered first is called last.  After it the interpreter would shut down, where a thread of any
     # library can still abort the process.
     atexit.register(_leave, codes)
-    signals.end_with_run()
+    system.end_with_run()
     os.environ.pop("SOURCE_DATE_EPOCH", None)  # no result has a date, and scipy cannot be imported if it is no number
-    resources.make_start_cheap()
+    system.make_start_cheap()
     try:
         cli.main()
     except SystemExit as outcome:
         codes.append(int(outcome.code or 0))
     except KeyboardInterrupt:  # between the last word and here
         codes.append(exit_codes.INTERRUPTED)
-    for signum in signals.SIGNALS:
+    for signum in system.SIGNALS:
         signal.signal(signum, signal.SIG_IGN)
     sys.exit(codes[0])
 

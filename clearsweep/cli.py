@@ -17,7 +17,7 @@ from .language.errors import InputError, convert_write_errors, escape_control_ch
 from .language.wording import SYSTEMS
 from .language.wording import unit_system as shown_in
 from .sweeping.pool import options as sweep_options
-from .sweeping.pool import resources
+from .sweeping.pool import system
 
 if TYPE_CHECKING:
     from .report.documents.page import Page  # loads what draws
@@ -59,7 +59,7 @@ class _Verb(click.Command):
         """Run the verb with its parsed options."""
         from .language import phases
 
-        resources.check_space()
+        system.check_space()
         with phases.show_progress():
             return super().invoke(context)
 
@@ -190,7 +190,7 @@ def run(  # noqa: PLR0913 - one argument per option
     from .sweeping import summary
     from .sweeping.sweep import Options, check, load, sweep
 
-    resources.collect_as_usual()
+    system.collect_as_usual()
     overrides = grids.read_options(grids.SET_OPTION, fixed), grids.read_options(grids.SWEEP_OPTION, swept)
     source = grids.OverriddenGrid(grid, *overrides)
     if fail_on_limits:

@@ -6,7 +6,7 @@ import traceback
 import click
 
 from .language.errors import ClearsweepError, escape_control_characters
-from .sweeping.pool import resources
+from .sweeping.pool import system
 
 INTERNAL, BAD_INPUT, LIMITS, INTERRUPTED = 1, 2, 5, 130
 
@@ -29,7 +29,7 @@ def run(command: click.Command, arguments: list[str] | None) -> int:
         print(escape_control_characters(str(error)), file=sys.stderr)
         return error.exit_code
     except Exception as error:
-        if sentence := resources.remedy_text(error):
+        if sentence := system.remedy_text(error):
             print(escape_control_characters(sentence), file=sys.stderr)
             return BAD_INPUT
         traceback.print_exc()

@@ -22,7 +22,7 @@ import speed_page
 from clearsweep import grid as grids
 from clearsweep import store
 from clearsweep.store import blocks
-from clearsweep.sweeping.cluster import blockwise
+from clearsweep.sweeping import blockwise
 from clearsweep.sweeping.pool.case_runner import CaseRunner, Options
 from clearsweep.sweeping.pool.worker import RunContext
 

@@ -19,8 +19,8 @@ import scale_cases
 
 from clearsweep import grid as grids
 from clearsweep import store
-from clearsweep.sweeping.cluster import blockwise, nodes
-from clearsweep.sweeping.cluster.nodes import NodeReport, _address, _unpacked, close, run_block
+from clearsweep.sweeping import blockwise, nodes
+from clearsweep.sweeping.nodes import NodeReport, _address, _unpacked, close, run_block
 from clearsweep.sweeping.pool.case_runner import CaseRunner, Options
 from clearsweep.sweeping.pool.driver import CaseProgress
 

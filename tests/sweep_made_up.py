@@ -9,7 +9,7 @@ from pathlib import Path
 from fake_physics import sweep
 
 from clearsweep.language.errors import ClearsweepError
-from clearsweep.sweeping.pool.signals import Stopped, end_with_run
+from clearsweep.sweeping.pool.system import Stopped, end_with_run
 
 directory, source, options = sys.argv[1:]
 end_with_run()

@@ -28,8 +28,8 @@ from answer_grids import (
 from hypothesis import example, given, settings
 
 from clearsweep import simulation
+from clearsweep.grid.keys import Section
 from clearsweep.grid.keys.key_table import table_of_keys
-from clearsweep.grid.keys.kinds import Section
 
 #: Random answers of a test; `CLEARSWEEP_ANSWERS=10000 pytest tests/test_answer_oracle.py` asks for more.
 COUNT = int(os.environ.get("CLEARSWEEP_ANSWERS", "200"))

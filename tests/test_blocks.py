@@ -22,8 +22,7 @@ from clearsweep.language.errors import DamagedError, DirectoryError, InputError
 from clearsweep.report.blocks.section import Note, Points, Sentences
 from clearsweep.store import blocks, dataset, durable, merged, results
 from clearsweep.store.record import record_checksum
-from clearsweep.sweeping import estimate, summary
-from clearsweep.sweeping.cluster import blockwise
+from clearsweep.sweeping import blockwise, estimate, summary
 from clearsweep.sweeping.merge import complete_run
 
 MIXED = grid(12, (GOOD, GOOD + 0.001, FAILS), wear=True)  # 36 cases, 12 of them fail

@@ -4,7 +4,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from clearsweep.searches.bisection import AGREEING_NEIGHBOURS, Border, expected_probe_count, scan_indices, search
+from clearsweep.searches.seeking import AGREEING_NEIGHBOURS, Border, expected_probe_count, scan_indices, search
 
 
 def bisected(good, last):

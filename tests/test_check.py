@@ -14,7 +14,7 @@ from clearsweep.contracts.results import Trajectory
 from clearsweep.language.errors import InputError
 from clearsweep.simulation.analyses.trajectory import simulate
 from clearsweep.simulation.setup import scene
-from clearsweep.verify import check, check_page, problems, reference_run, rivals, stability
+from clearsweep.verify import accuracy, check, check_page, reference_run, rivals, stability
 
 CONFIGS = Path(__file__).parents[1] / "configs"
 PAIR = {
@@ -42,7 +42,7 @@ def pair(tmp_path_factory):
 
 def quadruple_precision(name):
     """Return the grid, times (n,) s and positions (m) by channel of the journals in quadruple precision."""
-    for problem in problems.all_problems():
+    for problem in accuracy.all_problems():
         if problem.name == name:
             tree = reference_run.base_tree(grid.load(problem.grid, scene.catalogue()).written_case(0))
             solution = rivals.Solution(problem.samples, np.empty((0, 5)), 0, None, 0)
@@ -222,7 +222,7 @@ def test_the_worst_case_has_the_largest_ratio_and_an_unknown_one_is_refused(tmp_
 
 def test_parts_are_what_the_scene_has(tmp_path):
     """Friction and wear are left out in turn; a scene without them has none."""
-    source = json.loads(json.dumps(problems.all_problems()[0].grid))
+    source = json.loads(json.dumps(accuracy.all_problems()[0].grid))
     source["save"] = {"orbits": "none"}
     bare = check.costs_of_parts(grid.load(source, scene.catalogue()).written_case(0))
     assert [part["part"] for part in bare] == ["histogram", "rates"]

@@ -19,7 +19,7 @@ from clearsweep.grid import SCHEMA_VERSION
 from clearsweep.language.errors import SchedulerLostError, StorageError
 from clearsweep.store.record import record_checksum
 from clearsweep.sweeping import estimate, sweep
-from clearsweep.sweeping.pool.signals import Stopped
+from clearsweep.sweeping.pool.system import Stopped
 from clearsweep.tracing import objects
 
 pytestmark = pytest.mark.heavy

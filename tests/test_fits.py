@@ -14,7 +14,7 @@ from fake_runs import JOINT, TEXT, Run, ids, load
 
 from clearsweep import report
 from clearsweep.grid import recorded_fits
-from clearsweep.grid.library import iso286
+from clearsweep.grid.library import fits
 from clearsweep.language.errors import InputError
 from clearsweep.sweeping.facts import setting_text
 
@@ -40,13 +40,13 @@ PUBLISHED = [
 
 @pytest.mark.parametrize(("tolerance_class", "diameter", "low", "high"), PUBLISHED)
 def test_limits_are_those_published(tolerance_class, diameter, low, high):
-    assert iso286.limit_deviations(tolerance_class, Fraction(str(diameter))) == (low, high)
+    assert fits.limit_deviations(tolerance_class, Fraction(str(diameter))) == (low, high)
 
 
 def test_tables_are_the_formulas_of_the_standard_rounded():
     """Annex B of ISO 286-1:1988: i = 0.45 D^(1/3) + 0.001 D and so on, D the geometric mean of a range (mm)."""
     powers = {"d": (16, 0.44), "e": (11, 0.41), "f": (5.5, 0.41), "g": (2.5, 0.34)}
-    ends = (1, *iso286._FINE_DIAMETER_STEPS)
+    ends = (1, *fits._FINE_DIAMETER_STEPS)
     for lower, upper in itertools.pairwise(ends):
         mean = math.sqrt(lower * upper)
         expected = {
@@ -54,22 +54,22 @@ def test_tables_are_the_formulas_of_the_standard_rounded():
             "b": 140 + 0.85 * mean if upper <= 160 else 1.8 * mean,
         } | ({"c": 95 + 0.8 * mean} if upper > 40 else {})  # below, the table leaves its formula by a tenth
         for letter, below in expected.items():
-            assert -iso286.limit_deviations(f"{letter}9", Fraction(upper))[1] == pytest.approx(below, rel=0.05, abs=1)
-    ends = iso286._DIAMETER_STEPS  # up to 3 mm the standard leaves these formulas
+            assert -fits.limit_deviations(f"{letter}9", Fraction(upper))[1] == pytest.approx(below, rel=0.05, abs=1)
+    ends = fits._DIAMETER_STEPS  # up to 3 mm the standard leaves these formulas
     for lower, upper in itertools.pairwise(ends):
         mean, size = math.sqrt(lower * upper), Fraction(upper)
         unit = 0.45 * mean ** (1 / 3) + 0.001 * mean
         for grade, units in zip(range(5, 14), (7, 10, 16, 25, 40, 64, 100, 160, 250), strict=True):
-            assert iso286.limit_deviations(f"H{grade}", size)[1] == pytest.approx(units * unit, rel=0.06, abs=0.7)
+            assert fits.limit_deviations(f"H{grade}", size)[1] == pytest.approx(units * unit, rel=0.06, abs=0.7)
         for letter, (factor, power) in powers.items():
-            assert -iso286.limit_deviations(f"{letter}7", size)[1] == pytest.approx(
+            assert -fits.limit_deviations(f"{letter}7", size)[1] == pytest.approx(
                 factor * mean**power, rel=0.03, abs=0.5
             )
         assert (
-            iso286.limit_deviations("m6", size)[0]
-            == iso286.limit_deviations("H7", size)[1] - iso286.limit_deviations("H6", size)[1]
+            fits.limit_deviations("m6", size)[0]
+            == fits.limit_deviations("H7", size)[1] - fits.limit_deviations("H6", size)[1]
         )
-        assert iso286.limit_deviations("n6", size)[0] == pytest.approx(5 * mean**0.34, rel=0.04, abs=0.5)
+        assert fits.limit_deviations("n6", size)[0] == pytest.approx(5 * mean**0.34, rel=0.04, abs=0.5)
 
 
 def at(more="", overrides=None):
@@ -185,7 +185,7 @@ def test_the_report_and_the_closing_table_name_the_fits(tmp_path):
     values = (12e-6, 20.5e-6, 36.5e-6)
     run = Run(sweep={CLEARANCE: list(values)})
     names = ("H7/g6", "H7/f7", "H8/e8")
-    run.grid["fits"] = {CLEARANCE: [iso286.find_fit(name, Fraction(20))._asdict() for name in names]}
+    run.grid["fits"] = {CLEARANCE: [fits.find_fit(name, Fraction(20))._asdict() for name in names]}
     page = report.write(run, tmp_path / "report.html").read_text(encoding="utf-8")
     assert "20.5\u00a0µm (H7/f7)" in page
     facts = {"fits": run.grid["fits"], "units": {CLEARANCE: "m"}, "written_units": {}}

@@ -54,7 +54,7 @@ PLANTED = (
     ("searches/seek.py", "from ..store import StoredRun"),
     ("searches/optimising.py", "from .optimise import Optimise"),
     ("searches/refine.py", "from .seek import Seek"),
-    ("sweeping/pool/worker.py", "from ..cluster import blockwise"),
+    ("sweeping/pool/worker.py", "from .. import blockwise"),
     ("sweeping/facts.py", "from .pool import worker"),
     ("sweeping/sweep.py", "from .summary import run_text"),
     ("simulation/setup/scene.py", "from ..running import run"),

@@ -15,7 +15,7 @@ import clearsweep
 from clearsweep import grid as grids
 from clearsweep import simulation
 from clearsweep.cli import verbs
-from clearsweep.grid.written import law_execution, law_files, trust
+from clearsweep.grid.written import law_execution, law_files
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.laws import contract
 from clearsweep.simulation import catalogue
@@ -40,7 +40,7 @@ GRID = {
 def place(tmp_path, monkeypatch):
     """A folder for the grid and its laws, and a user who trusts nothing yet."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    monkeypatch.setattr(trust, "_ALLOWED", set())
+    monkeypatch.setattr(law_files, "_ALLOWED", set())
     monkeypatch.setattr(law_execution, "_RECORDS", {})
     folder = tmp_path / "work"
     folder.mkdir()
@@ -297,8 +297,8 @@ def test_trust_covers_the_files_that_a_text_names(place):
 )
 def test_a_list_of_trust_that_others_could_have_written_counts_for_nothing(spoil, expected):
     source = grid_of(GOOD)
-    assert trust.store_file().stat().st_mode & 0o777 == 0o600
-    spoil(trust.store_file())
+    assert law_files.store_file().stat().st_mode & 0o777 == 0o600
+    spoil(law_files.store_file())
     with pytest.raises(InputError, match="is not trusted") as caught:
         load(source)
     assert expected in str(caught.value)
@@ -310,8 +310,8 @@ def test_without_a_home_nothing_is_trusted_and_the_message_says_what_to_do(monke
     def fail():
         raise RuntimeError("Could not determine home directory.")
 
-    monkeypatch.setattr(trust.Path, "home", fail)
-    for act in (lambda: load(grid_of(GOOD, trusted=False)), lambda: grids.trust(trust.Path("my_laws.py"))):
+    monkeypatch.setattr(law_files.Path, "home", fail)
+    for act in (lambda: load(grid_of(GOOD, trusted=False)), lambda: grids.trust(law_files.Path("my_laws.py"))):
         with pytest.raises(InputError, match="set HOME or XDG_CONFIG_HOME, or run with --trust-laws"):
             act()
 
@@ -360,7 +360,7 @@ def test_a_resolved_grid_reads_without_running_its_laws(has_run, place, monkeypa
     assert has_run()
     resolved = json.loads(json.dumps(grid.resolved()))
     grids.revoke(place / "my_laws.py")
-    monkeypatch.setattr(trust, "_ALLOWED", set())
+    monkeypatch.setattr(law_files, "_ALLOWED", set())
     monkeypatch.setattr(law_execution, "_RECORDS", {})
     again = load(resolved)
     assert again.case_id(0) == grid.case_id(0)
@@ -375,7 +375,7 @@ def test_a_worker_runs_the_text_of_the_launcher_and_not_the_file(has_run, place,
     assert has_run()
     (place / "my_laws.py").write_text("raise SystemExit('the file was read again')", encoding="utf-8")
     grids.revoke(place / "my_laws.py")
-    monkeypatch.setattr(trust, "_ALLOWED", set())
+    monkeypatch.setattr(law_files, "_ALLOWED", set())
     monkeypatch.setattr(law_execution, "_RECORDS", {})
     (law,) = law_execution.run_all(pickle.loads(content).law_files)
     assert has_run()
@@ -498,7 +498,7 @@ def test_a_results_directory_runs_nothing_and_show_asks_again(has_run, place, mo
     assert has_run()
     (place / "my_laws.py").unlink()
     grids.revoke(place / "my_laws.py")
-    monkeypatch.setattr(trust, "_ALLOWED", set())
+    monkeypatch.setattr(law_files, "_ALLOWED", set())
     monkeypatch.setattr(law_execution, "_RECORDS", {})
     contract.OWN_RECIPES.clear()
     case_id = run.summary.case_id[0]

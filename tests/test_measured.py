@@ -10,7 +10,7 @@ from click.testing import CliRunner
 
 from clearsweep import cli
 from clearsweep.verify import measured
-from clearsweep.verify.measured import contact, films, journals, machines, points
+from clearsweep.verify.measured import contact, films, machines, points
 from clearsweep.verify.measured.points import KINDS, Row
 
 pytestmark = pytest.mark.heavy
@@ -109,7 +109,7 @@ def test_a_block_drawn_along_a_guide_sticks_and_slips_as_in_the_paper():
 
 @pytest.mark.slow
 def test_a_rig_has_the_torque_of_its_source_while_the_film_bears_alone():
-    rows = journals.measure_crank_pin(quick=True)
+    rows = machines.measure_crank_pin(quick=True)
     result = {row.point: row for row in rows if row.quantity == "shaft torque"}
     assert result["8 kN, 1000 rpm"].computed == pytest.approx(result["8 kN, 1000 rpm"].reference, rel=0.08)
     assert (
@@ -119,18 +119,18 @@ def test_a_rig_has_the_torque_of_its_source_while_the_film_bears_alone():
 
 @slow
 def test_every_point_of_the_rig_is_between_both_counts_of_the_film():
-    rows = [row for row in journals.measure_crank_pin() if row.quantity == "shaft torque"]
+    rows = [row for row in machines.measure_crank_pin() if row.quantity == "shaft torque"]
     by = {(row.point, row.variant): row.computed for row in rows}
     points = {row.point: row.reference for row in rows}
     assert len(points) == 15
     for point, torque in points.items():
-        low, high = by[point, "reynolds"], by[point, journals.MEAN_HEIGHTS]
+        low, high = by[point, "reynolds"], by[point, machines.MEAN_HEIGHTS]
         assert low <= torque <= high or torque == pytest.approx(low, rel=0.13), point
 
 
 @slow
 def test_oil_whirl_begins_where_the_closed_form_says():
-    rows = journals.measure_whirl()
+    rows = machines.measure_whirl()
     closed = [row for row in rows if row.variant == "short"]
     assert len(closed) == 16
     assert [row.computed for row in closed] == pytest.approx([row.reference for row in closed], rel=0.02)

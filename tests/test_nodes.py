@@ -22,8 +22,8 @@ from clearsweep import grid as grids
 from clearsweep import store
 from clearsweep.language.errors import InputError
 from clearsweep.store import blocks
+from clearsweep.sweeping import blockwise, nodes
 from clearsweep.sweeping import merge as merging
-from clearsweep.sweeping.cluster import blockwise, nodes
 from clearsweep.sweeping.pool import case_runner
 
 pytestmark = pytest.mark.heavy

@@ -17,7 +17,7 @@ from clearsweep.language.errors import InputError
 from clearsweep.report.sections.searches import folded_optimised_sections, optimised_sections
 from clearsweep.report.study import prepare
 from clearsweep.searches import optimising
-from clearsweep.searches.choices import Choice
+from clearsweep.searches.seeking import Choice
 from clearsweep.sweeping.summary import of_run, run_text
 
 MASS, ROD, GRAVITY = "mechanism.slider.mass", "mechanism.rod.mass", "mechanism.gravity"

@@ -13,7 +13,7 @@ from test_own_laws import CRANK, FLORES, PAIR, with_joint
 from clearsweep import grid as grids
 from clearsweep import laws
 from clearsweep.cli import verbs
-from clearsweep.grid.written import law_execution, trust
+from clearsweep.grid.written import law_execution, law_files
 from clearsweep.language.errors import InputError
 from clearsweep.simulation import catalogue, simulate
 from clearsweep.simulation.setup import scene
@@ -58,7 +58,7 @@ ANGLE = {"law": "angle-integral", "factor": 2}
 def place(tmp_path, monkeypatch):
     """A folder with a trusted law file."""
     monkeypatch.setenv("XDG_CONFIG_HOME", str(tmp_path / "config"))
-    monkeypatch.setattr(trust, "_ALLOWED", set())
+    monkeypatch.setattr(law_files, "_ALLOWED", set())
     monkeypatch.setattr(law_execution, "_RECORDS", {})
     (tmp_path / "work").mkdir()
     monkeypatch.chdir(tmp_path / "work")
@@ -218,7 +218,7 @@ def test_a_run_sweeps_keys_and_judges_figures_and_a_report_runs_nothing(monkeypa
     result = CliRunner().invoke(verbs, ["run", "grid.json"])
     assert result.exit_code == 0, result.output
     os.remove("my_figures.py")
-    monkeypatch.setattr(trust, "_ALLOWED", set())
+    monkeypatch.setattr(law_files, "_ALLOWED", set())
     monkeypatch.setattr(law_execution, "_RECORDS", {})
     monkeypatch.setattr(law_execution, "_executed", lambda file: pytest.fail("the law file ran"))
     assert CliRunner().invoke(verbs, ["report", "results/own"]).exit_code == 0

@@ -11,7 +11,7 @@ from clearsweep import simulate
 from clearsweep.mechanics.observe import STAGES
 from clearsweep.mechanics.solver import preconditioner, step
 from clearsweep.mechanics.solver.collocation import A
-from clearsweep.verify.problems import all_problems, scene_of
+from clearsweep.verify.accuracy import all_problems, scene_of
 
 pytestmark = pytest.mark.heavy
 

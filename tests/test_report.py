@@ -18,8 +18,8 @@ from clearsweep import grid, report, simulation, store
 from clearsweep.answers.statistics import variance_shares
 from clearsweep.contracts import results
 from clearsweep.grid.cases import nest
+from clearsweep.grid.keys import Number
 from clearsweep.grid.keys.key_table import table_of_keys
-from clearsweep.grid.keys.kinds import Number
 from clearsweep.language import quantity, wording
 from clearsweep.language.errors import InputError
 from clearsweep.report.blocks.section import Columns, Facts, page_script

@@ -10,7 +10,7 @@ from bench import against, compiled, efficiency, ensemble, mechanics, parts, spe
 from clearsweep import grid
 from clearsweep.mechanics.laws.contract import FREE, PRESSED
 from clearsweep.simulation import catalogue
-from clearsweep.verify.problems import all_problems, scene_of
+from clearsweep.verify.accuracy import all_problems, scene_of
 from clearsweep.verify.rivals import DEPTH_COLUMN, JOINT_WIDTH, NORMAL_COLUMN, RATE_COLUMN, CountedRates
 
 pytestmark = pytest.mark.heavy

@@ -12,9 +12,7 @@ import pytest
 from clearsweep import grid, simulation
 from clearsweep.grid.library import BEARINGS
 from clearsweep.grid.library.bearings import bearing_names
-from clearsweep.grid.library.iso286 import Fit
-from clearsweep.grid.library.iso5753 import find_group
-from clearsweep.grid.library.mounting import BearingSizes, mounted
+from clearsweep.grid.library.fits import BearingSizes, Fit, find_group, mounted
 from clearsweep.language.errors import InputError
 from clearsweep.sweeping.pool.case_runner import SIMULATION
 from clearsweep.sweeping.sweep import facts

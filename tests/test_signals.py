@@ -12,7 +12,7 @@ import pytest
 from fake_physics import GOOD, grid
 from test_sweep import parts, program, wait_for
 
-from clearsweep.sweeping.pool import signals
+from clearsweep.sweeping.pool import system
 
 BURST = (signal.SIGINT, signal.SIGTERM, signal.SIGINT, signal.SIGHUP)
 
@@ -21,7 +21,7 @@ pytestmark = pytest.mark.usefixtures("hang_up_heeded")
 
 def code_of(work):
     """Return the exit code with which something is stopped."""
-    with pytest.raises(signals.Stopped) as stopped, signals.catching():
+    with pytest.raises(system.Stopped) as stopped, system.catching():
         work()
     return stopped.value.exit_code
 
@@ -45,9 +45,9 @@ def test_the_second_signal_stops_at_once_with_the_exit_code_of_the_first():
     seen = []
 
     def wait():
-        with signals.patience():
+        with system.patience():
             signal.raise_signal(signal.SIGTERM)
-            seen.append(signals.requested())
+            seen.append(system.requested())
             signal.raise_signal(signal.SIGINT)
             seen.append("not reached")
 
@@ -58,21 +58,21 @@ def test_what_a_signal_breaks_is_no_error_of_its_own():
     def broken():
         try:
             signal.raise_signal(signal.SIGTERM)
-        except signals.Stopped:
+        except system.Stopped:
             raise RuntimeError("release unlocked lock") from None
 
     assert code_of(broken) == 143
-    with pytest.raises(RuntimeError, match="of its own"), signals.catching():
+    with pytest.raises(RuntimeError, match="of its own"), system.catching():
         raise RuntimeError("of its own")
 
 
 def test_a_process_that_ends_with_its_run_stays_deaf_until_then():
     code = (
-        "import signal; from clearsweep.sweeping.pool import signals; signals.end_with_run()\n"
+        "import signal; from clearsweep.sweeping.pool import system; system.end_with_run()\n"
         "try:\n"
-        "    with signals.catching(): signal.raise_signal(signal.SIGTERM)\n"
-        "except signals.Stopped as stopped:\n"
-        "    for signum in signals.SIGNALS: signal.raise_signal(signum)\n"
+        "    with system.catching(): signal.raise_signal(signal.SIGTERM)\n"
+        "except system.Stopped as stopped:\n"
+        "    for signum in system.SIGNALS: signal.raise_signal(signum)\n"
         "    raise SystemExit(stopped.exit_code)\n"
     )
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 143

@@ -15,7 +15,7 @@ from test_sweep import parts, program, wait_for
 
 from clearsweep import cli, streams
 from clearsweep.language import errors, phases
-from clearsweep.sweeping.pool import driver, executors, forks, resources, signals
+from clearsweep.sweeping.pool import driver, executors, forks, system
 
 pytestmark = pytest.mark.heavy
 
@@ -95,18 +95,18 @@ def test_a_hang_up_of_the_terminal_ends_a_run_like_a_termination(tmp_path):
 
 @pytest.mark.usefixtures("hang_up_heeded")
 def test_a_hang_up_stops_a_run_and_has_its_exit_code():
-    with pytest.raises(signals.Stopped) as stopped, signals.catching():
+    with pytest.raises(system.Stopped) as stopped, system.catching():
         signal.raise_signal(signal.SIGHUP)
     assert stopped.value.exit_code == 129
-    with signals.catching(), signals.patience():
+    with system.catching(), system.patience():
         signal.raise_signal(signal.SIGHUP)
-        assert signals.requested() == signal.SIGHUP
+        assert system.requested() == signal.SIGHUP
 
 
 def test_a_hang_up_that_is_ignored_stays_so_while_a_run_catches_signals():
     before = signal.signal(signal.SIGHUP, signal.SIG_IGN)
     try:
-        with signals.catching():
+        with system.catching():
             assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
             assert signal.getsignal(signal.SIGTERM) != signal.SIG_DFL
         assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
@@ -235,9 +235,9 @@ def test_workers_that_cannot_be_started_are_reported_with_the_reason(monkeypatch
 
 
 def test_workers_leave_hang_ups_to_their_parent():
-    before = {signum: signal.getsignal(signum) for signum in signals.SIGNALS}
+    before = {signum: signal.getsignal(signum) for signum in system.SIGNALS}
     try:
-        signals.in_worker()
+        system.in_worker()
         assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
     finally:
         for signum, handler in before.items():
@@ -257,5 +257,5 @@ def test_nothing_is_left_of_threads_that_asked_in_vain(monkeypatch):
 
 def test_errors_name_their_own_space_only(monkeypatch):
     monkeypatch.setattr(resource, "getrlimit", lambda _: (resource.RLIM_INFINITY, resource.RLIM_INFINITY))
-    resources.check_space()
-    assert resources.remedy_text(ZeroDivisionError("bug")) is None
+    system.check_space()
+    assert system.remedy_text(ZeroDivisionError("bug")) is None

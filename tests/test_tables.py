@@ -182,9 +182,9 @@ def test_mistakes_with_pressures_are_reported(keys, message):
 
 
 def test_a_workbook_that_unpacks_to_too_much_is_refused(table, monkeypatch):
-    from clearsweep.grid.written import rows
+    from clearsweep.grid.written import document
 
-    monkeypatch.setattr(rows, "MAX_PART_BYTES", 10_000)
+    monkeypatch.setattr(document, "MAX_PART_BYTES", 10_000)
     with zipfile.ZipFile("bomb.xlsx", "w", zipfile.ZIP_DEFLATED) as book:
         book.writestr("xl/worksheets/sheet1.xml", " " * 1_000_000)
     with pytest.raises(InputError, match="has more than 10,000 bytes"):
@@ -204,9 +204,9 @@ def test_odd_cells_of_a_workbook(table, cell, message):
     """A truth value is no number, a formula needs its stored value, and an address has at most three letters."""
     with zipfile.ZipFile("odd.xlsx", "w") as book:
         header = f'<c r="A1" t="inlineStr"><is><t>{SPEED} [rpm]</t></is></c>'
-        rows = f'<row r="1">{header}</row><row r="2">{cell}</row>'
+        document = f'<row r="1">{header}</row><row r="2">{cell}</row>'
         book.writestr("xl/sharedStrings.xml", "<sst/>")
-        book.writestr("xl/worksheets/sheet1.xml", f"<worksheet><sheetData>{rows}</sheetData></worksheet>")
+        book.writestr("xl/worksheets/sheet1.xml", f"<worksheet><sheetData>{document}</sheetData></worksheet>")
     content = Path("odd.xlsx").read_bytes()
     if message is None:
         assert points(table(content, "cases: odd.xlsx\n", "odd.xlsx")) == [pytest.approx({SPEED: 700 * math.pi / 30})]

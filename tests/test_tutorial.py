@@ -14,7 +14,7 @@ from clearsweep import grid, simulation
 from clearsweep.cli import verbs
 from clearsweep.contracts import results
 from clearsweep.contracts.layout import Layout
-from clearsweep.grid.library import iso286
+from clearsweep.grid.library import fits as iso286
 from clearsweep.report.sections.motion import peak_revolution_sections
 from clearsweep.report.study import prepare
 from clearsweep.sweeping.summary import of_run, run_text

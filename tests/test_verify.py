@@ -9,7 +9,7 @@ import pytest
 from clearsweep import simulate, verify
 from clearsweep.mechanics.solver.integration import ONSET, SEPARATION
 from clearsweep.verify import accuracy, comparisons, stability, text
-from clearsweep.verify.problems import all_problems, restitution_of, scene_of, solution_of
+from clearsweep.verify.accuracy import all_problems, restitution_of, scene_of, solution_of
 from clearsweep.verify.rivals import runge_kutta_4, scipy_ivp
 
 pytestmark = pytest.mark.heavy

@@ -21,7 +21,7 @@ from clearsweep.simulation.figures.sums import half_width
 from clearsweep.simulation.running import observed_run
 from clearsweep.simulation.running import run as running
 from clearsweep.simulation.setup.start import period_of
-from clearsweep.verify.problems import all_problems
+from clearsweep.verify.accuracy import all_problems
 
 pytestmark = pytest.mark.heavy
 

@@ -1,31 +1,50 @@
 """Reads grid files: checks them, converts to SI and enumerates cases.  Imports neither llvmlite nor numpy."""
 
+import json
+import os
+from collections.abc import Mapping
+from dataclasses import replace
+from os import PathLike, fspath
+from pathlib import Path
+from typing import Any
+
+from ..contracts.case import Case, Save
 from ..contracts.catalogue import Catalogue, Field, Law
-from .cases import LawAssignment
+from ..contracts.layout import MAX_REVOLUTIONS, Column, Layout
+from ..language.errors import InputError, quoted
+from .cases import KeyValue, LawAssignment
 from .grid import SCHEMA_VERSION, CaseLabels, Grid, identity
+from .keys.library_names import BEARING, COUNT
 from .keys.outline import key_units
-from .library.iso286 import Fit
-from .loading import (
-    check_disk,
-    check_memory,
-    first_case_history,
-    history_bytes,
-    largest_history,
-    load,
-    recorded_history,
-    starter,
-    write_starter,
-)
+from .library.fits import Fit
 from .pages.key_help import key_names, key_text, markdown
 from .pages.schema import schema
-from .reading.values import as_written
+from .reading import check_channels, read_keys
+from .reading.joint_checks import check_values
+from .reading.values import as_written, assumed_units, written_units
 from .sections.fits import recorded_fits
+from .sections.reader import Reader, added_rows
 from .sections.section import ADDED
-from .sections.variations import recorded_labels
+from .sections.variations import labels_of_axes, recorded_labels, zipped_paths
 from .written.definitions import NO_DEFINITIONS, Definitions, definitions_of_resolved
-from .written.document import SET_OPTION, SWEEP_OPTION, OverriddenGrid, leaves, read_options
-from .written.law_execution import guarded, has_run, reported, run_all
-from .written.trust import allowing, list_text, revoke, trust
+from .written.document import (
+    SET_OPTION,
+    SWEEP_OPTION,
+    OverriddenGrid,
+    Problems,
+    apply_overrides,
+    extended,
+    leaves,
+    name_of_run,
+    override,
+    read_document,
+    read_options,
+)
+from .written.law_execution import enter_law_files, guarded, has_run, reported, run_all
+from .written.law_files import allowing, list_text, revoke, trust
+
+# ----------------------------------------------------------------------------------------------------------------------
+
 
 __all__ = [
     "ADDED",
@@ -72,3 +91,208 @@ __all__ = [
     "trust",
     "write_starter",
 ]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Loads grids, and refuses those that cannot be run or whose results do not fit memory or disk.
+
+
+SCHEMA_FILE = "clearsweep.schema.json"  # next to a grid that `init` writes
+MAX_CASES = 200_000_000  # their summaries take about 100 GB
+MAX_IDENTITIES = 20_000_000  # identities in memory where cases may repeat or are added: 160 MB and 100 s
+
+
+def load(
+    source: str | PathLike | Mapping | OverriddenGrid, catalogue: Catalogue, overrides: Mapping[str, Any] | None = None
+) -> "Grid":
+    """Return the checked grid in `source`: a path, a dict of the same form, or one with overrides.
+
+    `overrides` maps dotted paths to values that replace those in the file; None removes a key.  A swept path that
+    is overridden is no longer swept.  An InputError reports every mistake.
+    """
+    problems = Problems()
+    overridden = source if isinstance(source, OverriddenGrid) else OverriddenGrid(source)
+    source = overridden.source
+    root = read_document(source, problems)
+    if not isinstance(root.value, dict):
+        raise InputError(
+            f"{root.position_text}found {quoted(root.value)}; expected a grid with the keys mechanism, drive, joints"
+        )
+    root = apply_overrides(extended(root, problems), overridden, problems)
+    for path, value in (overrides or {}).items():
+        root = override(root, path, value, problems)
+    root, catalogue, law_files = enter_law_files(root, catalogue, problems)
+    file = fspath(source) if isinstance(source, (str, PathLike)) else None
+    name = name_of_run(root, file, problems)
+    reader = read_keys(root, catalogue, problems, frozenset({*(overrides or ()), *overridden.fixed}))
+    check_values(reader, catalogue)
+    problems.check()
+    search = reader.search
+    zipped = {reader.varied_by[paths[0]]: paths for paths in zipped_paths(reader)}
+    if search and search.varied_paths and not search.in_step:
+        zipped[search.name] = search.varied_paths
+    grid = Grid(
+        name,
+        file,
+        reader.axes | (search.first() if search else {}),
+        reader.limits,
+        reader.user_figures,
+        reader.keys_in_use,
+        reader.values,
+        frozenset(reader.written),
+        reader.names,
+        zipped,
+        _resolved_sample(reader),
+        reader.outline,
+        {path: tuple(entries) for path, entries in reader.fits.items()},
+        assumed_units(reader),
+        search,
+        reader.uncertain,
+        added_rows(reader),
+        tuple(reader.library_numbers.values()),
+        reader.defined,
+        written_units(reader),
+        labels_of_axes(reader),
+        reader.varied_names,
+        reader.roles,
+        reader.case_labels,
+        law_files,
+        tuple(reader.warnings),
+    )
+    max_cases = MAX_IDENTITIES if search or grid.may_repeat else MAX_CASES
+    if grid.size > max_cases:
+        raise InputError(
+            f"{file or 'the grid'}: has {grid.size:,} cases; at most {max_cases:,} can be run: take fewer values on "
+            "the axes, or draw cases with `sample`"
+        )
+    for index in {0, grid.size - 1} if reader.mechanism.refusal else ():
+        _report_refusal(reader, grid.case(index))
+    problems.check()
+    if all(map(has_run, law_files)):
+        _report_start(reader, catalogue, grid)
+    problems.check()
+    layout = Layout.of(grid.case_at(_point_of_layout(grid)), catalogue)
+    check_channels(reader, layout)
+    search = search.check(reader, root, layout) if search else None
+    problems.check()
+    return replace(grid, _layout=layout, search=search)
+
+
+def _point_of_layout(grid: Grid) -> dict[str, KeyValue]:
+    """Return the point whose case has the time histories of all: that with the most elements in each bearing."""
+    point = grid.point(0)
+    for path, varied in grid.varied_names.items():
+        counts = f"{path.removesuffix(BEARING)}{COUNT}"
+        point[path] = max(grid.axes[path], key=lambda name: varied.numbers[name].get(counts, 0))
+    return point
+
+
+def starter(kind: str = "slider-crank") -> str:
+    """Return the text of a commented example grid: 'slider-crank', 'four-bar', 'planar' or 'press'."""
+    text = (Path(__file__).with_name("starters") / f"{kind}.yaml").read_text(encoding="utf-8")
+    return f"# yaml-language-server: $schema={SCHEMA_FILE}\n{text}"
+
+
+def write_starter(file: Path, kind: str, catalogue: Catalogue) -> None:
+    """Write a commented example grid to a new file, and next to it the schema that its first line names to editors.
+
+    A schema that is there stays.  Raises InputError if the grid exists or a file cannot be written.
+    """
+    schema_file = file.with_name(SCHEMA_FILE)
+    try:
+        with open(file, "x", encoding="utf-8") as target:
+            target.write(starter(kind))
+        if not schema_file.exists():
+            schema_file.write_text(json.dumps(schema(catalogue), indent=0), encoding="utf-8")
+    except FileExistsError:
+        raise InputError(f"{file}: already exists and was not changed; choose a new file name") from None
+    except OSError as error:
+        raise InputError(f"{file}: cannot be written ({error.strerror}); choose a writable directory") from None
+
+
+def _report_refusal(reader: Reader, case: Case) -> None:
+    """Report why the mechanism of a case cannot be assembled."""
+    assert reader.mechanism.refusal is not None  # only some mechanisms have this check
+    refusal = reader.mechanism.refusal(reader.mechanism, case)
+    if refusal:
+        path = f"mechanism.{refusal[0]}".rstrip(".")
+        reader.problems.add(reader.position_of(path), path, refusal[1])
+
+
+def _report_start(reader: Reader, catalogue: Catalogue, grid: Grid) -> None:
+    """Report why neither the first nor the last case can start; other cases say it when they run."""
+    first_problem = catalogue.start_problem(grid.case(0))
+    if first_problem and (grid.size == 1 or catalogue.start_problem(grid.case(grid.size - 1))):
+        path, sentence = first_problem
+        reader.problems.add(reader.position_of(path), path, sentence)
+
+
+def _resolved_sample(reader: Reader) -> dict[str, Any]:
+    """Return the section `sample` in SI, or {} if there is none."""
+    if reader.sample is None:
+        return {}
+    section: dict[str, Any] = {"method": reader.sample.method}
+    if reader.sample.method != "one-at-a-time":
+        section |= {"n": reader.sample.n, "seed": reader.sample.seed}
+    return section | {"over": {path: reader.distributions[path].resolved() for path in reader.drawn_paths}}
+
+
+HISTORY_COPIES = 2.0  # copies of a case's histories in memory: as recorded, and by channel
+
+
+def history_bytes(layout: Layout, save: Save, revolutions: float) -> float:
+    """Return the bytes of history that a case of so many revolutions records, without events."""
+    return _history_bytes(layout, layout.channels, save, revolutions)
+
+
+def _history_bytes(layout: Layout, channels: tuple[Column, ...], save: Save, revolutions: float) -> float:
+    saved_revolutions = {"none": 0.0, "last": save.revolutions, "all": revolutions}[save.orbits]
+    if not layout.turns and save.orbits != "none":
+        saved_revolutions = 1.0  # samples are per run, not per revolution
+    section_points = min(revolutions, MAX_REVOLUTIONS) * len(layout.sections) if save.orbits != "none" else 0.0
+    return float(8.0 * (saved_revolutions * save.samples * len(channels) + section_points))
+
+
+def first_case_history(grid: Grid) -> float:
+    """Return the largest number of bytes of history that the first case of a grid stores, without events."""
+    case = grid.case(0)
+    adaptive_section = case.simulate.until or case.life
+    revolutions = adaptive_section.max_revolutions if adaptive_section else case.simulate.revolutions
+    return _history_bytes(grid.layout, grid.layout.stored, case.save, revolutions)
+
+
+def largest_history(grid: Grid) -> float:
+    """Return the smallest number of bytes of history that the longest case of a grid stores, without events."""
+    return _history_bytes(grid.layout, grid.layout.stored, grid.case(0).save, _largest_revolutions(grid))
+
+
+def recorded_history(grid: Grid) -> float:
+    """Return the bytes of history that the longest case of a grid has in memory, without events."""
+    return history_bytes(grid.layout, grid.case(0).save, _largest_revolutions(grid))
+
+
+def _largest_revolutions(grid: Grid) -> float:
+    """Return the largest number of revolutions that a case of a grid runs."""
+    swept = grid.axes.get("simulate.revolutions") or grid.axes.get("simulate.cycles")
+    return float(max(swept or (grid.case(0).simulate.revolutions,)))
+
+
+def check_memory(size: float) -> None:
+    """Raise InputError if the histories of a case, `size` bytes, do not fit into memory."""
+    memory = float(os.sysconf("SC_PAGE_SIZE")) * os.sysconf("SC_PHYS_PAGES")
+    if HISTORY_COPIES * size > memory:
+        raise InputError(
+            f"save.orbits: the time histories of one case need {size / 1e9:,.4g} GB, and twice that during the run, "
+            f"but this machine has {memory / 1e9:,.4g} GB of memory; save only the last revolutions (orbits: last), "
+            "or fewer samples"
+        )
+
+
+def check_disk(size: float, free_bytes: float) -> None:
+    """Raise InputError if all histories, `size` bytes in batches and again when merged, exceed `free_bytes` bytes."""
+    if HISTORY_COPIES * size > free_bytes:
+        raise InputError(
+            f"save.orbits: the time histories of all cases need {size / 1e9:,.4g} GB, and twice that during merging, "
+            f"but only {free_bytes / 1e9:,.4g} GB of disk space is free; save fewer revolutions, samples or "
+            "channels (save.channels), or write orbits: none"
+        )

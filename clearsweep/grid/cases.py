@@ -10,7 +10,7 @@ from itertools import accumulate, product
 from typing import Any, NamedTuple
 
 from .. import MODEL_VERSION
-from .keys.kinds import KeyTable, Word, value_key
+from .keys import KeyTable, Word, value_key
 from .resolve import SharedSection
 from .written.document import leaves
 from .written.law_files import LAWS, digests_in_use

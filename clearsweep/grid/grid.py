@@ -31,11 +31,11 @@ from .cases import (
     with_dependent_values,
     zipped_axes,
 )
-from .keys.kinds import Flag, KeyTable, Name, NameList, Number, Section, Table, Word, value_key
+from .keys import Flag, KeyTable, Name, NameList, Number, Section, Table, Word, value_key
 from .keys.library_names import LibraryNumber, VariedName, put_numbers_of_names, with_names
 from .keys.outline import unit_of_number
 from .keys.run_keys import CARRIED, DIRECTION, START
-from .library.iso286 import Fit
+from .library.fits import Fit
 from .reading.values import WrittenUnit
 from .resolve import case_of
 from .sections.named_sections import UNCERTAIN, uncertain_leaves

@@ -34,9 +34,8 @@ from ..contracts.case import (
 )
 from ..contracts.catalogue import JointOutline, LoadOutline, Outline
 from ..contracts.vibration import FRAME, SEVERITIES, Frame, Location, Mount, Vibration, VibrationOutline
-from .keys.joint_keys import PRELOAD
+from .keys.joint_keys import PRELOAD, ROLLING
 from .keys.key_table import DIMENSIONLESS
-from .keys.rolling_keys import ROLLING
 from .sections.named_sections import UNCERTAIN, uncertain_of
 from .written.document import leaves
 from .written.law_files import LAWS

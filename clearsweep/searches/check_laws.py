@@ -11,7 +11,7 @@ from ..answers.ranking import CaseRanking, ranking_of
 from ..answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN
 from ..contracts.search import CaseResults, Found, OwnRows, Point, Search
 from ..grid import Grid, leaves
-from ..grid.keys.kinds import Word
+from ..grid.keys import Word
 from ..grid.sections.reader import Reader
 from ..grid.sections.section import ADDED
 from ..grid.written.document import WrittenValue

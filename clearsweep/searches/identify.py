@@ -12,16 +12,15 @@ from ..answers import features
 from ..answers.questions import difference_text, identification_sentences
 from ..answers.words import grid_text, number_of_joints
 from ..contracts.layout import Layout
-from ..grid.keys.kinds import Number
+from ..grid.keys import Number
 from ..grid.keys.run_keys import CHANNELS
 from ..grid.sections.reader import Reader
 from ..grid.sections.section import PAIR_SCHEMA, EntriesKey, KeySection, WordListKey, cases_key
 from ..grid.written.document import WrittenValue
 from ..grid.written.tables import read_signals
 from ..language.errors import InputError, did_you_mean, quoted
-from .choices import MISSING_OVER_TEXT, ROUND_SIZE, SEED_KEY, SearchOver
-from .identifying import Identification
-from .observed import MIN_REVOLUTIONS, Signal, angular_signals
+from .identifying import MIN_REVOLUTIONS, Identification, Signal, angular_signals
+from .seeking import MISSING_OVER_TEXT, ROUND_SIZE, SEED_KEY, SearchOver
 
 IDENTIFY = "identify"
 _PRIOR = "prior"  # the kind of a `Choice`

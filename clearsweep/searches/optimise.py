@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from importlib import util
 from typing import Any, ClassVar
 
-from ..grid.keys.kinds import Number, Word
+from ..grid.keys import Number, Word
 from ..grid.keys.library_names import name_path
 from ..grid.sections.fits import naming_of
 from ..grid.sections.reader import Reader
@@ -20,8 +20,8 @@ from ..grid.sections.section import (
 )
 from ..grid.written.document import WrittenValue
 from ..language.errors import InputError, did_you_mean, quoted
-from .choices import AMONG, MISSING_OVER_TEXT, ROUND_SIZE, SEED_KEY, WHOLE, SearchOver
 from .optimising import Optimisation, interval_columns
+from .seeking import AMONG, MISSING_OVER_TEXT, ROUND_SIZE, SEED_KEY, WHOLE, SearchOver
 
 OPTIMISE = "optimise"
 SENSES = ("minimise", "maximise")

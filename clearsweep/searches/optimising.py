@@ -18,7 +18,7 @@ from ..contracts.layout import Column
 from ..contracts.search import CaseResults, Found, Point, SearchTable
 from ..grid import Grid
 from ..language.errors import InputError
-from .choices import AMONG, ROUND_SIZE, WHOLE, Choice
+from .seeking import AMONG, ROUND_SIZE, WHOLE, Choice
 
 if TYPE_CHECKING:
     import optuna  # an optional dependency, imported when a round is requested

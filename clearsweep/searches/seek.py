@@ -11,14 +11,14 @@ import numpy as np
 from ..contracts.layout import Column
 from ..contracts.search import CaseResults, Found, FurtherRuns, Point, Search, SearchTable
 from ..grid import Fit, Grid
-from ..grid.keys.kinds import KeyTable, Number, Word
+from ..grid.keys import KeyTable, Number, Word
 from ..grid.sections.fits import NAMINGS, read_fit_names
 from ..grid.sections.reader import Reader, check_always_used
 from ..grid.sections.section import AXES_OF_NAMES, Key, KeySection, NamesKey, QuantityKey, RangeKey, WordKey, section_in
 from ..grid.written.document import WrittenValue
 from ..language import quantity
 from ..language.errors import quoted
-from . import bisection, unanswered
+from . import seeking, unanswered
 
 SEEK = "seek"
 SEEK_DIRECTIONS, SEEK_SCOPES = ("largest", "smallest"), ("each", "all")
@@ -190,7 +190,7 @@ class Seek(Search):
         """Return the last index: the number of fits minus 1, or of equal steps of at most `within`, a power of 2."""
         if self.fits:
             return len(self.fits) - 1
-        return bisection.interval_count(*self.between, self.within)
+        return seeking.interval_count(*self.between, self.within)
 
     def value(self, index: int) -> float:
         """Return the value at an index from 0 to `last_index`, counted from the safer end."""
@@ -208,7 +208,7 @@ class Seek(Search):
         """Return the values to try first, ascending."""
         if self.fits:
             return tuple(fit.high for fit in self.fits)
-        return tuple(sorted(self.value(index) for index in bisection.scan_indices(self.last_index)))
+        return tuple(sorted(self.value(index) for index in seeking.scan_indices(self.last_index)))
 
     def first(self) -> dict[str, tuple[float, ...]]:
         """Return the values to try first by path."""
@@ -263,7 +263,7 @@ class Seek(Search):
         """Return how many cases the search adds if the border is sharp; among fits none."""
         if self.fits:
             return 0, 0.0
-        factor = bisection.expected_probe_count(self.last_index) / len(self.first_values())
+        factor = seeking.expected_probe_count(self.last_index) / len(self.first_values())
         return round(len(grid) * max(factor - 1.0, 0.0)), 0.0
 
     def expectation(self, added: int) -> str:
@@ -382,7 +382,7 @@ def _read_seek(reader: Reader, root: WrittenValue) -> Seek | None:
     tolerance = SEEK_SECTION.value(reader.problems, section, "within", _unit_of_path(reader, path))
     if tolerance is None or len(reader.problems) > problems_before:
         return None
-    if not (high - low) / 2.0**MAX_HALVINGS < tolerance <= (high - low) / bisection.SCAN_INTERVALS:
+    if not (high - low) / 2.0**MAX_HALVINGS < tolerance <= (high - low) / seeking.SCAN_INTERVALS:
         smallest, largest = (
             quantity.written_text(size, _unit_of_path(reader, path))
             for size in ((high - low) / 1e12, (high - low) / 4.0)
@@ -420,9 +420,7 @@ class SeekRounds:
         self.indices = {self.seek.value(index): index for index in self._first_indices()}  # value -> index
 
     def _first_indices(self) -> tuple[int, ...]:
-        return (
-            tuple(range(self.seek.last_index + 1)) if self.seek.fits else bisection.scan_indices(self.seek.last_index)
-        )
+        return tuple(range(self.seek.last_index + 1)) if self.seek.fits else seeking.scan_indices(self.seek.last_index)
 
     def record(self, grid: Grid, first_index: int, results: CaseResults) -> None:
         """Record how the cases of a grid, from the index `first_index` on, compare to its limits."""
@@ -441,7 +439,7 @@ class SeekRounds:
 
     def _next_probes(self) -> Iterator[tuple[int, int]]:
         for subject in () if self.seek.fits else self.subjects:  # all fits are tried at once
-            for index in bisection.search(self._outcomes(subject), self.seek.last_index).probes:
+            for index in seeking.search(self._outcomes(subject), self.seek.last_index).probes:
                 yield from ((j, index) for j in subject)
 
     def _outcomes(self, subject: tuple[int, ...]) -> dict[int, bool]:
@@ -457,12 +455,12 @@ class SeekRounds:
         """Return the answer from the probes of some cases of the other axes."""
         outcomes, seek = self._outcomes(subject), self.seek
         border = (
-            bisection.border_of_all(outcomes, seek.last_index)
+            seeking.border_of_all(outcomes, seek.last_index)
             if seek.fits
-            else bisection.search(outcomes, seek.last_index).border
+            else seeking.search(outcomes, seek.last_index).border
         )
         assert border is not None  # the search is finished
-        deciding = bisection.deciding_index(outcomes, border, seek.last_index)
+        deciding = seeking.deciding_index(outcomes, border, seek.last_index)
         worst = min(subject, key=lambda j: (self.probes[j][deciding].margin, j))
         limiting = None if outcomes[deciding] else self.probes[worst][deciding].limiting
         point = self.other_points[worst]

@@ -15,10 +15,9 @@ from ..contracts.case import Case
 from ..grid import Grid, check_memory, first_case_history, key_units, leaves, recorded_history
 from ..language import phases
 from ..language.wording import count_text, duration_text
-from . import sweep
-from .cluster import blockwise
+from . import blockwise, sweep
 from .facts import first_and_last_value
-from .pool import case_runner, executors, signals
+from .pool import case_runner, executors, system
 from .pool.case_runner import SIMULATION, Shard, distinct
 from .pool.worker import CaseTime, Simulator, time_case
 
@@ -224,7 +223,7 @@ class _Pilot(NamedTuple):
 
 def pilot(grid: Grid, requested: _Requested, worker_count: int, simulator: Simulator) -> _Pilot:
     """Return the times of a few cases spread over the grid, and of the start of `worker_count` workers."""
-    with signals.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
+    with system.catching(), tempfile.TemporaryDirectory(prefix="clearsweep-") as folder:
         directory = Path(folder)
         (directory / store.SCRATCH).mkdir()
         cases, working = [grid.case(k) for k in requested.timed.tolist()], store.Working(directory, "0" * 16)

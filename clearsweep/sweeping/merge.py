@@ -15,8 +15,8 @@ from .. import store
 from ..grid.sections.variations import VARYING_SECTIONS
 from ..language import phases
 from ..language.errors import DirectoryError
-from .cluster import blockwise
-from .pool import signals
+from . import blockwise
+from .pool import system
 from .pool.case_runner import SIMULATION, CaseRunner, Options, Shard, case_ids, distinct
 from .pool.worker import Simulator
 from .sweep import RunResult, conclude, facts
@@ -63,7 +63,7 @@ def run_merge(
         _check_complete(ids, rows, [record.get("shard") for record in records])
     _check_agreement(store.ResultSchema.of(grid), sources, rows)
     derived, warnings = _facts(grid, simulator, records[0])
-    with signals.catching(), target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
+    with system.catching(), target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
         target.discard_answer()
         start = min(record["start"] for record in records)
         for sentence in target.load_intact_batches():
@@ -140,7 +140,7 @@ def _merge_blocks(paths: list[Path], target: store.RunDirectory, inputs: _MergeI
         "blocks": {"size": inputs.division.size, "count": inputs.division.count, "numbers": []},
     }
     with (
-        signals.catching(),
+        system.catching(),
         target.open_for(grid, **record_entries),
         CaseRunner(target, Options(executor="serial"), inputs.simulator) as case_runner,
     ):

@@ -17,9 +17,9 @@ from ..contracts.results import Peak
 from ..contracts.search import Found, FurtherRuns
 from ..language import phases, wording
 from ..language.errors import DamagedError, DirectoryError, InputError
-from .cluster import blockwise, nodes
+from . import blockwise, nodes
 from .facts import assumed_sentences
-from .pool import executors, resources, signals
+from .pool import executors, system
 from .pool.case_runner import SIMULATION, CaseRunner, Shard, case_ids, distinct, failure_limit, is_common
 from .pool.options import Options, flags
 from .pool.worker import Simulator
@@ -156,7 +156,7 @@ def _run_sweep(
     active_search = grid.search.begin(grid, simulator) if grid.search else None
     begun = {"counts": {"cases": len(requested)}, **record_entries}
     with (
-        signals.catching(),
+        system.catching(),
         _cleared_directory(grid, out, shard, options).open_for(grid, **begun) as directory,
         phases.store_progress(store.progress_file(directory.path).replace_progress),
     ):
@@ -215,7 +215,7 @@ def _run_cut(
     requested = blockwise.count_requested(job)
     blocks = {"size": division.size, "count": division.count, "numbers": []}
     with (
-        signals.catching(),
+        system.catching(),
         directory.open_for(grid, counts={"cases": requested}, blocks=blocks, **record_entries),
         phases.store_progress(store.progress_file(directory.path).replace_progress),
     ):
@@ -264,7 +264,7 @@ def directory_of(grid: grids.Grid, out: str | Path | None = None, shard: Shard |
         (path / LONGEST_FILE).stat()
     except OSError as error:
         if error.errno == errno.ENAMETOOLONG:
-            raise DirectoryError(f"{resources.path_too_long_text(str(path))} with --out") from None
+            raise DirectoryError(f"{system.path_too_long_text(str(path))} with --out") from None
     return store.RunDirectory(path)
 
 

@@ -19,8 +19,8 @@ from ..simulation.analyses.trajectory import simulate
 from ..simulation.figures.catalogue import Blocks, Interval
 from ..simulation.running.observed_run import Decision
 from ..simulation.setup import scene
+from .accuracy import ImpactPair, ReferenceTrajectory, all_problems, scene_of
 from .extremes import ExtremeCase, contact_section, slider_crank_grid, tanh_section, voigt_section
-from .problems import ImpactPair, ReferenceTrajectory, all_problems, scene_of
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Convergence of statistics with the tolerance and the length of a run, where pointwise errors are meaningless.

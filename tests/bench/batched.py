@@ -12,7 +12,7 @@ import jax.numpy as jnp
 import numpy as np
 import optimistix
 
-from clearsweep.verify.problems import scene_of
+from clearsweep.verify.accuracy import scene_of
 from clearsweep.verify.rivals import LEAST_RELATIVE_TOLERANCE, MAX_STEP_TURNS, TINY_DEPTH
 
 from .mechanics import FLOOR, parameters

@@ -13,7 +13,7 @@ from numba import njit
 from scipy.integrate._ivp import dop853_coefficients as table
 
 from clearsweep.mechanics.solver.integration import ONSET, SEPARATION
-from clearsweep.verify.problems import scene_of
+from clearsweep.verify.accuracy import scene_of
 from clearsweep.verify.rivals import EVENT_DEAD_TIME, LEAST_RELATIVE_TOLERANCE, MAX_STEP_TURNS, Solution
 
 from .mechanics import FLOOR, FREE, MODELS, PRESSED, margin, parameters, units

@@ -19,7 +19,7 @@ from llvmlite.binding import get_host_cpu_features
 
 from clearsweep import simulation
 from clearsweep.simulation.analyses.trajectory import simulate
-from clearsweep.verify.problems import all_problems, scene_of, solution_of
+from clearsweep.verify.accuracy import all_problems, scene_of, solution_of
 
 try:
     from . import soda

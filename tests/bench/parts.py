@@ -9,8 +9,7 @@ import numpy as np
 import clearsweep
 from clearsweep.simulation.running.run import Run
 from clearsweep.simulation.setup.start import control_of, period, start_of
-from clearsweep.verify.accuracy import FLAGSHIP
-from clearsweep.verify.problems import all_problems
+from clearsweep.verify.accuracy import FLAGSHIP, all_problems
 
 WEAR = {"JOINTS.length": 0.02, "JOINTS.wear": {"law": "archard", "coefficient": 2e-14}}
 

@@ -19,7 +19,7 @@ from numba import carray, cfunc, from_dtype, njit, types
 from numbalsoda import dop853, lsoda, solve_ivp
 
 from clearsweep.mechanics.solver.integration import ONSET, SEPARATION
-from clearsweep.verify.problems import scene_of
+from clearsweep.verify.accuracy import scene_of
 from clearsweep.verify.rivals import EVENT_DEAD_TIME, LEAST_RELATIVE_TOLERANCE, MAX_STEP_TURNS, Solution
 
 from .mechanics import FLOOR, FREE, MODELS, PRESSED, RECORD, margin, parameters, units

@@ -21,8 +21,7 @@ from clearsweep.simulation.running.run import integration_of
 from clearsweep.simulation.setup.scene import Scene
 from clearsweep.simulation.setup.start import NO_TIMES
 from clearsweep.verify import accuracy
-from clearsweep.verify.accuracy import FLAGSHIP, HEADLINE_TOLERANCE, Method
-from clearsweep.verify.problems import all_problems, scene_of
+from clearsweep.verify.accuracy import FLAGSHIP, HEADLINE_TOLERANCE, Method, all_problems, scene_of
 
 from . import compiled, parts, stepwise
 

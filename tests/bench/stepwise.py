@@ -14,7 +14,7 @@ from scipy.integrate import DOP853
 from scipy.optimize import brentq
 
 from clearsweep.mechanics.solver.integration import ONSET, SEPARATION
-from clearsweep.verify.problems import scene_of
+from clearsweep.verify.accuracy import scene_of
 from clearsweep.verify.rivals import EVENT_DEAD_TIME, Solution
 
 from .mechanics import FLOOR, FREE, MODELS, PRESSED, margin, parameters

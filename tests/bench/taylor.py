@@ -11,7 +11,7 @@ import heyoka as hy
 import numpy as np
 
 from clearsweep.mechanics.solver.integration import ONSET, SEPARATION
-from clearsweep.verify.problems import scene_of
+from clearsweep.verify.accuracy import scene_of
 from clearsweep.verify.rivals import Solution
 
 from .mechanics import FREE, PRESSED

@@ -20,8 +20,10 @@ from ...contracts.catalogue import (
 )
 from ...contracts.layout import converging_columns
 from ..library import MATERIALS, PAIRS
+from . import ConditionalDefault, Flag, KeyTable, Name, Number, Section, Table, Use, Word, section_key, word_key
 from .joint_keys import (
     GUIDE_PRELOAD_TEXT,
+    ROLLING,
     UNCHECKED_KEY,
     add_contact,
     add_film,
@@ -31,6 +33,7 @@ from .joint_keys import (
     add_numbers,
     add_preload,
     add_profile,
+    add_rolling,
     add_roughness,
     add_spatial_revolute,
     add_thermal,
@@ -38,9 +41,7 @@ from .joint_keys import (
     modulus_paths,
     onset_key_without_mass,
 )
-from .kinds import ConditionalDefault, Flag, KeyTable, Name, Number, Section, Table, Use, Word, section_key, word_key
 from .library_names import DEFAULT_WEAR_LAW, PAIR, UNCHECKED
-from .rolling_keys import ROLLING, add_rolling
 from .run_keys import TIME_BUDGET_FIELD, add_life_keys, add_save_keys, add_start_keys
 
 DIMENSIONLESS = "dimensionless"

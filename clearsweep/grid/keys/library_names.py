@@ -9,9 +9,9 @@ from ...language.errors import InputError, quoted
 from .. import library
 from ..library import MATERIALS, Entry, Value
 from ..library.bearings import WIDTH, bearing_names, check_group, parse_bearing_name
-from ..library.iso5753 import NORMAL_GROUP
+from ..library.fits import NORMAL_GROUP
 from ..written.document import Problems, WrittenValue
-from .kinds import KeyTable, Name, Word
+from . import KeyTable, Name, Word
 
 MATERIAL, OIL, PAIR, HOUSING_MATERIAL, BEARING = "name", "oil", "pair", "material", "bearing"  # keys that take a name
 UNCHECKED = "unchecked"  # the key next to a name with which the user answers for values from memory

@@ -23,8 +23,8 @@ from ...language import quantity
 from ...language.errors import InputError
 from ..written.document import WrittenValue, leaves
 from ..written.law_files import with_recorded_laws
+from . import KeyTable, Number, Word
 from .key_table import table_of_keys
-from .kinds import KeyTable, Number, Word
 
 NAME_PATTERN = re.compile(r"[A-Za-z][A-Za-z0-9_-]{0,39}")
 MAX_NAMES = 100  # bodies, points of a body, joints or loads; compiled code grows with their number

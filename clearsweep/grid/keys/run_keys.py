@@ -1,8 +1,8 @@
 """Keys of a run: saved results of a case (`save`), and its life (`life`)."""
 
 from ...contracts.catalogue import CONDITION, NUMERICS, STARTS, Field
+from . import KeyTable, NameList, Number, Section, Use, Word
 from .joint_keys import add_numbers
-from .kinds import KeyTable, NameList, Number, Section, Use, Word
 
 CHANNELS = "save.channels"
 _ORBITS_WORD = Word(

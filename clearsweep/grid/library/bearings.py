@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 from ...language.errors import InputError, quoted
 from .entries import Entry, Value
-from .iso5753 import GROUPS
+from .fits import GROUPS
 
 GROOVES = (0.52, 0.53)  # radii over the ball's diameter, up to which ISO 281 has its ratings
 _COLUMNS = {  # column of the file -> key of the joint, unit, factor from the file's unit to SI

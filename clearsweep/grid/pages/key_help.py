@@ -6,7 +6,7 @@ from collections.abc import Iterable, Iterator, Mapping
 from functools import cache
 
 from ...contracts.catalogue import ANY, Catalogue
-from ..keys.kinds import Word
+from ..keys import Word
 from ..keys.outline import KeyTree, key_trees
 from ..sections.axes import DESIGNS, SAMPLE_SECTION, SPACING_FORMS
 from ..sections.distributions import parameter_forms

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 from ...contracts.catalogue import ANY, Catalogue, Field
 from ...language import quantity
-from ..keys.kinds import COUNT_WORDS, Flag, KeyTable, Name, NameList, Number, Section, Table, Word
+from ..keys import COUNT_WORDS, Flag, KeyTable, Name, NameList, Number, Section, Table, Word
 from ..keys.outline import KeyTree, key_trees
 
 _JOINT_PATH = f"joints.{ANY}"

@@ -8,7 +8,7 @@ from typing import Any
 
 from ...contracts.catalogue import ANY, Catalogue
 from ...language import quantity
-from ..keys.kinds import COUNT_WORDS, Flag, KeyTable, Name, NameList, Number, Section, Table, Word
+from ..keys import COUNT_WORDS, Flag, KeyTable, Name, NameList, Number, Section, Table, Word
 from ..keys.library_names import MATERIAL
 from ..keys.outline import key_trees
 from ..sections.axes import SAMPLE_SECTION

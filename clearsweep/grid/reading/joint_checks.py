@@ -9,10 +9,9 @@ from ...contracts.catalogue import Catalogue, Law, with_given_size
 from ...contracts.vibration import FRAME, MAX_BAND_ORDERS, MIN_TURNS, NO_SEVERITY
 from ...language.errors import did_you_mean
 from ...language.expression import DEFINED, names_in
-from ..keys.joint_keys import modulus_paths
+from ..keys import Number, Section, value_key, word_key
+from ..keys.joint_keys import conflicts, modulus_paths
 from ..keys.key_table import DIMENSIONLESS
-from ..keys.kinds import Number, Section, value_key, word_key
-from ..keys.rolling_keys import conflicts
 from ..keys.run_keys import LIFE
 from ..sections.reader import Reader
 from ..written.definitions import expression_of

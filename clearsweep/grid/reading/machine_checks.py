@@ -5,7 +5,7 @@ from itertools import pairwise
 
 from ...contracts.case import column_name
 from ...contracts.catalogue import GROUND, Catalogue, JointOutline, Law
-from ..keys.kinds import Section
+from ..keys import Section
 from ..sections.reader import Reader
 
 FREEZING = 273.15  # K, 0 degC

@@ -8,8 +8,8 @@ from ...contracts.catalogue import Field
 from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
 from ...language.quantity import WrittenUnit, is_bare, written_unit
+from ..keys import COUNT_WORDS, Flag, KeyTable, Number, Section, Table, Word
 from ..keys.key_table import DIMENSIONLESS
-from ..keys.kinds import COUNT_WORDS, Flag, KeyTable, Number, Section, Table, Word
 from ..keys.outline import unit_of_number
 from ..sections.fits import recorded_fits
 from ..sections.reader import Reader, make_word_axis

@@ -11,12 +11,10 @@ from typing import Any, NamedTuple
 
 from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
-from ..keys.kinds import Number
+from ..keys import Number
 from ..keys.library_names import BEARING
 from ..library.bearings import parse_bearing_name
-from ..library.iso286 import Fit, find_fit
-from ..library.iso5753 import NORMAL_GROUP, find_group
-from ..library.mounting import MOUNTING_KEYS, BearingSizes, mounted
+from ..library.fits import MOUNTING_KEYS, NORMAL_GROUP, BearingSizes, Fit, find_fit, find_group, mounted
 from ..written.document import WrittenValue
 from .distributions import FROM_FIT
 from .reader import Reader

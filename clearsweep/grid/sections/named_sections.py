@@ -11,7 +11,7 @@ from ...contracts.layout import FEATURES_OF_FLANKED, Requested, columns_of, rubb
 from ...language import expression
 from ...language.errors import InputError, did_you_mean, quoted
 from ...language.quantity import is_bare, written_unit
-from ..keys.kinds import Number, Section
+from ..keys import Number, Section
 from ..keys.run_keys import LIFE
 from ..written.document import WrittenValue
 from .distributions import DISTRIBUTIONS, Distribution, distribution_of, forms_text, parameter_forms, read_distribution

@@ -9,9 +9,9 @@ from ...contracts.catalogue import Mechanism, Outline
 from ...contracts.search import Search
 from ...language import quantity
 from ...language.errors import InputError
-from ..keys.kinds import KeyTable, Number, Word, value_key
+from ..keys import KeyTable, Number, Word, value_key
 from ..keys.library_names import LibraryNumber, VariedName, numbers_of_names
-from ..library.iso286 import Fit
+from ..library.fits import Fit
 from ..written.definitions import NO_DEFINITIONS, Definitions
 from ..written.document import Problems, WrittenValue
 from .axes import Sample

@@ -10,8 +10,7 @@ from typing import Any, NamedTuple
 from ...contracts.catalogue import Field
 from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
-from ..library.iso5753 import GROUPS
-from ..library.mounting import MOUNTING_KEYS
+from ..library.fits import GROUPS, MOUNTING_KEYS
 from ..written.document import Problems, WrittenValue
 
 ADDED = "added"  # in a section that adds cases: dotted path -> the values of the added cases

@@ -1,5 +1,6 @@
-"""Reads a YAML 1.2 file or a dict into values with their positions, applies overrides, and collects mistakes."""
+"""Reads a YAML 1.2 file or a dict into values with positions, applies overrides, collects mistakes; and table rows."""
 
+import csv
 import os
 import re
 import stat
@@ -7,13 +8,190 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
 from os import PathLike, fspath
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ruamel.yaml import YAML
 from ruamel.yaml.error import MarkedYAMLError, YAMLError
 from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
 
 from ...language.errors import InputError, quoted
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Reads the rows of tables: CSV with any usual separator and decimal sign, Excel and Parquet files.
+
+
+if TYPE_CHECKING:  # few grids name workbooks
+    import zipfile
+    from xml.etree import ElementTree
+
+TableRow = tuple[int, list[Any]]  # number and cells
+
+_HEADER_PATTERN = re.compile(r"\s*([^\[\]]*?)\s*(?:\[([^\[\]]*)\]\s*)?")
+_DECIMAL_COMMA = re.compile(r"\s*[+-]?(\d*),(\d+)(?:[eE][+-]?\d+)?(?=\s|$|[^\d,.])")
+_SHEET_PATTERN = re.compile(r"xl/worksheets/sheet(\d+)\.xml")
+_CELL_PATTERN = re.compile(r"([A-Z]{1,3})\d+")
+MAX_PART_BYTES = 256 * 2**20  # bytes of a part of a workbook, unpacked
+
+
+def split_header(heading: str) -> tuple[str, str]:
+    """Return name and unit of a column header such as `drive.speed [rpm]`; '' for a missing part."""
+    match = _HEADER_PATTERN.fullmatch(heading)
+    return (match[1], (match[2] or "").strip()) if match else ("", "")
+
+
+def rows_of_csv(file: Path) -> tuple[list[str], list[TableRow]]:
+    """Return the headers, and line number and cells of every row that is not blank.
+
+    Columns are separated by the first of tab, semicolon and comma that the header contains; numbers of the first two
+    may have a decimal comma.  Raises ValueError where a comma may be a decimal or a thousands separator.
+    """
+    with open(file, newline="", encoding="utf-8-sig") as stream:
+        first_line = stream.readline()
+        separator = next((sign for sign in "\t;" if sign in first_line), ",")
+        stream.seek(0)
+        lines = csv.reader(stream, delimiter=separator)
+        headers = next(lines, [])
+        rows = [(lines.line_num, cells) for cells in lines if any(cell.strip() for cell in cells)]
+    return headers, rows if separator == "," else _with_decimal_points(rows)
+
+
+def _with_decimal_points(rows: list[TableRow]) -> list[TableRow]:
+    """Return rows with decimal points in place of commas; ValueError if it is not clear what the commas mean."""
+    commas = [(line, cell, match) for line, cells in rows for cell in cells if (match := _DECIMAL_COMMA.match(cell))]
+    if not commas:
+        return rows
+    point = next((line for line, cells in rows for cell in cells if re.match(r"\s*[+-]?\d*\.\d", cell)), None)
+    if point is not None:
+        raise ValueError(
+            f"row {commas[0][0]} has the decimal comma of {commas[0][1].strip()!r}, row {point} a decimal point; write "
+            "one of the two"
+        )
+    if all(len(match[2]) == 3 and match[1].lstrip("0") for *_, match in commas):
+        raise ValueError(
+            f"row {commas[0][0]}: {commas[0][1].strip()!r} may be a fraction or thousands; write a decimal point"
+        )
+    return [
+        (line, [cell.replace(",", ".", 1) if _DECIMAL_COMMA.match(cell) else cell for cell in cells])
+        for line, cells in rows
+    ]
+
+
+def complete_rows_of_csv(path: Path, max_bytes: int) -> tuple[list[str], list[TableRow]]:
+    """Return headers and rows as `rows_of_csv`.
+
+    Raise InputError, with the row, if a row lacks a cell or has too many.
+    """
+    try:
+        check_regular_file(path, max_bytes)
+        headers, rows = rows_of_csv(path)
+    except (OSError, ValueError, csv.Error) as error:
+        raise InputError(f"{path}: cannot be read: {getattr(error, 'strerror', None) or error}") from None
+    for line, cells in rows:
+        if len(cells) != len(headers):
+            raise InputError(
+                f"{path}:{line}: the row has {len(cells)} cells but the header has {len(headers)}; write every value"
+            )
+    return headers, rows
+
+
+def rows_of_parquet(file: Path) -> tuple[list[str], list[TableRow]]:
+    """Return the headers, and number and cells of every row."""
+    import pyarrow.parquet as pq
+
+    with pq.ParquetFile(file, pre_buffer=False) as content:
+        table = content.read(use_threads=False)
+    columns = [table.column(k).to_pylist() for k in range(table.num_columns)]
+    rows = zip(*columns, strict=True)
+    return table.column_names, [(number, list(cells)) for number, cells in enumerate(rows, start=1)]
+
+
+def rows_of_xlsx(file: Path, sheet: int = 1) -> tuple[list[str], list[TableRow]]:
+    """Return the headers, and number and cells of every row of a sheet of an Excel workbook that is not blank.
+
+    sheet : its number, 1 for the first.  Values of formulas are those that Excel stored.  Raises ValueError if the
+    file is no workbook or has no such sheet.
+    """
+    import zipfile
+    from xml.etree import ElementTree
+
+    try:
+        with zipfile.ZipFile(file) as book:
+            sheets = {int(match[1]): name for name in book.namelist() if (match := _SHEET_PATTERN.fullmatch(name))}
+            if sheet not in sheets:
+                raise ValueError(f"has {len(sheets)} sheets; there is no sheet {sheet}")
+            shared = _shared_texts(book) if "xl/sharedStrings.xml" in book.namelist() else []
+            root = _part(book, sheets[sheet])
+        rows = _rows_of_sheet(root, shared)
+    except (zipfile.BadZipFile, ElementTree.ParseError, LookupError, NotImplementedError, RuntimeError) as error:
+        raise ValueError(f"is no Excel workbook (.xlsx), or is encrypted: {error}") from None
+    if not rows:
+        return [], []
+    headers = [str(cell) for cell in rows[0][1]]
+    width = len(headers)
+    return headers, [(number, cells + [""] * (width - len(cells))) for number, cells in rows[1:]]
+
+
+def _rows_of_sheet(root: "ElementTree.Element", shared: list[str]) -> list[TableRow]:
+    """Return number and cells of every row that is not blank."""
+    rows = []
+    for number, row in enumerate(root.iterfind(".//{*}sheetData/{*}row"), start=1):
+        cells = {_column(cell, k): _cell_value(cell, shared) for k, cell in enumerate(row.iterfind("{*}c"))}
+        if any(value not in ("", None) for value in cells.values()):
+            rows.append((int(row.get("r", number)), [cells.get(k, "") for k in range(max(cells) + 1)]))
+    return rows
+
+
+def _part(book: "zipfile.ZipFile", name: str) -> "ElementTree.Element":
+    """Return a part of a workbook; ValueError if it is too large once it is unpacked."""
+    from xml.etree import ElementTree
+
+    if book.getinfo(name).file_size > MAX_PART_BYTES:
+        raise ValueError(f"its part {name} has more than {MAX_PART_BYTES:,} bytes")
+    return ElementTree.fromstring(book.read(name))  # expat limits the expansion of entities
+
+
+def _shared_texts(book: "zipfile.ZipFile") -> list[str]:
+    items = _part(book, "xl/sharedStrings.xml").iterfind("{*}si")
+    return ["".join(text.text or "" for text in item.iterfind(".//{*}t")) for item in items]
+
+
+def _column(cell: "ElementTree.Element", default: int) -> int:
+    """Return the number of the column of a cell, 0 for the first: 27 of AB4."""
+    match = _CELL_PATTERN.fullmatch(cell.get("r", ""))
+    if not match:
+        return default
+    number = 0
+    for letter in match[1]:
+        number = 26 * number + ord(letter) - ord("A") + 1
+    return number - 1
+
+
+def _cell_value(cell: "ElementTree.Element", shared: list[str]) -> Any:
+    """Return the value of a cell: text, or the text of a number; `=` and a formula whose value is not stored."""
+    if cell.get("t") == "inlineStr":
+        return "".join(text.text or "" for text in cell.iterfind(".//{*}t"))
+    content, formula = cell.findtext("{*}v") or "", cell.findtext("{*}f")
+    if cell.get("t") == "s" and content:
+        return shared[int(content)]
+    if cell.get("t") == "b":
+        return "TRUE" if content == "1" else "FALSE"
+    return content or (f"={formula}" if formula else "")
+
+
+#: Ending of the name of a file -> the function that reads its rows.
+READERS: dict[str, Callable[..., tuple[list[str], list[TableRow]]]] = {
+    ".csv": rows_of_csv,
+    ".tsv": rows_of_csv,
+    ".txt": rows_of_csv,
+    ".xlsx": rows_of_xlsx,
+    ".parquet": rows_of_parquet,
+}
+KNOWN_FILES_TEXT = "a .csv, .xlsx or .parquet file"
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Reads a YAML 1.2 file or a dict into values with their positions, applies overrides, and collects mistakes.
+
 
 _MAX_BYTES = 64 * 2**20  # bytes of a grid file
 _NAME_PATTERN = re.compile(r"\w[\w .+-]{0,99}")
@@ -274,7 +452,26 @@ def from_node(
     if str(node.tag).removeprefix(_TAG_PREFIX) not in _UNTAGGED_TYPES:
         problems.add(WrittenValue(None, *location), path, f"the YAML tag {node.tag} is not supported; remove the tag")
     if isinstance(node, MappingNode):
-        written = _mapping(node, location, path, problems, nodes_read)
+        values: dict[str, WrittenValue] = {}
+        keys: dict[str, WrittenValue] = {}
+        inherited: dict[str, WrittenValue] = {}  # by merge keys, so that nothing is missing where one is reported
+        for key_node, value_node in node.value:
+            key_location = WrittenValue(None, location[0], key_node.start_mark.line + 1, key_node.start_mark.column + 1)
+            key = str(key_node.value) if not isinstance(key_node.value, list) else "?"
+            nested = f"{path}.{key}" if path else key
+            if key in values:
+                problems.add(
+                    key_location, nested, f"duplicate key; it is also on line {keys[key].line}: keep one of them"
+                )
+                continue
+            value = from_node(value_node, location[0], nested, problems, nodes_read)
+            if key == MERGE_KEY:
+                problems.add(key_location, nested, _MERGE_KEY_TEXT)
+                inherited |= value.value if isinstance(value.value, dict) else {}
+                continue
+            is_blank = value.value is None and not value_node.value  # an empty value has no position
+            values[key], keys[key] = key_location if is_blank else value, key_location
+        written = WrittenValue(inherited | values, *location, keys)
     elif isinstance(node, SequenceNode):
         written = WrittenValue([from_node(item, origin, path, problems, nodes_read) for item in node.value], *location)
     else:
@@ -283,34 +480,6 @@ def from_node(
         )
     nodes_read[id(node)] = written
     return written
-
-
-def _mapping(
-    node: MappingNode,
-    location: tuple[str, int, int],
-    path: str,
-    problems: Problems,
-    nodes_read: dict[int, WrittenValue | None],
-) -> WrittenValue:
-    """Return the value of a YAML mapping; a repeated key is a problem."""
-    values: dict[str, WrittenValue] = {}
-    keys: dict[str, WrittenValue] = {}
-    inherited: dict[str, WrittenValue] = {}  # by merge keys, so that nothing is missing where one is reported
-    for key_node, value_node in node.value:
-        key_location = WrittenValue(None, location[0], key_node.start_mark.line + 1, key_node.start_mark.column + 1)
-        key = str(key_node.value) if not isinstance(key_node.value, list) else "?"
-        nested = f"{path}.{key}" if path else key
-        if key in values:
-            problems.add(key_location, nested, f"duplicate key; it is also on line {keys[key].line}: keep one of them")
-            continue
-        value = from_node(value_node, location[0], nested, problems, nodes_read)
-        if key == MERGE_KEY:
-            problems.add(key_location, nested, _MERGE_KEY_TEXT)
-            inherited |= value.value if isinstance(value.value, dict) else {}
-            continue
-        is_blank = value.value is None and not value_node.value  # an empty value has no position
-        values[key], keys[key] = key_location if is_blank else value, key_location
-    return WrittenValue(inherited | values, *location, keys)
 
 
 def _scalar(tag: str, text: str, key_location: WrittenValue, path: str, problems: Problems) -> bool | int | str | None:

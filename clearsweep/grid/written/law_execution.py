@@ -29,8 +29,17 @@ from ...language.errors import InputError, error_line
 from ...laws import Law, collecting
 from ...tracing import cache
 from .document import Problems, WrittenValue
-from .law_files import LAWS, NO_NEIGHBOURS, digest_of_law, hash_of, imports, is_neighbour, read_law_files
-from .trust import is_allowed, refusal_text
+from .law_files import (
+    LAWS,
+    NO_NEIGHBOURS,
+    digest_of_law,
+    hash_of,
+    imports,
+    is_allowed,
+    is_neighbour,
+    read_law_files,
+    refusal_text,
+)
 
 ONLY_LAWS = "a law file may only declare laws"
 TIME_LIMITS = {signal.SIGPROF: 20.0, signal.SIGALRM: 60.0}  # s of processor time, and of the clock

@@ -20,7 +20,7 @@ from ...contracts.results import Peak, Trajectory
 from ...contracts.search import CaseResults, Rounds
 from ...language import phases
 from ...language.errors import InputError, error_line
-from . import executors, signals
+from . import executors, system
 from .driver import CHECK_INTERVAL, Batches, CaseProgress, CompilationProgress, Driver
 from .options import Options
 from .worker import RunContext, Simulator, find_peak, prepare
@@ -322,9 +322,9 @@ def _submit_peak(workers: executors.Executor, *arguments: Any) -> Future:
 def _await_result(future: Future) -> Any:
     """Return the result of a worker; raise Stopped after a signal."""
     while not wait([future], CHECK_INTERVAL).done:
-        if signals.requested():
-            raise signals.Stopped(
-                signals.requested(),
+        if system.requested():
+            raise system.Stopped(
+                system.requested(),
                 "stopped: all cases are finished and kept; run the same command again to merge their files",
             )
     return future.result()

@@ -20,7 +20,7 @@ from ...language.errors import ClearsweepError, StorageError, error_line
 from ...language.phases import Progress
 from ...store import durable
 from ...store.batch import hash_in_name
-from . import signals
+from . import system
 from .executors import Executor
 from .worker import Batch, BatchOutcome, RunContext, Tasks, failure, read_worker_status, run_batch
 
@@ -277,8 +277,8 @@ class Driver:
 
     def run(self) -> bool:
         """Run all batches; return False if stopped because too many cases failed."""
-        with signals.patience():
-            while not signals.requested():
+        with system.patience():
+            while not system.requested():
                 if self._has_too_many_failures():
                     self._drain()
                     return False
@@ -290,8 +290,8 @@ class Driver:
                 for future in completed_futures or self._futures_of_dead_workers():
                     self._handle_completion(future)
             self._drain()
-            raise signals.Stopped(
-                signals.requested(),
+            raise system.Stopped(
+                system.requested(),
                 f"stopped: {self.progress.done:,} of {self.progress.total:,} "
                 "cases are finished and kept; run the same command again to continue",
             )
@@ -302,7 +302,7 @@ class Driver:
     def _hand_out(self) -> None:
         worker_count = self.executor.worker_count  # that of a cluster varies
         self.batches.worker_count = self.progress.worker_count = worker_count
-        while len(self.running) < BATCHES_PER_WORKER * worker_count and not signals.requested():
+        while len(self.running) < BATCHES_PER_WORKER * worker_count and not system.requested():
             batch = self.batches.next()
             if batch is None:
                 return

@@ -14,8 +14,8 @@ from concurrent.futures import BrokenExecutor, Future
 from typing import Any, Protocol, TypeVar
 
 from ...language.errors import InputError, SchedulerLostError, error_line
-from . import resources, signals, worker
-from .resources import THREAD_VARIABLES
+from . import system, worker
+from .system import THREAD_VARIABLES
 
 NODES = "nodes"  # not an executor: a driver on each node of a cluster, see `nodes`
 RECOUNT_INTERVAL = 2.0  # s between counts of a cluster's workers
@@ -36,7 +36,7 @@ def cores() -> int:
 
 def allow_files(executor: str, worker_count: int) -> None:
     """Raise the limit of open files to the need of `worker_count` workers; InputError if that is not permitted."""
-    resources.allow_files(BASE_FILES + FILES_OF_WORKER[executor] * worker_count)
+    system.allow_files(BASE_FILES + FILES_OF_WORKER[executor] * worker_count)
 
 
 def no_preparation() -> None:
@@ -238,7 +238,7 @@ def _cluster(worker_count: int) -> Any:
         "distributed.scheduler.allowed-failures": 10,  # for batches that were only waiting when a worker died
         "distributed.nanny.pre-spawn-environ": dict.fromkeys(THREAD_VARIABLES, "1"),
     }
-    with dask.config.set(settings), signals.shielded():
+    with dask.config.set(settings), system.shielded():
         return _distributed().LocalCluster(
             n_workers=worker_count,
             threads_per_worker=1,

@@ -28,9 +28,9 @@ from pebble import CONSTS, ProcessExpired, ProcessPool
 
 from ...language import phases
 from ...language.errors import InputError, error_line
-from . import signals, worker
+from . import system, worker
 from .executors import no_preparation
-from .resources import THREAD_VARIABLES
+from .system import THREAD_VARIABLES
 
 CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
 CONSTS.channel_lock_timeout = 2.0  # s; a worker that is killed with the lock stalls the others for twice as long
@@ -267,7 +267,7 @@ class Local:
         self._pool = self._started()
 
     def _started(self) -> ProcessPool:
-        with signals.shielded(), contextlib.ExitStack() as undo:
+        with system.shielded(), contextlib.ExitStack() as undo:
             try:
                 self._context = Context(self._load)
                 undo.callback(self._context.close)
@@ -298,7 +298,7 @@ class Local:
     def close(self) -> None:
         """Kill all workers; finished batches are kept."""
         try:
-            signals.register_locks(self._context.lock_names)
+            system.register_locks(self._context.lock_names)
         finally:
             self._pool.stop()
         for process in multiprocessing.active_children():

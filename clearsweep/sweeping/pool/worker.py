@@ -25,7 +25,7 @@ from ...grid import Grid
 from ...language import phases
 from ...language.errors import ClearsweepError, DirectoryError, InputError, StorageError, error_line
 from ...store import durable
-from . import resources, signals
+from . import system
 from .options import NO_OPTIONS, Options
 
 # Cases that a driver sends to a worker.
@@ -195,11 +195,11 @@ def start_worker(parent: int, load: Callable[[], None]) -> None:
 
     forks.end_with(parent)
     phases.forget()
-    signals.in_worker()
+    system.in_worker()
     store.use_one_thread()
     with contextlib.suppress(Exception):  # an error comes up again in a case, where it is recorded
         load()
-    resources.collect_as_usual()
+    system.collect_as_usual()
 
 
 class CaseTime(NamedTuple):
@@ -277,7 +277,7 @@ def run_packed(content: bytes) -> Any:
 
 def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
     """Compute the cases of a batch and commit them; on a request to stop, commit the finished ones."""
-    signals.exit_if_requested()
+    system.exit_if_requested()
     first_task = batch.cases[0]
     if context.grid.case_id(first_task.grid_index) != first_task.case_id:
         raise ClearsweepError(
@@ -286,7 +286,7 @@ def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
         )
     rows, logs, begin = [], list[store.Unfinished](), context.clock()
     with (
-        signals.patience(),
+        system.patience(),
         _new_status_file(context.status_file(batch)) as status_writer,
         phases.store_progress(context.working(batch).replace_progress),
     ):
@@ -340,7 +340,7 @@ class _StopRequest:
 
     def is_requested(self) -> bool:
         """Return whether to stop."""
-        if signals.requested():
+        if system.requested():
             return True
         if (now := time.monotonic()) < self.due:
             return False
@@ -410,7 +410,7 @@ def _solve(context: RunContext, case: Case, log: store.Unfinished | None, status
     except InputError as error:
         return failure("refused", str(error))
     except Exception as error:
-        return failure("crashed", resources.remedy_text(error) or error_line(error))
+        return failure("crashed", system.remedy_text(error) or error_line(error))
     finally:
         if context.options.case_timeout:
             faulthandler.cancel_dump_traceback_later()

@@ -9,14 +9,14 @@ from pathlib import Path
 from typing import Any
 
 from ...language import phases
-from . import contact, films, journals, machines
+from . import contact, films, machines
 from .points import Row
 
 BENCHMARKS = (
     contact.OBLIQUE_IMPACTS,
-    journals.CRANK_PIN_RIG,
+    machines.CRANK_PIN_RIG,
     films.FILMS_AT_REST,
-    journals.OIL_WHIRL,
+    machines.OIL_WHIRL,
     machines.LUGRE_STICK_SLIP,
     machines.ANDREWS_SQUEEZER,
     contact.HERTZ_IMPACTS,

@@ -9,15 +9,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ... import store
-from ...contracts.results import Peak
-from ...grid import Grid
-from ...language import phases
-from ...language.errors import ClearsweepError, error_line
-from ...store import durable
-from ..facts import RunFacts
-from ..pool import signals
-from ..pool.case_runner import (
+from .. import store
+from ..contracts.results import Peak
+from ..grid import Grid
+from ..language import phases
+from ..language.errors import ClearsweepError, error_line
+from ..store import durable
+from .facts import RunFacts
+from .pool import system
+from .pool.case_runner import (
     CaseRunner,
     Options,
     Pending,
@@ -29,8 +29,8 @@ from ..pool.case_runner import (
     peak_column,
     peak_or_none,
 )
-from ..pool.driver import CHECK_INTERVAL, MAX_RESTARTS
-from ..pool.worker import RunContext, Simulator, find_peak
+from .pool.driver import CHECK_INTERVAL, MAX_RESTARTS
+from .pool.worker import RunContext, Simulator, find_peak
 
 
 class BlockJob(NamedTuple):
@@ -217,8 +217,8 @@ class BlockRunner:
         for attempt in range(MAX_RESTARTS + 1):
             try:
                 while not future.done():
-                    if signals.requested():
-                        raise signals.Stopped(signals.requested())
+                    if system.requested():
+                        raise system.Stopped(system.requested())
                     time.sleep(0.2 * CHECK_INTERVAL)
                 mark: dict[str, Any] = future.result()
             except ClearsweepError:

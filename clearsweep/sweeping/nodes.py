@@ -13,14 +13,14 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ... import store
-from ...language import phases
-from ...language.errors import ClearsweepError, InputError, SchedulerLostError, StorageError, error_line
-from ...store import durable
-from ..pool import executors, signals
-from ..pool.case_runner import CaseRunner, Pending, missing_indices
-from ..pool.driver import CaseProgress
+from .. import store
+from ..language import phases
+from ..language.errors import ClearsweepError, InputError, SchedulerLostError, StorageError, error_line
+from ..store import durable
 from .blockwise import BlockJob, BlockRunner, BlocksOutcome, allowed_failures, finished_mark, unfinished_blocks
+from .pool import executors, system
+from .pool.case_runner import CaseRunner, Pending, missing_indices
+from .pool.driver import CaseProgress
 
 # The driver on a node of a cluster: runs whole blocks with a pool of processes on that node.
 
@@ -243,7 +243,7 @@ class Cluster:
         """Reconnect, waiting for the scheduler; raise SchedulerLostError if it does not come back."""
         deadline, reason = time.monotonic() + RECONNECT_TIMEOUT, "no answer"
         self.close()
-        while time.monotonic() < deadline and not signals.requested():
+        while time.monotonic() < deadline and not system.requested():
             try:
                 self._client = executors.client(self.address)
                 self._counted_at = -RECOUNT_INTERVAL
@@ -318,11 +318,11 @@ class NodesDriver:
 
     def _run_round(self, queue: "deque[int]", allowed: int | None) -> None:
         """Run the blocks in `queue`; `allowed` : number of cases that may fail in all rounds."""
-        with signals.patience():
+        with system.patience():
             while queue or self.tasks:
-                if signals.requested():
-                    raise signals.Stopped(
-                        signals.requested(),
+                if system.requested():
+                    raise system.Stopped(
+                        system.requested(),
                         f"stopped: {self.ran:,} cases are finished and stored; run the same command again to resume",
                     )
                 try:
@@ -425,7 +425,7 @@ class NodesDriver:
             tasks = [self.cluster.submit(flush, self.token, on=address) for address in self.cluster.nodes()]
             for task in tasks:
                 deadline = time.monotonic() + executors.ANSWER_TIMEOUT
-                while not task.done() and not (signals.requested() or self._all_marked(deadline)):
+                while not task.done() and not (system.requested() or self._all_marked(deadline)):
                     time.sleep(CHECK_INTERVAL)
                 if task.done() and (report := task.result(timeout=executors.ANSWER_TIMEOUT)).refused:
                     self.cluster.excluded.add(report.node)
