@@ -61,10 +61,7 @@ class Kind(NamedTuple):
 
 KINDS: Mapping[str, Kind] = {
     "elastic": Kind(
-        ("penetration", "p"),
-        "the elastic force, N",
-        ("law", "elastic", "material", "onset", "fit"),
-        ("penetration",),
+        ("penetration", "p"), "the elastic force, N", ("law", "elastic", "material", "onset", "fit"), ("penetration",)
     ),
     "contact": Kind(
         ("penetration", "rate", "onset_rate", "p"),

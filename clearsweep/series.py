@@ -213,10 +213,8 @@ def _has_common_coefficient(result: SeriesWear) -> bool:
     upper = np.maximum(rate[1:], rate[:-1]) * steps
     lower = np.minimum(rate[1:], rate[:-1]) * steps
     with np.errstate(all="ignore"):
-        low, high = (
-            np.where(upper > 0.0, (depth - rounding) / upper, 0.0),
-            np.where(lower > 0.0, (depth + rounding) / lower, np.inf),
-        )
+        low = np.where(upper > 0.0, (depth - rounding) / upper, 0.0)
+        high = np.where(lower > 0.0, (depth + rounding) / lower, np.inf)
     return bool(low.max() <= high.min())
 
 

@@ -29,9 +29,8 @@ _SIGN_OPERATORS: dict[type, Callable] = {ast.UAdd: operator.pos, ast.USub: opera
 _SAME_UNIT_FUNCTIONS = {"min": "minimum", "max": "maximum"}  # functions of two or more arguments -> name in numpy
 _ONE_ARGUMENT_FUNCTIONS = {"abs": Fraction(1), "sqrt": Fraction(1, 2)}  # function -> power of the unit
 FUNCTIONS = (*_SAME_UNIT_FUNCTIONS, *_ONE_ARGUMENT_FUNCTIONS)
-_UNQUOTED_QUANTITY = re.compile(
-    r"(?<![\w.])(\d[\d.]*(?:[eE][+-]?\d+)?) *([^\W\d_][^\s,()']*)"
-)  # a quantity without quotes
+# a quantity without quotes
+_UNQUOTED_QUANTITY = re.compile(r"(?<![\w.])(\d[\d.]*(?:[eE][+-]?\d+)?) *([^\W\d_][^\s,()']*)")
 
 Dimension = dict[str, Fraction]
 

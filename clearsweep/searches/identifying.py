@@ -261,10 +261,7 @@ MIN_CASES_PER_INPUT = 12  # cases per input in an emulator: those nearest to the
 NARROWING_QUANTILES = (0.002, 0.998)  # quantiles of a flattened posterior that bound the narrowed ranges
 STORED_ROWS = 4096  # stored rows of the sample
 BEST_CASES = 8
-WELL_DETERMINED_WIDTH, WEAKLY_DETERMINED_WIDTH = (
-    0.5,
-    0.8,
-)  # most width of an interval over that of the prior
+WELL_DETERMINED_WIDTH, WEAKLY_DETERMINED_WIDTH = (0.5, 0.8)  # most width of an interval over that of the prior
 TRADE_OFF_CORRELATION = 0.8  # correlation of two keys above which they trade off
 END_TOLERANCE = 0.02  # of a range: an interval this close to its end counts as ending there
 MISFIT_PROBABILITY = 0.01  # probability of the misfit below which the model does not explain the measurement

@@ -90,9 +90,8 @@ def estimate(
             f"`{grid.search.name}` finds no answer, and --no-effects leaves them out"
         )
     reading_seconds = time.monotonic() - begin
-    slowdown = max(
-        (reading_seconds + FINISH_SECONDS) / (time.process_time() - import_seconds + FINISH_SECONDS), 1.0
-    )  # 1: nothing else runs here
+    # 1: nothing else runs here
+    slowdown = max((reading_seconds + FINISH_SECONDS) / (time.process_time() - import_seconds + FINISH_SECONDS), 1.0)
     jobs = jobs or executors.cores()
     jobs = min(jobs, max(requested.cases, 1))
     timed, start_up, cheaper, jobs = pilot(grid, requested, jobs, simulator)

@@ -14,16 +14,7 @@ from ..language import wording
 from ..language.errors import InputError
 from ..searches import SEARCHES, search_of
 from ..store import ANSWER_FILE, StoredRun, answer_of
-from .facts import (
-    RunFacts,
-    assumed_texts,
-    given_text,
-    grid_text,
-    grid_texts,
-    setting_name,
-    setting_text,
-    value_text,
-)
+from .facts import RunFacts, assumed_texts, given_text, grid_text, grid_texts, setting_name, setting_text, value_text
 from .pool.case_runner import SIMULATION
 from .sweep import RunResult
 
@@ -136,10 +127,7 @@ def expected_lines(facts: dict[str, Any]) -> list[str]:
     has_many_axes = len(peak["swept"]) > MANY_AXES
     setting = f"case {wording.short_id(peak['case_id'])}" if has_many_axes else setting_text(peak["swept"], facts)
     where = f" in {wording.joint_name(peak['joint'])}" + (f" at {setting}" if setting else "")
-    return [
-        "",
-        expected_peak_sentence([grid_text(peak[key], "N") for key in ("value", "high", "seen")], where),
-    ]
+    return ["", expected_peak_sentence([grid_text(peak[key], "N") for key in ("value", "high", "seen")], where)]
 
 
 def run_text(facts: dict[str, Any]) -> str:
@@ -149,9 +137,7 @@ def run_text(facts: dict[str, Any]) -> str:
     if facts["joined"]:
         duration = wording.duration_text(facts["seconds"])
         first_line = f"{cases(facts['reused'])} of {facts['joined']} directories merged in {duration}"
-    lines = [
-        f"{first_line}: {facts['ok']:,} ok, {facts['failed']:,} failed{remaining}",
-    ]
+    lines = [f"{first_line}: {facts['ok']:,} ok, {facts['failed']:,} failed{remaining}"]
     if facts["others"]:
         lines.append(
             f"{cases(facts['others'])} with other values on the axes stay stored and are not in summary.parquet; "

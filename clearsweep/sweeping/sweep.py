@@ -363,9 +363,8 @@ def facts(grid: grids.Grid, simulator: Simulator) -> tuple[dict[str, dict[str, A
     for index in dict.fromkeys(np.linspace(0, len(grid) - 1, SAMPLED_CASES).round().astype(int).tolist()):
         case = grid.case(index)
         for name, (value, unit) in simulator.derived(case).items():
-            has_same_unit = (
-                ranges.get(name, {"unit": unit})["unit"] == unit
-            )  # laws may give one name different dimensions
+            # laws may give one name different dimensions
+            has_same_unit = ranges.get(name, {"unit": unit})["unit"] == unit
             key = name if has_same_unit else f"{name} [{unit}]"
             known_range = ranges.get(key, {"min": value, "max": value})
             ranges[key] = {"unit": unit, "min": min(known_range["min"], value), "max": max(known_range["max"], value)}

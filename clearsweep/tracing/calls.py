@@ -29,24 +29,7 @@ RUNNERS: list[Callable] = []  # runs bodies; registers itself, since it calls fu
 
 # What Python may run while a body is traced: it has no effect, and sees numbers known at run time only as items.
 STRUCTURAL = (tuple, list, range, zip, enumerate, reversed, len, hasattr, getattr, type)
-PURE = (
-    any,
-    all,
-    sum,
-    sorted,
-    round,
-    divmod,
-    callable,
-    repr,
-    ord,
-    chr,
-    issubclass,
-    slice,
-    str,
-    dict,
-    set,
-    frozenset,
-)
+PURE = (any, all, sum, sorted, round, divmod, callable, repr, ord, chr, issubclass, slice, str, dict, set, frozenset)
 PURE_METHODS = {
     str: None,  # all
     tuple: ("index", "count"),

@@ -120,12 +120,7 @@ class View:
             offset = _advance_offset(offset, _item_index(axis_index, self.shape[axis]), self.strides[axis])
         count = len(indices)
         return View(
-            self.base,
-            self.item,
-            (*shape, *self.shape[count:]),
-            (*strides, *self.strides[count:]),
-            self.width,
-            offset,
+            self.base, self.item, (*shape, *self.shape[count:]), (*strides, *self.strides[count:]), self.width, offset
         )
 
     def address(self) -> Any:

@@ -222,9 +222,8 @@ def _reference_problem(name: str, entry: dict) -> ReferenceTrajectory:
     names = [column_name(joint) for joint in entry["joints"]]
     events = [(t, names.index(joint), EVENT_KINDS[kind], rate, peak) for t, joint, kind, rate, peak in entry["events"]]
     speed = 2.0 * math.pi * entry["revolutions"] / samples[-1, 0]
-    order, coordinate_count = (
-        ([0, 1], 2) if len(names) == 1 else ([2, 3, 0, 1], 4)
-    )  # two joints: the rod's centre comes first
+    # two joints: the rod's centre comes first
+    order, coordinate_count = ([0, 1], 2) if len(names) == 1 else ([2, 3, 0, 1], 4)
     scales = np.array([0.05] * coordinate_count + [speed] + [speed * CRANK] * (coordinate_count - 1))
     values = samples[:, 1:][:, order + [coordinate_count + column for column in order]]
     return ReferenceTrajectory(
@@ -383,10 +382,7 @@ def measure(*, quick: bool = False, report_progress: Callable[[str], None] | Non
 
 
 def measure_problem(
-    problem,
-    methods: list[Method],
-    repetitions: int,
-    single_round_time: float = SINGLE_ROUND_TIME,
+    problem, methods: list[Method], repetitions: int, single_round_time: float = SINGLE_ROUND_TIME
 ) -> dict:
     """Return the figures of all methods on one problem; runs that take `single_round_time` s or more have one round."""
     rows, runs = [], []

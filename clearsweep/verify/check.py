@@ -414,13 +414,7 @@ def _largest_ratio(summary: Mapping[str, Any]) -> float:
 
 
 def check_case(
-    loaded: grid.Grid,
-    index: int,
-    labels: Sequence[str],
-    book: Notebook,
-    *,
-    rivals: bool,
-    report_progress: Report,
+    loaded: grid.Grid, index: int, labels: Sequence[str], book: Notebook, *, rivals: bool, report_progress: Report
 ) -> dict[str, Any]:
     """Return the check of one case: reference, ladder, stability and parts."""
     case_id, written = loaded.case_id(index), loaded.written_case(index)

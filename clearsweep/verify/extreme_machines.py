@@ -302,9 +302,8 @@ def _film_grid(levels: Levels, *, dry: bool) -> Section:
 def _film_joint(levels: Levels, load: float, *, dry: bool) -> Section:
     """Return a joint whose film at half its clearance carries `load` (N) over the scarcity at the crank's speed."""
     rate, clearance = levels["speed"] * math.pi / 30.0, levels["clearance"]
-    capacity = (
-        2.6 * FILM_LENGTH * FILM_RADIUS**3 / clearance**2 * rate
-    )  # N per Pa s, for length / diameter 1, to an order
+    # N per Pa s, for length / diameter 1, to an order
+    capacity = 2.6 * FILM_LENGTH * FILM_RADIUS**3 / clearance**2 * rate
     film: Section = {"law": FILM_LAWS[int(levels["law"])], "viscosity": load / (levels["scarcity"] * capacity)}
     joint: Section = {"clearance": clearance, "bearing_radius": FILM_RADIUS, "length": FILM_LENGTH, "film": film}
     if not dry:

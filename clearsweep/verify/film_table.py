@@ -137,10 +137,8 @@ def logarithms_over_short(slenderness: float, ratio: float, directions: np.ndarr
         film, rows = Film(slenderness, ratio, grid), []
         for direction in directions:
             squeeze, wedge = direction, math.sqrt(1.0 - direction**2) / (1.0 - ratio * ratio) ** 0.25
-            solution, (power, short_max_pressure) = (
-                film.solve(squeeze, wedge),
-                short_film(slenderness, ratio, squeeze, wedge),
-            )
+            solution = film.solve(squeeze, wedge)
+            (power, short_max_pressure) = short_film(slenderness, ratio, squeeze, wedge)
             work = wedge * solution.tangential - squeeze * solution.radial
             rows.append((math.log(work / power), math.log(solution.max_pressure / short_max_pressure)))
         results.append(np.array(rows).T)

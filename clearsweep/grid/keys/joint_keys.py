@@ -168,10 +168,7 @@ def add_thermal(keys: KeyTable, path: str) -> None:
     keys[f"{thermal}.expansion"] = Section(text, "optional")
     for body in Materials._fields:
         field = Field(
-            body,
-            "1/K",
-            f"coefficient of thermal expansion of the {body}; a named material provides it",
-            low_open=False,
+            body, "1/K", f"coefficient of thermal expansion of the {body}; a named material provides it", low_open=False
         )
         add_numbers(keys, f"{thermal}.expansion", (field,), CHOICE)
     housing = f"{thermal}.housing"

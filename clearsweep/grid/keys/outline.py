@@ -185,10 +185,7 @@ def _load_outline(name: str, content: Any, paths: set[str]) -> LoadOutline:
     """Return the outline of a load."""
     section, prefix = _section(content), f"loads.{name}."
     keys = set(section) | {path.removeprefix(prefix).split(".")[0] for path in paths if path.startswith(prefix)}
-    form = next(
-        (form for key, form in FORMS if key in keys),
-        "force",
-    )
+    form = next((form for key, form in FORMS if key in keys), "force")
     loaded_body = _word_pair(section.get("between"))[1] if form in ("spring", "torsion") else section.get("on")
     friction_keys = set(_section(section.get("friction"))) | {
         path.rpartition(".")[2] for path in paths if path.startswith(f"{prefix}friction.")
@@ -260,9 +257,8 @@ def full_key_table(mechanism: Mechanism, catalogue: Catalogue) -> KeyTable:
     if not mechanism.with_outline:
         return table_of_keys(mechanism, catalogue)
     full_mechanism = mechanism.with_outline(FULL_OUTLINE)
-    return table_of_keys(full_mechanism, catalogue) | table_of_keys(
-        full_mechanism._replace(free=True), catalogue
-    )  # `horizon` and `time_limit`
+    # `horizon` and `time_limit`
+    return table_of_keys(full_mechanism, catalogue) | table_of_keys(full_mechanism._replace(free=True), catalogue)
 
 
 class KeyTree(NamedTuple):

@@ -92,22 +92,9 @@ _LIFE_FIELDS = (
         default=500.0,
     ),
     Field(
-        "blocks",
-        "1",
-        "largest number of blocks",
-        2,
-        1e6,
-        low_open=False,
-        high_open=False,
-        default=200,
-        integer=True,
+        "blocks", "1", "largest number of blocks", 2, 1e6, low_open=False, high_open=False, default=200, integer=True
     ),
-    Field(
-        "longest_jump",
-        "1",
-        "largest number of revolutions between two blocks; default: unlimited",
-        optional=True,
-    ),
+    Field("longest_jump", "1", "largest number of revolutions between two blocks; default: unlimited", optional=True),
 )
 
 

@@ -142,9 +142,8 @@ def _merged_rows(sections_by_owner: _SectionsByOwner) -> Iterator[Row]:
             for owner, (_, owner_rows) in sections_by_owner.items()
             if any({*laws} & {*item.options} for item in owner_rows)
         }
-        owners_text = (
-            "" if owners_with_law == set(owners) else _owners_text(owners, sections_by_owner)
-        )  # the row of `law` says which joints have a law
+        # the row of `law` says which joints have a law
+        owners_text = "" if owners_with_law == set(owners) else _owners_text(owners, sections_by_owner)
         text = f"*{owners_text}*: {text}" if owners_text else text
         yield row._replace(units=units, text=text, options=options, example=all_rows[0].example)
 

@@ -42,15 +42,13 @@ class Reader:
     fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> its fits as written
     labels: dict[str, tuple[str, ...]] = field(default_factory=dict)  # path of an axis -> the labels of its values
     case_labels: dict[str, list[str]] = field(default_factory=dict)  # header in the table of cases -> texts of its rows
-    library_numbers: dict[str, LibraryNumber] = field(
-        default_factory=dict
-    )  # path of a number -> the value taken from a library
+    # path of a number -> the value taken from a library
+    library_numbers: dict[str, LibraryNumber] = field(default_factory=dict)
     figures: dict[str, str] = field(default_factory=dict)  # figure of merit of the cases -> unit
     unrated_figures: dict[str, str] = field(default_factory=dict)  # figure that needs a rating -> what is missing
     limits: dict[str, Any] = field(default_factory=dict)  # as in a resolved grid; see `verdict`
-    limit_units: dict[str, quantity.WrittenUnit] = field(
-        default_factory=dict
-    )  # path of a limit -> unit in which it is written
+    # path of a limit -> unit in which it is written
+    limit_units: dict[str, quantity.WrittenUnit] = field(default_factory=dict)
     searches: Mapping[str, type[Search]] = field(default_factory=dict)  # those that a grid may have, by section
     search: Search | None = None  # that of the grid
     choices: dict[str, Any] = field(default_factory=dict)  # path of a search -> the kind of its values, or its fits

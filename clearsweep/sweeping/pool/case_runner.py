@@ -175,13 +175,7 @@ class CaseRunner:
         jobs = min(self.options.jobs or executors.cores(), count)
         driver = secrets.token_hex(8) if pending.read_finished_ids else ""
         context = RunContext(self.directory.path.resolve(), grid, self.simulator, self.options, driver)
-        batches = Batches(
-            pending.indices,
-            pending.ids,
-            jobs,
-            grids.first_case_history(grid),
-            pending.read_finished_ids,
-        )
+        batches = Batches(pending.indices, pending.ids, jobs, grids.first_case_history(grid), pending.read_finished_ids)
         batches.chains = chains
         if pending.has_similar_times and self.batches:
             batches.copy_times(self.batches)

@@ -270,8 +270,4 @@ def _local(worker_count: int, _scheduler: str | None, load: Callable[[], None]) 
     return Local(worker_count, load)
 
 
-EXECUTORS: dict[str, MakeExecutor] = {
-    "local": _local,
-    "serial": Serial,
-    "dask": Dask,
-}
+EXECUTORS: dict[str, MakeExecutor] = {"local": _local, "serial": Serial, "dask": Dask}

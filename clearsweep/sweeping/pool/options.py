@@ -51,9 +51,7 @@ class Options(NamedTuple):
     retry_failed: Annotated[
         bool,
         Flag(
-            ("--retry-failed",),
-            "Rerun the cases that failed in an earlier run.",
-            "run cases again that failed before.",
+            ("--retry-failed",), "Rerun the cases that failed in an earlier run.", "run cases again that failed before."
         ),
     ] = False
     case_timeout: Annotated[

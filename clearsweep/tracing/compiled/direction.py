@@ -14,9 +14,8 @@ from .family import Routine, inlined, shaped
 # A quarter turn in two parts, the first of so few digits that its multiples up to MAX_EXACT_ANGLE are exact (Cody and
 # Waite).
 HALF_PI_HIGH = math.ldexp(round(math.ldexp(0.5 * math.pi, 32)), -32)
-HALF_PI_LOW = (0.5 * math.pi - HALF_PI_HIGH) + 0.5 * math.sin(
-    math.pi
-)  # the sine is the difference between pi and math.pi
+# the sine is the difference between pi and math.pi
+HALF_PI_LOW = (0.5 * math.pi - HALF_PI_HIGH) + 0.5 * math.sin(math.pi)
 SHIFT = 1.5 * 2.0**52  # adding this rounds a number to an integer in its last bits
 MAX_EXACT_ANGLE = 1e6  # rad
 

@@ -298,10 +298,8 @@ def invoke_each(code, parameters, arrays, integer):
         for rows in zip(*arrays, strict=True):
             invoke(code, parameters, rows, integer)
         return
-    function, address_strides = (
-        objects.function_at(int(code), len(arrays)),
-        [(a.ctypes.data, a.strides[0]) for a in arrays],
-    )
+    function = objects.function_at(int(code), len(arrays))
+    address_strides = [(a.ctypes.data, a.strides[0]) for a in arrays]
     for row in range(len(arrays[0])):
         function(int(parameters), *[address + row * stride for address, stride in address_strides], integer)
 

@@ -88,9 +88,7 @@ def to_body_frame(frame, a):
     """Return a vector of the fixed frame in the frame of the body."""
     x, y, z = frame
     return Vector(
-        a.x * x.x + a.y * y.x + a.z * z.x,
-        a.x * x.y + a.y * y.y + a.z * z.y,
-        a.x * x.z + a.y * y.z + a.z * z.z,
+        a.x * x.x + a.y * y.x + a.z * z.x, a.x * x.y + a.y * y.y + a.z * z.y, a.x * x.z + a.y * y.z + a.z * z.z
     )
 
 
