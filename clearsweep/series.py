@@ -171,12 +171,6 @@ def _growth_tolerance(result: SeriesWear) -> np.ndarray:
     return np.asarray(half_digit + first_half_digit + _ROUNDING_ERROR * result.depths["right"][-1])
 
 
-def _is_coarse(result: SeriesWear) -> bool:
-    """Return whether the table's depth is rounded too coarsely to be compared."""
-    compared = result.implied_coefficients is not None and result.coefficient > 0.0
-    return compared and bool(_growth_tolerance(result)[-1] > _MAX_ROUNDING * result.depths["trapezoidal"][-1])
-
-
 def _depth_remarks(result: SeriesWear) -> list[str]:
     """Return remarks on rows whose depth disagrees with pressures and speeds."""
     columns, implied = result.series.columns, result.implied_coefficients
@@ -309,7 +303,8 @@ def wear_text(result: SeriesWear, wear_number: float | None = None) -> str:
     totals = ", ".join(f"{_um_text(result.depths[rule][-1])} um {rule}" for rule in rules)
     duration = f"{columns['time'][-1]:g} s"
     lines += ["", f"k = {result.coefficient:.4g} m^2/N{dimensionless}; depth after {duration}: {totals}", ""]
-    if _is_coarse(result):
+    compared = result.implied_coefficients is not None and result.coefficient > 0.0
+    if compared and bool(_growth_tolerance(result)[-1] > _MAX_ROUNDING * result.depths["trapezoidal"][-1]):
         lines += ["The table's depth is rounded too coarsely to be compared with its own pressures and speeds.", ""]
     elif "depth" in columns and not result.remarks:
         lines += ["The table agrees with its own pressures and speeds.", ""]

@@ -109,7 +109,9 @@ def scale(unit: str, values: Iterable[float | None] | float, *, speed: bool = Fa
     """Return the scale that suits the largest of `values` (SI `unit`); a shaft `speed` is in rpm."""
     if speed and unit == "rad/s":
         return Scale(_RAD_PER_S_OF_RPM, "rpm")
-    largest = _largest_magnitude(values)
+    all_values = values if isinstance(values, Iterable) else (values,)
+    magnitudes = [abs(float(value)) for value in all_values if value is not None and not is_missing(value)]
+    largest = max((magnitude for magnitude in magnitudes if math.isfinite(magnitude)), default=0.0)
     for smallest, factor, shown_unit in (_IMPERIAL_SCALES if _SYSTEM.get() == "imperial" else _METRIC_SCALES).get(
         unit, ()
     ):
@@ -298,12 +300,6 @@ _AXES = {"0": "x", "1": "y", "2": "z"}  # of the list that a key contains
 _AXIS_PREPOSITIONS = {"tilt": "about", "inertia": "about", "offset": "along", "center": "along"}
 _KEY_NAMES = {"young": "Young's modulus", "poisson": "Poisson's ratio"}
 _UNAMBIGUOUS_KEYS = {"stiffness", "restitution", "damping", "exponent"}
-
-
-def _largest_magnitude(values: Iterable[float | None] | float) -> float:
-    all_values = values if isinstance(values, Iterable) else (values,)
-    magnitudes = [abs(float(value)) for value in all_values if value is not None and not is_missing(value)]
-    return max((magnitude for magnitude in magnitudes if math.isfinite(magnitude)), default=0.0)
 
 
 def _group_thousands(digits: str) -> str:

@@ -494,13 +494,17 @@ class Identification:
             values = (choice.value_at(median), choice.value_at(low), choice.value_at(high))
             parameters.append(Parameter(path, *values, determined, tuple(reached_ends)))
         names, weights = list(over), posterior.weights
-        correlated = _correlations(posterior.points[:, : len(names)], weights)
+        points = posterior.points[:, : len(names)]
+        covariance = np.atleast_2d(np.cov(points.T, aweights=weights))
+        sizes = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
+        correlated: np.ndarray = covariance / np.outer(sizes, sizes)
         traded = [
             (names[i], names[j], float(correlated[i, j]))
             for i, j in itertools.combinations(range(len(names)), 2)
             if abs(correlated[i, j]) >= TRADE_OFF_CORRELATION
         ]
         square, count = likelihood.inflation * len(likelihood.measured), len(likelihood.measured)
+        angle, times = self.history["crank_angle"], self.history["t"]
         return IdentifyFound(
             tuple(parameters),
             tuple(traded),
@@ -510,7 +514,7 @@ class Identification:
             bool(chi2.sf(square, count) >= MISFIT_PROBABILITY) or likelihood.inflation == 1.0,
             self.looked_at,
             len(self.points),
-            _speed(self.history),
+            float((angle[-1] - angle[0]) / (times[-1] - times[0])),
             self._stored_sample(posterior),
             {"gain": GAIN, "noise": list(NOISE)},
         )
@@ -565,20 +569,6 @@ def _noise_of_fractions(fractions: np.ndarray) -> np.ndarray:
     low, high = NOISE
     noise: np.ndarray = low * (high / low) ** fractions
     return noise
-
-
-def _speed(history: dict[str, np.ndarray]) -> float:
-    """Return the mean crank speed of a case, rad/s."""
-    angle, times = history["crank_angle"], history["t"]
-    return float((angle[-1] - angle[0]) / (times[-1] - times[0]))
-
-
-def _correlations(points: np.ndarray, weights: np.ndarray) -> np.ndarray:
-    """Return the correlations of the columns of weighted points."""
-    covariance = np.atleast_2d(np.cov(points.T, aweights=weights))
-    sizes = np.sqrt(np.maximum(np.diag(covariance), 1e-300))
-    correlations: np.ndarray = covariance / np.outer(sizes, sizes)
-    return correlations
 
 
 @contextlib.contextmanager

@@ -142,25 +142,19 @@ class Optimise(SearchOver):
     @classmethod
     def read_own(cls, reader: Reader, section: WrittenValue) -> dict[str, Any]:
         """Return the objectives."""
-        objectives = _read_objectives(reader, section)
-        return {"objectives": objectives} if objectives else {}
-
-
-def _read_objectives(reader: Reader, section: WrittenValue) -> tuple[tuple[str, bool], ...]:
-    """Return the columns to minimise or maximise."""
-    objectives: list[tuple[str, bool]] = []
-    known_columns = {**reader.figures, **dict.fromkeys(reader.user_figures, "")}
-    for sense in SENSES:
-        for item in OPTIMISE_SECTION.value(reader.problems, section, sense) or ():
-            if item.value not in known_columns:
-                suggestion = did_you_mean(item.value, known_columns) or f" (known: {', '.join(known_columns)})"
-                message = f"{quoted(item.value)} is not a column of this grid{suggestion}"
-                reader.problems.add(item, f"{OPTIMISE}.{sense}", message)
-            elif item.value in dict(objectives):
-                reader.problems.add(item, f"{OPTIMISE}.{sense}", f"{item.value} occurs twice; remove one of them")
-            else:
-                objectives.append((item.value, sense == SENSES[1]))
-    if not any(sense in section.value for sense in SENSES):
-        message = "is missing; give the column to minimise, or maximise: the column to maximise"
-        reader.problems.add(section, f"{OPTIMISE}.{SENSES[0]}", message)
-    return tuple(objectives)
+        objectives: list[tuple[str, bool]] = []
+        known_columns = {**reader.figures, **dict.fromkeys(reader.user_figures, "")}
+        for sense in SENSES:
+            for item in OPTIMISE_SECTION.value(reader.problems, section, sense) or ():
+                if item.value not in known_columns:
+                    suggestion = did_you_mean(item.value, known_columns) or f" (known: {', '.join(known_columns)})"
+                    message = f"{quoted(item.value)} is not a column of this grid{suggestion}"
+                    reader.problems.add(item, f"{OPTIMISE}.{sense}", message)
+                elif item.value in dict(objectives):
+                    reader.problems.add(item, f"{OPTIMISE}.{sense}", f"{item.value} occurs twice; remove one of them")
+                else:
+                    objectives.append((item.value, sense == SENSES[1]))
+        if not any(sense in section.value for sense in SENSES):
+            message = "is missing; give the column to minimise, or maximise: the column to maximise"
+            reader.problems.add(section, f"{OPTIMISE}.{SENSES[0]}", message)
+        return {"objectives": tuple(objectives)} if objectives else {}

@@ -62,7 +62,9 @@ def effects(grid: grids.Grid, best: Sequence[Mapping[str, Any]], runs: FurtherRu
         f"no value meets the limits; {len(points)} more cases show which other keys help (--no-effects leaves them out)"
     )
     name = hashlib.sha256(" ".join(sorted(columns)).encode()).hexdigest()[:8]
-    margins = _margins(runs.run(fixed | {"cases": columns}, runs.directory / f"{FOLDER}-{name}"), paths)
+    table = runs.run(fixed | {"cases": columns}, runs.directory / f"{FOLDER}-{name}").summary
+    values_with_margin = table[[*paths, MARGIN_COLUMN]].dropna().to_numpy(float).tolist()
+    margins = {tuple(values): margin for *values, margin in values_with_margin}
     start = margins.get(tuple(point_values.values()))
     if start is None:
         return []
@@ -127,13 +129,6 @@ def _is_possible(source: dict[str, Any], catalogue: grids.Catalogue) -> bool:
     except InputError:
         return False
     return True
-
-
-def _margins(run: Any, paths: list[str]) -> dict[tuple[float, ...], float]:
-    """Return values of some keys -> margin of the case with them."""
-    table = run.summary
-    values_with_margin = table[[*paths, MARGIN_COLUMN]].dropna().to_numpy(float).tolist()
-    return {tuple(values): margin for *values, margin in values_with_margin}
 
 
 def unanswered_facts(

@@ -46,12 +46,9 @@ class _NodeDriver:
     def __init__(self, token: str, job: BlockJob):
         self.token, self.job = token, job
         self.directory = store.RunDirectory(job.directory)
-        self.case_runner = self._case_runner()
-        self.runner = BlockRunner(job, self.case_runner, earlier=self.directory)
-
-    def _case_runner(self) -> CaseRunner:
         options = self.job.options._replace(executor="local", scheduler=None)
-        return CaseRunner(self.directory, options, self.job.simulator)
+        self.case_runner = CaseRunner(self.directory, options, self.job.simulator)
+        self.runner = BlockRunner(job, self.case_runner, earlier=self.directory)
 
     def close(self) -> None:
         """End the workers."""
@@ -333,7 +330,10 @@ class NodesDriver:
                 except (StorageError, InputError):
                     raise
                 except Exception:  # many kinds: the scheduler is gone
-                    self._reconnect(queue)
+                    phases.print_line(f"scheduler: {self.cluster.address} was lost; waiting for it to reconnect")
+                    queue.extend(dict.fromkeys(task.number for task in self.tasks if not task.is_helping))
+                    self.tasks.clear()
+                    self.cluster.reconnect()
                     continue
                 if allowed is not None and self.failed > allowed:
                     self.complete = False
@@ -411,13 +411,6 @@ class NodesDriver:
         else:
             self.committed.pop(task.number, None)
             self.complete &= report.complete
-
-    def _reconnect(self, queue: "deque[int]") -> None:
-        """Reconnect and request all running blocks again."""
-        phases.print_line(f"scheduler: {self.cluster.address} was lost; waiting for it to reconnect")
-        queue.extend(dict.fromkeys(task.number for task in self.tasks if not task.is_helping))
-        self.tasks.clear()
-        self.cluster.reconnect()
 
     def _flush(self) -> None:
         """Wait until the nodes have finished their blocks; blocks of lost nodes are requested again."""

@@ -163,19 +163,14 @@ def run_text(facts: dict[str, Any]) -> str:
         line for search in SEARCHES if facts.get(search.answer_key) for line in search.lines(facts[search.answer_key])
     ]
     lines += ["", *(f"Note: {sentence}" for sentence in facts["warnings"])] if facts["warnings"] else []
-    lines += _answer_lines(facts)
+    sentences = facts["answer"]["sentences"]
+    lines += ["", "Answer", *(f"  {sentence}" for sentence in sentences)] if sentences else []
     lines += [
         "",
         f"Results in {facts['directory']}: {', '.join(facts['files'])}",
         f"Next: clearsweep report {facts['directory']}",
     ]
     return plain("\n".join(lines))
-
-
-def _answer_lines(facts: dict[str, Any]) -> list[str]:
-    """Return the lines of the answer, which come last, where a reader looks first."""
-    sentences = facts["answer"]["sentences"]
-    return ["", "Answer", *(f"  {sentence}" for sentence in sentences)] if sentences else []
 
 
 def derived_lines(derived: dict[str, dict[str, Any]], max_lines: int | None = None) -> list[str]:

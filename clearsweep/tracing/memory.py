@@ -93,7 +93,7 @@ class View:
     @property
     def size(self) -> Any:
         """Return the number of values."""
-        return _product(self.shape)
+        return functools.reduce(_multiply, self.shape, 1)
 
     def reshape(self, *shape: int) -> "View":
         """Return the contiguous values as an array of another shape."""
@@ -218,10 +218,6 @@ def view_at(array: Any, shape: tuple, stride: int = 1, width: int = 1) -> View:
 
 def _multiply(a: Any, b: Any) -> Any:
     return times(a, b) if is_symbol(a) or is_symbol(b) else a * b
-
-
-def _product(shape: tuple) -> Any:
-    return functools.reduce(_multiply, shape, 1)
 
 
 def _advance_offset(offset: Any, index: Any, stride: Any) -> Any:

@@ -247,7 +247,8 @@ class Arrays:
         with np.errstate(all="ignore"):
             product = a * b
             plain = product + c
-            high, sum_low = _two_sum(c, _product_error(a, b, product))
+            (a_high, a_low), (b_high, b_low) = _split(a), _split(b)
+            high, sum_low = _two_sum(c, ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low)
             total, remaining = _two_sum(product, high)
             fused = total + _sum_to_odd(sum_low, remaining)
             magnitude = np.maximum(np.abs(product), np.maximum(np.abs(a), np.maximum(np.abs(b), np.abs(c))))
@@ -277,12 +278,6 @@ def _two_sum(a: Any, b: Any) -> tuple[np.ndarray, np.ndarray]:
     total = a + b
     b_rounded = total - a
     return total, (a - (total - b_rounded)) + (b - b_rounded)
-
-
-def _product_error(a: np.ndarray, b: np.ndarray, product: np.ndarray) -> np.ndarray:
-    """Return a b - product (Dekker 1971, Numer. Math. 18:224)."""
-    (a_high, a_low), (b_high, b_low) = _split(a), _split(b)
-    return ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
 
 
 def _split(x: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -1,6 +1,5 @@
 """Checks of user-defined machines, of their drives and loads, and of joints with an oil film."""
 
-from collections.abc import Sequence
 from itertools import pairwise
 
 from ...contracts.case import column_name
@@ -429,7 +428,11 @@ def check_film_joints(reader: Reader, catalogue: Catalogue) -> None:
         joint = film.removesuffix(".film")
         _check_film_size(reader, joint, catalogue)
         _check_temperature(reader, film)
-        _check_modulus(reader, joint)
+        law, modulus = f"{joint}.film.transition.law", f"{joint}.film.transition.modulus"
+        is_known = reader.is_given(modulus) or reader.is_given(f"{joint}.contact.material")
+        if law in reader.keys_in_use and "greenwood-tripp" in reader.names[law] and not is_known:
+            message = "is missing; write E* of both bodies, such as 114 GPa for steel, or contact.material"
+            reader.problems.add(reader.position_of(f"{joint}.film"), modulus, message)
         if f"{joint}.contact" not in reader.keys_in_use and f"{joint}.contact" not in reader.unread_sections:
             _check_unused_contact_keys(reader, joint)
     if films:
@@ -452,15 +455,10 @@ def _check_film_size(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     pairs = (
         list(zip(lengths, radii, strict=False))
         if reader.vary_together(length, radius)
-        else _most_and_least_slender(lengths, radii)
+        else [(max(lengths), min(radii)), (min(lengths), max(radii))]
     )
     for film_law in (film_law for film_law in catalogue.of("film") if film_law.name in reader.names[law]):
         _check_slenderness(reader, joint, film_law, [axial_length / (2.0 * radius) for axial_length, radius in pairs])
-
-
-def _most_and_least_slender(lengths: Sequence[float], radii: Sequence[float]) -> list[tuple[float, float]]:
-    """Return length and radius of the most and the least slender bearing of all combinations."""
-    return [(max(lengths), min(radii)), (min(lengths), max(radii))]
 
 
 def _check_slenderness(reader: Reader, joint: str, law: Law, ratios: list[float]) -> None:
@@ -515,15 +513,6 @@ def _check_kelvin(reader: Reader, path: str) -> None:
         meant = f"; did you mean {value:g} degC?" if coldest <= value + FREEZING <= hottest else ""
         message = f"found {value:g} K ({celsius:.4g} degC); allowed for an oil: {coldest:g} K to {hottest:g} K{meant}"
         reader.problems.add(reader.position_of(path), path, message)
-
-
-def _check_modulus(reader: Reader, joint: str) -> None:
-    """Check that asperity contact has a modulus."""
-    law, modulus = f"{joint}.film.transition.law", f"{joint}.film.transition.modulus"
-    is_known = reader.is_given(modulus) or reader.is_given(f"{joint}.contact.material")
-    if law in reader.keys_in_use and "greenwood-tripp" in reader.names[law] and not is_known:
-        message = "is missing; write E* of both bodies, such as 114 GPa for steel, or contact.material"
-        reader.problems.add(reader.position_of(f"{joint}.film"), modulus, message)
 
 
 def _check_unused_contact_keys(reader: Reader, joint: str) -> None:

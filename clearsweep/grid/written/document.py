@@ -280,11 +280,6 @@ _EXPLANATIONS = {
 }
 
 
-def _explain(problem: str) -> str:
-    """Return a problem of YAML, in plain words if the original uses terms of a parser."""
-    return next((text for part, text in _EXPLANATIONS.items() if part in problem), problem)
-
-
 def read_document(source: str | PathLike | Mapping, problems: Problems) -> WrittenValue:
     """Return the document in a file or a dict; raise InputError if it cannot be read at all."""
     if not isinstance(source, (str, PathLike)):
@@ -306,7 +301,9 @@ def read_document(source: str | PathLike | Mapping, problems: Problems) -> Writt
     except MarkedYAMLError as error:
         error_mark = error.problem_mark or error.context_mark
         where = f"{name}:{error_mark.line + 1}:{error_mark.column + 1}" if error_mark else name
-        raise InputError(f"{where}: not valid YAML: {_explain(error.problem or error.context or '')}") from error
+        problem = error.problem or error.context or ""
+        plain_text = next((text for part, text in _EXPLANATIONS.items() if part in problem), problem)
+        raise InputError(f"{where}: not valid YAML: {plain_text}") from error
     except (YAMLError, ValueError) as error:
         first_line = (str(error).strip().splitlines() or ["it cannot be read"])[0]
         raise InputError(f"{name}: not valid YAML: {first_line}") from error

@@ -211,7 +211,12 @@ class Batches:
         if self.requeued:
             return self.requeued.popleft()
         if self.read_finished_ids and time.monotonic() - self.last_removal_time > TARGET_SECONDS:
-            self._remove_finished(self.read_finished_ids())
+            finished_ids = self.read_finished_ids()
+            is_left = ~np.isin(self.ids[self.handed_out_count :], finished_ids)
+            self.pending = self.pending[self.handed_out_count :][is_left]
+            self.ids = self.ids[self.handed_out_count :][is_left]
+            self.handed_out_count = 0
+            self.last_removal_time = time.monotonic()
         size = min(self._size(), len(self.pending) - self.handed_out_count)
         if not size:
             return None
@@ -221,14 +226,6 @@ class Batches:
         selection = slice(self.handed_out_count, self.handed_out_count + size)
         self.handed_out_count += size
         return new_batch(Tasks(self.pending[selection], self.ids[selection]))
-
-    def _remove_finished(self, finished_ids: np.ndarray) -> None:
-        """Remove finished cases from those not handed out yet."""
-        is_left = ~np.isin(self.ids[self.handed_out_count :], finished_ids)
-        self.pending = self.pending[self.handed_out_count :][is_left]
-        self.ids = self.ids[self.handed_out_count :][is_left]
-        self.handed_out_count = 0
-        self.last_removal_time = time.monotonic()
 
     def _remaining_seconds(self) -> float:
         """Return the expected time (s) of the cases that are not handed out yet, 0 before the first case."""
@@ -279,7 +276,7 @@ class Driver:
         """Run all batches; return False if stopped because too many cases failed."""
         with system.patience():
             while not system.requested():
-                if self._has_too_many_failures():
+                if self.allowed_failures is not None and self.failed > self.allowed_failures:
                     self._drain()
                     return False
                 self._hand_out()
@@ -295,9 +292,6 @@ class Driver:
                 f"stopped: {self.progress.done:,} of {self.progress.total:,} "
                 "cases are finished and kept; run the same command again to continue",
             )
-
-    def _has_too_many_failures(self) -> bool:
-        return self.allowed_failures is not None and self.failed > self.allowed_failures
 
     def _hand_out(self) -> None:
         worker_count = self.executor.worker_count  # that of a cluster varies
@@ -350,7 +344,9 @@ class Driver:
         self._remove_worker_files(batch)
         if outcome.committed:
             self.directory.register_batch(outcome.committed)
-            if not np.array_equal(np.sort(self.directory.batches[-1].ids), self._ids_of(batch, outcome)):
+            if not np.array_equal(
+                np.sort(self.directory.batches[-1].ids), np.sort(batch.cases.ids[: outcome.finished_count])
+            ):
                 raise _strange_answer(f"{outcome.committed} has other cases than the batch")
             self.restarts = 0
         self.batches.update_time_estimate(outcome)
@@ -363,10 +359,6 @@ class Driver:
             if attempts > MAX_RESTARTS:
                 raise _strange_answer("no case of it is finished, however often it is handed out")
             self.batches.requeued.append(new_batch(remaining_cases, attempts))
-
-    def _ids_of(self, batch: Batch, outcome: BatchOutcome) -> np.ndarray:
-        """Return the identities of the finished cases of a batch, uint64, ascending."""
-        return np.sort(batch.cases.ids[: outcome.finished_count])
 
     def _record_if_committed(self, batch: Batch) -> bool:
         """Record a batch if its worker committed it before it died; return whether it did."""
