@@ -388,9 +388,9 @@ def test_the_bounds_of_all_zones_rise():
 @pytest.mark.parametrize(
     ("vibration", "part", "sentence"),
     [
-        ({"band": ["10 kHz", "1 MHz"]}, "vibration.band", "2,500 times the crank speed, 50,000 Hz"),
+        ({"band": ["10 kHz", "1 MHz"]}, "vibration.band", "2,500 times its rate, 50,000 Hz"),
         ({"band": ["1 kHz", "10 Hz"]}, "vibration.band.0", "allowed: below 10 Hz"),
-        ({"band": ["21 Hz", "22 Hz"]}, "vibration.band", "contains no line of the spectrum over 3 turns"),
+        ({"band": ["21 Hz", "22 Hz"]}, "vibration.band", "contains no line of the window's spectrum"),
         ({"severity": "ISO 20816-3 group 5 rigid"}, "vibration.severity", "ISO 20816-8 piping"),
         ({"at": {"frame": {"mount": {"stiffness": ["1 N/m", "1 N/m"]}}}}, "vibration.at.frame.mount", "needs the mass"),
         ({"zones": ["2 mm/s", "1 mm/s", "3 mm/s"]}, "vibration.zones.0", "allowed: below 1 mm/s"),
@@ -419,6 +419,80 @@ def test_a_mistake_is_named_with_its_remedy(vibration, part, sentence):
 def test_fewer_than_three_turns_are_refused():
     with pytest.raises(InputError, match=r"at least 3 are needed.*simulate more revolutions"):
         load(GRID | {"simulate": {"revolutions": 4, "discard": 2}})
+    with pytest.raises(InputError, match=r"at least 3 are needed.*simulate more cycles"):
+        load(GRID | {"simulate": {"cycles": 4, "period": 0.05, "discard": 2}})
+
+
+def test_what_a_run_over_time_cannot_analyse_is_refused():
+    over_time = {"simulate": {"time": 0.25, "discard": 0.1}}
+    with pytest.raises(InputError, match=r"vibration\.orders: need a motion that repeats"):
+        load(GRID | over_time)
+    without_orders = {key: value for key, value in GRID["vibration"].items() if key != "orders"}
+    with pytest.raises(InputError, match=r"16,384 times its rate, 109,227 Hz"):
+        load(GRID | over_time | {"vibration": without_orders | {"band": ["10 Hz", "110 kHz"]}})
+
+
+@pytest.mark.parametrize("simulate", [{"cycles": 5, "period": 0.05, "discard": 2}, {"time": 0.25, "discard": 0.1}])
+def test_a_window_of_time_is_analysed_like_the_same_turns(simulate):
+    tree = copy.deepcopy(GRID)
+    turns = clearsweep.simulate(clearsweep.load_case(tree), []).summary
+    if "time" in simulate:
+        del tree["vibration"]["orders"]
+    timed = clearsweep.simulate(clearsweep.load_case(tree | {"simulate": simulate}), []).summary
+    names = [name for name in timed if name.startswith(("frame_", "slider_velocity", "tip_", "drive_", "crank_torque"))]
+    assert len(names) > 30
+    for name in names:
+        expected = pytest.approx(turns[name], rel=1e-9) if isinstance(turns[name], float) else turns[name]
+        assert timed[name] == expected, name
+
+
+def test_the_frame_of_a_swinging_crank_is_shaken_as_in_closed_form():
+    swing, rate, mass, arm = 0.8, 30.0, 0.7, 0.04
+    times = np.linspace(0.0, 6.0 * 2.0 * math.pi / rate, 3001)
+    table = {"time": times.tolist(), "angle": (swing * np.sin(rate * times)).tolist()}
+    points = {"pivot": [0.0, 0.0], "far": [0.1, 0.0]}
+    spring = {"between": ["ground", "flap"], "torsional_stiffness": 5.0}
+    contact = {"law": "kelvin-voigt", "stiffness": 2e4, "damping": 0.0}
+    bodies = {
+        "ground": {"points": points},
+        "crank": {"mass": mass, "inertia": 1e-3, "center": [arm, 0.0], "points": {"axle": [0.0, 0.0]}},
+        "flap": {"mass": 1.0, "inertia": 1e-3, "points": {"axle": [0.0, 0.0]}, "initial": {"angle": 0.0}},
+    }
+    joints = {
+        "main": {"type": "revolute", "between": ["ground.pivot", "crank.axle"]},
+        "hinge": {"type": "revolute", "between": ["ground.far", "flap.axle"]},
+    }
+    mechanism = {"type": "planar", "bodies": bodies, "joints": joints, "driven": "main", "output": {"body": "crank"}}
+    tree = {
+        "mechanism": mechanism | {"gravity": 0.0},
+        "drive": {"angle": {"table": table}},
+        "loads": {"spring": spring},
+        "joints": {"hinge": {"stops": {"at": [-1.0, 1.0], "contact": contact}}},
+        "simulate": {"cycles": 5, "period": 2.0 * math.pi / rate, "discard": 2},
+        "vibration": {"at": {"frame": {"mass": 20.0}}, "orders": 4},
+    }
+    shaking = ideal_shaking(clearsweep.load_case(tree).case, None)
+    phases = np.linspace(0.0, 2.0 * math.pi, 7201)[:-1]
+    angle, speed = swing * np.sin(phases), swing * rate * np.cos(phases)
+    acceleration = -swing * rate**2 * np.sin(phases)
+    force = (
+        mass
+        * arm
+        * np.stack(
+            [
+                acceleration * np.sin(angle) + speed**2 * np.cos(angle),
+                -acceleration * np.cos(angle) + speed**2 * np.sin(angle),
+            ]
+        )
+    )
+    assert shaking.figures["frame_force_peak"] == pytest.approx(np.max(np.hypot(*force)), rel=1e-4)
+    orders = 2.0 / len(phases) * np.abs(np.fft.rfft(force, axis=1))[:, :5]
+    assert shaking.orders == pytest.approx(orders, abs=1e-4 * orders.max())
+    lines = np.arange(len(phases) // 2 + 1) * rate
+    in_band = (lines >= 2.0 * math.pi * 10.0) & (lines <= 2.0 * math.pi * 1000.0)
+    spectrum_of_force = 2.0 / len(phases) * np.abs(np.fft.rfft(force, axis=1))[:, in_band]
+    velocity = math.sqrt(0.5 * np.max(np.sum((spectrum_of_force / (20.0 * lines[in_band])) ** 2, axis=1)))
+    assert shaking.velocities(clearsweep.load_case(tree).case.vibration)["frame"] == pytest.approx(velocity, rel=1e-4)
 
 
 def test_a_place_on_an_elastic_link_is_refused():

@@ -29,7 +29,8 @@ def coexisting(cases: Cases, layout: Layout) -> dict[str, Any] | None:
         return None
     others = [path for path in cases.paths if path not in STARTS]
     points = combined_codes([codes_of(cases.values(path))[1] for path in others], len(cases))
-    statistics = {name: _statistic(cases, name) for name in medians}
+    ends = ("", "_low", "_high")  # of the names of a median and its interval, (n, 3) N
+    statistics = {name: np.stack([cases.numbers(f"{name}{end}") for end in ends], -1) for name in medians}
     is_known = np.logical_and.reduce([np.isfinite(statistic).all(axis=1) for statistic in statistics.values()])
     several, undecided = [], 0
     for point in sorted({*points.tolist()}):
@@ -49,11 +50,6 @@ def coexisting(cases: Cases, layout: Layout) -> dict[str, Any] | None:
     counts = {"points": len({*points.tolist()}), "coexisting": len(several), "undecided": int(undecided)}
     counts |= {"between": sum(between)}
     return {"along": starts[0], **counts, "motions": several[:MAX_POINTS]}
-
-
-def _statistic(cases: Cases, name: str) -> np.ndarray:
-    """Return the medians of the cases and the ends of their intervals, (n, 3) N."""
-    return np.stack([cases.numbers(column) for column in (name, f"{name}_low", f"{name}_high")], -1)
 
 
 def motions_of(statistic: np.ndarray) -> np.ndarray:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 FRAME = "frame"  # the place in `vibration.at` that is the frame of the machine
 MAX_ORDERS = 100  # that may be columns
 MAX_BAND_ORDERS = 2500  # upper end of the band over the crank speed
+MAX_LINES = 1 << 14  # of a spectrum
 MIN_TURNS = 3  # whole revolutions in the window
 NO_SEVERITY = "none"
 IDEAL = "_ideal"  # suffix of the columns of the ideal machine

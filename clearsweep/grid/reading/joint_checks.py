@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from ...contracts.case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
 from ...contracts.catalogue import Catalogue, Law, with_given_size
-from ...contracts.vibration import FRAME, MAX_BAND_ORDERS, MIN_TURNS, NO_SEVERITY
+from ...contracts.vibration import FRAME, MAX_BAND_ORDERS, MAX_LINES, MIN_TURNS, NO_SEVERITY
 from ...language.errors import did_you_mean
 from ...language.expression import DEFINED, names_in
 from ..keys import Number, Section, value_key, word_key
@@ -148,10 +148,14 @@ def _check_vibration(reader: Reader) -> None:
     at_frame = f"{VIBRATION}.at.{FRAME}"
     for pair in itertools.pairwise(f"{VIBRATION}.zones.{k}" for k in range(3)):
         _check_below(reader, *pair, "each zone ends at a higher velocity than the one before")
-    if reader.outline.length != "revolutions" or reader.outline.drive == "angle-table":
-        message = "analyses whole revolutions of the crank, but the length of the run is a time; write revolutions"
+    length = reader.outline.length
+    if length == "revolutions" and reader.outline.drive == "angle-table":
+        message = "analyses revolutions of one length, unlike those of a table of angles; write cycles with a period"
         reader.problems.add(reader.position_of(VIBRATION), VIBRATION, message)
         return
+    if length == "time" and reader.outline.vibration and reader.outline.vibration.orders:
+        message = "need a motion that repeats, but the length of the run is a time; write cycles with their period"
+        reader.problems.add(reader.position_of(f"{VIBRATION}.orders"), f"{VIBRATION}.orders", message)
     severity = reader.values.get(f"{VIBRATION}.severity", NO_SEVERITY)
     if f"{VIBRATION}.zones" in reader.keys_in_use and severity != NO_SEVERITY:
         message = "conflicts with severity, which has zones of its own; remove one of the two"
@@ -164,48 +168,53 @@ def _check_vibration(reader: Reader) -> None:
     if f"{at_frame}.mount" in reader.keys_in_use and not reader.is_given(f"{at_frame}.mass"):
         message = "needs the mass of the frame that it carries; write vibration.at.frame.mass, or remove the mount"
         reader.problems.add(reader.position_of(f"{at_frame}.mount"), f"{at_frame}.mount", message)
-    discards = reader.values_of("simulate.discard") or (2.0,)
-    lengths = [
-        revolutions - (discard if revolutions > 2.0 or reader.is_given("simulate.discard") else 0.0)
-        for revolutions in reader.values_of("simulate.revolutions")
-        for discard in discards
-    ]
-    if lengths and min(lengths) < MIN_TURNS - WHOLE_TOLERANCE:
+    path, least = f"simulate.{length}", 0 if length == "time" else MIN_TURNS
+    windows = _windows(reader, path)
+    if windows and min(windows) < least - WHOLE_TOLERANCE:
         message = (
-            f"found {min(lengths):.6g} revolutions after simulate.discard; with vibration at least {MIN_TURNS} are "
-            "needed, so that its spectrum separates the orders of the crank; simulate more revolutions"
+            f"found {min(windows):.6g} {length} after simulate.discard; with vibration at least {least} are "
+            f"needed, so that its spectrum separates the orders of the crank; simulate more {length}"
         )
-        reader.problems.add(reader.position_of("simulate.revolutions"), "simulate.revolutions", message)
-    elif lengths:
-        _check_band(reader, min(lengths))
+        reader.problems.add(reader.position_of(path), path, message)
+    elif windows:
+        speeds = (speed for key in ("drive.speed", "drive.motor.no_load_speed") for speed in reader.values_of(key))
+        rates = [abs(speed) for speed in speeds if isinstance(speed, float)]
+        if length != "revolutions":
+            periods = windows if length == "time" else reader.values_of("simulate.period")
+            rates = [2.0 * math.pi / period for period in periods if period > 0.0]
+        _check_band(reader, 1.0 if length == "time" else min(windows), rates)
 
 
-def _check_band(reader: Reader, turns: float) -> None:
-    """Check that the band of `vibration` rises, is resolved by a turn, and contains a line of the window's spectrum."""
+def _windows(reader: Reader, path: str) -> list[float]:
+    """Return what remains of the lengths of run at `path` after simulate.discard."""
+    return [
+        length - (discard if length > 2.0 or reader.is_given("simulate.discard") else 0.0)
+        for length in reader.values_of(path)
+        for discard in reader.values_of("simulate.discard") or (2.0,)
+    ]
+
+
+def _check_band(reader: Reader, turns: float, rates: list[float]) -> None:
+    """Check that the band of `vibration` rises, is resolved, and contains a line; rates : rad/s, of turns or cycles."""
     path = f"{VIBRATION}.band"
     _check_below(reader, f"{path}.0", f"{path}.1", "the band needs a width")
     lows, highs = reader.values_of(f"{path}.0"), reader.values_of(f"{path}.1")
-    speeds = [
-        speed
-        for key in ("drive.speed", "drive.motor.no_load_speed")
-        for speed in reader.values_of(key)
-        if isinstance(speed, float) and speed > 0.0
-    ]
-    if not (lows and highs and speeds):
+    if not (lows and highs and rates):
         return
-    limit = MAX_BAND_ORDERS * min(speeds)
+    orders = MAX_LINES if reader.outline.length == "time" else MAX_BAND_ORDERS
+    limit = orders * min(rates)
     if max(highs) > limit:
         message = (
-            f"found {reader.text(f'{path}.1', max(highs))}; a turn resolves at most {MAX_BAND_ORDERS:,} times the "
-            f"crank speed, {limit / (2.0 * math.pi):,.6g} Hz; end the band there"
+            f"found {reader.text(f'{path}.1', max(highs))}; a turn, a cycle or a window over time resolves at most "
+            f"{orders:,} times its rate, {limit / (2.0 * math.pi):,.6g} Hz; end the band there"
         )
         reader.problems.add(reader.position_of(f"{path}.1"), path, message)
-    resolution = max(speeds) / math.floor(turns + WHOLE_TOLERANCE)
+    resolution = max(rates) / math.floor(turns + WHOLE_TOLERANCE)
     highest_line = resolution * math.floor(min(highs) / resolution * (1.0 + WHOLE_TOLERANCE))
     if min(lows) < min(highs) and highest_line < max(lows) * (1.0 - WHOLE_TOLERANCE):
         message = (
-            f"contains no line of the spectrum over {math.floor(turns + WHOLE_TOLERANCE)} turns, whose lines are "
-            f"{resolution / (2.0 * math.pi):.4g} Hz apart; widen the band, or simulate more revolutions"
+            f"contains no line of the window's spectrum, whose lines are {resolution / (2.0 * math.pi):.4g} Hz apart; "
+            "widen the band, or simulate a longer run"
         )
         reader.problems.add(reader.position_of(path), path, message)
 
@@ -544,18 +553,15 @@ def _check_blocks(reader: Reader) -> None:
             "block"
         )
         reader.problems.add(reader.position_of(path), path, message)
-    discards = reader.values_of("simulate.discard") or (2.0,)
-    for revolutions in shortest:
-        for discard in discards:
-            window = revolutions - (discard if revolutions > 2.0 or reader.is_given("simulate.discard") else 0.0)
-            if abs(window - round(window)) > WHOLE_TOLERANCE or round(window) < 1:
-                reported_path = "simulate.revolutions"
-                message = (
-                    f"found {window:.6g} revolutions after simulate.discard; with life the number must be whole, "
-                    "as their wear is extrapolated to all revolutions"
-                )
-                reader.problems.add(reader.position_of(reported_path), reported_path, message)
-                return
+    for window in _windows(reader, "simulate.revolutions"):
+        if abs(window - round(window)) > WHOLE_TOLERANCE or round(window) < 1:
+            reported_path = "simulate.revolutions"
+            message = (
+                f"found {window:.6g} revolutions after simulate.discard; with life the number must be whole, "
+                "as their wear is extrapolated to all revolutions"
+            )
+            reader.problems.add(reader.position_of(reported_path), reported_path, message)
+            return
 
 
 def _check_periodicity(reader: Reader) -> None:

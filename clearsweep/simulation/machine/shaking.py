@@ -16,7 +16,15 @@ from ...mechanics.coupling.shaking import CompiledPlace, Shaking
 from ...mechanics.machines import planar
 from ...mechanics.machines.contract import Built
 from ...mechanics.machines.observed import axes_of, point_of, unreacted_loads
-from .ideal import SAMPLES_PER_TURN, knots_of_loads, largest, machine_of, mechanism_of, turn_range_of
+from .ideal import (
+    MAX_TURNS_PER_CYCLE,
+    SAMPLES_PER_TURN,
+    knots_of_loads,
+    largest,
+    machine_of,
+    mechanism_of,
+    turn_range_of,
+)
 
 FX, FY, SQUARE, MOMENT = range(4)
 SAME = 1e-9  # relative difference of frequencies that are the same
@@ -91,9 +99,9 @@ def ideal_shaking(case: Case, machine: Machine | None) -> IdealShaking:
     return _ideal_shaking(
         planar.machine_key(machine),
         turn_range,
-        knots_of_loads(case, tables, turn_range),
-        point_of_moment(vibration.frame, machine),
-        (tuple(spots), unreacted, outline.orders if outline else 0),
+        () if case.simulate.period else knots_of_loads(case, tables, turn_range),
+        case.simulate.period,
+        (tuple(spots), unreacted, outline.orders if outline else 0, point_of_moment(vibration.frame, machine)),
         planar.AlwaysEqual(machine),
     )
 
@@ -124,7 +132,7 @@ def ideal_frame_force(case: Case, angles: np.ndarray) -> np.ndarray:
     machine = machine_of(mechanism_of(case), case)
     assert machine is not None
     unreacted = tuple(case.loads[i].name for i in unreacted_loads(case))
-    force: np.ndarray = _Shaking(machine, (0.0, 0.0), unreacted).at(angles, ())[0][:2]
+    force: np.ndarray = _Shaking(machine, (0.0, 0.0), unreacted, over_time=False).at(angles, ())[0][:2]
     return force
 
 
@@ -142,20 +150,23 @@ def _ideal_shaking(
     key: bytes,
     turn_range: tuple[float, float],
     knots: tuple[float, ...],
-    about: tuple[float, float],
-    observed: tuple[tuple[_Spot, ...], tuple[str, ...], int],
+    period: float | None,
+    observed: tuple[tuple[_Spot, ...], tuple[str, ...], int, tuple[float, float]],
     machine: planar.AlwaysEqual,
 ) -> IdealShaking:
-    """Return the shaking of a machine with this key over a range of revolutions."""
-    spots, unreacted, orders = observed
-    shaking, start = _Shaking(machine.value, about, unreacted), machine.value.drive.start_angle
-    direction = planar.direction_of(machine.value.drive)
+    """Return the shaking of a machine with this key over a range of revolutions, or of cycles of a `period` (s)."""
+    (spots, unreacted, orders, about), drive = observed, machine.value.drive
+    shaking = _Shaking(machine.value, about, unreacted, over_time=period is not None)
+    start, scale, count = drive.start_angle, planar.direction_of(drive), SAMPLES_PER_TURN
+    if period is not None:
+        start, scale = 0.0, period / (2.0 * math.pi)
+        count *= math.ceil(min(max(1.0, shaking.ideal.reference_rate() * scale), MAX_TURNS_PER_CYCLE))
     begin, turns = turn_range[0], max(math.floor(turn_range[1] - turn_range[0] + 1e-9), 1)
-    angles: np.ndarray = 2.0 * math.pi * (begin + np.arange(SAMPLES_PER_TURN * turns) / SAMPLES_PER_TURN)
-    frame, velocities = shaking.at(start + direction * angles, spots)
+    angles: np.ndarray = 2.0 * math.pi * (begin + np.arange(count * turns) / count)
+    frame, velocities = shaking.at(start + scale * angles, spots)
 
     def sizes(angles: np.ndarray) -> np.ndarray:
-        return np.abs(shaking.at(start + direction * angles, ())[0])  # type: ignore[no-any-return]
+        return np.abs(shaking.at(start + scale * angles, ())[0])  # type: ignore[no-any-return]
 
     peaks = largest(sizes, np.array(sorted({*angles.tolist(), 2.0 * math.pi * turn_range[1], *knots})))
     figures = dict(zip(_FIGURES, [*peaks[:2], math.sqrt(peaks[2]), peaks[3]], strict=True))
@@ -165,10 +176,10 @@ def _ideal_shaking(
     }
     forces = _amplitudes(frame[:2])
     in_orders = forces[:, : orders * turns + 1 : turns]
-    is_steady = turn_range[1] == turns and isinstance(machine.value.drive, Constant)
-    rate = abs(machine.value.drive.speed) / turns if is_steady else 0.0
+    is_steady = turn_range[1] == turns and isinstance(drive, Constant)
+    rate = 2.0 * math.pi / period if period else abs(drive.speed) if is_steady else 0.0
     by_name = {spot.name: _amplitudes(velocities[i][: spot.axes]) for i, spot in enumerate(spots)}
-    return IdealShaking({name: float(value) for name, value in figures.items()}, in_orders, rate, forces, by_name)
+    return IdealShaking({key: float(value) for key, value in figures.items()}, in_orders, rate / turns, forces, by_name)
 
 
 def _amplitudes(values: np.ndarray) -> np.ndarray:
@@ -178,20 +189,20 @@ def _amplitudes(values: np.ndarray) -> np.ndarray:
 
 
 class _Shaking:
-    """The signals of an ideal machine at crank angles."""
+    """The signals of an ideal machine at crank angles (rad), or at times (s)."""
 
-    def __init__(self, machine: Machine, about: tuple[float, float], unreacted: tuple[str, ...]):
+    def __init__(self, machine: Machine, about: tuple[float, float], unreacted: tuple[str, ...], *, over_time: bool):
         """Prepare for a machine whose frame does not react the loads of these names."""
-        self.ideal, self.about = planar.ideal_of(planar.with_segments(machine)), about
+        self.ideal, self.about, self.over_time = planar.ideal_of(planar.with_segments(machine)), about, over_time
         loads = tuple(load for load in self.ideal.machine.loads if load.name in unreacted)
         self.loaded = copy.copy(self.ideal) if loads else None
         if self.loaded:
             self.loaded.machine = self.ideal.machine._replace(loads=loads, gravity=0.0)
 
-    def at(self, angles: np.ndarray, spots: tuple[_Spot, ...]) -> tuple[np.ndarray, list[np.ndarray]]:
-        """Return force x, y, its square and moment (4, N), and velocities (2, N) m/s of spots, at angles (N,) rad."""
-        times, rates = self.ideal.crank_passage(angles, lambda: planar.ideal_form(self.ideal))
-        parts = np.array_split(np.stack([angles, times, rates]), max(len(angles) // SAMPLES_PER_TURN, 1), axis=1)
+    def at(self, places: np.ndarray, spots: tuple[_Spot, ...]) -> tuple[np.ndarray, list[np.ndarray]]:
+        """Return force x, y, its square and moment (4, N), and velocities (2, N) m/s of spots, at places (N,)."""
+        passage = self.ideal.passage_at(places, lambda: planar.ideal_form(self.ideal), self.over_time)
+        parts = np.array_split(np.stack(passage), max(len(places) // SAMPLES_PER_TURN, 1), axis=1)
         results = [self._part(part, spots) for part in parts]
         frame = np.concatenate([result[0] for result in results], axis=1)
         return frame, [np.concatenate([result[1][i] for result in results], axis=1) for i in range(len(spots))]

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...contracts.vibration import IDEAL, zone_of
+from ...contracts.vibration import IDEAL, MAX_LINES, zone_of
 from ...mechanics.machines.observed import axes_of
 from ...mechanics.observe import (
     ANGLE,
@@ -48,7 +48,6 @@ from .deformation import ZOOM_POINTS
 CAPACITY = 2048  # steps that are recorded before the loop pauses
 MAX_TURNS = 64  # of a stretch of the window with a spectrum of its own
 BIN_BLOCK = 128  # the number of bins is a multiple of it, for fast transforms
-MAX_LINES = 1 << 14  # of such a spectrum
 SAME_TIME = 1e-9  # of a revolution: closer ends of a step and of a stretch are the same
 #: From values at the nodes to derivatives of their polynomial there by the fraction of the step.
 TO_SLOPES = slopes_at(FRACTIONS)
@@ -95,9 +94,9 @@ class Signals:
         """Prepare for the run of a scene."""
         self.scene, vibration = scene, scene.case.vibration
         assert vibration is not None
-        self.rate = scene.value.reference_rate
-        highest_order = vibration.band[1] / self.rate
         settings = scene.case.simulate
+        self.rate = 2.0 * math.pi / settings.period if settings.period else scene.value.reference_rate
+        highest_order = vibration.band[1] / self.rate
         window_turns = math.floor(settings.revolutions - settings.discard + SAME_TIME)
         self.turns = max(min(window_turns, MAX_TURNS, math.floor(MAX_LINES / highest_order)), 1)
         self.period = self.turns * 2.0 * math.pi / self.rate  # s, of the lines

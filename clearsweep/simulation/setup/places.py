@@ -1,5 +1,6 @@
 """Where journals, blocks and flanks are at the start of a run: as given, carried from a case, random, or seated."""
 
+import itertools
 import math
 from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
@@ -49,25 +50,13 @@ def random_places(seed: int, draw: int, flanked: Sequence[bool]) -> tuple[np.nda
     """
     generator = np.random.default_rng([int(seed), int(draw)])
     places, rates = list[float](), list[float]()
-    for has_flanks in flanked:
-        values_of = _in_play if has_flanks else _in_circle
-        places += values_of(generator)
-        rates += values_of(generator)
+    for has_flanks, values in itertools.product(flanked, (places, rates)):
+        if has_flanks:
+            values.append(float(generator.uniform(-1.0, 1.0)))
+        else:
+            radius, angle = math.sqrt(generator.uniform()), generator.uniform(0.0, 2.0 * math.pi)
+            values += [radius * math.cos(angle), radius * math.sin(angle)]
     return np.array(places), np.array(rates)
-
-
-def _random_places(case: Case) -> tuple[np.ndarray, np.ndarray]:
-    settings, flanked = case.simulate, [bool(joint.flanked) for joint in case.joints]
-    return random_places(settings.seed, settings.draw, flanked)
-
-
-def _in_play(generator: "np.random.Generator") -> list[float]:
-    return [float(generator.uniform(-1.0, 1.0))]
-
-
-def _in_circle(generator: "np.random.Generator") -> list[float]:
-    radius, angle = math.sqrt(generator.uniform()), generator.uniform(0.0, 2.0 * math.pi)
-    return [radius * math.cos(angle), radius * math.sin(angle)]
 
 
 def with_places(case: Case, built: Built, joints: tuple, earlier_end: Carried | None) -> Built:
@@ -83,7 +72,10 @@ def with_places(case: Case, built: Built, joints: tuple, earlier_end: Carried | 
         )
     if earlier_end is None and case.simulate.start == "carried":
         return built
-    places, rates = _random_places(case) if earlier_end is None else (earlier_end.places, earlier_end.rates)
+    flanked = [bool(joint.flanked) for joint in case.joints]
+    places, rates = random_places(case.simulate.seed, case.simulate.draw, flanked)
+    if earlier_end is not None:
+        places, rates = earlier_end.places, earlier_end.rates
     return built._replace(start=placed(built, units * places, units * abs(built.rate) * rates))
 
 

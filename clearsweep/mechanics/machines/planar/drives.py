@@ -22,7 +22,6 @@ from ...laws.sampled import attempted, checked
 
 
 _MOTION_WIDTH = 5  # numbers in a row of a motion: time, angle, speed, acceleration and its rate
-_TORQUE_WIDTH = 5  # of a torque table: speed, torque, and its first three derivatives by the speed
 
 
 class Steady(NamedTuple):
@@ -72,8 +71,7 @@ class Free(NamedTuple):
 class FreeByTable(NamedTuple):
     """A torque over the speed from a table, monotone cubic between its rows and constant outside."""
 
-    table: float  # address of (rows, 5): rad/s, N m, and derivatives by the speed
-    row_count: float
+    curve: tuple  # Tabled: the torque (N m) in place of the angle, over the rate (rad/s)
 
 
 class Served(NamedTuple):
@@ -92,11 +90,7 @@ def torque_at(drive, angle, rate, time):
 
 @torque_at.member(FreeByTable)
 def _torque_at_by_table(drive, angle, rate, time):
-    row = row_of(drive.table, _TORQUE_WIDTH, int(drive.row_count), plain(rate))
-    beyond = rate - load_item(drive.table, row)
-    excess = where(beyond > 0.0, beyond, 0.0 * beyond)
-    first, second, third = (load_item(drive.table, row + k) for k in (2, 3, 4))
-    return load_item(drive.table, row + 1) + excess * (first + excess * (0.5 * second + excess * third / 6.0))
+    return drive_motion(drive.curve, rate)[0]
 
 
 @torque_at.member(Served)
@@ -181,7 +175,7 @@ def compile_drive(drive: Constant | Schedule | Path | Motor) -> tuple:
         return Served(compile_drive(servo.target), servo.stiffness, servo.damping, servo.torque_limit)
     if drive.curve is not None:
         table = torque_table(*drive.curve)
-        return FreeByTable(array_handle(table), float(len(table)))
+        return FreeByTable(Tabled(array_handle(table), float(len(table))))
     return Free(
         drive.stall_torque, 0.0 if math.isinf(drive.no_load_speed) else drive.stall_torque / drive.no_load_speed
     )
@@ -222,7 +216,7 @@ def _spline_table(drive: Path) -> np.ndarray:
 
 
 def torque_table(speeds: np.ndarray, torques: np.ndarray) -> np.ndarray:
-    """Return the table of a FreeByTable from speeds (rows,) rad/s and torques (rows,) N m."""
+    """Return the table of a FreeByTable from speeds (rows,) rad/s and torques (rows,) N m, constant outside them."""
     from scipy.interpolate import PchipInterpolator
 
     curve = PchipInterpolator(speeds, torques)
@@ -230,7 +224,7 @@ def torque_table(speeds: np.ndarray, torques: np.ndarray) -> np.ndarray:
     third = curve(middles, 3)
     second = curve(middles, 2) - 0.5 * steps * third
     derivatives = [np.append(values, 0.0) for values in (curve(speeds[:-1], 1), second, third)]
-    return np.stack([speeds, torques, *derivatives], -1)
+    return np.vstack([[-1e60, torques[0], 0.0, 0.0, 0.0], np.stack([speeds, torques, *derivatives], -1)])
 
 
 def motion_at(drive: Constant | Schedule | Path, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

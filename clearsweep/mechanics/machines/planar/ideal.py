@@ -170,7 +170,7 @@ class IdealMachine:
 
         compiled_form : returns the compiled form of the machine, for a free crank.  over_time : `at` are times (s).
         """
-        angles, time, rate = self._passage_at(at, compiled_form, over_time)
+        angles, time, rate = self.passage_at(at, compiled_form, over_time)
         states = self.states_at(angles)
         position, derivative, second_derivative = self.output_at(states)
         acceleration, reactions, effective_forces = self.balance(states, rate, time)
@@ -187,12 +187,12 @@ class IdealMachine:
         self, at: np.ndarray, compiled_form: Callable[[], tuple], *, over_time: bool = False
     ) -> dict[str, np.ndarray]:
         """Return the force (N, 2) N on each joint's distal body, as `motion` does."""
-        motion = np.stack(self._passage_at(at, compiled_form, over_time))
+        motion = np.stack(self.passage_at(at, compiled_form, over_time))
         parts = np.array_split(motion, max(len(at) // LARGEST_BLOCK, 1), axis=1)
         reactions = [self.balance(self.states_at(angles), rate, time)[1] for angles, time, rate in parts]
         return {name: np.concatenate([part[name] for part in reactions]) for name in reactions[0]}
 
-    def _passage_at(self, at: np.ndarray, compiled_form: Callable[[], tuple], over_time: bool) -> tuple:
+    def passage_at(self, at: np.ndarray, compiled_form: Callable[[], tuple], over_time: bool) -> tuple:
         """Return crank angles (N,) rad, times (N,) s and rates (N,) rad/s at angles, or at times if `over_time`."""
         if not over_time:
             return at, *self.crank_passage(at, compiled_form)
