@@ -114,7 +114,9 @@ release: $(READY)
 torture: $(READY)
 	$(BIN)/python tests/reliability.py $(ARGS)
 
+# Python's own code, too, so that none of the processes that tests start compiles it again
 $(READY): $(VENV)/.installed
+	$(BIN)/python -m compileall -q clearsweep
 	$(BIN)/python -m clearsweep.simulation.analyses.prebuild
 	touch $@
 

@@ -17,7 +17,6 @@ from .words import Words
 
 ROUGHNESSES = 3.0  # combined roughnesses of both surfaces that a film should exceed to separate them
 FILM_THICKNESS = "film_thickness_min"
-DRY_SHARE = "dry_load_share"
 FILM_LOSS = "film_loss"
 FILM_LIMIT_FRACTION = "film_limit_fraction"
 UNSAFE = "film_unsafe"  # column of the answer on films: 1 for an unsafe film

@@ -253,7 +253,7 @@ def _compile(function: Any, arguments: dict[str, Any], lanes: Any) -> _CompiledF
     parameters = {name: receive_values(value, received_values) for name, value in arguments.items()}
     try:
         symbolic_result = run_bound(function, parameters)
-        items = list(leaves(symbolic_result))
+        items = leaves(symbolic_result)
         if any(isinstance(x, (View, Lambda, list)) for x in items):
             result_type.set_body()
             active_trace.builder.unreachable()  # LLVM removes it, as nothing calls it

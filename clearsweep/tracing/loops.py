@@ -99,7 +99,7 @@ class _LoopVariables:
             if name in kinds:  # its structure varies, so an iteration cannot use the value of the previous one
                 del activation.names[name]
                 continue
-            values = list(leaves(activation.names[name]))
+            values = leaves(activation.names[name])
             if all(isinstance(x, (Symbol, int, float, np.number, np.bool_, View)) for x in values):
                 self.initial_values[name] = values
             else:
@@ -124,7 +124,7 @@ class _LoopVariables:
         too_narrow: dict[Any, Any] = {}
         final_values: dict[tuple[str, int], Any] = {}
         for name, initial_values in self.initial_values.items():
-            values = list(leaves(self.activation.names.get(name)))
+            values = leaves(self.activation.names.get(name))
             if (
                 name not in self.activation.names
                 or len(values) != len(initial_values)

@@ -28,6 +28,7 @@ from .symbols import (
     select,
     times,
     trace,
+    undefined,
     width_of,
 )
 
@@ -153,7 +154,7 @@ class View:
         builder, offset, lanes = trace().builder, self.offset, trace().lanes()
         if lanes is not None:  # the addresses of inactive lanes may be invalid
             offset = select(lanes, offset, 0)
-        vector = ir.Constant(llvm_type(self.item, offset.width), ir.Undefined)
+        vector = undefined(self.item, offset.width)
         for lane in range(offset.width):
             item_offset = Integer(builder.extract_element(offset.value, INT64(lane)))
             lane_offset = lane if self.width > 1 else 0
@@ -263,7 +264,7 @@ def gather(view: View, index: tuple) -> Number:
     if lanes is not None:  # the addresses of inactive lanes may be invalid
         index = tuple(select(lanes, x, 0) if is_symbol(x) else x for x in index)
     builder = trace().builder
-    vector = ir.Constant(llvm_type(view.item, width), ir.Undefined)
+    vector = undefined(view.item, width)
     for lane in range(width):
         lane_index = tuple(
             Integer(builder.extract_element(x.value, INT64(lane))) if is_symbol(x) and x.width > 1 else x for x in index
@@ -286,7 +287,7 @@ def load_at_address(address: Number, position: Any) -> Number:
     if lanes is not None:  # the addresses of inactive lanes may be invalid
         position = select(lanes, position, 0)
     addresses, positions = as_kind(address, Number, width), as_kind(position, Integer, width)
-    vector = ir.Constant(llvm_type(DOUBLE, width), ir.Undefined)
+    vector = undefined(DOUBLE, width)
     for lane in range(width):
         arguments = (builder.extract_element(x, INT64(lane)) for x in (addresses, positions))
         vector = builder.insert_element(vector, load(*arguments), INT64(lane))

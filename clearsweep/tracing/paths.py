@@ -95,16 +95,18 @@ def receive_values(x: Any, arguments: Iterator[Any]) -> Any:
     return map_leaves(x, receive)
 
 
-def leaves(x: Any) -> Iterator[Any]:
-    """Yield the items of nested tuples and of numbers with slopes."""
-    if isinstance(x, tuple):
-        for item in x:
-            yield from leaves(item)
-    elif isinstance(x, Composite):
-        for item in x.traced_parts():
-            yield from leaves(item)
-    else:
-        yield x
+def leaves(x: Any) -> list[Any]:
+    """Return the items of nested tuples and of numbers with slopes."""
+    items, waiting = [], [x]
+    while waiting:
+        value = waiting.pop()
+        if isinstance(value, tuple):
+            waiting += value[::-1]
+        elif isinstance(value, Composite):
+            waiting += value.traced_parts()[::-1]
+        else:
+            items.append(value)
+    return items
 
 
 def rebuild(x: Any, values: Iterator[Any]) -> Any:
@@ -141,7 +143,7 @@ def select_values(condition: Any, a: Any, b: Any) -> Any:
     if not is_symbol(condition):
         return a if condition else b
     a, b = with_common_slopes([a, b])
-    first_items, second_items = list(leaves(a)), list(leaves(b))
+    first_items, second_items = leaves(a), leaves(b)
     if (type(a) is not type(b) and isinstance(a, (tuple, Composite))) or len(first_items) != len(second_items):
         raise NotTraceableError("chooses between values of different forms")
     pairs = zip(first_items, second_items, strict=True)
@@ -165,7 +167,7 @@ def join_paths(paths: list[Path]) -> Any:
         return paths[0].value
     end = trace().block()
     values = with_common_slopes([path.value for path in paths])
-    leaf_rows = [list(leaves(value)) for value in values]
+    leaf_rows = [leaves(value) for value in values]
     if len({len(row) for row in leaf_rows}) != 1:
         raise NotTraceableError("gives different forms on different paths")
     results = [

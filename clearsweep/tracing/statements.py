@@ -172,7 +172,7 @@ class Statements(Expressions):
                 continue
             try:
                 column = with_common_slopes(column)
-                leaf_rows = [list(leaves(x)) for x in column]
+                leaf_rows = [leaves(x) for x in column]
                 if len({len(row) for row in leaf_rows}) != 1:
                     continue
                 blocks = [path.block for path in paths]

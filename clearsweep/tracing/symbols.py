@@ -6,6 +6,7 @@ function, which is fused.
 """
 
 import contextlib
+import functools
 import itertools
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -178,11 +179,23 @@ def llvm_type(item: Any, width: int) -> Any:
     return item if width == 1 else ir.VectorType(item, width)
 
 
+_CONSTANTS: dict[Any, Any] = {}  # of LLVM, which belong to no module: a scene has some 20,000, most of them alike
+
+
 def llvm_constant(item: Any, number: Any, width: int = 1) -> Any:
     """Return a constant of LLVM."""
     if item is not BOOL:
         number = float(number) if item is DOUBLE else int(number)
-    return ir.Constant(item, number) if width == 1 else ir.Constant(llvm_type(item, width), [number] * width)
+    key = item, repr(number), width
+    if key not in _CONSTANTS:
+        _CONSTANTS[key] = ir.Constant(llvm_type(item, width), number if width == 1 else [number] * width)
+    return _CONSTANTS[key]
+
+
+@functools.cache
+def undefined(item: Any, width: int) -> Any:
+    """Return an undefined value, or a vector of them."""
+    return ir.Constant(llvm_type(item, width), ir.Undefined)
 
 
 def is_symbol(x: Any) -> bool:
@@ -192,7 +205,11 @@ def is_symbol(x: Any) -> bool:
 
 def width_of(*operands: Any) -> int:
     """Return the width of a result of these values."""
-    return max((x.width for x in operands if isinstance(x, Symbol)), default=1)
+    width = 1
+    for x in operands:
+        if isinstance(x, Symbol) and x.width > width:
+            width = x.width
+    return width
 
 
 def as_kind(x: Any, kind: type, width: int = 1) -> Any:
@@ -211,9 +228,9 @@ def as_kind(x: Any, kind: type, width: int = 1) -> Any:
     elif kind is Boolean and not isinstance(x, Boolean):
         raise NotTraceableError("uses a float as a condition")
     if width > x.width:
-        vector = b.insert_element(ir.Constant(llvm_type(kind.item, width), ir.Undefined), value, INT64(0))  # type: ignore[attr-defined]
-        zeros = ir.Constant(ir.VectorType(ir.IntType(32), width), [0] * width)
-        value = b.shuffle_vector(vector, ir.Constant(vector.type, ir.Undefined), zeros)
+        empty = undefined(kind.item, width)  # type: ignore[attr-defined]
+        vector = b.insert_element(empty, value, llvm_constant(INT64, 0))
+        value = b.shuffle_vector(vector, empty, llvm_constant(ir.IntType(32), 0, width))
     return value
 
 
