@@ -120,7 +120,6 @@ $(READY): $(VENV)/.installed
 	$(BIN)/python -m clearsweep.simulation.analyses.prebuild
 	touch $@
 
-# Packages are compiled to bytecode as they are first imported: most of them never are.
 $(VENV)/.installed: pyproject.toml constraints.txt
 	@$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11))" || { echo "clearsweep needs Python 3.11 or newer, and \
 	$(PYTHON) is `$(PYTHON) --version 2>&1`; give a newer one with make PYTHON=python3.12" >&2; exit 2; }
