@@ -16,6 +16,7 @@ from clearsweep.language.errors import InputError
 from clearsweep.report.sections.identified import identified_sections
 from clearsweep.report.study import prepare
 from clearsweep.searches import emulator
+from clearsweep.searches.identifying import feature_vector
 from clearsweep.sweeping.summary import of_run, run_text
 
 MASS, ROD = "mechanism.slider.mass", "mechanism.rod.mass"
@@ -194,6 +195,22 @@ def test_peaks_are_those_of_the_band_that_both_signals_have():
     coarse = features.split_revolutions(angle[::4], spike[::4], None, 100.0)
     fine = features.split_revolutions(angle, spike, None, 100.0)
     assert features.features_of(coarse).peak_median == pytest.approx(features.features_of(fine).peak_median, rel=0.02)
+
+
+def test_the_signature_of_a_sine_and_of_a_spike_have_their_closed_forms():
+    """Crest sqrt(2), kurtosis 3/2; of a pulse over the share p of a turn kurtosis about 1/p, whatever the gain."""
+    angle = np.linspace(0.0, 8.0 * np.pi, 4 * 4096 + 1)
+    sine = features.features_of(features.split_revolutions(angle, 7.0 * np.sin(angle)))
+    assert (sine.crest, sine.kurtosis) == (pytest.approx(2.0**0.5, rel=1e-3), pytest.approx(1.5, rel=1e-3))
+    louder = features.features_of(features.split_revolutions(angle, 280.0 * np.sin(angle)))
+    compared = [feature_vector(each, 100.0, ("signature",)) for each in (sine, louder)]
+    assert compared[0] == pytest.approx(compared[1], abs=1e-12)
+    share = 1.0 / 64.0
+    pulse = features.features_of((np.arange(4096) < share * 4096).astype(float)[None])
+    variance = share * (1.0 - share)
+    moment = share * (1.0 - share) ** 4 + (1.0 - share) * share**4
+    assert pulse.kurtosis == pytest.approx(moment / variance**2, rel=1e-9)
+    assert pulse.crest == pytest.approx((1.0 - share) / variance**0.5, rel=1e-9)
 
 
 def test_a_resolved_grid_asks_for_the_same_cases(ran):

@@ -376,6 +376,13 @@ def test_a_velocity_at_a_bound_belongs_to_the_better_zone(velocity, zone):
     assert zone_of(velocity, SEVERITIES["ISO 20816-3 group 2 rigid"]) == zone
 
 
+@pytest.mark.parametrize("name", [name for name in SEVERITIES if name != "none"])
+def test_a_run_says_which_zones_are_from_memory(name):
+    vibration = {"at": {"frame": {"mass": "400 kg"}}, "severity": name}
+    said = [text for text in load(GRID | {"vibration": vibration}).warnings if "from memory" in text]
+    assert bool(said) == name.startswith("ISO 20816-8")
+
+
 def test_the_bounds_of_all_zones_rise():
     for bounds in SEVERITIES.values():
         assert list(bounds) == sorted(set(bounds))

@@ -31,6 +31,8 @@ class Features(NamedTuple):
     impacts: float  # per revolution
     #: Cosine and sine parts of HARMONICS of the energy above RIGID_ORDERS over the crank angle, over that energy.
     phases: tuple[float, ...]
+    crest: float  # median over revolutions of the largest deviation from the mean, over the rms
+    kurtosis: float  # fourth moment about the mean over the square of the second; 1.5 of a sine
 
 
 class RevolutionStatistics(NamedTuple):
@@ -41,6 +43,7 @@ class RevolutionStatistics(NamedTuple):
     power: "np.ndarray"  # (revolutions, bands) mean square in each of BANDS
     impacts: "np.ndarray"  # (revolutions,)
     energy: "np.ndarray"  # (revolutions, HARMONICS + 1) complex harmonics of the square above RIGID_ORDERS, from 0 on
+    mean_fourth: "np.ndarray"  # (revolutions,) mean fourth power of the deviations from the mean of the signal
 
     def features(self, rows: "np.ndarray | slice" = slice(None)) -> Features:
         """Return the features of a selection of revolutions."""
@@ -48,13 +51,16 @@ class RevolutionStatistics(NamedTuple):
 
         peaks, power, energy = self.peak[rows], self.power[rows].mean(axis=0), self.energy[rows].mean(axis=0)
         relative_energy = energy[1:] / max(float(energy[0].real), np.finfo(float).tiny)
+        mean_square = float(self.mean_square[rows].mean())
         return Features(
-            float(np.sqrt(self.mean_square[rows].mean())),
+            float(np.sqrt(mean_square)),
             float(np.median(peaks)),
             float(np.percentile(peaks, 95.0)),
             tuple(np.sqrt(power).tolist()),
             float(self.impacts[rows].mean()),
             tuple(np.column_stack([relative_energy.real, -relative_energy.imag]).ravel().tolist()),
+            float(np.median(peaks) / np.sqrt(mean_square)),
+            float(self.mean_fourth[rows].mean() / mean_square**2),
         )
 
 
@@ -82,6 +88,7 @@ def revolution_statistics(revolutions: "np.ndarray") -> RevolutionStatistics:
         bands,
         _count_impact_onsets(np.abs(fast_part)),
         energy,
+        (deviations**4).mean(axis=1),
     )
 
 

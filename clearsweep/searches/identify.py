@@ -25,6 +25,7 @@ from .seeking import MISSING_OVER_TEXT, ROUND_SIZE, SEED_KEY, SearchOver
 IDENTIFY = "identify"
 _PRIOR = "prior"  # the kind of a `Choice`
 FEATURES = ("rms", "peaks", "spectrum", "impacts")
+SIGNATURE = "signature"  # crest and kurtosis, only on request: without the size, where a gain is not known
 MAX_CASES = 20_000  # the time of an emulator grows with their third power
 MAX_SAVED_SAMPLES = 12_000  # samples of a signal that every case keeps where the grid does not say how many
 MAX_SAMPLES_PER_REVOLUTION = 2880  # samples of a revolution that are kept then
@@ -52,8 +53,8 @@ IDENTIFY_SECTION = KeySection(
         cases_key(ROUND_SIZE, MAX_CASES),
         WordListKey(
             "features",
-            f"a list of {', '.join(FEATURES)}; default: all",
-            words=FEATURES,
+            f"a list of {', '.join(FEATURES)}, and {SIGNATURE} (crest and kurtosis); default: all but that",
+            words=(*FEATURES, SIGNATURE),
             default=FEATURES,
             noun="feature of a signal",
         ),

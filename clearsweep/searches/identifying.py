@@ -30,6 +30,7 @@ MODEL_ERRORS = {
     "peaks": 0.05,
     "spectrum": 0.05,
     "impacts": 0.05,
+    "signature": 0.05,
     "phases": 0.03,
 }  # model error: standard deviations of logarithms of features, and of phases
 BOOTSTRAP_DRAWS = 200  # bootstrap draws of revolutions, for the scatter of measured features
@@ -195,6 +196,7 @@ def feature_vector(measured: features.Features, orders: float, names: tuple[str,
         "peaks": [np.log(measured.peak_median), np.log(measured.peak_p95)],
         "spectrum": [np.log(measured.spectrum[k] + SPECTRUM_FLOOR * measured.rms) for k in _band_edges(orders)],
         "impacts": [np.log1p(measured.impacts), *measured.phases],
+        "signature": [np.log(measured.crest), np.log(measured.kurtosis)],
     }
     return np.array([number for name in names for number in values_by_feature[name]])
 
@@ -218,6 +220,7 @@ def _labels(index: int, observed: ObservedSignal, names: tuple[str, ...]) -> Ite
                 for component in ("cosine", "sine")
             ),
         ],
+        "signature": [("crest", "1"), ("kurtosis", "1")],
     }
     for name in names:
         yield from (FeatureLabel(index, name, *text) for text in texts[name])
@@ -233,7 +236,7 @@ def _signal_covariance(
     vectors = np.array(
         [feature_vector(statistics.features(row), observed.orders, identify.features) for row in sample_indices]
     )
-    gain = np.array([GAIN * (label.kind != "impacts") for label in labels])
+    gain = np.array([GAIN * (label.kind not in ("impacts", "signature")) for label in labels])
     model_covariance = np.diag([MODEL_ERRORS[label.kind if label.unit else "phases"] ** 2 for label in labels])
     covariance: np.ndarray = np.cov(vectors.T) * count / (count - 1.0) + np.outer(gain, gain) + model_covariance
     return covariance

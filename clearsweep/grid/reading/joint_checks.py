@@ -6,7 +6,7 @@ from collections.abc import Iterator
 
 from ...contracts.case import LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER, Materials
 from ...contracts.catalogue import Catalogue, Law, with_given_size
-from ...contracts.vibration import FRAME, MAX_BAND_ORDERS, MAX_LINES, MIN_TURNS, NO_SEVERITY
+from ...contracts.vibration import FRAME, MAX_BAND_ORDERS, MAX_LINES, MIN_TURNS, NO_SEVERITY, UNCHECKED_STANDARD
 from ...language.errors import did_you_mean
 from ...language.expression import DEFINED, names_in
 from ..keys import Number, Section, value_key, word_key
@@ -157,6 +157,9 @@ def _check_vibration(reader: Reader) -> None:
         message = "need a motion that repeats, but the length of the run is a time; write cycles with their period"
         reader.problems.add(reader.position_of(f"{VIBRATION}.orders"), f"{VIBRATION}.orders", message)
     severity = reader.values.get(f"{VIBRATION}.severity", NO_SEVERITY)
+    if severity.startswith(UNCHECKED_STANDARD):
+        text = "bounds of its zones are from memory, compared with no published text; compare them with the standard"
+        reader.warnings.append(f"{VIBRATION}.severity: found {severity}; the {text}, or write `zones`")
     if f"{VIBRATION}.zones" in reader.keys_in_use and severity != NO_SEVERITY:
         message = "conflicts with severity, which has zones of its own; remove one of the two"
         reader.problems.add(reader.position_of(f"{VIBRATION}.zones"), f"{VIBRATION}.zones", message)
