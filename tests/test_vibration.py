@@ -11,6 +11,7 @@ import numpy as np
 import pytest
 from fake_runs import load
 from scipy.integrate import simpson
+from scipy.signal import hilbert
 
 import clearsweep
 from clearsweep.contracts.vibration import SEVERITIES, zone_of
@@ -174,6 +175,50 @@ def test_the_ideal_machine_shakes_its_frame_as_the_closed_form_does(figures):
     assert figures["slider_velocity_rms_ideal"] == pytest.approx(math.sqrt(0.5 * np.sum(slider**2)), rel=1e-10)
     frame = [math.sqrt(0.5 * np.sum((orders[k, 1:51] * response(rates, k)) ** 2)) for k in range(2)]
     assert figures["frame_velocity_rms_ideal"] == pytest.approx(max(frame), rel=1e-10)
+
+
+def test_the_ideal_velocity_of_a_crank_that_speeds_up_is_that_of_its_closed_form():
+    """The slider's velocity over time, of a crank angle 100 t + 30 t^2, in the lines of five turns."""
+    drive = {"speed": {"time [s]": [0.0, 1.0], "speed [rad/s]": [100.0, 160.0]}}
+    grid = copy.deepcopy(GRID) | {"drive": drive, "simulate": {"revolutions": 7, "discard": 2}}
+    case = load(grid).case(0)
+    found = ideal_shaking(case, None).velocities(case.vibration)["slider"]
+    begin, end = ((math.sqrt(1e4 + 120.0 * turns * 2.0 * math.pi) - 100.0) / 60.0 for turns in (2.0, 7.0))
+    times = begin + (end - begin) * np.arange(2**16) / 2**16
+    angle, rate = 100.0 * times + 30.0 * times**2, 100.0 + 60.0 * times
+    sine = (0.012 - 0.05 * np.sin(angle)) / 0.13
+    cosine = np.sqrt(1.0 - sine**2)
+    velocity = -0.05 * rate * np.sin(angle) + sine / cosine * 0.05 * np.cos(angle) * rate
+    assert found == pytest.approx(rms_in_band(velocity, end - begin), rel=1e-5)
+
+
+def rms_in_band(values, span):
+    """Return the root mean square from 10 Hz to 1 kHz of a signal of this span (s)."""
+    lines = np.fft.rfft(values) / len(values)
+    frequencies = np.arange(len(lines)) / span
+    band = (frequencies >= 10.0 * (1 - 1e-9)) & (frequencies <= 1000.0 * (1 + 1e-9))
+    return math.sqrt(2.0 * np.sum(np.abs(lines[band]) ** 2))
+
+
+@pytest.mark.slow  # compiles a free crank
+def test_a_motor_below_its_synchronous_speed_shakes_as_sampled_histories_do():
+    """The crank turns at 0.57 of the speed to which lines and orders once referred."""
+    motor = {"table": {"speed [rpm]": [0.0, 3000.0], "torque [N*m]": [10.0, 0.0]}}
+    grid = copy.deepcopy(GRID) | {"drive": {"motor": motor, "initial_speed": "1200 rpm", "inertia": "0.02 kg*m^2"}}
+    grid |= {"simulate": {"revolutions": 8, "discard": 3}, "save": {"orbits": "all", "samples": 4000}}
+    del grid["loads"]
+    path = clearsweep.simulate(clearsweep.load_case(grid))
+    turns = (path.channels["crank_angle"] - path.channels["crank_angle"][0]) / (2.0 * math.pi)
+    begin, end = (float(np.interp(turn, turns, path.channels["t"])) for turn in (3.0, 8.0))
+    even = begin + (end - begin) * np.arange(2**16) / 2**16
+    velocity, acceleration = (
+        np.interp(even, path.channels["t"], path.channels[f"slider/{key}"]) for key in ("vx", "a")
+    )
+    assert path.summary["slider_velocity_rms"] == pytest.approx(rms_in_band(velocity, end - begin), rel=1e-3)
+    smooth = acceleration - acceleration.mean()
+    envelope = np.abs(hilbert(smooth))
+    order = 2.0 * np.abs(np.mean(envelope * np.exp(-2j * math.pi * 5.0 * np.arange(len(even)) / len(even))))
+    assert path.summary["slider_envelope_order_1"] == pytest.approx(order, rel=0.05)
 
 
 def test_orders_of_the_force_with_clearance_are_those_of_the_momentum(figures, signals):

@@ -179,24 +179,53 @@ def _collect(step, scale, chosen, bins):
 add_steps = Routine(_add, "ffiffffff")
 
 
-def spectrum(bins: np.ndarray, lines: int) -> np.ndarray:
-    """Return the integrals of signals times e^(-i w t) at w = 2 pi j over the span of all bins, j from 0 to `lines`.
+def spectrum(bins: np.ndarray, lines: int, spacing: float = 1.0) -> np.ndarray:
+    """Return the integrals of signals times e^(-i w t) at w = 2 pi j `spacing` over the span of all bins.
 
-    bins : (signals, bins, BIN_MOMENTS); the phase is that of a time half a bin earlier.  Shape (signals, lines + 1).
+    bins : (signals, bins, BIN_MOMENTS); the phase is that of a time half a bin earlier.  j is from 0 to `lines`; with a
+    spacing other than 1 the signals begin in the first bin.  Shape (signals, lines + 1).
     """
-    transforms = np.fft.rfft(bins, axis=1)[:, : lines + 1]
-    total: np.ndarray = np.einsum("slp,lp->sl", transforms, _weights(bins.shape[1])[: lines + 1])
+    count = bins.shape[1]
+    if spacing == 1.0:
+        transforms, weights = np.fft.rfft(bins, axis=1)[:, : lines + 1], _weights(count)[: lines + 1]
+    else:
+        transforms, weights = (
+            _chirp_transform(bins, lines + 1, spacing),
+            _weights_at(spacing * np.arange(lines + 1), count),
+        )
+    total: np.ndarray = np.einsum("slp,lp->sl", transforms, weights)
     return total
+
+
+def _chirp_transform(values: np.ndarray, lines: int, spacing: float) -> np.ndarray:
+    """Return the sums of values (signals, n, p) times e^(-2 pi i j k `spacing` / n) over k, (signals, lines, p).
+
+    By convolution with a chirp: Bluestein 1970, IEEE Transactions on Audio and Electroacoustics 18:451.
+    """
+    count = values.shape[1]
+    places = np.arange(max(count, lines))
+    chirp = np.exp(-1j * math.pi * spacing / count * places.astype(float) ** 2)
+    size = 1 << (count + lines - 1).bit_length()
+    kernel = np.zeros(size, dtype=complex)
+    kernel[:lines], kernel[size - count + 1 :] = chirp[:lines].conj(), chirp[1:count][::-1].conj()
+    product = np.fft.fft(values * chirp[:count, None], size, axis=1) * np.fft.fft(kernel)[:, None]
+    transforms: np.ndarray = np.fft.ifft(product, axis=1)[:, :lines] * chirp[:lines, None]
+    return transforms
 
 
 @functools.lru_cache(maxsize=16)  # the cases of a sweep share it
 def _weights(count: int) -> np.ndarray:
-    """Return the weight (lines, BIN_MOMENTS) of each moment of a bin in each line that `count` bins resolve.
+    """Return the weight (lines, BIN_MOMENTS) of each moment of a bin in each line that `count` bins resolve."""
+    return _weights_at(np.arange(count // BINS_PER_LINE + 1), count)
+
+
+def _weights_at(lines: np.ndarray, count: int) -> np.ndarray:
+    """Return the weight (lines, BIN_MOMENTS) of each moment of a bin at `lines`, periods in `count` bins.
 
     They are the coefficients of the polynomial that is e^(-i w t) at Chebyshev points of the bin.
     """
     points = 0.5 * np.cos(math.pi * np.arange(1, BIN_MOMENTS, 2) / (2 * BIN_MOMENTS))  # of the width; or negative
-    phases = 2.0 * math.pi / count * np.outer(np.arange(count // BINS_PER_LINE + 1), points)
+    phases = 2.0 * math.pi / count * np.outer(lines, points)
     to_weights = np.linalg.inv(np.vander(points**2, increasing=True)).T
     weights = np.empty((len(phases), BIN_MOMENTS), dtype=complex)
     weights[:, 0::2], weights[:, 1::2] = np.cos(phases) @ to_weights, -1j * (np.sin(phases) / points @ to_weights)

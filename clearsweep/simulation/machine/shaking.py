@@ -3,6 +3,7 @@
 import copy
 import functools
 import math
+from functools import partial
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -48,6 +49,17 @@ def lines_in(band: tuple[float, float], spacing: float) -> slice:
     return slice(math.ceil(band[0] / spacing * (1.0 - SAME)), math.floor(band[1] / spacing * (1.0 + SAME)) + 1)
 
 
+def longest_stretch(case: Case, machine: Machine | None, turns: int) -> float:
+    """Return the longest time (s) of `turns` revolutions in the window of a case without clearance; 0 if unknown."""
+    machine = machine or machine_of(mechanism_of(case), case)
+    assert machine is not None
+    ideal = planar.ideal_of(planar.with_segments(machine))
+    passed = np.arange(case.simulate.discard, case.simulate.revolutions * (1.0 + SAME), turns)
+    angles = machine.drive.start_angle + planar.direction_of(machine.drive) * 2.0 * math.pi * passed
+    times = ideal.crank_passage(angles, lambda: planar.ideal_form(ideal))[0]
+    return float(np.diff(times).max(initial=0.0)) if np.isfinite(times).all() else 0.0
+
+
 class _Spot(NamedTuple):
     """A point of a body, or the frame."""
 
@@ -62,12 +74,12 @@ class IdealShaking(NamedTuple):
 
     figures: dict[str, float]  # by column, without its suffix
     orders: np.ndarray  # (2, orders + 1) N, amplitude of the force along x and y
-    rate: float  # rad/s, between the lines of the following; 0 if the motion has no period
+    rate: float  # rad/s, between the lines of the following; 0 if the crank does not turn through the window
     forces: np.ndarray  # (2, lines) N
     places: dict[str, np.ndarray]  # name -> (1 or 2, lines) m/s
 
     def velocities(self, vibration: Vibration) -> dict[str, float | None]:
-        """Return the largest velocity (m/s, rms) of each place along x or y in the band, None if there is no period."""
+        """Return the largest velocity (m/s, rms) of each place along x or y in the band, None without a motion."""
         if not self.rate:
             return dict.fromkeys(self.places if vibration.frame.mass is None else ["frame", *self.places])
         spectra = dict(self.places)
@@ -176,10 +188,32 @@ def _ideal_shaking(
     }
     forces = _amplitudes(frame[:2])
     in_orders = forces[:, : orders * turns + 1 : turns]
-    is_steady = turn_range[1] == turns and isinstance(drive, Constant)
-    rate = 2.0 * math.pi / period if period else abs(drive.speed) if is_steady else 0.0
-    by_name = {spot.name: _amplitudes(velocities[i][: spot.axes]) for i, spot in enumerate(spots)}
-    return IdealShaking({key: float(value) for key, value in figures.items()}, in_orders, rate / turns, forces, by_name)
+    amplitudes = _amplitudes
+    if period:
+        rate = 2.0 * math.pi / (turns * period)
+    elif turn_range[1] == turns and isinstance(drive, Constant):
+        rate = abs(drive.speed) / turns
+    else:
+        ends = start + scale * np.append(angles, 2.0 * math.pi * (begin + turns))
+        times = shaking.ideal.crank_passage(ends, lambda: planar.ideal_form(shaking.ideal))[0]
+        rate = 2.0 * math.pi / (times[-1] - times[0]) if np.isfinite(times).all() else 0.0
+        amplitudes = partial(_amplitudes_over_time, times)
+        forces = amplitudes(frame[:2])
+    by_name = {spot.name: amplitudes(velocities[i][: spot.axes]) for i, spot in enumerate(spots)}
+    return IdealShaking({key: float(value) for key, value in figures.items()}, in_orders, rate, forces, by_name)
+
+
+def _amplitudes_over_time(times: np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the amplitudes (signals, lines) of values (signals, n) at `times` (n + 1,) s but the last, by cubics."""
+    count = values.shape[1]
+    even = times[0] + (times[-1] - times[0]) * np.arange(count) / count
+    place = np.clip(np.searchsorted(times[:-1], even, side="right") - 1, 0, count - 2)
+    steps, slopes = np.diff(times[:-1]), np.gradient(values, times[:-1], axis=1, edge_order=2)
+    step, part = steps[place], (even - times[place]) / steps[place]
+    rise = values[:, place + 1] - values[:, place]
+    begin, end = slopes[:, place] * step - rise, rise - slopes[:, place + 1] * step
+    cubic = values[:, place] + part * rise + part * (1.0 - part) * ((1.0 - part) * begin + part * end)
+    return _amplitudes(cubic)
 
 
 def _amplitudes(values: np.ndarray) -> np.ndarray:

@@ -41,13 +41,14 @@ from ...mechanics.solver.signal_sums import (
     values_at,
 )
 from ...mechanics.solver.slow_sums import DISSIPATED, DRIVE_POWER, DRIVE_TORQUE, DURATION, FREE, SIGNALS
-from ..machine.shaking import ideal_shaking, lines_in, responses
+from ..machine.shaking import ideal_shaking, lines_in, longest_stretch, responses
 from ..setup.scene import Scene, ScheduledClock
 from .deformation import ZOOM_POINTS
 
 CAPACITY = 2048  # steps that are recorded before the loop pauses
 MAX_TURNS = 64  # of a stretch of the window with a spectrum of its own
 BIN_BLOCK = 128  # the number of bins is a multiple of it, for fast transforms
+ROOM = 1.5  # of the longest stretch of the ideal machine, that one with clearance may take
 SAME_TIME = 1e-9  # of a revolution: closer ends of a step and of a stretch are the same
 #: From values at the nodes to derivatives of their polynomial there by the fraction of the step.
 TO_SLOPES = slopes_at(FRACTIONS)
@@ -99,12 +100,16 @@ class Signals:
         highest_order = vibration.band[1] / self.rate
         window_turns = math.floor(settings.revolutions - settings.discard + SAME_TIME)
         self.turns = max(min(window_turns, MAX_TURNS, math.floor(MAX_LINES / highest_order)), 1)
-        self.period = self.turns * 2.0 * math.pi / self.rate  # s, of the lines
+        crank_clock = scene.crank_clock
+        self.is_steady = not crank_clock.free and not isinstance(crank_clock, ScheduledClock)
+        self.period = self.turns * 2.0 * math.pi / self.rate  # s, of the lines; no stretch may be longer
+        self.is_even = self.is_steady or bool(settings.period)  # all stretches take the period of the lines
+        if not self.is_even:
+            self.period = ROOM * longest_stretch(scene.case, scene.machine, self.turns) or self.period
+            highest_order = vibration.band[1] * self.period / (2.0 * math.pi * self.turns)
         self.lines = math.ceil(self.turns * highest_order * (1.0 + SAME_TIME))
         self.resolution = 2.0 * math.pi / self.period
         self.band = lines_in(vibration.band, self.resolution)
-        crank_clock = scene.crank_clock
-        self.is_steady = not crank_clock.free and not isinstance(crank_clock, ScheduledClock)
         self.angle_unit = self.rate if self.is_steady else 1.0  # rad, of the column that is proportional to the angle
         bin_count = BIN_BLOCK * math.ceil(BINS_PER_LINE * self.lines / BIN_BLOCK)
         if self.time_bins.shape[1] != bin_count:
@@ -121,8 +126,10 @@ class Signals:
         self.sums.fill(0.0)
         self.bounds.fill(-math.inf)
         self.peaks.fill(0.0)
-        self.time, self.stretches = 0.0, 0  # s of all recorded steps; finished stretches
+        self.time, self.stretched = 0.0, 0.0  # s, of all recorded steps, and of finished stretches
+        self.stretches = 0
         self.begin_turns = math.nan  # revolutions before the window
+        self.is_too_slow = False  # a stretch was longer than the period of the lines, whose spectrum is then unknown
         spectra = len(self.layout.spectral)
         self.squares = np.zeros((spectra, self.lines + 1))  # m^2/s^2, of the amplitude of the velocity in each line
         self.order_sums = np.zeros((2, self.orders + 1), dtype=complex)  # N, of the force along x and y
@@ -185,6 +192,8 @@ class Signals:
         rows = np.ascontiguousarray(rows)
         arrays = (rows, self.sizes.numbers, self.choices, self.sums, self.bounds, self.peaks, self.scratch)
         add_steps((*arrays, self.time_bins, self.angle_bins), len(rows))
+        if not self.stretch_time:
+            self.stretch_begin = float(rows[0, SIGNALS + TIME, START])
         duration = float(rows[-1, SIGNALS + TIME, END] - rows[0, SIGNALS + TIME, START])
         self.time, self.stretch_time = self.time + duration, self.stretch_time + duration
 
@@ -192,26 +201,45 @@ class Signals:
         """Add the spectra of a finished stretch."""
         vibration = self.scene.case.vibration
         assert vibration is not None
+        self.is_too_slow |= self.stretch_time > self.period * (1.0 - 1.0 / BIN_BLOCK) and not self.is_even
         if len(self.time_bins):
-            transforms = 2.0 / self.stretch_time * spectrum(self.time_bins, self.lines)
+            transforms, share = self._transforms()
+            resolution = self.resolution * share
             if vibration.frame.mass is not None:
-                transforms[:2] *= responses(vibration.frame, self.resolution, self.lines + 1)
-            self.squares += np.abs(transforms) ** 2 * (self.stretch_time / self.period)
+                transforms[:2] *= responses(vibration.frame, resolution, self.lines + 1)
+            self.squares += np.abs(transforms) ** 2 * (self.stretch_time / self.period * share)
             if self.orders:
-                self.envelopes += self._envelopes(transforms)
+                self.envelopes += self._envelopes(transforms, resolution)
         if self.orders:
             self.order_sums += spectrum(self.angle_bins, self.orders) * (self.angle_unit / (math.pi * self.turns))
-        self.stretches += 1
+        self.stretches, self.stretched = self.stretches + 1, self.stretched + self.stretch_time
         self._clear_stretch()
 
-    def _envelopes(self, transforms: np.ndarray) -> np.ndarray:
+    def _transforms(self) -> tuple[np.ndarray, float]:
+        """Return the amplitudes (spectra, lines + 1) of a stretch, and the distance of its lines over `resolution`.
+
+        They are those of the time of the stretch, which differs from the period where the speed varies.
+        """
+        if self.is_even:
+            return 2.0 / self.stretch_time * spectrum(self.time_bins, self.lines), 1.0
+        first = math.floor((self.stretch_begin - self.sizes.start_time) * self.sizes.time_scale)
+        bins, share = np.roll(self.time_bins, -first, axis=1), self.period / self.stretch_time
+        return 2.0 / self.stretch_time * spectrum(bins, self.lines, share), share
+
+    def _envelopes(self, transforms: np.ndarray, resolution: float) -> np.ndarray:
         """Return the amplitudes (signals, orders + 1) of the envelope of the acceleration in the band, by order.
 
-        The envelope is the magnitude of the analytic signal; its lines are those of the crank's orders.
+        The envelope is the magnitude of the analytic signal; its lines are those of the crank's orders.  resolution :
+        rad/s, distance of the lines of the stretch
         """
         size = 1 << math.ceil(math.log2(4 * (max(self.lines, self.orders * self.turns) + 1)))
-        analytic = np.zeros((len(transforms), size), dtype=complex)
-        analytic[:, self.band] = 1j * self.rates_in_band() * transforms[:, self.band]
+        analytic, vibration = np.zeros((len(transforms), size), dtype=complex), self.scene.case.vibration
+        assert vibration is not None
+        band = lines_in(vibration.band, resolution)
+        rates = resolution * np.arange(band.start, min(band.stop, self.lines + 1))
+        analytic[:, band.start : band.start + len(rates)] = (
+            1j * rates * transforms[:, band.start : band.start + len(rates)]
+        )
         envelope = np.abs(np.fft.ifft(analytic, axis=1)) * size
         amplitudes = 2.0 / size * np.abs(np.fft.rfft(envelope, axis=1))
         return amplitudes[:, : self.orders * self.turns + 1 : self.turns]
@@ -222,6 +250,9 @@ class Signals:
 
     def conclude(self) -> None:
         """Take means over the window, and extremes of the polynomials over the steps that contain them."""
+        if self.stretches and not self.is_even and self.scene.case.vibration:
+            self.resolution = 2.0 * math.pi * self.stretches / self.stretched
+            self.band = lines_in(self.scene.case.vibration.band, self.resolution)
         count, chosen, peaks = max(self.stretches, 1), self.layout.summed, self.peaks[self.layout.summed]
         self.squares, self.envelopes = self.squares / count, self.envelopes / count
         self.order_amplitudes = np.abs(self.order_sums) / count
@@ -251,6 +282,9 @@ def _split(row: np.ndarray, column: int, end: float, tolerance: float) -> tuple[
         part[[DURATION, FREE]] *= length
         parts.append(part[None])
     return parts[0], parts[1]
+
+
+OF_SPECTRA = ("_velocity_rms", "_velocity_x_rms", "_velocity_y_rms", "_zone", "_band_energy")  # ends of such columns
 
 
 class Motion(NamedTuple):
@@ -283,6 +317,8 @@ def vibration_figures(scene: Scene, signals: Signals) -> dict[str, Any]:
         columns = range(first, first + axes_of(place, scene.mechanism))
         values |= _place_figures(scene, signals, place.name.replace("-", "_"), spectrum, columns)
         spectrum += len(columns)
+    if signals.is_too_slow:
+        values |= {name: None for name in values if name.endswith(OF_SPECTRA) or "_envelope_order_" in name}
     names = {column.name for column in scene.layout.columns}
     return {name: value for name, value in values.items() if name in names}
 
