@@ -53,9 +53,9 @@ def longest_stretch(case: Case, machine: Machine | None, turns: int) -> float:
     """Return the longest time (s) of `turns` revolutions in the window of a case without clearance; 0 if unknown."""
     machine = machine or machine_of(mechanism_of(case), case)
     assert machine is not None
-    ideal = planar.ideal_of(planar.with_segments(machine))
+    ideal, drive = planar.ideal_of(planar.with_segments(machine)), cast(Any, machine.drive)
     passed = np.arange(case.simulate.discard, case.simulate.revolutions * (1.0 + SAME), turns)
-    angles = machine.drive.start_angle + planar.direction_of(machine.drive) * 2.0 * math.pi * passed
+    angles = drive.start_angle + planar.direction_of(drive) * 2.0 * math.pi * passed
     times = ideal.crank_passage(angles, lambda: planar.ideal_form(ideal))[0]
     return float(np.diff(times).max(initial=0.0)) if np.isfinite(times).all() else 0.0
 
