@@ -222,3 +222,21 @@ def test_turns_at_once_are_as_many_as_there_are_lanes():
 
     with pytest.raises(NotTraceableError, match="other than 8 iterations at once"):
         machine(three, 1)
+
+
+@kernel
+def root_of_what_is_left(x, y):
+    if x > 1.0:
+        return y
+    return math.sqrt(y - x)
+
+
+def test_what_follows_a_return_runs_only_if_a_lane_is_left():
+    """The root is behind a second branch: the first one skips what returns."""
+
+    def entry(given, out, _):
+        x, y = (View(given.base, DOUBLE, (2,), (WIDTH,), WIDTH)[i] for i in range(2))
+        View(out.base, DOUBLE, (1,), (WIDTH,), WIDTH)[0] = calls.call(root_of_what_is_left, x, y)
+
+    before_root, _, _ = str(objects.trace_body(entry, "f", WIDTH).module).partition("@sqrt")
+    assert before_root.count("br i1") == 2

@@ -26,10 +26,13 @@ class Statements(Expressions):
 
     def block(self, statements: list[Any]) -> bool:
         """Run statements; return whether no path continues after them."""
-        for statement in statements:
-            self.activation.node = statement
+        activation = self.activation
+        for i, statement in enumerate(statements):
+            running, activation.node = activation.names.get(LANES), statement
             if getattr(self, f"execute_{type(statement).__name__}", self.refuse_statement)(statement):
                 return True
+            if activation.names.get(LANES) is not running and not activation.loops:  # some lanes have returned
+                return self.run_if_any(statements[i + 1 :])
         return False
 
     def refuse_statement(self, node: Any) -> bool:
@@ -132,27 +135,31 @@ class Statements(Expressions):
 
     def run_branches_in_lanes(self, condition: Boolean, node: Any) -> bool:
         """Run each branch in its lanes, if there are any; return whether no path continues."""
-        builder, active_trace, outer = trace().builder, trace(), self.activation.mask
-        has_ended = []
+        outer, has_ended = self.activation.mask, []
         for branch_lanes, statements in ((condition, node.body), (symbols.logical_not(condition), node.orelse)):
-            if not statements:
-                has_ended.append(False)
-                continue
             self.activation.mask = branch_lanes if outer is None else symbols.bit_and(outer, branch_lanes)
-            begin, skip = active_trace.block(), active_trace.block()
-            skipped_names = dict(self.activation.names)
-            builder.cbranch(none_of(self.activation.lanes_in_all()).value, skip, begin)
-            builder.position_at_end(begin)
-            has_ended.append(self.block(statements))
-            branch_names = self.activation.names
-            for name, value in branch_names.items():  # a new name has no value in lanes of the other branch
-                if name not in skipped_names:
-                    skipped_names[name] = (
-                        all_lanes(active_trace.width) if name.startswith(LANES) else map_leaves(value, undefined_like)
-                    )
-            self.join([Path(builder.block, branch_names), Path(skip, skipped_names)])
+            has_ended.append(self.run_if_any(statements))
             self.activation.mask = outer
         return all(has_ended)
+
+    def run_if_any(self, statements: list[Any]) -> bool:
+        """Run statements if any lane is active; return whether no path continues in these lanes."""
+        if not statements:
+            return False
+        builder, active_trace = trace().builder, trace()
+        begin, skip = active_trace.block(), active_trace.block()
+        skipped_names = dict(self.activation.names)
+        builder.cbranch(none_of(self.activation.lanes_in_all()).value, skip, begin)
+        builder.position_at_end(begin)
+        has_ended = self.block(statements)
+        branch_names = self.activation.names
+        for name, value in branch_names.items():  # a new name has no value in lanes that skip
+            if name not in skipped_names:
+                skipped_names[name] = (
+                    all_lanes(active_trace.width) if name.startswith(LANES) else map_leaves(value, undefined_like)
+                )
+        self.join([Path(builder.block, branch_names), Path(skip, skipped_names)])
+        return has_ended
 
     def join(self, paths: list[Path]) -> bool:
         """Continue where paths join, with their common variables; return whether there are no paths."""

@@ -41,6 +41,7 @@ from .strips import (
     energy_of,
     lifted_part,
     no_sums,
+    with_second_span,
     with_span,
 )
 
@@ -265,8 +266,8 @@ def _division_of(geometry, first_end, second_end):
 class _Spans(NamedTuple):
     """The pressed spans of a strip."""
 
-    outer: Span  # from its end inwards
-    inner: Span  # another one, if the journal is lifted in between; it reaches the middle
+    first: Span  # from its end inwards, or if it is apart there the one that reaches the middle
+    second: Span  # another one that reaches the middle, if the spans are divided in between; it is rare
 
 
 @inlined
@@ -281,10 +282,11 @@ def _spans_of(division, end, end_root, end_distance):
         near_root, near_distance = division.middle_root, division.middle_distance
     if far == 1.0:
         far_root, far_distance = end_root, end_distance
-    return _Spans(
-        Span(zero + end, end * near, end_root, near_root, end_distance, near_distance),
-        Span(end * far, zero, far_root, division.middle_root, far_distance, division.middle_distance),
-    )
+    outer = Span(zero + end, end * near, end_root, near_root, end_distance, near_distance)
+    inner = Span(end * far, zero, far_root, division.middle_root, far_distance, division.middle_distance)
+    if near < 1.0:
+        return _Spans(outer, inner)
+    return _Spans(inner, Span(zero, zero, zero, zero, zero, zero))
 
 
 class StripForce(NamedTuple):
@@ -320,14 +322,14 @@ def _strip_force(context, geometry, spans, end_state, other_end):
     The law uses the onset rate of this end if it touches, else that of the other end.
     """
     joint, zero = context.joint, as_type_of(0.0, geometry.first_distance)
-    outer, inner = spans
-    if outer.start == outer.stop and inner.start == inner.stop:
+    first, second = spans
+    if first.start == first.stop:
         return StripForce(False, no_sums(zero), zero, zero, zero, zero, zero)
     onset_rate = end_state.onset_rate if touches(end_state.mode) else other_end.onset_rate
     laws, rule, scale = (joint.law, joint.elastic), joint.walls.rule, 0.5 * geometry.overlap.stiffness_fraction
     load = StripLoad(no_sums(zero), zero, zero, zero)
-    for span in spans:
-        load = with_span(load, geometry.profile, span, laws, rule, geometry.rates, onset_rate, scale)
+    load = with_span(load, geometry.profile, first, laws, rule, geometry.rates, onset_rate, scale)
+    load = with_second_span(load, geometry.profile, second, laws, rule, geometry.rates, onset_rate, scale)
     lowest = lowest_force(joint.law)
     unclipped, total, stored_power, energy = load.total.force - lowest, load.total, load.stored_power, zero
     if lowest == 0.0:  # without a jump where clipping begins or ends; otherwise these events would alternate endlessly

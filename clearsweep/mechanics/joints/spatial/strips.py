@@ -265,7 +265,7 @@ def is_empty(span):
     return span.start == span.stop or (span.begin == 0.0 and span.end == 0.0)
 
 
-@kernel
+@inlined
 def with_span(load, profile, span, laws, rule, rates, onset_rate, scale):
     """Return the StripLoad with the slices of a Span over -1 to 1.
 
@@ -288,6 +288,12 @@ def with_span(load, profile, span, laws, rule, rates, onset_rate, scale):
         elastic_outward = elastic_outward + elastic_part * t
         stored_power = stored_power + elastic_part * rate
     return StripLoad(total, elastic_force_sum, elastic_outward, stored_power)
+
+
+@kernel
+def with_second_span(load, profile, span, laws, rule, rates, onset_rate, scale):
+    """Return the StripLoad `with_span` that is rarely pressed: one piece of code for all of them."""
+    return with_span(load, profile, span, laws, rule, rates, onset_rate, scale)
 
 
 @kernel
