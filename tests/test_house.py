@@ -365,6 +365,9 @@ def test_plain_tests_run_only_as_plain_python(monkeypatch, plain):
         def get_closest_marker(self, name):
             return name in self or None
 
+        def add_marker(self, mark):
+            self.limit = mark.args
+
     monkeypatch.setattr(conftest, "is_plain", lambda: plain)
     items, deselected = [Item({"plain"}), Item({"compiled"}), Item()], []
 
@@ -375,3 +378,4 @@ def test_plain_tests_run_only_as_plain_python(monkeypatch, plain):
     conftest.pytest_collection_modifyitems(SimpleNamespace(hook=hook), items)
     assert deselected == ([] if plain else [{"plain"}])
     assert items == [*([{"plain"}] if plain else []), {"compiled"}, set()]
+    assert [hasattr(item, "limit") for item in items] == [plain] * len(items)  # what is not compiled takes long

@@ -26,12 +26,11 @@ class Statements(Expressions):
 
     def block(self, statements: list[Any]) -> bool:
         """Run statements; return whether no path continues after them."""
-        activation = self.activation
         for i, statement in enumerate(statements):
-            running, activation.node = activation.names.get(LANES), statement
+            running, self.activation.node = self.activation.names.get(LANES), statement
             if getattr(self, f"execute_{type(statement).__name__}", self.refuse_statement)(statement):
                 return True
-            if activation.names.get(LANES) is not running and not activation.loops:  # some lanes have returned
+            if self.activation.names.get(LANES) is not running and not self.activation.loops:  # some lanes returned
                 return self.run_if_any(statements[i + 1 :])
         return False
 
@@ -146,8 +145,7 @@ class Statements(Expressions):
         """Run statements if any lane is active; return whether no path continues in these lanes."""
         if not statements:
             return False
-        builder, active_trace = trace().builder, trace()
-        begin, skip = active_trace.block(), active_trace.block()
+        builder, begin, skip = trace().builder, trace().block(), trace().block()
         skipped_names = dict(self.activation.names)
         builder.cbranch(none_of(self.activation.lanes_in_all()).value, skip, begin)
         builder.position_at_end(begin)
@@ -155,9 +153,8 @@ class Statements(Expressions):
         branch_names = self.activation.names
         for name, value in branch_names.items():  # a new name has no value in lanes that skip
             if name not in skipped_names:
-                skipped_names[name] = (
-                    all_lanes(active_trace.width) if name.startswith(LANES) else map_leaves(value, undefined_like)
-                )
+                is_mask = name.startswith(LANES)
+                skipped_names[name] = all_lanes(trace().width) if is_mask else map_leaves(value, undefined_like)
         self.join([Path(builder.block, branch_names), Path(skip, skipped_names)])
         return has_ended
 

@@ -28,7 +28,7 @@ from ....tracing.compiled.vector import Vector, cross, dot, minus, norm, plus, p
 from ...laws.contract import CLIPPED, touches
 from ...laws.friction import friction_force
 from ...laws.loss import lowest_force
-from ..contract import Contact
+from ..dry import separate_contact
 from . import ContactForce, InBore, Overlapping, Point, SpreadContact, overlap_of, wall_point
 from .strips import (
     Lifted,
@@ -136,16 +136,8 @@ def end_state_of(context, contact_number, end):
 def _unloaded_contact(end_state, end_force):
     """Return the ContactForce of an unloaded end; end_force : N, from the other end's strip."""
     zero = as_type_of(0.0, end_state.rate)
-    no_force, slip = Vector(zero, zero, zero), math.sqrt(dot(end_state.velocity, end_state.velocity))
-    contact = Contact(
-        normal=zero,
-        tangential=zero,
-        slip=slip,
-        rate=end_state.rate,
-        depth=end_state.point.depth,
-        elastic=zero,
-        raw=zero,
-    )
+    no_force = Vector(zero, zero, zero)
+    contact = separate_contact(end_state.point.depth, end_state.rate, norm(end_state.velocity))
     return ContactForce(no_force, no_force, no_force, no_force, as_spread(contact, end_force))
 
 
@@ -249,8 +241,7 @@ def _division_of(geometry, first_end, second_end):
     """Return the _Division of a _Geometry."""
     profile, zero = geometry.profile, as_type_of(0.0, geometry.first_distance)
     lifted, distance = lifted_part(profile, 2.0, 1.0), zero + profile.clearance
-    middle_distance, root = distance, zero
-    middle_root = zero
+    middle_distance, middle_root, root = distance, zero, zero
     if profile.constant > 0.0:
         middle_distance = distance_at(profile, zero)
         middle_root = math.sqrt(profile.constant / (profile.clearance + middle_distance))
@@ -382,13 +373,6 @@ def _strip_resultant(context, geometry, walls, sums, energy):
     )
 
 
-@inlined
-def _power_of(geometry, walls, sums, energy):
-    """Return the power (W) of the _EndSums of a strip with this energy (J); walls : the EndStates of both."""
-    ends = sums.first * walls[0].rate + sums.second * walls[1].rate
-    return ends - sums.spread * geometry.spread_rate + energy * geometry.length_rate
-
-
 # ---------------------------------------------------------------------------------------------- friction
 
 
@@ -451,6 +435,7 @@ def _strip_contact_force(context, geometry, walls, load, end, end_force):
     sums = _end_sums(geometry, load.total, end)
     normal_force, moment = _strip_resultant(context, geometry, walls, sums, load.energy)
     friction = _strip_friction(context, geometry, walls, load, end)
+    power_at_ends = sums.first * walls[0].rate + sums.second * walls[1].rate
     contact = SpreadContact(
         normal=load.total.force,
         tangential=friction.tangential,
@@ -460,7 +445,10 @@ def _strip_contact_force(context, geometry, walls, load, end, end_force):
         elastic=load.elastic,
         raw=load.raw,
         stored_power=load.stored_power,
-        lost_power=_power_of(geometry, walls, sums, load.energy) - load.stored_power,
+        lost_power=power_at_ends
+        - sums.spread * geometry.spread_rate
+        + load.energy * geometry.length_rate
+        - load.stored_power,
         end_force=end_force,
     )
     moment = plus(moment, cross(friction.arm, friction.force))
