@@ -6,6 +6,7 @@ import math
 from copy import deepcopy
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy.integrate import solve_ivp
 
@@ -17,6 +18,7 @@ from clearsweep.simulation import random_places
 from clearsweep.simulation.analyses import chain
 from clearsweep.simulation.analyses.trajectory import simulate
 from clearsweep.simulation.setup.places import places_of, units_of
+from clearsweep.sweeping.pool import worker
 from clearsweep.sweeping.pool.case_runner import Pending, by_chain
 from clearsweep.sweeping.pool.driver import Batches
 
@@ -262,6 +264,24 @@ def test_a_resumed_chain_ends_as_an_undisturbed_one(tmp_path):
     again = clearsweep.sweep(tree, resumed, jobs=1, show_progress=False).open().summary
     columns = [column for column in table.columns if column not in ("run_time", "setup_time")]
     assert table[columns].equals(again[columns])
+
+
+def test_a_killed_chain_loses_only_its_latest_cases(tmp_path, monkeypatch):
+    monkeypatch.setattr(worker, "CHAIN_SECONDS", 0.0)
+    tree = slider_crank(**{"save/orbits": "none"})
+    options = {"jobs": 1, "executor": "serial", "show_progress": False}
+    whole = clearsweep.sweep(tree, tmp_path, **options).open().summary
+    cases = {part: pd.read_parquet(part)["case_id"].tolist() for part in (tmp_path / "parts").iterdir()}
+    single = {part: ids[0] for part, ids in cases.items() if len(ids) == 1}
+    assert sorted(single.values()) == sorted(whole["case_id"])  # each was there before the end of its chain
+    for part in cases:
+        if part not in single or single[part] == whole["case_id"].iloc[-1]:
+            part.unlink()
+    chain._chain.clear()
+    again = clearsweep.sweep(tree, tmp_path, **options)
+    assert again.ran == 1
+    columns = [column for column in whole.columns if column not in ("run_time", "setup_time")]
+    assert whole[columns].equals(again.open().summary[columns])
 
 
 def test_random_places_fill_the_play_evenly():

@@ -558,12 +558,11 @@ def _check_blocks(reader: Reader) -> None:
         reader.problems.add(reader.position_of(path), path, message)
     for window in _windows(reader, "simulate.revolutions"):
         if abs(window - round(window)) > WHOLE_TOLERANCE or round(window) < 1:
-            reported_path = "simulate.revolutions"
             message = (
                 f"found {window:.6g} revolutions after simulate.discard; with life the number must be whole, "
                 "as their wear is extrapolated to all revolutions"
             )
-            reader.problems.add(reader.position_of(reported_path), reported_path, message)
+            reader.problems.add(reader.position_of("simulate.revolutions"), "simulate.revolutions", message)
             return
 
 

@@ -482,16 +482,13 @@ def check_branches(reader: Reader, root: WrittenValue) -> None:
     word = reader.values.get(START)
     if word not in BRANCHES:
         return
-    position = reader.position_of(START)
 
     def refuse(reason: str) -> None:
-        reader.problems.add(position, START, f"{word} {reason}")
+        reader.problems.add(reader.position_of(START), START, f"{word} {reason}")
 
     if not reader.values_of("drive.speed") or "drive.speed" in reader.sections:
         refuse("needs a drive of constant speed: without it no two cases pass the same angles at the same times")
-    if "simulate.revolutions" in reader.values and any(
-        value != int(value) for value in reader.values_of("simulate.revolutions")
-    ):
+    if any(value != int(value) for value in reader.values_of("simulate.revolutions")):
         refuse("needs a whole number of revolutions, so that every case begins at the angle at which another ends")
     for path, reason in _REFUSED_SECTIONS.items():
         if path in reader.keys_in_use and reader.is_given(path):
@@ -500,10 +497,9 @@ def check_branches(reader: Reader, root: WrittenValue) -> None:
         if (reason := _refusal_of(reader, path, word)) and reader.is_given(path):
             refuse(f"conflicts with {path}: {reason}")
             break
-    sections = [name for name in reader.searches if name in root.value]
-    sections += ["sample"] if "sample" in root.value else []
-    for name in sections:
-        refuse(f"conflicts with `{name}`, which would judge every start as a case of its own; sweep values instead")
+    for name in (*reader.searches, "sample"):
+        if name in root.value:
+            refuse(f"conflicts with `{name}`, which would judge every start as a case of its own; sweep values instead")
     if word == "carried":
         for path in reader.keys_in_use:
             if path.startswith("loads.") and any("time" in v for v in reader.values_of(path) if isinstance(v, dict)):

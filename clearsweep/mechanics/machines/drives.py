@@ -143,7 +143,7 @@ def drive_keys(outline: Outline) -> tuple[Keys, ...]:
             sections.append(Keys(f"drive.{name}", text, inner, need, role=CONDITION))
     for form, (path, text, columns) in _TABLES.items():
         if outline.drive in (form, ANY):
-            form_need = need if form != "speed-table" else "required"
+            form_need = "required" if form == "speed-table" else need
             sections.append(Keys(f"drive.{path}", text, tables=(columns,), need=form_need))
     return tuple(sections)
 

@@ -68,7 +68,11 @@ def _gear_of(values: Mapping, joint: JointOutline, pins: list[Pin], bodies: Mapp
             else "both pitch circles would be the same; write type: coupling"
         )
         raise InputError(f"{path}.ratio: found {ratio:g}; {remedy}")
-    wheels = [_pin_of_wheel(body, carrier, pins) for carrier in _carriers(joint, pins) for body in joint.bodies]
+    wheels = [
+        next((pin.name, *ends) for pin in pins for ends in [_ends(pin, body)] if ends[1:] and ends[1].body == carrier)
+        for carrier in _carriers(joint, pins)
+        for body in joint.bodies
+    ]
     if not wheels:
         first, second = joint.bodies
         raise InputError(
@@ -105,11 +109,6 @@ def _carriers(joint: JointOutline, pins: list[Pin]) -> list[str]:
     """Return the bodies that both wheels of a gear have a pin on, the ground first."""
     first, second = ({end.body for pin in pins for end in _ends(pin, body)[1:]} for body in joint.bodies)
     return sorted((first & second) - set(joint.bodies), key=lambda body: body != GROUND)
-
-
-def _pin_of_wheel(body: str, carrier: str, pins: list[Pin]) -> tuple[str, BodyPoint, BodyPoint]:
-    """Return the pin of a wheel on its carrier: its name, and its points on both."""
-    return next((pin.name, *ends) for pin in pins for ends in [_ends(pin, body)] if ends and ends[1].body == carrier)
 
 
 def _ends(pin: Pin, body: str) -> tuple[BodyPoint, ...]:

@@ -7,6 +7,7 @@ import math
 import os
 import pickle
 import platform
+import secrets
 import time
 from collections.abc import Callable, Hashable, Iterator
 from dataclasses import dataclass
@@ -77,6 +78,7 @@ CHUNK_SIZE = 64  # cases created at a time, in a third of the time of one by one
 CASE_SHARE = 0.125  # of the patience for a batch, for each of its cases
 CHECK_INTERVAL = 0.01  # s between checks for a request to stop
 ERROR_CHECK_COST = 10.0**0.125  # run time of an error check over that of the case, at a tenth of the tolerance
+CHAIN_SECONDS = 2.0  # s of work that a killed worker loses of a chain, which is one batch
 OUT_OF_TIME = "time-budget"  # status of a case that exceeded its time
 STATUS_LENGTH = 22  # bytes for worker and case; after them a watchdog writes the position of a case that timed out
 
@@ -285,6 +287,7 @@ def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
             "program; install the same version everywhere"
         )
     rows, logs, begin = [], list[store.Unfinished](), context.clock()
+    kept, kept_at = 0, begin
     with (
         system.patience(),
         _new_status_file(context.status_file(batch)) as status_writer,
@@ -292,6 +295,9 @@ def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
     ):
         for task, point, trajectory in _solved(context, batch, status_writer, logs):
             rows.append(store.Row(task.case_id, point, trajectory))
+            if context.grid.chained and context.clock() - kept_at > CHAIN_SECONDS:
+                store.commit(context.directory, context.result_schema, secrets.token_hex(8), rows[kept:])
+                kept, kept_at = len(rows), context.clock()
         seconds = context.clock() - begin
         committed = store.commit(context.directory, context.result_schema, batch.name, rows) if rows else None
         for log in logs:
