@@ -287,7 +287,7 @@ def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
             "program; install the same version everywhere"
         )
     rows, logs, begin = [], list[store.Unfinished](), context.clock()
-    kept, kept_at = 0, begin
+    stored, stored_at = 0, begin
     with (
         system.patience(),
         _new_status_file(context.status_file(batch)) as status_writer,
@@ -295,9 +295,9 @@ def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
     ):
         for task, point, trajectory in _solved(context, batch, status_writer, logs):
             rows.append(store.Row(task.case_id, point, trajectory))
-            if context.grid.chained and context.clock() - kept_at > CHAIN_SECONDS:
-                store.commit(context.directory, context.result_schema, secrets.token_hex(8), rows[kept:])
-                kept, kept_at = len(rows), context.clock()
+            if context.grid.chained and context.clock() - stored_at > CHAIN_SECONDS:
+                store.commit(context.directory, context.result_schema, secrets.token_hex(8), rows[stored:])
+                stored, stored_at = len(rows), context.clock()
         seconds = context.clock() - begin
         committed = store.commit(context.directory, context.result_schema, batch.name, rows) if rows else None
         for log in logs:
