@@ -64,8 +64,8 @@ def killed(name, kills, seed, longest_pause):
             differences = torture.differences(undisturbed, trial.out)
             if (trial.out / FILES[name]).read_bytes() != answer:
                 wrong.append(f"run {trials}: {FILES[name]} has other bytes")
-            if not torture.same(differences) or trial.lost_batches():
-                wrong.append(f"run {trials}: {differences}, {trial.lost_batches()} batches lost")
+            if not torture.same(differences) or trial.lost_cases():
+                wrong.append(f"run {trials}: {differences}, {trial.lost_cases()} cases lost")
             counts = ", ".join(f"{count} {kind}" for kind, count in victims.items())
             print(f"{name}: {counts} killed in {trials} runs, {time.monotonic() - begin:.0f} s", flush=True)
         row = {"of": name, "seed": seed, "kills": dict(victims), "runs": trials, "wrong": wrong}

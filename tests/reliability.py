@@ -74,7 +74,7 @@ def kills(
     repetitions = torture.torture(start, folder, count, seed, (0.1, 3.0))
     result = Counter()
     for each in repetitions:
-        result.update(torture.differences(folder / "undisturbed", each.out) | {"batches lost": each.lost_batches()})
+        result.update(torture.differences(folder / "undisturbed", each.out) | {"cases lost": each.lost_cases()})
         print(f"{each.out.name}: {torture.kills_text(each.kills)}", flush=True)
     victims = sum((each.kills for each in repetitions), Counter())
     rows = [

@@ -12,6 +12,7 @@ import time
 from pathlib import Path
 
 import fake_physics
+import h5py
 import numpy as np
 import psutil
 import pytest
@@ -238,7 +239,7 @@ def tortured(tmp_path, kills, seed):
 
     for each in torture.torture(start, tmp_path, kills, seed, (0.1, 0.9)):
         assert same_results(tmp_path / "undisturbed", each.out)
-        assert each.lost_batches() == 0
+        assert each.lost_cases() == 0
         assert not (each.out / "tmp").exists()
         assert parts(each.out) == len(list((each.out / "shards").iterdir()))
 
@@ -251,9 +252,36 @@ def test_a_merged_file_that_was_damaged_or_lost_is_made_again(tmp_path, name):
     quiet(grid(6, wear=True), out, executor="serial")
     assert (out / name).stat().st_mtime_ns == before  # nothing to do: left as it is
     for harm in (whole[:-7], whole[:300] + bytes([whole[300] ^ 1]) + whole[301:], None):
-        (out / name).unlink() if harm is None else (out / name).write_bytes(harm)
+        (out / name).unlink()
+        if harm is not None:
+            (out / name).write_bytes(harm)
         assert quiet(grid(6, wear=True), out, executor="serial").ran == 0
         assert (out / name).read_bytes() == whole
+
+
+def test_histories_are_on_the_disk_once_and_damage_to_them_costs_their_cases_alone(tmp_path):
+    out = tmp_path / "run"
+    quiet(grid(6, wear=True), out, executor="serial")
+    (shard,) = (out / "shards").iterdir()
+    assert shard.samefile(out / "orbits.h5")
+    assert quiet(grid(9, wear=True), out, executor="serial").ran == 3  # the first six are read from the merged file
+    for cases, kept in ((2, 9), (9, 9)):  # a smaller grid keeps the histories of the others
+        assert quiet(grid(cases, wear=True), out, executor="serial").ran == 0
+        (shard,) = (out / "shards").iterdir()
+        with h5py.File(shard) as file:
+            assert len(file["case_id"]) == kept
+    assert shard.samefile(out / "orbits.h5")
+    limited = grid(9, wear=True) | {"limits": {"rod_slider_force_peak": "1 N"}}
+    assert quiet(limited, out, executor="serial").ran == 0
+    (shard,) = (out / "shards").iterdir()
+    assert shard.samefile(out / "orbits.h5")
+    assert quiet(grid(9, wear=True), out, executor="serial").ran == 0
+    quiet(grid(9, wear=True), tmp_path / "whole", executor="serial")
+    assert same_results(out, tmp_path / "whole")
+    with open(out / "orbits.h5", "r+b") as file:
+        file.write(b"damaged")
+    assert quiet(grid(9, wear=True), out, executor="serial").ran > 0
+    assert same_results(out, tmp_path / "whole")
 
 
 def test_kill_9_at_any_moment_loses_nothing_that_was_committed(tmp_path):

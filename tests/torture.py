@@ -66,6 +66,7 @@ class Round:
         self.start, self.out, self.chance, self.pause = start, out, chance, pause
         self.kills = Counter()  # by victim
         self.committed = set()  # names of batches that were committed
+        self.cases = set()  # in these
         self.longest = 0.0  # s between two commits of one parent
 
     def run(self, most: int) -> None:
@@ -97,16 +98,19 @@ class Round:
         text = last.communicate(timeout=300)
         assert last.returncode == 0, text
 
-    def lost_batches(self) -> int:
-        """Return the number of batches that were committed and are missing now."""
-        return len(self.committed - batches(self.out))
+    def lost_cases(self) -> int:
+        """Return the number of cases that were committed and are in no batch now."""
+        return len(self.cases - set().union(*map(cases_of, batches(self.out))))
 
     def _look(self) -> bool:
         """Record the committed batches; return whether there are new ones."""
         with contextlib.suppress(FileNotFoundError):
-            names = batches(self.out)
-            new, self.committed = not names <= self.committed, self.committed | names
-            return new
+            paths = batches(self.out) - self.committed
+            for path in paths:  # a merge may have replaced one of them meanwhile: its cases are then in another
+                with contextlib.suppress(FileNotFoundError):
+                    self.cases |= cases_of(path)
+            self.committed |= paths
+            return bool(paths)
         return False
 
     def _goes_on(self, process, seconds: float) -> bool:
@@ -120,10 +124,15 @@ class Round:
         return process.poll() is None
 
 
-def batches(directory: Path) -> set[str]:
-    """Return the names of all committed batches, including those of blocks."""
+def batches(directory: Path) -> set[Path]:
+    """Return the files of all committed batches, including those of blocks."""
     folders = [directory / "parts", *directory.glob("blocks/*/parts")]
-    return {name for folder in folders if folder.is_dir() for name in os.listdir(folder)}
+    return {folder / name for folder in folders if folder.is_dir() for name in os.listdir(folder)}
+
+
+def cases_of(path: Path) -> set[str]:
+    """Return the identities of the cases in a batch."""
+    return set(pq.read_table(path, columns=["case_id"])["case_id"].to_pylist())
 
 
 def tables_of(directory: Path) -> list[Path]:

@@ -9,7 +9,7 @@ from .batch import Axis, ResultSchema, Row, id_text, open_table
 from .blocks import Block, Division, discard_from, finish_block, numbers_of_blocks, read_mark, sha256_of, sum_counts
 from .dataset import BlockedRun, SampledRun, unmark_damaged
 from .directory import ANSWER_FILE, BLOCKS, DATASET, FINAL_FILES, SCRATCH, OtherGridError, RunDirectory, commit
-from .merged import Worst, merge
+from .merged import Worst, keep_histories_once, merge
 from .parts import Part
 from .read import StoredRun, newest_run, verify
 from .record import check_format, grid_changes, grid_record, json_round_trip, read_record, utc_now
@@ -67,6 +67,7 @@ __all__ = [
     "is_cut",
     "is_unfinished",
     "json_round_trip",
+    "keep_histories_once",
     "keys_of_all",
     "keys_so_far",
     "merge",

@@ -296,7 +296,11 @@ def _encode_words(words: np.ndarray, codes: dict[str, int], dtype: np.dtype) -> 
 
 def summary_bytes(schema: ResultSchema, rows: list[Row], facts: dict) -> bytes:
     """Return the Parquet file of a batch; `facts` of the store go into its metadata."""
-    table = summary_table(schema, rows)
+    return table_bytes(summary_table(schema, rows), facts)
+
+
+def table_bytes(table: pa.Table, facts: dict) -> bytes:
+    """Return the Parquet file of a batch with these rows."""
     table = table.replace_schema_metadata({"clearsweep": json.dumps(facts)})
     sink = io.BytesIO()
     # read once, as a whole: dictionaries and statistics would double the time of writing
@@ -316,6 +320,8 @@ class BatchFiles(NamedTuple):
     frame: str  # `ResultSchema.frame` of its cases
     ids: np.ndarray  # identities of its cases, uint64
     failed: np.ndarray  # bool, of each case
+    first: int = 0  # its first case in `orbits`
+    cases: int | None = None  # of `orbits`, if it is a name of the merged histories; None: a file of its own
 
     @property
     def name(self) -> str:
@@ -357,7 +363,10 @@ def batch_files(path: Path, content: bytes, result_schema: ResultSchema | None =
     if name is not None and name[:ID_LENGTH] != path.name[:ID_LENGTH]:
         raise MisshapenError(f"its histories are those of another batch, {name}")
     orbits = None if name is None else path.parent.parent / ORBITS / name
-    return BatchFiles(path, orbits, facts["sha256"], facts["written"], facts["frame"], ids, failed)
+    first, cases = facts.get("span", (0, None))
+    if cases is not None and (orbits is None or first + len(ids) > cases):
+        raise MisshapenError("its cases are beyond the end of its histories")
+    return BatchFiles(path, orbits, facts["sha256"], facts["written"], facts["frame"], ids, failed, first, cases)
 
 
 def check_rows(table: pa.Table, result_schema: ResultSchema) -> None:

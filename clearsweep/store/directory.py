@@ -2,6 +2,7 @@
 
 import contextlib
 import fcntl
+import functools
 import hashlib
 import itertools
 import json
@@ -9,7 +10,7 @@ import os
 import platform
 import re
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any, BinaryIO, Self
 
@@ -282,6 +283,7 @@ class RunDirectory:
         does in any case.
         """
         self.batches, self.others, self.misshapen, damage = [], [], set(), {}
+        checksum = functools.cache(durable.checksum)  # batches may share their histories
         for path in batch_files_in(self.summaries):
             content = durable.read(path)
             if hashlib.sha256(content).hexdigest()[:HASH_LENGTH] != hash_in_name(path):
@@ -295,19 +297,19 @@ class RunDirectory:
                 continue
             if self.frame not in (None, batch.frame):
                 self.others.append(batch)
-            elif histories and (problem := self._describe_damage(batch, contents=contents)):
+            elif histories and (problem := self._describe_damage(batch, checksum, contents=contents)):
                 damage[path] = problem
             else:
                 self.batches.append(batch)
         return damage
 
-    def _describe_damage(self, batch: BatchFiles, *, contents: bool) -> str | None:
+    def _describe_damage(self, batch: BatchFiles, checksum: Callable[[Path], str], *, contents: bool) -> str | None:
         """Return the damage of a batch's histories."""
         if batch.orbits is None:
             return None
         name = batch.orbits.relative_to(self.path)
         try:
-            if durable.checksum(batch.orbits) != batch.sha256:
+            if checksum(batch.orbits) != batch.sha256:
                 return f"{name}: damaged (its checksum differs)"
             if contents and self.result_schema is not None:
                 check_histories(batch, self.result_schema)
@@ -344,7 +346,7 @@ class RunDirectory:
         known = {batch.name for batch in self.batches}
         new_batches = [batch for batch in other.batches if batch.name not in known]
         for folder, files in (
-            (self.orbits, [batch.orbits for batch in new_batches if batch.orbits]),
+            (self.orbits, list(dict.fromkeys(batch.orbits for batch in new_batches if batch.orbits))),
             (self.summaries, [batch.summary for batch in new_batches]),
         ):
             with durable.storing(folder):
@@ -398,8 +400,9 @@ def check_histories(batch: BatchFiles, result_schema: ResultSchema) -> Contents:
     """Return the contents of a batch's histories; MisshapenError if they are not those of its cases."""
     assert batch.orbits is not None
     try:
-        with open_orbits(batch.orbits, result_schema, len(batch.ids), plain=True) as (_, contents):
-            if not np.array_equal(contents.ids, id_texts(batch.ids)):
+        is_plain, cases = batch.cases is None, batch.cases or len(batch.ids)
+        with open_orbits(batch.orbits, result_schema, cases, plain=is_plain) as (_, contents):
+            if not np.array_equal(contents.ids[batch.first : batch.first + len(batch.ids)], id_texts(batch.ids)):
                 raise MisshapenError("its cases are not those of its summary")
             return contents
     except (FileNotFoundError, ClearsweepError):

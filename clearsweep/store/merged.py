@@ -4,8 +4,11 @@ import contextlib
 import hashlib
 import itertools
 import os
+import shutil
+import stat
 import struct
 import tempfile
+import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from io import BufferedReader
@@ -24,14 +27,18 @@ from ..language.errors import DamagedError, StorageError
 from . import durable
 from .batch import (
     GROUP_ROWS,
+    HASH_LENGTH,
+    BatchFiles,
     ResultSchema,
     add_label_columns,
     add_verdict_columns,
     describe_dataset,
+    file_name,
     id_texts,
     label_fields,
     read_summary,
     summary_schema,
+    table_bytes,
     write_dataset,
 )
 from .datasets import (
@@ -187,22 +194,24 @@ class OrbitFiles:
         self.run, self.result_schema = run, result_schema
         self.files: dict[int, Contents] = {}  # number of a batch -> its datasets, each a plain run of bytes
         self.handles: dict[int, BufferedReader] = {}  # number of a batch -> its open file
+        self.merged: dict[Path, h5py.File] = {}  # open files that merges wrote
 
     def __enter__(self) -> Self:
         return self
 
     def __exit__(self, *_: object) -> None:
-        for handle in self.handles.values():
+        for handle in (*self.handles.values(), *self.merged.values()):
             handle.close()
 
     def extents(self, item: str, width: int, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Return first index and number of values of every case in its batch's dataset, both int64."""
+        places = rows["row"] + np.array([batch.first for batch in self.run.batches], "i8")[rows["batch"]]
         if item == CASE:
-            return rows["row"].astype("i8") * width, np.full(len(rows), width, "i8")
+            return places * width, np.full(len(rows), width, "i8")
         first, count = np.zeros(len(rows), "i8"), np.zeros(len(rows), "i8")
         for selection in indices_by_value(rows["batch"]):
             if file := self._file(int(rows["batch"][selection[0]])):
-                starts, row = file.offsets[item], rows["row"][selection]
+                starts, row = file.offsets[item], places[selection]
                 first[selection], count[selection] = starts[row], starts[row + 1] - starts[row]
         return first * width, count * width
 
@@ -229,11 +238,11 @@ class OrbitFiles:
     def refuse_values(self, dataset: Dataset) -> None:
         """Raise the StorageError for the batch in which values of a dataset are such as no run writes."""
         for number, batch in enumerate(self.run.batches):
-            file = self._file(number)
-            count = len(batch.ids) if dataset.item == CASE else int(file.offsets[dataset.item][-1]) if file else 0
-            if file:
+            if file := self._file(number):
+                ends = np.array([batch.first, batch.first + len(batch.ids)])
+                first, end = (ends if dataset.item == CASE else file.offsets[dataset.item][ends]).tolist()
                 try:
-                    _checked(self.read(number, dataset, 0, count * dataset.width), dataset)
+                    _checked(self.read(number, dataset, first * dataset.width, (end - first) * dataset.width), dataset)
                 except MisshapenError as error:
                     raise self._refusal(number, error) from error
 
@@ -244,6 +253,8 @@ class OrbitFiles:
         file, path = self._file(number), self.run.batches[number].orbits
         assert file is not None  # there are values
         assert path is not None
+        if self.run.batches[number].cases is not None:
+            return self._read_merged(path, dataset, first // dataset.width, count // dataset.width)
         if number not in self.handles:
             if len(self.handles) >= OPEN_FILES:
                 self.handles.pop(next(iter(self.handles))).close()
@@ -254,11 +265,32 @@ class OrbitFiles:
         except EOFError as error:
             raise durable.damaged_error(path, str(error)) from error
 
+    def _read_merged(self, path: Path, dataset: Dataset, first: int, count: int) -> bytes:
+        """Return some items of a dataset of a file that a merge wrote, as bytes; its chunks stay decompressed."""
+        try:
+            if path not in self.merged:
+                self.merged[path] = h5py.File(path, "r")
+            values: np.ndarray = self.merged[path][dataset.path][first : first + count]
+        except OSError as error:
+            raise durable.damaged_error(path, str(error)) from error
+        return values.tobytes()
+
 
 def write_orbits(
     path: Path, run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray, content_hash: str
 ) -> None:
     """Write the histories of the given rows."""
+    if earlier := _file_of_all(run, rows):  # at most limits, figures of one's own or labels have changed
+        with h5py.File(earlier, "r") as file:
+            is_same = file.attrs["clearsweep"] == content_hash and not result_schema.worst
+        if is_same:
+            durable.link_or_copy(earlier, path, run.scratch)
+            return
+        shutil.copyfile(earlier, path)
+        with h5py.File(path, "r+", libver=HDF5_LIBRARY_VERSIONS) as file:
+            file.attrs["clearsweep"] = content_hash
+            file.pop(GROUP, None)
+        return
     with (
         h5py.File(path, "x", libver=HDF5_LIBRARY_VERSIONS) as file,
         OrbitFiles(run, result_schema) as orbits,
@@ -522,13 +554,76 @@ def content_hash_of(run: RunDirectory, result_schema: ResultSchema, rows: np.nda
 
     It is computed from the names of the batches, since these contain hashes of their content.
     """
-    digest = hashlib.sha256(result_schema.content.encode())
+    return hashlib.sha256(f"{result_schema.content}{_rows_hash(run, rows)}".encode()).hexdigest()[:HASH_LENGTH]
+
+
+def _file_of_all(run: RunDirectory, rows: np.ndarray) -> Path | None:
+    """Return the merged histories that contain these rows and no others, or None."""
+    files = {(batch.orbits, batch.cases) for batch in _batches_of(run, rows)}
+    orbits, cases = files.pop() if len(files) == 1 else (None, None)
+    return orbits if cases == len(rows) else None
+
+
+def _batches_of(run: RunDirectory, rows: np.ndarray) -> list[BatchFiles]:
+    return [run.batches[number] for number in np.flatnonzero(np.bincount(rows["batch"])).tolist()]
+
+
+def _rows_hash(run: RunDirectory, rows: np.ndarray) -> str:
+    """Return a hash of some rows and their histories, the same after `keep_histories_once` renamed their batches."""
+    if file := _file_of_all(run, rows):
+        return file.name[:HASH_LENGTH]
+    digest = hashlib.sha256()
     for column in ("id", "row"):
         digest.update(rows[column].tobytes())
     names = np.array([batch.name for batch in run.batches], "S")
     for start in range(0, len(rows), ROWS_IN_MEMORY):
         digest.update(names[rows["batch"][start : start + ROWS_IN_MEMORY]].tobytes())
-    return digest.hexdigest()[:16]
+    return digest.hexdigest()[:HASH_LENGTH]
+
+
+def keep_histories_once(run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray, checksum: str) -> None:
+    """Let the batches of merged rows share orbits.h5, under a second name, and remove their own histories.
+
+    The new batches are committed before the old ones are removed, so that a process that is killed loses no case.
+    A file system without links keeps the batches as they are.
+
+    checksum : of orbits.h5
+    """
+    whole, merged = _file_of_all(run, rows), run.path / ORBITS_FILE
+    has_own = any(batch.orbits and batch.cases is None for batch in _batches_of(run, rows))
+    if whole.samefile(merged) if whole else not has_own:
+        return
+    name = _rows_hash(run, rows)
+    shared = run.orbits / file_name(name, checksum, "h5")
+    facts = {"shard": shared.name, "sha256": checksum, "written": time.time_ns(), "frame": result_schema.frame}
+    with durable.storing(shared):
+        try:
+            os.link(merged, shared, follow_symlinks=False)
+        except FileExistsError:
+            pass
+        except OSError:
+            return
+        os.chmod(shared, stat.S_IRUSR | stat.S_IRGRP | stat.S_IROTH)  # to change it would damage the cases, too
+        durable.sync(run.orbits)
+        new_names, first = list[str](), 0
+        for group in summary_groups(run, summary_schema(result_schema), rows):
+            for start in range(0, len(group), ROWS_IN_MEMORY):
+                part = group.slice(start, ROWS_IN_MEMORY)
+                content = table_bytes(part, facts | {"span": [first, len(rows)]})
+                new_names.append(file_name(name, hashlib.sha256(content).hexdigest(), "parquet"))
+                durable.replace(run.summaries / new_names[-1], content, run.scratch)
+                first += len(part)
+        for new_name in new_names:
+            run.register_batch(new_name)
+        unused = {*rows["batch"].tolist()} - {*run.rows()["batch"].tolist()}
+        removed = [run.batches[number] for number in unused]
+        run.batches = [batch for number, batch in enumerate(run.batches) if number not in unused]
+        for batch in removed:
+            durable.discard(batch.summary)
+        durable.sync(run.summaries)  # before the histories: a summary without them is damaged
+        for path in {batch.orbits for batch in removed} - {batch.orbits for batch in (*run.batches, *run.others)}:
+            if path:
+                durable.discard(path)
 
 
 def _checksums(run: RunDirectory, content_hash: str) -> dict[str, str]:

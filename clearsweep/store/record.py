@@ -301,7 +301,7 @@ _BATCH_FACTS = _section_check(
         "written": _range_check(2**63 - 1, "a time in ns"),
         "frame": _text_check("[0-9a-f]{64}", "a checksum"),
     },
-    {},
+    {"span": _list_check(_range_check(2**31, "a number of cases"))},
 )
 _LAW_FILE = _section_check(
     {

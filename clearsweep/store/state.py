@@ -16,7 +16,17 @@ from ..language.wording import short_id
 from . import durable
 from .batch import HASH_LENGTH, ResultSchema, hash_in_name, id_text
 from .blocks import Block, numbers_of_blocks, read_mark, verify_block
-from .directory import ANSWER_FILE, ANSWER_FILES, BLOCKS, DATASET, FINAL_FILES, SCRATCH, RunDirectory, batch_files_in
+from .directory import (
+    ANSWER_FILE,
+    ANSWER_FILES,
+    BLOCKS,
+    DATASET,
+    FINAL_FILES,
+    ORBITS_FILE,
+    SCRATCH,
+    RunDirectory,
+    batch_files_in,
+)
 from .read import verify
 from .record import RECORD_FILE, check_format, is_finished, read_record
 
@@ -178,12 +188,15 @@ def unneeded_files(run: RunDirectory, damage: Iterable[Path] = (), *, batches: b
     rows = run.rows()
     used = {*rows["batch"].tolist()}
     repeated = [batch for number, batch in enumerate(run.batches) if number not in used]
+    used_files = {batch.orbits for number, batch in enumerate(run.batches) if number in used}
     unneeded = run.batches if batches else repeated
     orbit_files = {batch.orbits for batch in run.batches}
     damaged_batches = {path.name.partition("-")[0] for path in damage}
     unused = [path for path in batch_files_in(run.orbits) if path not in orbit_files]
     unused = [path for path in unused if path.name.partition("-")[0] not in damaged_batches]
     unused = [path for path in unused if durable.checksum(path)[:HASH_LENGTH] == hash_in_name(path)]
+    merged = run.path / ORBITS_FILE
+    second_name = next((path for path in orbit_files if path and _is_same_file(path, merged)), None)
     finished_ids = set(map(id_text, rows["id"][~rows["failed"]].tolist()))
     lives = [path for case_id, path in durable.find_life_logs(run.scratch).items() if case_id in finished_ids]
     removable = {
@@ -192,11 +205,13 @@ def unneeded_files(run: RunDirectory, damage: Iterable[Path] = (), *, batches: b
         "lives": lives,
         "damaged": [path for folder in (run.orbits, run.summaries) for path in durable.find_set_aside(folder)],
         "batches" if batches else "repeated": [
-            path for batch in unneeded for path in (batch.summary, batch.orbits) if path
+            path
+            for path in dict.fromkeys(path for batch in unneeded for path in (batch.summary, batch.orbits))
+            if path and (batches or path not in used_files)
         ],
     }
     return [
-        UnneededFiles(kind, tuple(removable[kind]), sum(map(_size, removable[kind])))
+        UnneededFiles(kind, tuple(removable[kind]), sum(_size(path) for path in removable[kind] if path != second_name))
         for kind in KINDS
         if removable.get(kind)
     ]
@@ -205,9 +220,11 @@ def unneeded_files(run: RunDirectory, damage: Iterable[Path] = (), *, batches: b
 def disk_use(directory: Path) -> dict[str, int]:
     """Return the sizes in bytes of the results, of the batches, of other files (pages), and of all."""
     sizes = {"results": 0, "batches": 0, "other": 0}
-    run = RunDirectory(directory)
+    run, merged = RunDirectory(directory), Path(directory, ORBITS_FILE)
     for folder, _, names in os.walk(directory):
         for path in (Path(folder) / name for name in names):
+            if folder != str(directory) and _is_same_file(path, merged):
+                continue  # a second name of the merged histories
             batch = path.parent in (run.orbits, run.summaries)
             result = path.parent == directory and path.name in RESULT_FILES
             sizes["batches" if batch else "results" if result else "other"] += _size(path)
@@ -241,6 +258,12 @@ def disk_use_text(sizes: dict[str, int]) -> str:
     """Return the sizes from `disk_use` as '52 MB: results 20 MB, batches 32 MB'."""
     parts = [f"{name} {wording.bytes_text(sizes[name])}" for name in ("results", "batches", "other") if sizes[name]]
     return f"{wording.bytes_text(sizes['all'])}: {', '.join(parts)}"
+
+
+def _is_same_file(path: Path, other: Path) -> bool:
+    with contextlib.suppress(OSError):
+        return os.path.samestat(os.lstat(path), os.lstat(other))
+    return False
 
 
 def _size(path: Path) -> int:

@@ -52,7 +52,7 @@ class Estimate(NamedTuple):
     longest: float | None  # s, largest of the timed cases
     seconds: float | None  # s of the whole run, start and end included; the dry run has compiled its code
     give_or_take: float | None  # s, twice the standard error of `seconds` from the scatter of the timed cases
-    bytes: int  # bytes in the directory: batches and merged files
+    bytes: int  # bytes in the directory of the finished run, at most
     assumed: dict[str, dict[str, Any]]  # path written without a unit -> {"unit", "values"}: first and last value, SI
     defined: dict[str, dict[str, Any]]  # name under `define` -> value, unit, and expression or ''
     case: dict[str, Any]  # first case: identity, values by dotted path, units
@@ -372,9 +372,9 @@ def _combine_attempts(first_attempt: CaseTime, second_attempt: CaseTime) -> Case
 
 
 def _case_bytes(grid: Grid, events: float) -> float:
-    """Return the bytes of one case in its batch and in the merged files together."""
+    """Return the bytes of one case: its histories, before compression, and its rows in a batch and in the summary."""
     layout = grid.layout
     history = first_case_history(grid)
     wear = sum(2 * 8 * joint.wear_bins * joint.wear_rows for joint in layout.joints)
     row = 8 * (len(layout.columns) + len(grid.axes)) + 32
-    return 2.0 * (history + (events * EVENT_BYTES if history else 0.0) + wear + row)
+    return history + (events * EVENT_BYTES if history else 0.0) + wear + 2.0 * row

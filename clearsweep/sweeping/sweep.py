@@ -342,6 +342,7 @@ def conclude(case_runner: CaseRunner, grid: grids.Grid, requested: np.ndarray, *
     directory.write_record(
         grid, end=store.utc_now(), counts=counts, merged=merged, **({"answers": {}} | record_entries)
     )
+    store.keep_histories_once(directory, result_schema, rows, merged[store.FINAL_FILES[1]])
     return counts
 
 
