@@ -109,6 +109,10 @@ def scale(unit: str, values: Iterable[float | None] | float, *, speed: bool = Fa
     """Return the scale that suits the largest of `values` (SI `unit`); a shaft `speed` is in rpm."""
     if speed and unit == "rad/s":
         return Scale(_RAD_PER_S_OF_RPM, "rpm")
+    if isinstance(values, Iterable) and getattr(getattr(values, "dtype", None), "kind", "") == "f":  # of numpy, pandas
+        sizes: Any = abs(values)  # type: ignore[arg-type]
+        values = sizes[sizes < math.inf]
+        values = float(values.max()) if values.size else 0.0  # type: ignore[union-attr]
     all_values = values if isinstance(values, Iterable) else (values,)
     magnitudes = [abs(float(value)) for value in all_values if value is not None and not is_missing(value)]
     largest = max((magnitude for magnitude in magnitudes if math.isfinite(magnitude)), default=0.0)

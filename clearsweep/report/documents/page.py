@@ -23,6 +23,7 @@ from ...contracts.results import Trajectory
 from ...language import phases, wording
 from ...language.errors import ClearsweepError, InputError
 from ...store import StoredRun, durable
+from ...tracing import cache
 from .. import sections
 from ..blocks.section import Picture, Section, draw_svg, page_script, safe_json, style_sheets
 from ..one_case import joints
@@ -119,7 +120,10 @@ def render(template: str, *, picture_count: int = 0, **content: object) -> str:
             phase.note(share=(number - 1) / picture_count)
         return Markup(draw_svg(picture, f"f{number}"))
 
+    compiled = cache.prepare_cache() / "pages"
+    compiled.mkdir(mode=0o700, exist_ok=True)
     environment = jinja2.Environment(
+        bytecode_cache=jinja2.FileSystemBytecodeCache(str(compiled)),
         loader=jinja2.FileSystemLoader(Path(__file__).parent),
         autoescape=True,
         trim_blocks=True,

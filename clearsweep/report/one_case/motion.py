@@ -419,8 +419,9 @@ def _ideal_motion(study: Study, case_id: str, history: History) -> simulation.Id
     if history.angle is None:
         return None
     try:
-        case = resolve_cases(study, [case_id])[0]
-        return simulation.ideal_motion(case, history.angle + history.first_angle, history.time)
+        case, angle = resolve_cases(study, [case_id])[0], history.angle + history.first_angle
+        key = ("ideal motion", case_id, angle.tobytes(), history.time.tobytes())
+        return study.cases.cached(key, lambda: simulation.ideal_motion(case, angle, history.time))
     except InputError:  # mechanism or laws of another version, or a load or motor of a law file
         return None
 
