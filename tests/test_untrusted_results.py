@@ -575,30 +575,26 @@ def test_a_record_with_countless_contacts_is_refused_at_once(copied):
 # ---------------------------------------------------------------------------------------------- reading and writing
 
 
-def test_a_read_that_returns_less_than_asked_is_continued(plain, copied, monkeypatch):
+def test_a_read_that_returns_less_than_asked_is_continued(plain, tmp_path, monkeypatch):
     calls, pread = [], os.pread
 
     def short(handle, size, offset):
         calls.append(size)
         return pread(handle, max(size - 8, 1) if len(calls) % 3 == 0 else size, offset)
 
-    for name in ("summary.parquet", "orbits.h5"):
-        (copied / name).unlink()
     with monkeypatch.context() as patched:
         patched.setattr(os, "pread", short)
-        swept(fake_physics.grid(2), copied)
+        swept(fake_physics.grid(2), tmp_path / "run")
     assert len(calls) > 10
-    assert same_results(plain, copied)
+    assert same_results(plain, tmp_path / "run")
 
 
-def test_a_file_that_ends_early_is_never_merged(copied, monkeypatch):
+def test_a_file_that_ends_early_is_never_merged(tmp_path, monkeypatch):
     pread = os.pread
-    for name in ("summary.parquet", "orbits.h5"):
-        (copied / name).unlink()
     monkeypatch.setattr(os, "pread", lambda handle, size, offset: pread(handle, size, offset)[:-8])
     monkeypatch.setattr(durable, "read_span", lambda file, offset, size: os.pread(file.fileno(), size, offset))
     with pytest.raises(StorageError, match=r"bytes of histories were read, not"):  # the merge counts, too
-        swept(fake_physics.grid(2), copied)
+        swept(fake_physics.grid(2), tmp_path / "run")
 
 
 def test_a_span_beyond_the_end_of_a_file_is_an_error(tmp_path):

@@ -4,7 +4,6 @@ import contextlib
 import hashlib
 import itertools
 import os
-import shutil
 import stat
 import struct
 import tempfile
@@ -280,17 +279,6 @@ def write_orbits(
     path: Path, run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray, content_hash: str
 ) -> None:
     """Write the histories of the given rows."""
-    if earlier := _file_of_all(run, rows):  # at most limits, figures of one's own or labels have changed
-        with h5py.File(earlier, "r") as file:
-            is_same = file.attrs["clearsweep"] == content_hash and not result_schema.worst
-        if is_same:
-            durable.link_or_copy(earlier, path, run.scratch)
-            return
-        shutil.copyfile(earlier, path)
-        with h5py.File(path, "r+", libver=HDF5_LIBRARY_VERSIONS) as file:
-            file.attrs["clearsweep"] = content_hash
-            file.pop(GROUP, None)
-        return
     with (
         h5py.File(path, "x", libver=HDF5_LIBRARY_VERSIONS) as file,
         OrbitFiles(run, result_schema) as orbits,
@@ -598,10 +586,11 @@ def keep_histories_once(run: RunDirectory, result_schema: ResultSchema, rows: np
     facts = {"shard": shared.name, "sha256": checksum, "written": time.time_ns(), "frame": result_schema.frame}
     with durable.storing(shared):
         try:
-            os.link(merged, shared, follow_symlinks=False)
-        except FileExistsError:
-            pass
+            with durable.atomic_file(shared, run.scratch) as temporary:
+                os.link(merged, temporary, follow_symlinks=False)
         except OSError:
+            return
+        if whole == shared:
             return
         os.chmod(shared, stat.S_IRUSR | stat.S_IRGRP | stat.S_IROTH)  # to change it would damage the cases, too
         durable.sync(run.orbits)
