@@ -20,7 +20,7 @@ from clearsweep import cli, store
 from clearsweep.contracts import results
 from clearsweep.language.errors import DamagedError, DirectoryError
 from clearsweep.report.documents.page import write_page
-from clearsweep.store import directory, merged
+from clearsweep.store import datasets, directory
 from clearsweep.store.batch import file_name
 
 pytestmark = pytest.mark.heavy
@@ -309,13 +309,13 @@ def test_a_damaged_piece_of_a_history_is_found_when_it_is_read(run):
 def test_the_checksum_of_a_piece_is_that_of_hdf5(size, fill):
     values = np.random.default_rng(size).integers(0, 256, size, "u1") if fill is None else np.full(size, fill, "u1")
     if not size:
-        assert merged.fletcher32(b"") == 0
+        assert datasets.fletcher32(b"") == 0
         return
     with h5py.File("made up", "w", driver="core", backing_store=False) as file:
         dataset = file.create_dataset("x", data=values, chunks=(size,), fletcher32=True)
         file.flush()
         _, content = dataset.id.read_direct_chunk((0,))
-    assert int.from_bytes(content[-4:], "little") == merged.fletcher32(values.tobytes())
+    assert int.from_bytes(content[-4:], "little") == datasets.fletcher32(values.tobytes())
 
 
 def test_final_files_are_made_anew_where_the_same_batch_gives_other_rows(tmp_path):

@@ -24,7 +24,7 @@ from .pool.worker import CaseTime, Simulator, time_case
 PILOT_CASES, PILOT_TIME = 64, 10.0  # largest number of timed cases, and s after which no further one is started
 PILOT_SHARE = 0.5  # of PILOT_TIME for one case; a longer one is extrapolated
 RETIMED_COMPILE_SECONDS = 0.5  # s of compiling above which an unfinished case is timed again
-PILOT_LEAST = 8  # timed cases from which their scatter tells whether more are needed
+PILOT_LEAST = 8  # timed cases from which their scatter shows whether more are needed
 PILOT_PRECISION, PILOT_ERROR = 0.1, 0.2  # standard error, of the time of all cases and in s, that needs no more cases
 PILOT_PATIENCE = 60.0  # s to wait for one case, without compiling
 MIN_COMPILE_SECONDS = 0.05  # s of compiling from which the start of the workers is measured again, without compiling

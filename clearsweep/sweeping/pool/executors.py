@@ -15,7 +15,7 @@ from typing import Any, Protocol, TypeVar
 
 from ...language.errors import InputError, SchedulerLostError, error_line
 from . import system, worker
-from .system import THREAD_VARIABLES
+from .system import THREAD_VARIABLES, no_preparation
 
 NODES = "nodes"  # not an executor: a driver on each node of a cluster, see `nodes`
 RECOUNT_INTERVAL = 2.0  # s between counts of a cluster's workers
@@ -37,10 +37,6 @@ def cores() -> int:
 def allow_files(executor: str, worker_count: int) -> None:
     """Raise the limit of open files to the need of `worker_count` workers; InputError if that is not permitted."""
     system.allow_files(BASE_FILES + FILES_OF_WORKER[executor] * worker_count)
-
-
-def no_preparation() -> None:
-    """Do nothing: workers need no modules loaded in advance."""
 
 
 class Executor(Protocol):

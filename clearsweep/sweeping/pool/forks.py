@@ -29,8 +29,7 @@ from pebble import CONSTS, ProcessExpired, ProcessPool
 from ...language import phases
 from ...language.errors import InputError, error_line
 from . import system, worker
-from .executors import no_preparation
-from .system import THREAD_VARIABLES
+from .system import THREAD_VARIABLES, no_preparation
 
 CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
 CONSTS.channel_lock_timeout = 2.0  # s; a worker that is killed with the lock stalls the others for twice as long

@@ -224,3 +224,7 @@ def _in_worker(signum: int, _frame: FrameType | None) -> None:
     _Request.signum = signum
     if not _Request.patient:
         exit_if_requested()
+
+
+def no_preparation() -> None:
+    """Do nothing: workers need no modules loaded in advance."""

@@ -145,8 +145,8 @@ class RunContext:
         return pickle.dumps((self.directory, self.grid, self.simulator, self.options, self.driver))
 
     @property
-    def clock(self) -> Callable[[], float]:
-        """Return the clock of batches: where patience ends, the time of this process, as others slow workers, too."""
+    def time(self) -> Callable[[], float]:
+        """Return what times batches (s): where patience ends, processor time, as others slow workers, too."""
         return time.perf_counter if self.patience == math.inf else time.process_time
 
     @cached_property
@@ -286,7 +286,7 @@ def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
             f"the worker on {platform.node()} has another version of clearsweep than the main "
             "program; install the same version everywhere"
         )
-    rows, logs, begin = [], list[store.Unfinished](), context.clock()
+    rows, logs, begin = [], list[store.Unfinished](), context.time()
     stored, stored_at = 0, begin
     with (
         system.patience(),
@@ -295,10 +295,10 @@ def run_batch(context: RunContext, batch: Batch) -> BatchOutcome:
     ):
         for task, point, trajectory in _solved(context, batch, status_writer, logs):
             rows.append(store.Row(task.case_id, point, trajectory))
-            if context.grid.chained and context.clock() - stored_at > CHAIN_SECONDS:
+            if context.grid.chained and context.time() - stored_at > CHAIN_SECONDS:
                 store.commit(context.directory, context.result_schema, secrets.token_hex(8), rows[stored:])
-                stored, stored_at = len(rows), context.clock()
-        seconds = context.clock() - begin
+                stored, stored_at = len(rows), context.time()
+        seconds = context.time() - begin
         committed = store.commit(context.directory, context.result_schema, batch.name, rows) if rows else None
         for log in logs:
             log.discard()
@@ -313,9 +313,9 @@ def _solved(
     Where the patience of the context ends, the cases left belong to other workers.
     `logs` : receives the logs of lives, which are obsolete once their results are stored.
     """
-    stop_request, end, budget = _StopRequest(context), context.clock() + context.patience, CASE_SHARE * context.patience
+    stop_request, end, budget = _StopRequest(context), context.time() + context.patience, CASE_SHARE * context.patience
     for index, (task, point, case) in enumerate(_cases(context.grid, batch)):
-        if stop_request.is_requested() or context.clock() > end:
+        if stop_request.is_requested() or context.time() > end:
             return
         status_writer.record(index)
         log = store.Unfinished(context.directory, task.case_id) if case.life else None
