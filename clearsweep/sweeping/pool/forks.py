@@ -7,7 +7,6 @@ and the workers end with the server.
 """
 
 import contextlib
-import ctypes
 import gc
 import multiprocessing
 import os
@@ -33,17 +32,8 @@ from .system import THREAD_VARIABLES, no_preparation
 
 CONSTS.sleep_unit = 0.02  # s; how soon a dead worker is noticed and a closed pool left
 CONSTS.channel_lock_timeout = 2.0  # s; a worker that is killed with the lock stalls the others for twice as long
-_PR_SET_PDEATHSIG = 1
 _OWN_THREADS = "/proc/self/task"
 _OWN_FILES = "/proc/self/fd"
-
-
-def end_with(parent: int) -> None:
-    """Make this process end with its parent; end it now if the parent, given by its number, has ended before."""
-    if sys.platform == "linux":
-        ctypes.CDLL(None, use_errno=True).prctl(_PR_SET_PDEATHSIG, signal.SIGKILL)
-    if os.getppid() != parent:
-        os._exit(1)
 
 
 class SpawnedProcess(SpawnProcess):
@@ -204,7 +194,7 @@ def _has_one_thread() -> bool:
 
 def _serve(requests: Any, parent: int, load: Callable[[], None]) -> None:
     """Answer requests until the parent closes their other end; signals stay blocked, as the parent has blocked them."""
-    end_with(parent)
+    system.end_with(parent)
     _release_files(requests.fileno())
     phases.forget()
     with contextlib.suppress(Exception):  # an error comes up again in a case, where it is recorded

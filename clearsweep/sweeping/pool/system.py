@@ -1,11 +1,13 @@
 """What the operating system allows a process, and what its signals ask of it."""
 
 import contextlib
+import ctypes
 import errno
 import gc
 import os
 import resource
 import signal
+import sys
 import threading
 import warnings
 from collections.abc import Iterable, Iterator
@@ -30,6 +32,7 @@ THREAD_VARIABLES = (
 )  # environment variables with the number of threads of libraries, which read them when they are loaded
 
 
+PR_SET_PDEATHSIG = 1  # of Linux: the signal that the end of the parent sends
 _USUAL_THRESHOLDS = gc.get_threshold()
 _OBJECTS_OF_IMPORTS = 500_000  # that stay: the garbage collector would look through them again and again
 
@@ -228,3 +231,11 @@ def _in_worker(signum: int, _frame: FrameType | None) -> None:
 
 def no_preparation() -> None:
     """Do nothing: workers need no modules loaded in advance."""
+
+
+def end_with(parent: int) -> None:
+    """Make this process end with its parent; end it now if the parent, given by its number, has ended before."""
+    if sys.platform == "linux":
+        ctypes.CDLL(None, use_errno=True).prctl(PR_SET_PDEATHSIG, signal.SIGKILL)
+    if os.getppid() != parent:
+        os._exit(1)

@@ -193,9 +193,7 @@ class BatchOutcome(NamedTuple):
 
 def start_worker(parent: int, load: Callable[[], None]) -> None:
     """Prepare a worker process: it ends with its parent, obeys signals between cases, and has its modules loaded."""
-    from . import forks  # another process loads no pool
-
-    forks.end_with(parent)
+    system.end_with(parent)
     phases.forget()
     system.in_worker()
     store.use_one_thread()
