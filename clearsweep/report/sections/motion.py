@@ -60,6 +60,10 @@ from ..study import Joint, Study, answer_of_study, cases_by_cell, largest, reduc
 MAX_DIAGRAMS = 4  # along which journals are drawn, at most
 MIN_CASES = 3  # cases that make a diagram
 MAX_BARS = 30  # values of an axis whose shares are drawn side by side
+POINCARE_NOTE = (
+    "These pictures show the journal at crank angle 0 of every revolution of the recorded window. A motion with a "
+    "period of n revolutions appears as n points, and irregular motion as a cloud."
+)
 SMALL_SIZE = (3.5, 2.9)  # inches
 
 
@@ -76,7 +80,7 @@ def motion_type_sections(study: Study) -> list[Section]:
         Gallery(note, [*_maps(study, joint), *_share_pictures(study, joint)], small=True),
         _table(study, joint),
         Gallery(
-            _poincare_note(study),
+            POINCARE_NOTE,
             [
                 *_bifurcation_diagrams(study, joint),
                 *basins(study, joint),
@@ -176,13 +180,6 @@ def _table(study: Study, joint: Joint) -> Table:
     headings = ("axis", "value", "cases", *time_names, *(f"period {name}" for name in PERIODS[:3]), PERIODS[3])
     note = "Each row gives mean shares of the time and shares of the periods, over all cases with that value."
     return Table("kinds_of_motion", "Kinds of motion", note, tuple(map(Column, headings)), rows)
-
-
-def _poincare_note(study: Study) -> str:
-    return (
-        "These pictures show the journal at crank angle 0 of every revolution of the recorded window. A motion with a "
-        "period of n revolutions appears as n points, and irregular motion as a cloud."
-    )
 
 
 def _bifurcation_diagrams(study: Study, joint: Joint) -> list[Picture]:
