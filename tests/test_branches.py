@@ -21,6 +21,7 @@ from clearsweep.simulation.setup.places import places_of, units_of
 from clearsweep.sweeping.pool import worker
 from clearsweep.sweeping.pool.case_runner import Pending, by_chain
 from clearsweep.sweeping.pool.driver import Batches
+from clearsweep.verify.reference_run import base_tree, scene_of
 
 INERTIA, STIFFNESS, HALF_PLAY, DRAG = 0.02, 2000.0, 5e-4, 0.63  # kg m^2, N m/rad, rad, N m s/rad
 LOAD, SHAKE = 0.1, 0.05  # N m: mean and amplitude of the load on the rotor, once a turn
@@ -264,6 +265,12 @@ def test_a_resumed_chain_ends_as_an_undisturbed_one(tmp_path):
     again = clearsweep.sweep(tree, resumed, jobs=1, show_progress=False).open().summary
     columns = [column for column in table.columns if column not in ("run_time", "setup_time")]
     assert table[columns].equals(again[columns])
+
+
+def test_a_case_of_a_chain_is_checked_from_a_centred_start():
+    tree = base_tree(loaded(slider_crank()).written_case(1))
+    assert {"start", "carried_axis", "direction"}.isdisjoint(tree["simulate"])
+    assert scene_of(tree).case.simulate.start == "centred"
 
 
 def test_a_killed_chain_loses_only_its_latest_cases(tmp_path, monkeypatch):

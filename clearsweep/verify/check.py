@@ -303,9 +303,8 @@ def check_grid(  # noqa: PLR0913 - one per option of the command
 
     with phases.phase(lambda: latest_line[0]):
         loaded = grid.load(source, scene.catalogue())
-        if loaded.chained:
-            raise InputError("simulate.start: a carried case has no start of its own to check; check start: centred")
-        phases.print_line(f"check: {wording.count_text(len(loaded), 'case')} in the grid {loaded.name}")
+        start = "; those of a chain begin centred here" if loaded.chained else ""
+        phases.print_line(f"check: {wording.count_text(len(loaded), 'case')} in the grid {loaded.name}{start}")
         directory = out or results / f"{loaded.name}-check"
         directory.mkdir(parents=True, exist_ok=True)
         words = CHOICES[:selection] if isinstance(selection, int) else selection

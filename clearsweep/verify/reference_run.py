@@ -37,7 +37,8 @@ def base_tree(written: Mapping[str, Any], **settings: Any) -> Tree:
     for name in ("life", "uncertain", "define", "vibration"):
         tree.pop(name, None)
     simulation = tree["simulate"]
-    for name in ("until", "horizon", "error_check", "discard", "time_budget"):
+    chain = ("start", "carried_axis", "direction") if simulation.get("start") == "carried" else ()
+    for name in ("until", "horizon", "error_check", "discard", "time_budget", *chain):  # a chain's case begins centred
         simulation.pop(name, None)
     if "revolutions" in simulation:
         simulation |= {"revolutions": 1.0, "discard": 0.0}
