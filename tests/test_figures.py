@@ -1,6 +1,7 @@
 """Figures of merit, mechanisms and layouts are described once; all that shows them follows from the description."""
 
 import json
+import math
 from pathlib import Path
 
 import pytest
@@ -84,6 +85,31 @@ def test_no_mean_or_quantile_of_a_guide_exceeds_its_peak(weight):
     assert max(block["force_rms"], block["force_p99"]) <= block["force_peak"] <= block["load_peak"]
     assert block["corner_force_rms"] <= block["corner_force_peak"]
     assert block["force_peak_median"] <= block["force_peak"]
+
+
+def pin_beside_a_guide(**guide_keys):
+    """Return the grid of a slider-crank whose crank pin wears and whose slider is a block in a guide with clearance."""
+    contact = {"law": "hunt-crossley", "stiffness": 6.61e10, "exponent": 1.5, "restitution": 0.8}
+    friction = {"law": "ambrosio", "coefficient": 0.05, "v0": 1e-5, "v1": 1e-4}
+    pin = {"clearance": 1e-4, "bearing_radius": 0.01, "length": 0.02, "contact": contact, "friction": friction}
+    pin["wear"] = {"law": "archard", "coefficient": "1e-16 m^2/N", "hardness": 1e9, "bins": 180}
+    guide = {"clearance": 1e-4, "length": 0.06, "height": 0.03, "contact": contact | {"stiffness": 1e9}} | guide_keys
+    case = slider_crank(changes={"mechanism.slider.inertia": 1e-4, "drive.speed": 60.0})
+    case["joints"] = {"slider-ground": guide | {"friction": friction}, "crank-rod": pin}
+    return case | {"simulate": {"revolutions": 1, "discard": 0}}
+
+
+def test_a_pin_wears_beside_a_guide():
+    """Archard's volume of two bodies is twice the coefficient times friction energy over friction, over small arcs."""
+    case = clearsweep.load_case(pin_beside_a_guide())
+    summary = clearsweep.simulate(case).summary
+    energy = summary["crank_rod_friction_power"] * 2.0 * math.pi / case.value.reference_rate
+    assert summary["crank_rod_wear_volume"] == pytest.approx(2e-16 * energy / 0.05, rel=0.01)
+
+
+def test_wear_of_a_guide_itself_is_refused():
+    with pytest.raises(InputError, match=r"joints\.slider-ground\.wear: unknown key"):
+        clearsweep.load_case(pin_beside_a_guide(wear={"law": "archard", "coefficient": "1e-16 m^2/N"}))
 
 
 def test_layouts_that_are_kept_follow_the_figures_there_are(further):

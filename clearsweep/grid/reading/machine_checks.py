@@ -399,7 +399,7 @@ def _check_flanges(reader: Reader, joint: str) -> None:
 
 
 def _check_guides(reader: Reader) -> None:
-    """Check that a body in an open guide can turn, and that the guide has no unsupported key."""
+    """Check that a body in an open guide can turn, and that it does not start seated."""
     for site in reader.mechanism.joints:
         path = f"joints.{site.name}"
         if site.kind not in ("guide", "slot") or not isinstance(reader.keys_in_use.get(path), Section):
@@ -408,14 +408,6 @@ def _check_guides(reader: Reader) -> None:
         if site.kind == "guide" and inertia in reader.keys_in_use and not reader.is_given(inertia):
             message = f"is missing; with clearance in {site.name} the slider turns; for example: 1e-4 kg*m^2"
             reader.problems.add(reader.position_of("mechanism.slider"), inertia, message)
-        wear_paths = (
-            wear_path
-            for wear_path in reader.keys_in_use
-            if wear_path.endswith(".wear") and wear_path.startswith("joints.")
-        )
-        for wear_path in wear_paths if site.kind == "guide" else ():
-            message = f"is not computed with clearance in {site.name}, a {site.kind}; leave it out"
-            reader.problems.add(reader.position_of(wear_path), wear_path, message)
         if "seated" in reader.values_of("simulate.start"):
             message = f"cannot be seated with clearance in {site.name}; leave it out, or write centred"
             reader.problems.add(reader.position_of("simulate.start"), "simulate.start", message)

@@ -18,6 +18,7 @@ from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import inlined, kernel, map_joints
 from ..laws.contract import ACTS, FREE, PRESSED, is_sticking
 from ..laws.friction import static_limit
+from ..wear.bins import never_wears
 from .contract import (
     Contact,
     ContactModes,
@@ -286,3 +287,6 @@ def _with_tangential_wall_grip(grip, load, force, stopping_force):
         moment_distal=load.moment_distal + block_moment,
         contacts=with_resultant(contacts[0], contacts[1], contacts[2], contacts[3]),
     )
+
+
+never_wears(Guide)

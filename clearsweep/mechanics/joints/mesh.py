@@ -15,7 +15,7 @@ from typing import NamedTuple
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import inlined, kernel, map_joints
 from ..laws.contract import ACTS, MEETS, PRESSED, touches
-from ..wear.bins import record, update_joint_wear
+from ..wear.bins import never_wears
 from .contract import (
     ContactModes,
     Load,
@@ -162,11 +162,4 @@ def _load_histories_mesh(joint, load):
     return drive.normal + coast.normal, as_type_of(0.0, drive.normal)
 
 
-@record.member(Mesh)
-def _record_mesh(joint, gap, body_angles, j, instant):
-    pass
-
-
-@update_joint_wear.member(Mesh)
-def _update_joint_wear_mesh(joint, j, step_and_totals):
-    pass
+never_wears(Mesh)

@@ -32,7 +32,7 @@ from ...tracing.compiled.family import family, inlined, map_joints
 from ..laws.contract import ACTS, FREE, PRESSED, REPORTING
 from ..laws.elastic import Power, PowerThreeHalves
 from ..laws.friction import friction_force
-from ..wear.bins import record, update_joint_wear
+from ..wear.bins import never_wears
 from .contract import (
     Contact,
     ContactModes,
@@ -407,11 +407,4 @@ def _position_under(joint: Rolling, force: np.ndarray, angle: float) -> np.ndarr
     return high * toward
 
 
-@record.member(Rolling)
-def _record_rolling(joint, gap, body_angles, j, instant):
-    pass
-
-
-@update_joint_wear.member(Rolling)
-def _update_joint_wear_rolling(joint, j, step_and_totals):
-    pass
+never_wears(Rolling)

@@ -554,3 +554,9 @@ def update_joint_wear(joint, j, step_and_totals):
     """Add the wear of a joint, whose first contact is `j`, over a Step; step_and_totals : Step and WearTotals."""
     if touches(step_and_totals[0].mode[j]):
         update_contact_wear(joint.wear, joint, j, step_and_totals)
+
+
+def never_wears(joint_type):
+    """Register a type of joint whose own surfaces do not wear, while other joints do."""
+    record.member(joint_type)(lambda joint, gap, body_angles, j, instant: None)
+    update_joint_wear.member(joint_type)(lambda joint, j, step_and_totals: None)
