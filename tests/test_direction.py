@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from clearsweep.tracing.compiled.direction import MAX_EXACT_ANGLE, direction
+from clearsweep.tracing.compiled.choosing import MAX_EXACT_ANGLE, direction
 from clearsweep.tracing.objects import machine_code
 
 compiled = machine_code(direction)

@@ -11,7 +11,7 @@ import pytest
 
 from clearsweep import grid, simulation
 from clearsweep.grid.library import BEARINGS
-from clearsweep.grid.library.bearings import bearing_names
+from clearsweep.grid.library.entries import bearing_names
 from clearsweep.grid.library.fits import BearingSizes, Fit, find_group, mounted
 from clearsweep.language.errors import InputError
 from clearsweep.sweeping.pool.case_runner import SIMULATION

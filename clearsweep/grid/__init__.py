@@ -46,53 +46,6 @@ from .written.law_files import allowing, list_text, revoke, trust
 # ----------------------------------------------------------------------------------------------------------------------
 
 
-__all__ = [
-    "ADDED",
-    "NO_DEFINITIONS",
-    "SCHEMA_VERSION",
-    "SET_OPTION",
-    "SWEEP_OPTION",
-    "CaseLabels",
-    "Catalogue",
-    "Definitions",
-    "Field",
-    "Fit",
-    "Grid",
-    "Law",
-    "LawAssignment",
-    "OverriddenGrid",
-    "allowing",
-    "as_written",
-    "check_disk",
-    "check_memory",
-    "definitions_of_resolved",
-    "first_case_history",
-    "guarded",
-    "has_run",
-    "history_bytes",
-    "identity",
-    "key_names",
-    "key_text",
-    "key_units",
-    "largest_history",
-    "leaves",
-    "list_text",
-    "load",
-    "markdown",
-    "read_options",
-    "recorded_fits",
-    "recorded_history",
-    "recorded_labels",
-    "reported",
-    "revoke",
-    "run_all",
-    "schema",
-    "starter",
-    "trust",
-    "write_starter",
-]
-
-
 # ----------------------------------------------------------------------------------------------------------------------
 # Loads grids, and refuses those that cannot be run or whose results do not fit memory or disk.
 

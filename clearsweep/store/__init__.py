@@ -5,10 +5,10 @@ from pathlib import Path
 import pyarrow
 
 from . import blocks
-from .batch import Axis, ResultSchema, Row, id_text, open_table
-from .blocks import Block, Division, discard_from, finish_block, numbers_of_blocks, read_mark, sha256_of, sum_counts
+from .batch import Axis, ResultSchema, Row, id_text
+from .blocks import Block, Division, discard_from, finish_block, read_mark, sha256_of, sum_counts
 from .dataset import BlockedRun, SampledRun, unmark_damaged
-from .directory import ANSWER_FILE, BLOCKS, DATASET, FINAL_FILES, SCRATCH, OtherGridError, RunDirectory, commit
+from .directory import ANSWER_FILE, BLOCKS, FINAL_FILES, SCRATCH, OtherGridError, RunDirectory, commit
 from .merged import Worst, keep_histories_once, merge
 from .parts import Part
 from .read import StoredRun, newest_run, verify
@@ -27,69 +27,6 @@ from .results import (
     write_search_table,
 )
 from .state import Unfinished, Working, case_text, clean, clean_text, progress_file, status, status_text
-
-__all__ = [
-    "ANSWER_FILE",
-    "BLOCKS",
-    "DATASET",
-    "FINAL_FILES",
-    "SCRATCH",
-    "Axis",
-    "Block",
-    "BlockedRun",
-    "Division",
-    "OtherGridError",
-    "Part",
-    "ResultSchema",
-    "Row",
-    "RunDirectory",
-    "SampledRun",
-    "StoredRun",
-    "Unfinished",
-    "Working",
-    "Worst",
-    "answer_of",
-    "block_size",
-    "case_text",
-    "check_format",
-    "check_version",
-    "clean",
-    "clean_text",
-    "commit",
-    "commit_answer",
-    "difference",
-    "discard_from",
-    "finish_block",
-    "gather",
-    "grid_changes",
-    "grid_record",
-    "id_text",
-    "is_cut",
-    "is_unfinished",
-    "json_round_trip",
-    "keep_histories_once",
-    "keys_of_all",
-    "keys_so_far",
-    "merge",
-    "newest_run",
-    "numbers_of_blocks",
-    "open",
-    "open_table",
-    "progress_file",
-    "read_histories",
-    "read_mark",
-    "read_record",
-    "read_results",
-    "sha256_of",
-    "status",
-    "status_text",
-    "sum_counts",
-    "unmark_damaged",
-    "use_one_thread",
-    "utc_now",
-    "verify",
-    "write_search_table",
-]
 
 
 def open(directory: str | Path) -> StoredRun:

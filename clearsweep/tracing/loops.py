@@ -1,22 +1,48 @@
-"""Loops: unrolled if the number of iterations is known, otherwise a loop of blocks.
-
-Each variable that a loop of blocks changes needs a phi node.  Its kind (number, integer, in lanes or not) is known only
-after an iteration has been emitted.  If a narrower kind was assumed, the loop is emitted again, and nothing leads to
-the blocks of the first attempt.
-"""
+"""Loops of a traced body, and the interpreter of whole bodies."""
 
 import ast
+import functools
+import math
+from types import FunctionType
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from . import symbols
+from . import functions, portable, symbols
 from .activation import LANES, RETURNED, Activation, LoopExits, ReturnInLanes, assigned_names, contains
+from .calls import RUNNERS, call
 from .memory import View
-from .paths import Path, all_lanes, leaves, map_leaves, none_of, rebuild, undefined_like
-from .protocols import LANE_LOOPS, LOOPS
+from .paths import Path, all_lanes, leaves, map_leaves, none_of, rebuild, select_values, undefined_like
+from .protocols import (
+    INLINED,
+    LANE_LOOPS,
+    LOOPS,
+    PRIMITIVES,
+    SEPARATE,
+    mark_traceable,
+    register_emitter,
+    register_symbol_emitter,
+)
 from .statements import Statements
-from .symbols import WIDTH, Integer, LaneIndices, NotTraceableError, Number, Symbol, is_symbol, trace
+from .symbols import (
+    WIDTH,
+    Boolean,
+    Integer,
+    LaneIndices,
+    NotTraceableError,
+    Number,
+    Symbol,
+    as_boolean,
+    is_symbol,
+    trace,
+)
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Loops: unrolled if the number of iterations is known, otherwise a loop of blocks.
+#
+# Each variable that a loop of blocks changes needs a phi node.  Its kind (number, integer, in lanes or not) is known
+# only after an iteration has been emitted.  If a narrower kind was assumed, the loop is emitted again, and nothing
+# leads to the blocks of the first attempt.
 
 
 class Bounds(NamedTuple):
@@ -335,3 +361,59 @@ class Loops(Statements):
 
 def _without(names: dict[str, Any], name: str) -> dict[str, Any]:
     return {key: value for key, value in names.items() if key != name}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Interprets the body of a function on symbols, statement by statement, from its syntax tree.
+#
+# Values known while tracing are computed by Python: the law, the number of joints, whether a number has a
+# slope.  A branch on a symbol becomes two blocks, whose variables are merged after it; a loop of unknown length, or one
+# that may end early, becomes a loop of blocks.  Other loops are unrolled.  In lanes, both sides of a branch run,
+# each in its active lanes, and a loop runs until all lanes have left it.
+
+
+RUNNERS.append(Loops)
+
+
+def _absolute(x: Any) -> Any:
+    if isinstance(x, (Boolean, Integer)):
+        return symbols.select(symbols.compare("<", x, 0), symbols.negate(x), x)
+    return symbols.call_intrinsic("fabs", x)
+
+
+register_symbol_emitter(max, symbols.extremum_emitter(">"))
+register_symbol_emitter(min, symbols.extremum_emitter("<"))
+register_symbol_emitter(abs, _absolute)
+register_symbol_emitter(int, symbols.truncate)
+register_symbol_emitter(float, symbols.as_number)
+register_symbol_emitter(bool, as_boolean)
+register_symbol_emitter(math.sqrt, lambda x: symbols.call_intrinsic("sqrt", x))
+register_symbol_emitter(math.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
+register_symbol_emitter(math.floor, lambda x: symbols.truncate(symbols.floor_number(x)))
+register_symbol_emitter(math.isfinite, lambda x: symbols.compare("<", symbols.call_intrinsic("fabs", x), math.inf))
+
+
+register_emitter(portable.where)(select_values)
+register_symbol_emitter(portable.fma, symbols.fma)
+register_symbol_emitter(portable.copysign, lambda a, b: symbols.call_intrinsic("copysign", a, b))
+register_symbol_emitter(portable.bits_of, symbols.bits_of)
+register_symbol_emitter(portable.number_of, symbols.number_of)
+
+
+def _refused(name: str, *operands: Any) -> Any:
+    raise NotTraceableError(f"calls {name}, which has no portable implementation")
+
+
+#: Functions of Python that are emitted from the bodies in `functions`: bits do not depend on the system's library.
+PORTABLE = ("atan", "atan2", "cos", "cosh", "exp", "expm1", "log", "log1p", "log2", "sin", "sinh", "tanh")
+for _name, _body in vars(functions).items():
+    if isinstance(_body, FunctionType) and _body.__module__ == functions.__name__:
+        mark_traceable(_body, SEPARATE if _name in (*PORTABLE, "pow") else INLINED)
+for _name in PORTABLE:
+    register_symbol_emitter(getattr(math, _name), functools.partial(call, getattr(functions, _name)))
+register_symbol_emitter(pow, functools.partial(_refused, "pow"))
+
+
+for _name, _function in vars(math).items():
+    if callable(_function) and _function not in PRIMITIVES and not _name.startswith("_"):
+        register_symbol_emitter(_function, functools.partial(_refused, f"math.{_name}"))

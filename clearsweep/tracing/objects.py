@@ -17,7 +17,11 @@ import numpy as np
 from llvmlite import ir
 
 from ..language import phases
-from . import cache, interpreter, symbols  # noqa: F401 - the interpreter registers itself
+from . import (
+    cache,
+    loops,  # noqa: F401 - the interpreter registers itself
+    symbols,
+)
 from .calls import call, run
 from .memory import Pointer, View, view_at
 from .paths import leaves, map_leaves

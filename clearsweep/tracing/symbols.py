@@ -105,39 +105,6 @@ class Symbol:
     def __bool__(self) -> bool:
         raise NotTraceableError("decides on a number known only at run time in code that is not traced")
 
-    def __add__(self, other: Any) -> Any:
-        return plus(self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return plus(other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return minus(self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return minus(other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return times(self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return times(other, self)
-
-    def __truediv__(self, other: Any) -> Any:
-        return divide(self, other)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return divide(other, self)
-
-    def __neg__(self) -> Any:
-        return negate(self)
-
-    def __eq__(self, other: Any) -> Any:
-        return compare("==", self, other)
-
-    def __ne__(self, other: Any) -> Any:
-        return compare("!=", self, other)
-
 
 class Number(Symbol):
     """A float64."""
@@ -491,3 +458,16 @@ def bits_of(x: Number) -> Integer:
 def number_of(x: Integer) -> Number:
     """Emit the number with these bits."""
     return Number(trace().builder.bitcast(x.value, llvm_type(DOUBLE, x.width)), x.width)
+
+
+def _set_operators() -> None:
+    """Give symbols the operators of Python, with a symbol on either side."""
+    for name, emit in (("add", plus), ("sub", minus), ("mul", times), ("truediv", divide)):
+        setattr(Symbol, f"__{name}__", lambda a, b, emit=emit: emit(a, b))
+        setattr(Symbol, f"__r{name}__", lambda a, b, emit=emit: emit(b, a))
+    Symbol.__neg__ = negate  # type: ignore[attr-defined]
+    Symbol.__eq__ = lambda a, b: compare("==", a, b)  # type: ignore[method-assign]
+    Symbol.__ne__ = lambda a, b: compare("!=", a, b)  # type: ignore[method-assign]
+
+
+_set_operators()

@@ -93,7 +93,7 @@ def _machine_grid(
 
 def _slider_crank(levels: Levels, **slider: float) -> Section:
     """Return the mechanism of a slider-crank; `slider` : further keys of its slider."""
-    slider = {"mass": 0.14 * levels["mass"], **slider}
+    slider = {"mass": SLIDER_MASS * levels["mass"], **slider}
     return {"type": "slider-crank", **{name: _link(name, levels) for name in ("crank", "rod")}, "slider": slider}
 
 
@@ -245,7 +245,7 @@ def _spatial_grid(levels: Levels, clearance_joint: str, freedoms: str) -> Sectio
 
 FILM_SEED, FILMS_PER_FAMILY = 20261123, 15
 FILM_RADIUS, FILM_LENGTH = 0.02, 0.04  # m
-CRANK_LENGTH, ROD_LENGTH, SLIDER_MASS = 0.05, 0.12, 0.14  # m, m, kg
+SLIDER_MASS = 0.14  # kg
 FILM_FACTORS = {
     "speed": (60.0, 300.0, 1500.0, 3000.0, 6000.0),  # rpm
     "clearance": (1e-5, 3e-5, 1e-4, 2e-4, 5e-4),  # m
@@ -282,17 +282,10 @@ def _film_levels_text(levels: Levels) -> str:
 
 def _film_grid(levels: Levels, *, dry: bool) -> Section:
     """Return the grid of a slider-crank with films, and with dry contact behind them if `dry`."""
-    mass, rate = levels["mass"], levels["speed"] * math.pi / 30.0
     joint = _film_joint(levels, _load(levels), dry=dry)
     return {
-        "mechanism": {
-            "type": "slider-crank",
-            "crank": {"length": CRANK_LENGTH, "mass": 0.3 * mass, "inertia": 1e-4 * mass},
-            "rod": {"length": ROD_LENGTH, "mass": 0.21 * mass, "inertia": 2.5e-4 * mass},
-            "slider": {"mass": SLIDER_MASS * mass},
-            "gravity": 9.81,
-        },
-        "drive": {"speed": rate},
+        "mechanism": _slider_crank(levels) | {"gravity": 9.81},
+        "drive": {"speed": levels["speed"] * math.pi / 30.0},
         "joints": dict.fromkeys(OPENINGS[int(levels["opening"])], joint),
         "simulate": {"revolutions": 2, "discard": 0},
         "save": {"orbits": "none"},

@@ -6,7 +6,6 @@ penetration under load is smaller than the joint.  A contact has at most some 1e
 the group `dear`, whose cases may need more steps than the budget.
 """
 
-import copy
 import itertools
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -18,35 +17,17 @@ from .. import grid
 from ..contracts.case import column_name
 from ..simulation.analyses.trajectory import simulate
 from ..simulation.setup import scene
+from .reference_run import with_values
 
 JOINTS = ("ground-crank", "crank-rod", "rod-slider")
 JOINT_BY_LETTER = dict(zip("ABC", JOINTS, strict=True))
 OPENINGS = ("A", "B", "C", "AB", "AC", "BC", "ABC")
-STIFFNESS_AND_SPEED = {  # N/m^1.5 -> rpm
-    1e5: 100,
-    1e6: 200,
-    1e7: 500,
-    1e8: 1000,
-    1e9: 2000,
-    1e10: 5000,
-    1e11: 5000,
-    1e12: 5000,
-    1e13: 5000,
-    1e14: 5000,
-}
-SPEED_AND_STIFFNESS = {  # rpm -> N/m^1.5
-    1: 1e6,
-    3: 1e7,
-    10: 1e8,
-    30: 1e9,
-    100: 1e9,
-    300: 1e10,
-    1000: 1e10,
-    3000: 1e10,
-    10000: 1e11,
-    20000: 1e12,
-    50000: 1e12,
-}
+_SPEEDS = (100, 200, 500, 1000, 2000, 5000, 5000, 5000, 5000, 5000)  # rpm
+STIFFNESS_AND_SPEED = {10.0**power: speed for power, speed in enumerate(_SPEEDS, 5)}  # N/m^1.5 -> rpm
+SPEED_AND_STIFFNESS = (  # rpm, N/m^1.5
+    *((1, 1e6), (3, 1e7), (10, 1e8), (30, 1e9), (100, 1e9), (300, 1e10), (1000, 1e10), (3000, 1e10)),
+    *((10000, 1e11), (20000, 1e12), (50000, 1e12)),
+)
 MIXED_CASE_COUNT, SEED = 48, 20240229  # drawn at random with a fixed seed
 SURFACES = ("johnson/fractal", "compatible/kogut-etsion", "compatible/", "power/fractal")  # elastic law/roughness
 ROUGH_CASE_COUNT, ROUGH_SEED = 10, 20261122
@@ -179,7 +160,7 @@ def _one_quantity_cases() -> Iterator[ExtremeCase]:
     for restitution, opening in itertools.product((0.01, 0.05, 0.2, 0.5, 0.8, 0.95, 0.99, 1.0), ("C", "BC")):
         contact = contact_section(restitution=restitution)
         yield ExtremeCase(f"restitution/{opening} {restitution:g}", slider_crank_grid(opening, contact=contact))
-    for (speed, stiffness), opening in itertools.product(SPEED_AND_STIFFNESS.items(), ("C", "ABC")):
+    for (speed, stiffness), opening in itertools.product(SPEED_AND_STIFFNESS, ("C", "ABC")):
         grid = slider_crank_grid(opening, speed=speed, contact=contact_section(stiffness, 0.7), gravity=9.81)
         yield ExtremeCase(f"speed/{opening} {speed} rpm", grid)
     sections = {"tanh": tanh_section, "ambrosio": ambrosio_section}
@@ -346,23 +327,12 @@ def tune_case(case: ExtremeCase) -> tuple[dict[str, Any], str]:
     kind, path, low, high = case.tuning
     search = _find_graze if kind == "graze" else _find_meeting
     value, remark = search(case, path, low, high)
-    return replace_value(case.grid, path, value), f"{path} = {value!r}; {remark}"
-
-
-def replace_value(source: dict[str, Any], path: str, value: Any) -> dict[str, Any]:
-    """Return a grid with the value at a dotted path replaced."""
-    source = copy.deepcopy(source)
-    section = source
-    *parents, last_key = path.split(".")
-    for key in parents:
-        section = section[key]
-    section[last_key] = value
-    return source
+    return with_values(case.grid, {path: value}), f"{path} = {value!r}; {remark}"
 
 
 def find_onsets(source: dict[str, Any], path: str, value: float) -> np.ndarray:
     """Return the event log's onsets within TUNED_REVOLUTIONS revolutions."""
-    shortened = replace_value(replace_value(source, path, value), "simulate.revolutions", TUNED_REVOLUTIONS)
+    shortened = with_values(source, {path: value, "simulate.revolutions": TUNED_REVOLUTIONS})
     events = simulate(scene.build(grid.load(shortened, scene.catalogue()).case(0)), times=[0.0]).events
     onsets: np.ndarray = events[events["kind"] == "on"]
     return onsets

@@ -8,7 +8,7 @@ from ...contracts.case import Materials
 from ...contracts.catalogue import CHOICE, CONDITION, MODEL, Catalogue, Field, JointSite, Law
 from ...contracts.layout import PRELOAD
 from ..library import MATERIALS, OILS
-from ..library.bearings import bearing_names
+from ..library.entries import bearing_names
 from ..library.fits import MOUNTING_KEYS
 from . import (
     Condition,

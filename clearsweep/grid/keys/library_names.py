@@ -8,7 +8,7 @@ from ...contracts.catalogue import CHOICE
 from ...language.errors import InputError, quoted
 from .. import library
 from ..library import MATERIALS, Entry, Value
-from ..library.bearings import WIDTH, bearing_names, check_group, parse_bearing_name
+from ..library.entries import WIDTH, bearing_names, check_group, parse_bearing_name
 from ..library.fits import NORMAL_GROUP
 from ..written.document import Problems, WrittenValue
 from . import KeyTable, Name, Word

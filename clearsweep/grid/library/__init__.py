@@ -4,8 +4,7 @@ import textwrap
 from collections.abc import Mapping
 
 from ...language.errors import InputError, did_you_mean, quoted
-from .bearings import BEARINGS
-from .entries import MATERIALS, OILS, PAIRS, Entry, Value
+from .entries import BEARINGS, MATERIALS, OILS, PAIRS, Entry, Value
 
 #: Names of whole libraries for `clearsweep list NAME`.
 LIBRARIES: Mapping[str, Mapping[str, Entry]] = {

@@ -18,32 +18,8 @@ from ...language.errors import InputError, did_you_mean, quoted
 SMALLEST_DIAMETER, LARGEST_DIAMETER = 1, 500  # mm, both included
 _DIAMETER_STEPS = (3, 6, 10, 18, 30, 50, 80, 120, 180, 250, 315, 400, 500)  # mm, upper end of each range
 _FINE_DIAMETER_STEPS = (
-    3,
-    6,
-    10,
-    14,
-    18,
-    24,
-    30,
-    40,
-    50,
-    65,
-    80,
-    100,
-    120,
-    140,
-    160,
-    180,
-    200,
-    225,
-    250,
-    280,
-    315,
-    355,
-    400,
-    450,
-    500,
-)
+    3, 6, 10, 14, 18, 24, 30, 40, 50, 65, 80, 100, 120, 140, 160, 180, 200, 225, 250, 280, 315, 355, 400, 450, 500,
+)  # fmt: skip
 #: Standard tolerances in um: the grade, then one for each of _DIAMETER_STEPS (table 1).
 _TOLERANCES = """
 1  0.8 1   1   1.2  1.5  1.5  2    2.5  3.5  4.5  6    7    8

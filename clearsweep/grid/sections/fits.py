@@ -13,7 +13,7 @@ from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
 from ..keys import Number
 from ..keys.library_names import BEARING
-from ..library.bearings import parse_bearing_name
+from ..library.entries import parse_bearing_name
 from ..library.fits import MOUNTING_KEYS, NORMAL_GROUP, BearingSizes, Fit, find_fit, find_group, mounted
 from ..written.document import WrittenValue
 from .distributions import FROM_FIT

@@ -36,8 +36,7 @@ import numpy as np
 
 from ...tracing import portable
 from ...tracing.compiled import calculus as math
-from ...tracing.compiled.choosing import rolled_range
-from ...tracing.compiled.direction import direction
+from ...tracing.compiled.choosing import direction, rolled_range
 from ...tracing.compiled.dual import plain
 from ...tracing.compiled.family import family_with_default, inlined, kernel
 from ..laws.elastic import elastic_force

@@ -25,8 +25,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...tracing.compiled import calculus
-from ...tracing.compiled.choosing import where
-from ...tracing.compiled.direction import direction
+from ...tracing.compiled.choosing import direction, where
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import family, inlined, map_joints
 from ..laws.contract import ACTS, FREE, PRESSED, REPORTING

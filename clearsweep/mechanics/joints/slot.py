@@ -31,8 +31,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...tracing.compiled import calculus as math
-from ...tracing.compiled.choosing import where
-from ...tracing.compiled.direction import direction
+from ...tracing.compiled.choosing import direction, where
 from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import inlined, kernel
 from ..laws.contract import FREE, touches

@@ -24,8 +24,7 @@ import numpy as np
 
 from ...tracing import portable
 from ...tracing.compiled import calculus as math
-from ...tracing.compiled.choosing import rolled_range
-from ...tracing.compiled.direction import direction
+from ...tracing.compiled.choosing import direction, rolled_range
 from ...tracing.compiled.dual import Dual, as_type_of, plain
 from ...tracing.compiled.family import family, family_with_default, inlined, kernel, map_joints
 from ..laws.contract import FREE

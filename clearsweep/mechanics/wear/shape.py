@@ -31,8 +31,7 @@ from ... import laws as recorded
 from ...contracts.catalogue import Law
 from ...language.errors import InputError
 from ...tracing import portable
-from ...tracing.compiled.choosing import bits_of
-from ...tracing.compiled.direction import SHIFT, direction
+from ...tracing.compiled.choosing import SHIFT, bits_of, direction
 from ...tracing.compiled.dual import chain_rule, plain
 from ...tracing.compiled.family import inlined
 from ...tracing.compiled.pinned import array_handle, load_item

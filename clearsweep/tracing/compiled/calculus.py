@@ -8,7 +8,7 @@ from math import *  # noqa: F403
 from ..calls import call
 from ..protocols import register_emitter, register_slope_rule
 from . import dual
-from .direction import direction as direction_of
+from .choosing import direction as direction_of
 from .dual import FUNCTIONS, Dual, direction_of_dual
 
 

@@ -13,7 +13,7 @@ import math
 import operator
 
 from ..protocols import Composite, Sloped, mark_traceable, register_slope_rule, register_slope_rules
-from .direction import direction
+from .choosing import direction
 
 
 class Dual(Sloped):
@@ -119,57 +119,13 @@ def _power(a, b):
     return Dual(power, b * power / value(a) * slope(a))
 
 
-def _negative(a):
-    return Dual(-a.value, -a.slope)
-
-
 def _absolute(a):
     return Dual(abs(a.value), math.copysign(1.0, a.value) * a.slope)
-
-
-def _larger(a, b):
-    return as_dual(b) if value(b) > value(a) else as_dual(a)
-
-
-def _smaller(a, b):
-    return as_dual(b) if value(b) < value(a) else as_dual(a)
-
-
-def _less(a, b):
-    return value(a) < value(b)
-
-
-def _at_most(a, b):
-    return value(a) <= value(b)
-
-
-def _greater(a, b):
-    return value(a) > value(b)
-
-
-def _at_least(a, b):
-    return value(a) >= value(b)
-
-
-def _equal(a, b):
-    return value(a) == value(b)
-
-
-def _unequal(a, b):
-    return value(a) != value(b)
 
 
 def _sqrt(a):
     root = math.sqrt(a.value)
     return Dual(root, 0.5 * a.slope / root if a.slope != 0.0 else 0.0)
-
-
-def _sin(a):
-    return Dual(math.sin(a.value), math.cos(a.value) * a.slope)
-
-
-def _cos(a):
-    return Dual(math.cos(a.value), -math.sin(a.value) * a.slope)
 
 
 def _tanh(a):
@@ -180,22 +136,6 @@ def _tanh(a):
 def _exp(a):
     power = math.exp(a.value)
     return Dual(power, power * a.slope)
-
-
-def _expm1(a):
-    return Dual(math.expm1(a.value), math.exp(a.value) * a.slope)
-
-
-def _log(a):
-    return Dual(math.log(a.value), a.slope / a.value)
-
-
-def _log1p(a):
-    return Dual(math.log1p(a.value), a.slope / (1.0 + a.value))
-
-
-def _atan(a):
-    return Dual(math.atan(a.value), a.slope / (1.0 + a.value * a.value))
 
 
 def _copysign(a, b):
@@ -216,26 +156,26 @@ RULES = {  # Python's name of the operation -> (function, rule)
     "__mul__": (operator.mul, _multiply),
     "__truediv__": (operator.truediv, _divide),
     "__pow__": (operator.pow, _power),
-    "__neg__": (operator.neg, _negative),
+    "__neg__": (operator.neg, lambda a: Dual(-a.value, -a.slope)),
     "__abs__": (abs, _absolute),
-    "__lt__": (operator.lt, _less),
-    "__le__": (operator.le, _at_most),
-    "__gt__": (operator.gt, _greater),
-    "__ge__": (operator.ge, _at_least),
-    "__eq__": (operator.eq, _equal),
-    "__ne__": (operator.ne, _unequal),
+    "__lt__": (operator.lt, lambda a, b: value(a) < value(b)),
+    "__le__": (operator.le, lambda a, b: value(a) <= value(b)),
+    "__gt__": (operator.gt, lambda a, b: value(a) > value(b)),
+    "__ge__": (operator.ge, lambda a, b: value(a) >= value(b)),
+    "__eq__": (operator.eq, lambda a, b: value(a) == value(b)),
+    "__ne__": (operator.ne, lambda a, b: value(a) != value(b)),
 }
 REFLECTED = {"__radd__": _add, "__rsub__": _subtract, "__rmul__": _multiply, "__rtruediv__": _divide}
 FUNCTIONS = {
     "sqrt": _sqrt,
-    "sin": _sin,
-    "cos": _cos,
+    "sin": lambda a: Dual(math.sin(a.value), math.cos(a.value) * a.slope),
+    "cos": lambda a: Dual(math.cos(a.value), -math.sin(a.value) * a.slope),
     "tanh": _tanh,
     "exp": _exp,
-    "expm1": _expm1,
-    "log": _log,
-    "log1p": _log1p,
-    "atan": _atan,
+    "expm1": lambda a: Dual(math.expm1(a.value), math.exp(a.value) * a.slope),
+    "log": lambda a: Dual(math.log(a.value), a.slope / a.value),
+    "log1p": lambda a: Dual(math.log1p(a.value), a.slope / (1.0 + a.value)),
+    "atan": lambda a: Dual(math.atan(a.value), a.slope / (1.0 + a.value * a.value)),
     "copysign": _copysign,
 }
 for _name, (_, _rule) in RULES.items():
@@ -249,8 +189,8 @@ for _name, _rule in FUNCTIONS.items():
     register_slope_rule(getattr(math, _name), _rule)
 for _function, _rule in (
     (direction, direction_of_dual),
-    (builtins.max, _larger),
-    (builtins.min, _smaller),
+    (builtins.max, lambda a, b: as_dual(b) if value(b) > value(a) else as_dual(a)),
+    (builtins.min, lambda a, b: as_dual(b) if value(b) < value(a) else as_dual(a)),
     (abs, _absolute),
 ):
     register_slope_rule(_function, _rule)

@@ -13,8 +13,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....contracts.machine import GROUND, BodyPoint, Guide, Machine, Mesh, Slot, Stretch
-from ....tracing.compiled.choosing import rolled_range
-from ....tracing.compiled.direction import directions
+from ....tracing.compiled.choosing import directions, rolled_range
 from ....tracing.compiled.family import Routine, shaped
 from . import constraints
 

@@ -9,8 +9,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ....tracing.compiled.choosing import lane_range, rolled_range
-from ....tracing.compiled.direction import direction
+from ....tracing.compiled.choosing import direction, lane_range, rolled_range
 from ....tracing.compiled.family import Routine, inlined, kernel, shaped
 from ....tracing.fields import Fields
 

@@ -29,7 +29,7 @@ from ....contracts.machine import (
     TabledPush,
     TorsionSpring,
 )
-from ....tracing.compiled.direction import directions
+from ....tracing.compiled.choosing import directions
 from ....tracing.compiled.family import Identity
 from ...laws.friction import friction_force, friction_in_pin, without_history
 from ..contract import IdealMotion

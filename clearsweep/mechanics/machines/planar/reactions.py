@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ....contracts.machine import GROUND, BodyPoint, Guide, Machine
-from ....tracing.compiled.direction import directions
+from ....tracing.compiled.choosing import directions
 from .closure import MachineStates
 from .ideal import IdealMachine, ideal_of
 
