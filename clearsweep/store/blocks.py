@@ -17,7 +17,6 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
-import h5py
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -28,14 +27,11 @@ from .batch import ResultSchema
 from .datasets import array_of, values_of
 from .directory import BLOCKS, DATASET, IDS_FILE, LOCK, ORBITS_FILE, SUMMARY_FILE, RunDirectory
 from .merged import (
-    HDF5_LIBRARY_VERSIONS,
     ComputePeakRevolutions,
     content_hash_of,
-    summary_groups,
-    worst_cases,
+    worst_with_peaks,
     write_orbits,
     write_summary,
-    write_worst,
 )
 
 BLOCK = 2**17  # consecutive indices of a grid in a block; a grid of more cases is cut
@@ -336,14 +332,7 @@ def _finish(
         return facts.case_ids()
 
     sampler = Sampler(division.sampled, add_and_mention)
-    worst = (
-        worst_cases(result_schema, lambda schema: summary_groups(run, schema, rows))
-        if result_schema.worst and len(rows)
-        else []
-    )
-    peaks = [
-        (case, peak) for case, peak in zip(worst, compute_peak_revolutions(worst) if worst else [], strict=True) if peak
-    ]
+    peaks = worst_with_peaks(run, result_schema, rows, compute_peak_revolutions)
     with durable.storing(block.path):
         durable.discard(block.mark)
         durable.make_folder(block.run / DATASET)
@@ -352,10 +341,7 @@ def _finish(
                 name: exit_stack.enter_context(durable.atomic_file(path, run.scratch))
                 for name, path in block.files.items()
             }
-            write_orbits(targets[ORBITS_FILE], run, result_schema, rows, content_hash)
-            if peaks:
-                with h5py.File(targets[ORBITS_FILE], "r+", libver=HDF5_LIBRARY_VERSIONS) as file:
-                    write_worst(file, result_schema, peaks)
+            write_orbits(targets[ORBITS_FILE], run, result_schema, rows, content_hash, peaks)
             write_summary(
                 targets[SUMMARY_FILE],
                 run,

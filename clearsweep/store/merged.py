@@ -275,9 +275,14 @@ class OrbitFiles:
 
 
 def write_orbits(
-    path: Path, run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray, content_hash: str
+    path: Path,
+    run: RunDirectory,
+    result_schema: ResultSchema,
+    rows: np.ndarray,
+    content_hash: str,
+    peaks: "Sequence[tuple[Worst, Peak]]",
 ) -> None:
-    """Write the histories of the given rows."""
+    """Write the histories of the given rows, and the peak revolutions of the worst ones."""
     with (
         h5py.File(path, "x", libver=HDF5_LIBRARY_VERSIONS) as file,
         OrbitFiles(run, result_schema) as orbits,
@@ -298,6 +303,9 @@ def write_orbits(
                 orbits.refuse_values(dataset)
             if writing:
                 writing.note(share=(number + 1) / len(all_datasets))
+    if peaks:
+        with h5py.File(path, "r+", libver=HDF5_LIBRARY_VERSIONS) as file:
+            write_worst(file, result_schema, peaks)
 
 
 def _case_values(
@@ -403,6 +411,16 @@ def worst_cases(result_schema: ResultSchema, groups: ReadGroups) -> list[Worst]:
     return []
 
 
+def worst_with_peaks(
+    run: RunDirectory, result_schema: ResultSchema, rows: np.ndarray, compute: ComputePeakRevolutions
+) -> list[tuple[Worst, Peak]]:
+    """Return the worst of the cases in `rows` whose peak revolution is found again, each with it."""
+    if not result_schema.worst or not len(rows):
+        return []
+    worst = worst_cases(result_schema, lambda schema: summary_groups(run, schema, rows))
+    return [(case, peak) for case, peak in zip(worst, compute(worst) if worst else [], strict=True) if peak]
+
+
 def _cases_with_largest(result_schema: ResultSchema, groups: ReadGroups, names: list[str]) -> list[Worst]:
     """Return the cases with the largest value of any of some columns, one for each joint."""
     joints, paths = result_schema.layout.joints, [axis.path for axis in result_schema.axes]
@@ -433,8 +451,6 @@ def _plain_value(value: Any) -> Any:
 
 def write_worst(file: h5py.File, result_schema: ResultSchema, cases: Sequence[tuple[Worst, Peak]]) -> None:
     """Write the peak revolutions, the worst case first."""
-    if not cases:
-        return
     paths = [peak.path for _, peak in cases]
     content: dict[str, Any] = {
         f"{GROUP}/case_id": [case.case_id.encode() for case, _ in cases],
@@ -481,20 +497,14 @@ def merge(
             if current_checksums.get(name) != recorded_checksums[name]:
                 state = "damaged (its checksum is not that in run.json)" if name in current_checksums else "missing"
                 report(f"{name}: {state}; written again from the batches")
-    worst = worst_cases(result_schema, lambda schema: summary_groups(run, schema, rows)) if result_schema.worst else []
-    peaks = [
-        (case, peak) for case, peak in zip(worst, compute_peak_revolutions(worst) if worst else [], strict=True) if peak
-    ]
+    peaks = worst_with_peaks(run, result_schema, rows, compute_peak_revolutions)
     with durable.storing(run.path):
         with contextlib.ExitStack() as exit_stack:
             summary, orbits = (
                 exit_stack.enter_context(durable.atomic_file(run.path / name, run.scratch)) for name in FINAL_FILES
             )
             with phases.phase(f"writing {ORBITS_FILE}"):
-                write_orbits(orbits, run, result_schema, rows, content_hash)
-            if peaks:
-                with h5py.File(orbits, "r+", libver=HDF5_LIBRARY_VERSIONS) as file:
-                    write_worst(file, result_schema, peaks)
+                write_orbits(orbits, run, result_schema, rows, content_hash, peaks)
             with phases.phase(f"writing {SUMMARY_FILE}") as writing:
                 write_summary(
                     summary,
