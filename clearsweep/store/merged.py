@@ -80,11 +80,11 @@ def write_summary(
     verdict_fields = [field_of(column) for column in result_schema.verdict.columns]
     fields = [*schema, *verdict_fields, *label_fields(result_schema.labels)]
     full_schema = pa.schema(fields, {"clearsweep": content_hash})
+    # building dictionaries of columns with many distinct values takes most of the time
+    repetitive = [field.name for field in full_schema if field.type == pa.string() and field.name != "case_id"]
     with (
         os.fdopen(durable.create_file(path), "wb") as file,
-        pq.ParquetWriter(
-            file, full_schema, write_page_checksum=True, use_dictionary=repetitive_columns(full_schema)
-        ) as writer,
+        pq.ParquetWriter(file, full_schema, write_page_checksum=True, use_dictionary=repetitive) as writer,
     ):
         for number, group in enumerate(summary_groups(run, schema, rows)):
             table = add_verdict_columns(result_schema.verdict, group)
@@ -92,11 +92,6 @@ def write_summary(
             on_group(table, number * GROUP_ROWS)
             writer.write_table(table.replace_schema_metadata(full_schema.metadata))
             pa.default_memory_pool().release_unused()  # malloc would keep the gaps between the columns of a group
-
-
-def repetitive_columns(schema: pa.Schema) -> list[str]:
-    """Return the columns with few distinct values; building dictionaries of the others takes most of the time."""
-    return [field.name for field in schema if field.type == pa.string() and field.name != "case_id"]
 
 
 def summary_groups(run: RunDirectory, schema: pa.Schema, rows: np.ndarray) -> Iterator[pa.Table]:
