@@ -459,8 +459,11 @@ def show(directory: Path, case_id: str, out: Path | None) -> None:
 
     stored = store.open(directory)
     case_id = stored.full_id(case_id)
-    with convert_write_errors():
-        page = reports.show(stored, case_id, out or stored.directory / f"{case_id}.html")
+    try:
+        with convert_write_errors():
+            page = reports.show(stored, case_id, out or stored.directory / f"{case_id}.html")
+    except InputError as error:
+        raise InputError(str(error).replace("clearsweep trust DIR", f"clearsweep trust {directory}")) from None
     click.echo(page)
 
 

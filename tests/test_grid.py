@@ -441,6 +441,14 @@ def test_a_grid_extends_another_of_its_folder(at, tmp_path):
     assert len(swept) == 2
 
 
+def test_null_leaves_out_a_key_of_an_extended_grid(at, tmp_path):
+    (tmp_path / "base.yaml").write_text(TEXT, encoding="utf-8")
+    torque = "torque: 1 N*m, initial_speed: 100 rpm"
+    with pytest.raises(InputError, match=r"conflicts with .*`null` in place of a value leaves out a key of base\.yaml"):
+        at(f"extends: base.yaml\ndrive: {{{torque}}}\n")
+    assert at(f"extends: base.yaml\ndrive: {{speed: null, {torque}}}\n").case(0).drive.torque == 1.0
+
+
 @pytest.mark.parametrize(
     ("written", "message"),
     [

@@ -95,6 +95,10 @@ def test_a_law_and_a_key_of_one_name_are_both_explained():
     assert "material" in listed("material")
 
 
+def test_a_kind_of_joint_is_found_by_its_name():
+    assert listed("gear").startswith("mechanism.joints.NAME.type\n  meaning   kind of the joint;")
+
+
 def test_an_unknown_name_gets_the_nearest_key():
     message = str(CliRunner().invoke(verbs, ["list", "clearanse"]).exception)
     assert "unknown name 'clearanse'" in message

@@ -507,7 +507,7 @@ def test_a_results_directory_runs_nothing_and_show_asks_again(has_run, place, mo
     assert clearsweep.open("merged").grid["derived"] == run.grid["derived"]
     error = invoke("show", "results", case_id).exception
     assert "my_laws.py is not trusted, and nothing of it has run" in str(error)
-    assert "`clearsweep trust DIR`" in str(error)
+    assert "`clearsweep trust results`" in str(error)
     assert not has_run()
     assert "declares elastic spring (k)" in invoke("trust", "results").output
     assert not has_run()

@@ -120,8 +120,8 @@ def branch_sentences(answer: Answer, words: Words) -> Iterator[Sentence]:
         yield Sentence("The motions {starts} show no difference at {count} {noun}.", values)
     if branches["undecided"]:
         values = {"count": branches["undecided"], "total": total}
-        template = "Whether motions coexist is undecided at {count} of {total} points; run more revolutions."
-        yield Sentence(template, values)
+        template = "Whether motions coexist is undecided at {count} of {total} points; {remedy}."
+        yield Sentence(template, values | {"remedy": "run more revolutions, at least 30 after simulate.discard"})
 
 
 def _forces(point: Mapping[str, Any], words: Words) -> str:

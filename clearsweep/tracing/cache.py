@@ -25,8 +25,6 @@ import tempfile
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-import llvmlite
-
 PLACE = "CLEARSWEEP_CACHE_DIR"  # environment variable: where compiled code is kept
 PACKAGE = Path(__file__).parents[1]
 COMPILER = PACKAGE / "tracing"
@@ -39,6 +37,8 @@ _IMPORT = re.compile(r"^[ \t]*from[ \t]+(\.*)([\w.]*)[ \t]+import[ \t]+(\([^)]*\
 
 def compiler_stamp() -> str:
     """Return a hash of what makes objects of LLVM code: the version of llvmlite, and how it is used."""
+    import llvmlite  # which a grid that is only read never needs
+
     digest = hashlib.sha256(f"{llvmlite.__version__}\n".encode() + (COMPILER / "objects.py").read_bytes())
     return digest.hexdigest()[:16]
 

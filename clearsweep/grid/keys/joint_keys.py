@@ -462,7 +462,9 @@ def add_rolling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue
     keys[f"{path}.{UNCHECKED}"] = UNCHECKED_KEY
     for name, text in MOUNTING_KEYS.items():
         keys[f"{path}.{name}"] = Name((), f"{text}; for every group of the clearance")
-    keys[kind] = Word(KINDS, "kind of the elements; needle: long rollers", noun="kind")
+    keys[kind] = Word(
+        KINDS, "kind of the elements; needle: long rollers; `bearing: 6204` gives it and all sizes", noun="kind"
+    )
     add_numbers(keys, path, _SIZES, CHOICE)
     add_numbers(keys, path, (_ELEMENTS,), CHOICE, sweep=False)
     add_numbers(keys, path, (_PHASE,), CONDITION)

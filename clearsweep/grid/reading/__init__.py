@@ -64,7 +64,7 @@ def read_keys(
     defined_section = root.value.get(DEFINE)
     root = with_branch_axes(root, problems)
     root, definitions = resolve_definitions(root, problems, fixed_paths)
-    root = with_damping_ratios(root)
+    root = with_damping_ratios(root, problems)
     own_figures = _own_figures(root, catalogue)
     outline = outline_of_document(root)._replace(
         laws=catalogue.own_laws,
@@ -183,6 +183,8 @@ def _read_section(reader: Reader, written: WrittenValue, path: str, all_keys: Ke
             _record_entry(reader, entry, child_path, all_keys)
         elif key_name not in allowed and not _report_invalid_names(reader, child_path, entry):
             reader.problems.add(written.key_position(key_name), child_path, _unknown_key_text(path, key_name, allowed))
+            # stops may be on a joint without clearance, in which nothing else is missing
+            reader.unread_sections |= {path} if key_name == "stops" else set()
             misspelt_by_key |= {
                 intended: entry for intended in nearest_words(key_name, allowed) if intended not in content
             }
@@ -196,6 +198,7 @@ def _read_section(reader: Reader, written: WrittenValue, path: str, all_keys: Ke
         if (
             isinstance(key, Section)
             and child_path.rpartition(".")[0] == path
+            and path not in reader.unread_sections
             and _is_section_missing(child_path, key, content)
         ):
             key_name = child_path.rpartition(".")[2]

@@ -500,6 +500,8 @@ def check_branches(reader: Reader, root: WrittenValue) -> None:
     for name in (*reader.searches, "sample"):
         if name in root.value:
             refuse(f"conflicts with `{name}`, which would judge every start as a case of its own; sweep values instead")
+    if word == "random" and not reader.is_given(DRAW):
+        reader.warnings.append("simulate.start: random is one random start; {random: 32, seed: 1} tries 32 of them")
     if word == "carried":
         for path in reader.keys_in_use:
             if path.startswith("loads.") and any("time" in v for v in reader.values_of(path) if isinstance(v, dict)):

@@ -248,6 +248,7 @@ class Problems:
     def __init__(self) -> None:
         self._positions: dict[str, tuple[int, int]] = {}
         self.unread: set[str] = set()  # paths whose expression has no value; the placeholder there must not be reported
+        self.base = ""  # the file that the document extends
 
     def __len__(self) -> int:
         return len(self._positions)
@@ -257,6 +258,8 @@ class Problems:
         if written.expression and path in self.unread:
             return
         sentence += f" (found is the value of {quoted(written.expression)})" if written.expression else ""
+        if self.base and ("conflicts with" in sentence or sentence.startswith("replaces ")):
+            sentence += f"; `null` in place of a value leaves out a key of {self.base}"
         is_named = not path or written.position_text in (
             f"{SET_OPTION} {path}: ",
             f"{SWEEP_OPTION} {path.removeprefix('sweep.')}: ",
@@ -339,16 +342,20 @@ def extended(root: WrittenValue, problems: Problems) -> WrittenValue:
         problem = "extends a file itself; one level is allowed" if isinstance(base.value, dict) else "is no grid"
         problems.add(written, EXTENDS, f"{file} {problem}; write its values there")
         return own
+    problems.base = name
     inherited = {key: value for key, value in base.value.items() if key != "name"}
     return _merged(WrittenValue(inherited, base.origin, base.line, base.column, base.keys), own)
 
 
 def _merged(base: WrittenValue, own: WrittenValue) -> WrittenValue:
-    """Return a value over that of a base: sections are merged key by key, everything else replaces it."""
+    """Return a value over that of a base: sections are merged, null removes a key, everything else replaces it."""
     if not isinstance(base.value, dict) or not isinstance(own.value, dict):
         return own
-    values = base.value | {
-        key: _merged(base.value[key], value) if key in base.value else value for key, value in own.value.items()
+    removed = {key for key, value in own.value.items() if value.value is None and key in base.value}
+    values = {key: value for key, value in base.value.items() if key not in removed} | {
+        key: _merged(base.value[key], value) if key in base.value else value
+        for key, value in own.value.items()
+        if key not in removed
     }
     return WrittenValue(values, own.origin, own.line, own.column, base.keys | own.keys)
 
@@ -541,6 +548,10 @@ def apply_overrides(root: WrittenValue, overrides: OverriddenGrid, problems: Pro
     """Return the document with the overrides applied; an empty value removes the key."""
     for path in sorted(overrides.fixed.keys() & overrides.swept.keys()):
         problems.add(WrittenValue(None, SET_OPTION), path, f"is given with {SWEEP_OPTION}, too; remove one of the two")
+    for path in [path for path in overrides.fixed if path.startswith("sweep.")]:
+        message = f"is an axis; write {SWEEP_OPTION} {path.removeprefix('sweep.')}=VALUE,VALUE"
+        problems.add(WrittenValue(None, SET_OPTION), path, message)
+    problems.check()
     for path, text in overrides.fixed.items():
         root = override(root, path, _read_yaml_text(f"{SET_OPTION} {path}", path, text, problems), problems)
     for path, text in overrides.swept.items():

@@ -3,7 +3,7 @@
 import csv
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import replace
 from os import PathLike
 from pathlib import Path
@@ -34,15 +34,24 @@ _DAMPING_PATH = re.compile(rf"(mechanism\.mounts\.[^.]+)\.{DAMPING}((?:\.[01])?)
 _AXIS_SECTIONS = ("sweep", "zip", "cases")
 
 
-def with_damping_ratios(root: WrittenValue) -> WrittenValue:
-    """Return a document in which every damping of a housing in per cent is under the key `damping_ratio`."""
+def with_damping_ratios(root: WrittenValue, problems: Problems) -> WrittenValue:
+    """Return a document in which every damping of a housing in per cent is under the key `damping_ratio`.
+
+    Raises InputError if one is in per cent and the other is not.
+    """
 
     def renamed_axis(path: str, content: WrittenValue) -> str:
         match = _DAMPING_PATH.fullmatch(path)
         return f"{match[1]}.{RATIO}{match[2]}" if match and _is_in_per_cent(content) else path
 
     def renamed_key(key: str, content: WrittenValue) -> str:
-        return RATIO if key == DAMPING and _is_in_per_cent(content) else key
+        if key != DAMPING or not _is_in_per_cent(content, any):
+            return key
+        if not _is_in_per_cent(content):
+            message = "% is allowed only for quantities without a unit; write both dampings in %, or both in N*s/m"
+            problems.add(content, "mechanism.mounts", message)
+            problems.check()
+        return RATIO
 
     root = _changed(root, ("mechanism", "mounts"), renamed_key)
     for section in _AXIS_SECTIONS:
@@ -69,10 +78,10 @@ def _changed(section: WrittenValue, path: tuple[str, ...], rename: Any, depth: i
     return replace(section, value=content)
 
 
-def _is_in_per_cent(written: WrittenValue) -> bool:
-    """Return whether all values of a list or a section, or the only value, are in per cent."""
+def _is_in_per_cent(written: WrittenValue, number: Callable[[Iterable[bool]], bool] = all) -> bool:
+    """Return whether all (or any) values of a list or a section, or the only value, are in per cent."""
     texts = list(_texts(written))
-    return bool(texts) and all(isinstance(text, str) and text.rstrip(" ]}").endswith("%") for text in texts)
+    return bool(texts) and number(isinstance(text, str) and text.rstrip(" ]}").endswith("%") for text in texts)
 
 
 def _texts(written: WrittenValue) -> Iterator[Any]:

@@ -350,7 +350,7 @@ def draw_force(ax: Axes, angle: np.ndarray, normal: np.ndarray, levels: Sequence
     ax.plot(np.degrees(angle), normal / scale.factor, color=BLUE, linewidth=0.7)
     for (name, level), colour, line_style in zip(levels, (RED, INK), ("--", ":"), strict=False):
         ax.axhline(level / scale.factor, color=colour, linewidth=1.1, linestyle=line_style, label=name)
-    ax.yaxis.label = f"normal force [{scale.unit}]"
+    ax.yaxis.label = f"{'torque' if unit == 'N*m' else 'normal force'} [{scale.unit}]"
     ax.set_ylim(0.0, None)
     set_crank_angle_axis(ax, angle, has_legend=bool(levels))
 

@@ -347,18 +347,19 @@ def _play_pictures(study: Study, joint: Joint, history: History) -> list[Picture
 
 
 def _force_pictures(study: Study, case_id: str, joint: Joint, history: History) -> list[Picture]:
-    """Return the picture of the normal force of a joint; [] if it is not stored."""
+    """Return the picture of the normal force, or torque, of a joint; [] if it is not stored."""
     channel = f"joints/{joint.name}/force_normal"
     if channel not in history.channels:
         return []
     force, joint_text = history.values(channel), study.joint_text(joint, ", joint {}")
     angle, levels = history.angle, _reference_levels(study, case_id, joint)
     unit = study.run.layout.units[channel]
-    abscissa, paint = "time", history.painter(force, unit, "normal force")
+    quantity = "torque" if unit == "N*m" else "normal force"
+    abscissa, paint = "time", history.painter(force, unit, quantity)
     if angle is not None and not history.is_over_time:
         abscissa, paint = "crank angle", partial(draw_force, angle=angle, normal=force, levels=levels, unit=unit)
-    alt = f"Normal force over {abscissa}, at most {_largest_text(force, unit)} among the samples."
-    return [Picture(f"Normal force{joint_text}", "", alt, paint, FLAT_SIZE, shown_in_player=True)]
+    alt = f"{capitalise(quantity)} over {abscissa}, at most {_largest_text(force, unit)} among the samples."
+    return [Picture(f"{capitalise(quantity)}{joint_text}", "", alt, paint, FLAT_SIZE, shown_in_player=True)]
 
 
 def _unrolled_orbit(joint_text: str, curve: tuple[np.ndarray, ...], clearance: float) -> Picture:

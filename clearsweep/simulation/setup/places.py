@@ -68,7 +68,7 @@ def with_places(case: Case, built: Built, joints: tuple, earlier_end: Carried | 
     if len(units) != len(built.lengths):
         raise InputError(
             f"simulate.start: {case.simulate.start} places {len(units)} coordinates of joints with clearance, and this "
-            f"machine has {len(built.lengths)}; make the other moving parts rigid, or use centred"
+            f"machine has {len(built.lengths)}; leave out mechanism.mounts and links that bend, or use centred"
         )
     if earlier_end is None and case.simulate.start == "carried":
         return built
