@@ -140,7 +140,7 @@ class Study(NamedTuple):
     @property
     def limits(self) -> tuple[Limit, ...]:
         """Return the limits of the grid."""
-        return _limits(self.run)
+        return limits_and_figures_of(self.run.grid).limits
 
     def joint(self, name: str) -> Joint:
         """Return the joint with a name, as in columns."""
@@ -336,14 +336,9 @@ def _is_grid_case(run: StoredRun | SampledRun) -> np.ndarray:
 
 def _law_checks(run: StoredRun | SampledRun, selected: np.ndarray) -> tuple[LawResult, ...]:
     """Return the results of the finished cases that check laws."""
-    grid_laws, ranking = base_laws(run.grid), ranking_of(run.layout, _limits(run), run.grid)
+    grid_laws, ranking = base_laws(run.grid), ranking_of(run.layout, limits_and_figures_of(run.grid).limits, run.grid)
     table = {name: run.column(name).to_numpy()[selected] for name in ("case_id", *grid_laws, *ranking.columns)}
     return tuple(law_results(table, grid_laws, ranking))
-
-
-def _limits(run: StoredRun | SampledRun) -> tuple[Limit, ...]:
-    """Return the limits of the grid of a run."""
-    return limits_and_figures_of(run.grid).limits
 
 
 def _p99_over_ideal(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:

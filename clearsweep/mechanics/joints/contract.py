@@ -77,6 +77,10 @@ class Contact(NamedTuple):
     stopping_force: float = 0.0  # N, tangential force that would stop the sliding of surfaces that stick
 
 
+#: Name and type of the fields with which the observables of every kind of contact begin.
+CONTACT_FIELDS = [*Contact.__annotations__.items()][: Contact._fields.index("stopping_force")]
+
+
 class Load(NamedTuple):
     """Forces of a joint on its bodies, and its contacts."""
 

@@ -17,6 +17,7 @@ from ...tracing.compiled.family import inlined, kernel, map_joints
 from ..laws.contract import ACTS, MEETS, PRESSED, touches
 from ..wear.bins import never_wears
 from .contract import (
+    CONTACT_FIELDS,
     ContactModes,
     Load,
     Offsets,
@@ -63,17 +64,8 @@ class MeshGap(NamedTuple):
     apart_y: float
 
 
-class FlankContact(NamedTuple):
-    """The observables of a flank, see `contract.Contact`; that of the drive flank also contains the drag."""
-
-    normal: float
-    tangential: float
-    slip: float
-    rate: float
-    depth: float
-    elastic: float
-    raw: float
-    drag_power: float  # W
+FlankContact = NamedTuple("FlankContact", [*CONTACT_FIELDS, ("drag_power", float)])
+FlankContact.__doc__ = "The observables of a flank; that of the drive flank also contains the drag, W."
 
 
 class _Flank(NamedTuple):

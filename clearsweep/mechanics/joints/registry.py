@@ -213,10 +213,7 @@ def _has_evolving_shape(joint: Joint) -> bool:
 
 def _worn_slot_shapes(joint: Joint, compiled: Any, worn: Worn | None) -> tuple[Shape, Shape, float]:
     """Return the worn shapes of a slot with the compiled form `compiled`, and their offset (m)."""
-    assert joint.wear is not None  # only joints with wear
-    zero_depths = np.zeros(joint.wear.bins)
-    bearing, journal = worn[:2] if worn else (zero_depths, zero_depths)
-    return slot.slot_shapes(compiled, bearing, journal)
+    return slot.slot_shapes(compiled, *_depths(joint, worn))
 
 
 def _wears_by_overlap(joint: Joint) -> bool:

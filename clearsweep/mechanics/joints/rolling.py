@@ -33,6 +33,7 @@ from ..laws.elastic import Power, PowerThreeHalves
 from ..laws.friction import friction_force
 from ..wear.bins import never_wears
 from .contract import (
+    CONTACT_FIELDS,
     Contact,
     ContactModes,
     Load,
@@ -107,18 +108,12 @@ class ElementLoad(NamedTuple):
     contact: Contact
 
 
-class Rings(NamedTuple):
-    """What is observed of both rings; the first fields are those of a Contact."""
+Rings = NamedTuple("Rings", [*CONTACT_FIELDS, ("inner", float), ("outer", float)])
+Rings.__doc__ = """What is observed of both rings.
 
-    normal: float  # rad/s, size of their relative speed
-    tangential: float
-    slip: float
-    rate: float
-    depth: float  # number of loaded elements
-    elastic: float
-    raw: float
-    inner: float  # rad/s, relative speed times the fatigue loads of the inner ring, see `fatigue_loads`
-    outer: float  # rad/s
+normal : rad/s, size of their relative speed; depth : number of loaded elements; inner, outer : rad/s, relative speed
+times the fatigue loads of that ring, see `fatigue_loads`.
+"""
 
 
 @power_stored.member(Rings)

@@ -31,8 +31,8 @@ from ..laws.contract import FREE
 from ..laws.friction import friction_force
 from ..wear import contact_angle, local_clearance
 from ..wear.shape import Shape, wear_depth_at
-from .contract import Load, after_number, load, power_lost, power_stored, with_current_laws
-from .dry import Joint, no_load, normal_forces, register_single_contact
+from .contract import CONTACT_FIELDS, Load, after_number, load, power_lost, power_stored, with_current_laws
+from .dry import Gap, Joint, no_load, normal_forces, register_single_contact
 
 NEXT_TO_LAST_STEP = 0.004  # rad, a quarter of the smallest smoothing width: after a smaller step the next is the last
 MAX_LAST_STEP = 1e-4  # rad: largest last step, which is differentiated
@@ -48,17 +48,10 @@ class Surfaces(NamedTuple):
     journal: float
 
 
-class GapWithAngles(NamedTuple):
-    """A Gap with the angles of both bodies."""
-
-    x: float  # m
-    y: float  # m
-    vx: float  # m/s
-    vy: float  # m/s
-    spin_proximal: float  # rad/s
-    spin_distal: float  # rad/s
-    angle_proximal: float  # rad
-    angle_distal: float  # rad
+GapWithAngles = NamedTuple(
+    "GapWithAngles", [*Gap.__annotations__.items(), ("angle_proximal", float), ("angle_distal", float)]
+)
+GapWithAngles.__doc__ = "A Gap with the angles (rad) of both bodies."
 
 
 class Nearest(NamedTuple):
@@ -293,17 +286,12 @@ WornOnFoundation.__doc__ = "A WornJoint on an elastic foundation, which presses 
 WORN_JOINTS = (WornJoint, WornOnFoundation)
 
 
-class WornContact(NamedTuple):
-    """Observables of a worn contact; the first fields are those of a Contact."""
+WornContact = NamedTuple("WornContact", [*CONTACT_FIELDS, ("generalised_rate", float)])
+WornContact.__doc__ = """Observables of a worn contact.
 
-    normal: float  # N
-    tangential: float  # N, on the journal
-    slip: float  # m/s, as in a dry joint; in free flight a bound of the rate of the depth
-    rate: float  # m/s, of the depth
-    depth: float  # m, as measured by `generalised_depth`; negative for a gap
-    elastic: float  # N, the elastic part of the normal force
-    raw: float  # N, the normal force before it is clipped, above the least that its law allows
-    generalised_rate: float  # m/s, conjugate to the normal force: their product is its power
+rate : m/s, of the depth; depth : m, as measured by `generalised_depth`; generalised_rate : m/s, conjugate to the normal
+force: their product is its power.
+"""
 
 
 # ---------------------------------------------------------------------------------------------- loads

@@ -26,7 +26,7 @@ from ....tracing.compiled.family import family, kernel
 from ....tracing.compiled.vector import Vector, dot, plus_scaled, times
 from ...laws.contract import ACTS, FREE, MEETS, PRESSED, Guard, guards
 from ...observe import RAW
-from ..contract import ContactModes, Part, contact_modes, parts, power_lost, power_stored
+from ..contract import CONTACT_FIELDS, ContactModes, Part, contact_modes, parts, power_lost, power_stored
 from ..dry import dry_parts
 
 
@@ -129,19 +129,14 @@ class ContactForce(NamedTuple):
     contact: tuple  # Contact or SpreadContact
 
 
-class SpreadContact(NamedTuple):
-    """Observables of a contact of spread walls: those of a Contact, plus powers."""
+SpreadContact = NamedTuple(
+    "SpreadContact", [*CONTACT_FIELDS, ("stored_power", float), ("lost_power", float), ("end_force", float)]
+)
+SpreadContact.__doc__ = """Observables of a contact of spread walls: its rate and depth are at the end.
 
-    normal: float  # N, for a wall that of its strip
-    tangential: float  # N
-    slip: float  # m/s
-    rate: float  # m/s, at the end
-    depth: float  # m, at the end
-    elastic: float  # N
-    raw: float  # N
-    stored_power: float  # W
-    lost_power: float  # W
-    end_force: float  # N, for a wall: force at its end, of the two end forces with the strips' sum and moment
+normal : N, for a wall that of its strip; stored_power, lost_power : W; end_force : N, for a wall: force at its end, of
+the two end forces with the strips' sum and moment.
+"""
 
 
 @power_stored.member(SpreadContact)
