@@ -26,14 +26,13 @@ from .sections.fits import recorded_fits
 from .sections.reader import Reader, added_rows
 from .sections.section import ADDED
 from .sections.variations import labels_of_axes, recorded_labels, zipped_paths
-from .written.definitions import NO_DEFINITIONS, Definitions, definitions_of_resolved
+from .written.definitions import NO_DEFINITIONS, Definitions, definitions_of_resolved, extended
 from .written.document import (
     SET_OPTION,
     SWEEP_OPTION,
     OverriddenGrid,
     Problems,
     apply_overrides,
-    extended,
     leaves,
     name_of_run,
     override,

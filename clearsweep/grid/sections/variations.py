@@ -497,9 +497,8 @@ def check_branches(reader: Reader, root: WrittenValue) -> None:
         if (reason := _refusal_of(reader, path, word)) and reader.is_given(path):
             refuse(f"conflicts with {path}: {reason}")
             break
-    for name in (*reader.searches, "sample"):
-        if name in root.value:
-            refuse(f"conflicts with `{name}`, which would judge every start as a case of its own; sweep values instead")
+    for name in [name for name in (*reader.searches, "sample") if name in root.value]:
+        refuse(f"conflicts with `{name}`, which would judge every start as a case of its own; sweep values instead")
     if word == "random" and not reader.is_given(DRAW):
         reader.warnings.append("simulate.start: random is one random start; {random: 32, seed: 1} tries 32 of them")
     if word == "carried":

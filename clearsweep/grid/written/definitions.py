@@ -1,4 +1,4 @@
-"""Reads `define`: user-defined quantities, and expressions of them in place of numbers.
+"""Reads `define`: user-defined quantities, and expressions of them in place of numbers; and `extends`.
 
 An expression is text that begins with `=`.  It is evaluated first, so that all other readers
 see quantities.  If a name varies, the numbers that depend on it are evaluated for every case.
@@ -9,12 +9,13 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from fractions import Fraction
 from itertools import product
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from ...language import expression, quantity
 from ...language.errors import InputError, quoted
-from .document import Problems, WrittenValue, written_of
+from .document import EXTENDS, Problems, WrittenValue, read_document, written_of
 from .tables import is_table, read_cases
 
 DEFINE = "define"
@@ -410,3 +411,46 @@ def varied_paths(sections: Mapping[str, WrittenValue]) -> Iterator[tuple[str, Wr
             if written := section.value.get(key):
                 entries = written.value if isinstance(written.value, list) else [written]
                 yield from ((entry.value, entry) for entry in entries if isinstance(entry.value, str))
+
+
+# ---------------------------------------------------------------------------------------------- extends
+
+
+def extended(root: WrittenValue, problems: Problems) -> WrittenValue:
+    """Return the document merged into the one that its key `extends` names: its values count, sections are merged.
+
+    The file is in the same folder and extends none itself.  Its name is not inherited.
+    """
+    written = root.value.get(EXTENDS)
+    if written is None:
+        return root
+    content = {key: value for key, value in root.value.items() if key != EXTENDS}
+    own = WrittenValue(content, root.origin, root.line, root.column, root.keys)
+    name = written.value
+    if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name or "\\" in name:
+        message = f"found {quoted(name)}; expected the name of a grid file in the same folder, such as base.yaml"
+        problems.add(written, EXTENDS, message)
+        return own
+    file = Path(root.origin).parent / name if root.line else Path(name)
+    if file.is_symlink() or (root.line and file.resolve() == Path(root.origin).resolve()):
+        problems.add(written, EXTENDS, f"{file} is a link or this file itself; write the name of another file")
+        return own
+    base = read_document(file, problems)
+    if not isinstance(base.value, dict) or EXTENDS in base.value:
+        problem = "extends a file itself; one level is allowed" if isinstance(base.value, dict) else "is no grid"
+        problems.add(written, EXTENDS, f"{file} {problem}; write its values there")
+        return own
+    problems.base = name
+    inherited = {key: value for key, value in base.value.items() if key != "name"}
+    return _merged(WrittenValue(inherited, base.origin, base.line, base.column, base.keys), own)
+
+
+def _merged(base: WrittenValue, own: WrittenValue) -> WrittenValue:
+    """Return a value over that of a base: sections are merged, null removes a key, everything else replaces it."""
+    if not isinstance(base.value, dict) or not isinstance(own.value, dict):
+        return own
+    values = base.value | {
+        key: _merged(base.value[key], value) if key in base.value else value for key, value in own.value.items()
+    }
+    values = {key: value for key, value in values.items() if value.value is not None or key not in base.value}
+    return WrittenValue(values, own.origin, own.line, own.column, base.keys | own.keys)

@@ -318,48 +318,6 @@ def read_document(source: str | PathLike | Mapping, problems: Problems) -> Writt
     return from_node(node, name, "", problems, {})
 
 
-def extended(root: WrittenValue, problems: Problems) -> WrittenValue:
-    """Return the document merged into the one that its key `extends` names: its values count, sections are merged.
-
-    The file is in the same folder and extends none itself.  Its name is not inherited.
-    """
-    written = root.value.get(EXTENDS)
-    if written is None:
-        return root
-    content = {key: value for key, value in root.value.items() if key != EXTENDS}
-    own = WrittenValue(content, root.origin, root.line, root.column, root.keys)
-    name = written.value
-    if not isinstance(name, str) or name in ("", ".", "..") or Path(name).name != name or "\\" in name:
-        message = f"found {quoted(name)}; expected the name of a grid file in the same folder, such as base.yaml"
-        problems.add(written, EXTENDS, message)
-        return own
-    file = Path(root.origin).parent / name if root.line else Path(name)
-    if file.is_symlink() or (root.line and file.resolve() == Path(root.origin).resolve()):
-        problems.add(written, EXTENDS, f"{file} is a link or this file itself; write the name of another file")
-        return own
-    base = read_document(file, problems)
-    if not isinstance(base.value, dict) or EXTENDS in base.value:
-        problem = "extends a file itself; one level is allowed" if isinstance(base.value, dict) else "is no grid"
-        problems.add(written, EXTENDS, f"{file} {problem}; write its values there")
-        return own
-    problems.base = name
-    inherited = {key: value for key, value in base.value.items() if key != "name"}
-    return _merged(WrittenValue(inherited, base.origin, base.line, base.column, base.keys), own)
-
-
-def _merged(base: WrittenValue, own: WrittenValue) -> WrittenValue:
-    """Return a value over that of a base: sections are merged, null removes a key, everything else replaces it."""
-    if not isinstance(base.value, dict) or not isinstance(own.value, dict):
-        return own
-    removed = {key for key, value in own.value.items() if value.value is None and key in base.value}
-    values = {key: value for key, value in base.value.items() if key not in removed} | {
-        key: _merged(base.value[key], value) if key in base.value else value
-        for key, value in own.value.items()
-        if key not in removed
-    }
-    return WrittenValue(values, own.origin, own.line, own.column, base.keys | own.keys)
-
-
 def check_regular_file(name: str | PathLike, max_bytes: int) -> None:
     """Raise OSError unless `name` is a regular file, no device or pipe, of at most `max_bytes` bytes."""
     file_status = os.stat(name)
@@ -548,10 +506,8 @@ def apply_overrides(root: WrittenValue, overrides: OverriddenGrid, problems: Pro
     """Return the document with the overrides applied; an empty value removes the key."""
     for path in sorted(overrides.fixed.keys() & overrides.swept.keys()):
         problems.add(WrittenValue(None, SET_OPTION), path, f"is given with {SWEEP_OPTION}, too; remove one of the two")
-    for path in [path for path in overrides.fixed if path.startswith("sweep.")]:
-        message = f"is an axis; write {SWEEP_OPTION} {path.removeprefix('sweep.')}=VALUE,VALUE"
-        problems.add(WrittenValue(None, SET_OPTION), path, message)
-    problems.check()
+    for path in (path for path in overrides.fixed if path.startswith("sweep.")):
+        raise InputError(f"{SET_OPTION} {path}: is an axis; write {SWEEP_OPTION} {path.removeprefix('sweep.')}=VALUES")
     for path, text in overrides.fixed.items():
         root = override(root, path, _read_yaml_text(f"{SET_OPTION} {path}", path, text, problems), problems)
     for path, text in overrides.swept.items():
