@@ -3,6 +3,7 @@ PYTHON ?= python3
 VENV := .venv
 BIN := $(VENV)/bin
 READY := $(VENV)/.ready
+TOOLS := $(READY) $(VENV)/.tools
 BENCH := .venv-bench
 
 .PHONY: run test test-quick test-plain test-slow test-tracer test-rest test-all mutate lint verify bench scale docs release torture clean
@@ -14,7 +15,7 @@ run: $(READY)
 # In two processes, a file of tests in one of them, so that what a file compiles is compiled once; tests/conftest.py
 # has the files that take long begin first, so that both processes end at about the same time.
 SPREAD := --numprocesses 2 --dist loadfile --no-loadscope-reorder
-# The loop is compiled while the files are checked.
+# The loop is compiled while the tools are installed and the files are checked.
 CHECK := $(MAKE) --no-print-directory --jobs 2 $(READY) lint
 test:
 	@$(CHECK)
@@ -30,14 +31,14 @@ PLAIN := $(addprefix tests/test_,$(addsuffix .py,plain asperities compatible dir
 	event_search every_transition every_wear_law film film_balance friction_laws friction_memory karnopp law_limit \
 	laws one_block plain_scenes plastic_law reynolds_film roughness shares_of_contact spread_walls tally wear \
 	wear_in_space worn))
-test-plain: $(READY)
+test-plain: $(TOOLS)
 	$(BIN)/python -m coverage erase
 	CLEARSWEEP_DISABLE_JIT=1 $(BIN)/python -m coverage run -m pytest $(SPREAD) -m "plain or not (slow or compiled)" $(PLAIN)
 	$(BIN)/python -m coverage combine --quiet
 	$(BIN)/python -m coverage report
 
 # What takes minutes, compiled
-test-slow: $(READY)
+test-slow: $(TOOLS)
 	$(BIN)/python -m pytest $(SPREAD) -m slow
 
 # The tracer's own tests with another release of llvmlite, by default the newest, in an environment of its own
@@ -56,10 +57,10 @@ test-rest: docs test-plain test-slow
 test-all: test test-rest
 
 # ARGS: words that choose among the mutations of tests/mutate.py
-mutate: $(READY)
+mutate: $(TOOLS)
 	$(BIN)/python tests/mutate.py $(ARGS)
 
-lint: $(VENV)/.installed
+lint: $(VENV)/.tools
 	$(BIN)/ruff check clearsweep tests
 	$(BIN)/ruff format --check --quiet clearsweep tests
 	$(BIN)/mypy
@@ -90,7 +91,7 @@ else
 endif
 
 # ARGS: --made-up N,N, --real N,N, --write (N: 10000, 100000 or 1000000; results/speed.md)
-scale: $(READY)
+scale: $(TOOLS)
 	$(BIN)/python tests/scale.py $(ARGS)
 
 $(BENCH)/.ready: pyproject.toml constraints.txt
@@ -99,7 +100,7 @@ $(BENCH)/.ready: pyproject.toml constraints.txt
 	touch $@
 
 # what is made of the code is made anew, then the site of all pages; any warning is an error
-docs: $(READY)
+docs: $(TOOLS)
 	$(BIN)/clearsweep schema --markdown >docs/grid.md
 	$(BIN)/python docs/tools/columns.py
 	$(BIN)/python docs/tools/rooms.py
@@ -107,11 +108,11 @@ docs: $(READY)
 	$(BIN)/python -m mkdocs build --quiet --strict
 
 # the sdist and the wheel of this platform, in dist/; CLEARSWEEP_PLATFORM=linux-aarch64: of that one
-release: $(READY)
+release: $(TOOLS)
 	$(BIN)/python -m build --no-isolation .
 
 # ARGS: --kills N, --lives N, --grids N, --flips N, --exits N, --attempts no, --seed N, --write (docs/reliability.md)
-torture: $(READY)
+torture: $(TOOLS)
 	$(BIN)/python tests/reliability.py $(ARGS)
 
 # Python's own code, too, so that none of the processes that tests start compiles it again
@@ -124,6 +125,11 @@ $(VENV)/.installed: pyproject.toml constraints.txt
 	@$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11))" || { echo "clearsweep needs Python 3.11 or newer, and \
 	$(PYTHON) is `$(PYTHON) --version 2>&1`; give a newer one with make PYTHON=python3.12" >&2; exit 2; }
 	$(PYTHON) -m venv $(VENV)
+	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable .
+	touch $@
+
+# what tests, checks and pages need beside what clearsweep itself does
+$(VENV)/.tools: $(VENV)/.installed
 	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[test]"
 	touch $@
 
