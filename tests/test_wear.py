@@ -244,6 +244,22 @@ def test_a_sum_that_is_not_finite_fails_the_case(monkeypatch, wrong):
 
 
 @pytest.mark.compiled
+def test_a_history_that_is_not_finite_fails_the_case_with_its_channel(monkeypatch):
+    integrate = loop.integrate
+
+    def with_one_wrong_sample(pinned):
+        integrate(pinned)
+        pinned.value.record.samples[40, 5] = math.nan
+
+    scene, _ = run(save={"orbits": "last", "revolutions": 1, "samples": 72})
+    monkeypatch.setattr(loop, "integrate", with_one_wrong_sample)
+    trajectory = clearsweep.simulate(scene)
+    assert trajectory.status == "not-finite"
+    assert f"but its history {scene.layout.channels[5].name} is not;" in trajectory.message
+    assert not trajectory.history
+
+
+@pytest.mark.compiled
 @pytest.mark.parametrize("start", ["centred", "seated"])
 def test_worn_volume_is_the_coefficient_times_pressure_times_way(start):
     """The way is integrated from samples: slip = rate along the tangent plus the turning of the rod's pin.

@@ -52,7 +52,8 @@ from .observed_run import Branches, Observer, Perturbed, Revolutions, run_observ
 from .vibration import CAPACITY, Signals
 
 REST = 1e-9  # of the onset rate and of the largest depth: less is rest, in a contact
-TIME_BUDGET, ROUNDING, SUMS_NOT_FINITE, BENT_TOO_FAR = -1, -2, -3, -4  # further statuses besides those of the loop
+#: Further statuses besides those of the loop
+TIME_BUDGET, ROUNDING, SUMS_NOT_FINITE, BENT_TOO_FAR, HISTORY_NOT_FINITE = -1, -2, -3, -4, -5
 MIN_STEPS = 1 << 15  # steps after which the budget that a run will need is estimated
 #: Change of a rate over a step by rounding of a position, over the allowed error, from which rounding limits the step.
 #: Runs that it limits have 0.2 to 3, others below 1e-3.
@@ -271,11 +272,13 @@ class Run:
         return np.concatenate(self.logs) if self.logs else NO_EVENTS
 
     def conclude(self, log: np.ndarray) -> None:
-        """Record all events and the work counts of the integration, and fail it if its sums are not finite."""
+        """Record all events and the work counts of the integration, and fail it if sums or histories are not finite."""
         self.events = log
         self.counts.numbers[:] += self.work.counts.numbers
         if self.status == integration.OK and not self.has_finite_sums():
             self.status = SUMS_NOT_FINITE
+        elif self.status == integration.OK and not np.isfinite(self.record.samples).all():
+            self.status = HISTORY_NOT_FINITE
 
     def has_finite_sums(self) -> bool:
         """Return whether figures can follow from the sums; some maxima are infinite before their first value."""
