@@ -13,7 +13,7 @@ import clearsweep
 from clearsweep import simulation
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.laws.contract import FREE, PRESSED
-from clearsweep.mechanics.solver.step_control import MAX_CONTACT_BITS, contact_pattern
+from clearsweep.mechanics.solver.step_control import MAX_PATTERN_BITS, PIECE_BITS, contact_pattern
 from clearsweep.sweeping import estimate
 
 pytestmark = pytest.mark.heavy
@@ -236,19 +236,23 @@ def test_a_film_beside_a_slow_shaft_does_not_end_in_ever_smaller_steps():
     assert path.summary["steps"] < 5000
 
 
-def pattern(contacts, touching):
-    """Return the index of a set of touching contacts among the lengths of first steps."""
+def pattern(contacts, touching, pieces=()):
+    """Return the index of a set of touching contacts, with the pieces of their laws, among the first lengths."""
     mode = np.full(contacts, FREE)
     mode[list(touching)] = PRESSED
-    proposals = np.zeros(2 << min(contacts, MAX_CONTACT_BITS))
-    return contact_pattern((SimpleNamespace(mode=mode, proposals=proposals, method=SimpleNamespace(current=0)),))
+    size, method = 2 << min(contacts + PIECE_BITS, MAX_PATTERN_BITS), SimpleNamespace(current=0)
+    latched = np.append(np.zeros(contacts), pieces)
+    work = SimpleNamespace(mode=mode, latched=latched, proposals=np.zeros(size), method=method)
+    return contact_pattern((work,))
 
 
 def test_sets_of_contacts_have_lengths_of_their_own_in_little_memory():
     assert len({pattern(4, touching) for n in range(5) for touching in itertools.combinations(range(4), n)}) == 16
     pairs = [pattern(50, touching) for touching in itertools.combinations(range(50), 2)]
-    assert max(pairs) < 1 << MAX_CONTACT_BITS
+    assert max(pairs) < 1 << MAX_PATTERN_BITS
     assert len(set(pairs)) > 0.7 * len(pairs)
+    with_pieces = itertools.product(([], [0], [1], [0, 1]), range(-1, 6))
+    assert len({pattern(2, touching, [float(piece)]) for touching, piece in with_pieces}) == 28
 
 
 @pytest.mark.slow

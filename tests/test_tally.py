@@ -127,7 +127,8 @@ def test_a_part_of_a_long_step_is_not_taken_for_a_ramp():
     o[0, NODES], o[1, NODES] = 1.0 + x, 1001.0 - 1600.0 * (x - 0.375) ** 2
     histogram, shares = np.zeros((1, BINS, 2)), TO_PART_MEANS.T @ o[0, NODES]
     assert shares == pytest.approx(1.0 + (np.arange(PARTS) + 0.5) / PARTS)
-    highest = [add_fine_part(histogram, 0, o, (0, 1), part, 2.0 / shares.sum()) for part in range(PARTS)]
+    rows = np.zeros((3, PARTS)), np.zeros(PARTS + 1, int)
+    highest = [add_fine_part(histogram, 0, o, (0, 1), part, 2.0 / shares.sum(), rows) for part in range(PARTS)]
     assert max(highest) == force_bin(1001.0)
     for force in (600.0, 900.0, 990.0):
         half = math.sqrt((1001.0 - force) / 1600.0)

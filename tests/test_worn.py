@@ -336,7 +336,7 @@ def test_springs_wear_every_bin_by_how_deep_they_are_pressed_there():
     fine = np.linspace(0.0, 2.0 * math.pi, 100 * BINS + 1)
     for body, angle in enumerate(angles):
         depths = np.zeros(BINS)
-        update_wear_under_arc(worn, arc, body, 2e-9, Bins(depths, 0, BINS))
+        update_wear_under_arc(worn, arc, body, 2e-9, Bins(depths, 0, BINS), np.zeros(8))
         assert depths.sum() * 2.0 * math.pi / BINS == pytest.approx(2e-9, rel=1e-12)
         before = np.append(
             0.0, np.cumsum(np.maximum(overlap(x, y, angles, fine[:-1] + angle + 0.5 * fine[1], ON_SPRINGS), 0.0))
@@ -380,7 +380,7 @@ def run_in(bins, cycles, step=0.035):
         e = brentq(missing, C + wear_depth_at(worn.bearing.table, 0.0)[0] + 1e-3 * C, 6.0 * C, xtol=1e-9 * C)
         depth = nearest(worn, gap(e, 0.0, (0.0, 0.0))).depth
         arc = arc_at(worn, room_at(0.0, 0.0, depth), 0.5)
-        update_wear_under_arc(worn, arc, 0, step * C, Bins(depths, 0, bins))
+        update_wear_under_arc(worn, arc, 0, step * C, Bins(depths, 0, bins), np.zeros(8))
     return depths
 
 

@@ -219,10 +219,8 @@ def _rank_effects(cases: Cases, drawn: Sequence[str], values: np.ndarray) -> lis
             others = [other for name, other in variables.items() if name != path]
             partial = partial_rank_correlation(variable, known, others)
             low, high = np.quantile(variable, (QUARTILE, 1.0 - QUARTILE))
-            entry["from"], entry["to"] = (
-                median(known[variable <= low]),
-                median(known[variable >= high]),
-            )
+            entry["from"] = median(known[variable <= low])
+            entry["to"] = median(known[variable >= high])
             entry["share"] = None if math.isnan(partial.value) else float(partial.value**2)
             entry["verdict"] = RISES if partial.low > 0.0 else FALLS if partial.high < 0.0 else NOT_DECIDED
         entries.append((path, entry))

@@ -223,11 +223,9 @@ def ramp_of(forces, bins, duration):
     """Return the Ramp of a force between two `forces` (N), not negative, in these `bins`, during `duration` (s)."""
     low, high = min(forces[0], forces[1]), max(forces[0], forces[1])
     lowest_bin, highest_bin = min(bins[0], bins[1]), max(bins[0], bins[1])
-    is_single_bin, crosses_bins, is_rising = (
-        lowest_bin == highest_bin,
-        highest_bin > lowest_bin + 1,
-        forces[0] < forces[1],
-    )
+    is_single_bin = lowest_bin == highest_bin
+    crosses_bins = highest_bin > lowest_bin + 1
+    is_rising = forces[0] < forces[1]
     density = duration / where(is_single_bin, 1.0, high - low)
     lower = where(is_single_bin, duration, density * (bin_edge(lowest_bin + 1) - low))
     # without a whole bin in between, a huge density would leave rounding errors
@@ -245,10 +243,13 @@ def ramp_of(forces, bins, duration):
 @inlined
 def add_ramp(histogram, j, bins, ramp):
     """Add a Ramp of a force that begins and ends in these `bins` to histogram `j`, (BINS, 2)."""
-    histogram[j, bins[0], 0] += ramp[0]
-    histogram[j, bins[0], 1] += ramp[2]
-    histogram[j, bins[1], 0] += ramp[1]
-    histogram[j, bins[1], 1] -= ramp[2]
+    if bins[0] == bins[1]:
+        histogram[j, bins[0], 0] += ramp[0] + ramp[1]  # one of them is 0
+    else:
+        histogram[j, bins[0], 0] += ramp[0]
+        histogram[j, bins[0], 1] += ramp[2]
+        histogram[j, bins[1], 0] += ramp[1]
+        histogram[j, bins[1], 1] -= ramp[2]
 
 
 @kernel
@@ -261,26 +262,27 @@ def fine_value(o, column, point):
 
 
 @kernel
-def add_fine_part(histogram, j, o, columns, part, scale):
+def add_fine_part(histogram, j, o, columns, part, scale, rows):
     """Add a part of a step to histogram `j` by FINE_PARTS ramps; return the highest bin.
 
     The steps of a method of high order are so long that a part of them is far from a ramp.
 
-    columns : of dt/dtau and of the force (N) in `o`; scale : s, of the part for dt/dtau = 1
+    columns : of dt/dtau and of the force (N) in `o`; scale : s, of the part for dt/dtau = 1; rows : workspace, ramps
+    (3, PARTS) and bins (PARTS + 1,) int64
     """
-    first, scale_of_ramp = part * FINE_PARTS, scale * (0.5 / FINE_PARTS)
-    start_kappa = max(fine_value(o, columns[0], first), 0.0)
-    start_force = max(fine_value(o, columns[1], first), 0.0)
-    begin_bin = force_bin(start_force)
-    highest = begin_bin
-    for i in range(FINE_PARTS):
-        end_kappa = max(fine_value(o, columns[0], first + i + 1), 0.0)
-        end_force = max(fine_value(o, columns[1], first + i + 1), 0.0)
-        end_bin = force_bin(end_force)
-        ramp = ramp_of((start_force, end_force), (begin_bin, end_bin), (start_kappa + end_kappa) * scale_of_ramp)
-        add_ramp(histogram, j, (begin_bin, end_bin), (ramp.first_bin_time, ramp.last_bin_time, ramp.density))
-        start_kappa, start_force, begin_bin = end_kappa, end_force, end_bin
-        highest = max(highest, end_bin)
+    (times, bins), scale_of_ramp, highest = rows, scale * (0.5 / FINE_PARTS), 0
+    for batch in range(FINE_PARTS // PARTS):
+        first = part * FINE_PARTS + batch * PARTS
+        for i in lane_range(PARTS):
+            start_kappa, end_kappa = (max(fine_value(o, columns[0], first + i + end), 0.0) for end in (0, 1))
+            start_force, end_force = (max(fine_value(o, columns[1], first + i + end), 0.0) for end in (0, 1))
+            begin_bin, end_bin = force_bin(start_force), force_bin(end_force)
+            ramp = ramp_of((start_force, end_force), (begin_bin, end_bin), (start_kappa + end_kappa) * scale_of_ramp)
+            bins[i], bins[i + 1] = begin_bin, end_bin
+            times[0, i], times[1, i], times[2, i] = ramp
+        for i in range(PARTS):
+            add_ramp(histogram, j, (bins[i], bins[i + 1]), (times[0, i], times[1, i], times[2, i]))
+            highest = max(highest, bins[i], bins[i + 1])
     return highest
 
 

@@ -13,7 +13,7 @@ from . import functions, symbols
 from .activation import Activation
 from .calls import Lambda, call, is_foreign, run
 from .fields import Fields
-from .memory import View, constant_table, gather, index_from_start
+from .memory import View, constant_table, index_from_start
 from .paths import Path, blend, join_paths, select_values
 from .protocols import RULES, Composite, has_slope, slope_rule
 from .symbols import Boolean, Integer, NotTraceableError, Number, is_symbol, trace
@@ -177,7 +177,7 @@ class Expressions:
         if isinstance(container, np.ndarray):
             table, indices = constant_table(container), index if isinstance(index, tuple) else (index,)
             if any(map(is_symbol, indices)):
-                return gather(table, tuple(map(index_from_start, indices, container.shape)))
+                return table[tuple(map(index_from_start, indices, container.shape))]
             value = container[index]
             return value if isinstance(value, np.ndarray) else value.item()
         if isinstance(container, Composite) and container.traced_item:

@@ -256,23 +256,6 @@ def constant_table(array: np.ndarray) -> View:
     return View(active_trace.tables[id(array)], item, array.shape, _contiguous(array.shape))
 
 
-def gather(view: View, index: tuple) -> Number:
-    """Emit the values of an array at positions that differ between lanes."""
-    width, lanes = width_of(*index), trace().lanes()
-    if width == 1 or isinstance(view._subview(index).offset, LaneIndices):
-        return view[index]
-    if lanes is not None:  # the addresses of inactive lanes may be invalid
-        index = tuple(select(lanes, x, 0) if is_symbol(x) else x for x in index)
-    builder = trace().builder
-    vector = undefined(view.item, width)
-    for lane in range(width):
-        lane_index = tuple(
-            Integer(builder.extract_element(x.value, INT64(lane))) if is_symbol(x) and x.width > 1 else x for x in index
-        )
-        vector = builder.insert_element(vector, view[lane_index].value, INT64(lane))
-    return (Number if view.item is DOUBLE else Integer)(vector, width)
-
-
 def load_at_address(address: Number, position: Any) -> Number:
     """Emit a number stored at an address that is passed as a number."""
     builder, width = trace().builder, width_of(address, position)
@@ -292,6 +275,31 @@ def load_at_address(address: Number, position: Any) -> Number:
         arguments = (builder.extract_element(x, INT64(lane)) for x in (addresses, positions))
         vector = builder.insert_element(vector, load(*arguments), INT64(lane))
     return Number(vector, width)
+
+
+def load_items_at_address(address: Number, position: Any, count: int) -> tuple[Number, ...]:
+    """Emit `count` numbers that follow each other; four at a time, in lanes, from one load for each lane."""
+    builder, width, lanes = trace().builder, width_of(address, position), trace().lanes()
+    if width != 8 or count != 4 or width_of(address) > 1:
+        return tuple(load_at_address(address, plus(position, i)) for i in range(count))
+    if lanes is not None:  # the addresses of inactive lanes may be invalid
+        position = select(lanes, position, 0)
+    numbers = builder.inttoptr(builder.fptoui(as_kind(address, Number), INT64), DOUBLE.as_pointer())
+    positions, row = as_kind(position, Integer, width), ir.VectorType(DOUBLE, count).as_pointer()
+    places = (builder.gep(numbers, [builder.extract_element(positions, INT64(lane))]) for lane in range(width))
+    rows = [builder.load(builder.bitcast(place, row), align=8) for place in places]
+    pairs = [_shuffled(rows[i], rows[i + 1], range(8)) for i in range(0, width, 2)]
+    halves = [
+        [_shuffled(pairs[i], pairs[i + 1], [k + 4 * m for k in columns for m in range(4)]) for i in (0, 2)]
+        for columns in ((0, 1), (2, 3))
+    ]
+    parts = ([0, 1, 2, 3, 8, 9, 10, 11], [4, 5, 6, 7, 12, 13, 14, 15])
+    return tuple(Number(_shuffled(*half, part), width) for half in halves for part in parts)
+
+
+def _shuffled(a: Any, b: Any, indices: Any) -> Any:
+    """Emit the items at `indices` of two vectors, which are counted together."""
+    return trace().builder.shuffle_vector(a, b, ir.Constant(ir.VectorType(ir.IntType(32), len(indices)), list(indices)))
 
 
 def call_number_at(function: Number, parameters: Number, *operands: Any) -> Number:

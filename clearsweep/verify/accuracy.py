@@ -283,10 +283,9 @@ def _channel_names(problem) -> list[str]:
 
 TOLERANCES = tuple(10.0**-k for k in range(4, 13))
 QUICK_TOLERANCES = (1e-4, 1e-6, 1e-9, 1e-12)
-COARSE_TOLERANCES, QUICK_COARSE_TOLERANCES = (
-    (1e-4, 1e-6, 1e-8),
-    (1e-6,),
-)  # for methods that are slow at tight tolerances
+# for methods that are slow at tight tolerances
+COARSE_TOLERANCES = (1e-4, 1e-6, 1e-8)
+QUICK_COARSE_TOLERANCES = (1e-6,)
 STEPS = (1e-5, 3e-6, 1e-6, 3e-7, 1e-7, 3e-8, 1e-8)  # s
 QUICK_STEPS = (1e-5, 1e-6, 1e-7)  # s
 ROUNDS, QUICK_ROUNDS = 7, 2

@@ -46,6 +46,7 @@ from ..wear.bins import RECORDED_SIZE, SLOPES, AxialRows, Instant, StripRows, We
 from ..wear.bins import Step as WearStep
 from .inertia import joints_at_event
 from .rates import (
+    RootRates,
     first_signal,
     gaps_with_angles,
     observed_width,
@@ -107,10 +108,11 @@ def _update_components(sweep, begin, end):
 
 @inlined
 def _evaluate_rates(scene, sweep):
-    """Evaluate the rates of all stages."""
+    """Evaluate the rates of all stages; return the Loads of the joints."""
     for i in lane_range(STAGES):
-        rates(scene, sweep.nodes[:, i], sweep.mode, sweep.latched, sweep.k, None, i, False)
+        _, loads, _ = rates(scene, sweep.nodes[:, i], sweep.mode, sweep.latched, sweep.k, None, i, False)
         sweep.nodes[sweep.nodes.shape[0] - 1, i] = 0.0
+    return loads
 
 
 @inlined
@@ -122,8 +124,11 @@ def _update_velocities(scene, sweep):
 
 
 @inlined
-def _update_positions(scene, sweep):
-    """Update the roots of penetration of all stages from the new velocities, then coordinates and time."""
+def _update_positions(scene, sweep, loads):
+    """Update the roots of penetration of all stages from the new velocities, then coordinates and time.
+
+    loads : of the joints, at these coordinates; None if they are not known
+    """
     mode, latched, k, nodes = sweep.mode, sweep.latched, sweep.k, sweep.nodes
     count, contacts, touching = len(scene.coordinates), total_counts(scene.joints).contact, False
     first_root = 2 * count + 1
@@ -134,7 +139,8 @@ def _update_positions(scene, sweep):
             state = nodes[:, i]
             joint_gaps = gaps_with_angles(scene, state, gaps(scene.mechanism, pose_at(scene.mechanism, state)))
             kappa = time_scale(scene, state, mode)
-            put_root_rates(scene, joint_gaps, JointState(state, mode, latched, first_root), kappa, k, i)
+            joint_state = JointState(state, mode, latched, first_root)
+            put_root_rates(scene, joint_gaps, loads, RootRates(scene, joint_state, kappa, k, i))
         for c in touchable_contacts(scene.joints):
             if touches(mode[c]):  # all other roots are constant
                 _update_components(sweep, first_root + c, first_root + c + 1)
@@ -156,11 +162,11 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     k, nodes = shaped(k, (n, ROW_COUNT)), shaped(nodes, (n + 1, STAGES))
     sweep = _Sweep(y, weight, mode, latched, k, nodes, step.length)
     if step.part == WHOLE_SWEEP:  # in one piece, so that the compiler evaluates the pose once
-        _evaluate_rates(parameters, sweep)
+        loads = _evaluate_rates(parameters, sweep)
         _update_velocities(parameters, sweep)
-        _update_positions(parameters, sweep)
+        _update_positions(parameters, sweep, loads)
     elif step.part == POSITIONS:
-        _update_positions(parameters, sweep)
+        _update_positions(parameters, sweep, None)
     else:
         _evaluate_rates(parameters, sweep)
         if step.part == VELOCITIES:
@@ -467,10 +473,8 @@ def wear_entry(scene, dense_states, mode, step_values, length, workspace, depths
     """
     parameters = scene[0]
     contacts, state_size = total_counts(parameters.joints).contact, 2 * len(parameters.coordinates) + 1
-    workspace_array, axial_offset = (
-        shaped(workspace, (workspace_size(contacts, stride),)),
-        WORKSPACE_SIZE + contacts * (POSITION_ROWS + SLOPES) * STATE_POINTS,
-    )
+    workspace_array = shaped(workspace, (workspace_size(contacts, stride),))
+    axial_offset = WORKSPACE_SIZE + contacts * (POSITION_ROWS + SLOPES) * STATE_POINTS
     strip_offset = axial_offset + contacts * AxialRows.SIZE * STATE_POINTS
     buffer_offset = strip_offset + StripRows.SIZE * (PARTS + 1)
     step = WearStep(

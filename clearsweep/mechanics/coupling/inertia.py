@@ -196,10 +196,8 @@ def _slip_rates_of_joint(grips, acceleration, index, shared):
     return rates
 
 
-_loads_with_grip_forces, _slip_rates_of_joints = (
-    map_joints(_with_grip_forces, _after_grips),
-    map_joints(_slip_rates_of_joint, after_number),
-)
+_loads_with_grip_forces = map_joints(_with_grip_forces, _after_grips)
+_slip_rates_of_joints = map_joints(_slip_rates_of_joint, after_number)
 
 
 @kernel
@@ -309,11 +307,9 @@ def with_sticking_forces(scene, y, pose, joint_gaps, loads, mode):
     if sticking_count == 0:
         return loads
     grips = flatten_once(grips_of_joints)
-    limit_signs, limits, slips = (
-        _limit_signs(grips, grips, 0, mode),
-        _limits(grips, grips, 0, mode),
-        _slips(grips, grips, 0, 0),
-    )
+    limit_signs = _limit_signs(grips, grips, 0, mode)
+    limits = _limits(grips, grips, 0, mode)
+    slips = _slips(grips, grips, 0, 0)
     forces = _forces(grips, limit_signs, 0, 0)
     loads = _loads_with_grip_forces(grips_of_joints, loads, 0, (forces, forces))
     rates = slip_rates(scene, y, pose, grips_of_joints, loads)

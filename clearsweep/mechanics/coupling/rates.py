@@ -26,6 +26,7 @@ from ..joints.contract import (
     after_joint,
     after_number,
     after_part,
+    contacts_at_speed,
     counts_of_part,
     extra_channel_count,
     extra_channels,
@@ -45,7 +46,7 @@ from ..joints.contract import (
 )
 from ..joints.spatial.forces import CHANNELS as SPATIAL_CHANNELS
 from ..joints.spatial.forces import POINT_CHANNELS
-from ..joints.worn import with_angles, with_body_angles
+from ..joints.worn import pairs, with_angles, with_body_angles
 from ..laws.contract import internal_rates, internal_state, touches
 from ..machines.contract import (
     accelerate,
@@ -187,7 +188,7 @@ def _put_contacts(joint, load, offsets, destination):
 _put_all_contacts = map_joints(_put_contacts, after_joint)
 
 
-class _RootRates(NamedTuple):
+class RootRates(NamedTuple):
     """Destination of the rates of roots of penetration, and their inputs."""
 
     scene: Scene
@@ -229,7 +230,7 @@ def rates(scene, y, mode, latched, k, o, row, is_converged=True):
             k[i, row] = kappa * y[count + i]
             k[count + i, row] = kappa * motion.accelerations[i]
         k[time_index, row] = kappa
-        _put_all_roots(scene.joints, loads, offsets, _RootRates(scene, state, kappa, k, row))
+        _put_all_roots(scene.joints, loads, offsets, RootRates(scene, state, kappa, k, row))
         put_internal_rates(scene.joints, loads, state, kappa, k[:, row])
         put_friction_rates(scene, y, motion, kappa, k[:, row])
     if o is not None:
@@ -255,12 +256,26 @@ def put_error(scene, pose, o, row):
 
 
 @inlined
-def put_root_rates(scene, joint_gaps, state, kappa, k, row):
-    """Write the rates of all roots of penetration to a row of `k`, from the Gaps of the joints; see `rates`."""
-    loads = loads_of(scene.joints, joint_gaps, state)
-    _put_all_roots(
-        scene.joints, loads, first_offsets(scene.joints, state.roots), _RootRates(scene, state, kappa, k, row)
-    )
+def put_root_rates(scene, joint_gaps, loads, destination):
+    """Write the rates of all roots of penetration to RootRates, from the Gaps of the joints.
+
+    loads : the Loads at these coordinates and roots, but at other velocities; None if they are not known
+    """
+    offsets = first_offsets(scene.joints, destination.state.roots)
+    if loads is None:
+        loads = loads_of(scene.joints, joint_gaps, destination.state)
+    else:
+        loads = _loads_at_speed(scene.joints, pairs(loads, joint_gaps, 0, 0), offsets, destination.state)
+    _put_all_roots(scene.joints, loads, offsets, destination)
+
+
+@inlined
+def _load_at_speed(joint, load_and_gap, offsets, state):
+    load, gap = load_and_gap
+    return load._replace(contacts=contacts_at_speed(joint, gap, offsets, state, load.contacts))
+
+
+_loads_at_speed = map_joints(_load_at_speed, after_joint)
 
 
 @inlined
@@ -457,7 +472,7 @@ def samples_of(scene, parameters) -> Entry:
 # ---------------------------------------------------------------------------------------------- loads of all joints
 
 
-@kernel
+@inlined
 def _load(joint, gap, offsets, state):
     return load(joint, gap, offsets, state)
 

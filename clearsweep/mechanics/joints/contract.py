@@ -124,6 +124,12 @@ def load(joint, gap, offsets, state):
 
 
 @family_with_default
+def contacts_at_speed(joint, gap, offsets, state, contacts):
+    """Return the contacts of a joint with the rates of their depths, after all but velocities gave `contacts`."""
+    return load(joint, gap, offsets, state).contacts
+
+
+@family_with_default
 def extra_columns(joint):
     """Return the numbers of extra observables and extra time histories of a joint; depends only on its type."""
     return 0, 0
@@ -335,11 +341,9 @@ def _advance_by(counts_of_one):
     return offsets_after
 
 
-after_law, after_part, after_joint = (
-    _advance_by(_counts_of_law),
-    _advance_by(counts_of_part),
-    _advance_by(counts_of_joint),
-)
+after_law = _advance_by(_counts_of_law)
+after_part = _advance_by(counts_of_part)
+after_joint = _advance_by(counts_of_joint)
 
 
 @known

@@ -174,7 +174,7 @@ def no_load(contact):
     return Load(fx=zero, fy=zero, moment_proximal=zero, moment_distal=zero, contacts=(contact,))
 
 
-@kernel
+@inlined
 def joint_load(joint, gap, mode, pen, onset_rate):
     """Return the Load of a joint in a mode whose contact has penetration `pen` (m) and began at `onset_rate` (m/s).
 
@@ -222,10 +222,7 @@ def _load_pressed(joint, gap, mode, pen, onset_rate):
 _load_by_mode = cond(_load_apart, _load_pressed)
 
 
-# ---------------------------------------------------------------------------------------------- grips
-
-
-# ---------------------------------------------------------------------------------------------- a pin in its bearing
+# ---------------------------------------------------------------------------------------------- the grip of a pin
 
 
 class BearingGrip(NamedTuple):

@@ -36,7 +36,7 @@ import numpy as np
 
 from ...tracing import portable
 from ...tracing.compiled import calculus as math
-from ...tracing.compiled.choosing import direction, rolled_range
+from ...tracing.compiled.choosing import direction, lane_range, rolled_range
 from ...tracing.compiled.dual import plain
 from ...tracing.compiled.family import family_with_default, inlined, kernel
 from ..laws.elastic import elastic_force
@@ -45,6 +45,7 @@ from ..wear.arc import (
     NODES,
     POINTS,
     WEIGHTS,
+    ArcRows,
     evaluate_polynomial,
     write_pressure,
 )
@@ -181,8 +182,8 @@ def circle_depth(clearance, energy):
 
 @generalised_depth.member(WornOnFoundation)
 def _generalised_depth_worn_on_foundation(joint, nearest_point, gap):
-    x, y, vx, vy = joint.side * gap.x, joint.side * gap.y, joint.side * gap.vx, joint.side * gap.vy
-    bearing_angle, journal_angle, bearing_spin, journal_spin = bodies_of(joint, gap)
+    x, y = joint.side * gap.x, joint.side * gap.y
+    bearing_angle, journal_angle, _, _ = bodies_of(joint, gap)
     c = joint.clearance
     radius_difference = max(plain(nearest_point.local_clearance), MIN_RADIUS_DIFFERENCE * c)
     if nearest_point.depth <= POINT_CONTACT_DEPTH * c:
@@ -191,7 +192,6 @@ def _generalised_depth_worn_on_foundation(joint, nearest_point, gap):
             nx=nearest_point.nx,
             ny=nearest_point.ny,
             depth=point_factor * nearest_point.depth,
-            rate=point_factor * nearest_point.rate,
             force_factor=point_factor + 0.0 * nearest_point.depth,
             body_slopes=(point_factor * nearest_point.slopes[0], point_factor * nearest_point.slopes[1]),
         )
@@ -209,17 +209,14 @@ def _generalised_depth_worn_on_foundation(joint, nearest_point, gap):
         f = x * ux + y * uy - (c + (bearing_wear + journal_wear))
         weighted_overlap = GAUSS_WEIGHTS[i] * f
         x_sum, y_sum = x_sum + weighted_overlap * ux, y_sum + weighted_overlap * uy
-        bearing_sum, journal_sum = (
-            bearing_sum + weighted_overlap * bearing_slope,
-            journal_sum + weighted_overlap * journal_slope,
-        )
+        bearing_sum = bearing_sum + weighted_overlap * bearing_slope
+        journal_sum = journal_sum + weighted_overlap * journal_slope
         energy_sum = energy_sum + weighted_overlap * f
     depth, circle_force = circle_depth(c, 0.5 * half_width * energy_sum)
     scale = half_width / circle_force
     gx, gy, body_slopes = scale * x_sum, scale * y_sum, (scale * bearing_sum, scale * journal_sum)
     force_factor = math.sqrt(gx * gx + gy * gy)
-    rate = vx * gx + vy * gy + body_slopes[0] * bearing_spin + body_slopes[1] * journal_spin
-    return GeneralisedDepth(gx / force_factor, gy / force_factor, depth, rate, force_factor, body_slopes)
+    return GeneralisedDepth(gx / force_factor, gy / force_factor, depth, force_factor, body_slopes)
 
 
 @seated_position.member(WornOnFoundation)
@@ -290,20 +287,16 @@ def overlap_antiderivative(joint, arc, psi):
 @kernel
 def arc_at(joint, workspace, fraction):
     """Return the OverlapArc at a fraction (0 to 1) of a step."""
-    body_angles, penetration = (
-        (
-            -evaluate_polynomial(workspace.step.bearing_angle, fraction),
-            -evaluate_polynomial(workspace.step.journal_angle, fraction),
-        ),
-        evaluate_polynomial(workspace.step.penetration, fraction),
+    body_angles = (
+        -evaluate_polynomial(workspace.step.bearing_angle, fraction),
+        -evaluate_polynomial(workspace.step.journal_angle, fraction),
     )
+    penetration = evaluate_polynomial(workspace.step.penetration, fraction)
     surfaces = conformal_surfaces(joint)
     bearing_wear, bearing_slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, -body_angles[0])
     journal_wear, journal_slope, journal_curvature, _ = wear_depth_at(surfaces.journal, -body_angles[1])
-    cos_coefficient, sin_coefficient = (
-        penetration + joint.clearance + (bearing_wear + journal_wear),
-        bearing_slope + journal_slope,
-    )
+    cos_coefficient = penetration + joint.clearance + (bearing_wear + journal_wear)
+    sin_coefficient = bearing_slope + journal_slope
     if penetration <= 0.0:
         return OverlapArc(cos_coefficient, sin_coefficient, body_angles, 0.0, 0.0, 0.0, 0.0)
     guess = math.sqrt(
@@ -366,10 +359,8 @@ def sliding_contact_on(joint, workspace, arc, load_sum, fraction):
 
     load_sum : integral of the pressure over the arc over the magnitude of its resultant
     """
-    line_load, sliding_distance = (
-        max(evaluate_polynomial(workspace.step.line_load, fraction), 0.0),
-        workspace.step.distance[0] + workspace.step.distance[1] * fraction,
-    )
+    line_load = max(evaluate_polynomial(workspace.step.line_load, fraction), 0.0)
+    sliding_distance = workspace.step.distance[0] + workspace.step.distance[1] * fraction
     return SlidingContact(
         line_load=line_load,
         depth=arc.penetration,
@@ -408,28 +399,31 @@ def write_wear_at(joint, workspace, arc, load_sum, node, time):
 
 
 @kernel
-def update_wear_under_arc(joint, arc, body, area_over_radius, bins):
+def update_wear_under_arc(joint, arc, body, area_over_radius, bins, row):
     """Add the wear of a body under an OverlapArc to its bins.
 
-    body : 0 bearing, 1 journal; area_over_radius : worn cross-section (m^2) over the radius (m) of the body
+    body : 0 bearing, 1 journal; area_over_radius : worn cross-section (m^2) over the radius (m) of the body; row :
+    workspace, (POINTS,) wear before edges
     """
-    bin_angle, bins_per_radian, worn_so_far = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
+    bin_angle, bins_per_radian, before = 2.0 * math.pi / bins.count, bins.count / (2.0 * math.pi), 0.0
     start_angle, stop_angle = arc.start_angle - arc.body_angles[body], arc.stop_angle - arc.body_angles[body]
     first_bin, last_bin = math.floor(start_angle / bin_angle), math.floor(stop_angle / bin_angle)
-    integral_at_start, wear_per_overlap = (
-        overlap_antiderivative(joint, arc, arc.start_angle),
-        area_over_radius / arc.overlap_integral,
-    )
-    bin_index = first_bin % bins.count
+    integral_at_start = overlap_antiderivative(joint, arc, arc.start_angle)
+    wear_per_overlap = area_over_radius / arc.overlap_integral
+    bin_index, number = first_bin % bins.count, POINTS
     for edge_index in range(first_bin + 1, last_bin + 2):
+        if number == POINTS and edge_index <= last_bin:
+            number = 0
+            for i in lane_range(POINTS):
+                edge = (edge_index + i) * bin_angle + arc.body_angles[body]
+                worn = (overlap_antiderivative(joint, arc, edge) - integral_at_start) * wear_per_overlap
+                row[i] = min(max(worn, 0.0), area_over_radius)
         cumulative = area_over_radius
         if edge_index <= last_bin:
-            cumulative = (
-                overlap_antiderivative(joint, arc, edge_index * bin_angle + arc.body_angles[body]) - integral_at_start
-            ) * wear_per_overlap
-            cumulative = min(max(cumulative, worn_so_far), area_over_radius)
-        bins.depths[bins.start + bin_index] += (cumulative - worn_so_far) * bins_per_radian
-        worn_so_far = cumulative
+            cumulative = row[number]
+            number += 1
+        bins.depths[bins.start + bin_index] += max(cumulative - before, 0.0) * bins_per_radian
+        before = cumulative
         bin_index = bin_index + 1 if bin_index + 1 < bins.count else 0
 
 
@@ -457,28 +451,46 @@ def distance_between(first, second):
 @update_worn_surfaces.member(Overlap)
 def _update_worn_surfaces_overlap(pressure, joint, workspace, step_length, span, bins):
     """Add the wear under the OverlapArc in the middle of the span, or at the nodes of Lobatto's rule if it moves."""
-    half_span = 0.5 * (span[1] - span[0])
+    half_span, arcs, row = 0.5 * (span[1] - span[0]), workspace.journal.numbers, workspace.bearing.worn
     middle, bin_angle = arc_at(joint, workspace, span[0] + half_span), 2.0 * math.pi / bins[0].count
+    for i in lane_range(POINTS):
+        arc = arc_at(joint, workspace, span[0] + half_span * (1.0 + NODES[i]))
+        numbers = (*arc[:2], *arc.body_angles, *arc[3:])
+        for k in range(len(numbers)):
+            arcs[_ARCS + k, i] = numbers[k]
     distance = max(
-        distance_between(middle, arc_at(joint, workspace, span[0])),
-        distance_between(middle, arc_at(joint, workspace, span[1])),
+        distance_between(middle, _stored_arc(arcs, 0)), distance_between(middle, _stored_arc(arcs, POINTS - 1))
     )
     is_steady = middle.overlap_integral > 0.0 and distance < MAX_DISTANCE * bin_angle
     load_sum, bearing_area, journal_area = 0.0, 0.0, 0.0
     if is_steady:
         load_sum = pressure_integral_over_load(joint, middle)
+    else:
+        for i in lane_range(POINTS):
+            arcs[_ARCS + 8, i] = pressure_integral_over_load(joint, _stored_arc(arcs, i))
     for i in rolled_range(POINTS):
-        fraction = span[0] + half_span * (1.0 + NODES[i])
-        time = fraction, step_length * half_span
+        time = span[0] + half_span * (1.0 + NODES[i]), step_length * half_span
         if is_steady:
             areas = write_wear_at(joint, workspace, middle, load_sum, i, time)
             bearing_area, journal_area = bearing_area + areas[0], journal_area + areas[1]
         else:
-            arc = arc_at(joint, workspace, fraction)
-            areas = write_wear_at(joint, workspace, arc, pressure_integral_over_load(joint, arc), i, time)
+            arc = _stored_arc(arcs, i)
+            areas = write_wear_at(joint, workspace, arc, arcs[_ARCS + 8, i], i, time)
             if arc.overlap_integral > 0.0:
-                update_wear_under_arc(joint, arc, 0, areas[0], bins[0])
-                update_wear_under_arc(joint, arc, 1, areas[1], bins[1])
+                update_wear_under_arc(joint, arc, 0, areas[0], bins[0], row)
+                update_wear_under_arc(joint, arc, 1, areas[1], bins[1], row)
     if is_steady:
-        update_wear_under_arc(joint, middle, 0, bearing_area, bins[0])
-        update_wear_under_arc(joint, middle, 1, journal_area, bins[1])
+        update_wear_under_arc(joint, middle, 0, bearing_area, bins[0], row)
+        update_wear_under_arc(joint, middle, 1, journal_area, bins[1], row)
+
+
+#: First of the rows of the workspace, free under this pressure, with the numbers of an OverlapArc at every node, then
+#: the integral of the pressure over the load.
+_ARCS = ArcRows.index_of("rate")
+
+
+@inlined
+def _stored_arc(arcs, i):
+    """Return the OverlapArc at node `i`."""
+    numbers = tuple(arcs[_ARCS + k, i] for k in range(8))
+    return OverlapArc(numbers[0], numbers[1], numbers[2:4], *numbers[4:])

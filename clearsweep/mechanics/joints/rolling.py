@@ -25,8 +25,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...tracing.compiled import calculus
-from ...tracing.compiled.choosing import direction, where
-from ...tracing.compiled.dual import as_type_of
+from ...tracing.compiled.choosing import direction, rough_cube_root, where
+from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import family, inlined, map_joints
 from ..laws.contract import ACTS, FREE, PRESSED, REPORTING
 from ..laws.elastic import Power, PowerThreeHalves
@@ -194,8 +194,12 @@ def fatigue_loads(elastic, force):
 
 @fatigue_loads.member(PowerThreeHalves)
 def _fatigue_loads_of_ball(elastic, force):
-    cube = force * force * force
-    return cube, cube * where(force > 0.0, force, 1.0) ** (1.0 / 3.0)
+    positive = plain(where(force > 0.0, force, 1.0))
+    cube, root = force * force * force, rough_cube_root(positive)
+    for _ in (1, 2, 3):  # of Halley's method, to rounding
+        root_cube = root * root * root
+        root = root * (root_cube + 2.0 * positive) / (2.0 * root_cube + positive)
+    return cube, cube * root
 
 
 @fatigue_loads.member(Power)

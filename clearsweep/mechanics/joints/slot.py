@@ -247,11 +247,9 @@ def _slip_rate_slot_grip(grip, acceleration):
 def _with_tangential_slot_grip(grip, load, force, stopping_force):
     contact, gap = load.contacts[0], grip.gap
     force_change = force - contact.tangential
-    axial, transverse, pin_moment = (
-        -force_change * grip.ny,
-        force_change * grip.nx,
-        grip.journal_radius * force_change,
-    )
+    axial = -force_change * grip.ny
+    transverse = force_change * grip.nx
+    pin_moment = grip.journal_radius * force_change
     return Load(
         fx=load.fx + (gap.axis_x * axial - gap.axis_y * transverse),
         fy=load.fy + (gap.axis_y * axial + gap.axis_x * transverse),

@@ -31,8 +31,17 @@ from ..laws.contract import FREE
 from ..laws.friction import friction_force
 from ..wear import contact_angle, local_clearance
 from ..wear.shape import Shape, wear_depth_at
-from .contract import CONTACT_FIELDS, Load, after_number, load, power_lost, power_stored, with_current_laws
-from .dry import Gap, Joint, no_load, normal_forces, register_single_contact
+from .contract import (
+    CONTACT_FIELDS,
+    Load,
+    after_number,
+    contacts_at_speed,
+    load,
+    power_lost,
+    power_stored,
+    with_current_laws,
+)
+from .dry import Gap, Joint, no_load, normal_forces, register_single_contact, separate_contact
 
 NEXT_TO_LAST_STEP = 0.004  # rad, a quarter of the smallest smoothing width: after a smaller step the next is the last
 MAX_LAST_STEP = 1e-4  # rad: largest last step, which is differentiated
@@ -143,10 +152,8 @@ def deepest_by_sampling(surfaces, x, y, body_angles):
         c, s = direction(angle)
         _, bearing_slope, bearing_curvature, _ = wear_depth_at(surfaces.bearing, angle - body_angles[0])
         _, journal_slope, journal_curvature, _ = wear_depth_at(surfaces.journal, angle - body_angles[1])
-        residual, curvature = (
-            y * c - x * s - (bearing_slope + journal_slope),
-            x * c + y * s + bearing_curvature + journal_curvature,
-        )
+        residual = y * c - x * s - (bearing_slope + journal_slope)
+        curvature = x * c + y * s + bearing_curvature + journal_curvature
         low, high = (angle, high) if residual > 0.0 else (low, angle)
         newton_angle = angle + residual / curvature if curvature > 0.0 else low
         if not low < newton_angle < high:
@@ -167,10 +174,8 @@ def step_tolerance(x):
 def deepest_angle(joint, x, y, body_angles, tolerance):
     """Return the angle (rad) of the nearest point before the last step; tolerance : rad, of the next-to-last step."""
     surfaces = surfaces_of(joint)
-    max_slope, max_curvature = (
-        joint.bearing.max_slope + joint.journal.max_slope,
-        joint.bearing.max_curvature + joint.journal.max_curvature,
-    )
+    max_slope = joint.bearing.max_slope + joint.journal.max_slope
+    max_curvature = joint.bearing.max_curvature + joint.journal.max_curvature
     min_radius = -(joint.bearing.min_radius_change + joint.journal.min_radius_change)
     square, angle, is_converged = x * x + y * y, 0.0 * x, False
     if square > 0.0:
@@ -210,10 +215,8 @@ def nearest(joint, gap):
     inverse_curvature = 1.0 / curvature if curvature > 0.0 else 0.0
     correction = residual * inverse_curvature
     skew = plain(tangential_distance) + (bearing_third + journal_third)
-    correction, third_of_skew = (
-        correction - 0.5 * skew * inverse_curvature * correction * correction,
-        skew * (1.0 / 3.0),
-    )
+    correction = correction - 0.5 * skew * inverse_curvature * correction * correction
+    third_of_skew = skew * (1.0 / 3.0)
     cosine = 1.0 - 0.5 * correction * correction  # series of the cosine of the remainder
     nx, ny = c * cosine - s * correction, s * cosine + c * correction
     radii = joint.bearing_radius + bearing_wear, joint.journal_radius - journal_wear
@@ -263,13 +266,13 @@ def _pair(gap, angles, index, _context):
     return gap, angles
 
 
-_with_all_angles, _pairs = map_joints(_with_angles, after_number), map_joints(_pair, after_number)
+_with_all_angles, pairs = map_joints(_with_angles, after_number), map_joints(_pair, after_number)
 
 
 @inlined
 def with_body_angles(joints, relative, angles):
     """Return the Gaps `relative` of joints, for worn joints with the `angles` of their bodies."""
-    return _with_all_angles(joints, _pairs(relative, angles, 0, 0), 0, 0)
+    return _with_all_angles(joints, pairs(relative, angles, 0, 0), 0, 0)
 
 
 # ---------------------------------------------------------------------------------------------- the joint
@@ -286,11 +289,11 @@ WornOnFoundation.__doc__ = "A WornJoint on an elastic foundation, which presses 
 WORN_JOINTS = (WornJoint, WornOnFoundation)
 
 
-WornContact = NamedTuple("WornContact", [*CONTACT_FIELDS, ("generalised_rate", float)])
+WornContact = NamedTuple("WornContact", [*CONTACT_FIELDS, ("generalised_rate", float), ("generalised", tuple)])
 WornContact.__doc__ = """Observables of a worn contact.
 
 rate : m/s, of the depth; depth : m, as measured by `generalised_depth`; generalised_rate : m/s, conjugate to the normal
-force: their product is its power.
+force: their product is its power; generalised : GeneralisedDepth, zeros without contact.
 """
 
 
@@ -303,11 +306,19 @@ class GeneralisedDepth(NamedTuple):
     nx: float  # direction in which the bearing is pressed, a unit vector
     ny: float
     depth: float  # m, generalised depth; a law's force is the derivative of the stored energy by it
-    rate: float  # m/s, of the generalised depth
     force_factor: (
         float  # 1, its derivative as the journal moves along the direction: true forces are larger by this factor
     )
     body_slopes: tuple  # m/rad, its derivatives as bearing and journal rotate
+
+
+@inlined
+def generalised_rate(generalised, joint, gap):
+    """Return the rate (m/s) of a GeneralisedDepth for a GapWithAngles."""
+    _, _, bearing_spin, journal_spin = bodies_of(joint, gap)
+    vx, vy, slopes = joint.side * gap.vx, joint.side * gap.vy, generalised.body_slopes
+    normal_rate = vx * generalised.nx + vy * generalised.ny
+    return generalised.force_factor * normal_rate + (slopes[0] * bearing_spin + slopes[1] * journal_spin)
 
 
 @family
@@ -318,9 +329,7 @@ def generalised_depth(joint, nearest_point, gap):
 @generalised_depth.member(WornJoint)
 def _generalised_depth_worn_joint(joint, nearest_point, gap):
     force_factor = as_type_of(1.0, nearest_point.depth)
-    return GeneralisedDepth(
-        nearest_point.nx, nearest_point.ny, nearest_point.depth, nearest_point.rate, force_factor, nearest_point.slopes
-    )
+    return GeneralisedDepth(nearest_point.nx, nearest_point.ny, nearest_point.depth, force_factor, nearest_point.slopes)
 
 
 @inlined
@@ -341,17 +350,8 @@ def separate_load(joint, gap):
         nearest_point = nearest(joint, gap)
         depth, rate = nearest_point.depth, nearest_point.rate
     zero = as_type_of(0.0, eccentricity)
-    contact = WornContact(
-        normal=zero,
-        tangential=zero,
-        slip=surface_speed,
-        rate=rate,
-        depth=depth,
-        elastic=zero,
-        raw=zero,
-        generalised_rate=rate,
-    )
-    return no_load(contact)
+    no_depth = GeneralisedDepth(zero, zero, zero, zero, (zero, zero))
+    return no_load(WornContact(*separate_contact(depth, rate, surface_speed)[:7], rate, no_depth))
 
 
 @inlined
@@ -360,14 +360,12 @@ def worn_load(joint, gap, mode, pen, onset_rate):
     nearest_point = nearest(joint, gap)
     generalised = generalised_depth(joint, nearest_point, gap)
     nx, ny, force_factor = generalised.nx, generalised.ny, generalised.force_factor
-    generalised_rate = generalised.rate / force_factor
-    force, friction_load, elastic, unclipped = normal_forces(joint, mode, pen, generalised_rate, onset_rate)
+    rate = generalised_rate(generalised, joint, gap)
+    force, friction_load, elastic, unclipped = normal_forces(joint, mode, pen, rate / force_factor, onset_rate)
     x_rate, y_rate = joint.side * gap.vx, joint.side * gap.vy
     slip = y_rate * nx - x_rate * ny + nearest_point.rolling_speed
-    normal, tangential = (
-        force_factor * force,
-        as_type_of(friction_force(joint.friction, force_factor * friction_load, slip), slip),
-    )
+    normal = force_factor * force
+    tangential = as_type_of(friction_force(joint.friction, force_factor * friction_load, slip), slip)
     fx, fy = -normal * nx - tangential * ny, -normal * ny + tangential * nx
     bearing_moment = -nearest_point.radii[0] * tangential - generalised.body_slopes[0] * force
     journal_moment = nearest_point.radii[1] * tangential - generalised.body_slopes[1] * force
@@ -375,11 +373,12 @@ def worn_load(joint, gap, mode, pen, onset_rate):
         normal=normal,
         tangential=tangential,
         slip=slip,
-        rate=generalised.rate,
+        rate=rate,
         depth=generalised.depth,
         elastic=force_factor * elastic,
         raw=unclipped,
-        generalised_rate=generalised_rate,
+        generalised_rate=rate / force_factor,
+        generalised=generalised,
     )
     if joint.side < 0.0:
         return Load(fx=-fx, fy=-fy, moment_proximal=journal_moment, moment_distal=bearing_moment, contacts=(contact,))
@@ -409,6 +408,12 @@ def _load_worn_joint_or_worn_on_foundation(joint, gap, offsets, state):
     root = state.y[state.roots + offsets.contact]
     current = with_current_laws(joint, offsets, state)
     return worn_load(current, gap, mode, root * abs(root), state.latched[offsets.contact])
+
+
+@contacts_at_speed.member(WornJoint)
+@contacts_at_speed.member(WornOnFoundation)
+def _contacts_at_speed_worn_joint_or_worn_on_foundation(joint, gap, offsets, state, contacts):
+    return (contacts[0]._replace(rate=generalised_rate(contacts[0].generalised, joint, gap)),)
 
 
 # ---------------------------------------------------------------------------------------------- initial state

@@ -244,10 +244,8 @@ def _guards_elasto_plastic(friction):
 def _guard_values_elasto_plastic(friction, start, contact, root):
     """Return guards for zero slip, and for both ends of the range of bends in which part of the slip is plastic."""
     elastic_limit = friction.elastic_share * friction.coefficient
-    sliding_force, sliding_force_before = (
-        stribeck_coefficient(friction, contact.slip),
-        stribeck_coefficient(friction, start.contact.slip),
-    )
+    sliding_force = stribeck_coefficient(friction, contact.slip)
+    sliding_force_before = stribeck_coefficient(friction, start.contact.slip)
     return (
         *distances_past_kinks((0.0,), start.contact.slip, contact.slip),
         *distances_past_kinks((0.0,), _excess(start.law, elastic_limit), _excess(friction, elastic_limit)),

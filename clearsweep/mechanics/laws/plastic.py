@@ -68,10 +68,8 @@ class YieldingSphere(NamedTuple):
 #: Factor and power of the published fits of the force over Hertz's.
 FIRST_FIT, SECOND_FIT = (1.03, -0.075), (1.40, -0.237)
 #: Yield depths from which on the fits are used, and one follows the other.
-FIRST_FIT_BEGIN, SECOND_FIT_BEGIN = (
-    FIRST_FIT[0] ** (-1.0 / FIRST_FIT[1]),
-    (SECOND_FIT[0] / FIRST_FIT[0]) ** (1.0 / (FIRST_FIT[1] - SECOND_FIT[1])),
-)
+FIRST_FIT_BEGIN = FIRST_FIT[0] ** (-1.0 / FIRST_FIT[1])
+SECOND_FIT_BEGIN = (SECOND_FIT[0] / FIRST_FIT[0]) ** (1.0 / (FIRST_FIT[1] - SECOND_FIT[1]))
 #: Powers of the deepest point in the published fits of the residual indentation and of the exponent of unloading.
 RESIDUAL_POWERS, UNLOADING_POWER = (-0.28, -0.69), -0.0331
 SMALLEST_SHARE = 1e-30  # of the recovered depth: keeps a negative power of it finite

@@ -400,10 +400,8 @@ def _film_force_long(law, motion):
         return zero, zero
     c, s, d, one_minus_square, inverse_thickness = arc_from(ratio, squeeze, wedge)
     start_thickness, ratio_cosine_square = 1.0 + ratio * c, ratio * c * c
-    wedge_factor, end_term = (
-        6.0 * law.force * wedge / two_plus_square,
-        (2.0 + ratio * c) / (start_thickness * start_thickness),
-    )
+    wedge_factor = 6.0 * law.force * wedge / two_plus_square
+    end_term = (2.0 + ratio * c) / (start_thickness * start_thickness)
     # the pressure of the wedge, 0 at the beginning, plus that of the squeeze
     radial = wedge_factor * (2.0 * s * s * end_term - 2.0 * ratio_cosine_square * c / d)
     tangential = wedge_factor * (inverse_thickness - 2.0 * s * ratio_cosine_square / d - 2.0 * s * c * end_term)

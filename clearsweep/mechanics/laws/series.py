@@ -23,10 +23,9 @@ from .conformal import half_angle_at_load
 from .elastic import elastic_energy, elastic_force, root_parity
 from .roughness import Surface, approach, domain_extension, log_contact_area, log_largest_spot
 
-MIN_PENETRATION, MAX_PENETRATION = (
-    1e-13,
-    0.1,
-)  # m, ends of the table: below, the force is a power law; beyond, u / pen is constant
+# m, ends of the table: below, the force is a power law; beyond, u / pen is constant
+MIN_PENETRATION = 1e-13
+MAX_PENETRATION = 0.1
 STEP = 0.04  # step of the logarithm of penetration between rows
 MIN_BULK = 1e-90  # m, range of penetrations of the bodies
 MAX_STEPS, TOLERANCE = 40, 1e-11  # search for u at a row: most steps, and relative tolerance on pen
@@ -189,10 +188,8 @@ def _solve_bulk_penetration(
         if not unsolved.size:
             break
         current, residual = log_bulk[unsolved], log_pen_at_bulk[unsolved] - log_pen[unsolved]
-        low_log_bulk[unsolved], high_log_bulk[unsolved] = (
-            np.where(residual < 0.0, current, low_log_bulk[unsolved]),
-            np.where(residual > 0.0, current, high_log_bulk[unsolved]),
-        )
+        low_log_bulk[unsolved] = np.where(residual < 0.0, current, low_log_bulk[unsolved])
+        high_log_bulk[unsolved] = np.where(residual > 0.0, current, high_log_bulk[unsolved])
         newton = current - slope[unsolved] * residual
         is_inside = (newton > low_log_bulk[unsolved]) & (newton < high_log_bulk[unsolved])
         log_bulk[unsolved] = np.where(is_inside, newton, 0.5 * (low_log_bulk[unsolved] + high_log_bulk[unsolved]))

@@ -92,10 +92,9 @@ def closed_angles(values, angle: float) -> tuple[float, float]:
     span = math.hypot(x, y) or ground
     foot = (coupler**2 - rocker**2 + span**2) / (2.0 * span)
     pin_offset = math.sqrt(max(coupler**2 - foot**2, 0.0)) * (1.0 if values["branch"] == "open" else -1.0)
-    px, py = (
-        (foot * x - pin_offset * y) / span,
-        (foot * y + pin_offset * x) / span,
-    )  # from the crank pin to the coupler's
+    # from the crank pin to the coupler's
+    px = (foot * x - pin_offset * y) / span
+    py = (foot * y + pin_offset * x) / span
     return math.atan2(py, px), math.atan2(py - y, px - x)
 
 

@@ -54,7 +54,7 @@ from .step_control import (
     assess_step,
     choose_method,
     contact_pattern,
-    onset_rate_of,
+    remember_length,
     set_next_length,
 )
 from .totals import accumulate_step
@@ -118,11 +118,7 @@ def begin_case(pointer):
     stepper.pause_step = work.counts.steps + control.pause_steps
     if stepper.next_length > 0.0:
         return
-    stepper.farthest, stepper.progress_angle, stepper.progress_time = (
-        position,
-        position,
-        time,
-    )
+    stepper.farthest, stepper.progress_angle, stepper.progress_time = position, position, time
     totals.mechanism.kinetic_start = work.o[KINETIC, START]
     if stepper.in_window != 0.0:
         begin_window(pointer)
@@ -276,7 +272,7 @@ def take_or_reject_step(pointer):
     if not step.error < 1.0:
         return reject_step(pointer)
     pattern = contact_pattern(pointer)
-    work.proposals[pattern], work.onset_rates[pattern] = step.proposal, onset_rate_of(pointer)
+    remember_length(pointer, pattern)
     fraction, kind, contact = find_first_event(pointer, h, stepper.next_stop)
     if kind != NOTHING:
         return cut_at_event(pointer, h, (fraction, kind, contact))

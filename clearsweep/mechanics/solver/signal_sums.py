@@ -189,10 +189,8 @@ def spectrum(bins: np.ndarray, lines: int, spacing: float = 1.0) -> np.ndarray:
     if spacing == 1.0:
         transforms, weights = np.fft.rfft(bins, axis=1)[:, : lines + 1], _weights(count)[: lines + 1]
     else:
-        transforms, weights = (
-            _chirp_transform(bins, lines + 1, spacing),
-            _weights_at(spacing * np.arange(lines + 1), count),
-        )
+        transforms = _chirp_transform(bins, lines + 1, spacing)
+        weights = _weights_at(spacing * np.arange(lines + 1), count)
     total: np.ndarray = np.einsum("slp,lp->sl", transforms, weights)
     return total
 

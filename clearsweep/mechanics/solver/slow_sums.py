@@ -60,6 +60,8 @@ from .totals import (
     BINNED_STEPS,
     CONTACT_FIGURES,
     FINE_BIN,
+    FINE_BINS,
+    FINE_TIMES,
     FIRST_BIN_TIME,
     FIRST_FIGURE,
     HIGHEST_BIN,
@@ -322,14 +324,8 @@ def add_force_times(pointer, j):
     for i in range(PARTS):
         pulls = has_film and force[i] * force[i + 1] < 0.0  # for a part of the time
         if max(bins[j, i], bins[j, i + 1]) >= bins[j, FINE_BIN] and not pulls:
-            highest = add_fine_part(
-                totals.histogram,
-                j,
-                work.o,
-                (KAPPA, column_of(j, NORMAL)),
-                i,
-                scale,
-            )
+            columns, rows = (KAPPA, column_of(j, NORMAL)), (part_times[j, FINE_TIMES:], bins[j, FINE_BINS:])
+            highest = add_fine_part(totals.histogram, j, work.o, columns, i, scale, rows)
             bins[j, HIGHEST_BIN] = max(bins[j, HIGHEST_BIN], highest)
         else:
             ramp = part_times[j, FIRST_BIN_TIME, i], part_times[j, LAST_BIN_TIME, i], part_times[j, TIME_PER_FORCE, i]
@@ -407,12 +403,10 @@ def add_friction_loads(pointer, h):
 def search_maxima(pointer):
     """Raise maxima that may lie between the stages to those of the dense output, see `totals.accumulate_step`."""
     work = pointer[0]
-    mechanism, step, revolutions, in_window = (
-        work.totals.mechanism,
-        work.step,
-        work.revolutions,
-        work.stepper.in_window != 0.0,
-    )
+    mechanism = work.totals.mechanism
+    step = work.step
+    revolutions = work.revolutions
+    in_window = work.stepper.in_window != 0.0
     for j in range(work.mode.size):
         figures, contact_step = work.totals.joint[j], work.contact_steps[j]
         if contact_step.highest_force > NO_PEAK:
@@ -454,10 +448,8 @@ def add_crank_speed(pointer, h):
     mechanism, index = work.totals.mechanism, work.crank + work.time // 2
     start_value, end_value = work.y[index], work.end[index]
     start_slope, end_slope = h * work.k[index, START], h * work.k[index, END]
-    linear_term, curvature = (
-        3.0 * (end_value - start_value) - 2.0 * start_slope - end_slope,
-        start_slope + end_slope - 2.0 * (end_value - start_value),
-    )
+    linear_term = 3.0 * (end_value - start_value) - 2.0 * start_slope - end_slope
+    curvature = start_slope + end_slope - 2.0 * (end_value - start_value)
     low, high = min(start_value, end_value), max(start_value, end_value)
     discriminant = linear_term * linear_term - 3.0 * curvature * start_slope
     if discriminant >= 0.0:

@@ -6,7 +6,7 @@ decay as the fourth, see `collocation.error_norm`.
 
 import math
 
-from ...tracing.compiled.choosing import bits_of, number_of
+from ...tracing.compiled.choosing import rough_cube_root
 from ...tracing.compiled.family import inlined, kernel
 from ..laws.contract import meets, touches
 from ..observe import STAGES
@@ -197,16 +197,14 @@ def is_unprofitable(pointer, saved, cost):
 # ----------------------------------------------------------------------------------------------------------------------
 
 
-SAFETY, MIN_SHRINK, MAX_GROWTH = (
-    0.8,
-    0.2,
-    1.5,
-)  # of the step size; the error estimate is erratic: up to 9 % of steps are rejected
+# of the step size; the error estimate is erratic: up to 9 % of steps are rejected
+SAFETY = 0.8
+MIN_SHRINK = 0.2
+MAX_GROWTH = 1.5
 MAX_REJECTIONS = 60  # rejections in a row, after which a shorter step would not help
 #: Rejections in a row from which the length is far off, such as that of the first step next to a slow shaft: its error
 #: says nothing about the right length.
 FAR_OFF = 40.0
-THIRD_ROOT_BITS = 2 * (1023 << 52) // 3 - (200 << 40)  # of 1; minus half the error of the root
 # Growth of the second step after an event: at the onset of a contact the motion bends less than later
 GROWTH_AFTER_EVENT = 0.8
 MIN_ERROR = 1e-10  # over the allowed one: a smaller error does not predict how much longer a step may be
@@ -215,7 +213,8 @@ BEST_CONTRACTION = 0.22  # contraction at which a step is cheapest per length; i
 CHEAP_SWEEPS, MAX_CONTRACTION = 4.0, 0.35
 STIFF_CONTRACTION = 0.03  # contraction from which a stiff component may limit the step
 
-MAX_CONTACT_BITS = 12  # contacts whose sets have lengths of their own
+#: Bits of an index of lengths at most, and those of the piece among them.
+MAX_PATTERN_BITS, PIECE_BITS = 12, 3
 HASH_FACTOR, HASH_BITS, HASH_SHIFT = 2654435769, 2**32 - 1, 20  # 2^32 over the golden ratio (Knuth 1998, vol. 3, 6.4)
 
 # What the next step follows, see `set_next_length`
@@ -232,8 +231,7 @@ def twelfth_power(x):
 @inlined
 def twelfth_root(error):
     """Return the twelfth root within 2 %, in a fraction of the time of `pow`."""
-    third = number_of(bits_of(error) // 3 + THIRD_ROOT_BITS)
-    return math.sqrt(math.sqrt(third))
+    return math.sqrt(math.sqrt(rough_cube_root(error)))
 
 
 @kernel
@@ -254,13 +252,14 @@ def growth_factor(error, expected):
 
 @kernel
 def first_length(pointer, pattern):
-    """Return the length of a first step: the previous one with the same touching contacts, else a guess.
+    """Return the length of a first step: the previous one on these pieces, or with these contacts, else a guess.
 
     A contact lasts longer along tau the slower it begins: about as one over the root of that rate.
     """
     work = pointer[0]
-    if work.proposals[pattern] > 0.0:
-        return work.proposals[pattern] * math.sqrt(work.onset_rates[pattern] / onset_rate_of(pointer))
+    for known in (pattern, contact_set(pointer)):
+        if work.proposals[known] > 0.0:
+            return work.proposals[known] * math.sqrt(work.onset_rates[known] / onset_rate_of(pointer))
     length = 0.01 / work.reference_rate
     for j in range(work.mode.size):
         if touches(work.mode[j]):  # until the penetration is a hundredth of the clearance
@@ -269,17 +268,38 @@ def first_length(pointer, pattern):
 
 
 @kernel
-def contact_pattern(pointer):
-    """Return the index in `Work.proposals`: its bits are the touching contacts, then the method.
+def contact_set(pointer):
+    """Return the index in `Work.proposals` of the touching contacts, whatever the pieces of their laws.
 
-    Of more contacts than MAX_CONTACT_BITS the index is a hash: now and then, sets of contacts share a first length.
+    Of many contacts the index is a hash: now and then, sets of contacts share a first length.
     """
     work, pattern = pointer[0], 0
     size = work.proposals.size >> 1  # of a method
     for j in range(work.mode.size):
         if touches(work.mode[j]):
-            pattern += 1 << j if j < MAX_CONTACT_BITS else (j * j * j * HASH_FACTOR & HASH_BITS) >> HASH_SHIFT
+            pattern += 1 << j if j < MAX_PATTERN_BITS else (j * j * j * HASH_FACTOR & HASH_BITS) >> HASH_SHIFT
     return work.method.current * size + (pattern & (size - 1))
+
+
+@kernel
+def contact_pattern(pointer):
+    """Return the index in `Work.proposals` of the touching contacts and the pieces of their laws.
+
+    The piece of a law, or its direction of sliding, is a small whole number that it latches.
+    """
+    work, piece = pointer[0], 0
+    for i in range(work.mode.size, work.latched.size):
+        if abs(work.latched[i]) < 1 << PIECE_BITS:
+            piece = 3 * piece + int(work.latched[i] + 1.5)
+    return contact_set(pointer) ^ piece % (1 << PIECE_BITS) * (work.proposals.size >> 1 + PIECE_BITS)
+
+
+@kernel
+def remember_length(pointer, pattern):
+    """Keep the length that the latest step proposes for the next one, for its `contact_pattern` and its contacts."""
+    work = pointer[0]
+    for known in (pattern, contact_set(pointer)):
+        work.proposals[known], work.onset_rates[known] = work.step.proposal, onset_rate_of(pointer)
 
 
 @kernel
@@ -329,11 +349,9 @@ def set_next_length(pointer, cause):
     """
     work, stepper = pointer[0], pointer[0].stepper
     if cause == BEGINNING:  # the error is unknown
-        length, stepper.growth, stepper.expected_error = (
-            first_length(pointer, contact_pattern(pointer)),
-            GROWTH_AFTER_EVENT,
-            0.0,
-        )
+        length = first_length(pointer, contact_pattern(pointer))
+        stepper.growth = GROWTH_AFTER_EVENT
+        stepper.expected_error = 0.0
     elif cause == REJECTION:
         factor = shrink_factor(work.step.error) if stepper.rejections < FAR_OFF else MIN_SHRINK
         length, stepper.growth = work.step.length * factor, 1.0

@@ -123,10 +123,8 @@ def sum_stages(trial, weights):
         for row in range(weights.size):
             if weights[row] != 0.0:
                 weight, force = weights[row] * o[KAPPA, row], o[block + NORMAL, row]
-                stored, dissipated = (
-                    stored + weight * o[block + STORED, row],
-                    dissipated + weight * o[block + LOST, row],
-                )
+                stored = stored + weight * o[block + STORED, row]
+                dissipated = dissipated + weight * o[block + LOST, row]
                 friction = friction - weight * (o[block + TANGENTIAL, row] * o[block + SLIP, row])
                 total, square = total + weight * force, square + weight * (force * force)
         sums.sum_stored, sums.sum_lost, sums.sum_friction = stored, dissipated, friction
@@ -249,10 +247,8 @@ def _slope_weights(nodes, point):
 
 
 START_NODES, END_NODES = np.array([0, 2, 3]), np.array([5, 6, 8])  # of NODES, some tenths of the step apart
-START_SLOPE, END_SLOPE = (
-    _slope_weights(NODE_FRACTIONS[START_NODES], -0.1),
-    _slope_weights(NODE_FRACTIONS[END_NODES], 1.1),
-)
+START_SLOPE = _slope_weights(NODE_FRACTIONS[START_NODES], -0.1)
+END_SLOPE = _slope_weights(NODE_FRACTIONS[END_NODES], 1.1)
 
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -318,10 +314,12 @@ FIRST_FIGURE = MechanismTotals.index_of("acceleration_square")  # what is reset 
 CONTACT_FIGURES = ContactTotals.index_of("peak")  # number of fields that are reset there
 #: In Totals.bins: the highest bin used; the lowest bin of the forces that are distributed by fine parts; the steps of
 #: the contact so far, and their number at which this bin is computed again.
-HIGHEST_BIN, FINE_BIN, BINNED_STEPS, NEXT_FINE_BIN, BIN_COLUMNS = range(PARTS + 1, PARTS + 6)
+HIGHEST_BIN, FINE_BIN, BINNED_STEPS, NEXT_FINE_BIN, FINE_BINS = range(PARTS + 1, PARTS + 6)
+BIN_COLUMNS = FINE_BINS + PARTS + 1  # the last are those between fine parts
 #: Rows of Totals.part_times, for each part of the step: its duration relative to other parts, a histogram.Ramp, and the
 #: time (s) during which a film pulls.
-RELATIVE_DURATION, FIRST_BIN_TIME, LAST_BIN_TIME, TIME_PER_FORCE, PULLING_TIME, PART_TIME_ROWS = range(6)
+RELATIVE_DURATION, FIRST_BIN_TIME, LAST_BIN_TIME, TIME_PER_FORCE, PULLING_TIME, FINE_TIMES = range(6)
+PART_TIME_ROWS = FINE_TIMES + 3  # the last are the Ramps of fine parts
 
 
 class Totals(NamedTuple):

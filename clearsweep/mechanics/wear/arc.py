@@ -65,11 +65,9 @@ SMOOTHED_NODES, SMOOTHED_WEIGHTS = _NODES**2 * (3.0 - 2.0 * _NODES), 6.0 * _NODE
 SMALLEST_HALF_ANGLE = 1e-300  # rad, of an arc without width
 SMALLEST_ARC = 1e-7  # rad: half-angle below which the pressure of an arc is not evaluated
 #: Of each node: its distance from the previous one; one plus the power of its coefficient; its number.
-SPACINGS, POWERS, INDICES = (
-    np.diff(NODES, prepend=-1.0),
-    np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 0.0]),
-    np.arange(8.0),
-)
+SPACINGS = np.diff(NODES, prepend=-1.0)
+POWERS = np.array([1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 0.0])
+INDICES = np.arange(8.0)
 
 
 class StepRows(Rows):
@@ -197,11 +195,9 @@ def sliding_contact_of(joint, values, sliding_distance, clearance):
 @inlined
 def sliding_contact_at(joint, workspace, x):
     """Return the SlidingContact of a joint at the fraction `x` (0 to 1) of the step."""
-    load, depth, slip = (
-        evaluate_polynomial(workspace.step.line_load, x),
-        evaluate_polynomial(workspace.step.depth, x),
-        evaluate_polynomial(workspace.step.slip, x),
-    )
+    load = evaluate_polynomial(workspace.step.line_load, x)
+    depth = evaluate_polynomial(workspace.step.depth, x)
+    slip = evaluate_polynomial(workspace.step.slip, x)
     sliding_distance = workspace.step.distance[0] + workspace.step.distance[1] * x
     values = load, 0.0, slip, depth, evaluate_polynomial(workspace.step.friction_power, x)
     return sliding_contact_of(joint, values, sliding_distance, clearance_at(joint, workspace, x))

@@ -469,11 +469,9 @@ def record(joint, gap, body_angles, j, instant):
     angle, angle_rate, depth, depth_rate = contact_angle(joint, gap)
     proximal_angle, distal_angle = body_angles
     bearing_angle, journal_angle = (proximal_angle, distal_angle) if side > 0.0 else (distal_angle, proximal_angle)
-    step.positions[j, 0, i], step.positions[j, 1, i], step.positions[j, 2, i] = (
-        angle - bearing_angle,
-        angle - journal_angle,
-        depth,
-    )
+    step.positions[j, 0, i] = angle - bearing_angle
+    step.positions[j, 1, i] = angle - journal_angle
+    step.positions[j, 2, i] = depth
     proximal_rate, distal_rate = angle_rate - gap.spin_proximal, angle_rate - gap.spin_distal
     step.positions[j, SLOPES, i] = proximal_rate if side > 0.0 else distal_rate
     step.positions[j, SLOPES + 1, i] = distal_rate if side > 0.0 else proximal_rate

@@ -487,11 +487,9 @@ def _half_arc_persson(pressure, joint, radius, sliding):
 
 @cumulative_pressure.member(Persson)
 def _cumulative_pressure_persson(pressure, x, half_angle):
-    edge_distance, square, tail = (
-        max(1.0 - abs(x), 0.0),
-        half_angle * half_angle * (1.0 / (MAX_HALF_ANGLE * MAX_HALF_ANGLE)),
-        0.0,
-    )
+    edge_distance = max(1.0 - abs(x), 0.0)
+    square = half_angle * half_angle * (1.0 / (MAX_HALF_ANGLE * MAX_HALF_ANGLE))
+    tail = 0.0
     for i in range(PERSSON_TAIL_COEFFICIENTS.shape[0] - 1, -1, -1):
         column = 0.0
         for k in range(PERSSON_TAIL_COEFFICIENTS.shape[1] - 1, -1, -1):

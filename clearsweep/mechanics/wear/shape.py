@@ -34,7 +34,7 @@ from ...tracing import portable
 from ...tracing.compiled.choosing import SHIFT, bits_of, direction
 from ...tracing.compiled.dual import chain_rule, plain
 from ...tracing.compiled.family import inlined
-from ...tracing.compiled.pinned import array_handle, load_item
+from ...tracing.compiled.pinned import array_handle, load_item, load_items
 from ..laws.contract import Recipe, require
 from ..laws.own import function_of, maker, names_of, parameters_of, type_of
 from ..laws.sampled import checked
@@ -255,8 +255,7 @@ def wear_depth_at(table, angle):
     """
     position = plain(angle) * KNOTS_PER_RADIAN
     x, offset = locate_interval(position)
-    a, b = load_item(table, offset + CONSTANT), load_item(table, offset + LINEAR)
-    c, d = load_item(table, offset + QUADRATIC), load_item(table, offset + CUBIC)
+    a, b, c, d = load_items(table, offset + CONSTANT, INTEGRAL_BEFORE)
     h = a + x * (b + x * (c + x * d))
     slope = (b + x * (2.0 * c + 3.0 * x * d)) * KNOTS_PER_RADIAN
     second_derivative = (2.0 * c + 6.0 * x * d) * (KNOTS_PER_RADIAN * KNOTS_PER_RADIAN)
@@ -269,8 +268,7 @@ def wear_integral_at(shape, angle):
     """Return the integral of h (m rad) from 0 to an angle (rad) in the frame of the body."""
     position = angle * KNOTS_PER_RADIAN
     x, offset = locate_interval(position)
-    a, b = load_item(shape.table, offset + CONSTANT), load_item(shape.table, offset + LINEAR)
-    c, d = load_item(shape.table, offset + QUADRATIC), load_item(shape.table, offset + CUBIC)
+    a, b, c, d = load_items(shape.table, offset + CONSTANT, INTEGRAL_BEFORE)
     turns = math.floor(position * (1.0 / KNOTS))
     integral_in_interval = x * (a + x * (0.5 * b + x * (c * (1.0 / 3.0) + x * (0.25 * d)))) * KNOT_SPACING
     return load_item(shape.table, offset + INTEGRAL_BEFORE) + integral_in_interval + turns * shape.integral

@@ -155,10 +155,8 @@ def _cells_svg(item: Item, ax: Axes, box: Box) -> str:
 def _ellipse_svg(item: Item, ax: Axes, box: Box) -> str:
     (x, x_radius), (y, y_radius) = item.x, item.y
     face, edge, edge_width = item.style
-    (left, right), (low, high) = (
-        ax.xaxis.fraction([x - x_radius, x + x_radius]),
-        ax.yaxis.fraction([y - y_radius, y + y_radius]),
-    )
+    (left, right) = ax.xaxis.fraction([x - x_radius, x + x_radius])
+    (low, high) = ax.yaxis.fraction([y - y_radius, y + y_radius])
     return (
         f'<ellipse cx="{box.left + 0.5 * (left + right) * box.width:.2f}" '
         f'cy="{box.top + (1.0 - 0.5 * (low + high)) * box.height:.2f}" rx="{0.5 * (right - left) * box.width:.2f}" '

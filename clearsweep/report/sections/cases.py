@@ -174,10 +174,8 @@ def _joints(study: Study, case_id: str, channels: Mapping, samples: slice, sketc
         x, y, force = (
             np.asarray(channels[f"joints/{joint.name}/{key}"], float)[samples] for key in ("x", "y", "force_normal")
         )
-        clearance, elements = (
-            study.radial_clearance(case_id, joint),
-            _elements(study, case_id, joint, channels, samples),
-        )
+        clearance = study.radial_clearance(case_id, joint)
+        elements = _elements(study, case_id, joint, channels, samples)
         if clearance is None and elements is None:
             continue
         clearance, distance, walls = clearance or 0.0, np.hypot(x, y), None

@@ -225,11 +225,10 @@ class LifeRun:
         assert scene.case.life is not None  # only for cases with a life
         self.scene, self.log, self.life, self.worn_joints = scene, log, scene.case.life, worn_joints_of(scene.case)
         self.size = self.worn_joints[-1].sliding_distance + 2
-        self.life_index, self.last_life_index, self.failure = (
-            life_index,
-            life_index,
-            "",
-        )  # status of a block that failed
+        # status of a block that failed
+        self.life_index = life_index
+        self.last_life_index = life_index
+        self.failure = ""
         stored_blocks = decoded(log.read() if log else None, self.size)
         self.records_of_earlier_lives = [record for record in stored_blocks if record.life < life_index]
         self.records = [record for record in stored_blocks if record.life == life_index]

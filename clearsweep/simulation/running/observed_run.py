@@ -224,11 +224,10 @@ def _arrays(work: Work) -> dict[str, np.ndarray]:
 # Lyapunov exponent from a second, perturbed run that is rescaled whenever it departs from the first.
 
 RESCALINGS = 20  # rescalings per revolution
-DISTURBANCE, DISTURBANCE_PER_TOLERANCE, MAX_DISTURBANCE = (
-    1e-6,
-    1e3,
-    1e-3,
-)  # clearances: size after rescaling, and the least in tolerances
+# clearances: size after rescaling, and the least in tolerances
+DISTURBANCE = 1e-6
+DISTURBANCE_PER_TOLERANCE = 1e3
+MAX_DISTURBANCE = 1e-3
 SMALLEST_DISTURBANCE = 1e-9  # of that: lower bound of a disturbance, to avoid the logarithm of zero
 SATURATION = 0.1  # clearances: a saturated disturbance
 ALIGNMENT_RUN = 4  # revolutions

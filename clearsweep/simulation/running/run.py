@@ -155,10 +155,8 @@ class Run:
         self.inputs[:] = start.inputs
         arrays["initial_values"][:initial_count], arrays["initial_values"][initial_count:] = inputs.initial_values, 0.0
         arrays["bins"][:] = 0
-        arrays["mode"][:], arrays["has_friction"][:] = (
-            np.where(scene.start[work.time + 1 :][: work.mode.size] > 0.0, work.pressed, work.apart),
-            inputs.has_friction,
-        )
+        arrays["mode"][:] = np.where(scene.start[work.time + 1 :][: work.mode.size] > 0.0, work.pressed, work.apart)
+        arrays["has_friction"][:] = inputs.has_friction
         if scene.earlier_end is not None:
             arrays["mode"][:] = scene.earlier_end.mode
         put_numbers(value, inputs.initial_values[: self.parameters.size], self.parameters)

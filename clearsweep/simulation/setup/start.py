@@ -20,7 +20,7 @@ from ...mechanics.machines.contract import friction_laws
 from ...mechanics.observe import ROW_COUNT, STAGES
 from ...mechanics.solver import integration, loop, totals
 from ...mechanics.solver.collocation import COEFFICIENTS, ROWS
-from ...mechanics.solver.step_control import MAX_CONTACT_BITS
+from ...mechanics.solver.step_control import MAX_PATTERN_BITS, PIECE_BITS
 from ...mechanics.solver.totals import ContactStep, Step
 from ...mechanics.wear import ACCOUNT_SIZE, MAX_BINS
 from ...tracing.compiled.family import Entry
@@ -204,7 +204,7 @@ def arrays_of(scene: Scene, marks: int, zeros: Callable[..., np.ndarray]) -> Arr
     are cleared for another run.
     """
     contacts, n, value = len(every_contact(scene.value.joints)), scene.start.size, scene.value
-    joints, patterns = scene.layout.joints, 2 << min(contacts, MAX_CONTACT_BITS)
+    joints, patterns = scene.layout.joints, 2 << min(contacts + PIECE_BITS, MAX_PATTERN_BITS)
     bins = max([min(joint.wear_bins, MAX_BINS) * joint.wear_rows for joint in joints], default=0)
     has_film, has_wear = any(joint.film for joint in joints), any(joint.wear_bins for joint in joints)
     initial_array_shapes: dict[str, tuple[int, ...]] = {

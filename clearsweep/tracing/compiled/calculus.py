@@ -26,7 +26,6 @@ def _differentiable(function, rule):
 
 globals().update({name: _differentiable(getattr(math, name), rule) for name, rule in FUNCTIONS.items()})
 direction = _differentiable(direction_of, direction_of_dual)
-dual.math, dual.direction = (
-    sys.modules[__name__],
-    direction,
-)  # Duals of Duals: functions in the rules have rules themselves
+# Duals of Duals: functions in the rules have rules themselves
+dual.math = sys.modules[__name__]
+dual.direction = direction

@@ -6,7 +6,7 @@ import numpy as np
 
 from .. import paths
 from ..functions import COSINE, SINE
-from ..memory import constant_table, gather
+from ..memory import constant_table
 from ..portable import bits_of, number_of, where
 from ..protocols import LANE_LOOPS, LOOPS, mark_traceable, register_emitter
 from .family import Routine, inlined, shaped
@@ -37,6 +37,14 @@ def total_of(row):
     return first_half + second_half
 
 
+_THIRD_ROOT_BITS = 2 * (1023 << 52) // 3 - (200 << 40)  # of 1; minus half the error of the root
+
+
+def rough_cube_root(x):
+    """Return the cube root of a positive number within 5 %, in a fraction of the time of `pow`."""
+    return number_of(bits_of(x) // 3 + _THIRD_ROOT_BITS)
+
+
 def cond(if_true, if_false):
     """Return a function that returns `if_true(*arguments)` if a condition is true, else `if_false(*arguments)`.
 
@@ -58,6 +66,7 @@ def none_of(condition):
 
 register_emitter(none_of)(paths.none_of)
 mark_traceable(total_of)
+mark_traceable(rough_cube_root)
 LOOPS.append(rolled_range)
 LANE_LOOPS.append(lane_range)
 

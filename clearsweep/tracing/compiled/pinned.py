@@ -12,7 +12,7 @@ import numpy as np
 
 from .. import symbols
 from ..fields import Fields
-from ..memory import Pointer, call_number_at, load_at_address, load_word, view_at
+from ..memory import Pointer, call_number_at, load_at_address, load_items_at_address, load_word, view_at
 from ..protocols import Composite, register_emitter, register_slope_rule
 from . import dual
 from .dual import Dual
@@ -181,6 +181,11 @@ def load_item(address, index):
     return float(address.array[index])
 
 
+def load_items(address, index, count):
+    """Return `count` items of the array at an address, from item `index` on."""
+    return tuple(load_item(address, index + i) for i in range(count))
+
+
 @kernel
 def row_of(address, width, row_count, time):
     """Return the index of the last of `row_count` rows of `width` numbers whose first number is at most `time`.
@@ -198,6 +203,7 @@ def row_of(address, width, row_count, time):
 
 
 register_emitter(load_item)(load_at_address)
+register_emitter(load_items)(load_items_at_address)
 
 
 # ----------------------------------------------------------------------------------------------------------------------

@@ -339,10 +339,8 @@ def is_past_edge(joint, gap, end):
     """
     axis, midpoint, outward_sign = gap.axis, gap.middle, end * math.copysign(1.0, gap.axis.z)
     center = Vector(midpoint.x, midpoint.y, midpoint.z + end * joint.journal_half_length)
-    overshoot, radial_reach = (
-        outward_sign * dot(center, axis) - joint.half_length,
-        joint.journal_radius * sine_of_tilt(axis),
-    )
+    overshoot = outward_sign * dot(center, axis) - joint.half_length
+    radial_reach = joint.journal_radius * sine_of_tilt(axis)
     if overshoot > radial_reach:
         return True
     if overshoot < -radial_reach:
@@ -400,12 +398,16 @@ def tilt_of(axis):
     return math.atan(sine_of_tilt(axis) / abs(axis.z))
 
 
+@kernel
+def points_of(joint, gap):
+    """Return the Points of a joint's walls, then of its flanges."""
+    points = tuple(wall_point(joint.end_type, joint, gap, end) for end in ENDS)
+    return (*points, *(flange_point(joint, gap, end) for end in ENDS)) if isinstance(joint, Flanged) else points
+
+
 def deepest_of(joint, gap) -> float:
     """Return the largest depth (m) of a joint's contact points, negative if all are apart."""
-    points = [wall_point(joint.end_type, joint, gap, end) for end in ENDS]
-    if isinstance(joint, Flanged):
-        points += [flange_point(joint, gap, end) for end in ENDS]
-    return max(point.depth for point in points)
+    return max(point.depth for point in points_of(joint, gap))
 
 
 def jam_angle(joint) -> float:

@@ -13,6 +13,7 @@ from ..contract import (
     Contact,
     Offsets,
     after_law,
+    contacts_at_speed,
     gap_histories,
     history_count,
     load,
@@ -31,6 +32,7 @@ from . import (
     Through,
     flange_point,
     overlap_of,
+    points_of,
     sine_of_tilt,
     tilt_of,
     wall_point,
@@ -252,6 +254,16 @@ def _load_flanged(joint, gap, offsets, state):
         plus(plus(a.twist, b.twist), plus(c.twist, d.twist)),
         (a.contact, b.contact, flange_contacts[0], flange_contacts[1], auxiliary[0], auxiliary[1]),
     )
+
+
+@contacts_at_speed.member(Through)
+@contacts_at_speed.member(Flanged)
+def _contacts_at_speed_through_or_flanged(joint, gap, offsets, state, contacts):
+    motion, points, moved = _context_of(joint, gap, offsets, state).relative_motion, points_of(joint, gap), ()
+    for i in range(len(points)):
+        velocity = plus(motion.velocity, cross(motion.spin, minus(points[i].position, gap.middle)))
+        moved = (*moved, contacts[i]._replace(rate=dot(velocity, points[i].normal)))
+    return (*moved, *contacts[len(points) :])  # the auxiliary contacts have no rates
 
 
 #: The time histories of a spatial joint.

@@ -214,10 +214,8 @@ def update_axial_bins(depths, factor, bins, axial_range):
     axial_range : position on the body; each bin is the mean over its length.
     """
     bins_per_length = axial_range.bin_count / (2.0 * axial_range.half_length)
-    position, end_position = (
-        _bin_position(axial_range.begin, axial_range.half_length, bins_per_length),
-        _bin_position(axial_range.end, axial_range.half_length, bins_per_length),
-    )
+    position = _bin_position(axial_range.begin, axial_range.half_length, bins_per_length)
+    end_position = _bin_position(axial_range.end, axial_range.half_length, bins_per_length)
     row = min(max(math.floor(position), 0), axial_range.bin_count - 1)
     while position < end_position:
         next_position = end_position if row == axial_range.bin_count - 1 else min(end_position, row + 1.0)
@@ -353,11 +351,9 @@ def group_from(step, begin, slice_count, max_line_load):
             first_line_load = line_load
         if abs(line_load - first_line_load) > LOAD_TOLERANCE * max_line_load:
             break
-        load_fraction_sum, length_sum, depth_sum = (
-            load_fraction_sum + strip_slice.load_fraction,
-            length_sum + strip_slice.loaded_length,
-            depth_sum + strip_slice.load_fraction * strip_slice.depth,
-        )
+        load_fraction_sum = load_fraction_sum + strip_slice.load_fraction
+        length_sum = length_sum + strip_slice.loaded_length
+        depth_sum = depth_sum + strip_slice.load_fraction * strip_slice.depth
         end += 1
     return SliceGroup(
         begin,
@@ -370,12 +366,10 @@ def group_from(step, begin, slice_count, max_line_load):
 def update_group_wear(joint, end, j, step_and_totals, history, group):
     """Add the wear of a SliceGroup of a StripHistory of a contact at one of the ENDS."""
     step, totals = step_and_totals
-    workspace, count, bin_count, group_slice = (
-        step.workspace,
-        int(joint.wear.bins),
-        int(joint.wear_rows),
-        group.total_slice,
-    )
+    workspace = step.workspace
+    count = int(joint.wear.bins)
+    bin_count = int(joint.wear_rows)
+    group_slice = group.total_slice
     fit_profiles(step.workspace, step.step_values[j], group_slice.loaded_length / group_slice.load_fraction)
     fit_depth(history, workspace, group_slice.depth)
     group_bins = Bins(step.wear_buffer, 0, count), Bins(step.wear_buffer, totals.stride, count)

@@ -54,18 +54,8 @@ LARGEST_FLATTENING = 1.5
 @kernel
 def as_spread(contact, end_force):
     """Return a Contact, whose force acts at its point, as a SpreadContact with `end_force` (N)."""
-    return SpreadContact(
-        normal=contact.normal,
-        tangential=contact.tangential,
-        slip=contact.slip,
-        rate=contact.rate,
-        depth=contact.depth,
-        elastic=contact.elastic,
-        raw=contact.raw,
-        stored_power=contact.elastic * contact.rate,
-        lost_power=(contact.normal - contact.elastic) * contact.rate,
-        end_force=end_force,
-    )
+    stored_power, lost_power = contact.elastic * contact.rate, (contact.normal - contact.elastic) * contact.rate
+    return SpreadContact(*contact[:7], stored_power, lost_power, end_force)
 
 
 # ---------------------------------------------------------------------------------------------- bearing length

@@ -86,11 +86,9 @@ def interpolate(stations: MachineStates, angles: np.ndarray) -> MachineStates:
     )
     d0, d1, s0, s1 = step * d0, step * d1, step * step * s0, step * step * s1
     value_defect, slope_defect, curvature_defect = f1 - f0 - d0 - 0.5 * s0, d1 - d0 - s0, s1 - s0
-    a, b, c = (
-        10 * value_defect - 4 * slope_defect + 0.5 * curvature_defect,
-        -15 * value_defect + 7 * slope_defect - curvature_defect,
-        6 * value_defect - 3 * slope_defect + 0.5 * curvature_defect,
-    )
+    a = 10 * value_defect - 4 * slope_defect + 0.5 * curvature_defect
+    b = -15 * value_defect + 7 * slope_defect - curvature_defect
+    c = 6 * value_defect - 3 * slope_defect + 0.5 * curvature_defect
     growth = growth_per_revolution(stations)
     q = f0 + t * (d0 + t * (0.5 * s0 + t * (a + t * (b + t * c)))) + revolutions[:, None] * growth
     slope = (d0 + t * (s0 + t * (3 * a + t * (4 * b + t * 5 * c)))) / step
@@ -256,13 +254,11 @@ class Closure:
         q : (N, 3 bodies); angles : (N,) rad, of the crank.  Where there is no such state, coordinates and sign are nan.
         """
         count, n = q.shape
-        q, first, second, inverse, signs = (
-            np.array(q, float, order="C"),
-            np.empty((count, n)),
-            np.empty((count, n)),
-            np.empty((count, n, n)),
-            np.empty(count),
-        )
+        q = np.array(q, float, order="C")
+        first = np.empty((count, n))
+        second = np.empty((count, n))
+        inverse = np.empty((count, n, n))
+        signs = np.empty(count)
         arrays = self._settings, self.constraints, _contiguous(angles), q, first, second, inverse, signs
         constraints.close((*arrays, np.zeros(constraints.scratch_size(n))), count)
         return MachineStates(angles, q, first, second, Inverses(inverse, np.arange(count))), signs

@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ....tracing.compiled.family import kernel
-from ....tracing.compiled.pinned import array_handle, load_item
+from ....tracing.compiled.pinned import array_handle, load_item, load_items
 
 # -------------------------------------------------------------------------------------------- bodies, joints and output
 
@@ -237,22 +237,13 @@ def evaluate_cycle(cycle, column, angle):
     t, h = position - station, 2.0 * math.pi / stations
     start_offset = WIDTH * (columns * station + column)
     end_offset = start_offset + WIDTH * columns
-    f0, d0, s0 = (
-        load_item(cycle.table, start_offset),
-        h * load_item(cycle.table, start_offset + 1),
-        h * h * load_item(cycle.table, start_offset + 2),
-    )
-    f1, d1, s1 = (
-        load_item(cycle.table, end_offset),
-        h * load_item(cycle.table, end_offset + 1),
-        h * h * load_item(cycle.table, end_offset + 2),
-    )
+    f0, d0, s0 = load_items(cycle.table, start_offset, 3)
+    f1, d1, s1 = load_items(cycle.table, end_offset, 3)
+    d0, s0, d1, s1 = h * d0, h * h * s0, h * d1, h * h * s1
     value_defect = f1 - f0 - d0 - 0.5 * s0
     slope_defect, slope_change = d1 - d0 - s0, s1 - s0
-    a3, a4 = (
-        10.0 * value_defect - 4.0 * slope_defect + 0.5 * slope_change,
-        -15.0 * value_defect + 7.0 * slope_defect - slope_change,
-    )
+    a3 = 10.0 * value_defect - 4.0 * slope_defect + 0.5 * slope_change
+    a4 = -15.0 * value_defect + 7.0 * slope_defect - slope_change
     a5 = 6.0 * value_defect - 3.0 * slope_defect + 0.5 * slope_change
     value = f0 + t * (d0 + t * (0.5 * s0 + t * (a3 + t * (a4 + t * a5))))
     slope = d0 + t * (s0 + t * (3.0 * a3 + t * (4.0 * a4 + t * 5.0 * a5)))

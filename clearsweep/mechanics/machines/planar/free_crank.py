@@ -111,11 +111,9 @@ def motion_entry(machine, settings, y, nodes, rates, times, states, powers, capa
     """
     mechanism, settings, y = machine[0], shaped(settings, (4,)), shaped(y, (3,))
     nodes, rates = shaped(nodes, (3, STAGES)), shaped(rates, (4, STAGES))
-    times, states, powers = (
-        shaped(times, (capacity + 1,)),
-        shaped(states, (capacity + 1, 2)),
-        shaped(powers, (capacity, 2, STAGES)),
-    )
+    times = shaped(times, (capacity + 1,))
+    states = shaped(states, (capacity + 1, 2))
+    powers = shaped(powers, (capacity, 2, STAGES))
     weight = 1.0 / TOLERANCE, 1.0 / (TOLERANCE * settings[2])
     full_turn = 2.0 * math.pi / settings[2]
     length, highest, count, is_running = FIRST_STEP * full_turn, y[0], 0, True

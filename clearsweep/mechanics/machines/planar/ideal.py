@@ -142,10 +142,8 @@ class IdealMachine:
             i = 3 * self.closure.index[name] + {ANGLE: 2, SHIFT_X: 0, SHIFT_Y: 1}[coordinate.kind]
             return states.q[..., i], states.derivative[..., i]
         joint = self.full_machine.joints[coordinate.owner]
-        direction, spin = (
-            joint.axis + self.closure.angle(joint.proximal.body, states.q),
-            self.closure.angle(joint.proximal.body, states.derivative),
-        )
+        direction = joint.axis + self.closure.angle(joint.proximal.body, states.q)
+        spin = self.closure.angle(joint.proximal.body, states.derivative)
         c, s = directions(direction)
         proximal, distal = (
             self.closure.point_motion(endpoint, states.q, states.derivative)
@@ -331,10 +329,8 @@ class IdealMachine:
         """Add a force (N, 2) at a point of a body, and a torque (N,), to the forces on all bodies."""
         if endpoint.body == GROUND:
             return
-        i, motion = (
-            3 * self.closure.index[endpoint.body],
-            self.closure.point_motion(endpoint, states.q, states.derivative),
-        )
+        i = 3 * self.closure.index[endpoint.body]
+        motion = self.closure.point_motion(endpoint, states.q, states.derivative)
         force[:, i : i + 2] += applied
         force[:, i + 2] += motion.lever_x * applied[:, 0] + motion.lever_y * applied[:, 1] + torque
 

@@ -106,10 +106,8 @@ class Kinematics:
     def _joint_vectors(self, j: int) -> JointVectors:
         site, joint = self.machine.sites[j], self.mechanism.joints[j]
         axis = vector_of(site.axis, joint.axis) if site.axis else NO_VECTOR
-        near, far = (
-            self.point_of(site.link.proximal, site.near, joint.near),
-            self.point_of(site.link.distal, site.far, joint.far),
-        )
+        near = self.point_of(site.link.proximal, site.near, joint.near)
+        far = self.point_of(site.link.distal, site.far, joint.far)
         return JointVectors(near, far, axis)
 
     def point_of(self, body: int, form: PointForm, value: Expr) -> PlaneVector:

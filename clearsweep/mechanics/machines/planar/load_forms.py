@@ -12,7 +12,7 @@ from ....contracts.catalogue import Law
 from ....contracts.machine import Braking, OwnPush, Push, Rubbing, Spring, TabledPush, TorsionSpring
 from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import family, kernel
-from ....tracing.compiled.pinned import ArrayHandle, array_handle, load_item, row_of
+from ....tracing.compiled.pinned import ArrayHandle, array_handle, load_item, load_items, row_of
 from ...laws.contract import Recipe, require
 from ...laws.own import check_traced, function_of, maker, names_of, parameters_of, refuse_address, type_of
 from ...laws.sampled import checked
@@ -171,8 +171,8 @@ def table_values(table, argument):
 @kernel
 def _polynomial(table, index, x):
     """Return the value of the cubic whose coefficients, highest power first, begin at `index`."""
-    value = load_item(table, index) * x + load_item(table, index + 1)
-    return (value * x + load_item(table, index + 2)) * x + load_item(table, index + 3)
+    a, b, c, d = load_items(table, index, _POWERS)
+    return ((a * x + b) * x + c) * x + d
 
 
 def compile_table(load: TabledPush) -> Table:

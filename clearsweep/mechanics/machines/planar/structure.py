@@ -347,10 +347,8 @@ def _point_form(kinds: tuple) -> PointForm:
 
 def _site(kinds: tuple) -> Site:
     slides, geared = kinds[0] is Slide, kinds[0] in (Gear, Travel)
-    site, bodies = (
-        _kind_of_field(kinds, "site")[0],
-        (_number(_kind_of_field(kinds, "proximal")), _number(_kind_of_field(kinds, "distal"))),
-    )
+    site = _kind_of_field(kinds, "site")[0]
+    bodies = (_number(_kind_of_field(kinds, "proximal")), _number(_kind_of_field(kinds, "distal")))
     link = Link(slides, site is Open, *bodies, site is ElasticGuide, geared)
     near, far = (_point_form(_kind_of_field(kinds, end)) for end in ("near", "far"))
     if kinds[0] is Travel:
