@@ -197,9 +197,7 @@ class Work(NamedTuple):
     counts: Counts
     method: Method
     slopes: Slopes
-    proposals: (
-        np.ndarray
-    )  # (2^(1+b),) step length by `step_control.contact_pattern`, 0: none yet; b: c + 3 bits at most
+    proposals: np.ndarray  # (2^(1+b),) step length by `step_control.contact_pattern`, 0: none; b: c + 3 bits at most
     onset_rates: np.ndarray  # (2^(1+b),) m/s, largest onset rate of these contacts
     control: ControlNumbers
     log: np.ndarray  # (LOG_ROWS, 5) events since the latest pause, see step.Event

@@ -81,7 +81,7 @@ def table_item(table, index, column):
 
 @register_emitter(table_item)
 def _emit_table_item(table, index, column):
-    return gather(constant_table(table), (index, column))
+    return constant_table(table)[index, column]
 
 
 # ----------------------------------------------------------------------------------------------------------------------
