@@ -369,17 +369,8 @@ def worn_load(joint, gap, mode, pen, onset_rate):
     fx, fy = -normal * nx - tangential * ny, -normal * ny + tangential * nx
     bearing_moment = -nearest_point.radii[0] * tangential - generalised.body_slopes[0] * force
     journal_moment = nearest_point.radii[1] * tangential - generalised.body_slopes[1] * force
-    contact = WornContact(
-        normal=normal,
-        tangential=tangential,
-        slip=slip,
-        rate=rate,
-        depth=generalised.depth,
-        elastic=force_factor * elastic,
-        raw=unclipped,
-        generalised_rate=rate / force_factor,
-        generalised=generalised,
-    )
+    observed = normal, tangential, slip, rate, generalised.depth, force_factor * elastic, unclipped
+    contact = WornContact(*observed, rate / force_factor, generalised)
     if joint.side < 0.0:
         return Load(fx=-fx, fy=-fy, moment_proximal=journal_moment, moment_distal=bearing_moment, contacts=(contact,))
     return Load(fx=fx, fy=fy, moment_proximal=bearing_moment, moment_distal=journal_moment, contacts=(contact,))
