@@ -258,7 +258,7 @@ class Layout(NamedTuple):
 _LISTED = {"joints": JointLayout, "columns": Column, "channels": Column}
 
 
-OF_PLACES = {"moves", "zones", "across"}  # what figures of a place require
+OF_PLACES = {"moves", "zones", "across", "rolling"}  # what figures of a place require
 #: Optional computations of a case that figures require.
 REQUESTED_COLUMNS = ("horizon", "error_check", "until", "life", "uncertain")
 
@@ -319,7 +319,8 @@ def columns_of(
         if figure.of == "output" and not mechanism.output:
             continue
         if figure.of in ("place", "order"):
-            columns += _vibration_columns(figure, mechanism, requested.vibration or VibrationOutline())
+            bearings = [joint for joint, has in features_by_joint.items() if "rolling" in has]
+            columns += _vibration_columns(figure, mechanism, requested.vibration or VibrationOutline(), bearings)
             continue
         until_unit = {column.name: column.unit for column in columns}.get(requested.until, "1")
         columns.append(_column(figure, "", mechanism, {"until": requested.until, "until_unit": until_unit}))
@@ -334,8 +335,10 @@ def columns_of(
     )
 
 
-def _vibration_columns(figure: Figure, mechanism: Mechanism, vibration: VibrationOutline) -> list[Column]:
-    """Return the columns of a figure that each place, or each order of the force on the frame, has."""
+def _vibration_columns(
+    figure: Figure, mechanism: Mechanism, vibration: VibrationOutline, bearings: list[str]
+) -> list[Column]:
+    """Return the columns of a figure that each place, with each rolling bearing, or each order of the force has."""
     numbers = [str(k) for k in range(1, vibration.orders + 1)] if ORDER in figure.name else [""]
     features = {
         place.column: {
@@ -346,9 +349,11 @@ def _vibration_columns(figure: Figure, mechanism: Mechanism, vibration: Vibratio
         for place in vibration.places
     }
     places = [name for name, known in features.items() if all(known.get(need, True) for need in figure.needs)]
-    owners = places if figure.of == "place" else [""]
-    words = [{"order": number, "place": owner} for owner in owners for number in numbers]
-    return [_column(figure, each["place"], mechanism, each) for each in words]
+    owners = [(place, place) for place in places] if figure.of == "place" else [("", "")]
+    if "rolling" in figure.needs:
+        owners = [(place, f"{place}_{bearing}") for place in places for bearing in bearings]
+    words = [({"order": number, "place": place}, owner) for place, owner in owners for number in numbers]
+    return [_column(figure, owner, mechanism, each) for each, owner in words]
 
 
 def is_along_output(mechanism: Mechanism, place: PlaceOutline) -> bool:
@@ -456,6 +461,8 @@ def columns_markdown(catalogue: Catalogue) -> str:
             "mount": ("J",),
             "output": tuple(output.name for output in outputs),
         }
+        if figure.of == "place" and "rolling" in figure.needs:
+            owners["place"] = ("AT_J",)
         names = ", ".join(f"`{figure.column(owner)}`" for owner in owners.get(figure.of, ("",)))
         names = names.replace(ORDER, f"{ORDER}_N") if figure.of in ("place", "order") else names
         units = {figure.unit.format(output=output.unit, until="that of the figure") for output in outputs}

@@ -6,7 +6,7 @@ from functools import partial
 import numpy as np
 
 from ... import simulation
-from ...contracts.vibration import NO_SEVERITY, SEVERITIES, ZONES, zone_of
+from ...contracts.vibration import NO_SEVERITY, PASSING, SEVERITIES, ZONES, zone_of
 from ...language import wording
 from ...language.errors import InputError
 from ..axis import Axis
@@ -112,7 +112,7 @@ def _passing_orders(study: Study, case_id: str) -> list[tuple[float, str]]:
         return []
     marks = []
     for joint in bearings:
-        for part in ("cage", "element", "inner", "outer"):
+        for part in PASSING:
             frequency = float(study.cases.at[case_id, joint.column(f"{part}_frequency")])
             marks.append((2.0 * np.pi * frequency / abs(speed), part + study.joint_text(joint, " of {}")))
     return marks

@@ -125,7 +125,7 @@ def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
         return Trajectory(status, message, summary, channels, events, units=units)
     summary |= run.figures
     summary |= yield_speeds(scene)
-    summary |= vibration_figures(scene, run.signals) if run.signals else {}
+    summary |= vibration_figures(scene, run.signals, summary) if run.signals else {}
     summary |= run.link_signals.figures(scene.layout.output) if run.link_signals else {}
     message = join_remarks(*remarks(scene, window, summary))
     channels, sections = _histories_of(scene.layout, run.record, len(run.record.times)), sections_of(scene, run)

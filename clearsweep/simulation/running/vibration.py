@@ -3,12 +3,12 @@
 A run records its signals at the nodes of every step of the window, and pauses where the recording is full."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...contracts.vibration import IDEAL, MAX_LINES, zone_of
+from ...contracts.vibration import IDEAL, MAX_LINES, PASSING, zone_of
 from ...mechanics.machines.observed import axes_of
 from ...mechanics.observe import (
     ANGLE,
@@ -50,6 +50,8 @@ MAX_TURNS = 64  # of a stretch of the window with a spectrum of its own
 BIN_BLOCK = 128  # the number of bins is a multiple of it, for fast transforms
 ROOM = 1.5  # of the longest stretch of the ideal machine, that one with clearance may take
 SAME_TIME = 1e-9  # of a revolution: closer ends of a step and of a stretch are the same
+#: The window of Blackman and Harris with four terms, whose side lobes are below -92 dB (Harris 1978, Proc. IEEE 66:51).
+WINDOW = 0.35875, 0.48829, 0.14128, 0.01168
 #: From values at the nodes to derivatives of their polynomial there by the fraction of the step.
 TO_SLOPES = slopes_at(FRACTIONS)
 
@@ -134,6 +136,7 @@ class Signals:
         self.squares = np.zeros((spectra, self.lines + 1))  # m^2/s^2, of the amplitude of the velocity in each line
         self.order_sums = np.zeros((2, self.orders + 1), dtype=complex)  # N, of the force along x and y
         self.envelopes = np.zeros((spectra, self.orders + 1))  # m/s^2, amplitude of that of the acceleration
+        self.transforms: list[tuple[np.ndarray, float]] = []  # of stretches, and rad/s between lines; with bearings
         self._clear_stretch()
 
     def _clear_stretch(self) -> None:
@@ -205,6 +208,8 @@ class Signals:
         if len(self.time_bins):
             transforms, share = self._transforms()
             resolution = self.resolution * share
+            if any(joint.is_rolling for joint in self.scene.layout.joints):
+                self.transforms.append((transforms.copy(), resolution))
             if vibration.frame.mass is not None:
                 transforms[:2] *= responses(vibration.frame, resolution, self.lines + 1)
             self.squares += np.abs(transforms) ** 2 * (self.stretch_time / self.period * share)
@@ -244,6 +249,25 @@ class Signals:
         amplitudes = 2.0 / size * np.abs(np.fft.rfft(envelope, axis=1))
         return amplitudes[:, : self.orders * self.turns + 1 : self.turns]
 
+    def amplitudes_at(self, rate: float) -> np.ndarray | None:
+        """Return the amplitudes (spectra,) of velocities (m/s) at a rate (rad/s) between lines, or None if unknown.
+
+        It is unknown where the window does not tell it from orders of the turns, or beyond the lines.
+        """
+        vibration = self.scene.case.vibration
+        assert vibration is not None
+        order = math.inf if self.scene.case.outline.length == "time" else self.turns  # lines
+        squares = []
+        for transforms, resolution in self.transforms:
+            line = rate / resolution
+            if min(line % order, -line % order, self.lines - line) < len(WINDOW):
+                return None
+            amplitudes = np.abs(transforms @ window_transform(line - np.arange(self.lines + 1)))
+            if vibration.frame.mass is not None:
+                amplitudes[:2] *= np.abs(responses(vibration.frame, rate, 2)[:, 1])
+            squares.append(amplitudes**2)
+        return np.sqrt(np.mean(squares, axis=0)) if squares else None
+
     def rates_in_band(self) -> np.ndarray:
         """Return the lines (rad/s) in the band."""
         return self.resolution * np.arange(self.band.start, self.band.stop)
@@ -265,6 +289,13 @@ class Signals:
         self.bounds[chosen] = np.maximum(self.bounds[chosen], total.max(axis=-1))
 
 
+def window_transform(lines: np.ndarray) -> np.ndarray:
+    """Return what an amplitude of 1 becomes in a spectrum through WINDOW, at a distance of `lines`, not always whole."""
+    terms = [0.5 * term * (np.sinc(lines - k) + np.sinc(lines + k)) for k, term in enumerate(WINDOW)]
+    transform: np.ndarray = np.sum(terms, axis=0) * np.exp(-1j * math.pi * lines) / WINDOW[0]
+    return transform
+
+
 def _split(row: np.ndarray, column: int, end: float, tolerance: float) -> tuple[np.ndarray, np.ndarray]:
     """Return a recorded step, (width, nodes), up to the `end` of a stretch and after it, each (steps, width, nodes)."""
     if row[column, END] <= end + tolerance:
@@ -284,7 +315,14 @@ def _split(row: np.ndarray, column: int, end: float, tolerance: float) -> tuple[
     return parts[0], parts[1]
 
 
-OF_SPECTRA = ("_velocity_rms", "_velocity_x_rms", "_velocity_y_rms", "_zone", "_band_energy")  # ends of such columns
+OF_SPECTRA = (
+    "_velocity_rms",
+    "_velocity_x_rms",
+    "_velocity_y_rms",
+    "_zone",
+    "_band_energy",
+    "_velocity",
+)  # ends of columns
 
 
 class Motion(NamedTuple):
@@ -294,8 +332,8 @@ class Motion(NamedTuple):
     band_energy: float  # m^2/s^4
 
 
-def vibration_figures(scene: Scene, signals: Signals) -> dict[str, Any]:
-    """Return the columns of vibration of a finished run."""
+def vibration_figures(scene: Scene, signals: Signals, figures: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the columns of vibration of a finished run; figures : its other columns by name."""
     signals.conclude()
     vibration, ideal = scene.case.vibration, ideal_shaking(scene.case, scene.machine)
     assert vibration is not None
@@ -309,13 +347,20 @@ def vibration_figures(scene: Scene, signals: Signals) -> dict[str, Any]:
     forces = range(SIGNALS + FORCE_X, SIGNALS + FORCE_Y + 1)
     values |= _signature_of("frame", signals, forces)[1]
     spectrum = 0
+    passing = {
+        f"{joint.name}_{part}_velocity": signals.amplitudes_at(
+            2.0 * math.pi * figures[f"{joint.name}_{part}_frequency"]
+        )
+        for joint in scene.layout.joints
+        for part in (PASSING if joint.is_rolling else ())
+    }
     if vibration.frame.mass is not None:
-        values |= _place_figures(scene, signals, "frame", spectrum, forces)
+        values |= _place_figures(signals, "frame", spectrum, forces, passing)
         spectrum += len(forces)
     for i, place in enumerate(vibration.places):
         first = SIGNALS + PLACES + PLACE_WIDTH * i + AX
         columns = range(first, first + axes_of(place, scene.mechanism))
-        values |= _place_figures(scene, signals, place.name.replace("-", "_"), spectrum, columns)
+        values |= _place_figures(signals, place.name.replace("-", "_"), spectrum, columns, passing)
         spectrum += len(columns)
     if signals.is_too_slow:
         values |= {name: None for name in values if name.endswith(OF_SPECTRA) or "_envelope_order_" in name}
@@ -347,15 +392,18 @@ def motion_of(squares: np.ndarray, rates: np.ndarray) -> Motion:
     return Motion(math.sqrt(0.5 * float(squares.sum())), 0.5 * float((squares * rates**2).sum()))
 
 
-def _place_figures(scene: Scene, signals: Signals, name: str, spectrum: int, columns: range) -> dict[str, Any]:
+def _place_figures(
+    signals: Signals, name: str, spectrum: int, columns: range, passing: Mapping[str, np.ndarray | None]
+) -> dict[str, Any]:
     """Return the figures of a place: columns by name.
 
     spectrum : index of its first spectrum; columns : of its accelerations, or of the forces on the frame, in the
-    recording
+    recording; passing : amplitudes (spectra,) m/s at the frequencies of rolling bearings
     """
-    vibration, rates = scene.case.vibration, signals.rates_in_band()
+    vibration, rates = signals.scene.case.vibration, signals.rates_in_band()
     assert vibration is not None
-    squares = signals.squares[spectrum : spectrum + len(columns), signals.band]
+    own = slice(spectrum, spectrum + len(columns))
+    squares = signals.squares[own, signals.band]
     motions = [motion_of(each, rates) for each in squares]
     velocity = max(motion.velocity_rms for motion in motions)
     values: dict[str, Any] = {f"{name}_velocity_rms": velocity}
@@ -365,6 +413,7 @@ def _place_figures(scene: Scene, signals: Signals, name: str, spectrum: int, col
     axis, signal_figures = _signature_of(name, signals, columns)
     values[f"{name}_band_energy"] = motions[axis].band_energy
     envelope = enumerate(signals.envelopes[spectrum + axis].tolist())
+    values |= {f"{name}_{key}": None if each is None else float(each[own].max()) for key, each in passing.items()}
     return values | signal_figures | {f"{name}_envelope_order_{k}": value for k, value in envelope}
 
 
