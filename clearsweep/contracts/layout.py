@@ -352,8 +352,11 @@ def _vibration_columns(
     owners = [(place, place) for place in places] if figure.of == "place" else [("", "")]
     if "rolling" in figure.needs:
         owners = [(place, f"{place}_{bearing}") for place in places for bearing in bearings]
-    words = [({"order": number, "place": place}, owner) for place, owner in owners for number in numbers]
-    return [_column(figure, owner, mechanism, each) for each, owner in words]
+    return [
+        _column(figure, owner, mechanism, {"order": number, "place": place})
+        for place, owner in owners
+        for number in numbers
+    ]
 
 
 def is_along_output(mechanism: Mechanism, place: PlaceOutline) -> bool:

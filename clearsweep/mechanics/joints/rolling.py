@@ -355,7 +355,8 @@ def static_position(joint: Rolling, load: tuple[float, float], angle: float) -> 
     """Return the displacement (m) of the inner ring under a load (N) on it, with the first element at `angle` (rad).
 
     It minimises the elastic energy minus the work of the load, a convex function, by the method of Levenberg (1944,
-    Quart. Appl. Math. 2:164).  Across the load it is 0 where no element determines it.
+    Quart. Appl. Math. 2:164), from where the elements carry the load along it.  Across the load it is 0 where no
+    element determines it.
     """
     force = np.array(load)
     size = float(np.hypot(*force))
@@ -368,7 +369,14 @@ def static_position(joint: Rolling, load: tuple[float, float], angle: float) -> 
         stored = elastic.stiffness / (exponent + 1.0) * np.sum(approaches ** (exponent + 1.0))
         return float(stored - force @ position)
 
-    position = _position_under(joint, force, angle)
+    low, high, toward = 0.0, joint.clearance, force / size
+    while element_loads(joint, *(high * toward), angle) @ (unit @ toward) < size:
+        low, high = high, 2.0 * high
+    for _ in range(60):
+        middle = 0.5 * (low + high)
+        is_short = element_loads(joint, *(middle * toward), angle) @ (unit @ toward) < size
+        low, high = (middle, high) if is_short else (low, middle)
+    position = high * toward
     damping, least = 1e-3, energy(position)
     for _ in range(SOLVER_STEPS):
         approaches = np.maximum(unit @ position - joint.radial_clearance, 0.0)
@@ -384,25 +392,6 @@ def static_position(joint: Rolling, load: tuple[float, float], angle: float) -> 
         else:
             damping *= 10.0
     return float(position[0]), float(position[1])
-
-
-def _position_under(joint: Rolling, force: np.ndarray, angle: float) -> np.ndarray:
-    """Return the position (2,) m along a load (N) at which the elements carry its size in its direction."""
-    size = float(np.hypot(*force))
-    toward = force / size
-
-    def load_at(distance: float) -> float:
-        cosines, sines = directions_at(joint, angle)
-        loads = element_loads(joint, *(distance * toward), angle)
-        return float(loads @ (cosines * toward[0] + sines * toward[1]))
-
-    low, high = 0.0, joint.clearance
-    while load_at(high) < size:
-        low, high = high, 2.0 * high
-    for _ in range(60):
-        middle = 0.5 * (low + high)
-        low, high = (middle, high) if load_at(middle) < size else (low, middle)
-    return high * toward
 
 
 never_wears(Rolling)

@@ -142,18 +142,16 @@ def life_in_hours(window: Window, index: int) -> float | None:
     return None if revolutions is None else 1e6 * revolutions / (3600.0 * mean_speed(window, index))
 
 
-#: What passes or turns at each frequency of a rolling bearing.
-_PASSING_TEXTS = {
-    "cage": "turns of the cage of a rolling bearing relative to the outer ring per second",
-    "element": "turns of an element of a rolling bearing about itself per second",
-    "inner": "elements of a rolling bearing that pass a point of the inner ring per second",
-    "outer": "elements of a rolling bearing that pass a point of the outer ring per second",
-}
-
-
-def passing_frequency(window: Window, index: int, part: str) -> float:
-    """Return a passing frequency (Hz) of a rolling bearing; part : a field of `PassingRates`."""
-    return mean_speed(window, index) * float(getattr(passing_rates(_bearing_of(window, index)), part))
+def _passing_frequency(name: str, text: str) -> Figure:
+    """Return the figure of a passing frequency; `name`: its field in `PassingRates`."""
+    return of_bearing(
+        f"{name}_frequency",
+        "Hz",
+        f"{text}, at the mean speed of the inner ring relative to the outer one",
+        value=lambda window, index: (
+            mean_speed(window, index) * getattr(passing_rates(_bearing_of(window, index)), name)
+        ),
+    )
 
 
 of_rated = partial(of_bearing, needs=("rolling", "dynamic"))
@@ -181,15 +179,10 @@ ROLLING = (
         value=lambda window, index: window.light_load_time[index] / window.duration,
         tables=(Entry("forces", "time too lightly loaded", 31, if_any=True),),
     ),
-    *(
-        of_bearing(
-            f"{part}_frequency",
-            "Hz",
-            f"{text}, at the mean speed of the inner ring relative to the outer one",
-            value=partial(passing_frequency, part=part),
-        )
-        for part, text in _PASSING_TEXTS.items()
-    ),
+    _passing_frequency("cage", "turns of the cage of a rolling bearing relative to the outer ring per second"),
+    _passing_frequency("element", "turns of an element of a rolling bearing about itself per second"),
+    _passing_frequency("inner", "elements of a rolling bearing that pass a point of the inner ring per second"),
+    _passing_frequency("outer", "elements of a rolling bearing that pass a point of the outer ring per second"),
     of_bearing(
         "element_load_max",
         "N",
@@ -374,8 +367,8 @@ VIBRATION = (
         of_motion(
             f"{part}_velocity",
             "m/s",
-            f"amplitude of the velocity of {{place}} at the {part} frequency of the joint, of x and y the larger; null: "
-            "less than four lines of the spectrum from a multiple of the crank speed, or beyond the band",
+            f"amplitude of the velocity of {{place}} at `J_{part}_frequency`, of what differs from turn to turn, of x "
+            "and y the larger; null: less than four lines from a multiple of the crank speed, or beyond the band",
             needs=("vibration", "moves", "rolling"),
         )
         for part in PASSING

@@ -6,7 +6,6 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contracts.case import column_name
-from ...contracts.machine import Body
 from ...mechanics.coupling.shaking import signal_count
 from ...mechanics.machines import planar
 from ...mechanics.observe import START
@@ -178,35 +177,6 @@ class LinkStress(NamedTuple):
         errors: np.ndarray = levers * shortened
         return errors
 
-    def deflections(self, rows: np.ndarray) -> np.ndarray:
-        """Return the deflection (steps, nodes) m of the middle from recorded steps."""
-        deflections: np.ndarray = np.einsum("k,ckm->cm", self.shapes, rows[:, self.modes])
-        return deflections
-
-
-def _link_of(name: str, body: Body, first: int, life: tuple | None, levers: np.ndarray) -> LinkStress:
-    """Return the LinkStress of a link whose signals begin at column `first` of the recording."""
-    elastic = body.elastic
-    assert elastic is not None  # only links that bend
-    assert elastic.bending is not None
-    bending, length = elastic.bending, planar.line_of(body, elastic).length
-    wave_numbers = math.pi * np.arange(1, bending.modes + 1) / length
-    shapes = np.sin(length * np.outer(planar.STATIONS, wave_numbers))
-    first_force = first + bending.modes
-    return LinkStress(
-        column_name(name),
-        length,
-        slice(first, first_force),
-        slice(first_force, first_force + len(planar.STATIONS)),
-        shapes[MIDDLE],
-        -bending.young * bending.edge * shapes * wave_numbers**2,
-        bending.area,
-        planar.first_rate(body, elastic) / (2.0 * math.pi),
-        life,
-        0.25 * length * wave_numbers**2,
-        levers,
-    )
-
 
 def crank_column(scene: Scene) -> int:
     """Return the column of the recording with the crank's angle."""
@@ -215,25 +185,34 @@ def crank_column(scene: Scene) -> int:
 
 def links_of(scene: Scene) -> list[LinkStress]:
     """Return the links of a scene that bend, in the order of their signals."""
-    machine, links, first = scene.machine, [], crank_column(scene) + 1
+    machine, links, first = scene.machine, list[LinkStress](), crank_column(scene) + 1
     assert machine is not None  # only planar machines have links that bend
     values, section = scene.case.mechanism.values, "bodies." if scene.case.outline.bodies else ""
     for name, body in machine.bodies.items():
-        if body.elastic and body.elastic.bending:
-            path = f"{section}{name}.elastic.stress_life"
-            life = tuple(values.get(f"{path}.{key}", math.nan) for key in ("strength", "exponent", "cycles"))
-            levers = planar.levers(planar.ideal_of(planar.with_segments(machine)), name, *body.elastic[:2])
-            links.append(_link_of(name, body, first, None if math.isnan(life[0]) else life, levers))
-            first = links[-1].forces.stop
+        elastic = body.elastic
+        if not elastic or not elastic.bending:
+            continue
+        bending, length = elastic.bending, planar.line_of(body, elastic).length
+        wave_numbers = math.pi * np.arange(1, bending.modes + 1) / length
+        shapes = np.sin(length * np.outer(planar.STATIONS, wave_numbers))
+        path = f"{section}{name}.elastic.stress_life"
+        life = tuple(values.get(f"{path}.{key}", math.nan) for key in ("strength", "exponent", "cycles"))
+        link = LinkStress(
+            column_name(name),
+            length,
+            slice(first, first + bending.modes),
+            slice(first + bending.modes, first + bending.modes + len(planar.STATIONS)),
+            shapes[MIDDLE],
+            -bending.young * bending.edge * shapes * wave_numbers**2,
+            bending.area,
+            planar.first_rate(body, elastic) / (2.0 * math.pi),
+            None if math.isnan(life[0]) else life,
+            0.25 * length * wave_numbers**2,
+            planar.levers(planar.ideal_of(planar.with_segments(machine)), name, *elastic[:2]),
+        )
+        links.append(link)
+        first = link.forces.stop
     return links
-
-
-def output_bends(scene: Scene) -> bool:
-    """Return whether the output is a point of a link that bends, off its pins, which moves relative to the chord."""
-    assert scene.machine is not None  # as above
-    aim = scene.machine.aim
-    elastic = scene.machine.bodies[aim.body].elastic
-    return bool(aim.point and elastic and elastic.bending and aim.point not in (elastic.near, elastic.far))
 
 
 class LinkSignals:
@@ -242,7 +221,13 @@ class LinkSignals:
     def __init__(self, scene: Scene):
         """Prepare for the run of a scene."""
         self.links, self.crank_column = links_of(scene), crank_column(scene)
-        self.output_bends = output_bends(scene)
+        assert scene.machine is not None  # as above
+        aim, bodies = scene.machine.aim, scene.machine.bodies
+        elastic = bodies[aim.body].elastic
+        #: The output is a point of a link that bends, off its pins, which moves relative to the chord.
+        self.output_bends = bool(
+            elastic and elastic.bending and aim.point and aim.point not in (elastic.near, elastic.far)
+        )
         self.scene, self.first_mount = scene, self.links[-1].forces.stop if self.links else self.crank_column + 1
         self.start_angle = scene.case.drive.start_angle if scene.case.drive else 0.0
         self.reset()
@@ -272,7 +257,8 @@ class LinkSignals:
             errors = sum(link.output_errors(rows, turns) for link in self.links)
             self.output_error = largest_size(np.asarray(errors), self.output_error)
         for i, link in enumerate(self.links):
-            self.deflections[i] = largest_size(link.deflections(rows), self.deflections[i])
+            middle = np.einsum("k,ckm->cm", link.shapes, rows[:, link.modes])
+            self.deflections[i] = largest_size(middle, self.deflections[i])
             stresses = link.stresses(rows)
             self.stresses[i] = largest_size(stresses, self.stresses[i])
             for k, history in enumerate(_edge_histories(stresses) if link.life else ()):

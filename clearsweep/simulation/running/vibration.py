@@ -95,9 +95,9 @@ class Signals:
 
     def begin(self, scene: Scene) -> None:
         """Prepare for the run of a scene."""
-        self.scene, vibration = scene, scene.case.vibration
+        settings, vibration = scene.case.simulate, scene.case.vibration
         assert vibration is not None
-        settings = scene.case.simulate
+        self.scene, self.vibration = scene, vibration
         self.rate = 2.0 * math.pi / settings.period if settings.period else scene.value.reference_rate
         highest_order = vibration.band[1] / self.rate
         window_turns = math.floor(settings.revolutions - settings.discard + SAME_TIME)
@@ -110,6 +110,7 @@ class Signals:
             self.period = ROOM * longest_stretch(scene.case, scene.machine, self.turns) or self.period
             highest_order = vibration.band[1] * self.period / (2.0 * math.pi * self.turns)
         self.lines = math.ceil(self.turns * highest_order * (1.0 + SAME_TIME))
+        self.order_lines = self.turns if scene.case.outline.length != "time" else 2 * self.lines + 2
         self.resolution = 2.0 * math.pi / self.period
         self.band = lines_in(vibration.band, self.resolution)
         self.angle_unit = self.rate if self.is_steady else 1.0  # rad, of the column that is proportional to the angle
@@ -202,16 +203,16 @@ class Signals:
 
     def _finish_stretch(self) -> None:
         """Add the spectra of a finished stretch."""
-        vibration = self.scene.case.vibration
-        assert vibration is not None
         self.is_too_slow |= self.stretch_time > self.period * (1.0 - 1.0 / BIN_BLOCK) and not self.is_even
         if len(self.time_bins):
             transforms, share = self._transforms()
             resolution = self.resolution * share
             if any(joint.is_rolling for joint in self.scene.layout.joints):
-                self.transforms.append((transforms.copy(), resolution))
-            if vibration.frame.mass is not None:
-                transforms[:2] *= responses(vibration.frame, resolution, self.lines + 1)
+                half_bin = -1j * math.pi * share / self.time_bins.shape[1]  # by which `spectrum` is early
+                self.transforms.append((transforms * np.exp(half_bin * np.arange(self.lines + 1)), resolution))
+                self.transforms[-1][0][:, :: self.order_lines] = 0.0  # what every turn has
+            if self.vibration.frame.mass is not None:
+                transforms[:2] *= responses(self.vibration.frame, resolution, self.lines + 1)
             self.squares += np.abs(transforms) ** 2 * (self.stretch_time / self.period * share)
             if self.orders:
                 self.envelopes += self._envelopes(transforms, resolution)
@@ -238,9 +239,7 @@ class Signals:
         rad/s, distance of the lines of the stretch
         """
         size = 1 << math.ceil(math.log2(4 * (max(self.lines, self.orders * self.turns) + 1)))
-        analytic, vibration = np.zeros((len(transforms), size), dtype=complex), self.scene.case.vibration
-        assert vibration is not None
-        band = lines_in(vibration.band, resolution)
+        analytic, band = np.zeros((len(transforms), size), dtype=complex), lines_in(self.vibration.band, resolution)
         rates = resolution * np.arange(band.start, min(band.stop, self.lines + 1))
         analytic[:, band.start : band.start + len(rates)] = (
             1j * rates * transforms[:, band.start : band.start + len(rates)]
@@ -252,31 +251,24 @@ class Signals:
     def amplitudes_at(self, rate: float) -> np.ndarray | None:
         """Return the amplitudes (spectra,) of velocities (m/s) at a rate (rad/s) between lines, or None if unknown.
 
-        It is unknown where the window does not tell it from orders of the turns, or beyond the lines.
+        They are of what differs from turn to turn, and unknown where WINDOW does not tell them from orders.
         """
-        vibration = self.scene.case.vibration
-        assert vibration is not None
-        order = math.inf if self.scene.case.outline.length == "time" else self.turns  # lines
         squares = []
         for transforms, resolution in self.transforms:
             line = rate / resolution
-            if min(line % order, -line % order, self.lines - line) < len(WINDOW):
+            if min(line % self.order_lines, -line % self.order_lines, self.lines - line) < len(WINDOW):
                 return None
             amplitudes = np.abs(transforms @ window_transform(line - np.arange(self.lines + 1)))
-            if vibration.frame.mass is not None:
-                amplitudes[:2] *= np.abs(responses(vibration.frame, rate, 2)[:, 1])
+            if self.vibration.frame.mass is not None:
+                amplitudes[:2] *= np.abs(responses(self.vibration.frame, rate, 2)[:, 1])
             squares.append(amplitudes**2)
         return np.sqrt(np.mean(squares, axis=0)) if squares else None
 
-    def rates_in_band(self) -> np.ndarray:
-        """Return the lines (rad/s) in the band."""
-        return self.resolution * np.arange(self.band.start, self.band.stop)
-
     def conclude(self) -> None:
         """Take means over the window, and extremes of the polynomials over the steps that contain them."""
-        if self.stretches and not self.is_even and self.scene.case.vibration:
+        if self.stretches and not self.is_even:
             self.resolution = 2.0 * math.pi * self.stretches / self.stretched
-            self.band = lines_in(self.scene.case.vibration.band, self.resolution)
+            self.band = lines_in(self.vibration.band, self.resolution)
         count, chosen, peaks = max(self.stretches, 1), self.layout.summed, self.peaks[self.layout.summed]
         self.squares, self.envelopes = self.squares / count, self.envelopes / count
         self.order_amplitudes = np.abs(self.order_sums) / count
@@ -290,7 +282,7 @@ class Signals:
 
 
 def window_transform(lines: np.ndarray) -> np.ndarray:
-    """Return what an amplitude of 1 becomes in a spectrum through WINDOW, at a distance of `lines`, not always whole."""
+    """Return what an amplitude of 1 becomes in a spectrum through WINDOW, at a distance of `lines`, whole or not."""
     terms = [0.5 * term * (np.sinc(lines - k) + np.sinc(lines + k)) for k, term in enumerate(WINDOW)]
     transform: np.ndarray = np.sum(terms, axis=0) * np.exp(-1j * math.pi * lines) / WINDOW[0]
     return transform
@@ -315,14 +307,8 @@ def _split(row: np.ndarray, column: int, end: float, tolerance: float) -> tuple[
     return parts[0], parts[1]
 
 
-OF_SPECTRA = (
-    "_velocity_rms",
-    "_velocity_x_rms",
-    "_velocity_y_rms",
-    "_zone",
-    "_band_energy",
-    "_velocity",
-)  # ends of columns
+#: Ends of the columns that follow from spectra.
+OF_SPECTRA = ("_velocity_rms", "_velocity_x_rms", "_velocity_y_rms", "_zone", "_band_energy", "_velocity")
 
 
 class Motion(NamedTuple):
@@ -335,8 +321,7 @@ class Motion(NamedTuple):
 def vibration_figures(scene: Scene, signals: Signals, figures: Mapping[str, Any]) -> dict[str, Any]:
     """Return the columns of vibration of a finished run; figures : its other columns by name."""
     signals.conclude()
-    vibration, ideal = scene.case.vibration, ideal_shaking(scene.case, scene.machine)
-    assert vibration is not None
+    vibration, ideal = signals.vibration, ideal_shaking(scene.case, scene.machine)
     values: dict[str, Any] = dict(_frame_figures(signals))
     values |= {f"{name}{IDEAL}": value for name, value in ideal.figures.items()}
     values |= {f"{name}_velocity_rms{IDEAL}": value for name, value in ideal.velocities(vibration).items()}
@@ -348,11 +333,9 @@ def vibration_figures(scene: Scene, signals: Signals, figures: Mapping[str, Any]
     values |= _signature_of("frame", signals, forces)[1]
     spectrum = 0
     passing = {
-        f"{joint.name}_{part}_velocity": signals.amplitudes_at(
-            2.0 * math.pi * figures[f"{joint.name}_{part}_frequency"]
-        )
+        f"{name}_velocity": signals.amplitudes_at(2.0 * math.pi * figures[f"{name}_frequency"])
         for joint in scene.layout.joints
-        for part in (PASSING if joint.is_rolling else ())
+        for name in (f"{joint.name}_{part}" for part in PASSING if joint.is_rolling)
     }
     if vibration.frame.mass is not None:
         values |= _place_figures(signals, "frame", spectrum, forces, passing)
@@ -400,8 +383,7 @@ def _place_figures(
     spectrum : index of its first spectrum; columns : of its accelerations, or of the forces on the frame, in the
     recording; passing : amplitudes (spectra,) m/s at the frequencies of rolling bearings
     """
-    vibration, rates = signals.scene.case.vibration, signals.rates_in_band()
-    assert vibration is not None
+    zones, rates = signals.vibration.zones, signals.resolution * np.arange(signals.band.start, signals.band.stop)
     own = slice(spectrum, spectrum + len(columns))
     squares = signals.squares[own, signals.band]
     motions = [motion_of(each, rates) for each in squares]
@@ -409,7 +391,7 @@ def _place_figures(
     values: dict[str, Any] = {f"{name}_velocity_rms": velocity}
     for letter, motion in zip("xy", motions, strict=False):
         values[f"{name}_velocity_{letter}_rms"] = motion.velocity_rms
-    values[f"{name}_zone"] = zone_of(velocity, vibration.zones) if vibration.zones else None
+    values[f"{name}_zone"] = zone_of(velocity, zones) if zones else None
     axis, signal_figures = _signature_of(name, signals, columns)
     values[f"{name}_band_energy"] = motions[axis].band_energy
     envelope = enumerate(signals.envelopes[spectrum + axis].tolist())
