@@ -284,9 +284,8 @@ def columns_of(
     those of friction loads have a friction power.
     """
     features = {*requested.names, "turns" if mechanism.turns else "rests", *(("free",) if mechanism.free else ())}
-    features |= {"vibration"} if requested.vibration else set()
-    features |= {"bends"} if requested.bending else set()
-    features |= {"mounted"} if requested.mounts else set()
+    asked = {"vibration": requested.vibration, "bends": requested.bending, "mounted": requested.mounts}
+    features |= {name for name, section in asked.items() if section}
     columns: list[Column] = []
     for joint, joint_features in features_by_joint.items():
         joint_figures = (figure for figure in catalogue.figures if figure.of == "joint")
@@ -298,21 +297,14 @@ def columns_of(
         if TORSIONAL in joint_features:
             joint_columns = [column._replace(unit=torsional_unit(column.unit)) for column in joint_columns]
         columns += joint_columns
-    for joint in dict.fromkeys(requested.frictions):
-        joint_figures = (
-            figure for figure in catalogue.figures if figure.name == FRICTION_POWER and joint not in features_by_joint
-        )
-        columns += [_column(figure, joint, mechanism) for figure in joint_figures]
+    rubbing = [joint for joint in dict.fromkeys(requested.frictions) if joint not in features_by_joint]
+    powers = [figure for figure in catalogue.figures if figure.name == FRICTION_POWER]
+    columns += [_column(figure, joint, mechanism) for joint in rubbing for figure in powers]
     for figure in catalogue.figures:
-        if figure.of == "link":
-            columns += [
-                _column(figure, "", mechanism, {"link": link.name})
-                for link in requested.bending
-                if link.features >= {*figure.needs}
-            ]
-            continue
-        if figure.of == "mount":
-            columns += [_column(figure, "", mechanism, {"mount": joint}) for joint in requested.mounts]
+        if figure.of in ("link", "mount"):
+            links = [link.name for link in requested.bending if link.features >= {*figure.needs}]
+            owners = links if figure.of == "link" else requested.mounts
+            columns += [_column(figure, "", mechanism, {figure.of: owner}) for owner in owners]
             continue
         if figure.of == "joint" or not features >= {*figure.needs} - OF_PLACES:
             continue
@@ -415,20 +407,17 @@ def _vibration_channels(catalogue: Catalogue, vibration: VibrationOutline | None
 
 def _joint_channels(catalogue: Catalogue, joint: JointLayout) -> Iterator[Channel]:
     """Yield the time histories of a joint."""
-    if joint.is_rolling:
-        yield from catalogue.rolling_channels
-        for k in range(joint.corners):
-            for name, unit, text in catalogue.element_channels:
-                yield Channel(name.format(k + 1), unit, text.format(k + 1))
-        return
+    of_contacts = catalogue.point_channels if joint.is_spatial else ()
     channels = catalogue.spatial_channels if joint.is_spatial else catalogue.joint_channels
+    if joint.is_rolling:
+        channels, of_contacts = catalogue.rolling_channels, catalogue.element_channels
     is_torsional = TORSIONAL in joint.features
     yield from (
         channel._replace(unit=torsional_unit(channel.unit)) if is_torsional else channel for channel in channels
     )
     yield from catalogue.film_channels if joint.film else ()
-    for k in range(joint.corners if joint.is_spatial else 0):
-        for name, unit, text in catalogue.point_channels:
+    for k in range(joint.corners):
+        for name, unit, text in of_contacts:
             yield Channel(name.format(k + 1), unit, text.format(k + 1))
 
 

@@ -1,5 +1,6 @@
 """Vibration on the page: the shaking force, its orders, waterfalls, envelopes, and velocities in zones."""
 
+import itertools
 from collections.abc import Iterator
 from functools import partial
 
@@ -61,9 +62,7 @@ _PLACE_COLUMNS = {"velocity_rms": "velocity rms", "zone": "zone", "kurtosis": "k
 
 def _orders(study: Study, case_id: str, column: str) -> np.ndarray:
     """Return a figure of a case by order (orders,); column : with {} in place of the order."""
-    names: list[str] = []
-    while study.has(name := column.format(len(names) + 1)):
-        names.append(name)
+    names = itertools.takewhile(study.has, map(column.format, itertools.count(1)))
     return np.array([float(study.cases.at[case_id, name]) for name in names])
 
 
@@ -107,15 +106,14 @@ def _force_pictures(study: Study, worst: str) -> Iterator[Picture]:
 def _passing_orders(study: Study, case_id: str) -> list[tuple[float, str]]:
     """Return the orders of the crank, each with a name, of the passing frequencies of rolling bearings in a case."""
     speed = study.value(case_id, "drive.speed")
-    bearings = [joint for joint in study.joints if joint.layout.is_rolling]
     if not isinstance(speed, float) or speed == 0.0:
         return []
-    marks = []
-    for joint in bearings:
-        for part in PASSING:
-            frequency = float(study.cases.at[case_id, joint.column(f"{part}_frequency")])
-            marks.append((2.0 * np.pi * frequency / abs(speed), part + study.joint_text(joint, " of {}")))
-    return marks
+    return [
+        (2.0 * np.pi * float(study.cases.at[case_id, joint.column(f"{part}_frequency")]) / abs(speed), part + text)
+        for joint in study.joints
+        for text in [study.joint_text(joint, " of {}")]
+        for part in (PASSING if joint.layout.is_rolling else ())
+    ]
 
 
 def _envelopes(study: Study, worst: str) -> Iterator[Picture]:
@@ -138,7 +136,7 @@ def _waterfalls(study: Study) -> Iterator[Picture]:
     axis = next((axis for axis in study.levels() if axis.path == "drive.speed" and axis.is_numeric), None)
     if axis is None or len(axis.values) < MIN_ROWS:
         return
-    indices = study.indices_on(axis)
+    indices, speeds = study.indices_on(axis), [axis.number_text(value) for value in axis.values]
     for direction in "xy":
         figure = f"frame_force_{direction}_order"
         names = [column.name for column in study.run.layout.columns if column.figure == figure]
@@ -146,18 +144,13 @@ def _waterfalls(study: Study) -> Iterator[Picture]:
         rows = [values[indices == k] for k in range(len(axis.values))]
         amplitudes = np.array([row.max(axis=0) if len(row) else np.full(values.shape[1], np.nan) for row in rows])
         if names and np.nanmax(amplitudes) > 0.0:
-            paint = partial(
-                draw_waterfall,
-                amplitudes=amplitudes,
-                rows=[axis.number_text(value) for value in axis.values],
-                labels=(axis.label(), "amplitude"),
-                unit="N",
-            )
             yield Picture(
                 f"Waterfall of the force along {direction}",
                 f"Largest over the other axes, for each {axis.name}.",
                 f"Amplitudes of the force along {direction} by order and {axis.name}, as colours.",
-                paint,
+                partial(
+                    draw_waterfall, amplitudes=amplitudes, rows=speeds, labels=(axis.label(), "amplitude"), unit="N"
+                ),
                 MAP_SIZE,
             )
 
@@ -189,15 +182,10 @@ def _run_up(study: Study, worst: str) -> Iterator[Picture]:
     )
 
 
-def _bounds(study: Study) -> tuple[float, ...]:
-    """Return the upper bounds (m/s) of the zones A to C, or ()."""
-    section = study.run.grid.get("vibration") or {}
-    return tuple(section.get("zones") or SEVERITIES[section.get("severity", NO_SEVERITY)])
-
-
 def _zones(study: Study, place: str) -> Iterator[Picture]:
     """Yield the zones of the velocity of a place over the one or two axes with the largest effect."""
-    column, bounds = f"{place}_velocity_rms", _bounds(study)
+    column, settings = f"{place}_velocity_rms", study.run.grid.get("vibration") or {}
+    bounds = tuple(settings.get("zones") or SEVERITIES[settings.get("severity", NO_SEVERITY)])
     axes: list[Axis] = [effect.axis for effect in main_effects_of(study, column)][:2]
     if not bounds or not axes:
         return

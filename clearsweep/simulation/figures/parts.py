@@ -1,6 +1,7 @@
 """Figures of parts of a machine: gears and couplings, rolling bearings, links that bend, housings, and vibration."""
 
 import math
+import operator
 from functools import partial
 from typing import Any
 
@@ -21,17 +22,6 @@ def twist_range(window: Window, index: int) -> tuple[float, float]:
     sums, joint = window.totals.joint[index], window.joints[index]
     arm = abs(joint.arm_distal)  # type: ignore[attr-defined]  # of a joint with play in rotation
     return -(joint.clearance + sums.coast_depth) / arm, (joint.clearance + sums.drive_depth) / arm
-
-
-def lost_motion(window: Window, index: int) -> float:
-    """Return the range (rad) of the angle of the second body relative to the first."""
-    least, largest = twist_range(window, index)
-    return largest - least
-
-
-def transmission_error(window: Window, index: int) -> float:
-    """Return the largest distance (rad) of the second body from where it would be without play and deflection."""
-    return max(map(abs, twist_range(window, index)))
 
 
 def torque_peak(window: Window, index: int) -> float:
@@ -67,14 +57,14 @@ FLANKED = (
         "rad",
         "range of the angle of the second body relative to the first, play and deflection; the width of the loop of "
         "output over input of a drive that reverses",
-        value=lost_motion,
+        value=lambda window, index: -operator.sub(*twist_range(window, index)),
         tables=(Entry("forces", "lost motion", 29, if_any=True), Entry("case", "lost motion", 11)),
     ),
     of_flanks(
         "transmission_error",
         "rad",
         "largest angle of the second body from where it would be without play and deflection",
-        value=transmission_error,
+        value=lambda window, index: max(map(abs, twist_range(window, index))),
         tables=(Entry("forces", "transmission error", 30, if_any=True),),
     ),
     of_flanks(

@@ -167,16 +167,6 @@ class LinkStress(NamedTuple):
         stresses: np.ndarray = np.stack([normal + bent, normal - bent], axis=1)
         return stresses
 
-    def output_errors(self, rows: np.ndarray, turns: np.ndarray) -> np.ndarray:
-        """Return the displacement of the output (steps, nodes) by the shortening of the chord, to first order.
-
-        turns : (steps, nodes) of the crank since the start
-        """
-        shortened = np.einsum("k,ckm->cm", self.shortening, rows[:, self.modes] ** 2)
-        levers = np.interp(turns % 1.0, np.linspace(0.0, 1.0, len(self.levers)), self.levers)
-        errors: np.ndarray = levers * shortened
-        return errors
-
 
 def crank_column(scene: Scene) -> int:
     """Return the column of the recording with the crank's angle."""
@@ -253,9 +243,11 @@ class LinkSignals:
             return
         turns = (rows[:, self.crank_column] - self.start_angle) / (2.0 * math.pi)
         self.mounts.add(rows, turns)
-        if self.links:
-            errors = sum(link.output_errors(rows, turns) for link in self.links)
-            self.output_error = largest_size(np.asarray(errors), self.output_error)
+        errors = np.zeros(turns.shape)  # of the output, by the shortening of chords, to first order
+        for link in self.links:
+            levers = np.interp(turns % 1.0, np.linspace(0.0, 1.0, len(link.levers)), link.levers)
+            errors += levers * np.einsum("k,ckm->cm", link.shortening, rows[:, link.modes] ** 2)
+        self.output_error = largest_size(errors, self.output_error)
         for i, link in enumerate(self.links):
             middle = np.einsum("k,ckm->cm", link.shapes, rows[:, link.modes])
             self.deflections[i] = largest_size(middle, self.deflections[i])
