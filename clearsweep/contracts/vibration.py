@@ -10,7 +10,7 @@ MAX_LINES = 1 << 14  # of a spectrum
 MIN_TURNS = 3  # whole revolutions in the window
 NO_SEVERITY = "none"
 IDEAL = "_ideal"  # suffix of the columns of the ideal machine
-PASSING = ("cage", "element", "inner", "outer")  # of a rolling bearing: what passes or turns at a frequency
+BEARING_PARTS = ("cage", "element", "inner", "outer")  # of a rolling bearing: what passes or turns at a frequency
 #: Figures of a place, whose columns begin with its name.
 PLACE_FIGURES = (
     "velocity_rms",
@@ -22,7 +22,7 @@ PLACE_FIGURES = (
     "crest",
     "skewness",
     "band_energy",
-    *(f"{part}_velocity" for part in PASSING),
+    *(f"{part}_velocity" for part in BEARING_PARTS),
 )
 
 UNCHECKED_STANDARD = "ISO 20816-8"  # whose bounds are from memory, compared with no published text

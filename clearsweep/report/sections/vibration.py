@@ -7,7 +7,7 @@ from functools import partial
 import numpy as np
 
 from ... import simulation
-from ...contracts.vibration import NO_SEVERITY, PASSING, SEVERITIES, ZONES, zone_of
+from ...contracts.vibration import BEARING_PARTS, NO_SEVERITY, SEVERITIES, ZONES, zone_of
 from ...language import wording
 from ...language.errors import InputError
 from ..axis import Axis
@@ -112,7 +112,7 @@ def _passing_orders(study: Study, case_id: str) -> list[tuple[float, str]]:
         (2.0 * np.pi * float(study.cases.at[case_id, joint.column(f"{part}_frequency")]) / abs(speed), part + text)
         for joint in study.joints
         for text in [study.joint_text(joint, " of {}")]
-        for part in (PASSING if joint.layout.is_rolling else ())
+        for part in (BEARING_PARTS if joint.layout.is_rolling else ())
     ]
 
 

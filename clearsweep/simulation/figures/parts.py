@@ -7,7 +7,7 @@ from typing import Any
 
 from ...contracts.case import Rolling
 from ...contracts.catalogue import ENDLESS, NOTHING, Entry, Figure
-from ...contracts.vibration import IDEAL, PASSING
+from ...contracts.vibration import BEARING_PARTS, IDEAL
 from ...mechanics.joints.rolling import FATIGUE_FORCE
 from ...mechanics.laws.rating import equivalent_loads, load_powers, passing_rates, rating_life
 from .sums import FreeShare, PerRevolution
@@ -361,6 +361,6 @@ VIBRATION = (
             "and y the larger; null: less than four lines from a multiple of the crank speed, or beyond the band",
             needs=("vibration", "moves", "rolling"),
         )
-        for part in PASSING
+        for part in BEARING_PARTS
     ),
 )

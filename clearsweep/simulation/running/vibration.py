@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...contracts.vibration import IDEAL, MAX_LINES, PASSING, zone_of
+from ...contracts.vibration import BEARING_PARTS, IDEAL, MAX_LINES, zone_of
 from ...mechanics.machines.observed import axes_of
 from ...mechanics.observe import (
     ANGLE,
@@ -332,18 +332,18 @@ def vibration_figures(scene: Scene, signals: Signals, figures: Mapping[str, Any]
     forces = range(SIGNALS + FORCE_X, SIGNALS + FORCE_Y + 1)
     values |= _signature_of("frame", signals, forces)[1]
     spectrum = 0
-    passing = {
+    bearing_lines = {
         f"{name}_velocity": signals.amplitudes_at(2.0 * math.pi * figures[f"{name}_frequency"])
         for joint in scene.layout.joints
-        for name in (f"{joint.name}_{part}" for part in PASSING if joint.is_rolling)
+        for name in (f"{joint.name}_{part}" for part in BEARING_PARTS if joint.is_rolling)
     }
     if vibration.frame.mass is not None:
-        values |= _place_figures(signals, "frame", spectrum, forces, passing)
+        values |= _place_figures(signals, "frame", spectrum, forces, bearing_lines)
         spectrum += len(forces)
     for i, place in enumerate(vibration.places):
         first = SIGNALS + PLACES + PLACE_WIDTH * i + AX
         columns = range(first, first + axes_of(place, scene.mechanism))
-        values |= _place_figures(signals, place.name.replace("-", "_"), spectrum, columns, passing)
+        values |= _place_figures(signals, place.name.replace("-", "_"), spectrum, columns, bearing_lines)
         spectrum += len(columns)
     if signals.is_too_slow:
         values |= {name: None for name in values if name.endswith(OF_SPECTRA) or "_envelope_order_" in name}
@@ -376,12 +376,12 @@ def motion_of(squares: np.ndarray, rates: np.ndarray) -> Motion:
 
 
 def _place_figures(
-    signals: Signals, name: str, spectrum: int, columns: range, passing: Mapping[str, np.ndarray | None]
+    signals: Signals, name: str, spectrum: int, columns: range, bearing_lines: Mapping[str, np.ndarray | None]
 ) -> dict[str, Any]:
     """Return the figures of a place: columns by name.
 
     spectrum : index of its first spectrum; columns : of its accelerations, or of the forces on the frame, in the
-    recording; passing : amplitudes (spectra,) m/s at the frequencies of rolling bearings
+    recording; bearing_lines : amplitudes (spectra,) m/s at the frequencies of rolling bearings
     """
     zones, rates = signals.vibration.zones, signals.resolution * np.arange(signals.band.start, signals.band.stop)
     own = slice(spectrum, spectrum + len(columns))
@@ -395,7 +395,7 @@ def _place_figures(
     axis, signal_figures = _signature_of(name, signals, columns)
     values[f"{name}_band_energy"] = motions[axis].band_energy
     envelope = enumerate(signals.envelopes[spectrum + axis].tolist())
-    values |= {f"{name}_{key}": None if each is None else float(each[own].max()) for key, each in passing.items()}
+    values |= {f"{name}_{key}": None if each is None else float(each[own].max()) for key, each in bearing_lines.items()}
     return values | signal_figures | {f"{name}_envelope_order_{k}": value for k, value in envelope}
 
 
