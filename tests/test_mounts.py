@@ -156,6 +156,88 @@ def test_a_joint_with_clearance_in_a_housing_keeps_the_energy(joint):
     assert np.max(np.abs(motion.channels[f"joints/{joint.replace('-', '_')}/mount_y"])) > 1e-6
 
 
+def journal_in_its_housing(time, state, onset):
+    """Return the rates of crank pivot and housing: virtual work in x, y of the pivot, Newton for the housing.
+
+    onset : m/s, at which the contact of Lankarani and Nikravesh began, or 0 while the journal is free
+    """
+    (x, y), place, (vx, vy), velocity = state.reshape(4, 2)
+    crank, rod, centre, (of_crank, of_rod, of_slider) = 0.05, 0.12, 0.06, (0.30, 0.21, 0.14)
+    outward = np.array([math.cos(SPEED * time), math.sin(SPEED * time)])
+    turned = math.asin(-(y + crank * outward[1]) / rod)
+    along, across = np.array([math.cos(turned), math.sin(turned)]), np.array([-math.sin(turned), math.cos(turned)])
+    spin = -(vy + crank * SPEED * outward[0]) / (rod * along[0])
+    relative, rate = np.array([x, y]) - place, np.array([vx, vy]) - velocity
+    distance, push = math.hypot(*relative), np.zeros(2)
+    if onset:
+        normal, depth = relative / distance, max(distance - JOINT["clearance"], 0.0)
+        loss = 0.75 * (1.0 - JOINT["contact"]["restitution"] ** 2) * (rate @ normal) / onset
+        push = JOINT["contact"]["stiffness"] * depth**1.5 * (1.0 + loss) * normal
+
+    def residual(acceleration):
+        pin = acceleration - crank * SPEED**2 * outward
+        spin_rate = spin**2 * along[1] / along[0] - pin[1] / (rod * along[0])
+        middle, end = (pin + arm * (spin_rate * across - spin**2 * along) for arm in (centre, rod))
+        weight = np.array([0.0, 9.81])
+        force = of_crank * (acceleration - 0.025 * SPEED**2 * outward + weight) + of_rod * (middle + weight) + push
+        couple = of_rod * centre * (middle + weight) @ across + of_slider * rod * end[0] * across[0]
+        force[1] -= (couple + 2.5e-4 * spin_rate) / (rod * along[0])
+        force[0] += of_slider * end[0]
+        return force
+
+    still = residual(np.zeros(2))
+    columns = [residual(unit) - still for unit in np.eye(2)]
+    springs = np.array(HOUSING["stiffness"]) * place + np.array(HOUSING["damping"]) * velocity
+    accelerations = np.linalg.solve(np.transpose(columns), -still), (push - springs) / HOUSING["mass"]
+    return np.concatenate([state[4:], *accelerations])
+
+
+@pytest.mark.slow
+def test_the_journal_of_a_housing_meets_it_as_in_a_second_program():
+    """The first three contacts; the second program locates onsets and separations by events of scipy."""
+    changes = {"mechanism.slider.inertia": 1e-4, "mechanism.gravity": 9.81, **IMPACTS, "simulate.tolerance": 1e-12}
+    times = np.linspace(0.0, 5e-3, 201)
+    grid = changed(slider_crank("ground-crank", changes=changes), {CRANK_MOUNT: HOUSING})
+    motion = run(grid, times)
+
+    def gap(time, state, onset):
+        return math.hypot(*(state[:2] - state[2:4])) - JOINT["clearance"]
+
+    gap.terminal, time, state, onset, events, found = True, 0.0, np.zeros(8), 0.0, [], [np.zeros((8, 1))]
+    while time < times[-1]:
+        gap.direction = -1.0 if onset else 1.0
+        ahead = times[times > time]
+        part = solve_ivp(
+            journal_in_its_housing,
+            (time, times[-1]),
+            state,
+            "DOP853",
+            ahead,
+            events=gap,
+            args=(onset,),
+            rtol=1e-12,
+            atol=1e-15,
+            max_step=5e-6,
+        )
+        found.append(part.y)
+        if not part.t_events[0].size:
+            break
+        time, state = part.t_events[0][0], part.y_events[0][0]
+        normal = (state[:2] - state[2:4]) / JOINT["clearance"]
+        onset = 0.0 if onset else (state[4:6] - state[6:]) @ normal
+        events.append((time, onset))
+    exact = np.concatenate(found, axis=1)
+    assert motion.events["kind"][:6].tolist() == ["on", "off"] * 3
+    assert len(events) == 6
+    begins = [t for t, _ in events]
+    assert motion.events["t"][:6] == pytest.approx(begins, abs=1e-10)
+    relative = exact[:2] - exact[2:4]
+    for k, axis in enumerate("xy"):
+        assert np.max(np.abs(motion.channels[f"joints/ground_crank/{axis}"] - relative[k])) < 1e-6 * JOINT["clearance"]
+        mount = motion.channels[f"joints/ground_crank/mount_{axis}"]
+        assert np.max(np.abs(mount - exact[2 + k])) < 1e-6 * np.max(np.abs(exact[2:4]))
+
+
 REFUSED = [
     ({"mass": 0.0}, r"ground-crank\.mass: found 0\.0, out of range; allowed: above 0"),
     ({"mass": None}, r"ground-crank\.mass: is missing"),
