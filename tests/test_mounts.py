@@ -165,8 +165,8 @@ def journal_in_its_housing(time, state, onset):
     crank, rod, centre, (of_crank, of_rod, of_slider) = 0.05, 0.12, 0.06, (0.30, 0.21, 0.14)
     outward = np.array([math.cos(SPEED * time), math.sin(SPEED * time)])
     turned = math.asin(-(y + crank * outward[1]) / rod)
-    along, across = np.array([math.cos(turned), math.sin(turned)]), np.array([-math.sin(turned), math.cos(turned)])
-    spin = -(vy + crank * SPEED * outward[0]) / (rod * along[0])
+    rod_axis, across = np.array([math.cos(turned), math.sin(turned)]), np.array([-math.sin(turned), math.cos(turned)])
+    spin = -(vy + crank * SPEED * outward[0]) / (rod * rod_axis[0])
     relative, rate = np.array([x, y]) - place, np.array([vx, vy]) - velocity
     distance, push = math.hypot(*relative), np.zeros(2)
     if onset:
@@ -176,12 +176,12 @@ def journal_in_its_housing(time, state, onset):
 
     def residual(acceleration):
         pin = acceleration - crank * SPEED**2 * outward
-        spin_rate = spin**2 * along[1] / along[0] - pin[1] / (rod * along[0])
-        middle, end = (pin + arm * (spin_rate * across - spin**2 * along) for arm in (centre, rod))
+        spin_rate = spin**2 * rod_axis[1] / rod_axis[0] - pin[1] / (rod * rod_axis[0])
+        middle, end = (pin + arm * (spin_rate * across - spin**2 * rod_axis) for arm in (centre, rod))
         weight = np.array([0.0, 9.81])
         force = of_crank * (acceleration - 0.025 * SPEED**2 * outward + weight) + of_rod * (middle + weight) + push
         couple = of_rod * centre * (middle + weight) @ across + of_slider * rod * end[0] * across[0]
-        force[1] -= (couple + 2.5e-4 * spin_rate) / (rod * along[0])
+        force[1] -= (couple + 2.5e-4 * spin_rate) / (rod * rod_axis[0])
         force[0] += of_slider * end[0]
         return force
 
@@ -203,30 +203,30 @@ def test_the_journal_of_a_housing_meets_it_as_in_a_second_program():
     def gap(time, state, onset):
         return math.hypot(*(state[:2] - state[2:4])) - JOINT["clearance"]
 
-    gap.terminal, time, state, onset, events, found = True, 0.0, np.zeros(8), 0.0, [], [np.zeros((8, 1))]
+    gap.terminal, time, state, onset, events, paths = True, 0.0, np.zeros(8), 0.0, [], [np.zeros((8, 1))]
     while time < times[-1]:
         gap.direction = -1.0 if onset else 1.0
-        ahead = times[times > time]
+        later = times[times > time]
         part = solve_ivp(
             journal_in_its_housing,
             (time, times[-1]),
             state,
             "DOP853",
-            ahead,
+            later,
             events=gap,
             args=(onset,),
             rtol=1e-12,
             atol=1e-15,
             max_step=5e-6,
         )
-        found.append(part.y)
+        paths.append(part.y)
         if not part.t_events[0].size:
             break
         time, state = part.t_events[0][0], part.y_events[0][0]
         normal = (state[:2] - state[2:4]) / JOINT["clearance"]
         onset = 0.0 if onset else (state[4:6] - state[6:]) @ normal
         events.append((time, onset))
-    exact = np.concatenate(found, axis=1)
+    exact = np.concatenate(paths, axis=1)
     assert motion.events["kind"][:6].tolist() == ["on", "off"] * 3
     assert len(events) == 6
     begins = [t for t, _ in events]

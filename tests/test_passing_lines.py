@@ -54,8 +54,8 @@ def test_a_sine_between_lines_has_its_amplitude(line):
     times = np.arange(4096) / 4096
     signal = 0.7 * np.cos(2.0 * math.pi * line * times + 0.4) + 700.0 * np.sin(2.0 * math.pi * (line + 6.0) * times)
     spectrum = 2.0 * np.fft.rfft(signal)[:400] / len(times)
-    found = abs(spectrum @ window_transform(line - np.arange(400)))
-    assert found == pytest.approx(0.7, abs=700.0 * 10 ** (-92 / 20) + 1e-3)
+    result = abs(spectrum @ window_transform(line - np.arange(400)))
+    assert result == pytest.approx(0.7, abs=700.0 * 10 ** (-92 / 20) + 1e-3)
     alone = 2.0 * np.fft.rfft(0.7 * np.cos(2.0 * math.pi * line * times + 0.4))[:400] / len(times)
     assert abs(alone @ window_transform(line - np.arange(400))) == pytest.approx(0.7, rel=2e-4)
 
@@ -85,12 +85,12 @@ def test_passing_lines_are_those_of_sampled_histories():
             turns = [signal[:-1].reshape(12, -1) for signal in signals]
             sums = [abs(2.0 * np.mean((turn - turn.mean(axis=0)).ravel() * wave)) for turn in turns]
             value = max(sums) / (40.0 * 2.0 * math.pi * frequency if place == "frame" else 1.0)
-            found = figures[f"{place}_crank_rod_{part}_velocity"]
+            result = figures[f"{place}_crank_rod_{part}_velocity"]
             if abs(order - round(order)) * 12.0 < len(WINDOW):
-                assert found is None
+                assert result is None
                 continue
             known += 1
-            assert found == pytest.approx(value, rel=5e-3 if place == "frame" else 1e-4), (place, part)
+            assert result == pytest.approx(value, rel=5e-3 if place == "frame" else 1e-4), (place, part)
     assert known >= 6
 
 

@@ -182,14 +182,14 @@ def test_the_ideal_velocity_of_a_crank_that_speeds_up_is_that_of_its_closed_form
     drive = {"speed": {"time [s]": [0.0, 1.0], "speed [rad/s]": [100.0, 160.0]}}
     grid = copy.deepcopy(GRID) | {"drive": drive, "simulate": {"revolutions": 7, "discard": 2}}
     case = load(grid).case(0)
-    found = ideal_shaking(case, None).velocities(case.vibration)["slider"]
+    velocity_rms = ideal_shaking(case, None).velocities(case.vibration)["slider"]
     begin, end = ((math.sqrt(1e4 + 120.0 * turns * 2.0 * math.pi) - 100.0) / 60.0 for turns in (2.0, 7.0))
     times = begin + (end - begin) * np.arange(2**16) / 2**16
     angle, rate = 100.0 * times + 30.0 * times**2, 100.0 + 60.0 * times
     sine = (0.012 - 0.05 * np.sin(angle)) / 0.13
     cosine = np.sqrt(1.0 - sine**2)
     velocity = -0.05 * rate * np.sin(angle) + sine / cosine * 0.05 * np.cos(angle) * rate
-    assert found == pytest.approx(rms_in_band(velocity, end - begin), rel=1e-5)
+    assert velocity_rms == pytest.approx(rms_in_band(velocity, end - begin), rel=1e-5)
 
 
 def rms_in_band(values, span):

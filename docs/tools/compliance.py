@@ -53,7 +53,7 @@ def force_peak(machine: Machine, speed: int, changes: dict[str, Any]) -> float:
     for name in ("cases", "sweep", "limits", "save"):
         grid.pop(name, None)
     if machine.grid == "error_budget":
-        del grid["mechanism"]["rod"]["elastic"]
+        del grid["mechanism"]["rod"]["elastic"], grid["mechanism"]["mounts"]
     for path, value in changes.items():
         *parents, last = path.split(".")
         section = grid

@@ -251,7 +251,7 @@ class Signals:
     def amplitudes_at(self, rate: float) -> np.ndarray | None:
         """Return the amplitudes (spectra,) of velocities (m/s) at a rate (rad/s) between lines, or None if unknown.
 
-        They are of what differs from turn to turn, and unknown where WINDOW does not tell them from orders.
+        They are of what differs from turn to turn, and unknown where WINDOW does not separate them from orders.
         """
         squares = []
         for transforms, resolution in self.transforms:
