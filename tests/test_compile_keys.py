@@ -7,6 +7,7 @@ import subprocess
 import sys
 from pathlib import Path
 
+import llvmlite
 import pytest
 
 from clearsweep.tracing import cache
@@ -136,7 +137,7 @@ def test_compiled_code_is_kept_under_a_stamp_of_its_compiler(tmp_path, monkeypat
     assert place == tmp_path / cache.compiler_stamp()
     assert os.environ[cache.PLACE] == str(place)
     assert cache.prepare_cache() == place  # a child process does not stamp again
-    monkeypatch.setattr(cache, "version", lambda name: "0.0")
+    monkeypatch.setattr(llvmlite, "__version__", "0.0")
     assert cache.compiler_stamp() != place.name
 
 

@@ -230,25 +230,25 @@ def test_everything_that_a_module_defines_is_used():
     assert unused(sources(), [path.read_text(encoding="utf-8") for path in files]) == []
 
 
-def unused_offers(room: str, text: str, others: list[str]) -> list[str]:
-    """Return the names that the `__init__` of a room imports and that neither itself nor another file uses."""
+def unused_offers(package: str, text: str, others: list[str]) -> list[str]:
+    """Return the names that the `__init__` of a package imports and that neither itself nor another file uses."""
     tree = ast.parse(text)
     offered = [
         alias.asname or alias.name for node in tree.body if isinstance(node, ast.ImportFrom) for alias in node.names
     ]
     own = collections.Counter(re.findall(r"\w+", text))
     words = {word for other in others for word in re.findall(r"\w+", other)}
-    return [f"{room}: {name}" for name in offered if own[name] < 2 and name not in words]
+    return [f"{package}: {name}" for name in offered if own[name] < 2 and name not in words]
 
 
-@pytest.mark.parametrize("room", ["grid", "store"])
-def test_what_a_room_offers_is_used_elsewhere(room):
-    outside = [path for path in sources() if not path.is_relative_to(ROOT / "clearsweep" / room)]
+@pytest.mark.parametrize("package", ["grid", "store"])
+def test_what_a_package_offers_is_used_elsewhere(package):
+    outside = [path for path in sources() if not path.is_relative_to(ROOT / "clearsweep" / package)]
     files = [path.read_text(encoding="utf-8") for path in [*outside, *(ROOT / "tests").rglob("*.py")]]
-    offers = (ROOT / "clearsweep" / room / "__init__.py").read_text(encoding="utf-8")
-    assert unused_offers(room, offers, files) == []
-    assert unused_offers(room, "from .batch import nobodys" + f"_name\n{offers}", files) == [
-        f"{room}: nobodys" + "_name"
+    offers = (ROOT / "clearsweep" / package / "__init__.py").read_text(encoding="utf-8")
+    assert unused_offers(package, offers, files) == []
+    assert unused_offers(package, "from .batch import nobodys" + f"_name\n{offers}", files) == [
+        f"{package}: nobodys" + "_name"
     ]
 
 

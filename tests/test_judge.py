@@ -232,6 +232,26 @@ def test_blocks_that_disagree_are_decided_by_a_sign_test():
     assert sign_test(9, 1) == pytest.approx(22 / 1024)
 
 
+@pytest.mark.parametrize(
+    ("lines", "trend"),
+    [
+        ([[1.0, 2.0, 3.0], [1.0, 2.0, 3.0], [2.0, 1.0, 3.0]], ("rises", 1)),
+        ([[3.0, 2.0, 1.0], [3.0, 4.0, 1.0]], ("falls", 1)),
+        ([[1.0, 2.0, 3.0], [2.0, 1.0, 3.0], [2.0, 1.0, 3.0]], None),  # most of them turn back
+        ([[1.0, 2.0, 1.0]] * 3 + [[1.0, 1.0, 1.0]] * 3, None),  # equal at both ends
+        ([[1.0, 2.0, 3.0], [3.0, 1.0, 2.0]], None),  # one rises, one falls
+    ],
+)
+def test_a_trend_that_few_blocks_leave_on_the_way_is_said_with_their_number(lines, trend):
+    rows = [(k, j, value) for j, line in enumerate(lines) for k, value in enumerate(line)]
+    entry = effect_of(rows)
+    assert entry["verdict"] == "mixed"
+    assert (entry["trend"], entry["turning"]) == trend if trend else "trend" not in entry
+    answer = answer_of(record_of({FORCE: 1e9}), table_of(NAMES, rows))
+    words = f"not steadily in 1 of {len(lines)} comparisons" if trend else "no steady trend with"
+    assert any(words in sentence for sentence in answer["sentences"])
+
+
 def test_paths_of_zip_that_fix_one_another_are_one_axis():
     mass = "mechanism.rod.mass"
     record = record_of({FORCE: 1e9}, {CLEARANCE: "choice", mass: "choice"}, {CLEARANCE: "m", mass: "kg"})

@@ -1,5 +1,6 @@
 """The largest value that meets the limits: found among ordinary cases, the same after every interruption."""
 
+import dataclasses
 import re
 
 import numpy as np
@@ -341,7 +342,7 @@ def test_the_report_says_how_near_the_cases_come_and_which_keys_would_help(tmp_p
 def test_a_limit_that_would_pass_is_rounded_so_that_it_does(limit, margin, words):
     assert loosened_limits([limit], {}, [{"x": margin}]) == {"x": words.replace("-", "\u2212")}
     assert (
-        loosened_limits([limit, limit._replace(kind="at_least")], {}, [{"x": margin}]) == {}
+        loosened_limits([limit, dataclasses.replace(limit, kind="at_least")], {}, [{"x": margin}]) == {}
     )  # which of both is not known
 
 

@@ -135,8 +135,12 @@ def _effect(cases: Cases, axis: Axis, values: np.ndarray, share: float) -> dict[
     entry: dict[str, Any] = {"verdict": NOT_DECIDED, "from": None, "to": None, "pairs": len(blocks)}
     if not blocks:
         return entry | {"share": None, "method": "pairs", **_tied(axis)}
-    medians = _medians([_line(axis.codes[block], values[block], last) for block in blocks])
+    lines = [_line(axis.codes[block], values[block], last) for block in blocks]
+    medians = _medians(lines)
     entry |= {"verdict": verdict_on(axis, blocks, values)}
+    turning = sum(map(_turns_back, lines))
+    if entry["verdict"] == MIXED and 2 * turning <= len(lines) and (trend := _trend(lines)) in (RISES, FALLS):
+        entry |= {"trend": trend, "turning": turning}  # between the ends, which most blocks keep on the way
     entry |= {"share": None if math.isnan(share) else float(share), "method": "pairs"}
     if axis.is_text:
         lowest, highest = int(np.nanargmin(medians)), int(np.nanargmax(medians))
@@ -169,11 +173,14 @@ def _medians(lines: Sequence[np.ndarray]) -> np.ndarray:
 
 
 def _direction(lines: Sequence[np.ndarray]) -> str:
-    """Return the verdict on the differences of blocks between both ends of an axis of numbers."""
+    """Return the verdict on the differences of blocks along an axis of numbers."""
+    return MIXED if any(_turns_back(line) for line in lines) else _trend(lines)
+
+
+def _trend(lines: Sequence[np.ndarray]) -> str:
+    """Return the verdict on the differences of blocks between both ends of an axis, whatever is between them."""
     signs = [0 if _is_none(line[0], line[-1]) else 1 if line[-1] > line[0] else -1 for line in lines]
     rising, falling = signs.count(1), signs.count(-1)
-    if any(_turns_back(line) for line in lines):
-        return MIXED
     if not rising and not falling:
         return NONE
     if rising and falling and sign_test(rising, falling) > SIGNIFICANCE:

@@ -286,13 +286,17 @@ def effect_lines(answer: Answer, words: Words) -> Iterator[Sentence]:
     """Say how figures change with what varies, the strongest effect first."""
     for figure in deciding_figures(answer):
         effects = [effect for effect in answer["effects"] if effect["figure"] == figure]
-        clear = [effect for effect in effects if effect["verdict"] in (RISES, FALLS, DIFFERS)]
+        clear = [effect for effect in effects if effect.get("trend", effect["verdict"]) in (RISES, FALLS, DIFFERS)]
         texts = [effect_text(answer, words, effect, subject=not index) for index, effect in enumerate(clear)]
         texts = [text for text in texts if text]
         if texts:
             yield Sentence("{effects}.", {"effects": listed(texts[:MAX_EFFECTS], MAX_LENGTH - 1, more="")})
         others = {
-            verdict_: [words.axis_name(effect["path"]) for effect in effects if effect["verdict"] == verdict_]
+            verdict_: [
+                words.axis_name(effect["path"])
+                for effect in effects
+                if effect.get("trend", effect["verdict"]) == verdict_
+            ]
             for verdict_ in (MIXED, NONE)
         }
         clauses = [f"no steady trend with {wording.sentence_list(others[MIXED])}"] if others[MIXED] else []
@@ -320,13 +324,15 @@ def effect_text(answer: Answer, words: Words, effect: Mapping[str, Any], *, subj
         low, high = words.value(path, effect["lowest"]), words.value(path, effect["highest"])
         return f"{name} is smallest, {start}, with {words.axis_name(path)} {low} and largest, {end}, with {high}"
     ends = answer.get("ends", {}).get(path)
+    changes = effect.get("trend", effect["verdict"])
+    turns = f", but not steadily in {effect['turning']} of {effect['pairs']} comparisons" if "trend" in effect else ""
     if effect["method"] == "ranks":
         return f"{name} {effect['verdict']} with {words.axis_name(path)}, {from_to(start, end)} over its quarters"
     if effect.get("with"):
         others = wording.sentence_list([words.axis_name(tied) for tied in effect["with"]])
         span = f" {from_to(*(words.value(path, value) for value in ends))}" if ends else ""
         change = f"as {words.axis_name(path)} grows{span} and {others} changes with it"
-        return f"{name} {effect['verdict']} {from_to(start, end)} {change}"
+        return f"{name} {changes} {from_to(start, end)} {change}{turns}"
     grows = f" as {words.axis_name(path)} grows"
     between = effect.get("medians", [])[1:-1]
     if start == end:
@@ -337,7 +343,7 @@ def effect_text(answer: Answer, words: Words, effect: Mapping[str, Any], *, subj
         ]
         start = f"{start} over {', '.join(texts[1:-1])}" if start == texts[0] else start
     grows += f" {from_to(*(words.value(path, value) for value in ends))}" if ends else ""
-    return f"{name} {effect['verdict']} {from_to(start, end)}{grows}"
+    return f"{name} {changes} {from_to(start, end)}{grows}{turns}"
 
 
 def film(answer: Answer, words: Words) -> Iterator[Sentence]:
