@@ -21,10 +21,11 @@ from clearsweep.mechanics.solver.signal_sums import BIN_MOMENTS, spectrum
 from clearsweep.report.blocks.section import draw_svg
 from clearsweep.report.sections.vibration import vibration_sections
 from clearsweep.report.study import prepare
-from clearsweep.simulation.machine.shaking import ideal_shaking
+from clearsweep.simulation.machine.shaking import ideal_shaking, longest_stretch
 from clearsweep.simulation.running.vibration import motion_of, signature
 from clearsweep.simulation.setup.scene import build
 from clearsweep.store.results import answer_of
+from clearsweep.tracing.compiled.family import empty_entries
 
 MASSES = {"crank": 0.3, "rod": 0.21, "slider": 0.14}
 INERTIAS = {"crank": 1e-4, "rod": 2.5e-4, "slider": 0.0}
@@ -200,11 +201,23 @@ def rms_in_band(values, span):
     return math.sqrt(2.0 * np.sum(np.abs(lines[band]) ** 2))
 
 
+MOTOR = {
+    "motor": {"table": {"speed [rpm]": [0.0, 3000.0], "torque [N*m]": [10.0, 0.0]}},
+    "initial_speed": "1200 rpm",
+    "inertia": "0.02 kg*m^2",
+}
+
+
+def test_where_only_the_loop_is_compiled_no_motion_of_a_free_crank_is_computed():
+    case = clearsweep.load_case(copy.deepcopy(GRID) | {"drive": MOTOR})
+    with empty_entries():  # as `compile_loop` does; the machine's own code would be called at address 0
+        assert longest_stretch(case, None, 2) == 0.0
+
+
 @pytest.mark.slow  # compiles a free crank
 def test_a_motor_below_its_synchronous_speed_shakes_as_sampled_histories_do():
     """The crank turns at 0.57 of the speed to which lines and orders once referred."""
-    motor = {"table": {"speed [rpm]": [0.0, 3000.0], "torque [N*m]": [10.0, 0.0]}}
-    grid = copy.deepcopy(GRID) | {"drive": {"motor": motor, "initial_speed": "1200 rpm", "inertia": "0.02 kg*m^2"}}
+    grid = copy.deepcopy(GRID) | {"drive": MOTOR}
     grid |= {"simulate": {"revolutions": 8, "discard": 3}, "save": {"orbits": "all", "samples": 4000}}
     del grid["loads"]
     path = clearsweep.simulate(clearsweep.load_case(grid))

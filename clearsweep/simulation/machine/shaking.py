@@ -17,6 +17,7 @@ from ...mechanics.coupling.shaking import CompiledPlace, Shaking
 from ...mechanics.machines import planar
 from ...mechanics.machines.contract import Built
 from ...mechanics.machines.observed import axes_of, point_of, unreacted_loads
+from ...tracing.compiled.family import are_entries_empty
 from .ideal import (
     MAX_TURNS_PER_CYCLE,
     SAMPLES_PER_TURN,
@@ -51,6 +52,8 @@ def lines_in(band: tuple[float, float], spacing: float) -> slice:
 
 def longest_stretch(case: Case, machine: Machine | None, turns: int) -> float:
     """Return the longest time (s) of `turns` revolutions in the window of a case without clearance; 0 if unknown."""
+    if are_entries_empty():
+        return 0.0
     machine = machine or machine_of(mechanism_of(case), case)
     assert machine is not None
     ideal, drive = planar.ideal_of(planar.with_segments(machine)), cast(Any, machine.drive)

@@ -186,6 +186,11 @@ def empty_entries() -> Iterator[None]:
         _EMPTY.reset(token)
 
 
+def are_entries_empty() -> bool:
+    """Return whether entries are empty here, so that none may be called."""
+    return _EMPTY.get()
+
+
 _LATEST = [(None, 0, [])]  # the last scene with its form number and numbers, since queries repeat
 _FORM_NUMBERS: dict[tuple, int] = {}  # kinds of scenes
 _FORM_COUNTER = itertools.count()  # makes numbers unique between threads
