@@ -138,9 +138,9 @@ def _effect(cases: Cases, axis: Axis, values: np.ndarray, share: float) -> dict[
     lines = [_line(axis.codes[block], values[block], last) for block in blocks]
     medians = _medians(lines)
     entry |= {"verdict": verdict_on(axis, blocks, values)}
-    turning = sum(map(_turns_back, lines))
-    if entry["verdict"] == MIXED and 2 * turning <= len(lines) and (trend := _trend(lines)) in (RISES, FALLS):
-        entry |= {"trend": trend, "turning": turning}  # between the ends, which most blocks keep on the way
+    reversals = sum(map(_turns_back, lines))
+    if entry["verdict"] == MIXED and 2 * reversals <= len(lines) and (trend := _trend(lines)) in (RISES, FALLS):
+        entry |= {"trend": trend, "reversed": reversals}  # between the ends, which most blocks keep on the way
     entry |= {"share": None if math.isnan(share) else float(share), "method": "pairs"}
     if axis.is_text:
         lowest, highest = int(np.nanargmin(medians)), int(np.nanargmax(medians))

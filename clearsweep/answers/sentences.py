@@ -299,11 +299,23 @@ def effect_lines(answer: Answer, words: Words) -> Iterator[Sentence]:
             ]
             for verdict_ in (MIXED, NONE)
         }
-        clauses = [f"no steady trend with {wording.sentence_list(others[MIXED])}"] if others[MIXED] else []
-        clauses += [f"no effect of {wording.sentence_list(others[NONE])}"] if others[NONE] else []
+        names = {verdict_: _short_list(others[verdict_]) for verdict_ in others if others[verdict_]}
+        clauses = [f"no steady trend with {names[MIXED]}"] if MIXED in names else []
+        clauses += [f"no effect of {names[NONE]}"] if NONE in names else []
         if clauses and (not texts or figure == deciding_figures(answer)[0]):
             values = {"figure": words.figure(figure), "clauses": " and ".join(clauses)}
             yield Sentence("{figure} has {clauses}.", values)
+
+
+def _short_list(names: Sequence[str]) -> str:
+    """Return the first names, as many as fit into a clause, and the number of the others."""
+    for count in range(len(names), 0, -1):
+        left = len(names) - count
+        others = ["another" if left == 1 else f"{left} others"] if left else []
+        text = wording.sentence_list([*names[:count], *others])
+        if len(text) <= MAX_LENGTH // 3:
+            break
+    return text
 
 
 def deciding_figures(answer: Answer) -> list[str]:
@@ -325,7 +337,7 @@ def effect_text(answer: Answer, words: Words, effect: Mapping[str, Any], *, subj
         return f"{name} is smallest, {start}, with {words.axis_name(path)} {low} and largest, {end}, with {high}"
     ends = answer.get("ends", {}).get(path)
     changes = effect.get("trend", effect["verdict"])
-    turns = f", but not steadily in {effect['turning']} of {effect['pairs']} comparisons" if "trend" in effect else ""
+    turns = f", but not steadily in {effect['reversed']} of {effect['pairs']} comparisons" if "trend" in effect else ""
     if effect["method"] == "ranks":
         return f"{name} {effect['verdict']} with {words.axis_name(path)}, {from_to(start, end)} over its quarters"
     if effect.get("with"):
