@@ -5,7 +5,17 @@ from typing import NamedTuple
 import numpy as np
 
 from ...tracing.compiled.choosing import lane_range, rolled_range, total_of
-from ...tracing.compiled.family import NO_ENTRY, Entry, entry, form_number, inlined, kernel, map_joints, shaped
+from ...tracing.compiled.family import (
+    NO_ENTRY,
+    Entry,
+    entry,
+    form_number,
+    inlined,
+    is_plain,
+    kernel,
+    map_joints,
+    shaped,
+)
 from ..joints.contract import (
     JointState,
     Offsets,
@@ -58,6 +68,9 @@ from .rates import (
 )
 from .shaking import put_signals
 from .state import size_of, time_scale, touchable_contacts
+
+# What a loop over the stages leaves is that of all lanes; in plain Python it is that of the last stage alone.
+IN_LANES = not is_plain()
 
 # ---------------------------------------------------------------------------------------------- rates and stages
 
@@ -164,7 +177,7 @@ def sweep_entry(scene, y, mode, latched, weight, k, nodes, step, _):
     if step.part == WHOLE_SWEEP:  # in one piece, so that the compiler evaluates the pose once
         loads = _evaluate_rates(parameters, sweep)
         _update_velocities(parameters, sweep)
-        _update_positions(parameters, sweep, loads)
+        _update_positions(parameters, sweep, loads if IN_LANES else None)
     elif step.part == POSITIONS:
         _update_positions(parameters, sweep, None)
     else:
