@@ -399,7 +399,7 @@ def test_the_pictures_of_a_flap_have_torques_and_rates_of_angles(tmp_path):
     channels = run.orbit(case_id)
     pictures = motion_pictures(study, case_id, channels) + onset_pictures(study, case_id, run.events(case_id), channels)
     labels = {picture.title: painted(picture)[0].axes.yaxis.label for picture in pictures}
-    assert labels["Normal force"] == "normal force [N\xa0m]"
+    assert labels["Torque"] == "torque [N\xa0m]"
     assert labels["Contact onsets"] == "closing rate at onset [rad/s]"
     assert "{bearing_force_peak: 5 N*m}" in json.loads((tmp_path / "run/answer.json").read_text())["sentences"][-1]
 
