@@ -11,11 +11,11 @@ import math
 
 import numpy as np
 
-from ...tracing.compiled.choosing import lane_range, rolled_range, total_of
+from ...tracing.compiled.choosing import lane_range, rolled_range
 from ...tracing.compiled.family import Routine, kernel, shaped
 from ...tracing.fields import Fields
 from ...tracing.portable import coefficients_through
-from ..observe import END, NODE_FRACTIONS, STAGES, START, TIME
+from ..observe import NODE_FRACTIONS, STAGES, START, TIME
 from .collocation import WEIGHTS
 from .slow_sums import DURATION, SIGNALS
 
@@ -26,6 +26,8 @@ NODE_COUNT = START + 1  # of a recorded step: stages, then its start
 FRACTIONS = np.append(NODE_FRACTIONS[1:], 0.0)  # of the step, of these nodes
 FINE_POINTS = np.arange(1, 4 * STAGES + 1) / (4 * STAGES)  # of the step, where extremes are searched
 EXCESS = 0.12  # of the range of a signal at the nodes of a step, by which it may be larger between them
+BITS = np.array([[p >> bit & 1 for p in range(BIN_MOMENTS)] for bit in range(3)], dtype=float)  # of each power p
+REST = 1.0 - BITS
 FORCES_AT = 2  # place of the forces on the frame among the columns with sums
 
 #: From values at the nodes to the coefficients, highest first, of their polynomial over -1 to 1 in the step.
@@ -150,30 +152,20 @@ def _collect(step, scale, chosen, bins):
     row, column, derivative, scratch = step
     columns, first, count = chosen
     bin_count = bins.shape[1]
-    start_place = (row[column, START] - scale[0]) * scale[1]
-    end_place = (row[column, END] - scale[0]) * scale[1]
-    cell = math.floor(start_place)
-    if end_place <= cell + 1.0 and end_place >= cell:  # all stages in one bin
+    for m in rolled_range(STAGES):
+        place = (row[column, m] - scale[0]) * scale[1]
+        cell = math.floor(place)
         index = int(cell - bin_count * math.floor(cell / bin_count))
+        offset, weight = place - cell - 0.5, WEIGHTS[m] * row[derivative, m]
+        square = offset * offset
+        fourth = square * square
+        for p in lane_range(BIN_MOMENTS):  # the offset to the power p, times the weight
+            low = (BITS[0, p] * offset + REST[0, p]) * (BITS[1, p] * square + REST[1, p])
+            scratch[0, p] = weight * (low * (BITS[2, p] * fourth + REST[2, p]))
         for k in rolled_range(count):
-            for m in lane_range(STAGES):
-                offset = (row[column, m] - scale[0]) * scale[1] - cell - 0.5
-                term = WEIGHTS[m] * row[derivative, m] * row[columns[first + k], m]
-                for p in range(BIN_MOMENTS):
-                    scratch[p, m] = term
-                    term = term * offset
-            for p in range(BIN_MOMENTS):
-                bins[k, index, p] += total_of(scratch[p])
-    else:
-        for m in rolled_range(STAGES):
-            place = (row[column, m] - scale[0]) * scale[1]
-            cell = math.floor(place)
-            index = int(cell - bin_count * math.floor(cell / bin_count))
-            for k in rolled_range(count):
-                term = WEIGHTS[m] * row[derivative, m] * row[columns[first + k], m]
-                for p in range(BIN_MOMENTS):
-                    bins[k, index, p] += term
-                    term = term * (place - cell - 0.5)
+            value = row[columns[first + k], m]
+            for p in lane_range(BIN_MOMENTS):
+                bins[k, index, p] += scratch[0, p] * value
 
 
 add_steps = Routine(_add, "ffiffffff")
