@@ -202,6 +202,12 @@ class Field(NamedTuple):
         return is_above and is_below and is_whole and _is_sized(value) and not (self.nonzero and value == 0.0)
 
 
+def ranged(name: str, unit: str, text: str, interval: str, **further: Any) -> Field:
+    """Return a number in an interval, such as "[0, 1)" from 0 to below 1, both in SI; further : fields of Field."""
+    low, high = map(float, interval[1:-1].split(","))
+    return Field(name, unit, text, low, high, interval[0] == "(", interval[-1] == ")", **further)
+
+
 def _is_sized(value: float) -> bool:
     """Return whether a quantity is zero or between 1 / LARGEST and LARGEST."""
     return value == 0.0 or 1.0 / LARGEST <= abs(value) <= LARGEST

@@ -5,7 +5,7 @@ import math
 from collections.abc import Mapping
 
 from ...contracts.case import Materials
-from ...contracts.catalogue import CHOICE, CONDITION, MODEL, Catalogue, Field, JointSite, Law
+from ...contracts.catalogue import CHOICE, CONDITION, MODEL, Catalogue, Field, JointSite, Law, ranged
 from ...contracts.layout import PRELOAD
 from ..library import MATERIALS, OILS
 from ..library.entries import bearing_names
@@ -35,7 +35,7 @@ JOURNAL_LAW = "compatible"  # name of the elastic law of a journal in a bearing
 
 _MATERIAL_FIELDS = (
     Field("young", "Pa", "Young's modulus of {}"),
-    Field("poisson", "1", "Poisson's ratio of {}", -1.0, 0.5, high_open=False),
+    ranged("poisson", "1", "Poisson's ratio of {}", "(-1, 0.5]"),
     Field(
         "yield_strength",
         "Pa",
@@ -167,8 +167,8 @@ def add_thermal(keys: KeyTable, path: str) -> None:
     text = "thermal expansion of both bodies. Without this section, the temperature does not change the clearance"
     keys[f"{thermal}.expansion"] = Section(text, "optional")
     for body in Materials._fields:
-        field = Field(
-            body, "1/K", f"coefficient of thermal expansion of the {body}; a named material provides it", low_open=False
+        field = ranged(
+            body, "1/K", f"coefficient of thermal expansion of the {body}; a named material provides it", "[0, inf)"
         )
         add_numbers(keys, f"{thermal}.expansion", (field,), CHOICE)
     housing = f"{thermal}.housing"
@@ -223,13 +223,11 @@ def onset_key_without_mass(keys: KeyTable, contact: str) -> Word:
 
 DEFAULT_FILM_LAW = "reynolds"
 FILM_LIMIT_FIELDS = (
-    Field(
+    ranged(
         "limit",
         "1",
         "largest eccentricity ratio of the film's formula; beyond it, the formula is evaluated at this value",
-        0.0,
-        0.999,
-        high_open=False,
+        "(0, 0.999]",
         default=0.99,
     ),
 )
@@ -237,8 +235,8 @@ VISCOSITY_FIELD = Field(
     "viscosity", "Pa*s", "dynamic viscosity of the oil, or kinematic viscosities at two temperatures"
 )
 OIL_FIELDS = (
-    Field("at_40C", "m^2/s", "kinematic viscosity of the oil at 40 degC", 2e-6),
-    Field("at_100C", "m^2/s", "kinematic viscosity of the oil at 100 degC, lower than at 40 degC", 2e-6),
+    ranged("at_40C", "m^2/s", "kinematic viscosity of the oil at 40 degC", "(2e-6, inf)"),
+    ranged("at_100C", "m^2/s", "kinematic viscosity of the oil at 100 degC, lower than at 40 degC", "(2e-6, inf)"),
     Field("density", "kg/m^3", "density of the oil"),
 )
 TEMPERATURE_FIELD = Field("temperature", "K", "temperature of the oil; required with two viscosities", optional=True)
@@ -247,20 +245,17 @@ HEAT_BALANCE_FIELDS = (
     Field("ambient", "K", "temperature of the surroundings", role=CONDITION),
 )
 HOUSING_FIELDS = (
-    Field(
-        "expansion",
-        "1/K",
-        "coefficient of thermal expansion of the housing; a named material provides it",
-        low_open=False,
+    ranged(
+        "expansion", "1/K", "coefficient of thermal expansion of the housing; a named material provides it", "[0, inf)"
     ),
     Field("wall", "m", "thickness of the bush"),
 )
 TRANSITION_FIELDS = (
-    Field(
+    ranged(
         "from",
         "m",
         "eccentricity minus clearance at which the dry contact begins to carry load",
-        low_open=False,
+        "[0, inf)",
         default=0.0,
     ),
     Field("width", "m", "range over which the load passes from the film to the dry contact", default=2e-6),
@@ -373,7 +368,7 @@ def add_spatial_revolute(keys: KeyTable, path: str, site: JointSite, catalogue: 
     for name, text, unit, count in _MISALIGNMENTS:
         keys[f"{path}.{name}"] = Section(text, "implied", count)
         axes = (
-            Field(str(k), unit, f"about {axis}" if unit == "rad" else f"along {axis}", -math.inf, default=0.0)
+            ranged(str(k), unit, f"about {axis}" if unit == "rad" else f"along {axis}", "(-inf, inf)", default=0.0)
             for k, axis in enumerate("xyz"[:count])
         )
         add_numbers(keys, f"{path}.{name}", tuple(axes), CONDITION)
@@ -408,13 +403,13 @@ REFUSED_SECTIONS = {
 _BALLS = frozenset(KINDS[:1])
 _ROLLERS = frozenset(KINDS[1:])
 _SIZES = (
-    Field(
+    ranged(
         "clearance",
         "m",
         "radial internal clearance as catalogues give it: how far the rings can move from one extreme to the other; "
         "negative: a preload; or a group of ISO 5753-1 as {group: C3}, mounted as {group: C3, fit: k5/H7, "
         "inner_warmer: 5 K}",
-        -math.inf,
+        "(-inf, inf)",
         fit="group",
     ),
     Field("element_diameter", "m", "diameter of an element"),
@@ -432,16 +427,18 @@ _SIZES = (
         optional=True,
     ),
 )
-_ELEMENTS = Field("elements", "1", "number of elements", 3, 60, low_open=False, high_open=False, integer=True)
+_ELEMENTS = ranged("elements", "1", "number of elements", "[3, 60]", integer=True)
 _GROOVES = tuple(
-    Field(str(k), "1", f"radius of the groove of the {ring} ring over the diameter of a ball", 0.5, 1.0)
+    ranged(str(k), "1", f"radius of the groove of the {ring} ring over the diameter of a ball", "(0.5, 1)")
     for k, ring in enumerate(("inner", "outer"))
 )
 _LENGTH = Field("length", "m", "effective length of a roller along its axis")
-_PHASE = Field("phase", "rad", "angle of the first element in the fixed frame at the start", -math.inf, default=0.0)
+_PHASE = ranged(
+    "phase", "rad", "angle of the first element in the fixed frame at the start", "(-inf, inf)", default=0.0
+)
 _MATERIAL = (
     Field("young", "Pa", "Young's modulus of balls and rings", default=210e9),
-    Field("poisson", "1", "Poisson's ratio of balls and rings", -1.0, 0.5, high_open=False, default=0.3),
+    ranged("poisson", "1", "Poisson's ratio of balls and rings", "(-1, 0.5]", default=0.3),
 )
 _CAPACITY = (
     Field("dynamic", "N", "basic dynamic radial load rating C (ISO 281), as a catalogue gives it", optional=True),

@@ -1,6 +1,5 @@
 """The key table of grid files: every key with its unit, range, default and meaning."""
 
-import math
 from collections.abc import Sequence
 
 from ...contracts.catalogue import (
@@ -15,6 +14,7 @@ from ...contracts.catalogue import (
     Keys,
     Law,
     Mechanism,
+    ranged,
     torsional,
     with_given_size,
 )
@@ -45,11 +45,11 @@ from .library_names import DEFAULT_WEAR_LAW, PAIR, UNCHECKED
 from .run_keys import TIME_BUDGET_FIELD, add_life_keys, add_save_keys, add_start_keys
 
 DIMENSIONLESS = "dimensionless"
-_COEFFICIENT = Field(
+_COEFFICIENT = ranged(
     "coefficient",
     "m^2/N",
     "wear coefficient of both bodies: depth per pressure and sliding distance; with `energy`: volume per work, m^3/J",
-    low_open=False,
+    "[0, inf)",
     optional=True,
 )
 _WEAR_FIELDS = (
@@ -78,17 +78,7 @@ _PRESSURE_VELOCITY_LIMIT = Field(
     "largest allowed product of pressure and sliding speed in the bearing; the run measures the time above it",
     optional=True,
 )
-_BINS = Field(
-    "bins",
-    "1",
-    "number of angular bins around each body",
-    8,
-    1e6,
-    low_open=False,
-    high_open=False,
-    default=360,
-    integer=True,
-)
+_BINS = ranged("bins", "1", "number of angular bins around each body", "[8, 1e6]", default=360, integer=True)
 _LENGTH_BINS = _BINS._replace(name="length_bins", text="number of bins along each body", low=1, high=1000, default=20)
 _PIN_LENGTH = Field(
     "length", "m", "length of the joint along the pin; wear and the laws of cylinders need it", optional=True
@@ -103,7 +93,7 @@ _GUIDE_FIELDS = (
     Field("length", "m", "length of the block along the guide"),
     _GUIDE_HEIGHT,
 )
-_SLOT_LENGTH = Field("slot_length", "m", "length of the slot between the centres of its rounded ends", low_open=False)
+_SLOT_LENGTH = ranged("slot_length", "m", "length of the slot between the centres of its rounded ends", "[0, inf)")
 _SLOT_FIELDS = (
     Field("clearance", "m", "clearance between the pin and each wall, with the pin in the middle"),
     Field("bearing_radius", "m", "half the width of the slot; the radius of the pin is smaller by the clearance"),
@@ -111,26 +101,15 @@ _SLOT_FIELDS = (
     Field("length", "m", "length of the joint along the pin; wear needs it", optional=True),
 )
 _SLOT_PRESSURE_LAW = "hertz-line"  # the pressure law of wear in a slot; others assume a journal in a bearing
-_TIME_LIMIT = Field(
-    "time_limit",
-    "s",
-    "simulated time after which a case with a free crank ends",
-    0.0,
-    1e9,
-    high_open=False,
-    default=60.0,
+_TIME_LIMIT = ranged(
+    "time_limit", "s", "simulated time after which a case with a free crank ends", "(0, 1e9]", default=60.0
 )
-_TOLERANCE = Field(
-    "tolerance", "1", "relative local tolerance", 1e-13, 1e-2, low_open=False, high_open=False, default=1e-8
-)
-_STEP_BUDGET = Field(
+_TOLERANCE = ranged("tolerance", "1", "relative local tolerance", "[1e-13, 0.01]", default=1e-8)
+_STEP_BUDGET = ranged(
     "step_budget",
     "1",
     "largest number of steps per revolution of the case, rejected steps included",
-    1,
-    1e12,
-    low_open=False,
-    high_open=False,
+    "[1, 1e12]",
     integer=True,
 )
 _BUDGET_FIELDS = (
@@ -140,35 +119,33 @@ _BUDGET_FIELDS = (
     ),
 )
 _SIMULATE_FIELDS = (
-    Field(
+    ranged(
         "revolutions",
         "1",
         "number of crank revolutions, `discard` included; with `until`: the smallest number",
-        0.0,
-        1e9,
-        high_open=False,
+        "(0, 1e9]",
         default=10.0,
     ),
-    Field(
+    ranged(
         "discard",
         "1",
         "number of revolutions before statistics and wear begin; default: 2, or 0 if `revolutions` is at most 2",
-        low_open=False,
+        "[0, inf)",
         optional=True,
     ),
     _TOLERANCE,
 )
 _CYCLE_FIELDS = (
-    Field("cycles", "1", "number of cycles, `discard` included", 0.0, 1e9, high_open=False),
+    ranged("cycles", "1", "number of cycles, `discard` included", "(0, 1e9]"),
     _SIMULATE_FIELDS[1]._replace(
         text="number of cycles before statistics begin; default: 2, or 0 if `cycles` is at most 2"
     ),
-    Field("period", "s", "length of a cycle", 0.0, 1e9, high_open=False),
+    ranged("period", "s", "length of a cycle", "(0, 1e9]"),
     _TOLERANCE,
 )
 _TIME_FIELDS = (
-    Field("time", "s", "length of the run, `discard` included", 0.0, 1e9, high_open=False),
-    Field("discard", "s", "time before statistics begin", low_open=False, default=0.0),
+    ranged("time", "s", "length of the run, `discard` included", "(0, 1e9]"),
+    ranged("discard", "s", "time before statistics begin", "[0, inf)", default=0.0),
     _TOLERANCE,
 )
 #: Fields of `simulate` by what the length of a run is measured in.
@@ -183,15 +160,14 @@ _EVERY_LENGTH = (
     ),
 )
 _UNTIL_FIELDS = (
-    Field(
+    ranged(
         "relative_ci",
         "1",
-        ("largest half-width of the figure's 95 % interval, relative to the figure"),
-        0.0,
-        1.0,
+        "largest half-width of the figure's 95 % interval, relative to the figure",
+        "(0, 1)",
         default=0.05,
     ),
-    Field("max_revolutions", "1", "largest number of revolutions", 0.0, 1e6, high_open=False, default=500.0),
+    ranged("max_revolutions", "1", "largest number of revolutions", "(0, 1e6]", default=500.0),
 )
 _NO_INTERVAL_TEXT = "the intervals of maxima, minima and totals do not narrow as a run continues"
 _PREDICTION_HORIZON = Flag("compute the Lyapunov exponent and the prediction horizon with a second run")
@@ -441,11 +417,11 @@ def _add_slot(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) 
 
 _BACKLASH = Field("backlash", "m", "play between the teeth on the pitch circle, from flank to flank")
 _PLAY = Field("play", "rad", "angle by which the second body can turn if the first does not")
-_DRAG = Field(
+_DRAG = ranged(
     "drag",
     "N*m*s/rad",
     "viscous torque per rate of the second body relative to the first, which also acts without contact",
-    low_open=False,
+    "[0, inf)",
     default=0.0,
 )
 
@@ -480,7 +456,9 @@ def _add_ends(keys: KeyTable, path: str, quantity: str, unit: str, catalogue: Ca
     keys.setdefault(path, Section("a joint without clearance whose motion ends at stops", "optional"))
     keys[f"{path}.stops"] = Section("the stops of a joint, which may have a clearance, too")
     keys[f"{path}.stops.at"] = Section(f"{quantity} at both stops, the lower one first", "required", 2)
-    ends = (Field(str(k), unit, f"{quantity} at the {end} stop", -math.inf) for k, end in enumerate(("lower", "upper")))
+    ends = (
+        ranged(str(k), unit, f"{quantity} at the {end} stop", "(-inf, inf)") for k, end in enumerate(("lower", "upper"))
+    )
     add_numbers(keys, f"{path}.stops.at", tuple(ends), CHOICE)
     _add_contact_of_flanks(keys, f"{path}.stops", catalogue)
 

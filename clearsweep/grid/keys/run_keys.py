@@ -1,6 +1,6 @@
 """Keys of a run: saved results of a case (`save`), and its life (`life`)."""
 
-from ...contracts.catalogue import CONDITION, NUMERICS, STARTS, Field
+from ...contracts.catalogue import CONDITION, NUMERICS, STARTS, Field, ranged
 from . import KeyTable, NameList, Number, Section, Use, Word
 from .joint_keys import add_numbers
 
@@ -13,14 +13,11 @@ _CHANNELS_LIST = NameList(
     "a list of names",
     "[slider/a, crank/torque]",
 )
-_SAMPLES_FIELD = Field(
+_SAMPLES_FIELD = ranged(
     "samples",
     "1",
     "number of samples per revolution; of an impact-pair: per run",
-    1,
-    1e7,
-    low_open=False,
-    high_open=False,
+    "[1, 1e7]",
     default=720,
     integer=True,
 )
@@ -30,14 +27,11 @@ _SAVED_REVOLUTIONS_FIELD = Field(
     "number of revolutions that `last` saves; default: 2, or all if the run has fewer",
     optional=True,
 )
-_WORST_FIELD = Field(
+_WORST_FIELD = ranged(
     "worst",
     "1",
     "number of cases with a saved peak revolution: those with the largest force_peak_ratio",
-    1,
-    1000,
-    low_open=False,
-    high_open=False,
+    "[1, 1000]",
     optional=True,
     integer=True,
 )
@@ -59,41 +53,32 @@ def add_save_keys(keys: KeyTable, *, has_turns: bool) -> None:
 LIFE = "life"
 LIMITED_QUANTITIES = ("wear_depth_max", "clearance_growth")
 TIME_BUDGET_PATH = "simulate.time_budget"
-TIME_BUDGET_FIELD = Field(
+TIME_BUDGET_FIELD = ranged(
     "time_budget",
     "s",
     "largest process time of a case; unlimited by default with `life`; not part of `case_id`",
-    0.0,
-    1e9,
-    high_open=False,
+    "(0, 1e9]",
     default=600.0,
 )
 _LIFE_FIELDS = (
     Field("limit", "m", "largest acceptable value of the limited quantity"),
-    Field(
+    ranged(
         "tolerance",
         "1",
         "accuracy of the life, 0.05 for about 5 %; smaller is slower: largest share of a jump's wear that may be in "
         "other bins at its end than at its start; four times the largest error of a profile by a jump, over its final "
         "depth; also the required relative half-width of the 95 % interval of a block's wear rate",
-        1e-4,
-        0.5,
-        low_open=False,
-        high_open=False,
+        "[0.0001, 0.5]",
         default=0.05,
     ),
-    Field(
+    ranged(
         "max_revolutions",
         "1",
         "largest number of revolutions of a block, `discard` included",
-        0.0,
-        1e6,
-        high_open=False,
+        "(0, 1e6]",
         default=500.0,
     ),
-    Field(
-        "blocks", "1", "largest number of blocks", 2, 1e6, low_open=False, high_open=False, default=200, integer=True
-    ),
+    ranged("blocks", "1", "largest number of blocks", "[2, 1e6]", default=200, integer=True),
     Field("longest_jump", "1", "largest number of revolutions between two blocks; default: unlimited", optional=True),
 )
 
@@ -123,27 +108,16 @@ START, CARRIED = "simulate.start", "simulate.carried_axis"
 DIRECTION, DRAW = STARTS
 BRANCHES = ("carried", "random")  # starts of which the grid runs several at each point
 _OF_CARRIED, _OF_RANDOM = (((START, frozenset({word})),) for word in BRANCHES)
-_DRAW_FIELD = Field(
+_DRAW_FIELD = ranged(
     "draw",
     "1",
     "number of a random start; `start: {random: 32}` sweeps 1 to 32",
-    1,
-    1e5,
-    low_open=False,
-    high_open=False,
+    "[1, 100000]",
     default=1,
     integer=True,
 )
-_SEED_FIELD = Field(
-    "seed",
-    "1",
-    "a whole number that determines the random starts",
-    0,
-    2**31,
-    low_open=False,
-    high_open=False,
-    default=0,
-    integer=True,
+_SEED_FIELD = ranged(
+    "seed", "1", "a whole number that determines the random starts", "[0, 2147483648]", default=0, integer=True
 )
 _START_FORMS = (
     {

@@ -1,13 +1,12 @@
 """Reads what a grid varies: combined, together or drawn, and coexisting motions; labels of values."""
 
-import math
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import replace
 from itertools import product
 from typing import Any
 
-from ...contracts.catalogue import CHOICE, Field
+from ...contracts.catalogue import CHOICE, ranged
 from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
 from ..keys import KeyTable, Name, Number, Section, Use, Word, value_key, word_key
@@ -368,7 +367,7 @@ def keys_of_definitions(definitions: Definitions) -> KeyTable:
     if not definitions.varied_names:
         return {}
     names = [name for name in definitions.expression_by_name if name in definitions.varied_names]
-    fields = {name: Field(name, definitions.units[name], "defined by the grid", low=-math.inf) for name in names}
+    fields = {name: ranged(name, definitions.units[name], "defined by the grid", "(-inf, inf)") for name in names}
     numbers = {f"{DEFINE_PREFIX}{name}": Number((Use(field),), CHOICE) for name, field in fields.items()}
     return {DEFINE: Section(DEFINE_TEXT, need="optional"), **numbers}
 

@@ -3,7 +3,7 @@
 from collections.abc import Mapping
 from typing import NamedTuple
 
-from ...contracts.catalogue import Field, Law
+from ...contracts.catalogue import Field, Law, ranged
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.family import family, kernel
@@ -90,12 +90,11 @@ register(
         (
             SLIDING,
             BRISTLES,
-            Field(
+            ranged(
                 "shape",
                 "1",
                 "exponent of the approach to sliding; 1: exponential, larger: slower",
-                1.0,
-                low_open=False,
+                "[1, inf)",
                 default=1.0,
             ),
         ),
@@ -184,7 +183,7 @@ DAMPED_BRISTLES = (
     STATIC._replace(low_open=True),
     *STRIBECK,
     BRISTLES,
-    Field("bristle_damping", "s/m", "damping of the bristles per load, at zero sliding speed, sigma1", low_open=False),
+    ranged("bristle_damping", "s/m", "damping of the bristles per load, at zero sliding speed, sigma1", "[0, inf)"),
     Field(
         "damping_velocity",
         "m/s",
@@ -291,12 +290,11 @@ register(
         "that quote it; per load, the falling damping after Olsson 1996, Control Systems with Friction, Lund",
         (
             *DAMPED_BRISTLES,
-            Field(
+            ranged(
                 "elastic_share",
                 "1",
                 "friction relative to mu N up to which all displacement is elastic; the default is a choice",
-                0.0,
-                1.0,
+                "(0, 1)",
                 default=0.7,
             ),
         ),

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contracts.case import Joint
-from ...contracts.catalogue import Field, Law, Merit, Range
+from ...contracts.catalogue import Field, Law, Merit, Range, ranged
 from ...language.errors import InputError
 from ...tracing import portable
 from ...tracing.compiled import calculus as math
@@ -108,7 +108,7 @@ register(
         "Bai & Zhao's stiffness times a power of the penetration, as printed",
         "F_elastic = K_n pen^n, K_n = (1/8) pi E* sqrt(2 pen (3 c + 2 pen)^2 / (c + pen)^3)",
         "after Bai & Zhao 2012, Int. J. Mech. Sci. 54:190; as reported by others, not compared with the paper",
-        (Field("exponent", "1", "exponent n; the published value is 1.5", 1.0, 2.0, False, False, default=1.5),),
+        (ranged("exponent", "1", "exponent n; the published value is 1.5", "[1, 2]", default=1.5),),
         contact="line",
         needs=("material",),
         unsound="dimensionally inconsistent, and independent of the length",

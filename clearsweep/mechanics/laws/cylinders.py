@@ -30,7 +30,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contracts.case import Joint
-from ...contracts.catalogue import Columns, Field, Law, Merit, Order, Range
+from ...contracts.catalogue import Columns, Field, Law, Merit, Order, Range, ranged
 from ...language.errors import InputError
 from ...tracing.compiled import calculus
 from ...tracing.compiled.dual import as_type_of
@@ -171,14 +171,11 @@ register_line_law(
         "after Radzimovsky 1953, Univ. Illinois Eng. Exp. Station Bulletin 408; b as in Roark's Formulas for Stress "
         "and Strain",
         (
-            Field(
+            ranged(
                 "curvature_factor",
                 "1",
                 "definition of K_D; 2: by diameters, as in Roark; 1: by radii, as in the multibody literature",
-                1.0,
-                2.0,
-                False,
-                False,
+                "[1, 2]",
                 default=2,
                 integer=True,
             ),

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ...contracts.catalogue import Field, Law
+from ...contracts.catalogue import Field, Law, ranged
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
 from .contract import UNKNOWN, current_piece, kinks, penetration_variable, rate_variable, register, register_pieces
@@ -18,7 +18,7 @@ from .loss import (
 
 MASS = Field("mass", "kg", "effective mass of the impact, m1 m2 / (m1 + m2)")
 SPRING = Field("stiffness", "N/m", "stiffness of the spring")
-DAMPER = Field("damping", "N*s/m", "coefficient of the damper", low_open=False)
+DAMPER = ranged("damping", "N*s/m", "coefficient of the damper", "[0, inf)")
 
 # ---------------------------------------------------------------------------------------------- root of the stiffness
 
@@ -228,11 +228,7 @@ register(
         "viscoelastic spheres, clipped",
         "F = max(0, F_elastic + damping sqrt(pen) rate)",
         "Kuwabara & Kono 1987, Jpn. J. Appl. Phys. 26:1230",
-        (
-            Field(
-                "damping", "N*s/m^1.5", "coefficient of the damper per square root of the penetration", low_open=False
-            ),
-        ),
+        (ranged("damping", "N*s/m^1.5", "coefficient of the damper per square root of the penetration", "[0, inf)"),),
         notes="The restitution depends on the speed and tends to 1 at low speed.  Made for an exponent of 1.5.",
     ),
     (RootViscous,),

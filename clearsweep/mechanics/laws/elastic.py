@@ -9,7 +9,7 @@ import math
 from typing import NamedTuple
 
 from ...contracts.case import Joint, Materials
-from ...contracts.catalogue import Field, Law, Range
+from ...contracts.catalogue import Field, Law, Range, ranged
 from ...tracing.compiled import calculus
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.dual import as_type_of
@@ -264,7 +264,7 @@ register(
         "the sphere's stiffness with another exponent",
         "F_elastic = (4/3) E* sqrt(R_b R_j / (R_b - R_j)) pen^n",
         "after Lankarani & Nikravesh 1994, Nonlinear Dyn. 5:193; as found in multibody codes",
-        (Field("exponent", "1", "exponent n", 1.0, 1.5, False, False, default=1.5),),
+        (ranged("exponent", "1", "exponent n", "[1, 1.5]", default=1.5),),
         needs=("material",),
         contact="ball",
         trusted=(_BALL,),

@@ -19,7 +19,7 @@ add up to 0.  Split equally, M_j = -C - e F_t / 2 and M_b = C - e F_t / 2, only 
 
 from typing import NamedTuple
 
-from ...contracts.catalogue import Field, Law
+from ...contracts.catalogue import Field, Law, ranged
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import family, family_with_default, kernel
@@ -414,11 +414,11 @@ register(
             Field("roughness", "m", "standard deviation of the combined heights of both surfaces"),
             Field("density", "1", "number of asperities per area, times tip radius, times roughness", default=0.05),
             Field("sharpness", "1", "roughness divided by the tip radius of the asperities", default=0.01),
-            Field(
+            ranged(
                 "mean_height",
                 "m",
                 "mean height of the asperities of both surfaces above the zero of the film thickness; default: 0",
-                low_open=False,
+                "[0, inf)",
                 optional=True,
             ),
             Field("modulus", "Pa", "contact modulus E* of both bodies; default: from contact.material", optional=True),

@@ -5,7 +5,7 @@ The formula of some changes at some sliding speeds, so that steps end there.
 
 from typing import NamedTuple
 
-from ...contracts.catalogue import MODEL, Field, Law, Order
+from ...contracts.catalogue import MODEL, Field, Law, Order, ranged
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.choosing import where
 from ...tracing.compiled.family import family, family_with_default, kernel
@@ -105,9 +105,9 @@ def _friction_force_frictionless(friction, normal, slip):
 
 # ---------------------------------------------------------------------------------------------- fields of several laws
 
-COEFFICIENT = Field("coefficient", "1", "coefficient of kinetic friction, mu", low_open=False)
-STATIC = Field("static_coefficient", "1", "coefficient of static friction, mu_s", low_open=False)
-VISCOUS = Field("viscous", "s/m", "increase of the coefficient per sliding speed", low_open=False, default=0.0)
+COEFFICIENT = ranged("coefficient", "1", "coefficient of kinetic friction, mu", "[0, inf)")
+STATIC = ranged("static_coefficient", "1", "coefficient of static friction, mu_s", "[0, inf)")
+VISCOUS = ranged("viscous", "s/m", "increase of the coefficient per sliding speed", "[0, inf)", default=0.0)
 STRIBECK = (
     Field("stribeck_velocity", "m/s", "sliding speed over which friction falls from static to kinetic"),
     Field(
@@ -248,7 +248,7 @@ register(
         "Ambrosio 2003, in Virtual Nonlinear Multibody Systems, NATO Science Series 103",
         (
             COEFFICIENT,
-            Field("v0", "m/s", "sliding speed below which there is no friction", low_open=False, role=MODEL),
+            ranged("v0", "m/s", "sliding speed below which there is no friction", "[0, inf)", role=MODEL),
             Field("v1", "m/s", "sliding speed of full friction", role=MODEL),
         ),
         notes="No friction at all within the dead band: parts creep.",
@@ -288,15 +288,12 @@ register(
         (
             COEFFICIENT,
             Field("velocity_scale", "m/s", "sliding speed of full friction", role=MODEL),
-            Field(
+            ranged(
                 "divisor",
                 "1",
                 "divisor of the formula; 0.95: full friction is mu N; 1: it is 0.95 mu N, as in papers without the "
                 "divisor",
-                0.95,
-                1.0,
-                False,
-                False,
+                "[0.95, 1]",
                 default=0.95,
             ),
         ),
@@ -339,7 +336,7 @@ register(
             COEFFICIENT,
             STATIC,
             Field("velocity_scale", "m/s", "sliding speed at which the static friction is reached", role=MODEL),
-            Field("decay", "s/m", "rate of the fall from static to kinetic friction", low_open=False),
+            ranged("decay", "s/m", "rate of the fall from static to kinetic friction", "[0, inf)"),
         ),
         notes="Creeps where it should stick.",
     ),

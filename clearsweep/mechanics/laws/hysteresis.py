@@ -7,7 +7,7 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 from ...contracts.case import Joint
-from ...contracts.catalogue import Field, Law, Merit
+from ...contracts.catalogue import Field, Law, Merit, ranged
 from ...tracing.compiled import calculus as math
 from .contract import UNKNOWN, compile_law, kinks, rate_variable, register, register_pieces
 from .elastic import elastic_force
@@ -118,10 +118,11 @@ def _restitution_by_speed(joint: Joint) -> dict[str, tuple[float, str]]:
 
 
 PRINTED_SPEEDS = (0.1, 1.0)  # m/s
-GIVEN_DAMPER = Field(
+GIVEN_DAMPER = ranged(
     "damping_factor",
     "s/m",
-    low_open=False,
+    "",
+    "[0, inf)",
     optional=True,
     refusal="with a given damper every law of the form F_elastic (1 + chi rate / onset_rate) equals hunt-crossley",
 )

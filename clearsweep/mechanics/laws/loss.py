@@ -26,7 +26,7 @@ import math
 from collections.abc import Callable
 from typing import NamedTuple
 
-from ...contracts.catalogue import Field
+from ...contracts.catalogue import ranged
 from ...tracing.compiled import calculus
 from ...tracing.compiled.choosing import cond, where
 from ...tracing.compiled.family import family, family_with_default, kernel
@@ -140,9 +140,7 @@ def approach_rate(piece, rate):
     return where(current_piece(piece, (0.0,), rate) == 1.0, rate, 0.0)
 
 
-ANY_RESTITUTION = Field(
-    "restitution", "1", "specified ratio of rebound speed to approach speed", 0.0, 1.0, False, False
-)
+ANY_RESTITUTION = ranged("restitution", "1", "specified ratio of rebound speed to approach speed", "[0, 1]")
 RESTITUTION = ANY_RESTITUTION._replace(low_open=True)  # for laws that cannot be lossless
 
 

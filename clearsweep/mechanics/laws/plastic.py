@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from ...contracts.catalogue import Field, Law
+from ...contracts.catalogue import Field, Law, ranged
 from ...tracing.compiled import calculus as math
 from ...tracing.compiled.dual import as_type_of
 from ...tracing.compiled.family import kernel
@@ -193,7 +193,7 @@ register(
         "/ 2",
         (
             RESTITUTION,
-            Field("yield_rate", "m/s", "onset rate up to which the contact is elastic", low_open=False, default=0.0),
+            ranged("yield_rate", "m/s", "onset rate up to which the contact is elastic", "[0, inf)", default=0.0),
         ),
         notes="For impacts that leave the elastic range.  Left out, yield_rate is 0: every contact yields.  With a "
         "law that does not yield, the column J_yield_speed of the joint is the speed of first yield.  At separation "

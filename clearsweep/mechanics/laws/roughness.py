@@ -25,7 +25,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contracts.case import Joint
-from ...contracts.catalogue import Columns, Field, Law
+from ...contracts.catalogue import Columns, Field, Law, ranged
 from ...language.errors import InputError
 from .contract import register, require
 from .elastic import plane_strain_modulus
@@ -144,13 +144,13 @@ _LAG_DIVISOR = 40  # the longest lag is this fraction of the profile, a fifth of
 _STEP_TOLERANCE = 0.01  # relative tolerance of equal steps
 _POWER_MARGIN = 0.02  # distance from the ends 0 and 2, where a power of the lag is not fractal
 
-DIMENSION = Field("dimension", "1", "fractal dimension D of a profile", 1.0, 2.0, optional=True)
+DIMENSION = ranged("dimension", "1", "fractal dimension D of a profile", "(1, 2)", optional=True)
 SCALE = Field("scale", "m", "length G, which scales the heights of the profile", optional=True)
 PROFILE = Columns(
     "from_profile",
     "measured profile that replaces dimension and scale; it needs at least 1000 rows in even steps",
-    (Field("x", "m", "position along the surface", -math.inf),),
-    (Field("height", "m", "height of the surface", -math.inf),),
+    (ranged("x", "m", "position along the surface", "(-inf, inf)"),),
+    (ranged("height", "m", "height of the surface", "(-inf, inf)"),),
 )
 
 

@@ -18,6 +18,7 @@ from ...contracts.catalogue import (
     Mechanism,
     Outline,
     Output,
+    ranged,
 )
 from ...contracts.machine import Bending, BodyPoint, Elastic, Guide, Machine, Pin, Push, Slot
 from ...language.errors import InputError
@@ -31,11 +32,11 @@ from .observed import vibration_keys
 # ---------------------------------------------------------------------------------------------- gravity
 
 
-_GRAVITY = Field(
+_GRAVITY = ranged(
     "gravity",
     "m/s^2",
     "acceleration of gravity, along -y; a list of two is the acceleration along x and y",
-    -math.inf,
+    "(-inf, inf)",
     default=0.0,
     role=CONDITION,
 )
@@ -47,7 +48,7 @@ def gravity_section(outline: Outline) -> Keys:
     if not outline.inclined:
         return Keys("mechanism", "", (_GRAVITY,), role=CHOICE)
     fields = tuple(
-        Field(str(k), "m/s^2", f"acceleration of gravity along {axis}", -math.inf) for k, axis in enumerate("xy")
+        ranged(str(k), "m/s^2", f"acceleration of gravity along {axis}", "(-inf, inf)") for k, axis in enumerate("xy")
     )
     return Keys("mechanism.gravity", "acceleration of gravity along x and y", fields, role=CONDITION)
 
@@ -73,12 +74,12 @@ def with_sideways_gravity(machine: Machine, values: Mapping) -> Machine:
 # ---------------------------------------------------------------------------------------------- names of a grid
 
 
-_AXIS = Field(
+_AXIS = ranged(
     "axis",
     "rad",
     "angle of the line of a guide or slot, through the proximal point, in the frame of the proximal body; not for a "
     "pin",
-    -math.inf,
+    "(-inf, inf)",
     default=0.0,
 )
 #: Numbers of a joint by its type; others are those of a guide.
@@ -86,7 +87,7 @@ _FIELDS_BY_TYPE = {
     "revolute": (),
     ANY: (_AXIS, *(field._replace(text=f"of a gear: {field.text}", optional=True) for field in GEAR_FIELDS)),
 }
-_ALONG = Field("along", "rad", "direction in which the motion of the point is measured", -math.inf, default=0.0)
+_ALONG = ranged("along", "rad", "direction in which the motion of the point is measured", "(-inf, inf)", default=0.0)
 
 
 def joint_keys(joint: JointOutline, endpoints: tuple[str, ...]) -> Iterable[Keys]:
@@ -114,7 +115,7 @@ def output_keys(outline: Outline) -> Iterable[Keys]:
     """Yield the sections of the start and the output."""
     moving_bodies = tuple(body.name for body in outline.bodies if body.name != GROUND)
     start = tuple(
-        Field(body, "rad", "initial guess of the angle of this body; default: 0", -math.inf, optional=True)
+        ranged(body, "rad", "initial guess of the angle of this body; default: 0", "(-inf, inf)", optional=True)
         for body in moving_bodies
     )
     yield Keys(
@@ -371,14 +372,12 @@ _AXIAL = (
         integer=True,
         role=NUMERICS,
     ),
-    Field(
+    ranged(
         "damping",
         "1",
         "damping ratio of the first axial mode of the link with free ends; the ratio of a mode grows with its "
         "frequency; of a link that bends also that of its first mode with pinned ends",
-        0.0,
-        1.0,
-        low_open=False,
+        "[0, 1)",
         default=0.0,
     ),
 )

@@ -7,47 +7,44 @@ from collections.abc import Callable
 import numpy as np
 
 from ...contracts import case, machine
-from ...contracts.catalogue import ANY, CHOICE, CONDITION, Columns, Field, Keys, Law, Outline
+from ...contracts.catalogue import ANY, CHOICE, CONDITION, Columns, Field, Keys, Law, Outline, ranged
 from ..laws.contract import compile_law
 from ..laws.sampled import attempted
 from .planar.drives import direction_of, motion_at, motor_torque, no_load_speed
 
-_START_ANGLE = Field("start_angle", "rad", "crank angle at t = 0; default: 0", -math.inf, optional=True)
+_START_ANGLE = ranged("start_angle", "rad", "crank angle at t = 0; default: 0", "(-inf, inf)", optional=True)
 _FREE = (
-    Field("initial_speed", "rad/s", "crank speed at t = 0", -math.inf, default=0.0),
-    Field(
-        "inertia",
-        "kg*m^2",
-        "inertia of a flywheel, added to that of the crank",
-        low_open=False,
-        default=0.0,
-        role=CHOICE,
+    ranged("initial_speed", "rad/s", "crank speed at t = 0", "(-inf, inf)", default=0.0),
+    ranged(
+        "inertia", "kg*m^2", "inertia of a flywheel, added to that of the crank", "[0, inf)", default=0.0, role=CHOICE
     ),
 )
 _SPEED_TABLE = Columns(
     "table",
     "crank speed as a function of time, linear between the rows and constant outside the table",
-    (Field("time", "s", "time", -math.inf),),
-    (Field("speed", "rad/s", "crank speed, negative where it turns clockwise", -math.inf),),
+    (ranged("time", "s", "time", "(-inf, inf)"),),
+    (ranged("speed", "rad/s", "crank speed, negative where it turns clockwise", "(-inf, inf)"),),
     nonzero=("speed",),
 )
-CRANK_SPEED = Field("speed", "rad/s", "constant crank speed, negative for a clockwise crank", -math.inf, nonzero=True)
+CRANK_SPEED = ranged(
+    "speed", "rad/s", "constant crank speed, negative for a clockwise crank", "(-inf, inf)", nonzero=True
+)
 _ANGLE_TABLE = Columns(
     "table",
     "crank angle as a function of time, a natural cubic spline through the rows; at constant speed behind the last",
-    (Field("time", "s", "time; the first row is the start, 0 s", low_open=False),),
-    (Field("angle", "rad", "crank angle", -math.inf),),
+    (ranged("time", "s", "time; the first row is the start, 0 s", "[0, inf)"),),
+    (ranged("angle", "rad", "crank angle", "(-inf, inf)"),),
     from_zero=True,
 )
 _TARGET_TABLE = _ANGLE_TABLE._replace(
     text="target angle of the crank as a function of time, a natural cubic spline through the rows",
-    values=(Field("angle", "rad", "target angle", -math.inf),),
+    values=(ranged("angle", "rad", "target angle", "(-inf, inf)"),),
 )
 _TORQUE_TABLE = Columns(
     "table",
     "motor torque as a function of the crank speed, monotone cubic (PCHIP) between the rows and constant outside",
-    (Field("speed", "rad/s", "crank speed", -math.inf),),
-    (Field("torque", "N*m", "motor torque", -math.inf),),
+    (ranged("speed", "rad/s", "crank speed", "(-inf, inf)"),),
+    (ranged("torque", "N*m", "motor torque", "(-inf, inf)"),),
     nonzero=("torque",),
 )
 #: Forms of a drive whose numbers are in a section of `drive`, with the table of that section.
@@ -84,7 +81,7 @@ DRIVES = {
             "torque",
             "a free crank under a constant torque",
             "torque = constant; the crank's angle is a coordinate",
-            (Field("torque", "N*m", "torque on the crank", -math.inf), *_FREE, _START_ANGLE),
+            (ranged("torque", "N*m", "torque on the crank", "(-inf, inf)"), *_FREE, _START_ANGLE),
         ),
         _drive(
             "motor",
@@ -110,7 +107,7 @@ DRIVES = {
             "torque = stiffness (target - angle) + damping (target rate - rate), at most torque_limit either way",
             (
                 Field("servo.stiffness", "N*m/rad", "torque per angle behind the target"),
-                Field("servo.damping", "N*m*s/rad", "torque per rate behind that of the target", low_open=False),
+                ranged("servo.damping", "N*m*s/rad", "torque per rate behind that of the target", "[0, inf)"),
                 Field("servo.torque_limit", "N*m", "largest torque; default: unlimited", optional=True),
                 *_FREE,
                 _START_ANGLE,

@@ -13,6 +13,7 @@ from ...contracts.catalogue import (
     Mechanism,
     Outline,
     Output,
+    ranged,
 )
 from ...contracts.machine import Aim, Body, BodyPoint, Machine, Pin
 from . import described
@@ -23,13 +24,13 @@ from .mounts import mounts_of
 _LENGTH = Field("length", "m", "distance between the two pins of the body")
 _LINK = (
     _LENGTH,
-    Field("mass", "kg", "mass of the body", low_open=False),
-    Field("inertia", "kg*m^2", "moment of inertia about the centre of mass", low_open=False),
-    Field(
+    ranged("mass", "kg", "mass of the body", "[0, inf)"),
+    ranged("inertia", "kg*m^2", "moment of inertia about the centre of mass", "[0, inf)"),
+    ranged(
         "center",
         "m",
         "distance from the first pin (of the rocker: its ground pivot) to the centre of mass; default: half the length",
-        -math.inf,
+        "(-inf, inf)",
         optional=True,
     ),
 )

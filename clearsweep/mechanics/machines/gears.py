@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable, Mapping
 
 from ...contracts.case import STOPS_SUFFIX
-from ...contracts.catalogue import CHOICE, GROUND, Choice, Field, JointOutline, Keys
+from ...contracts.catalogue import CHOICE, GROUND, Choice, Field, JointOutline, Keys, ranged
 from ...contracts.machine import Body, BodyPoint, Guide, Mesh, Pin, Stops
 from ...language.errors import InputError
 from .loads import LoadPoints
@@ -13,20 +13,19 @@ GEAR, COUPLING = "gear", "coupling"
 FLANKED = (GEAR, COUPLING)  # types of joints whose play lies between two flanks
 DISTANCE_TOLERANCE = 1e-6  # of the centre distance, by which it may differ from that of the pitch circles
 GEAR_FIELDS = (
-    Field(
+    ranged(
         "ratio",
         "1",
         "pitch radius of the second wheel over that of the first; above 0 if both have outer teeth, below 0 if one has "
         "inner teeth; not 0",
-        -math.inf,
+        "(-inf, inf)",
     ),
     Field("radius", "m", "pitch radius of the first wheel"),
     Field(
         "pressure_angle",
         "rad",
         "angle between the line of action and the tangent of the pitch circles",
-        0.0,
-        0.25 * math.pi,
+        high=math.pi / 4.0,
         low_open=False,
         default=math.radians(20.0),
     ),

@@ -18,47 +18,50 @@ from ...contracts.catalogue import (
     Keys,
     Law,
     LoadOutline,
+    ranged,
 )
 from ..laws.contract import compile_law
 
 CENTER = "center"  # the name of a body's centre of mass as a point
 CENTER_TEXT = "centre of mass"
 _FORCE = (
-    Field("0", "N", "force along x of the fixed frame", -math.inf),
-    Field("1", "N", "force along y of the fixed frame", -math.inf),
+    ranged("0", "N", "force along x of the fixed frame", "(-inf, inf)"),
+    ranged("1", "N", "force along y of the fixed frame", "(-inf, inf)"),
 )
-_TORQUE = Field("torque", "N*m", "torque on the body, counter-clockwise", -math.inf, optional=True, role=CONDITION)
-_SCALE = Field("scale", "1", "factor on all forces and torques of the table", -math.inf, default=1.0, role=CONDITION)
+_TORQUE = ranged("torque", "N*m", "torque on the body, counter-clockwise", "(-inf, inf)", optional=True, role=CONDITION)
+_SCALE = ranged(
+    "scale", "1", "factor on all forces and torques of the table", "(-inf, inf)", default=1.0, role=CONDITION
+)
 _TABLE = Columns(
     "table",
     "force and torque as functions of the crank angle or of time; a table over the crank angle repeats with the period "
     "of its span; a table over time is constant outside its span; monotone cubics (PCHIP) interpolate between the rows",
     (
-        Field("crank_angle", "rad", "crank angle", -math.inf),
-        Field("time", "s", "time", -math.inf),
+        ranged("crank_angle", "rad", "crank angle", "(-inf, inf)"),
+        ranged("time", "s", "time", "(-inf, inf)"),
     ),
     (
-        Field("fx", "N", "force along x", -math.inf),
-        Field("fy", "N", "force along y", -math.inf),
-        Field("torque", "N*m", "torque on the body", -math.inf),
-        Field("pressure", "Pa", "pressure on a piston of diameter `bore`", -math.inf),
+        ranged("fx", "N", "force along x", "(-inf, inf)"),
+        ranged("fy", "N", "force along y", "(-inf, inf)"),
+        ranged("torque", "N*m", "torque on the body", "(-inf, inf)"),
+        ranged("pressure", "Pa", "pressure on a piston of diameter `bore`", "(-inf, inf)"),
     ),
 )
 _PISTON = (
     Field("bore", "m", "diameter of the piston on which the `pressure` of the table acts", optional=True, role=CHOICE),
-    Field(
+    ranged(
         "ambient",
         "Pa",
         "pressure behind the piston; left out: the table has the difference of both",
-        low_open=False,
+        "[0, inf)",
         optional=True,
         role=CONDITION,
     ),
-    Field(
+    ranged(
         "direction",
         "rad",
         "direction of the force of a pressure above `ambient`; left out: along -x, towards a crank at the origin",
-        -math.inf,
+        "(-inf, inf)",
         optional=True,
         role=CHOICE,
     ),
@@ -69,22 +72,22 @@ _REACTED = (
     "frame, see `vibration`",
 )
 _ANCHOR = (
-    Field("0", "m", "x coordinate of the anchor in the frame of the first body", -math.inf),
-    Field("1", "m", "y coordinate of the anchor in the frame of the first body", -math.inf),
+    ranged("0", "m", "x coordinate of the anchor in the frame of the first body", "(-inf, inf)"),
+    ranged("1", "m", "y coordinate of the anchor in the frame of the first body", "(-inf, inf)"),
 )
 _SPRING = (
-    Field("stiffness", "N/m", "stiffness of the spring", low_open=False),
-    Field("free_length", "m", "length of the spring without force", low_open=False, default=0.0),
-    Field("damping", "N*s/m", "coefficient of the damper parallel to the spring", low_open=False, default=0.0),
+    ranged("stiffness", "N/m", "stiffness of the spring", "[0, inf)"),
+    ranged("free_length", "m", "length of the spring without force", "[0, inf)", default=0.0),
+    ranged("damping", "N*s/m", "coefficient of the damper parallel to the spring", "[0, inf)", default=0.0),
 )
 _TORSION = (
-    Field("torsional_stiffness", "N*m/rad", "torque per angle of the spring", low_open=False, default=0.0),
-    Field("torsional_damping", "N*m*s/rad", "torque per rate of the parallel damper", low_open=False, default=0.0),
-    Field(
+    ranged("torsional_stiffness", "N*m/rad", "torque per angle of the spring", "[0, inf)", default=0.0),
+    ranged("torsional_damping", "N*m*s/rad", "torque per rate of the parallel damper", "[0, inf)", default=0.0),
+    ranged(
         "free_angle",
         "rad",
         "angle of the second body minus that of the first at which the spring has no torque",
-        -math.inf,
+        "(-inf, inf)",
         default=0.0,
     ),
 )

@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterable
 
 from ...contracts.case import Case
-from ...contracts.catalogue import CHOICE, CONDITION, GROUND, NUMERICS, Choice, Field, Keys, Mechanism, Outline
+from ...contracts.catalogue import CHOICE, CONDITION, GROUND, NUMERICS, Choice, Field, Keys, Mechanism, Outline, ranged
 from ...contracts.layout import is_along_output
 from ...contracts.machine import Body
 from ...contracts.vibration import FRAME, MAX_ORDERS, NO_SEVERITY, SEVERITIES, Location, PlaceOutline
@@ -27,15 +27,17 @@ _BAND = tuple(
     for k, (end, frequency) in enumerate((("lowest", 10.0), ("highest", 1000.0)))
 )
 _ZONES = tuple(Field(str(k), "m/s", f"largest velocity (rms) in zone {zone}") for k, zone in enumerate("ABC"))
-_ABOUT = tuple(Field(str(k), "m", f"{axis} coordinate in the fixed frame", -math.inf) for k, axis in enumerate("xy"))
+_ABOUT = tuple(
+    ranged(str(k), "m", f"{axis} coordinate in the fixed frame", "(-inf, inf)") for k, axis in enumerate("xy")
+)
 _POINT = tuple(
-    Field(str(k), "m", f"{axis} coordinate in the frame of the body", -math.inf) for k, axis in enumerate("xy")
+    ranged(str(k), "m", f"{axis} coordinate in the frame of the body", "(-inf, inf)") for k, axis in enumerate("xy")
 )
 _MASS = Field("mass", "kg", "mass of the frame; without it the frame does not move", optional=True, role=CHOICE)
 _STIFFNESS = tuple(
-    Field(str(k), "N/m", f"stiffness of the mount along {axis}", low_open=False) for k, axis in enumerate("xy")
+    ranged(str(k), "N/m", f"stiffness of the mount along {axis}", "[0, inf)") for k, axis in enumerate("xy")
 )
-_DAMPING = Field("damping", "1", "damping ratio of frame and mount", low_open=False, default=0.0)
+_DAMPING = ranged("damping", "1", "damping ratio of frame and mount", "[0, inf)", default=0.0)
 
 
 def vibration_keys(outline: Outline, bodies: Iterable[str]) -> tuple[Keys, ...]:

@@ -15,6 +15,7 @@ from ...contracts.catalogue import (
     Order,
     Outline,
     Output,
+    ranged,
 )
 from ...contracts.machine import Aim, Body, BodyPoint, Constant, Guide, Machine, Pin
 from . import described
@@ -158,17 +159,17 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
 
 
 _LENGTH = Field("length", "m", "distance between the two pins of the body")
-_CENTER = Field(
+_CENTER = ranged(
     "center",
     "m",
     "distance of the centre of mass from the pin nearer the drive; default: half the length",
-    -math.inf,
+    "(-inf, inf)",
     optional=True,
 )
 _CRANK = (
     _LENGTH,
-    Field("mass", "kg", "mass of the body", low_open=False),
-    Field("inertia", "kg*m^2", "moment of inertia about the centre of mass", low_open=False),
+    ranged("mass", "kg", "mass of the body", "[0, inf)"),
+    ranged("inertia", "kg*m^2", "moment of inertia about the centre of mass", "[0, inf)"),
     _CENTER,
 )
 _ROD = (
@@ -179,7 +180,7 @@ _ROD = (
 )
 _SLIDER = (
     Field("mass", "kg", "mass of the body"),
-    Field("offset", "m", "offset of the slider's line of motion along y; default: 0", -math.inf, optional=True),
+    ranged("offset", "m", "offset of the slider's line of motion along y; default: 0", "(-inf, inf)", optional=True),
     Field("inertia", "kg*m^2", "moment of inertia; required if slider-ground has clearance", optional=True),
 )
 _SITES = (

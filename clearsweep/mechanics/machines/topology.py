@@ -1,6 +1,5 @@
 """The mechanism of any topology, with user-defined bodies, points and joints, in the plane or in space."""
 
-import math
 from collections.abc import Iterable, Mapping
 
 from ...contracts.case import SUFFIX_WITH_CLEARANCE, Case
@@ -17,6 +16,7 @@ from ...contracts.catalogue import (
     Mechanism,
     Outline,
     Output,
+    ranged,
 )
 from ...contracts.machine import Aim, Body, Constant, Initial, Machine, Pin
 from . import described
@@ -175,14 +175,14 @@ def refusal(mechanism: Mechanism, case: Case) -> tuple[str, str] | None:
 
 
 _POSITION = tuple(
-    Field(str(k), "m", f"{axis} coordinate in the frame of the body", -math.inf) for k, axis in enumerate("xy")
+    ranged(str(k), "m", f"{axis} coordinate in the frame of the body", "(-inf, inf)") for k, axis in enumerate("xy")
 )
 _BODY = (
-    Field("mass", "kg", "mass of the body", low_open=False),
-    Field("inertia", "kg*m^2", "moment of inertia about the centre of mass", low_open=False),
+    ranged("mass", "kg", "mass of the body", "[0, inf)"),
+    ranged("inertia", "kg*m^2", "moment of inertia about the centre of mass", "[0, inf)"),
 )
 _INITIAL = tuple(
-    Field(name, unit, text, -math.inf, default=0.0)
+    ranged(name, unit, text, "(-inf, inf)", default=0.0)
     for name, unit, text in (
         ("x", "m", "x coordinate of the centre of mass in the fixed frame"),
         ("y", "m", "y coordinate of the centre of mass in the fixed frame"),
