@@ -12,15 +12,17 @@ from scipy.special import lambertw
 import clearsweep
 from clearsweep.mechanics.describe import REFERENCE
 from clearsweep.mechanics.joints import registry
-from clearsweep.mechanics.laws.conformal import (
+from clearsweep.mechanics.laws.cylinders import LOGARITHMIC_END, inverse_lambert
+from clearsweep.mechanics.laws.elastic import (
     CONFORMAL_END,
     FIT_END,
     angle_minus_sine,
+    elastic_force,
     fit_conformal_power,
     load_ratio,
+    material_stiffness,
+    root_parity,
 )
-from clearsweep.mechanics.laws.cylinders import LOGARITHMIC_END, inverse_lambert
-from clearsweep.mechanics.laws.elastic import elastic_force, material_stiffness, root_parity
 
 pytestmark = pytest.mark.heavy
 

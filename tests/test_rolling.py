@@ -20,8 +20,8 @@ from clearsweep.mechanics.joints.rolling import (
     element_loads,
     static_position,
 )
+from clearsweep.mechanics.laws.bearings import ball_stiffness, complete_elliptic, point_stiffness, roller_stiffness
 from clearsweep.mechanics.laws.elastic import Power, PowerThreeHalves
-from clearsweep.mechanics.laws.elements import ball_stiffness, complete_elliptic, point_stiffness, roller_stiffness
 from clearsweep.simulation.figures.window import by_joint
 from clearsweep.simulation.running.run import integration_of
 from clearsweep.simulation.setup.scene import load_case

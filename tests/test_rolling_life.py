@@ -5,7 +5,7 @@ import pytest
 
 from clearsweep.answers.validity import skidding_remark
 from clearsweep.contracts.case import Capacity, Rolling
-from clearsweep.mechanics.laws.rating import equivalent_loads, load_powers, passing_rates, rating_life, rating_loads
+from clearsweep.mechanics.laws.bearings import equivalent_loads, load_powers, passing_rates, rating_life, rating_loads
 
 BALL = Rolling("ball", 7, 11.5e-3, 43.5e-3, (0.52, 0.53), capacity=Capacity(23.4e3, 11.6e3))
 ROLLER = Rolling("roller", 6, 9e-3, 43.5e-3, capacity=Capacity(31.5e3))

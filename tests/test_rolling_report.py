@@ -10,7 +10,7 @@ from ruamel.yaml import YAML
 import clearsweep
 from clearsweep import report
 from clearsweep.contracts.case import Capacity, Rolling
-from clearsweep.mechanics.laws.rating import equivalent_loads, load_powers, rating_life
+from clearsweep.mechanics.laws.bearings import equivalent_loads, load_powers, rating_life
 from clearsweep.report.blocks.section import Picture, draw_svg
 from clearsweep.report.draw.maps import SECTORS, LoadedElements, draw_bearing, draw_load_distribution
 

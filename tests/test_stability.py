@@ -10,8 +10,7 @@ from mechanism_cases import slider_crank
 
 import clearsweep
 from clearsweep.contracts.results import TIMINGS
-from clearsweep.mechanics.laws.conformal import Liu
-from clearsweep.mechanics.laws.elastic import PowerThreeHalves
+from clearsweep.mechanics.laws.elastic import Liu, PowerThreeHalves
 from clearsweep.verify import extremes, stability
 
 pytestmark = pytest.mark.heavy

@@ -32,7 +32,7 @@ from ..joints.contract import (
 )
 from ..joints.worn import with_body_angles
 from ..laws.contract import StepStart, guard_values, latched, touches
-from ..machines.contract import body_angles, gaps, pose_at
+from ..machines.contract import body_angles, gaps, pose_at, put_signals
 from ..observe import (
     END,
     FIRST_IMPLICIT_ROW,
@@ -66,7 +66,6 @@ from .rates import (
     rates,
     scene_signal_count,
 )
-from .shaking import put_signals
 from .state import size_of, time_scale, touchable_contacts
 
 # What a loop over the stages leaves is that of all lanes; in plain Python it is that of the last stage alone.

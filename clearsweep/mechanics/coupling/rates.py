@@ -49,6 +49,8 @@ from ..joints.spatial.forces import POINT_CHANNELS
 from ..joints.worn import pairs, with_angles, with_body_angles
 from ..laws.contract import internal_rates, internal_state, touches
 from ..machines.contract import (
+    FRAME_CHANNELS,
+    PLACE_CHANNELS,
     accelerate,
     body_angles,
     crank_rate,
@@ -62,6 +64,8 @@ from ..machines.contract import (
     load_power,
     output_error,
     pose_at,
+    signal_count,
+    vibration_histories,
 )
 from ..observe import (
     ACCELERATION,
@@ -77,7 +81,6 @@ from ..observe import (
     write_contact_observables,
 )
 from .inertia import joints_with_mass, with_sticking_forces
-from .shaking import FRAME_CHANNELS, PLACE_CHANNELS, signal_count, vibration_histories
 from .state import kappa_over_root, put_friction_rates, size_of, time_scale, with_friction_states
 
 

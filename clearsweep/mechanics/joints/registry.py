@@ -23,10 +23,11 @@ from ...contracts.machine import Mesh as Gearing
 from ...contracts.machine import Stops
 from ...language.errors import InputError
 from ...tracing.compiled.vector import Vector
-from ..laws.conformal import Foundation
+from ..laws.bearings import elastic_of_elements
 from ..laws.contract import OWN_RECIPES, RECIPES, Recipe, compile_law, recipe_of
 from ..laws.cylinders import END_DEPTH, END_FORCE, END_Q
 from ..laws.elastic import (
+    Foundation,
     Linear,
     derived_stiffness,
     elastic_energy,
@@ -36,7 +37,6 @@ from ..laws.elastic import (
     relative_radius,
     static_penetration,
 )
-from ..laws.elements import elastic_of_elements
 from ..laws.film import DEFAULT_SHEAR_LAW, transition_depths
 from ..laws.friction import Frictionless, as_contact_friction
 from ..laws.loss import lowest_force, renewed_law
@@ -51,7 +51,7 @@ from .spatial.strips import spread_over
 
 # Each import registers its laws, which are listed in this order; those of the imports above come before them.
 # isort: off
-from ..laws import hysteresis, plastic, dampers, cylinders, bristles, reynolds  # noqa: F401
+from ..laws import hysteresis, plastic, cylinders, bristles, reynolds  # noqa: F401
 from ..wear import laws as wear_laws  # noqa: F401
 from .spatial import forces, slices  # noqa: F401
 # isort: on

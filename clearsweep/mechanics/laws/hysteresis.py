@@ -9,9 +9,9 @@ from typing import NamedTuple
 from ...contracts.case import Joint
 from ...contracts.catalogue import Field, Law, Merit, ranged
 from ...tracing.compiled import calculus as math
+from .bearings import elastic_of_elements
 from .contract import UNKNOWN, compile_law, kinks, rate_variable, register, register_pieces
 from .elastic import elastic_force
-from .elements import elastic_of_elements
 from .loss import (
     ANY_RESTITUTION,
     RESTITUTION,

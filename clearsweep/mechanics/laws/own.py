@@ -26,6 +26,7 @@ from ...tracing.compiled.family import is_plain
 from ...tracing.compiled.pinned import array_handle, call_number
 from ...tracing.objects import trace_scene
 from ...tracing.symbols import NotTraceableError
+from .bearings import elastic_of_elements
 from .contract import (
     ONSET_FLOOR,
     OWN_RECIPES,
@@ -46,7 +47,6 @@ from .contract import (
     slip_variable,
 )
 from .elastic import elastic_force, root_parity
-from .elements import elastic_of_elements
 from .film import FilmMotion, film_force
 from .friction import friction_force
 from .loss import always_needs_onset_rate, contact_force, lowest_force, needs_onset_rate, sign_past_separation

@@ -19,8 +19,7 @@ from ...tracing.compiled import calculus
 from ...tracing.compiled.dual import as_type_of, plain
 from ...tracing.compiled.family import kernel
 from ...tracing.compiled.pinned import ArrayHandle, array_handle, load_item
-from .conformal import half_angle_at_load
-from .elastic import elastic_energy, elastic_force, root_parity
+from .elastic import elastic_energy, elastic_force, half_angle_at_load, root_parity
 from .roughness import Surface, approach, domain_extension, log_contact_area, log_largest_spot
 
 # m, ends of the table: below, the force is a power law; beyond, u / pen is constant

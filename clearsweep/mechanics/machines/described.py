@@ -1,4 +1,4 @@
-"""Keys and records that mechanisms share: their bodies, named joints and outputs, and drives."""
+"""Keys and records that mechanisms share: their bodies, named joints and outputs, drives, housings and vibration."""
 
 import math
 from collections.abc import Iterable, Mapping
@@ -20,14 +20,14 @@ from ...contracts.catalogue import (
     Output,
     ranged,
 )
-from ...contracts.machine import Bending, BodyPoint, Elastic, Guide, Machine, Pin, Push, Slot
+from ...contracts.layout import is_along_output
+from ...contracts.machine import Bending, Body, BodyPoint, Elastic, Guide, Machine, Mount, Pin, Push, Slot
+from ...contracts.vibration import FRAME, MAX_ORDERS, NO_SEVERITY, SEVERITIES, Location, PlaceOutline
 from ...language.errors import InputError
 from . import planar
 from .drives import drive_keys
 from .gears import FLANKED, GEAR_FIELDS, flanked_keys
-from .loads import load_keys
-from .mounts import mount_keys
-from .observed import vibration_keys
+from .loads import CENTER_TEXT, load_keys
 
 # ---------------------------------------------------------------------------------------------- gravity
 
@@ -390,3 +390,160 @@ BODY = (
     ("angle", "rad", "angle of the {}, counter-clockwise"),
     ("rate", "rad/s", "its rate"),
 )
+
+
+# ---------------------------------------------------------------------------------------------- housings that yield
+
+
+_MOUNTS = "mechanism.mounts"
+_MASS = Field("mass", "kg", "mass of the housing, which moves with it and does not turn")
+
+
+def _along_axes(unit: str, text: str, interval: str = "(0, inf)", **further) -> tuple[Field, ...]:
+    return tuple(ranged(str(k), unit, f"{text} along {axis}", interval, **further) for k, axis in enumerate("xy"))
+
+
+_STIFFNESS = _along_axes("N/m", "stiffness of the springs")
+_DAMPING = _along_axes("N*s/m", "coefficient of the dampers", "[0, inf)", default=0.0)
+_RATIO = _along_axes("1", "damping ratio of housing and springs", "[0, inf)")
+
+
+def mount_keys(outline: Outline, joints: Iterable[str]) -> Iterable[Keys]:
+    """Yield the sections of the housings of a mechanism whose `joints` are at the ground."""
+    yield Keys(
+        _MOUNTS,
+        "housings that yield: springs and dampers under the ground's side of a joint, by the name of the joint",
+        need="implied" if outline.mounts else "optional",
+    )
+    for joint in joints:
+        if not {joint, ANY} & set(outline.mounts):
+            yield Keys(f"{_MOUNTS}.{joint}", "a housing", need="optional")
+            continue
+        path = f"{_MOUNTS}.{joint}"
+        text = (
+            "the housing of a joint at the ground; it starts at rest where its springs have no force, and its weight "
+            "is carried. Without this section, the joint is fixed"
+        )
+        yield Keys(path, text, (_MASS,), "optional", role=CHOICE)
+        yield _pair(f"{path}.stiffness", "stiffness of the springs along x and y", _STIFFNESS, "required")
+        ratio_text = "written in %, it is `damping_ratio`"
+        yield _pair(f"{path}.damping", f"dampers along x and y; {ratio_text}", _DAMPING, "implied")
+        yield _pair(f"{path}.damping_ratio", "damping over that of which nothing rings", _RATIO, "optional")
+
+
+def _pair(path: str, text: str, fields: tuple[Field, ...], need: str) -> Keys:
+    return Keys(path, text, fields, need, scalar_factors=(1, 1), role=CHOICE)
+
+
+def mounts_of(values: Mapping, outline: Outline) -> tuple[Mount, ...]:
+    """Return the housings of a case."""
+    mounts = []
+    for joint in outline.mounts:
+        path = f"mounts.{joint}"
+        mass, stiffness = values[f"{path}.mass"], _pair_of(values, f"{path}.stiffness")
+        damping = _pair_of(values, f"{path}.damping")
+        if f"{path}.damping_ratio.0" in values:
+            ratios = _pair_of(values, f"{path}.damping_ratio")
+            damping = tuple(2.0 * ratio * math.sqrt(k * mass) for ratio, k in zip(ratios, stiffness, strict=True))
+        mounts.append(Mount(joint, mass, stiffness, damping))
+    return tuple(mounts)
+
+
+def _pair_of(values: Mapping, path: str) -> tuple[float, ...]:
+    return values[f"{path}.0"], values[f"{path}.1"]
+
+
+# ---------------------------------------------------------------------------------------------- vibration
+
+
+_VIBRATION = "vibration"
+_ORDERS = Field(
+    "orders",
+    "1",
+    "number of orders of the crank speed whose forces on the frame are columns; default: none",
+    1,
+    MAX_ORDERS,
+    low_open=False,
+    high_open=False,
+    optional=True,
+    integer=True,
+)
+_BAND = tuple(
+    Field(str(k), "rad/s", f"{end} frequency of the band", default=2.0 * math.pi * frequency)
+    for k, (end, frequency) in enumerate((("lowest", 10.0), ("highest", 1000.0)))
+)
+_ZONES = tuple(Field(str(k), "m/s", f"largest velocity (rms) in zone {zone}") for k, zone in enumerate("ABC"))
+_ABOUT = tuple(
+    ranged(str(k), "m", f"{axis} coordinate in the fixed frame", "(-inf, inf)") for k, axis in enumerate("xy")
+)
+_POINT = tuple(
+    ranged(str(k), "m", f"{axis} coordinate in the frame of the body", "(-inf, inf)") for k, axis in enumerate("xy")
+)
+_FRAME_MASS = Field("mass", "kg", "mass of the frame; without it the frame does not move", optional=True, role=CHOICE)
+_FRAME_STIFFNESS = _along_axes("N/m", "stiffness of the mount", "[0, inf)")
+_FRAME_DAMPING = ranged("damping", "1", "damping ratio of frame and mount", "[0, inf)", default=0.0)
+
+
+def vibration_keys(outline: Outline, bodies: Iterable[str]) -> tuple[Keys, ...]:
+    """Return the sections of `vibration` for a mechanism of these `bodies`."""
+    moving_bodies = tuple(name for name in bodies if name != GROUND)
+    severity = Choice(
+        "severity",
+        tuple(SEVERITIES),
+        "standard, group and support that the zones A to D are those of; or write `zones`",
+        NO_SEVERITY,
+    )
+    sections = [
+        Keys(
+            _VIBRATION,
+            "force and moment on the frame, and the vibration of places. Without this section, none is computed",
+            (_ORDERS,),
+            "optional",
+            (severity,),
+            role=NUMERICS,
+        ),
+        Keys(f"{_VIBRATION}.band", "band of frequencies of the velocities", _BAND, "implied", role=CONDITION),
+        Keys(f"{_VIBRATION}.zones", "upper bounds of the zones A, B and C", _ZONES, "optional", role=CONDITION),
+        Keys(f"{_VIBRATION}.at", "places whose vibration is observed, by name", need="implied"),
+    ]
+    if outline.vibration is None:
+        return tuple(sections)
+    for place in outline.vibration.places:
+        sections += _frame_keys() if place.name == FRAME else _place_keys(place, moving_bodies)
+    return tuple(sections)
+
+
+def _frame_keys() -> tuple[Keys, ...]:
+    path = f"{_VIBRATION}.at.{FRAME}"
+    text = "the frame of the machine, as one mass on its mount"
+    return (
+        Keys(path, text, (_FRAME_MASS,), "optional", role=CHOICE),
+        Keys(f"{path}.about", "point of the moment; default: the crank's pivot", _ABOUT, "optional", role=CHOICE),
+        Keys(f"{path}.mount", "mount of the frame", (_FRAME_DAMPING,), "optional", role=CHOICE),
+        Keys(f"{path}.mount.stiffness", "stiffness along x and y", _FRAME_STIFFNESS, role=CHOICE),
+    )
+
+
+def _place_keys(place: PlaceOutline, bodies: tuple[str, ...]) -> tuple[Keys, ...]:
+    path = f"{_VIBRATION}.at.{place.name}"
+    body_key = Choice("body", bodies, "body of the place", place.name if place.name in bodies else None)
+    text = f"place on the body; default: the pin of a slider, else its {CENTER_TEXT}"
+    return (
+        Keys(path, "a place", need="optional", words=(body_key,)),
+        Keys(f"{path}.point", text, _POINT, "optional", role=CHOICE),
+    )
+
+
+def point_of(place: Location, body: Body) -> tuple[float, float]:
+    """Return the point (m) of a place in the frame of its body; the pin of a slider is its centre of mass."""
+    return place.point or body.center
+
+
+def axes_of(place: Location, mechanism: Mechanism) -> int:
+    """Return in how many directions a place of a mechanism is observed: along x and y, of its output only along x."""
+    return 1 if is_along_output(mechanism, PlaceOutline(place.name, body=place.body, is_whole=not place.point)) else 2
+
+
+def unreacted_loads(case: Case) -> tuple[int, ...]:
+    """Return the numbers of the loads that the frame does not react."""
+    return tuple(i for i, load in enumerate(case.loads) if load.values.get("reacted") is False)

@@ -17,9 +17,9 @@ from ...contracts.catalogue import (
 )
 from ...contracts.machine import Aim, Body, BodyPoint, Machine, Pin
 from . import described
+from .described import mounts_of
 from .drives import make_drive, with_visited_angles
 from .loads import LoadPoints, make_loads
-from .mounts import mounts_of
 
 _LENGTH = Field("length", "m", "distance between the two pins of the body")
 _LINK = (

@@ -1,7 +1,8 @@
-"""Programs of machines: made once for each type of a compiled form, run on its values."""
+"""Programs of machines: made once for each type of a compiled form, run on its values; vectors and linear equations."""
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any, Generic, TypeVar
 
 from ...tracing.compiled.family import form_number
@@ -87,3 +88,62 @@ class LDL(Generic[Unknown]):
             eliminated = [-(self._lower[k, a] * solution[k]) for k in self.unknown[i + 1 :]]
             solution[a] = sum_of([reduced[a] * self.inverse[a], *eliminated])
         return solution
+
+
+# ---------------------------------------------------------------------------------------------- vectors in the plane
+
+
+@dataclass(frozen=True)
+class PlaneVector:
+    """A vector in the plane, of the numbers of a program."""
+
+    x: Expr
+    y: Expr
+
+    def __iter__(self) -> Iterator[Expr]:
+        return iter((self.x, self.y))
+
+    def __neg__(self) -> "PlaneVector":
+        return PlaneVector(-self.x, -self.y)
+
+    def __add__(self, other: "PlaneVector") -> "PlaneVector":
+        return vector_sum((self, other))
+
+    def __sub__(self, other: "PlaneVector") -> "PlaneVector":
+        return vector_sum((self, -other))
+
+    def __rmul__(self, factor: Expr) -> "PlaneVector":
+        return PlaneVector(factor * self.x, factor * self.y)
+
+    def dot(self, other: "PlaneVector") -> Expr:
+        """Return the scalar product."""
+        return sum_of(self.products(other))
+
+    def products(self, other: "PlaneVector") -> tuple[Expr, Expr]:
+        """Return the two terms of the scalar product."""
+        return self.x * other.x, self.y * other.y
+
+    def cross(self, other: "PlaneVector") -> Expr:
+        """Return the component of the vector product normal to the plane."""
+        return self.x * other.y - self.y * other.x
+
+    def left(self) -> "PlaneVector":
+        """Return the vector rotated by 90 degrees, counter-clockwise."""
+        return PlaneVector(-self.y, self.x)
+
+    def rotated(self, cosine: Expr, sine: Expr) -> "PlaneVector":
+        """Return the vector rotated by the angle of this cosine and sine."""
+        return PlaneVector(cosine * self.x - sine * self.y, sine * self.x + cosine * self.y)
+
+    def assigned(self) -> "PlaneVector":
+        """Return the vector with its components in variables."""
+        return PlaneVector(self.x.assigned(), self.y.assigned())
+
+
+NO_VECTOR = PlaneVector(ZERO, ZERO)
+
+
+def vector_sum(vectors: Iterable[PlaneVector]) -> PlaneVector:
+    """Return the sum of vectors, its components in variables."""
+    present_vectors = list(vectors)
+    return PlaneVector(sum_of(v.x for v in present_vectors), sum_of(v.y for v in present_vectors))

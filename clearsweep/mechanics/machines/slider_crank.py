@@ -19,10 +19,9 @@ from ...contracts.catalogue import (
 )
 from ...contracts.machine import Aim, Body, BodyPoint, Constant, Guide, Machine, Pin
 from . import described
+from .described import mounts_of, vibration_keys
 from .drives import make_drive, with_visited_angles
 from .loads import LoadPoints, make_loads
-from .mounts import mounts_of
-from .observed import vibration_keys
 from .spatial.build import (
     CYLINDRICAL,
     REVOLUTE,

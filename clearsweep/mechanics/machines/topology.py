@@ -20,12 +20,10 @@ from ...contracts.catalogue import (
 )
 from ...contracts.machine import Aim, Body, Constant, Initial, Machine, Pin
 from . import described
-from .described import joint_keys, joint_of, output_keys, pair_at
+from .described import joint_keys, joint_of, mounts_of, output_keys, pair_at, vibration_keys
 from .drives import make_drive, with_visited_angles
 from .gears import FLANKED, mesh_of, stops_of
 from .loads import LoadPoints, make_loads
-from .mounts import mounts_of
-from .observed import vibration_keys
 from .spatial.build import (
     CYLINDRICAL,
     REVOLUTE,

@@ -20,9 +20,15 @@ from ...language.errors import InputError
 from ...tracing import portable
 from ...tracing.compiled.family import inlined
 from ...tracing.portable import coefficients_through, exact, polynomial_through
-from ..laws.conformal import MAX_B2, angle_minus_sine, half_angle_at_load
 from ..laws.contract import Recipe, compile_law, register
-from ..laws.elastic import SMALL_ARC, plane_strain_modulus, relative_radius
+from ..laws.elastic import (
+    MAX_B2,
+    SMALL_ARC,
+    angle_minus_sine,
+    half_angle_at_load,
+    plane_strain_modulus,
+    relative_radius,
+)
 from ..laws.own import check_traced, function_of, maker, names_of, parameters_of, type_of
 from ..laws.sampled import attempted, checked
 from . import (

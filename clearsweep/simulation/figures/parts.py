@@ -9,7 +9,7 @@ from ...contracts.case import Rolling
 from ...contracts.catalogue import ENDLESS, NOTHING, Entry, Figure
 from ...contracts.vibration import BEARING_PARTS, IDEAL
 from ...mechanics.joints.rolling import FATIGUE_FORCE
-from ...mechanics.laws.rating import equivalent_loads, load_powers, passing_rates, rating_life
+from ...mechanics.laws.bearings import equivalent_loads, load_powers, passing_rates, rating_life
 from .sums import FreeShare, PerRevolution
 from .window import Window
 

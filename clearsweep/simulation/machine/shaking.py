@@ -13,10 +13,9 @@ from ...contracts.catalogue import Mechanism
 from ...contracts.machine import GROUND, Constant, Machine
 from ...contracts.vibration import Frame, Vibration
 from ...language.errors import InputError
-from ...mechanics.coupling.shaking import CompiledPlace, Shaking
 from ...mechanics.machines import planar
-from ...mechanics.machines.contract import Built
-from ...mechanics.machines.observed import axes_of, point_of, unreacted_loads
+from ...mechanics.machines.contract import Built, CompiledPlace, Shaking
+from ...mechanics.machines.described import axes_of, point_of, unreacted_loads
 from ...tracing.compiled.family import are_entries_empty
 from .ideal import (
     MAX_TURNS_PER_CYCLE,

@@ -6,8 +6,8 @@ from typing import NamedTuple
 import numpy as np
 
 from ...contracts.case import column_name
-from ...mechanics.coupling.shaking import signal_count
 from ...mechanics.machines import planar
+from ...mechanics.machines.contract import signal_count
 from ...mechanics.observe import START
 from ...mechanics.solver.signal_sums import EXCESS, FINE_POINTS, NODE_COUNT, TO_FINE_POINTS, values_at
 from ...mechanics.solver.slow_sums import SIGNALS

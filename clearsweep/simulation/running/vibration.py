@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ...contracts.vibration import BEARING_PARTS, IDEAL, MAX_LINES, zone_of
-from ...mechanics.machines.observed import axes_of
+from ...mechanics.machines.described import axes_of
 from ...mechanics.observe import (
     ANGLE,
     AX,

@@ -15,10 +15,9 @@ from .build import (
 from .closure import ClosureError, MachineStates, MobilityError
 from .drives import direction_of, motion_table, passage_time
 from .form import as_empty_tuples
-from .free_bodies import without_forces
 from .ideal import ideal_of, machine_key, rival_assembly, slot_travel
 from .reactions import levers, levers_of_support
-from .stations import AlwaysEqual
+from .stations import AlwaysEqual, without_forces
 
 __all__ = [
     "STATIONS",

@@ -51,11 +51,10 @@ from .form import (
     compile_point,
     make_cycle,
 )
-from .free_bodies import initial_coordinate
 from .ideal import IdealMachine, ideal_of, masses_of, rigid
 from .load_forms import SpringLoad, compile_loads, discontinuity_times_of
 from .pose import loop_jacobian, pose_of
-from .stations import AlwaysEqual, geometry_of
+from .stations import AlwaysEqual, geometry_of, initial_coordinate
 from .structure import ANGLE, BEND, TRAVEL, Coordinate, MachineType, machine_type
 
 # ---------------------------------------------------------------------------------------------- elastic links

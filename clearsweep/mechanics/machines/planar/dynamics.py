@@ -9,13 +9,12 @@ from ....tracing.compiled.dual import as_type_of
 from ....tracing.compiled.family import inlined
 from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program, sum_of
 from ..contract import Motion
-from ..programs import LDL, generated
+from ..programs import LDL, NO_VECTOR, PlaneVector, generated, vector_sum
 from .bent_line import PlaneField
 from .drives import drive_motion, torque_at
 from .kinematics import BentVector, Bodies, Columns, combination, vector_of
 from .pose import Row, Solver, loop_equations_of
 from .structure import ANGLE, BEND, CUT, TRAVEL, Coordinate, MachineType, machine_type
-from .vectors import NO_VECTOR, PlaneVector, vector_sum
 
 
 class Dynamics(Bodies):

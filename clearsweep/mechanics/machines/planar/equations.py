@@ -29,7 +29,7 @@ from ..contract import (
     pose_at,
     with_friction_laws,
 )
-from ..programs import generated, kinds_of
+from ..programs import PlaneVector, generated, kinds_of, vector_sum
 from .bending import STATIONS
 from .dynamics import impact_masses_of, link_signals_of, motion_of
 from .form import Planar, evaluate_cycle
@@ -38,7 +38,6 @@ from .kinematics import Bodies, vector_of
 from .load_forms import FRICTION_LOADS
 from .pose import pose_of
 from .structure import ANGLE, TRAVEL, Coordinate, MachineType, machine_type
-from .vectors import PlaneVector, vector_sum
 
 # ---------------------------------------------------------------------------------------------- observables
 

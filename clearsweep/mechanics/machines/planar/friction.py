@@ -15,12 +15,11 @@ from ....tracing.compiled.family import family, inlined, kernel, known
 from ....tracing.compiled.formulas import ZERO, Expr, Program, sum_of
 from ...laws.friction import friction_force, friction_in_pin, static_limit, static_limit_in_pin
 from ..contract import Motion
-from ..programs import generated, kinds_of
+from ..programs import NO_VECTOR, PlaneVector, generated, kinds_of, vector_sum
 from .dynamics import Dynamics
 from .kinematics import Bodies, combination, section_turns, signed
 from .pose import Row, Solver, loop_equations_of
 from .structure import ANGLE, Coordinate, FrictionLoad, MachineType, machine_type
-from .vectors import NO_VECTOR, PlaneVector, vector_sum
 
 SWEEPS = 200  # over friction and reactions
 MIN_COMPLIANCE = 1e-6  # rad/s^2 per N m, m/s^2 per N: a less compliant joint follows the crank and cannot stick

@@ -37,10 +37,9 @@ from .bending import Bent, compile_bent
 from .closure import STATIONS, Closure, MachineStates, interpolate
 from .drives import compile_drive, motion_at, motion_table, passage_time, scheduled_passage, torque_at
 from .form import Housing, Mass, Segment
-from .free_bodies import determined, initial_coordinate
 from .free_crank import CrankHistory, CrankPassage
 from .load_forms import applied_load, compile_table, evaluate_table
-from .stations import AlwaysEqual, geometry_of, stations_of
+from .stations import AlwaysEqual, determined, geometry_of, initial_coordinate, stations_of
 from .structure import ANGLE, BEND, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
 
 # ---------------------------------------------------------------------------------------------- motion and forces

@@ -15,12 +15,11 @@ from ....tracing.compiled import calculus
 from ....tracing.compiled.dual import Dual, plain, value
 from ....tracing.compiled.family import kernel
 from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program, constant, sum_of
-from ..programs import generated
+from ..programs import NO_VECTOR, PlaneVector, generated
 from .drives import drive_motion
 from .form import Orientation, Pose, evaluate_cycle
 from .kinematics import Bodies, Kinematics, Row
 from .structure import ANGLE, BEND, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate, MachineType, machine_type
-from .vectors import NO_VECTOR, PlaneVector
 
 # ---------------------------------------------------------------------------------------------- loops
 
