@@ -13,10 +13,10 @@ import click
 import clearsweep
 
 from . import exit_codes, streams
+from . import sweeping as sweep_options
 from .language.errors import InputError, convert_write_errors, escape_control_characters
 from .language.wording import SYSTEMS
 from .language.wording import unit_system as shown_in
-from .sweeping.pool import options as sweep_options
 from .sweeping.pool import system
 
 if TYPE_CHECKING:

@@ -15,7 +15,7 @@ from clearsweep import grid, simulation
 from clearsweep.answers.branches import motions_of
 from clearsweep.language.errors import InputError
 from clearsweep.simulation import random_places
-from clearsweep.simulation.analyses import chain
+from clearsweep.simulation.analyses import repeated
 from clearsweep.simulation.analyses.trajectory import simulate
 from clearsweep.simulation.setup.places import places_of, units_of
 from clearsweep.sweeping.pool import worker
@@ -185,7 +185,7 @@ def test_a_chain_goes_on_like_one_longer_run():
     cases = loaded(slider_crank())
     upward, downward = (cases.case(index_of(cases, direction, 600.0)) for direction in ("up", "down"))
     assert (len(upward.before), len(downward.before)) == (1, 2)  # it turns at 600 rpm, which is run once more
-    whole = simulate(chain.build(upward).with_settings(revolutions=6.0))
+    whole = simulate(repeated.build(upward).with_settings(revolutions=6.0))
     last = simulation.solve(downward)
     for name, share in (("x", 1e-6), ("y", 1e-6), ("force_normal", 1e-4)):
         histories = (each[f"joints/rod_slider/{name}"] for each in (whole, last))
@@ -199,7 +199,7 @@ def test_a_case_is_the_same_whether_its_chain_was_run_before_or_not():
     for earlier in range(len(case.before)):
         simulation.solve(case.before[earlier]._replace(before=case.before[:earlier]))
     after_its_chain = simulation.solve(case)
-    chain._chain.clear()
+    repeated._chain.clear()
     alone = simulation.solve(case)
     timings = ("run_time", "setup_time")
     assert {k: v for k, v in alone.summary.items() if k not in timings} == {
@@ -211,8 +211,8 @@ def test_a_start_is_carried_in_turns_and_clearances():
     tree = slider_crank(**{"sweep/drive.speed": None, "sweep/joints.rod-slider.clearance": ["50 um", "60 um"]})
     cases = loaded(tree)
     case = next(case for case in map(cases.case, range(len(cases))) if len(case.before) == 1)
-    later = chain.build(case)
-    earlier = simulate(chain.build(case.before[0]), times=[0.3]).channels
+    later = repeated.build(case)
+    earlier = simulate(repeated.build(case.before[0]), times=[0.3]).channels
     places, _ = places_of(later.built, later.start[: 2 * len(later.built.lengths) + 1])
     ends = [earlier[f"joints/rod_slider/{key}"][-1] for key in ("x", "y")]
     assert np.abs(places / 60e-6) == pytest.approx(np.abs(np.array(ends)) / 50e-6, rel=1e-6)
@@ -261,7 +261,7 @@ def test_a_resumed_chain_ends_as_an_undisturbed_one(tmp_path):
     parts = sorted((resumed / "parts").iterdir())
     for part in parts[len(parts) // 2 :]:
         part.unlink()
-    chain._chain.clear()
+    repeated._chain.clear()
     again = clearsweep.sweep(tree, resumed, jobs=1, show_progress=False).open().summary
     columns = [column for column in table.columns if column not in ("run_time", "setup_time")]
     assert table[columns].equals(again[columns])
@@ -284,7 +284,7 @@ def test_a_killed_chain_loses_only_its_latest_cases(tmp_path, monkeypatch):
     for part in cases:
         if part not in single or single[part] == whole["case_id"].iloc[-1]:
             part.unlink()
-    chain._chain.clear()
+    repeated._chain.clear()
     again = clearsweep.sweep(tree, tmp_path, **options)
     assert again.ran == 1
     columns = [column for column in whole.columns if column not in ("run_time", "setup_time")]
@@ -308,7 +308,7 @@ def test_random_places_fill_the_play_evenly():
 def test_bodies_start_where_the_places_of_a_draw_say():
     cases = loaded(slider_crank({"random": 3, "seed": 5}))
     case = cases.case(len(cases) - 1)
-    scene = chain.build(case)
+    scene = repeated.build(case)
     computed = places_of(scene.built, scene.start[: 2 * len(scene.built.lengths) + 1])
     unit = units_of(scene.value.joints)
     for values, drawn, scale in zip(

@@ -15,7 +15,7 @@ from clearsweep import simulation
 from clearsweep.contracts.machine import Elastic
 from clearsweep.language.errors import InputError
 from clearsweep.mechanics.machines.planar.build import axial_rate, with_segments
-from clearsweep.simulation.machine.elastic import ElasticLink, segments_to_resolve
+from clearsweep.simulation.remarks import ElasticLink, segments_to_resolve
 
 STIFFNESS = 3.9e8  # N/m: a steel rod of 190 mm^2 and 0.12 m between its pins has 3.3e8
 SPEED = 5000.0 * math.pi / 30.0  # rad/s

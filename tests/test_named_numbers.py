@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from clearsweep.tracing.compiled.family import kernel
-from clearsweep.tracing.fields import Fields
+from clearsweep.tracing.memory import Fields
 from clearsweep.tracing.objects import machine_code
 from clearsweep.tracing.symbols import NotTraceableError
 

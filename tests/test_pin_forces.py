@@ -13,7 +13,7 @@ from clearsweep.language.errors import InputError
 from clearsweep.report.one_case.joints import pin_forces
 from clearsweep.report.study import Joint
 from clearsweep.simulation import reactions_unknown
-from clearsweep.simulation.analyses import reruns
+from clearsweep.simulation.analyses import trajectory
 
 GRID = slider_crank(
     "rod-slider",
@@ -88,12 +88,12 @@ LOADED = {
 @pytest.mark.heavy
 def test_forces_in_ideal_joints_bear_gravity_a_spring_and_friction():
     times = np.linspace(0.01, 0.09, 60)
-    plain = reruns.pin_reactions(clearsweep.load_case(LOADED), times)
+    plain = trajectory.pin_reactions(clearsweep.load_case(LOADED), times)
     assert set(plain.forces) == {"ground_crank", "crank_coupler", "rocker_ground"}
     torque = plain.trajectory["crank/torque"][::2]
     assert np.abs(torque).max() > 0.5
     np.testing.assert_allclose(plain.torque, torque, rtol=1e-4, atol=1e-4 * np.abs(torque).max())
-    rubbed = reruns.pin_reactions(clearsweep.load_case(LOADED | {"loads": LOADED["loads"] | {"rub": RUB}}), times)
+    rubbed = trajectory.pin_reactions(clearsweep.load_case(LOADED | {"loads": LOADED["loads"] | {"rub": RUB}}), times)
     size = np.hypot(*rubbed.forces["ground_crank"].T)
     assert 1e-3 * size.max() > 1e-3  # N m
     # a pin that turns one way at 0.31 m/s, far above the velocity scale; its couple moves no body

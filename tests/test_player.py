@@ -14,7 +14,7 @@ from test_slot import GRID as SLOT
 
 import clearsweep
 from clearsweep.language.errors import InputError
-from clearsweep.report.documents import animation
+from clearsweep.report.documents import page
 from clearsweep.report.one_case.motion import crank_speed, history_of, motion_pictures, saved_channels
 from clearsweep.report.sections.cases import DRAWN_HOUSING, DRAWN_PENETRATION, load_sketch, player_data
 from clearsweep.report.study import prepare
@@ -91,16 +91,16 @@ def test_a_slot_is_drawn_as_a_slot_on_its_body_and_the_animation_has_frames(tmp_
     assert area(slot.slot) == pytest.approx(2.0 * radius * length + np.pi * radius**2, rel=0.01)
     walls = [wall for body in player_data(study, case_id, path).data["bodies"] for wall in body["walls"]]
     assert [area(wall) for wall in walls] == pytest.approx([area(slot.slot)])
-    monkeypatch.setattr(animation, "FRAMES", 3)
-    for ending in animation.FORMS:
-        content = animation.animation_bytes(study, case_id, path, ending)
+    monkeypatch.setattr(page, "FRAMES", 3)
+    for ending in page.ANIMATIONS:
+        content = page.animation_bytes(study, case_id, path, ending)
         with Image.open(io.BytesIO(content)) as image:
             assert image.n_frames == 3
         (tmp_path / f"case{ending}").write_bytes(content)
         durable.check_output(tmp_path / f"case{ending}")  # which may be replaced
     monkeypatch.setitem(sys.modules, "PIL", None)
     with pytest.raises(InputError, match="needs Pillow"):
-        animation.animation_bytes(study, case_id, path, ".gif")
+        page.animation_bytes(study, case_id, path, ".gif")
 
 
 @pytest.mark.slow

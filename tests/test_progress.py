@@ -21,7 +21,7 @@ from clearsweep.contracts.results import Trajectory
 from clearsweep.language import phases
 from clearsweep.language.errors import StorageError
 from clearsweep.mechanics.solver import loop
-from clearsweep.report.statistics import sensitivity
+from clearsweep.report.statistics import effects
 from clearsweep.report.study import open_partial
 from clearsweep.simulation.analyses import outcome
 from clearsweep.simulation.running.observed_run import Life, LifeLimits
@@ -531,7 +531,7 @@ def test_the_page_of_an_unfinished_sample_has_its_finished_cases(tmp_path, metho
     finished, missing = run.grid["counts"]["ok"], run.grid["counts"]["missing"]
     assert finished > 0 < missing
     assert "The run is not complete: the answer covers the cases that are finished so far." in page
-    (sample,) = sensitivity.samples_of(run)
+    (sample,) = effects.samples_of(run)
     assert sample.is_finished().sum() == finished
     assert np.isfinite(sample.figures["rod_slider_force_peak"]).sum() == finished
     if method == "saltelli":

@@ -8,7 +8,7 @@ from scipy import stats
 from test_sensitivity import CLEARANCE, PEAK, SPEED, YOUNG, linear, run  # noqa: F401 - a fixture
 
 from clearsweep import report
-from clearsweep.answers.statistics import partial_rank_correlation, rank_correlation
+from clearsweep.answers.judged import partial_rank_correlation, rank_correlation
 
 
 def test_a_rank_correlation_is_that_of_spearman():

@@ -15,7 +15,7 @@ from mechanism_cases import PAIR, changed
 
 import clearsweep
 from clearsweep import grid, report, simulation, store
-from clearsweep.answers.statistics import variance_shares
+from clearsweep.answers.judged import variance_shares
 from clearsweep.contracts import results
 from clearsweep.grid.cases import nest
 from clearsweep.grid.keys import Number

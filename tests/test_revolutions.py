@@ -6,8 +6,8 @@ from mechanism_cases import slider_crank
 from scipy import stats
 
 import clearsweep
-from clearsweep.answers.statistics import binomial_distribution
-from clearsweep.simulation.analyses import reruns
+from clearsweep.answers.judged import binomial_distribution
+from clearsweep.simulation.analyses import trajectory
 from clearsweep.simulation.figures import window
 from clearsweep.simulation.setup import start
 
@@ -76,7 +76,7 @@ def test_a_peak_belongs_to_the_revolution_of_its_contact():
 def test_the_revolution_of_the_largest_peak_has_the_bits_of_the_whole_run():
     changes = SHORT | {"simulate.revolutions": 7, "save": {"orbits": "all", "samples": 90}}
     scene = clearsweep.load_case(slider_crank("rod-slider", changes=changes))
-    whole, result = clearsweep.simulate(scene), reruns.peak_revolution(scene.case, 0, 7.0)
+    whole, result = clearsweep.simulate(scene), trajectory.peak_revolution(scene.case, 0, 7.0)
     first = int(result.turns)
     assert 1 <= first == result.turns <= 6
     same = [

@@ -11,10 +11,10 @@ from fake_runs import CONTACT, JOINT, TEXT, OfFrame, load
 from scipy import stats
 
 from clearsweep import report
-from clearsweep.answers.statistics import QUANTILES
+from clearsweep.answers.judged import QUANTILES
 from clearsweep.language.errors import InputError
 from clearsweep.report.samples import limit_table
-from clearsweep.report.statistics import sensitivity
+from clearsweep.report.statistics import effects
 from clearsweep.report.study import answer_of_study, prepare
 
 pytestmark = pytest.mark.heavy
@@ -84,7 +84,7 @@ def test_the_error_of_a_mean_falls_as_expected(run, method, least, most):
     """Sixteen times the cases: a fourth of the error where points are independent, much less for a Sobol sequence."""
     errors = []
     for n in (16, 256):
-        result = [sensitivity.samples_of(run(linear, method, n, seed))[0] for seed in range(20)]
+        result = [effects.samples_of(run(linear, method, n, seed))[0] for seed in range(20)]
         errors.append(np.sqrt(np.mean([(first.figures[PEAK].mean() - 13.0) ** 2 for first in result])))
     assert least < errors[0] / errors[1] < most
 
@@ -94,8 +94,8 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
     chance, contents = np.random.default_rng(3), []
     for _ in range(200):
         values = chance.normal(10.0, 2.0, 100)
-        message = sensitivity.summarise_spread(values)
-        exceeded = sensitivity.exceedance_probability(values > 12.0)
+        message = effects.summarise_spread(values)
+        exceeded = effects.exceedance_probability(values > 12.0)
         truths = (10.0, 0.2, *(stats.norm.ppf(share, 10.0, 2.0) for share in QUANTILES), stats.norm.sf(1.0))
         estimates = (message.mean, message.cv, *message.quantiles, exceeded)
         contents.append(
@@ -105,21 +105,21 @@ def test_intervals_hold_the_truth_about_as_often_as_they_say():
 
 
 def test_a_quantile_has_no_end_that_the_sample_is_too_small_for():
-    lowest, middle, highest = sensitivity.summarise_spread(np.arange(20.0)).quantiles
+    lowest, middle, highest = effects.summarise_spread(np.arange(20.0)).quantiles
     assert np.isnan(lowest.low)
     assert np.isnan(highest.high)
     assert middle.low < middle.value < middle.high
 
 
 def test_equal_values_have_no_spread():
-    message = sensitivity.summarise_spread(np.full(16, 0.1))
+    message = effects.summarise_spread(np.full(16, 0.1))
     assert message.cv == (0.0, 0.0, 0.0)
     assert all(first == (0.1, 0.1, 0.1) for first in message.quantiles)
 
 
 def limit_rows(run):
     """Return heading -> cell of every row of the table of limits of a run."""
-    table = limit_table(prepare(run), sensitivity.samples_of(run))
+    table = limit_table(prepare(run), effects.samples_of(run))
     return [dict(zip([column.name for column in table.columns], row, strict=True)) for row in table.rows], table.note
 
 
@@ -147,15 +147,13 @@ def test_failed_cases_count_as_failures_in_a_probability_of_their_own(run, faili
 
 
 def test_a_limit_that_was_never_exceeded_may_still_be():
-    assert sensitivity.exceedance_probability(np.arange(64.0) > 63.0) == pytest.approx(
-        (0.0, 0.0, 1.0 - 0.025 ** (1 / 64))
-    )
+    assert effects.exceedance_probability(np.arange(64.0) > 63.0) == pytest.approx((0.0, 0.0, 1.0 - 0.025 ** (1 / 64)))
 
 
 def test_a_sample_is_shown_separately_for_each_setting_of_the_other_axes(run):
     more = "sweep: {mechanism.gravity: [0, 1]}"
     made = run(lambda point: linear(point) * (1 + point["mechanism.gravity"]), more=more)
-    first, two = sorted(sensitivity.samples_of(made), key=lambda setting: setting.point["mechanism.gravity"])
+    first, two = sorted(effects.samples_of(made), key=lambda setting: setting.point["mechanism.gravity"])
     assert [first.point, two.point] == [{"mechanism.gravity": 0.0}, {"mechanism.gravity": 1.0}]
     assert np.array_equal(two.figures[PEAK], 2.0 * first.figures[PEAK])
 
@@ -163,7 +161,7 @@ def test_a_sample_is_shown_separately_for_each_setting_of_the_other_axes(run):
 def test_equal_draws_count_as_often_as_they_were_drawn(run):
     sure = {"method": "sobol", "n": 64, "over": {SPEED: {"uniform": [15, 15]}}}
     made = run(lambda point: point[SPEED], overrides={"sample": sure})
-    (first,) = sensitivity.samples_of(made)
+    (first,) = effects.samples_of(made)
     assert len(made.summary) == 1
     assert len(first.case_ids) == 64
 
@@ -177,16 +175,16 @@ def test_a_stored_sample_is_found_again_and_grows(tmp_path):
     drawn["sample"]["n"] = 32
     result = sweep(drawn, tmp_path / "run", **options)
     assert (result.ran, result.reused) == (16, 16)
-    (first,) = sensitivity.samples_of(result.open())
+    (first,) = effects.samples_of(result.open())
     assert first.figures[PEAK] == pytest.approx(
         result.open().grid["sample"]["drawn"]["mechanism.slider.mass"], rel=1e-15
     )
 
 
 def test_failed_cases_are_left_out_and_counted(run):
-    (first,) = sensitivity.samples_of(run(linear, failing=(3, 5)))
+    (first,) = effects.samples_of(run(linear, failing=(3, 5)))
     assert len(first.failed) == 2
-    assert sensitivity.summarise_spread(first.figures[PEAK]).cases == 62
+    assert effects.summarise_spread(first.figures[PEAK]).cases == 62
 
 
 # ----------------------------------------------------------------------------------------------- sensitivities
@@ -194,8 +192,8 @@ def test_failed_cases_are_left_out_and_counted(run):
 
 def test_sobol_indices_of_a_linear_figure(run):
     made = run(linear, "saltelli", 1024)
-    (first,) = sensitivity.samples_of(made)
-    result = sensitivity.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"]))
+    (first,) = effects.samples_of(made)
+    result = effects.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"]))
     for index, truth in zip(result, (0.8, 0.2, 0.0), strict=True):
         assert index.first.value == pytest.approx(truth, abs=0.01)
         assert index.total.value == pytest.approx(truth, abs=0.01)
@@ -209,8 +207,8 @@ def test_sobol_indices_of_a_linear_figure(run):
 @pytest.mark.parametrize("method", ["saltelli", "one-at-a-time"])
 def test_a_sensitivity_is_refused_where_a_case_failed(run, method, tmp_path):
     made = run(linear, method, 16, failing=(4,))
-    (first,) = sensitivity.samples_of(made)
-    describe = sensitivity.sobol_indices if method == "saltelli" else sensitivity.single_effects
+    (first,) = effects.samples_of(made)
+    describe = effects.sobol_indices if method == "saltelli" else effects.single_effects
     with pytest.raises(InputError, match=f"1 failed: {first.failed[0]}; run them again"):
         describe(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert f"1 failed: {first.failed[0]}" in report.write(made, tmp_path / "page.html").read_text(encoding="utf-8")
@@ -218,8 +216,8 @@ def test_a_sensitivity_is_refused_where_a_case_failed(run, method, tmp_path):
 
 def test_one_at_a_time_gives_each_variable_its_effect(run):
     made = run(linear, "one-at-a-time")
-    (first,) = sensitivity.samples_of(made)
-    result = sensitivity.single_effects(first, PEAK, list(made.grid["sample"]["drawn"]))
+    (first,) = effects.samples_of(made)
+    result = effects.single_effects(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert [effect.path for effect in result] == [CLEARANCE, SPEED, YOUNG]
     assert [effect.high - effect.low for effect in result] == pytest.approx([3.6, 1.8, 0.0])
     assert not any(effect.is_chaotic for effect in result)
@@ -227,18 +225,16 @@ def test_one_at_a_time_gives_each_variable_its_effect(run):
 
 def test_an_effect_within_the_scatter_is_called_chaotic(run):
     made = run(lambda point: linear(point) + 20.0 * unit(sum(point.values())), "one-at-a-time")
-    (first,) = sensitivity.samples_of(made)
-    result = sensitivity.single_effects(first, PEAK, list(made.grid["sample"]["drawn"]))
+    (first,) = effects.samples_of(made)
+    result = effects.single_effects(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert result[0].scatter > 5.0
     assert any(effect.is_chaotic for effect in result)
 
 
 def chance(made):
     """Return what is said of chance in the force peak of a run of method saltelli."""
-    (first,) = sensitivity.samples_of(made)
-    return sensitivity.share_of_chance(
-        first, PEAK, sensitivity.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"]))
-    )
+    (first,) = effects.samples_of(made)
+    return effects.share_of_chance(first, PEAK, effects.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"])))
 
 
 def noisy(run, share):
@@ -282,19 +278,17 @@ def test_a_variable_that_leaves_the_motion_alone_does_not_bound_chance(run):
     made, _ = noisy(run, 0.7)
     inert = made.summary.groupby([CLEARANCE, SPEED]).transform("first")
     made.summary[[PEAK, "energy_residual"]] = inert[[PEAK, "energy_residual"]]  # Young's modulus changes nothing
-    (first,) = sensitivity.samples_of(made)
-    indices = sensitivity.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"]))
+    (first,) = effects.samples_of(made)
+    indices = effects.sobol_indices(first, PEAK, list(made.grid["sample"]["drawn"]))
     assert [index.total.value for index in indices if index.path == YOUNG] == [0.0]
-    assert sensitivity.share_of_chance(first, PEAK, indices).is_chaotic
+    assert effects.share_of_chance(first, PEAK, indices).is_chaotic
 
 
 def test_a_tenth_of_the_tolerance_counts_as_a_disturbance(run):
     made = run(linear, "one-at-a-time")
     made.summary[f"{PEAK}_difference"] = 2.0
-    (first,) = sensitivity.samples_of(made)
-    result = {
-        effect.path: effect for effect in sensitivity.single_effects(first, PEAK, list(made.grid["sample"]["drawn"]))
-    }
+    (first,) = effects.samples_of(made)
+    result = {effect.path: effect for effect in effects.single_effects(first, PEAK, list(made.grid["sample"]["drawn"]))}
     assert result[SPEED].scatter == pytest.approx(2.0)
     assert result[SPEED].is_chaotic  # its effect is 1.8
     assert not result[CLEARANCE].is_chaotic  # 3.6
@@ -315,7 +309,7 @@ def test_the_report_flags_what_is_chaotic_and_says_what_was_not_checked(run, aga
     assert ("This run only gives an upper bound of the share of chance" in text) != again
     assert ("A run with <code>error_check: true</code>" in text or "A run with `error_check: true`" in text) != again
     report.tables(made, tmp_path / "tables")
-    with open(tmp_path / "tables" / "sensitivity.csv", encoding="utf-8") as stream:
+    with open(tmp_path / "tables" / "effects.csv", encoding="utf-8") as stream:
         *_, row = [row for row in csv.DictReader(stream) if row["figure"] == "force peak"]
     assert row["verdict"] == ("chaotic" if again else "may be chaotic")
     assert row["chance was"] == ("measured" if again else "bounded")

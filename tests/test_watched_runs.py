@@ -15,7 +15,7 @@ from clearsweep.contracts.results import TIMINGS
 from clearsweep.language import phases
 from clearsweep.language.errors import InputError
 from clearsweep.simulation.analyses.outcome import window_of
-from clearsweep.simulation.analyses.reruns import peak_revolution
+from clearsweep.simulation.analyses.trajectory import peak_revolution
 from clearsweep.simulation.figures import catalogue
 from clearsweep.simulation.figures.sums import half_width
 from clearsweep.simulation.running import observed_run

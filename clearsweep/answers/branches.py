@@ -7,8 +7,7 @@ import numpy as np
 
 from ..contracts.catalogue import STARTS
 from ..contracts.layout import Layout
-from .judged import Cases, codes_of, combined_codes, plain_value
-from .statistics import median
+from .judged import Cases, codes_of, combined_codes, median, plain_value
 from .words import Answer, Sentence, Words
 
 DISTINCT = 0.05  # of the larger median: a smaller difference is none

@@ -13,7 +13,7 @@ from ..contracts.vibration import IDEAL, NO_SEVERITY, SEVERITIES, zone_of
 from ..language import wording
 from .branches import coexisting
 from .judge import NOT_RUN, answer_on, judge
-from .judged import EXCEEDED, MET, UNDECIDED, Cases, is_null, named_value
+from .judged import EXCEEDED, MET, ONE_AT_A_TIME, UNDECIDED, Cases, is_null, named_value
 from .questions import (
     FinishedCases,
     certainty_text,
@@ -24,7 +24,6 @@ from .questions import (
 )
 from .ranking import START_UP, limits_of_record, ranking_of
 from .sentences import sentences
-from .statistics import ONE_AT_A_TIME
 from .words import FIELD_BY_COLUMN, Words, coverage_text, interval_text, read_lifetime, spread_text
 
 SEARCHES = ("seek", "optimise", "identify")  # sections of a grid that choose all of its cases

@@ -11,13 +11,20 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from ..contracts import catalogue
-from .judged import EXCEEDED, MET, UNDECIDED, Cases, Key, codes_of, fineness_of, plain_value
-from .statistics import (
+from .judged import (
+    EXCEEDED,
+    MET,
     ONE_AT_A_TIME,
     RANDOM_METHODS,
+    UNDECIDED,
+    Cases,
+    Key,
     binomial_interval,
+    codes_of,
+    fineness_of,
     median,
     partial_rank_correlation,
+    plain_value,
     variance_shares,
 )
 

@@ -6,15 +6,15 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ..answers.statistics import Estimate, variable_correlations
+from ..answers.judged import Estimate, variable_correlations
 from ..answers.verdict import Limit
 from ..language import wording
 from ..store import sum_counts
 from .axis import Axis
 from .blocks.section import Note, Section
 from .blocks.table import Column, Quantity, Table, axis_columns, columns_in_table, count_cell
-from .statistics import sensitivity
-from .statistics.sensitivity import ChanceShare, Sample, SingleEffect
+from .statistics import effects
+from .statistics.effects import ChanceShare, Sample, SingleEffect
 from .study import Study
 
 # Tables of a sample: spread of figures, chance of exceeding limits, variables that drive the spread.
@@ -59,7 +59,7 @@ def spread_table(study: Study, samples: list[Sample]) -> Table:
         for sample in samples:
             values = sample.figures[figure.column]
             if np.isfinite(values).any():
-                spread = sensitivity.summarise_spread(values)
+                spread = effects.summarise_spread(values)
                 head_cells = (figure.name, figure.unit, *point_cells(study, sample), count_cell(spread.cases))
                 quantiles = [cell for quantile in spread.quantiles for cell in estimate_cells(quantile, figure.unit)]
                 rows.append(
@@ -129,14 +129,14 @@ def _probability_cells(exceeds: np.ndarray, failed: int, *, failures: bool) -> l
     none = Estimate(np.nan, np.nan, np.nan)
     cells = [
         count_cell(len(exceeds)),
-        *estimate_cells(sensitivity.exceedance_probability(exceeds) if len(exceeds) else none, "1"),
+        *estimate_cells(effects.exceedance_probability(exceeds) if len(exceeds) else none, "1"),
     ]
     if not failures:
         return cells
     exceeds_or_fails = np.append(exceeds, np.ones(failed, bool))
     return [
         *cells,
-        *estimate_cells(sensitivity.exceedance_probability(exceeds_or_fails) if len(exceeds_or_fails) else none, "1"),
+        *estimate_cells(effects.exceedance_probability(exceeds_or_fails) if len(exceeds_or_fails) else none, "1"),
     ]
 
 
@@ -172,8 +172,8 @@ def index_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]:
     measured = False
     for figure in limited_figures(study):
         for sample in samples:
-            indices = sensitivity.sobol_indices(sample, figure.column, list(names))
-            chance = sensitivity.share_of_chance(sample, figure.column, indices)
+            indices = effects.sobol_indices(sample, figure.column, list(names))
+            chance = effects.share_of_chance(sample, figure.column, indices)
             measured |= chance.is_measured
             verdict = _chaos_verdict(chance)
             if verdict:
@@ -216,7 +216,7 @@ def effect_table(study: Study, samples: list[Sample]) -> tuple[Table, list[str]]
     chaotic: dict[str, None] = {}  # names of figures, without repetition
     for figure in limited_figures(study):
         for sample in samples:
-            for effect in sensitivity.single_effects(sample, figure.column, list(names)):
+            for effect in effects.single_effects(sample, figure.column, list(names)):
                 if effect.is_chaotic:
                     chaotic[figure.name] = None
                 numbers = (effect.low, effect.median, effect.high, effect.scatter)
@@ -357,7 +357,7 @@ def _halves(study: Study, sample: Sample, values: np.ndarray) -> list[Quantity]:
     cells = []
     for is_in_half in (values <= median, values > median):
         probability = (
-            sensitivity.exceedance_probability(exceeds[is_in_half])
+            effects.exceedance_probability(exceeds[is_in_half])
             if is_in_half.any()
             else Estimate(np.nan, np.nan, np.nan)
         )

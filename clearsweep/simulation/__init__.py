@@ -26,15 +26,21 @@ from .advice import (
     recommendations_for,
     recommended_texts,
 )
-from .analyses.chain import build
 from .analyses.life import Log
-from .analyses.reruns import PinReactions, peak_revolution, pin_reactions, reactions_unknown
-from .analyses.trajectory import compile_for, compile_loop, simulate
-from .machine.elastic import BendingLink, ElasticLink, bending_links, elastic_links
+from .analyses.repeated import build
+from .analyses.trajectory import (
+    PinReactions,
+    compile_for,
+    compile_loop,
+    peak_revolution,
+    pin_reactions,
+    reactions_unknown,
+    simulate,
+)
 from .machine.ideal import ideal_motion, ideal_peaks, mechanism_of
 from .machine.shaking import ideal_frame_force
 from .machine.sketch import Sketch, SketchedBody, SketchedJoint, SketchedLoad, sketch
-from .remarks import warnings
+from .remarks import BendingLink, ElasticLink, bending_links, elastic_links, warnings
 from .setup.places import random_places
 from .setup.scene import catalogue, derived, load_case, signature
 

@@ -4,9 +4,9 @@ from collections.abc import Iterable, Mapping
 from typing import Any
 
 from .. import grid as grids
+from ..answers.judged import binomial_interval
 from ..answers.questions import dry_share_text, expected_peak_sentence
 from ..answers.ranking import START_UP
-from ..answers.statistics import binomial_interval
 from ..answers.verdict import Limit, column_label, limit_label
 from ..answers.words import common_units, digits_of
 from ..contracts.layout import Layout

@@ -17,11 +17,10 @@ from ..contracts.results import Peak
 from ..contracts.search import Found, FurtherRuns
 from ..language import phases, wording
 from ..language.errors import DamagedError, DirectoryError, InputError
-from . import blockwise, nodes
+from . import Options, blockwise, flags, nodes
 from .facts import assumed_sentences
 from .pool import executors, system
 from .pool.case_runner import SIMULATION, CaseRunner, Shard, case_ids, distinct, failure_limit, is_common
-from .pool.options import Options, flags
 from .pool.worker import Simulator
 
 SAMPLED_CASES = 200  # cases examined for derived values and warnings

@@ -8,9 +8,9 @@ from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple
 
 from . import protocols, symbols
-from .activation import RETURNED, Activation, place_of, syntax_tree
-from .memory import View, rebase
-from .paths import (
+from .activation import (
+    RETURNED,
+    Activation,
     Path,
     all_of,
     join_paths,
@@ -18,10 +18,13 @@ from .paths import (
     map_leaves,
     none_of,
     passed_values,
+    place_of,
     receive_values,
     select_values,
+    syntax_tree,
     type_key,
 )
+from .memory import View, rebase
 from .protocols import KNOWN, PRIMITIVES, SEPARATE, Composite, mode_of
 from .symbols import Boolean, NotTraceableError, Symbol, is_symbol, trace
 

@@ -10,11 +10,9 @@ from typing import Any
 import numpy as np
 
 from . import functions, symbols
-from .activation import Activation
+from .activation import Activation, Path, blend, join_paths, select_values
 from .calls import Lambda, call, is_foreign, run
-from .fields import Fields
-from .memory import View, constant_table, index_from_start
-from .paths import Path, blend, join_paths, select_values
+from .memory import Fields, View, constant_table, index_from_start
 from .protocols import RULES, Composite, has_slope, slope_rule
 from .symbols import Boolean, Integer, NotTraceableError, Number, is_symbol, trace
 

@@ -9,10 +9,25 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from . import functions, portable, symbols
-from .activation import LANES, RETURNED, Activation, LoopExits, ReturnInLanes, assigned_names, contains
+from .activation import (
+    LANES,
+    RETURNED,
+    Activation,
+    LoopExits,
+    Path,
+    ReturnInLanes,
+    all_lanes,
+    assigned_names,
+    contains,
+    leaves,
+    map_leaves,
+    none_of,
+    rebuild,
+    select_values,
+    undefined_like,
+)
 from .calls import RUNNERS, call
 from .memory import View
-from .paths import Path, all_lanes, leaves, map_leaves, none_of, rebuild, select_values, undefined_like
 from .protocols import (
     INLINED,
     LANE_LOOPS,

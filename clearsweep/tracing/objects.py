@@ -22,9 +22,9 @@ from . import (
     loops,  # noqa: F401 - the interpreter registers itself
     symbols,
 )
+from .activation import leaves, map_leaves
 from .calls import call, run
 from .memory import Pointer, View, view_at
-from .paths import leaves, map_leaves
 from .symbols import ADDRESS, DOUBLE, INT64, Boolean, Integer, NotTraceableError, Number, Trace
 
 #: Levels of processors for which code is compiled, the best first, and the features of each.

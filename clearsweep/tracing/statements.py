@@ -4,10 +4,11 @@ import ast
 from typing import Any
 
 from . import symbols
-from .activation import LANES, RETURNED, ReturnInLanes
-from .expressions import Expressions
-from .paths import (
+from .activation import (
+    LANES,
+    RETURNED,
     Path,
+    ReturnInLanes,
     all_lanes,
     leaves,
     map_leaves,
@@ -18,6 +19,7 @@ from .paths import (
     undefined_like,
     with_common_slopes,
 )
+from .expressions import Expressions
 from .symbols import Boolean, NotTraceableError, is_symbol, trace
 
 

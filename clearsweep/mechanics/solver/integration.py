@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from ...tracing.compiled.family import Entry, inlined, invoke, kernel
-from ...tracing.fields import Fields
+from ...tracing.memory import Fields
 from ..observe import SCRATCH
 from .collocation import dense_state
 from .totals import Accumulators, ContactStep, Step, TrialStep

@@ -13,7 +13,7 @@ import numpy as np
 
 from ...tracing.compiled.choosing import lane_range, rolled_range
 from ...tracing.compiled.family import Routine, kernel, shaped
-from ...tracing.fields import Fields
+from ...tracing.memory import Fields
 from ...tracing.portable import coefficients_through
 from ..observe import NODE_FRACTIONS, STAGES, START, TIME
 from .collocation import WEIGHTS

@@ -7,7 +7,7 @@ import numpy as np
 
 from ...tracing.compiled.choosing import lane_range, total_of, where
 from ...tracing.compiled.family import inlined
-from ...tracing.fields import Fields
+from ...tracing.memory import Fields
 from ..laws.contract import REPORTING, acts, meets, touches
 from ..observe import (
     ACCELERATION,

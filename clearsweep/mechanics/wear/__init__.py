@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from ...tracing.compiled.family import family, family_with_default
-from ...tracing.fields import Fields
+from ...tracing.memory import Fields
 from ..laws.contract import require
 from ..observe import Largest
 

@@ -18,7 +18,7 @@ import numpy as np
 
 from ...tracing.compiled.choosing import bits_of, lane_range, number_of, rolled_range, where
 from ...tracing.compiled.family import family_with_default, inlined, kernel
-from ...tracing.fields import Rows
+from ...tracing.memory import Rows
 from ...tracing.portable import Exact, coefficients_through, gauss_rule, least_squares, lobatto_rule, powers
 from ..observe import KAPPA_ROW, PARTS, SLIP_ROW
 from . import (

@@ -16,7 +16,7 @@ import numpy as np
 
 from ...tracing.compiled.choosing import lane_range, rolled_range
 from ...tracing.compiled.family import family_with_default, inlined, kernel
-from ...tracing.fields import Rows
+from ...tracing.memory import Rows
 from ...tracing.portable import exact, inverse
 from ..laws.contract import touches
 from ..observe import (

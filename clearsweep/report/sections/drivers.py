@@ -6,8 +6,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from ...answers.judged import Estimate
 from ...answers.sentences import deciding_figures
-from ...answers.statistics import Estimate
 from ...answers.verdict import column_label
 from ...language import wording
 from ...language.wording import Scale
@@ -17,8 +17,14 @@ from ..blocks.table import Column, Quantity, Table, columns_in_table, count_cell
 from ..draw import BLUE, JOINT_COLOURS, RED, comparison
 from ..draw.comparison import Curve
 from ..one_case.joints import deepest_along_axis
-from ..statistics.effects import MainEffect, main_effects_of, match_cases, trend_exponent, yield_speed_sentence
-from ..statistics.sensitivity import estimate_quantile
+from ..statistics.effects import (
+    MainEffect,
+    estimate_quantile,
+    main_effects_of,
+    match_cases,
+    trend_exponent,
+    yield_speed_sentence,
+)
 from ..study import (
     EXCLUDED_STARTS_NOTE,
     P99_OVER_IDEAL,

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from ...answers import statistics
-from ...answers.statistics import QUANTILES, RANDOM_METHODS, STRENGTH_NOTE, Estimate, direction_verb, is_clear
+from ...answers import judged
+from ...answers.judged import QUANTILES, RANDOM_METHODS, STRENGTH_NOTE, Estimate, direction_verb, is_clear
 from ...answers.validity import THOUSAND_HOURS
 from ...language import wording
 from ...language.errors import InputError
@@ -20,8 +20,8 @@ from ..samples import (
     rank_table,
     spread_table,
 )
-from ..statistics import sensitivity
-from ..statistics.sensitivity import Sample
+from ..statistics import effects
+from ..statistics.effects import Sample
 from ..study import Study
 
 MAX_HISTOGRAMS = 12  # drawn at most
@@ -39,12 +39,12 @@ NOTE = (
 
 def sample_sections(study: Study) -> list[Section]:
     """Return the section, or [] if the run has no sample or none of it finished."""
-    all_samples = sensitivity.samples_of(study.run)
+    all_samples = effects.samples_of(study.run)
     samples = [sample for sample in all_samples if sample.is_finished().any()]
     if not samples:
         return []
     if study.run.grid["sample"]["method"] in RANDOM_METHODS:
-        if statistics.is_one_sample(study.run.grid):
+        if judged.is_one_sample(study.run.grid):
             return []  # they are part of the answer
         blocks: list[Block] = [Points(_spread_sentences(study, samples)), limit_table(study, all_samples)]
         return section("sample", "Probabilistic study", *blocks)
@@ -96,7 +96,7 @@ def _spread_sentence(study: Study, sample: Sample, figure: LimitedFigure, values
     """Return the sentence on the spread of a figure's values in a sample; '' if all are null."""
     if not np.isfinite(values).any():
         return ""
-    low, median, high = sensitivity.summarise_spread(values).quantiles
+    low, median, high = effects.summarise_spread(values).quantiles
     numbers = [low.value, median.value, high.value, *(end for end in median[1:] if np.isfinite(end))]
     texts_of = wording.texts_in_common_unit(numbers, figure.unit)
     interval_text = f" (95 %: {' to '.join(texts_of[3:])})" if len(texts_of) == 5 else ""
@@ -115,7 +115,7 @@ def _axis_values(study: Study, sample: Sample) -> list[tuple[str, str]]:
 
 def _random_samples(study: Study) -> list[Sample]:
     """Return the samples with finished cases, or [] if their cases are not independent."""
-    samples = [sample for sample in sensitivity.samples_of(study.run) if sample.is_finished().any()]
+    samples = [sample for sample in effects.samples_of(study.run) if sample.is_finished().any()]
     return samples if samples and study.run.grid["sample"]["method"] in RANDOM_METHODS else []
 
 
@@ -124,8 +124,8 @@ def folded_sample_sections(study: Study) -> list[Section]:
     samples = _random_samples(study)
     if not samples:
         return []
-    all_samples = sensitivity.samples_of(study.run)
-    is_one_sample = statistics.is_one_sample(study.run.grid)
+    all_samples = effects.samples_of(study.run)
+    is_one_sample = judged.is_one_sample(study.run.grid)
     blocks: list[Block] = [
         *([limit_table(study, all_samples)] if is_one_sample else []),
         spread_table(study, samples),

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from ...answers.statistics import binomial_distribution
+from ...answers.judged import binomial_distribution
 from ...contracts.case import Case
 from ...contracts.catalogue import Mechanism
 from ...contracts.layout import WALLS, JointLayout, Layout

@@ -17,7 +17,7 @@ from ...language.wording import quantity_text
 from ...mechanics.laws.contract import touches
 from ...mechanics.solver import integration, step
 from ...mechanics.solver.integration import Work
-from ...tracing.fields import Fields
+from ...tracing.memory import Fields
 from ..setup.scene import Scene
 
 # Progress of a case: the phases of an integration and of a life.

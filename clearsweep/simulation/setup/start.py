@@ -24,7 +24,7 @@ from ...mechanics.solver.step_control import MAX_PATTERN_BITS, PIECE_BITS
 from ...mechanics.solver.totals import ContactStep, Step
 from ...mechanics.wear import ACCOUNT_SIZE, MAX_BINS
 from ...tracing.compiled.family import Entry
-from ...tracing.fields import Fields
+from ...tracing.memory import Fields
 from ...tracing.symbols import WIDTH
 from ..figures.window import Quantile, Repetition, Spread, expected_largest, quantiles, resultant_contacts
 from .scene import STALL_TURNS, Scene, initial_shapes, state_units

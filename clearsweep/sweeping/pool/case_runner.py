@@ -20,9 +20,9 @@ from ...contracts.results import Peak, Trajectory
 from ...contracts.search import CaseResults, Rounds
 from ...language import phases
 from ...language.errors import InputError, error_line
+from .. import Options
 from . import executors, system
 from .driver import CHECK_INTERVAL, Batches, CaseProgress, CompilationProgress, Driver
-from .options import Options
 from .worker import RunContext, Simulator, find_peak, prepare
 
 # The functions of `clearsweep.simulation` that sweeps use, as one value that can be sent to a worker process.

@@ -26,8 +26,8 @@ from ...grid import Grid
 from ...language import phases
 from ...language.errors import ClearsweepError, DirectoryError, InputError, StorageError, error_line
 from ...store import durable
+from .. import NO_OPTIONS, Options
 from . import system
-from .options import NO_OPTIONS, Options
 
 # Cases that a driver sends to a worker.
 

@@ -4,7 +4,7 @@ import math
 
 import numpy as np
 
-from .. import paths
+from .. import activation
 from ..functions import COSINE, SINE
 from ..memory import constant_table
 from ..portable import bits_of, number_of, where
@@ -64,7 +64,7 @@ def none_of(condition):
     return not condition
 
 
-register_emitter(none_of)(paths.none_of)
+register_emitter(none_of)(activation.none_of)
 mark_traceable(total_of)
 mark_traceable(rough_cube_root)
 LOOPS.append(rolled_range)

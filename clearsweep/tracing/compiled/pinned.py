@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from .. import symbols
-from ..fields import Fields
-from ..memory import Pointer, call_number_at, load_at_address, load_items_at_address, load_word, view_at
+from ..memory import Fields, Pointer, call_number_at, load_at_address, load_items_at_address, load_word, view_at
 from ..protocols import Composite, register_emitter, register_slope_rule
 from . import dual
 from .dual import Dual

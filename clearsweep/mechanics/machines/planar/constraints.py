@@ -11,7 +11,7 @@ import numpy as np
 
 from ....tracing.compiled.choosing import direction, lane_range, rolled_range
 from ....tracing.compiled.family import Routine, inlined, kernel, shaped
-from ....tracing.fields import Fields
+from ....tracing.memory import Fields
 
 NO_DIRECTION = (0.0, 0.0)
 LANES = 8  # numbers of a row that are processed together
