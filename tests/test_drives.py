@@ -5,9 +5,14 @@ import math
 
 import numpy as np
 import pytest
+from scipy.integrate import solve_ivp
 
 import clearsweep
+from clearsweep.contracts import case
+from clearsweep.contracts.catalogue import Outline
 from clearsweep.language.errors import InputError
+from clearsweep.mechanics.machines.drives import make_drive
+from clearsweep.simulation.remarks import warnings
 
 MACHINE = {
     "name": "drives",
@@ -140,6 +145,88 @@ def test_a_servo_at_its_limit_gives_a_constant_torque_both_ways():
         assert run_light(times, {"servo": aimed})["crank_angle"] == pytest.approx(0.5 * side * times**2, abs=1e-6)
 
 
+#: A step of the target by half a radian, for a servo with an integral part.
+STEP = {"time [s]": [0, 1], "angle [rad]": [0.5, 0.5]}
+REGULATED = {"target": STEP, "stiffness": 100.0, "damping": 8.0, "integral": 400.0}
+
+
+@pytest.mark.slow  # a form of its own
+def test_a_servo_with_an_integral_moves_an_inertia_as_its_three_roots_say():
+    times = np.linspace(0.0, 1.0, 21)
+    roots = np.roots([1.0, 8.0, 100.0, 400.0])  # the error and its first derivatives begin at 0.5, 0, -100 x 0.5
+    shares = np.linalg.solve(np.vander(roots, 3, increasing=True).T, [0.5, 0.0, -50.0])
+    error = np.real(np.exp(np.outer(times, roots)) @ shares)
+    path = run_light(times, {"servo": REGULATED})
+    assert path.status == "ok"
+    assert path["crank_angle"] == pytest.approx(0.5 - error, abs=1e-6)
+    assert path.summary["slider_error_max"] < 2e-4  # the ideal machine has the same servo
+
+
+def wound_up(times, side, limit, tracking_time):
+    """Return the angles (rad) of 1 kg m^2 under the REGULATED servo, solved from one reach of the limit to the next."""
+    stiffness, damping, gain = (REGULATED[key] for key in ("stiffness", "damping", "integral"))
+    time, state, at_limit, angles = 0.0, [0.0, 0.0, 0.0], side, np.empty(0)
+
+    def demand(_, y):
+        return stiffness * (0.5 * side - y[0]) - damping * y[1] + y[2]
+
+    while time < times[-1]:
+
+        def rates(t, y, at_limit=at_limit):
+            torque = at_limit * limit if at_limit else demand(t, y)
+            return [y[1], torque, gain * (0.5 * side - y[0]) + (torque - demand(t, y)) / tracking_time]
+
+        borders = []
+        for sign in (at_limit,) if at_limit else (1.0, -1.0):
+
+            def border(t, y, sign=sign):
+                return sign * demand(t, y) - limit
+
+            border.terminal, border.direction = True, -1 if at_limit else 1
+            borders.append(border)
+        accuracy = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-13, "max_step": 0.02}
+        piece = solve_ivp(rates, (time, times[-1]), state, events=borders, dense_output=True, **accuracy)
+        angles = np.append(angles, piece.sol(times[(times >= time) & (times <= piece.t[-1])])[0])
+        time, state = piece.t[-1], piece.y[:, -1]
+        at_limit = 0.0 if at_limit else math.copysign(1.0, demand(time, state))
+    return angles
+
+
+@pytest.mark.slow  # a form of its own
+@pytest.mark.parametrize(("given", "tracking_time"), [({}, math.sqrt(8.0 / 400.0)), ({"tracking_time": 1e3}, 1e3)])
+def test_a_servo_at_its_limit_winds_up_as_a_second_program_says(given, tracking_time):
+    times = np.linspace(0.0, 2.0, 41)
+    for side in (1.0, -1.0):
+        target = STEP | {"angle [rad]": [0.5 * side, 0.5 * side]}
+        path = run_light(times, {"servo": REGULATED | given | {"target": target, "torque_limit": 6.0}})
+        assert path["crank_angle"] == pytest.approx(wound_up(times, side, 6.0, tracking_time), abs=1e-6)
+
+
+def test_the_integral_gives_way_in_the_time_that_the_rule_says():
+    servo = {key: REGULATED[key] for key in ("stiffness", "damping", "integral")}
+    table = {"time": [0.0, 1.0], "angle": [0.5, 0.5]}
+
+    def tracking_time(**values):
+        drive = case.Drive(table=table, values=servo | values)
+        return make_drive(drive, Outline(drive="servo")).servo.tracking_time
+
+    assert tracking_time() == pytest.approx(math.sqrt(8.0 / 400.0), rel=1e-15)
+    assert tracking_time(damping=0.0) == pytest.approx(100.0 / 400.0, rel=1e-15)
+    assert tracking_time(tracking_time=0.3) == 0.3
+
+
+def test_a_target_beyond_the_limit_of_its_servo_is_told():
+    """A flywheel of 1 kg m^2 follows sin(2 pi t) / 2: up to 2 pi^2 = 19.74 N m."""
+    times = np.linspace(0.0, 1.0, 201)
+    target = {"time [s]": times.tolist(), "angle [rad]": (0.5 * np.sin(2.0 * math.pi * times)).tolist()}
+    for limit, words in ((19.0, ["up to 19.7", "limit is 19 N*m"]), (20.0, [])):
+        drive = {"servo": REGULATED | {"target": target, "torque_limit": limit}, **FLYWHEEL}
+        sections = {"mechanism": LIGHT, "drive": drive, "simulate": {"time": "1 s", "discard": 0}}
+        sentences = [text for text in warnings(clearsweep.load_case(MACHINE | sections).case) if "servo" in text]
+        assert len(sentences) == bool(words)
+        assert all(word in sentences[0] for word in words)
+
+
 @pytest.mark.slow  # a form of its own
 def test_a_motor_table_of_two_rows_is_the_straight_characteristic():
     times = np.linspace(0.0, 2.0, 21)
@@ -242,6 +329,9 @@ def test_a_parallelogram_may_start_at_its_change_point_with_an_open_pin():
         ({"drive": {"motor": {"table": {"speed [rpm]": [0, 0], "torque [N*m]": [1, 0]}}}}, "must increase"),
         ({"drive": {"servo": {"stiffness": "1 N*m/rad", "damping": 0}}}, "drive.servo.target"),
         ({"drive": {"speed": "10 rpm", "servo": {}}}, "conflicts with"),
+        ({"drive": {"servo": REGULATED | {"integral": 0}}}, "drive.servo.integral: found 0"),
+        ({"drive": {"servo": REGULATED | {"tracking_time": "1 s"}}}, "write torque_limit, too"),
+        ({"drive": {"servo": REGULATED | {"integral": "1 N*m/rad"}}}, "drive.servo.integral"),
     ],
 )
 def test_bad_input_is_told(sections, words):

@@ -126,6 +126,7 @@ SCENES = {
     "folded parallelogram": (PARALLELOGRAM, {"drive.start_angle": 0.0}),
     "servo": (driven({"servo": SERVO}), IN_TIME),
     "limited servo": (driven({"servo": SERVO | {"torque_limit": 1.0}}), IN_TIME),
+    "regulated servo": (driven({"servo": SERVO | {"torque_limit": 1.0, "integral": 1000.0}}), IN_TIME),
     "motor": (driven({"motor": MOTOR, "initial_speed": 50.0}, spring=SPRING), {}),
     "angles": (driven({"angle": ANGLES}), {}),
     "speeds": (driven({"speed": SPEEDS}), SHORTER),

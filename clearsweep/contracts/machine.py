@@ -163,12 +163,14 @@ class Path(NamedTuple):
 
 
 class Servo(NamedTuple):
-    """A torque stiffness x (target - angle) + damping x (target rate - rate), at most a limit either way."""
+    """A torque stiffness x (target - angle) + damping x (target rate - rate) + integral, at most a limit either way."""
 
     target: Path
     stiffness: float  # N m/rad
     damping: float  # N m s/rad
     torque_limit: float = math.inf  # N m
+    integral: float | None = None  # N m/(rad s), torque per time and angle behind the target; None: no integral
+    tracking_time: float = 1.0  # s, in which the integral gives way at the limit
 
 
 class Motor(NamedTuple):

@@ -249,6 +249,7 @@ def warnings(case: Case) -> list[str]:
         *link_warnings(case),
         *_change_points(case),
         *ideal_machine.start_warnings(case),
+        *ideal_machine.servo_warnings(case),
     ]
     sentences += registry.own_law_remarks(case)
     for joint in case.joints:

@@ -24,6 +24,7 @@ def check_machine(reader: Reader, catalogue: Catalogue) -> None:
         _check_drive(reader)
         _check_initial(reader)
         _check_gears(reader)
+    _check_servo(reader)
     for load in reader.outline.loads:
         path = f"loads.{load.name}"
         if path not in reader.keys_in_use:
@@ -156,6 +157,15 @@ def check_length(reader: Reader) -> None:
         reader.problems.add(
             reader.position_of("simulate.revolutions"), "simulate.revolutions", f"{message} with their period"
         )
+
+
+def _check_servo(reader: Reader) -> None:
+    """Check that a servo with a tracking time has an integral part and a limit."""
+    path = "drive.servo.tracking_time"
+    for key in ("integral", "torque_limit") if reader.is_given(path) else ():
+        if not reader.is_given(f"drive.servo.{key}"):
+            message = f"is the time in which the integral gives way at the limit; write {key}, too, or leave it out"
+            reader.problems.add(reader.position_of(path), path, message)
 
 
 def _check_drive(reader: Reader) -> None:

@@ -104,11 +104,25 @@ DRIVES = {
         _drive(
             "servo",
             "a free crank under a servo that follows a target angle",
-            "torque = stiffness (target - angle) + damping (target rate - rate), at most torque_limit either way",
+            "torque = stiffness (target - angle) + damping (target rate - rate) + I, at most torque_limit either way; "
+            "I' = integral (target - angle) + (torque - the same without limit) / tracking_time; I(0) = 0",
             (
                 Field("servo.stiffness", "N*m/rad", "torque per angle behind the target"),
                 ranged("servo.damping", "N*m*s/rad", "torque per rate behind that of the target", "[0, inf)"),
                 Field("servo.torque_limit", "N*m", "largest torque; default: unlimited", optional=True),
+                Field(
+                    "servo.integral",
+                    "N*m/(rad*s)",
+                    "torque per time and angle behind the target; default: no integral",
+                    optional=True,
+                ),
+                Field(
+                    "servo.tracking_time",
+                    "s",
+                    "time in which the integral gives way while the torque is at its limit (anti-windup by "
+                    "back-calculation); default: sqrt(damping / integral), without damping stiffness / integral",
+                    optional=True,
+                ),
                 *_FREE,
                 _START_ANGLE,
             ),
@@ -152,7 +166,7 @@ def make_drive(drive: case.Drive, outline: Outline) -> tuple:
         law = compile_law("motor", drive.law, drive)
         return machine.Motor(attempted(lambda: motor_torque(law, 0.0, 0.0), 0.0), no_load_speed(law), *free, law)
     if outline.drive == "servo":
-        return machine.Motor(0.0, math.inf, *free, servo=machine.Servo(_path_of(drive.table), **drive.values))
+        return machine.Motor(0.0, math.inf, *free, servo=_servo_of(_path_of(drive.table), **drive.values))
     if outline.drive == "motor-table":
         curve = np.array(drive.table["speed"]), np.array(drive.table["torque"])
         return machine.Motor(float(np.interp(0.0, *curve)), _zero_of(*curve), *free, curve=curve)
@@ -168,6 +182,18 @@ def make_drive(drive: case.Drive, outline: Outline) -> tuple:
 def _path_of(table: case.Table) -> machine.Path:
     """Return the motion of a table of angles."""
     return machine.Path(np.array(table["time"]), np.array(table["angle"]), table["angle"][0])
+
+
+def _servo_of(target: machine.Path, **values: float) -> machine.Servo:
+    """Return a servo; the tracking time follows Astrom & Hagglund 1995, "PID Controllers", 2nd ed., section 3.5.
+
+    They give the geometric mean of the integral and the derivative time, for a PI controller the integral time.
+    """
+    servo = machine.Servo(target, **values)
+    if servo.integral is None or "tracking_time" in values:
+        return servo
+    times = servo.stiffness / servo.integral, servo.damping / servo.stiffness
+    return servo._replace(tracking_time=math.sqrt(times[0] * times[1]) or times[0])
 
 
 def _zero_of(speeds: np.ndarray, torques: np.ndarray) -> float:

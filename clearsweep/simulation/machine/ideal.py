@@ -418,6 +418,26 @@ def _machine_warnings(machine: Machine, section: str) -> Iterator[str]:
         yield f"drive turns at {speed * 30.0 / math.pi:,.5g} rpm, so that the end of {driven} moves at {end_speed}"
 
 
+def servo_warnings(case: Case) -> list[str]:
+    """Return a note if a servo's limit is below the torque that keeps the crank of a case on its target."""
+    machine = machine_of(mechanism_of(case), case) if case.outline.drive == "servo" else None
+    if machine is None or math.isinf(machine.drive.servo.torque_limit):
+        return []
+    drive, limit = machine.drive, machine.drive.servo.torque_limit
+    assert case.simulate.period is not None  # revolutions do not measure the run of a servo
+    times = np.linspace(0.0, case.simulate.revolutions * case.simulate.period, 1 + SAMPLES_PER_TURN)
+    on_target = machine._replace(drive=drive.servo.target._replace(start_angle=drive.start_angle))
+    flywheel_torque = drive.inertia * planar.motion_at(on_target.drive, times)[2]
+    torques = np.abs(planar.ideal(on_target, times, over_time=True).torque + flywheel_torque)
+    needed = np.where(np.isfinite(torques), torques, 0.0)
+    if np.max(needed) <= limit:
+        return []
+    return [
+        f"drive.servo.torque_limit: without clearance the target takes up to {np.max(needed):.4g} N*m, at "
+        f"{times[np.argmax(needed)]:.4g} s, and the limit is {limit:.4g} N*m; the crank falls behind the target there"
+    ]
+
+
 def start_warnings(case: Case) -> list[str]:
     """Return a note if the loops of a case close in two ways at the start and nothing in the grid decides."""
     machine = machine_of(mechanism_of(case), case) if case.outline.bodies and not case.outline.spatial else None

@@ -13,7 +13,7 @@ from .build import (
     with_segments,
 )
 from .closure import ClosureError, MachineStates, MobilityError
-from .drives import direction_of, motion_table, passage_time
+from .drives import direction_of, motion_at, motion_table, passage_time
 from .form import as_empty_tuples
 from .ideal import ideal_of, machine_key, rival_assembly, slot_travel
 from .reactions import levers, levers_of_support
@@ -40,6 +40,7 @@ __all__ = [
     "levers_of_support",
     "line_of",
     "machine_key",
+    "motion_at",
     "motion_table",
     "mount_channels",
     "passage_time",

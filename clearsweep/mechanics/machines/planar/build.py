@@ -55,7 +55,7 @@ from .ideal import IdealMachine, ideal_of, masses_of, rigid
 from .load_forms import SpringLoad, compile_loads, discontinuity_times_of
 from .pose import loop_jacobian, pose_of
 from .stations import AlwaysEqual, geometry_of, initial_coordinate
-from .structure import ANGLE, BEND, TRAVEL, Coordinate, MachineType, machine_type
+from .structure import ANGLE, BEND, INTEGRAL, TRAVEL, Coordinate, MachineType, machine_type
 
 # ---------------------------------------------------------------------------------------------- elastic links
 
@@ -366,6 +366,8 @@ def _compile(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
     state = machine_type(kinds_of(form)).state
     start = _initial_state(ideal_of(machine), state, {})
     lengths = np.array([_length_per_unit(machine, coordinate) for coordinate in state])
+    if state[-1].kind == INTEGRAL:  # as far as the servo's stiffness lets the crank turn
+        lengths[-1] = lengths[0] * ideal_of(machine).reference_rate() / machine.drive.servo.stiffness
     return _Compiled(form, state, lengths, start, _massless_bodies(machine, form, start))
 
 
@@ -453,7 +455,7 @@ def _initial_state(ideal_machine: IdealMachine, state: list[Coordinate], offsets
     for i, coordinate in enumerate(state):
         initial = (
             None
-            if coordinate.kind in (TRAVEL, BEND)
+            if coordinate.kind in (TRAVEL, BEND, INTEGRAL)
             else machine.bodies[_moving_names(machine)[coordinate.owner - 1]].initial
         )
         if initial is not None:

@@ -12,7 +12,7 @@ from ....contracts.catalogue import Law
 from ....contracts.machine import Constant, Motor, Path, Schedule
 from ....tracing.compiled.choosing import where
 from ....tracing.compiled.dual import plain
-from ....tracing.compiled.family import family
+from ....tracing.compiled.family import family, inlined, kernel
 from ....tracing.compiled.pinned import array_handle, load_item, row_of
 from ...laws.contract import Recipe, require
 from ...laws.own import check_traced, function_of, maker, names_of, parameters_of, type_of
@@ -83,22 +83,55 @@ class Served(NamedTuple):
     limit: float  # N m
 
 
+class Regulated(NamedTuple):
+    """A Served drive with an integral part, whose rate is that of a further coordinate."""
+
+    served: tuple  # Served
+    gain: float  # N m/(rad s)
+    tracking_time: float  # s
+
+
 @family
-def torque_at(drive, angle, rate, time):
-    """Return the torque (N m) on a free crank at `angle` (rad), `rate` (rad/s) and `time` (s)."""
+def torque_at(drive, angle, rate, time, integral):
+    """Return the torque (N m) on a free crank at `angle` (rad), `rate` (rad/s) and `time` (s).
+
+    integral : N m, integral part of a Regulated drive
+    """
 
 
 @torque_at.member(FreeByTable)
-def _torque_at_by_table(drive, angle, rate, time):
+def _torque_at_by_table(drive, angle, rate, time, integral):
     return drive_motion(drive.curve, rate)[0]
 
 
 @torque_at.member(Served)
-def _torque_at_served(drive, angle, rate, time):
-    aim, aim_rate, _ = drive_motion(drive.target, time)
-    torque = drive.stiffness * (aim - angle) + drive.damping * (aim_rate - rate)
-    limited = where(torque > drive.limit, drive.limit + 0.0 * torque, torque)
-    return where(limited < -drive.limit, 0.0 * torque - drive.limit, limited)
+def _torque_at_served(drive, angle, rate, time, integral):
+    return _limited(drive.limit, _demand(drive, angle, rate, time))
+
+
+@torque_at.member(Regulated)
+def _torque_at_regulated(drive, angle, rate, time, integral):
+    return _limited(drive.served.limit, _demand(drive.served, angle, rate, time) + integral)
+
+
+@inlined
+def _demand(served, angle, rate, time):
+    aim, aim_rate, _ = drive_motion(served.target, time)
+    return served.stiffness * (aim - angle) + served.damping * (aim_rate - rate)
+
+
+@inlined
+def _limited(limit, torque):
+    limited = where(torque > limit, limit + 0.0 * torque, torque)
+    return where(limited < -limit, 0.0 * torque - limit, limited)
+
+
+@kernel
+def integral_rate(drive, angle, rate, time, integral):
+    """Return the rate (N m/s) of the integral part of a Regulated drive; at the limit it follows the torque."""
+    served, demand = drive.served, _demand(drive.served, angle, rate, time) + integral
+    excess = _limited(served.limit, demand) - demand
+    return drive.gain * (drive_motion(served.target, time)[0] - angle) + excess / drive.tracking_time
 
 
 class FreeByLaw(NamedTuple):
@@ -113,7 +146,7 @@ def motor_torque(law, rate, time):
 
 
 @torque_at.member(FreeByLaw)
-def _torque_at_free_by_law(drive, angle, rate, time):
+def _torque_at_free_by_law(drive, angle, rate, time, integral):
     return motor_torque(drive.law, rate, time)
 
 
@@ -154,7 +187,7 @@ def no_load_speed(law: tuple) -> float:
 
 
 @torque_at.member(Free)
-def _torque_at_free(drive, angle, rate, time):
+def _torque_at_free(drive, angle, rate, time, integral):
     return drive.torque - drive.slope * rate
 
 
@@ -172,7 +205,8 @@ def compile_drive(drive: Constant | Schedule | Path | Motor) -> tuple:
         return FreeByLaw(drive.law)
     if drive.servo is not None:
         servo = drive.servo
-        return Served(compile_drive(servo.target), servo.stiffness, servo.damping, servo.torque_limit)
+        served = Served(compile_drive(servo.target), servo.stiffness, servo.damping, servo.torque_limit)
+        return served if servo.integral is None else Regulated(served, servo.integral, servo.tracking_time)
     if drive.curve is not None:
         table = torque_table(*drive.curve)
         return FreeByTable(Tabled(array_handle(table), float(len(table))))

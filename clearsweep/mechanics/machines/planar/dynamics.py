@@ -11,10 +11,10 @@ from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program, sum_of
 from ..contract import Motion
 from ..programs import LDL, NO_VECTOR, PlaneVector, generated, vector_sum
 from .bent_line import PlaneField
-from .drives import drive_motion, torque_at
+from .drives import drive_motion, integral_rate, torque_at
 from .kinematics import BentVector, Bodies, Columns, combination, vector_of
 from .pose import Row, Solver, loop_equations_of
-from .structure import ANGLE, BEND, CUT, TRAVEL, Coordinate, MachineType, machine_type
+from .structure import ANGLE, BEND, CUT, INTEGRAL, TRAVEL, Coordinate, MachineType, machine_type
 
 
 class Dynamics(Bodies):
@@ -23,7 +23,7 @@ class Dynamics(Bodies):
     def __init__(self, machine: MachineType, parameters: int = 3):
         super().__init__(machine, parameters)
         self.crank = Coordinate(ANGLE, machine.spanning_tree.crank)
-        self.unknown = list(machine.state)
+        self.unknown = [coordinate for coordinate in machine.state if coordinate.kind != INTEGRAL]
         cuts = [cut for kind in machine.bent.values() if self.cuts_links for cut in kind.cuts]
         self.independent = list(dict.fromkeys([self.crank, *self.unknown, *cuts]))
         self.dependent: dict[Coordinate, Row] = {}  # derivatives of dependent coordinates by independent ones
@@ -201,7 +201,7 @@ class Dynamics(Bodies):
         alpha = ZERO if machine.free or machine.steady else self._drive_acceleration()
         right_side = self.generalised_forces(alpha)
         if machine.free:
-            motion = self.angle(crank.owner), self.rate[crank], self.pose.time
+            motion = self.angle(crank.owner), self.rate[crank], self.pose.time, self.pose.integral
             torque = self.program.call(torque_at, self.mechanism.drive, *motion)
             solution = LDL(self.unknown, self.entry).solve(right_side | {crank: right_side[crank] + torque})
         else:
@@ -209,6 +209,8 @@ class Dynamics(Bodies):
             inertia_terms = [self.entry(crank, coordinate) * solution[coordinate] for coordinate in self.unknown]
             torque = sum_of([*inertia_terms, -right_side[crank]])
         accelerations = tuple(solution[coordinate] for coordinate in self.unknown)
+        if machine.regulated:
+            accelerations += (self.program.call(integral_rate, self.mechanism.drive, *motion),)
         extended = self.with_dependent(solution | ({} if machine.free else {crank: alpha}))
         return Motion(accelerations, self.output(extended), torque), extended
 

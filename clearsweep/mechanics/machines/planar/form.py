@@ -187,6 +187,7 @@ class Pose(NamedTuple):
     roots: tuple  # (x m, y m, vx m/s, vy m/s) of each floating body's centre of mass
     time: float  # s
     bends: tuple = ()  # (m, m/s) of each deformation of a link that bends
+    integral: float = 0.0  # N m, integral part of a drive's torque
 
 
 # ---------------------------------------------------------------------------------------------- the ideal machine

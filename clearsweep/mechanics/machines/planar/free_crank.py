@@ -12,10 +12,11 @@ from numpy.polynomial import legendre
 
 from ....contracts.machine import Motor
 from ....tracing.compiled.choosing import lane_range, rolled_range
-from ....tracing.compiled.family import Routine, entry, flatten, invoke, kernel, shaped
+from ....tracing.compiled.family import Routine, entry, flatten, invoke, kernel, known, shaped
 from ....tracing.portable import exact, integrals_through, inverse, powers
 from ...observe import POINTS, STAGES
 from ..contract import accelerate, pose_at
+from .drives import Regulated
 
 MAX_WAIT = 30.0  # longest wait for a free crank, in times at its nominal speed
 STEPS_PER_TURN = 300  # capacity, steps per revolution
@@ -38,38 +39,48 @@ A = (_RISE @ (powers(C, STAGES + 1) @ _WITHOUT_FIRST).transposed).rounded()
 SERIES = inverse(exact(legendre.legvander(2.0 * C - 1.0, STAGES - 1))).transposed.rounded()
 
 
+@known
+def _count(mechanism):
+    """Return the number of coordinates: the angle, and the integral over time of the drive's integral part."""
+    return 2 if isinstance(mechanism.drive, Regulated) else 1
+
+
 @kernel
 def _sweep(mechanism, y, h, nodes, rates, weight):
     """Evaluate all stages and update them from their rates; return the largest change over the allowed error.
 
-    y : angle (rad) and rate (rad/s) at the start; nodes : (3, STAGES) the same and the time (s) at the stages; rates :
-    (4, STAGES) their rates, and their changes; weight : 1 / allowed error of both.
+    y : n coordinates (rad) and their rates (rad/s) at the start; nodes : (2 n + 1, STAGES) the same and the time (s) at
+    the stages; rates : (4 n, STAGES) their rates, and their changes; weight : 1 / allowed error of all.
     """
+    count = _count(mechanism)
     for i in lane_range(STAGES):
-        rates[1, i] = accelerate(mechanism, pose_at(mechanism, nodes[:, i]), ()).accelerations[0]
-    for row in (1, 0):  # the rate first, then the angle from it
+        accelerations = accelerate(mechanism, pose_at(mechanism, nodes[:, i]), ()).accelerations
+        for k in range(count):
+            rates[count + k, i] = accelerations[k]
+    for k in range(2 * count):  # the rates first, then the coordinates from them
+        row = 2 * count - 1 - k
         for i in lane_range(STAGES):
-            if row == 0:
-                rates[0, i] = nodes[1, i]
+            if row < count:
+                rates[row, i] = nodes[count + row, i]
         for i in lane_range(STAGES):
             total = A[0, i] * rates[row, 0]
             for j in range(1, STAGES):
                 total += A[j, i] * rates[row, j]
             predicted = y[row] + h * total
-            rates[2 + row, i] = abs(predicted - nodes[row, i]) * weight[row]
+            rates[2 * count + row, i] = abs(predicted - nodes[row, i]) * weight[row]
             nodes[row, i] = predicted
     largest_change = 0.0
-    for row in range(2):
+    for row in range(2 * count):
         for i in range(STAGES):
-            largest_change = max(largest_change, rates[2 + row, i])
+            largest_change = max(largest_change, rates[2 * count + row, i])
     return largest_change
 
 
 @kernel
-def _error(h, rates, weight):
+def _error(h, rates, weight, count):
     """Return the error of a step over the allowed one, from how its rates decay in Legendre's polynomials."""
     last_pair = earlier_pair = 0.0
-    for row in range(2):
+    for row in range(2 * count):
         for m in range(STAGES - 4, STAGES):
             total = SERIES[0, m] * rates[row, 0]
             for j in range(1, STAGES):
@@ -88,16 +99,18 @@ def _error(h, rates, weight):
 def _solve_step(mechanism, y, h, nodes, rates, weight):
     """Compute the stages of a step of length `h` (s) from the state `y`; return its error over the allowed one.
 
-    y : angle (rad), rate (rad/s), time (s).
+    y : coordinates (rad), their rates (rad/s), time (s).
     """
+    count = _count(mechanism)
     for i in lane_range(STAGES):
-        nodes[1, i] = y[1] + 0.0 * C[i]
-        nodes[0, i] = y[0] + h * C[i] * y[1]
-        nodes[2, i] = y[2] + h * C[i]
+        for k in range(count):
+            nodes[count + k, i] = y[count + k] + 0.0 * C[i]
+            nodes[k, i] = y[k] + h * C[i] * y[count + k]
+        nodes[2 * count, i] = y[2 * count] + h * C[i]
     for _ in range(MAX_SWEEPS):
         change = _sweep(mechanism, y, h, nodes, rates, weight)
         if change < STAGE_TOLERANCE:
-            return _error(h, rates, weight)
+            return _error(h, rates, weight, count)
         if not change < math.inf:
             break
     return math.inf
@@ -106,48 +119,57 @@ def _solve_step(mechanism, y, h, nodes, rates, weight):
 def motion_entry(machine, settings, y, nodes, rates, times, states, powers, capacity):
     """Integrate the crank from the state `y`, up to `capacity` steps; from bare pointers.
 
-    settings : (4,) the angle (rad) and the time (s) at which to stop, the nominal rate (rad/s); then the steps taken;
-    times : (capacity + 1,) s; states : (capacity + 1, 2); powers : (capacity, 2, STAGES), h times rates and RISE.
+    settings : (4 + 2 n,) the angle (rad) and the time (s) at which to stop, the nominal rate (rad/s); then the steps
+    taken; 1 / allowed error of coordinates and rates; times : (capacity + 1,) s; states : (capacity + 1, 2 n); powers :
+    (capacity, 2 n, STAGES), h times rates and RISE.
     """
-    mechanism, settings, y = machine[0], shaped(settings, (4,)), shaped(y, (3,))
-    nodes, rates = shaped(nodes, (3, STAGES)), shaped(rates, (4, STAGES))
+    mechanism, count_of_state = machine[0], 2 * _count(machine[0])
+    settings, y = shaped(settings, (4 + count_of_state,)), shaped(y, (count_of_state + 1,))
+    nodes, rates = shaped(nodes, (count_of_state + 1, STAGES)), shaped(rates, (2 * count_of_state, STAGES))
     times = shaped(times, (capacity + 1,))
-    states = shaped(states, (capacity + 1, 2))
-    powers = shaped(powers, (capacity, 2, STAGES))
-    weight = 1.0 / TOLERANCE, 1.0 / (TOLERANCE * settings[2])
+    states = shaped(states, (capacity + 1, count_of_state))
+    powers = shaped(powers, (capacity, count_of_state, STAGES))
+    weight = tuple([settings[4 + row] for row in range(count_of_state)])
     full_turn = 2.0 * math.pi / settings[2]
     length, highest, count, is_running = FIRST_STEP * full_turn, y[0], 0, True
-    times[0], states[0, 0], states[0, 1] = y[2], y[0], y[1]
+    times[0] = y[count_of_state]
+    for row in range(count_of_state):
+        states[0, row] = y[row]
     while is_running:
         error = _solve_step(mechanism, y, length, nodes, rates, weight)
         factor = SHRINK
         if error < math.inf:
             factor = min(max(SAFETY / math.sqrt(math.sqrt(math.sqrt(max(error, 1e-10)))), SHRINK), GROW)
         if error < 1.0:
-            for row in range(2):
+            for row in range(count_of_state):
                 for m in lane_range(STAGES):
                     total = RISE[0, m] * rates[row, 0]
                     for j in range(1, STAGES):
                         total += RISE[j, m] * rates[row, j]
                     powers[count, row, m] = length * total
                 y[row] = nodes[row, STAGES - 1]
-            y[2] += length
+            y[count_of_state] += length
             count += 1
-            times[count], states[count, 0], states[count, 1] = y[2], y[0], y[1]
+            times[count] = y[count_of_state]
+            for row in range(count_of_state):
+                states[count, row] = y[row]
             highest = max(highest, y[0])
         length *= factor
-        is_running = y[0] < settings[0] and y[2] < settings[1] and count < capacity
+        is_running = y[0] < settings[0] and y[count_of_state] < settings[1] and count < capacity
         is_running = is_running and (settings[0] == math.inf or y[0] >= highest - 2.0 * math.pi)
         is_running = is_running and length > MIN_STEP * full_turn
     settings[3] = count
 
 
 class FreeMotion(NamedTuple):
-    """Angle (rad) and rate (rad/s) of the crank over n steps, with the polynomials of the steps in between."""
+    """Angle (rad) and rate (rad/s) of the crank over n steps, with the polynomials of the steps in between.
+
+    The integral part (N m) of a drive follows them.
+    """
 
     times: np.ndarray  # (n + 1,) s
-    states: np.ndarray  # (n + 1, 2)
-    powers: np.ndarray  # (n, 2, STAGES) of the change over a fraction of a step, divided by the fraction
+    states: np.ndarray  # (n + 1, 2 or 3)
+    powers: np.ndarray  # (n, 2 or 3, STAGES) of the change over a fraction of a step, divided by the fraction
 
 
 @kernel
@@ -238,17 +260,21 @@ class CrankHistory:
         self.end = end
         self._motion = _free_motion(drive, machine, rate, math.inf, end)
 
-    def motion_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return angles (rad) and rates (rad/s) of the crank at times (n,) s; nan behind the end of the integration."""
+    def motion_at(self, times: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+        """Return angles (rad), rates (rad/s) and the drive's integral part (N m), 0 without one, at times (n,) s.
+
+        They are nan behind the end of the integration.
+        """
         motion = self._motion
         step = np.clip(np.searchsorted(motion.times, times, side="right") - 1, 0, len(motion.powers) - 1)
         fraction = (times - motion.times[step]) / (motion.times[step + 1] - motion.times[step])
         changes = [
-            np.sum(motion.powers[step, row] * fraction[:, None] ** np.arange(1, STAGES + 1), axis=1) for row in range(2)
+            np.sum(motion.powers[step, row] * fraction[:, None] ** np.arange(1, STAGES + 1), axis=1)
+            for row in range(motion.states.shape[1])
         ]
         is_known = times <= motion.times[-1]
-        angles, rates = (np.where(is_known, motion.states[step, row] + changes[row], math.nan) for row in range(2))
-        return angles, rates
+        rows = [np.where(is_known, motion.states[step, row] + change, math.nan) for row, change in enumerate(changes)]
+        return (*rows, np.zeros(len(times)))[:3]
 
 
 def _free_motion(drive: Motor, machine: tuple, rate: float, end: float, duration: float | None = None) -> FreeMotion:
@@ -257,11 +283,17 @@ def _free_motion(drive: Motor, machine: tuple, rate: float, end: float, duration
     revolutions = max(turns, 1.0)
     capacity = math.ceil(STEPS_PER_TURN * (revolutions + 1.0))
     last_time = MAX_WAIT * revolutions * 2.0 * math.pi / rate if duration is None else duration
-    settings = np.array([end, last_time, rate, 0.0])
-    times, states, powers = np.empty(capacity + 1), np.empty((capacity + 1, 2)), np.empty((capacity, 2, STAGES))
-    parameters, y = flatten(machine), np.array([drive.start_angle, drive.initial_speed, 0.0])
+    coordinates = _count(machine)
+    units = [1.0, drive.servo.stiffness / rate] if drive.servo and coordinates > 1 else [1.0]  # of a rad
+    weights = [1.0 / (TOLERANCE * unit) for unit in units] + [1.0 / (TOLERANCE * rate * unit) for unit in units]
+    settings = np.array([end, last_time, rate, 0.0, *weights])
+    width, starts = 2 * coordinates, [drive.start_angle, 0.0][:coordinates]
+    times, states, powers = np.empty(capacity + 1), np.empty((capacity + 1, width)), np.empty((capacity, width, STAGES))
+    parameters, y = flatten(machine), np.array([*starts, drive.initial_speed, 0.0, 0.0][: width + 1])
     motion = entry(motion_entry, machine, "fffffff", parameters)
-    arrays = settings, y, np.zeros((3, STAGES)), np.zeros((4, STAGES)), times, states, powers
-    invoke(motion.code, motion.parameters, arrays, capacity)
-    count = int(settings[3])
-    return FreeMotion(times[: count + 1], states[: count + 1], powers[:count])
+    stages = np.zeros((width + 1, STAGES)), np.zeros((2 * width, STAGES))
+    invoke(motion.code, motion.parameters, (settings, y, *stages, times, states, powers), capacity)
+    count, rows = int(settings[3]), [0, coordinates, *range(coordinates + 1, width)]
+    return FreeMotion(
+        times[: count + 1], *(np.take(array, rows, axis=1) for array in (states[: count + 1], powers[:count]))
+    )

@@ -40,7 +40,7 @@ from .form import Housing, Mass, Segment
 from .free_crank import CrankHistory, CrankPassage
 from .load_forms import applied_load, compile_table, evaluate_table
 from .stations import AlwaysEqual, determined, geometry_of, initial_coordinate, stations_of
-from .structure import ANGLE, BEND, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
+from .structure import ANGLE, BEND, INTEGRAL, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate
 
 # ---------------------------------------------------------------------------------------------- motion and forces
 
@@ -129,7 +129,7 @@ class IdealMachine:
 
         A coordinate that the ideal machine does not determine keeps its initial value; a link that bends is straight.
         """
-        if coordinate.kind == BEND:
+        if coordinate.kind in (BEND, INTEGRAL):
             return np.zeros(states.q.shape[:-1]), np.zeros(states.q.shape[:-1])
         if coordinate.kind != TRAVEL:
             name = [name for name in self.full_machine.bodies if name != GROUND][coordinate.owner - 1]
@@ -199,7 +199,7 @@ class IdealMachine:
         last_time = float(np.max(at))
         if self._history is None or self._history.end < last_time:
             self._history = CrankHistory(self.machine.drive, compiled_form(), self.reference_rate(), last_time)
-        angles, rates = self._history.motion_at(at)
+        angles, rates, _ = self._history.motion_at(at)
         return np.where(np.isnan(angles), self.revolution.angles[0], angles), at, rates  # unknown where the rate is nan
 
     def crank_passage(self, angles: np.ndarray, compiled_form: Callable[[], tuple]) -> tuple[np.ndarray, np.ndarray]:
@@ -319,8 +319,9 @@ class IdealMachine:
         generalised_inertia = np.einsum("ni,ni->n", momentum, states.derivative)
         centripetal = np.einsum("ni,ni->n", momentum, states.second_derivative) * rate**2
         load_torque = np.einsum("ni,ni->n", states.derivative, force) - centripetal
+        integral = self._history.motion_at(time)[2] if self._history else np.zeros(len(rate))
         torques = np.vectorize(functools.partial(torque_at, compile_drive(drive)), otypes=[float])(
-            states.angles, rate, time
+            states.angles, rate, time, integral
         )
         return (torques + load_torque) / generalised_inertia
 

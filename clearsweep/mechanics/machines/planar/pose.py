@@ -19,7 +19,7 @@ from ..programs import NO_VECTOR, PlaneVector, generated
 from .drives import drive_motion
 from .form import Orientation, Pose, evaluate_cycle
 from .kinematics import Bodies, Kinematics, Row
-from .structure import ANGLE, BEND, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate, MachineType, machine_type
+from .structure import ANGLE, BEND, INTEGRAL, SHIFT_X, SHIFT_Y, TRAVEL, Coordinate, MachineType, machine_type
 
 # ---------------------------------------------------------------------------------------------- loops
 
@@ -300,7 +300,8 @@ def _pose(writer: _PoseProgram, time: Expr) -> Pose:
         x, y = Coordinate(SHIFT_X, body), Coordinate(SHIFT_Y, body)
         roots.append((values[x], values[y], rate[x], rate[y]))
     bends = [(values[c], rate[c]) for c in machine.spanning_tree.coordinates if c.kind == BEND]
-    return Pose(tuple(orientations), tuple(travels), tuple(roots), time, tuple(bends))
+    integral = rate[Coordinate(INTEGRAL, 0)] if machine.regulated else ZERO
+    return Pose(tuple(orientations), tuple(travels), tuple(roots), time, tuple(bends), integral)
 
 
 @generated(machine_type)

@@ -9,7 +9,7 @@ from typing import NamedTuple
 from ...laws.friction import Karnopp
 from ..contract import Open
 from .bending import STATIONS, Bent, BentPoint
-from .drives import Free, FreeByLaw, FreeByTable, Served, Steady
+from .drives import Free, FreeByLaw, FreeByTable, Regulated, Served, Steady
 from .form import (
     BranchingCycle,
     ElasticGuide,
@@ -32,12 +32,13 @@ from .load_forms import FRICTION_LOADS, SPRING_LOADS, GivenFriction
 # The other bodies float: one of each connected set has the position of its centre of mass as
 # coordinates, and the others are attached to it.  Joints with clearance constrain nothing.
 
-FREE = Free, FreeByLaw, FreeByTable, Served  # drives whose crank is free
+FREE = Free, FreeByLaw, FreeByTable, Served, Regulated  # drives whose crank is free
 
 
 #: Kinds of coordinates: of an angle group, along a guide, of a floating body, of the deformation of a link that bends.
 #: A cut opens such a link at a station; it stays closed, and its force is the normal force of the link there.
-ANGLE, TRAVEL, SHIFT_X, SHIFT_Y, BEND, CUT = range(6)
+#: The rate of INTEGRAL is the integral part of a servo's torque: it moves nothing, and is the last of the state.
+ANGLE, TRAVEL, SHIFT_X, SHIFT_Y, BEND, CUT, INTEGRAL = range(7)
 
 
 class Link(NamedTuple):
@@ -73,10 +74,13 @@ class SpanningTree(NamedTuple):
         return tuple(body for body in self.order if self.parents[body] is None)
 
 
-def spanning_tree(count: int, links: tuple, crank: int, *, free: bool, deformations: int = 0) -> SpanningTree:
+def spanning_tree(
+    count: int, links: tuple, crank: int, *, free: bool, deformations: int = 0, regulated: bool = False
+) -> SpanningTree:
     """Return the spanning tree of `count` bodies, including the ground, connected by `links`.
 
-    free : the crank's angle is one of the coordinates; deformations : number of those of all links that bend.
+    free : the crank's angle is one of the coordinates; deformations : number of those of all links that bend;
+    regulated : the drive has an integral part.
     """
     group = _groups(count, links)
     parents, order, tree_joints = _shortest_tree(count, links)
@@ -89,6 +93,7 @@ def spanning_tree(count: int, links: tuple, crank: int, *, free: bool, deformati
         if parents[body] is None:
             coordinates += [Coordinate(SHIFT_X, body), Coordinate(SHIFT_Y, body)]
     coordinates += [Coordinate(BEND, i) for i in range(deformations)]
+    coordinates += [Coordinate(INTEGRAL, 0)] if regulated else []
     return SpanningTree(group, parents, order, loop_joints, group[crank], tuple(coordinates))
 
 
@@ -236,6 +241,11 @@ class MachineType(NamedTuple):
         return [coordinate for coordinate in self.spanning_tree.coordinates if coordinate not in self.dependent]
 
     @property
+    def regulated(self) -> bool:
+        """Return whether the drive has an integral part."""
+        return self.spanning_tree.coordinates[-1:] == (Coordinate(INTEGRAL, 0),)
+
+    @property
     def groups(self) -> list[int]:
         """Return the rotating groups in the order of a pose."""
         return [g for g in dict.fromkeys(self.spanning_tree.group) if g != 0]
@@ -275,6 +285,7 @@ def machine_type(kinds: tuple) -> MachineType:
         crank,
         free=drive in FREE,
         deformations=sum(len(kind.coordinates) for kind in bent.values()),
+        regulated=drive is Regulated,
     )
     friction_loads = tuple(
         FrictionLoad(
