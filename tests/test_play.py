@@ -312,6 +312,32 @@ def test_a_geared_machine_must_repeat_after_a_revolution_or_stay_within_it():
     assert figures["output_error_max"] < 1e-4  # about half the play
 
 
+def test_eccentric_wheels_shift_the_output_by_their_centres_along_the_line_of_action():
+    """On the loaded flank r1 angle1 + r2 angle2 + e1 sin(angle1 + phase1 + pressure angle) - e2 sin(...) is constant."""
+    tree, brake, stiffness, pressure_angle = gear(), 2.0, 1e9, math.radians(20.0)
+    sizes = {"first_eccentricity": 2e-5, "first_phase": 0.4, "second_eccentricity": 3e-5, "second_phase": -1.1}
+    tree["mechanism"]["joints"]["mesh"] |= sizes
+    tree["joints"]["mesh"]["contact"] = {"law": "hunt-crossley", "stiffness": stiffness, "restitution": 0.1}
+    del tree["mechanism"]["bodies"]["wheel"]["initial"]
+    tree["drive"], tree["loads"] = {"speed": 4.0}, {"brake": {"on": "wheel", "torque": brake}}
+    tree["simulate"] |= {"revolutions": 1.5, "tolerance": 1e-9}
+    times = np.linspace(1.0, 3.0 * math.pi / 4.0, 40)
+    result = clearsweep.simulate(clearsweep.load_case(tree), times)
+    first, second = 4.0 * times, result["wheel/angle"]
+    centres = 2e-5 * np.sin(first + 0.4 + pressure_angle) - 3e-5 * np.sin(second - 1.1 + pressure_angle)
+    arm = PAIR["r1_m"] * math.cos(pressure_angle)
+    pressed = 0.5 * PAIR["backlash_circumferential_m"] * math.cos(pressure_angle) + brake / (2.0 * arm * stiffness)
+    assert 2.0 * arm * second == pytest.approx(pressed - arm * first - centres, abs=1e-10)
+    assert result.summary["energy_residual"] < 1e-9
+
+
+def test_a_wheel_out_of_centre_needs_play():
+    tree = gear()
+    del tree["joints"]["mesh"], tree["mechanism"]["bodies"]["wheel"]["initial"]
+    tree["mechanism"]["joints"]["mesh"]["second_eccentricity"] = "30 um"
+    refused(tree, "mesh.second_eccentricity", "joints.mesh with a backlash")
+
+
 def test_what_turns_on_a_pin_needs_something_that_drives_it():
     tree = flap()
     del tree["loads"]
@@ -349,6 +375,7 @@ def changed(tree, path, value):
         (gear, "mechanism.joints.mesh.ratio", -1.0, ("mesh.ratio", "type: coupling")),
         (gear, "mechanism.joints.mesh.radius", 0.031, ("mesh.radius", "90 mm apart", "93 mm")),
         (gear, "mechanism.joints.mesh.radius", -0.03, ("mesh.radius", "above 0")),
+        (gear, "mechanism.joints.mesh.first_eccentricity", -1e-5, ("first_eccentricity", "at least 0")),
         (gear, "joints.mesh.backlash", -1e-5, ("mesh.backlash", "above 0")),
         (gear, "joints.mesh.backlash", None, ("mesh.backlash", "missing")),
         (gear, "joints.mesh.play", 1e-3, ("mesh.play",)),

@@ -108,6 +108,7 @@ class Mesh(NamedTuple):
     across: float = 0.0  # force on the second wheel across this direction for a unit of force on the drive flank
     apart: float = 0.0  # force along it for a unit of force on either flank
     rest: float = 0.0  # rad
+    eccentricities: tuple = ()  # (x, y) m of the centre of each pitch circle from its pin, in the wheel's frame
 
 
 class Stops(NamedTuple):

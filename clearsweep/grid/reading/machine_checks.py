@@ -232,6 +232,10 @@ def _check_gears(reader: Reader) -> None:
     for gear in reader.outline.joints:
         if gear.type != "gear" or gear.name in reader.outline.clearances:
             continue
+        for path in (f"mechanism.joints.{gear.name}.{wheel}_eccentricity" for wheel in ("first", "second")):
+            if any(reader.values_of(path)):
+                message = f"a wheel out of centre needs teeth with play; write joints.{gear.name} with a backlash"
+                reader.problems.add(reader.position_of(path), path, message)
         carriers = [
             {
                 body

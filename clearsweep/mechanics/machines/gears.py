@@ -5,7 +5,7 @@ from collections.abc import Iterable, Mapping
 
 from ...contracts.case import STOPS_SUFFIX
 from ...contracts.catalogue import CHOICE, GROUND, Choice, Field, JointOutline, Keys, ranged
-from ...contracts.machine import Body, BodyPoint, Guide, Mesh, Pin, Stops
+from ...contracts.machine import BodyPoint, Guide, Mesh, Pin, Stops
 from ...language.errors import InputError
 from .loads import LoadPoints
 
@@ -30,13 +30,34 @@ GEAR_FIELDS = (
         default=math.radians(20.0),
     ),
 )
+#: Distance and direction of the centre of each pitch circle from its pin.
+ECCENTRICITIES = tuple(
+    field
+    for wheel in ("first", "second")
+    for field in (
+        Field(
+            f"{wheel}_eccentricity",
+            "m",
+            f"distance of the centre of the {wheel} pitch circle from the pin of its wheel",
+            low_open=False,
+            default=0.0,
+        ),
+        Field(
+            f"{wheel}_phase",
+            "rad",
+            f"direction of the centre of the {wheel} pitch circle from the pin, in the frame of its wheel",
+            -math.inf,
+            default=0.0,
+        ),
+    )
+)
 
 
 def flanked_keys(joint: JointOutline, bodies: Iterable[str], type_choice: Choice) -> Iterable[Keys]:
     """Yield the sections of a gear or a coupling between two of the `bodies`."""
     path, is_gear = f"mechanism.joints.{joint.name}", joint.type == GEAR
     text = "two wheels in mesh" if is_gear else "two bodies that turn together"
-    yield Keys(path, text, GEAR_FIELDS if is_gear else (), words=(type_choice,), role=CHOICE)
+    yield Keys(path, text, (*GEAR_FIELDS, *ECCENTRICITIES) if is_gear else (), words=(type_choice,), role=CHOICE)
     ends = tuple(Choice(str(k), tuple(bodies), f"the {label} body") for k, label in enumerate(("first", "second")))
     yield Keys(f"{path}.between", "the two bodies whose angles the joint connects", words=ends)
 
@@ -47,7 +68,7 @@ def mesh_of(values: Mapping, joint: JointOutline, pins: Iterable[Pin], points: L
     pins : the pins of the machine; points : its bodies, to which the centres of a coupling are added
     """
     if joint.type == GEAR:
-        return _gear_of(values, joint, list(pins), points.bodies)
+        return _gear_of(values, joint, list(pins), points)
     return Mesh(joint.name, *map(points.centre_of, joint.bodies), GROUND, -1.0)
 
 
@@ -57,8 +78,8 @@ def stops_of(joint: Pin | Guide) -> Stops:
     return Stops(f"{joint.name}{STOPS_SUFFIX}", joint.proximal, joint.distal, guide)
 
 
-def _gear_of(values: Mapping, joint: JointOutline, pins: list[Pin], bodies: Mapping[str, Body]) -> Mesh:
-    path = f"mechanism.joints.{joint.name}"
+def _gear_of(values: Mapping, joint: JointOutline, pins: list[Pin], points: LoadPoints) -> Mesh:
+    bodies, path = points.bodies, f"mechanism.joints.{joint.name}"
     ratio, radius, angle = (values[f"joints.{joint.name}.{field.name}"] for field in GEAR_FIELDS)
     if ratio in (0.0, -1.0):
         remedy = (
@@ -90,10 +111,15 @@ def _gear_of(values: Mapping, joint: JointOutline, pins: list[Pin], bodies: Mapp
         )
     # the side on which the teeth touch: beyond the first centre if the second wheel is a ring, else towards the second
     across, apart = math.cos(angle) * (-1.0 if ratio < -1.0 else 1.0), math.sin(angle) * (1.0 if ratio > 0.0 else -1.0)
+    sizes = [values[f"joints.{joint.name}.{field.name}"] for field in ECCENTRICITIES]
+    offsets = tuple((sizes[k] * math.cos(sizes[k + 1]), sizes[k] * math.sin(sizes[k + 1])) for k in (0, 2))
+    eccentricities, centres = offsets if any(sizes[::2]) else (), [first_centre, second_centre]
+    for k, offset in enumerate(eccentricities):
+        x, y = bodies[centres[k].body].points[centres[k].point]
+        centres[k] = points.add_point(centres[k].body, f"~{joint.name}", (x + offset[0], y + offset[1]))
     return Mesh(
         joint.name,
-        first_centre,
-        second_centre,
+        *centres,
         carrier,
         ratio,
         radius * math.cos(angle),
@@ -101,6 +127,7 @@ def _gear_of(values: Mapping, joint: JointOutline, pins: list[Pin], bodies: Mapp
         (first_pin, second_pin),
         across,
         apart,
+        eccentricities=eccentricities,
     )
 
 

@@ -421,14 +421,15 @@ def _machine_warnings(machine: Machine, section: str) -> Iterator[str]:
 def servo_warnings(case: Case) -> list[str]:
     """Return a note if a servo's limit is below the torque that keeps the crank of a case on its target."""
     machine = machine_of(mechanism_of(case), case) if case.outline.drive == "servo" else None
-    if machine is None or math.isinf(machine.drive.servo.torque_limit):
+    if machine is None:
         return []
-    drive, limit = machine.drive, machine.drive.servo.torque_limit
+    drive: Any = machine.drive  # mypy takes it for a tuple of anything
+    limit = drive.servo.torque_limit
     assert case.simulate.period is not None  # revolutions do not measure the run of a servo
     times = np.linspace(0.0, case.simulate.revolutions * case.simulate.period, 1 + SAMPLES_PER_TURN)
-    on_target = machine._replace(drive=drive.servo.target._replace(start_angle=drive.start_angle))
-    flywheel_torque = drive.inertia * planar.motion_at(on_target.drive, times)[2]
-    torques = np.abs(planar.ideal(on_target, times, over_time=True).torque + flywheel_torque)
+    target = drive.servo.target._replace(start_angle=drive.start_angle)
+    flywheel_torque = drive.inertia * planar.motion_at(target, times)[2]
+    torques = np.abs(planar.ideal(machine._replace(drive=target), times, over_time=True).torque + flywheel_torque)
     needed = np.where(np.isfinite(torques), torques, 0.0)
     if np.max(needed) <= limit:
         return []

@@ -492,8 +492,9 @@ def _independent_form(machine: Machine, open_joints: frozenset[str]) -> Planar:
         elif isinstance(joint, Mesh):
             pins = tuple(as_empty_tuples(names.index(pin)) for pin in joint.pins)
             axis = compile_direction(math.cos(joint.centres), math.sin(joint.centres)) if pins else ()
+            eccentric = tuple(itertools.starmap(compile_point, joint.eccentricities))
             sizes = joint.ratio, joint.arm, joint.across, joint.apart, joint.rest
-            compiled_joints.append(Gear(site, *bodies, *points, axis, numbers[joint.carrier], pins, *sizes))
+            compiled_joints.append(Gear(site, *bodies, *points, axis, numbers[joint.carrier], pins, eccentric, *sizes))
         elif isinstance(joint, (Guide, Stretch, Slot)):
             is_spring = isinstance(joint, Stretch)
             site = ElasticGuide(joint.stiffness, joint.damping) if is_spring else site
@@ -523,7 +524,7 @@ def _compile_stops(stops: Stops, site: tuple, bodies: tuple, points: tuple, name
     """Return the stops of a guide, or those of a pin as a gear: the angle of the distal body minus the other one."""
     if stops.guide:
         return Travel(site, *bodies, *points, as_empty_tuples(names.index(stops.guide)))
-    return Gear(site, *bodies[::-1], *points[::-1], (), (), (), -1.0, 1.0, 0.0, 0.0, 0.0)
+    return Gear(site, *bodies[::-1], *points[::-1], (), (), (), (), -1.0, 1.0, 0.0, 0.0, 0.0)
 
 
 def _moving_names(machine: Machine) -> list[str]:

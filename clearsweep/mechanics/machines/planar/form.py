@@ -104,6 +104,7 @@ class Gear(NamedTuple):
     axis: tuple  # AlongX or Along, from the first centre to the second in the frame of the carrier; () for a coupling
     carrier: tuple  # number of the body
     pins: tuple  # numbers of the pins of both bodies as tuples of empty tuples; () for a coupling
+    eccentric: tuple  # points, the centre of each pitch circle from its pin; () if both are at their pins
     ratio: float  # of the second angle in the sum that stays constant
     arm: float  # m, position along the line of action for a unit of the first angle
     across: float  # force on the second centre across the line of centres per force on the drive flank

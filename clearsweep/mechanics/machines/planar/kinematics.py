@@ -233,12 +233,18 @@ class Kinematics:
     def displacement_of_centres(self, j: int) -> tuple[PlaneVector, PlaneVector]:
         """Return how far the second centre of a gear is displaced relative to the first, and its rate.
 
-        Both are as seen from the carrier, in the fixed frame; only pins with clearance let a centre move.
+        Both are as seen from the carrier, in the fixed frame.  A centre moves if its pin has clearance, or with a wheel
+        whose pitch circle is eccentric.
         """
-        site = self.machine.sites[j]
+        site, wheels = self.machine.sites[j], (self.machine.sites[j].link.proximal, self.machine.sites[j].link.distal)
         offsets, velocities = [], []
-        for pin, sign in zip(site.pins, (-1, 1), strict=True):
+        for k, (pin, sign) in enumerate(zip(site.pins, (-1, 1), strict=True)):
             link = self.machine.sites[pin].link
+            if site.eccentric:
+                centre = vector_of(site.eccentric[k], self.mechanism.joints[j].eccentric[k])
+                arm = self.to_fixed_frame(self.spanning_tree.group[wheels[k]], centre)
+                offsets.append(signed(sign, arm))
+                velocities.append(signed(sign, self.spin(wheels[k]) * arm.left()))
             if link.open:
                 path, outward = self.gap(pin), sign if link.proximal == site.carrier else -sign
                 offsets.append(signed(outward, self.position(path)))

@@ -226,7 +226,8 @@ def _points_in_use(machine: Machine) -> list[BodyPoint]:
     """Return the points of a geared machine to which something is attached; none for a machine without gears."""
     if not any(isinstance(joint, Mesh) for joint in machine.joints):
         return []
-    used = [end for joint in machine.joints for end in (joint.proximal, joint.distal)]
+    constrained = [joint for joint in machine.joints if not isinstance(joint, Mesh)]  # of a gear only angles are
+    used = [end for joint in constrained for end in (joint.proximal, joint.distal)]
     ends = (getattr(load, key, None) for load in machine.loads for key in ("at", "first", "second"))
     used += [end for end in ends if isinstance(end, BodyPoint)]
     return [*used, BodyPoint(machine.aim.body, machine.aim.point)] if machine.aim.point else used

@@ -195,6 +195,7 @@ class Site(NamedTuple):
     carrier: int = 0  # body of a gear on which both wheels turn
     pins: tuple[int, ...] = ()  # of the first and the second wheel of a gear
     guide: int | None = None  # whose travel is stopped
+    eccentric: tuple[PointForm, ...] = ()  # forms of the centres of the pitch circles of a gear, from their pins
 
 
 class LoadKind(NamedTuple):
@@ -366,9 +367,9 @@ def _site(kinds: tuple) -> Site:
         return Site(link, near, far, None, guide=_number(_kind_of_field(kinds, "guide")))
     if geared:
         axis, pins = _kind_of_field(kinds, "axis")[0], map(_number, _kind_of_field(kinds, "pins")[1:])
-        return Site(
-            link, near, far, None if axis is tuple else axis, _number(_kind_of_field(kinds, "carrier")), tuple(pins)
-        )
+        carrier, eccentric = _number(_kind_of_field(kinds, "carrier")), _kind_of_field(kinds, "eccentric")[1:]
+        forms = tuple(map(_point_form, eccentric))
+        return Site(link, near, far, None if axis is tuple else axis, carrier, tuple(pins), eccentric=forms)
     return Site(link, near, far, _kind_of_field(kinds, "axis")[0] if slides else None)
 
 
