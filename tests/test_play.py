@@ -312,8 +312,8 @@ def test_a_geared_machine_must_repeat_after_a_revolution_or_stay_within_it():
     assert figures["output_error_max"] < 1e-4  # about half the play
 
 
-def test_eccentric_wheels_shift_the_output_by_their_centres_along_the_line_of_action():
-    """On the loaded flank r1 angle1 + r2 angle2 + e1 sin(angle1 + phase1 + pressure angle) - e2 sin(...) is constant."""
+def test_eccentric_wheels_shift_the_output_along_the_line_of_action():
+    """On the loaded flank r1 angle1 + r2 angle2 + e1 sin(angle1 + phase1 + pressure angle) - e2 sin(..) is constant."""
     tree, brake, stiffness, pressure_angle = gear(), 2.0, 1e9, math.radians(20.0)
     sizes = {"first_eccentricity": 2e-5, "first_phase": 0.4, "second_eccentricity": 3e-5, "second_phase": -1.1}
     tree["mechanism"]["joints"]["mesh"] |= sizes
