@@ -26,13 +26,16 @@ JOINTS = {
 }
 
 
-def vectorised(joint):
-    """Trace the stages of a step of a slider-crank with this joint; NotTraceableError says why not."""
-    case = clearsweep.load_case(slider_crank("rod-slider")).case
-    scene = simulation.build(case._replace(joints=(joint,)))
-    objects.trace_scene(entries.sweep_entry, scene.value, "fifffff")
+EVERY_DAY = ("exact", "persson", "lugre", "fractal", "reynolds", "butenschoen", "greenwood-tripp")
+MARKS = {True: (), False: pytest.mark.slow}
 
 
-@pytest.mark.parametrize(("family", "name"), [key for key in RECIPES if key[0] not in ("pressure", "wear")])
+@pytest.mark.parametrize(
+    ("family", "name"),
+    [pytest.param(*key, marks=MARKS[key[1] in EVERY_DAY]) for key in RECIPES if key[0] in JOINTS],
+)
 def test_steps_with_every_law_are_vectorised(family, name):
-    vectorised(JOINTS[family](name))
+    """The stages of a step of a slider-crank can be traced; NotTraceableError says why not."""
+    case = clearsweep.load_case(slider_crank("rod-slider")).case
+    scene = simulation.build(case._replace(joints=(JOINTS[family](name),)))
+    objects.trace_scene(entries.sweep_entry, scene.value, "fifffff")
