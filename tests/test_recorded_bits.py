@@ -31,7 +31,14 @@ SAMPLES = 4  # of an array that are recorded, rounded, besides its bits
 ROUNDING = 1e-4  # of these, relative to the largest
 SHOWN = 40  # columns of a case in a message
 GRIDS = sorted(path.name for path in portable_bits.CONFIGS.glob("*.yaml"))
-LONG = ("press_joint_life.yaml",)  # takes as long as all others together
+#: Forms that no other file of `configs/` compiles, of rooms of which another file is run every day; and a long life
+SELDOM = {
+    f"{name}.yaml"
+    for name in (
+        *("bearing_class", "compressor", "engine", "error_budget", "gear_rattle", "law_comparison", "press_joint_life"),
+        *("press_life", "probabilistic", "ptfe_bushing", "spatial_slider_crank", "v_twin", "wiper"),
+    )
+}
 CASES = ("first", "last")
 
 RECORDED = json.loads(FILE.read_text()) if FILE.exists() else {"scenes": {}, "runs": {}}
@@ -144,7 +151,7 @@ on_the_recorded_system = pytest.mark.skipif(
 @pytest.mark.heavy
 @pytest.mark.compiled
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] if name in LONG else []) for name in GRIDS]
+    "name", [pytest.param(name, marks=[pytest.mark.slow] if name in SELDOM else []) for name in GRIDS]
 )
 def test_the_bits_of_a_run_are_those_that_were_recorded(name):
     text = report(name, run(name))

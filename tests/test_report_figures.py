@@ -485,6 +485,7 @@ def test_a_trend_that_chance_may_have_made_is_not_decided():
     assert rows["deeper with larger clearance"][5] < 1.0 < rows["deeper with larger clearance"][6]
 
 
+@pytest.mark.slow
 def test_three_claims_are_rarely_wrong_together_where_nothing_acts(monkeypatch):
     """Of 120 runs without a trend 6 may judge any of three claims; without a correction 17 would."""
     chance, wrong = np.random.default_rng(8), 0

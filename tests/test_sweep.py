@@ -285,7 +285,7 @@ def test_histories_are_on_the_disk_once_and_damage_to_them_costs_their_cases_alo
 
 
 def test_kill_9_at_any_moment_loses_nothing_that_was_committed(tmp_path):
-    tortured(tmp_path, kills=6, seed=1)
+    tortured(tmp_path, kills=3, seed=1)
 
 
 @pytest.mark.slow
@@ -297,9 +297,9 @@ def test_a_hundred_kills_lose_nothing_that_was_committed(tmp_path):
     ("signum", "code"), [pytest.param(signal.SIGINT, 130, marks=pytest.mark.slow), (signal.SIGTERM, 143)]
 )
 def test_a_signal_stops_the_run_soon_and_keeps_what_is_finished(tmp_path, signum, code):
-    source = grid(100, (GOOD + 0.05,))
+    source = grid(60, (GOOD + 0.03,))
     process = program(tmp_path / "run", source, jobs=2, show_progress=False)
-    wait_for(lambda: parts(tmp_path / "run") >= 3)
+    wait_for(lambda: parts(tmp_path / "run") >= 2)
     children = psutil.Process(process.pid).children(recursive=True)
     asked = time.monotonic()
     process.send_signal(signum)
@@ -309,8 +309,8 @@ def test_a_signal_stops_the_run_soon_and_keeps_what_is_finished(tmp_path, signum
     assert "run the same command again" in err
     wait_for(lambda: all(map(has_ended, children)), 3.0)
     kept = int(err.split("stopped: ")[1].split(" of")[0])
-    resumed = facts_of(program(tmp_path / "run", grid(100) | {"sweep": source["sweep"]}, show_progress=False))
-    assert resumed["reused"] == kept > 0
+    resumed = quiet(source, tmp_path / "run", jobs=2)
+    assert resumed.reused == kept > 0
 
 
 @pytest.mark.slow
@@ -339,9 +339,12 @@ def test_workers_die_with_a_parent_that_is_killed(tmp_path):
     process.communicate(timeout=20)
 
 
+OTHER_ENDS = ((signal.SIGKILL, True), (signal.SIGTERM, False))
+
+
 @pytest.mark.parametrize(
     ("signum", "is_server"),
-    [(signal.SIGKILL, False), (signal.SIGKILL, True), pytest.param(signal.SIGTERM, False, marks=pytest.mark.slow)],
+    [(signal.SIGKILL, False), *(pytest.param(*each, marks=pytest.mark.slow) for each in OTHER_ENDS)],
 )
 def test_a_worker_that_is_ended_and_the_server_that_forks_them_cost_no_case(tmp_path, signum, is_server):
     source = grid(60, (GOOD + 0.03,))
