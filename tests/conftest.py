@@ -26,11 +26,17 @@ settings.load_profile("untimed")
 SLOW_LIMIT = 3600.0  # s, of a test marked slow, and of all in plain Python; `timeout` in pyproject.toml: of the others
 
 
+@pytest.hookimpl(tryfirst=True)  # before `-m` chooses
 def pytest_collection_modifyitems(config, items):
     """Leave out tests marked plain unless kernels run as plain Python, and give these and slow tests more time.
 
-    Files with many heavy tests come first, so that what runs last in several processes is short.
+    Of a test marked `few`, all other cases are slow.  Files with many heavy tests come first, so that what runs last
+    in several processes is short.
     """
+    for item in items:
+        few = item.get_closest_marker("few")
+        if few and item.callspec.id not in few.args:
+            item.add_marker("slow")
     if not is_plain():
         config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("plain")])
         items[:] = [item for item in items if not item.get_closest_marker("plain")]

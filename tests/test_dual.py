@@ -101,19 +101,16 @@ def differentiate(work, y):
     radau.differentiate(pointer_to(work), y, 0)
 
 
-# each is a compiled form of its own: one of them is enough for every day, none where surfaces stick
-def everyday(*chosen):
-    return [names if names in chosen else pytest.param(names, marks=pytest.mark.slow) for names in OPENINGS]
-
-
-@pytest.mark.parametrize("names", everyday(("crank-rod", "rod-slider")), ids="+".join)
+@pytest.mark.few("crank-rod+rod-slider")  # each is a compiled form of its own
+@pytest.mark.parametrize("names", OPENINGS, ids="+".join)
 def test_the_jacobian_of_every_mechanism_is_exact(names):
     """In contact, moving, under friction; the truth are differences, in units in which every component is near 1."""
     friction = {"law": "tanh", "coefficient": 0.3, "velocity_scale": 1.0}
     assert jacobian_error(names, friction) < 1e-7
 
 
-@pytest.mark.parametrize("names", everyday(), ids="+".join)
+@pytest.mark.slow
+@pytest.mark.parametrize("names", OPENINGS, ids="+".join)
 def test_the_jacobian_of_surfaces_that_stick_is_exact(names):
     """The force that applies follows from accelerations of the gaps, which are slopes themselves: Duals of Duals."""
     strong = {"coefficient": 0.1, "static_coefficient": 10.0, "stribeck_velocity": 1e-2, "band": 1e-3}

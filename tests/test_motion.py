@@ -30,12 +30,8 @@ def with_friction(joints):
     return {f"joints.{name}.friction": FRICTION for name in joints}
 
 
-# each opening is a compiled form of its own
-EVERY_DAY = [OPENINGS[place] for place in (2, -1)]
-ONE_BY_ONE = [joints if joints in EVERY_DAY else pytest.param(joints, marks=pytest.mark.slow) for joints in OPENINGS]
-
-
-@pytest.mark.parametrize("joints", ONE_BY_ONE, ids="+".join)
+@pytest.mark.few("rod-slider", "ground-crank+crank-rod+rod-slider")  # each is a compiled form of its own
+@pytest.mark.parametrize("joints", OPENINGS, ids="+".join)
 def test_energy_balances_with_gravity_friction_and_impacts_in_any_opening(joints):
     case = slider_crank(
         *joints, changes={"mechanism.gravity": 9.81, "drive.speed": "1500 rpm", **with_friction(joints)}
@@ -174,9 +170,8 @@ def test_figures_agree_with_a_hundred_thousand_samples():
 RUBBING = {"law": "coulomb", "coefficient": 0.1, "velocity_scale": 1e-3}
 
 
-@pytest.mark.parametrize(
-    "tolerance", [pytest.param(1e-4, marks=pytest.mark.slow), 1e-6, pytest.param(1e-9, marks=pytest.mark.slow)]
-)
+@pytest.mark.few("impacts-1e-09", "friction-0.0001", "both seated-1e-06", "implicit-1e-06")
+@pytest.mark.parametrize("tolerance", [1e-4, 1e-6, 1e-9])
 @pytest.mark.parametrize(
     ("joints", "changes"),
     [

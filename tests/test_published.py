@@ -35,16 +35,6 @@ CASES = {
     "N-four-bar": mechanisms.n_four_bar,
     "block in its guide": mechanisms.block_in_guide,
 }
-SLOW = {
-    "forced oscillator with friction",
-    "ball on a vibrating table",
-    "block in its guide",
-    "squeeze film of finite length",
-    "N-four-bar",
-    "chain of tapered balls",
-    "block on a belt",
-    "bouncing ball",
-}
 PAGE = (Path(__file__).parents[1] / "docs/published.md").read_text(encoding="utf-8")
 
 
@@ -72,7 +62,8 @@ def test_every_machine_of_the_table_is_run():
     assert {claim.machine for claim in CLAIMS} == set(CASES)
 
 
-@pytest.mark.parametrize("name", [pytest.param(n, marks=[pytest.mark.slow] if n in SLOW else []) for n in CASES])
+@pytest.mark.few("free oscillator with friction", "rocking block", "friction circle", "pendulum")
+@pytest.mark.parametrize("name", CASES)
 def test_a_machine_moves_as_its_reference_and_as_the_page_says(name):
     claims, values = [claim for claim in CLAIMS if claim.machine == name], CASES[name]()
     assert [claim.quantity for claim in claims] == list(values)

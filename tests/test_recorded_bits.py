@@ -31,14 +31,11 @@ SAMPLES = 4  # of an array that are recorded, rounded, besides its bits
 ROUNDING = 1e-4  # of these, relative to the largest
 SHOWN = 40  # columns of a case in a message
 GRIDS = sorted(path.name for path in portable_bits.CONFIGS.glob("*.yaml"))
-#: Forms that no other file of `configs/` compiles, of rooms of which another file is run every day; and a long life
-SELDOM = {
-    f"{name}.yaml"
-    for name in (
-        *("bearing_class", "compressor", "engine", "error_budget", "gear_rattle", "law_comparison", "press_joint_life"),
-        *("press_life", "probabilistic", "ptfe_bushing", "spatial_slider_crank", "v_twin", "wiper"),
-    )
-}
+#: Each compiles forms of its own; files of the same rooms are run every day.
+SELDOM = [
+    *("bearing_class", "compressor", "engine", "error_budget", "gear_rattle", "law_comparison", "press_joint_life"),
+    *("press_life", "probabilistic", "ptfe_bushing", "spatial_slider_crank", "v_twin", "wiper"),
+]
 CASES = ("first", "last")
 
 RECORDED = json.loads(FILE.read_text()) if FILE.exists() else {"scenes": {}, "runs": {}}
@@ -150,9 +147,8 @@ on_the_recorded_system = pytest.mark.skipif(
 @on_the_recorded_system
 @pytest.mark.heavy
 @pytest.mark.compiled
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] if name in SELDOM else []) for name in GRIDS]
-)
+@pytest.mark.few(*(name for name in GRIDS if Path(name).stem not in SELDOM))
+@pytest.mark.parametrize("name", GRIDS)
 def test_the_bits_of_a_run_are_those_that_were_recorded(name):
     text = report(name, run(name))
     assert not text, f"{text}\nIf this is meant: python tests/test_recorded_bits.py --write, and say so in CHANGELOG.md"

@@ -4,8 +4,8 @@ import csv
 import html.parser
 import json
 import re
-from collections import defaultdict
 import xml.etree.ElementTree as ET
+from collections import defaultdict
 
 import fake_physics
 import numpy as np
@@ -452,11 +452,8 @@ def written(text: str) -> str:
 NAMED = tuple(mechanism for mechanism in CATALOGUE.mechanisms if mechanism.joints)  # else a grid names its keys
 
 
-@pytest.mark.parametrize(
-    "mechanism",
-    [NAMED[0], *(pytest.param(each, marks=pytest.mark.slow) for each in NAMED[1:])],
-    ids=[mechanism.name for mechanism in NAMED],
-)
+@pytest.mark.few("slider-crank")
+@pytest.mark.parametrize("mechanism", NAMED, ids=[mechanism.name for mechanism in NAMED])
 def test_every_key_is_shown_in_the_unit_that_the_key_table_gives(mechanism):
     together = defaultdict(dict)  # depth of keys and words they depend on -> these keys, which one page can show
     for path, node in table_of_keys(mechanism, CATALOGUE).items():

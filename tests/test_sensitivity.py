@@ -79,6 +79,7 @@ def unit(value):
 # --------------------------------------------------------------------------------------------------- samples
 
 
+@pytest.mark.few("sobol-10.0-inf")
 @pytest.mark.parametrize(("method", "least", "most"), [("random", 2.5, 6.5), ("sobol", 10.0, np.inf)])
 def test_the_error_of_a_mean_falls_as_expected(run, method, least, most):
     """Sixteen times the cases: a fourth of the error where points are independent, much less for a Sobol sequence."""
@@ -256,6 +257,7 @@ def noisy(run, share):
     return made, again
 
 
+@pytest.mark.few("0.7-True")
 @pytest.mark.parametrize(("share", "chaotic"), [(0.0, False), (0.2, False), (0.7, True), (1.0, True)])
 def test_the_share_of_chance_is_measured_by_cases_run_again(run, share, chaotic):
     made, again = noisy(run, share)
@@ -266,6 +268,7 @@ def test_the_share_of_chance_is_measured_by_cases_run_again(run, share, chaotic)
     assert result.is_chaotic == chaotic
 
 
+@pytest.mark.few("0.2-False", "0.7-True")
 @pytest.mark.parametrize(("share", "chaotic"), [(0.0, False), (0.2, False), (0.7, True), (1.0, True)])
 def test_the_design_alone_bounds_the_share_of_chance(run, share, chaotic):
     result = chance(noisy(run, share)[0])
@@ -298,7 +301,8 @@ def test_a_tenth_of_the_tolerance_counts_as_a_disturbance(run):
 # ------------------------------------------------------------------------------------------------------- report
 
 
-@pytest.mark.parametrize("again", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("again", [True, False])
 def test_the_report_flags_what_is_chaotic_and_says_what_was_not_checked(run, again, tmp_path):
     made, second = noisy(run, 1.0)
     if again:

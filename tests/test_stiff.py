@@ -175,15 +175,8 @@ def over_half_a_turn(case, method, tolerance=1e-8):
     return clearsweep.simulate(clearsweep.load_case(changed(case.grid, settings)))
 
 
-# Most of them compile a form of their own.
-EVERY_DAY = ("stiffness/BC 1e+05", "mass/ABC all x 10", "stiff/C damping 1e+06, 300 rpm")
-
-
-@pytest.mark.parametrize(
-    "case",
-    [case if case.name in EVERY_DAY else pytest.param(case, marks=pytest.mark.slow) for case in SCENES],
-    ids=lambda case: case.name,
-)
+@pytest.mark.few("stiffness/BC 1e+05", "mass/ABC all x 10", "stiff/C damping 1e+06, 300 rpm")
+@pytest.mark.parametrize("case", SCENES, ids=lambda case: case.name)
 def test_every_method_ends_a_stiff_case_alike(case):
     """Status and events are of the case, not of the method; the figures agree within what impacts amplify."""
     runs = {method: over_half_a_turn(case, method) for method in comparisons.METHODS}

@@ -293,9 +293,8 @@ def test_a_hundred_kills_lose_nothing_that_was_committed(tmp_path):
     tortured(tmp_path, kills=100, seed=2)
 
 
-@pytest.mark.parametrize(
-    ("signum", "code"), [pytest.param(signal.SIGINT, 130, marks=pytest.mark.slow), (signal.SIGTERM, 143)]
-)
+@pytest.mark.few("15-143")
+@pytest.mark.parametrize(("signum", "code"), [(signal.SIGINT, 130), (signal.SIGTERM, 143)])
 def test_a_signal_stops_the_run_soon_and_keeps_what_is_finished(tmp_path, signum, code):
     source = grid(60, (GOOD + 0.03,))
     process = program(tmp_path / "run", source, jobs=2, show_progress=False)
@@ -339,12 +338,9 @@ def test_workers_die_with_a_parent_that_is_killed(tmp_path):
     process.communicate(timeout=20)
 
 
-OTHER_ENDS = ((signal.SIGKILL, True), (signal.SIGTERM, False))
-
-
+@pytest.mark.few("9-False")
 @pytest.mark.parametrize(
-    ("signum", "is_server"),
-    [(signal.SIGKILL, False), *(pytest.param(*each, marks=pytest.mark.slow) for each in OTHER_ENDS)],
+    ("signum", "is_server"), [(signal.SIGKILL, False), (signal.SIGKILL, True), (signal.SIGTERM, False)]
 )
 def test_a_worker_that_is_ended_and_the_server_that_forks_them_cost_no_case(tmp_path, signum, is_server):
     source = grid(60, (GOOD + 0.03,))
@@ -376,9 +372,8 @@ def test_a_second_run_in_the_same_directory_is_refused(tmp_path):
     process.communicate(timeout=20)
 
 
-@pytest.mark.parametrize(
-    ("limit", "fails"), [(2000, r"tmp|parts|shards"), pytest.param(150_000, "writing failed", marks=pytest.mark.slow)]
-)
+@pytest.mark.few("2000-tmp|parts|shards")
+@pytest.mark.parametrize(("limit", "fails"), [(2000, r"tmp|parts|shards"), (150_000, "writing failed")])
 def test_storage_that_fails_stops_the_run_and_harms_nothing(tmp_path, limit, fails):
     """`limit`: bytes that a file may have; no batch fits any more, or every batch but not the merged histories."""
     small, source = (

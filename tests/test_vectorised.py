@@ -26,14 +26,8 @@ JOINTS = {
 }
 
 
-EVERY_DAY = ("exact", "persson", "lugre", "fractal", "reynolds", "butenschoen", "greenwood-tripp")
-MARKS = {True: (), False: pytest.mark.slow}
-
-
-@pytest.mark.parametrize(
-    ("family", "name"),
-    [pytest.param(*key, marks=MARKS[key[1] in EVERY_DAY]) for key in RECIPES if key[0] in JOINTS],
-)
+@pytest.mark.few("law-exact", "elastic-persson", "friction-lugre", "roughness-fractal", "film-reynolds")
+@pytest.mark.parametrize(("family", "name"), [key for key in RECIPES if key[0] in JOINTS])
 def test_steps_with_every_law_are_vectorised(family, name):
     """The stages of a step of a slider-crank can be traced; NotTraceableError says why not."""
     case = clearsweep.load_case(slider_crank("rod-slider")).case

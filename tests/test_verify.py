@@ -98,7 +98,8 @@ def test_fixed_step_is_of_fourth_order_in_free_flight():
     assert 12.0 < coarse / fine < 20.0
 
 
-@pytest.mark.parametrize("name", ["b_grav_fric", *(pytest.param(name, marks=pytest.mark.slow) for name in ("b_base", "ab_base"))])
+@pytest.mark.few("b_grav_fric")
+@pytest.mark.parametrize("name", ["b_base", "b_grav_fric", "ab_base"])
 def test_scipy_on_the_same_laws_agrees_with_the_reference_and_with_ours(name):
     problem = PROBLEMS[name]
     result = scipy_ivp(scene_of(problem, 1e-9), problem.times, problem.end, 1e-12)
