@@ -331,7 +331,7 @@ def test_schema_is_a_json_schema(run_cli, monkeypatch):
     assert json.loads(out)["type"] == "object"
 
 
-def test_a_grid_runs_resumes_and_reports_from_the_command_line(tmp_path):
+def test_a_grid_runs_resumes_and_reports_from_the_command_line(run_cli, tmp_path):
     source = grid(2, (0.0,), wear=True) | {"simulate": {"revolutions": 3, "discard": 1}}
     path = written(tmp_path / "g.yaml", source)
     first = subprocess_cli("run", path, "--json", cwd=tmp_path)
@@ -339,12 +339,12 @@ def test_a_grid_runs_resumes_and_reports_from_the_command_line(tmp_path):
     facts = json.loads(first.stdout)
     assert facts["ran"] == facts["ok"] == 2
     assert facts["worst"][0]["force_peak"] > 100.0
-    again = subprocess_cli("run", path, cwd=tmp_path)
-    assert again.returncode == 0
-    assert again.stdout.startswith("0 cases ran")
-    report = subprocess_cli("report", cwd=tmp_path)
-    assert report.returncode == 0, report.stderr
-    assert (tmp_path / report.stdout.strip()).stat().st_size > 10_000
+    code, printed, _ = run_cli("run", path)
+    assert code == 0
+    assert printed.startswith("0 cases ran")
+    code, printed, errors = run_cli("report")
+    assert code == 0, errors
+    assert (tmp_path / printed.strip()).stat().st_size > 10_000
 
 
 def test_exceeded_limits_end_with_code_5_when_asked(run_cli, tmp_path):

@@ -77,7 +77,8 @@ def test_a_worker_that_is_killed_costs_no_case(cluster, tmp_path):
     assert same_results(tmp_path / "run", tmp_path / "alone")
 
 
-@pytest.mark.parametrize("folder", ["parts", pytest.param("shards", marks=pytest.mark.slow)])
+@pytest.mark.slow
+@pytest.mark.parametrize("folder", ["parts", "shards"])
 def test_what_a_node_damages_while_a_run_works_is_said_and_computed_again(cluster, tmp_path, folder):
     source = grid(60, (GOOD + 0.03,), wear=True)
 
@@ -142,6 +143,7 @@ def test_a_case_that_kills_its_worker_twice_has_crashed_and_the_others_continue(
     assert all("its worker died twice" in message for message in failed["message"])
 
 
+@pytest.mark.slow
 def test_without_a_scheduler_there_is_a_cluster_of_its_own_and_late_cases_end(tmp_path):
     result = quiet(grid(1, (GOOD, HANGS, DIES)), tmp_path / "run", executor="dask", jobs=2, case_timeout=0.5)
     assert (result.ok, result.failed, result.missing) == (1, 2, 0)

@@ -90,6 +90,7 @@ def test_bristles_alone_let_the_contact_point_of_a_ball_spring_back(impacts):
         assert back.difference < 2.5 if springs else back.computed == pytest.approx(0.0, abs=0.1)
 
 
+@pytest.mark.slow
 def test_the_squeezer_ends_where_the_reference_of_its_fourteen_numbers_is():
     rows = machines.measure_squeezer(quick=True)
     assert len(rows) == 14
@@ -97,6 +98,7 @@ def test_the_squeezer_ends_where_the_reference_of_its_fourteen_numbers_is():
     assert largest(rows, "rate at 0.03 s", "all pins ideal") < 5e-6
 
 
+@pytest.mark.slow
 def test_a_block_drawn_along_a_guide_sticks_and_slips_as_in_the_paper():
     """A guide takes laws with internal state: each corner that touches bends bristles of its own."""
     rows = machines.measure_stick_slip(quick=True)

@@ -593,6 +593,7 @@ def test_times_of_a_case_are_those_of_the_processor(monkeypatch):
     assert 0.0 < summary["setup_time"] < 0.2
 
 
+@pytest.mark.slow
 @heavy
 @pytest.mark.compiled
 def test_the_time_of_a_long_case_is_extrapolated_from_its_first_revolutions():

@@ -155,9 +155,8 @@ LAID_OUT = """
 """
 
 
-@pytest.mark.parametrize(
-    ("name", "width"), [("laws", 1600), ("laws", 500), pytest.param("joints", 800, marks=pytest.mark.slow)]
-)
+@pytest.mark.few("laws-1600")
+@pytest.mark.parametrize(("name", "width"), [("laws", 1600), ("laws", 500), ("joints", 800)])
 def test_page_is_laid_out_and_fetches_nothing(pages, browse, proxy, name, width):
     result = browse(pages[name], LAID_OUT, width=width)
     assert result["errors"] == []
@@ -172,6 +171,7 @@ def test_page_is_laid_out_and_fetches_nothing(pages, browse, proxy, name, width)
     assert result["page"] <= result["window"]  # nothing makes the page scroll sideways
 
 
+@pytest.mark.slow
 def test_a_wide_page_has_two_columns_and_a_narrow_one_does_not_scroll(pages, browse):
     high = """
       const place = id => document.getElementById(id).getBoundingClientRect();
@@ -296,6 +296,7 @@ BRUSHED = """
 """
 
 
+@pytest.mark.slow
 def test_cases_of_an_optimisation_are_brushed_and_the_best_are_marked(tmp_path, browse):
     over = {f"mechanism.{body}.mass": ["0.1 kg", "0.9 kg"] for body in ("slider", "rod")}
     aims = {"figures": {"miss": "abs(rod_slider_force_peak - '0.4 N')"}}
@@ -374,6 +375,7 @@ def test_motion_plays_steps_and_pauses(pages, browse):
     assert result["curves"] == 3
 
 
+@pytest.mark.slow
 def test_page_is_dark_where_that_is_preferred(pages, browse):
     colours = (
         "return {ink: getComputedStyle(document.body).color, paper: getComputedStyle(document.body).backgroundColor};"
@@ -427,6 +429,7 @@ CHOSEN = """
 """
 
 
+@pytest.mark.slow
 def test_the_wear_of_a_case_that_is_chosen_is_drawn(monkeypatch, tmp_path, browse):
     run, ends = Run(**RUNS["pair"]), {}
     order = run.summary.sort_values("rod_slider_wear_depth_max", ascending=False)["case_id"].tolist()
@@ -460,6 +463,7 @@ AS_PRINTED = """
 """
 
 
+@pytest.mark.slow
 def test_curves_of_the_player_fit_a_sheet_of_paper(pages, browse):
     result = browse(pages["pair"], AS_PRINTED, width=1600)
     assert result["errors"] == []
@@ -476,6 +480,7 @@ MAP_LETTERS = """
 """
 
 
+@pytest.mark.slow
 def test_letters_of_the_map_are_readable_and_curves_have_units(pages, browse):
     result = browse(pages["pair"], MAP_LETTERS, width=1600)
     assert result["errors"] == []

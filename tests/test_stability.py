@@ -17,9 +17,6 @@ pytestmark = pytest.mark.heavy
 
 TABLE = extremes.extreme_cases()
 SOME = stability.select_evenly(TABLE, 25)
-# Most of them compile a form of their own, ten seconds each: all are run by `make test-all`, and by `verify`.
-FEW = stability.select_evenly(SOME, 8)
-CHOSEN = [case if case in FEW else pytest.param(case, marks=pytest.mark.slow) for case in SOME]
 FIGURES = ("force_peak", "force_rms", "penetration_max", "impacts_per_rev", "onset_rate_max")
 
 
@@ -63,7 +60,8 @@ def test_the_table_spans_what_it_should():
     assert {len(case.grid["joints"]) for case in TABLE} == {1, 2, 3}
 
 
-@pytest.mark.parametrize("case", CHOSEN, ids=lambda case: case.name)
+@pytest.mark.few(*(case.name for case in stability.select_evenly(SOME, 8)[1:]))  # `verify` runs all
+@pytest.mark.parametrize("case", SOME, ids=lambda case: case.name)
 def test_a_case_of_the_table_passes(case):
     assert stability.run_case(case)["failure"] == ""
 
@@ -111,6 +109,7 @@ def test_a_contact_that_the_log_lacks_is_seen():
     assert stability.largest_escape(made, lost, 0, "rod_slider") > stability.BOUND_TOLERANCE
 
 
+@pytest.mark.slow
 def test_a_joint_that_has_just_left_its_bearing_is_not_met_again_at_once():
     """Eleven thousand events without a loss, from hard impacts to all but grazing ones."""
     (dear,) = (case for case in TABLE if case.name == "dear/ABC undamped 1e14, 1 rpm")
@@ -123,6 +122,7 @@ def test_a_joint_that_has_just_left_its_bearing_is_not_met_again_at_once():
         assert np.all(events["rate"][events["kind"] == "on"] > 0.0)
 
 
+@pytest.mark.slow
 def test_tuned_cases_are_what_they_say():
     graze = next(case for case in TABLE if case.name == "graze/C 5000 rpm 0.9")
     made, note = stability.scene_of(graze)

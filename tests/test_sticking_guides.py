@@ -174,11 +174,8 @@ def test_a_block_drawn_by_a_spring_sticks_and_slips_as_scipy_says():
     assert path.summary["energy_residual"] < 1e-8
 
 
-@pytest.mark.parametrize(
-    "source",
-    [pytest.param(block(LAW), marks=pytest.mark.slow), pin(LAW), pin(LAW, slot_length=0.0998)],
-    ids=["guide", "slot", "ends"],
-)
+@pytest.mark.few("slot")
+@pytest.mark.parametrize("source", [block(LAW), pin(LAW), pin(LAW, slot_length=0.0998)], ids=["guide", "slot", "ends"])
 def test_what_sticks_now_and_then_keeps_the_ledger(source):
     source = copy.deepcopy(source)
     joint = next(iter(source["joints"].values()))
@@ -189,6 +186,7 @@ def test_what_sticks_now_and_then_keeps_the_ledger(source):
     assert path.summary["energy_residual"] < 1e-6
 
 
+@pytest.mark.slow
 def test_a_pin_and_a_guide_of_one_machine_may_stick_together():
     law = {"law": "karnopp", "coefficient": 0.1, "static_coefficient": 0.2, "stribeck_velocity": 0.01, "band": 1e-3}
     guide = {"clearance": 2e-4, "length": 0.06, "height": 0.03, "contact": {"law": "hertz", "stiffness": 1e10}}

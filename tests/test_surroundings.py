@@ -41,11 +41,8 @@ def grid_file(tmp_path):
     return tmp_path
 
 
-@pytest.mark.parametrize(
-    "streams_of_run",
-    ["<&- >&- 2>&-", pytest.param(">/dev/full 2>&1", marks=pytest.mark.slow)],
-    ids=["closed", "full"],
-)
+@pytest.mark.few("closed")
+@pytest.mark.parametrize("streams_of_run", ["<&- >&- 2>&-", ">/dev/full 2>&1"], ids=["closed", "full"])
 def test_a_run_whose_streams_are_closed_or_full_continues_and_ends_with_its_code(grid_file, streams_of_run):
     ended = shell(
         f"clearsweep run g.json --out x --executor serial {streams_of_run}; echo ${{PIPESTATUS[0]}} >code", grid_file
@@ -55,6 +52,7 @@ def test_a_run_whose_streams_are_closed_or_full_continues_and_ends_with_its_code
     assert "Traceback" not in ended.stderr + (grid_file / "x" / "lock").read_text()
 
 
+@pytest.mark.few(">/dev/full-No space left", "| :-")
 @pytest.mark.parametrize(
     ("stream", "message"), [(">&-", ""), ("2>&-", ""), (">/dev/full", "No space left"), ("| :", "")]
 )

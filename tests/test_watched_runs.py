@@ -69,6 +69,7 @@ def figures(result):
 # ---------------------------------------------------------------------------------------------- length
 
 
+@pytest.mark.few("auto-all", "implicit-last")
 @pytest.mark.parametrize(
     "orbits", [{"save.orbits": "all"}, {"save.orbits": "last", "save.revolutions": 1.5}], ids=["all", "last"]
 )
@@ -127,6 +128,7 @@ def test_saved_histories_use_up_no_budget(save):
     assert (result.status, result.summary["steps"]) == ("ok", free["steps"])
 
 
+@pytest.mark.few("rough")
 @pytest.mark.parametrize("motion", [ROUGH | HEATED, WORN], ids=["rough", "periodic"])
 def test_the_largest_peak_of_a_run_that_found_its_length_is_found_again(motion):
     """Also with a heat balance, whose runs are as long as the case asks, and with a budget for the longest run."""
@@ -174,6 +176,7 @@ def limit_cycle():
     return run(RUN_IN, {"simulate.revolutions": 160, "simulate.discard": 150}).summary
 
 
+@pytest.mark.few("force_p99", "wear_rate_max")
 @pytest.mark.parametrize("figure", ["impacts_per_rev", "force_p99", "contact_fraction", "wear_rate_max"])
 def test_figures_of_a_periodic_motion_are_those_of_its_limit_cycle(limit_cycle, figure):
     """Its first ten revolutions have no impact; the later ones of its run-in have larger forces."""
@@ -452,6 +455,7 @@ def test_a_second_program_finds_the_same_chaos_without_impacts(restitution, chao
     assert (sum(grown[5:]) > 0.0) == chaotic
 
 
+@pytest.mark.few("1e-07")
 @pytest.mark.parametrize("tolerance", [1e-5, 1e-7])
 def test_errors_of_steps_are_not_taken_for_a_disturbance_that_grows(tolerance):
     rolling = {"joints.rod-slider.clearance": 3e-4, "joints.rod-slider.contact.restitution": 0.1, **WORN}
@@ -466,6 +470,7 @@ def test_a_run_that_is_too_short_has_no_exponent():
     assert result["horizon_revolutions"] is None
 
 
+@pytest.mark.few("joints0")
 @pytest.mark.parametrize("joints", [("crank-rod", "rod-slider"), ("ground-crank", "crank-rod", "rod-slider")])
 def test_several_joints_with_friction_have_an_exponent(joints):
     friction = {f"joints.{name}.friction": WORN["joints.rod-slider.friction"] for name in joints}
