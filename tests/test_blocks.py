@@ -373,6 +373,7 @@ def test_a_link_in_the_place_of_a_folder_is_refused(tmp_path, name):
     assert not list((tmp_path / "elsewhere").iterdir())
 
 
+@pytest.mark.few("change0", "change2")
 @pytest.mark.parametrize(
     "change", [{"ok": "x"}, {"ranges": []}, {"ranges": {"steps": [0.0]}}, {"counts": {}}, {"drawn": -1}, {"block": 1}]
 )

@@ -67,6 +67,7 @@ def test_code_is_kept_in_a_directory_of_the_user_alone(run):
 
 
 @pytest.mark.heavy
+@pytest.mark.few("flip")
 @pytest.mark.parametrize("harm", ["truncate", "empty", "flip"])
 def test_damaged_code_is_compiled_anew_once_with_a_line(run, harm):
     place, _, _ = run()
@@ -84,6 +85,7 @@ def test_damaged_code_is_compiled_anew_once_with_a_line(run, harm):
 
 
 @pytest.mark.heavy
+@pytest.mark.few("shared", "of another")
 @pytest.mark.parametrize("trouble", ["shared", "linked", "of another", "read-only", "shared parent"])
 def test_code_is_not_taken_from_where_somebody_else_could_have_put_it(run, tmp_path, monkeypatch, trouble):
     place, _, _ = run()
