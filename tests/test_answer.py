@@ -170,6 +170,7 @@ class History(dict):
         return np.zeros((2, self.bins[name.partition("/")[0]]))
 
 
+@pytest.mark.few("slider_crank", "two_joints", "rig", "press_joint_best", "spatial_four_bar")
 @pytest.mark.parametrize("path", CONFIGS, ids=[path.stem for path in CONFIGS])
 def test_answers_of_configs_have_six_lines_at_most(path, tmp_path):
     if "identify" in path.read_text(encoding="utf-8"):

@@ -311,6 +311,7 @@ def test_worst_of_the_laws_counts(answer_of):
     assert (least["met"], least["exceeded"], least["conditions"]) == (2, 1, 3)
 
 
+@pytest.mark.slow
 def test_thickness_of_the_film_holds_under_every_law(answer_of):
     source = grid({SPEED: "3000 rpm"}, simulate={"revolutions": 4, "discard": 2})
     source["joints"]["rod-slider"] = {

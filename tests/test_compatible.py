@@ -20,6 +20,7 @@ UNIT = Compatible(0.5 * math.pi, 1.0)  # force over E* c L at a penetration in c
 MODULUS, CLEARANCE, LENGTH, RADIUS = 207e9 / (2.0 * (1.0 - 0.3**2)), 0.5e-3, 20e-3, 10e-3
 
 
+@pytest.mark.few("0.1")
 @pytest.mark.parametrize("depth", [1e-6, 2e-3, 0.1, 0.5])
 def test_force_arc_and_pressure_are_those_of_a_contact_on_a_grid(depth):
     result = on_a_grid(depth, elements=150)

@@ -106,6 +106,7 @@ def test_the_sphere_s_stiffness_depends_on_the_unit_of_length_for_other_exponent
     assert ratio == pytest.approx(1e3 * 1e3**-0.3, rel=1e-9)
 
 
+@pytest.mark.few("power", "johnson")
 @pytest.mark.parametrize("name", few("elastic", "power", "johnson", "persson"))
 def test_a_free_impact_gives_back_the_restitution_requested_for_any_elastic_law(name):
     section = written("exact", name, restitution=0.6)

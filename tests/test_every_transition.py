@@ -79,6 +79,7 @@ def test_asperities_push_the_surfaces_apart_and_harder_the_closer_they_are(name)
     assert np.diff(loads).max() <= 0.03 * max(loads[-1], 1e-30)
 
 
+@pytest.mark.few("moving1-ramp", "moving1-greenwood-tripp")
 @pytest.mark.parametrize("name", names("transition"))
 @pytest.mark.parametrize("moving", [(0.03, 2.0, 40.0, -60.0), (-0.02, -30.0, 0.0, 300.0), (0.0, 5.0, 0.0, 100.0)])
 def test_the_force_passes_continuously_from_the_film_to_the_dry_contact(name, moving):
@@ -132,6 +133,7 @@ def test_a_transition_alone_takes_and_gives_no_energy(name):
     assert abs(work) < 1e-9 * size
 
 
+@pytest.mark.few("spins1-ramp", "spins1-greenwood-tripp")
 @pytest.mark.parametrize("name", names("transition"))
 @pytest.mark.parametrize("spins", [(0.0, 0.0), (100.0, -30.0), (0.0, 300.0)])
 def test_a_joint_in_transition_takes_energy_from_its_bodies(name, spins):

@@ -223,6 +223,7 @@ def quadrature(history, pressure, wear, modulus, running_in=None):
     return worn
 
 
+@pytest.mark.few("archard-running in", "energy-run in")
 @pytest.mark.parametrize("running_in", [None, RUNNING_IN], ids=["run in", "running in"])
 @pytest.mark.parametrize("name", names("wear"))
 def test_the_depth_of_a_wear_law_is_its_quadrature_over_a_history(name, running_in):

@@ -78,6 +78,7 @@ def test_forces_of_a_guide_are_those_across_it():
     assert block["corner_force_rms"] == pytest.approx(101.3, rel=1e-3)
 
 
+@pytest.mark.few("20.0")
 @pytest.mark.parametrize("weight", [0.0, 20.0])
 def test_no_mean_or_quantile_of_a_guide_exceeds_its_peak(weight):
     friction = {"law": "tanh", "coefficient": 0.2, "velocity_scale": 0.01}
@@ -99,6 +100,7 @@ def pin_beside_a_guide(**guide_keys):
     return case | {"simulate": {"revolutions": 1, "discard": 0}}
 
 
+@pytest.mark.slow
 def test_a_pin_wears_beside_a_guide():
     """Archard's volume of two bodies is twice the coefficient times friction energy over friction, over small arcs."""
     case = clearsweep.load_case(pin_beside_a_guide())

@@ -23,6 +23,7 @@ def test_a_squeezed_film_has_the_number_of_the_table(slenderness, ratio, number)
     )
 
 
+@pytest.mark.slow
 def test_the_table_and_the_fit_lie_below_the_converged_force_at_the_last_ratio():
     """Two meshes of the second solver agree within 1e-4; So of the table is 107.787, 0.5 % below them."""
     coarse, fine = (3.0 * 0.99 * np.hypot(*solution(1.0, 0.99, 0.0, 1.0, (cells, 8))[:2]) for cells in (384, 768))

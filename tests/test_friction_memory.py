@@ -294,6 +294,7 @@ def test_bristles_begin_straight_with_every_contact():
     assert np.all(share > 0.0)
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_only_the_separating_joint_forgets():
     made = crank(
@@ -316,6 +317,7 @@ def test_only_the_separating_joint_forgets():
         assert trajectory.summary["energy_residual"] < 1e-10  # tolerance 1e-9
 
 
+@pytest.mark.few("1e-09")
 @pytest.mark.compiled
 @pytest.mark.parametrize("tolerance", [1e-9, 1e-11])
 def test_a_step_over_a_kink_is_repeated_until_it_ends_there(tolerance):

@@ -27,6 +27,7 @@ def mean(path, power):
     return np.trapezoid(power, path.t) / (path.t[-1] - path.t[0])
 
 
+@pytest.mark.few("explicit")
 @pytest.mark.parametrize("method", ["explicit", "implicit"])
 def test_a_brake_takes_its_couple_times_the_rate_of_its_joint(method):
     path = run(**HISTORIES, simulate__method=method)
@@ -54,6 +55,7 @@ def test_loads_in_one_joint_are_added_and_each_joint_has_its_own():
     )
 
 
+@pytest.mark.few("friction0")
 @pytest.mark.parametrize(
     "friction", [{"law": "tanh", "coefficient": 0.1, "radius": 0.01, "velocity_scale": 1e-3}, STICKS]
 )

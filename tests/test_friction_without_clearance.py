@@ -154,6 +154,7 @@ def test_a_pin_sticks_up_to_the_static_coefficient_times_its_normal_force():
 # ---------------------------------------------------------------------------------------------- bristles
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_stick_slip_of_the_lugre_paper_on_a_guide_without_clearance():
     """Against an integration of the paper's own three equations: creep, break-away and the first slip."""
@@ -227,6 +228,7 @@ def test_bristles_of_a_pin_that_turns_on_settle_to_stribecks_curve():
     np.testing.assert_allclose(*torques, rtol=1e-6)
 
 
+@pytest.mark.few("friction0")
 @pytest.mark.parametrize(
     "friction",
     [
@@ -249,6 +251,7 @@ def test_bristles_of_a_rocker_are_in_the_ledger_of_energy(friction):
     assert summary["rocker_ground_friction_power"] > 0.0
 
 
+@pytest.mark.slow
 def test_a_preload_may_have_bristles():
     grid = copy.deepcopy(FOUR_BAR) | {"loads": {}}
     del grid["loads"]

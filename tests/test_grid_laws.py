@@ -28,6 +28,7 @@ def problems(source):
     return caught.value.problems
 
 
+@pytest.mark.few("johnson")
 @pytest.mark.parametrize("name", few("elastic", "power", "johnson", "persson"))
 def test_every_elastic_law_resolves_builds_and_runs_in_a_slider_crank(name):
     contact = {key: value for key, value in written("exact", name, restitution=0.6)["contact"].items() if key != "law"}

@@ -106,6 +106,7 @@ def closely(case, count):
     return result
 
 
+@pytest.mark.few("ambrosio")
 @pytest.mark.parametrize("law", ["tanh", "ambrosio"])
 def test_friction_that_reverses_leaves_the_largest_reaction_where_it_jumps(law):
     """The slider turns round where its inertia is largest, under 5 kN across."""

@@ -65,6 +65,7 @@ def instructions_of(code):
     return [str(each.opcode) for function in functions for block in function.blocks for each in block.instructions]
 
 
+@pytest.mark.few("nothing")
 @pytest.mark.parametrize(
     "load",
     ["nothing", "gas", *(pytest.param(load, marks=pytest.mark.slow) for load in ("a spring", "a constant force"))],

@@ -27,6 +27,7 @@ def near(problem, draw):
     return problem.times[row], state
 
 
+@pytest.mark.few("b_grav_fric-True", "ab_base-False")
 @pytest.mark.parametrize("pressed", [True, False])
 @pytest.mark.parametrize("name", speed.NAMES)
 def test_accelerations_gaps_and_forces_are_those_of_the_kernels(name, pressed):

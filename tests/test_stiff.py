@@ -145,6 +145,7 @@ def test_where_stability_limits_plain_sweeps_preconditioned_ones_are_far_cheaper
     assert row["explicit"]["rhs_evaluations"] < MOST_EVALUATIONS[name]
 
 
+@pytest.mark.few("b_grav_fric", "a_base")
 @pytest.mark.parametrize(
     "problem", [p for p in comparisons.all_problems() if p.name != "b_damped"], ids=lambda p: p.name
 )

@@ -229,6 +229,7 @@ def test_figure_is_written(results, tmp_path, ending):
     assert path.stat().st_size > 10_000
 
 
+@pytest.mark.slow
 def test_the_stiff_problem_has_the_same_answer_by_methods_of_others():
     problem = PROBLEMS["b_damped"]
     for method, tolerance, error in (("DOP853", 1e-6, 1e-6), ("Radau", 1e-8, 1e-8), ("LSODA", 1e-8, 1e-6)):

@@ -76,6 +76,7 @@ def test_worn_walls_close_the_energy_balance_and_change_the_motion(worn_path):
     assert worn_path.summary["slot_force_peak"] != pytest.approx(new.summary["slot_force_peak"], rel=1e-3)
 
 
+@pytest.mark.slow
 def test_worn_ends_close_the_energy_balance(too_short):
     both = Worn(wall(BIN_CENTRES), pin((np.arange(BINS) + 0.5) * 2.0 * math.pi / BINS), 0.0)
     path = clearsweep.simulate(scene(both, slot_length=0.0998))
@@ -84,6 +85,7 @@ def test_worn_ends_close_the_energy_balance(too_short):
     assert path.summary["energy_residual"] < 1e-7
 
 
+@pytest.mark.slow
 def test_a_slot_that_is_not_worn_moves_as_one_whose_wear_does_not_act():
     acting = clearsweep.simulate(scene())
     made = worn_grid()
