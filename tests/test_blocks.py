@@ -34,6 +34,20 @@ def small(monkeypatch):
     monkeypatch.setattr(blocks, "BLOCK", 8)
 
 
+@pytest.fixture(scope="module")
+def mixed_once(tmp_path_factory):
+    """Return the directory of a run of MIXED in blocks of eight cases."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(blocks, "BLOCK", 8)
+        return quiet(MIXED, tmp_path_factory.mktemp("mixed") / "run", executor="serial").directory
+
+
+@pytest.fixture
+def mixed(mixed_once, tmp_path):
+    """Leave a copy of that run in the directory of the test."""
+    shutil.copytree(mixed_once, tmp_path / "run")
+
+
 def rows_of(directory):
     tables = [pq.read_table(path) for path in sorted((directory / "summary").glob("*.parquet"))]
     return {row["case_id"]: row for table in tables for row in table.to_pylist()}
@@ -145,8 +159,8 @@ def test_a_second_run_looks_at_marks_alone(pair, monkeypatch):
     assert (again.ran, again.reused, again.ok, again.failed, again.missing) == (0, 36, 24, 12, 0)
 
 
+@pytest.mark.usefixtures("mixed")
 def test_reworded_descriptions_finish_no_block_again_and_mix_with_earlier_ones(tmp_path, monkeypatch):
-    quiet(MIXED, tmp_path / "run", executor="serial")
     marks = {path: path.read_bytes() for path in tmp_path.glob("run/blocks/*/block.json")}
     reworded = [each._replace(text="reworded") for each in CATALOGUE.figures]
     monkeypatch.setattr(Fake, "catalogue", lambda: CATALOGUE._replace(figures=tuple(reworded)))
@@ -162,8 +176,8 @@ def test_reworded_descriptions_finish_no_block_again_and_mix_with_earlier_ones(t
 
 
 @pytest.mark.parametrize("name", ["summary/00001.parquet", "blocks/00001/orbits.h5", "blocks/00001/block.json"])
+@pytest.mark.usefixtures("mixed")
 def test_a_file_that_is_lost_is_rewritten_from_the_batches(tmp_path, name):
-    quiet(MIXED, tmp_path / "run", executor="serial")
     before = {path: path.read_bytes() for path in (tmp_path / "run").rglob("*.parquet")}
     (tmp_path / "run" / name).unlink()
     again = quiet(MIXED, tmp_path / "run", executor="serial")
@@ -171,8 +185,8 @@ def test_a_file_that_is_lost_is_rewritten_from_the_batches(tmp_path, name):
     assert {path: path.read_bytes() for path in (tmp_path / "run").rglob("*.parquet")} == before
 
 
+@pytest.mark.usefixtures("mixed")
 def test_a_lost_batch_of_an_unfinished_block_runs_again(tmp_path):
-    quiet(MIXED, tmp_path / "run", executor="serial")
     before = rows_of(tmp_path / "run")
     block = tmp_path / "run" / "blocks" / "00002"
     (block / "block.json").unlink()
@@ -219,8 +233,8 @@ def test_a_case_that_two_indices_have_is_in_the_block_of_the_first(tmp_path):
     assert quiet(source, tmp_path / "run", executor="serial").ran == 0
 
 
+@pytest.mark.usefixtures("mixed")
 def test_failed_cases_run_again_where_that_is_requested(tmp_path):
-    quiet(MIXED, tmp_path / "run", executor="serial")
     again = quiet(MIXED, tmp_path / "run", executor="serial", retry_failed=True)
     assert (again.ran, again.ok, again.failed) == (12, 24, 12)
 
@@ -263,8 +277,8 @@ def test_shards_of_blocks_are_joined_block_by_block(tmp_path, pair):
     assert (again.ran, again.reused) == (0, 36)
 
 
+@pytest.mark.usefixtures("mixed")
 def test_status_counts_marks_and_compares_checksums_if_requested(tmp_path):
-    quiet(MIXED, tmp_path / "run", executor="serial")
     facts = store.status(tmp_path / "run")
     assert (facts["state"], facts["cases"], facts["ok"], facts["failed"], facts["missing"]) == (
         "finished",
@@ -354,8 +368,8 @@ def test_a_summary_with_groups_of_another_size_is_read(tmp_path, monkeypatch):
         assert rows[rows["case_id"] == case_id]["case_id"].tolist() == [case_id]
 
 
+@pytest.mark.usefixtures("mixed")
 def test_a_damaged_record_of_a_run_in_blocks_is_restored(tmp_path, capfd):
-    quiet(MIXED, tmp_path / "run", executor="serial")
     (tmp_path / "run" / "run.json").write_text("{")
     again = quiet(MIXED, tmp_path / "run", executor="serial")
     assert (again.ran, again.reused) == (0, 36)
@@ -377,8 +391,8 @@ def test_a_link_in_the_place_of_a_folder_is_refused(tmp_path, name):
 @pytest.mark.parametrize(
     "change", [{"ok": "x"}, {"ranges": []}, {"ranges": {"steps": [0.0]}}, {"counts": {}}, {"drawn": -1}, {"block": 1}]
 )
+@pytest.mark.usefixtures("mixed")
 def test_a_mark_that_nobody_wrote_counts_for_nothing(tmp_path, change):
-    quiet(MIXED, tmp_path / "run", executor="serial")
     path = tmp_path / "run" / "blocks" / "00000" / "block.json"
     mark = {key: value for key, value in json.loads(path.read_text()).items() if key != "checksum"} | change
     path.write_text(json.dumps(mark | {"checksum": store.sha256_of(json.dumps(mark, sort_keys=True))}))
@@ -403,8 +417,8 @@ def crafted_block(directory, number, name):
 
 
 @pytest.mark.parametrize("name", ["summary.parquet", "sample.parquet"])
+@pytest.mark.usefixtures("mixed")
 def test_a_crafted_table_of_a_block_is_refused_and_the_next_run_restores_it(tmp_path, name, capfd):
-    quiet(MIXED, tmp_path / "run", executor="serial")
     before = rows_of(tmp_path / "run")
     crafted_block(tmp_path / "run", 1, name)
     run = clearsweep.open(tmp_path / "run")

@@ -249,10 +249,11 @@ def test_the_first_contact_is_that_of_scipy_in_time(friction):
     assert ours["joints/rod_slider/force_tangential"][1] != 0.0
 
 
+@pytest.mark.few("lugre")
 @pytest.mark.compiled
 @pytest.mark.parametrize(
     "friction",
-    [LUGRE, DAHL, pytest.param(ELASTO_PLASTIC, marks=pytest.mark.slow)],
+    [LUGRE, DAHL, ELASTO_PLASTIC],
     ids=["lugre", "dahl", "elasto-plastic"],
 )
 def test_explicit_and_implicit_method_agree_and_energies_balance(friction):

@@ -87,6 +87,7 @@ def test_a_preload_is_in_the_friction_power_of_its_joint():
     assert [name for name in path.summary if name.endswith("friction_power")] == ["coupler_rocker_friction_power"]
 
 
+@pytest.mark.slow
 def test_a_preload_heats_its_joint():
     friction = DRY["joints.rod-slider.friction"]
     changes = copy.deepcopy(DRY) | {"joints.rod-slider.friction": friction | {"preload": 300.0}}

@@ -157,6 +157,7 @@ def seal(preload, speed):
     }
 
 
+@pytest.mark.slow
 def test_preload_of_a_guide_with_clearance_stops_its_block():
     path = clearsweep.simulate(clearsweep.load_case(seal(20.0, 0.0)), times=[0.0, 0.02, 0.04])
     slowing = 0.1 * 20.0 / 0.2  # m/s^2
@@ -257,6 +258,7 @@ def test_a_joint_that_moves_as_the_crank_says_cannot_stick():
     assert path.summary["energy_residual"] < 1e-7
 
 
+@pytest.mark.slow
 def test_two_joints_that_stick_hold_each_other():
     friction = {"law": "karnopp", "torque": 50, "static_torque": 60, "stribeck_velocity": 1, "band": "0.1 rad/s"}
     loads = {name: {"on": on, "friction": friction} for name, on in (("a", "rocker-ground"), ("b", "crank-coupler"))}

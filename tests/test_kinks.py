@@ -203,6 +203,7 @@ def check_accuracy(**laws):
     assert max(steps) < 8.0 * min(steps), steps  # 10^(6/8) = 5.6
 
 
+@pytest.mark.few("friction-ambrosio", "friction-lugre", "law-adams-impact")
 @pytest.mark.compiled
 @pytest.mark.parametrize(("family", "name"), DECLARING)
 def test_no_kink_of_a_law_costs_accuracy(family, name):

@@ -64,6 +64,7 @@ def at(rows, quantity, variant, low, high):
     return [row for row in result if low <= float(row.point.split()[1]) <= high]
 
 
+@pytest.mark.slow
 def test_a_ball_that_sticks_springs_back_with_bristles_and_stops_without():
     rows = contact.measure_oblique(quick=True)
     for row in at(rows, "tangential restitution", "tanh", 0.0, 30.0):

@@ -407,6 +407,7 @@ def test_loops_that_may_branch_go_straight_on():
         assert rates[8] == pytest.approx(speed, rel=1e-9)
 
 
+@pytest.mark.few("1.0-lengths0", "1.0-lengths2")
 @pytest.mark.parametrize(
     "lengths", [(0.1, 0.1, 0.2, 0.2), (0.05, 0.05, 0.12, 0.12), (0.1, 0.1, 0.1, 0.1), (0.2, 0.1, 0.2, 0.1)]
 )

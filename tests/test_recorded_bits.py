@@ -34,7 +34,7 @@ GRIDS = sorted(path.name for path in portable_bits.CONFIGS.glob("*.yaml"))
 #: Each compiles forms of its own; files of the same rooms are run every day.
 SELDOM = [
     *("bearing_class", "compressor", "engine", "error_budget", "gear_rattle", "law_comparison", "press_joint_life"),
-    *("press_life", "probabilistic", "ptfe_bushing", "spatial_slider_crank", "v_twin", "wiper"),
+    *("press_life", "probabilistic", "ptfe_bushing", "rolling", "spatial_slider_crank", "v_twin", "wiper"),
 ]
 CASES = ("first", "last")
 

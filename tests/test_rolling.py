@@ -151,6 +151,7 @@ KIND = {
 }
 
 
+@pytest.mark.few("roller")
 @pytest.mark.parametrize("kind", KIND)
 def test_a_settled_bearing_has_the_published_loads(kind):
     joint, loads, displacement = KIND[kind]
@@ -186,6 +187,7 @@ def test_load_over_an_element_with_clearance_is_carried_by_it_alone():
     assert np.count_nonzero(element_loads(joint, distance, 0.0, 0.0)) == 1
 
 
+@pytest.mark.few("10 um")
 @pytest.mark.parametrize("clearance", ["10 um", "0 um", "-10 um"])
 def test_a_seated_start_carries_the_load_of_the_ideal_machine(clearance):
     pin = {"clearance": "5 um", "bearing_radius": "10 mm", "contact": {"law": "hertz", "stiffness": "1e10 N/m^1.5"}}
@@ -433,6 +435,7 @@ def test_a_run_of_rollers_has_a_report(tmp_path):
     assert result.exit_code == 0, result.output
 
 
+@pytest.mark.slow
 def test_a_pin_wears_beside_a_bearing():
     """Archard's volume of two bodies is twice the coefficient times friction energy over friction, 0.05."""
     contact = {"law": "hunt-crossley", "stiffness": 6.61e10, "exponent": 1.5, "restitution": 0.8}

@@ -174,7 +174,7 @@ def test_a_block_drawn_by_a_spring_sticks_and_slips_as_scipy_says():
     assert path.summary["energy_residual"] < 1e-8
 
 
-@pytest.mark.few("slot")
+@pytest.mark.slow
 @pytest.mark.parametrize("source", [block(LAW), pin(LAW), pin(LAW, slot_length=0.0998)], ids=["guide", "slot", "ends"])
 def test_what_sticks_now_and_then_keeps_the_ledger(source):
     source = copy.deepcopy(source)

@@ -153,6 +153,7 @@ def test_the_automatic_choice_costs_no_more_where_nothing_is_stiff(problem):
     assert comparisons.evaluation_ratio(problem)["evaluations_ratio"] <= 1.05
 
 
+@pytest.mark.slow
 def test_a_step_cut_where_no_iteration_converges_still_gives_finite_figures():
     case = next(case for case in extremes.extreme_cases() if case.name == "stiff/BC damping 1e+06, 1500 rpm")
     assert stability.run_case(case)["failure"] == ""

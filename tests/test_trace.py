@@ -26,6 +26,7 @@ def scenes(name):
             yield scene
 
 
+@pytest.mark.few("slider_crank.yaml", "two_joints.yaml", "lubricated.yaml", "worn_slider_crank.yaml", "four_bar.yaml")
 @pytest.mark.parametrize("name", CONFIGS)
 def test_all_stages_observed_at_once_have_the_bits_of_each_in_every_example(name):
     for scene in scenes(name):

@@ -311,6 +311,7 @@ def fused(a, b, sign, frame):
     return Fusing(plain)
 
 
+@pytest.mark.few("exp", "sin", "pow", "atan2")
 @pytest.mark.parametrize("name", [*OF_ONE, *OF_TWO])
 def test_floats_arrays_and_fusing_numbers_have_the_same_bits(name):
     arguments = given(name)

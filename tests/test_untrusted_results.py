@@ -191,6 +191,7 @@ def leaves(value, path=()):
         yield path, None
 
 
+@pytest.mark.few("None")
 @pytest.mark.parametrize("other", [PAYLOAD, None, 7, [], {"a": []}])
 def test_whatever_stands_in_a_record_it_opens_or_is_refused(ran, run, other):
     original = json.loads((ran / "run.json").read_text())
