@@ -5,6 +5,7 @@ plain Python (marker `plain`, `make test-plain`).  Compiled code is kept between
 CLEARSWEEP_CACHE_DIR unless it tests the cache.
 """
 
+import gc
 import os
 import signal
 from collections import Counter
@@ -22,6 +23,9 @@ settings.register_profile(
     "untimed", deadline=None, derandomize="CI" in os.environ, suppress_health_check=[HealthCheck.too_slow]
 )
 settings.load_profile("untimed")
+
+# With Python's own thresholds a quarter of the time goes into looking for circles among modules, trees and tables.
+gc.set_threshold(50_000, 20, 100)
 
 SLOW_LIMIT = 3600.0  # s, of a test marked slow, and of all in plain Python; `timeout` in pyproject.toml: of the others
 
@@ -45,6 +49,16 @@ def pytest_collection_modifyitems(config, items):
             item.add_marker(pytest.mark.timeout(SLOW_LIMIT))
     heavy = Counter(item.path for item in items if item.get_closest_marker("heavy"))
     items.sort(key=lambda item: -heavy[item.path])
+
+
+def pytest_collection_finish():
+    """Leave what all tests share, which stays, out of every search for circles."""
+    gc.freeze()
+
+
+def pytest_sessionfinish():
+    """Let libraries release what they hold, or they speak of leaks."""
+    gc.unfreeze()
 
 
 @pytest.fixture(scope="session", autouse=True)
