@@ -237,6 +237,24 @@ def test_a_rate_that_moves_elsewhere_is_seen_though_its_sum_stays():
     assert redistributed_fraction(here, there, (slice(0, 0),)) == 0.0
 
 
+def test_a_jump_is_not_longer_than_one_that_was_refused_just_before():
+    """A scar widens as it deepens; the intervals of its rates explain differences up to some length of the jump."""
+    bins = np.linspace(-1.0, 1.0, 81)
+    deepest = []
+
+    def widening(state):
+        deepest.append(state.max())
+        half_width = 0.05 + 0.9 * deepest[-1]
+        return BlockRecord(RATE * np.maximum(1.0 - (bins / half_width) ** 2, 0.0) / half_width, 0.03)
+
+    result = extrapolate_life(widening, Deepest(), control(bins=81), np.zeros(81))
+    lengths = np.diff([node.revolutions for node in result.nodes])
+    refused = np.diff(deepest) < 0.0  # the next prediction is less deep
+    after = [int(np.sum(~refused[:k])) - 1 for k in np.flatnonzero(refused)]  # jump that was repeated
+    assert len(set(after)) > 1
+    assert all(lengths[k + 1] <= lengths[k] * (1.0 + 1e-12) for k in after if k + 2 < len(lengths))
+
+
 def test_a_life_that_does_not_come_to_its_end_is_as_long_as_it_was_run():
     result = life(lambda h: RATE * np.exp(-h / 0.01), blocks=12)
     assert not result.reached

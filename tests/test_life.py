@@ -463,16 +463,29 @@ ACTING = {
 
 @pytest.mark.slow
 def test_jumps_come_to_what_two_hundred_revolutions_of_one_motion_wear_off():
-    """Wear comes to a fifth of the clearance and changes the forces by more than a twenty-fifth."""
+    """Wear comes to a fifth of the clearance and changes the forces by more than a twenty-fifth.
+
+    How many jumps are repeated depends on the scatter of irregular motion: starts that differ by rounding need 10 to 16
+    blocks (mean 12, standard deviation 1.8), so the claim on their number is one on the mean.
+    """
     plain = grid.load(source(ACTING | {"life": None}), simulation.catalogue()).case(0)
     depths, peaks, worn = worn_on(plain, 200)
     assert depths[-1] / plain.joints[0].clearance == pytest.approx(0.2, rel=0.1)
     assert abs(np.median(peaks[-10:]) / np.median(peaks[:10]) - 1.0) > 0.04
-    result = lived(ACTING, limit=float(depths[-1]), tolerance=0.05, max_revolutions=50)
-    length = result.summary["rod_slider_life_revolutions"]
-    assert result.summary["rod_slider_life_blocks"] < 15
-    within = result.summary["rod_slider_life_low"] < 200.0 < result.summary["rod_slider_life_high"]
-    assert within or length == pytest.approx(200.0, rel=0.02)
+    results = [
+        lived(
+            ACTING | {"joints.rod-slider.clearance": 3e-5 * (1.0 + start * 1e-9)},
+            limit=float(depths[-1]),
+            tolerance=0.05,
+            max_revolutions=50,
+        )
+        for start in range(6)
+    ]
+    assert np.mean([result.summary["rod_slider_life_blocks"] for result in results]) < 15.0
+    for result in results:
+        length = result.summary["rod_slider_life_revolutions"]
+        within = result.summary["rod_slider_life_low"] < 200.0 < result.summary["rod_slider_life_high"]
+        assert within or length == pytest.approx(200.0, rel=0.02)
     for place, body in enumerate(("bearing", "journal")):
         assert result.history[f"rod_slider/profile_{body}"][-1].sum() == pytest.approx(worn[place].sum(), rel=0.02)
     halved = lived(ACTING, limit=float(depths[-1]), tolerance=0.05, max_revolutions=50, longest_jump=40)

@@ -7,10 +7,10 @@ taken as linear in the limited quantity. The trapezoidal rule then gives x + M (
 sliding distance acts. The next jump starts with r', so each jump costs one block.
 
 The length M follows from the share of a jump's wear that the rates before and after it distribute differently,
-sum |r* - r| / sum (r* + r). Beyond the tolerance the jump is repeated at half the length. So it is if the corrector
-moves a bin, against the others, by more than a quarter of the tolerance times the depth at the end of the life: at an
-edge of a scar that widens, the trapezoidal rule errs by as much. Differences that the 95 % intervals of the rates
-explain do not count. (Jumps of adaptive length: Mukras, Kim, Sawyer, Jackson & Bergquist 2009, Wear 266:822; predictor
+sum |r* - r| / sum (r* + r). Beyond the tolerance the jump is repeated at half the length, and the next is no longer. So
+it is if the corrector moves a bin, against the others, by more than a quarter of the tolerance times the depth at the
+end of the life: at an edge of a scar that widens, the trapezoidal rule errs by as much. The share grows with M, the
+move with its square. Differences that the 95 % intervals of the rates explain do not count. (Jumps of adaptive length: Mukras, Kim, Sawyer, Jackson & Bergquist 2009, Wear 266:822; predictor
 and corrector: Heun's method, of order two.)
 """
 
@@ -108,6 +108,7 @@ def extrapolate_life(
     nodes, blocks = [Node(0.0, start, first_block.rate, first_block)], 1
     grows = first_block.rate > 0.0
     jump = float(np.min(settings.max_first_growth[grows] / first_block.rate[grows], initial=math.inf))
+    is_repeated = False
     while settings.constant_rates or blocks < settings.blocks:
         node = nodes[-1]
         largest_rate = max(float(node.rate[group].max(initial=0.0)) for group in settings.groups)
@@ -125,12 +126,10 @@ def extrapolate_life(
         blocks += 1
         if next_block is None:
             return None
-        redistributed = max(
-            redistributed_fraction(node, next_block, settings.groups),
-            PROFILE_FACTOR * moved_fraction(node, next_block, settings.groups, jump, remaining),
-        )
-        if redistributed > settings.tolerance and jump > settings.min_jump:
-            jump *= MIN_JUMP_RATIO
+        redistributed = redistributed_fraction(node, next_block, settings.groups)
+        moved = PROFILE_FACTOR * moved_fraction(node, next_block, settings.groups, jump, remaining)
+        if max(redistributed, moved) > settings.tolerance and jump > settings.min_jump:
+            jump, is_repeated = MIN_JUMP_RATIO * jump, True
             continue
         # the motion is unchanged: only the sliding distance acts, and its prediction is exact
         rate = (
@@ -147,11 +146,13 @@ def extrapolate_life(
         nodes.append(next_node)
         if is_last:
             return _interval(nodes, blocks, criterion, settings, jump)
-        jump *= (
-            min(max(SAFETY * settings.tolerance / redistributed, MIN_JUMP_RATIO), MAX_JUMP_RATIO)
-            if redistributed
-            else MAX_JUMP_RATIO
+        allowed = SAFETY * settings.tolerance  # the share grows with the jump, the move with its square
+        longest = min(
+            1.0 if is_repeated else MAX_JUMP_RATIO,  # the length after a repeated jump has just been too long
+            allowed / redistributed if redistributed else math.inf,
+            math.sqrt(allowed / moved) if moved else math.inf,
         )
+        jump, is_repeated = jump * max(longest, MIN_JUMP_RATIO), False
     low = nodes[-1].revolutions
     return Life(
         tuple(nodes), reached=False, low=low, high=math.inf, jump_error=math.nan, shape_error=math.nan, blocks=blocks

@@ -158,8 +158,12 @@ def close_peer(peer: Any) -> None:
     """Close a client or a cluster, or abandon it after ANSWER_TIMEOUT.
 
     Closing waits for a lock that all clients and clusters share. Garbage collection of one of them meanwhile can leave
-    it locked for ever. The interpreter must not close an abandoned cluster again at its end.
+    it locked for ever. The interpreter must not close an abandoned cluster again at its end. A client that has lost its
+    scheduler connects again by itself, or gives up; closed meanwhile, it may drop the new connection unclosed.
     """
+    deadline = time.monotonic() + ANSWER_TIMEOUT
+    while getattr(peer, "status", None) == "connecting" and time.monotonic() < deadline and not system.requested():
+        time.sleep(0.01)
     with contextlib.suppress(Exception):
         with_timeout(functools.partial(peer.close, timeout=ANSWER_TIMEOUT))
         return
