@@ -10,8 +10,8 @@ The length M follows from the share of a jump's wear that the rates before and a
 sum |r* - r| / sum (r* + r). Beyond the tolerance the jump is repeated at half the length, and the next is no longer. So
 it is if the corrector moves a bin, against the others, by more than a quarter of the tolerance times the depth at the
 end of the life: at an edge of a scar that widens, the trapezoidal rule errs by as much. The share grows with M, the
-move with its square. Differences that the 95 % intervals of the rates explain do not count. (Jumps of adaptive length: Mukras, Kim, Sawyer, Jackson & Bergquist 2009, Wear 266:822; predictor
-and corrector: Heun's method, of order two.)
+move with its square. Differences that the 95 % intervals of the rates explain do not count. (Jumps of adaptive length:
+Mukras, Kim, Sawyer, Jackson & Bergquist 2009, Wear 266:822; predictor and corrector: Heun's method, of order two.)
 """
 
 import itertools
@@ -152,7 +152,7 @@ def extrapolate_life(
             allowed / redistributed if redistributed else math.inf,
             math.sqrt(allowed / moved) if moved else math.inf,
         )
-        jump, is_repeated = jump * max(longest, MIN_JUMP_RATIO), False
+        jump, is_repeated = jump * longest, False
     low = nodes[-1].revolutions
     return Life(
         tuple(nodes), reached=False, low=low, high=math.inf, jump_error=math.nan, shape_error=math.nan, blocks=blocks

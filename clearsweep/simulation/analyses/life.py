@@ -411,11 +411,7 @@ class LifeRun:
         }
         return figures | {f"{target}_life_blocks": life.blocks}
 
-    def remarks(self, life: Life) -> tuple[str, ...]:
-        """Return the remark on why a life did not reach its limit, or '' if it did."""
-        return (self._reason_unreached(life),)
-
-    def _reason_unreached(self, life: Life) -> str:
+    def reason_unreached(self, life: Life) -> str:
         """Return why a life did not reach its limit, or '' if it did."""
         if life.reached:
             return ""

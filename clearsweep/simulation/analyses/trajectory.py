@@ -274,7 +274,7 @@ def _run_life(scene: Scene, times: ArrayLike | None, observers: Sequence[Observe
     trajectory = _converged_trajectory(worn_scene, run, observer, times)
     trajectory.summary.update(life_run.figures(life))
     trajectory.summary.update(uncertain_figures(life_run.target.column, bounding_lives) if bounding_lives else {})
-    message = join_remarks(trajectory.message, *life_run.remarks(life), *failures(bounding_lives))
+    message = join_remarks(trajectory.message, life_run.reason_unreached(life), *failures(bounding_lives))
     return dataclasses.replace(trajectory, history=life_run.history(life), message=message)
 
 
