@@ -111,12 +111,12 @@ def test_a_crank_that_gets_stuck_ends_stalled_and_a_slow_one_at_its_limit():
     assert "increase simulate.time_limit" in path.message
 
 
-def test_a_free_crank_that_turns_back_keeps_its_history():
-    """A pendulum on an ideal pin rises until it turns back; the run ends a hundredth of a turn later."""
+def pendulum():
+    """A crank on an ideal pin that swings, and a body in a ring."""
     still = [0.0, 0.0]
     crank = {"mass": 2.0, "inertia": 0.1, "center": [0.5, 0.0], "points": {"pivot": still}}
     free = {"mass": 1.0, "inertia": 1.0, "points": {"middle": still}, "initial": {}}
-    source = {
+    return {
         "mechanism": {
             "type": "planar",
             "gravity": 9.81,
@@ -133,6 +133,23 @@ def test_a_free_crank_that_turns_back_keeps_its_history():
         "simulate": {"revolutions": 1, "discard": 0, "tolerance": 1e-10},
         "save": {"orbits": "all"},
     }
+
+
+def test_a_machine_at_rest_is_measured_over_time_but_never_turns():
+    source = pendulum()
+    source["mechanism"]["gravity"], source["drive"]["initial_speed"] = 0.0, 0.0
+    path = clearsweep.simulate(clearsweep.load_case(source))
+    assert path.status == "time-limit"
+    assert "the crank does not turn" in path.message
+    assert "simulate: {time: 5 s}" in path.message
+    path = clearsweep.simulate(clearsweep.load_case(source | {"simulate": {"time": 1.0}}))
+    assert path.status == "ok"
+    assert path.summary["energy_residual"] == path.summary["output_error_max"] == path.summary["rest_force_peak"] == 0.0
+
+
+def test_a_free_crank_that_turns_back_keeps_its_history():
+    """A pendulum on an ideal pin rises until it turns back; the run ends a hundredth of a turn later."""
+    source = pendulum()
 
     def swing(_, state):
         return [state[1], -2.0 * 9.81 * 0.5 * np.cos(state[0]) / (0.1 + 2.0 * 0.25)]

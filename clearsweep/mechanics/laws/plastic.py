@@ -1,4 +1,4 @@
-"""Laws that lose energy by an indentation that stays until separation, or in a damper beside the elastic force."""
+"""Laws that lose energy by an indentation that stays until separation, or in a damper parallel to the elastic force."""
 
 from typing import NamedTuple
 

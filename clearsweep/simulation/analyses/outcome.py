@@ -94,6 +94,12 @@ _BACKWARDS = (
     "the torque of the drive is negative and turns the crank backwards from {time:.6g} s on; write a positive one, or "
     "mirror the mechanism"
 )
+_NEVER_TURNS = (
+    "the crank does not turn: up to {time:.6g} s its loads, static friction among them, hold the torque of the drive; "
+    "increase the torque, reduce the loads, or measure a machine at rest by simulate: {{time: 5 s}} in place of "
+    "revolutions"
+)
+STANDING = 1e-4  # revolutions, below which a crank has not turned; what is loose on it may shake it
 TYPICAL_STEPS = 10.0  # the budget over the steps that a run should need at a tolerance that is advised
 LARGEST_TOLERANCE = 1e-3  # that is advised
 REST_SPEED = 1e-3  # of the initial speed: slower bodies count as at rest when no step is small enough
@@ -109,7 +115,14 @@ def _status_of(scene: Scene, run: Run) -> tuple[str, str]:
     drive = scene.machine.drive if scene.machine else None
     if run.status == integration.STALLED and isinstance(drive, Motor) and drive.stall_torque < 0.0:
         return _STATUS[run.status][0], _BACKWARDS
+    if run.status in (integration.STALLED, integration.TIME_LIMIT) and _turns_of(scene, run) < STANDING:
+        return _STATUS[run.status][0], _NEVER_TURNS
     return _STATUS[run.status]
+
+
+def _turns_of(scene: Scene, run: Run) -> float:
+    """Return the revolutions of a free crank since its start."""
+    return float(run.work.y[run.work.independent] - scene.crank_clock.value_after(0.0)) / (2.0 * math.pi)
 
 
 def trajectory_of(scene: Scene, run: Run, end: float) -> Trajectory:
@@ -207,8 +220,7 @@ def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:
     status, text = _status_of(scene, run)
     of_total = f" of {end:.6g} s" if math.isfinite(end) else ""
     if scene.crank_clock.free:
-        turned = (run.work.y[run.work.independent] - scene.crank_clock.value_after(0.0)) / (2.0 * math.pi)
-        of_total = f", after {turned:.4g} of {scene.case.simulate.revolutions:.6g} revolutions"
+        of_total = f", after {_turns_of(scene, run):.4g} of {scene.case.simulate.revolutions:.6g} revolutions"
     message = text.format(
         time=run.work.y[run.work.time],
         of_total=of_total,

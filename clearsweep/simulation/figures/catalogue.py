@@ -21,12 +21,28 @@ from .sums import ForceExceeded, Mean, PerRevolution, RootMean, figure_of_joint
 from .wear import LIFE
 from .window import Window, by_joint
 
+ROUNDING_ERROR = 1e-12  # m or rad: smaller errors of an output are rounding of positions of some metres or turns
+
 
 def field_of_totals(name: str, of: str = "joint") -> Callable[[Window, int], float]:
     """Return the formula of a figure that is itself a field of ContactTotals or MechanismTotals."""
     if of == "joint":
         return lambda window, index: getattr(window.totals.joint[index], name)
     return lambda window, _: getattr(window.totals.mechanism, name)
+
+
+def output_error(window: Window, _: int) -> float:
+    """Return the largest error (m or rad) of the output, 0 where it is rounding of the position."""
+    error = window.totals.mechanism.error_max
+    return error if error > ROUNDING_ERROR else 0.0
+
+
+def relative_residual(window: Window, _: int) -> float | None:
+    """Return the largest energy imbalance over the largest kinetic energy, None where it changes but nothing moves."""
+    residual, kinetic = window.totals.mechanism.residual, window.totals.mechanism.kinetic_max
+    if kinetic:
+        return float(residual / kinetic)
+    return None if residual else 0.0
 
 
 def depth(window: Window, index: int) -> float:
@@ -255,7 +271,7 @@ MECHANISM = (
         "{output}",
         "largest distance of the {output} from its position in the ideal mechanism",
         of="output",
-        value=field_of_totals("error_max", "output"),
+        value=output_error,
         tables=(
             Entry("output", "{output} error", 1),
             Entry("forces", "{output} error", 12),
@@ -323,7 +339,7 @@ RESIDUAL = Figure(
     "energy_residual",
     "1",
     "largest energy imbalance at a step or event end over the largest kinetic energy",
-    value=lambda window, _: window.totals.mechanism.residual / window.totals.mechanism.kinetic_max,
+    value=relative_residual,
     differs=False,
 )
 #: Work counts of a case, even if it failed; further runs are included.
