@@ -168,7 +168,7 @@ def _report_refusal(reader: Reader, case: Case) -> None:
     refusal = reader.mechanism.refusal(reader.mechanism, case)
     if refusal:
         path = f"mechanism.{refusal[0]}".rstrip(".")
-        reader.problems.add(reader.position_of(path), path, refusal[1])
+        reader.report(path, refusal[1])
 
 
 def _report_start(reader: Reader, catalogue: Catalogue, grid: Grid) -> None:
@@ -176,7 +176,7 @@ def _report_start(reader: Reader, catalogue: Catalogue, grid: Grid) -> None:
     first_problem = catalogue.start_problem(grid.case(0))
     if first_problem and (grid.size == 1 or catalogue.start_problem(grid.case(grid.size - 1))):
         path, sentence = first_problem
-        reader.problems.add(reader.position_of(path), path, sentence)
+        reader.report(path, sentence)
 
 
 def _resolved_sample(reader: Reader) -> dict[str, Any]:

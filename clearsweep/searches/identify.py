@@ -191,15 +191,14 @@ class Identify(SearchOver):
                 reader.problems.add(written, f"{IDENTIFY}.from", f"there is no channel '{signal.channel}'{suggestion}")
         unsaved = sorted({signal.channel for signal in signals if signal.unit} - {*reader.values.get(CHANNELS, units)})
         if unsaved:
-            message = f"lacks {', '.join(unsaved)}, which `identify` compares; add it"
-            reader.problems.add(reader.position_of(CHANNELS), CHANNELS, message)
+            reader.report(CHANNELS, f"lacks {', '.join(unsaved)}, which `identify` compares; add it")
         saved_revolutions = reader.values.get("save.revolutions") or 2.0
         if saved_revolutions < MIN_REVOLUTIONS:
             message = (
                 f"found {saved_revolutions:g}; `identify` needs at least {MIN_REVOLUTIONS} revolutions that a case "
                 "saves"
             )
-            reader.problems.add(reader.position_of("save.revolutions"), "save.revolutions", message)
+            reader.report("save.revolutions", message)
         for file in dict.fromkeys(signal.file for signal in signals if signal.unit):
             file_signals = [signal for signal in signals if signal.file == file and signal.unit]
             try:

@@ -322,13 +322,11 @@ def read_channels(reader: Reader, path: str) -> None:
     items = entry.value if isinstance(entry.value, list) else []
     invalid = [item for item in items if not isinstance(item.value, str)]
     for item in invalid or ([] if items else [entry]):
-        message = f"found {quoted(item.value)}; expected {key.noun}, such as {key.example}"
-        reader.problems.add(item, path, message)
+        reader.problems.add(item, path, f"found {quoted(item.value)}; expected {key.noun}, such as {key.example}")
     if invalid or not items:
         return
     if reader.values.get("save.orbits") == "none":
-        message = "is not used, as save.orbits is none; leave one of them out"
-        reader.problems.add(entry, path, message)
+        reader.problems.add(entry, path, "is not used, as save.orbits is none; leave one of them out")
     else:
         reader.values[path] = list(dict.fromkeys(item.value for item in items))
 

@@ -48,7 +48,7 @@ def check_values(reader: Reader, catalogue: Catalogue) -> None:
             f"no joint has clearance; name at least one of {', '.join(site.name for site in reader.mechanism.joints)}, "
             "or let a link bend or a housing yield"
         )
-        reader.problems.add(reader.position_of("joints"), "joints", text)
+        reader.report("joints", text)
     for path in joints:
         if f"{path}.element_diameter" in reader.keys_in_use:
             _check_rolling(reader, path, catalogue)
@@ -76,7 +76,7 @@ def _check_rolling(reader: Reader, joint: str, catalogue: Catalogue) -> None:
             _check_one_of(reader, f"{joint}.contact", law)
     if "ball" in reader.names.get(f"{joint}.kind", ()) and f"{joint}.groove" not in reader.keys_in_use:
         message = "is missing; write the radii of both grooves over the diameter of a ball, such as [0.52, 0.53]"
-        reader.problems.add(reader.position_of(joint), f"{joint}.groove", message)
+        reader.report(f"{joint}.groove", message, at=joint)
     names = ("elements", "element_diameter", "pitch_diameter", "bore", "outside_diameter", "clearance")
     values = {name: reader.values_of(f"{joint}.{name}") for name in names}
     given = {name for name in (*names, "length", "friction") if reader.is_given(f"{joint}.{name}")}
@@ -85,7 +85,7 @@ def _check_rolling(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     for row in _rows_of(reader, joint, values):
         problems |= dict(conflicts(row, given))
     for name, message in problems.items():
-        reader.problems.add(reader.position_of(f"{joint}.{name}"), f"{joint}.{name}", message)
+        reader.report(f"{joint}.{name}", message)
     for name, pin in _shared_definitions(reader, joint):
         reader.warnings.append(
             f"{joint}.clearance and {pin}.clearance both follow from define.{name}. A rolling bearing's clearance is "
@@ -123,15 +123,13 @@ def _check_heat_balance(reader: Reader, joint: str) -> None:
     """Check that a heat balance exists in a dry joint with friction."""
     thermal = f"{joint}.thermal"
     if f"{joint}.film" in reader.keys_in_use:
-        message = "applies to dry joints, but this joint has a film; use film.thermal instead"
-        reader.problems.add(reader.position_of(thermal), thermal, message)
+        reader.report(thermal, "applies to dry joints, but this joint has a film; use film.thermal instead")
     elif f"{joint}.friction" not in reader.keys_in_use:
-        message = "needs a heat source; add a friction law, or remove thermal"
-        reader.problems.add(reader.position_of(thermal), thermal, message)
+        reader.report(thermal, "needs a heat source; add a friction law, or remove thermal")
     housing = f"{thermal}.housing"
     if housing in reader.keys_in_use and f"{thermal}.expansion" not in reader.keys_in_use:
         message = "needs the expansion of both bodies; add thermal.expansion, or name the materials of the contact"
-        reader.problems.add(reader.position_of(housing), housing, message)
+        reader.report(housing, message)
 
 
 def _check_friction(reader: Reader, catalogue: Catalogue) -> None:
@@ -151,26 +149,26 @@ def _check_vibration(reader: Reader) -> None:
     length = reader.outline.length
     if length == "revolutions" and reader.outline.drive == "angle-table":
         message = "analyses revolutions of one length, unlike those of a table of angles; write cycles with a period"
-        reader.problems.add(reader.position_of(VIBRATION), VIBRATION, message)
+        reader.report(VIBRATION, message)
         return
     if length == "time" and reader.outline.vibration and reader.outline.vibration.orders:
         message = "need a motion that repeats, but the length of the run is a time; write cycles with their period"
-        reader.problems.add(reader.position_of(f"{VIBRATION}.orders"), f"{VIBRATION}.orders", message)
+        reader.report(f"{VIBRATION}.orders", message)
     severity = reader.values.get(f"{VIBRATION}.severity", NO_SEVERITY)
     if severity.startswith(UNCHECKED_STANDARD):
         text = "bounds of its zones are from memory, compared with no published text; compare them with the standard"
         reader.warnings.append(f"{VIBRATION}.severity: found {severity}; the {text}, or write `zones`")
     if f"{VIBRATION}.zones" in reader.keys_in_use and severity != NO_SEVERITY:
         message = "conflicts with severity, which has zones of its own; remove one of the two"
-        reader.problems.add(reader.position_of(f"{VIBRATION}.zones"), f"{VIBRATION}.zones", message)
+        reader.report(f"{VIBRATION}.zones", message)
     for name in ("mass", "mount") if reader.outline.mounts else ():
         if reader.is_given(f"{at_frame}.{name}") or f"{at_frame}.{name}.damping" in reader.keys_in_use:
             message = "conflicts with mechanism.mounts, with whose housing the frame moves; remove one of the two"
-            reader.problems.add(reader.position_of(f"{at_frame}.{name}"), f"{at_frame}.{name}", message)
+            reader.report(f"{at_frame}.{name}", message)
             return
     if f"{at_frame}.mount" in reader.keys_in_use and not reader.is_given(f"{at_frame}.mass"):
         message = "needs the mass of the frame that it carries; write vibration.at.frame.mass, or remove the mount"
-        reader.problems.add(reader.position_of(f"{at_frame}.mount"), f"{at_frame}.mount", message)
+        reader.report(f"{at_frame}.mount", message)
     path, least = f"simulate.{length}", 0 if length == "time" else MIN_TURNS
     windows = _windows(reader, path)
     if windows and min(windows) < least - WHOLE_TOLERANCE:
@@ -178,7 +176,7 @@ def _check_vibration(reader: Reader) -> None:
             f"found {min(windows):.6g} {length} after simulate.discard; with vibration at least {least} are "
             f"needed, so that its spectrum separates the orders of the crank; simulate more {length}"
         )
-        reader.problems.add(reader.position_of(path), path, message)
+        reader.report(path, message)
     elif windows:
         speeds = (speed for key in ("drive.speed", "drive.motor.no_load_speed") for speed in reader.values_of(key))
         rates = [abs(speed) for speed in speeds if isinstance(speed, float)]
@@ -211,7 +209,7 @@ def _check_band(reader: Reader, turns: float, rates: list[float]) -> None:
             f"found {reader.text(f'{path}.1', max(highs))}; a turn, a cycle or a window over time resolves at most "
             f"{orders:,} times its rate, {limit / (2.0 * math.pi):,.6g} Hz; end the band there"
         )
-        reader.problems.add(reader.position_of(f"{path}.1"), path, message)
+        reader.report(path, message, at=f"{path}.1")
     resolution = max(rates) / math.floor(turns + WHOLE_TOLERANCE)
     highest_line = resolution * math.floor(min(highs) / resolution * (1.0 + WHOLE_TOLERANCE))
     if min(lows) < min(highs) and highest_line < max(lows) * (1.0 - WHOLE_TOLERANCE):
@@ -219,7 +217,7 @@ def _check_band(reader: Reader, turns: float, rates: list[float]) -> None:
             f"contains no line of the window's spectrum, whose lines are {resolution / (2.0 * math.pi):.4g} Hz apart; "
             "widen the band, or simulate a longer run"
         )
-        reader.problems.add(reader.position_of(path), path, message)
+        reader.report(path, message)
 
 
 def _check_until(reader: Reader) -> None:
@@ -231,7 +229,7 @@ def _check_until(reader: Reader) -> None:
             f"found {reader.text(path, min(longest))}; allowed: at least "
             f"{reader.text('simulate.revolutions', max(shortest))}, the value of simulate.revolutions, the shortest run"
         )
-        reader.problems.add(reader.position_of(path), path, message)
+        reader.report(path, message)
     elif shortest and longest:
         discarded = max(reader.values_of("simulate.discard") or (2.0 if max(shortest) > 2.0 else 0.0,))
         if min(longest) - discarded < 1.0 - WHOLE_TOLERANCE:
@@ -239,13 +237,13 @@ def _check_until(reader: Reader) -> None:
                 f"found {reader.text(path, min(longest))}; allowed: at least {discarded + 1.0:g}, one whole revolution "
                 "after simulate.discard; the interval of a figure is that of whole revolutions"
             )
-            reader.problems.add(reader.position_of(path), path, message)
+            reader.report(path, message)
     path = "simulate.until.figure"
     figure = str(reader.values.get(path, ""))
     if figure and figure not in reader.figures:
         names = [name for name in word_key(reader.keys_in_use, path).options if name in reader.figures]
         message = f"{figure} is not a column of this grid{did_you_mean(figure, names)} (known: {', '.join(names)})"
-        reader.problems.add(reader.position_of(path), path, message)
+        reader.report(path, message)
 
 
 def _is_joint(path: str) -> bool:
@@ -264,8 +262,7 @@ def _check_below(reader: Reader, low: str, high: str, reason: str, *, equal: boo
         lows, highs = zip(*invalid[:1], strict=True)
     reported_path = low if low in reader.written_axes or low in reader.written else high
     comparison = "at most" if equal else "below"
-    reader.problems.add(
-        reader.position_of(reported_path),
+    reader.report(
         reported_path,
         f"found {reader.text(low, max(lows))}; allowed: {comparison} {reader.text(high, min(highs))}, the value of "
         f"{high}; {reason}",
@@ -294,11 +291,11 @@ def _check_material(reader: Reader, joint: str) -> None:
     given_bodies = [body for body in Materials._fields if f"{material}.{body}" in keys]
     if given_bodies and shared:
         message = f"conflicts with {' and '.join(given_bodies)}; write it within bearing and journal, or remove these"
-        reader.problems.add(reader.position_of(f"{material}.{shared[0]}"), f"{material}.{shared[0]}", message)
+        reader.report(f"{material}.{shared[0]}", message)
     elif len(given_bodies) == 1:
         (other_body,) = set(Materials._fields) - set(given_bodies)
         message = f"is missing; for example: {other_body}: {{young: 110 GPa, poisson: 0.34}}, or one material for both"
-        reader.problems.add(reader.position_of(material), f"{material}.{other_body}", message)
+        reader.report(f"{material}.{other_body}", message, at=material)
     elif not given_bodies:
         for key in ("young", "poisson"):
             if key not in shared:
@@ -306,7 +303,7 @@ def _check_material(reader: Reader, joint: str) -> None:
                     "is missing; for example: {young: 207 GPa, poisson: 0.3} for both bodies, or one such section "
                     "for each of bearing and journal"
                 )
-                reader.problems.add(reader.position_of(material), f"{material}.{key}", message)
+                reader.report(f"{material}.{key}", message, at=material)
 
 
 def _check_elastic_law(reader: Reader, joint: str, catalogue: Catalogue) -> None:
@@ -321,7 +318,7 @@ def _check_elastic_law(reader: Reader, joint: str, catalogue: Catalogue) -> None
         for path in _needed_keys(reader, joint, law):
             if not reader.is_given(f"{joint}.{path}"):
                 message = f"is missing; {law.family} '{law.name}' needs {_KEY_EXAMPLES[path]}"
-                reader.problems.add(reader.position_of(elastic), f"{joint}.{path}", message)
+                reader.report(f"{joint}.{path}", message, at=elastic)
         _check_order(reader, f"{joint}.contact", law)
         _check_one_of(reader, f"{joint}.contact", law)
         if "hertz" in law.needs:
@@ -335,7 +332,7 @@ def _check_elastic_law(reader: Reader, joint: str, catalogue: Catalogue) -> None
                     f"found {reader.text(f'{joint}.{path}', outside[0])}; elastic '{law.name}' allows {low:.15g} to "
                     f"{high:.15g}{'' if unit == '1' else f' ({unit})'}: {reason}"
                 )
-                reader.problems.add(reader.position_of(f"{joint}.{path}"), f"{joint}.{path}", message)
+                reader.report(f"{joint}.{path}", message)
 
 
 def _check_one_of(reader: Reader, section: str, law: Law) -> None:
@@ -344,18 +341,17 @@ def _check_one_of(reader: Reader, section: str, law: Law) -> None:
     if len(given) > 1:
         path = f"{section}.{given[-1]}"
         message = f"replaces {given[0]}, which is given too; law '{law.name}' takes one of {', '.join(law.one_of)}"
-        reader.problems.add(reader.position_of(path), path, message)
+        reader.report(path, message)
     elif law.one_of and not given:
         path = f"{section}.{law.one_of[0]}"
-        message = f"is missing; law '{law.name}' takes one of {', '.join(law.one_of)}"
-        reader.problems.add(reader.position_of(f"{section}.law"), path, message)
+        reader.report(path, f"is missing; law '{law.name}' takes one of {', '.join(law.one_of)}", at=f"{section}.law")
     elastic = f"{section}.elastic"
     powers_only = [name for name in given if law.unit_of(name).endswith("^exponent+1")]
     if powers_only and elastic in reader.names and reader.names[elastic] != {"power"}:
         elastic_laws = ", ".join(sorted(reader.names[elastic] - {"power"}))
         path = f"{section}.{powers_only[0]}"
         message = f"needs elastic: power, not {elastic_laws}; with another elastic law write damping_factor, in s/m"
-        reader.problems.add(reader.position_of(path), path, message)
+        reader.report(path, message)
 
 
 def _check_hertzian(reader: Reader, elastic: str, law: Law) -> None:
@@ -364,8 +360,7 @@ def _check_hertzian(reader: Reader, elastic: str, law: Law) -> None:
     exponents = [x for x in exponent_values(reader, elastic) if not math.isclose(x, 1.5)]
     culprit = other_laws[0] if other_laws else f"an exponent of {exponents[0]:.15g}" if exponents else ""
     if culprit:
-        message = f"found {culprit}; law '{law.name}' requires elastic: power with the exponent 1.5"
-        reader.problems.add(reader.position_of(elastic), elastic, message)
+        reader.report(elastic, f"found {culprit}; law '{law.name}' requires elastic: power with the exponent 1.5")
 
 
 def _needed_keys(reader: Reader, joint: str, law: Law) -> tuple[str, ...]:
@@ -388,17 +383,16 @@ def _check_roughness(reader: Reader, joint: str, catalogue: Catalogue) -> None:
             path = "contact.material" if needed_key == "material" else needed_key
             if not reader.is_given(f"{joint}.{path}"):
                 message = f"is missing; roughness '{law.name}' needs {_KEY_EXAMPLES[path]}"
-                reader.problems.add(reader.position_of(roughness), f"{joint}.{path}", message)
+                reader.report(f"{joint}.{path}", message, at=roughness)
         for columns in law.tables:
             table = f"{roughness}.{columns.name}"
             for field in [field for field in law.fields if field.optional]:
                 path = f"{roughness}.{field.name}"
                 if reader.is_given(path) and reader.is_given(table):
-                    message = f"conflicts with {columns.name}, which determines it; remove one of the two"
-                    reader.problems.add(reader.position_of(path), path, message)
+                    reader.report(path, f"conflicts with {columns.name}, which determines it; remove one of the two")
                 elif not reader.is_given(path) and not reader.is_given(table):
                     message = f"is missing for {law.name} ({field.text}); write it, or {columns.name}: profile.csv"
-                    reader.problems.add(reader.position_of(path), path, message)
+                    reader.report(path, message)
 
 
 def _check_wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
@@ -406,35 +400,34 @@ def _check_wear(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     wear = f"{joint}.wear"
     if not reader.is_given(f"{joint}.length"):
         message = "is missing; wear needs the joint's length along the pin, such as 20 mm"
-        reader.problems.add(reader.position_of(wear), f"{joint}.length", message)
+        reader.report(f"{joint}.length", message, at=wear)
     is_dimensionless = reader.values.get(f"{wear}.coefficient_unit") == DIMENSIONLESS
     if all(law.origin for law in catalogue.of("wear") if law.name in reader.names[f"{wear}.law"]):
         for key in ("coefficient", "bearing_coefficient", "journal_coefficient", "running_in"):
             path = f"{wear}.{key}"
             if reader.is_given(path) or path in reader.sections:
-                message = "is not used by a wear law of one's own, which has only its own keys; leave it out"
-                reader.problems.add(reader.position_of(path), path, message)
+                reader.report(path, "is not used by a wear law of one's own, which has only its own keys; leave it out")
         return
     work_laws = [
         law for law in catalogue.of("wear") if "friction" in law.needs and law.name in reader.names[f"{wear}.law"]
     ]
     if work_laws and f"{joint}.friction" not in reader.keys_in_use:
         message = f"is missing; the wear law '{work_laws[0].name}' needs the work of friction; write a friction law"
-        reader.problems.add(reader.position_of(wear), f"{joint}.friction", message)
+        reader.report(f"{joint}.friction", message, at=wear)
     if work_laws and is_dimensionless:
         message = (
             f"the wear law '{work_laws[0].name}' needs a coefficient in m^3/J; write this unit, also next to a hardness"
         )
-        reader.problems.add(reader.position_of(f"{wear}.coefficient_unit"), f"{wear}.coefficient_unit", message)
+        reader.report(f"{wear}.coefficient_unit", message)
         return
     if is_dimensionless and not reader.is_given(f"{wear}.hardness"):
         message = "is missing; a dimensionless wear coefficient is k times the hardness; for example: 2 GPa"
-        reader.problems.add(reader.position_of(wear), f"{wear}.hardness", message)
+        reader.report(f"{wear}.hardness", message, at=wear)
     steady_key = "running_in.steady" if reader.is_given(f"{wear}.running_in.steady") else "coefficient"
     _check_common_or_each(reader, wear, steady_key, ("bearing_coefficient", "journal_coefficient"), "2e-14 m^2/N")
     if steady_key != "coefficient" and reader.is_given(f"{wear}.coefficient"):
         message = "conflicts with running_in.steady, which means the same; remove one of the two"
-        reader.problems.add(reader.position_of(f"{wear}.coefficient"), f"{wear}.coefficient", message)
+        reader.report(f"{wear}.coefficient", message)
     if f"{wear}.running_in" in reader.keys_in_use:
         overriding = ("running_in.bearing_initial", "running_in.journal_initial")
         _check_common_or_each(reader, wear, "running_in.initial", overriding, "1e-13 m^2/N")
@@ -446,7 +439,7 @@ def _check_common_or_each(reader: Reader, wear: str, key: str, overriding: tuple
     is_overridden = all(reader.is_given(f"{wear}.{overriding_key}") for overriding_key in overriding)
     if not reader.is_given(f"{wear}.{key}") and not is_overridden:
         message = f"is missing; for example: {example} for both bodies, or {' and '.join(overriding)}"
-        reader.problems.add(reader.position_of(wear), f"{wear}.{key}", message)
+        reader.report(f"{wear}.{key}", message, at=wear)
     if f"{wear}.{key}" in reader.written_axes and is_overridden:
         message = f"is swept but not in use: {' and '.join(overriding)} override it"
         reader.problems.add(reader.written_axes[f"{wear}.{key}"], f"{wear}.{key}", message)
@@ -468,23 +461,21 @@ def _check_wear_magnitude(reader: Reader, wear: str) -> None:
                 f"{reader.text(f'{wear}.hardness', hardness)} is {largest:.3g}; "
                 f"allowed: at most {LARGEST_WEAR_NUMBER}; is the coefficient in mm^2/N? (1 mm^2/N is 1e-6 m^2/N)"
             )
-            reader.problems.add(reader.position_of(path), path, description)
+            reader.report(path, description)
 
 
 def _check_shape(reader: Reader, joint: str, given: list[str], catalogue: Catalogue) -> None:
     """Check that a joint whose bearing is no circle has no conflicting key; given : paths of what shapes it."""
     if f"{joint}.film" in reader.keys_in_use:
-        message = "is not available with a film, whose formula assumes circles; remove one of the two"
-        reader.problems.add(reader.position_of(given[0]), given[0], message)
+        reader.report(given[0], "is not available with a film, whose formula assumes circles; remove one of the two")
     if len(given) > 1:
-        message = "is not available with a profile, as wear changes circles; remove one of the two"
-        reader.problems.add(reader.position_of(given[1]), given[1], message)
+        reader.report(given[1], "is not available with a profile, as wear changes circles; remove one of the two")
     sticking = {law.name for law in catalogue.of("friction") if law.sticks}
     shape = "profile" if given[0].endswith(".profile") else "worn shape"
     for path in (path for path in reader.names if path.endswith(".friction.law")):
         for law in sorted(reader.names[path] & sticking):
             message = f"{law} cannot stick, because the {shape} of {joint} acts on the contact; choose another law"
-            reader.problems.add(reader.position_of(path), path, message)
+            reader.report(path, message)
 
 
 def _check_pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
@@ -498,7 +489,7 @@ def _check_pressure(reader: Reader, joint: str, catalogue: Catalogue) -> None:
             f"is missing; wear pressure '{modulus_laws[0].name}' needs material: {{young: 207 GPa, poisson: 0.3}} or "
             "pressure_modulus; a stiffness does not determine it, and pressure: mean needs neither"
         )
-        reader.problems.add(reader.position_of(path), f"{contact}.material", message)
+        reader.report(f"{contact}.material", message, at=path)
 
 
 def _check_life(reader: Reader) -> None:
@@ -514,9 +505,7 @@ def _check_life(reader: Reader) -> None:
         ("save.worst", "the history of a life contains the peak of each block"),
     ):
         if path in reader.sections or path in reader.values:
-            reader.problems.add(
-                reader.position_of(path), path, f"has no effect with `life`, because {reason}; leave it out"
-            )
+            reader.report(path, f"has no effect with `life`, because {reason}; leave it out")
     _check_blocks(reader)
     _check_periodicity(reader)
 
@@ -529,11 +518,11 @@ def _check_limited_joint(reader: Reader, joint: str) -> None:
             name.split(".")[1] for name in reader.keys_in_use if name.startswith("joints.") and name.endswith(".wear")
         ]
         remedy = f"name one that wears ({', '.join(worn_joints)})" if worn_joints else "give it clearance and wear"
-        reader.problems.add(reader.position_of(path), path, f"{joint} has no clearance in this grid; {remedy}")
+        reader.report(path, f"{joint} has no clearance in this grid; {remedy}")
         return
     if f"{joint_path}.wear" not in reader.keys_in_use:
         message = "is missing; life needs the wear of its joint; for example: {law: archard, coefficient: 2e-14 m^2/N}"
-        reader.problems.add(reader.position_of(path), f"{joint_path}.wear", message)
+        reader.report(f"{joint_path}.wear", message, at=path)
     limits, radii = reader.values_of(f"{LIFE}.limit"), reader.values_of(f"{joint_path}.bearing_radius")
     if limits and radii and max(limits) > MAX_RELATIVE_DEPTH * min(radii):
         path = f"{LIFE}.limit"
@@ -542,7 +531,7 @@ def _check_limited_joint(reader: Reader, joint: str) -> None:
             f"{joint_path}.bearing_radius, "
             f"{reader.text(f'{joint_path}.bearing_radius', min(radii))}: wear must remain a small change of the shape"
         )
-        reader.problems.add(reader.position_of(path), path, message)
+        reader.report(path, message)
 
 
 def _check_blocks(reader: Reader) -> None:
@@ -555,14 +544,14 @@ def _check_blocks(reader: Reader) -> None:
             f"{reader.text('simulate.revolutions', max(shortest))}, the value of simulate.revolutions, the shortest "
             "block"
         )
-        reader.problems.add(reader.position_of(path), path, message)
+        reader.report(path, message)
     for window in _windows(reader, "simulate.revolutions"):
         if abs(window - round(window)) > WHOLE_TOLERANCE or round(window) < 1:
             message = (
                 f"found {window:.6g} revolutions after simulate.discard; with life the number must be whole, "
                 "as their wear is extrapolated to all revolutions"
             )
-            reader.problems.add(reader.position_of("simulate.revolutions"), "simulate.revolutions", message)
+            reader.report("simulate.revolutions", message)
             return
 
 
@@ -575,4 +564,4 @@ def _check_periodicity(reader: Reader) -> None:
                 "depends on time, but `life` assumes a periodic drive: write a table over "
                 "crank_angle, or a constant speed"
             )
-            reader.problems.add(reader.position_of(path), path, message)
+            reader.report(path, message)

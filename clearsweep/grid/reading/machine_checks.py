@@ -18,7 +18,7 @@ def check_machine(reader: Reader, catalogue: Catalogue) -> None:
     if reader.outline.inclined and (reader.outline.elastic or reader.outline.vibration):
         other = "an elastic link" if reader.outline.elastic else "vibration"
         message = f"is a list here, which {other} does not take; write a single value, which acts along -y"
-        reader.problems.add(reader.position_of("mechanism.gravity"), "mechanism.gravity", message)
+        reader.report("mechanism.gravity", message)
     if reader.outline.bodies and "mechanism.bodies" in reader.keys_in_use:
         _check_bodies(reader)
         _check_drive(reader)
@@ -31,13 +31,12 @@ def check_machine(reader: Reader, catalogue: Catalogue) -> None:
             continue
         if load.form == "force" and not (reader.is_given(f"{path}.force") or reader.is_given(f"{path}.torque")):
             message = "has no force and no torque; for example: force: [-2 kN, 0 N] or torque: -3 N*m, or a table"
-            reader.problems.add(reader.position_of(path), path, message)
+            reader.report(path, message)
         if load.form == "table":
             _check_pressure(reader, path)
         ends = [reader.values.get(f"{path}.between.{k}") for k in range(2)]
         if load.form == "torsion" and ends[0] == ends[1] is not None:
-            message = f"joins {ends[0]} with itself; name two bodies"
-            reader.problems.add(reader.position_of(path), f"{path}.between", message)
+            reader.report(f"{path}.between", f"joins {ends[0]} with itself; name two bodies", at=path)
         if load.form == "friction":
             _check_friction_load(reader, path, load.on, load.given)
             _check_sticking(
@@ -61,12 +60,12 @@ def _check_mount(reader: Reader, joint: str) -> None:
     dampings = [value for k in range(2) for value in reader.values_of(f"{path}.damping.{k}")]
     if any(dampings) and reader.is_given(f"{path}.damping_ratio.0"):
         message = "conflicts with `damping`; write one of them, or `damping` in N*s/m or in %"
-        reader.problems.add(reader.position_of(f"{path}.damping_ratio.0"), f"{path}.damping_ratio", message)
+        reader.report(f"{path}.damping_ratio", message, at=f"{path}.damping_ratio.0")
     wheels = {body for other in reader.outline.joints if other.name == joint for body in other.bodies} - {GROUND}
     for gear in reader.outline.joints:
         if gear.type == "gear" and wheels & set(gear.bodies):
             message = f"carries a wheel of the gear {gear.name}, whose centre has to stay; remove the mount or the gear"
-            reader.problems.add(reader.position_of(path), path, message)
+            reader.report(path, message)
 
 
 def _check_pressure(reader: Reader, path: str) -> None:
@@ -78,13 +77,12 @@ def _check_pressure(reader: Reader, path: str) -> None:
     if "pressure" not in columns:
         for key in pistons:
             message = "is not used: the table has no column `pressure [bar]`; add it, or leave this key out"
-            reader.problems.add(reader.position_of(f"{path}.{key}"), f"{path}.{key}", message)
+            reader.report(f"{path}.{key}", message)
     elif "fx" in columns or "fy" in columns:
-        message = "has a pressure and a force; keep one of them, or write two loads"
-        reader.problems.add(reader.position_of(f"{path}.table"), f"{path}.table", message)
+        reader.report(f"{path}.table", "has a pressure and a force; keep one of them, or write two loads")
     elif "bore" not in pistons:
         message = "is missing; the pressure of the table acts on a piston of this diameter, such as 60 mm"
-        reader.problems.add(reader.position_of(path), f"{path}.bore", message)
+        reader.report(f"{path}.bore", message, at=path)
 
 
 def _bodies_of_joint(reader: Reader, joint: JointOutline) -> tuple[str, str] | None:
@@ -98,30 +96,28 @@ def _check_bodies(reader: Reader) -> None:
     outline, path_of_bodies = reader.outline, "mechanism.bodies"
     if GROUND not in {body.name for body in outline.bodies}:
         message = "is missing; add the body that does not move, such as ground: {points: {main: [0 mm, 0 mm]}}"
-        reader.problems.add(reader.position_of(path_of_bodies), f"{path_of_bodies}.{GROUND}", message)
+        reader.report(f"{path_of_bodies}.{GROUND}", message, at=path_of_bodies)
         return
     links = []
     for joint in outline.joints if outline.spatial else ():
         if joint.type in ("slot", "gear", "coupling") or joint.stops:
             path = f"mechanism.joints.{joint.name}"
-            reader.problems.add(
-                reader.position_of(path),
+            reader.report(
                 f"{path}.type",
                 f"a mechanism in space cannot have {'stops' if joint.stops else f'a {joint.type}'}; write a planar "
                 "mechanism",
+                at=path,
             )
     stopped = {column_name(site.name): site.stopped for site in reader.mechanism.joints if site.stopped}
     for joint in outline.joints:
         bodies = _bodies_of_joint(reader, joint)
         path = f"mechanism.joints.{joint.name}"
         if owner := stopped.get(column_name(joint.name)):
-            reader.problems.add(reader.position_of(path), path, f"has the columns of the stops of {owner}; rename it")
+            reader.report(path, f"has the columns of the stops of {owner}; rename it")
         if bodies is None:
             return
         if bodies[0] == bodies[1]:
-            reader.problems.add(
-                reader.position_of(path), f"{path}.between", f"joins {bodies[0]} with itself; name two bodies"
-            )
+            reader.report(f"{path}.between", f"joins {bodies[0]} with itself; name two bodies", at=path)
         links.append(set(bodies))
     connected, count_before = {GROUND}, 0
     while len(connected) > count_before:
@@ -130,7 +126,7 @@ def _check_bodies(reader: Reader) -> None:
     for body in outline.bodies:
         if body.name not in connected:
             path = f"{path_of_bodies}.{body.name}"
-            reader.problems.add(reader.position_of(path), path, f"is not connected: {_UNCONNECTED_TEXT}")
+            reader.report(path, f"is not connected: {_UNCONNECTED_TEXT}")
 
 
 def check_length(reader: Reader) -> None:
@@ -148,15 +144,13 @@ def check_length(reader: Reader) -> None:
                 "the crank turns back here, so revolutions do not measure its run; write the length as "
                 f"simulate: {{time: {end}}}, or as cycles: simulate: {{cycles: 3, period: {end}}}"
             )
-            reader.problems.add(reader.position_of("simulate.revolutions"), "simulate.revolutions", message)
+            reader.report("simulate.revolutions", message)
         elif not any(steps):
             message = "the angle is the same in every row, so the crank makes no revolution; write simulate.time"
-            reader.problems.add(reader.position_of("simulate.revolutions"), "simulate.revolutions", message)
+            reader.report("simulate.revolutions", message)
     if reader.outline.drive == "servo":
         message = "a servo follows its target, so revolutions do not measure its run; write simulate.time, or cycles"
-        reader.problems.add(
-            reader.position_of("simulate.revolutions"), "simulate.revolutions", f"{message} with their period"
-        )
+        reader.report("simulate.revolutions", f"{message} with their period")
 
 
 def _check_servo(reader: Reader) -> None:
@@ -179,10 +173,10 @@ def _check_drive(reader: Reader) -> None:
         message = (
             f"{joint.name} joins {bodies[0]} and {bodies[1]}; a drive must turn a joint whose first body is the ground"
         )
-        reader.problems.add(reader.position_of(path), path, message)
+        reader.report(path, message)
     if joint.name in reader.outline.clearances:
         message = f"{joint.name} is the driven joint, which has no clearance; leave joints.{joint.name} out"
-        reader.problems.add(reader.position_of(f"joints.{joint.name}"), f"joints.{joint.name}", message)
+        reader.report(f"joints.{joint.name}", message)
 
 
 def _check_initial(reader: Reader) -> None:
@@ -203,14 +197,14 @@ def _check_initial(reader: Reader) -> None:
                     f"{joint.name} is ideal and fixes {body.name}, which determines how {body.name} starts; leave "
                     f"initial out, or give {joint.name} clearance"
                 )
-                reader.problems.add(reader.position_of(path), path, message)
+                reader.report(path, message)
         for key in ("x", "y", "vx", "vy") if turns else ():
             if any(reader.values_of(f"{path}.{key}")):  # 0 is the default, which a resolved grid contains
                 message = f"is fixed by the pin on which {body.name} turns; write angle and rate only"
-                reader.problems.add(reader.position_of(f"{path}.{key}"), f"{path}.{key}", message)
+                reader.report(f"{path}.{key}", message)
         if "seated" in reader.values_of("simulate.start"):
             message = f"seated conflicts with {path}, which says where {body.name} starts; remove one of the two"
-            reader.problems.add(reader.position_of("simulate.start"), "simulate.start", message)
+            reader.report("simulate.start", message)
 
 
 def _undriven_text(reader: Reader, body: str, pin: JointOutline) -> str:
@@ -252,7 +246,7 @@ def _check_gears(reader: Reader) -> None:
                     f"has clearance, so {gear.name} needs its own: the teeth push the wheel in its bearing; write "
                     f"joints.{gear.name} with a backlash, or remove the clearance of {pin.name}"
                 )
-                reader.problems.add(reader.position_of(f"joints.{pin.name}"), f"joints.{pin.name}", message)
+                reader.report(f"joints.{pin.name}", message)
 
 
 def _turns_on_pin(reader: Reader, body: str) -> bool:
@@ -279,24 +273,21 @@ def _check_friction_load(reader: Reader, path: str, joint: str, given_quantity: 
         remedy = f"write the friction as joints.{joint}.friction"
         if given_quantity and site.kind in ("revolute", "guide"):
             remedy += ": {law, coefficient, ...}, and give it `preload`"
-        message = f"{joint} has clearance; {remedy}"
-        reader.problems.add(reader.position_of(f"{path}.on"), f"{path}.on", message)
+        reader.report(f"{path}.on", f"{joint} has clearance; {remedy}")
     radius = f"{path}.friction.radius"
     is_guide = site.kind in ("guide", "guide_stops")
     expected = "force" if is_guide else "torque"
     if given_quantity and given_quantity != expected:
         kind = "guide, in which friction is a force" if is_guide else "pin, in which friction is a couple"
         message = f"{joint} is a {kind}; write {expected}"
-        reader.problems.add(reader.position_of(f"{path}.friction"), f"{path}.friction.{given_quantity}", message)
+        reader.report(f"{path}.friction.{given_quantity}", message, at=f"{path}.friction")
     if given_quantity:
         return
     if site.kind in ("revolute", "stops") and not reader.is_given(radius):
         message = "is missing; friction in a pin is a torque, coefficient x reaction x radius; for example: 10 mm"
-        reader.problems.add(reader.position_of(f"{path}.friction"), radius, message)
+        reader.report(radius, message, at=f"{path}.friction")
     if is_guide and reader.is_given(radius):
-        reader.problems.add(
-            reader.position_of(radius), radius, f"{joint} is a guide, in which friction is a force; leave it out"
-        )
+        reader.report(radius, f"{joint} is a guide, in which friction is a force; leave it out")
 
 
 def _check_elastic_link(reader: Reader, body: str) -> None:
@@ -309,12 +300,10 @@ def _check_elastic_link(reader: Reader, body: str) -> None:
     if path not in reader.keys_in_use:
         return
     if 0.0 in reader.values_of(f"{section}.mass"):
-        message = "found 0; an elastic link needs a mass above 0: write it, or remove `elastic`"
-        reader.problems.add(reader.position_of(f"{section}.mass"), f"{section}.mass", message)
+        reader.report(f"{section}.mass", "found 0; an elastic link needs a mass above 0: write it, or remove `elastic`")
     pins = [f"{body}.{reader.values.get(f'{path}.between.{k}')}" for k in range(2)]
     if pins[0] == pins[1] and reader.outline.bodies:
-        message = f"lies between {pins[0]} and itself; name the points of its two pins"
-        reader.problems.add(reader.position_of(path), f"{path}.between", message)
+        reader.report(f"{path}.between", f"lies between {pins[0]} and itself; name the points of its two pins", at=path)
     if reader.outline.bending_of(body):
         _check_bending_link(reader, body, path, pins)
         return
@@ -325,7 +314,7 @@ def _check_elastic_link(reader: Reader, body: str) -> None:
             message = (
                 f"{joint.name}, {attachment}, is on this elastic link, which may have only two pins; remove `elastic`"
             )
-            reader.problems.add(reader.position_of(path), path, message)
+            reader.report(path, message)
     for load in reader.outline.loads:
         points = (reader.values.get(f"loads.{load.name}.{key}") for key in ("point", "between.0"))
         load_point, anchor_point = (f"{body}.{value}" for value in points)
@@ -334,7 +323,7 @@ def _check_elastic_link(reader: Reader, body: str) -> None:
             message = (
                 f"acts on {body}, an elastic link, away from its pins, which is not available; use the point of a pin"
             )
-            reader.problems.add(reader.position_of(f"loads.{load.name}"), f"loads.{load.name}", message)
+            reader.report(f"loads.{load.name}", message)
 
 
 def _point_on(joint: JointOutline, body: str) -> str | None:
@@ -349,14 +338,14 @@ def _check_bending_link(reader: Reader, body: str, path: str, pins: list[str]) -
     if reader.is_given(sides) and given:
         name = given[0].rpartition(".")[2]
         message = f"conflicts with `{name}`, which it determines; write the section, or area, second_moment and edge"
-        reader.problems.add(reader.position_of(sides), sides, message)
+        reader.report(sides, message)
     elif not reader.is_given(sides) and len(given) < len(numbers):
         missing = next(number for number in numbers if number not in given) if given else sides
         message = "is missing; write section: [8 mm, 8 mm] (across, in the plane), or area, second_moment and edge"
-        reader.problems.add(reader.position_of(path), missing, message)
+        reader.report(missing, message, at=path)
     if not reader.is_given(f"{path}.young"):
         message = "is missing; write young: 210 GPa, or material: S355 (`clearsweep list materials` has their names)"
-        reader.problems.add(reader.position_of(path), f"{path}.young", message)
+        reader.report(f"{path}.young", message, at=path)
     driven = reader.values.get("mechanism.driven")
     joint = next((joint for joint in reader.outline.joints if joint.name == driven), None)
     if body == (joint.bodies[1] if joint else "crank"):
@@ -364,7 +353,7 @@ def _check_bending_link(reader: Reader, body: str, path: str, pins: list[str]) -
             f"{body} is driven: its shaft clamps it, so it does not bend in the modes of a bar between two pins; let a "
             "link between two pins bend, and give the driven body at most axial_stiffness"
         )
-        reader.problems.add(reader.position_of(path), path, message)
+        reader.report(path, message)
     pinned = set()
     for joint in reader.outline.joints:
         attached_point = _point_on(joint, body)
@@ -373,12 +362,12 @@ def _check_bending_link(reader: Reader, body: str, path: str, pins: list[str]) -
                 f"{joint.name}, a {'slot' if joint.type == 'slot' else 'guide'}, is on this body; only a link between "
                 "pins bends: leave `elastic` out"
             )
-            reader.problems.add(reader.position_of(path), path, message)
+            reader.report(path, message)
         pinned.add(attached_point)
     for k, pin in enumerate(pins if reader.outline.bodies else ()):
         if pin not in pinned and pins[0] != pins[1]:
             message = f"no joint is at {pin}; name the two points at which pins carry the link"
-            reader.problems.add(reader.position_of(path), f"{path}.between.{k}", message)
+            reader.report(f"{path}.between.{k}", message, at=path)
 
 
 def _check_sticking(reader: Reader, path: str, sticking: set[str]) -> None:
@@ -393,7 +382,7 @@ def _check_sticking(reader: Reader, path: str, sticking: set[str]) -> None:
             "cannot stick, because a joint with clearance has a law that sticks, too; choose another "
             "law for one of them"
         )
-        reader.problems.add(reader.position_of(path), path, message)
+        reader.report(path, message)
 
 
 def _check_flanges(reader: Reader, joint: str) -> None:
@@ -409,7 +398,7 @@ def _check_flanges(reader: Reader, joint: str) -> None:
         "length of the bearing "
         "and its axial clearance on both sides, between its flanges; shorten the journal, or write flange: false"
     )
-    reader.problems.add(reader.position_of(f"{joint}.journal_length"), f"{joint}.journal_length", message)
+    reader.report(f"{joint}.journal_length", message)
 
 
 def _check_guides(reader: Reader) -> None:
@@ -421,10 +410,10 @@ def _check_guides(reader: Reader) -> None:
         inertia = "mechanism.slider.inertia"
         if site.kind == "guide" and inertia in reader.keys_in_use and not reader.is_given(inertia):
             message = f"is missing; with clearance in {site.name} the slider turns; for example: 1e-4 kg*m^2"
-            reader.problems.add(reader.position_of("mechanism.slider"), inertia, message)
+            reader.report(inertia, message, at="mechanism.slider")
         if "seated" in reader.values_of("simulate.start"):
             message = f"cannot be seated with clearance in {site.name}; leave it out, or write centred"
-            reader.problems.add(reader.position_of("simulate.start"), "simulate.start", message)
+            reader.report("simulate.start", message)
 
 
 def check_film_joints(reader: Reader, catalogue: Catalogue) -> None:
@@ -438,7 +427,7 @@ def check_film_joints(reader: Reader, catalogue: Catalogue) -> None:
         is_known = reader.is_given(modulus) or reader.is_given(f"{joint}.contact.material")
         if law in reader.keys_in_use and "greenwood-tripp" in reader.names[law] and not is_known:
             message = "is missing; write E* of both bodies, such as 114 GPa for steel, or contact.material"
-            reader.problems.add(reader.position_of(f"{joint}.film"), modulus, message)
+            reader.report(modulus, message, at=f"{joint}.film")
         if f"{joint}.contact" not in reader.keys_in_use and f"{joint}.contact" not in reader.unread_sections:
             _check_unused_contact_keys(reader, joint)
     if films:
@@ -454,7 +443,7 @@ def _check_film_size(reader: Reader, joint: str, catalogue: Catalogue) -> None:
     length, radius, law = f"{joint}.length", f"{joint}.bearing_radius", f"{joint}.film.law"
     for path, example in ((length, "length along the pin, such as 40 mm"), (radius, "bearing's radius, such as 20 mm")):
         if not reader.is_given(path):
-            reader.problems.add(reader.position_of(f"{joint}.film"), path, f"is missing; a film needs the {example}")
+            reader.report(path, f"is missing; a film needs the {example}", at=f"{joint}.film")
     lengths, radii = reader.values_of(length), reader.values_of(radius)
     if law in reader.unread_laws or not lengths or not radii:
         return
@@ -475,18 +464,15 @@ def _check_slenderness(reader: Reader, joint: str, law: Law, ratios: list[float]
         is_default = not reader.is_given(f"{joint}.film.law")
         law_text = f"film '{law.name}'{', the law where none is written,' if is_default else ''}"
         range_text = f"{limit.low:g} to {limit.high:g}" if limit.low else f"at most {limit.high:g}"
-        reader.problems.add(
-            reader.position_of(f"{joint}.length"),
-            f"{joint}.length",
-            f"found {ratio:.4g} bearing diameters; {law_text} allows {range_text}: {limit.reason}",
+        reader.report(
+            f"{joint}.length", f"found {ratio:.4g} bearing diameters; {law_text} allows {range_text}: {limit.reason}"
         )
 
 
 def _check_temperature(reader: Reader, film: str) -> None:
     """Check that viscosity falls with temperature, and that a temperature is given only with an oil."""
     if f"{film}.thermal" in reader.sections and not reader.mechanism.turns:
-        message = "needs a mechanism with revolutions; give a temperature instead"
-        reader.problems.add(reader.position_of(f"{film}.thermal"), f"{film}.thermal", message)
+        reader.report(f"{film}.thermal", "needs a mechanism with revolutions; give a temperature instead")
     viscosity, balance, temperature = f"{film}.viscosity", f"{film}.thermal", f"{film}.temperature"
     if viscosity not in reader.sections:
         for path in (balance, temperature):
@@ -495,19 +481,19 @@ def _check_temperature(reader: Reader, film: str) -> None:
                     "has no effect, because the viscosity is constant; use viscosity: {at_40C: 46 mm^2/s, "
                     "at_100C: 6.8 mm^2/s, density: 870 kg/m^3}"
                 )
-                reader.problems.add(reader.position_of(path), path, message)
+                reader.report(path, message)
         return
     cold, warm = reader.values_of(f"{viscosity}.at_40C"), reader.values_of(f"{viscosity}.at_100C")
     if cold and warm and max(warm) >= min(cold):
         message = f"found {max(warm):.4g} m^2/s; allowed: below {min(cold):.4g}, at_40C: oil thins as it warms up"
-        reader.problems.add(reader.position_of(f"{viscosity}.at_100C"), f"{viscosity}.at_100C", message)
+        reader.report(f"{viscosity}.at_100C", message)
     for path in (temperature, f"{balance}.ambient"):
         _check_kelvin(reader, path)
     if reader.is_given(balance) == reader.is_given(temperature):
         message = "is missing; for example: temperature: 60 degC, or thermal: {conductance: 20 W/K, ambient: 40 degC}"
         if reader.is_given(balance):
             message = "conflicts with `thermal`, which determines it; remove one of the two"
-        reader.problems.add(reader.position_of(film), temperature, message)
+        reader.report(temperature, message, at=film)
 
 
 def _check_kelvin(reader: Reader, path: str) -> None:
@@ -518,7 +504,7 @@ def _check_kelvin(reader: Reader, path: str) -> None:
         celsius = value - FREEZING
         meant = f"; did you mean {value:g} degC?" if coldest <= value + FREEZING <= hottest else ""
         message = f"found {value:g} K ({celsius:.4g} degC); allowed for an oil: {coldest:g} K to {hottest:g} K{meant}"
-        reader.problems.add(reader.position_of(path), path, message)
+        reader.report(path, message)
 
 
 def _check_unused_contact_keys(reader: Reader, joint: str) -> None:
@@ -531,7 +517,7 @@ def _check_unused_contact_keys(reader: Reader, joint: str) -> None:
             message = (
                 "applies to the dry contact under a film, but the joint has no contact; add contact, or remove the key"
             )
-            reader.problems.add(reader.position_of(path), path, message)
+            reader.report(path, message)
 
 
 def _is_transition_written(reader: Reader, joint: str) -> bool:
@@ -544,10 +530,9 @@ def _check_film_conflicts(reader: Reader, joint: str, catalogue: Catalogue) -> N
     sticking = {law.name for law in catalogue.of("friction") if law.sticks}
     for path in (path for path in reader.names if path.endswith(".friction.law")):
         for law in sorted(reader.names[path] & sticking):
-            message = f"{law} cannot stick, because {joint} has a film; choose another law"
-            reader.problems.add(reader.position_of(path), path, message)
+            reader.report(path, f"{law} cannot stick, because {joint} has a film; choose another law")
     if "seated" in reader.values_of("simulate.start"):
         message = (
             f"cannot be seated in the film of {joint}, which carries no load at rest; remove the key, or use centred"
         )
-        reader.problems.add(reader.position_of("simulate.start"), "simulate.start", message)
+        reader.report("simulate.start", message)

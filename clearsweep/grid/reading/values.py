@@ -58,11 +58,9 @@ def read_word_key(reader: Reader, path: str, key: Word) -> None:
         reader.unread_laws.add(path)
         if path not in reader.written and path not in reader.written_axes:
             known = f"write one of {', '.join(key.options)}" if key.options else "name one of a file in `laws`"
-            reader.problems.add(reader.position_of(path), path, f"is missing; {known} ({key.text})")
+            reader.report(path, f"is missing; {known} ({key.text})")
     elif not key.may_be_unused and not key.is_used(reader.names) and _seems_used(reader, path, key):
-        reader.problems.add(
-            reader.position_of(path), path, f"is not used by {_law_names_text(reader, key)}; leave it out"
-        )
+        reader.report(path, f"is not used by {_law_names_text(reader, key)}; leave it out")
     reader.names[path] = frozenset(values or key.options)
     make_word_axis(reader, path)
 
@@ -71,15 +69,13 @@ def read_table_key(reader: Reader, path: str, key: Table) -> None:
     """Read one table."""
     if key.when and not key.is_used(reader.names):
         if _seems_used(reader, path, key):
-            reader.problems.add(
-                reader.position_of(path), path, f"is not used by {_law_names_text(reader, key)}; leave it out"
-            )
+            reader.report(path, f"is not used by {_law_names_text(reader, key)}; leave it out")
         return
     if path not in reader.written and key.optional:
         return
     if path not in reader.written:
         message = f"is missing; write the name of a .csv file in the directory of the grid ({key.columns.text})"
-        reader.problems.add(reader.position_of(path), path, message)
+        reader.report(path, message)
         return
     if (values := read_table(reader.problems, path, reader.written[path], key.columns)) is not None:
         reader.values[path] = values
@@ -108,7 +104,7 @@ def read_number(reader: Reader, path: str, key: Number) -> None:
             f"is not used by {_law_names_text(reader, key)}, only by {owners_text}{others_text}; leave it out or "
             f"choose another law{refusal}"
         )
-        reader.problems.add(reader.position_of(path), path, message)
+        reader.report(path, message)
         return
     meanings = [(field, _possible_units(reader, path, field)) for field in fields]
     if not fields:  # unused by the laws that are tried: any of its meanings that fits will do
@@ -152,9 +148,7 @@ def _report_missing(reader: Reader, path: str, key: Number, field: Field) -> Non
     ]
     laws_text = f" for {' and '.join(laws_needing)}" if laws_needing else ""
     unit_text = quantity.expected_text(quantity.replace_exponent(field.unit, 1.5))
-    reader.problems.add(
-        reader.position_of(path), path, f"is missing{laws_text} ({field.text or field.name}); {unit_text}"
-    )
+    reader.report(path, f"is missing{laws_text} ({field.text or field.name}); {unit_text}")
 
 
 def _record_axis(reader: Reader, path: str, reading: ValueReader) -> None:
@@ -220,7 +214,7 @@ def _follows_from_material(reader: Reader, path: str, missing: Field) -> bool:
         return False
     if any(not math.isclose(exponent, 1.5) for exponent in exponent_values(reader, path)):
         message = "is missing; `material` determines the stiffness only for the exponent 1.5; write the stiffness"
-        reader.problems.add(reader.position_of(path), path, message)
+        reader.report(path, message)
     return True
 
 

@@ -68,6 +68,10 @@ class Reader:
             path = path.rpartition(".")[0]
         return self.written_axes.get(path) or self.written.get(path) or self.sections[path]
 
+    def report(self, path: str, message: str, at: str = "") -> None:
+        """Report a mistake at `path`; its position is that of the path `at`, by default the same."""
+        self.problems.add(self.position_of(at or path), path, message)
+
     def text(self, path: str, value: Any) -> str:
         """Return a value of `path` as it was written, or in SI if it follows from other values."""
         key = self.keys_in_use.get(path)

@@ -150,8 +150,7 @@ class NamesKey(Key):
         invalid = [item for item in items if not isinstance(item.value, str)]
         if invalid or not items:
             faulty = invalid[0] if invalid else written
-            message = f"found {quoted(faulty.value)}; expected a {self.noun}, or a list of such"
-            problems.add(faulty, key_path, message)
+            problems.add(faulty, key_path, f"found {quoted(faulty.value)}; expected a {self.noun}, or a list of such")
             return None
         first_items: dict[str, WrittenValue] = {}
         for item in items:

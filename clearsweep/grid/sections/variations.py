@@ -315,8 +315,7 @@ def _replace_by_list(reader: Reader, path: str, written: WrittenValue) -> None:
     key_path = f"{reader.varied_by[path]}.{path}"
     invalid = {name: message for name in written.value if (message := _label_mistake(name))}
     if not isinstance(reader.keys_in_use[path], Number):
-        message = "is a word, and only numbers have labels; write a list such as [a, b]"
-        reader.problems.add(written, key_path, message)
+        reader.problems.add(written, key_path, "is a word, and only numbers have labels; write a list such as [a, b]")
     for name, message in invalid.items():
         reader.problems.add(written.key_position(name), key_path, message)
     items = [item for name, item in written.value.items() if name not in invalid]
@@ -379,15 +378,13 @@ def check_dependents(reader: Reader) -> None:
         dependence_text = f"depends on {DEFINE_PREFIX}{name}, which varies"
         fields = key.fields(reader.names) if isinstance(key, Number) else ()
         if not isinstance(key, Number) or not key.sweep or path.endswith(".exponent"):
-            reader.problems.add(
-                reader.position_of(path),
-                path,
-                (f"{dependence_text}, but this value must be the same in all cases; write it without that name"),
+            reader.report(
+                path, f"{dependence_text}, but this value must be the same in all cases; write it without that name"
             )
             continue
         if any(field.integer for field in fields):
             message = f"{dependence_text}, but a whole number must be the same in all cases; write it without that name"
-            reader.problems.add(reader.position_of(path), path, message)
+            reader.report(path, message)
             continue
         invalid = [(field, value) for value in reader.values_of(path) for field in fields if not field.contains(value)]
         for field, value in invalid[:1]:
@@ -483,7 +480,7 @@ def check_branches(reader: Reader, root: WrittenValue) -> None:
         return
 
     def refuse(reason: str) -> None:
-        reader.problems.add(reader.position_of(START), START, f"{word} {reason}")
+        reader.report(START, f"{word} {reason}")
 
     if not reader.values_of("drive.speed") or "drive.speed" in reader.sections:
         refuse("needs a drive of constant speed: without it no two cases pass the same angles at the same times")
