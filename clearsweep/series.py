@@ -16,7 +16,7 @@ import numpy as np
 
 from .contracts.case import DOUBTFUL_WEAR_NUMBER, LARGEST_WEAR_NUMBER, LEAST_WEAR_NUMBER
 from .contracts.catalogue import LARGEST
-from .grid.written.document import complete_rows_of_csv, split_header
+from .grid.written import complete_rows_of_csv, split_header
 from .language import quantity
 from .language.errors import InputError, did_you_mean
 

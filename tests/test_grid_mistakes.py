@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from clearsweep.contracts.case import Oil
 from clearsweep.grid.resolve import case_of
-from clearsweep.grid.written.document import OverriddenGrid, Problems, WrittenValue, apply_overrides, read_document
+from clearsweep.grid.written import OverriddenGrid, Problems, WrittenValue, apply_overrides, read_document
 from clearsweep.language.errors import InputError, did_you_mean, quoted
 
 ROOT = WrittenValue({})

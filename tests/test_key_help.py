@@ -12,8 +12,7 @@ from click.testing import CliRunner
 
 from clearsweep import grid
 from clearsweep.cli import verbs
-from clearsweep.grid.pages.key_help import section_examples, section_texts
-from clearsweep.grid.pages.reference import page_sections
+from clearsweep.grid.pages import page_sections, section_examples, section_texts
 from clearsweep.language import quantity
 from clearsweep.simulation.setup.scene import catalogue
 

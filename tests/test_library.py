@@ -9,7 +9,7 @@ from mechanism_cases import slider_crank
 from clearsweep import cli, grid, simulation
 from clearsweep.answers import validity
 from clearsweep.grid import library
-from clearsweep.grid.library.entries import hot_viscosity, warm_viscosity
+from clearsweep.grid.library import hot_viscosity, warm_viscosity
 from clearsweep.language.errors import InputError
 from clearsweep.sweeping.pool.case_runner import SIMULATION
 from clearsweep.sweeping.sweep import facts

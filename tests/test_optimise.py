@@ -16,7 +16,7 @@ from clearsweep.contracts.catalogue import Figure
 from clearsweep.language.errors import InputError
 from clearsweep.report.sections.searches import folded_optimised_sections, optimised_sections
 from clearsweep.report.study import prepare
-from clearsweep.searches import optimising
+from clearsweep.searches import optimise as optimising
 from clearsweep.searches.seeking import Choice
 from clearsweep.sweeping.summary import of_run, run_text
 

@@ -10,8 +10,7 @@ import numpy as np
 import pytest
 
 from clearsweep import grid, simulation
-from clearsweep.grid.library import BEARINGS
-from clearsweep.grid.library.entries import bearing_names
+from clearsweep.grid.library import BEARINGS, bearing_names
 from clearsweep.grid.library.fits import BearingSizes, Fit, find_group, mounted
 from clearsweep.language.errors import InputError
 from clearsweep.sweeping.pool.case_runner import SIMULATION

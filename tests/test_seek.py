@@ -20,8 +20,7 @@ from clearsweep.report.blocks.table import Quantity, Table
 from clearsweep.report.sections import searches as page
 from clearsweep.report.sections.searches import seek_sections
 from clearsweep.report.study import prepare
-from clearsweep.searches.seeking import border_of_all
-from clearsweep.searches.unanswered import loosened_limits
+from clearsweep.searches.seeking import border_of_all, loosened_limits
 from clearsweep.sweeping.estimate import estimate
 from clearsweep.sweeping.summary import of_run, run_text
 

@@ -107,7 +107,7 @@ class Search:
     """One kind of search; an instance is its section in a grid, in SI."""
 
     name: ClassVar[str]  # of the section
-    keys: ClassVar[Any] = None  # `grid.sections.section.KeySection` of the section
+    keys: ClassVar[Any] = None  # `grid.sections.KeySection` of the section
     example: ClassVar[str]  # of the section, for its help
     in_step: ClassVar[bool] = False  # all its paths have the same value; else they vary together, row by row
     answer_key: ClassVar[str] = ""  # of `Found.facts` in `run --json`; '' without

@@ -17,17 +17,15 @@ from .grid import SCHEMA_VERSION, CaseLabels, Grid, identity
 from .keys.library_names import BEARING, COUNT
 from .keys.outline import key_units
 from .library.fits import Fit
-from .pages.key_help import key_names, key_text, markdown
+from .pages import key_names, key_text, markdown
 from .pages.schema import schema
 from .reading import check_channels, read_keys
 from .reading.joint_checks import check_values
 from .reading.values import as_written, assumed_units, written_units
+from .sections import ADDED, Reader, added_rows
 from .sections.fits import recorded_fits
-from .sections.reader import Reader, added_rows
-from .sections.section import ADDED
 from .sections.variations import labels_of_axes, recorded_labels, zipped_paths
-from .written.definitions import NO_DEFINITIONS, Definitions, definitions_of_resolved, extended
-from .written.document import (
+from .written import (
     SET_OPTION,
     SWEEP_OPTION,
     OverriddenGrid,
@@ -39,6 +37,7 @@ from .written.document import (
     read_document,
     read_options,
 )
+from .written.definitions import NO_DEFINITIONS, Definitions, definitions_of_resolved, extended
 from .written.law_execution import enter_law_files, guarded, has_run, reported, run_all
 from .written.law_files import allowing, list_text, revoke, trust
 

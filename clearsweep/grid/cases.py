@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 from .. import MODEL_VERSION
 from .keys import KeyTable, Word, value_key
 from .resolve import SharedSection
-from .written.document import leaves
+from .written import leaves
 from .written.law_files import LAWS, digests_in_use
 
 MAX_CACHED_ROWS = 4096  # rows of a factor kept in memory while all cases are enumerated

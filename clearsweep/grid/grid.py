@@ -38,8 +38,8 @@ from .keys.run_keys import CARRIED, DIRECTION, START
 from .library.fits import Fit
 from .reading.values import WrittenUnit
 from .resolve import case_of
+from .sections import ADDED
 from .sections.named_sections import UNCERTAIN, uncertain_leaves
-from .sections.section import ADDED
 from .written.definitions import DEFINE_PREFIX, NO_DEFINITIONS, Definitions
 from .written.law_files import LAWS, digests_in_use, recorded
 

@@ -37,7 +37,7 @@ from ..contracts.vibration import FRAME, SEVERITIES, Frame, Location, Mount, Vib
 from .keys.joint_keys import PRELOAD, ROLLING
 from .keys.key_table import DIMENSIONLESS
 from .sections.named_sections import UNCERTAIN, uncertain_of
-from .written.document import leaves
+from .written import leaves
 from .written.law_files import LAWS
 
 Tree = Mapping[str, Any]  # section of a grid file in SI: key -> number, word, list or section

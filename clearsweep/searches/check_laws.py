@@ -12,9 +12,8 @@ from ..answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN
 from ..contracts.search import CaseResults, Found, OwnRows, Point, Search
 from ..grid import Grid, leaves
 from ..grid.keys import Word
-from ..grid.sections.reader import Reader
-from ..grid.sections.section import ADDED
-from ..grid.written.document import WrittenValue
+from ..grid.sections import ADDED, Reader
+from ..grid.written import WrittenValue
 from ..language.errors import quoted
 
 CHECK_LAWS = "check_laws"

@@ -14,9 +14,8 @@ from ..answers.words import grid_text, number_of_joints
 from ..contracts.layout import Layout
 from ..grid.keys import Number
 from ..grid.keys.run_keys import CHANNELS
-from ..grid.sections.reader import Reader
-from ..grid.sections.section import PAIR_SCHEMA, EntriesKey, KeySection, WordListKey, cases_key
-from ..grid.written.document import WrittenValue
+from ..grid.sections import PAIR_SCHEMA, EntriesKey, KeySection, Reader, WordListKey, cases_key
+from ..grid.written import WrittenValue
 from ..grid.written.tables import read_signals
 from ..language.errors import InputError, did_you_mean, quoted
 from .identifying import MIN_REVOLUTIONS, Identification, Signal, angular_signals

@@ -15,9 +15,8 @@ import numpy as np
 from ..contracts.search import CaseResults, Found, Point, Search
 from ..grid import Grid
 from ..grid.keys import Number, value_key
-from ..grid.sections.reader import Reader, check_always_used
-from ..grid.sections.section import KeySection, WordKey, cases_key
-from ..grid.written.document import WrittenValue
+from ..grid.sections import KeySection, Reader, WordKey, cases_key, check_always_used
+from ..grid.written import WrittenValue
 
 REFINE = "refine"
 REFINE_BORDER = "limits"

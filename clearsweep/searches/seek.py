@@ -12,13 +12,23 @@ from ..contracts.layout import Column
 from ..contracts.search import CaseResults, Found, FurtherRuns, Point, Search, SearchTable
 from ..grid import Fit, Grid
 from ..grid.keys import KeyTable, Number, Word
+from ..grid.sections import (
+    AXES_OF_NAMES,
+    Key,
+    KeySection,
+    NamesKey,
+    QuantityKey,
+    RangeKey,
+    Reader,
+    WordKey,
+    check_always_used,
+    section_in,
+)
 from ..grid.sections.fits import NAMINGS, read_fit_names
-from ..grid.sections.reader import Reader, check_always_used
-from ..grid.sections.section import AXES_OF_NAMES, Key, KeySection, NamesKey, QuantityKey, RangeKey, WordKey, section_in
-from ..grid.written.document import WrittenValue
+from ..grid.written import WrittenValue
 from ..language import quantity
 from ..language.errors import quoted
-from . import seeking, unanswered
+from . import seeking
 
 SEEK = "seek"
 SEEK_DIRECTIONS, SEEK_SCOPES = ("largest", "smallest"), ("each", "all")
@@ -102,7 +112,7 @@ class SeekFound(Found):
 
     seek: "Seek"
     answers: tuple[Answer, ...]
-    effects: tuple[unanswered.Effect, ...] = ()  # effects of other keys on the margin, if an answer is missing
+    effects: tuple[seeking.Effect, ...] = ()  # effects of other keys on the margin, if an answer is missing
 
     @property
     def best(self) -> list[dict[str, Any]]:
@@ -136,7 +146,7 @@ class SeekFound(Found):
         """Return the answers with the effects of other keys, and what is nearest to the limits, if one is missing."""
         if not self.best:
             return self, {}
-        with_effects = replace(self, effects=tuple(unanswered.effects(grid, self.best, runs)))
+        with_effects = replace(self, effects=tuple(seeking.effects(grid, self.best, runs)))
         return with_effects, {"nearest": with_effects._remedies(runs.catalogue, record)}
 
     def facts(self, catalogue: Any, record: Mapping[str, Any], judged: Any) -> dict[str, Any]:
@@ -150,7 +160,7 @@ class SeekFound(Found):
         return {"asked": asked, "answers": answers} | remedies
 
     def _remedies(self, catalogue: Any, record: Mapping[str, Any]) -> dict[str, Any]:
-        return unanswered.unanswered_facts(record, self.best, self.effects, catalogue)
+        return seeking.unanswered_facts(record, self.best, self.effects, catalogue)
 
 
 @dataclass(frozen=True)
@@ -272,7 +282,7 @@ class Seek(Search):
 
     def further_cases(self, grid: Any) -> int:
         """Return how many cases show which other keys help, at most."""
-        return unanswered.most_cases(grid)
+        return seeking.most_cases(grid)
 
     def begin(self, grid: Any, simulator: Any) -> "SeekRounds":
         """Return the search at work."""

@@ -7,8 +7,7 @@ from collections.abc import Mapping
 from ...contracts.case import Materials
 from ...contracts.catalogue import CHOICE, CONDITION, MODEL, Catalogue, Field, JointSite, Law, ranged
 from ...contracts.layout import PRELOAD
-from ..library import MATERIALS, OILS
-from ..library.entries import bearing_names
+from ..library import MATERIALS, OILS, bearing_names
 from ..library.fits import MOUNTING_KEYS
 from . import (
     Condition,

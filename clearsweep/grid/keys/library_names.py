@@ -7,10 +7,9 @@ from typing import Any, NamedTuple
 from ...contracts.catalogue import CHOICE
 from ...language.errors import InputError, quoted
 from .. import library
-from ..library import MATERIALS, Entry, Value
-from ..library.entries import WIDTH, bearing_names, check_group, parse_bearing_name
+from ..library import MATERIALS, WIDTH, Entry, Value, bearing_names, check_group, parse_bearing_name
 from ..library.fits import NORMAL_GROUP
-from ..written.document import Problems, WrittenValue
+from ..written import Problems, WrittenValue
 from . import KeyTable, Name, Word
 
 MATERIAL, OIL, PAIR, HOUSING_MATERIAL, BEARING = "name", "oil", "pair", "material", "bearing"  # keys that take a name

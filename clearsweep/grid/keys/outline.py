@@ -21,7 +21,7 @@ from ...contracts.catalogue import (
 from ...contracts.vibration import FRAME, MAX_ORDERS, NO_SEVERITY, SEVERITIES, PlaceOutline, VibrationOutline
 from ...language import quantity
 from ...language.errors import InputError
-from ..written.document import WrittenValue, leaves
+from ..written import WrittenValue, leaves
 from ..written.law_files import with_recorded_laws
 from . import KeyTable, Number, Word
 from .key_table import table_of_keys

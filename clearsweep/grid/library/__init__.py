@@ -1,10 +1,322 @@
 """Materials, oils, wear pairs and rolling bearings by name: values with their ranges and sources."""
 
+import csv
+import math
 import textwrap
 from collections.abc import Mapping
+from pathlib import Path
+from typing import NamedTuple
 
 from ...language.errors import InputError, did_you_mean, quoted
-from .entries import BEARINGS, MATERIALS, OILS, PAIRS, Entry, Value
+from .fits import GROUPS
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Materials, wear pairs and oils by name: typical values, each with its range.
+#
+# For oils, a standard fixes one viscosity and its tolerance; the other follows from a viscosity index by ASTM D2270.
+
+
+class Value(NamedTuple):
+    """A typical value and its range, in SI."""
+
+    unit: str
+    typical: float
+    low: float
+    high: float
+
+
+class Entry(NamedTuple):
+    """A material, an oil or a wear pair."""
+
+    name: str
+    summary: str
+    values: Mapping[str, Value]  # by key
+    source: str
+    checked: str  # which values were compared with a published text, and which text; '' for none
+    hard_body_wears: bool = True  # of a wear pair: the coefficient is that of both bodies, not of the softer alone
+
+
+_MATERIAL_COLUMNS = (  # key, unit, factor from the file's unit to SI
+    ("young", "Pa", 1e9),
+    ("poisson", "1", 1.0),
+    ("density", "kg/m^3", 1.0),
+    ("yield_strength", "Pa", 1e6),
+    ("hardness", "Pa", 1e6),
+    ("expansion", "1/K", 1e-6),
+)
+_MATERIAL_SOURCES = {
+    "S": "EN 1993-1-1, 3.2.6 (E, nu, expansion of structural steel); EN 10025-2 (S355), EN ISO 683-1 (C45), "
+    "EN ISO 683-2 (42CrMo4): yield strengths by thickness; hardness from tensile strength, ISO 18265",
+    "R": "EN ISO 683-17 (100Cr6) and EN ISO 683-3 (16MnCr5); hardness 58 to 64 HRC by ISO 18265; Harris & "
+    "Kotzalas 2006, Rolling Bearing Analysis, 5th ed., chapter 16 (elastic constants, strength, expansion)",
+    "X": "EN 10088-1, annex E (physical properties of stainless steels); EN 10088-3 (strength, hardness)",
+    "I": "EN 1561, annex A (grey cast iron), EN 1563, annex (spheroidal graphite cast iron)",
+    "B": "Deutsches Kupferinstitut, data sheets of the alloys; EN 12163 and EN 12167 (wrought), EN 1982 (cast): "
+    "strength, hardness by temper",
+    "A": "EN 755-2 (strength by section); ASM Handbook, vol. 2, 1990 (physical properties, hardness)",
+    "P": "Domininghaus 1993, Plastics for Engineers (chapters on PTFE, POM, PA); dry and conditioned states and the "
+    "filler-free grades make the range",
+}
+
+
+def _material_entry(row: dict[str, str]) -> Entry:
+    values = {}
+    for key, unit, factor in _MATERIAL_COLUMNS:
+        typical, low, high = (float(number) * factor for number in row[key].split())
+        values[key] = Value(unit, typical, low, high)
+    return Entry(row["name"], row["summary"], values, _MATERIAL_SOURCES[row["source"]], row["checked"])
+
+
+def _read_materials() -> dict[str, Entry]:
+    text = Path(__file__).with_name("materials.csv").read_text(encoding="utf-8")
+    rows = csv.DictReader(text.splitlines(), delimiter="|")
+    return {entry.name: entry for entry in map(_material_entry, rows)}
+
+
+MATERIALS = _read_materials()
+
+
+_ARCHARD = "Archard 1953, J. Appl. Phys. 24:981, table (K and hardness, unlubricated, 400 g, 1.8 m/s)"
+_SCATTER = "Rabinowicz 1981, J. Lubr. Technol. 103:188 (K of lubricated pairs and its scatter)"
+_POLYMERS = (
+    "Theberge 1970, SPE ANTEC (wear factors of thermoplastics, ASTM D3702, in "
+    "1e-10 in^3 min/(ft lb h) = 2.014e-17 m^2/N)"
+)
+_CHECKED_WITH_REPRINT = (
+    "K with a reprint of the table (Wikipedia, Wear coefficient), which has K / (3 H): that is within the range; the "
+    "hardness is from memory"
+)
+_LIKE_BODIES = ("steel/steel dry", "hardened steel/steel dry", "hardened steel/steel greased")
+#: Name, description, typical, low, high (m^2/N), source.
+_PAIR_ROWS = (
+    ("steel/steel dry", "mild steel on mild steel", 3.8e-12, 1e-13, 1.5e-11, f"{_ARCHARD}: 7e-3, 1.82 GPa"),
+    ("hardened steel/steel dry", "tool steel on tool steel", 1.6e-14, 4e-15, 6.4e-14, f"{_ARCHARD}: 1.3e-4, 8.3 GPa"),
+    ("hardened steel/steel greased", "boundary lubricated", 1e-16, 1e-17, 1e-15, f"{_SCATTER}: 1e-7 to 1e-5, 7 GPa"),
+    ("steel/brass dry", "60/40 leaded brass on tool steel", 6.4e-13, 1.6e-13, 2.6e-12, f"{_ARCHARD}: 6e-4, 0.93 GPa"),
+    ("steel/bronze dry", "tin bronze on steel", 8e-14, 1e-14, 3e-13, f"{_SCATTER}: 1e-5 to 4e-4, 1.2 GPa"),
+    ("steel/bronze greased", "tin bronze on steel, boundary lubricated", 4e-15, 4e-16, 4e-14,
+     f"{_SCATTER}: 5e-7 to 5e-5, 1.2 GPa"),
+    ("steel/cast iron greased", "grey cast iron on steel, boundary lubricated", 1e-15, 1e-16, 1e-14,
+     f"{_SCATTER}: 2e-7 to 2e-5, 2 GPa"),
+    ("steel/PTFE dry", "unfilled PTFE on steel", 5.1e-13, 1.3e-13, 2e-12,
+     f"{_ARCHARD}: 2.5e-5, 49 MPa, a Brinell number above the ball indentation hardness of data sheets, 30 MPa"),
+    ("steel/POM dry", "unfilled acetal on steel", 1.3e-15, 3e-16, 1e-14, f"{_POLYMERS}: 65"),
+    ("steel/PA66 dry", "unfilled polyamide 66 on steel", 4e-15, 1e-15, 2e-14, f"{_POLYMERS}: 200"),
+)  # fmt: skip
+PAIRS = {
+    name: Entry(
+        name,
+        summary,
+        {"coefficient": Value("m^2/N", typical, low, high)},
+        source,
+        _CHECKED_WITH_REPRINT if source.startswith(_ARCHARD) else "",
+        hard_body_wears=name in _LIKE_BODIES,
+    )
+    for name, summary, typical, low, high, source in _PAIR_ROWS
+}
+
+
+VG_INDEX = 95.0  # viscosity index of a solvent-refined mineral oil (API group I)
+_VG_INDEX_RANGE = (90.0, 105.0)  # range for such oils
+#: L and H (mm^2/s at 40 degC) are quadratic in the viscosity at 100 degC (mm^2/s) below the first number of a row:
+#: ASTM D2270-10, appendix X2, table X2.1.
+_D2270_TEXT = """
+3.8   1.14673  1.7576   -0.109   0.84155  1.5521  -0.077
+4.4   3.38095 -15.4952  33.196   0.78571  1.7929  -0.183
+5.0   2.5000  -7.2143   13.812   0.82143  1.5679   0.119
+6.4   0.10100  16.6350 -45.469   0.04985  9.1613 -18.557
+7.0   3.35714 -23.5643  78.466   0.22619  7.7369 -16.656
+7.7   0.01191  21.4750 -72.870   0.79762 -0.7321  14.610
+9.0   0.41858  16.1558 -56.040   0.05794  10.5156 -28.240
+12    0.88779  7.5527  -16.600   0.26665  6.7015 -10.810
+15    0.76720  10.7972 -38.180   0.20073  8.4658 -22.490
+18    0.97305  5.3135   -2.200   0.28889  5.9741  -4.930
+22    0.97256  5.2500   -0.980   0.24504  7.4160 -16.730
+28    0.91413  7.4759  -21.820   0.20323  9.1267 -34.230
+40    0.87031  9.7157  -50.770   0.18411  10.1015 -46.750
+55    0.84703  12.6752 -133.310  0.17029  11.4866 -80.620
+70    0.85921  11.1009 -83.190   0.17130  11.3680 -76.940
+inf   0.83531  14.6731 -216.246  0.16841  11.8493 -96.947
+"""
+_D2270_ROWS = [tuple(map(float, row.split())) for row in _D2270_TEXT.strip().splitlines()]
+_D2270_CITATION = "viscosity index by ASTM D2270"
+_VG_SOURCE = f"ISO 3448 (viscosity at 40 degC within 10 %); {_D2270_CITATION}, 95 for a solvent-refined mineral oil"
+_VG_CHECKED = (
+    "the limits of the grades with a reprint of ISO 3448, three rows of the table of ASTM D2270 with a program that "
+    "has it; the density is from memory"
+)
+_VG_GRADES = (10, 15, 22, 32, 46, 68, 100, 150, 220, 320, 460, 680, 1000, 1500)
+#: SAE grade -> lowest and highest viscosity at 100 degC (mm^2/s; SAE J300), viscosity index typical, low, high.
+_SAE_GRADES = {
+    "SAE 20": (6.9, 9.3, 100.0, 90.0, 110.0),
+    "SAE 30": (9.3, 12.5, 100.0, 90.0, 110.0),
+    "SAE 40": (12.5, 16.3, 100.0, 90.0, 110.0),
+    "SAE 50": (16.3, 21.9, 98.0, 90.0, 110.0),
+    "SAE 60": (21.9, 26.1, 98.0, 90.0, 110.0),
+    "SAE 5W-30": (9.3, 12.5, 165.0, 150.0, 180.0),
+    "SAE 10W-40": (12.5, 16.3, 155.0, 140.0, 170.0),
+    "SAE 15W-40": (12.5, 16.3, 138.0, 125.0, 150.0),
+    "SAE 20W-50": (16.3, 21.9, 125.0, 115.0, 140.0),
+}
+_SAE_CHECKED = "the limits at 100 degC with reprints of SAE J300; the viscosity index and the density are from memory"
+_SAE_SOURCE = f"SAE J300 (viscosity at 100 degC); {_D2270_CITATION}, typical of data sheets, without shear thinning"
+
+
+def warm_viscosity(hot: float, index: float) -> float:
+    """Return the kinematic viscosity (mm^2/s) at 40 degC from that at 100 degC and the viscosity index.
+
+    Procedure A (VI up to 100, equation 3) and B (above, equations 4 and 5) of ASTM D2270, solved for U.
+    """
+    *_, a, b, c, d, e, f = next(row for row in _D2270_ROWS if hot < row[0])
+    viscosity_at_index_0, viscosity_at_index_100 = a * hot**2 + b * hot + c, d * hot**2 + e * hot + f
+    if index <= 100.0:
+        return viscosity_at_index_0 - index / 100.0 * (viscosity_at_index_0 - viscosity_at_index_100)
+    power = math.log10(1.0 + 0.00715 * (index - 100.0))
+    warm: float = viscosity_at_index_100 / hot**power
+    return warm
+
+
+def hot_viscosity(warm: float, index: float) -> float:
+    """Return the kinematic viscosity (mm^2/s) at 100 degC from that at 40 degC and the viscosity index.
+
+    It is found by bisection between 2 mm^2/s, the lower end of ASTM D2270, and `warm`.
+    """
+    low, high = 2.0, warm
+    for _ in range(80):
+        midpoint = 0.5 * (low + high)
+        low, high = (midpoint, high) if warm_viscosity(midpoint, index) < warm else (low, midpoint)
+    return 0.5 * (low + high)
+
+
+def _density_value(warm: float) -> Value:
+    """Return the density at 15 degC of a mineral oil: 850 kg/m^3 at 10 mm^2/s at 40 degC, and 30 more a decade."""
+    typical = float(round(850.0 + 30.0 * math.log10(warm / 10.0)))
+    return Value("kg/m^3", typical, 0.98 * typical, 1.02 * typical)
+
+
+def _viscosity_value(typical: float, low: float, high: float) -> Value:
+    """Return a kinematic viscosity with its range, in SI, from mm^2/s."""
+    return Value("m^2/s", 1e-6 * typical, 1e-6 * low, 1e-6 * high)
+
+
+def _vg_oil(grade: int) -> Entry:
+    lowest, highest = 0.9 * grade, 1.1 * grade
+    bounds = hot_viscosity(lowest, _VG_INDEX_RANGE[0]), hot_viscosity(highest, _VG_INDEX_RANGE[1])
+    values = {
+        "at_40C": _viscosity_value(grade, lowest, highest),
+        "at_100C": _viscosity_value(hot_viscosity(grade, VG_INDEX), *bounds),
+        "density": _density_value(grade),
+    }
+    return Entry(f"ISO VG {grade}", "mineral oil, viscosity index 95", values, _VG_SOURCE, _VG_CHECKED)
+
+
+def _sae_oil(name: str) -> Entry:
+    lowest_hot, highest_hot, index, lowest_index, highest_index = _SAE_GRADES[name]
+    midpoint = math.sqrt(lowest_hot * highest_hot)
+    values = {
+        "at_40C": _viscosity_value(
+            warm_viscosity(midpoint, index),
+            warm_viscosity(lowest_hot, highest_index),
+            warm_viscosity(highest_hot, lowest_index),
+        ),
+        "at_100C": _viscosity_value(midpoint, lowest_hot, highest_hot),
+        "density": _density_value(warm_viscosity(midpoint, index)),
+    }
+    return Entry(name, f"engine oil, viscosity index {index:g}", values, _SAE_SOURCE, _SAE_CHECKED)
+
+
+OILS = {entry.name: entry for entry in (*map(_vg_oil, _VG_GRADES), *map(_sae_oil, _SAE_GRADES))}
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Rolling bearings by name: deep groove ball bearings and needle roller bearings without an inner ring.
+#
+# Balls: boundary dimensions and ratings are those of a catalogue.  Number and diameter of the balls are in no
+# catalogue; they are those, in steps of 1/64 in, whose ratings by ISO 281 and ISO 76 are the catalogue's.
+
+
+GROOVES = (0.52, 0.53)  # radii over the ball's diameter, up to which ISO 281 has its ratings
+_COLUMNS = {  # column of the file -> key of the joint, unit, factor from the file's unit to SI
+    "elements": ("elements", "1", 1.0),
+    "element_diameter": ("element_diameter", "m", 1e-3),
+    "pitch_diameter": ("pitch_diameter", "m", 1e-3),
+    "bore": ("bore", "m", 1e-3),
+    "outside_diameter": ("outside_diameter", "m", 1e-3),
+    "width": ("width", "m", 1e-3),
+    "length": ("length", "m", 1e-3),
+    "dynamic": ("capacity.dynamic", "N", 1e3),
+    "static": ("capacity.static", "N", 1e3),
+}
+WIDTH = "width"  # listed, but of no effect in the plane of the rings
+_BALL_SOURCE = (
+    "KYK, general catalogue, deep groove ball bearings (dimensions of ISO 15, ratings); balls by the ratings, ISO 281 "
+    "and ISO 76; pitch diameter: mean of bore and outside diameter; grooves: ISO 281"
+)
+_BALL_CHECKED = "dimensions and ratings with the catalogue; the balls, by the ratings that follow from them, within 4 %"
+_NEEDLE_SOURCE = (
+    "UBC, catalogue of needle roller bearings (dimensions, ratings); diameter of the needles from memory, their number "
+    "and effective length by the static rating, ISO 76; the bore is the raceway of the shaft"
+)
+
+
+def _read_bearings() -> dict[str, Entry]:
+    text = Path(__file__).with_name("bearings.csv").read_text(encoding="utf-8")
+    return {row["name"]: _entry(row) for row in csv.DictReader(text.splitlines(), delimiter="|")}
+
+
+def _entry(row: Mapping[str, str]) -> Entry:
+    values = {
+        key: _exactly(unit, float(row[name]) * factor) for name, (key, unit, factor) in _COLUMNS.items() if row[name]
+    }
+    if has_inner_ring(row["name"]):
+        values |= {f"groove.{k}": _exactly("1", radius) for k, radius in enumerate(GROOVES)}
+        return Entry(row["name"], "deep groove ball bearing", values, _BALL_SOURCE, _BALL_CHECKED)
+    form = "drawn cup needle roller bearing" if row["name"].startswith("HK") else "needle roller bearing"
+    return Entry(row["name"], f"{form} without inner ring", values, _NEEDLE_SOURCE, "")
+
+
+def _exactly(unit: str, number: float) -> Value:
+    value = float(f"{number:.12g}")
+    return Value(unit, value, value, value)
+
+
+def has_inner_ring(name: str) -> bool:
+    """Return whether a bearing has an inner ring; shaft and housing determine the clearance of the others."""
+    return name[:1].isdigit()
+
+
+BEARINGS = _read_bearings()
+
+
+class BearingName(NamedTuple):
+    """The name of a bearing in its parts."""
+
+    designation: str  # '6204'
+    group: str  # of its clearance, 'C3'; '' if it is not written
+
+
+def parse_bearing_name(name: str) -> BearingName:
+    """Return the parts of a name such as '6204 C3'."""
+    words = name.split()
+    if len(words) > 1 and (words[-1].upper() in GROUPS or " ".join(words[:-1]) in BEARINGS):
+        return BearingName(" ".join(words[:-1]), words[-1].upper())
+    return BearingName(name, "")
+
+
+def bearing_names() -> tuple[str, ...]:
+    """Return all names, those of bearings with an inner ring also with a group."""
+    groups = {name: ("", *GROUPS) if has_inner_ring(name) else ("",) for name in BEARINGS}
+    return tuple(f"{name} {group}".strip() for name in BEARINGS for group in groups[name])
+
+
+def check_group(designation: str, group: str) -> None:
+    """Raise InputError if a bearing without an inner ring has a group."""
+    if group and not has_inner_ring(designation):
+        raise InputError(
+            f"found {quoted(f'{designation} {group}')}, but {designation} has no group: shaft and housing determine "
+            "its clearance; write the name alone and `clearance`"
+        )
+
 
 #: Names of whole libraries for `clearsweep list NAME`.
 LIBRARIES: Mapping[str, Mapping[str, Entry]] = {
@@ -13,8 +325,6 @@ LIBRARIES: Mapping[str, Mapping[str, Entry]] = {
     "pairs": PAIRS,
     "bearings": BEARINGS,
 }
-
-__all__ = ["BEARINGS", "LIBRARIES", "MATERIALS", "OILS", "PAIRS", "Entry", "Value", "library_text"]
 
 
 def library_text(name: str) -> str | None:

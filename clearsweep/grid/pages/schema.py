@@ -11,12 +11,12 @@ from ...language import quantity
 from ..keys import COUNT_WORDS, Flag, KeyTable, Name, NameList, Number, Section, Table, Word
 from ..keys.library_names import MATERIAL
 from ..keys.outline import key_trees
+from ..sections import AXES_OF_NAMES, NAME_SCHEMAS
 from ..sections.axes import SAMPLE_SECTION
 from ..sections.named_sections import FIGURES_SECTION, LIMITS_SECTION, ROLES_SECTION, UNCERTAIN_SECTION
-from ..sections.section import AXES_OF_NAMES, NAME_SCHEMAS
 from ..sections.variations import MAX_LABEL_LENGTH, RESERVED_LABELS
+from ..written import EXTENDS
 from ..written.definitions import DEFINE, DEFINE_TEXT
-from ..written.document import EXTENDS
 from ..written.law_files import LAWS, LAWS_TEXT
 
 NAME_SECTIONS = (FIGURES_SECTION, LIMITS_SECTION, ROLES_SECTION, UNCERTAIN_SECTION)

@@ -12,6 +12,7 @@ from ..keys.key_table import table_of_keys
 from ..keys.library_names import find_varied_names, keys_of_names, replace_library_names, written_names
 from ..keys.outline import DRIVES, LENGTHS, has_user_names, outline_of_document, wrong_names
 from ..keys.run_keys import CHANNELS, LIFE, TIME_BUDGET_FIELD, TIME_BUDGET_PATH
+from ..sections import Reader, find_added_cases
 from ..sections.fits import replace_fits_by_clearances
 from ..sections.named_sections import (
     FIGURES_SECTION,
@@ -23,7 +24,6 @@ from ..sections.named_sections import (
     read_roles,
     read_uncertain,
 )
-from ..sections.reader import Reader, find_added_cases
 from ..sections.variations import (
     VARYING_SECTIONS,
     check_branches,
@@ -38,8 +38,8 @@ from ..sections.variations import (
     with_branch_axes,
     with_carried_paths,
 )
+from ..written import Problems, WrittenValue
 from ..written.definitions import DEFINE, resolve_definitions, varied_paths
-from ..written.document import Problems, WrittenValue
 from ..written.law_files import LAWS
 from ..written.tables import with_damping_ratios
 from .values import (

@@ -13,7 +13,7 @@ from ..keys import Number, Section, value_key, word_key
 from ..keys.joint_keys import conflicts, modulus_paths
 from ..keys.key_table import DIMENSIONLESS
 from ..keys.run_keys import LIFE
-from ..sections.reader import Reader
+from ..sections import Reader
 from ..written.definitions import expression_of
 from .machine_checks import check_film_joints, check_length, check_machine
 from .values import COEFFICIENTS, exponent_values

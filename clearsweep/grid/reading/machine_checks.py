@@ -5,7 +5,7 @@ from itertools import pairwise
 from ...contracts.case import column_name
 from ...contracts.catalogue import GROUND, Catalogue, JointOutline, Law
 from ..keys import Section
-from ..sections.reader import Reader
+from ..sections import Reader
 
 FREEZING = 273.15  # K, 0 degC
 OIL_TEMPERATURES = 200.0, 700.0  # K, beyond those of ASTM D341, at which oils are solid or burn

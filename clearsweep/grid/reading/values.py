@@ -11,11 +11,10 @@ from ...language.quantity import WrittenUnit, is_bare, written_unit
 from ..keys import COUNT_WORDS, Flag, KeyTable, Number, Section, Table, Word
 from ..keys.key_table import DIMENSIONLESS
 from ..keys.outline import unit_of_number
+from ..sections import Reader, ValueReader, make_word_axis, report_mixed_units
 from ..sections.fits import recorded_fits
-from ..sections.reader import Reader, make_word_axis
-from ..sections.section import ValueReader, report_mixed_units
 from ..sections.variations import recorded_labels, values_of_axis
-from ..written.document import Problems, WrittenValue
+from ..written import Problems, WrittenValue
 from ..written.tables import read_table
 
 Meaning = tuple[Field, list[str]]  # meaning of a quantity, and its possible units

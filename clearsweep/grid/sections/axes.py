@@ -4,9 +4,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from ...language import quantity
 from ...language.errors import InputError, quoted
-from ..written.document import Problems, WrittenValue
-from .distributions import FROM_FIT, parameter_forms
-from .section import (
+from ..written import Problems, WrittenValue
+from . import (
     NAME_SCHEMAS,
     CountKey,
     EntriesKey,
@@ -17,6 +16,7 @@ from .section import (
     report_mixed_units,
     single_key_schemas,
 )
+from .distributions import FROM_FIT, parameter_forms
 
 if TYPE_CHECKING:
     import numpy as np  # imported only when values are drawn

@@ -10,8 +10,8 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from ...contracts.catalogue import Field
 from ...language import quantity
 from ...language.errors import did_you_mean, quoted
-from ..written.document import Problems, WrittenValue
-from .section import ValueReader, read_quantity, report_mixed_units, report_unknown_keys
+from ..written import Problems, WrittenValue
+from . import ValueReader, read_quantity, report_mixed_units, report_unknown_keys
 
 if TYPE_CHECKING:
     import numpy as np  # imported only when values are drawn

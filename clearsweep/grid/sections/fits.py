@@ -13,11 +13,11 @@ from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
 from ..keys import Number
 from ..keys.library_names import BEARING
-from ..library.entries import parse_bearing_name
+from ..library import parse_bearing_name
 from ..library.fits import MOUNTING_KEYS, NORMAL_GROUP, BearingSizes, Fit, find_fit, find_group, mounted
-from ..written.document import WrittenValue
+from ..written import WrittenValue
+from . import Reader
 from .distributions import FROM_FIT
-from .reader import Reader
 
 DISTRIBUTION_FORM = "{fit: H7/f7}, or {fit: H7/f7, distribution: normal}"
 

@@ -13,18 +13,18 @@ from ...language.errors import InputError, did_you_mean, quoted
 from ...language.quantity import is_bare, written_unit
 from ..keys import Number, Section
 from ..keys.run_keys import LIFE
-from ..written.document import WrittenValue
-from .distributions import DISTRIBUTIONS, Distribution, distribution_of, forms_text, parameter_forms, read_distribution
-from .reader import Reader
-from .section import (
+from ..written import WrittenValue
+from . import (
     QUANTITY_SCHEMA,
     NameSection,
     QuantityKey,
+    Reader,
     ValueReader,
     read_quantity,
     report_unknown_keys,
     single_key_schemas,
 )
+from .distributions import DISTRIBUTIONS, Distribution, distribution_of, forms_text, parameter_forms, read_distribution
 
 _TIMES_KEY = "times"
 _FIGURE_EXAMPLE = 'headroom: "1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)"'

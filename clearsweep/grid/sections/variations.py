@@ -12,13 +12,12 @@ from ...language.errors import InputError, did_you_mean, quoted
 from ..keys import KeyTable, Name, Number, Section, Use, Word, value_key, word_key
 from ..keys.library_names import BODIES, name_path, text_of_name
 from ..keys.run_keys import BRANCHES, CARRIED, DIRECTION, DRAW, LIFE, START
+from ..written import Problems, WrittenValue
 from ..written.definitions import DEFINE, DEFINE_PREFIX, DEFINE_TEXT, Definitions
-from ..written.document import Problems, WrittenValue
 from ..written.tables import is_table, read_cases
+from . import Reader, ValueReader
 from .axes import SAMPLE_SECTION, SPACING_FORMS, read_axis, read_sample
 from .distributions import DISTRIBUTIONS, draw_values, read_distribution
-from .reader import Reader
-from .section import ValueReader
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Reads what a grid varies: combined (`sweep`), together (`zip`, `cases`) or drawn (`sample`); labels of values.

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple
 
 from ...language import expression, quantity
 from ...language.errors import InputError, quoted
-from .document import EXTENDS, Problems, WrittenValue, read_document, written_of
+from . import EXTENDS, Problems, WrittenValue, read_document, written_of
 from .tables import is_table, read_cases
 
 DEFINE = "define"

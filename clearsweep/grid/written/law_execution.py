@@ -28,7 +28,7 @@ from ...contracts.catalogue import Catalogue
 from ...language.errors import InputError, error_line
 from ...laws import Law, collecting
 from ...tracing import cache
-from .document import Problems, WrittenValue
+from . import Problems, WrittenValue
 from .law_files import (
     LAWS,
     NO_NEIGHBOURS,

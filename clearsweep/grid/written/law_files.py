@@ -29,7 +29,7 @@ from ...language.errors import InputError, did_you_mean, quoted
 from ...language.wording import sentence_list
 from ...laws import KINDS, NAME_PATTERN
 from ...tracing.cache import privacy_problem
-from .document import Problems, WrittenValue
+from . import Problems, WrittenValue
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Trust in law files: their paths and hashes that the user allowed to run, in a private file, or for one command.

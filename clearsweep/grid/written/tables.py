@@ -13,7 +13,7 @@ from ...contracts.catalogue import Columns, Field
 from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
 from ...language.wording import count_text
-from .document import (
+from . import (
     KNOWN_FILES_TEXT,
     READERS,
     Problems,
