@@ -185,7 +185,7 @@ def _resolved_sample(reader: Reader) -> dict[str, Any]:
     section: dict[str, Any] = {"method": reader.sample.method}
     if reader.sample.method != "one-at-a-time":
         section |= {"n": reader.sample.n, "seed": reader.sample.seed}
-    return section | {"over": {path: reader.distributions[path].resolved() for path in reader.drawn_paths}}
+    return section | {"over": {path: reader.distributions[path] for path in reader.drawn_paths}}
 
 
 HISTORY_COPIES = 2.0  # copies of a case's histories in memory: as recorded, and by channel

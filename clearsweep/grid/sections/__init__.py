@@ -19,8 +19,7 @@ from ..written import Problems, WrittenValue
 from ..written.definitions import NO_DEFINITIONS, Definitions
 
 if TYPE_CHECKING:
-    from .axes import Sample
-    from .distributions import Distribution
+    import numpy as np  # imported only when values are drawn
 
 ADDED = "added"  # in a section that adds cases: dotted path -> the values of the added cases
 #: JSON Schemas of values in several sections.
@@ -408,6 +407,16 @@ def _has_valid_unit(value: Any, unit: str) -> bool:
         return False
 
 
+class Sample(NamedTuple):
+    """The section `sample` without its distributions."""
+
+    method: str
+    n: int
+    seed: int
+    points: "np.ndarray"  # (rows, variables) in the open interval (0, 1); the rows of the design
+    earlier_values: dict[str, WrittenValue]  # values drawn earlier, which are kept
+
+
 @dataclass
 class Reader:
     """The values of a document, path by path."""
@@ -425,9 +434,9 @@ class Reader:
     values: dict[str, Any] = field(default_factory=dict)  # in SI; includes defaults of words
     axes: dict[str, tuple[Any, ...]] = field(default_factory=dict)
     varied_by: dict[str, str] = field(default_factory=dict)  # varied path -> the section that varies it
-    sample: "Sample | None" = None
+    sample: Sample | None = None
     drawn_paths: tuple[str, ...] = ()  # the paths under `sample`
-    distributions: "dict[str, Distribution]" = field(default_factory=dict)
+    distributions: dict[str, dict[str, Any]] = field(default_factory=dict)  # of drawn paths, SI
     fits: dict[str, list[Fit]] = field(default_factory=dict)  # path of a clearance -> its fits as written
     labels: dict[str, tuple[str, ...]] = field(default_factory=dict)  # path of an axis -> the labels of its values
     case_labels: dict[str, list[str]] = field(default_factory=dict)  # header in the table of cases -> texts of its rows

@@ -1,6 +1,6 @@
 """Reads the values of a varied key: a list, evenly spaced values, or the points of a `sample` design."""
 
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 from ...language import quantity
 from ...language.errors import InputError, quoted
@@ -11,6 +11,7 @@ from . import (
     EntriesKey,
     Key,
     KeySection,
+    Sample,
     ValueReader,
     WordKey,
     report_mixed_units,
@@ -208,16 +209,6 @@ SAMPLE_SECTION = KeySection(
     ),
     adds_cases=False,
 )
-
-
-class Sample(NamedTuple):
-    """The section `sample` without its distributions."""
-
-    method: str
-    n: int
-    seed: int
-    points: "np.ndarray"  # (rows, variables) in the open interval (0, 1); the rows of the design
-    earlier_values: dict[str, WrittenValue]  # values drawn earlier, which are kept
 
 
 def read_sample(problems: Problems, written: WrittenValue, variables: int) -> Sample | None:

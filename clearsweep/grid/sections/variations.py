@@ -186,7 +186,7 @@ def values_of_axis(reader: Reader, path: str, reading: ValueReader) -> list[Any]
     distribution = read_distribution(reader.problems, key_path, written, reading)
     if distribution is None or reader.sample is None:
         return None
-    reader.distributions[path] = distribution
+    reader.distributions[path] = distribution.resolved()
     if path not in reader.sample.earlier_values:
         points = reader.sample.points[:, reader.drawn_paths.index(path)]
         return draw_values(reader.problems, key_path, written, distribution, points, reading.fields)
