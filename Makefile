@@ -6,7 +6,7 @@ READY := $(VENV)/.ready
 TOOLS := $(READY) $(VENV)/.tools
 BENCH := .venv-bench
 
-.PHONY: run test test-quick test-plain test-slow test-tracer test-rest test-all mutate lint verify bench scale docs release torture clean
+.PHONY: run test tested test-quick test-plain test-slow test-tracer test-rest test-all mutate lint style types verify bench scale docs release torture clean
 
 run: $(READY)
 	$(BIN)/clearsweep run configs/slider_crank.yaml
@@ -15,16 +15,17 @@ run: $(READY)
 # In two processes, a file of tests in one of them, so that what a file compiles is compiled once; tests/conftest.py
 # has the files that take long begin first, so that both processes end at about the same time.
 SPREAD := --numprocesses 2 --dist loadfile --no-loadscope-reorder
-# The loop is compiled while the tools are installed and the files are checked.
-CHECK := $(MAKE) --no-print-directory --jobs 2 $(READY) lint
+# The loop is compiled while the tools are installed; mypy, which takes half a minute, runs beside the tests.
+PAIRED := $(MAKE) --no-print-directory --jobs 2
 test:
-	@$(CHECK)
-	$(BIN)/python -m pytest $(SPREAD)
+	@$(PAIRED) tested types
+
+tested: $(TOOLS) style
+	$(BIN)/python -m pytest $(SPREAD) $(if $(CHOICE),-m "$(CHOICE)")
 
 # Leaves out what starts processes or a browser, compiles or integrates for long: `make test` before a commit.
 test-quick:
-	@$(CHECK)
-	$(BIN)/python -m pytest $(SPREAD) -m "not slow and not plain and not heavy"
+	@$(PAIRED) tested types CHOICE="not slow and not plain and not heavy"
 
 # The kernels as plain Python, and how much of them that reaches. Missing are lines that only the compiler runs.
 PLAIN := $(addprefix tests/test_,$(addsuffix .py,plain asperities compatible direction dual elastic_laws \
@@ -60,11 +61,15 @@ test-all: test test-rest
 mutate: $(TOOLS)
 	$(BIN)/python tests/mutate.py $(ARGS)
 
-lint: $(VENV)/.tools
+lint: style types
+
+style: $(VENV)/.tools
 	$(BIN)/ruff check clearsweep tests
 	$(BIN)/ruff format --check --quiet clearsweep tests
-	$(BIN)/mypy
 	$(BIN)/lint-imports
+
+types: $(VENV)/.tools
+	$(BIN)/mypy
 
 verify: $(READY)
 	$(BIN)/clearsweep verify

@@ -34,12 +34,12 @@ SLOW_LIMIT = 3600.0  # s, of a test marked slow, and of all in plain Python; `ti
 def pytest_collection_modifyitems(config, items):
     """Leave out tests marked plain unless kernels run as plain Python, and give these and slow tests more time.
 
-    Of a test marked `few`, all other cases are slow.  Files with many heavy tests come first, so that what runs last
-    in several processes is short.
+    Of a test marked `few`, all other cases are slow where they are compiled.  Files with many heavy tests come first,
+    so that what runs last in several processes is short.
     """
     for item in items:
         few = item.get_closest_marker("few")
-        if few and item.callspec.id not in few.args:
+        if few and not is_plain() and (not few.args or item.callspec.id not in few.args):
             item.add_marker("slow")
     if not is_plain():
         config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("plain")])
