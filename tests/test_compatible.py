@@ -74,7 +74,7 @@ def test_the_energy_is_the_integral_of_the_force(depth, allowed):
     assert elastic_energy(UNIT, depth) == pytest.approx(whole, rel=allowed)
 
 
-@pytest.mark.few()
+@pytest.mark.few
 def test_the_table_of_the_model_is_what_the_grid_gives():
     text = Path("docs/model-contact.md").read_text(encoding="utf-8").partition("half-angle, deg")[2]
     rows = [line for line in text.splitlines()[2:12] if line.startswith("| ")]

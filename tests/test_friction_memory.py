@@ -295,7 +295,7 @@ def test_bristles_begin_straight_with_every_contact():
     assert np.all(share > 0.0)
 
 
-@pytest.mark.few()
+@pytest.mark.few
 @pytest.mark.compiled
 def test_only_the_separating_joint_forgets():
     made = crank(

@@ -196,7 +196,7 @@ def test_smooth_friction_gives_the_same_as_it_gets_steeper():
 
 
 @pytest.mark.compiled
-@pytest.mark.few()
+@pytest.mark.few
 def test_a_tighter_tolerance_converges_and_energies_balance():
     def run(tolerance):
         made = crank(*JOINTS[1:], simulate__tolerance=tolerance, simulate__method="explicit")

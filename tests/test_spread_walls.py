@@ -602,7 +602,7 @@ def test_nothing_is_lost_where_spread_walls_give_all_back():
 
 
 @pytest.mark.heavy
-@pytest.mark.few()
+@pytest.mark.few
 @pytest.mark.parametrize("tilt", [[2e-3, 0.0], [4e-3, 0.0], [0.0, 4e-3]])
 def test_after_a_contact_a_tilted_rod_turns_as_a_second_program_with_60_slices_says(tilt):
     case = spatial(walls="spread", clearance=1e-4, axial_clearance=2e-3, tilt=tilt, contact=HERTZ | {"stiffness": 6e9})
