@@ -120,9 +120,11 @@ release: $(TOOLS)
 torture: $(TOOLS)
 	$(BIN)/python tests/reliability.py $(ARGS)
 
-# Python's own code, too, so that none of the processes that tests start compiles it again
+# Python's own code, too, so that no process that is started compiles it again; pip would compile it in one process,
+# with the tests of all packages. What is no Python of this release is left.
+COMPILE := $(BIN)/python -m compileall -qq -j 2 -x '/tests?/' $(VENV)/lib clearsweep || true
 $(READY): $(VENV)/.installed
-	$(BIN)/python -m compileall -q clearsweep
+	$(COMPILE)
 	$(BIN)/python -m clearsweep.simulation.analyses.prebuild
 	touch $@
 
@@ -130,12 +132,13 @@ $(VENV)/.installed: pyproject.toml constraints.txt
 	@$(PYTHON) -c "import sys; sys.exit(sys.version_info < (3, 11))" || { echo "clearsweep needs Python 3.11 or newer, and \
 	$(PYTHON) is `$(PYTHON) --version 2>&1`; give a newer one with make PYTHON=python3.12" >&2; exit 2; }
 	$(PYTHON) -m venv $(VENV)
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable .
+	$(BIN)/python -m pip install --quiet --no-compile --constraint constraints.txt --editable .
 	touch $@
 
-# what tests, checks and pages need beside what clearsweep itself does
+# what tests, checks and pages need beside what clearsweep itself does, as the installed clearsweep says
 $(VENV)/.tools: $(VENV)/.installed
-	$(BIN)/python -m pip install --quiet --constraint constraints.txt --editable ".[test]"
+	$(BIN)/python -m pip install --quiet --no-compile --constraint constraints.txt "clearsweep[test]"
+	$(COMPILE)
 	touch $@
 
 clean:
