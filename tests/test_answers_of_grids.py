@@ -107,6 +107,7 @@ def test_refined_cases_make_no_design(answer_of):
     assert answer["designs_total"] == 3
 
 
+@pytest.mark.few("limits0")
 @pytest.mark.parametrize("limits", [{IMPACTS: 0}, {IMPACTS: 0, PEAK: "20 kN"}])
 def test_search_without_answer_says_all_cases_exceed(answer_of, limits):
     seek = {"largest": CLEARANCE, "between": ["0.3 mm", "0.5 mm"], "within": "0.05 mm", "meeting": "limits"}

@@ -474,6 +474,7 @@ def test_all_cases_of_a_run_in_blocks_are_those_of_its_grid(pair):
         assert len(run) == 36
 
 
+@pytest.mark.slow
 @pytest.mark.heavy
 def test_workers_of_a_cluster_run_and_finish_blocks(tmp_path):
     pytest.importorskip("distributed")

@@ -29,6 +29,7 @@ def solved(elastic=None, times=None, **changes):
     return clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=given | changes)), times=times)
 
 
+@pytest.mark.few("1.0")
 @pytest.mark.parametrize("speed", [0.2, 1.0, 4.4])
 def test_an_impact_on_six_segments_is_that_on_the_continuous_bar(speed):
     peak, duration = elastic_bar.continuous(speed)

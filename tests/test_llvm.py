@@ -115,11 +115,12 @@ def test_no_page_of_ours_is_writable_and_executable():
 
 
 @pytest.mark.heavy
-def test_an_object_asks_the_system_to_move_memory_alone():
+@pytest.mark.few("lubricated", "worn_slider_crank")
+@pytest.mark.parametrize("name", ["lubricated", "worn_slider_crank", "spatial_slider_crank", "ptfe_bushing"])
+def test_an_object_asks_the_system_to_move_memory_alone(name):
     """Read from the symbols of all objects: shipped, of scenes with wear, film and memory, and in the cache."""
-    for name in ("lubricated", "worn_slider_crank", "spatial_slider_crank", "ptfe_bushing"):
-        grid = Path(__file__).parents[1] / "configs" / f"{name}.yaml"
-        simulation.compile_for(load(str(grid), simulation.catalogue()).case(0))
+    grid = Path(__file__).parents[1] / "configs" / f"{name}.yaml"
+    simulation.compile_for(load(str(grid), simulation.catalogue()).case(0))
     compiled = Path(os.environ["CLEARSWEEP_CACHE_DIR"])
     in_cache = list(compiled.rglob("*.o"))
     assert len(in_cache) >= 4

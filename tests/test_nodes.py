@@ -161,6 +161,7 @@ def complete(directory, cases=48):
     return there == ("finished", 0, cases, cases)
 
 
+@pytest.mark.slow
 def test_nodes_run_and_finish_all_blocks(tmp_path, pair):
     result = on_nodes(MIXED, tmp_path / "run", pair)
     assert (result.cases, result.ok, result.failed, result.missing) == (48, 32, 16, 0)
@@ -195,9 +196,13 @@ def test_nodes_run_the_laws_of_the_launcher_which_they_do_not_trust_themselves(t
     assert clearsweep.sweep(pairs, tmp_path / "joined", executor="serial").reused == 10
 
 
+@pytest.mark.slow
 def test_nodes_are_for_grids_that_are_cut(tmp_path, pair):
     with pytest.raises(InputError, match=r"executor: nodes assigns whole blocks .* write --executor dask"):
         on_nodes(grid(4), tmp_path / "run", pair)
+
+
+def test_nodes_need_a_scheduler(tmp_path):
     with pytest.raises(InputError, match=r"nodes needs the address of a scheduler"):
         quiet(MIXED, tmp_path / "run", executor="nodes")
 
