@@ -366,7 +366,7 @@ def _compile(machine: Machine, open_joints: frozenset[str]) -> _Compiled:
     state = machine_type(kinds_of(form)).state
     start = _initial_state(ideal_of(machine), state, {})
     lengths = np.array([_length_per_unit(machine, coordinate) for coordinate in state])
-    if state[-1].kind == INTEGRAL:  # as far as the servo's stiffness lets the crank turn
+    if state and state[-1].kind == INTEGRAL:  # as far as the servo's stiffness lets the crank turn
         lengths[-1] = lengths[0] * ideal_of(machine).reference_rate() / machine.drive.servo.stiffness
     return _Compiled(form, state, lengths, start, _massless_bodies(machine, form, start))
 
