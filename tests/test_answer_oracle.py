@@ -319,6 +319,7 @@ SEARCHED = {
 }
 
 
+@pytest.mark.few("limits0-refine", "limits0-seek all", "limits1-optimise", "limits1-check of laws")
 @pytest.mark.parametrize("name", SEARCHED)
 @pytest.mark.parametrize("limits", [{IMPACTS: 0}, {PEAK: "1.3 N", ONSET: {"at_least": "-0.5 m/s"}}])
 def test_searched_cases_make_no_design(tmp_path, name, limits):
@@ -332,6 +333,7 @@ def test_searched_cases_make_no_design(tmp_path, name, limits):
     assert run.added > 0
 
 
+@pytest.mark.few("grid0-options0", "grid1-options2", "grid2-options1", "grid3-options0")
 @pytest.mark.parametrize("options", [{"shard": "1/2"}, {"shard": "2/2"}, {"max_failures": 1}])
 @pytest.mark.parametrize("grid", [ZERO_LIMIT, FAILED_CONDITION, SPRING_CHOICE, LAWS])
 def test_case_of_the_grid_that_was_not_run_is_undecided(grid, options):

@@ -134,6 +134,7 @@ def test_a_hostile_task_on_the_workers_is_said_in_a_sentence_and_costs_no_case(c
     assert (result.ok, result.failed, result.missing) == (6, 0, 0)
 
 
+@pytest.mark.slow
 def test_a_case_that_kills_its_worker_twice_has_crashed_and_the_others_continue(cluster, tmp_path):
     source = grid(1, (GOOD, 0.001, 0.002, 0.003, DIES))
     result = quiet(source, tmp_path / "run", executor="dask", scheduler=cluster.address)

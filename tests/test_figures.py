@@ -78,7 +78,7 @@ def test_forces_of_a_guide_are_those_across_it():
     assert block["corner_force_rms"] == pytest.approx(101.3, rel=1e-3)
 
 
-@pytest.mark.few("20.0")
+@pytest.mark.slow
 @pytest.mark.parametrize("weight", [0.0, 20.0])
 def test_no_mean_or_quantile_of_a_guide_exceeds_its_peak(weight):
     friction = {"law": "tanh", "coefficient": 0.2, "velocity_scale": 0.01}

@@ -184,6 +184,7 @@ def flow_of_reynolds(ratio, squeeze, wedge):
 FLOWS = {"short": (flow_of_short, 1e-9), "long": (flow_of_long, 1e-9), "reynolds": (flow_of_reynolds, 2e-3)}
 
 
+@pytest.mark.few("reynolds")
 @pytest.mark.parametrize("name", FLOWS)
 def test_the_loss_of_a_film_is_the_quadrature_of_its_flow_and_its_shear(name):
     flow_of, tolerance = FLOWS[name]

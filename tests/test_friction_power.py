@@ -73,6 +73,7 @@ def preloaded(friction):
     return run(**HISTORIES, loads={}, joints={"coupler-rocker": joint})
 
 
+@pytest.mark.slow
 def test_a_preload_is_in_the_friction_power_of_its_joint():
     path = preloaded(PRELOADED)
     radius, slip = 0.01, 0.01 * (path["rocker/rate"] - path["coupler/rate"])

@@ -166,6 +166,7 @@ def test_preload_of_a_guide_with_clearance_stops_its_block():
     assert len(path.events) == 0
 
 
+@pytest.mark.slow
 def test_preload_of_a_guide_that_turns_is_in_the_ledger_and_in_its_friction_power():
     path = clearsweep.simulate(clearsweep.load_case(seal(20.0, 30.0)))
     assert path.status == "ok"
@@ -251,6 +252,7 @@ def test_a_stuck_slider_lets_go_where_more_than_the_static_force_pushes_it():
     assert np.ptp(path["slider/x"]) > 0.09
 
 
+@pytest.mark.slow
 def test_a_joint_that_moves_as_the_crank_says_cannot_stick():
     brake = {"on": "ground-crank", "friction": STICKS}
     path = clearsweep.simulate(clearsweep.load_case(grid(loads__blade=brake, simulate__revolutions=0.1)))

@@ -229,6 +229,7 @@ def test_a_fast_mechanism_whose_joints_all_stick_goes_through():
     assert summary["energy_residual"] < 1e-9
 
 
+@pytest.mark.few
 @pytest.mark.compiled
 def test_a_peak_in_a_step_with_several_extrema_is_found():
     """A crank torque that rises at both ends of a step and has its maximum inside."""

@@ -291,6 +291,7 @@ def test_the_guard_of_a_spin_is_smooth_close_to_the_centre(distance):
     assert distance_from_polynomials(value, -1.0, 1.0, parts=1) < 1e-13
 
 
+@pytest.mark.slow
 @pytest.mark.compiled
 def test_a_journal_that_starts_at_the_centre_of_a_film_leaves_it_in_few_steps():
     """In thin oil it moves by 1e-15 m in the first picosecond; it once stayed there for two million steps."""

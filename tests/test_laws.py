@@ -320,6 +320,7 @@ def test_tsuji_s_restitution_holds_for_any_power(exponent):
     assert got == pytest.approx(0.6, abs=1e-8)
 
 
+@pytest.mark.few("adams-impact-numbers2")
 @pytest.mark.parametrize(
     ("law", "numbers"),
     [

@@ -71,6 +71,7 @@ def plain(scene):
         return clearsweep.simulate(scene).summary["energy_residual"]
 
 
+@pytest.mark.few("rod-slider")
 @pytest.mark.parametrize("name", NAMES)
 def test_a_vanishing_clearance_gives_the_ideal_mechanism(name):
     trajectory = run(

@@ -52,6 +52,7 @@ def test_figures_do_not_depend_on_settings_of_matplotlib_by_others(ran, tmp_path
         assert (tmp_path / "usual" / name).read_bytes() == (tmp_path / "odd" / name).read_bytes()
 
 
+@pytest.mark.slow
 def test_a_page_that_does_not_fit_is_named_and_nothing_is_left_of_it(ran, tmp_path):
     done = report(ran, "--out", tmp_path / "page.html", limit=40_000)
     assert done.returncode == 2

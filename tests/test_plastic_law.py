@@ -137,6 +137,7 @@ def test_the_first_half_is_that_of_hertz_and_the_loss_is_the_loop_s():
 # ---------------------------------------------------------------------------------------------- in a mechanism
 
 
+@pytest.mark.few
 @pytest.mark.compiled
 def test_a_mechanism_follows_the_loop_through_every_reloading():
     run = crank(save__orbits="all", save__revolutions=1, save__samples=200_000)

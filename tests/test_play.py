@@ -104,6 +104,7 @@ def shaken(tree, sense, given=INPUT):
     return scene.build(grid.load(tree, scene.catalogue().with_laws(records, digest)).case(0))
 
 
+@pytest.mark.few("gear--1.0")
 @pytest.mark.parametrize(("tree", "sense"), [(coupling, 1.0), (gear, -1.0)])
 def test_one_sided_impacts_begin_and_end_when_the_closed_solution_says(tree, sense):
     built = shaken(tree(), sense)

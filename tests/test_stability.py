@@ -143,6 +143,7 @@ def untimed(summary):
     return {name: value for name, value in summary.items() if name not in TIMINGS}
 
 
+@pytest.mark.few("rod-slider+crank-rod+ground-crank")
 @pytest.mark.parametrize("names", list(itertools.permutations(extremes.JOINTS)), ids="+".join)
 def test_the_order_of_joints_in_the_file_does_not_matter(names):
     changes = {"simulate.revolutions": 0.5, "mechanism.gravity": 9.81, "joints.rod-slider.clearance": 2e-4}
@@ -168,6 +169,7 @@ def test_bodies_of_a_pair_may_be_swapped():
     assert untimed(first) == untimed(other)
 
 
+@pytest.mark.few("rod-slider")
 @pytest.mark.parametrize("name", extremes.JOINTS)
 def test_either_body_may_carry_the_journal_where_nothing_rubs(name):
     """Without friction only the normal counts, which both surfaces share: from concentric pins the motion is one."""

@@ -19,6 +19,7 @@ def case(speed=100.0):
     return slider_crank(drive=Constant(speed))
 
 
+@pytest.mark.few("8")
 @pytest.mark.parametrize("turns", [1, 8])
 def test_many_angles_give_the_forces_of_few(turns):
     """At stations of all turns, between them, and where both are asked for at once."""

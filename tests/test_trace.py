@@ -37,6 +37,7 @@ def test_all_stages_observed_at_once_have_the_bits_of_each_in_every_example(name
             np.testing.assert_array_equal(each, together)
 
 
+@pytest.mark.few("slider_crank.yaml", "lubricated.yaml", "worn_slider_crank.yaml", "spatial_four_bar.yaml")
 @pytest.mark.parametrize("name", CONFIGS)
 def test_machine_code_does_what_the_body_does(name):
     """To rounding: where nothing fuses, sums of products differ in their last digits, and what cancels by more."""

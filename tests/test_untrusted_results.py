@@ -245,6 +245,7 @@ HARMED = {
 }
 
 
+@pytest.mark.few("parts-cut", "shards-gone")
 @pytest.mark.parametrize(("folder", "harm"), [(folder, harm) for folder in HARMED for harm in HARMED[folder]])
 def test_a_batch_that_is_damaged_while_a_run_works_is_said_and_runs_again(tmp_path, monkeypatch, folder, harm):
     source, out, commit, done = fake_physics.grid(6, wear=True), tmp_path / "run", store.commit, []

@@ -106,6 +106,7 @@ def life(limit, of="wear_depth_max", **wear):
     return made | {"life": {"limit": limit, "of": of, "joint": "slot", "tolerance": 0.05}}
 
 
+@pytest.mark.slow
 def test_a_life_of_a_slot_whose_wear_does_not_act_is_limit_over_rate():
     source = life(5e-6)
     path = clearsweep.simulate(clearsweep.load_case(source))
