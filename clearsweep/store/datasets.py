@@ -7,18 +7,19 @@ import struct
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, NamedTuple, Protocol
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
-import h5py
 import numpy as np
 import pyarrow as pa
-from h5py import h5d, h5l, h5t, h5z
 from isal import isal_zlib
 
 from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Column, Layout
 from . import durable
 from .record import MisshapenError
+
+if TYPE_CHECKING:  # imported only where histories are read or written
+    import h5py
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Columns of Arrow tables: their fields, and their values as arrays of numpy and back, without loading pandas.
@@ -108,7 +109,7 @@ ID_LENGTH = 16  # hexadecimal digits of a case_id
 GROUP = "worst"  # of orbits.h5: the peak revolutions of the worst cases
 JOINT, TURNS, OFFSETS = f"{GROUP}/joint", f"{GROUP}/turns", f"{GROUP}/offsets"
 _PEAK, _PEAK_SAMPLE = "peak", "sample of a peak"  # items of this group
-_FILTERS = {h5z.FILTER_DEFLATE, h5z.FILTER_SHUFFLE, h5z.FILTER_FLETCHER32}  # another could load a library
+_FILTERS = {1, 2, 3}  # deflate, shuffle and Fletcher32 of HDF5: another could load a library
 _IS_HEX_DIGIT = np.isin(np.arange(256), np.frombuffer(b"0123456789abcdef", "u1"))  # by byte
 LARGEST_CLOCK = 1e15  # s or rad; a step of a rounded crank angle is then 0.1 rad
 _CLOCKS = ("t", "crank_angle", "events/t")  # never NaN
@@ -143,15 +144,18 @@ class Dataset(NamedTuple):
 
 
 def _names_dtype(names: Sequence[str]) -> np.dtype:
-    """Return the type of the numbers of some names; HDF5 needs at least one."""
-    dtype: np.dtype = h5py.enum_dtype({name: code for code, name in enumerate(names or ["none"])}, basetype="i1")
-    return dtype
+    """Return the type of the numbers of some names, as h5py marks an enum; HDF5 needs at least one."""
+    return np.dtype("i1", metadata={"enum": {name: code for code, name in enumerate(names or ["none"])}})
+
+
+def words_of_codes(dtype: np.dtype) -> dict[str, int] | None:
+    """Return the codes of the words of an enum, None for another type."""
+    return dtype.metadata.get("enum") if dtype.metadata else None
 
 
 def event_datasets(layout: Layout) -> list[Dataset]:
     """Return the datasets of contact events."""
-    joints = _names_dtype(layout.contacts)
-    kinds = h5py.enum_dtype({kind: code for code, kind in enumerate(results.EVENT_KINDS)}, basetype="i1")
+    joints, kinds = _names_dtype(layout.contacts), _names_dtype(results.EVENT_KINDS)
     return [
         Dataset("events/t", np.dtype("f8"), "s", "time of the event", EVENT),
         Dataset("events/joint", joints, "1", "joint of the event", EVENT),
@@ -280,6 +284,8 @@ class StoredNames(NamedTuple):
 @lru_cache(8)
 def _expected(names: StoredNames, *, with_peaks: bool) -> _Expected:
     """Return what the contract says of a file."""
+    from h5py import h5t
+
     offsets = offset_datasets(names)
     all_datasets = [CASE_ID, *offsets.values(), *datasets(names), *(peak_datasets(names.layout) if with_peaks else ())]
     by_path = {dataset.path: dataset for dataset in all_datasets}
@@ -301,7 +307,7 @@ class Contents(NamedTuple):
 @contextlib.contextmanager
 def open_orbits(
     path: Path, schema: Stored, rows: int, *, mark: str | None = None, plain: bool = False
-) -> Iterator[tuple[h5py.File, Contents]]:
+) -> Iterator[tuple["h5py.File", Contents]]:
     """Yield a file of orbits that has the datasets of `schema` for `rows` cases, and nothing else; with its contents.
 
     An HDF5 file can refer to other files, pipes and libraries.  So every link must be a hard one, and every dataset an
@@ -310,6 +316,8 @@ def open_orbits(
 
     Raises MisshapenError, or what HDF5 raises: OSError, RuntimeError, KeyError, ValueError or TypeError.
     """
+    import h5py
+
     durable.open_regular(path).close()
     with h5py.File(path, "r") as file:
         stored_mark = file.attrs["clearsweep"] if mark is not None else None
@@ -318,8 +326,10 @@ def open_orbits(
         yield file, _check_file(file, schema, rows, os.stat(path).st_size if plain else None)
 
 
-def _check_file(file: h5py.File, schema: Stored, rows: int, plain_size: int | None) -> Contents:
+def _check_file(file: "h5py.File", schema: Stored, rows: int, plain_size: int | None) -> Contents:
     """Return the contents of a file; raise MisshapenError if it has others than `schema` says."""
+    from h5py import h5d
+
     has_peaks = bool(file.id.links.exists(GROUP.encode()))  # `in` would follow a link
     expected = _expected(StoredNames(schema.layout, schema.histories), with_peaks=has_peaks)
     _check_links(file, expected)
@@ -346,8 +356,10 @@ def _check_file(file: h5py.File, schema: Stored, rows: int, plain_size: int | No
     return contents
 
 
-def _check_links(file: h5py.File, expected: _Expected) -> None:
+def _check_links(file: "h5py.File", expected: _Expected) -> None:
     """Check that the names in a file are those of the contract, and that none leads elsewhere."""
+    from h5py import h5l
+
     missing, refused = set(expected.datasets), []
 
     def visit(name: bytes, link: Any) -> str | None:
@@ -366,6 +378,8 @@ def _check_links(file: h5py.File, expected: _Expected) -> None:
 
 def _check_dataset(path: str, dataset: Any, expected_type: Any, *, plain: bool) -> None:
     """Check the type of a dataset, and that its values are in this file."""
+    from h5py import h5d
+
     properties = dataset.get_create_plist()
     filters = {properties.get_filter(number)[0] for number in range(properties.get_nfilters())}
     layouts = (h5d.CONTIGUOUS,) if plain else (h5d.CONTIGUOUS, h5d.CHUNKED)
@@ -380,7 +394,7 @@ def _check_shape(path: str, shape: tuple[int, ...], expected: tuple[int, ...]) -
         raise MisshapenError(f"{path} has the shape {shape}, not {expected}")
 
 
-def _read_ids(file: h5py.File, rows: int, *, has_peaks: bool) -> np.ndarray:
+def _read_ids(file: "h5py.File", rows: int, *, has_peaks: bool) -> np.ndarray:
     """Return the identities of the cases; they are checked, and those of peaks are among them."""
     _check_shape(CASE_ID.path, file[CASE_ID.path].shape, (rows,))
     ids: np.ndarray = file[CASE_ID.path][:]
@@ -391,13 +405,13 @@ def _read_ids(file: h5py.File, rows: int, *, has_peaks: bool) -> np.ndarray:
     return ids
 
 
-def read_values(file: h5py.File, path: str, span: Any) -> np.ndarray:
+def read_values(file: "h5py.File", path: str, span: Any) -> np.ndarray:
     """Return a part of a dataset of a checked file; MisshapenError for values that no run writes.
 
     Codes are those of a word; times and crank angles are up to LARGEST_CLOCK, other numbers up to LARGEST, or NaN.
     """
     values: np.ndarray = file[path][span]
-    words = h5py.check_enum_dtype(file[path].dtype)
+    words = words_of_codes(file[path].dtype)
     try:
         if words is not None:
             check_values(path, values, len(words))

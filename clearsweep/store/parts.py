@@ -8,7 +8,6 @@ from io import BufferedReader
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeVar
 
-import h5py
 import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
@@ -21,6 +20,7 @@ from .directory import IDS_FILE, ORBITS_FILE, SUMMARY_FILE
 from .record import MisshapenError, damaged_error
 
 if TYPE_CHECKING:
+    import h5py
     import pandas as pd
 
 READ_AROUND = 1024  # identities read on each side of the expected position
@@ -47,8 +47,10 @@ class Part:
             yield table
 
     @contextlib.contextmanager
-    def orbits(self) -> Iterator[h5py.File]:
+    def orbits(self) -> Iterator["h5py.File"]:
         """Yield orbits.h5, whose parts are verified on reading; DamagedError if it is not as a run writes it."""
+        import h5py
+
         path = self.files[ORBITS_FILE]
         with damage_said(path, RuntimeError, KeyError, TypeError):  # of HDF5 and h5py
             durable.open_regular(path).close()

@@ -63,6 +63,8 @@ from ..simulation.figures.window import by_joint
 from ..simulation.machine.ideal import ideal_peaks
 from ..simulation.running.run import integration_of
 from ..simulation.setup import scene
+from ..sweeping.pool.executors import EXECUTORS, cores
+from ..sweeping.pool.system import no_preparation
 from ..tracing.compiled.dual import Moving, slope
 from . import extreme_machines, extremes
 from .extremes import ExtremeCase, tune_case
@@ -77,12 +79,12 @@ ANGLES = np.linspace(0.0, 2.0 * math.pi, 361)
 
 
 def measure(*, quick: bool = False, report_progress: Callable[[str], None] | None = None) -> dict[str, Any]:
-    """Return the results of all cases of the table, `rows`, and their summary.
+    """Return the results of all cases of the table, `rows`, and their summary; a process for each core runs them.
 
-    `quick` runs some of each group, and none of `extreme_machines`, each kind of which compiles a
+    `quick` runs, in this process, some of each group, and none of `extreme_machines`, each kind of which compiles a
     scene; `report_progress` is called with messages.
     """
-    rows, begin = [], time.perf_counter()
+    begin = time.perf_counter()
     all_cases = (
         *extremes.extreme_cases(),
         *extreme_machines.machine_cases(),
@@ -90,10 +92,15 @@ def measure(*, quick: bool = False, report_progress: Callable[[str], None] | Non
         *extreme_machines.spatial_cases(),
     )
     selected = select_evenly(extremes.extreme_cases(), QUICK_CASES) if quick else all_cases
-    for group in dict.fromkeys(case.group for case in selected):
-        if report_progress:
-            report_progress(f"stability: {group}")
-        rows += [run_case(case) for case in selected if case.group == group]
+    groups = dict.fromkeys(case.group for case in selected)
+    if report_progress:
+        report_progress(f"stability: {len(selected)} cases")
+    pool = EXECUTORS["serial" if quick else "local"](cores(), None, no_preparation)
+    try:
+        futures = [pool.submit(run_case, case) for group in groups for case in selected if case.group == group]
+        rows = [future.result() for future in futures]
+    finally:
+        pool.close()
     failures = [row for row in rows if row["failure"]]
     return {
         "cases": len(rows),

@@ -1,16 +1,20 @@
 """Checks a case of every file of configs/: `PYTHONPATH=tests python -m bench.checked [--write] [NAME ...]`.
 
-It runs `clearsweep check --case first` in turn and prints a row per file; --write puts them into results/checked.md.
+It runs `clearsweep check --case first` in a process for each core and prints a row per file, those that took longest
+before at first; --write puts them into results/checked.md.
 """
 
 import argparse
+import multiprocessing
 import re
 import time
+from concurrent.futures import ProcessPoolExecutor, as_completed
 from pathlib import Path
 
 from clearsweep import grid
 from clearsweep.language.errors import InputError
 from clearsweep.simulation.setup import scene
+from clearsweep.sweeping.pool.executors import cores
 from clearsweep.verify import check
 from clearsweep.verify.accuracy import describe_measurement
 
@@ -59,10 +63,21 @@ def files() -> list[Path]:
     return sorted((ROOT / "configs").glob("*.yaml"))
 
 
+def known_rows() -> dict[str, str]:
+    """Return the rows of the page by file."""
+    text = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
+    return {line.split()[1]: line for line in text.splitlines() if re.match(r"\| \S+\.yaml ", line)}
+
+
+def seconds_before(path: Path) -> float:
+    """Return the processor time (s) that a file took when its row of the page was measured; infinite for a new one."""
+    match = re.search(r"\| (\d+) \|$", known_rows().get(path.name, ""))
+    return float(match[1]) if match else float("inf")
+
+
 def write(rows: dict[str, str]) -> None:
     """Put rows by file into the page, in place of those that it has of these files."""
-    text = PAGE.read_text(encoding="utf-8") if PAGE.exists() else ""
-    known = {line.split()[1]: line for line in text.splitlines() if re.match(r"\| \S+\.yaml ", line)} | rows
+    known = known_rows() | rows
     missing = [path.stem for path in files() if path.name not in known]
     facts = describe_measurement("PYTHONPATH=tests python -m bench.checked --write")
     lines = [
@@ -87,11 +102,12 @@ def main() -> None:
     given = reader.parse_args()
     paths = [ROOT / "configs" / f"{name}.yaml" for name in given.names] or files()
     print("\n".join(HEAD), flush=True)
-    for path in paths:
-        row = row_of(path)
-        print(row, flush=True)
-        if given.write:
-            write({path.name: row})
+    with ProcessPoolExecutor(cores(), multiprocessing.get_context("spawn")) as pool:
+        files_of_rows = {pool.submit(row_of, path): path.name for path in sorted(paths, key=seconds_before)[::-1]}
+        for done in as_completed(files_of_rows):
+            print(done.result(), flush=True)
+            if given.write:
+                write({files_of_rows[done]: done.result()})
 
 
 if __name__ == "__main__":

@@ -10,10 +10,6 @@ from os import PathLike, fspath
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from ruamel.yaml import YAML
-from ruamel.yaml.error import MarkedYAMLError, YAMLError
-from ruamel.yaml.nodes import MappingNode, Node, SequenceNode
-
 from ...language.errors import InputError, quoted
 
 if TYPE_CHECKING:  # few grids name workbooks
@@ -287,6 +283,9 @@ def read_document(source: str | PathLike | Mapping, problems: Problems) -> Writt
     """Return the document in a file or a dict; raise InputError if it cannot be read at all."""
     if not isinstance(source, (str, PathLike)):
         return written_of(source, "")
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import MarkedYAMLError, YAMLError
+
     name = fspath(source)
     try:
         check_regular_file(name, _MAX_BYTES)
@@ -327,7 +326,7 @@ def check_regular_file(name: str | PathLike, max_bytes: int) -> None:
         raise OSError(0, f"it has {file_status.st_size:,} bytes, more than the {max_bytes:,} that are read")
 
 
-def _check_depth(root: Node, origin: str) -> None:
+def _check_depth(root: Any, origin: str) -> None:
     """Raise InputError if a document is nested too deeply for the functions that read it; aliases count as nesting."""
     heights: dict[int, int] = {}  # of the finished nodes, each visited once
     pending = {id(root): (root, iter(_children(root)))}  # the nodes around the present one
@@ -344,7 +343,7 @@ def _check_depth(root: Node, origin: str) -> None:
             raise InputError(f"{origin}:{mark.line + 1}:{mark.column + 1}: {_TOO_DEEP}")
 
 
-def _children(node: Node) -> list[Node]:
+def _children(node: Any) -> list[Any]:
     """Return the sections and lists directly in a node, keys of sections included."""
     entries = node.value if isinstance(node.value, list) else []
     parts = (part for entry in entries for part in (entry if isinstance(entry, tuple) else (entry,)))
@@ -401,7 +400,7 @@ def _with_value(
 
 
 def from_node(
-    node: Node, origin: str, path: str, problems: Problems, nodes_read: dict[int, WrittenValue | None]
+    node: Any, origin: str, path: str, problems: Problems, nodes_read: dict[int, WrittenValue | None]
 ) -> WrittenValue:
     """Return the value of a YAML node; a node with aliases is converted once."""
     location = (origin, node.start_mark.line + 1, node.start_mark.column + 1)
@@ -413,7 +412,7 @@ def from_node(
     nodes_read[id(node)] = None
     if str(node.tag).removeprefix(_TAG_PREFIX) not in _UNTAGGED_TYPES:
         problems.add(WrittenValue(None, *location), path, f"the YAML tag {node.tag} is not supported; remove the tag")
-    if isinstance(node, MappingNode):
+    if node.id == "mapping":
         values: dict[str, WrittenValue] = {}
         keys: dict[str, WrittenValue] = {}
         inherited: dict[str, WrittenValue] = {}  # by merge keys, so that nothing is missing where one is reported
@@ -434,7 +433,7 @@ def from_node(
             is_blank = value.value is None and not value_node.value  # an empty value has no position
             values[key], keys[key] = key_location if is_blank else value, key_location
         written = WrittenValue(inherited | values, *location, keys)
-    elif isinstance(node, SequenceNode):
+    elif node.id == "sequence":
         written = WrittenValue([from_node(item, origin, path, problems, nodes_read) for item in node.value], *location)
     else:
         written = WrittenValue(
@@ -521,6 +520,9 @@ def apply_overrides(root: WrittenValue, overrides: OverriddenGrid, problems: Pro
 
 def _read_yaml_text(origin: str, path: str, text: str, problems: Problems) -> WrittenValue:
     """Return the value of a YAML text that comes from `origin`."""
+    from ruamel.yaml import YAML
+    from ruamel.yaml.error import YAMLError
+
     try:
         node = YAML(typ="safe", pure=True).compose(text)
     except (YAMLError, ValueError):

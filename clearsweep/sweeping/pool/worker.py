@@ -15,6 +15,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, NamedTuple, Protocol
 
+import h5py  # noqa: F401 - workers are forks: what a commit needs is loaded before, and once
 import numpy as np
 
 from ... import store
