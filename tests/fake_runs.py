@@ -98,6 +98,10 @@ def ids(cases):
     return [cases.case_id(k) for k in range(len(cases))]
 
 
+def _columns_of(frame):
+    return {name: frame[name].to_numpy() for name in frame}
+
+
 class OfFrame:
     """The reading interface of a store whose summary is the frame `summary`, its units in `attrs`."""
 
@@ -126,7 +130,12 @@ class OfFrame:
 
     def column(self, name):
         """Return one column."""
-        return self.summary[name]
+        values = self.summary[name]
+        return (
+            values.to_numpy()
+            if values.dtype.kind in "if"
+            else values.astype(object).where(values.notna(), None).to_numpy()
+        )
 
     def event_blocks(self):
         """Yield nothing: there are no events."""
@@ -135,6 +144,18 @@ class OfFrame:
     def poincare(self, case_id):
         """Return None: there are no states at crank angle 0."""
         return pd.DataFrame()
+
+    def orbit_columns(self, case_id):
+        """Return the columns of `orbit`."""
+        return _columns_of(self.orbit(case_id))
+
+    def event_columns(self, case_id):
+        """Return the columns of `events`."""
+        return _columns_of(self.events(case_id))
+
+    def section_columns(self, case_id):
+        """Return the columns of `poincare`."""
+        return _columns_of(self.poincare(case_id))
 
 
 RPM = 2.0 * np.pi / 60.0

@@ -218,7 +218,7 @@ def test_the_page_of_a_sweep_without_clearance_shows_links_that_bend(tmp_path):
     assert {"bending-links", "main-effects"} <= sections.keys()
     sentences = " ".join(sections["bending-links"].sentences)
     assert "The drive turns at 0.12 of the first bending rate of rod." in sentences
-    worst = str(study.cases["rod_stress_max"].idxmax())
+    worst = study.cases.worst_case("rod_stress_max")
     player = player_data(study, worst, saved_channels(study.run, worst))
     (bend,) = [body["bend"] for body in player.data["bodies"] if "bend" in body]
     assert bend["name"] == "rod"

@@ -419,7 +419,7 @@ def test_any_case_but_the_drawn_one_can_be_chosen_the_deepest_first():
     run = Run(sweep=SWEEP)
     (choice,) = wear_blocks(run, Interactive)
     prepared = prepare(run)
-    order = prepared.cases["rod_slider_wear_depth_max"].sort_values(ascending=False).index[1:]
+    order = prepared.cases.index[prepared.cases.ordered("rod_slider_wear_depth_max")][1:]
     assert [case["name"].split(":")[0] for case in choice.data["cases"]] == [prepared.setting(each) for each in order]
     depths = run.wear(order[0])["rod_slider"]
     most = max(depth.max() for depth in depths)

@@ -182,8 +182,8 @@ def test_wear_is_shown_in_units_of_designers_beside_those_of_the_window():
     prepared = prepare(Run())
     hours, strokes = (prepared.cases[f"rod_slider_wear_depth_{name}"] for name in ("1000_hours", "million_strokes"))
     turns = prepared.base["simulate"]["revolutions"] - prepared.base["simulate"]["discard"]
-    assert hours.to_numpy() == pytest.approx(prepared.cases["rod_slider_wear_rate_max"].to_numpy() * 1000.0 * 3600.0)
-    assert strokes.to_numpy() == pytest.approx(prepared.cases["rod_slider_wear_depth_max"].to_numpy() / turns * 1e6)
+    assert hours == pytest.approx(prepared.cases["rod_slider_wear_rate_max"] * 1000.0 * 3600.0)
+    assert strokes == pytest.approx(prepared.cases["rod_slider_wear_depth_max"] / turns * 1e6)
     (table,) = [block for block in sections.wear_sections(prepared)[0].blocks if isinstance(block, Table)]
     assert {"depth per 1000 h", "depth per 10⁶ strokes", "pressure peak", "pV peak"} <= {
         column.name for column in table.columns
@@ -561,7 +561,7 @@ def test_a_map_shows_the_worst_of_a_cell_or_on_request_the_median(limited_run):
     for typical, reduced, word in ((False, np.max, "Largest over"), (True, np.median, "Median over")):
         prepared = prepare(limited_run, shows_median=typical)
         across, up = prepared.axes[0], prepared.axes[3]
-        values = prepared.cases[PEAK].to_numpy(float)
+        values = prepared.cases[PEAK]
         table = reduce_over_other_axes(prepared, values, (across, up), reduced)
         at = (prepared.cases[across.path] == across.values[1]) & (prepared.cases[up.path] == up.values[2])
         assert table[2, 1] == reduced(values[at])
@@ -627,7 +627,7 @@ def test_the_map_shows_cases_between_its_cells(tmp_path):
     assert f"The {len(added_distances)} dots between cells are cases that refine added" in picture.caption
     assert len(draw_svg(picture, "map")) > 1000
     across, up = prepared.axes
-    dots = verdict_section.added_points(prepared, (prepared.cases[EXCEEDED_COLUMN] != "").to_numpy(float), across, up)
+    dots = verdict_section.added_points(prepared, (prepared.cases[EXCEEDED_COLUMN] != "").astype(float), across, up)
     assert len(own) == 20
     mass, speed = 0.1 + 0.2 * dots.x, 100.0 + 200.0 * dots.y  # both axes have equal steps
     assert np.array_equal(np.hypot(mass, speed / 1000.0) > 0.6137, dots.failing)

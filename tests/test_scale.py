@@ -111,7 +111,7 @@ def test_values_are_found_on_their_axis(chance):
         expected = [
             next((k for k, value in enumerate(values) if abs(value - each) <= 1e-9 * value), -1) for each in given
         ]
-        np.testing.assert_array_equal(index_on_axis(axis(values), pd.Series(given)), expected)
+        np.testing.assert_array_equal(index_on_axis(axis(values), given), expected)
 
 
 def test_a_map_of_many_cells_takes_no_pass_over_all_cases_for_each(chance):

@@ -1,13 +1,13 @@
 """Axes, cases and figures of a run for display: scales, units, texts, columns read on demand."""
 
 import bisect
+import math
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Iterable, Mapping
+from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-import pandas as pd
 
 from .. import grid
 from ..answers.ranking import ranking_of
@@ -97,11 +97,17 @@ class Axis(NamedTuple):
         return f"{self.name} [{self.scale.unit}]" if self.scale.unit and not is_named else self.name
 
 
-def index_on_axis(axis: Axis, values: pd.Series) -> np.ndarray:
+def is_missing(value: object) -> bool:
+    """Return whether a value of a table is missing: None or NaN."""
+    return value is None or (isinstance(value, float) and math.isnan(value))
+
+
+def index_on_axis(axis: Axis, values: np.ndarray) -> np.ndarray:
     """Return the index of each value on its axis (0, 1, ...), -1 if it is not on the axis."""
     if not axis.is_numeric:
-        return values.map({value: index for index, value in enumerate(axis.values)}).fillna(-1).to_numpy(np.int32)
-    axis_values, case_values = np.asarray(axis.values, float), values.to_numpy(float)
+        index_of = {value: index for index, value in enumerate(axis.values)}
+        return np.array([index_of.get(value, -1) for value in values], np.int32)
+    axis_values, case_values = np.asarray(axis.values, float), np.asarray(values, float)
     order, indices = np.argsort(axis_values), np.empty(len(case_values), np.int32)
     for start in range(0, len(case_values), CHUNK_VALUES):
         chunk = case_values[start : start + CHUNK_VALUES]
@@ -224,27 +230,27 @@ CACHED_VALUES = 3_000_000  # values in memory, of the latest columns: of a milli
 
 
 class Rows:
-    """Some cases of a run by case_id, ascending: numbers as float64, NaN for missing values.
+    """Some cases of a run by case_id, ascending: `index` has these, `rows[column]` an array of a column.
 
-    It reads like a DataFrame: `rows[column]`, `rows.at[case_id, column]`, `column in rows`, `rows.index`.
+    Numbers are float64, NaN for missing values; texts are objects, None for missing ones.
     """
 
     def __init__(
         self,
         run: StoredRun,
-        ids: pd.Series,
+        ids: np.ndarray,
         is_selected: np.ndarray,
         text_columns: set[str],
-        derived: Mapping[str, Callable[["Rows"], pd.Series]] | None = None,
+        derived: Mapping[str, Callable[["Rows"], np.ndarray]] | None = None,
     ) -> None:
         """Take the case_id of all rows of a summary, the mask of these cases, text and computed columns."""
         self._run, self._text_columns, self._derived = run, text_columns, derived or {}
         self.selected = is_selected  # (rows of the summary,)
         self._selection = slice(None) if is_selected.all() else is_selected
-        self.index = pd.Index(ids[self._selection], name="case_id")
+        self.index = ids[self._selection]
         self.columns = [name for name in run.columns if name != "case_id"] + list(self._derived)
         self._names = frozenset(self.columns)
-        self._column_cache: OrderedDict[str, pd.Series] = OrderedDict()
+        self._column_cache: OrderedDict[str, np.ndarray] = OrderedDict()
         self._result_cache: dict[Hashable, Any] = {}
 
     def __len__(self) -> int:
@@ -253,7 +259,7 @@ class Rows:
     def __contains__(self, column: str) -> bool:
         return column in self._names
 
-    def __getitem__(self, column: str) -> pd.Series:
+    def __getitem__(self, column: str) -> np.ndarray:
         """Return a column; raise KeyError if it is missing."""
         if column in self._column_cache:
             self._column_cache.move_to_end(column)
@@ -272,11 +278,9 @@ class Rows:
             return self[column]
         return default
 
-    def _read(self, column: str) -> pd.Series:
-        values = self._run.column(column)[self._selection]
-        if column in self._text_columns:
-            return values.set_axis(self.index)
-        return pd.Series(values.to_numpy(float, na_value=np.nan), self.index, name=column)
+    def _read(self, column: str) -> np.ndarray:
+        values: np.ndarray = self._run.column(column)[self._selection]
+        return values if column in self._text_columns else values.astype(float, copy=False)
 
     @property
     def empty(self) -> bool:
@@ -288,6 +292,10 @@ class Rows:
         """Return an indexer of one value by `[case_id, column]`."""
         return _CellIndexer(self)
 
+    def rows_of(self, case_ids: Sequence[str]) -> np.ndarray:
+        """Return the rows of cases that are among them."""
+        return np.searchsorted(self.index, np.asarray(case_ids, object))
+
     def row_of(self, case_id: str) -> int:
         """Return the row of a case, -1 if it is not among them."""
         row = bisect.bisect_left(range(len(self)), case_id, key=self.index.__getitem__)
@@ -297,16 +305,28 @@ class Rows:
         """Return the largest value of a figure, or NaN if it has no value or column."""
         if column not in self:
             return np.nan
-        return self.cached(("largest", column), lambda: float(self[column].max()) if len(self) else np.nan)
+        return self.cached(("largest", column), lambda: float(np.fmax.reduce(self[column], initial=np.nan)))
+
+    def smallest(self, column: str) -> float:
+        """Return the smallest value of a figure, NaN if it has none."""
+        return float(np.fmin.reduce(self[column], initial=np.nan))
+
+    def varies(self, column: str) -> bool:
+        """Return whether cases differ in a figure."""
+        return column in self and self.smallest(column) < self.largest(column)
+
+    def worst_case(self, column: str, *, smallest: bool = False) -> str:
+        """Return the case with the largest (or smallest) value of a column, or the first one if none has a value."""
+        return str(self.index[self.ordered(column, smallest=smallest)[0]])
 
     def ordered(self, column: str, *, smallest: bool = False) -> np.ndarray:
         """Return the indices of all cases by the value of a column, descending (or ascending), missing values last."""
-        values = self[column].to_numpy()
+        values = self[column]
         return np.argsort(values if smallest else -values, kind="stable")
 
     def representative_cases(self, column: str) -> tuple[str, ...]:
         """Return the cases with the largest, the median and the smallest value of a column, without repetition."""
-        order = self.ordered(column)[: int(self[column].count())]
+        order = self.ordered(column)[: np.count_nonzero(~np.isnan(self[column]))]
         return tuple(self.index[order[k]] for k in dict.fromkeys((0, len(order) // 2, len(order) - 1)) if len(order))
 
     def cached(self, key: Hashable, compute: Callable[[], Result]) -> Result:
@@ -325,14 +345,14 @@ class _CellIndexer:
         row = self._rows.row_of(case_id)
         if row < 0:
             raise KeyError(case_id)
-        return self._rows[column].iloc[row]
+        return self._rows[column][row]
 
 
-def dependent_values(definitions: Definitions, path: str, cases: Rows, base: Mapping) -> pd.Series:
+def dependent_values(definitions: Definitions, path: str, cases: Rows, base: Mapping) -> np.ndarray:
     """Return a number derived from swept names, for every case."""
-    axes = {f"define.{name}": cases[f"define.{name}"].to_numpy() for name in sorted(definitions.varied_names)}
+    axes = {f"define.{name}": cases[f"define.{name}"] for name in sorted(definitions.varied_names)}
     points = (dict(zip(axes, values, strict=True)) for values in zip(*axes.values(), strict=True))
-    return pd.Series([definitions.values_at(point)[path] for point in points], cases.index, dtype="float64")
+    return np.array([definitions.values_at(point)[path] for point in points], float)
 
 
 # The figure of a joint that leads maps, effects and comparisons, according to the grid.

@@ -3,7 +3,6 @@
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from .. import simulation
 from ..answers.verdict import EXCEEDED_COLUMN, MARGIN_COLUMN
@@ -14,7 +13,7 @@ from .axis import PEAK, Axis, value_at
 from .blocks.section import Part, Picture
 from .blocks.table import Column, Quantity, Table, count_cell
 from .draw import comparison
-from .statistics.effects import MatchedCases, axis_key
+from .statistics.effects import MatchedCases, MatchedTable, axis_key
 from .study import Joint, Study, joint_with_laws, resolve_cases
 
 # Compares the elastic laws in one joint: force over penetration, and the ratios of these forces.
@@ -31,13 +30,16 @@ def compare_swept_laws(study: Study, axis: Axis, joint: Joint) -> Part:
 
     Each law is evaluated in the case that shares the most other axis values with the case of largest peak force.
     """
-    hardest_case_id = study.cases[joint.column(PEAK.figure)].idxmax()
+    hardest_case_id = study.cases.worst_case(joint.column(PEAK.figure))
     other_paths = [other.path for other in study.swept() if other is not axis]
-    shared_axis_values = pd.Series(0, study.cases.index)
+    shared_axis_values = np.zeros(len(study.cases), int)
     for path in other_paths:
         shared_axis_values += study.cases[path] == study.cases.at[hardest_case_id, path]
     laws_with_cases = [law for law in axis.values if (study.cases[axis.path] == law).any()]
-    closest_case_ids = [shared_axis_values[study.cases[axis.path] == law].idxmax() for law in laws_with_cases]
+    closest_case_ids = [
+        study.cases.index[np.where(study.cases[axis.path] == law, shared_axis_values, -1).argmax()]
+        for law in laws_with_cases
+    ]
     try:
         sections = [joint_with_laws(resolved_case, joint) for resolved_case in resolve_cases(study, closest_case_ids)]
     except InputError:
@@ -58,7 +60,7 @@ def compare_allowed_laws(study: Study, joint: Joint) -> Part | None:
     path = f"joints.{joint.title}.contact.material"
     if value_at(study.base, path) is None and not any(axis.path.startswith(path) for axis in study.axes):
         return None
-    hardest_case_id = study.cases[joint.column(PEAK.figure)].idxmax()
+    hardest_case_id = study.cases.worst_case(joint.column(PEAK.figure))
     try:
         section = joint_with_laws(resolve_cases(study, [hardest_case_id])[0], joint)
     except InputError:  # laws of another version, or of a law file
@@ -227,27 +229,26 @@ def compare_restitutions(study: Study, axis: Axis, joint: Joint) -> Part:
     """Return sentence, picture and table of the swept laws of a joint."""
     # Law and specified restitution of each case
     path = f"joints.{joint.title}.contact.restitution"
-    specified = study.cases[path] if path in study.cases else value_at(study.base, path)
-    points = pd.DataFrame({"law": study.cases[axis.path], "specified": specified}, index=study.cases.index)
-    points = points.astype({"specified": float})
-    representatives = points.drop_duplicates()
-    displayed = _displayed_values(points["specified"])
-    representatives = representatives[
-        representatives["specified"].isna() | representatives["specified"].isin(displayed)
-    ]
+    laws = study.cases[axis.path]
+    specified = np.asarray(study.cases.get(path, value_at(study.base, path)), float) + np.zeros(len(laws))
+    displayed = {None, *_displayed_values(specified)}
+    points = [(law, None if np.isnan(value) else value) for law, value in zip(laws, specified.tolist(), strict=True)]
+    representatives = {point: row for row, point in reversed([*enumerate(points)]) if point[1] in displayed}
+    representatives = dict(sorted(representatives.items(), key=lambda entry: entry[1]))
     try:
-        sections = [joint_with_laws(case, joint) for case in resolve_cases(study, representatives.index)]
+        cases = resolve_cases(study, study.cases.index[list(representatives.values())])
+        sections = [joint_with_laws(case, joint) for case in cases]
     except InputError:
         return Part([UNKNOWN_LAW_TEXT], [], [])
     rows = []
-    for (law, value), section in zip(representatives.itertuples(index=False), sections, strict=True):
+    for point, section in zip(representatives, sections, strict=True):
         effective = simulation.restitution(section)
         rows.append(
             EffectiveRestitution(
-                law,
+                point[0],
                 section.contact.values.get("restitution", np.nan),
                 np.nan if effective is None else effective,
-                _measured_restitution(study, points, joint, law, value),
+                _measured_restitution(study, joint, np.array([each == point for each in points], bool)),
             )
         )
     rows.sort(key=lambda row: (np.isnan(row.specified), row.specified, axis.values.index(row.law)))
@@ -259,20 +260,21 @@ def compare_restitutions(study: Study, axis: Axis, joint: Joint) -> Part:
     )
 
 
-def _displayed_values(specified: pd.Series) -> np.ndarray:
+def _displayed_values(specified: np.ndarray) -> np.ndarray:
     """Return the displayed values of the restitution, at most MAX_VALUES."""
-    known = np.sort(specified.dropna().unique())
+    known = np.unique(specified[~np.isnan(specified)])
     if not len(known):
         return known
     return known[np.unique(np.linspace(0, len(known) - 1, MAX_VALUES).round().astype(int))]
 
 
-def _measured_restitution(study: Study, points: pd.DataFrame, joint: Joint, law: str, specified: float) -> float:
-    """Return the median of the measured restitution of the cases of a law, or NaN if none was measured."""
+def _measured_restitution(study: Study, joint: Joint, is_chosen: np.ndarray) -> float:
+    """Return the median of the measured restitution of some cases, or NaN if none was measured."""
     if not study.has(joint.column("restitution")):
         return np.nan
-    has_value = points["specified"].isna() if np.isnan(specified) else points["specified"] == specified
-    return float(study.cases[joint.column("restitution")][(points["law"] == law) & has_value].median())
+    measured = study.cases[joint.column("restitution")][is_chosen]
+    known = measured[~np.isnan(measured)]
+    return float(np.median(known)) if len(known) else np.nan
 
 
 def _restitution_table(study: Study, axis: Axis, joint: Joint, rows: list[EffectiveRestitution]) -> Table:
@@ -337,35 +339,30 @@ def compare_verdicts(study: Study, matched_cases: MatchedCases) -> Part:
     """Return how the laws on an axis change the verdict at otherwise equal values; an empty Part without limits."""
     if EXCEEDED_COLUMN not in study.cases:
         return Part([], [], [])
-    ids = matched_cases.pairs["case_id"]
-    exceeds = (study.cases[EXCEEDED_COLUMN].reindex(ids) != "").to_numpy(float)
-    pairs = matched_cases.pairs.assign(fails=exceeds, margin=study.cases[MARGIN_COLUMN].reindex(ids).to_numpy(float))
-    table = pairs.pivot_table(index="group", columns="law", values="fails", aggfunc="max")
-    table = table[table.count(axis=1) > 1]
-    if table.empty:
+    fails = (study.cases[EXCEEDED_COLUMN] != "").astype(float)
+    table = matched_cases.table(fails, np.max)
+    if not len(table.groups):
         return Part([], [], [])
-    compared = pairs[pairs["group"].isin(table.index)]
-    return Part([_sentence(study, matched_cases, table)], [], [_verdict_table(matched_cases, compared)])
+    verdict_table = _verdict_table(study, matched_cases, fails, np.isin(matched_cases.groups, table.groups))
+    return Part([_sentence(study, matched_cases, table)], [], [verdict_table])
 
 
-def _sentence(study: Study, matched_cases: MatchedCases, table: pd.DataFrame) -> str:
+def _sentence(study: Study, matched_cases: MatchedCases, table: MatchedTable) -> str:
     """Return a sentence on the number of designs whose verdict depends on the law, and where."""
-    changed = table[table.max(axis=1) > table.min(axis=1)]
-    designs_text = wording.count_text(len(table), "design")
-    if changed.empty:
-        common_verdict = "meets the limits" if not table.max().max() else "exceeds a limit" if table.min().min() else ""
+    most, least = np.nanmax(table.values, axis=1), np.nanmin(table.values, axis=1)
+    changed = np.flatnonzero(most > least)
+    designs_text = wording.count_text(len(table.groups), "design")
+    if not len(changed):
+        common_verdict = "meets the limits" if not most.max() else "exceeds a limit" if least.min() else ""
         reason = (
             f"each {common_verdict} with every law"
             if common_verdict
             else "each meets the limits with all laws, or with none"
         )
         return f"The choice of {matched_cases.axis.name} does not change the verdict on {designs_text}: {reason}."
-    group = changed.index[0]
-    row = changed.loc[group].dropna()
-    meeting, exceeding = (
-        [law for law, exceeds in row.items() if bool(exceeds) is is_exceeding] for is_exceeding in (False, True)
-    )
-    setting = study.setting(matched_cases.case_id(group, exceeding[0]), omitted_axis=matched_cases.axis)
+    meeting, exceeding = (table.levels[table.values[changed[0]] == exceeds].tolist() for exceeds in (0.0, 1.0))
+    case_id = study.cases.index[matched_cases.row(table.groups[changed[0]], exceeding[0])]
+    setting = study.setting(case_id, omitted_axis=matched_cases.axis)
     setting_text = f" at {setting}" if setting else ""
     example = (
         f"they are met with {wording.sentence_list(meeting)} and exceeded with "
@@ -376,16 +373,19 @@ def _sentence(study: Study, matched_cases: MatchedCases, table: pd.DataFrame) ->
     return f"The choice of {name} decides whether {changed_count} meet the limits. For example, {example}."
 
 
-def _verdict_table(matched_cases: MatchedCases, compared: pd.DataFrame) -> Table:
-    """Return, for each law, the number of designs that exceed a limit, and their margins."""
+def _verdict_table(study: Study, matched_cases: MatchedCases, fails: np.ndarray, is_compared: np.ndarray) -> Table:
+    """Return, for each law, the number of designs that exceed a limit, and their margins.
+
+    fails : (cases,); is_compared : (pairs,) whether the group of a pair is compared
+    """
     rows = []
     for law in matched_cases.axis.values:
-        rows_of_law = compared[compared["law"] == law]
-        if len(rows_of_law):
-            margins = rows_of_law["margin"].to_numpy()
+        cases = matched_cases.rows[is_compared & (study.cases[matched_cases.axis.path][matched_cases.rows] == law)]
+        if len(cases):
+            margins = study.cases[MARGIN_COLUMN][cases]
             finite = margins[np.isfinite(margins)]
             margin_cells = (float(finite.min()), float(np.median(finite))) if len(finite) else (np.nan, np.nan)
-            rows.append((law, count_cell(len(rows_of_law)), count_cell(int(rows_of_law["fails"].sum())), *margin_cells))
+            rows.append((law, count_cell(len(cases)), count_cell(int(fails[cases].sum())), *margin_cells))
     headings = ("designs", "that exceed a limit", "smallest margin", "median margin")
     columns = (Column(matched_cases.axis.name), *map(Column, headings))
     note = (

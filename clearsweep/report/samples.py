@@ -401,7 +401,7 @@ def failures_by_status(study: Study) -> Counter[str]:
         statuses = _summed(study, "statuses")
         del statuses["ok"]
         return statuses
-    return Counter({str(status): int(number) for status, number in study.failed["status"].value_counts().items()})
+    return Counter(study.failed["status"].tolist())
 
 
 def limit_counts(study: Study) -> LimitCounts:
@@ -437,7 +437,7 @@ def remark_counts(study: Study) -> Counter[str] | None:
 
 def limit_columns(study: Study, limit: Limit) -> dict[str, np.ndarray]:
     """Return the columns that a limit uses."""
-    return {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
+    return {name: study.cases[name] for name in (limit.column, limit.times) if name}
 
 
 def with_note(study: Study, section: Section) -> Section:

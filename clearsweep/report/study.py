@@ -10,7 +10,6 @@ from pathlib import Path
 from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
-import pandas as pd
 
 from .. import grid, simulation, store
 from .. import grid as grids
@@ -43,6 +42,7 @@ from .axis import (
     axes_of,
     dependent_values,
     index_on_axis,
+    is_missing,
     leading_figure,
     tried_paths,
     value_at,
@@ -165,14 +165,14 @@ class Study(NamedTuple):
         If there are more than MAX_NAMED_AXES axes, values that most cases share are left out.
         """
         axis_values = [(axis, self._value_of(case_id, axis.path)) for axis in self.swept() if axis is not omitted_axis]
-        used_values = [(axis, value) for axis, value in axis_values if not pd.isna(value)]
+        used_values = [(axis, value) for axis, value in axis_values if not is_missing(value)]
         distinctive = [
             axis_value
             for axis_value in used_values
             if len(used_values) <= MAX_NAMED_AXES or axis_value[1] != self._most_common_value(axis_value[0])
         ]
         value_texts = [f"{axis.name} {axis.text(value)}" for axis, value in distinctive]
-        rows = self.cases if case_id in self.cases.index else self.failed
+        rows = self.failed if self.cases.row_of(case_id) < 0 else self.cases
         value_texts = [*(f"{name} {rows.at[case_id, name]}" for name in self.label_columns), *value_texts]
         return ", ".join(
             [*value_texts, "all other values as in most cases"] if len(distinctive) < len(used_values) else value_texts
@@ -182,7 +182,7 @@ class Study(NamedTuple):
         """Return the value (SI) of a case at a dotted path, swept or not, or None if it has none."""
         if any(axis.path == path for axis in self.axes):
             value = self._value_of(case_id, path)
-            return None if pd.isna(value) else value
+            return None if is_missing(value) else value
         if path in self.defined.dependents:
             names = {f"define.{name}" for name in self.defined.varied_names}
             return self.defined.values_at({name: self._value_of(case_id, name) for name in names})[path]
@@ -211,7 +211,7 @@ class Study(NamedTuple):
             column = joint.column(lead.figure)
             if not self.has(column):
                 return -np.inf
-            return -float(self.cases[column].min()) if lead.smallest else self.cases.largest(column)
+            return -self.cases.smallest(column) if lead.smallest else self.cases.largest(column)
 
         return max(self.joints, key=severity)
 
@@ -233,10 +233,7 @@ class Study(NamedTuple):
 
     def worst(self, joint: Joint) -> str:
         """Return the case with the worst leading figure of a joint, or the first one if none has this figure."""
-        values = self.cases[joint.column(self.lead.figure)]
-        if values.isna().all():
-            return str(values.index[0])
-        return str(values.idxmin() if self.lead.smallest else values.idxmax())
+        return self.cases.worst_case(joint.column(self.lead.figure), smallest=self.lead.smallest)
 
     def joint_text(self, joint: Joint, template: str) -> str:
         """Return `template`, such as ' in joint {}', filled with the name of a joint; '' if there is only one joint."""
@@ -257,7 +254,7 @@ class Study(NamedTuple):
 
     def scale(self, column: str) -> wording.Scale:
         """Return the scale that suits a column of the finished cases."""
-        return column_scale(column, self.unit(column), self.cases[column].to_numpy(float))
+        return column_scale(column, self.unit(column), self.cases[column])
 
     def text(self, case_id: str, column: str) -> str:
         """Return one figure of one case with its unit."""
@@ -266,7 +263,7 @@ class Study(NamedTuple):
     def texts(self, *figures: tuple[str, str]) -> list[str]:
         """Return figures (case_id, column) of one quantity for one sentence, all in the unit of the first column."""
         column = figures[0][1]
-        known = self.cases[column].to_numpy(float)
+        known = self.cases[column]
         return column_texts(column, self.unit(column), known, [self.cases.at[figure] for figure in figures])
 
     def has(self, column: str) -> bool:
@@ -291,7 +288,8 @@ def prepare(run: StoredRun, *, shows_median: bool = False) -> Study:
     layout, record = run.layout, run.grid
     units = grid.key_units(record, simulation.catalogue()) | run.units
     base = {key: record[key] for key in CASE_SECTIONS if key in record}
-    tried_values = {path: tuple(sorted(set(run.column(path).dropna()))) for path in tried_paths(record)}
+    tried = {path: run.column(path).tolist() for path in tried_paths(record)}
+    tried_values = {path: tuple(sorted({each for each in tried[path] if not is_missing(each)})) for path in tried}
     axes = axes_of(record, tried_values, units, len(layout.joints))
     joints = tuple(Joint(joint.name, wording.joint_name(joint.name), joint) for joint in layout.joints)
     is_finished = np.concatenate([np.array(block["status"] == "ok", bool) for block in run.blocks(["status"])])
@@ -330,28 +328,28 @@ def _is_grid_case(run: StoredRun | SampledRun) -> np.ndarray:
     is_grid_case = np.ones(len(run.column("case_id")), bool)
     for path, law in base_laws(run.grid).items():
         values = run.column(path)
-        is_grid_case &= (values.isna() | (values == law)).to_numpy(bool)
+        is_grid_case &= (values == law) | [value is None for value in values.tolist()]
     return is_grid_case
 
 
 def _law_checks(run: StoredRun | SampledRun, selected: np.ndarray) -> tuple[LawResult, ...]:
     """Return the results of the finished cases that check laws."""
     grid_laws, ranking = base_laws(run.grid), ranking_of(run.layout, limits_and_figures_of(run.grid).limits, run.grid)
-    table = {name: run.column(name).to_numpy()[selected] for name in ("case_id", *grid_laws, *ranking.columns)}
+    table = {name: run.column(name)[selected] for name in ("case_id", *grid_laws, *ranking.columns)}
     return tuple(law_results(table, grid_laws, ranking))
 
 
-def _p99_over_ideal(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
+def _p99_over_ideal(joint: Joint, cases: Rows, base: Mapping) -> np.ndarray:
     """Return the ratio of a joint's force p99 to the largest reaction of the same joint without clearance."""
-    ideal = cases[joint.column("force_peak_ideal")].to_numpy()  # pandas would look through the ids, and keep them twice
+    ideal = cases[joint.column("force_peak_ideal")]
     return cases[joint.column("force_p99")] / np.where(ideal > 0.0, ideal, np.nan)
 
 
-def _wear_per_1000_hours(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
+def _wear_per_1000_hours(joint: Joint, cases: Rows, base: Mapping) -> np.ndarray:
     return 3.6e6 * cases[joint.column("wear_rate_max")]
 
 
-def _wear_per_million_strokes(joint: Joint, cases: Rows, base: Mapping) -> pd.Series:
+def _wear_per_million_strokes(joint: Joint, cases: Rows, base: Mapping) -> np.ndarray:
     return 1e6 * cases[joint.column("wear_depth_max")] / recorded_revolutions(cases, base)[1]
 
 
@@ -363,7 +361,7 @@ _DERIVED_FIGURES = (
 )
 
 
-def recorded_revolutions(cases: Rows, base: Mapping) -> tuple[pd.Series, pd.Series]:
+def recorded_revolutions(cases: Rows, base: Mapping) -> tuple[np.ndarray, np.ndarray]:
     """Return the number of revolutions before and in the recorded window of each finished case; NaN if unknown."""
     total, discarded = (
         cases.get(path, value_at(base, path))
@@ -377,10 +375,9 @@ def recorded_revolutions(cases: Rows, base: Mapping) -> tuple[pd.Series, pd.Seri
         total, discarded = time / (time - before), before / (time - before)
     total = np.nan if total is None else total
     discarded = 2.0 * (total > 2.0) if discarded is None else discarded  # it follows from the revolutions, which vary
-    discarded = pd.Series(cases.get("window_from", discarded), cases.index, dtype="float64")
-    recorded = pd.Series(cases.get("revolutions_run", total), cases.index, dtype="float64") - discarded
-    recorded_values = recorded.to_numpy()
-    return discarded, pd.Series(np.where(recorded_values > 0.0, recorded_values, np.nan), recorded.index)
+    discarded = np.broadcast_to(np.asarray(cases.get("window_from", discarded), float), len(cases))
+    recorded = cases.get("revolutions_run", total) - discarded
+    return discarded, np.where(recorded > 0.0, recorded, np.nan)
 
 
 def joint_of(case: Case, joint: Joint) -> CaseJoint:
@@ -476,7 +473,7 @@ def finished_cases(study: Study) -> FinishedCases:
     """Return the finished cases of a study as the room of answers reads them."""
 
     def values(name: str) -> np.ndarray:
-        column: np.ndarray = study.cases.index.to_numpy() if name == "case_id" else study.cases[name].to_numpy()
+        column: np.ndarray = study.cases.index if name == "case_id" else study.cases[name]
         return column
 
     return FinishedCases(study.run.grid, study.run.layout, tuple(axis.path for axis in study.swept()), values)
@@ -495,7 +492,7 @@ def worst_case(study: Study) -> tuple[str, Candidate] | None:
     ranking, cases = case_ranking_of(study), study.cases
     if cases.empty or not ranking.candidates or any(name not in cases for name in ranking.columns):
         return None
-    columns = {name: cases[name].to_numpy() for name in ranking.columns}
+    columns = {name: cases[name] for name in ranking.columns}
     values, candidate_indices = ranking.worst_values(columns)
     if np.isnan(values).all():
         return None
@@ -511,7 +508,7 @@ EXCLUDED_STARTS_NOTE = " Starts that were cut off before the motor's speed are l
 
 def comparable_values(study: Study, column: str) -> np.ndarray:
     """Return a figure of the finished cases (n,) in SI, NaN for null and for starts that were cut off."""
-    values = study.cases[column].to_numpy(float)
+    values = study.cases[column]
     if not excludes_cut_off_starts(study, column):
         return values
     finished = np.where(_is_cut_off(study), np.nan, values)
@@ -528,7 +525,7 @@ def _is_cut_off(study: Study) -> np.ndarray:
     count = len(study.cases)
     if case_ranking_of(study).question != "start-up" or not study.has(START_UP):
         return np.zeros(count, bool)
-    is_cut_off: np.ndarray = np.isnan(study.cases[START_UP].to_numpy(float))
+    is_cut_off: np.ndarray = np.isnan(study.cases[START_UP])
     return is_cut_off
 
 

@@ -65,7 +65,7 @@ class LazyRun(Protocol):
     def __len__(self) -> int:
         """Return the number of rows."""
 
-    def column(self, name: str) -> "pd.Series":
+    def column(self, name: str) -> np.ndarray:
         """Return one column of all rows."""
 
     def matching(self, condition: Condition, columns: list[str] | None = None) -> "pd.DataFrame":
@@ -120,7 +120,7 @@ class LazyColumn:
         return len(self._run)
 
     def __iter__(self) -> Iterator[Any]:
-        return iter(self._run.column(self._name))
+        return iter(self._run.column(self._name).tolist())
 
     def __array__(self, dtype: Any = None, copy: Any = None) -> np.ndarray:
         return np.asarray(self._run.column(self._name), dtype)
@@ -128,7 +128,9 @@ class LazyColumn:
     def __getattr__(self, name: str) -> Any:
         if name.startswith("__"):
             raise AttributeError(name)
-        return getattr(self._run.column(self._name), name)
+        import pandas as pd
+
+        return getattr(pd.Series(self._run.column(self._name), name=self._name), name)
 
 
 def _is_in(field: "pc.Expression", values: pa.Array) -> "pc.Expression":
@@ -373,11 +375,9 @@ class SampledRun(BlockedRun):
         """Return the rows of the sample as a DataFrame."""
         return to_frame(self._sample)
 
-    def column(self, name: str) -> "pd.Series":
+    def column(self, name: str) -> np.ndarray:
         """Return one column of the sample."""
-        import pandas as pd
-
-        return pd.Series(values_of(self._sample[name].combine_chunks()), name=name)
+        return values_of(self._sample[name].combine_chunks())
 
     def blocks(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
         """Yield columns of the sample, name -> values, for a few thousand rows at a time."""

@@ -196,9 +196,9 @@ class StoredRun:
         names = [*stored] if channels is None else list(channels)
         if unknown := [name for name in names if name not in stored]:
             raise InputError(f"no channel {unknown[0]!r} is stored; there are {', '.join(stored) or 'none'}")
-        ids = self.column("case_id").to_numpy(object)
+        ids = self.column("case_id")
         data: dict[str, Any] = {
-            name: ("case_id", self.column(name).to_numpy(), {"units": unit})
+            name: ("case_id", self.column(name), {"units": unit})
             for name, unit in self.units.items()
             if name != "case_id"
         }
@@ -240,26 +240,19 @@ class StoredRun:
         """Return the names of the columns of the summary, in their order."""
         return list(self.units)
 
-    def column(self, name: str) -> "pd.Series":
-        """Return a column of the summary for all cases; a frame of a million cases takes 0.5 GB.
+    def column(self, name: str) -> np.ndarray:
+        """Return a column of the summary for all cases, without pandas; a frame of a million cases takes 0.5 GB.
 
-        Numbers are float64, NaN if missing.
+        Numbers are float64, NaN if missing; texts are objects, None if missing.
         """
-        import pandas as pd
-
         if name == "case_id":
-            ids = id_texts(np.concatenate([part.ids for part in self.parts]))
-            bounds = np.arange(len(ids) + 1, dtype="i8") * ids.itemsize
-            texts = pa.LargeStringArray.from_buffers(len(ids), pa.py_buffer(bounds), pa.py_buffer(ids))
-            return texts.to_pandas(use_threads=False).rename(name)
-        if self.schema.field(name).type == pa.string():
-            chunks = [batch.column(0) for part in self.parts for batch in part.rows([name])]
-            return pa.chunked_array(chunks, pa.string()).to_pandas(use_threads=False).rename(name)
-        values, offset = np.empty(len(self)), 0
+            return id_texts(np.concatenate([part.ids for part in self.parts])).astype(str).astype(object)
+        is_text = self.schema.field(name).type == pa.string()
+        values, offset = np.empty(len(self), object if is_text else float), 0
         for block in self.blocks([name]):  # group by group, so that only one copy exists
             values[offset : offset + len(block[name])] = block[name]
             offset += len(block[name])
-        return pd.Series(values, name=name)
+        return values
 
     def blocks(self, columns: list[str]) -> Iterator[dict[str, np.ndarray]]:
         """Yield these columns of the summary, name -> values, for a few thousand rows at a time.
@@ -275,19 +268,23 @@ class StoredRun:
 
         It is empty for a failed case and if `save.orbits` is none.
         """
-        channels = self.layout.stored
-        frame = self._frame(case_id, SAMPLE, [channel.name for channel in channels])
-        frame.attrs["units"] = {channel.name: channel.unit for channel in channels}
-        return frame
+        return _frame(self.orbit_columns(case_id), {channel.name: channel.unit for channel in self.layout.stored})
+
+    def orbit_columns(self, case_id: str) -> dict[str, np.ndarray]:
+        """Return the columns of `orbit` as arrays, without pandas."""
+        return self._arrays(case_id, SAMPLE, [channel.name for channel in self.layout.stored])
 
     def events(self, case_id: str) -> "pd.DataFrame":
         """Return the contact events of one case as a DataFrame: t (s), joint, kind, rate (m/s), force_peak (N)."""
-        frame = self._frame(case_id, EVENT, [f"events/{name}" for name in results.EVENT_DTYPE.names or ()])
-        frame = frame.rename(columns=lambda name: name.removeprefix("events/"))
-        frame["joint"] = frame["joint"].map(dict(enumerate(self.layout.contacts)))
-        frame["kind"] = frame["kind"].map(dict(enumerate(results.EVENT_KINDS)))
-        frame.attrs["units"] = {"t": "s", "joint": "", "kind": "", "rate": "m/s", "force_peak": "N"}
-        return frame
+        units = {"t": "s", "joint": "", "kind": "", "rate": "m/s", "force_peak": "N"}
+        return _frame(self.event_columns(case_id), units)
+
+    def event_columns(self, case_id: str) -> dict[str, np.ndarray]:
+        """Return the columns of `events` as arrays, without pandas."""
+        columns = self._arrays(case_id, EVENT, [f"events/{name}" for name in results.EVENT_DTYPE.names or ()])
+        for name, words in (("joint", self.layout.contacts), ("kind", results.EVENT_KINDS)):
+            columns[name] = np.array([*words, None], object)[columns[name].astype(int)]
+        return columns
 
     def event_blocks(self) -> Iterator[tuple[np.ndarray, dict[str, np.ndarray]]]:
         """Yield the numbers of events by case, and t (s), joint and kind of all events, a few thousand cases at a time.
@@ -337,12 +334,14 @@ class StoredRun:
         Columns are `rod_slider/x` and the like, with `attrs["units"]`; `revolution` counts turns of the crank.
         The result is empty if `orbit` returns an empty DataFrame.
         """
-        names = [path for _, path in self.layout.sections]
-        frame = self._frame(case_id, SECTION, [SECTION_COUNT, *names] if names else [])
         units = {channel.name.replace("joints/", "", 1): channel.unit for channel in self.layout.channels}
-        frame = frame.rename(columns=lambda name: name.removeprefix("poincare/"))
-        frame.attrs["units"] = {name: units.get(name, "1") for name in frame}
-        return frame
+        columns = self.section_columns(case_id)
+        return _frame(columns, {name: units.get(name, "1") for name in columns})
+
+    def section_columns(self, case_id: str) -> dict[str, np.ndarray]:
+        """Return the columns of `poincare` as arrays, without pandas."""
+        names = [path for _, path in self.layout.sections]
+        return self._arrays(case_id, SECTION, [SECTION_COUNT, *names] if names else [])
 
     @property
     def worst(self) -> list[str]:
@@ -359,8 +358,6 @@ class StoredRun:
         Columns and `attrs["units"]` as those of `orbit`; `attrs["joint"]` is the joint of the peak ('rod_slider'),
         `attrs["turns"]` the number of earlier revolutions.
         """
-        import pandas as pd
-
         (part, row), channels = self._find(case_id), self.layout.channels
         case_id = part.id_at(row)
         with part.orbits() as file:
@@ -370,12 +367,10 @@ class StoredRun:
                 raise InputError(f"{self.directory}: the peak of {case_id} was not saved (those that were: {others})")
             row = saved.index(case_id.encode())
             span = slice(*file[OFFSETS][row : row + 2])
-            frame = pd.DataFrame(
-                {column.name: read_values(file, f"{GROUP}/{column.name}", span) for column in channels}
-            )
+            columns = {channel.name: read_values(file, f"{GROUP}/{channel.name}", span) for channel in channels}
+            frame = _frame(columns, {channel.name: channel.unit for channel in channels})
             frame.attrs["joint"] = self.layout.joints[int(read_values(file, JOINT, slice(row, row + 1))[0])].name
             frame.attrs["turns"] = float(file[TURNS][row])
-        frame.attrs["units"] = {channel.name: channel.unit for channel in channels}
         return frame
 
     def wear(self, case_id: str) -> dict[str, tuple[np.ndarray, np.ndarray]]:
@@ -431,15 +426,24 @@ class StoredRun:
             )
         return candidates[0]
 
-    def _frame(self, case_id: str, item: str, paths: list[str]) -> "pd.DataFrame":
-        import pandas as pd
-
+    def _arrays(self, case_id: str, item: str, paths: list[str]) -> dict[str, np.ndarray]:
+        """Return datasets of one case, by the last parts of their paths; empty ones if `save.orbits` is none."""
         part, row = self._find(case_id)
         with part.orbits() as file:
-            stored = bool(paths) and self.histories  # there is nothing if save.orbits is none
+            stored = bool(paths) and self.histories
             span = slice(*file[OFFSETS_BY_ITEM[item]][row : row + 2]) if stored else slice(0)
-            frame = pd.DataFrame({path: read_values(file, path, span) if stored else [] for path in paths})
-        return frame
+            values = [read_values(file, path, span) if stored else np.empty(0) for path in paths]
+        names = (path.removeprefix("events/").removeprefix("poincare/") for path in paths)
+        return dict(zip(names, values, strict=True))
+
+
+def _frame(columns: dict[str, np.ndarray], units: dict[str, str]) -> "pd.DataFrame":
+    """Return columns as a DataFrame with their units."""
+    import pandas as pd
+
+    frame = pd.DataFrame(columns)
+    frame.attrs["units"] = units
+    return frame
 
 
 def _are_listed(column: pa.ChunkedArray, values: list[Any]) -> bool:

@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import Any, NamedTuple, overload
 
 import numpy as np
-import pandas as pd
 
 from ... import simulation
 from ...answers import verdict
@@ -16,7 +15,7 @@ from ...contracts.catalogue import Entry, Figure
 from ...contracts.layout import Column as LayoutColumn
 from ...language import wording
 from ...store import durable
-from ..axis import Axis, Rows
+from ..axis import Axis, Rows, is_missing
 from ..study import P99_OVER_IDEAL, WEAR_PER_1000_HOURS, WEAR_PER_MILLION_STROKES, Joint, Study
 
 # A table of the report: its columns and rows in SI for the CSV file, and as text with units for the page.
@@ -204,11 +203,6 @@ def _si_value(value: Any) -> Any:
     return value.value if isinstance(value, Quantity) else value
 
 
-def is_missing(value: object) -> bool:
-    """Return whether a cell has no value."""
-    return value is None or bool(pd.isna(value))
-
-
 # Tables with one row per finished case: its swept values, then its figures.
 
 CHUNK_ROWS = 4096  # rows in memory
@@ -263,15 +257,15 @@ class CaseRows(Sequence):
             selection
         ].copy()  # a view would keep the indices of all cases while columns are read
         values = [self.cases.index[row_numbers].tolist()]
-        values += [self.cases[column].iloc[row_numbers].tolist() for column in self.columns]
+        values += [self.cases[column][row_numbers].tolist() for column in self.columns]
         return list(zip(*values, strict=True))
 
     def __iter__(self) -> Iterator[tuple]:
         order = self._order()
-        columns = [self.cases.index.to_series(), *(self.cases[column] for column in self.columns)]
+        columns = [self.cases.index, *(self.cases[column] for column in self.columns)]
         for start in range(0, len(self), CHUNK_ROWS):
             row_numbers = order[start : start + CHUNK_ROWS]
-            yield from zip(*(column.iloc[row_numbers].tolist() for column in columns), strict=True)
+            yield from zip(*(column[row_numbers].tolist() for column in columns), strict=True)
 
 
 def axis_columns(study: Study, axes: Sequence[Axis]) -> list[Column]:

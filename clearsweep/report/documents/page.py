@@ -17,13 +17,12 @@ from typing import Any, NamedTuple
 
 import jinja2
 import numpy as np
-import pandas as pd
 from markupsafe import Markup, escape
 
 from ... import grid, simulation, store
 from ...contracts.case import Case
 from ...contracts.machine import GROUND
-from ...contracts.results import Trajectory
+from ...contracts.results import EVENT_DTYPE, Trajectory
 from ...language import phases, wording
 from ...language.errors import ClearsweepError, InputError
 from ...store import StoredRun, durable
@@ -196,7 +195,8 @@ def show(run: StoredRun, case_id: str, out: Path) -> Path:
     if out.suffix.lower() == ".csv":
         with phases.phase("forces in the joints"):
             forces = joint_forces(case, result.channels, study.joints)
-        content = forces.to_csv(index=False, lineterminator="\n").encode()
+        rows = zip(*(values.tolist() for values in forces.values()), strict=True)
+        content = "".join(f"{','.join(cells)}\n" for cells in (forces, *(map(repr, row) for row in rows))).encode()
         durable.replace_output(out, content, content.partition(b"\n")[0])
         return out
     if out.suffix.lower() in ANIMATIONS:
@@ -227,8 +227,9 @@ def case_to_draw(study: Study, case_id: str) -> Case:
 def case_pictures(study: Study, case_id: str, result: Trajectory) -> list[Picture]:
     """Return the pictures of a simulated case with a history."""
     channels = result.channels
-    pictures = motion_pictures(study, case_id, channels) + onset_pictures(
-        study, case_id, pd.DataFrame(result.events), channels
+    pictures = motion_pictures(study, case_id, channels)
+    pictures += onset_pictures(
+        study, case_id, {name: result.events[name] for name in EVENT_DTYPE.names or ()}, channels
     )
     for joint in study.joints:
         if joint.name in result.wear:

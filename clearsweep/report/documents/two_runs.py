@@ -4,7 +4,6 @@ import math
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from ... import simulation
 from ...contracts.results import TIMINGS
@@ -29,7 +28,7 @@ class Pairs(NamedTuple):
 
     first: Study
     second: Study
-    case_ids: pd.DataFrame  # (pairs, 2): columns A and B hold each one's case_id; finished in both
+    case_ids: list[tuple[str, str]]  # of A and of B; finished in both
     unpaired: tuple[int, int]  # finished cases in only one of the two
 
 
@@ -53,30 +52,30 @@ def page_of(pairs: Pairs) -> Page:
 def pair_cases(first: Study, second: Study) -> Pairs:
     """Return the finished cases of two runs with equal values on all axes of either."""
     paths = list(dict.fromkeys(axis.path for study in (first, second) for axis in study.axes))
-    keyed_cases = [_keyed_cases(study, paths, name) for study, name in zip((first, second), RUN_NAMES, strict=True)]
-    paired_cases = (
-        pd.merge(*keyed_cases, on=paths, how="inner")
-        if paths
-        else pd.concat([keyed_cases[0][:1], keyed_cases[1][:1]], axis=1)
-    )
-    if paired_cases.empty:
+    keys, other_keys = (_keys(study, paths) for study in (first, second))
+    same: dict[tuple, list[str]] = {}
+    for case_id, key in zip(second.cases.index, other_keys, strict=True):
+        same.setdefault(key, []).append(case_id)
+    paired = [
+        (case_id, other) for case_id, key in zip(first.cases.index, keys, strict=True) for other in same.get(key, ())
+    ]
+    paired = paired if paths else paired[:1]
+    if not paired:
         raise InputError(
             f"{first.run.directory} and {second.run.directory}: no finished case of one has the same values of "
             f"{', '.join(paths)} as a case of the other; compare runs that share some cases"
         )
-    ids = paired_cases[list(RUN_NAMES)].reset_index(drop=True)
-    return Pairs(
-        first, second, ids, (len(keyed_cases[0]) - ids["A"].nunique(), len(keyed_cases[1]) - ids["B"].nunique())
-    )
+    ids, other_ids = map(set, zip(*paired, strict=True))
+    return Pairs(first, second, paired, (len(first.cases) - len(ids), len(second.cases) - len(other_ids)))
 
 
-def _keyed_cases(study: Study, paths: list[str], name: str) -> pd.DataFrame:
-    """Return the finished cases of a run: the values of `paths`, and the case_id under `name`."""
-    values = {path: _values_at(study, path) for path in paths}
-    return pd.DataFrame(values, index=study.cases.index).rename_axis(name).reset_index()
+def _keys(study: Study, paths: list[str]) -> list[tuple]:
+    """Return the values of `paths` of every finished case."""
+    values = [_values_at(study, path) for path in paths]
+    return list(zip(*values, strict=True)) if paths else [()] * len(study.cases)
 
 
-def _values_at(study: Study, path: str) -> np.ndarray:
+def _values_at(study: Study, path: str) -> list[float | str | None]:
     """Return the values of the finished cases at a path, swept, defined or fixed; None where there is none."""
     ids = study.cases.index
     if path in study.defined.dependents or any(axis.path == path for axis in study.axes):
@@ -84,7 +83,7 @@ def _values_at(study: Study, path: str) -> np.ndarray:
     else:
         value = value_at(study.base, path)
         values = [value if isinstance(value, int | float | str) else None] * len(ids)
-    return np.array([float(value) if isinstance(value, int | float) else value for value in values], object)
+    return [float(value) if isinstance(value, int | float) else value for value in values]
 
 
 def sections(pairs: Pairs) -> list[Section]:
@@ -242,7 +241,7 @@ def _case_table(pairs: Pairs) -> Table:
     )
     rows = []
     for row in np.argsort(-difference, kind="stable").tolist():
-        case_id = pairs.case_ids["A"][row]
+        case_id = pairs.case_ids[row][0]
         values = (study.value(case_id, axis.path) for axis in axes)
         rows.append((case_id, *values, float(first_values[row]), float(second_values[row]), float(ratios[row])))
     note = "Case ids are those of A. The largest difference comes first."
@@ -282,8 +281,11 @@ def _leading_column(pairs: Pairs) -> str:
 
 def _paired_values(pairs: Pairs, column: str) -> tuple[np.ndarray, np.ndarray]:
     """Return a figure of the paired cases in A and in B, SI."""
-    first = pairs.first.cases[column].reindex(pairs.case_ids["A"]).to_numpy(float)
-    return first, pairs.second.cases[column].reindex(pairs.case_ids["B"]).to_numpy(float)
+    first, second = (
+        study.cases[column][study.cases.rows_of(ids)]
+        for study, ids in zip((pairs.first, pairs.second), zip(*pairs.case_ids, strict=True), strict=True)
+    )
+    return first, second
 
 
 def _ratios(pairs: Pairs, column: str) -> np.ndarray:

@@ -6,7 +6,6 @@ from collections.abc import Mapping
 from functools import partial
 
 import numpy as np
-import pandas as pd
 
 from ... import simulation
 from ...contracts.case import Case
@@ -49,7 +48,7 @@ def mechanism_picture(case: Case) -> Picture | None:
 PIN_CHANNELS = ("x", "y", "force_normal", "force_tangential")  # channels of a pin in the plane
 
 
-def joint_forces(case: Case, channels: Mapping, joints: tuple[Joint, ...]) -> pd.DataFrame:
+def joint_forces(case: Case, channels: Mapping, joints: tuple[Joint, ...]) -> dict[str, np.ndarray]:
     """Return `pin_forces` of a case with the forces in its joints without clearance, where they are known."""
     if simulation.reactions_unknown(case):
         return pin_forces(channels, joints)
@@ -59,10 +58,10 @@ def joint_forces(case: Case, channels: Mapping, joints: tuple[Joint, ...]) -> pd
         forces[f"{name}/fx [N]"], forces[f"{name}/fy [N]"] = force.T
         if name in reactions.couples:
             forces[f"{name}/couple [N*m]"] = reactions.couples[name]
-    return forces.assign(**{"drive/torque [N*m]": reactions.torque}) if reactions.forces else forces
+    return forces | ({"drive/torque [N*m]": reactions.torque} if reactions.forces else {})
 
 
-def pin_forces(channels: Mapping, joints: tuple[Joint, ...]) -> pd.DataFrame:
+def pin_forces(channels: Mapping, joints: tuple[Joint, ...]) -> dict[str, np.ndarray]:
     """Return time (s), crank angle (deg), and the force on the journal of each pin with clearance (N, fixed frame).
 
     The bearing has the opposite force.  The normal force pushes the journal to the centre of the bearing; the
@@ -85,7 +84,7 @@ def pin_forces(channels: Mapping, joints: tuple[Joint, ...]) -> pd.DataFrame:
         )
         columns[f"{joint.name}/fx [N]"] = -normal * normal_x - tangential * normal_y
         columns[f"{joint.name}/fy [N]"] = -normal * normal_y + tangential * normal_x
-    return pd.DataFrame(columns)
+    return columns
 
 
 # Drawings of wear: depth around a body, along its surface and, for spatial joints, along its axis.

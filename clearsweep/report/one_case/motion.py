@@ -89,8 +89,8 @@ class JointHistory(NamedTuple):
 
 def saved_channels(run: StoredRun, case_id: str) -> Mapping | None:
     """Return the saved channels of a case by name, or None if no history was saved."""
-    channels = run.orbit(case_id)
-    return channels if len(channels) > 1 else None
+    channels = run.orbit_columns(case_id)
+    return channels if max(map(len, channels.values()), default=0) > 1 else None
 
 
 def drive_angle(study: Study, case_id: str, channels: Mapping) -> np.ndarray | None:

@@ -235,9 +235,8 @@ def _margin_maps(study: Study) -> list[Picture]:
 
 
 def _margin_map(study: Study, x_axis: Axis, y_axis: Axis) -> Picture:
-    margins = study.cases[MARGIN_COLUMN].to_numpy(float)
-    is_unmet = (study.cases[EXCEEDED_COLUMN] != "") | (study.cases[UNDECIDED_COLUMN] != "")
-    exceeded = is_unmet.to_numpy(float)
+    margins = study.cases[MARGIN_COLUMN]
+    exceeded = ((study.cases[EXCEEDED_COLUMN] != "") | (study.cases[UNDECIDED_COLUMN] != "")).astype(float)
     smallest = -reduce_over_other_axes(study, -margins, (x_axis, y_axis), largest)
     failing = reduce_over_other_axes(study, exceeded, (x_axis, y_axis), largest)
     added_cases = added_points(study, exceeded, x_axis, y_axis)
@@ -284,7 +283,7 @@ def added_points(study: Study, exceeded: np.ndarray, x_axis: Axis, y_axis: Axis)
     is_between = (study.indices_on(x_axis) < 0) | (study.indices_on(y_axis) < 0)
     if not is_between.any():
         return Dots(np.zeros(0), np.zeros(0), np.zeros(0, bool))
-    x, y = (_fractional_index(axis, study.cases[axis.path].to_numpy()[is_between]) for axis in (x_axis, y_axis))
+    x, y = (_fractional_index(axis, study.cases[axis.path][is_between]) for axis in (x_axis, y_axis))
     return Dots(x, y, exceeded[is_between] > 0.0)
 
 
@@ -315,7 +314,7 @@ def periodicity_sentences(study: Study) -> list[str]:
     if study.is_start_up:
         return [START_UP_NOTE]
     periods, count = study.cases["period"], len(study.cases)
-    known_periods, points = periods.to_numpy()[periods.notna()], []
+    known_periods, points = periods[~np.isnan(periods)], []
     if len(known_periods):
         cases = (
             ("Every motion" if count > 1 else "The motion")
@@ -350,7 +349,7 @@ def _expected_peak_sentences(study: Study) -> list[str]:
     """Return a sentence on the largest force peak to expect in many revolutions, or why none is predicted."""
     joints = [joint.name for joint in study.joints]
     names = [name for name in required_columns(joints) if name in study.cases]
-    columns = {name: study.cases[name].to_numpy() for name in names} | {"case_id": study.cases.index.to_numpy()}
+    columns = {name: study.cases[name] for name in names} | {"case_id": study.cases.index}
     largest = largest_expected_peak(columns, joints)
     if largest is None:
         return [
@@ -369,7 +368,7 @@ def _chaos_sentences(study: Study) -> list[str]:
     """Return a sentence on the number of chaotic motions, or [] unless `simulate.horizon` tests for chaos."""
     if not study.has("lyapunov_exponent"):
         return []
-    chaotic = int(((study.cases["lyapunov_exponent"] > 0.0) & study.cases["period"].isna()).sum())
+    chaotic = int(((study.cases["lyapunov_exponent"] > 0.0) & np.isnan(study.cases["period"])).sum())
     count = wording.count_text(len(study.cases), "motion")
     return [f"{chaotic} of {count} are chaotic: any small disturbance grows."] if chaotic else []
 
@@ -379,10 +378,8 @@ def _ratio_to_median_text(study: Study, joint: Joint) -> str:
     median_column = joint.column("force_peak_median")
     if not study.has(median_column):
         return ""
-    is_aperiodic = study.cases["period"].isna().to_numpy()
-    peaks, medians = (
-        study.cases[name].to_numpy()[is_aperiodic] for name in (joint.column("force_peak"), median_column)
-    )
+    is_aperiodic = np.isnan(study.cases["period"])
+    peaks, medians = (study.cases[name][is_aperiodic] for name in (joint.column("force_peak"), median_column))
     ratio = peaks / np.where(medians > 0.0, medians, np.nan)
     ratio = ratio[np.isfinite(ratio)]
     if not len(ratio):
@@ -400,7 +397,7 @@ def law_range_remarks(study: Study) -> list[str]:
         name: study.cases[name] for name in validity.required_columns(joints, study.cases.columns) if name != "case_id"
     }
     for start in range(0, len(study.cases), CHUNK_ROWS):
-        remarks.add({name: values[start : start + CHUNK_ROWS].to_numpy() for name, values in cases.items()})
+        remarks.add({name: values[start : start + CHUNK_ROWS] for name, values in cases.items()})
     if counted := remark_counts(study):
         remarks.replace_counts(counted)
     return remarks.sentences()
@@ -418,7 +415,7 @@ def _extremes_by_speed_table(study: Study) -> Table:
     output_figures = [(error, f"{study.run.layout.output} error")] if error else []
     peak, ratio = (joint.column(name) for name in (PEAK.figure, "force_peak_ratio"))
     figures = ((peak, "force peak"), (p99, "force p99"), (ratio, "load / ideal"), *output_figures)
-    forces, extremes = study.cases[peak].to_numpy(), []
+    forces, extremes = study.cases[peak], []
     speed_indices = np.where(np.isfinite(forces), study.indices_on(speed), -1)
     for value, cases in zip(speed.values, indices_by_value(speed_indices, len(speed.values)), strict=True):
         if len(cases):
@@ -429,10 +426,10 @@ def _extremes_by_speed_table(study: Study) -> Table:
                 else [(value, "only", most_loaded)]
             )
     case_indices = [case_index for *_, case_index in extremes]
-    cell_columns = [study.cases.index[case_indices], *(study.cases[axis.path].iloc[case_indices] for axis in others)]
+    cell_columns = [study.cases.index[case_indices], *(study.cases[axis.path][case_indices] for axis in others)]
     for column, _ in figures:
         cell_columns.append(
-            study.cases[column].iloc[case_indices] if column in study.cases else np.full(len(case_indices), np.nan)
+            study.cases[column][case_indices] if column in study.cases else np.full(len(case_indices), np.nan)
         )
     extreme_cells = zip(extremes, zip(*cell_columns, strict=True), strict=True)
     rows = [(value, load, *values, case_id) for (value, load, _), (case_id, *values) in extreme_cells]

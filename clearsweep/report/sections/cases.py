@@ -338,7 +338,7 @@ def _details(study: Study, case_ids: Iterable[str], labels: dict[str, str], defa
         channels = saved_channels(study.run, case_id)
         if channels is not None:
             case_pictures = motion_pictures(study, case_id, channels) + onset_pictures(
-                study, case_id, study.run.events(case_id), channels
+                study, case_id, study.run.event_columns(case_id), channels
             )
             animation = player_data(study, case_id, channels)
             player_pictures = tuple(picture for picture in case_pictures if picture.shown_in_player and animation)
@@ -442,7 +442,7 @@ def _objectives(study: Study) -> list[str]:
 def _is_best(study: Study) -> np.ndarray:
     """Return the best cases of an optimised run."""
     rows = study.run.optimise if _objectives(study) else None
-    is_best: np.ndarray = study.cases.index.isin([] if rows is None else rows["case_id"].tolist())
+    is_best: np.ndarray = np.isin(study.cases.index, [] if rows is None else rows["case_id"].tolist())
     return is_best
 
 
@@ -472,16 +472,16 @@ def _displayed_cases(study: Study) -> np.ndarray:
         return np.arange(len(study.cases))
     if _objectives(study):
         return np.union1d(np.flatnonzero(_is_best(study))[: MAX_CASES // 2], np.arange(MAX_CASES // 2))
-    lead = study.cases[study.most_loaded_joint().column(study.lead.figure)].to_numpy(float)
+    lead = study.cases[study.most_loaded_joint().column(study.lead.figure)]
     hardest = np.argsort(lead if study.lead.smallest else -lead, kind="stable")[: MAX_CASES // 2]
     return np.union1d(hardest, np.arange(MAX_CASES // 2))
 
 
 def _axis_column(study: Study, axis: Axis, case_indices: np.ndarray) -> dict:
-    values = study.cases[axis.path].iloc[case_indices]
+    values = study.cases[axis.path][case_indices]
     column = {"name": axis.name, "unit": axis.scale.unit, "axis": True, "drawn": True}
     if axis.is_numeric:
-        return column | _encoded_numbers(axis.scale.from_si(values.to_numpy(float)))
+        return column | _encoded_numbers(axis.scale.from_si(values))
     index_of_value = {value: index for index, value in enumerate(axis.values)}
     return column | {
         "words": list(axis.values),
@@ -509,7 +509,7 @@ def _figure_columns(study: Study, case_indices: np.ndarray) -> list[dict]:
         scale = study.scale(name)
         column = {"name": headings[name], "unit": scale.unit, "drawn": name in drawn_names, "lead": name == lead_column}
         column |= {"objective": True, "rising": name in minimised} if name in objectives else {}
-        columns.append(column | _encoded_numbers(study.cases[name].to_numpy(float)[case_indices] / scale.factor))
+        columns.append(column | _encoded_numbers(study.cases[name][case_indices] / scale.factor))
     return columns
 
 

@@ -22,6 +22,7 @@ from ..statistics.effects import (
     estimate_quantile,
     main_effects_of,
     match_cases,
+    positive_values,
     trend_exponent,
     yield_speed_sentence,
 )
@@ -103,7 +104,7 @@ def _count_strong(effects: Sequence[MainEffect]) -> int:
 def ideal_varies(study: Study, joint: Joint) -> bool:
     """Return whether the ideal reaction of a joint varies; if not, force over ideal reaction shows nothing new."""
     column = joint.column("force_peak_ideal")
-    return study.has(column) and study.cases[column].nunique() > 1
+    return study.cases.varies(column)
 
 
 def _note(study: Study) -> str:
@@ -321,8 +322,8 @@ def judged(study: Study, joint: Joint, concerned: list[tuple[Claim, Axis]]) -> l
 
 def _answer_for_axis(study: Study, joint: Joint, claim: Claim, axis: Axis, claims: int) -> Answer:
     """Return the answer to a claim, one of `claims`, from pairs of cases that differ only in the value of one axis."""
-    table = match_cases(study, axis).table(study, joint.column(WEAR_PER_MILLION_STROKES))
-    estimate, pairs = trend_exponent(table.columns.to_numpy(float), table.to_numpy(float), claims)
+    table = match_cases(study, axis).table(positive_values(study, joint.column(WEAR_PER_MILLION_STROKES)))
+    estimate, pairs = trend_exponent(table.levels, table.values, claims)
     bounds = sorted((claim.sign * estimate.low, claim.sign * estimate.high))
     measure = f"factor of the depth for twice the {axis.name}"
     return Answer(claim.title, joint, measure, _doubled(estimate), pairs, "pairs", _verdict(*bounds, border=0.0))
@@ -337,14 +338,15 @@ def _reasons(study: Study, joint: Joint, claim: Claim, axis: Axis) -> list[Answe
     """Return how volume and pressure change with the value of a claim, which decide nothing."""
     matches, answers = match_cases(study, axis), []
     depth, per_strokes = (
-        matches.table(study, joint.column(figure)) for figure in ("wear_depth_max", WEAR_PER_MILLION_STROKES)
+        positive_values(study, joint.column(figure)) for figure in ("wear_depth_max", WEAR_PER_MILLION_STROKES)
     )
     for figure, name in REASONS:
         if not study.has(joint.column(figure)):
             continue
-        table = matches.table(study, joint.column(figure))
-        values = table * per_strokes / depth if figure == "wear_volume" else table  # of as many turns
-        estimate, pairs = trend_exponent(table.columns.to_numpy(float), values.to_numpy(float))
+        values = positive_values(study, joint.column(figure))
+        values = values * per_strokes / depth if figure == "wear_volume" else values  # of as many turns
+        table = matches.table(values)
+        estimate, pairs = trend_exponent(table.levels, table.values)
         measure = f"factor for twice the {axis.name}"
         answers.append(Answer(f"{name} with {axis.name}", joint, measure, _doubled(estimate), pairs, "pairs", NO_CLAIM))
     return answers
@@ -352,7 +354,7 @@ def _reasons(study: Study, joint: Joint, claim: Claim, axis: Axis) -> list[Answe
 
 def _unevenness(study: Study, joint: Joint) -> list[Answer]:
     """Return the unevenness of the wear of each body."""
-    case_ids = study.cases.index[study.cases[joint.column("wear_depth_max")].to_numpy() > 0.0][:MAX_CASES_READ]
+    case_ids = study.cases.index[study.cases[joint.column("wear_depth_max")] > 0.0][:MAX_CASES_READ]
     depths = [[deepest_along_axis(depth) for depth in study.run.wear(case_id)[joint.name]] for case_id in case_ids]
     answers = []
     for index, body in enumerate(("bearing", "journal")):
@@ -444,20 +446,15 @@ def tradeoff_sections(study: Study) -> list[Section]:
     pictures = [
         _tradeoff_picture(study, strongest, scatter_plot)
         for scatter_plot in scatter_plots
-        if _varies(study, scatter_plot.x, scatter_plot.y)
+        if study.cases.varies(scatter_plot.x) and study.cases.varies(scatter_plot.y)
     ]
     return section("tradeoffs", "All cases at a glance", Gallery("Each point is a finished case.", pictures))
-
-
-def _varies(study: Study, *columns: str) -> bool:
-    """Return whether cases differ in each of some figures."""
-    return all(study.has(column) and study.cases[column].min() < study.cases[column].max() for column in columns)
 
 
 def _tradeoff_picture(study: Study, axis: Axis | None, scatter_plot: ScatterPlot) -> Picture:
     """Return a cloud, coloured by the values of an axis, if any."""
     colour = axis and (study.indices_on(axis), axis)
-    x, y = (study.cases[column].to_numpy(float) for column in (scatter_plot.x, scatter_plot.y))
+    x, y = (study.cases[column] for column in (scatter_plot.x, scatter_plot.y))
     x, y, colour = comparison.without_covered_points(x, y, colour)
     if colour:
         value_indices = colour[0]

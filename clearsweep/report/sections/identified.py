@@ -6,7 +6,6 @@ from os import PathLike
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from ...answers import features
 from ...answers.questions import certainty_text, identification_sentences
@@ -17,6 +16,7 @@ from ..axis import Axis
 from ..blocks.section import Block, Gallery, Picture, Section, Sentences, capitalise, section, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..draw import BLUE, RED, set_plain_axes
+from ..one_case.motion import saved_channels
 from ..plot import BLUES, Axes, ColourScale
 from ..study import Study
 
@@ -49,21 +49,19 @@ def compare_signals(study: Study, file: str | PathLike) -> list[SignalComparison
     short_names = {ACCELERATION: channels[0]} if channels else {}
     names = {name: name for name in units} | short_names
     signals = read_signals(file, {name: units[channel] for name, channel in names.items()})
-    ids = [str(name) for name in study.cases.index]
+    ids = study.cases.index
     compared_ids = [
         ids[index] for index in np.unique(np.linspace(0, len(ids) - 1, min(len(ids), MAX_CASES)).astype(int))
     ]
-    orbits = {case_id: orbit for case_id in compared_ids if len(orbit := study.run.orbit(case_id)) > 1}
+    orbits = {case_id: orbit for case_id in compared_ids if (orbit := saved_channels(study.run, case_id))}
     if not orbits:
         raise InputError(f"{file}: this run has no time histories to compare with; run it with save: {{orbits: last}}")
     best: dict[str, SignalComparison] = {}
     for name, values in signals.signals.items():
         channel = names[name]
         for case_id, orbit in orbits.items():
-            angle = _crank_angles(signals, orbit["crank_angle"].to_numpy(), orbit["t"].to_numpy())
-            compared_pair = _compare_with_case(
-                angle, values, orbit["crank_angle"].to_numpy(), orbit[channel].to_numpy(), signals
-            )
+            angle = _crank_angles(signals, orbit["crank_angle"], orbit["t"])
+            compared_pair = _compare_with_case(angle, values, orbit["crank_angle"], orbit[channel], signals)
             if channel not in best or compared_pair[3] < best[channel].misfit:
                 best[channel] = SignalComparison(
                     channel, units[channel], signals.file, case_id, len(orbits), *compared_pair
@@ -213,7 +211,7 @@ def _estimate_text(axis: Axis, parameter: dict[str, Any]) -> str:
     return text[0].upper() + text[1:]
 
 
-def _posterior_pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[str, Axis]) -> list[Picture]:
+def _posterior_pictures(identified: dict[str, Any], sample: Any, axes: dict[str, Axis]) -> list[Picture]:
     """Return the distribution of each key."""
     weights = sample["weight"].to_numpy()
 
@@ -228,7 +226,7 @@ def _posterior_pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: 
     return [density_picture(parameter) for parameter in identified["parameters"]]
 
 
-def _pair_pictures(identified: dict[str, Any], sample: pd.DataFrame, axes: dict[str, Axis]) -> list[Picture]:
+def _pair_pictures(identified: dict[str, Any], sample: Any, axes: dict[str, Axis]) -> list[Picture]:
     """Return the distributions of pairs of keys."""
     weights = sample["weight"].to_numpy()
 

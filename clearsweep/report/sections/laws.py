@@ -3,7 +3,6 @@
 import math
 
 import numpy as np
-import pandas as pd
 
 from ... import simulation
 from ...answers.questions import LawResult
@@ -17,7 +16,7 @@ from ..blocks.section import Part, Picture, Points, Section, Sentences, capitali
 from ..blocks.table import Column, Quantity, Table, count_cell
 from ..draw import comparison
 from ..laws import compare_allowed_laws, compare_restitutions, compare_swept_laws, compare_verdicts, ideal_load
-from ..statistics.effects import MatchedCases, axis_key, main_effects_of, match_cases
+from ..statistics.effects import MatchedCases, axis_key, main_effects_of, match_cases, positive_values
 from ..study import Joint, Study, answer_of_study, joint_with_laws, resolve_cases, worst_case
 
 # Effect of the choice of a swept law: forces under each law, and the spread between laws at otherwise equal values.
@@ -89,7 +88,7 @@ def _force_table(study: Study, matched_cases: MatchedCases, joint: Joint) -> Tab
     ratios = {column: _ratios(study, matched_cases, column) for column, _ in figures}
     rows = []
     for law in axis.values:
-        has_law = (study.cases[axis.path] == law).to_numpy()
+        has_law = study.cases[axis.path] == law
         if has_law.any() and figures:
             cells: list[Quantity | float] = []
             for column, _ in figures:
@@ -105,15 +104,17 @@ def _force_table(study: Study, matched_cases: MatchedCases, joint: Joint) -> Tab
     return Table(f"{axis_key(axis)}_{joint.name}", title, note, tuple(columns), rows)
 
 
-def _ratios(study: Study, matched_cases: MatchedCases, column: str) -> pd.Series:
+def _ratios(study: Study, matched_cases: MatchedCases, column: str) -> dict[str, float]:
     """Return law -> median ratio of a figure to the median of all laws at otherwise equal values."""
-    table = matched_cases.table(study, column)
-    return table.div(table.median(axis=1), axis=0).median()
+    table = matched_cases.table(positive_values(study, column))
+    ratios = table.values / np.nanmedian(table.values, axis=1, keepdims=True)
+    return dict(zip(table.levels, np.nanmedian(ratios, axis=0), strict=True))
 
 
-def _range_cells(values: pd.Series, unit: str) -> list[Quantity | float]:
+def _range_cells(values: np.ndarray, unit: str) -> list[Quantity | float]:
     """Return the cells of a figure: its median with its range in words, its smallest and its largest value."""
-    low, median, high = values.min(), values.median(), values.max()
+    known = values[~np.isnan(values)]
+    low, median, high = (float(value) for value in np.quantile(known, (0.0, 0.5, 1.0))) if len(known) else [np.nan] * 3
     scale = wording.scale(unit, median)
     range_text = f" ({scale.number_text(low)} to {scale.number_text(high)})" if len(values) > 1 else ""
     return [Quantity(median, scale.text(median) + range_text), low, high]
@@ -124,19 +125,21 @@ def _spread_table(study: Study, matched_cases: MatchedCases) -> Table:
     rows = []
     for joint in study.joints:
         for column, name in _figures(study, joint):
-            table = matched_cases.table(study, column)
-            if table.empty:
+            table = matched_cases.table(positive_values(study, column))
+            if not len(table.groups):
                 continue
-            factor = table.max(axis=1) / table.min(axis=1)
-            worst = table.loc[factor.idxmax()].dropna()
-            weakest, strongest = worst.idxmin(), worst.idxmax()
-            setting = study.setting(matched_cases.case_id(factor.idxmax(), weakest), omitted_axis=matched_cases.axis)
+            factor = np.nanmax(table.values, axis=1) / np.nanmin(table.values, axis=1)
+            row = int(factor.argmax())
+            ends = [pick(table.values[row]) for pick in (np.nanargmin, np.nanargmax)]
+            values, laws = table.values[row, ends].tolist(), table.levels[ends].tolist()
+            case_id = study.cases.index[matched_cases.row(table.groups[row], laws[0])]
+            setting = study.setting(case_id, omitted_axis=matched_cases.axis)
             extreme_cells: list[Quantity | str] = []
-            extremes = wording.texts_in_common_unit((worst[law] for law in (weakest, strongest)), study.unit(column))
-            for law, text in zip((weakest, strongest), extremes, strict=True):
-                extreme_cells += [Quantity(worst[law], f"{text}, {law}"), law]
-            factors = (float(factor.median()), float(factor.max()))
-            rows.append((name, joint.title, count_cell(len(table)), *factors, *extreme_cells, setting))
+            extremes = wording.texts_in_common_unit(values, study.unit(column))
+            for value, law, text in zip(values, laws, extremes, strict=True):
+                extreme_cells += [Quantity(value, f"{text}, {law}"), law]
+            factors = (float(np.median(factor)), float(factor.max()))
+            rows.append((name, joint.title, count_cell(len(factor)), *factors, *extreme_cells, setting))
     columns = (
         Column("figure"),
         Column("joint"),
@@ -183,7 +186,8 @@ def _spread_sentence(study: Study, axis: Axis, spread: Table) -> str:
 
 def _strip_plot(study: Study, axis: Axis, joint: Joint, column: str, name: str) -> Picture:
     """Return the drawing of one point per case, law by law."""
-    values = {law: study.cases[column][study.cases[axis.path] == law].dropna().to_numpy() for law in axis.values}
+    known = ~np.isnan(study.cases[column])
+    values = {law: study.cases[column][known & (study.cases[axis.path] == law)] for law in axis.values}
     groups = [(law, points) for law, points in values.items() if len(points)]
     groups.sort(key=lambda group: np.median(group[1]))
     scale = study.scale(column)
@@ -285,7 +289,7 @@ def recommendation_texts(study: Study) -> list[str]:
 def _joint_recommendations(study: Study, joint: Joint) -> list[simulation.Recommendation]:
     if not study.is_driven or not study.has(joint.column(PEAK.figure)):
         return []
-    hardest = study.cases[joint.column(PEAK.figure)].idxmax()
+    hardest = study.cases.worst_case(joint.column(PEAK.figure))
     try:
         section = joint_with_laws(resolve_cases(study, [hardest])[0], joint)
     except InputError:  # laws of another version, or of a law file
@@ -419,7 +423,7 @@ def bending_links_sections(study: Study) -> list[Section]:
     if study.cases.empty or not columns:
         return []
     worst_column = max(columns, key=study.cases.largest)
-    worst = str(study.cases[worst_column].idxmax())
+    worst = study.cases.worst_case(worst_column)
     try:
         links = simulation.bending_links(resolve_cases(study, [worst])[0])
     except InputError:  # of another version

@@ -129,7 +129,7 @@ def start_up_maps(study: Study) -> list[Picture]:
     if len(effects) < 2:
         return [effect_picture(study, effect, "start-up time") for effect in effects]
     pair = _in_grid_order(study, (effects[0].axis, effects[1].axis))
-    times = study.cases[START_UP].to_numpy(float)
+    times = study.cases[START_UP]
     table = reduce_over_other_axes(study, times, pair, largest)
     is_missing = reduce_over_other_axes(study, np.isnan(times).astype(float), pair, largest)
     figure_map = FigureMap(study.joints[0], START_UP, "start-up time", pair, np.where(is_missing == 1.0, np.inf, table))
@@ -196,7 +196,7 @@ def _reduction(study: Study, column: str) -> Callable[[np.ndarray], float]:
 def pictures_over_axes(study: Study, joint: Joint, figure: str, name: str) -> list[Picture]:
     """Return a figure of a joint over the two axes with the largest effect or the only axis; [] if it does not vary."""
     column = joint.column(figure)
-    varies = study.has(column) and study.cases[column].nunique() > 1
+    varies = study.cases.varies(column)
     effects = main_effects_of(study, column) if varies else []
     if len(effects) > 1:
         pair = _in_grid_order(study, (effects[0].axis, effects[1].axis))
@@ -390,7 +390,7 @@ def _reduced_values(
 
 def _strictest_limit_values(study: Study, limit: Limit, x_axis: Axis) -> np.ndarray:
     """Return the strictest value (SI) of a limit at each value of an axis."""
-    columns = {name: study.cases[name].to_numpy(float) for name in (limit.column, limit.times) if name}
+    columns = {name: study.cases[name] for name in (limit.column, limit.times) if name}
     strictest = smallest if limit.kind == "at_most" else largest
     limit_values: np.ndarray = _reduced_values(study, limit.limit_values(columns), (x_axis, None), strictest)[0]
     return limit_values

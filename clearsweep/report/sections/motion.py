@@ -217,12 +217,12 @@ def _bifurcation_diagram(study: Study, joint: Joint, axis: Axis, reference: str)
 def _poincare_sections(study: Study, joint: Joint) -> list[Picture]:
     """Return the Poincaré section of the most loaded case: positions and velocities."""
     case_id = study.worst(joint)
-    frame = poincare_points(study, joint, case_id)
-    if len(frame) < MIN_POINTS:
+    points = poincare_points(study, joint, case_id)
+    if len(points.get("x", ())) < MIN_POINTS:
         return []
+    revolution, x, y, vx, vy = (points[name].astype(float) for name in ("revolution", "x", "y", "vx", "vy"))
     clearance = study.radial_clearance(case_id, joint)
-    joint_text, count = study.joint_text(joint, ", joint {}"), wording.count_text(len(frame), "revolution")
-    revolution, x, y, vx, vy = (frame[name].to_numpy(float) for name in ("revolution", "x", "y", "vx", "vy"))
+    joint_text, count = study.joint_text(joint, ", joint {}"), wording.count_text(len(x), "revolution")
     circle = None if clearance is None else float(clearance)
     caption, alt = "The worst case.", f"of the worst case at crank angle 0, {count}."
     return [
@@ -349,12 +349,11 @@ def _beyond_horizon(study: Study) -> list[tuple[Joint, dict[str, str]]]:
         revolution_column = joint.column(PEAK_REVOLUTION)
         if study.has(revolution_column):
             revolutions = study.cases[revolution_column]
-            beyond = study.cases.index[(revolutions > horizon).to_numpy()]
             text_of_case = {
-                case_id: f"peak in revolution {revolutions[case_id]:.0f}, horizon "
-                f"{wording.number_text(horizon[case_id], 2)} "
+                study.cases.index[row]: f"peak in revolution {revolutions[row]:.0f}, horizon "
+                f"{wording.number_text(horizon[row], 2)} "
                 "revolutions: the error does not check convergence"
-                for case_id in beyond
+                for row in np.flatnonzero(revolutions > horizon)
             }
             reasons.append((joint, text_of_case))
     return reasons
@@ -364,7 +363,8 @@ def _error_check_sentences(study: Study) -> list[str]:
     """Return the numbers of cases in which the error of the largest force is meaningful, and in which it is not."""
     points = []
     for joint, beyond in _beyond_horizon(study):
-        chaotic_count, joint_text = int(study.cases[HORIZON].notna().sum()), study.joint_text(joint, " in joint {}")
+        chaotic_count = int(np.count_nonzero(~np.isnan(study.cases[HORIZON])))
+        joint_text = study.joint_text(joint, " in joint {}")
         if beyond:
             case_id, text = next(iter(beyond.items()))
             points.append(
@@ -476,12 +476,12 @@ def basins(study: Study, joint: Joint) -> list[Picture]:
     point = max(points, key=lambda each: len(each["motions"]))
     rows = np.ones(len(study.cases), bool)
     for path, value in point["values"].items():
-        rows &= study.cases[path].to_numpy() == value
+        rows &= study.cases[path] == value
     columns = [joint.column(f"force_peak_median{end}") for end in ("", "_low", "_high")]
-    statistic = np.stack([study.cases[column].to_numpy(float)[rows] for column in columns], -1)
+    statistic = np.stack([study.cases[column][rows] for column in columns], -1)
     is_known = np.isfinite(statistic).all(axis=1)
     has_flanks = any(key in joints[joint.title] for key in ("backlash", "play"))
-    draws, seed = study.cases[STARTS[1]].to_numpy(float)[rows][is_known], study.base["simulate"]["seed"]
+    draws, seed = study.cases[STARTS[1]][rows][is_known], study.base["simulate"]["seed"]
     starts = [np.concatenate(random_places(int(seed), int(draw), [has_flanks])) for draw in draws]
     flanks, journal = ("position [play / 2]", "rate [play / 2 x crank speed]"), ("journal x [c]", "journal y [c]")
     names = flanks if has_flanks else journal

@@ -4,13 +4,12 @@ from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from ...answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN, Limit
 from ...answers.words import case_margin_text
 from ...language import quantity, wording
 from ...searches import SENSES
-from ..axis import Axis, first_sought_path, sought_paths, value_at
+from ..axis import Axis, first_sought_path, is_missing, sought_paths, value_at
 from ..blocks.section import Block, Gallery, Picture, Section, Sentences, capitalise, section
 from ..blocks.table import Column, Quantity, Table, axis_columns, column_label, count_cell
 from ..draw import BLUE, RED, set_plain_axes
@@ -142,7 +141,7 @@ def _read_answers(study: Study) -> _Answers | None:
     )
     section = study.run.grid["seek"]
     rows = [
-        {name: None if pd.isna(value) else value for name, value in row.items()} for row in frame.to_dict("records")
+        {name: None if is_missing(value) else value for name, value in row.items()} for row in frame.to_dict("records")
     ]
     return _Answers(
         _with_distinct_digits(by_path[path], rows), others, "largest" in section, section.get("for") != "all", rows
@@ -309,7 +308,7 @@ def _best_rows(study: Study) -> tuple[list[dict[str, Any]], list[str]] | None:
         return None
     names = [name for sense in SENSES for name in study.run.grid["optimise"].get(sense, [])]
     rows = [
-        {name: None if pd.isna(value) else value for name, value in row.items()} for row in frame.to_dict("records")
+        {name: None if is_missing(value) else value for name, value in row.items()} for row in frame.to_dict("records")
     ]
     return rows, names
 
@@ -337,7 +336,7 @@ def _case_as_written(study: Study) -> str | None:
             written_value = quantity.value_and_dimension(written_value)[0]
         if written_value is None:
             return None
-        values = study.cases[axis.path].to_numpy()
+        values = study.cases[axis.path]
         is_same &= np.isclose(values, written_value, rtol=1e-9) if axis.is_numeric else values == written_value
     return str(study.cases.index[int(np.argmax(is_same))]) if is_same.any() else None
 
@@ -363,16 +362,16 @@ def _indistinguishable_sentences(study: Study, rows: list[dict[str, Any]], names
     lines = []
     for name in names:
         interval_columns = [f"{name}_{column}" for column in ("low", "high")]
-        if len(rows) > 1 or rows[0]["case_id"] not in study.cases.index or not all(map(study.has, interval_columns)):
+        row = study.cases.row_of(rows[0]["case_id"])
+        if len(rows) > 1 or row < 0 or not all(map(study.has, interval_columns)):
             continue
-        low, high = (study.cases[column].to_numpy(float) for column in interval_columns)
-        row = study.cases.index.get_loc(rows[0]["case_id"])
+        low, high = (study.cases[column] for column in interval_columns)
         if np.isnan([low[row], high[row]]).any():
             continue
         limits_text = " within the limits" if rows[0]["limiting"] else ""
         feasible = np.ones(len(study.cases), bool)
         for column in (EXCEEDED_COLUMN, UNDECIDED_COLUMN) if EXCEEDED_COLUMN in study.cases else ():
-            feasible &= study.cases[column].to_numpy() == ""
+            feasible &= study.cases[column] == ""
         overlapping_count = int(np.count_nonzero((low <= high[row]) & (high >= low[row]) & feasible)) - 1
         if not answer_of_study(study).get("best_met", True):
             continue  # no case meets the limits, so none of the others is best either
@@ -428,13 +427,11 @@ def _front_picture(study: Study, rows: list[dict[str, Any]], names: list[str]) -
     x_scale, y_scale = (study.scale(name) for name in names)
 
     def paint(ax: Axes) -> None:
-        all_values = [
-            study.cases[name].to_numpy() / scale.factor for name, scale in zip(names, (x_scale, y_scale), strict=True)
-        ]
+        x, y = (study.cases[name] / scale.factor for name, scale in zip(names, (x_scale, y_scale), strict=True))
         best_values = [
             [row[name] / scale.factor for row in rows] for name, scale in zip(names, (x_scale, y_scale), strict=True)
         ]
-        ax.plot(*all_values, marker=".", linestyle="", color="#b3b3b3", markersize=4)
+        ax.plot(x, y, marker=".", linestyle="", color="#b3b3b3", markersize=4)
         ax.step(*best_values, color=BLUE, markersize=4)
         ax.set_labels(f"{names[0]}, {x_scale.unit}", f"{names[1]}, {y_scale.unit}")
 
@@ -451,10 +448,10 @@ def _parallel_coordinates(study: Study, rows: list[dict[str, Any]], names: list[
     scales = {axis.path: (axis.name, axis.scale) for axis in study.axes if axis.is_numeric}
     scales |= {name: (name, study.scale(name)) for name in names}
     columns = [*paths, *names]
-    table = np.column_stack([study.cases[column].to_numpy(float) for column in columns])
+    table = np.column_stack([study.cases[column] for column in columns])
     low, high = np.nanmin(table, axis=0), np.nanmax(table, axis=0)
     fractions = (table - low) / np.where(high > low, high - low, 1.0)
-    is_best = study.cases.index.isin([row["case_id"] for row in rows])
+    is_best = np.isin(study.cases.index, [row["case_id"] for row in rows])
 
     def paint(ax: Axes) -> None:
         positions = np.arange(len(columns))

@@ -2,16 +2,15 @@
 
 import re
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from ... import grid
 from ...language import wording
 from ...language.errors import InputError
-from ..axis import PEAK, Axis, leaves
+from ..axis import PEAK, Axis, Rows, is_missing, leaves
 from ..blocks.section import Block, Columns, Facts, Gallery, Note, Picture, Section, Sentences, section, without_empty
 from ..blocks.table import Column, Quantity, Table
 from ..draw import BLUE, INK, set_log_scale, set_plain_axes
@@ -116,16 +115,16 @@ def _provenance(study: Study) -> list[tuple[str, str]]:
         record["sample"] = {key: value for key, value in record["sample"].items() if key != "drawn"}
     facts = [(path.replace("_", " "), _shortened(value)) for path, value in leaves(record) if path not in OMITTED_PATHS]
     if study.has("energy_residual"):
-        residual = study.cases["energy_residual"]
-        facts.append(("energy residual, largest", wording.number_text(residual.max(), 2)))
-        facts.append(("energy residual, median", wording.number_text(residual.median(), 2)))
+        median = float(np.nanmedian(study.cases["energy_residual"]))
+        facts.append(("energy residual, largest", wording.number_text(study.cases.largest("energy_residual"), 2)))
+        facts.append(("energy residual, median", wording.number_text(median, 2)))
     facts += [
-        (name, wording.number_text(study.cases[column].sum(), 4))
+        (name, wording.number_text(np.nansum(study.cases[column]), 4))
         for column, name in SUMMED_COLUMNS
         if study.has(column)
     ]
     if study.has("run_time"):
-        facts.append(("integration time, all cases", wording.quantity_text(study.cases["run_time"].sum(), "s")))
+        facts.append(("integration time, all cases", wording.quantity_text(np.nansum(study.cases["run_time"]), "s")))
     return facts
 
 
@@ -161,45 +160,53 @@ def tolerance_sections(study: Study) -> list[Section]:
     joint = study.most_loaded_joint()
     columns = [joint.column(name) for name in FIGURES if study.has(joint.column(name))]
     others = [axis.path for axis in study.swept() if axis.path != PATH]
-    cases = pd.DataFrame({name: study.cases[name] for name in (PATH, "run_time", *others, *columns)})
-    medians = differences(cases, others, columns)
+    medians = differences(study.cases, others, columns)
     if len(medians) < 2 or not columns:
         return []
     heads = [Column("tolerance"), Column("run time", "s"), *(Column(f"difference of {name}") for name in columns)]
-    rows = [tuple(row) for row in medians.itertuples()]
+    rows = list(map(tuple, medians.tolist()))
     table = Table("tolerances", "Difference from the finest tolerance", "Medians; relative.", tuple(heads), rows)
-    finest = f"The reference is the finest tolerance, {cases[PATH].min():g}, of otherwise equal cases."
+    finest = f"The reference is the finest tolerance, {study.cases.smallest(PATH):g}, of otherwise equal cases."
     return [
         Section(
             "tolerances",
             "Error against run time",
-            [Sentences([finest]), Gallery(TOLERANCE_NOTE, [_tolerance_picture(medians)]), table],
+            [Sentences([finest]), Gallery(TOLERANCE_NOTE, [_tolerance_picture(medians, columns)]), table],
         )
     ]
 
 
-def differences(cases: pd.DataFrame, other_paths: list[str], columns: list[str]) -> pd.DataFrame:
-    """Return medians by tolerance: run time (s) and relative differences from the finest of otherwise equal cases.
+def differences(cases: Rows | Mapping[str, np.ndarray], other_paths: list[str], columns: list[str]) -> np.ndarray:
+    """Return tolerance, and medians of run time (s) and of relative differences from the finest of equal cases.
 
-    cases : finished cases with a column `run_time`; other_paths : the swept paths besides the tolerance.  The finest
-    tolerance has no row.
+    The shape is (tolerances, 2 + columns), the coarsest first; the finest tolerance has no row.
+
+    cases : finished cases with a column `run_time`; other_paths : the swept paths besides the tolerance
     """
-    key = [cases[path].astype(str) for path in other_paths] or [pd.Series("", index=cases.index)]
-    finest = cases.groupby(key)[PATH].transform("min")
-    by_case = cases[[PATH, "run_time"]].copy()
-    for column in columns:
-        reference = cases[column].where(cases[PATH] == finest).groupby(key).transform("max")
-        by_case[column] = (cases[column] / reference - 1.0).abs()
-    return by_case[cases[PATH] > finest].groupby(PATH).median().sort_index(ascending=False)
+    tolerances = cases[PATH]
+    finest, references = np.full(len(tolerances), np.nan), np.full((len(tolerances), len(columns)), np.nan)
+    group_of: dict[tuple, list[int]] = {}
+    for row, key in enumerate(zip(*(map(str, cases[path].tolist()) for path in other_paths), strict=True)):
+        group_of.setdefault(key, []).append(row)
+    values = np.stack([cases[column] for column in columns], axis=-1) if columns else references
+    for rows in group_of.values() or [list(range(len(tolerances)))]:
+        finest[rows] = tolerances[rows].min()
+        is_finest = tolerances[rows] == finest[rows]
+        references[rows] = np.fmax.reduce(values[rows][is_finest], axis=0)
+    by_case = np.column_stack([tolerances, cases["run_time"], np.abs(values / references - 1.0)])
+    coarser = by_case[tolerances > finest]
+    levels = np.unique(coarser[:, 0])[::-1]
+    medians = [np.nanmedian(coarser[coarser[:, 0] == level], axis=0) for level in levels]
+    return np.array(medians).reshape(-1, by_case.shape[1])
 
 
-def _tolerance_picture(medians: pd.DataFrame) -> Picture:
+def _tolerance_picture(medians: np.ndarray, columns: list[str]) -> Picture:
     """Return the picture of the differences over the run time, a curve per figure."""
 
     def paint(ax: Axes) -> None:
-        for column, colour in zip(medians.columns[1:], COLOURS, strict=False):
-            errors = np.maximum(medians[column].to_numpy(), LEAST_DRAWN)
-            ax.plot(medians["run_time"].to_numpy(), errors, color=colour, marker="o", markersize=4, label=column)
+        for column, differences, colour in zip(columns, medians.T[2:], COLOURS, strict=False):
+            errors = np.maximum(differences, LEAST_DRAWN)
+            ax.plot(medians[:, 1], errors, color=colour, marker="o", markersize=4, label=column)
         ax.set_labels("run time of a case [s]", "relative difference")
         set_log_scale(ax, "x", "y")
         ax.set_legend("right")
@@ -285,23 +292,20 @@ def one_at_a_time_design(study: Study) -> tuple[str, list[Unknown]] | None:
     axes, cases = study.swept(), study.cases
     if "sample" in study.run.grid or not MIN_UNKNOWNS <= len(axes) < len(cases) <= MAX_CASES:
         return None
-    values = pd.DataFrame({axis.path: np.asarray(cases[axis.path], dtype=object) for axis in axes}, index=cases.index)
-    most_frequent = [Counter(values[axis.path].dropna()).most_common(1)[0][0] for axis in axes]
-    differs = values.ne(pd.Series(most_frequent, index=values.columns), axis=1)
-    base_ids = differs.index[~differs.any(axis=1)]
-    if len(base_ids) != 1:
+    values = [cases[axis.path].tolist() for axis in axes]
+    known = ([value for value in column if not is_missing(value)] for column in values)
+    usual = [Counter(column).most_common(1)[0][0] for column in known]
+    differs = np.array([[value != most for value in column] for column, most in zip(values, usual, strict=True)])
+    base_rows = np.flatnonzero(~differs.any(axis=0))
+    if len(base_rows) != 1:
         return None
-    change_patterns = np.unique(differs.to_numpy()[differs.index != base_ids[0]], axis=0)
-    if (change_patterns.sum(axis=0) > 1).any():  # an axis of two groups: cases change several unknowns
-        return None
-    groups: dict[tuple[str, ...], list[str]] = {}
-    for case_id, is_changed in differs.drop(index=base_ids[0]).iterrows():
-        groups.setdefault(tuple(is_changed.index[is_changed]), []).append(str(case_id))
-    if len(groups) < MIN_UNKNOWNS:
-        return None
-    by_path = {axis.path: axis for axis in axes}
-    unknowns = [Unknown(tuple(by_path[path] for path in group), tuple(ids)) for group, ids in groups.items()]
-    return str(base_ids[0]), unknowns
+    groups: dict[tuple[int, ...], list[str]] = {}
+    for row in np.flatnonzero(differs.any(axis=0)):
+        groups.setdefault(tuple(np.flatnonzero(differs[:, row]).tolist()), []).append(cases.index[row])
+    if len(groups) < MIN_UNKNOWNS or sum(map(len, groups)) > len(set().union(*groups)):
+        return None  # an axis of two groups: cases change several unknowns
+    unknowns = [Unknown(tuple(axes[index] for index in changed), tuple(ids)) for changed, ids in groups.items()]
+    return cases.index[base_rows[0]], unknowns
 
 
 def bars_of(study: Study, column: str, base: str, unknowns: list[Unknown]) -> list[Bar]:

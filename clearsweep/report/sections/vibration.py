@@ -32,7 +32,7 @@ def vibration_sections(study: Study) -> list[Section]:
     """Return the section, or [] if no case finished or the grid has no `vibration`."""
     if study.cases.empty or not study.has(PEAK):
         return []
-    worst = str(study.cases[PEAK].idxmax())
+    worst = study.cases.worst_case(PEAK)
     pictures = [*_force_pictures(study, worst), *_envelopes(study, worst), *_waterfalls(study)]
     pictures += [*_run_up(study, worst), *[picture for place in _places(study) for picture in _zones(study, place)]]
     blocks = without_empty([Gallery(f"{NOTE} The worst case has the largest force on the frame.", pictures)])
@@ -52,7 +52,7 @@ def _table(study: Study) -> Table:
     for place in _places(study, "kurtosis"):
         columns += [(f"{place}_{name}", f"{place.replace('_', ' ')} {text}") for name, text in _PLACE_COLUMNS.items()]
     table = case_table(study, "vibration", "Vibration of all cases", columns, PEAK)
-    turns, resolution = (float(study.cases[name].median()) for name in ("vibration_turns", "vibration_resolution"))
+    turns, resolution = (float(np.nanmedian(study.cases[name])) for name in ("vibration_turns", "vibration_resolution"))
     text = f" Spectra are over {turns:g} turns, with lines {resolution:.4g}{wording.BLANK}Hz apart."
     return table._replace(note=table.note + text)
 
@@ -140,7 +140,7 @@ def _waterfalls(study: Study) -> Iterator[Picture]:
     for direction in "xy":
         figure = f"frame_force_{direction}_order"
         names = [column.name for column in study.run.layout.columns if column.figure == figure]
-        values = np.stack([study.cases[name].to_numpy(float) for name in names or [PEAK]], axis=-1)
+        values = np.stack([study.cases[name] for name in names or [PEAK]], axis=-1)
         rows = [values[indices == k] for k in range(len(axis.values))]
         amplitudes = np.array([row.max(axis=0) if len(row) else np.full(values.shape[1], np.nan) for row in rows])
         if names and np.nanmax(amplitudes) > 0.0:
@@ -189,11 +189,11 @@ def _zones(study: Study, place: str) -> Iterator[Picture]:
     axes: list[Axis] = [effect.axis for effect in main_effects_of(study, column)][:2]
     if not bounds or not axes:
         return
-    name, velocity = place.replace("_", " "), study.cases[column].to_numpy(float)
+    name, velocity = place.replace("_", " "), study.cases[column]
     if not axes[1:]:
         indices = study.indices_on(axes[0])
         curves = []
-        for text, values in (("with clearance", velocity), ("ideal", study.cases[f"{column}_ideal"].to_numpy(float))):
+        for text, values in (("with clearance", velocity), ("ideal", study.cases[f"{column}_ideal"])):
             highest = [np.nanmax(values[indices == k], initial=np.nan) for k in range(len(axes[0].values))]
             curves += [(text, np.array(highest))] if np.isfinite(highest).any() else []
         yield Picture(

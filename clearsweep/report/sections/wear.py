@@ -85,7 +85,7 @@ def _coarse_bin_sentences(study: Study, joint: Joint) -> list[str]:
     """Return a sentence with the number of cases with too coarse bins and a sufficient number of bins, or []."""
     column = joint.column("wear_bins_enough")
     bins = joint.layout.wear_bins
-    if not study.has(column) or study.cases[column].max() <= bins:
+    if not study.has(column) or study.cases.largest(column) <= bins:
         return []
     coarse = study.cases[column][study.cases[column] > bins]
     bins_needed, max_bins = int(coarse.max()), simulation.MAX_BINS
@@ -119,7 +119,7 @@ def _deepest_wear_blocks(study: Study, joint: Joint) -> list[Block]:
     column = ranking_column(study, joint)
     if not study.has(column):
         return []
-    case_id = study.cases[column].idxmax()
+    case_id = study.cases.worst_case(column)
     hours = _hours_to_clearance(study, joint, case_id)
     figures = [
         (name, joint.column(figure))
@@ -146,7 +146,7 @@ def _hours_to_clearance(study: Study, joint: Joint, case_id: str) -> str:
     per_1000_hours = joint.column(WEAR_PER_1000_HOURS)
     if per_1000_hours not in study.cases:
         return ""
-    row, depth = int(study.cases.index.get_loc(case_id)), float(study.cases.at[case_id, per_1000_hours])
+    row, depth = study.cases.row_of(case_id), float(study.cases.at[case_id, per_1000_hours])
     return clearance_hours_text(finished_cases(study), joint.layout, row, depth)
 
 
@@ -290,7 +290,7 @@ def _life_over_clearance(study: Study, joint: Joint) -> Iterator[Picture]:
     axis: Axis | None = next((axis for axis in study.levels() if axis.path == path), None)
     if axis is None or not study.has(column) or len(axis.values) < MIN_VALUES:
         return
-    indices, lives = study.indices_on(axis), study.cases[column].to_numpy(float)
+    indices, lives = study.indices_on(axis), study.cases[column]
     groups = [lives[(indices == k) & np.isfinite(lives)] for k in range(len(axis.values))]
     if not all(map(len, groups)):
         return

@@ -11,7 +11,6 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from ...answers import judge
 from ...answers.judge import known_blocks, verdict_on
@@ -29,7 +28,7 @@ from ...contracts.layout import DIFFERENCE
 from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun
-from ..axis import CACHED_VALUES, Axis
+from ..axis import CACHED_VALUES, Axis, is_missing
 from ..study import Joint, Study, comparable_values, indices_by_value, joint_of, resolve_cases
 
 # Main effects of swept values on a figure: medians over the values, share of the variation.
@@ -83,22 +82,41 @@ def _main_effects(study: Study, column: str) -> list[MainEffect]:
 # Matched cases, which differ in one law only.
 
 
+class MatchedTable(NamedTuple):
+    """A figure by group of matched cases and value of their axis."""
+
+    groups: np.ndarray  # (groups,) their numbers
+    levels: np.ndarray  # (levels,) values of the axis, ascending
+    values: np.ndarray  # (groups, levels) NaN: no case
+
+
 class MatchedCases(NamedTuple):
-    """Matched cases, which differ in one law only."""
+    """Groups of cases that differ in the value of one axis only; a case may belong to several."""
 
     axis: Axis
-    pairs: pd.DataFrame  # columns group, law, case_id
+    groups: np.ndarray  # (pairs,) number of a group
+    rows: np.ndarray  # (pairs,) a case of it
+    levels: np.ndarray  # (levels,) the values of all cases on the axis, ascending
+    codes: np.ndarray  # (pairs,) index in `levels`, -1: none
 
-    def table(self, study: Study, column: str) -> pd.DataFrame:
-        """Return a figure (SI) by group and law, for groups with a positive figure under at least two laws."""
-        values = study.cases[column].reindex(self.pairs["case_id"]).to_numpy()
-        known = self.pairs.assign(value=values)[values > 0.0]
-        table = known.groupby(["group", "law"])["value"].median().unstack()
-        return table[table.count(axis=1) > 1]
+    def table(self, values: np.ndarray, reduce: Callable[[np.ndarray], float] = np.median) -> MatchedTable:
+        """Return values of the finished cases by group and level, for groups with such at two levels or more.
 
-    def case_id(self, group: int, law: str) -> str:
-        """Return the id of the case of a law in a group."""
-        return self.pairs.loc[(self.pairs["group"] == group) & (self.pairs["law"] == law), "case_id"].iloc[0]
+        values : (cases,) NaN where unknown; `reduce` makes one number of those of several cases
+        """
+        known = (self.codes >= 0) & ~np.isnan(values[self.rows])
+        cells, inverse = np.unique(self.groups[known] * len(self.levels) + self.codes[known], return_inverse=True)
+        groups, row_of_cell = np.unique(cells // max(len(self.levels), 1), return_inverse=True)
+        table = np.full((len(groups), len(self.levels)), np.nan)
+        for row, cell, of_cell in zip(row_of_cell, cells, indices_by_value(inverse, len(cells)), strict=True):
+            table[row, cell % len(self.levels)] = reduce(values[self.rows[known][of_cell]])
+        is_compared = np.count_nonzero(~np.isnan(table), axis=1) > 1
+        has_values = ~np.isnan(table[is_compared]).all(axis=0)
+        return MatchedTable(groups[is_compared], self.levels[has_values], table[is_compared][:, has_values])
+
+    def row(self, group: int, level: float | str) -> int:
+        """Return the first case of a group at a level."""
+        return int(self.rows[np.argmax((self.groups == group) & (self.levels[self.codes] == level))])
 
 
 def match_cases(study: Study, axis: Axis) -> MatchedCases:
@@ -111,17 +129,32 @@ def match_cases(study: Study, axis: Axis) -> MatchedCases:
 
 
 def _match_cases(study: Study, axis: Axis) -> MatchedCases:
-    other_paths = [other.path for other in study.swept() if other is not axis]
-    codes = pd.DataFrame({path: pd.factorize(study.cases[path])[0] for path in other_paths}, index=study.cases.index)
-    groups = codes.drop_duplicates().rename_axis(None).reset_index(drop=True).rename_axis("group").reset_index()
-    used_paths = [tuple(path for path in other_paths if code[path] >= 0) for code in codes.to_dict("records")]
-    groups_with_cases = []
-    for shared_paths in dict.fromkeys(used_paths):
-        rows = codes[[paths == shared_paths for paths in used_paths]].reset_index()[["case_id", *shared_paths]]
-        merge_options = {"on": list(shared_paths)} if shared_paths else {"how": "cross"}
-        groups_with_cases.append(groups[["group", *shared_paths]].merge(rows, **merge_options))
-    pairs = pd.concat(groups_with_cases, ignore_index=True)[["group", "case_id"]]
-    return MatchedCases(axis, pairs.assign(law=study.cases[axis.path].reindex(pairs["case_id"]).to_numpy()))
+    others = [_codes(study.cases[other.path])[1] for other in study.swept() if other is not axis]
+    codes = np.stack([*others, np.zeros(len(study.cases), int)], axis=-1)  # (cases, other axes and one more)
+    groups, used, pairs = list(dict.fromkeys(map(tuple, codes))), codes >= 0, []
+    for is_shared in dict.fromkeys(map(tuple, used)):
+        rows_of: dict[tuple, list[int]] = {}
+        for row in np.flatnonzero((used == is_shared).all(axis=1)).tolist():
+            rows_of.setdefault(tuple(itertools.compress(codes[row], is_shared)), []).append(row)
+        shared = (tuple(itertools.compress(group, is_shared)) for group in groups)
+        pairs += [(number, row) for number, key in enumerate(shared) for row in rows_of.get(key, ())]
+    numbers, rows = np.array(pairs, int).reshape(-1, 2).T
+    levels, codes_on_axis = _codes(study.cases[axis.path])
+    return MatchedCases(axis, numbers, rows, levels, codes_on_axis[rows])
+
+
+def positive_values(study: Study, column: str) -> np.ndarray:
+    """Return a figure of the finished cases (cases,) where it is positive, otherwise NaN."""
+    values = study.cases[column]
+    return np.where(values > 0.0, values, np.nan)
+
+
+def _codes(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the distinct values, ascending, and the index of each value in them, -1 for a missing one."""
+    known = np.array([not is_missing(value) for value in values.tolist()], bool)
+    codes = np.full(len(values), -1)
+    levels, codes[known] = np.unique(values[known], return_inverse=True)
+    return levels, codes
 
 
 def axis_key(axis: Axis) -> str:
@@ -202,7 +235,7 @@ def yield_speed_sentence(study: Study, joint: Joint) -> str:
     if not study.has(column):
         reason = " for this kind of joint or law" if _has_strength(study, joint) else _NO_STRENGTH
         return f"The speed at which the contact first yields is not computed{reason}."
-    extremes = (study.cases[column].min(), study.cases[column].max())
+    extremes = (study.cases.smallest(column), study.cases.largest(column))
     scale = wording.scale("m/s", extremes)
     range_text = " to ".join(dict.fromkeys(scale.number_text(extreme, 2) for extreme in extremes))
     return f"The contact first yields at {scale.with_unit(range_text)}."
@@ -337,7 +370,7 @@ def samples_of(run: StoredRun) -> list[Sample]:
     keys = [_values_by_row(run, other_paths), _values_by_row(run, paths)]
     for row_number, (point, drawn) in enumerate(zip(*keys, strict=True)):
         rows_of_point.setdefault(point, {})[drawn] = row_number
-    ids, failed = run.column("case_id").to_numpy(), (run.column("status") != "ok").to_numpy(bool)
+    ids, failed = run.column("case_id"), run.column("status") != "ok"
     names = [
         name
         for name in run.columns[run.columns.index("message") + 1 :]
@@ -346,7 +379,7 @@ def samples_of(run: StoredRun) -> list[Sample]:
 
     @functools.lru_cache(CACHED_VALUES)
     def read(column: str) -> np.ndarray:
-        return np.where(failed, np.nan, run.column(column).to_numpy(float, na_value=np.nan))
+        return np.where(failed, np.nan, run.column(column).astype(float))
 
     samples = []
     for point, row_by_values in sorted(rows_of_point.items(), key=lambda item: _sort_key(item[0])):
@@ -360,7 +393,7 @@ def samples_of(run: StoredRun) -> list[Sample]:
 def _values_by_row(run: StoredRun, paths: list[str]) -> list[tuple]:
     """Return the values of these columns in every row; None for unused values."""
     columns = [run.column(path) for path in paths or ["case_id"]]
-    lists = [column.astype(object).where(column.notna(), None).tolist() for column in columns]
+    lists = [[None if is_missing(value) else value for value in column.tolist()] for column in columns]
     return list(zip(*lists, strict=True)) if paths else [()] * len(columns[0])
 
 

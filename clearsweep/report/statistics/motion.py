@@ -4,7 +4,6 @@ import itertools
 from typing import NamedTuple
 
 import numpy as np
-import pandas as pd
 
 from ...contracts.catalogue import STARTS
 from ..axis import Axis
@@ -41,8 +40,8 @@ def classify_motion(study: Study, joint: Joint) -> Kinds:
 
 
 def _classify_motion(study: Study, joint: Joint) -> Kinds:
-    contact_share = study.cases[joint.column("contact_fraction")].to_numpy(float)
-    onsets = study.cases[joint.column("impacts_per_rev")].to_numpy(float)
+    contact_share = study.cases[joint.column("contact_fraction")]
+    onsets = study.cases[joint.column("impacts_per_rev")]
     with np.errstate(all="ignore"):
         mean_duration = 360.0 * contact_share / onsets  # mean duration of a contact, degrees
     contact = _first_true(
@@ -59,7 +58,7 @@ def _periods(study: Study) -> np.ndarray:
     """Return the index in PERIODS of every finished case; -1 if unknown."""
     if "period" not in study.cases:
         return np.full(len(study.cases), -1, np.int8)
-    period = study.cases["period"].to_numpy(float)
+    period = study.cases["period"]
     return _first_true([period == 1.0, period == 2.0, period > 2.0], [0, 1, 2], 3)
 
 
@@ -75,16 +74,14 @@ def short_contacts(study: Study, joint: Joint) -> np.ndarray:
     """
     speed = study.base.get("drive", {}).get("speed")
     if "drive.speed" in study.cases:
-        speed = study.cases[
-            "drive.speed"
-        ].to_numpy()  # of a Series numpy requests attributes, which pandas looks up in ids
+        speed = study.cases["drive.speed"]
     count, contacts = len(study.cases), study.run.layout.contacts
     blocks = iter(study.run.event_blocks())
     block = next(blocks, None)
     if block is None or joint.name not in contacts or not np.issubdtype(np.asarray(speed).dtype, np.number):
         return np.broadcast_to(np.nan, count)  # takes no memory
     revolution_time = 2.0 * np.pi / np.abs(np.broadcast_to(np.asarray(speed, float), count))  # s
-    discarded, recorded = (part.to_numpy(float) for part in recorded_revolutions(study.cases, study.base))
+    discarded, recorded = recorded_revolutions(study.cases, study.base)
     window_start, is_selected = discarded * revolution_time, study.cases.selected
     short_time, first_case = np.zeros(count), 0
     for counts, events in itertools.chain((block,), blocks):
@@ -137,28 +134,31 @@ class Points(NamedTuple):
     is_downward: np.ndarray = np.zeros(0, bool)  # whether the case was reached down the axis
 
 
-def poincare_points(study: Study, joint: Joint, case_id: str) -> pd.DataFrame:
-    """Return x, y (m), vx, vy (m/s) and `revolution` of a journal at crank angle 0 in the recorded window of a case."""
-    frame = study.run.poincare(case_id)
-    if frame.empty:
-        return frame
+def poincare_points(study: Study, joint: Joint, case_id: str) -> dict[str, np.ndarray]:
+    """Return x, y (m), vx, vy (m/s) and `revolution` of a journal at crank angle 0 in the recorded window of a case.
+
+    They are {} if there are none.
+    """
+    points = study.run.section_columns(case_id)
+    if not len(points.get("revolution", ())):
+        return {}
     discarded, _ = recorded_revolutions(study.cases, study.base)
-    frame = frame[frame["revolution"] >= discarded.iloc[study.cases.row_of(case_id)]]
-    columns = {f"{joint.name}/{name}": name for name in ("x", "y", "vx", "vy")}
-    return frame.rename(columns=columns)[["revolution", *columns.values()]].reset_index(drop=True)
+    is_recorded = points["revolution"] >= discarded[study.cases.row_of(case_id)]
+    columns = {"revolution": "revolution"} | {name: f"{joint.name}/{name}" for name in ("x", "y", "vx", "vy")}
+    return {name: points[column][is_recorded] for name, column in columns.items()} if is_recorded.any() else {}
 
 
 def points_along_axis(study: Study, joint: Joint, axis: Axis, reference: str) -> Points:
     """Return the points of the cases along an axis that share all other values with the case `reference`."""
-    values = study.cases[axis.path].to_numpy(float)
+    values = study.cases[axis.path]
     indices = [index for index in cases_along_axis(study, axis, reference) if np.isfinite(values[index])]
     histories = [(index, poincare_points(study, joint, study.cases.index[index])) for index in indices]
-    histories = [(index, frame) for index, frame in histories if len(frame)]
+    histories = [(index, points) for index, points in histories if points]
     clearances = [_clearance(study, joint, study.cases.index[index]) for index, _ in histories]
-    counts = [len(frame) for _, frame in histories]
+    counts = [len(points["x"]) for _, points in histories]
 
     def concatenate(name: str) -> np.ndarray:
-        return np.concatenate([np.empty(0), *(frame[name].to_numpy(float) for _, frame in histories)])
+        return np.concatenate([np.empty(0), *(points[name] for _, points in histories)])
 
     return Points(
         np.repeat(values[[index for index, _ in histories]], counts),
@@ -193,7 +193,7 @@ def cases_along_axis(study: Study, axis: Axis, reference: str) -> list[int]:
             indices = study.indices_on(other)
             is_alike &= indices == indices[reference_row]
     rows = np.flatnonzero(is_alike)
-    rows = rows[np.argsort(study.cases[axis.path].to_numpy(float)[rows], kind="stable")]
+    rows = rows[np.argsort(study.cases[axis.path][rows], kind="stable")]
     return rows[np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MAX_CASES)).round().astype(int))].tolist()
 
 
