@@ -51,8 +51,8 @@ def test_a_bar_reaches_from_least_to_largest_change_the_longest_first(study):
     lengths = [bar.increase - bar.decrease for bar in bars]
     assert lengths == sorted(lengths, reverse=True)
     (speed,) = (bar for bar in bars if bar.unknown.axes[0].path == "drive.speed")
-    start = study.cases.at[base, column]
-    assert speed.decrease == pytest.approx(study.cases.at[speed.unknown.cases[0], column] / start - 1.0)
+    start = study.cases.at(base, column)
+    assert speed.decrease == pytest.approx(study.cases.at(speed.unknown.cases[0], column) / start - 1.0)
     assert speed.decrease < -0.5  # half the speed: about a quarter of the force
     assert (speed.increase, speed.case_of_increase) == (0.0, "")
     down, up = combined_change(bars)

@@ -76,7 +76,7 @@ def test_the_report_says_how_much_harder_an_impact_on_rigid_links_would_be(tmp_p
     study = study_of(tmp_path / "run")
     (section,) = elastic_links_sections(study)
     (case_id,) = study.cases.index
-    depth = study.cases.at[case_id, "rod_slider_penetration_max"]
+    depth = study.cases.at(case_id, "rod_slider_penetration_max")
     slope = 1.5 * CONTACT * math.sqrt(depth)
     compared, estimated, bending = section.sentences
     assert f"the contact stiffness is {1e-6 * slope:.0f}" in compared
@@ -88,7 +88,7 @@ def test_the_report_says_how_much_harder_an_impact_on_rigid_links_would_be(tmp_p
     assert any(compared in str(point) for point in reliability_points(study))
     # the estimate is of the same machine with a rigid rod
     rigid = clearsweep.simulate(clearsweep.load_case(slider_crank("rod-slider", changes=copy.deepcopy(STUDY))))
-    ratio = rigid.summary["rod_slider_force_peak"] / study.cases.at[case_id, "rod_slider_force_peak"]
+    ratio = rigid.summary["rod_slider_force_peak"] / study.cases.at(case_id, "rod_slider_force_peak")
     assert math.sqrt(1.0 + slope / STIFFNESS) < ratio < 1.4 * math.sqrt(1.0 + slope / STIFFNESS)
 
 

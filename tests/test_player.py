@@ -163,7 +163,7 @@ def test_the_player_turns_the_elements_of_each_bearing_and_moves_the_housing(tmp
         path = saved_channels(study.run, case_id)
         data = player_data(study, case_id, path).data
         elements, (support,) = data["joints"][0]["elements"], data["ground"]
-        name = study.cases.at[case_id, "joints.crank-rod.bearing"]
+        name = study.cases.at(case_id, "joints.crank-rod.bearing")
         assert len(elements["loads"]) == counts[name]
         angles = unpacked(elements["angle"]) + 2.0 * np.pi * np.arange(counts[name])[:, None] / counts[name]
         loads = np.stack([*map(unpacked, elements["loads"])])

@@ -373,7 +373,7 @@ def test_shown_case_is_the_one_that_was_stored(tmp_path):
 def test_curves_without_the_force_peak_say_so():
     made = prepare(Run())
     case_id = made.cases.index[0]
-    peak = made.cases.at[case_id, "rod_slider_force_peak"]
+    peak = made.cases.at(case_id, "rod_slider_force_peak")
     for share, remark in ((0.5, True), (0.95, False)):
         channels = {"joints/rod_slider/force_normal": np.array([0.0, share * peak])}
         text = cases.peak_note(made, case_id, channels)

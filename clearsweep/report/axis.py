@@ -3,7 +3,7 @@
 import bisect
 import math
 from collections import OrderedDict
-from collections.abc import Callable, Hashable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Hashable, Iterable, Mapping
 from types import MappingProxyType
 from typing import Any, NamedTuple, TypeVar
 
@@ -287,14 +287,11 @@ class Rows:
         """Return whether there are no cases."""
         return not len(self)
 
-    @property
-    def at(self) -> "_CellIndexer":
-        """Return an indexer of one value by `[case_id, column]`."""
-        return _CellIndexer(self)
-
-    def rows_of(self, case_ids: Sequence[str]) -> np.ndarray:
-        """Return the rows of cases that are among them."""
-        return np.searchsorted(self.index, np.asarray(case_ids, object))
+    def at(self, case_id: str, column: str) -> Any:
+        """Return one value; raise KeyError if the case or the column is missing."""
+        if (row := self.row_of(case_id)) < 0:
+            raise KeyError(case_id)
+        return self[column][row]
 
     def row_of(self, case_id: str) -> int:
         """Return the row of a case, -1 if it is not among them."""
@@ -334,18 +331,6 @@ class Rows:
         if key not in self._result_cache:
             self._result_cache[key] = compute()
         return self._result_cache[key]
-
-
-class _CellIndexer:
-    def __init__(self, rows: Rows) -> None:
-        self._rows = rows
-
-    def __getitem__(self, key: tuple[str, str]) -> Any:
-        case_id, column = key
-        row = self._rows.row_of(case_id)
-        if row < 0:
-            raise KeyError(case_id)
-        return self._rows[column][row]
 
 
 def dependent_values(definitions: Definitions, path: str, cases: Rows, base: Mapping) -> np.ndarray:

@@ -34,7 +34,7 @@ def compare_swept_laws(study: Study, axis: Axis, joint: Joint) -> Part:
     other_paths = [other.path for other in study.swept() if other is not axis]
     shared_axis_values = np.zeros(len(study.cases), int)
     for path in other_paths:
-        shared_axis_values += study.cases[path] == study.cases.at[hardest_case_id, path]
+        shared_axis_values += study.cases[path] == study.cases.at(hardest_case_id, path)
     laws_with_cases = [law for law in axis.values if (study.cases[axis.path] == law).any()]
     closest_case_ids = [
         study.cases.index[np.where(study.cases[axis.path] == law, shared_axis_values, -1).argmax()]
@@ -73,7 +73,7 @@ def compare_allowed_laws(study: Study, joint: Joint) -> Part | None:
 def ideal_load(study: Study, joint: Joint, case_id: str) -> float | None:
     """Return the largest reaction (N) of a joint of a case without clearance, or None if it is unknown."""
     column = joint.column("force_peak_ideal")
-    load = float(study.cases.at[case_id, column]) if column in study.cases else np.nan
+    load = float(study.cases.at(case_id, column)) if column in study.cases else np.nan
     return load if np.isfinite(load) else None
 
 

@@ -70,10 +70,12 @@ def spread_table(study: Study, samples: list[Sample]) -> Table:
                         *quantiles,
                     )
                 )
+    failed = sum(len(sample.failed) for sample in samples)
+    failed_note = f"{wording.count_text(failed, 'failed case')} left out: the figures may be biased." if failed else ""
     note = (
         "Brackets contain the 95 % confidence interval: from the bootstrap for mean and cv (standard deviation over "
         f"mean), from order statistics for quantiles. A dash ({wording.DASH}) marks an end for which there are too few "
-        f"cases. {_failed_note(samples)}"
+        f"cases. {failed_note}"
     )
     return Table("distribution", "Spread of the figures", note.strip(), columns, rows)
 
@@ -297,11 +299,6 @@ def estimate_cells(estimate: Estimate, unit: str) -> list[Quantity]:
         Quantity(estimate.low, low),
         Quantity(estimate.high, high),
     ]
-
-
-def _failed_note(samples: list[Sample]) -> str:
-    failed = sum(len(sample.failed) for sample in samples)
-    return f"{wording.count_text(failed, 'failed case')} left out: the figures may be biased." if failed else ""
 
 
 # Table of the variables that drive a random sample: rank correlations, chance of exceeding limits in either half.

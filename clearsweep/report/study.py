@@ -173,7 +173,7 @@ class Study(NamedTuple):
         ]
         value_texts = [f"{axis.name} {axis.text(value)}" for axis, value in distinctive]
         rows = self.failed if self.cases.row_of(case_id) < 0 else self.cases
-        value_texts = [*(f"{name} {rows.at[case_id, name]}" for name in self.label_columns), *value_texts]
+        value_texts = [*(f"{name} {rows.at(case_id, name)}" for name in self.label_columns), *value_texts]
         return ", ".join(
             [*value_texts, "all other values as in most cases"] if len(distinctive) < len(used_values) else value_texts
         )
@@ -264,7 +264,7 @@ class Study(NamedTuple):
         """Return figures (case_id, column) of one quantity for one sentence, all in the unit of the first column."""
         column = figures[0][1]
         known = self.cases[column]
-        return column_texts(column, self.unit(column), known, [self.cases.at[figure] for figure in figures])
+        return column_texts(column, self.unit(column), known, [self.cases.at(*figure) for figure in figures])
 
     def has(self, column: str) -> bool:
         """Return whether any finished case has this figure."""
@@ -278,7 +278,7 @@ class Study(NamedTuple):
         return axis.values[int(counts.argmax())] if 2 * counts.max() > len(self.cases) else None
 
     def _value_of(self, case_id: str, path: str) -> float | str:
-        return (self.failed if self.cases.row_of(case_id) < 0 else self.cases).at[case_id, path]
+        return (self.failed if self.cases.row_of(case_id) < 0 else self.cases).at(case_id, path)
 
 
 def prepare(run: StoredRun, *, shows_median: bool = False) -> Study:

@@ -8,7 +8,7 @@ import json
 import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import pyarrow as pa
@@ -29,19 +29,17 @@ from .datasets import (
     SAMPLE,
     SECTION,
     Dataset,
+    Hdf5,
     column_of,
     datasets,
     field_of,
+    h5py,
     is_plausible,
     offset_datasets,
     values_of,
     words_of,
-    words_of_codes,
 )
 from .record import MisshapenError, check_facts, kind_of_axis
-
-if TYPE_CHECKING:  # imported only where histories are read or written
-    import h5py
 
 GROUP_ROWS = 16384  # rows of a group of the summary, and of what is worked at in one go
 ORBITS, SUMMARIES = "shards", "parts"  # folders of a run directory; their names predate the present terms
@@ -201,12 +199,12 @@ def _values_by_column(names: list[str], rows: list[dict]) -> dict[str, list]:
     return dict(zip(names, map(list, zip(*(map(row.get, names) for row in rows), strict=True)), strict=True))
 
 
-def write_dataset(file: "h5py.File", dataset: Dataset, values: np.ndarray, **options: Any) -> None:
+def write_dataset(file: Hdf5, dataset: Dataset, values: np.ndarray, **options: Any) -> None:
     """Write `values` as one dataset with its unit and description."""
     describe_dataset(file.create_dataset(dataset.path, data=values, **options), dataset)
 
 
-def describe_dataset(target: "h5py.Dataset", dataset: Dataset) -> None:
+def describe_dataset(target: Hdf5, dataset: Dataset) -> None:
     """Attach unit and description to a dataset of the file."""
     target.attrs["units"] = dataset.unit
     target.attrs["description"] = dataset.description
@@ -214,8 +212,6 @@ def describe_dataset(target: "h5py.Dataset", dataset: Dataset) -> None:
 
 def orbits_bytes(schema: ResultSchema, rows: list[Row]) -> bytes:
     """Return the HDF5 file of a batch, plain so that a merge can read it by offsets; units are in the merged file."""
-    import h5py
-
     arrays = [(CASE_ID, np.array([row.case_id.encode() for row in rows], CASE_ID.dtype))]
     for item, dataset in offset_datasets(schema).items():
         counts = (_count_items(schema, row.trajectory, item) for row in rows)
@@ -236,16 +232,14 @@ def _without_huge(values: np.ndarray) -> np.ndarray:
     return np.where(is_huge, np.nan, values)
 
 
-def _add_dataset(file: "h5py.File", dataset: Dataset, values: np.ndarray) -> None:
+def _add_dataset(file: Hdf5, dataset: Dataset, values: np.ndarray) -> None:
     """Add a dataset to the file of a batch; some fifty of them by `create_dataset` take twice as long."""
-    from h5py import h5d, h5p, h5s, h5t
-
-    with_groups = h5p.create(h5p.LINK_CREATE)  # a dataset is created with the groups of its path
+    with_groups = h5py.h5p.create(h5py.h5p.LINK_CREATE)  # a dataset is created with the groups of its path
     with_groups.set_create_intermediate_group(True)
-    kind, space = h5t.py_create(values.dtype, logical=True), h5s.create_simple(values.shape)
-    target = h5d.create(file.id, dataset.path.encode(), kind, space, lcpl=with_groups)
+    kind, space = h5py.h5t.py_create(values.dtype, logical=True), h5py.h5s.create_simple(values.shape)
+    target = h5py.h5d.create(file.id, dataset.path.encode(), kind, space, lcpl=with_groups)
     if values.size:
-        target.write(h5s.ALL, h5s.ALL, np.ascontiguousarray(values))
+        target.write(h5py.h5s.ALL, h5py.h5s.ALL, np.ascontiguousarray(values))
 
 
 def _count_items(schema: ResultSchema, trajectory: results.Trajectory, item: str) -> int:
@@ -282,7 +276,7 @@ def _concatenate_values(schema: ResultSchema, dataset: Dataset, rows: list[Row])
     if dataset.item == EVENT:
         name = dataset.path.removeprefix("events/")
         values = np.concatenate([np.empty(0, results.EVENT_DTYPE), *(row.trajectory.events for row in rows)])[name]
-        codes = words_of_codes(dataset.dtype)
+        codes = h5py.check_enum_dtype(dataset.dtype)
         return values if codes is None else _encode_words(values, codes, dataset.dtype)
     _, joint, body = dataset.path.split("/")
     depths = np.full((len(rows), *dataset.shape), np.nan)

@@ -1,13 +1,14 @@
 """Columns of the tables and datasets of the orbits, as every file of results has them, and their checked reading."""
 
 import contextlib
+import importlib
 import math
 import os
 import struct
 from collections.abc import Iterator, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
 import pyarrow as pa
@@ -17,9 +18,6 @@ from ..contracts import results
 from ..contracts.layout import SECTION_COUNT, Column, Layout
 from . import durable
 from .record import MisshapenError
-
-if TYPE_CHECKING:  # imported only where histories are read or written
-    import h5py
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Columns of Arrow tables: their fields, and their values as arrays of numpy and back, without loading pandas.
@@ -111,8 +109,19 @@ JOINT, TURNS, OFFSETS = f"{GROUP}/joint", f"{GROUP}/turns", f"{GROUP}/offsets"
 _PEAK, _PEAK_SAMPLE = "peak", "sample of a peak"  # items of this group
 _FILTERS = {1, 2, 3}  # deflate, shuffle and Fletcher32 of HDF5: another could load a library
 _IS_HEX_DIGIT = np.isin(np.arange(256), np.frombuffer(b"0123456789abcdef", "u1"))  # by byte
+Hdf5 = Any  # an object of h5py
 LARGEST_CLOCK = 1e15  # s or rad; a step of a rounded crank angle is then 0.1 rad
 _CLOCKS = ("t", "crank_angle", "events/t")  # never NaN
+
+
+class _Package:
+    """The package h5py, which is loaded when it is first used: only where histories are read or written."""
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(importlib.import_module("h5py"), name)
+
+
+h5py = _Package()
 
 
 class Stored(Protocol):
@@ -146,11 +155,6 @@ class Dataset(NamedTuple):
 def _names_dtype(names: Sequence[str]) -> np.dtype:
     """Return the type of the numbers of some names, as h5py marks an enum; HDF5 needs at least one."""
     return np.dtype("i1", metadata={"enum": {name: code for code, name in enumerate(names or ["none"])}})
-
-
-def words_of_codes(dtype: np.dtype) -> dict[str, int] | None:
-    """Return the codes of the words of an enum, None for another type."""
-    return dtype.metadata.get("enum") if dtype.metadata else None
 
 
 def event_datasets(layout: Layout) -> list[Dataset]:
@@ -284,15 +288,13 @@ class StoredNames(NamedTuple):
 @lru_cache(8)
 def _expected(names: StoredNames, *, with_peaks: bool) -> _Expected:
     """Return what the contract says of a file."""
-    from h5py import h5t
-
     offsets = offset_datasets(names)
     all_datasets = [CASE_ID, *offsets.values(), *datasets(names), *(peak_datasets(names.layout) if with_peaks else ())]
     by_path = {dataset.path: dataset for dataset in all_datasets}
     paths_of_offsets = {item: dataset.path for item, dataset in offsets.items()}
     paths_of_offsets |= {_PEAK_SAMPLE: OFFSETS} if with_peaks else {}
     groups = {path[:end] for path in by_path for end in range(len(path)) if path[end] == "/"}
-    types = {path: h5t.py_create(dataset.dtype, logical=True) for path, dataset in by_path.items()}
+    types = {path: h5py.h5t.py_create(dataset.dtype, logical=True) for path, dataset in by_path.items()}
     return _Expected(by_path, types, paths_of_offsets, frozenset(groups))
 
 
@@ -307,7 +309,7 @@ class Contents(NamedTuple):
 @contextlib.contextmanager
 def open_orbits(
     path: Path, schema: Stored, rows: int, *, mark: str | None = None, plain: bool = False
-) -> Iterator[tuple["h5py.File", Contents]]:
+) -> Iterator[tuple[Hdf5, Contents]]:
     """Yield a file of orbits that has the datasets of `schema` for `rows` cases, and nothing else; with its contents.
 
     An HDF5 file can refer to other files, pipes and libraries.  So every link must be a hard one, and every dataset an
@@ -316,8 +318,6 @@ def open_orbits(
 
     Raises MisshapenError, or what HDF5 raises: OSError, RuntimeError, KeyError, ValueError or TypeError.
     """
-    import h5py
-
     durable.open_regular(path).close()
     with h5py.File(path, "r") as file:
         stored_mark = file.attrs["clearsweep"] if mark is not None else None
@@ -326,14 +326,12 @@ def open_orbits(
         yield file, _check_file(file, schema, rows, os.stat(path).st_size if plain else None)
 
 
-def _check_file(file: "h5py.File", schema: Stored, rows: int, plain_size: int | None) -> Contents:
+def _check_file(file: Hdf5, schema: Stored, rows: int, plain_size: int | None) -> Contents:
     """Return the contents of a file; raise MisshapenError if it has others than `schema` says."""
-    from h5py import h5d
-
     has_peaks = bool(file.id.links.exists(GROUP.encode()))  # `in` would follow a link
     expected = _expected(StoredNames(schema.layout, schema.histories), with_peaks=has_peaks)
     _check_links(file, expected)
-    opened = {path: h5d.open(file.id, path.encode()) for path in expected.datasets}
+    opened = {path: h5py.h5d.open(file.id, path.encode()) for path in expected.datasets}
     for path, dataset in opened.items():
         _check_dataset(path, dataset, expected.types[path], plain=plain_size is not None)
     counts = {CASE: rows, _PEAK: opened[f"{GROUP}/case_id"].shape[0] if has_peaks else 0}
@@ -356,16 +354,14 @@ def _check_file(file: "h5py.File", schema: Stored, rows: int, plain_size: int | 
     return contents
 
 
-def _check_links(file: "h5py.File", expected: _Expected) -> None:
+def _check_links(file: Hdf5, expected: _Expected) -> None:
     """Check that the names in a file are those of the contract, and that none leads elsewhere."""
-    from h5py import h5l
-
     missing, refused = set(expected.datasets), []
 
     def visit(name: bytes, link: Any) -> str | None:
         path = name.decode(errors="replace")
         missing.discard(path)
-        if link.type != h5l.TYPE_HARD or (path not in expected.datasets and path not in expected.groups):
+        if link.type != h5py.h5l.TYPE_HARD or (path not in expected.datasets and path not in expected.groups):
             refused.append(path)
         return refused[0] if refused else None  # a text ends the visit
 
@@ -378,11 +374,9 @@ def _check_links(file: "h5py.File", expected: _Expected) -> None:
 
 def _check_dataset(path: str, dataset: Any, expected_type: Any, *, plain: bool) -> None:
     """Check the type of a dataset, and that its values are in this file."""
-    from h5py import h5d
-
     properties = dataset.get_create_plist()
     filters = {properties.get_filter(number)[0] for number in range(properties.get_nfilters())}
-    layouts = (h5d.CONTIGUOUS,) if plain else (h5d.CONTIGUOUS, h5d.CHUNKED)
+    layouts = (h5py.h5d.CONTIGUOUS,) if plain else (h5py.h5d.CONTIGUOUS, h5py.h5d.CHUNKED)
     if properties.get_layout() not in layouts or properties.get_external_count() or not filters <= _FILTERS:
         raise MisshapenError(f"{path} is no plain dataset of this file")
     if not dataset.get_type().equal(expected_type):
@@ -394,7 +388,7 @@ def _check_shape(path: str, shape: tuple[int, ...], expected: tuple[int, ...]) -
         raise MisshapenError(f"{path} has the shape {shape}, not {expected}")
 
 
-def _read_ids(file: "h5py.File", rows: int, *, has_peaks: bool) -> np.ndarray:
+def _read_ids(file: Hdf5, rows: int, *, has_peaks: bool) -> np.ndarray:
     """Return the identities of the cases; they are checked, and those of peaks are among them."""
     _check_shape(CASE_ID.path, file[CASE_ID.path].shape, (rows,))
     ids: np.ndarray = file[CASE_ID.path][:]
@@ -405,13 +399,13 @@ def _read_ids(file: "h5py.File", rows: int, *, has_peaks: bool) -> np.ndarray:
     return ids
 
 
-def read_values(file: "h5py.File", path: str, span: Any) -> np.ndarray:
+def read_values(file: Hdf5, path: str, span: Any) -> np.ndarray:
     """Return a part of a dataset of a checked file; MisshapenError for values that no run writes.
 
     Codes are those of a word; times and crank angles are up to LARGEST_CLOCK, other numbers up to LARGEST, or NaN.
     """
     values: np.ndarray = file[path][span]
-    words = words_of_codes(file[path].dtype)
+    words = h5py.check_enum_dtype(file[path].dtype)
     try:
         if words is not None:
             check_values(path, values, len(words))

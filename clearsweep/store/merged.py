@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from io import BufferedReader
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 import pyarrow as pa
@@ -46,22 +46,20 @@ from .datasets import (
     TURNS,
     Contents,
     Dataset,
+    Hdf5,
     check_values,
     datasets,
     field_of,
     filter_chunk,
+    h5py,
     offset_datasets,
     peak_datasets,
     rows_at,
     values_of,
-    words_of_codes,
 )
 from .directory import FINAL_FILES, ORBITS_FILE, SUMMARY_FILE, RunDirectory, check_histories
 from .read import StoredRun
 from .record import MisshapenError, read_record
-
-if TYPE_CHECKING:  # imported only where histories are read or written
-    import h5py
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Writes `summary.parquet`: the rows of all batches in case_id order, in bounded memory.
@@ -190,7 +188,7 @@ class OrbitFiles:
         self.run, self.result_schema = run, result_schema
         self.files: dict[int, Contents] = {}  # number of a batch -> its datasets, each a plain run of bytes
         self.handles: dict[int, BufferedReader] = {}  # number of a batch -> its open file
-        self.merged: dict[Path, h5py.File] = {}  # open files that merges wrote
+        self.merged: dict[Path, Hdf5] = {}  # open files that merges wrote
 
     def __enter__(self) -> Self:
         return self
@@ -263,8 +261,6 @@ class OrbitFiles:
 
     def _read_merged(self, path: Path, dataset: Dataset, first: int, count: int) -> bytes:
         """Return some items of a dataset of a file that a merge wrote, as bytes; its chunks stay decompressed."""
-        import h5py
-
         try:
             if path not in self.merged:
                 self.merged[path] = h5py.File(path, "r")
@@ -283,8 +279,6 @@ def write_orbits(
     peaks: "Sequence[tuple[Worst, Peak]]",
 ) -> None:
     """Write the histories of the given rows, and the peak revolutions of the worst ones."""
-    import h5py
-
     with (
         h5py.File(path, "x", libver=HDF5_LIBRARY_VERSIONS) as file,
         OrbitFiles(run, result_schema) as orbits,
@@ -322,7 +316,7 @@ def _case_values(
 
 
 def _write_compressed(
-    file: "h5py.File", dataset: Dataset, case_values: Iterator[bytes], value_count: int, threads: ThreadPoolExecutor
+    file: Hdf5, dataset: Dataset, case_values: Iterator[bytes], value_count: int, threads: ThreadPoolExecutor
 ) -> None:
     """Write the values of all cases, compressed in threads and with checksums: h5py would use one core."""
     items = int(value_count) // dataset.width
@@ -348,7 +342,7 @@ def _write_compressed(
 
 def _checked(content: bytes, dataset: Dataset) -> bytes:
     """Return the bytes of values of a dataset; MisshapenError if no run writes them."""
-    check_values(dataset.path, np.frombuffer(content, dataset.dtype), len(words_of_codes(dataset.dtype) or ()))
+    check_values(dataset.path, np.frombuffer(content, dataset.dtype), len(h5py.check_enum_dtype(dataset.dtype) or ()))
     return content
 
 
@@ -451,7 +445,7 @@ def _plain_value(value: Any) -> Any:
     return value if isinstance(value, str) else None if value is None or np.isnan(value) else float(value)
 
 
-def write_worst(file: "h5py.File", result_schema: ResultSchema, cases: Sequence[tuple[Worst, Peak]]) -> None:
+def write_worst(file: Hdf5, result_schema: ResultSchema, cases: Sequence[tuple[Worst, Peak]]) -> None:
     """Write the peak revolutions, the worst case first."""
     paths = [peak.path for _, peak in cases]
     content: dict[str, Any] = {

@@ -15,12 +15,11 @@ import pyarrow.parquet as pq
 from ..language.errors import ClearsweepError, DirectoryError
 from . import durable
 from .batch import GROUP_ROWS, id_text, ids_of_texts, open_table
-from .datasets import Stored, is_plausible, open_orbits
+from .datasets import Hdf5, Stored, h5py, is_plausible, open_orbits
 from .directory import IDS_FILE, ORBITS_FILE, SUMMARY_FILE
 from .record import MisshapenError, damaged_error
 
 if TYPE_CHECKING:
-    import h5py
     import pandas as pd
 
 READ_AROUND = 1024  # identities read on each side of the expected position
@@ -37,7 +36,7 @@ class Part:
         """
         self.files, self._stored, self._mark = files, stored, mark
         self._checked: tuple[int, ...] = ()  # the state of orbits.h5 when it was last checked
-        self._opened: h5py.File | None = None  # it, in this state: its chunks stay decompressed from case to case
+        self._opened: Hdf5 | None = None  # it, in this state: its chunks stay decompressed from case to case
 
     @contextlib.contextmanager
     def table(self, name: str = SUMMARY_FILE) -> Iterator[pq.ParquetFile]:
@@ -47,14 +46,14 @@ class Part:
             yield table
 
     @contextlib.contextmanager
-    def orbits(self) -> Iterator["h5py.File"]:
+    def orbits(self) -> Iterator[Hdf5]:
         """Yield orbits.h5, whose parts are verified on reading; DamagedError if it is not as a run writes it."""
-        import h5py
-
         path = self.files[ORBITS_FILE]
         with damage_said(path, RuntimeError, KeyError, TypeError):  # of HDF5 and h5py
             durable.open_regular(path).close()
-            if (state := _state_of(path)) == self._checked:
+            state = os.stat(path)
+            identity = state.st_ino, state.st_size, state.st_mtime_ns  # changes if the file is replaced or written to
+            if identity == self._checked:
                 if not self._opened:
                     self._opened = h5py.File(path, "r")
                 yield self._opened
@@ -66,7 +65,7 @@ class Part:
                     self.ids = ids
                 elif not np.array_equal(ids, self.ids):
                     raise damaged_error(path, f"its cases are not those of {IDS_FILE}")
-                self._checked = state
+                self._checked = identity
                 yield file
 
     def __len__(self) -> int:
@@ -166,12 +165,6 @@ def unfinished_error(path: Path) -> DirectoryError:
         f"--out {path.parent}, which computes only missing cases. To read the finished cases, use report --partial or "
         "clearsweep.open(..., partial=True)"
     )
-
-
-def _state_of(path: Path) -> tuple[int, ...]:
-    """Return numbers that change if a file is replaced or written to."""
-    state = os.stat(path)
-    return state.st_ino, state.st_size, state.st_mtime_ns
 
 
 def plausible(rows: T) -> T:

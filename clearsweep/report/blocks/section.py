@@ -75,7 +75,9 @@ def draw_svg(picture: Picture, id_prefix: str) -> str:
         x, y = np.asarray(points, float).T
         return np.stack(sheet.axes.to_points(x, y, box), -1)
 
-    svg_text = _COLOUR.sub(_theme_variable, _WHITE_TEXT.sub("white", svg_text)).removesuffix("</svg>\n")
+    svg_text = _COLOUR.sub(
+        lambda found: f"{found[1]}var({THEME_VARIABLES[found[2]]}, {found[2]})", _WHITE_TEXT.sub("white", svg_text)
+    ).removesuffix("</svg>\n")
     if picture.spots:
         svg_text += _spot_elements(picture.spots, to_points)
     if picture.dots:
@@ -111,11 +113,6 @@ def _spot_elements(spots: tuple[Spot, ...], to_points: ToPoints) -> str:
 def capitalise(name: str) -> str:
     """Return a name with a capital, for a title; symbols, 'p99' and 'pV', are not changed."""
     return name if name.startswith(("p99", "pV")) else f"{name[0].upper()}{name[1:]}"
-
-
-def _theme_variable(colour: re.Match[str]) -> str:
-    """Return a colour of a style as a colour variable of the page."""
-    return f"{colour[1]}var({THEME_VARIABLES[colour[2]]}, {colour[2]})"
 
 
 def _dot_elements(picture: Picture, to_points: ToPoints, id_prefix: str) -> str:

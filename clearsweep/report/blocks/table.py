@@ -90,14 +90,12 @@ class Table(NamedTuple):
         """Write the table into a directory, as `csv` and as `markdown`; return the files."""
         name = _UNSAFE_CHARACTERS.sub("_", self.key)
         files = [directory / f"{name}.{ending}" for ending in ("csv", "md")]
-        texts, starts = (self.csv(), self.markdown()), (self._first_head(), f"### {escape_markdown(self.title)}\n")
+        texts = (self.csv(), self.markdown())
+        # the beginning of the CSV that does not depend on the units of a run
+        starts = (texts[0].partition("[")[0].partition(",")[0].rstrip(), f"### {escape_markdown(self.title)}\n")
         for file, text, start in zip(files, texts, starts, strict=True):
             durable.replace_output(file, text.encode(), start.encode())
         return files
-
-    def _first_head(self) -> str:
-        """Return the beginning of the CSV that does not depend on the units of a run."""
-        return self.csv().partition("[")[0].partition(",")[0].rstrip()
 
     def csv(self) -> str:
         """Return the table with all its rows as CSV, in SI, axes in the unit of the grid; the unit is in the head.

@@ -22,7 +22,7 @@ from markupsafe import Markup, escape
 from ... import grid, simulation, store
 from ...contracts.case import Case
 from ...contracts.machine import GROUND
-from ...contracts.results import EVENT_DTYPE, Trajectory
+from ...contracts.results import Trajectory
 from ...language import phases, wording
 from ...language.errors import ClearsweepError, InputError
 from ...store import StoredRun, durable
@@ -227,10 +227,7 @@ def case_to_draw(study: Study, case_id: str) -> Case:
 def case_pictures(study: Study, case_id: str, result: Trajectory) -> list[Picture]:
     """Return the pictures of a simulated case with a history."""
     channels = result.channels
-    pictures = motion_pictures(study, case_id, channels)
-    pictures += onset_pictures(
-        study, case_id, {name: result.events[name] for name in EVENT_DTYPE.names or ()}, channels
-    )
+    pictures = motion_pictures(study, case_id, channels) + onset_pictures(study, case_id, result.events, channels)
     for joint in study.joints:
         if joint.name in result.wear:
             wear_pictures = joints.wear_pictures(study, joint, case_id, result.wear[joint.name])

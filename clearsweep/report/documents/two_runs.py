@@ -282,7 +282,7 @@ def _leading_column(pairs: Pairs) -> str:
 def _paired_values(pairs: Pairs, column: str) -> tuple[np.ndarray, np.ndarray]:
     """Return a figure of the paired cases in A and in B, SI."""
     first, second = (
-        study.cases[column][study.cases.rows_of(ids)]
+        study.cases[column][[*map(study.cases.row_of, ids)]]
         for study, ids in zip((pairs.first, pairs.second), zip(*pairs.case_ids, strict=True), strict=True)
     )
     return first, second

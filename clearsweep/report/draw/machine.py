@@ -141,9 +141,10 @@ class _Labels:
 
     def write(self, ax: Axes) -> None:
         """Write all names; the limits of the axes must not change afterwards."""
-        metres_per_point = self._metres_per_point(ax)
         obstacles, occupied = np.concatenate(self.obstacles), np.empty((0, 4))
         (left, right), (bottom, top) = ax.xaxis.limits(), ax.yaxis.limits()
+        width, height = 72.0 * (np.array(ax.sheet_size) - _MARGINS)  # typographic points; the axes fill their figure
+        metres_per_point = max((right - left) / width, (top - bottom) / height)
         for text, position, colour, weight in self.requests:
             half_size = metres_per_point * np.array([0.5 * _LETTER_WIDTH * len(text) + 2.0, 0.5 * _LINE_HEIGHT])
             centres = position + _LABEL_OFFSETS * (half_size + _LABEL_GAP * self.size)
@@ -157,11 +158,6 @@ class _Labels:
                 ax.plot(*np.stack([position, centres[best_index]]).T, color=colour, linewidth=0.5, zorder=5)
             x, y = centres[best_index]
             ax.text(x, y, text, colour=colour, weight=weight, **_LABEL_STYLE)
-
-    def _metres_per_point(self, ax: Axes) -> float:
-        """Return the length (m) of a typographic point in axes that fill their figure."""
-        width, height = 72.0 * (np.array(ax.sheet_size) - _MARGINS)
-        return max(np.ptp(ax.xaxis.limits()) / width, np.ptp(ax.yaxis.limits()) / height)
 
 
 def _interpolate(points: np.ndarray) -> np.ndarray:

@@ -178,7 +178,7 @@ def _speed_pictures(history: History) -> list[Picture]:
     return [Picture("Crank speed", "", alt, history.painter(speed, "rad/s", SPEED), FLAT_SIZE, shown_in_player=True)]
 
 
-def onset_pictures(study: Study, case_id: str, events: Mapping, channels: Mapping) -> list[Picture]:
+def onset_pictures(study: Study, case_id: str, events: Mapping | np.ndarray, channels: Mapping) -> list[Picture]:
     """Return a picture of the closing rates at contact onsets for each of their units, or [] without events or drive.
 
     If the speed is not constant, the picture covers the part of the run whose samples are saved in `channels`.
@@ -411,7 +411,7 @@ def _reference_levels(study: Study, case_id: str, joint: Joint) -> list[tuple[st
     if study.cases.row_of(case_id) < 0:
         return []
     columns = [(name, joint.column(figure)) for figure, name in REFERENCE_FORCES]
-    levels = [(name, float(study.cases.at[case_id, column])) for name, column in columns if study.has(column)]
+    levels = [(name, float(study.cases.at(case_id, column))) for name, column in columns if study.has(column)]
     return [level for level in levels if np.isfinite(level[1])]
 
 
@@ -472,7 +472,8 @@ def spatial_pictures(
     """Return the pictures of a spatial joint; values : channel -> its history in SI; angle : rad, of the crank."""
     ends_of_journal = journal_ends(case, joint, values)
     half_lengths = (0.5 * float(joint.journal_length or 0.0), 0.5 * float(joint.length or 0.0))
-    tilt, jam_tilt = values(f"joints/{joint.column}/tilt"), _jam_tilt(joint)
+    tilt, limit = values(f"joints/{joint.column}/tilt"), simulation.jam_angle(joint)
+    jam_tilt = limit if np.isfinite(limit) else None  # rad, at which a journal jams
     largest_text, frame_text = f"{np.degrees(tilt.max()):.3g}°", "the frame of the bearing, z along it"
     scale_factor, stride = wording.scale("m", joint.clearance).factor, -(-ends_of_journal.shape[1] // MAX_DOT_POSITIONS)
     dots = [
@@ -535,12 +536,6 @@ def _frames(values: Callable[[str], np.ndarray], body: str) -> np.ndarray:
         (2.0 * (x * z - w * y), 2.0 * (y * z + w * x), 1.0 - 2.0 * (x * x + y * y)),
     )
     return np.moveaxis(np.array(rows), -1, 0)
-
-
-def _jam_tilt(joint: CaseJoint) -> float | None:
-    """Return the tilt (rad) at which a journal jams, or None if nothing stops it."""
-    limit = simulation.jam_angle(joint)
-    return limit if np.isfinite(limit) else None
 
 
 def is_spatial(channels: Mapping, joint: str) -> bool:

@@ -86,16 +86,13 @@ FOLDED: tuple[tuple[str, tuple[SectionBuilder, ...]], ...] = (  # folded below t
 )
 
 
-def _shows_case(section: Section) -> bool:
-    """Return whether a section shows a case in motion, which fills most of a column."""
-    return any(isinstance(block, Detail) for block in section.blocks)
-
-
 def _is_in_second_column(builder: SectionBuilder, earlier: list[Section]) -> bool:
     """Return whether sections belong in the second column of a wide page, after those that are `earlier`."""
     if any(section.key == "optimise" for section in earlier):
         return builder is leading_explorer_sections  # as long as all others
-    return builder in SECOND_COLUMN and (builder is not driver_sections or any(map(_shows_case, earlier)))
+    # a case in motion fills most of a column
+    shows_case = any(isinstance(block, Detail) for section in earlier for block in section.blocks)
+    return builder in SECOND_COLUMN and (builder is not driver_sections or shows_case)
 
 
 def all_sections(study: Study) -> list[Section]:

@@ -194,7 +194,7 @@ def limit_table(study: Study) -> Table:
         margins, fails = limit.margin(values_by_column), limit.is_exceeded(values_by_column)
         row = _worst_row(margins, fails, limit.excess(values_by_column))
         case_id = study.cases.index[row]
-        values = (study.cases.at[case_id, axis.path] for axis in study.swept())
+        values = (study.cases.at(case_id, axis.path) for axis in study.swept())
         worst = float(margins[row])
         margin = Quantity(worst, case_margin_text(worst, [limit], limit.column if fails[row] else ""))
         of_cases = (count_cell(failing), count_cell(unknown), count_cell(limit_counts.cases))
@@ -323,7 +323,8 @@ def periodicity_sentences(study: Study) -> list[str]:
         )
         count_by_period = Counter(int(period) for period in known_periods)
         count_texts = [
-            f"{number} every {_revolutions_text(period)}" for period, number in sorted(count_by_period.items())
+            f"{number} every {'revolution' if period == 1 else f'{period} revolutions'}"
+            for period, number in sorted(count_by_period.items())
         ]
         verb = "is" if len(known_periods) in (1, count) else "are"
         points.append(
@@ -339,10 +340,6 @@ def periodicity_sentences(study: Study) -> list[str]:
         )
         points += _expected_peak_sentences(study)
     return points
-
-
-def _revolutions_text(period: int) -> str:
-    return "revolution" if period == 1 else f"{period} revolutions"
 
 
 def _expected_peak_sentences(study: Study) -> list[str]:

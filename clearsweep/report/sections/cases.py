@@ -365,7 +365,7 @@ def peak_note(study: Study, case_id: str, channels: Mapping) -> str:
     """Return a remark if the curves of a case do not contain the force peak of a joint, or ''."""
     for joint in study.joints:
         column, force = joint.column("force_peak"), channels.get(f"joints/{joint.name}/force_normal", ())
-        if len(force) and np.max(force) < SHOWN_PEAK * study.cases.at[case_id, column]:
+        if len(force) and np.max(force) < SHOWN_PEAK * study.cases.at(case_id, column):
             reached = wording.quantity_text(float(np.max(force)), study.unit(column))
             advice = (
                 "" if "worst" in study.run.grid.get("save", {}) else " With save.worst a run stores its revolution."

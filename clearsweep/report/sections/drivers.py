@@ -227,7 +227,7 @@ def _tabulated_figures(study: Study) -> list[tuple[str, str]]:
 def _row(study: Study, name: str, effect: MainEffect, scale: Scale) -> tuple:
     axis, unit = effect.axis, study.unit(effect.column)
     extreme_cells = []
-    for index in effect.extreme_indices():
+    for index in (np.nanargmin(effect.medians), np.nanargmax(effect.medians)):
         median, value = float(effect.medians[index]), axis.values[index]
         extreme_cells += [Quantity(median, scale.text(median)), Quantity(value, axis.text(value))]
     share = Quantity(effect.share, wording.percent_text(effect.share))

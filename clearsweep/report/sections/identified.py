@@ -60,20 +60,15 @@ def compare_signals(study: Study, file: str | PathLike) -> list[SignalComparison
     for name, values in signals.signals.items():
         channel = names[name]
         for case_id, orbit in orbits.items():
-            angle = _crank_angles(signals, orbit["crank_angle"], orbit["t"])
-            compared_pair = _compare_with_case(angle, values, orbit["crank_angle"], orbit[channel], signals)
+            angle, factor = orbit["crank_angle"], 1.0
+            if signals.over != "crank_angle":  # over time: rad/s, the mean speed of the case
+                factor = (angle[-1] - angle[0]) / (orbit["t"][-1] - orbit["t"][0])
+            compared_pair = _compare_with_case(factor * signals.abscissa, values, angle, orbit[channel], signals)
             if channel not in best or compared_pair[3] < best[channel].misfit:
                 best[channel] = SignalComparison(
                     channel, units[channel], signals.file, case_id, len(orbits), *compared_pair
                 )
     return list(best.values())
-
-
-def _crank_angles(signals: MeasuredSignals, crank_angle: np.ndarray, times: np.ndarray) -> np.ndarray:
-    """Return the crank angles (rad) of measured samples; of samples over time, from the mean speed of a case."""
-    if signals.over == "crank_angle":
-        return signals.abscissa
-    return signals.abscissa * (crank_angle[-1] - crank_angle[0]) / (times[-1] - times[0])
 
 
 def _compare_with_case(

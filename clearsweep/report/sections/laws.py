@@ -222,7 +222,7 @@ def _base_result(study: Study) -> LawResult | None:
         return None
     case_id, candidate = worst
     column = candidate.columns[0]
-    return LawResult(case_id, "", "", column, float(study.cases.at[case_id, column]))
+    return LawResult(case_id, "", "", column, float(study.cases.at(case_id, column)))
 
 
 def _value_text(study: Study, column: str, value: float) -> str:
@@ -332,7 +332,7 @@ def _stiffness_sentences(study: Study, joint: Joint, worst: str, case: Case, lin
         contact = joint_with_laws(case, joint)
     except InputError:  # laws of a law file
         return "", ""
-    depth = float(study.cases.at[worst, joint.column("penetration_max")])
+    depth = float(study.cases.at(worst, joint.column("penetration_max")))
     if not links_at_joint or not contact.is_dry or contact.is_guide or not depth > 0.0:
         return "", ""
     low, high = simulation.elastic_forces(contact, (depth * (1.0 - RELATIVE_STEP), depth * (1.0 + RELATIVE_STEP)))
@@ -345,7 +345,7 @@ def _stiffness_sentences(study: Study, joint: Joint, worst: str, case: Case, lin
         f"case {worst[:8]}. Along the line of its pins {names} {verb} a stiffness of "
         f"{_stiffness_text(stiffness / stiffness_ratio)}."
     )
-    if study.cases.at[worst, joint.column("impacts_per_rev")] < MIN_IMPACTS:
+    if study.cases.at(worst, joint.column("impacts_per_rev")) < MIN_IMPACTS:
         return stiffness_sentence, "Journal and bearing hardly separate there, so a rigid link changes the peak little."
     return stiffness_sentence, (
         "Impacts occur there. With rigid links such an impact would be at least "
@@ -365,8 +365,8 @@ def _computed_effect_text(study: Study, joint: Joint, worst: str) -> str:
     if axis is None or len(similar_cases) < 2:
         return ""
     column = joint.column(PEAK.figure)
-    similar_cases.sort(key=lambda case_id: float(study.cases.at[case_id, axis.path]))
-    values = [axis.text(study.cases.at[case_id, axis.path]) for case_id in similar_cases]
+    similar_cases.sort(key=lambda case_id: float(study.cases.at(case_id, axis.path)))
+    values = [axis.text(study.cases.at(case_id, axis.path)) for case_id in similar_cases]
     peaks = study.texts(*((case_id, column) for case_id in similar_cases))
     pairs = [f"{peak} at {value}" for peak, value in zip(peaks, values, strict=True)]
     return (
@@ -455,7 +455,7 @@ def _table(study: Study, worst: str, links: tuple[simulation.BendingLink, ...]) 
     rows = []
     for link in links:
         name = link.name.replace("-", "_")
-        figures = (float(study.cases.at[worst, f"{name}_{figure}"]) for figure in ("deflection_max", "stress_max"))
+        figures = (float(study.cases.at(worst, f"{name}_{figure}")) for figure in ("deflection_max", "stress_max"))
         rows.append((link.name, str(link.modes), link.rate, link.ratio, *figures))
     note = "The case has the largest stress, by bending and normal force at the worst of 11 stations."
     return Table("bending_links", "Links that bend", note, columns, rows)

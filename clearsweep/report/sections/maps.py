@@ -22,7 +22,7 @@ from ..blocks.table import column_label
 from ..draw import comparison
 from ..draw.comparison import CurveFamily
 from ..draw.maps import MAP_SIZE, Cells, draw_heat_map
-from ..statistics.effects import MainEffect, main_effects_of
+from ..statistics.effects import main_effects_of
 from ..study import (
     EXCLUDED_STARTS_NOTE,
     P99_OVER_IDEAL,
@@ -295,8 +295,9 @@ def curve_sections(study: Study) -> list[Section]:
     x_axis = None if study.cases.empty else _x_axis(study)
     if x_axis is None:
         return []
-    other_axes = [effect.axis for effect in _effects(study)]
-    other_axes = [axis for axis in other_axes if axis is not x_axis]
+    column = study.most_loaded_joint().column(study.lead.figure)
+    effects = main_effects_of(study, column) if study.has(column) else []
+    other_axes = [effect.axis for effect in effects if effect.axis is not x_axis]
     curve_axis = next((axis for axis in other_axes if axis.path.endswith(".clearance")), next(iter(other_axes), None))
     pictures = [
         _curve_picture(study, plotted, x_axis, curve_axis) for plotted in _plotted_figures(study)[:MAX_PICTURES]
@@ -313,12 +314,6 @@ def _x_axis(study: Study) -> Axis | None:
     """Return the crank speed, or the first axis with enough numbers."""
     numeric = [axis for axis in study.levels() if axis.is_numeric and len(axis.values) >= MIN_VALUES]
     return next((axis for axis in numeric if axis.path == "drive.speed"), next(iter(numeric), None))
-
-
-def _effects(study: Study) -> list[MainEffect]:
-    """Return the main effects on the leading figure, the strongest first, or [] if no case has it."""
-    column = study.most_loaded_joint().column(study.lead.figure)
-    return main_effects_of(study, column) if study.has(column) else []
 
 
 def _plotted_figures(study: Study) -> list[PlottedFigure]:

@@ -349,7 +349,7 @@ def _comparison_sentences(
         return []
     sentences = []
     for name in names:
-        best_objective, written_objective = rows[0][name], float(study.cases.at[written_id, name])
+        best_objective, written_objective = rows[0][name], float(study.cases.at(written_id, name))
         change = f" ({100.0 * (best_objective / written_objective - 1.0):+.3g} %)" if written_objective else ""
         sentences.append(
             f"{name} {study.text(rows[0]['case_id'], name)} instead of {study.text(written_id, name)}{change}"
@@ -401,10 +401,10 @@ def _front_table(study: Study, rows: list[dict[str, Any]], names: list[str], wri
     )
     lines = []
     if written_id is not None and written_id not in [row["case_id"] for row in rows]:
-        margin = study.cases.at[written_id, "margin"] if study.has("margin") else float("nan")
-        values = [study.cases.at[written_id, axis.path] for axis in study.axes]
-        cells = (*values, *(float(study.cases.at[written_id, name]) for name in names), float(margin))
-        exceeded = study.cases.at[written_id, EXCEEDED_COLUMN] if EXCEEDED_COLUMN in study.cases else ""
+        margin = study.cases.at(written_id, "margin") if study.has("margin") else float("nan")
+        values = [study.cases.at(written_id, axis.path) for axis in study.axes]
+        cells = (*values, *(float(study.cases.at(written_id, name)) for name in names), float(margin))
+        exceeded = study.cases.at(written_id, EXCEEDED_COLUMN) if EXCEEDED_COLUMN in study.cases else ""
         lines.append((*cells, _limits_cell(study, exceeded), "as written"))
     for row in rows:
         numbers = [float("nan") if row[name] is None else row[name] for name in (*names, "margin")]

@@ -47,7 +47,15 @@ RESIDUAL_NOTE = (
 
 def setup_sections(study: Study) -> list[Section]:
     """Return the section, with the values in one column and their origin in the other."""
-    axis_texts = [(axis.path, _axis_text(axis)) for axis in study.axes]
+    axis_texts = [
+        (
+            axis.path,
+            axis.range_text()
+            if axis.is_scattered or len(axis.values) > MAX_LISTED_VALUES
+            else ", ".join(map(axis.text, axis.values)),
+        )
+        for axis in study.axes
+    ]
     values: list[Block] = [
         Facts("Swept", "Swept values", axis_texts),
         Facts("The same in every case" if study.axes else "The case", "Fixed values", _fixed_values(study)),
@@ -55,12 +63,6 @@ def setup_sections(study: Study) -> list[Section]:
     ]
     origin: list[Block] = [Facts("Provenance", "Provenance", _provenance(study)), Note(RESIDUAL_NOTE)]
     return [Section("setup", "Values and origin", [Columns((without_empty(values), origin))])]
-
-
-def _axis_text(axis: Axis) -> str:
-    if axis.is_scattered or len(axis.values) > MAX_LISTED_VALUES:
-        return axis.range_text()
-    return ", ".join(axis.text(value) for value in axis.values)
 
 
 def _fixed_values(study: Study) -> list[tuple[str, str]]:
@@ -273,7 +275,7 @@ def budget_sections(study: Study) -> list[Section]:
         return []
     column = study.most_loaded_joint().column(PEAK.figure)
     design = one_at_a_time_design(study)
-    if design is None or not study.has(column) or not study.cases.at[design[0], column] > 0.0:
+    if design is None or not study.has(column) or not study.cases.at(design[0], column) > 0.0:
         return []
     base, unknowns = design
     bars = bars_of(study, column, base, unknowns)
@@ -310,9 +312,9 @@ def one_at_a_time_design(study: Study) -> tuple[str, list[Unknown]] | None:
 
 def bars_of(study: Study, column: str, base: str, unknowns: list[Unknown]) -> list[Bar]:
     """Return the bar of each unknown, the one with the largest effect first."""
-    base_value, bars = float(study.cases.at[base, column]), []
+    base_value, bars = float(study.cases.at(base, column)), []
     for unknown in unknowns:
-        changes = {case: float(study.cases.at[case, column]) / base_value - 1.0 for case in unknown.cases}
+        changes = {case: float(study.cases.at(case, column)) / base_value - 1.0 for case in unknown.cases}
         changes = {"": 0.0} | {case: change for case, change in changes.items() if np.isfinite(change)}
         low, high = min(changes, key=changes.__getitem__), max(changes, key=changes.__getitem__)
         bars.append(Bar(unknown, changes[low], changes[high], low, high))
@@ -358,7 +360,7 @@ def _values_text(study: Study, bar: Bar, case_id: str) -> str:
     """Return the values of an unknown in a case."""
     if not case_id:
         return "base"
-    return ", ".join(axis.text(study.cases.at[case_id, axis.path]) for axis in bar.unknown.axes)
+    return ", ".join(axis.text(study.cases.at(case_id, axis.path)) for axis in bar.unknown.axes)
 
 
 def _budget_picture(study: Study, bars: list[Bar]) -> Picture:

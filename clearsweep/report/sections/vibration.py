@@ -63,7 +63,7 @@ _PLACE_COLUMNS = {"velocity_rms": "velocity rms", "zone": "zone", "kurtosis": "k
 def _orders(study: Study, case_id: str, column: str) -> np.ndarray:
     """Return a figure of a case by order (orders,); column : with {} in place of the order."""
     names = itertools.takewhile(study.has, map(column.format, itertools.count(1)))
-    return np.array([float(study.cases.at[case_id, name]) for name in names])
+    return np.array([float(study.cases.at(case_id, name)) for name in names])
 
 
 def _force_pictures(study: Study, worst: str) -> Iterator[Picture]:
@@ -109,7 +109,7 @@ def _passing_orders(study: Study, case_id: str) -> list[tuple[float, str]]:
     if not isinstance(speed, float) or speed == 0.0:
         return []
     return [
-        (2.0 * np.pi * float(study.cases.at[case_id, joint.column(f"{part}_frequency")]) / abs(speed), part + text)
+        (2.0 * np.pi * float(study.cases.at(case_id, joint.column(f"{part}_frequency"))) / abs(speed), part + text)
         for joint in study.joints
         for text in [study.joint_text(joint, " of {}")]
         for part in (BEARING_PARTS if joint.layout.is_rolling else ())

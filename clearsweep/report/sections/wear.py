@@ -146,7 +146,7 @@ def _hours_to_clearance(study: Study, joint: Joint, case_id: str) -> str:
     per_1000_hours = joint.column(WEAR_PER_1000_HOURS)
     if per_1000_hours not in study.cases:
         return ""
-    row, depth = study.cases.row_of(case_id), float(study.cases.at[case_id, per_1000_hours])
+    row, depth = study.cases.row_of(case_id), float(study.cases.at(case_id, per_1000_hours))
     return clearance_hours_text(finished_cases(study), joint.layout, row, depth)
 
 
@@ -240,7 +240,7 @@ def _life_curve(study: Study, joint: Joint, name: str, case_id: str, history: di
     values = np.asarray(history[key], float)
     interval = None
     if figure == study.run.grid["life"]["of"]:
-        low, high = (float(study.cases.at[case_id, joint.column(f"life_{end}")]) for end in ("low", "high"))
+        low, high = (float(study.cases.at(case_id, joint.column(f"life_{end}"))) for end in ("low", "high"))
         interval = (low, high) if np.isfinite(low) and np.isfinite(high) else None
     plotted = values - values[0] if figure == "clearance_growth" else values
     return LifeCurve(name, np.asarray(history["revolutions"], float), plotted, interval)

@@ -45,10 +45,6 @@ class MainEffect(NamedTuple):
     share: float  # of the figure's variance, corrected for chance, 0 to 1; NaN: undefined
     verdict: str  # of answers.blocks
 
-    def extreme_indices(self) -> tuple[int, int]:
-        """Return the indices of the smallest and the largest median."""
-        return int(np.nanargmin(self.medians)), int(np.nanargmax(self.medians))
-
     def factor(self) -> float:
         """Return the ratio of largest to smallest median; NaN unless both are positive."""
         low, high = float(np.nanmin(self.medians)), float(np.nanmax(self.medians))
@@ -257,7 +253,7 @@ def yield_speeds(study: Study, case_id: str, fastest: float) -> list[tuple[str, 
     speeds = []
     for joint in study.joints:
         column = joint.column(YIELD_SPEED)
-        speed = float(study.cases.at[case_id, column]) if study.has(column) else np.nan
+        speed = float(study.cases.at(case_id, column)) if study.has(column) else np.nan
         if speed <= MAX_SPEED_RATIO * fastest:
             speeds.append((joint.title, speed))
     return speeds
@@ -382,7 +378,12 @@ def samples_of(run: StoredRun) -> list[Sample]:
         return np.where(failed, np.nan, run.column(column).astype(float))
 
     samples = []
-    for point, row_by_values in sorted(rows_of_point.items(), key=lambda item: _sort_key(item[0])):
+
+    def sort_key(point: tuple) -> tuple:  # numbers by size, then words, then unused values
+        return tuple((value is None, isinstance(value, str), 0.0 if value is None else value) for value in point)
+
+    for point in sorted(rows_of_point, key=sort_key):
+        row_by_values = rows_of_point[point]
         row_numbers = np.array([row_by_values.get(row, -1) for row in rows])
         drawn, figures = np.where(row_numbers >= 0, ids[row_numbers], ""), Figures(names, read, row_numbers)
         failed_ids = tuple(dict.fromkeys(drawn[failed[row_numbers] & (row_numbers >= 0)]))
@@ -395,11 +396,6 @@ def _values_by_row(run: StoredRun, paths: list[str]) -> list[tuple]:
     columns = [run.column(path) for path in paths or ["case_id"]]
     lists = [[None if is_missing(value) else value for value in column.tolist()] for column in columns]
     return list(zip(*lists, strict=True)) if paths else [()] * len(columns[0])
-
-
-def _sort_key(point: tuple) -> tuple:
-    """Return the sort key of a point: numbers by size, then words, then unused values."""
-    return tuple((value is None, isinstance(value, str), 0.0 if value is None else value) for value in point)
 
 
 def summarise_spread(values: np.ndarray) -> Spread:

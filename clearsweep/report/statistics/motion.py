@@ -160,21 +160,15 @@ def points_along_axis(study: Study, joint: Joint, axis: Axis, reference: str) ->
     def concatenate(name: str) -> np.ndarray:
         return np.concatenate([np.empty(0), *(points[name] for _, points in histories)])
 
+    directions = study.cases.get(STARTS[0], np.full(len(study.cases), ""))  # of a carried axis
     return Points(
         np.repeat(values[[index for index, _ in histories]], counts),
         concatenate("x"),
         concatenate("y"),
         np.repeat(np.array(clearances, float), counts),
         len(histories),
-        np.repeat(_is_downward(study)[[index for index, _ in histories]], counts),
+        np.repeat((directions == "down")[[index for index, _ in histories]], counts),
     )
-
-
-def _is_downward(study: Study) -> np.ndarray:
-    """Return whether each case was reached down a carried axis, (cases,)."""
-    if STARTS[0] not in study.cases:
-        return np.zeros(len(study.cases), bool)
-    return np.array([direction == "down" for direction in study.cases[STARTS[0]].tolist()], bool)
 
 
 def cases_along_axis(study: Study, axis: Axis, reference: str) -> list[int]:
