@@ -92,12 +92,11 @@ def measure(*, quick: bool = False, report_progress: Callable[[str], None] | Non
         *extreme_machines.spatial_cases(),
     )
     selected = select_evenly(extremes.extreme_cases(), QUICK_CASES) if quick else all_cases
-    groups = dict.fromkeys(case.group for case in selected)
     if report_progress:
         report_progress(f"stability: {len(selected)} cases")
     pool = EXECUTORS["serial" if quick else "local"](cores(), None, no_preparation)
     try:
-        futures = [pool.submit(run_case, case) for group in groups for case in selected if case.group == group]
+        futures = [pool.submit(run_case, case) for case in selected]
         rows = [future.result() for future in futures]
     finally:
         pool.close()
