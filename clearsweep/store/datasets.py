@@ -1,7 +1,6 @@
 """Columns of the tables and datasets of the orbits, as every file of results has them, and their checked reading."""
 
 import contextlib
-import importlib
 import math
 import os
 import struct
@@ -118,7 +117,9 @@ class _Package:
     """The package h5py, which is loaded when it is first used: only where histories are read or written."""
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(importlib.import_module("h5py"), name)
+        import h5py as package
+
+        return getattr(package, name)
 
 
 h5py = _Package()
