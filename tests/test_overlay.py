@@ -3,7 +3,6 @@
 from types import SimpleNamespace
 
 import numpy as np
-import pandas as pd
 import pytest
 
 from clearsweep.answers import features
@@ -32,11 +31,11 @@ def study():
     """A run of three cases whose acceleration is 1, 2 and 3 times the signal."""
     angle = np.linspace(0.0, 2.0 * features.TURN, 1441)
     orbits = {
-        name: pd.DataFrame({"t": angle / SPEED, "crank_angle": angle, "slider/a": signal(angle, size)})
+        name: {"t": angle / SPEED, "crank_angle": angle, "slider/a": signal(angle, size)}
         for name, size in (("a" * 16, 1.0), ("b" * 16, 2.0), ("c" * 16, 3.0))
     }
     channels = [SimpleNamespace(name=name, unit=unit) for name, unit in (("t", "s"), ("slider/a", "m/s^2"))]
-    run = SimpleNamespace(layout=SimpleNamespace(stored=channels), orbit=orbits.__getitem__)
+    run = SimpleNamespace(layout=SimpleNamespace(stored=channels), orbit_columns=orbits.__getitem__)
     return SimpleNamespace(run=run, cases=SimpleNamespace(index=list(orbits)), setting=lambda case_id: "clearance 1 mm")
 
 

@@ -52,13 +52,13 @@ def page_of(pairs: Pairs) -> Page:
 def pair_cases(first: Study, second: Study) -> Pairs:
     """Return the finished cases of two runs with equal values on all axes of either."""
     paths = list(dict.fromkeys(axis.path for study in (first, second) for axis in study.axes))
-    keys, other_keys = (_keys(study, paths) for study in (first, second))
+    keyed, other_keyed = (
+        zip(study.cases.index, *(_values_at(study, path) for path in paths), strict=True) for study in (first, second)
+    )
     same: dict[tuple, list[str]] = {}
-    for case_id, key in zip(second.cases.index, other_keys, strict=True):
-        same.setdefault(key, []).append(case_id)
-    paired = [
-        (case_id, other) for case_id, key in zip(first.cases.index, keys, strict=True) for other in same.get(key, ())
-    ]
+    for case_id, *values in other_keyed:
+        same.setdefault(tuple(values), []).append(case_id)
+    paired = [(case_id, other) for case_id, *values in keyed for other in same.get(tuple(values), ())]
     paired = paired if paths else paired[:1]
     if not paired:
         raise InputError(
@@ -67,12 +67,6 @@ def pair_cases(first: Study, second: Study) -> Pairs:
         )
     ids, other_ids = map(set, zip(*paired, strict=True))
     return Pairs(first, second, paired, (len(first.cases) - len(ids), len(second.cases) - len(other_ids)))
-
-
-def _keys(study: Study, paths: list[str]) -> list[tuple]:
-    """Return the values of `paths` of every finished case."""
-    values = [_values_at(study, path) for path in paths]
-    return list(zip(*values, strict=True)) if paths else [()] * len(study.cases)
 
 
 def _values_at(study: Study, path: str) -> list[float | str | None]:
