@@ -159,6 +159,7 @@ def test_every_case_is_stored_once_in_spite_of(driven, trouble, monkeypatch):
 
 def test_a_case_is_given_up_only_when_a_second_worker_has_died_with_it(driven, monkeypatch):
     monkeypatch.setattr(driving, "DEATH_TIMEOUT", 0.02)
+    monkeypatch.setattr(driving, "CHECK_INTERVAL", 0.01)
     executor = Unreliable(*["vanishes_once_with_each_case"] * 10 * CASES)
     _, stored, expected = driven(executor)
     np.testing.assert_array_equal(stored, expected)

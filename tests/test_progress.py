@@ -433,6 +433,7 @@ def test_the_time_of_a_case_is_without_what_it_compiles(monkeypatch):
 
 def test_a_further_life_that_is_cut_off_is_extrapolated_like_one_before(monkeypatch):
     """Its own life is done, so that its status is ok; the message says that the pilot's patience ended another one."""
+    monkeypatch.setattr(phases, "MIN_ELAPSED", 0.2)
     cut = "life-failed: the life with the wear coefficients at their low ends is not known: its block 4 has the status "
     case, solve = clearsweep.grid.load(grid(1), Fake.catalogue()).case(0), Steady.solve
     for status, extrapolated in (("time-budget", True), ("step-budget", False)):
@@ -441,7 +442,7 @@ def test_a_further_life_that_is_cut_off_is_extrapolated_like_one_before(monkeypa
             return dataclasses.replace(solve(case), status="ok", message=cut + status)
 
         monkeypatch.setattr(Steady, "solve", staticmethod(solve_own))
-        timed = time_case(Steady, case, 1.5)
+        timed = time_case(Steady, case, 0.4)
         assert timed.extrapolated == extrapolated
         assert timed.seconds == pytest.approx(100.0 if extrapolated else timed.elapsed, rel=0.1)
 

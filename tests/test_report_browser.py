@@ -385,6 +385,7 @@ def test_page_is_dark_where_that_is_preferred(pages, browse):
     assert dark["paper"] == "rgb(20, 25, 30)"
 
 
+@pytest.mark.slow
 def test_page_has_no_serious_barrier(pages, browse):
     axe = Path(importlib.util.find_spec("axe_core_python").origin).with_name("axe.min.js").read_text(encoding="utf-8")
     looked = """

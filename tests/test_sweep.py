@@ -377,7 +377,7 @@ def test_a_second_run_in_the_same_directory_is_refused(tmp_path):
 def test_storage_that_fails_stops_the_run_and_harms_nothing(tmp_path, limit, fails):
     """`limit`: bytes that a file may have; no batch fits any more, or every batch but not the merged histories."""
     small, source = (
-        grid(count, (GOOD + 0.02,), orbits="all", wear=True, simulate={"revolutions": 10}) for count in (3, 120)
+        grid(count, (GOOD + (0.002 if limit < 10_000 else 0.02),), orbits="all", wear=True, simulate={"revolutions": 10}) for count in (3, 120)
     )
     quiet(small, tmp_path / "run", executor="serial")
     before = {path.name: path.read_bytes() for path in (tmp_path / "run" / "parts").iterdir()}
