@@ -376,8 +376,9 @@ def test_a_second_run_in_the_same_directory_is_refused(tmp_path):
 @pytest.mark.parametrize(("limit", "fails"), [(2000, r"tmp|parts|shards"), (150_000, "writing failed")])
 def test_storage_that_fails_stops_the_run_and_harms_nothing(tmp_path, limit, fails):
     """`limit`: bytes that a file may have; no batch fits any more, or every batch but not the merged histories."""
+    pause = 0.002 if limit < 10_000 else 0.02  # s, as short as leaves several batches
     small, source = (
-        grid(count, (GOOD + (0.002 if limit < 10_000 else 0.02),), orbits="all", wear=True, simulate={"revolutions": 10}) for count in (3, 120)
+        grid(count, (GOOD + pause,), orbits="all", wear=True, simulate={"revolutions": 10}) for count in (3, 120)
     )
     quiet(small, tmp_path / "run", executor="serial")
     before = {path.name: path.read_bytes() for path in (tmp_path / "run" / "parts").iterdir()}
