@@ -10,7 +10,7 @@ import pyarrow.parquet as pq
 import pytest
 from fake_runs import CONTACT, JOINT, TEXT, ids, load
 
-from clearsweep.grid.sections.distributions import DISTRIBUTIONS
+from clearsweep.grid.sections.axes import Distribution
 from clearsweep.language.errors import InputError
 
 CLEARANCE, SPEED, RESTITUTION = f"{JOINT}.clearance", "drive.speed", f"{CONTACT}.restitution"
@@ -417,4 +417,4 @@ DRAWN = {
 def test_drawn_values_do_not_depend_on_the_processor(law):
     numbers, expected = DRAWN[law]  # numpy's exp and power with AVX-512 differ in the last bit of some values
     points = np.linspace(0.03, 0.97, 7)[[0, 3, 6]]
-    assert [value.hex() for value in DISTRIBUTIONS[law](numbers).values(points)] == expected
+    assert [value.hex() for value in Distribution(law, numbers).values(points)] == expected

@@ -182,7 +182,7 @@ def test_mistakes_with_pressures_are_reported(keys, message):
 
 
 def test_a_workbook_that_unpacks_to_too_much_is_refused(table, monkeypatch):
-    from clearsweep.grid.written import document
+    from clearsweep.grid import written as document
 
     monkeypatch.setattr(document, "MAX_PART_BYTES", 10_000)
     with zipfile.ZipFile("bomb.xlsx", "w", zipfile.ZIP_DEFLATED) as book:

@@ -31,7 +31,7 @@ from .cases import (
     with_dependent_values,
     zipped_axes,
 )
-from .keys import Flag, KeyTable, Name, NameList, Number, Section, Table, Word, value_key
+from .keys import Flag, KeyTable, Name, NameList, Number, Section, Table, Word, deciding_paths, value_key
 from .keys.library_names import LibraryNumber, VariedName, put_numbers_of_names, with_names
 from .keys.outline import unit_of_number
 from .keys.run_keys import CARRIED, DIRECTION, START
@@ -379,7 +379,7 @@ class Grid:
         for path, key in self._shape.items():
             if isinstance(key, (Section, Name)) or path in self.axes or path in self.defined.dependents:
                 continue
-            if any(chooser in self.axes for chooser in key.deciding_paths()):
+            if any(chooser in self.axes for chooser in deciding_paths(key)):
                 value = self._values.get(path) if path in self._written else None
             elif isinstance(key, Word):
                 value = self._values[path] if key.is_used(self._names) else None
@@ -412,7 +412,7 @@ class Grid:
         sweep = self._axes_by_section.get("sweep", ())
         for path in sweep:
             key = value_key(self._shape, path)
-            swept = [chooser for chooser in key.deciding_paths() if chooser in sweep]
+            swept = [chooser for chooser in deciding_paths(key) if chooser in sweep]
             joint_axis = path if isinstance(key, Word) else swept[0] if swept else None
             groups.setdefault(joint_axis.rpartition(".")[0] if joint_axis else path, []).append(path)
         return (*(factor_of(paths, self.axes, self._shape, self._names) for paths in groups.values()), *steps)

@@ -31,10 +31,6 @@ class Number(NamedTuple):
         """Return whether the key is in use with these law names."""
         return bool(self.fields(names))
 
-    def deciding_paths(self) -> tuple[str, ...]:
-        """Return the paths of the law names that decide whether the key is in use, and its meaning."""
-        return tuple(dict.fromkeys(path for key_use in self.uses for path, _ in key_use.when))
-
 
 class ConditionalDefault(NamedTuple):
     """A conditional default of a Word; a path counts if it is written or swept."""
@@ -71,21 +67,13 @@ class Word(NamedTuple):
         """Return whether the key is in use with these law names."""
         return _conditions_met(self.when, names)
 
-    def deciding_paths(self) -> tuple[str, ...]:
-        """Return the paths of the law names that decide whether the key is in use."""
-        return tuple(path for path, _ in self.when)
-
 
 class Name(NamedTuple):
     """A key whose text decides numbers, as the name of a library's entry; they replace it before all else is read."""
 
     options: tuple[str, ...]
     text: str
-
-    @property
-    def sweep(self) -> bool:
-        """Return False: names cannot be swept, but the numbers that replace them can."""
-        return False
+    sweep: bool = False  # names cannot be swept, but the numbers that replace them can
 
 
 class Flag(NamedTuple):
@@ -93,15 +81,7 @@ class Flag(NamedTuple):
 
     text: str
     default: bool | None = None  # with a default, the value is always stored
-
-    @property
-    def sweep(self) -> bool:
-        """Return False: such a key cannot be swept."""
-        return False
-
-    def deciding_paths(self) -> tuple[str, ...]:
-        """Return (): its use depends on no law name."""
-        return ()
+    sweep: bool = False
 
 
 class NameList(NamedTuple):
@@ -110,15 +90,7 @@ class NameList(NamedTuple):
     text: str
     noun: str  # what is expected, in messages
     example: str
-
-    @property
-    def sweep(self) -> bool:
-        """Return False: it cannot be swept."""
-        return False
-
-    def deciding_paths(self) -> tuple[str, ...]:
-        """Return (): no law name decides whether it is in use."""
-        return ()
+    sweep: bool = False
 
 
 class Table(NamedTuple):
@@ -127,19 +99,11 @@ class Table(NamedTuple):
     columns: Columns
     when: tuple[Condition, ...] = ()
     optional: bool = False
+    sweep: bool = False
 
     def is_used(self, names: NamesInUse) -> bool:
         """Return whether the key is in use with these law names."""
         return _conditions_met(self.when, names)
-
-    @property
-    def sweep(self) -> bool:
-        """Return False: such a key cannot be swept."""
-        return False
-
-    def deciding_paths(self) -> tuple[str, ...]:
-        """Return the paths of the law names that decide whether the key is in use."""
-        return tuple(path for path, _ in self.when)
 
 
 def _conditions_met(when: tuple[Condition, ...], names: NamesInUse) -> bool:
@@ -160,6 +124,12 @@ class Section(NamedTuple):
 
 COUNT_WORDS = {2: "two", 3: "three"}  # of a list, in words
 KeyTable = dict[str, Section | Word | Number | Flag | Table | Name | NameList]
+
+
+def deciding_paths(key: object) -> tuple[str, ...]:
+    """Return the paths of the law names that decide whether a key is in use, and its meaning."""
+    conditions = [key_use.when for key_use in key.uses] if isinstance(key, Number) else [getattr(key, "when", ())]
+    return tuple(dict.fromkeys(path for when in conditions for path, _ in when))
 
 
 def value_key(key_table: KeyTable, path: str) -> Word | Number:

@@ -225,14 +225,9 @@ def table_of_keys(mechanism: Mechanism, catalogue: Catalogue, figures: Sequence[
         del keys["simulate.horizon"]  # a disturbed free crank turns at another speed, so two motions cannot be compared
     _add_own_figures(keys, figures, catalogue)
     for path, key in keys.items():
-        if key_can_vary(key) and getattr(key, "role", "") not in ROLES:
+        if isinstance(key, Number | Word) and key.sweep and key.role not in ROLES:
             raise LookupError(f"{path}: its entry in the key table has no role; give it one of {', '.join(ROLES)}")
     return keys
-
-
-def key_can_vary(key: object) -> bool:
-    """Return whether a key can be swept."""
-    return isinstance(key, Number | Word) and key.sweep
 
 
 def _add_own_figures(keys: KeyTable, names: Sequence[str], catalogue: Catalogue) -> None:

@@ -11,8 +11,7 @@ from ...contracts.catalogue import ANY, Catalogue, Field
 from ...language import quantity
 from ..keys import COUNT_WORDS, Flag, KeyTable, Name, NameList, Number, Section, Table, Word
 from ..keys.outline import KeyTree, key_trees
-from ..sections.axes import DESIGNS, SAMPLE_SECTION, SPACING_FORMS
-from ..sections.distributions import parameter_forms
+from ..sections.axes import DESIGNS, SAMPLE_SECTION, SPACING_FORMS, parameter_forms
 from ..sections.fits import DISTRIBUTION_FORM
 from .schema import NAME_SECTIONS, whole_schema
 

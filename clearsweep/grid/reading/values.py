@@ -8,7 +8,7 @@ from ...contracts.catalogue import Field
 from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
 from ...language.quantity import WrittenUnit, is_bare, written_unit
-from ..keys import COUNT_WORDS, Flag, KeyTable, Number, Section, Table, Word
+from ..keys import COUNT_WORDS, Flag, KeyTable, Number, Section, Table, Word, deciding_paths
 from ..keys.key_table import DIMENSIONLESS
 from ..keys.outline import unit_of_number
 from ..sections import Reader, ValueReader, make_word_axis, report_mixed_units
@@ -143,7 +143,7 @@ def _report_missing(reader: Reader, path: str, key: Number, field: Field) -> Non
         name for key_use in key.uses if key_use.field == field and key_use.when for name in key_use.when[-1][1]
     }
     laws_needing = [
-        name for name in sorted(law_names) if any(name in reader.names[chooser] for chooser in key.deciding_paths())
+        name for name in sorted(law_names) if any(name in reader.names[chooser] for chooser in deciding_paths(key))
     ]
     laws_text = f" for {' and '.join(laws_needing)}" if laws_needing else ""
     unit_text = quantity.expected_text(quantity.replace_exponent(field.unit, 1.5))
@@ -219,19 +219,19 @@ def _follows_from_material(reader: Reader, path: str, missing: Field) -> bool:
 
 def _depends_on_unreadable(reader: Reader, key: Word | Number | Table) -> bool:
     """Return whether this key depends on a law name that could not be read and is reported already."""
-    return any(path in reader.unread_laws for path in key.deciding_paths())
+    return any(path in reader.unread_laws for path in deciding_paths(key))
 
 
 def _seems_used(reader: Reader, path: str, key: Word | Number | Table) -> bool:
     """Return whether an unused key was written as if it were used; it may belong to another law that is swept."""
-    has_swept_law = any(chooser in reader.written_axes for chooser in key.deciding_paths())
+    has_swept_law = any(chooser in reader.written_axes for chooser in deciding_paths(key))
     is_written = path in reader.written_axes or (path in reader.written and not has_swept_law)
     return is_written and not _depends_on_unreadable(reader, key)
 
 
 def _law_names_text(reader: Reader, key: Word | Number | Table) -> str:
     """Return in words the law names on which this key depends: `law 'hertz'`."""
-    names = {path: sorted(reader.names[path]) for path in key.deciding_paths()}
+    names = {path: sorted(reader.names[path]) for path in deciding_paths(key)}
     return ", ".join(f"{path.rpartition('.')[2]} {' or '.join(map(repr, choice))}" for path, choice in names.items())
 
 

@@ -12,7 +12,7 @@ from ...contracts.catalogue import Field, Mechanism, Outline
 from ...contracts.search import Search
 from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
-from ..keys import KeyTable, Number, Word, value_key
+from ..keys import KeyTable, Number, Word, deciding_paths, value_key
 from ..keys.library_names import LibraryNumber, VariedName, numbers_of_names
 from ..library.fits import GROUPS, MOUNTING_KEYS, Fit
 from ..written import Problems, WrittenValue
@@ -560,7 +560,7 @@ def check_always_used(reader: Reader, position: WrittenValue, section: str, path
     key = value_key(reader.keys_in_use, path)
     if isinstance(key, Word):
         return
-    for chooser in key.deciding_paths():
+    for chooser in deciding_paths(key):
         for law in reader.axes.get(chooser, ()):
             if not key.is_used(reader.names | {chooser: frozenset({law})}):
                 message = f"{path} is not used by {law}; with `{section}` every law that is tried must use every key"

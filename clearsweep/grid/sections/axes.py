@@ -1,9 +1,12 @@
-"""Reads the values of a varied key: a list, evenly spaced values, or the points of a `sample` design."""
+"""Reads the values of a varied key: a list, evenly spaced values, or a `sample` design of distributions."""
 
-from typing import TYPE_CHECKING, Any
+import math
+from collections.abc import Callable, Iterator, Mapping
+from typing import TYPE_CHECKING, Any, NamedTuple
 
+from ...contracts.catalogue import Field
 from ...language import quantity
-from ...language.errors import InputError, quoted
+from ...language.errors import InputError, did_you_mean, quoted
 from ..written import Problems, WrittenValue
 from . import (
     NAME_SCHEMAS,
@@ -14,13 +17,266 @@ from . import (
     Sample,
     ValueReader,
     WordKey,
+    read_quantity,
     report_mixed_units,
+    report_unknown_keys,
     single_key_schemas,
 )
-from .distributions import FROM_FIT, parameter_forms
 
 if TYPE_CHECKING:
     import numpy as np  # imported only when values are drawn
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Distributions of values: from one record each follow grid files, schema, pages and messages.
+#
+# Exponentials and powers are those of the C library: numpy's differ in the last bit between processors with and without
+# AVX-512, and the same grid would have other cases.
+
+
+_TAIL_PROBABILITY = 1e-6  # tail of a distribution that may lie out of range: too rare to be drawn
+_MAX_RELATIVE_STD = 1e3  # std over mean of a lognormal; beyond, half of its values are below a millionth of the mean
+_ENDS, _MOMENTS = ("low", "high"), ("mean", "std", "cv", "low", "high")
+
+Parameters = dict[str, float]  # parameter -> value, SI; without `cv`, which becomes `std`
+ParameterTexts = Mapping[str, str]  # parameter -> its value as the user wrote it
+
+
+class DistributionLaw(NamedTuple):
+    """A law of values."""
+
+    form: str  # of its parameters in a grid
+    keys: tuple[str, ...]  # parameters, in the order in which they are read
+    #: Returns the quantiles at points, (rows,) in (0, 1); of moments, for a standard deviation above 0.
+    quantiles: "Callable[[Parameters, np.ndarray], np.ndarray]"
+    mistakes: Callable[[Parameters, ParameterTexts], Iterator[str]]  # yields what is wrong with the parameters
+
+
+class Distribution(NamedTuple):
+    """The distribution of one value."""
+
+    name: str  # of its law
+    parameters: Parameters
+
+    def values(self, points: "np.ndarray") -> "np.ndarray":
+        """Return the quantiles at `points`, (rows,) in (0, 1); without spread, exactly the mean."""
+        if self.parameters.get("std") == 0.0:
+            return 0.0 * points + self.parameters["mean"]
+        return DISTRIBUTIONS[self.name].quantiles(self.parameters, points)
+
+    def resolved(self) -> dict[str, Any]:
+        """Return the distribution in the form of a grid file, in SI."""
+        values = self.parameters
+        return {self.name: dict(values) if "mean" in values else [values[key] for key in _ENDS]}
+
+
+def _bounds(parameters: Parameters) -> tuple[float, float]:
+    """Return the bounds of the values; a missing bound is infinite."""
+    return parameters.get("low", -math.inf), parameters.get("high", math.inf)
+
+
+def _uniform_quantiles(parameters: Parameters, points: "np.ndarray") -> "np.ndarray":
+    low, high = _bounds(parameters)
+    return (low + (high - low) * points).clip(low, high)
+
+
+def _loguniform_quantiles(parameters: Parameters, points: "np.ndarray") -> "np.ndarray":
+    import numpy as np
+
+    low, high = _bounds(parameters)
+    return np.array([low * (high / low) ** point for point in points.tolist()]).clip(low, high)
+
+
+def _normal_quantiles(parameters: Parameters, points: "np.ndarray") -> "np.ndarray":
+    from scipy.special import ndtr, ndtri
+
+    mean, std, (low, high) = parameters["mean"], parameters["std"], _bounds(parameters)
+    probability_below, probability_above = ndtr((low - mean) / std), ndtr((high - mean) / std)
+    quantiles: np.ndarray = mean + std * ndtri(probability_below + (probability_above - probability_below) * points)
+    return quantiles.clip(low, high)
+
+
+def _lognormal_quantiles(parameters: Parameters, points: "np.ndarray") -> "np.ndarray":
+    import numpy as np
+    from scipy.special import ndtri
+
+    mean, std = parameters["mean"], parameters["std"]
+    variance = math.log1p((std / mean) ** 2)  # of the logarithm
+    exponents = math.sqrt(variance) * ndtri(points) - variance / 2.0
+    return mean * np.array([math.exp(exponent) for exponent in exponents.tolist()])
+
+
+def _mistakes_of_ends(parameters: Parameters, texts: ParameterTexts) -> Iterator[str]:
+    if parameters["low"] > parameters["high"]:
+        yield f"the low end {texts['low']} is above the high end {texts['high']}; swap them"
+
+
+def _mistakes_of_positive_ends(parameters: Parameters, texts: ParameterTexts) -> Iterator[str]:
+    yield from _mistakes_of_ends(parameters, texts)
+    if parameters["low"] <= 0.0:
+        yield f"found {texts['low']}; both ends must be above 0; use uniform"
+
+
+def _mistakes_of_moments(parameters: Parameters, texts: ParameterTexts) -> Iterator[str]:
+    low, high = _bounds(parameters)
+    if parameters["std"] < 0.0:
+        yield "the spread is negative; write a std or cv of at least 0"
+    if not low <= parameters["mean"] <= high or low == high:
+        limits = " and ".join(f"{key} {texts[key]}" for key in _ENDS if key in texts)
+        yield f"the mean {texts['mean']} is not between its bounds ({limits}); change one"
+
+
+def _mistakes_of_truncation(parameters: Parameters, texts: ParameterTexts) -> Iterator[str]:
+    if parameters.keys().isdisjoint(_ENDS):
+        yield "has no bound; write low, high or both, or use normal"
+    yield from _mistakes_of_moments(parameters, texts)
+
+
+def _mistakes_of_lognormal(parameters: Parameters, texts: ParameterTexts) -> Iterator[str]:
+    yield from _mistakes_of_moments(parameters, texts)
+    mean, std = parameters["mean"], parameters["std"]
+    if std > _MAX_RELATIVE_STD * mean > 0.0:
+        yield f"found a std of {std / mean:.3g} times the mean; at most {_MAX_RELATIVE_STD:g}"
+    if mean <= 0.0:
+        yield f"found the mean {texts['mean']}; it must be above 0; use normal"
+
+
+#: Those with bounds among their moments are truncated there.
+DISTRIBUTIONS = {
+    "uniform": DistributionLaw("[low, high]", _ENDS, _uniform_quantiles, _mistakes_of_ends),
+    "loguniform": DistributionLaw("[low, high]", _ENDS, _loguniform_quantiles, _mistakes_of_positive_ends),
+    "normal": DistributionLaw("{mean, std or cv, low?, high?}", _MOMENTS, _normal_quantiles, _mistakes_of_moments),
+    "truncated-normal": DistributionLaw(
+        "{mean, std or cv, low and/or high}", _MOMENTS, _normal_quantiles, _mistakes_of_truncation
+    ),
+    "lognormal": DistributionLaw("{mean, std or cv}", _MOMENTS[:3], _lognormal_quantiles, _mistakes_of_lognormal),
+}
+#: Name of a distribution -> its section in a grid, from a fit.
+FROM_FIT = {
+    "uniform": lambda limits: {"uniform": [limits.low, limits.high]},
+    "normal": lambda limits: {  # the limits are at 3 standard deviations; parts beyond them are rejected
+        "truncated-normal": {
+            "mean": limits.mean,
+            "std": (limits.high - limits.low) / 6.0,
+            "low": limits.low,
+            "high": limits.high,
+        }
+    },
+}
+
+
+def parameter_forms() -> dict[str, str]:
+    """Return name -> form of the parameters, of every law."""
+    return {name: law.form for name, law in DISTRIBUTIONS.items()}
+
+
+def forms_text() -> str:
+    """Return the grid form of every law, for messages: `{uniform: [low, high]}, ...`."""
+    return ", ".join(f"{{{name}: {form}}}" for name, form in parameter_forms().items())
+
+
+def _read_ends(
+    problems: Problems, key_path: str, name: str, written: WrittenValue, reading: ValueReader
+) -> tuple[Parameters, ParameterTexts] | None:
+    """Return the two ends of a distribution and their texts, or None if they are invalid."""
+    bounds = written.value
+    if not isinstance(bounds, list) or len(bounds) != len(_ENDS):
+        problems.add(written, key_path, f"{name}: found {quoted(bounds)}; expected {DISTRIBUTIONS[name].form}")
+        return None
+    low, high = (reading.value(item) for item in bounds)
+    if report_mixed_units(problems, key_path, bounds, reading.unit) or low is None or high is None:
+        return None
+    texts = (quantity.written_text(item.value, reading.unit) for item in bounds)
+    return {"low": low, "high": high}, dict(zip(_ENDS, texts, strict=True))
+
+
+def _read_moments(
+    problems: Problems, key_path: str, name: str, written: WrittenValue, reading: ValueReader
+) -> tuple[Parameters, ParameterTexts] | None:
+    """Return mean, standard deviation and bounds of a distribution, and their texts, or None if they are invalid."""
+    law, moments = DISTRIBUTIONS[name], written.value
+    if not isinstance(moments, dict):
+        problems.add(written, key_path, f"{name}: found {quoted(moments)}; expected {law.form}")
+        return None
+    report_unknown_keys(problems, f"{key_path}.{name}", written, law.keys)
+    if ("std" in moments) == ("cv" in moments) or "mean" not in moments:
+        problems.add(written, key_path, f"{name}: expected mean and either std or cv: {law.form}")
+        return None
+    quantities = [item for key, item in moments.items() if key != "cv"]
+    if report_mixed_units(problems, f"{key_path}.{name}", quantities, reading.unit):
+        return None
+    units = {key: "1" if key == "cv" else reading.unit for key in law.keys[1:] if key in moments}
+    values = {"mean": reading.value(moments["mean"])}
+    values |= {key: read_quantity(problems, key_path, moments[key], unit) for key, unit in units.items()}
+    if None in values.values():
+        return None
+    cv = values.pop("cv", None)
+    std = values.pop("std") if cv is None else cv * abs(values["mean"])
+    parameters = {"mean": values.pop("mean"), "std": std, **values}
+    return parameters, {
+        key: quantity.written_text(moments[key].value, reading.unit) for key in parameters if key in moments
+    }
+
+
+def read_distribution(
+    problems: Problems, key_path: str, written: WrittenValue, reading: ValueReader
+) -> Distribution | None:
+    """Return the distribution at the key at `key_path`, or None if it is invalid."""
+    if not isinstance(written.value, dict) or len(written.value) != 1:
+        problems.add(written, key_path, f"found {quoted(written.value)}; expected one of {forms_text()}")
+        return None
+    ((name, written_parameters),) = written.value.items()
+    if name not in DISTRIBUTIONS:
+        message = f"unknown distribution '{name}'{did_you_mean(name, DISTRIBUTIONS)} (known: {forms_text()})"
+        problems.add(written.key_position(name), key_path, message)
+        return None
+    read = _read_moments if "mean" in DISTRIBUTIONS[name].keys else _read_ends
+    problems_before = len(problems)
+    content = read(problems, key_path, name, written_parameters, reading)
+    for message in DISTRIBUTIONS[name].mistakes(*content) if content else ():
+        problems.add(written_parameters, key_path, f"{name}: {message}")
+    return Distribution(name, content[0]) if content and len(problems) == problems_before else None
+
+
+def distribution_of(written: Mapping[str, Any]) -> Distribution:
+    """Return the distribution of a resolved grid, given in SI in the form of `Distribution.resolved`."""
+    ((name, parameters),) = written.items()
+    if not isinstance(parameters, Mapping):
+        parameters = dict(zip(DISTRIBUTIONS[name].keys, parameters, strict=True))
+    return Distribution(name, dict(parameters))
+
+
+def draw_values(
+    problems: Problems,
+    key_path: str,
+    written: WrittenValue,
+    distribution: Distribution,
+    points: "np.ndarray",
+    fields: tuple[Field, ...],
+) -> list[float] | None:
+    """Return the values of a variable at `points` (rows,), or None if some are out of the range of `fields`."""
+    import numpy as np
+
+    values = distribution.values(points)
+    extremes = (
+        *distribution.values(np.array([_TAIL_PROBABILITY, 1.0 - _TAIL_PROBABILITY])),
+        values.min(),
+        values.max(),
+    )
+    for field in fields:
+        out_of_range = [value for value in extremes if not field.contains(value)]
+        if out_of_range:
+            message = (
+                f"{distribution.name}: {out_of_range[0]:.6g} is among its values, out of range; allowed: "
+                f"{field.allowed(out_of_range[0])}; write low and high within that, or a distribution that stays there"
+            )
+            problems.add(written, key_path, message)
+            return None
+    return [float(value) for value in values]
+
+
+# ----------------------------------------------------------------------------------------------------------------------
+# Axes: a list of values, or evenly spaced ones; designs of `sample`.
 
 
 _MAX_LISTED_VALUES = 100_000  # values in a list: as many as a person or a script may reasonably write out

@@ -17,7 +17,7 @@ from ..library import parse_bearing_name
 from ..library.fits import MOUNTING_KEYS, NORMAL_GROUP, BearingSizes, Fit, find_fit, find_group, mounted
 from ..written import WrittenValue
 from . import Reader
-from .distributions import FROM_FIT
+from .axes import FROM_FIT
 
 DISTRIBUTION_FORM = "{fit: H7/f7}, or {fit: H7/f7, distribution: normal}"
 

@@ -24,7 +24,7 @@ from . import (
     report_unknown_keys,
     single_key_schemas,
 )
-from .distributions import DISTRIBUTIONS, Distribution, distribution_of, forms_text, parameter_forms, read_distribution
+from .axes import DISTRIBUTIONS, Distribution, distribution_of, forms_text, parameter_forms, read_distribution
 
 _TIMES_KEY = "times"
 _FIGURE_EXAMPLE = 'headroom: "1 - rod_slider_load_peak / (2 * rod_slider_force_peak_ideal)"'

@@ -9,15 +9,14 @@ from typing import Any
 from ...contracts.catalogue import CHOICE, ranged
 from ...language import quantity
 from ...language.errors import InputError, did_you_mean, quoted
-from ..keys import KeyTable, Name, Number, Section, Use, Word, value_key, word_key
+from ..keys import KeyTable, Name, Number, Section, Use, Word, deciding_paths, value_key, word_key
 from ..keys.library_names import BODIES, name_path, text_of_name
 from ..keys.run_keys import BRANCHES, CARRIED, DIRECTION, DRAW, LIFE, START
 from ..written import Problems, WrittenValue
 from ..written.definitions import DEFINE, DEFINE_PREFIX, DEFINE_TEXT, Definitions
 from ..written.tables import is_table, read_cases
 from . import Reader, ValueReader
-from .axes import SAMPLE_SECTION, SPACING_FORMS, read_axis, read_sample
-from .distributions import DISTRIBUTIONS, draw_values, read_distribution
+from .axes import DISTRIBUTIONS, SAMPLE_SECTION, SPACING_FORMS, draw_values, read_axis, read_distribution, read_sample
 
 # ----------------------------------------------------------------------------------------------------------------------
 # Reads what a grid varies: combined (`sweep`), together (`zip`, `cases`) or drawn (`sample`); labels of values.
@@ -263,7 +262,7 @@ def _report_repeated_rows(reader: Reader, section_name: str, paths: tuple[str, .
 def _report_unused_values(reader: Reader, path: str) -> None:
     """Report a zipped value that some varied law names do not use, because it would be unclear which rows count."""
     key = value_key(reader.keys_in_use, path)
-    varied_law_paths = [other_path for other_path in key.deciding_paths() if other_path in reader.axes]
+    varied_law_paths = [other_path for other_path in deciding_paths(key) if other_path in reader.axes]
     sections = {reader.varied_by[other_path] for other_path in (path, *varied_law_paths)}
     if sections <= {"sweep", *reader.searches}:  # their values may be unused by some of the varied laws
         return

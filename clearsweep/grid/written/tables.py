@@ -21,7 +21,6 @@ from . import (
     WrittenValue,
     check_regular_file,
     complete_rows_of_csv,
-    rows_of_xlsx,
     split_header,
 )
 
@@ -135,22 +134,27 @@ def read_cases(problems: Problems, section: WrittenValue) -> CasesTable | None:
     Every value has its file, row (1 is the header; a Parquet file has none, so its first case is row 1) and column.
     """
     keys = _checked_keys(problems, section)
-    content = _rows_of_cases(problems, keys) if keys else None
+    sheet = [int(keys.sheet.value)] if keys and keys.sheet else []
+    content = keys and _rows_of_file(problems, "cases", keys.table, _MAX_CASES_BYTES, KNOWN_FILES_TEXT, *sheet)
     if keys is None or content is None:
         return None
     file, headers, rows = content
+    if not rows or len(rows) > _MAX_CASES:
+        problems.add(keys.table, "cases", f"{file} contains {len(rows)} cases; expected 1 to {_MAX_CASES}")
+        return None
     names = [header.strip() for header in headers]
     paths = {name: entry.value for name, entry in keys.columns.value.items()} if keys.columns else {}
     wanted = [(name, keys.columns.key_position(name)) for name in paths if keys.columns]
     wanted += [(keys.label.value, keys.label)] if keys.label else []
-    missing = [(name, position) for name, position in wanted if name not in (*names, *map(_name_in, names))]
+    known = {*names, *(split_header(name)[0] for name in names)}
+    missing = [(name, position) for name, position in wanted if name not in known]
     for name, position in missing:
         hint = did_you_mean(name, names) or f" (found: {', '.join(names)})"
         problems.add(position, "cases", f"{file} has no column '{name}'{hint}")
-    if missing or not _has_even_rows(problems, str(file), headers, rows):
+    if missing:
         return None
     label = keys.label.value if keys.label else None
-    return _case_columns(problems, str(file), [_mapped(name, paths) for name in names], rows, label)
+    return _case_columns(problems, file, [_mapped(name, paths) for name in names], rows, label)
 
 
 def _checked_keys(problems: Problems, section: WrittenValue) -> _Keys | None:
@@ -176,33 +180,33 @@ def _checked_keys(problems: Problems, section: WrittenValue) -> _Keys | None:
     return _Keys(table, sheet, columns, label) if len(problems) == count else None
 
 
-def _rows_of_cases(problems: Problems, keys: _Keys) -> tuple[Path, list[str], list[TableRow]] | None:
-    """Return the file of a table of cases, its headers and its rows; None if it cannot be read."""
-    written = keys.table
+def _rows_of_file(
+    problems: Problems, path: str, written: WrittenValue, most_bytes: int, kinds: str, *sheet: int
+) -> tuple[str, list[str], list[TableRow]] | None:
+    """Return the name of a file, its headers and its rows, each with a cell for every header.
+
+    Return None, with a problem, if it cannot be read, or is of none of these kinds.
+    """
     file = Path(written.origin).parent / written.value if written.line else Path(written.value)
-    reader = READERS.get(file.suffix.lower())
-    if reader is None:
-        problems.add(written, "cases", f"found '{written.value}'; expected the name of {KNOWN_FILES_TEXT}")
+    suffix = file.suffix.lower()
+    if suffix not in READERS or (suffix == ".parquet" and suffix not in kinds):
+        problems.add(written, path, f"found '{written.value}'; expected the name of {kinds}")
         return None
-    sheet = [int(keys.sheet.value)] if keys.sheet and reader is rows_of_xlsx else []
     try:
-        check_regular_file(file, _MAX_CASES_BYTES)
-        headers, rows = reader(file, *sheet)
+        check_regular_file(file, most_bytes)
+        headers, rows = READERS[suffix](file, *(sheet if suffix == ".xlsx" else ()))
     except FileNotFoundError:
-        problems.add(written, "cases", f"there is no file {file}; the name is relative to the grid's directory")
+        problems.add(written, path, f"there is no file {file}; the name is relative to the grid's directory")
         return None
     except (OSError, ValueError, csv.Error) as error:  # pyarrow's errors are ValueErrors
-        reason = getattr(error, "strerror", None) or error
-        problems.add(written, "cases", f"{file} cannot be read: {reason}")
+        problems.add(written, path, f"{file} cannot be read: {getattr(error, 'strerror', None) or error}")
         return None
-    if not rows or len(rows) > _MAX_CASES:
-        problems.add(written, "cases", f"{file} contains {len(rows)} cases; expected 1 to {_MAX_CASES}")
-        return None
-    return file, headers, rows
-
-
-def _name_in(header: str) -> str:
-    return split_header(header)[0]
+    for line, cells in rows:
+        if len(cells) != len(headers):
+            message = f"row {line} has {len(cells)} cells but the header has {len(headers)}; write every value"
+            problems.add(WrittenValue(None, str(file), line, 1), path, message)
+            return None
+    return str(file), headers, rows
 
 
 def _mapped(header: str, paths: Mapping[str, str]) -> str:
@@ -212,16 +216,6 @@ def _mapped(header: str, paths: Mapping[str, str]) -> str:
     if mapped is None:
         return header
     return f"{mapped} [{unit}]" if unit and not split_header(mapped)[1] else mapped
-
-
-def _has_even_rows(problems: Problems, origin: str, headers: list[str], rows: list[TableRow]) -> bool:
-    """Return whether all rows have as many cells as the header; report the first one that has not."""
-    for line, cells in rows:
-        if len(cells) != len(headers):
-            message = f"row {line} has {len(cells)} cells but the header has {len(headers)}; write every value"
-            problems.add(WrittenValue(None, origin, line, 1), "cases", message)
-            return False
-    return True
 
 
 def _case_columns(
@@ -309,37 +303,22 @@ def _columns_of_csv(
     problems: Problems, path: str, written: WrittenValue
 ) -> tuple[dict[str, WrittenValue], dict[str, WrittenValue]] | None:
     """Return the columns of a CSV file by header, and the positions of the headers."""
-    file = Path(written.origin).parent / written.value if written.line else Path(written.value)
-    reader = READERS.get(file.suffix.lower())
-    if reader is None or file.suffix.lower() == ".parquet":
-        problems.add(written, path, f"found '{written.value}'; expected the name of a .csv or .xlsx file")
+    content = _rows_of_file(problems, path, written, _MAX_TABLE_BYTES, "a .csv or .xlsx file")
+    if content is None:
         return None
-    try:
-        check_regular_file(file, _MAX_TABLE_BYTES)
-        headers, rows = reader(file)
-    except FileNotFoundError:
-        problems.add(written, path, f"there is no file {file}; the name is relative to the grid's directory")
-        return None
-    except (OSError, ValueError, csv.Error) as error:
-        problems.add(written, path, f"{file} cannot be read: {getattr(error, 'strerror', None) or error}")
-        return None
+    file, headers, rows = content
     if len(rows) < 2:
         message = f"has {count_text(len(rows), 'row')} of values below its header; write at least 2"
-        problems.add(WrittenValue(None, str(file), 1, 1), path, message)
+        problems.add(WrittenValue(None, file, 1, 1), path, message)
         return None
-    for line, cells in rows:
-        if len(cells) != len(headers):
-            message = f"row {line} has {len(cells)} cells but the header has {len(headers)}; write every value"
-            problems.add(WrittenValue(None, str(file), line, 1), path, message)
-            return None
     table, positions = {}, {}
     for column, header in enumerate(headers, start=1):
-        position = WrittenValue(None, str(file), 1, column)
+        position = WrittenValue(None, file, 1, column)
         if header.strip() in table:
             problems.add(position, path, f"the column '{header.strip()}' occurs twice; keep one of them")
             return None
-        cells = [WrittenValue(row[column - 1].strip(), str(file), line, column) for line, row in rows]
-        table[header.strip()], positions[header.strip()] = WrittenValue(cells, str(file), 1, column), position
+        cells = [WrittenValue(row[column - 1].strip(), file, line, column) for line, row in rows]
+        table[header.strip()], positions[header.strip()] = WrittenValue(cells, file, 1, column), position
     return table, positions
 
 
