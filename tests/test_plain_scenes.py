@@ -115,6 +115,8 @@ SCENES = {
     "coupling": (test_play.coupling(), {}),
     "gear": (test_play.gear(), {}),
     "stops": (test_play.flap(), {}),
+    "gear with friction": (test_play.rubbing_gear(2.0, 0.09), {}),
+    "gear that wears": (test_play.wearing_gear(-3.0, 0.06), {}),
     "wear in space": (spatial(wear=test_wear_in_space.WEAR, offset=[1.5e-4, 0.0, 0.0], tilt=[0.003, 0.002]), {}),
     "mounts": (slider_crank("rod-slider", changes={"mechanism.mounts": MOUNTS}), {}),
     "vibration": (vibrating(), {"simulate.revolutions": 3.0, "simulate.tolerance": 1e-3, "save.samples": 5}),

@@ -332,6 +332,124 @@ def test_eccentric_wheels_shift_the_output_along_the_line_of_action():
     assert result.summary["energy_residual"] < 1e-9
 
 
+def rubbing_gear(ratio, distance):
+    """Return two wheels with 20 teeth on the first one, friction of their teeth, and a load on the second."""
+    tree = gear()
+    tree["mechanism"]["joints"]["mesh"] |= {"teeth": 20, "ratio": ratio, "approach": 0.4}
+    tree["mechanism"]["bodies"]["ground"]["points"]["second"] = [distance, 0.0]
+    contact = {"law": "kelvin-voigt", "stiffness": 1e8, "damping": 2e4}
+    friction = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-4}
+    tree["joints"]["mesh"] |= {"contact": contact, "friction": friction, "drag": 0.0}
+    del tree["mechanism"]["bodies"]["wheel"]["initial"]
+    tree["drive"] = {"speed": 20.0}
+    tree["loads"] = {"brake": {"on": "wheel", "torque": math.copysign(5.0, ratio)}}
+    tree["simulate"] = {"revolutions": 1.3, "discard": 0.3, "tolerance": 1e-8}
+    return tree
+
+
+@pytest.mark.slow  # a form of its own
+@pytest.mark.parametrize(("ratio", "distance"), [(2.0, 0.09), (-3.0, 0.06)])
+def test_friction_of_teeth_acts_where_they_touch_and_turns_at_the_pitch_point(ratio, distance):
+    """Both torques follow from the levers of normal force and friction: base radius, and the way to the contact."""
+    arm, pitch = PAIR["r1_m"] * math.cos(math.radians(20.0)), 2.0 * math.pi / 20
+    spin, lever = 20.0 * (1.0 + 1.0 / ratio), math.tan(math.radians(20.0))  # the levers here are over `arm`
+
+    def forces(place):
+        friction = 0.1 * np.tanh(arm * place * spin / 1e-4)  # per normal force, against the slip
+        normal = 5.0 / (arm * (abs(ratio) + math.copysign(1.0, ratio) * friction * (lever * ratio - place)))
+        return normal, friction * normal, arm * normal * (1.0 + friction * (lever + place))
+
+    times = np.linspace(0.4, 1.3, 400) * 2.0 * math.pi / 20.0
+    result = clearsweep.simulate(clearsweep.load_case(rubbing_gear(ratio, distance)), times)
+    place = ((20.0 * times / pitch + 0.4) % 1.0 - 0.4) * pitch
+    settled = (np.abs(place) > 0.15 * pitch) & (place > -0.3 * pitch)  # long after the last jump of the force
+    normal, _, torque = forces(place)
+    assert result["joints/mesh/force_normal"][settled] == pytest.approx(normal[settled], rel=1e-5)
+    assert result["drive/torque"][settled] == pytest.approx(torque[settled], rel=1e-5)
+    places = ((np.arange(20000) + 0.5) / 20000 - 0.4) * pitch
+    power = np.mean(forces(places)[1] * arm * places * spin)
+    assert result.summary["mesh_friction_power"] == pytest.approx(power, rel=2e-4)
+    assert result.summary["energy_residual"] < 1e-9
+
+
+@pytest.mark.slow  # a form of its own
+def test_friction_of_teeth_balances_energy_where_their_centres_move():
+    tree = rubbing_gear(2.0, 0.09)
+    tree["mechanism"]["joints"]["mesh"]["first_eccentricity"] = 1e-5
+    contact = {"law": "hertz", "stiffness": 1e9, "exponent": 1.5}
+    tree["joints"]["bearing"] = {"clearance": 2e-5, "bearing_radius": 0.01, "contact": contact}
+    turns = [0.0, 0.5 * math.pi, math.pi, 1.5 * math.pi, 2.0 * math.pi]
+    tree["loads"] = {"pump": {"on": "wheel", "table": {"crank_angle": turns, "torque": [0.5, 2.0, 0.5, -1.5, 0.5]}}}
+    tree["simulate"] = {"revolutions": 1.0, "discard": 0, "tolerance": 1e-9}
+    result = clearsweep.simulate(clearsweep.load_case(tree), [])
+    assert {"mesh_drive", "mesh_coast"} < set(result.events["joint"].tolist())
+    assert result.summary["mesh_friction_power"] > 0.0
+    assert result.summary["energy_residual"] < 1e-9
+
+
+def wearing_gear(ratio, distance):
+    """Return two wheels without friction whose teeth wear, the second wheel's twice as fast."""
+    tree = rubbing_gear(ratio, distance)
+    del tree["joints"]["mesh"]["friction"]
+    wear = {"law": "archard", "coefficient": 1e-13, "journal_coefficient": 2e-13, "bins": 80}
+    tree["joints"]["mesh"] |= {"length": 0.02, "wear": wear}
+    tree["simulate"] |= {"revolutions": 1.25, "discard": 0.25}
+    return tree
+
+
+def depths_by_archard(ratio):
+    """Return places on the path of contact (m), and the depths (m) that a turn of the first wheel wears of both."""
+    arm, lever = PAIR["r1_m"] * math.cos(math.radians(20.0)), PAIR["r1_m"] * math.sin(math.radians(20.0))
+    pitch = 2.0 * math.pi * arm / 20
+    places = ((np.arange(40) + 0.5) / 40 - 0.4) * pitch
+    per_radius = 1e-13 * 5.0 / (arm * abs(ratio)) / 0.02 * abs(1.0 + 1.0 / ratio) * np.abs(places)
+    return places, per_radius / np.abs(lever + places), 2.0 * per_radius / np.abs(lever * ratio - places)
+
+
+@pytest.mark.slow  # a form of its own
+@pytest.mark.parametrize(("ratio", "distance", "side"), [(2.0, 0.09, 1), (2.0, 0.09, -1), (-3.0, 0.06, 1)])
+def test_wear_of_teeth_is_archards_along_the_path_of_contact(ratio, distance, side):
+    """A pair that passes a place wears it by k w |v| / (spin x radius of curvature), v the sliding speed there."""
+    tree = wearing_gear(ratio, distance)
+    tree["loads"]["brake"]["torque"] *= side
+    result = clearsweep.simulate(clearsweep.load_case(tree), [])
+    loaded, free = (slice(0, 40), slice(40, 80))[::side]
+    places, *expected = depths_by_archard(ratio)
+    inner = np.abs(places) > 0.05 * (places[-1] - places[0])  # elsewhere |v| bends within a bin
+    for depth, closed in zip(result.wear["mesh"], expected, strict=True):
+        assert depth[loaded][inner] == pytest.approx(closed[inner], rel=1e-6)
+        assert not depth[free].any()
+    arm = PAIR["r1_m"] * math.cos(math.radians(20.0))
+    slid = 2.0 * math.pi * abs(1.0 + 1.0 / ratio) * 0.5 * (0.4**2 + 0.6**2) * 2.0 * math.pi * arm / 20  # m a turn
+    volume = 3e-13 * 5.0 / (arm * abs(ratio)) * slid
+    assert result.summary["mesh_wear_volume"] == pytest.approx(volume, rel=1e-6)
+    assert "mesh_pressure_peak" not in result.summary
+
+
+@pytest.mark.slow  # a form of its own
+@pytest.mark.parametrize("of", ["wear_depth_max", "clearance_growth"])
+def test_a_life_ends_where_the_teeth_are_worn_to_its_limit(tmp_path, of):
+    tree = wearing_gear(2.0, 0.09) | {"life": {"limit": "20 um", "joint": "mesh", "of": of}, "name": "teeth"}
+    summary = clearsweep.sweep(tree, tmp_path / "run", jobs=1, show_progress=False).open().summary
+    _, first, second = depths_by_archard(2.0)
+    per_turn = np.max(first + second) if of == "clearance_growth" else max(first.max(), second.max())
+    assert summary["mesh_life_revolutions"].iloc[0] == pytest.approx(20e-6 / per_turn, rel=1e-6)
+
+
+def test_friction_of_teeth_needs_teeth_that_fit():
+    tree = rubbing_gear(2.0, 0.09)
+    refused(changed(tree, "mechanism.joints.mesh.teeth", None), "joints.mesh.friction", "mesh.teeth")
+    refused(changed(tree, "mechanism.joints.mesh.teeth", 20.25), "mesh.teeth", "must be whole")
+    refused(changed(tree, "mechanism.joints.mesh.teeth", 6), "mesh.teeth", "within a base circle")
+    refused(changed(tree, "mechanism.joints.mesh.approach", 1.5), "mesh.approach")
+    refused(changed(tree, "joints.mesh.friction.law", "karnopp"), "friction.law", "teeth follow each other")
+    tree = wearing_gear(2.0, 0.09)
+    refused(changed(tree, "mechanism.joints.mesh.teeth", None), "joints.mesh.wear", "mesh.teeth")
+    refused(changed(tree, "joints.mesh.length", None), "joints.mesh.length", "is missing")
+    refused(changed(tree, "joints.mesh.wear.evolve", True), "wear.evolve")
+    refused(changed(tree, "joints.mesh.wear.law", "energy"), "wear.law")
+
+
 def test_a_wheel_out_of_centre_needs_play():
     tree = gear()
     del tree["joints"]["mesh"], tree["mechanism"]["bodies"]["wheel"]["initial"]

@@ -64,7 +64,12 @@ class JointLayout(NamedTuple):
         """Return the features of the joint that figures require."""
         has_flanges = self.is_spatial and self.corners > WALLS
         present = {"wear": self.wear_bins, "film": self.film, "friction": self.friction, "guide": self.is_guide}
-        present |= {"spatial": self.is_spatial, "axial": has_flanges, "rolling": self.is_rolling}
+        present |= {
+            "arc": self.wear_bins and not self.flanked,
+            "spatial": self.is_spatial,
+            "axial": has_flanges,
+            "rolling": self.is_rolling,
+        }
         present |= {"strength": self.strength, "thermal": self.thermal, "dynamic": self.dynamic, "static": self.static}
         names = {name for name, features in present.items() if features}
         return names | FEATURES_OF_FLANKED.get(self.flanked, frozenset())
@@ -431,7 +436,7 @@ def converging_columns(catalogue: Catalogue, mechanism: Mechanism, *, settles: b
         "through": {"wear", "spatial", "friction"},
         **{kind: {*features} for kind, features in FEATURES_OF_FLANKED.items()},
     }
-    revolute = {"wear", "film", "friction"}
+    revolute = {"wear", "arc", "film", "friction"}
     features_by_joint = {column_name(site.name): features_by_kind.get(site.kind, revolute) for site in mechanism.joints}
     figure_names = {figure.name for figure in catalogue.figures if figure.settles is settles}
     return tuple(
@@ -482,6 +487,7 @@ _REQUIREMENT_TEXTS = {
     "free": "the crank is free",
     "rests": "nothing turns",
     "wear": "the joint wears",
+    "arc": "it is no gear",
     "film": "the joint has a film",
     "friction": "the joint has friction; without clearance: by a load",
     "thermal": "the joint has `thermal`",

@@ -109,6 +109,8 @@ class Mesh(NamedTuple):
     apart: float = 0.0  # force along it for a unit of force on either flank
     rest: float = 0.0  # rad
     eccentricities: tuple = ()  # (x, y) m of the centre of each pitch circle from its pin, in the wheel's frame
+    teeth: float = 0.0  # of the first wheel; 0: unknown
+    approach: float = 0.5  # share of the base pitch before the pitch point in which a pair of teeth carries the force
 
 
 class Stops(NamedTuple):

@@ -167,7 +167,7 @@ STATE_POINTS = 8  # quarter points, both ends, and the last end again, to fill t
 FORCE_ROW, KAPPA_ROW, SLIP_ROW, DEPTH_ROW, FRICTION_POWER_ROW, STEP_VALUE_ROWS = range(6)
 
 
-def _lagrange(nodes, points):
+def lagrange(nodes, points):
     """Return the (points, nodes) matrix of the polynomial through values at `nodes`, evaluated at `points`."""
     matrix = np.ones((points.size, nodes.size))
     for i in range(nodes.size):
@@ -178,12 +178,12 @@ def _lagrange(nodes, points):
 
 
 #: (nodes, PARTS): from values at the nodes of a step to those at the ends of its parts.
-TO_PART_ENDS = np.ascontiguousarray(_lagrange(NODE_FRACTIONS, np.arange(1, PARTS + 1) / PARTS).T)
+TO_PART_ENDS = np.ascontiguousarray(lagrange(NODE_FRACTIONS, np.arange(1, PARTS + 1) / PARTS).T)
 
 
 #: (nodes, PARTS FINE_PARTS + 1): the same to the ends of the fine parts, the start of the step included.
 TO_FINE_ENDS = np.ascontiguousarray(
-    _lagrange(NODE_FRACTIONS, np.arange(PARTS * FINE_PARTS + 1) / (PARTS * FINE_PARTS)).T
+    lagrange(NODE_FRACTIONS, np.arange(PARTS * FINE_PARTS + 1) / (PARTS * FINE_PARTS)).T
 )
 
 
@@ -191,7 +191,7 @@ def _part_integrals():
     """Return the (nodes, PARTS) matrix from values at the nodes of a step to their means over its parts."""
     places, weights = np.polynomial.legendre.leggauss(len(NODE_FRACTIONS))
     points = (np.arange(PARTS)[:, None] + 0.5 + 0.5 * places) / PARTS
-    values = _lagrange(NODE_FRACTIONS, points.ravel()).reshape(PARTS, len(places), -1)
+    values = lagrange(NODE_FRACTIONS, points.ravel()).reshape(PARTS, len(places), -1)
     return np.ascontiguousarray((0.5 * weights[:, None] * values).sum(axis=1).T)
 
 

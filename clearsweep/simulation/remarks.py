@@ -118,7 +118,7 @@ def remarks(scene: Scene, window: Window, summary: Mapping[str, Any]) -> tuple[s
             overloaded.append((joint.name, summary[f"{name}_force_peak"], joint.rolling.capacity.static))
         else:
             sizes.append(PenetrationAndWear(joint.name, penetration, wear_depth, joint.clearance, radius))
-        if layout.wear_bins:
+        if layout.wear_bins and not layout.flanked:
             rate, pv = summary[f"{name}_wear_rate_max"], summary[f"{name}_pv_mean"]
             wearing.append(RubbingJoint(joint.name, rate, pv, radius or 0.0, joint.film is not None))
     rubbing_powers += _powers_without_clearance(scene, summary)

@@ -426,6 +426,14 @@ def _add_gear(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) 
     keys[path] = Section("play between the teeth of two wheels", "optional")
     add_numbers(keys, path, (_BACKLASH, _DRAG), CHOICE)
     _add_contact_of_flanks(keys, path, catalogue)
+    add_friction(keys, path, catalogue, "needs surfaces that stay in contact, and teeth follow each other")
+    add_numbers(keys, path, (_PIN_LENGTH._replace(text="face width of the teeth; wear needs it"),), CHOICE)
+    of_flanks = {"pressure": "mean", "wear": DEFAULT_WEAR_LAW}
+    laws = (law for law in catalogue.laws if law.name == of_flanks.get(law.family, law.name))
+    _add_wear(keys, path, catalogue._replace(laws=tuple(laws)))
+    shaped = (key for key in keys if key.startswith(f"{path}.wear.running_in") or key.endswith(("evolve", "pv_limit")))
+    for key in [key for key in shaped if key.startswith(f"{path}.wear.")]:
+        del keys[key]
 
 
 def _add_coupling(keys: KeyTable, path: str, site: JointSite, catalogue: Catalogue) -> None:

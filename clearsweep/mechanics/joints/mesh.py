@@ -5,17 +5,26 @@ The position x is that of the first body relative to the second along the line o
 on the drive flank where x exceeds half of the play, on the coast flank where -x does: two contacts, each with its own
 mode, root of penetration and onset rate.  Of a coupling x is an angle and a force a torque, both at an arm of 1 m.
 
+Friction acts at the point of contact, which moves along the line of action by a base pitch for each pair of teeth; one
+pair carries the force at a time.  The teeth slide at the distance from the pitch point times the difference of both
+spins, so friction changes its direction at the pitch point.
+
 Where a wheel moves in its bearing, x and the play change with its displacement, to first order: the line of action
 keeps its direction.  Force and moments are the derivatives of the depths, so the powers of the forces on both bodies
 add up to force times rate of depth.  A viscous drag also acts without contact.
 """
 
+import math
 from typing import NamedTuple
 
-from ...tracing.compiled.dual import as_type_of
-from ...tracing.compiled.family import inlined, kernel, map_joints
+import numpy as np
+
+from ...tracing.compiled.dual import as_type_of, plain
+from ...tracing.compiled.family import family_with_default, inlined, kernel, map_joints
 from ..laws.contract import ACTS, MEETS, PRESSED, touches
-from ..wear.bins import never_wears
+from ..observe import FORCE_ROW, PARTS, QUARTER_POINTS, lagrange
+from ..wear import NoWear, SlidingContact, wear_rate
+from ..wear.bins import record, update_joint_wear
 from .contract import (
     CONTACT_FIELDS,
     ContactModes,
@@ -36,6 +45,15 @@ DRIVE, COAST = 1.0, -1.0  # sides of the play
 FLANKS = ("drive", "coast")  # their names, in the order of the contacts
 
 
+class Teeth(NamedTuple):
+    """The path of contact of involute teeth."""
+
+    pitch: float  # m, base pitch
+    approach: float  # share of it before the pitch point
+    near: float  # m, lever of friction at the pitch point about the first centre; below 0 for inner teeth
+    far: float  # m, about the second centre
+
+
 class Mesh(NamedTuple):
     """Play between two flanks."""
 
@@ -48,7 +66,9 @@ class Mesh(NamedTuple):
     middle: float  # m or rad, position of its middle
     law: tuple  # contact_force, of each flank
     elastic: tuple  # elastic_force
-    friction: tuple  # Frictionless
+    friction: tuple  # friction_force, of each flank
+    teeth: tuple  # Teeth, or () without friction and wear
+    wear: tuple  # wear_rate
 
 
 class MeshGap(NamedTuple):
@@ -62,6 +82,10 @@ class MeshGap(NamedTuple):
     across_y: float
     apart_x: float  # 1, along the line of centres, of both flanks
     apart_y: float
+    roll: float  # rad, angle of the first wheel relative to the carrier
+    spin: float  # rad/s, of the first wheel relative to the second
+    slide_x: float  # m/s, of the second centre relative to the first
+    slide_y: float
 
 
 FlankContact = NamedTuple("FlankContact", [*CONTACT_FIELDS, ("drag_power", float)])
@@ -113,6 +137,37 @@ def flank_offsets(joint, offsets, flank):
     )
 
 
+@inlined
+def _place(joint, gap, side):
+    """Return the distance (m) of the point of contact from the pitch point, in the direction of the flank's normal.
+
+    On the drive flank it is 0 at an angle of 0 of the first wheel; the coast flank is half a pitch away.
+    """
+    pitches = _pitches(joint, gap.roll, side)
+    return joint.teeth.pitch * (pitches - math.floor(plain(pitches)) - joint.teeth.approach)
+
+
+@inlined
+def _pitches(joint, roll, side):
+    """Return how many pitches the contact of a flank has passed since the beginning of a path of contact."""
+    return side * joint.arm_proximal * roll / joint.teeth.pitch + joint.teeth.approach + (0.25 - 0.25 * side)
+
+
+@inlined
+def _tangent(gap, side):
+    """Return the direction of a flank at the point of contact: its normal turned by 90 degrees."""
+    return -(side * gap.across_y + gap.apart_y), side * gap.across_x + gap.apart_x
+
+
+@inlined
+def _slip(joint, gap, side):
+    """Return the speed (m/s) at which the first flank slides on the second one, by which friction does its work."""
+    x, y = _tangent(gap, side)
+    turning = gap.v + gap.across_x * gap.slide_x + gap.across_y * gap.slide_y  # without the motion of the centres
+    rolling = joint.teeth.near / joint.arm_proximal * turning - x * gap.slide_x - y * gap.slide_y
+    return _place(joint, gap, side) * gap.spin + rolling
+
+
 @kernel
 def _flank_contact(flank, _, number, context):
     joint, gap, offsets, state = context
@@ -122,8 +177,10 @@ def _flank_contact(flank, _, number, context):
     zero, speed = as_type_of(0.0, depth), abs(rate)
     if not touches(state.mode[offsets.contact + number]):
         return FlankContact(zero, zero, speed, rate, depth, zero, zero, drag_power)
-    contact = pressed_contact_at(joint, SurfaceMotion(depth, rate, zero), flank_offsets(joint, offsets, number), state)
-    return FlankContact(contact.normal, zero, zero, rate, depth, contact.elastic, contact.raw, drag_power)
+    slip = _slip(joint, gap, flank.side) if joint.teeth else zero
+    contact = pressed_contact_at(joint, SurfaceMotion(depth, rate, slip), flank_offsets(joint, offsets, number), state)
+    tangential = contact.tangential if joint.teeth else zero
+    return FlankContact(contact.normal, tangential, slip, rate, depth, contact.elastic, contact.raw, drag_power)
 
 
 _flank_contacts = map_joints(_flank_contact, after_number)
@@ -133,12 +190,26 @@ _flank_contacts = map_joints(_flank_contact, after_number)
 def _load_mesh(joint, gap, offsets, state):
     drive, coast = _flank_contacts(_FLANKS, _FLANKS, 0, _FlankContext(joint, gap, offsets, state))
     driving, parting = drive.normal - coast.normal + joint.drag * gap.v, drive.normal + coast.normal
-    return Load(
+    flanks = Load(
         fx=driving * gap.across_x + parting * gap.apart_x,
         fy=driving * gap.across_y + parting * gap.apart_y,
         moment_proximal=-joint.arm_proximal * driving,
         moment_distal=-joint.arm_distal * driving,
         contacts=(drive, coast),
+    )
+    return _with_friction(joint, gap, _with_friction(joint, gap, flanks, DRIVE, 0), COAST, 1) if joint.teeth else flanks
+
+
+@inlined
+def _with_friction(joint, gap, load, side, number):
+    """Return the Load with the friction of a flank, which acts on the first wheel along the tangent."""
+    force, place, (x, y) = load.contacts[number].tangential, _place(joint, gap, side), _tangent(gap, side)
+    return Load(
+        fx=load.fx - force * x,
+        fy=load.fy - force * y,
+        moment_proximal=load.moment_proximal + force * (joint.teeth.near + place),
+        moment_distal=load.moment_distal + force * (joint.teeth.far - place),
+        contacts=load.contacts,
     )
 
 
@@ -154,4 +225,80 @@ def _load_histories_mesh(joint, load):
     return drive.normal + coast.normal, as_type_of(0.0, drive.normal)
 
 
-never_wears(Mesh)
+# ---------------------------------------------------------------------------------------------- wear
+
+# Depth over the flanks of both wheels, a mean over the teeth of each.  A pair of teeth that passes a place of its path
+# at the distance s from the pitch point wears them by k w |v| / |u|: w is the force per face width, v the sliding
+# speed, and u the speed of the contact along the flank, spin times radius of curvature (Flodin & Andersson 1997,
+# "Simulation of mild wear in spur gears", Wear 207).  The bins divide the path of contact, first of the drive flank,
+# then of the coast flank.
+
+#: (QUARTER_POINTS + 2, PARTS + 1): from values at the quarters of a step to those at the ends of its parts.
+_TO_PARTS = lagrange(np.arange(QUARTER_POINTS + 2) / (QUARTER_POINTS + 1), np.arange(PARTS + 1) / PARTS).T.copy()
+
+
+@record.member(Mesh)
+def _record_mesh(joint, gap, body_angles, j, instant):
+    for flank in range(2):
+        instant.step.positions[j + flank, 0, instant.number] = gap.roll
+
+
+@update_joint_wear.member(Mesh)
+def _update_joint_wear_mesh(joint, j, step_and_totals):
+    for flank in range(2):
+        if touches(step_and_totals[0].mode[j + flank]):
+            _update_flank_wear(joint.wear, joint, j, flank, step_and_totals)
+
+
+@family_with_default
+def _update_flank_wear(law, joint, j, flank, step_and_totals):
+    """Add the wear of a flank of a joint, whose first contact is `j`, over a Step."""
+    step, totals = step_and_totals
+    bins, previous = int(law.bins) // 2, 0.0
+    for i in range(PARTS + 1):
+        roll = 0.0
+        for k in range(QUARTER_POINTS + 2):
+            roll += _TO_PARTS[k, i] * step.positions[j + flank, 0, k]
+        place = _pitches(joint, roll, DRIVE if flank == 0 else COAST) * bins
+        if i > 0:
+            forces = step.step_values[j + flank, FORCE_ROW, i - 1], step.step_values[j + flank, FORCE_ROW, i]
+            line_load = 0.5 * max(forces[0] + forces[1], 0.0) / law.length
+            first_bin = 2 * j * totals.stride + flank * bins
+            _add_wear(joint, law, line_load, (previous, place), (totals.depths, first_bin, totals.stride, bins))
+        previous = place
+
+
+@_update_flank_wear.member(NoWear)
+def _update_flank_wear_no_wear(law, joint, j, flank, step_and_totals):
+    pass
+
+
+@kernel
+def _add_wear(joint, law, line_load, span, target):
+    """Add the wear of a part of a step, under a line load (N/m), to the bins that the contact passes.
+
+    span : places at both ends, in bins; target : depths (m), index of the first bin, distance of the bodies, bins
+    """
+    teeth, (depths, first_bin, stride, bins) = joint.teeth, target
+    low, high, width = min(span[0], span[1]), max(span[0], span[1]), teeth.pitch / target[3]
+    ratio, count = joint.arm_distal / joint.arm_proximal, 2.0 * math.pi * joint.arm_proximal / teeth.pitch
+    sliding = SlidingContact(line_load, 0.0, 1.0, 0.0, 0.0, line_load, 0.0, 0.0)
+    first_rate, second_rate = wear_rate(law, sliding)
+    for number in range(math.floor(low), math.floor(high) + 1):
+        position = number % bins
+        begin = (position + max(low - number, 0.0)) * width - teeth.approach * teeth.pitch
+        end = (position + min(high - number, 1.0)) * width - teeth.approach * teeth.pitch
+        slid = 0.5 * abs(1.0 + 1.0 / ratio) * (end * abs(end) - begin * abs(begin)) / (width * count)
+        middle = (position + 0.5) * width - teeth.approach * teeth.pitch
+        depths[first_bin + position] += first_rate * slid / abs(teeth.near + middle)
+        depths[first_bin + stride + position] += second_rate * slid / abs(teeth.far - middle)
+
+
+def worn_volume(joint, *depths):
+    """Return the volume (m^3) worn off the teeth of both wheels, from their mean depths (bins,) m by bin."""
+    teeth, bins = joint.teeth, len(depths[0]) // 2
+    middles = np.tile((np.arange(bins) + 0.5) / bins - teeth.approach, 2) * teeth.pitch
+    radii = np.abs(teeth.near + middles), np.abs(teeth.far - middles)
+    # of all teeth of a wheel, a bin is as long as the turn of the wheel times the radius of curvature, over the bins
+    turned = [float(np.sum(depth[: 2 * bins] * radius)) for depth, radius in zip(depths, radii, strict=True)]
+    return 2.0 * math.pi / bins * joint.wear.length * sum(turned)

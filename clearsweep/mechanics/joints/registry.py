@@ -106,9 +106,15 @@ def compile_mesh(joint: Joint, gear: Gearing | Stops) -> mesh.Mesh:
     law, elastic = compile_contact(joint)
     if isinstance(gear, Stops):
         ends = SHARE_OF_STOPS * joint.clearance, 1.0, 0.0 if gear.guide else 1.0, 0.0 if gear.guide else -1.0
-        return mesh.Mesh(*ends, 0.0, joint.clearance, 0.5 * sum(joint.stops), law, elastic, Frictionless())
+        return mesh.Mesh(
+            *ends, 0.0, joint.clearance, 0.5 * sum(joint.stops), law, elastic, Frictionless(), (), NoWear()
+        )
     # backlash is along the pitch circle, drag relative to the second body
     half_play = joint.clearance * abs(gear.across) if gear.pins else joint.clearance
+    teeth: tuple = ()
+    if joint.friction or joint.wear:
+        lever = gear.arm * gear.apart / gear.across
+        teeth = mesh.Teeth(2.0 * math.pi * gear.arm / gear.teeth, gear.approach, lever, lever * gear.ratio)
     return mesh.Mesh(
         clearance=half_play,
         side=1.0,
@@ -119,7 +125,9 @@ def compile_mesh(joint: Joint, gear: Gearing | Stops) -> mesh.Mesh:
         middle=0.0,
         law=law,
         elastic=elastic,
-        friction=Frictionless(),
+        friction=_compile_contact_friction(joint),
+        teeth=teeth,
+        wear=compile_wear(joint),
     )
 
 

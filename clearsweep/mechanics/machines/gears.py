@@ -11,6 +11,7 @@ from .loads import LoadPoints
 
 GEAR, COUPLING = "gear", "coupling"
 FLANKED = (GEAR, COUPLING)  # types of joints whose play lies between two flanks
+WHOLE_TEETH = 1e-9  # of a number of teeth, by which it may differ from a whole one
 DISTANCE_TOLERANCE = 1e-6  # of the centre distance, by which it may differ from that of the pitch circles
 GEAR_FIELDS = (
     ranged(
@@ -28,6 +29,20 @@ GEAR_FIELDS = (
         high=math.pi / 4.0,
         low_open=False,
         default=math.radians(20.0),
+    ),
+)
+#: What friction of the teeth needs: where a pair of them carries the force.
+TEETH = (
+    Field("teeth", "1", "number of teeth of the first wheel, a whole one; friction needs it", optional=True),
+    Field(
+        "approach",
+        "1",
+        "share of the base pitch before the pitch point in which a pair of teeth carries the force; the rest is behind",
+        0.0,
+        1.0,
+        low_open=False,
+        high_open=False,
+        default=0.5,
     ),
 )
 #: Distance and direction of the centre of each pitch circle from its pin.
@@ -57,7 +72,9 @@ def flanked_keys(joint: JointOutline, bodies: Iterable[str], type_choice: Choice
     """Yield the sections of a gear or a coupling between two of the `bodies`."""
     path, is_gear = f"mechanism.joints.{joint.name}", joint.type == GEAR
     text = "two wheels in mesh" if is_gear else "two bodies that turn together"
-    yield Keys(path, text, (*GEAR_FIELDS, *ECCENTRICITIES) if is_gear else (), words=(type_choice,), role=CHOICE)
+    yield Keys(
+        path, text, (*GEAR_FIELDS, *TEETH, *ECCENTRICITIES) if is_gear else (), words=(type_choice,), role=CHOICE
+    )
     ends = tuple(Choice(str(k), tuple(bodies), f"the {label} body") for k, label in enumerate(("first", "second")))
     yield Keys(f"{path}.between", "the two bodies whose angles the joint connects", words=ends)
 
@@ -111,6 +128,9 @@ def _gear_of(values: Mapping, joint: JointOutline, pins: list[Pin], points: Load
         )
     # the side on which the teeth touch: beyond the first centre if the second wheel is a ring, else towards the second
     across, apart = math.cos(angle) * (-1.0 if ratio < -1.0 else 1.0), math.sin(angle) * (1.0 if ratio > 0.0 else -1.0)
+    teeth, approach = values.get(f"joints.{joint.name}.teeth", 0.0), values[f"joints.{joint.name}.approach"]
+    if teeth:
+        _check_teeth(f"{path}.teeth", teeth, ratio, approach, apart / across)
     sizes = [values[f"joints.{joint.name}.{field.name}"] for field in ECCENTRICITIES]
     offsets = tuple((sizes[k] * math.cos(sizes[k + 1]), sizes[k] * math.sin(sizes[k + 1])) for k in (0, 2))
     eccentricities, centres = offsets if any(sizes[::2]) else (), [first_centre, second_centre]
@@ -128,7 +148,29 @@ def _gear_of(values: Mapping, joint: JointOutline, pins: list[Pin], points: Load
         across,
         apart,
         eccentricities=eccentricities,
+        teeth=teeth,
+        approach=approach,
     )
+
+
+def _check_teeth(path: str, teeth: float, ratio: float, approach: float, lever: float) -> None:
+    """Raise InputError unless both wheels have whole teeth that touch on their involutes.
+
+    lever : that of friction at the pitch point about the first centre, over the base radius of the first wheel, as the
+    path of contact: a base pitch with a share `approach` of it before the pitch point.
+    """
+    second = teeth * abs(ratio)
+    if max(abs(count - round(count)) for count in (teeth, second)) > WHOLE_TEETH * second or teeth < 1.0:
+        raise InputError(
+            f"{path}: found {teeth:g}, with which the second wheel has {second:.6g}; both numbers must be whole, so "
+            "change teeth or ratio"
+        )
+    begin, end = -2.0 * math.pi / teeth * approach, 2.0 * math.pi / teeth * (1.0 - approach)
+    if (lever + begin) * (lever + end) <= 0.0 or (lever * ratio - begin) * (lever * ratio - end) <= 0.0:
+        raise InputError(
+            f"{path}: {teeth:g} and {second:.6g} teeth would touch within a base circle, where there is no involute; "
+            "choose more teeth, a larger pressure_angle, or another approach"
+        )
 
 
 def _carriers(joint: JointOutline, pins: list[Pin]) -> list[str]:

@@ -354,7 +354,8 @@ def _reasons(study: Study, joint: Joint, claim: Claim, axis: Axis) -> list[Answe
 
 def _unevenness(study: Study, joint: Joint) -> list[Answer]:
     """Return the unevenness of the wear of each body."""
-    case_ids = study.cases.index[study.cases[joint.column("wear_depth_max")] > 0.0][:MAX_CASES_READ]
+    most = 0 if joint.layout.flanked else MAX_CASES_READ
+    case_ids = study.cases.index[study.cases[joint.column("wear_depth_max")] > 0.0][:most]
     depths = [[deepest_along_axis(depth) for depth in study.run.wear(case_id)[joint.name]] for case_id in case_ids]
     answers = []
     for index, body in enumerate(("bearing", "journal")):

@@ -57,6 +57,10 @@ IN_SLOT = (
     " In a slot, 360° are one circuit of its wall, counter-clockwise from the middle of the end in its direction. Its "
     "journal is a pin."
 )
+IN_TEETH = (
+    " Of teeth, 0 to 180° are the path of contact of the drive flank, 180 to 360° that of the coast flank, along its "
+    "normal. The bearing is the first wheel, the journal the second one, and depths are means over the teeth."
+)
 
 
 def wear_sections(study: Study) -> list[Section]:
@@ -78,7 +82,8 @@ def wear_sections(study: Study) -> list[Section]:
 def _note(study: Study) -> str:
     slots = any("slot_length" in study.base["joints"].get(joint.title, {}) for joint in study.joints if joint.wears)
     note = WEAR_NOTE + IN_SPACE if any(joint.layout.is_spatial for joint in study.joints) else WEAR_NOTE
-    return note + IN_SLOT if slots else note
+    teeth = any(joint.layout.flanked for joint in study.joints if joint.wears)
+    return note + IN_SLOT * slots + IN_TEETH * teeth
 
 
 def _coarse_bin_sentences(study: Study, joint: Joint) -> list[str]:

@@ -337,6 +337,9 @@ class LifeRun:
         """Return the largest eccentricity of a joint before its surfaces touch."""
         joint = self.scene.case.joints[worn.joint_index]
         relative_angles = self.records[0].turned[:, worn.joint_index]
+        if joint.flanked:  # teeth meet at the same places of their path of contact
+            depths = state[worn.bearing] + state[worn.journal]
+            return Touch(float(depths.max()), int(np.argmax(depths)), int(np.argmax(depths)), 1.0)
         if joint.slot_length is not None:
             return first_touch_in_slot(state[worn.bearing], state[worn.journal])
         return first_touch(joint.clearance, state[worn.bearing], state[worn.journal], relative_angles)

@@ -7,6 +7,7 @@ from typing import Any
 import numpy as np
 
 from ...contracts.catalogue import Entry, Figure
+from ...mechanics.joints.mesh import Mesh, worn_volume
 from ...mechanics.joints.spatial import SPATIAL_JOINT_TYPES as SPATIAL
 from ...mechanics.wear import RESOLVED_WIDTH, Account, class_width
 from .sums import DepthRate
@@ -25,6 +26,8 @@ def depths_of(window: Window, index: int) -> tuple[np.ndarray, np.ndarray]:
 def volume(window: Window, index: int) -> float:
     """Return the volume (m^3) worn off both bodies of a joint."""
     joint, (bearing, journal) = window.joints[index], depths_of(window, index)
+    if isinstance(joint, Mesh):
+        return worn_volume(joint, bearing, journal)
     law: Any = joint.wear  # mypy takes it for a tuple of anything
     bin_area, (on_bearing, on_journal) = 2.0 * math.pi / len(bearing) * law.length, _relative_bin_areas(joint)
     round_journal = joint.journal_radius * journal.sum() * on_journal
@@ -84,6 +87,7 @@ def pv_beyond(window: Window, index: int) -> float | None:
 
 of_joint = partial(Figure, of="joint")
 of_wear = partial(of_joint, needs=("wear",))
+of_arc = partial(of_joint, needs=("wear", "arc"))
 WEAR = (
     of_wear(
         "wear_depth_max",
@@ -110,14 +114,14 @@ WEAR = (
         value=volume,
         tables=(Entry("wear", "volume"), Entry("sample", "wear volume", 6)),
     ),
-    of_wear(
+    of_arc(
         "wear_narrow_arcs",
         "1",
         "share of the time in contact in which the arc is narrower than five wear bins",
         value=narrow_arcs,
         tables=(Entry("wear", "narrow arcs", 70),),
     ),
-    of_wear(
+    of_arc(
         "wear_bins_enough",
         "1",
         "smallest number of bins with which arcs of at least five bins cause 95 % of the worn volume; 0: no wear",
@@ -126,35 +130,35 @@ WEAR = (
         differs=False,
         tables=(Entry("wear", "bins enough", 71),),
     ),
-    of_wear(
+    of_arc(
         "pressure_peak",
         "Pa",
         "largest pressure on the bearing, anywhere on the contact arc",
         value=lambda window, index: Account(window.totals.account[index]).pressure_max,
         tables=(Entry("wear", "pressure peak", 55),),
     ),
-    of_wear(
+    of_arc(
         "pressure_mean",
         "Pa",
         "mean pressure on the bearing, over the contact arc and the time in contact",
         value=pressure_mean,
         tables=(Entry("wear", "pressure mean", 56),),
     ),
-    of_wear(
+    of_arc(
         "pv_peak",
         "W/m^2",
         "largest product of the pressure on the bearing, anywhere on the contact arc, and the sliding speed",
         value=lambda window, index: Account(window.totals.account[index]).pv_max,
         tables=(Entry("wear", "pV peak", 57),),
     ),
-    of_wear(
+    of_arc(
         "pv_mean",
         "W/m^2",
         "mean normal force over diameter times length, times mean sliding speed, as in catalogues of bushes",
         value=pv_mean,
         tables=(Entry("wear", "pV mean", 57),),
     ),
-    of_wear(
+    of_arc(
         "pv_limit_fraction",
         "1",
         "share of the window's time at a pressure times speed beyond `wear.pv_limit`; null: no limit is given",

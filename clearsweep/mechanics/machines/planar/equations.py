@@ -75,7 +75,7 @@ def _guide_gap(bodies: Bodies, j: int, position: PlaneVector, velocity: PlaneVec
 
 def _travel_gap(bodies: Bodies, j: int) -> MeshGap:
     travel, rate, axis = bodies.travel_along(bodies.machine.sites[j].guide, j)
-    return MeshGap(travel, rate, ZERO, ZERO, *(-axis), ZERO, ZERO)
+    return MeshGap(travel, rate, ZERO, ZERO, *(-axis), *(ZERO,) * 6)
 
 
 def _mesh_gap(bodies: Bodies, j: int) -> MeshGap:
@@ -87,12 +87,14 @@ def _mesh_gap(bodies: Bodies, j: int) -> MeshGap:
     twist_rate = sum_of(share * bodies.rate[Coordinate(ANGLE, group)] for group, share in shares)
     x, v = mesh.arm * twist, mesh.arm * twist_rate
     if not site.pins:
-        return MeshGap(x, v, ZERO, ZERO, ZERO, ZERO, ZERO, ZERO)
+        return MeshGap(x, v, *(ZERO,) * 10)
     (offset, velocity), axis = bodies.displacement_of_centres(j), bodies.line_of_centres(j)
     across = axis.left()
     x, v = x - mesh.across * across.dot(offset), v - mesh.across * across.dot(velocity)
     wider, widening = mesh.apart * axis.dot(offset), mesh.apart * axis.dot(velocity)
-    return MeshGap(x, v, wider, widening, *(mesh.across * across), *(mesh.apart * axis))
+    roll = bodies.angle_of(site.link.proximal) - bodies.angle_of(site.carrier)
+    turning = roll, bodies.spin(site.link.proximal) - bodies.spin(site.link.distal), *velocity
+    return MeshGap(x, v, wider, widening, *(mesh.across * across), *(mesh.apart * axis), *turning)
 
 
 @generated(machine_type)
