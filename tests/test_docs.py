@@ -261,7 +261,7 @@ def test_a_section_appears_once_and_says_which_mechanisms_have_a_key():
     headings = re.findall(r"^## .*", PAGE, re.MULTILINE)
     assert len(headings) == len(set(headings))
     assert "| `branch` |  | `open`, `crossed` | `open` | *four-bar*: side of the line from crank pin to" in PAGE
-    assert "; *rolling bearing, in space*: all but `karnopp`, `dahl`, `lugre`, `elasto-plastic` |" in PAGE
+    assert "; *rolling bearing, in space, gear*: all but `karnopp`, `dahl`, `lugre`, `elasto-plastic` |" in PAGE
     assert "| `horizon` |  | `true`, `false` | `false` | *not impact-pair*: " in PAGE
 
 

@@ -163,8 +163,8 @@ def _tangent(gap, side):
 def _slip(joint, gap, side):
     """Return the speed (m/s) at which the first flank slides on the second one, by which friction does its work."""
     x, y = _tangent(gap, side)
-    turning = gap.v + gap.across_x * gap.slide_x + gap.across_y * gap.slide_y  # without the motion of the centres
-    rolling = joint.teeth.near / joint.arm_proximal * turning - x * gap.slide_x - y * gap.slide_y
+    twist_speed = gap.v + gap.across_x * gap.slide_x + gap.across_y * gap.slide_y  # without the motion of the centres
+    rolling = joint.teeth.near / joint.arm_proximal * twist_speed - x * gap.slide_x - y * gap.slide_y
     return _place(joint, gap, side) * gap.spin + rolling
 
 

@@ -93,8 +93,8 @@ def _mesh_gap(bodies: Bodies, j: int) -> MeshGap:
     x, v = x - mesh.across * across.dot(offset), v - mesh.across * across.dot(velocity)
     wider, widening = mesh.apart * axis.dot(offset), mesh.apart * axis.dot(velocity)
     roll = bodies.angle_of(site.link.proximal) - bodies.angle_of(site.carrier)
-    turning = roll, bodies.spin(site.link.proximal) - bodies.spin(site.link.distal), *velocity
-    return MeshGap(x, v, wider, widening, *(mesh.across * across), *(mesh.apart * axis), *turning)
+    rates = roll, bodies.spin(site.link.proximal) - bodies.spin(site.link.distal), *velocity
+    return MeshGap(x, v, wider, widening, *(mesh.across * across), *(mesh.apart * axis), *rates)
 
 
 @generated(machine_type)
