@@ -368,8 +368,8 @@ def _site(kinds: tuple) -> Site:
     if geared:
         axis, pins = _kind_of_field(kinds, "axis")[0], map(_number, _kind_of_field(kinds, "pins")[1:])
         carrier, eccentric = _number(_kind_of_field(kinds, "carrier")), _kind_of_field(kinds, "eccentric")[1:]
-        forms = tuple(map(_point_form, eccentric))
-        return Site(link, near, far, None if axis is tuple else axis, carrier, tuple(pins), eccentric=forms)
+        centres = tuple(map(_point_form, eccentric))
+        return Site(link, near, far, None if axis is tuple else axis, carrier, tuple(pins), eccentric=centres)
     return Site(link, near, far, _kind_of_field(kinds, "axis")[0] if slides else None)
 
 
