@@ -292,12 +292,13 @@ def test_mistakes_of_a_dict_are_reported_without_a_place(base):
 def test_keys_of_the_other_mechanism_are_unknown(problems_in):
     problems = problems_in(
         "mechanism: {type: impact-pair, masses: [1 kg], speed: 1 m/s, gravity: 1}\n"
-        "drive: {speed: 1}\njoints: {pair: 3}\n"
+        "drive: {speed: 1}\njoints: {pair: 3}\nsimulate: {revolutions: 1}\n"
     )
     assert "mechanism.masses: found a list; expected a list of two quantities" in problems[0]
     assert "mechanism.gravity: unknown key 'gravity' (allowed: type, masses, speed)" in problems[1]
     assert "drive: unknown key 'drive'" in problems[2]
     assert "joints.pair: found '3'; expected a section with the keys clearance, contact" in problems[3]
+    assert "simulate.revolutions: unknown key 'revolutions' (allowed: impacts, " in problems[4]
 
 
 def test_the_nearest_name_has_the_same_words_in_another_order():
