@@ -64,8 +64,11 @@ def resolved(source):
 
 
 def told_both_ways(program: str) -> list[list[float]]:
-    """Return the numbers that a program prints after "ok", with compiled code and with the compiler off."""
-    message = []
+    """Return the numbers that a program prints after "ok", with compiled code and with the compiler off.
+
+    It may use the modules of the tests.
+    """
+    message, program = [], f"import sys\nsys.path.insert(0, 'tests')\nimport clearsweep\n{program}"
     for off in ("0", "1"):
         done = subprocess.run(
             [sys.executable, "-c", program],

@@ -340,8 +340,6 @@ def test_a_step_over_a_kink_is_repeated_until_it_ends_there(tolerance):
 @pytest.mark.compiled
 def test_a_scene_whose_laws_remember_runs_uncompiled():
     program = (
-        "import sys; sys.path.insert(0, 'tests')\n"
-        "import clearsweep\n"
         "from test_friction_memory import LUGRE, crank\n"
         "t = clearsweep.simulate(crank(LUGRE, simulate__revolutions=0.03, simulate__tolerance=1e-6))\n"
         "print(t.status, *(repr(t.summary[k]) for k in ('rod_slider_force_peak', 'steps', 'crank_torque_peak')))"

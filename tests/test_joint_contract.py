@@ -165,7 +165,6 @@ def test_a_guard_of_a_law_is_located_where_its_function_is_zero():
 @pytest.mark.slow
 def test_a_guard_of_a_law_runs_uncompiled():
     program = (
-        "import sys; sys.path.insert(0, 'tests')\n"
         "from test_joint_contract import Fuse, TURN, rubbing, run_to\n"
         "r = run_to(rubbing(Fuse(0.1, 1e-2, 1e-4), **{'simulate.tolerance': 1e-6}), 0.03 * TURN)\n"
         "print('ok', *map(float, r.work.end), *r.work.counts.numbers)"

@@ -258,8 +258,6 @@ def test_only_joints_with_the_law_stick():
 @pytest.mark.slow
 def test_a_scene_that_sticks_runs_uncompiled():
     program = (
-        "import sys; sys.path.insert(0, 'tests')\n"
-        "import clearsweep\n"
         "from test_karnopp import crank\n"
         "made = crank('crank-rod', 'rod-slider', simulate__revolutions=0.02, simulate__tolerance=1e-8)\n"
         "t = clearsweep.simulate(made)\n"

@@ -90,8 +90,6 @@ def test_one_open_joint_integrates_two_coordinates(joints):
 def test_the_same_program_runs_uncompiled():
     """With the compiler off the same code runs as plain Python and gives the same motion, to the end of iterations."""
     program = (
-        "import sys; sys.path.insert(0, 'tests')\n"
-        "import clearsweep\n"
         "from mechanism_cases import slider_crank\n"
         "case = slider_crank('rod-slider', changes={'simulate.revolutions': 0.1, 'simulate.tolerance': 1e-7,\n"
         "    'save.orbits': 'all', 'save.revolutions': 0.1,\n"

@@ -245,9 +245,9 @@ class KilledError(Exception):
 class Memory:
     """A log in memory, whose process is killed when it has kept so many blocks."""
 
-    def __init__(self, most=math.inf):
-        """Take how many."""
-        self.content, self.kept, self.most = None, 0, most
+    def __init__(self, most=math.inf, content=None):
+        """Take how many, and what was kept before."""
+        self.content, self.kept, self.most = content, 0, most
 
     def read(self):
         """Return what was kept."""

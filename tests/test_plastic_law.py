@@ -202,7 +202,6 @@ def test_a_contact_that_yields_and_remembering_friction_keep_to_their_places():
 @pytest.mark.compiled
 def test_a_contact_that_yields_runs_uncompiled():
     program = (
-        "import sys; sys.path.insert(0, 'tests')\n"
         "from test_plastic_law import crank\n"
         "t = crank(simulate__revolutions=0.03, simulate__tolerance=1e-6)\n"
         "print(t.status, *(repr(t.summary[k]) for k in ('rod_slider_force_peak', 'steps', 'rod_slider_force_rms')))"

@@ -571,10 +571,7 @@ def test_a_journal_that_would_start_beside_its_bearing_is_refused():
 
 
 PROGRAM = """
-import sys
-sys.path.insert(0, "tests")
 from spatial_cases import spatial
-import clearsweep
 rubs = {"law": "tanh", "coefficient": 0.1, "velocity_scale": 1e-2}
 case = spatial(walls="spread", tilt=[0.004, 0.003], friction=rubs)
 case["simulate"] |= {"revolutions": 0.04, "tolerance": 1e-9}

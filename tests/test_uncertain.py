@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 from mechanism_cases import slider_crank
 from scipy.stats import lognorm
+from test_life import KilledError, Memory
 
 import clearsweep
 from clearsweep import grid, simulation
@@ -195,34 +196,15 @@ def test_a_further_life_whose_block_fails_is_reported_and_the_other_one_stays():
     assert failures(further_lives(*evolving())) == ()
 
 
-class KilledError(Exception):
-    pass
-
-
-class Log:
-    """A log in memory, whose process is killed when it has kept so many blocks."""
-
-    def __init__(self, content=None, most=math.inf):
-        self.content, self.kept, self.most = content, 0, most
-
-    def read(self):
-        return self.content
-
-    def keep(self, content):
-        self.content, self.kept = content, self.kept + 1
-        if self.kept >= self.most:
-            raise KilledError
-
-
 @pytest.mark.parametrize("most", [3, 40])
 def test_further_lives_that_are_killed_end_alike_and_run_no_block_twice(most):
     aged, block = evolving()
     whole = figures("rod_slider", further_lives(aged, block))
-    log = Log(most=most)
+    log = Memory(most)
     killed, first = evolving(log)
     with pytest.raises(KilledError):
         further_lives(killed, first)
-    again, rest = evolving(Log(log.content))
+    again, rest = evolving(Memory(content=log.content))
     assert len(again.records) == 1
     assert figures("rod_slider", further_lives(again, rest)) == whole
     assert first.runs + rest.runs == block.runs

@@ -241,9 +241,9 @@ def _unknown_key_text(path: str, key_name: str, allowed: list[str]) -> str:
     if path == "drive" and key_name in DRIVES:
         other_drive = next((drive for drive in DRIVES if drive in allowed), DRIVES[0])
         return f"conflicts with {other_drive}; a drive can have only one of {', '.join(DRIVES)}; remove the others"
-    lengths = [key for key in LENGTHS if key in allowed]  # none where a run ends by itself
-    if path == "simulate" and key_name in LENGTHS and lengths:
-        return f"conflicts with {lengths[0]}; the length of a run is one of revolutions, time, or cycles with their period"
+    own = [key for key in LENGTHS if key in allowed]  # none where a run ends by itself
+    if path == "simulate" and key_name in LENGTHS and own:
+        return f"conflicts with {own[0]}; the length of a run is one of revolutions, time, or cycles with their period"
     if path == "simulate" and key_name in ("until", "time_limit") and "revolutions" not in allowed:
         return f"{key_name} counts revolutions, so it needs a run whose length is in revolutions; remove one of the two"
     if key_name == "type" and path.startswith("joints."):
