@@ -37,10 +37,15 @@ def pytest_collection_modifyitems(config, items):
     Of a test marked `few`, all other cases are slow where they are compiled.  Files with many heavy tests come first,
     so that what runs last in several processes is short.
     """
+    missing = set()  # cases that `few` names
     for item in items:
         few = item.get_closest_marker("few")
         if few and not is_plain() and (not few.args or item.callspec.id not in few.args):
             item.add_marker("slow")
+        missing |= {f"{item.path.name}::{item.originalname}[{name}]" for name in few.args} if few else set()
+    missing -= {f"{item.path.name}::{item.name}" for item in items}
+    if missing and not any("::" in argument for argument in config.args):
+        raise pytest.UsageError(f"the marker few names cases that are not there: {', '.join(sorted(missing))}")
     if not is_plain():
         config.hook.pytest_deselected(items=[item for item in items if item.get_closest_marker("plain")])
         items[:] = [item for item in items if not item.get_closest_marker("plain")]

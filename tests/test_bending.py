@@ -57,13 +57,9 @@ def relative(values, reference):
     return np.max(np.abs(values - np.array(reference))) / np.max(np.abs(reference))
 
 
-@pytest.mark.parametrize(
-    ("case", "modes"),
-    [
-        ("simeon_damped", 2),
-        *(pytest.param(case, n, marks=pytest.mark.slow) for case in ("simeon", "simeon_damped") for n in (1, 2, 3, 4)),
-    ],
-)
+@pytest.mark.few("2-simeon_damped")
+@pytest.mark.parametrize("case", ["simeon", "simeon_damped"])
+@pytest.mark.parametrize("modes", [1, 2, 3, 4])
 def test_a_bending_rod_moves_as_the_second_order_floating_frame(case, modes):
     truth = TRUTH[case]
     motion = clearsweep.simulate(clearsweep.load_case(simeon(bending=modes, damping=truth["damping"])), TIMES)

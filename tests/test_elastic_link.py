@@ -92,7 +92,8 @@ def test_a_single_segment_is_warned_of():
     assert not any("segments" in sentence for sentence in warned(2))
 
 
-@pytest.mark.parametrize("share", [0.13, pytest.param(1.0, marks=pytest.mark.slow)])
+@pytest.mark.few("0.13")
+@pytest.mark.parametrize("share", [0.13, 1.0])
 def test_a_crank_with_an_elastic_rod_moves_as_equations_of_its_own_say(share):
     end = share * math.pi / SPEED
     begun, state = Rod(SPEED, STIFFNESS, 4, damping=0.02).run(end)

@@ -66,10 +66,7 @@ def instructions_of(code):
 
 
 @pytest.mark.few("nothing")
-@pytest.mark.parametrize(
-    "load",
-    ["nothing", "gas", *(pytest.param(load, marks=pytest.mark.slow) for load in ("a spring", "a constant force"))],
-)
+@pytest.mark.parametrize("load", ["nothing", "gas", "a spring", "a constant force"])
 def test_a_sweep_of_an_engine_contains_its_open_cylinder_alone(load):
     single, three = (instructions_of(code_of(engine(cylinders, load), "sweep")) for cylinders in (1, 3))
     assert Counter(three) == Counter(single)

@@ -103,13 +103,14 @@ def loads(count, seed=5):
     return tuple(SpatialLoad(*each, ()) for each in three)
 
 
+@pytest.mark.few("opened0-spherical", "opened1-spherical", "opened2-")
 @pytest.mark.parametrize(
     ("opened", "ideal"),
     [
         (("crank-rod",), "spherical"),
         (("rod-slider",), "spherical"),
         (("crank-rod", "rod-slider"), ""),
-        pytest.param(("crank-rod",), "cylindrical", marks=pytest.mark.slow),
+        (("crank-rod",), "cylindrical"),
     ],
 )
 def test_a_slider_crank_of_bodies_and_joints_is_the_slider_crank(opened, ideal):

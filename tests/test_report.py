@@ -117,9 +117,8 @@ def pages(tmp_path_factory):
 LARGE = ("three joints", "big")
 
 
-@pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=pytest.mark.slow) if name in LARGE else name for name in RUNS]
-)
+@pytest.mark.few(*(name for name in RUNS if name not in LARGE))
+@pytest.mark.parametrize("name", RUNS)
 def test_page_is_whole_small_and_refers_to_nothing_outside(pages, name):
     text = pages(name).read_text(encoding="utf-8")
     page = Page(text)
@@ -140,7 +139,8 @@ def test_page_is_whole_small_and_refers_to_nothing_outside(pages, name):
     assert page.figures == text.count("<svg ")
 
 
-@pytest.mark.parametrize("name", [pytest.param("full", marks=pytest.mark.slow), "impact pair"])
+@pytest.mark.few("impact pair")
+@pytest.mark.parametrize("name", ["full", "impact pair"])
 def test_same_run_gives_the_same_bytes(pages, tmp_path, name):
     again = report.write(Run(**RUNS[name]), tmp_path / "again.html")
     assert again.read_bytes() == pages(name).read_bytes()

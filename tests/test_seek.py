@@ -150,7 +150,8 @@ def test_where_limits_are_met_by_chance_the_answer_stays_on_the_safe_side(tmp_pa
     assert len(safe) >= 3  # itself and two neighbours
 
 
-@pytest.mark.parametrize("after", [6, pytest.param(1, marks=pytest.mark.slow), pytest.param(9, marks=pytest.mark.slow)])
+@pytest.mark.few("6")
+@pytest.mark.parametrize("after", [1, 6, 9])
 def test_killed_at_any_round_it_continues_to_the_same_answers(tmp_path, after):
     source = searching(gravities=(GOOD + 0.02,))
     quiet(source, tmp_path / "whole")

@@ -78,9 +78,8 @@ def test_a_process_that_ends_with_its_run_stays_deaf_until_then():
     assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 143
 
 
-@pytest.mark.parametrize(
-    "pause", [pytest.param(0.0, marks=pytest.mark.slow), 0.002, pytest.param(0.05, marks=pytest.mark.slow)]
-)
+@pytest.mark.few("0.002")
+@pytest.mark.parametrize("pause", [0.0, 0.002, 0.05])
 def test_a_burst_of_signals_ends_a_run_like_its_first_one(tmp_path, pause):
     process = program(tmp_path / "run", grid(100, (GOOD + 0.05,)), jobs=2, show_progress=False)
     try:

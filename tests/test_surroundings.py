@@ -126,13 +126,9 @@ def test_under_nohup_a_hang_up_is_ignored(tmp_path):
     assert json.loads(out)["ran"] == 20
 
 
+@pytest.mark.few("-v 500000-ulimit -v 4000000")
 @pytest.mark.parametrize(
-    ("limit", "text"),
-    [
-        pytest.param("-n 8", "ulimit -n 256", marks=pytest.mark.slow),
-        pytest.param("-n 16", "ulimit -n 256", marks=pytest.mark.slow),
-        ("-v 500000", "ulimit -v 4000000"),
-    ],
+    ("limit", "text"), [("-n 8", "ulimit -n 256"), ("-n 16", "ulimit -n 256"), ("-v 500000", "ulimit -v 4000000")]
 )
 def test_too_little_of_a_resource_is_refused_with_the_limit_and_the_remedy(grid_file, limit, text):
     ended = shell(f"ulimit {limit}; clearsweep run g.json --out x", grid_file, MAIN)

@@ -278,8 +278,9 @@ def test_worn_volume_is_the_coefficient_times_pressure_times_way(start):
     assert trajectory.summary["rod_slider_wear_volume"] == pytest.approx(2 * 2e-14 * work, rel=2e-3, abs=0.0)
 
 
+@pytest.mark.few("crank-rod")
 @pytest.mark.compiled
-@pytest.mark.parametrize("name", [pytest.param("ground-crank", marks=pytest.mark.slow), "crank-rod", "rod-slider"])
+@pytest.mark.parametrize("name", ["ground-crank", "crank-rod", "rod-slider"])
 def test_bins_turn_with_their_bodies(name):
     """The mean direction of wear on both bodies is what samples of force, sliding and direction say."""
     changes = {f"joints.{name}.wear": LINE_WEAR, "save.orbits": "all", "save.revolutions": 1, "save.samples": 100000}
