@@ -400,7 +400,6 @@ SWINGING = {
 }
 
 
-@pytest.mark.few("0.9-True")
 @pytest.mark.parametrize(("restitution", "chaotic"), [(0.9, True), (0.5, False)])
 def test_chaos_without_impacts_is_a_remark(restitution, chaotic):
     contact = {"law": "lankarani-nikravesh", "stiffness": 6.61e10, "restitution": restitution}
