@@ -12,7 +12,7 @@ import click
 
 import clearsweep
 
-from . import exit_codes, streams
+from . import exit_codes
 from . import sweeping as sweep_options
 from .language.errors import InputError, convert_write_errors, escape_control_characters
 from .language.wording import SYSTEMS
@@ -29,7 +29,7 @@ VERSION_HELP = "Print the versions, the processor level and the directory of com
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit: 0 done, 1 internal error, 2 bad input, 3 some cases failed, 4 storage failed or
     scheduler lost, 129 hung up, 130 interrupted, 143 terminated."""
-    streams.survive_closed_streams()
+    exit_codes.survive_closed_streams()
     code = _exit_code(arguments)
     sys.stdout.flush()
     sys.exit(code)

@@ -12,7 +12,7 @@ from scipy.integrate import solve_ivp
 
 import clearsweep
 from clearsweep import grid, simulation
-from clearsweep.answers.branches import motions_of
+from clearsweep.answers.figure_sentences import motions_of
 from clearsweep.language.errors import InputError
 from clearsweep.simulation import random_places
 from clearsweep.simulation.analyses import repeated

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.stats import binom, kendalltau
 
-from clearsweep.report.statistics import effects
-from clearsweep.report.statistics.effects import trend_exponent
+from clearsweep.report import effects
+from clearsweep.report.effects import trend_exponent
 
 
 def test_an_exact_power_is_found_and_its_interval_is_that_value():

@@ -21,7 +21,7 @@ from clearsweep.contracts.results import Trajectory
 from clearsweep.language import phases
 from clearsweep.language.errors import StorageError
 from clearsweep.mechanics.solver import loop
-from clearsweep.report.statistics import effects
+from clearsweep.report import effects
 from clearsweep.report.study import open_partial
 from clearsweep.simulation.analyses import outcome
 from clearsweep.simulation.running.observed_run import Life, LifeLimits

@@ -25,18 +25,18 @@ from clearsweep.report.blocks.section import Detail, Gallery, Interactive, Point
 from clearsweep.report.blocks.table import Column, Table
 from clearsweep.report.documents.page import case_pictures
 from clearsweep.report.laws import CURVE_DEPTHS
-from clearsweep.report.one_case.joints import wear_pictures
-from clearsweep.report.sections.drivers import tradeoff_sections
-from clearsweep.report.sections.laws import elastic_laws_sections, law_choice_sections
-from clearsweep.report.sections.maps import answer_maps, curve_sections, map_sections
-from clearsweep.report.sections.motion import motion_type_sections
-from clearsweep.report.statistics.motion import (
+from clearsweep.report.motion import (
     cases_along_axis,
     classify_motion,
     harmonic_spectrum,
     points_along_axis,
     short_contacts,
 )
+from clearsweep.report.one_case.joints import wear_pictures
+from clearsweep.report.sections.drivers import tradeoff_sections
+from clearsweep.report.sections.laws import elastic_laws_sections, law_choice_sections
+from clearsweep.report.sections.maps import answer_maps, curve_sections, map_sections
+from clearsweep.report.sections.motion import motion_type_sections
 from clearsweep.report.study import prepare, resolve_cases
 from clearsweep.sweeping import summary, sweep
 from clearsweep.sweeping.facts import value_text

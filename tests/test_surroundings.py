@@ -13,7 +13,7 @@ import pytest
 from fake_physics import FAILS, GOOD, Fake, grid, sweep
 from test_sweep import parts, program, wait_for
 
-from clearsweep import cli, streams
+from clearsweep import cli, exit_codes
 from clearsweep.language import errors, phases
 from clearsweep.sweeping.pool import driver, executors, forks, system
 
@@ -65,7 +65,7 @@ def test_what_cannot_be_printed_is_dropped_and_a_full_stdout_is_reported(tmp_pat
 def test_the_null_device_takes_the_place_of_a_stream_that_was_left(tmp_path):
     reading, writing = os.pipe()
     os.close(reading)
-    lasting = streams._ResilientFile(writing, "w")
+    lasting = exit_codes._ResilientFile(writing, "w")
     assert lasting.write(b"12345") == 5
     assert os.fstat(lasting.fileno()).st_rdev == os.stat(os.devnull).st_rdev
     lasting.close()

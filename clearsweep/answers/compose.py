@@ -11,7 +11,7 @@ from ..contracts import catalogue
 from ..contracts.layout import Layout
 from ..contracts.vibration import IDEAL, NO_SEVERITY, SEVERITIES, zone_of
 from ..language import wording
-from .branches import coexisting
+from .figure_sentences import coexisting
 from .judge import NOT_RUN, answer_on, judge
 from .judged import EXCEEDED, MET, ONE_AT_A_TIME, UNDECIDED, Cases, is_null, named_value
 from .questions import (

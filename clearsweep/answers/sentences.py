@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from ..language import wording
-from .branches import branch_sentences
 from .figure_sentences import (
     added_sentences,
+    branch_sentences,
     error_sentences,
     extremes_of,
     force_sentences,

@@ -13,7 +13,7 @@ from .axis import PEAK, Axis, value_at
 from .blocks.section import Part, Picture
 from .blocks.table import Column, Quantity, Table, count_cell
 from .draw import comparison
-from .statistics.effects import MatchedCases, MatchedTable, axis_key
+from .effects import MatchedCases, MatchedTable, axis_key
 from .study import Joint, Study, joint_with_laws, resolve_cases
 
 # Compares the elastic laws in one joint: force over penetration, and the ratios of these forces.

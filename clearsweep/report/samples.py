@@ -10,11 +10,11 @@ from ..answers.judged import Estimate, variable_correlations
 from ..answers.verdict import Limit
 from ..language import wording
 from ..store import sum_counts
+from . import effects
 from .axis import Axis
 from .blocks.section import Note, Section
 from .blocks.table import Column, Quantity, Table, axis_columns, columns_in_table, count_cell
-from .statistics import effects
-from .statistics.effects import ChanceShare, Sample, SingleEffect
+from .effects import ChanceShare, Sample, SingleEffect
 from .study import Study
 
 # Tables of a sample: spread of figures, chance of exceeding limits, variables that drive the spread.

@@ -4,7 +4,7 @@ The law `reynolds` expands the solutions of the two-dimensional equation.  With 
 W = w eps (1/s), the pressure dissipates P = c / 2 (-S F_r + W F_t) (W).  The forces (N) follow from its gradient:
 F_r = -dP/dS / c, F_t = dP/dW / c.  P is that of the short film times exp(g): it is positive for any g, so the film is
 passive.
-`clearsweep.verify.film_table` solves the equation and writes the file of the coefficients of g.
+`docs/tools/film_table.py` solves the equation and writes the file of the coefficients of g.
 """
 
 import functools
@@ -225,7 +225,7 @@ register(
         "gamma'; P = P_short exp(g(eps, s)), s = S / (S^2 + (1 - eps^2)^(1/2) W^2)^(1/2), S = 2 eps', W = w eps; F_r = "
         "-dP/dS / c, F_t = dP/dW / c; g = sum of c_km t^m T_k(s), t = artanh(eps), for the joint's length / diameter",
         "Reynolds 1886, Phil. Trans. R. Soc. 177:157, with the boundary condition of Swift 1932 and Stieber 1933; "
-        "solved and tabulated by clearsweep.verify.film_table",
+        "solved and tabulated by docs/tools/film_table.py",
         needs=("length",),
         ranges=(
             Range(

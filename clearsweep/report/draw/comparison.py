@@ -10,8 +10,8 @@ import numpy as np
 from ...language import wording
 from ...language.wording import Scale
 from ..axis import Axis
+from ..effects import MainEffect
 from ..plot import Axes, ColourScale
-from ..statistics.effects import MainEffect
 from . import (
     BLUE,
     GREEN,

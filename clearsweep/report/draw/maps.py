@@ -11,8 +11,8 @@ from ...contracts.vibration import ZONES
 from ...language import wording
 from ...language.wording import Scale
 from ..axis import Axis
+from ..motion import Points, Spectrum
 from ..plot import Axes, ColourScale, multiples_of, round_ticks
-from ..statistics.motion import Points, Spectrum
 from . import (
     BLUE,
     GREY,

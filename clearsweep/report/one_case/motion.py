@@ -17,6 +17,7 @@ from ...contracts.layout import TIME, TORSIONAL, Column
 from ...language import wording
 from ...language.errors import InputError
 from ...store import StoredRun
+from .. import effects
 from ..axis import value_at
 from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Dot, Picture, capitalise
 from ..draw.machine import (
@@ -34,7 +35,6 @@ from ..draw.machine import (
     penetration_magnification,
 )
 from ..plot import Axes
-from ..statistics import effects
 from ..study import Joint, Study, joint_with_laws, resolve_cases
 from .joints import bearing_pictures
 

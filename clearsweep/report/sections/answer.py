@@ -23,8 +23,8 @@ from ..axis import PEAK, Axis
 from ..blocks.section import Block, Cards, Gallery, Picture, Points, Section, Sentences, section
 from ..blocks.table import CHUNK_ROWS, CaseRows, Column, Quantity, Table, axis_columns, count_cell
 from ..draw.maps import FAILS_ELSEWHERE, MAP_SIZE, Dots, draw_margin_cells
+from ..effects import main_effects_of
 from ..samples import failures_by_status, finished_and_failed, limit_columns, remark_counts
-from ..statistics.effects import main_effects_of
 from ..study import (
     Joint,
     Study,

@@ -16,8 +16,7 @@ from ..blocks.section import Gallery, Picture, Points, Section, capitalise, sect
 from ..blocks.table import Column, Quantity, Table, columns_in_table, count_cell
 from ..draw import BLUE, JOINT_COLOURS, RED, comparison
 from ..draw.comparison import Curve
-from ..one_case.joints import deepest_along_axis
-from ..statistics.effects import (
+from ..effects import (
     MainEffect,
     estimate_quantile,
     main_effects_of,
@@ -26,6 +25,7 @@ from ..statistics.effects import (
     trend_exponent,
     yield_speed_sentence,
 )
+from ..one_case.joints import deepest_along_axis
 from ..study import (
     EXCLUDED_STARTS_NOTE,
     P99_OVER_IDEAL,

@@ -15,8 +15,8 @@ from ..axis import PEAK, Axis
 from ..blocks.section import Part, Picture, Points, Section, Sentences, capitalise, section, without_empty
 from ..blocks.table import Column, Quantity, Table, count_cell
 from ..draw import comparison
+from ..effects import MatchedCases, axis_key, main_effects_of, match_cases, positive_values
 from ..laws import compare_allowed_laws, compare_restitutions, compare_swept_laws, compare_verdicts, ideal_load
-from ..statistics.effects import MatchedCases, axis_key, main_effects_of, match_cases, positive_values
 from ..study import Joint, Study, answer_of_study, joint_with_laws, resolve_cases, worst_case
 
 # Effect of the choice of a swept law: forces under each law, and the spread between laws at otherwise equal values.

@@ -22,7 +22,7 @@ from ..blocks.table import column_label
 from ..draw import comparison
 from ..draw.comparison import CurveFamily
 from ..draw.maps import MAP_SIZE, Cells, draw_heat_map
-from ..statistics.effects import main_effects_of
+from ..effects import main_effects_of
 from ..study import (
     EXCLUDED_STARTS_NOTE,
     P99_OVER_IDEAL,

@@ -6,7 +6,7 @@ from typing import overload
 
 import numpy as np
 
-from ...answers.branches import motions_of
+from ...answers.figure_sentences import motions_of
 from ...contracts.catalogue import STARTS
 from ...contracts.layout import DIFFERENCE
 from ...language import wording
@@ -38,10 +38,8 @@ from ..draw.maps import (
     draw_spectrum,
     draw_velocities,
 )
-from ..one_case.motion import JointHistory, history_of, joint_histories, largest_texts, saved_channels
-from ..plot import Axes
-from ..statistics.effects import main_effects_of
-from ..statistics.motion import (
+from ..effects import main_effects_of
+from ..motion import (
     CONTACTS,
     MIN_POINTS,
     PERIODS,
@@ -53,6 +51,8 @@ from ..statistics.motion import (
     points_along_axis,
     shares_by_value,
 )
+from ..one_case.motion import JointHistory, history_of, joint_histories, largest_texts, saved_channels
+from ..plot import Axes
 from ..study import Joint, Study, answer_of_study, cases_by_cell, largest, reduce_over_other_axes, words_of
 
 # Kinds of motion: contact, flight or impacts; periodic or not; Poincaré sections and spectra.

@@ -7,8 +7,10 @@ from ...answers.judged import QUANTILES, RANDOM_METHODS, STRENGTH_NOTE, Estimate
 from ...answers.validity import THOUSAND_HOURS
 from ...language import wording
 from ...language.errors import InputError
+from .. import effects
 from ..blocks.section import Block, Gallery, Picture, Points, Section, Sentences, capitalise, section
 from ..draw import RED, comparison
+from ..effects import Sample
 from ..plot import Axes
 from ..samples import (
     LimitedFigure,
@@ -20,8 +22,6 @@ from ..samples import (
     rank_table,
     spread_table,
 )
-from ..statistics import effects
-from ..statistics.effects import Sample
 from ..study import Study
 
 MAX_HISTOGRAMS = 12  # drawn at most

@@ -14,8 +14,8 @@ from ..axis import Axis
 from ..blocks.section import FLAT_SIZE, SQUARE_SIZE, Gallery, Picture, Section, without_empty
 from ..blocks.table import Table, case_table, columns_in_table
 from ..draw.maps import MAP_SIZE, draw_hodograph, draw_kinds, draw_orders, draw_waterfall, draw_zones
+from ..effects import main_effects_of
 from ..one_case.motion import saved_channels
-from ..statistics.effects import main_effects_of
 from ..study import Study, largest, reduce_over_other_axes, resolve_cases
 
 PEAK = "frame_force_peak"

@@ -25,8 +25,7 @@ from ...mechanics.machines.planar.reactions import JointForce, Motion, Reactions
 from ...mechanics.solver import integration, loop
 from ...mechanics.solver.slow_sums import Record
 from ...tracing.compiled.family import Routine, empty_entries
-from ..figures.catalogue import SETUP, WORK_COUNTS
-from ..figures.own import first_sample, recorded_part, records_samples, with_own_figures
+from ..figures.catalogue import SETUP, WORK_COUNTS, first_sample, recorded_part, records_samples, with_own_figures
 from ..machine.ideal import mechanism_of
 from ..running.observed_run import LaterWindow, Observer, Snapshot, restore
 from ..running.run import Run, integrate, integration_of, release, run_integration

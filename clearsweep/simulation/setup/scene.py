@@ -31,8 +31,7 @@ from ...mechanics.machines.described import unclosed
 from ...mechanics.wear import Worn
 from ...searches import SEARCHES
 from ...tracing.compiled.family import flatten, numbers_of
-from ..figures.catalogue import FIGURES
-from ..figures.own import check_channels
+from ..figures.catalogue import FIGURES, check_channels
 from ..machine.ideal import ideal_motion, machine_of, mechanism_of
 from ..machine.shaking import shaking_of
 from .places import (

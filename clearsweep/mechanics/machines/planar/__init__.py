@@ -1,6 +1,5 @@
 """Planar machines: rigid bodies with revolute and prismatic joints in any topology, each joint ideal or open."""
 
-from .bending import STATIONS, first_rate, line_of, problem_of_links
 from .build import (
     build,
     channels,
@@ -14,7 +13,7 @@ from .build import (
 )
 from .closure import ClosureError, MachineStates, MobilityError
 from .drives import direction_of, motion_at, motion_table, passage_time
-from .form import as_empty_tuples
+from .form import STATIONS, as_empty_tuples, first_rate, line_of, problem_of_links
 from .ideal import ideal_of, machine_key, rival_assembly, slot_travel
 from .reactions import levers, levers_of_support
 from .stations import AlwaysEqual, without_forces

@@ -8,7 +8,7 @@ import numpy as np
 
 from ....tracing.compiled.formulas import ONE, ZERO, Expr, constant, sum_of
 from ..programs import PlaneVector
-from .bending import LINE_SHAPE, ONE_SHAPE, STATIONS, Shape, integral_of_product, shortening_shapes, value_of
+from .form import LINE_SHAPE, ONE_SHAPE, STATIONS, Shape, integral_of_product, shortening_shapes, value_of
 from .structure import BentKind, Coordinate
 
 Field = dict[Shape, Expr]  # coefficients of shapes

@@ -32,7 +32,6 @@ from ..contract import Built, IdealMotion, Open, accelerate, pose_at
 from ..contract import Ideal as Closed
 from ..programs import kinds_of
 from . import equations  # noqa: F401 - registers the equations of motion
-from .bending import compile_bent_point, problem_of_links
 from .closure import FIRST_STATIONS, STATIONS, ClosureError, MobilityError, extent
 from .drives import Steady, compile_drive, drive_motion
 from .form import (
@@ -47,9 +46,11 @@ from .form import (
     Slide,
     Travel,
     as_empty_tuples,
+    compile_bent_point,
     compile_direction,
     compile_point,
     make_cycle,
+    problem_of_links,
 )
 from .ideal import IdealMachine, ideal_of, masses_of, rigid
 from .load_forms import SpringLoad, compile_loads, discontinuity_times_of

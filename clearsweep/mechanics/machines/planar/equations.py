@@ -30,9 +30,8 @@ from ..contract import (
     with_friction_laws,
 )
 from ..programs import PlaneVector, generated, kinds_of, vector_sum
-from .bending import STATIONS
 from .dynamics import impact_masses_of, link_signals_of, motion_of
-from .form import Planar, evaluate_cycle
+from .form import STATIONS, Planar, evaluate_cycle
 from .friction import accelerate_with_friction, friction_powers_of, friction_slips_of
 from .kinematics import Bodies, vector_of
 from .load_forms import FRICTION_LOADS

@@ -19,9 +19,8 @@ from ....tracing.compiled.dual import plain
 from ....tracing.compiled.family import inlined
 from ....tracing.compiled.formulas import ONE, ZERO, Expr, Program, sum_of
 from ..programs import NO_VECTOR, PlaneVector, vector_sum
-from .bending import pairs_of
 from .bent_line import BentLine
-from .form import AlongX, Centre, OnAxis, evaluate_cycle
+from .form import AlongX, Centre, OnAxis, evaluate_cycle, pairs_of
 from .load_forms import AngleTableLoad, OwnLoad, PushLoad, SpringLoad, TorsionLoad, applied_load, table_values
 from .structure import ANGLE, BEND, SHIFT_X, SHIFT_Y, TRAVEL, BentForm, Coordinate, LoadKind, MachineType, PointForm
 

@@ -8,9 +8,11 @@ from typing import NamedTuple
 
 from ...laws.friction import Karnopp
 from ..contract import Open
-from .bending import STATIONS, Bent, BentPoint
 from .drives import Free, FreeByLaw, FreeByTable, Regulated, Served, Steady
 from .form import (
+    STATIONS,
+    Bent,
+    BentPoint,
     BranchingCycle,
     ElasticGuide,
     Gear,

@@ -5,9 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...contracts.catalogue import STARTS
-from ..axis import Axis
-from ..study import VARYING_SECTIONS, Joint, Study, indices_by_value, recorded_revolutions
+from ..contracts.catalogue import STARTS
+from .axis import Axis
+from .study import VARYING_SECTIONS, Joint, Study, indices_by_value, recorded_revolutions
 
 # The kind of motion of each case: contact of its journal, and the number of revolutions of its period.
 

@@ -1,6 +1,6 @@
 """The table of the film law `reynolds`: solutions of Reynolds' equation in two dimensions, and their expansion.
 
-`python -m clearsweep.verify.film_table` writes the file that the law reads, in some minutes.
+`python docs/tools/film_table.py` writes the file that the law reads, in some minutes.
 
 With H = 1 + eps cos(theta), y = 2 z / L and the pressure in units of 6 mu R^2 / c^2, the film obeys
 
@@ -19,7 +19,7 @@ import numpy as np
 from scipy import sparse
 from scipy.sparse.linalg import spsolve
 
-from ..mechanics.laws import reynolds as law
+from clearsweep.mechanics.laws import reynolds as law
 
 GRIDS = ((64, 8), (128, 16))  # cells around and along half of the pin; the second-order error is extrapolated to zero
 RATIO_NODES, DIRECTION_NODES = 16, 24  # nodes at which the expansion is fitted

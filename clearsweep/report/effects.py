@@ -12,24 +12,17 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...answers import judge
-from ...answers.judge import known_blocks, verdict_on
-from ...answers.judged import (
-    CONFIDENCE,
-    QUANTILES,
-    Estimate,
-    binomial_distribution,
-    binomial_interval,
-    variance_shares,
-)
-from ...answers.validity import YIELD_SPEED
-from ...answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN
-from ...contracts.layout import DIFFERENCE
-from ...language import wording
-from ...language.errors import InputError
-from ...store import StoredRun
-from ..axis import CACHED_VALUES, Axis, is_missing
-from ..study import Joint, Study, comparable_values, indices_by_value, joint_of, resolve_cases
+from ..answers import judge
+from ..answers.judge import known_blocks, verdict_on
+from ..answers.judged import CONFIDENCE, QUANTILES, Estimate, binomial_distribution, binomial_interval, variance_shares
+from ..answers.validity import YIELD_SPEED
+from ..answers.verdict import EXCEEDED_COLUMN, UNDECIDED_COLUMN
+from ..contracts.layout import DIFFERENCE
+from ..language import wording
+from ..language.errors import InputError
+from ..store import StoredRun
+from .axis import CACHED_VALUES, Axis, is_missing
+from .study import Joint, Study, comparable_values, indices_by_value, joint_of, resolve_cases
 
 # Main effects of swept values on a figure: medians over the values, share of the variation.
 
