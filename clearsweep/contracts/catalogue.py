@@ -501,6 +501,18 @@ class Figure(NamedTuple):
         return f"{owner}_{self.name}" if owner else self.name
 
 
+def figure(written: str, **further: Any) -> Figure:
+    """Return the figure that is written as "name [unit]: text"; further : fields of Figure."""
+    name, _, rest = written.partition(" [")
+    unit, _, text = rest.partition("]: ")
+    return Figure(name, unit, text, **further)
+
+
+def shown(heading: str, *, if_any: bool = False, **orders: int) -> tuple[Entry, ...]:
+    """Return the entries of a figure that has one heading in all tables; orders : its order in each, by name."""
+    return tuple(Entry(table, heading, order, if_any) for table, order in orders.items())
+
+
 class Catalogue(NamedTuple):
     """All laws, mechanisms and searches of grids, and all figures and channels of cases."""
 

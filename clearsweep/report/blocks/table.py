@@ -11,7 +11,7 @@ import numpy as np
 
 from ... import simulation
 from ...answers import verdict
-from ...contracts.catalogue import Entry, Figure
+from ...contracts.catalogue import figure, shown
 from ...contracts.layout import Column as LayoutColumn
 from ...language import wording
 from ...store import durable
@@ -275,29 +275,24 @@ def axis_columns(study: Study, axes: Sequence[Axis]) -> list[Column]:
 
 #: The figures that are computed of columns of the summary, see `study`.
 COMPUTED_FIGURES = (
-    Figure(
-        P99_OVER_IDEAL,
-        "1",
-        "force p99 divided by the force peak without clearance",
+    figure(
+        f"{P99_OVER_IDEAL} [1]: force p99 divided by the force peak without clearance",
         of="joint",
         needs=("turns",),
-        tables=(Entry("forces", "p99 / ideal", 5), Entry("effects", "p99 / ideal", 3)),
+        tables=shown("p99 / ideal", forces=5, effects=3),
     ),
-    Figure(
-        WEAR_PER_1000_HOURS,
-        "m",
-        "largest wear depth after 1000 hours at the wear rate of the window",
+    figure(
+        f"{WEAR_PER_1000_HOURS} [m]: largest wear depth after 1000 hours at the wear rate of the window",
         of="joint",
         needs=("wear",),
-        tables=(Entry("wear", "depth per 1000 h", 51),),
+        tables=shown("depth per 1000 h", wear=51),
     ),
-    Figure(
-        WEAR_PER_MILLION_STROKES,
-        "m",
-        "largest wear depth after a million crank revolutions at the wear rate of the window",
+    figure(
+        f"{WEAR_PER_MILLION_STROKES} [m]: largest wear depth after a million crank revolutions at the wear rate of the "
+        "window",
         of="joint",
         needs=("wear", "turns"),
-        tables=(Entry("wear", "depth per 10⁶ strokes", 52),),
+        tables=shown("depth per 10⁶ strokes", wear=52),
     ),
 )
 

@@ -17,7 +17,7 @@ import numpy as np
 from ... import grid
 from ...answers.validity import OWN_FIGURE, join_remarks
 from ...contracts.case import Case, OwnFigure, Save
-from ...contracts.catalogue import NOTHING, Entry, Figure
+from ...contracts.catalogue import NOTHING, Entry, Figure, figure, shown
 from ...contracts.layout import TIME, Layout
 from ...contracts.results import Trajectory
 from ...language.errors import InputError, did_you_mean, quoted
@@ -77,165 +77,121 @@ def restitution(window: Window, index: int) -> float | None:
 
 def crank_speed(name: str, text: str) -> Figure:
     """Return the figure `name` of a free crank's speed; `text` describes it."""
-    value, tables = field_of_totals(f"speed_{name}", "case"), (Entry("output", f"crank speed {name}", 5),)
-    return Figure(f"crank_speed_{name}", "rad/s", f"{text} of a free crank", "case", ("free",), value, tables=tables)
+    return figure(
+        f"crank_speed_{name} [rad/s]: {text} of a free crank",
+        needs=("free",),
+        value=field_of_totals(f"speed_{name}", "case"),
+        tables=shown(f"crank speed {name}", output=5),
+    )
 
 
-of_joint = partial(Figure, of="joint")
-of_until = partial(Figure, needs=("until",), differs=False)
+of_joint = partial(figure, of="joint")
+of_until = partial(figure, needs=("until",), differs=False)
 JOINT = (
     of_joint(
-        "force_peak",
-        "N",
-        "largest normal force in the window, located",
+        "force_peak [N]: largest normal force in the window, located",
         value=field_of_totals("force_max"),
-        tables=(Entry("forces", "force peak", 1), Entry("sample", "force peak", 3), Entry("case", "peak", 3)),
+        tables=shown("force peak", forces=1, sample=3) + shown("peak", case=3),
     ),
     of_joint(
-        "force_rms",
-        "N",
-        "root mean square of the normal force over the window's time, free flight counting as zero",
+        "force_rms [N]: root mean square of the normal force over the window's time, free flight counting as zero",
         sums=RootMean("force_square"),
-        tables=(
-            Entry("forces", "force rms", 3),
-            Entry("sample", "force rms", 2),
-            Entry("case", "rms", 2),
-            Entry("effects", "force rms", 2),
-        ),
+        tables=shown("force rms", forces=3, sample=2, effects=2) + shown("rms", case=2),
     ),
     of_joint(
-        "force_p99",
-        "N",
-        "normal force exceeded during 1 % of the window's time; shorter impacts do not count",
+        "force_p99 [N]: normal force exceeded during 1 % of the window's time; shorter impacts do not count",
         sums=ForceExceeded(),
-        tables=(
-            Entry("forces", "force p99", 2),
-            Entry("sample", "force p99", 1),
-            Entry("case", "p99", 1),
-            Entry("wear", "force p99", 60),
-        ),
+        tables=shown("force p99", forces=2, sample=1, wear=60) + shown("p99", case=1),
     ),
     of_joint(
-        "corner_force_peak",
-        "N",
-        "largest normal force of a guide's corner in the window, located",
+        "corner_force_peak [N]: largest normal force of a guide's corner in the window, located",
         needs=("guide",),
         value=field_of_totals("corner_force_max"),
-        tables=(Entry("forces", "corner force peak", 25, if_any=True),),
+        tables=shown("corner force peak", forces=25, if_any=True),
     ),
     of_joint(
-        "corner_force_rms",
-        "N",
-        "root mean square of the normal force of a guide's corner over the window's time, the largest of its corners",
+        "corner_force_rms [N]: root mean square of the normal force of a guide's corner over the window's time, the "
+        "largest of its corners",
         needs=("guide",),
         sums=RootMean("corner_force_square"),
-        tables=(Entry("forces", "corner force rms", 26, if_any=True),),
+        tables=shown("corner force rms", forces=26, if_any=True),
     ),
     of_joint(
-        "impacts_per_rev",
-        "1",
-        "contact onsets in the window per revolution; their number where nothing turns",
+        "impacts_per_rev [1]: contact onsets in the window per revolution; their number where nothing turns",
         sums=PerRevolution("onsets"),
-        tables=(
-            Entry("forces", "impacts{per_rev}", 6),
-            Entry("sample", "impacts{per_rev}", 4),
-            Entry("case", "impacts{per_revolution}", 6),
-        ),
+        tables=shown("impacts{per_rev}", forces=6, sample=4) + shown("impacts{per_revolution}", case=6),
     ),
     of_joint(
-        "contact_fraction",
-        "1",
-        "share of the window's time in contact",
+        "contact_fraction [1]: share of the window's time in contact",
         sums=Mean("contact_time"),
-        tables=(Entry("forces", "time in contact", 7), Entry("case", "time in contact", 7)),
+        tables=shown("time in contact", forces=7, case=7),
     ),
     of_joint(
-        "onset_rate_max",
-        "m/s",
-        "largest closing rate at a contact onset",
+        "onset_rate_max [m/s]: largest closing rate at a contact onset",
         value=field_of_totals("onset_max"),
-        tables=(Entry("forces", "fastest onset", 8), Entry("case", "fastest onset", 8)),
+        tables=shown("fastest onset", forces=8, case=8),
     ),
     of_joint(
-        "yield_speed",
-        "m/s",
-        "approach speed at which the contact first yields, by its elastic law and the largest effective mass at the "
-        "start of the run; null: unknown",
+        "yield_speed [m/s]: approach speed at which the contact first yields, by its elastic law and the largest "
+        "effective mass at the start of the run; null: unknown",
         needs=("strength",),
         differs=False,
-        tables=(Entry("forces", "first yield from", 8, if_any=True),),
+        tables=shown("first yield from", forces=8, if_any=True),
     ),
     of_joint(
-        "onset_rate",
-        "m/s",
-        "onset rate that the contact's law uses at the end of the window; null: no contact, or it uses none",
+        "onset_rate [m/s]: onset rate that the contact's law uses at the end of the window; null: no contact, or it "
+        "uses none",
         value=lambda window, index: None if math.isnan(window.onset_rate[index]) else window.onset_rate[index],
         differs=False,
         null=NOTHING,
     ),
     of_joint(
-        "penetration_max",
-        "m",
-        "largest penetration",
+        "penetration_max [m]: largest penetration",
         value=lambda window, index: max(depth(window, index), 0.0),
-        tables=(Entry("forces", "penetration", 9),),
+        tables=shown("penetration", forces=9),
     ),
     of_joint(
-        "eccentricity_max", "m", "largest distance of the journal centre from the bearing centre", value=eccentricity
+        "eccentricity_max [m]: largest distance of the journal centre from the bearing centre", value=eccentricity
     ),
     of_joint(
-        "law_limit_fraction",
-        "1",
-        "share of the window's time at a penetration beyond the elastic law's range",
+        "law_limit_fraction [1]: share of the window's time at a penetration beyond the elastic law's range",
         sums=Mean("beyond_time"),
-        tables=(Entry("forces", "time past its law's range", 10, if_any=True),),
+        tables=shown("time past its law's range", forces=10, if_any=True),
     ),
     of_joint(
-        "force_clips",
-        "1",
-        "number of times that a contact force became tensile and was clipped at zero",
+        "force_clips [1]: number of times that a contact force became tensile and was clipped at zero",
         value=field_of_totals("clips"),
-        tables=(Entry("forces", "clips", 11, if_any=True),),
+        tables=shown("clips", forces=11, if_any=True),
     ),
     of_joint(
-        "friction_power",
-        "W",
-        "mean power of dry friction over the window",
+        "friction_power [W]: mean power of dry friction over the window",
         needs=("friction",),
         sums=Mean("friction_energy"),
         tables=(Entry("forces", "friction power", 12, if_any=True), Entry("case", "friction power", 8)),
     ),
     of_joint(
-        "temperature",
-        "K",
-        "temperature of both bodies of a dry joint, from its heat balance",
+        "temperature [K]: temperature of both bodies of a dry joint, from its heat balance",
         needs=("thermal",),
         value=lambda window, index: window.case.joints[index].temperature,
         tables=(Entry("forces", "temperature", 13, if_any=True), Entry("case", "temperature", 9)),
     ),
     of_joint(
-        "clearance_warm",
-        "m",
-        "radial clearance at that temperature",
+        "clearance_warm [m]: radial clearance at that temperature",
         needs=("thermal",),
         value=lambda window, index: window.case.joints[index].clearance,
         tables=(Entry("forces", "warm clearance", 14, if_any=True), Entry("case", "warm clearance", 10)),
     ),
     of_joint(
-        "temperature_ci",
-        "K",
-        "half-width of the 95 % interval of that temperature, from the revolutions",
+        "temperature_ci [K]: half-width of the 95 % interval of that temperature, from the revolutions",
         needs=("thermal",),
         differs=False,
     ),
     of_joint(
-        "force_peak_ideal",
-        "N",
-        "largest reaction of the same joint in the ideal mechanism",
+        "force_peak_ideal [N]: largest reaction of the same joint in the ideal mechanism",
         needs=("turns",),
         value=ideal_peak,
         differs=False,
-        tables=(Entry("forces", "ideal peak", 4), Entry("case", "ideal peak", 4)),
+        tables=shown("ideal peak", forces=4, case=4),
     ),
     *peaks.FILM,
     *PEAKS,
@@ -246,138 +202,104 @@ JOINT = (
     *LIFE,
     *parts.FLANKED,
     of_joint(
-        "restitution",
-        "1",
-        "mean ratio of rebound speed to approach speed; 0: the surfaces never part; null: no rebound",
+        "restitution [1]: mean ratio of rebound speed to approach speed; 0: the surfaces never part; null: no rebound",
         needs=("rests",),
         value=restitution,
-        tables=(Entry("output", "restitution"), Entry("sample", "restitution"), Entry("effects", "restitution", 6)),
+        tables=shown("restitution", output=50, sample=50, effects=6),
         null=NOTHING,
     ),
 )
 MECHANISM = (
-    Figure(
-        "acceleration_peak",
-        "{output}/s^2",
-        "largest absolute {output} acceleration",
+    figure(
+        "acceleration_peak [{output}/s^2]: largest absolute {output} acceleration",
         of="output",
         value=field_of_totals("acceleration_max", "output"),
-        tables=(Entry("output", "{output} acc. peak", 2), Entry("sample", "{output} acc. peak", 21)),
+        tables=shown("{output} acc. peak", output=2, sample=21),
     ),
-    Figure(
-        "acceleration_rms",
-        "{output}/s^2",
-        "root mean square of the {output} acceleration over time",
+    figure(
+        "acceleration_rms [{output}/s^2]: root mean square of the {output} acceleration over time",
         of="output",
         sums=RootMean("acceleration_square"),
-        tables=(Entry("output", "{output} acc. rms", 3),),
+        tables=shown("{output} acc. rms", output=3),
     ),
-    Figure(
-        "error_max",
-        "{output}",
-        "largest distance of the {output} from its position in the ideal mechanism",
+    figure(
+        "error_max [{output}]: largest distance of the {output} from its position in the ideal mechanism",
         of="output",
         value=output_error,
-        tables=(
-            Entry("output", "{output} error", 1),
-            Entry("forces", "{output} error", 12),
-            Entry("sample", "{output} error", 20),
-            Entry("case", "{output} error", 9),
-            Entry("effects", "{output} error", 5),
-        ),
+        tables=shown("{output} error", output=1, forces=12, sample=20, case=9, effects=5),
     ),
     crank_speed("min", "least speed"),
     crank_speed("max", "largest speed"),
     START_UP_TIME,
     CRANK_SPEED_AFTER,
-    Figure(
-        "crank_torque_peak",
-        "N*m",
-        "largest absolute drive torque",
+    figure(
+        "crank_torque_peak [N*m]: largest absolute drive torque",
         needs=("turns",),
         value=field_of_totals("torque_max", "case"),
-        tables=(Entry("output", "crank torque peak", 4), Entry("sample", "crank torque peak", 22)),
+        tables=shown("crank torque peak", output=4, sample=22),
     ),
 )
 #: Figures of observed runs only, under these names: see `Perturbed` and `ConvergenceObserver`.
 OBSERVED = (
-    Figure(
-        "lyapunov_exponent",
-        "1/s",
-        "largest Lyapunov exponent: mean rate at which a disturbance grows",
+    figure(
+        "lyapunov_exponent [1/s]: largest Lyapunov exponent: mean rate at which a disturbance grows",
         needs=("horizon",),
-        tables=(Entry("certainty", "Lyapunov exponent", 6),),
+        tables=shown("Lyapunov exponent", certainty=6),
     ),
-    Figure(
-        "horizon_revolutions",
-        "1",
-        "revolutions until a disturbance grows from tolerance times clearance to 1 % of the clearance; null: never",
+    figure(
+        "horizon_revolutions [1]: revolutions until a disturbance grows from tolerance times clearance to 1 % of the "
+        "clearance; null: never",
         needs=("horizon",),
         differs=False,
-        tables=(Entry("certainty", "horizon (rev.)", 7),),
+        tables=shown("horizon (rev.)", certainty=7),
     ),
     of_until(
-        "revolutions_run",
-        "1",
-        "length of the run, `discard` included",
-        tables=(Entry("certainty", "revolutions", 1),),
+        "revolutions_run [1]: length of the run, `discard` included",
+        tables=shown("revolutions", certainty=1),
     ),
     of_until(
-        "window_from",
-        "1",
-        "revolutions before the window of the figures: `discard`, or those before the motion was found to be periodic",
+        "window_from [1]: revolutions before the window of the figures: `discard`, or those before the motion was "
+        "found to be periodic",
     ),
     of_until(
-        "settled",
-        "1",
-        "1: the interval is narrow enough; 0: max_revolutions ended the run",
+        "settled [1]: 1: the interval is narrow enough; 0: max_revolutions ended the run",
         kind="int",
-        tables=(Entry("certainty", "settled", 3),),
+        tables=shown("settled", certainty=3),
     ),
     of_until(
-        "figure_ci",
-        "{until}",
-        "half-width of the 95 % interval of {until}, from blocks of revolutions",
-        tables=(Entry("certainty", "95 % interval, half", 5),),
+        "figure_ci [{until}]: half-width of the 95 % interval of {until}, from blocks of revolutions",
+        tables=shown("95 % interval, half", certainty=5),
     ),
 )
-RESIDUAL = Figure(
-    "energy_residual",
-    "1",
-    "largest energy imbalance at a step or event end over the largest kinetic energy",
-    value=relative_residual,
+RESIDUAL = figure(
+    "energy_residual [1]: largest energy imbalance at a step or event end over the largest kinetic energy",
+    value=lambda window, _: window.totals.mechanism.residual / window.totals.mechanism.kinetic_max,
     differs=False,
 )
 #: Work counts of a case, even if it failed; further runs are included.
 WORK_COUNTS = (
-    Figure("steps", "1", "accepted steps", value=lambda window, _: window.counts.steps, kind="int", differs=False),
-    Figure(
-        "steps_rejected",
-        "1",
-        "rejected steps",
+    figure("steps [1]: accepted steps", value=lambda window, _: window.counts.steps, kind="int", differs=False),
+    figure(
+        "steps_rejected [1]: rejected steps",
         value=lambda window, _: window.counts.rejected,
         kind="int",
         differs=False,
     ),
-    Figure(
-        "rhs_evaluations",
-        "1",
-        "evaluations of the equations of motion, including those that locate events",
+    figure(
+        "rhs_evaluations [1]: evaluations of the equations of motion, including those that locate events",
         value=lambda window, _: window.counts.evaluations,
         kind="int",
         differs=False,
     ),
-    Figure(
-        "run_time",
-        "s",
-        "processor time of the integration",
+    figure(
+        "run_time [s]: processor time of the integration",
         value=lambda window, _: window.integration_time,
         differs=False,
     ),
 )
 #: Known last; the caller that solves a case sets it.
-SETUP = Figure(
-    "setup_time", "s", "processor time of the ideal mechanism and the figures; not part of run_time", differs=False
+SETUP = figure(
+    "setup_time [s]: processor time of the ideal mechanism and the figures; not part of run_time", differs=False
 )
 FIGURES = (*JOINT, *MECHANISM, *parts.LINKS, *parts.VIBRATION, *PERIOD, *OBSERVED, RESIDUAL, *WORK_COUNTS, SETUP)
 
@@ -551,11 +473,11 @@ def with_own_figures(case: Case, trajectory: Trajectory) -> Trajectory:
     first = first_sample(case)
     histories = {name: values[_first_in_window(case) - first :] for name, values in trajectory.channels.items()}
     values, remarks = dict[str, float](), list[str]()
-    for figure in case.figures if trajectory.status == "ok" else ():
+    for own in case.figures if trajectory.status == "ok" else ():
         try:
-            values[figure.name] = _value_of(figure, case, histories)
+            values[own.name] = _value_of(own, case, histories)
         except InputError as error:
-            remarks.append(f"{OWN_FIGURE}figures.{figure.name}: {error}")
+            remarks.append(f"{OWN_FIGURE}figures.{own.name}: {error}")
     saved = {name: samples[_first_saved(case) - first :] for name, samples in trajectory.channels.items()}
     return dataclasses.replace(
         trajectory,
@@ -581,15 +503,15 @@ def check_channels(case: Case, names: Iterable[str]) -> None:
 
     The samples are made up, so that any other failure means nothing.
     """
-    for figure in case.figures:
+    for own in case.figures:
         channels, mistake = Channels({name: np.ones(2) for name in names}), ""
         try:
             with np.errstate(all="ignore"), grid.guarded(case.law_files):
-                _evaluated(figure, case, channels)
+                _evaluated(own, case, channels)
         except InputError as error:
             mistake = str(error)
         if channels.unknown:
-            raise InputError(f"figures.{figure.name}.law: {mistake}")
+            raise InputError(f"figures.{own.name}.law: {mistake}")
 
 
 def _evaluated(figure: OwnFigure, case: Case, channels: Channels) -> Any:

@@ -6,7 +6,7 @@ from functools import partial
 from typing import Any
 
 from ...contracts.case import Rolling
-from ...contracts.catalogue import ENDLESS, NOTHING, Entry, Figure
+from ...contracts.catalogue import ENDLESS, NOTHING, Entry, Figure, figure, shown
 from ...contracts.vibration import BEARING_PARTS, IDEAL
 from ...mechanics.joints.rolling import FATIGUE_FORCE
 from ...mechanics.laws.bearings import equivalent_loads, load_powers, passing_rates, rating_life
@@ -35,58 +35,47 @@ def torque_peak_ideal(window: Window, index: int) -> float | None:
     return None if force is None else force * abs(window.joints[index].arm_distal)  # type: ignore[attr-defined]
 
 
-of_flanks = partial(Figure, of="joint", needs=("flanked",))
+of_flanks = partial(figure, of="joint", needs=("flanked",))
 FLANKED = (
     of_flanks(
-        "impacts_per_cycle",
-        "1",
-        "contact onsets on both flanks in the window per cycle; per revolution where no cycle is given",
+        "impacts_per_cycle [1]: contact onsets on both flanks in the window per cycle; per revolution where no cycle "
+        "is given",
         needs=("flanked", "turns"),
         sums=PerRevolution("onsets"),
-        tables=(Entry("forces", "impacts per cycle", 27, if_any=True),),
+        tables=shown("impacts per cycle", forces=27, if_any=True),
     ),
     of_flanks(
-        "free_share",
-        "1",
-        "share of the window's time without contact on either flank",
+        "free_share [1]: share of the window's time without contact on either flank",
         sums=FreeShare("contact_time"),
-        tables=(Entry("forces", "time in the play", 28, if_any=True),),
+        tables=shown("time in the play", forces=28, if_any=True),
     ),
     of_flanks(
-        "lost_motion",
-        "rad",
-        "range of the angle of the second body relative to the first, play and deflection; the width of the loop of "
-        "output over input of a drive that reverses",
+        "lost_motion [rad]: range of the angle of the second body relative to the first, play and deflection; the "
+        "width of the loop of output over input of a drive that reverses",
         value=lambda window, index: -operator.sub(*twist_range(window, index)),
         tables=(Entry("forces", "lost motion", 29, if_any=True), Entry("case", "lost motion", 11)),
     ),
     of_flanks(
-        "transmission_error",
-        "rad",
-        "largest angle of the second body from where it would be without play and deflection",
+        "transmission_error [rad]: largest angle of the second body from where it would be without play and deflection",
         value=lambda window, index: max(map(abs, twist_range(window, index))),
-        tables=(Entry("forces", "transmission error", 30, if_any=True),),
+        tables=shown("transmission error", forces=30, if_any=True),
     ),
     of_flanks(
-        "torque_peak",
-        "N*m",
-        "largest torque of the flanks on the second body, located",
+        "torque_peak [N*m]: largest torque of the flanks on the second body, located",
         value=torque_peak,
         tables=(Entry("forces", "torque peak", 31, if_any=True), Entry("case", "torque peak", 12)),
     ),
     of_flanks(
-        "torque_peak_ideal",
-        "N*m",
-        "largest torque on the second body in the ideal mechanism",
+        "torque_peak_ideal [N*m]: largest torque on the second body in the ideal mechanism",
         needs=("flanked", "turns"),
         value=torque_peak_ideal,
         differs=False,
-        tables=(Entry("forces", "ideal torque peak", 32, if_any=True),),
+        tables=shown("ideal torque peak", forces=32, if_any=True),
     ),
 )
 
 
-of_bearing = partial(Figure, of="joint", needs=("rolling",))
+of_bearing = partial(figure, of="joint", needs=("rolling",))
 
 
 def _bearing_of(window: Window, index: int) -> Rolling:
@@ -135,9 +124,7 @@ def life_in_hours(window: Window, index: int) -> float | None:
 def _passing_frequency(name: str, text: str) -> Figure:
     """Return the figure of a passing frequency; `name`: its field in `PassingRates`."""
     return of_bearing(
-        f"{name}_frequency",
-        "Hz",
-        f"{text}, at the mean speed of the inner ring relative to the outer one",
+        f"{name}_frequency [Hz]: {text}, at the mean speed of the inner ring relative to the outer one",
         value=lambda window, index: (
             mean_speed(window, index) * getattr(passing_rates(_bearing_of(window, index)), name)
         ),
@@ -147,51 +134,42 @@ def _passing_frequency(name: str, text: str) -> Figure:
 of_rated = partial(of_bearing, needs=("rolling", "dynamic"))
 ROLLING = (
     of_rated(
-        "life_l10r",
-        "h",
-        "basic reference rating life of a rolling bearing, reached by 90 % (ISO/TS 16281); null: without load",
+        "life_l10r [h]: basic reference rating life of a rolling bearing, reached by 90 % (ISO/TS 16281); null: "
+        "without load",
         value=life_in_hours,
         tables=(Entry("forces", "rating life", 30, if_any=True), Entry("case", "rating life", 13)),
         null=ENDLESS,
     ),
     of_rated(
-        "life_l10r_revolutions",
-        "1",
-        "the same life in millions of revolutions of the inner ring relative to the outer one; null: without load",
+        "life_l10r_revolutions [1]: the same life in millions of revolutions of the inner ring relative to the outer "
+        "one; null: without load",
         value=life_in_revolutions,
         null=ENDLESS,
     ),
     of_rated(
-        "light_load_fraction",
-        "1",
-        "share of the window's time at less than the least load against skidding: 0.01 of the dynamic rating of "
-        "ball bearings, 0.02 of roller bearings",
+        "light_load_fraction [1]: share of the window's time at less than the least load against skidding: 0.01 of "
+        "the dynamic rating of ball bearings, 0.02 of roller bearings",
         value=lambda window, index: window.light_load_time[index] / window.duration,
-        tables=(Entry("forces", "time too lightly loaded", 31, if_any=True),),
+        tables=shown("time too lightly loaded", forces=31, if_any=True),
     ),
     _passing_frequency("cage", "turns of the cage of a rolling bearing relative to the outer ring per second"),
     _passing_frequency("element", "turns of an element of a rolling bearing about itself per second"),
     _passing_frequency("inner", "elements of a rolling bearing that pass a point of the inner ring per second"),
     _passing_frequency("outer", "elements of a rolling bearing that pass a point of the outer ring per second"),
     of_bearing(
-        "element_load_max",
-        "N",
-        "largest force of a rolling element in the window, located",
+        "element_load_max [N]: largest force of a rolling element in the window, located",
         value=lambda window, index: window.totals.joint[index].element_force_max,
         tables=(Entry("forces", "element load", 27, if_any=True), Entry("case", "element load", 11)),
     ),
     of_bearing(
-        "elements_loaded_max",
-        "1",
-        "largest number of rolling elements that carry load at a time",
+        "elements_loaded_max [1]: largest number of rolling elements that carry load at a time",
         value=lambda window, index: round(window.totals.joint[index].elements_loaded),
         kind="int",
-        tables=(Entry("forces", "elements loaded", 28, if_any=True),),
+        tables=shown("elements loaded", forces=28, if_any=True),
     ),
     of_flanks(
-        "static_safety",
-        "1",
-        "static load rating over the largest equivalent static load, which is the force peak (ISO 76); null: no load",
+        "static_safety [1]: static load rating over the largest equivalent static load, which is the force peak (ISO "
+        "76); null: no load",
         needs=("rolling", "static"),
         value=static_safety,
         tables=(Entry("forces", "static safety", 29, if_any=True), Entry("case", "static safety", 12)),
@@ -200,79 +178,69 @@ ROLLING = (
 )
 
 
-of_link = partial(Figure, of="link", needs=("bends",))
+of_link = partial(figure, of="link", needs=("bends",))
 LINKS = (
-    Figure(
-        "error_bending",
-        "{output}",
-        "largest distance by which the bending of links alone displaces the {output}, to first order; null: the output "
-        "is a point of a link that bends",
+    figure(
+        "error_bending [{output}]: largest distance by which the bending of links alone displaces the {output}, to "
+        "first order; null: the output is a point of a link that bends",
         of="output",
         needs=("bends",),
-        tables=(Entry("output", "{output} error by bending", 1, if_any=True),),
+        tables=shown("{output} error by bending", output=1, if_any=True),
     ),
     of_link(
-        "deflection_max",
-        "m",
-        "largest deflection of the middle of {link} from the chord between its pins",
-        tables=(Entry("output", "deflection", 6), Entry("case", "deflection", 11)),
+        "deflection_max [m]: largest deflection of the middle of {link} from the chord between its pins",
+        tables=shown("deflection", output=6, case=11),
     ),
     of_link(
-        "stress_max",
-        "Pa",
-        "largest stress of {link} by bending and normal force, at the worst of 11 stations",
-        tables=(Entry("output", "stress", 7), Entry("case", "stress", 12)),
+        "stress_max [Pa]: largest stress of {link} by bending and normal force, at the worst of 11 stations",
+        tables=shown("stress", output=7, case=12),
     ),
-    of_link("frequency", "1/s", "first bending mode (Hz) of {link} between its pins", differs=False),
-    Figure(
-        "damage",
-        "1",
-        "share of the fatigue life of {link} that its stress in the window uses up, at the worst edge of 11 stations",
+    of_link("frequency [1/s]: first bending mode (Hz) of {link} between its pins", differs=False),
+    figure(
+        "damage [1]: share of the fatigue life of {link} that its stress in the window uses up, at the worst edge of "
+        "11 stations",
         of="link",
         needs=("bends", "fatigue"),
         tables=(Entry("output", "damage", 8, if_any=True), Entry("case", "damage", 13)),
     ),
-    Figure(
-        "error_mounts",
-        "{output}",
-        "largest distance by which the motion of housings alone displaces the {output}, to first order",
+    figure(
+        "error_mounts [{output}]: largest distance by which the motion of housings alone displaces the {output}, to "
+        "first order",
         of="output",
         needs=("mounted",),
-        tables=(Entry("output", "{output} error by housings", 2, if_any=True),),
+        tables=shown("{output} error by housings", output=2, if_any=True),
     ),
-    Figure(
-        "mount_motion_max",
-        "m",
-        "largest distance of the housing of {mount} from where its springs have no force",
+    figure(
+        "mount_motion_max [m]: largest distance of the housing of {mount} from where its springs have no force",
         of="mount",
         needs=("mounted",),
-        tables=(Entry("output", "motion of the housing", 9), Entry("case", "motion of the housing", 14)),
+        tables=shown("motion of the housing", output=9, case=14),
     ),
 )
 
 
-of_vibration = partial(Figure, needs=("vibration",))
+of_vibration = partial(figure, needs=("vibration",))
 of_place = partial(of_vibration, of="place")
-of_motion = partial(Figure, needs=("vibration", "moves"), of="place")
+of_motion = partial(figure, needs=("vibration", "moves"), of="place")
 
 
 def _with_ideal(name: str, unit: str, text: str, **other: Any) -> tuple[Figure, Figure]:
     """Return a figure of the force on the frame, and that of the ideal machine."""
     ideal = {"of": other["of"]} if "of" in other else {}
     return (
-        of_vibration(name, unit, text, **other),
-        of_vibration(f"{name}{IDEAL}", unit, f"{text}, without clearance", differs=False, **ideal),
+        of_vibration(f"{name} [{unit}]: {text}", **other),
+        of_vibration(f"{name}{IDEAL} [{unit}]: {text}, without clearance", differs=False, **ideal),
     )
 
 
-_PEAK_ENTRY = (Entry("vibration", "frame force peak", 1),)
+_PEAK_ENTRY = shown("frame force peak", vibration=1)
 VIBRATION = (
     *_with_ideal("frame_force_peak", "N", "largest force of the mechanism on its frame", tables=_PEAK_ENTRY),
     *_with_ideal(
         "frame_force_rms",
         "N",
         "root mean square of the force of the mechanism on its frame, its mean included",
-        tables=(Entry("vibration", "frame force rms", 2),),
+        tables=shown("frame force rms", vibration=2),
     ),
     *_with_ideal("frame_force_x_peak", "N", "largest size of this force along x, the crank's zero angle"),
     *_with_ideal("frame_force_y_peak", "N", "largest size of this force along y"),
@@ -280,7 +248,7 @@ VIBRATION = (
         "frame_moment_peak",
         "N*m",
         "largest size of the moment of the mechanism on its frame, the reaction of the drive on it included",
-        tables=(Entry("vibration", "frame moment peak", 3),),
+        tables=shown("frame moment peak", vibration=3),
     ),
     *_with_ideal("frame_moment_rms", "N*m", "root mean square of this moment, its mean included"),
     *(
@@ -293,72 +261,59 @@ VIBRATION = (
             of="order",
         )
     ),
-    of_vibration("crank_torque_rms", "N*m", "root mean square of the drive torque"),
-    of_vibration("crank_torque_ripple", "N*m", "largest minus smallest drive torque"),
-    of_vibration("drive_power_peak", "W", "largest size of the drive's power"),
-    of_vibration("drive_power_mean", "W", "mean power of the drive"),
+    of_vibration("crank_torque_rms [N*m]: root mean square of the drive torque"),
+    of_vibration("crank_torque_ripple [N*m]: largest minus smallest drive torque"),
+    of_vibration("drive_power_peak [W]: largest size of the drive's power"),
+    of_vibration("drive_power_mean [W]: mean power of the drive"),
     of_vibration(
-        "drive_power_reactive", "W", "root mean square of the drive's power about its mean: what flows to and fro"
+        "drive_power_reactive [W]: root mean square of the drive's power about its mean: what flows to and fro"
     ),
     of_vibration(
-        "impact_power",
-        "W",
-        "energy that the normal forces of all contacts dissipate, per second: what impacts turn into noise and heat",
+        "impact_power [W]: energy that the normal forces of all contacts dissipate, per second: what impacts turn "
+        "into noise and heat",
     ),
-    of_vibration("vibration_turns", "1", "whole revolutions in a stretch of the window with a spectrum", differs=False),
-    of_vibration("vibration_resolution", "1/s", "distance of the lines of this spectrum (Hz)", differs=False),
+    of_vibration("vibration_turns [1]: whole revolutions in a stretch of the window with a spectrum", differs=False),
+    of_vibration("vibration_resolution [1/s]: distance of the lines of this spectrum (Hz)", differs=False),
     of_motion(
-        "velocity_rms",
-        "m/s",
-        "root mean square of the velocity of {place} in the band, of x and y the larger",
-        tables=(Entry("vibration", "velocity rms", 10),),
+        "velocity_rms [m/s]: root mean square of the velocity of {place} in the band, of x and y the larger",
+        tables=shown("velocity rms", vibration=10),
     ),
-    of_motion("velocity_rms_ideal", "m/s", "velocity_rms of {place} without clearance", differs=False),
+    of_motion("velocity_rms_ideal [m/s]: velocity_rms of {place} without clearance", differs=False),
     *(
         of_place(
-            f"velocity_{axis}_rms",
-            "m/s",
-            f"root mean square of the velocity of {{place}} in the band, along {axis}",
+            f"velocity_{axis}_rms [m/s]: root mean square of the velocity of {{place}} in the band, along {axis}",
             needs=("vibration", "moves", "across"),
         )
         for axis in "xy"
     ),
     of_place(
-        "zone",
-        "",
-        "zone of this velocity, A to D",
+        "zone []: zone of this velocity, A to D",
         needs=("vibration", "moves", "zones"),
         kind="text",
         differs=False,
     ),
     of_place(
-        "kurtosis",
-        "1",
-        "fourth moment over the square of the variance of the acceleration of {place}, 3 for Gauss; of a frame, of the "
-        "force on it; of x and y the direction with the larger root mean square",
+        "kurtosis [1]: fourth moment over the square of the variance of the acceleration of {place}, 3 for Gauss; of "
+        "a frame, of the force on it; of x and y the direction with the larger root mean square",
         null=NOTHING,
-        tables=(Entry("vibration", "kurtosis", 11),),
+        tables=shown("kurtosis", vibration=11),
     ),
     of_place(
-        "crest",
-        "1",
-        "largest size of this signal over its root mean square",
+        "crest [1]: largest size of this signal over its root mean square",
         null=NOTHING,
-        tables=(Entry("vibration", "crest", 12),),
+        tables=shown("crest", vibration=12),
     ),
-    of_place("skewness", "1", "third moment over the variance to 3/2 of this signal", null=NOTHING),
-    of_motion("band_energy", "m^2/s^4", "mean square of the acceleration of {place} in the band"),
+    of_place("skewness [1]: third moment over the variance to 3/2 of this signal", null=NOTHING),
+    of_motion("band_energy [m^2/s^4]: mean square of the acceleration of {place} in the band"),
     of_motion(
-        "envelope_order",
-        "m/s^2",
-        "amplitude of the envelope of this acceleration in the band at {order} times the crank speed",
+        "envelope_order [m/s^2]: amplitude of the envelope of this acceleration in the band at {order} times the "
+        "crank speed",
     ),
     *(
         of_motion(
-            f"{part}_velocity",
-            "m/s",
-            f"amplitude of the velocity of {{place}} at `J_{part}_frequency`, of what differs from turn to turn, of x "
-            "and y the larger; null: less than four lines from a multiple of the crank speed, or beyond the band",
+            f"{part}_velocity [m/s]: amplitude of the velocity of {{place}} at `J_{part}_frequency`, of what differs "
+            "from turn to turn, of x and y the larger; null: less than four lines from a multiple of the crank "
+            "speed, or beyond the band",
             needs=("vibration", "moves", "rolling"),
         )
         for part in BEARING_PARTS

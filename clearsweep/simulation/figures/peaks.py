@@ -5,7 +5,7 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-from ...contracts.catalogue import ENDLESS, Entry, Figure
+from ...contracts.catalogue import ENDLESS, Figure, figure, shown
 from ...mechanics.joints.spatial import jam_angle
 from ...mechanics.laws.film import film_pressure
 from .sums import DryLoadRatio, DryTime, Mean, PerRevolution
@@ -14,7 +14,7 @@ from .window import Window
 # Figures of merit of single revolutions: quantiles of their force peaks, and the period of the motion.
 
 PEAK_TOLERANCE = 1e-9  # relative difference below which two peaks are the same
-of_joint = partial(Figure, of="joint")
+of_joint = partial(figure, of="joint")
 of_turns = partial(of_joint, needs=("turns",))
 
 
@@ -41,103 +41,78 @@ def peak_turn(window: Window, index: int) -> int | None:
     return highest[1] if highest and highest[0] >= (1.0 - PEAK_TOLERANCE) * largest > 0.0 else None
 
 
-def peak_quantile_figures(name: str, text: str, entry: Entry) -> tuple[Figure, ...]:
+def peak_quantile_figures(name: str, text: str, heading: str) -> tuple[Figure, ...]:
     """Return the figures of a quantile of force peaks per revolution: its value and the ends of its interval."""
 
     def value(end: str) -> Callable[[Window, int], float | None]:
         return lambda window, index: getattr(getattr(window.spreads[index], name), end)
 
-    column, end = f"force_peak_{name}", "{} end of the 95 % interval of {}; null: too few revolutions"
-    figure = partial(of_turns, unit="N")
+    column = f"force_peak_{name}"
+    end = f"end of the 95 % interval of {column}; null: too few revolutions"
     return (
-        figure(column, text=text, value=value("value"), tables=(entry,)),
-        figure(f"{column}_low", text=end.format("lower", column), value=value("low"), differs=False),
-        figure(f"{column}_high", text=end.format("upper", column), value=value("high"), differs=False),
+        of_turns(f"{column} [N]: {text}", value=value("value"), tables=shown(heading, forces=3)),
+        of_turns(f"{column}_low [N]: lower {end}", value=value("low"), differs=False),
+        of_turns(f"{column}_high [N]: upper {end}", value=value("high"), differs=False),
     )
 
 
 PEAKS = (
     of_joint(
-        "force_peak_revolution",
-        "1",
-        "number of the revolution with the largest normal force, from 1 and including `discard`; null: no complete "
-        "revolution has it",
+        "force_peak_revolution [1]: number of the revolution with the largest normal force, from 1 and including "
+        "`discard`; null: no complete revolution has it",
         needs=("turns", "error_check"),
         kind="int",
         value=peak_turn,
         differs=False,
     ),
     *peak_quantile_figures(
-        "median",
-        "median of the largest normal forces of the window's revolutions",
-        Entry("forces", "median of revolutions", 3),
+        "median", "median of the largest normal forces of the window's revolutions", "median of revolutions"
     ),
     *peak_quantile_figures(
-        "p95",
-        "95 % quantile of the largest normal forces of the window's revolutions",
-        Entry("forces", "95 % of revolutions", 3),
+        "p95", "95 % quantile of the largest normal forces of the window's revolutions", "95 % of revolutions"
     ),
     of_turns(
-        "force_peak_million",
-        "N",
-        "largest normal force to expect in 10^6 revolutions (median), by extreme-value statistics of the window's "
-        "revolutions; of a periodic motion, the largest of its last three periods; null: fewer than 100 independent "
-        "revolutions",
+        "force_peak_million [N]: largest normal force to expect in 10^6 revolutions (median), by extreme-value "
+        "statistics of the window's revolutions; of a periodic motion, the largest of its last three periods; null: "
+        "fewer than 100 independent revolutions",
         value=lambda window, index: window.spreads[index].of_million.value,
         differs=False,
-        tables=(Entry("forces", "expected in 10⁶ revolutions", 3, if_any=True),),
+        tables=shown("expected in 10⁶ revolutions", forces=3, if_any=True),
     ),
     of_turns(
-        "force_peak_million_high",
-        "N",
-        "normal force that the largest of 10^6 revolutions exceeds with a probability of 2.5 %; null as for the median",
+        "force_peak_million_high [N]: normal force that the largest of 10^6 revolutions exceeds with a probability of "
+        "2.5 %; null as for the median",
         value=lambda window, index: window.spreads[index].of_million.high,
         differs=False,
     ),
     of_joint(
-        "load_peak",
-        "N",
-        "largest resultant of normal and friction force in the window, located",
+        "load_peak [N]: largest resultant of normal and friction force in the window, located",
         value=load_peak,
-        tables=(
-            Entry("forces", "load peak", 3),
-            Entry("sample", "load peak", 3),
-            Entry("case", "load peak", 3),
-        ),
+        tables=shown("load peak", forces=3, sample=3, case=3),
     ),
     of_turns(
-        "force_peak_ratio",
-        "1",
-        "load_peak over force_peak_ideal, both resultants; null: the latter is zero",
+        "force_peak_ratio [1]: load_peak over force_peak_ideal, both resultants; null: the latter is zero",
         value=peak_ratio,
-        tables=(
-            Entry("forces", "load / ideal", 5),
-            Entry("sample", "load / ideal", 3),
-            Entry("case", "load / ideal", 4),
-        ),
+        tables=shown("load / ideal", forces=5, sample=3, case=4),
     ),
 )
 #: Figures from the state at the ends of revolutions.
 PERIOD = (
-    Figure(
-        "period",
-        "1",
-        "revolutions after which the motion repeats; null: no repetition within the window",
+    figure(
+        "period [1]: revolutions after which the motion repeats; null: no repetition within the window",
         needs=("turns",),
         kind="int",
         value=lambda window, _: window.repetition and window.repetition.period,
         differs=False,
-        tables=(Entry("certainty", "period", 2),),
+        tables=shown("period", certainty=2),
     ),
-    Figure(
-        "periodic_from",
-        "1",
-        "revolutions of the run, `discard` included, after which the motion repeats itself with this period; null: as "
-        "for the period",
+    figure(
+        "periodic_from [1]: revolutions of the run, `discard` included, after which the motion repeats itself with "
+        "this period; null: as for the period",
         needs=("turns",),
         value=lambda window, _: window.repetition and window.repetition.begin,
         differs=False,
-        tables=(Entry("certainty", "periodic from (rev.)", 2),),
+        tables=shown("periodic from (rev.)", certainty=2),
     ),
 )
 
@@ -164,29 +139,24 @@ def max_force_to_start(window: Window, index: int) -> float | None:
     return float(window.totals.joint[index].force_max_to_target) if is_in_window else None
 
 
-START_UP_TIME = Figure(
-    "start_up_time",
-    "s",
-    "time until a free crank first reaches 95 % of its motor's no-load speed; 0: it starts faster; null: not reached, "
-    "or no such speed",
+START_UP_TIME = figure(
+    "start_up_time [s]: time until a free crank first reaches 95 % of its motor's no-load speed; 0: it starts faster; "
+    "null: not reached, or no such speed",
     needs=("free",),
     value=start_up_time,
     differs=False,
-    tables=(Entry("output", "start-up time", 6),),
+    tables=shown("start-up time", output=6),
 )
-CRANK_SPEED_AFTER = Figure(
-    "crank_speed_after",
-    "rad/s",
-    "least speed of a free crank after `start_up_time`; null: not reached, or no such speed",
+CRANK_SPEED_AFTER = figure(
+    "crank_speed_after [rad/s]: least speed of a free crank after `start_up_time`; null: not reached, or no such speed",
     needs=("free",),
     value=min_speed_after_start,
     differs=False,
-    tables=(Entry("output", "least crank speed after the start", 7),),
+    tables=shown("least crank speed after the start", output=7),
 )
 FORCE_PEAK_START = of_joint(
-    "force_peak_start",
-    "N",
-    "largest normal force until `start_up_time`, to the end of this step; null: not reached, or before the window",
+    "force_peak_start [N]: largest normal force until `start_up_time`, to the end of this step; null: not reached, or "
+    "before the window",
     needs=("free",),
     value=max_force_to_start,
     differs=False,
@@ -211,43 +181,34 @@ def edge_load_share(window: Window, index: int) -> float:
 of_spatial = partial(of_joint, needs=("spatial",))
 SPATIAL = (
     of_spatial(
-        "tilt_max",
-        "rad",
-        "largest angle between the axes of bearing and journal",
+        "tilt_max [rad]: largest angle between the axes of bearing and journal",
         value=lambda window, index: window.totals.joint[index].tilt_max,
-        tables=(Entry("forces", "tilt", 20),),
+        tables=shown("tilt", forces=20),
     ),
     of_spatial(
-        "tilt_limit",
-        "rad",
-        "tilt at which the journal jams between the walls; null: no limit",
+        "tilt_limit [rad]: tilt at which the journal jams between the walls; null: no limit",
         value=tilt_limit,
         differs=False,
         null=ENDLESS,
-        tables=(Entry("forces", "tilt that jams", 21),),
+        tables=shown("tilt that jams", forces=21),
     ),
     of_spatial(
-        "edge_load_share",
-        "1",
-        "difference of the walls' normal forces over their sum, as means over time; 0: even, 1: one edge carries all",
+        "edge_load_share [1]: difference of the walls' normal forces over their sum, as means over time; 0: even, 1: "
+        "one edge carries all",
         value=edge_load_share,
-        tables=(Entry("forces", "edge load share", 22),),
+        tables=shown("edge load share", forces=22),
     ),
     of_joint(
-        "axial_force_peak",
-        "N",
-        "largest normal force at a flange, located",
+        "axial_force_peak [N]: largest normal force at a flange, located",
         needs=("spatial", "axial"),
         value=lambda window, index: window.totals.joint[index].axial_force_max,
-        tables=(Entry("forces", "axial force peak", 23),),
+        tables=shown("axial force peak", forces=23),
     ),
     of_joint(
-        "axial_impacts_per_rev",
-        "1",
-        "contact onsets at the flanges in the window per revolution",
+        "axial_impacts_per_rev [1]: contact onsets at the flanges in the window per revolution",
         needs=("spatial", "axial"),
         sums=PerRevolution("axial_onsets"),
-        tables=(Entry("forces", "axial impacts{per_rev}", 24),),
+        tables=shown("axial impacts{per_rev}", forces=24),
     ),
 )
 
@@ -278,88 +239,66 @@ def taylor(window: Window, index: int) -> float:
 of_film = partial(of_joint, needs=("film",))
 FILM = (
     of_film(
-        "force_peak_dry",
-        "N",
-        "largest dry share of the normal force, located",
+        "force_peak_dry [N]: largest dry share of the normal force, located",
         value=lambda window, index: window.totals.joint[index].dry_max,
-        tables=(Entry("film", "dry force peak", 8),),
+        tables=shown("dry force peak", film=8),
     ),
     of_film(
-        "film_thickness_min",
-        "m",
-        "least film thickness, clearance minus eccentricity; 0 where the surfaces touch",
+        "film_thickness_min [m]: least film thickness, clearance minus eccentricity; 0 where the surfaces touch",
         value=film_thickness,
-        tables=(Entry("film", "least film", 1), Entry("effects", "least film", 7)),
+        tables=shown("least film", film=1, effects=7),
     ),
     of_film(
-        "film_pressure_max",
-        "Pa",
-        "largest pressure in the film; null: the law has no pressure",
+        "film_pressure_max [Pa]: largest pressure in the film; null: the law has no pressure",
         value=pressure,
-        tables=(Entry("film", "pressure", 2),),
+        tables=shown("pressure", film=2),
     ),
     of_film(
-        "film_fraction",
-        "1",
-        "share of the window's time with load on the film only: 1 - dry_fraction",
+        "film_fraction [1]: share of the window's time with load on the film only: 1 - dry_fraction",
         sums=DryTime(above=False),
-        tables=(Entry("film", "time on film alone", 4),),
+        tables=shown("time on film alone", film=4),
     ),
     of_film(
-        "dry_fraction",
-        "1",
-        "share of the window's time with a dry force above 0.1 % of the mean normal force",
+        "dry_fraction [1]: share of the window's time with a dry force above 0.1 % of the mean normal force",
         sums=DryTime(above=True),
-        tables=(Entry("film", "time on dry contact", 5),),
+        tables=shown("time on dry contact", film=5),
     ),
     of_film(
-        "dry_load_share",
-        "1",
-        "mean dry force over mean normal force (film and dry); null: no contact behind the film",
+        "dry_load_share [1]: mean dry force over mean normal force (film and dry); null: no contact behind the film",
         sums=DryLoadRatio("dry_force_time", "load_time"),
-        tables=(Entry("film", "dry share of the load", 5),),
+        tables=shown("dry share of the load", film=5),
     ),
     of_film(
-        "film_limit_fraction",
-        "1",
-        "share of the window's time at an eccentricity beyond film.limit; the formula is then evaluated at the limit",
+        "film_limit_fraction [1]: share of the window's time at an eccentricity beyond film.limit; the formula is "
+        "then evaluated at the limit",
         sums=Mean("clamped_time"),
-        tables=(Entry("film", "time past its limit", 6),),
+        tables=shown("time past its limit", film=6),
     ),
     of_film(
-        "film_loss",
-        "W",
-        "mean power loss of the film, shear included",
+        "film_loss [W]: mean power loss of the film, shear included",
         sums=Mean("film_energy"),
-        tables=(Entry("film", "loss", 3),),
+        tables=shown("loss", film=3),
     ),
     of_film(
-        "film_temperature",
-        "K",
-        "temperature of the oil, given or from its heat balance; null: neither",
+        "film_temperature [K]: temperature of the oil, given or from its heat balance; null: neither",
         value=lambda window, index: window.case.joints[index].film.temperature,
-        tables=(Entry("film", "temperature", 10),),
+        tables=shown("temperature", film=10),
     ),
     of_film(
-        "film_temperature_ci",
-        "K",
-        "half-width of the 95 % interval of a temperature from a heat balance",
+        "film_temperature_ci [K]: half-width of the 95 % interval of a temperature from a heat balance",
         differs=False,
-        tables=(Entry("film", "95 % interval, half", 11),),
+        tables=shown("95 % interval, half", film=11),
     ),
     of_film(
-        "film_viscosity",
-        "Pa*s",
-        "dynamic viscosity of the oil at its temperature",
+        "film_viscosity [Pa*s]: dynamic viscosity of the oil at its temperature",
         value=lambda window, index: window.case.joints[index].film.viscosity,
         differs=False,
-        tables=(Entry("film", "viscosity", 12),),
+        tables=shown("viscosity", film=12),
     ),
     of_film(
-        "film_taylor",
-        "1",
-        "largest Taylor number of the film, at clearance and largest speed of its surfaces; laminar below about 41",
+        "film_taylor [1]: largest Taylor number of the film, at clearance and largest speed of its surfaces; laminar "
+        "below about 41",
         value=taylor,
-        tables=(Entry("film", "Taylor number", 9),),
+        tables=shown("Taylor number", film=9),
     ),
 )

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from ...contracts.catalogue import Entry, Figure
+from ...contracts.catalogue import Entry, figure, shown
 from ...mechanics.joints.mesh import Mesh, worn_volume
 from ...mechanics.joints.spatial import SPATIAL_JOINT_TYPES as SPATIAL
 from ...mechanics.wear import RESOLVED_WIDTH, Account, class_width
@@ -85,85 +85,65 @@ def pv_beyond(window: Window, index: int) -> float | None:
     )
 
 
-of_joint = partial(Figure, of="joint")
+of_joint = partial(figure, of="joint")
 of_wear = partial(of_joint, needs=("wear",))
 of_arc = partial(of_joint, needs=("wear", "arc"))
 WEAR = (
     of_wear(
-        "wear_depth_max",
-        "m",
-        "largest wear depth in the window, of both bodies",
+        "wear_depth_max [m]: largest wear depth in the window, of both bodies",
         value=lambda window, index: max(map(np.max, depths_of(window, index))),
-        tables=(
-            Entry("wear", "depth"),
-            Entry("sample", "wear depth", 5),
-            Entry("effects", "wear depth", 4),
-        ),
+        tables=shown("depth", wear=50) + shown("wear depth", sample=5, effects=4),
     ),
     of_wear(
-        "wear_rate_max",
-        "m/s",
-        "largest wear depth over the window's time",
+        "wear_rate_max [m/s]: largest wear depth over the window's time",
         sums=DepthRate(),
-        tables=(Entry("wear", "depth rate"),),
+        tables=shown("depth rate", wear=50),
     ),
     of_wear(
-        "wear_volume",
-        "m^3",
-        "worn volume of both bodies in the window",
+        "wear_volume [m^3]: worn volume of both bodies in the window",
         value=volume,
         tables=(Entry("wear", "volume"), Entry("sample", "wear volume", 6)),
     ),
     of_arc(
-        "wear_narrow_arcs",
-        "1",
-        "share of the time in contact in which the arc is narrower than five wear bins",
+        "wear_narrow_arcs [1]: share of the time in contact in which the arc is narrower than five wear bins",
         value=narrow_arcs,
-        tables=(Entry("wear", "narrow arcs", 70),),
+        tables=shown("narrow arcs", wear=70),
     ),
     of_arc(
-        "wear_bins_enough",
-        "1",
-        "smallest number of bins with which arcs of at least five bins cause 95 % of the worn volume; 0: no wear",
+        "wear_bins_enough [1]: smallest number of bins with which arcs of at least five bins cause 95 % of the worn "
+        "volume; 0: no wear",
         kind="int",
         value=sufficient_bins,
         differs=False,
-        tables=(Entry("wear", "bins enough", 71),),
+        tables=shown("bins enough", wear=71),
     ),
     of_arc(
-        "pressure_peak",
-        "Pa",
-        "largest pressure on the bearing, anywhere on the contact arc",
+        "pressure_peak [Pa]: largest pressure on the bearing, anywhere on the contact arc",
         value=lambda window, index: Account(window.totals.account[index]).pressure_max,
-        tables=(Entry("wear", "pressure peak", 55),),
+        tables=shown("pressure peak", wear=55),
     ),
     of_arc(
-        "pressure_mean",
-        "Pa",
-        "mean pressure on the bearing, over the contact arc and the time in contact",
+        "pressure_mean [Pa]: mean pressure on the bearing, over the contact arc and the time in contact",
         value=pressure_mean,
-        tables=(Entry("wear", "pressure mean", 56),),
+        tables=shown("pressure mean", wear=56),
     ),
     of_arc(
-        "pv_peak",
-        "W/m^2",
-        "largest product of the pressure on the bearing, anywhere on the contact arc, and the sliding speed",
+        "pv_peak [W/m^2]: largest product of the pressure on the bearing, anywhere on the contact arc, and the "
+        "sliding speed",
         value=lambda window, index: Account(window.totals.account[index]).pv_max,
-        tables=(Entry("wear", "pV peak", 57),),
+        tables=shown("pV peak", wear=57),
     ),
     of_arc(
-        "pv_mean",
-        "W/m^2",
-        "mean normal force over diameter times length, times mean sliding speed, as in catalogues of bushes",
+        "pv_mean [W/m^2]: mean normal force over diameter times length, times mean sliding speed, as in catalogues of "
+        "bushes",
         value=pv_mean,
-        tables=(Entry("wear", "pV mean", 57),),
+        tables=shown("pV mean", wear=57),
     ),
     of_arc(
-        "pv_limit_fraction",
-        "1",
-        "share of the window's time at a pressure times speed beyond `wear.pv_limit`; null: no limit is given",
+        "pv_limit_fraction [1]: share of the window's time at a pressure times speed beyond `wear.pv_limit`; null: no "
+        "limit is given",
         value=pv_beyond,
-        tables=(Entry("wear", "time past pv_limit", 58, if_any=True),),
+        tables=shown("time past pv_limit", wear=58, if_any=True),
     ),
 )
 
@@ -174,73 +154,52 @@ of_life = partial(of_joint, needs=("limited",), differs=False)
 of_uncertain = partial(of_life, needs=("limited", "uncertain"))
 LIFE = (
     of_life(
-        "life_revolutions",
-        "1",
-        "revolutions until `life.limit` is reached; null: not reached",
-        tables=(
-            Entry("wear", "life (rev.)", 1),
-            Entry("sample", "life (rev.)", 7),
-            Entry("effects", "life", 3),
-        ),
+        "life_revolutions [1]: revolutions until `life.limit` is reached; null: not reached",
+        tables=shown("life (rev.)", wear=1, sample=7) + shown("life", effects=3),
     ),
     of_life(
-        "life_hours",
-        "h",
-        "hours until `life.limit` is reached; null: not reached",
-        tables=(Entry("wear", "life (hours)", 2),),
+        "life_hours [h]: hours until `life.limit` is reached; null: not reached",
+        tables=shown("life (hours)", wear=2),
     ),
     of_life(
-        "life_low",
-        "1",
-        "lower end of the 95 % interval of the life (numerics only), revolutions; without reaching the limit: the "
-        "revolutions run",
-        tables=(Entry("wear", "life, low (rev.)", 3),),
+        "life_low [1]: lower end of the 95 % interval of the life (numerics only), revolutions; without reaching the "
+        "limit: the revolutions run",
+        tables=shown("life, low (rev.)", wear=3),
     ),
     of_life(
-        "life_high",
-        "1",
-        "upper end of the same interval, revolutions; null: unbounded or unknown",
-        tables=(Entry("wear", "life, high (rev.)", 4),),
+        "life_high [1]: upper end of the same interval, revolutions; null: unbounded or unknown",
+        tables=shown("life, high (rev.)", wear=4),
     ),
     of_uncertain(
-        "life_low_uncertain",
-        "1",
-        "revolutions of the life with the uncertain wear coefficients at the upper ends of their 95 % intervals; null: "
-        "that life did not reach the limit or failed (see `message`)",
-        tables=(Entry("wear", "life, low, uncertain (rev.)", 4),),
+        "life_low_uncertain [1]: revolutions of the life with the uncertain wear coefficients at the upper ends of "
+        "their 95 % intervals; null: that life did not reach the limit or failed (see `message`)",
+        tables=shown("life, low, uncertain (rev.)", wear=4),
     ),
     of_uncertain(
-        "life_high_uncertain",
-        "1",
-        "life with the uncertain wear coefficients at the lower ends of their 95 % intervals; null as above",
-        tables=(Entry("wear", "life, high, uncertain (rev.)", 4),),
+        "life_high_uncertain [1]: life with the uncertain wear coefficients at the lower ends of their 95 % "
+        "intervals; null as above",
+        tables=shown("life, high, uncertain (rev.)", wear=4),
     ),
     of_life(
-        "life_jump_error",
-        "1",
-        "relative change of the life with jumps twice as long (every other block); null: not reached",
-        tables=(Entry("wear", "error of jumps", 72),),
+        "life_jump_error [1]: relative change of the life with jumps twice as long (every other block); null: not "
+        "reached",
+        tables=shown("error of jumps", wear=72),
     ),
     of_life(
-        "life_blocks",
-        "1",
-        "blocks of revolutions of the life",
+        "life_blocks [1]: blocks of revolutions of the life",
         kind="int",
-        tables=(Entry("wear", "blocks", 73),),
+        tables=shown("blocks", wear=73),
     ),
     of_life(
-        "life_shape_error",
-        "1",
-        "relative change of the life by smoothing the worn shapes and by bins twice as wide; 0 without `evolve`; null: "
-        "not reached",
-        tables=(Entry("wear", "error of shapes", 74, if_any=True),),
+        "life_shape_error [1]: relative change of the life by smoothing the worn shapes and by bins twice as wide; 0 "
+        "without `evolve`; null: not reached",
+        tables=shown("error of shapes", wear=74, if_any=True),
     ),
     of_joint(
-        "clearance_growth",
-        "m",
-        "largest increase, over directions, of the eccentricity at which the surfaces touch first, at the life's end",
+        "clearance_growth [m]: largest increase, over directions, of the eccentricity at which the surfaces touch "
+        "first, at the life's end",
         needs=("wear", "life"),
         differs=False,
-        tables=(Entry("wear", "clearance growth", 5),),
+        tables=shown("clearance growth", wear=5),
     ),
 )
