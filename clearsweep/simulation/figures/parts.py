@@ -147,8 +147,8 @@ ROLLING = (
         null=ENDLESS,
     ),
     of_rated(
-        "light_load_fraction [1]: share of the window's time at less than the least load against skidding: 0.01 of "
-        "the dynamic rating of ball bearings, 0.02 of roller bearings",
+        "light_load_fraction [1]: share of the window's time below the least load against skidding: 0.01 of the "
+        "dynamic rating of ball bearings, 0.02 of roller bearings",
         value=lambda window, index: window.light_load_time[index] / window.duration,
         tables=shown("time too lightly loaded", forces=31, if_any=True),
     ),
