@@ -2,7 +2,7 @@
 
 import json
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from concurrent.futures import Future
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -286,11 +286,14 @@ def conclude(
         "others": others,
     }
     merged = {"mark": store.sha256_of(json.dumps([mark["files"] for mark in marks]))}
-    blocks = {"size": job.division.size, "count": job.division.count, "numbers": sorted(outcome.marks)}
-    directory.write_record(
-        job.grid, end=store.utc_now(), counts=counts, merged=merged, blocks=blocks, answers={}, **facts
-    )
+    entries = {"counts": counts, "merged": merged, "blocks": blocks_entry(job, outcome.marks), "answers": {}}
+    directory.write_record(job.grid, end=store.utc_now(), **entries, **facts)
     return counts
+
+
+def blocks_entry(job: BlockJob, finished: Iterable[int]) -> dict[str, Any]:
+    """Return the entry of run.json on the blocks of a run, of which some are finished."""
+    return {"size": job.division.size, "count": job.division.count, "numbers": sorted(finished)}
 
 
 def count_requested(job: BlockJob) -> int:

@@ -50,47 +50,20 @@ def run_merge(
     target.check(grid)
     if target.record.exists() and out.resolve() not in {path.resolve() for path in paths}:
         paths.append(out)
-    if blocks := store.Division.of(grid):
-        return _merge_blocks(paths, target, _MergeInputs(grid, blocks, simulator, records, begin), partial=partial)
-    sources = [store.RunDirectory(path) for path in paths]
-    for path in sources:
-        path.check(grid)
-        for sentence in path.load_batches(contents=True).values():
-            phases.print_line(f"{path.path}: {sentence}; left out")
-    rows = [path.rows() for path in sources]
-    ids = distinct(case_ids(grid))
-    if not partial:
-        _check_complete(ids, rows, [record.get("shard") for record in records])
-    _check_agreement(store.ResultSchema.of(grid), sources, rows)
     derived, warnings = _facts(grid, simulator, records[0])
-    with system.catching(), target.open_for(grid), CaseRunner(target, Options(), simulator) as case_runner:
-        target.discard_answer()
-        start = min(record["start"] for record in records)
-        for sentence in target.load_intact_batches():
-            phases.print_line(sentence)
-        for path in sources:
-            target.link_batches(path)
-        counts: dict[str, Any] = conclude(
-            case_runner,
-            grid,
-            ids,
-            start=start,
-            source=records[0]["source"],
-            derived=derived,
-            warnings=warnings,
-            joined=[str(path) for path in paths],
-        )
-        store.commit_answer(target, store.open(target.path))
-    return RunResult(
-        out,
-        **counts,
-        seconds=time.monotonic() - begin,
-        case_seconds=0.0,
-        start_up=0.0,
-        derived=derived,
-        warnings=tuple(warnings),
-        joined=len(paths),
-    )
+    record_entries = {
+        "start": min(record["start"] for record in records),
+        "source": records[0]["source"],
+        "derived": derived,
+        "warnings": warnings,
+        "joined": [str(path) for path in paths],
+    }
+    joined_runs = _JoinedRuns(paths, [record.get("shard") for record in records], grid, simulator, partial)
+    join = _join_blocks if store.Division.of(grid) else _join_batches
+    with system.catching():
+        counts: dict[str, Any] = join(joined_runs, target, record_entries)
+    seconds = time.monotonic() - begin
+    return RunResult(out, **counts, seconds=seconds, derived=derived, warnings=tuple(warnings), joined=len(paths))
 
 
 def _facts(
@@ -102,88 +75,83 @@ def _facts(
     return record.get("derived", {}), record.get("warnings", [])
 
 
-class _MergeInputs(NamedTuple):
-    """The runs to join: their common grid, run.json, and the start time."""
+class _JoinedRuns(NamedTuple):
+    """The runs to join, and their common grid."""
 
+    paths: list[Path]
+    shards: list[str | None]
     grid: grids.Grid
-    division: store.Division
     simulator: Simulator
-    records: list[dict[str, Any]]
-    begin: float
+    partial: bool  # whether cases may be missing
 
 
-def _merge_blocks(paths: list[Path], target: store.RunDirectory, inputs: _MergeInputs, *, partial: bool) -> RunResult:
-    """Join runs in blocks one block at a time, so that memory does not grow with their number."""
-    grid, result_schema = inputs.grid, store.ResultSchema.of(inputs.grid)
-    job = blockwise.BlockJob(
-        target.path.absolute(),
-        grid,
-        inputs.simulator,
-        Options(),
-        inputs.division,
-        None,
-        blockwise.duplicate_indices(grid),
-    )
-    numbers, shards = range(inputs.division.count), [record.get("shard") for record in inputs.records]
+def _join_batches(runs: _JoinedRuns, target: store.RunDirectory, record_entries: dict[str, Any]) -> dict[str, int]:
+    """Join the batches of runs without blocks; return the counts."""
+    sources = [store.RunDirectory(path) for path in runs.paths]
+    for path in sources:
+        path.check(runs.grid)
+    rows = _checked_rows(sources)
+    ids = distinct(case_ids(runs.grid))
+    if not runs.partial:
+        _check_complete(ids, rows, runs.shards)
+    _check_agreement(store.ResultSchema.of(runs.grid), sources, rows)
+    with target.open_for(runs.grid), CaseRunner(target, Options(), runs.simulator) as case_runner:
+        target.discard_answer()
+        for sentence in target.load_intact_batches():
+            phases.print_line(sentence)
+        for path in sources:
+            target.link_batches(path)
+        counts = conclude(case_runner, runs.grid, ids, **record_entries)
+        store.commit_answer(target, store.open(target.path))
+    return counts
+
+
+def _join_blocks(runs: _JoinedRuns, target: store.RunDirectory, record_entries: dict[str, Any]) -> dict[str, int]:
+    """Join runs in blocks one block at a time, so that memory does not grow with their number; return the counts."""
+    grid, result_schema, division = runs.grid, store.ResultSchema.of(runs.grid), store.Division.of(runs.grid)
+    assert division  # of a grid in blocks
+    duplicates = blockwise.duplicate_indices(grid)
+    job = blockwise.BlockJob(target.path.absolute(), grid, runs.simulator, Options(), division, None, duplicates)
     missing = 0
-    for number in numbers:  # everything is checked before anything is written
-        sources, rows = _block_sources(paths, number, result_schema)
+    for number in range(division.count):  # everything is checked before anything is written
+        sources = _block_sources(runs.paths, number, result_schema)
+        rows = _checked_rows(sources)
         ids = np.sort(job.cases(number)[1])
-        if not partial:
-            _check_complete(ids, rows, shards)
+        if not runs.partial:
+            _check_complete(ids, rows, runs.shards)
         missing += len(np.setdiff1d(ids, np.concatenate([np.empty(0, "u8"), *(row["id"] for row in rows)])))
         _check_agreement(result_schema, sources, rows)
-    derived, warnings = _facts(grid, inputs.simulator, inputs.records[0])
     requested = blockwise.count_requested(job)
-    record_entries = {
-        "counts": {"cases": requested},
-        "blocks": {"size": inputs.division.size, "count": inputs.division.count, "numbers": []},
-    }
     with (
-        system.catching(),
-        target.open_for(grid, **record_entries),
-        CaseRunner(target, Options(executor="serial"), inputs.simulator) as case_runner,
+        target.open_for(grid, counts={"cases": requested}, blocks=blockwise.blocks_entry(job, [])),
+        CaseRunner(target, Options(executor="serial"), runs.simulator) as case_runner,
     ):
         target.discard_answer()
         runner = blockwise.BlockRunner(job, case_runner)
-        for number in numbers:
-            sources, _ = _block_sources(paths, number, result_schema)
+        for number in range(division.count):
+            sources = _block_sources(runs.paths, number, result_schema)
+            _checked_rows(sources)
             runner.join(number, sources)
         outcome = blockwise.BlocksOutcome(runner.marks, 0, 0.0, complete=not missing)
-        counts: dict[str, Any] = blockwise.conclude(
-            target,
-            job,
-            outcome,
-            (0, requested),
-            start=min(record["start"] for record in inputs.records),
-            source=inputs.records[0]["source"],
-            derived=derived,
-            warnings=warnings,
-            joined=[str(path) for path in paths],
-        )
+        counts = blockwise.conclude(target, job, outcome, (0, requested), **record_entries)
         store.commit_answer(target, store.open(target.path))
-    return RunResult(
-        target.path,
-        **counts,
-        seconds=time.monotonic() - inputs.begin,
-        case_seconds=0.0,
-        start_up=0.0,
-        derived=derived,
-        warnings=tuple(warnings),
-        joined=len(paths),
-    )
+    return counts
 
 
-def _block_sources(
-    paths: list[Path], number: int, result_schema: store.ResultSchema
-) -> tuple[list[store.RunDirectory], list[np.ndarray]]:
-    """Return the batches of a block in several runs, and the location of each case."""
+def _block_sources(paths: list[Path], number: int, result_schema: store.ResultSchema) -> list[store.RunDirectory]:
+    """Return the directories of a block in several runs."""
     sources = [store.RunDirectory(store.Block(path, number).path) for path in paths]
     for source in sources:
         source.expect(result_schema)
+    return sources
+
+
+def _checked_rows(sources: list[store.RunDirectory]) -> list[np.ndarray]:
+    """Return the location of each case in the batches of some directories; what is damaged is left out."""
+    for source in sources:
         for sentence in source.load_batches(contents=True).values():
             phases.print_line(f"{source.path}: {sentence}; left out")
-    return sources, [source.rows() for source in sources]
+    return [source.rows() for source in sources]
 
 
 def _read_records_of_same_grid(paths: list[Path]) -> list[dict[str, Any]]:

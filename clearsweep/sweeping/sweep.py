@@ -51,10 +51,10 @@ class RunResult:
     missing: int
     others: int  # stored cases with other values on the axes
     seconds: float
-    case_seconds: float
-    start_up: float
     derived: dict[str, dict[str, Any]]  # name -> {"unit", "min", "max"}
     warnings: tuple[str, ...]
+    case_seconds: float = 0.0
+    start_up: float = 0.0
     joined: int = 0  # number of joined directories; 0 for a run
     search_result: Any = (
         None  # answer of the grid's search, a `contracts.search.Found`; None without a search or if stopped
@@ -131,6 +131,67 @@ def _run_sweep(
     """Run a grid; phases show the progress.  begin : s, monotonic time at which reading it began"""
     grids.check_memory(grids.recorded_history(grid))
     shard = None if options.shard is None else Shard.read(options.shard)
+    division = _division_of(grid, shard, options)
+    with phases.phase("checking the cases"):
+        ids = blockwise.duplicate_indices(grid) if division else case_ids(grid)
+        derived, warnings = facts(grid, simulator)
+        warnings = [*assumed_sentences(grid), *warnings]
+    record_entries: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
+    active_search = grid.search.begin(grid, simulator) if grid.search else None
+    directory = _cleared_directory(grid, out, shard, options)
+    if division:
+        job = blockwise.BlockJob(directory.path.absolute(), grid, simulator, options, division, shard, ids)
+        begun = {"counts": {"cases": blockwise.count_requested(job)}, "blocks": blockwise.blocks_entry(job, [])}
+    else:
+        requested = shard.ids(ids) if shard else distinct(ids)
+        begun = {"counts": {"cases": len(requested)}}
+    search_result: Found | None = None
+    with (
+        system.catching(),
+        directory.open_for(grid, **begun, **record_entries),
+        phases.store_progress(store.progress_file(directory.path).replace_progress),
+    ):
+        record_entries["start"] = store.utc_now()
+        directory.discard_answer()
+        with phases.phase("reading the directory"):
+            sentences = directory.load_intact_batches()
+        for sentence in sentences:
+            phases.print_line(sentence)
+        with CaseRunner(directory, options, simulator) as case_runner:
+            if division:
+                counts = _run_blocks(job, case_runner, begun["counts"]["cases"], record_entries)
+            else:
+                if active_search:
+                    grid, is_complete = case_runner.search(grid, active_search)
+                    requested = distinct(case_ids(grid))
+                    search_result = active_search.result() if is_complete else None
+                else:
+                    case_runner.run(grid, ids, requested)
+                del ids  # 8 MB for a million cases, which merging needs
+                if search_result and search_result.note:
+                    record_entries["warnings"] = warnings = [*warnings, search_result.note]
+                name = grid.search.name if grid.search else ""
+                record_entries |= search_result.entries() if search_result else {}
+                record_entries["answers"] = store.write_search_table(
+                    directory, store.ResultSchema.of(grid), name, search_result
+                )
+                counts = conclude(case_runner, grid, requested, **record_entries)
+        if not division:
+            store.commit_answer(directory, store.open(directory.path))
+    return RunResult(
+        directory.path,
+        **counts,
+        seconds=time.monotonic() - begin,
+        derived=derived,
+        warnings=tuple(warnings),
+        case_seconds=case_runner.case_seconds,
+        start_up=(case_runner.ready_time or begin) - begin,
+        search_result=search_result,
+    )
+
+
+def _division_of(grid: grids.Grid, shard: Shard | None, options: Options) -> store.Division | None:
+    """Return the division of a grid into blocks; raise InputError if it cannot run as the options say."""
     if shard and grid.search:
         raise InputError(f"shard: {grid.search.refusal_of_shards.format(name=grid.search.name)}")
     division = store.Division.of(grid, str(shard or ""))
@@ -139,115 +200,34 @@ def _run_sweep(
             f"simulate.start: carried takes every case from the end of another, so its {len(grid):,} cases are not "
             + ("divided into shards; run them without --shard" if shard else "cut into blocks; take fewer values")
         )
-    if division:
-        return _run_cut(grid, out, options, simulator, (division, shard, begin))
-    if options.executor == executors.NODES:
+    if options.executor == executors.NODES and not division:
         raise InputError(
             f"executor: nodes assigns whole blocks of {store.block_size():,} cases to nodes, and this grid has "
             f"{len(grid):,} or is searched; write --executor dask"
         )
-    with phases.phase("checking the cases"):
-        ids = case_ids(grid)
-        requested = shard.ids(ids) if shard else distinct(ids)
-        derived, warnings = facts(grid, simulator)
-        warnings = [*assumed_sentences(grid), *warnings]
-    record_entries: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
-    active_search = grid.search.begin(grid, simulator) if grid.search else None
-    begun = {"counts": {"cases": len(requested)}, **record_entries}
-    with (
-        system.catching(),
-        _cleared_directory(grid, out, shard, options).open_for(grid, **begun) as directory,
-        phases.store_progress(store.progress_file(directory.path).replace_progress),
-    ):
-        start = store.utc_now()
-        directory.discard_answer()
-        with phases.phase("reading the directory"):
-            sentences = directory.load_intact_batches()
-        for sentence in sentences:
-            phases.print_line(sentence)
-        with CaseRunner(directory, options, simulator) as case_runner:
-            search_result: Found | None = None
-            if active_search:
-                grid, is_complete = case_runner.search(grid, active_search)
-                requested = distinct(case_ids(grid))
-                search_result = active_search.result() if is_complete else None
-            else:
-                case_runner.run(grid, ids, requested)
-            del ids  # 8 MB for a million cases, which merging needs
-            if search_result and search_result.note:
-                record_entries["warnings"] = warnings = [*warnings, search_result.note]
-            name = grid.search.name if grid.search else ""
-            record_entries |= search_result.entries() if search_result else {}
-            record_entries["answers"] = store.write_search_table(
-                directory, store.ResultSchema.of(grid), name, search_result
-            )
-            counts: dict[str, Any] = conclude(case_runner, grid, requested, start=start, **record_entries)
-        store.commit_answer(directory, store.open(directory.path))
-    return RunResult(
-        directory.path,
-        **counts,
-        seconds=time.monotonic() - begin,
-        case_seconds=case_runner.case_seconds,
-        start_up=(case_runner.ready_time or begin) - begin,
-        derived=derived,
-        warnings=tuple(warnings),
-        search_result=search_result,
-    )
+    return division
 
 
-def _run_cut(
-    grid: grids.Grid,
-    out: str | Path | None,
-    options: Options,
-    simulator: Simulator,
-    known_of_run: tuple[store.Division, Shard | None, float],
-) -> RunResult:
-    """Run a grid in blocks; known_of_run : the division, the shard, and the start time."""
-    division, shard, begin = known_of_run
-    with phases.phase("checking the cases"):
-        duplicates = blockwise.duplicate_indices(grid)
-        derived, warnings = facts(grid, simulator)
-        warnings = [*assumed_sentences(grid), *warnings]
-    record_entries: dict[str, Any] = {"derived": derived, "warnings": warnings, "shard": shard and str(shard)}
-    directory = _cleared_directory(grid, out, shard, options)
-    job = blockwise.BlockJob(directory.path.absolute(), grid, simulator, options, division, shard, duplicates)
-    requested = blockwise.count_requested(job)
-    blocks = {"size": division.size, "count": division.count, "numbers": []}
-    with (
-        system.catching(),
-        directory.open_for(grid, counts={"cases": requested}, blocks=blocks, **record_entries),
-        phases.store_progress(store.progress_file(directory.path).replace_progress),
-    ):
-        start = store.utc_now()
-        directory.discard_answer()
-        with phases.phase("reading the directory"):
-            for sentence in directory.load_intact_batches():
-                phases.print_line(sentence)
-        with CaseRunner(directory, options, simulator) as case_runner:
-            while True:
-                if options.executor == executors.NODES:
-                    outcome = nodes.run_on_nodes(job)
-                else:
-                    outcome = blockwise.run_blocks(job, case_runner, directory)
-                counts = blockwise.conclude(
-                    directory, job, outcome, (outcome.ran, requested), start=start, **record_entries
-                )
-                try:
-                    store.commit_answer(directory, store.open(directory.path))
-                    break
-                except DamagedError as error:  # a checksum agrees with content that no run writes
-                    if not store.unmark_damaged(directory.path):
-                        raise
-                    phases.print_line(f"{str(error).partition(';')[0]}; written again from the batches")
-    return RunResult(
-        directory.path,
-        **counts,
-        seconds=time.monotonic() - begin,
-        case_seconds=outcome.case_seconds,
-        start_up=(case_runner.ready_time or begin) - begin,
-        derived=derived,
-        warnings=tuple(warnings),
-    )
+def _run_blocks(
+    job: blockwise.BlockJob, case_runner: CaseRunner, requested: int, record_entries: dict[str, Any]
+) -> dict[str, int]:
+    """Run a grid in blocks, and commit its answer; return the counts."""
+    directory = case_runner.directory
+    while True:
+        if job.options.executor == executors.NODES:
+            outcome = nodes.run_on_nodes(job)
+        else:
+            outcome = blockwise.run_blocks(job, case_runner, directory)
+        case_runner.case_seconds = outcome.case_seconds  # nodes have runners of their own
+        counts = blockwise.conclude(directory, job, outcome, (outcome.ran, requested), **record_entries)
+        try:
+            store.commit_answer(directory, store.open(directory.path))
+        except DamagedError as error:  # a checksum agrees with content that no run writes
+            if not store.unmark_damaged(directory.path):
+                raise
+            phases.print_line(f"{str(error).partition(';')[0]}; written again from the batches")
+        else:
+            return counts
 
 
 def load(source: Source, simulator: Simulator = SIMULATION) -> grids.Grid:
