@@ -279,9 +279,10 @@ def _measured_restitution(study: Study, joint: Joint, is_chosen: np.ndarray) -> 
 
 def _restitution_table(study: Study, axis: Axis, joint: Joint, rows: list[EffectiveRestitution]) -> Table:
     columns = [Column(axis.name), Column("specified"), Column("computed"), Column("difference")]
-    cells: list[tuple] = [
-        (row.law, row.specified, row.effective, Quantity(row.difference, _signed_text(row.difference))) for row in rows
-    ]
+    cells: list[tuple] = []
+    for row in rows:
+        difference = f"{row.difference:+.4f}".replace("-", wording.MINUS).replace("+nan", wording.DASH)
+        cells.append((row.law, row.specified, row.effective, Quantity(row.difference, difference)))
     if study.has(joint.column("restitution")):
         columns.append(Column("measured here"))
         cells = [(*cell, row.measured) for cell, row in zip(cells, rows, strict=True)]
@@ -326,10 +327,6 @@ def _picture(axis: Axis, rows: list[EffectiveRestitution]) -> Picture:
         lambda ax: comparison.draw_restitutions(ax, points),
         size=(4.2, 1.15 + 0.22 * len({row.law for row in rows})),
     )
-
-
-def _signed_text(difference: float) -> str:
-    return wording.DASH if np.isnan(difference) else f"{difference:+.4f}".replace("-", wording.MINUS)
 
 
 # Effect of the choice of a law on the designs that meet the limits.

@@ -41,15 +41,12 @@ def grid_texts(values: Iterable[float], unit: str, *, speed: bool = False) -> li
     scale = wording.scale(unit, values, speed=speed)
     name = "deg" if scale.unit == "\u00b0" else scale.unit.replace(wording.BLANK, " ")
     if not name:
-        return [_pure_number(value) for value in values]
+        return [  # 15440, not 1.544e+04
+            f"{float(f'{value:.4g}'):.0f}" if 1e4 <= abs(value) < 1e6 else f"{value:.4g}" for value in values
+        ]
     if name.isascii() or name.startswith("\u00b5"):
         return [f"{value / scale.factor:.4g} {name}" for value in values]
     return [f"{value:.4g} {unit}" for value in values]
-
-
-def _pure_number(value: float) -> str:
-    """Return a number without unit; 15440, not 1.544e+04."""
-    return f"{float(f'{value:.4g}'):.0f}" if 1e4 <= abs(value) < 1e6 else f"{value:.4g}"
 
 
 def given_text(
@@ -258,10 +255,8 @@ class WorstCases:
             | {"severity": float(severity[index])}
             for index in worst.tolist()
         ]
-        self.entries = sorted([*self.entries, *entries], key=self._severity, reverse=True)[:WORST_CASES]
-
-    def _severity(self, entry: dict[str, Any]) -> tuple[float, str]:
-        return entry["severity"], entry["case_id"]
+        order = operator.itemgetter("severity", "case_id")
+        self.entries = sorted([*self.entries, *entries], key=order, reverse=True)[:WORST_CASES]
 
     def _figures(self, block: Mapping[str, np.ndarray], index: int, number: int) -> dict[str, Any]:
         """Return the figures that rank a case, and the largest force peak with its joint; None for null."""

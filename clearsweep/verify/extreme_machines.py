@@ -37,16 +37,12 @@ def machine_cases() -> list[ExtremeCase]:
         "elastic rod": _elastic_rod_grid,
     }
     generator = np.random.default_rng(MACHINE_SEED)
+    text = "{speed:g} rpm, {clearance:.0e} m, e {restitution:g}, load {load:g}"
     return [
-        ExtremeCase(f"{name}/{number:02d} {_machine_levels_text(levels)}", family(levels))
+        ExtremeCase(f"{name}/{number:02d} {text.format(**levels)}", family(levels))
         for name, family in families.items()
         for number, levels in enumerate(balanced_levels(generator, MACHINE_FACTORS, CASES_PER_MACHINE))
     ]
-
-
-def _machine_levels_text(levels: Levels) -> str:
-    """Return the main levels of a case in words."""
-    return f"{levels['speed']:g} rpm, {levels['clearance']:.0e} m, e {levels['restitution']:g}, load {levels['load']:g}"
 
 
 def _link(name: str, levels: Levels) -> Section:
@@ -185,13 +181,9 @@ def spatial_cases() -> list[ExtremeCase]:
         for number, levels in enumerate(balanced_levels(generator, SPATIAL_FACTORS, CASES_PER_FORM)):
             grid = _spatial_grid(levels, clearance_joint, freedoms)
             grid["joints"][clearance_joint] |= _axial_sections(levels, flange=flange)
-            cases.append(ExtremeCase(f"in space/{name} {number} {_spatial_levels_text(levels)}", grid))
+            text = "{speed:g} rpm, {clearance:.0e} m, e {restitution:g}, tilt {tilt:g}"
+            cases.append(ExtremeCase(f"in space/{name} {number} {text.format(**levels)}", grid))
     return cases
-
-
-def _spatial_levels_text(levels: Levels) -> str:
-    """Return the main levels of a case in words."""
-    return f"{levels['speed']:g} rpm, {levels['clearance']:.0e} m, e {levels['restitution']:g}, tilt {levels['tilt']:g}"
 
 
 def _axial_sections(levels: Levels, *, flange: bool) -> Section:

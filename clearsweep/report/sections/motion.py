@@ -324,20 +324,16 @@ def _accuracy_table(study: Study) -> Table:
             columns.append((column + DIFFERENCE, f"error of {name}{study.joint_text(joint, ' ({})')}"))
     sort_column = next((column for column, _ in columns if study.has(column)), "")
     table = case_table(study, "certainty", "How certain the figures are", columns, sort_column)
+    replacements = {
+        f"error of force peak{study.joint_text(joint, ' ({})')}": text_of_case
+        for joint, text_of_case in _beyond_horizon(study)
+    }
     return table._replace(
         note=f"{table.note} The error is the difference from a run at a tenth of the tolerance. The horizon is the "
         "number of revolutions after which two such runs are two samples of a chaotic motion. The error is meaningful "
         "only before the horizon.",
-        rows=_RowsWithReplacements(table, _replacement_texts(study)) if len(table.rows) else table.rows,
+        rows=_RowsWithReplacements(table, replacements) if len(table.rows) else table.rows,
     )
-
-
-def _replacement_texts(study: Study) -> dict[str, dict[str, str]]:
-    """Return replacements of meaningless errors: heading of a column -> case_id -> text."""
-    return {
-        f"error of force peak{study.joint_text(joint, ' ({})')}": text_of_case
-        for joint, text_of_case in _beyond_horizon(study)
-    }
 
 
 def _beyond_horizon(study: Study) -> list[tuple[Joint, dict[str, str]]]:

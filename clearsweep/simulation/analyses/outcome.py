@@ -168,7 +168,12 @@ def window_of(scene: Scene, run: Run, end: float) -> Window:
         joints=scene.value.joints,
         totals=sums,
         exceeded_force=[] if failed else _exceeded_forces(totals, sums, RARE_SHARE * duration),
-        dry_time=_dry_times(totals.dry, sums, scene.layout, duration),
+        dry_time=[  # s, in which the dry contact carries load
+            time_above(DRY_FORCE_THRESHOLD * sums.joint[index].load_time / duration, totals.dry[index])
+            if joint.film
+            else 0.0
+            for index, joint in enumerate(scene.layout.joints)
+        ],
         light_load_time=light_load_times,
         ideal=ideal_peaks(scene.case, scene.machine) if scene.mechanism.turns and not failed else {},
         wear=wear_depths_of(scene.layout, sums),
@@ -200,19 +205,6 @@ def _exceeded_forces(totals: Totals, sums: Summed, time_exceeded: float) -> list
     """
     quantiles = force_quantiles(totals.histogram, totals.bins[:, HIGHEST_BIN].tolist(), time_exceeded)
     return [min(quantile, joint.force_max) for quantile, joint in zip(quantiles, sums.joint, strict=True)]
-
-
-def _dry_times(histograms: np.ndarray, sums: Summed, layout: Layout, duration: float) -> list[float]:
-    """Return the time (s) in which each joint's dry contact carries load in a window of `duration` (s).
-
-    histograms : of the dry forces, by joint; empty without films
-    """
-    return [
-        time_above(DRY_FORCE_THRESHOLD * sums.joint[index].load_time / duration, histograms[index])
-        if joint.film
-        else 0.0
-        for index, joint in enumerate(layout.joints)
-    ]
 
 
 def _failure_of(scene: Scene, run: Run, end: float) -> tuple[str, str]:

@@ -319,7 +319,9 @@ def at_equilibrium(scene: Scene) -> tuple[Scene, Balance]:
         dict(zip(names, map(float, values), strict=True))
         for values in (temperatures, width, temperatures - ambient, implied_temperatures)
     )
-    closed_joints = tuple(joint.column for joint in joints if _is_closed(joint, implied[joint.column]))
+    closed_joints = tuple(
+        joint.column for joint in joints if joint.thermal and joint.warm_clearance(implied[joint.column]) <= 0.0
+    )
     return scene, Balance(
         temperature, half_width, rise, converged, cold_scene.case.joints, implied, closed_joints, cost
     )
@@ -331,11 +333,6 @@ def _seizure_temperature(joint: Joint) -> float:
         return math.inf
     rate = joint.clearance_rate
     return REFERENCE_TEMPERATURE - (1.0 - SEIZED_CLEARANCE) * joint.clearance / rate if rate < 0.0 else math.inf
-
-
-def _is_closed(joint: Joint, temperature: float) -> bool:
-    """Return whether the clearance of a dry joint is at or below zero at a temperature (K)."""
-    return joint.thermal is not None and joint.warm_clearance(temperature) <= 0.0
 
 
 def at_temperatures(scene: Scene, temperatures: dict[str, float]) -> Scene:

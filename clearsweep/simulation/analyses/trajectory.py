@@ -21,7 +21,7 @@ from ...contracts.results import Peak, Trajectory
 from ...grid import check_memory, history_bytes
 from ...language import phases
 from ...language.errors import InputError, quoted
-from ...mechanics.machines.planar.reactions import JointForce, Motion, Reactions, reactions
+from ...mechanics.machines.planar.reactions import JointForce, Motion, reactions
 from ...mechanics.solver import integration, loop
 from ...mechanics.solver.slow_sums import Record
 from ...tracing.compiled.family import Routine, empty_entries
@@ -480,7 +480,8 @@ def pin_reactions(scene: Scene, times: np.ndarray) -> PinReactions:
     )
     signs = {site.name: -1.0 if site.journals[0] == site.proximal else 1.0 for site in mechanism_of(case).joints}
     on_journals = {column_name(name): signs.get(name, 1.0) * force for name, force in result.forces.items()}
-    return PinReactions(trajectory, on_journals, *_couples_and_torque(result))
+    couples = {column_name(name): couple for name, couple in result.couples.items()}
+    return PinReactions(trajectory, on_journals, couples, result.torque)
 
 
 def _motion(machine: Machine, trajectory: Trajectory) -> Motion:
@@ -508,7 +509,3 @@ def _joint_force(joint: Joint, machine: Machine, trajectory: Trajectory) -> Join
     if joint.journal in (None, distal):
         return JointForce(on_journal, *couples)
     return JointForce(-on_journal, *couples[::-1])
-
-
-def _couples_and_torque(result: Reactions) -> tuple[dict[str, np.ndarray], np.ndarray]:
-    return {column_name(name): couple for name, couple in result.couples.items()}, result.torque

@@ -151,7 +151,8 @@ def write_page(rows: list[Row], directory: str | Path, benchmarks: Sequence[Benc
             file = f"{PICTURE_FOLDER}/{benchmark.key}.svg"
             benchmark.picture(selected).savefig(directory / file, metadata={"Date": None})
             lines += ["", f"![{benchmark.name}]({file})"]
-        lines += ["", *_sources(selected), "", *_spreads(selected)]
+        sources = dict.fromkeys((row.kind, row.source, row.benchmark) for row in selected)
+        lines += ["", *(f"* {kind}: {source}." for kind, source, _ in sources), "", *_spreads(selected)]
     lines += ["", "## Every point", "", *_all_points(rows)]
     page = directory / "measured.md"
     page.write_text("\n".join([*lines, ""]), encoding="utf-8")
@@ -178,12 +179,6 @@ def _introduction(rows: list[Row]) -> Iterator[str]:
     yield "* We fitted no parameter to the points, unless the section names one."
     yield "* We had no measured force of a mechanism with clearance. The page tests the ingredients of such a force:"
     yield "  contact, friction, film, linkage. [How far to trust a peak](../docs/trust.md) says what determines it."
-
-
-def _sources(rows: list[Row]) -> Iterator[str]:
-    """Yield the sources of rows."""
-    for source in dict.fromkeys((row.kind, row.source, row.benchmark) for row in rows):
-        yield f"* {source[0]}: {source[1]}."
 
 
 def _spreads(rows: list[Row]) -> Iterator[str]:
