@@ -11,7 +11,7 @@ import time
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -120,15 +120,26 @@ def with_published_onset(tree: Tree) -> Tree:
     return with_values(tree, onsets)
 
 
+class Reference(NamedTuple):
+    """The reference motion of a case; one that has none has a summary only."""
+
+    summary: dict[str, Any]  # horizon and compared length (revolutions), tolerance and own error (clearances)
+    path: Any = None  # its Trajectory
+    revolutions: Any = None  # (n,) of the samples; without a crank the share of the run times LONGEST_RUN
+    limit: float = 0.0  # s, end of the comparison
+
+    @property
+    def compared(self) -> np.ndarray:
+        """Return a mask of the samples that are compared."""
+        return np.asarray(self.path["t"] <= self.limit)
+
+
 class Truth:
     """The reference motion of a case, computed when it is needed."""
 
     def __init__(self, tree: Tree, tolerance: float):
         """Prepare for a case as `base_tree` returns it; tolerance : of the grid."""
         self.tree, self.tolerance = tree, tolerance
-        self._limit = 0.0  # s, end of the comparison
-        self._path: Trajectory | None = None
-        self._summary: dict[str, Any] = {}
 
     @cached_property
     def scene(self) -> scene.Scene:
@@ -142,11 +153,11 @@ class Truth:
 
     def summary(self) -> dict[str, Any]:
         """Return horizon, compared length (revolutions), and tolerance and own error (clearances) of the reference."""
-        self._compute()
-        return self._summary
+        return self._reference.summary
 
-    def _compute(self) -> None:
-        """Compute the reference, its own error and the horizon."""
+    @cached_property
+    def _reference(self) -> Reference:
+        """Return the reference, its own error and the horizon."""
         why = ""
         finer = [tolerance for tolerance in REFERENCE_TOLERANCES if tolerance < self.tolerance]
         for tolerance in finer or REFERENCE_TOLERANCES[:1]:
@@ -155,7 +166,8 @@ class Truth:
                 if path.status != "ok":
                     why = path.message
                     continue
-                path = _before_end(path)
+                kept = path["t"] <= COMPARABLE * path["t"][-1]  # a run at another tolerance may not reach the end
+                path = replace(path, channels={name: values[kept] for name, values in path.channels.items()})
                 further = [self._long_run(ratio * tolerance, path["t"]) for ratio in FURTHER_REFERENCES]
             except InputError as error:
                 why = str(error)
@@ -166,24 +178,25 @@ class Truth:
             why = messages[0]
         else:
             missing = {"tolerance": None, "error": None, "why": why}
-            self._summary = {"horizon_revolutions": None, "compared_revolutions": None, "reference": missing}
-            return
-        self._path = path
+            return Reference({"horizon_revolutions": None, "compared_revolutions": None, "reference": missing})
         yours = self._long_run(self.tolerance, path["t"])
-        revolutions = self._revolutions()
+        revolutions = LONGEST_RUN * path["t"] / path["t"][-1]
+        if self.is_turning:
+            revolutions = np.abs(path["crank_angle"] - path["crank_angle"][0]) / (2.0 * math.pi)
         horizon = None
         if yours.status == "ok":
             beyond = np.flatnonzero(distances(self.tree, yours, path) > HORIZON_SIZE)
             horizon = float(revolutions[beyond[0]]) if beyond.size else None
         length = min(HALF, math.inf if horizon is None else horizon)
-        self._limit = self._between_events(float(np.interp(length, revolutions, path["t"])))
-        own_errors = (distances(self.tree, run, path)[self._compared()] for run in further)
+        limit = _between_events(path.events["t"], float(np.interp(length, revolutions, path["t"])))
+        own_errors = (distances(self.tree, run, path)[path["t"] <= limit] for run in further)
         own_error = float(max(np.max(errors, initial=0.0) for errors in own_errors))
-        self._summary = {
+        summary = {
             "horizon_revolutions": horizon,
             "compared_revolutions": length,
             "reference": {"tolerance": tolerance, "error": own_error},
         }
+        return Reference(summary, path, revolutions, limit)
 
     def _long_run(self, tolerance: float, times: np.ndarray | None) -> Trajectory:
         """Return a run over LONGEST_RUN revolutions, sampled at `times` (s) or evenly."""
@@ -195,36 +208,8 @@ class Truth:
         settings |= {"method": "auto", "tolerance": tolerance, "step_budget": STEP_BUDGET}
         return simulate(case_scene.with_settings(**settings), times=times)
 
-    def _revolutions(self) -> np.ndarray:
-        """Return the revolutions (without a crank the share of the run times LONGEST_RUN) of the samples, (n,)."""
-        assert self._path is not None  # computed before
-        if not self.is_turning:
-            return np.asarray(LONGEST_RUN * self._path["t"] / self._path["t"][-1])
-        angle = self._path["crank_angle"]
-        return np.asarray(np.abs(angle - angle[0]) / (2.0 * math.pi))
-
-    def _between_events(self, limit: float) -> float:
-        """Return a time (s) near `limit` that no event is close to, so that rounding decides on none."""
-        assert self._path is not None  # computed before
-        times, close = self._path.events["t"], CLOSE * limit
-        before, after = times[times <= limit], times[times > limit]
-        last = float(before[-1]) if before.size else -math.inf
-        following = float(after[0]) if after.size else math.inf
-        if limit - last > close and following - limit > close:
-            return limit
-        middle = 0.5 * (last + following)
-        return min(middle, last + 2.0 * close) if limit - last <= close else max(middle, following - 2.0 * close)
-
-    def _compared(self) -> np.ndarray:
-        """Return a mask of the samples that are compared."""
-        assert self._path is not None  # computed before
-        return self._path["t"] <= self._limit
-
     def row(self, method: str, tolerance: float) -> dict[str, Any]:
         """Return error and processor time of a method at a tolerance."""
-        if self._path is None:
-            self._compute()
-        assert self._path is not None  # a case without reference has no ladder
         row: dict[str, Any] = {"method": method, "tolerance": tolerance, "status": "ok"}
         missing = {"error": None, "peaks": None, "events_equal": False, "milliseconds": None, "scatter": None}
         try:
@@ -238,21 +223,19 @@ class Truth:
 
     def _own(self, method: str, tolerance: float) -> dict[str, Any]:
         """Return the errors and the time of one of our methods."""
-        assert self._path is not None  # computed before
-        case_scene = self.scene.with_settings(method=method, tolerance=tolerance)
-        times = self._path["t"][self._compared()]
-        path = simulate(case_scene, times=times)
+        case_scene, compared = self.scene.with_settings(method=method, tolerance=tolerance), self._reference.compared
+        path = simulate(case_scene, times=self._reference.path["t"][compared])
         if path.status != "ok":
             raise _FailedRunError(path.status, path.message)
-        spent = [processor_time(case_scene) for _ in range(ROUNDS)]
-        return self._errors(path, self._compared()) | _least_and_scatter(spent)
+        seconds = [processor_time(case_scene)[0] for _ in range(ROUNDS)]  # of one revolution
+        least_and_scatter = {"milliseconds": 1e3 * min(seconds), "scatter": max(seconds) / min(seconds) - 1.0}
+        return self._errors(path, compared) | least_and_scatter
 
     def _errors(self, path: Any, mask: np.ndarray) -> dict[str, Any]:
         """Return the errors of a run's events, and of its samples, which are those of the reference in `mask`."""
-        assert self._path is not None  # computed before
-        events = path.events
-        error = float(np.max(distances(self.tree, path, self._path, mask), initial=0.0))
-        own, truth = (log[log["t"] <= self._limit] for log in (events, self._path.events))
+        reference = self._reference
+        error = float(np.max(distances(self.tree, path, reference.path, mask), initial=0.0))
+        own, truth = (log[log["t"] <= reference.limit] for log in (path.events, reference.path.events))
         is_equal = len(own) == len(truth) and bool(
             np.all(own["joint"] == truth["joint"]) and np.all(own["kind"] == truth["kind"])
         )
@@ -263,25 +246,28 @@ class Truth:
 
     def _rival(self, method: str, tolerance: float) -> dict[str, Any]:
         """Return the errors and the time of a method of scipy on the same right-hand side."""
-        assert self._path is not None  # computed before
-        case_scene = self.scene
-        mask = self._compared() & (self._path["t"] > 0.0)
-        times = self._path["t"][mask]
-        end = float(times[-1])
+        reference = self._reference
+        mask = reference.compared & (reference.path["t"] > 0.0)
+        times = reference.path["t"][mask]
         begin = time.process_time()
-        solution = scipy_ivp(case_scene, times, end, tolerance, method=method.removeprefix("scipy "))
+        solution = scipy_ivp(self.scene, times, float(times[-1]), tolerance, method=method.removeprefix("scipy "))
         spent = time.process_time() - begin
         if len(solution.states) != len(times):
             raise _FailedRunError("incomplete", f"it ended after {len(solution.states)} of {len(times)} samples")
-        path = sampled(case_scene, times, solution)
-        turned = self._revolutions()[self._compared()][-1]
-        return self._errors(path, mask) | {"milliseconds": 1e3 * spent / turned, "scatter": None}
+        turned = reference.revolutions[reference.compared][-1]
+        errors = self._errors(sampled(self.scene, times, solution), mask)
+        return errors | {"milliseconds": 1e3 * spent / turned, "scatter": None}
 
 
-def _before_end(path: Trajectory) -> Trajectory:
-    """Return a run without the samples of its last part, which a run at another tolerance may not reach."""
-    kept = path["t"] <= COMPARABLE * path["t"][-1]
-    return replace(path, channels={name: values[kept] for name, values in path.channels.items()})
+def _between_events(times: np.ndarray, limit: float) -> float:
+    """Return a time (s) near `limit` that no event at `times` is close to, so that rounding decides on none."""
+    before, after, close = times[times <= limit], times[times > limit], CLOSE * limit
+    last = float(before[-1]) if before.size else -math.inf
+    following = float(after[0]) if after.size else math.inf
+    if limit - last > close and following - limit > close:
+        return limit
+    middle = 0.5 * (last + following)
+    return min(middle, last + 2.0 * close) if limit - last <= close else max(middle, following - 2.0 * close)
 
 
 class _FailedRunError(Exception):
@@ -325,12 +311,6 @@ def processor_time(case_scene: scene.Scene) -> tuple[float, Trajectory]:
     begin = time.process_time()
     path = simulate(case_scene)
     return time.process_time() - begin, path
-
-
-def _least_and_scatter(spent: Sequence[tuple[float, Trajectory]]) -> dict[str, float]:
-    """Return the least time (ms a revolution) of runs of one revolution, and the excess of the largest over it."""
-    times = [seconds for seconds, _ in spent]
-    return {"milliseconds": 1e3 * min(times), "scatter": max(times) / min(times) - 1.0}
 
 
 def fitted_order(ladder: Sequence[Mapping[str, Any]], reference: Mapping[str, Any] | None) -> float | None:

@@ -504,9 +504,9 @@ def further_lives(
     for end in (LOW, HIGH):
         case = with_bounding_coefficients(life_run.scene.case, end)
         if life_run.constant_rates:
-            record = _scaled(life_run, case)  # of every block, as the motion is independent of wear
-            life = extrapolate_life(lambda _, record=record: record, life_run, life_run.settings(), life_run.start)
-            lives[end] = BoundingLife(life, ())
+            lives[end] = BoundingLife(
+                extrapolate_life(_repeated(_scaled(life_run, case)), life_run, life_run.settings(), life_run.start), ()
+            )
             continue
         bounding_run = life_run.bounding(case, f"life with the wear coefficients at their {end} ends")
         with phases.phase(bounding_run.progress):
@@ -515,6 +515,11 @@ def further_lives(
             )
         lives[end] = BoundingLife(life, tuple(bounding_run.records), bounding_run.failure)
     return lives
+
+
+def _repeated(record: BlockRecord) -> Callable[[np.ndarray], BlockRecord]:
+    """Return a function that repeats the result of one block, for motion that is independent of wear."""
+    return lambda state: record
 
 
 def _scaled(life_run: LifeRun, case: Case) -> BlockRecord:
