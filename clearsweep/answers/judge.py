@@ -130,7 +130,7 @@ def verdict_on(axis: Axis, blocks: Sequence[np.ndarray], values: np.ndarray) -> 
     """Return the verdict on the differences of a figure between the values of an axis; values : (n,) SI."""
     lines = [_line(axis.codes[block], values[block], len(axis.levels) - 1) for block in blocks]
     if not axis.is_text:
-        return _direction(lines)
+        return MIXED if any(_turns_back(line) for line in lines) else _trend(lines)
     return NONE if all(_is_none(float(np.nanmin(line)), float(np.nanmax(line))) for line in lines) else DIFFERS
 
 
@@ -143,7 +143,9 @@ def _effect(cases: Cases, axis: Axis, values: np.ndarray, share: float) -> dict[
     if not blocks:
         return entry | {"share": None, "method": "pairs", **_tied(axis)}
     lines = [_line(axis.codes[block], values[block], last) for block in blocks]
-    medians = _medians(lines)
+    medians = np.array(
+        [median(column[np.isfinite(column)]) for column in np.array(lines).T]
+    )  # NaN where none has a case
     entry |= {"verdict": verdict_on(axis, blocks, values)}
     reversals = sum(map(_turns_back, lines))
     if entry["verdict"] == MIXED and 2 * reversals <= len(lines) and (trend := _trend(lines)) in (RISES, FALLS):
@@ -171,17 +173,6 @@ def _line(codes: np.ndarray, values: np.ndarray, last: int) -> np.ndarray:
     line = np.full(last + 1, np.nan)
     line[codes] = values
     return line
-
-
-def _medians(lines: Sequence[np.ndarray]) -> np.ndarray:
-    """Return the median over blocks at each value of the axis; NaN where no block has a case."""
-    table = np.array(lines)
-    return np.array([median(column[np.isfinite(column)]) for column in table.T])
-
-
-def _direction(lines: Sequence[np.ndarray]) -> str:
-    """Return the verdict on the differences of blocks along an axis of numbers."""
-    return MIXED if any(_turns_back(line) for line in lines) else _trend(lines)
 
 
 def _trend(lines: Sequence[np.ndarray]) -> str:

@@ -395,7 +395,12 @@ def record_bytes(grid: Grid, facts: dict[str, Any]) -> bytes:
             "written_units": {path: entry._asdict() for path, entry in grid.written_units.items()},
             "seeds": {"sample": written["sample"]["seed"]} if "seed" in written.get("sample", {}) else {},
             "versions": _package_versions(),
-            "machine": _describe_machine(),
+            "machine": {
+                "node": platform.node(),
+                "system": platform.platform(),
+                "processor": platform.machine(),
+                "cores": os.cpu_count(),
+            },
             **facts,
         }
     )
@@ -557,12 +562,3 @@ def _installed_version(name: str) -> str:
     from importlib import metadata
 
     return metadata.version(name)
-
-
-def _describe_machine() -> dict[str, Any]:
-    return {
-        "node": platform.node(),
-        "system": platform.platform(),
-        "processor": platform.machine(),
-        "cores": os.cpu_count(),
-    }

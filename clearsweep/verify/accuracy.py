@@ -408,7 +408,9 @@ def measure_problem(
 
 def _result_row(method: Method, setting: float, errors: Errors, solution: Solution) -> dict:
     """Return the errors and the cost of a method with a setting, for JSON."""
-    figures = {name: _json_number(value) for name, value in errors._asdict().items()}
+    figures = {  # JSON has no other numbers
+        name: value if value is None or math.isfinite(value) else None for name, value in errors._asdict().items()
+    }
     return {
         "method": method.name,
         method.setting: setting,
@@ -422,11 +424,6 @@ def _result_row(method: Method, setting: float, errors: Errors, solution: Soluti
         "steps_rejected": solution.rejected,
         "rhs_evaluations": solution.evaluations,
     }
-
-
-def _json_number(value):
-    """Return a value that JSON can represent."""
-    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def _least_times(runs: list, repetitions: int, single_round_time: float) -> tuple[np.ndarray, list]:

@@ -529,7 +529,8 @@ def _tolerance_sentence(cases: Sequence[Mapping[str, Any]], worst: Mapping[str, 
         return f"No tolerance keeps {CLOSE_JOURNAL.format(TOO_LARGE)}; trust statistics only."
     if loosest is None:
         return f"Keep yours: no tolerance keeps {CLOSE_JOURNAL.format(ENOUGH)}."
-    achieved, ratio = _errors_at(cases, loosest), _time_at(cases, loosest) / _time_at(cases, tolerance)
+    achieved = max(row["error"] for row in _rows_at(cases, loosest))
+    ratio = _time_at(cases, loosest) / _time_at(cases, tolerance)
     if error > TOO_LARGE:
         return f"Use {loosest:g}: it keeps the journal within {achieved:.1g} of its clearance."
     if error > ENOUGH:
@@ -547,10 +548,6 @@ def _rows_at(cases: Sequence[Mapping[str, Any]], tolerance: float) -> list[Mappi
     """Return the rows of `auto` at a tolerance, one for each case that has it."""
     rows = [row for case in cases for row in case["ladder"] if row["method"] == "auto"]
     return [row for row in rows if row["tolerance"] == tolerance and row["error"] is not None]
-
-
-def _errors_at(cases: Sequence[Mapping[str, Any]], tolerance: float) -> float:
-    return float(max(row["error"] for row in _rows_at(cases, tolerance)))
 
 
 def _time_at(cases: Sequence[Mapping[str, Any]], tolerance: float) -> float:

@@ -142,7 +142,8 @@ def identified_sections(study: Study) -> list[Section]:
     if sample is None or sample.empty:
         return []
     axes = {axis.path: axis for axis in study.axes}
-    joint_count = _joint_count(identified)
+    paths = [parameter["path"] for parameter in identified["parameters"]]
+    joint_count = len({path.split(".")[1] for path in paths if path.startswith("joints.")})
     blocks: list[Block] = [
         Sentences(
             [*(f"{_estimate_text(axes[parameter['path']], parameter)}." for parameter in identified["parameters"])]
@@ -180,16 +181,6 @@ def parameter_cards(study: Study) -> list[tuple[str, str, str]]:
         )
         for parameter in identified.get("parameters", ())
     ]
-
-
-def _joint_count(identified: dict[str, Any]) -> int:
-    return len(
-        {
-            parameter["path"].split(".")[1]
-            for parameter in identified["parameters"]
-            if parameter["path"].startswith("joints.")
-        }
-    )
 
 
 def _interval_text(axis: Axis, parameter: dict[str, Any]) -> str:
