@@ -273,7 +273,7 @@ OBSERVED = (
 )
 RESIDUAL = figure(
     "energy_residual [1]: largest energy imbalance at a step or event end over the largest kinetic energy",
-    value=lambda window, _: window.totals.mechanism.residual / window.totals.mechanism.kinetic_max,
+    value=relative_residual,
     differs=False,
 )
 #: Work counts of a case, even if it failed; further runs are included.
