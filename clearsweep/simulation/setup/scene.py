@@ -53,36 +53,40 @@ from .places import (
 STALL_TURNS = 100.0  # turns at nominal speed after which a free crank that hardly moves counts as stalled
 
 
-class SteadyClock(NamedTuple):
+class Clock:
+    """Shows the independent variable of a run."""
+
+    free = False  # whether a run is measured along the angle of a free crank
+
+    def value_after(self, revolutions: float) -> float:
+        """Return the time (s), or the angle (rad) of a free crank, after a number of revolutions; inf if never."""
+        raise NotImplementedError
+
+    def values_after(self, revolutions: np.ndarray) -> np.ndarray:
+        """Return the values after arrays of revolutions."""
+        return np.array([self.value_after(turns) for turns in revolutions])
+
+
+@dataclass(frozen=True)
+class SteadyClock(Clock):
     """Clock of a crank at constant speed, or of a machine without a crank; it shows time."""
 
     period: float  # s, of a revolution
 
-    @property
-    def free(self) -> bool:
-        """Return whether a run is measured along the angle of a free crank."""
-        return False
-
-    def value_after(self, revolutions: float) -> float:
-        """Return the time (s) after a number of revolutions."""
+    def value_after(self, revolutions: Any) -> Any:
+        """Return the time (s) after numbers of revolutions."""
         return revolutions * self.period
 
-    def values_after(self, revolutions: np.ndarray) -> np.ndarray:
-        """Return the times (s) after arrays of revolutions."""
-        return revolutions * self.period
+    values_after = value_after
 
 
-class ScheduledClock(NamedTuple):
+@dataclass(frozen=True)
+class ScheduledClock(Clock):
     """Clock of a crank whose speed follows a table; it shows time."""
 
     times: np.ndarray  # (rows,) s, first row at 0 or before
     speeds: np.ndarray  # (rows,) rad/s, positive in the direction of the crank's turning
     angles: np.ndarray  # (rows,) rad, from the start to each row
-
-    @property
-    def free(self) -> bool:
-        """Return whether a run is measured along the angle of a free crank."""
-        return False
 
     def value_after(self, revolutions: float) -> float:
         """Return the time (s) after a number of revolutions, or inf if the crank comes to rest before."""
@@ -98,51 +102,31 @@ class ScheduledClock(NamedTuple):
         end_speed = math.sqrt(max(speed * speed + 2.0 * acceleration * remaining_angle, 0.0))
         return float(self.times[row] + 2.0 * remaining_angle / (speed + end_speed))
 
-    def values_after(self, revolutions: np.ndarray) -> np.ndarray:
-        """Return the times (s) after arrays of revolutions."""
-        return np.array([self.value_after(turns) for turns in revolutions])
 
-
-class PathClock(NamedTuple):
+@dataclass(frozen=True)
+class PathClock(Clock):
     """Clock of a crank whose angle follows a table; it shows time."""
 
     path: Path
     direction: float  # 1, or -1 for a crank that turns clockwise
 
-    @property
-    def free(self) -> bool:
-        """Return whether a run is measured along the angle of a free crank."""
-        return False
-
     def value_after(self, revolutions: float) -> float:
         """Return the time (s) after a number of revolutions, or inf if the crank never makes them."""
         return planar.passage_time(self.path, self.path.start_angle + self.direction * 2.0 * math.pi * revolutions)
 
-    def values_after(self, revolutions: np.ndarray) -> np.ndarray:
-        """Return the times (s) after arrays of revolutions."""
-        return np.array([self.value_after(turns) for turns in revolutions])
 
-
-class FreeClock(NamedTuple):
+@dataclass(frozen=True)
+class FreeClock(Clock):
     """Clock of a free crank; it shows the crank angle."""
 
     start: float  # rad
+    free = True
 
-    @property
-    def free(self) -> bool:
-        """Return whether a run is measured along the angle of a free crank."""
-        return True
-
-    def value_after(self, revolutions: float) -> float:
-        """Return the angle (rad) after a number of revolutions."""
+    def value_after(self, revolutions: Any) -> Any:
+        """Return the angle (rad) after numbers of revolutions."""
         return self.start + 2.0 * math.pi * revolutions
 
-    def values_after(self, revolutions: np.ndarray) -> np.ndarray:
-        """Return the angles (rad) after arrays of revolutions."""
-        return self.start + 2.0 * math.pi * revolutions
-
-
-Clock = SteadyClock | ScheduledClock | PathClock | FreeClock
+    values_after = value_after
 
 
 def clock_of(machine: Machine | None, period: float, *, is_timed: bool = False) -> Clock:
