@@ -19,6 +19,7 @@ from clearsweep.mechanics.observe import (
     WIDTHS,
     add_fine_part,
     add_ramp,
+    add_ramps,
     force_bin,
     force_quantile,
     force_quantiles,
@@ -29,10 +30,8 @@ from clearsweep.mechanics.solver.totals import (
     BIN_COLUMNS,
     FIRST_BIN_TIME,
     HIGHEST_BIN,
-    LAST_BIN_TIME,
     PART_TIME_ROWS,
     PULLING_TIME,
-    TIME_PER_FORCE,
     add_force_profile,
 )
 
@@ -109,9 +108,7 @@ def test_the_time_of_a_step_is_that_of_its_force_at_an_even_rate(first, film, pu
     )
     add_force_profile(ledger, 0, 2.0)
     histogram = np.zeros((BINS, 2))
-    for part in range(PARTS):
-        ramp = ledger.part_times[0, [FIRST_BIN_TIME, LAST_BIN_TIME, TIME_PER_FORCE], part]
-        add_ramp(histogram[np.newaxis], 0, ledger.bins[0, part : part + 2], ramp)
+    add_ramps(histogram[np.newaxis], 0, ledger.bins[0], ledger.part_times[0, FIRST_BIN_TIME:])
     assert spent_in(histogram).sum() + ledger.part_times[0, PULLING_TIME].sum() == pytest.approx(2.0, rel=1e-12)
     assert ledger.bins[0, HIGHEST_BIN] == force_bin(100.0)
     assert not histogram[ledger.bins[0, HIGHEST_BIN] + 1 :].any()
@@ -127,7 +124,7 @@ def test_a_part_of_a_long_step_is_not_taken_for_a_ramp():
     o[0, NODES], o[1, NODES] = 1.0 + x, 1001.0 - 1600.0 * (x - 0.375) ** 2
     histogram, shares = np.zeros((1, BINS, 2)), TO_PART_MEANS.T @ o[0, NODES]
     assert shares == pytest.approx(1.0 + (np.arange(PARTS) + 0.5) / PARTS)
-    rows = np.zeros((3, PARTS)), np.zeros(PARTS + 1, int)
+    rows = np.zeros((2, PARTS + 1)), np.zeros((3, PARTS)), np.zeros(PARTS + 1, int)
     highest = [add_fine_part(histogram, 0, o, (0, 1), part, 2.0 / shares.sum(), rows) for part in range(PARTS)]
     assert max(highest) == force_bin(1001.0)
     for force in (600.0, 900.0, 990.0):

@@ -160,7 +160,8 @@ EDGES = ((np.arange(BINS + 1) + FIRST_BIN) << (52 - BIN_BITS)).view(np.float64) 
 WIDTHS = np.diff(EDGES)  # N
 PARTS = 8  # parts of a step for the histogram and for wear
 FINE_PARTS = 16  # of a part of a step with forces near the quantile that is wanted
-FINE_SHARE = 0.02  # of the window's time: forces exceeded for so long, or shorter, are distributed by fine parts
+#: Of the window's time: forces exceeded for at most the first and at least the second are distributed by fine parts.
+FINE_SHARES = 0.02, 0.005
 QUARTER_POINTS = 3  # quarter points of a step at which positions are evaluated
 STATE_POINTS = 8  # quarter points, both ends, and the last end again, to fill the vector lanes
 # Rows of Totals.step_values: N, s, m/s, m, W
@@ -196,6 +197,15 @@ def _part_integrals():
 
 
 TO_PART_MEANS = _part_integrals()
+
+
+@inlined
+def value_at(o, column, table, point):
+    """Return the polynomial through an observable at the nodes of a step, at a point of a `table` (nodes, points)."""
+    total = table[0, point] * o[column, NODES[0]]
+    for m in range(1, NODES.size):
+        total += table[m, point] * o[column, NODES[m]]
+    return total
 
 
 class Ramp(NamedTuple):
@@ -252,13 +262,16 @@ def add_ramp(histogram, j, bins, ramp):
         histogram[j, bins[1], 1] -= ramp[2]
 
 
-@kernel
-def fine_value(o, column, point):
-    """Return the polynomial through an observable at the nodes of a step, at the end of one of its fine parts."""
-    total = 0.0
-    for m in range(NODES.size):
-        total += TO_FINE_ENDS[m, point] * o[column, NODES[m]]
-    return total
+@inlined
+def add_ramps(histogram, j, bins, ramps):
+    """Add PARTS successive Ramps, columns of `ramps` (3, PARTS), of a force in `bins` (PARTS + 1,) at their ends."""
+    histogram[j, bins[0], 0] += ramps[0, 0]
+    histogram[j, bins[0], 1] += ramps[2, 0]
+    for i in range(1, PARTS):
+        histogram[j, bins[i], 0] += ramps[1, i - 1] + ramps[0, i]
+        histogram[j, bins[i], 1] += ramps[2, i] - ramps[2, i - 1]
+    histogram[j, bins[PARTS], 0] += ramps[1, PARTS - 1]
+    histogram[j, bins[PARTS], 1] -= ramps[2, PARTS - 1]
 
 
 @kernel
@@ -267,22 +280,28 @@ def add_fine_part(histogram, j, o, columns, part, scale, rows):
 
     The steps of a method of high order are so long that a part of them is far from a ramp.
 
-    columns : of dt/dtau and of the force (N) in `o`; scale : s, of the part for dt/dtau = 1; rows : workspace, ramps
-    (3, PARTS) and bins (PARTS + 1,) int64
+    columns : of dt/dtau and of the force (N) in `o`; scale : s, of the part for dt/dtau = 1; rows : workspace, values
+    (2, PARTS + 1), ramps (3, PARTS) and bins (PARTS + 1,) int64
     """
-    (times, bins), scale_of_ramp, highest = rows, scale * (0.5 / FINE_PARTS), 0
-    for batch in range(FINE_PARTS // PARTS):
-        first = part * FINE_PARTS + batch * PARTS
+    (values, ramps, bins), scale_of_ramp, highest = rows, scale * (0.5 / FINE_PARTS), 0
+    for row in range(2):
+        values[row, PARTS] = max(value_at(o, columns[row], TO_FINE_ENDS, part * FINE_PARTS), 0.0)
+    for batch in rolled_range(FINE_PARTS // PARTS):
+        for row in range(2):
+            values[row, 0] = values[row, PARTS]
+            for i in lane_range(PARTS):
+                end = part * FINE_PARTS + batch * PARTS + i + 1
+                values[row, i + 1] = max(value_at(o, columns[row], TO_FINE_ENDS, end), 0.0)
         for i in lane_range(PARTS):
-            start_kappa, end_kappa = (max(fine_value(o, columns[0], first + i + end), 0.0) for end in (0, 1))
-            start_force, end_force = (max(fine_value(o, columns[1], first + i + end), 0.0) for end in (0, 1))
-            begin_bin, end_bin = force_bin(start_force), force_bin(end_force)
-            ramp = ramp_of((start_force, end_force), (begin_bin, end_bin), (start_kappa + end_kappa) * scale_of_ramp)
-            bins[i], bins[i + 1] = begin_bin, end_bin
-            times[0, i], times[1, i], times[2, i] = ramp
-        for i in range(PARTS):
-            add_ramp(histogram, j, (bins[i], bins[i + 1]), (times[0, i], times[1, i], times[2, i]))
-            highest = max(highest, bins[i], bins[i + 1])
+            ends = values[1, i], values[1, i + 1]
+            bins_of_ends = force_bin(ends[0]), force_bin(ends[1])
+            bins[i], bins[i + 1] = bins_of_ends
+            ramps[0, i], ramps[1, i], ramps[2, i] = ramp_of(
+                ends, bins_of_ends, (values[0, i] + values[0, i + 1]) * scale_of_ramp
+            )
+        add_ramps(histogram, j, bins, ramps)
+        for i in range(PARTS + 1):
+            highest = max(highest, bins[i])
     return highest
 
 
@@ -371,10 +390,7 @@ def write_row(o, column, step_values, row):
     """
     step_values[row, 0] = o[column, NODES[0]]
     for i in lane_range(PARTS):
-        total = TO_PART_ENDS[0, i] * o[column, NODES[0]]
-        for m in range(1, NODES.size):
-            total += TO_PART_ENDS[m, i] * o[column, NODES[m]]
-        step_values[row, i + 1] = total
+        step_values[row, i + 1] = value_at(o, column, TO_PART_ENDS, i)
 
 
 @kernel

@@ -45,6 +45,7 @@ from .elastic import (
     derived_power,
     elastic_energy,
     elastic_force,
+    force_and_energy,
     line_modulus,
     register_elastic_force,
 )
@@ -312,16 +313,23 @@ def energy_ratio(q):
 END_ENERGY = energy_ratio(END_Q)
 
 
-@elastic_energy.member(Compatible)
-def _elastic_energy_compatible(elastic, pen):
+@force_and_energy.member(Compatible)
+def _force_and_energy_compatible(elastic, pen):
     if pen <= 0.0:
-        return as_type_of(0.0, pen)
+        return as_type_of(0.0, pen), as_type_of(0.0, pen)
     c = elastic.clearance
     if pen < END_DEPTH * c:
         depth_ratio = pen / (c + pen)
-        return elastic.stiffness * c * c * energy_ratio(depth_ratio * inverse_lambert(0.25 * math.e * depth_ratio))
+        q = depth_ratio * inverse_lambert(0.25 * math.e * depth_ratio)
+        return elastic.stiffness * (c + pen) * q * (2.0 - q), elastic.stiffness * c * c * energy_ratio(q)
     overshoot = pen - END_DEPTH * c
-    return elastic.stiffness * (END_ENERGY * c * c + END_FORCE * overshoot * (c + overshoot / END_DEPTH))
+    force = elastic.stiffness * END_FORCE * (2.0 / END_DEPTH * pen - c)
+    return force, elastic.stiffness * (END_ENERGY * c * c + END_FORCE * overshoot * (c + overshoot / END_DEPTH))
+
+
+@elastic_energy.member(Compatible)
+def _elastic_energy_compatible(elastic, pen):
+    return force_and_energy(elastic, pen)[1]
 
 
 def _make_compatible(joint: Joint) -> Compatible:

@@ -50,13 +50,20 @@ def elastic_energy(elastic, pen):
 
 
 @family_with_default
-def energy_stiffness(elastic, pen):
-    """Return F^2 / (2 W) at penetration `pen`, N/m: the stiffness of a linear spring with this force and energy.
+def force_and_energy(elastic, pen):
+    """Return the elastic force (N) and energy (J) at penetration `pen`; a law where they share work is a member."""
+    return elastic_force(elastic, pen), elastic_energy(elastic, pen)
+
+
+@family_with_default
+def force_and_stiffness(elastic, pen):
+    """Return the elastic force F (N) and F^2 / (2 W), N/m: the stiffness of a linear spring of this force and energy.
 
     A law need not be a member: the default follows from force and energy.
     """
-    force, energy = elastic_force(elastic, pen), elastic_energy(elastic, pen)
-    return where(energy > 0.0, 0.5 * force * force / where(energy > 0.0, energy, 1.0), as_type_of(0.0, energy))
+    force, energy = force_and_energy(elastic, pen)
+    stiffness = 0.5 * force * force / where(energy > 0.0, energy, 1.0)
+    return force, where(energy > 0.0, stiffness, as_type_of(0.0, energy))
 
 
 #: Nodes x of the Gauss-Legendre rule on (0, 1), and weights times 2 x, for an integral over pen x^2.
@@ -180,9 +187,9 @@ def _elastic_energy_power_three_halves(elastic, pen):
     return 0.4 * elastic.stiffness * pen * pen * calculus.sqrt(pen)
 
 
-@energy_stiffness.member(PowerThreeHalves)
-def _energy_stiffness_power_three_halves(elastic, pen):
-    return 1.25 * elastic.stiffness * calculus.sqrt(pen)
+@force_and_stiffness.member(PowerThreeHalves)
+def _force_and_stiffness_power_three_halves(elastic, pen):
+    return elastic_force(elastic, pen), 1.25 * elastic.stiffness * calculus.sqrt(pen)
 
 
 class Linear(NamedTuple):
@@ -201,9 +208,9 @@ def _elastic_energy_linear(elastic, pen):
     return 0.5 * elastic.stiffness * pen * pen
 
 
-@energy_stiffness.member(Linear)
-def _energy_stiffness_linear(elastic, pen):
-    return elastic.stiffness
+@force_and_stiffness.member(Linear)
+def _force_and_stiffness_linear(elastic, pen):
+    return elastic_force(elastic, pen), elastic.stiffness
 
 
 POWERS = (Power, PowerThreeHalves, Linear)

@@ -43,7 +43,7 @@ from .contract import (
     latched,
     require,
 )
-from .elastic import elastic_energy, elastic_force, energy_stiffness, root_parity
+from .elastic import elastic_energy, force_and_stiffness, root_parity
 
 
 @family
@@ -301,8 +301,8 @@ def _prolonged_impact(law, elastic, pen, rate, onset_rate):
 
 @kernel
 def _lasting(law, elastic, pen, rate, onset_rate):
-    force = elastic_force(elastic, pen)
-    damping = law.damping * law.damping * energy_stiffness(elastic, pen)  # the mass is known last
+    force, stiffness = force_and_stiffness(elastic, pen)
+    damping = law.damping * law.damping * stiffness  # the mass is known last
     return force + calculus.sqrt(damping * law.mass) * rate, force
 
 

@@ -5,11 +5,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from ...tracing.compiled.choosing import lane_range, total_of
+from ...tracing.compiled.choosing import lane_range, rolled_range, total_of
 from ...tracing.compiled.family import invoke, invoke_each, kernel
 from ..laws.contract import acts, touches
 from ..observe import (
     ACCELERATION,
+    BINS,
     DEPTH,
     DEPTH_ROW,
     DRIVE,
@@ -18,7 +19,7 @@ from ..observe import (
     END,
     ERROR,
     FILM_POWER,
-    FINE_SHARE,
+    FINE_SHARES,
     FORCE_ROW,
     FRICTION_POWER,
     FRICTION_POWER_ROW,
@@ -43,7 +44,7 @@ from ..observe import (
     TORQUE,
     add_fine_part,
     add_profile,
-    add_ramp,
+    add_ramps,
     column_of,
     film_column,
     force_bin,
@@ -65,12 +66,11 @@ from .totals import (
     FIRST_BIN_TIME,
     FIRST_FIGURE,
     HIGHEST_BIN,
-    LAST_BIN_TIME,
+    LAST_FINE_BIN,
     NEXT_FINE_BIN,
     NO_PEAK,
     PULLING_TIME,
     RELATIVE_DURATION,
-    TIME_PER_FORCE,
     MechanismTotals,
     integral_of_magnitude,
     integral_of_negative_part,
@@ -307,31 +307,48 @@ def add_profiles(pointer):
 
 
 @kernel
+def choose_fine_bins(pointer, j):
+    """Set the bins of the forces of contact `j` that are distributed by fine parts: all, until a revolution shows."""
+    work = pointer[0]
+    totals, bins = work.totals, work.totals.bins
+    revolution, elapsed = 2.0 * math.pi / work.reference_rate, work.end[work.time] - totals.mechanism.window_start
+    longest = FINE_SHARES[0] * max(elapsed, revolution)
+    bins[j, FINE_BIN], bins[j, LAST_FINE_BIN] = 0, BINS
+    if totals.joint[j].binned_time >= longest:
+        bins[j, FINE_BIN] = force_bin(force_quantile_of(totals.histogram, j, bins[j, HIGHEST_BIN], longest))
+    if elapsed > revolution and bins[j, FINE_BIN] > 0:
+        rarest = force_quantile_of(totals.histogram, j, bins[j, HIGHEST_BIN], FINE_SHARES[1] * elapsed)
+        bins[j, LAST_FINE_BIN] = force_bin(rarest)
+    bins[j, NEXT_FINE_BIN] = bins[j, BINNED_STEPS] + bins[j, BINNED_STEPS] // 4 + MIN_BINNED_STEPS
+
+
+@kernel
 def add_force_times(pointer, j):
     """Add the time of a step to the histogram of the force of contact `j`."""
     work = pointer[0]
     totals, bins, part_times = work.totals, work.totals.bins, work.totals.part_times
     if bins[j, BINNED_STEPS] >= bins[j, NEXT_FINE_BIN]:
-        revolution = 2.0 * math.pi / work.reference_rate
-        elapsed = max(work.end[work.time] - totals.mechanism.window_start, revolution)
-        bins[j, FINE_BIN] = force_bin(
-            force_quantile_of(totals.histogram, j, bins[j, HIGHEST_BIN], FINE_SHARE * elapsed)
-        )
-        bins[j, NEXT_FINE_BIN] = bins[j, BINNED_STEPS] + bins[j, BINNED_STEPS] // 4 + MIN_BINNED_STEPS
+        choose_fine_bins(pointer, j)
+    duration = work.end[work.time] - work.y[work.time]
     bins[j, BINNED_STEPS] += 1
-    scale = (work.end[work.time] - work.y[work.time]) / total_of(part_times[j, RELATIVE_DURATION])
-    force, has_film = work.profiles[1 + j], work.film[j, 1] < math.inf
-    for i in range(PARTS):
-        pulls = has_film and force[i] * force[i + 1] < 0.0  # for a part of the time
-        if max(bins[j, i], bins[j, i + 1]) >= bins[j, FINE_BIN] and not pulls:
-            columns, rows = (KAPPA, column_of(j, NORMAL)), (part_times[j, FINE_TIMES:], bins[j, FINE_BINS:])
-            highest = add_fine_part(totals.histogram, j, work.o, columns, i, scale, rows)
-            bins[j, HIGHEST_BIN] = max(bins[j, HIGHEST_BIN], highest)
-        else:
-            ramp = part_times[j, FIRST_BIN_TIME, i], part_times[j, LAST_BIN_TIME, i], part_times[j, TIME_PER_FORCE, i]
-            add_ramp(totals.histogram, j, (bins[j, i], bins[j, i + 1]), ramp)
-            if has_film:
-                totals.histogram[j, 0, 0] += part_times[j, PULLING_TIME, i]
+    totals.joint[j].binned_time += duration
+    scale = duration / total_of(part_times[j, RELATIVE_DURATION])
+    force, has_film, ramps = work.profiles[1 + j], work.film[j, 1] < math.inf, part_times[j, FIRST_BIN_TIME:]
+    lowest, highest = bins[j, 0], bins[j, 0]
+    for i in range(1, PARTS + 1):
+        lowest, highest = min(lowest, bins[j, i]), max(highest, bins[j, i])
+    if highest >= bins[j, FINE_BIN] and lowest <= bins[j, LAST_FINE_BIN] and highest > lowest + 1:
+        for i in rolled_range(PARTS):
+            lower, higher = min(bins[j, i], bins[j, i + 1]), max(bins[j, i], bins[j, i + 1])
+            pulls = has_film and force[i] * force[i + 1] < 0.0  # for a part of the time
+            if higher >= bins[j, FINE_BIN] and lower <= bins[j, LAST_FINE_BIN] and not pulls:
+                rows = totals.step_values[j], part_times[j, FINE_TIMES:], bins[j, FINE_BINS:]
+                highest = add_fine_part(totals.histogram, j, work.o, (KAPPA, column_of(j, NORMAL)), i, scale, rows)
+                bins[j, HIGHEST_BIN] = max(bins[j, HIGHEST_BIN], highest)
+                ramps[0, i], ramps[1, i], ramps[2, i] = 0.0, 0.0, 0.0
+    add_ramps(totals.histogram, j, bins[j], ramps)
+    if has_film:
+        totals.histogram[j, 0, 0] += total_of(part_times[j, PULLING_TIME])
 
 
 @kernel

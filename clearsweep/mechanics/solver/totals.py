@@ -41,6 +41,7 @@ from ..observe import (
     force_bin,
     put_load,
     ramp_of,
+    value_at,
 )
 
 # ----------------------------------------------------------------------------------------------------------------------
@@ -172,10 +173,7 @@ def write_profile(o, column, profile):
     """Write the profile of an observable to `profile` (PARTS + 1,)."""
     profile[0] = o[column, START]
     for i in lane_range(PARTS):
-        total = TO_PART_ENDS[0, i] * o[column, NODES[0]]
-        for m in range(1, NODES.size):
-            total += TO_PART_ENDS[m, i] * o[column, NODES[m]]
-        profile[1 + i] = total
+        profile[1 + i] = value_at(o, column, TO_PART_ENDS, i)
 
 
 @inlined
@@ -283,6 +281,7 @@ class ContactTotals(Fields):
 
     force_square: Resultant  # N^2 s
     contact_time: Largest  # s
+    binned_time: float  # s, in the histogram
     force_max: Resultant  # N
     force_max_to_target: Resultant  # N, its value when a free crank reaches its target speed
     load_max: Resultant  # N^2, square of the resultant of normal and friction force, where there is friction
@@ -312,9 +311,9 @@ class ContactTotals(Fields):
 
 FIRST_FIGURE = MechanismTotals.index_of("acceleration_square")  # what is reset where the window opens
 CONTACT_FIGURES = ContactTotals.index_of("peak")  # number of fields that are reset there
-#: In Totals.bins: the highest bin used; the lowest bin of the forces that are distributed by fine parts; the steps of
-#: the contact so far, and their number at which this bin is computed again.
-HIGHEST_BIN, FINE_BIN, BINNED_STEPS, NEXT_FINE_BIN, FINE_BINS = range(PARTS + 1, PARTS + 6)
+#: In Totals.bins: the highest bin used; the lowest and the highest bin of the forces that are distributed by fine parts;
+#: the steps of the contact so far, and their number at which these bins are computed again.
+HIGHEST_BIN, FINE_BIN, LAST_FINE_BIN, BINNED_STEPS, NEXT_FINE_BIN, FINE_BINS = range(PARTS + 1, PARTS + 7)
 BIN_COLUMNS = FINE_BINS + PARTS + 1  # the last are those between fine parts
 #: Rows of Totals.part_times, for each part of the step: its duration relative to other parts, a histogram.Ramp, and the
 #: time (s) during which a film pulls.
@@ -476,10 +475,7 @@ def add_force_profile(accumulators, j, duration):
     part_times, bins, film = accumulators.part_times, accumulators.bins, accumulators.film[j, 1] < math.inf
     o, force = accumulators.o, accumulators.profiles[1 + j]
     for i in lane_range(PARTS):
-        mean = TO_PART_MEANS[0, i] * o[KAPPA, NODES[0]]
-        for m in range(1, NODES.size):
-            mean += TO_PART_MEANS[m, i] * o[KAPPA, NODES[m]]
-        part_times[j, RELATIVE_DURATION, i] = max(mean, 0.0)
+        part_times[j, RELATIVE_DURATION, i] = max(value_at(o, KAPPA, TO_PART_MEANS, i), 0.0)
     scale = duration / total_of(part_times[j, RELATIVE_DURATION])
     for i in lane_range(PARTS):
         start_value, end_value = force[i], force[i + 1]
