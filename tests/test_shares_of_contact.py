@@ -77,7 +77,7 @@ def test_a_course_spends_above_a_force_the_share_of_the_step_that_it_is_there(fi
     """Forces below all bins are in the lowest one."""
     step_values, filled = np.zeros((FORCE_ROW + KAPPA_ROW + 1, PARTS + 1)), np.zeros((1, BINS, 2))
     step_values[FORCE_ROW], step_values[KAPPA_ROW] = np.linspace(first, last, PARTS + 1), 3.0
-    add_profile(filled, 0, step_values, 0.7)
+    add_profile(filled, 0, step_values, 0.7, (np.zeros((3, PARTS)), np.zeros(PARTS + 1, int)))
     assert time_above(0.0, filled[0]) == pytest.approx(0.7, rel=1e-12)
     for force in (1.0, 10.0, 30.0):
         low, high = sorted((first, last))
@@ -88,7 +88,7 @@ def test_a_course_spends_above_a_force_the_share_of_the_step_that_it_is_there(fi
 def test_a_step_without_dry_force_enters_nothing():
     step_values, filled = np.zeros((FORCE_ROW + KAPPA_ROW + 1, PARTS + 1)), np.zeros((1, BINS, 2))
     step_values[KAPPA_ROW] = 1.0
-    add_profile(filled, 0, step_values, 0.7)
+    add_profile(filled, 0, step_values, 0.7, (np.zeros((3, PARTS)), np.zeros(PARTS + 1, int)))
     assert not filled.any()
 
 
@@ -99,7 +99,7 @@ def blocks(loads, dry):
     for load, force in [(0.0, 0.0), *zip(loads, dry, strict=True)]:
         step_values = np.zeros((FORCE_ROW + KAPPA_ROW + 1, PARTS + 1))
         step_values[FORCE_ROW], step_values[KAPPA_ROW] = force, 1.0
-        add_profile(filled, 0, step_values, 0.5)
+        add_profile(filled, 0, step_values, 0.5, (np.zeros((3, PARTS)), np.zeros(PARTS + 1, int)))
         joint[0].load_time += load
         joint[0].dry_force_time += 0.5 * force
         totals = SimpleNamespace(joint=joint, dry=filled)

@@ -18,12 +18,11 @@ from clearsweep.mechanics.observe import (
     TO_PART_MEANS,
     WIDTHS,
     add_fine_part,
-    add_ramp,
     add_ramps,
     force_bin,
     force_quantile,
     force_quantiles,
-    ramp_of,
+    put_ramp,
     time_above,
 )
 from clearsweep.mechanics.solver.totals import (
@@ -38,8 +37,9 @@ from clearsweep.mechanics.solver.totals import (
 
 def add_span(histogram, ends, duration):
     """Enter a force that goes from one end to the other into a histogram."""
-    bins = [force_bin(force) for force in ends]
-    add_ramp(histogram[np.newaxis], 0, bins, ramp_of(ends, bins, duration))
+    ramps, bins = np.zeros((3, PARTS)), np.full(PARTS + 1, force_bin(ends[1]))
+    put_ramp(ramps, bins, 0, ends, duration)
+    add_ramps(histogram[np.newaxis], 0, bins, ramps)
 
 
 def filled(ends, duration):

@@ -251,15 +251,11 @@ def ramp_of(forces, bins, duration):
 
 
 @inlined
-def add_ramp(histogram, j, bins, ramp):
-    """Add a Ramp of a force that begins and ends in these `bins` to histogram `j`, (BINS, 2)."""
-    if bins[0] == bins[1]:
-        histogram[j, bins[0], 0] += ramp[0] + ramp[1]  # one of them is 0
-    else:
-        histogram[j, bins[0], 0] += ramp[0]
-        histogram[j, bins[0], 1] += ramp[2]
-        histogram[j, bins[1], 0] += ramp[1]
-        histogram[j, bins[1], 1] -= ramp[2]
+def put_ramp(ramps, bins, i, forces, duration):
+    """Write the Ramp of a force between two `forces` (N), during `duration` (s), to column `i`, and its bins."""
+    first_bin, last_bin = force_bin(forces[0]), force_bin(forces[1])
+    bins[i], bins[i + 1] = first_bin, last_bin
+    ramps[0, i], ramps[1, i], ramps[2, i] = ramp_of(forces, (first_bin, last_bin), duration)
 
 
 @inlined
@@ -293,12 +289,8 @@ def add_fine_part(histogram, j, o, columns, part, scale, rows):
                 end = part * FINE_PARTS + batch * PARTS + i + 1
                 values[row, i + 1] = max(value_at(o, columns[row], TO_FINE_ENDS, end), 0.0)
         for i in lane_range(PARTS):
-            ends = values[1, i], values[1, i + 1]
-            bins_of_ends = force_bin(ends[0]), force_bin(ends[1])
-            bins[i], bins[i + 1] = bins_of_ends
-            ramps[0, i], ramps[1, i], ramps[2, i] = ramp_of(
-                ends, bins_of_ends, (values[0, i] + values[0, i + 1]) * scale_of_ramp
-            )
+            duration = (values[0, i] + values[0, i + 1]) * scale_of_ramp
+            put_ramp(ramps, bins, i, (values[1, i], values[1, i + 1]), duration)
         add_ramps(histogram, j, bins, ramps)
         for i in range(PARTS + 1):
             highest = max(highest, bins[i])
@@ -306,21 +298,19 @@ def add_fine_part(histogram, j, o, columns, part, scale, rows):
 
 
 @kernel
-def add_profile(histogram, j, step_values, duration):
+def add_profile(histogram, j, step_values, duration, rows):
     """Divide a step's `duration` (s) among the bins of histogram `j`, (BINS, 2), by the force in its `step_values`.
 
-    Parts of the step without force are left out.
+    Parts of the step without force are left out.  rows : workspace, ramps (3, PARTS) and bins (PARTS + 1,) int64
     """
-    total = 0.0
+    (ramps, bins), total = rows, 0.0
     for i in range(PARTS):
         total += step_values[KAPPA_ROW, i] + step_values[KAPPA_ROW, i + 1]
-    for i in range(PARTS):
-        start_force, end_force = max(step_values[FORCE_ROW, i], 0.0), max(step_values[FORCE_ROW, i + 1], 0.0)
-        if start_force > 0.0 or end_force > 0.0:
-            duration_of_part = (step_values[KAPPA_ROW, i] + step_values[KAPPA_ROW, i + 1]) * (duration / total)
-            begin_bin, end_bin = force_bin(start_force), force_bin(end_force)
-            ramp = ramp_of((start_force, end_force), (begin_bin, end_bin), duration_of_part)
-            add_ramp(histogram, j, (begin_bin, end_bin), (ramp.first_bin_time, ramp.last_bin_time, ramp.density))
+    for i in lane_range(PARTS):
+        forces = max(step_values[FORCE_ROW, i], 0.0), max(step_values[FORCE_ROW, i + 1], 0.0)
+        duration_of_part = (step_values[KAPPA_ROW, i] + step_values[KAPPA_ROW, i + 1]) * (duration / total)
+        put_ramp(ramps, bins, i, forces, where(max(*forces) > 0.0, duration_of_part, 0.0))
+    add_ramps(histogram, j, bins, ramps)
 
 
 @kernel

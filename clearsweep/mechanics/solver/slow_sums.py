@@ -376,7 +376,8 @@ def add_contact_profile(pointer, j, duration):
                 work.o, film_column(work.mode.size, j, DRY_FORCE), step_values, FORCE_ROW
             )  # the film itself causes no wear
         if is_dry:
-            add_profile(totals.dry, j, step_values, duration)
+            rows = totals.part_times[j, FINE_TIMES:], totals.bins[j, FINE_BINS:]
+            add_profile(totals.dry, j, step_values, duration, rows)
         if has_wear:
             write_row(work.o, film_column(work.mode.size, j, DRY_FRICTION_POWER), step_values, FRICTION_POWER_ROW)
 

@@ -38,9 +38,8 @@ from ..observe import (
     Largest,
     Resultant,
     column_of,
-    force_bin,
     put_load,
-    ramp_of,
+    put_ramp,
     value_at,
 )
 
@@ -311,7 +310,7 @@ class ContactTotals(Fields):
 
 FIRST_FIGURE = MechanismTotals.index_of("acceleration_square")  # what is reset where the window opens
 CONTACT_FIGURES = ContactTotals.index_of("peak")  # number of fields that are reset there
-#: In Totals.bins: the highest bin used; the lowest and the highest bin of the forces that are distributed by fine parts;
+#: In Totals.bins: the highest bin used; the lowest and highest bin of the forces that are distributed by fine parts;
 #: the steps of the contact so far, and their number at which these bins are computed again.
 HIGHEST_BIN, FINE_BIN, LAST_FINE_BIN, BINNED_STEPS, NEXT_FINE_BIN, FINE_BINS = range(PARTS + 1, PARTS + 7)
 BIN_COLUMNS = FINE_BINS + PARTS + 1  # the last are those between fine parts
@@ -486,11 +485,8 @@ def add_force_profile(accumulators, j, duration):
         pushing = duration_of_part * where(
             changes_sign, max(start_value, end_value) / where(changes_sign, abs(end_value - start_value), 1.0), 1.0
         )
-        start_value, end_value = max(start_value, 0.0), max(end_value, 0.0)
-        begin_bin, end_bin = force_bin(start_value), force_bin(end_value)
-        ramp = ramp_of((start_value, end_value), (begin_bin, end_bin), pushing)
-        bins[j, i], bins[j, i + 1] = begin_bin, end_bin
-        part_times[j, FIRST_BIN_TIME, i], part_times[j, LAST_BIN_TIME, i], part_times[j, TIME_PER_FORCE, i] = ramp
+        forces = max(start_value, 0.0), max(end_value, 0.0)
+        put_ramp(part_times[j, FIRST_BIN_TIME:], bins[j], i, forces, pushing)
         part_times[j, PULLING_TIME, i] = duration_of_part - pushing
     highest = bins[j, HIGHEST_BIN]
     for i in range(PARTS + 1):
