@@ -63,7 +63,7 @@ class Resultant(float):
 
 
 class Observed(NamedTuple):
-    """Observables of a contact."""
+    """Observables of a contact, in the order of their columns from NORMAL on."""
 
     normal: float  # N, normal force
     stored: float  # W, stored in elastic deformation
@@ -98,38 +98,14 @@ def film_column(contacts, contact, quantity):
 def contact_observables_in(o, row, contact):
     """Return the Observed of a contact in row `row` of `o`; unused fields are not read."""
     block = CONTACTS + CONTACT_WIDTH * contact
-    return Observed(
-        normal=o[block + NORMAL, row],
-        stored=o[block + STORED, row],
-        lost=o[block + LOST, row],
-        tangential=o[block + TANGENTIAL, row],
-        slip=o[block + SLIP, row],
-        raw=o[block + RAW, row],
-        depth=o[block + DEPTH, row],
-        rate=o[block + RATE, row],
-        guard_quantity=o[block + GUARD_QUANTITY, row],
-    )
-
-
-@inlined
-def contact_observables(pointer, row, contact):
-    """Return the Observed of a contact in row `row` of the observables of the Work behind `pointer`."""
-    return contact_observables_in(pointer[0].o, row, contact)
+    return Observed(*(o[block + quantity, row] for quantity in range(GUARD_QUANTITY + 1)))
 
 
 @inlined
 def write_contact_observables(o, row, contact, contact_values):
     """Write the Observed `contact_values` of a contact to row `row` of `o`."""
-    block = CONTACTS + CONTACT_WIDTH * contact
-    o[block + NORMAL, row] = contact_values.normal
-    o[block + STORED, row] = contact_values.stored
-    o[block + LOST, row] = contact_values.lost
-    o[block + TANGENTIAL, row] = contact_values.tangential
-    o[block + SLIP, row] = contact_values.slip
-    o[block + RAW, row] = contact_values.raw
-    o[block + DEPTH, row] = contact_values.depth
-    o[block + RATE, row] = contact_values.rate
-    o[block + GUARD_QUANTITY, row] = contact_values.guard_quantity
+    for quantity in range(GUARD_QUANTITY + 1):
+        o[CONTACTS + CONTACT_WIDTH * contact + quantity, row] = contact_values[quantity]
 
 
 @inlined

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from ...tracing.compiled.family import invoke, kernel
 from ..laws.contract import ENTERED, LEFT, ONSET_FLOOR, SAME, touches
-from ..observe import END, KAPPA, STAGES, START, contact_observables
+from ..observe import END, KAPPA, STAGES, START, contact_observables_in
 from .collocation import (
     POSITIONS,
     WEIGHTS,
@@ -254,7 +254,7 @@ def overshoot_of(pointer, event):
     kind, contact, stop = event
     distance, slope = 0.0, 0.0
     if kind == ONSET:
-        contact_values = contact_observables(pointer, END, contact)
+        contact_values = contact_observables_in(work.o, END, contact)
         distance, slope = contact_values.depth, contact_values.rate * work.o[KAPPA, END]
     elif kind == SEPARATION:
         distance, slope = work.end[work.time + 1 + contact], work.k[work.time + 1 + contact, END]
@@ -337,7 +337,7 @@ ONSET_ROOT = 1e-9  # of sigma: the root of penetration at an onset, so that it i
 def begin_contact(pointer, j, in_window):
     """Latch the onset rate of contact `j` at `work.end` and start its root of penetration."""
     work = pointer[0]
-    totals, contact = work.totals, contact_observables(pointer, END, j)
+    totals, contact = work.totals, contact_observables_in(work.o, END, j)
     rate = max(contact.rate, 0.0)
     work.mode[j] = work.pressed[j]
     work.latched[j] = max(rate, ONSET_FLOOR)
@@ -356,7 +356,7 @@ def end_contact(pointer, j):
     """Release contact `j` at `work.end` and reset its laws; return the rate of its gap, m/s, closing positive."""
     work = pointer[0]
     totals = work.totals
-    rate = contact_observables(pointer, END, j).rate
+    rate = contact_observables_in(work.o, END, j).rate
     work.mode[j] = work.apart[j]
     latch(pointer, work.end, j, LEFT, END)
     work.end[work.time + 1 + j] = 0.0

@@ -49,12 +49,6 @@ OBSERVATION_EVALUATIONS = (
 
 
 @kernel
-def reused_length(pointer, h, proposal):
-    """Return the length of the step after one of length `h`: the proposal, or `h` again if that saves work."""
-    return h if pointer[0].method.current == IMPLICIT and h <= proposal <= REUSE_GROWTH * h else proposal
-
-
-@kernel
 def choose_method(pointer, h, pattern):
     """Change the method if the latest step, of length `h`, shows that the other method is cheaper.
 
@@ -367,9 +361,10 @@ def set_next_length(pointer, cause):
 @kernel
 def length_after_acceptance(pointer):
     """Apply a decided change of method; return the length of the step after an accepted one."""
-    work = pointer[0]
+    work, h, proposal = pointer[0], pointer[0].step.length, pointer[0].step.proposal
     if work.method.next == work.method.current:
-        return reused_length(pointer, work.step.length, work.step.proposal)
+        is_reused = work.method.current == IMPLICIT and h <= proposal <= REUSE_GROWTH * h  # the matrices, too
+        return h if is_reused else proposal
     work.method.current = work.method.next
     work.implicit.history.length = 0.0
     length = work.proposals[contact_pattern(pointer)]

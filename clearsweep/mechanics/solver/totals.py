@@ -159,15 +159,6 @@ def integral_of_magnitude(o, column, weights):
 
 
 @inlined
-def write_profiles(trial):
-    """Write the profiles of dt/dtau and of the forces of acting contacts: polynomials through the stages."""
-    write_profile(trial.o, KAPPA, trial.profiles[0])
-    for c in range(trial.mode.size):
-        if acts(trial.mode[c]):
-            write_profile(trial.o, column_of(c, NORMAL), trial.profiles[1 + c])
-
-
-@inlined
 def write_profile(o, column, profile):
     """Write the profile of an observable to `profile` (PARTS + 1,)."""
     profile[0] = o[column, START]
@@ -179,7 +170,10 @@ def write_profile(o, column, profile):
 def write_sums(trial, weights):
     """Write the sums, profiles and maxima of a step; the rows with nonzero `weights` contain its observables."""
     sum_stages(trial, weights)
-    write_profiles(trial)
+    write_profile(trial.o, KAPPA, trial.profiles[0])
+    for c in range(trial.mode.size):
+        if acts(trial.mode[c]):
+            write_profile(trial.o, column_of(c, NORMAL), trial.profiles[1 + c])
     write_largest_speeds(trial)
     write_peaks(trial)
 
