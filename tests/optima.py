@@ -17,18 +17,14 @@ import time
 from pathlib import Path
 
 import numpy as np
+from fake_physics import BODIES
 
 import clearsweep
 
 JOINT, SPRING = "joints.rod-slider", "loads.spring"
 MACHINE = {
     "name": "optima",
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": "50 mm", "mass": "0.30 kg", "inertia": "1e-4 kg*m^2"},
-        "rod": {"length": "120 mm", "mass": "0.21 kg", "inertia": "2.5e-4 kg*m^2", "center": "60 mm"},
-        "slider": {"mass": "0.14 kg"},
-    },
+    "mechanism": BODIES,
     "drive": {"speed": "3000 rpm"},
     "loads": {
         "spring": {

@@ -4,6 +4,7 @@ import copy
 import json
 
 import pytest
+from fake_physics import BODIES
 
 import clearsweep
 from clearsweep import grid as grids
@@ -14,12 +15,7 @@ CLEARANCE, SPEED, JOINT = "joints.rod-slider.clearance", "drive.speed", "joints.
 PEAK, IMPACTS = "rod_slider_force_peak", "rod_slider_impacts_per_rev"
 CRANK = {
     "name": "answers",
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": "50 mm", "mass": "0.30 kg", "inertia": "1e-4 kg*m^2"},
-        "rod": {"length": "120 mm", "mass": "0.21 kg", "inertia": "2.5e-4 kg*m^2"},
-        "slider": {"mass": "0.14 kg"},
-    },
+    "mechanism": BODIES,
     "drive": {"speed": "1000 rpm"},
     "joints": {
         "rod-slider": {

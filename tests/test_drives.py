@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from fake_physics import BODIES
 from scipy.integrate import solve_ivp
 
 import clearsweep
@@ -16,12 +17,7 @@ from clearsweep.simulation.remarks import warnings
 
 MACHINE = {
     "name": "drives",
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": "50 mm", "mass": "0.3 kg", "inertia": "1e-4 kg*m^2"},
-        "rod": {"length": "120 mm", "mass": "0.21 kg", "inertia": "2.5e-4 kg*m^2"},
-        "slider": {"mass": "0.14 kg"},
-    },
+    "mechanism": BODIES,
     "drive": {"speed": "100 rad/s"},
     "joints": {
         "rod-slider": {

@@ -10,6 +10,7 @@ import time
 
 import pytest
 from click.testing import CliRunner
+from fake_physics import BODIES
 
 import clearsweep
 from clearsweep import grid as grids
@@ -533,12 +534,7 @@ def falling(speed, t, p):
 def test_a_run_with_a_load_and_a_motor_of_a_law_file_is_reported_without_running_it(place, monkeypatch):
     (place / "my_laws.py").write_text(HEAD + FORCES, encoding="utf-8")
     machine = {
-        "mechanism": {
-            "type": "slider-crank",
-            "crank": {"length": "50 mm", "mass": "0.3 kg", "inertia": "1e-4 kg*m^2"},
-            "rod": {"length": "120 mm", "mass": "0.21 kg", "inertia": "2.5e-4 kg*m^2"},
-            "slider": {"mass": "0.14 kg"},
-        },
+        "mechanism": BODIES,
         "drive": {"motor": {"law": "falling", "stall": "2 N*m"}, "initial_speed": "60 rad/s", "inertia": "1e-3 kg*m^2"},
         "loads": {"drag": {"on": "slider", "law": "drag", "c": "3 N*s/m"}},
         "joints": {

@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from fake_physics import BODIES
 
 from clearsweep import grid, laws, simulation
 from clearsweep.language.errors import InputError
@@ -30,12 +31,7 @@ PAIR = {
     "simulate": {"impacts": 3, "tolerance": "1e-8"},
 }
 CRANK = {
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": "50 mm", "mass": "0.30 kg", "inertia": "1e-4 kg*m^2"},
-        "rod": {"length": "120 mm", "mass": "0.21 kg", "inertia": "2.5e-4 kg*m^2"},
-        "slider": {"mass": "0.14 kg"},
-    },
+    "mechanism": BODIES,
     "drive": {"speed": "1000 rpm"},
     "joints": {"rod-slider": {"clearance": "0.1 mm", "bearing_radius": "10 mm", "length": "20 mm"}},
     "simulate": {"revolutions": 0.3, "discard": 0, "tolerance": "1e-6"},

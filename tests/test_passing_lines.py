@@ -5,6 +5,7 @@ import math
 
 import numpy as np
 import pytest
+from fake_physics import BODIES
 
 import clearsweep
 from clearsweep import simulation
@@ -13,12 +14,7 @@ from clearsweep.simulation.running.vibration import WINDOW, window_transform
 
 PARTS = "cage", "element", "inner", "outer"
 GRID = {
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": "50 mm", "mass": "0.3 kg", "inertia": "1e-4 kg*m^2"},
-        "rod": {"length": "120 mm", "mass": "0.21 kg", "inertia": "2.5e-4 kg*m^2", "center": "60 mm"},
-        "slider": {"mass": "0.14 kg"},
-    },
+    "mechanism": BODIES,
     "drive": {"speed": "1500 rpm"},
     "joints": {
         "crank-rod": {

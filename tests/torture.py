@@ -16,18 +16,14 @@ import numpy as np
 import psutil
 import pyarrow as pa
 import pyarrow.parquet as pq
+from fake_physics import BODIES
 
 from clearsweep.contracts.results import TIMINGS
 
 ROOT = Path(__file__).parent.parent
 GRID = {
     "name": "torture",
-    "mechanism": {
-        "type": "slider-crank",
-        "crank": {"length": "50 mm", "mass": "0.3 kg", "inertia": "1e-4 kg*m^2"},
-        "rod": {"length": "120 mm", "mass": "0.21 kg", "inertia": "2.5e-4 kg*m^2"},
-        "slider": {"mass": "0.14 kg"},
-    },
+    "mechanism": BODIES,
     "drive": {"speed": "5000 rpm"},
     "joints": {
         "rod-slider": {
