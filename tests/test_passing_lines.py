@@ -6,6 +6,7 @@ import math
 import numpy as np
 import pytest
 from fake_physics import BODIES
+from test_rolling import BALL
 
 import clearsweep
 from clearsweep import simulation
@@ -17,16 +18,7 @@ GRID = {
     "mechanism": BODIES,
     "drive": {"speed": "1500 rpm"},
     "joints": {
-        "crank-rod": {
-            "type": "rolling",
-            "kind": "ball",
-            "elements": 7,
-            "element_diameter": "11.5 mm",
-            "pitch_diameter": "43.5 mm",
-            "groove": [0.52, 0.53],
-            "clearance": "10 um",
-            "contact": {"law": "hunt-crossley", "damping_factor": "0.3 s/m"},
-        }
+        "crank-rod": BALL,
     },
     "simulate": {"revolutions": 15, "discard": 3, "tolerance": 1e-9},
     "save": {"orbits": "none"},

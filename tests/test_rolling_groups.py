@@ -8,6 +8,7 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+from test_rolling import BALL
 
 from clearsweep import grid, simulation
 from clearsweep.grid.library import BEARINGS, bearing_names
@@ -19,17 +20,7 @@ from clearsweep.sweeping.sweep import facts
 JOINT = "joints.crank-rod"
 CLEARANCE = f"{JOINT}.clearance"
 CONTACT = {"law": "hunt-crossley", "damping_factor": "0.5 s/m"}
-BEARING = {
-    "type": "rolling",
-    "kind": "ball",
-    "elements": 7,
-    "element_diameter": "11.5 mm",
-    "pitch_diameter": "43.5 mm",
-    "groove": [0.52, 0.53],
-    "clearance": {"group": "C3"},
-    "bore": "25 mm",
-    "contact": CONTACT,
-}
+BEARING = BALL | {"clearance": {"group": "C3"}, "bore": "25 mm", "contact": CONTACT}
 NAMED = {"type": "rolling", "bearing": "6305", "contact": CONTACT}
 MACHINE = {
     "name": "rolling",
