@@ -76,7 +76,7 @@ def draw_svg(picture: Picture, id_prefix: str) -> str:
         return np.stack(sheet.axes.to_points(x, y, box), -1)
 
     svg_text = _COLOUR.sub(
-        lambda found: f"{found[1]}var({THEME_VARIABLES[found[2]]}, {found[2]})", _WHITE_TEXT.sub("white", svg_text)
+        lambda match: f"{match[1]}var({THEME_VARIABLES[match[2]]}, {match[2]})", _WHITE_TEXT.sub("white", svg_text)
     ).removesuffix("</svg>\n")
     if picture.spots:
         svg_text += _spot_elements(picture.spots, to_points)
