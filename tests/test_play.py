@@ -8,6 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
+from scipy.interpolate import CubicSpline
 
 import clearsweep
 from clearsweep import grid, laws
@@ -235,6 +236,56 @@ def test_a_drive_that_reverses_takes_the_play_up_on_both_flanks():
     assert result.summary["mesh_transmission_error"] == pytest.approx(INPUT["half_play_rad"] + deflection, rel=1e-9)
     play = 2.0 * INPUT["half_play_rad"]
     assert play + deflection < result.summary["mesh_lost_motion"] < play + 2.0 * deflection
+
+
+def pieces_of_table(spline, sizes, load, drag, end, rate):
+    """Return what `pieces_of` does where the angle of the first half is a cubic spline, from row to row of it."""
+    (inertia, stiffness, half_play), time, state, side, events = sizes, 0.0, [0.0, rate], 0, []
+    while time < end:
+
+        def rates(t, y, side=side):
+            spring = stiffness * (spline(t) - y[0] - side * half_play) if side else 0.0
+            return [y[1], (spring + drag * (spline(t, 1) - y[1]) - load) / inertia]
+
+        borders = []
+        for flank in (1, -1) if side == 0 else (side,):
+
+            def border(t, y, flank=flank):
+                return flank * (spline(t) - y[0]) - half_play
+
+            border.terminal, border.direction = True, 1 if side == 0 else -1
+            borders.append(border)
+        row = spline.x[np.searchsorted(spline.x, time + 1e-12)]
+        accuracy = {"method": "DOP853", "rtol": 1e-12, "atol": 1e-17, "max_step": 0.1 / math.sqrt(stiffness / inertia)}
+        piece = solve_ivp(rates, (time, min(end, row)), state, events=borders, **accuracy)
+        time, state = piece.t[-1], piece.y[:, -1]
+        if piece.status == 1:
+            reached = side or (1, -1)[next(k for k, times in enumerate(piece.t_events) if len(times))]
+            events.append((time, "off" if side else "on", reached))
+            side = 0 if side else reached
+    return events
+
+
+@pytest.mark.slow
+def test_a_coarse_table_of_angles_moves_events_by_its_spline_alone():
+    """Against the sine the events of 250 rows are off by a third of a period; against their own spline by rounding."""
+    amplitude, rate, load, drag, cycles = 5.0, 300.0, 0.2, 0.63, 12
+    end, period = cycles * 2.0 * math.pi / rate, 2.0 * math.pi / rate
+    times = np.linspace(0.0, 1.001 * end, 251)
+    angles = amplitude / rate * np.sin(rate * times)
+    tree = coupling()
+    tree["drive"] = {"angle": {"table": {"time": times.tolist(), "angle": angles.tolist()}}}
+    tree["mechanism"]["bodies"]["wheel"]["initial"] = {"angle": 0.0, "rate": amplitude}
+    tree["loads"] = {"load": {"on": "wheel", "torque": -load}}
+    tree["joints"]["mesh"]["drag"] = drag
+    tree["simulate"] = {"cycles": cycles, "period": period, "discard": 0, "tolerance": 1e-11}
+    result = clearsweep.simulate(clearsweep.load_case(tree), [])
+    sizes = [INPUT[key] for key in ("inertia_kg_m2", "stiffness_N_m_per_rad", "half_play_rad")]
+    expected = pieces_of_table(CubicSpline(times, angles, bc_type="natural"), sizes, load, drag, end, amplitude)
+    assert result.events["kind"].tolist() == [kind for _, kind, _ in expected]
+    assert np.max(np.abs(result.events["t"] - [time for time, *_ in expected])) < 1e-9 * period
+    of_sine = pieces_of([*sizes, load, drag, amplitude, rate], end)
+    assert np.max(np.abs(result.events["t"] - [time for time, *_ in of_sine])) > 0.1 * period
 
 
 @pytest.mark.slow
@@ -548,6 +599,22 @@ def test_the_pictures_of_a_flap_have_torques_and_rates_of_angles(tmp_path):
     assert labels["Torque"] == "torque [N\xa0m]"
     assert labels["Contact onsets"] == "closing rate at onset [rad/s]"
     assert "{bearing_force_peak: 5 N*m}" in json.loads((tmp_path / "run/answer.json").read_text())["sentences"][-1]
+
+
+@pytest.mark.slow
+def test_the_loop_of_a_drive_that_reverses_is_as_high_as_its_lost_motion(tmp_path):
+    tree, times = coupling(), np.linspace(0.0, 0.2, 201)
+    tree["drive"] = {"angle": {"table": {"time": times.tolist(), "angle": (0.3 * np.sin(62.8 * times)).tolist()}}}
+    tree["mechanism"]["bodies"]["wheel"]["initial"] = {"angle": 0.0, "rate": 0.3 * 62.8}
+    tree["simulate"], tree["save"]["samples"] = {"time": 0.2, "discard": 0, "tolerance": 1e-8}, 2000
+    run = clearsweep.sweep(tree | {"name": "loop"}, tmp_path / "run", jobs=1, show_progress=False).open()
+    study = prepare(run)
+    case_id = study.cases.index[0]
+    loop = next(p for p in motion_pictures(study, case_id, run.orbit(case_id)) if p.title.startswith("Output against"))
+    assert painted(loop)[0].axes.yaxis.label.startswith("shift of wheel [")
+    shift = loop.paint.keywords["rate"][0]
+    lost_motion = run.summary["mesh_lost_motion"].iloc[0]
+    assert 0.95 * lost_motion < np.ptp(shift) <= lost_motion * (1.0 + 1e-9)
 
 
 def test_a_resolved_grid_of_a_flap_reads_back():

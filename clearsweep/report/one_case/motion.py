@@ -335,7 +335,14 @@ def _play_pictures(study: Study, joint: Joint, history: History) -> list[Picture
     if rate.name not in history.channels:
         return []
     joint_text, pictures = study.joint_text(joint, ", joint {}"), list[Picture]()
-    if history.angle is not None:
+    if loop := _output_over_input(study, joint, history):
+        title = f"Output against input{joint_text}"
+        caption = (
+            "The loop of a drive that reverses is as high as the lost motion: the play and the deflection of flanks."
+        )
+        paint = partial(draw_phase_portrait, quantity=loop[0], rate=loop[1])
+        pictures.append(Picture(title, caption, f"{title}: {loop[1][2]} over the {loop[0][2]}.", paint, SQUARE_SIZE))
+    elif history.angle is not None:
         crank, values = (history.angle, "rad", "crank angle"), (history.values(place.name), place.unit, "position")
         is_stopped = "stops" in joint.layout.flanked
         title = f"Position {'between the stops' if is_stopped else 'in the play'} over the crank angle{joint_text}"
@@ -344,6 +351,24 @@ def _play_pictures(study: Study, joint: Joint, history: History) -> list[Picture
         paint = partial(draw_phase_portrait, quantity=crank, rate=values)
         pictures.append(Picture(title, caption, f"{title}.", paint, SQUARE_SIZE))
     return [*pictures, _phase_portrait(place, rate, history)]
+
+
+def _output_over_input(study: Study, joint: Joint, history: History) -> tuple | None:
+    """Return the angle of the first body and the shift of the second one, each as (rad, unit, name); None if unknown.
+
+    The shift is that from where the second body would be without play; wheels must turn on the ground.
+    """
+    section = value_at(study.base, f"mechanism.joints.{joint.title}") or {}
+    bodies = section.get("between", ()) if section.get("type") in ("gear", "coupling") else ()
+    names = [f"{column_name(body)}/angle" for body in bodies]
+    pins = (value_at(study.base, "mechanism.joints") or {}).values()
+    seats = [{end.partition(".")[0] for end in pin["between"]} for pin in pins if pin.get("type") == "revolute"]
+    on_ground = section.get("type") == "coupling" or all({GROUND, body} in seats for body in bodies)
+    if len(names) != 2 or not on_ground or not set(names) <= set(history.channels):
+        return None
+    first, second = map(history.values, names)
+    shift = second + first / section.get("ratio", -1.0)
+    return (first, "rad", f"angle of {bodies[0]}"), (shift, "rad", f"shift of {bodies[1]}")
 
 
 def _force_pictures(study: Study, case_id: str, joint: Joint, history: History) -> list[Picture]:
