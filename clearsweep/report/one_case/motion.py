@@ -359,7 +359,7 @@ def _output_over_input(study: Study, joint: Joint, history: History) -> tuple | 
     The shift is that from where the second body would be without play; wheels must turn on the ground.
     """
     section = value_at(study.base, f"mechanism.joints.{joint.title}") or {}
-    bodies = section.get("between", ()) if section.get("type") in ("gear", "coupling") else ()
+    bodies: list[str] = list(section.get("between", ())) if section.get("type") in ("gear", "coupling") else []
     names = [f"{column_name(body)}/angle" for body in bodies]
     pins = (value_at(study.base, "mechanism.joints") or {}).values()
     seats = [{end.partition(".")[0] for end in pin["between"]} for pin in pins if pin.get("type") == "revolute"]
